@@ -1,0 +1,2 @@
+//! gripctl
+fn main() {}

@@ -1,0 +1,2 @@
+//! gripd
+fn main() {}

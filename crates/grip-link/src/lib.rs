@@ -1,0 +1,2 @@
+//! grip-link
+#![no_std]

@@ -1,0 +1,37 @@
+//! What the gripper's microcontroller measured at one instant.
+
+use crate::units::Micros;
+
+/// One row of sensor readings. Only the stylus is required; a channel the gripper does not have is `None`.
+///
+/// Values may be anything a broken sensor sends, NaN and infinities included: the pipeline counts such
+/// readings and never lets them into its state.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Sample {
+    /// Device time of the reading.
+    pub t: Micros,
+    /// Stylus displacement along its axis [m]; for an uncalibrated vibration sensor its own units (counts).
+    pub stylus: f32,
+    /// Normal force of one finger on the object [N].
+    pub normal_force_n: Option<f32>,
+    /// Tangential (load) force on one finger [N].
+    pub tangential_n: Option<f32>,
+    /// Moved distance of the object against the finger [m], from a roller, an encoder or an optical sensor.
+    pub travel_m: Option<f32>,
+    /// Slip speed measured directly [m/s].
+    pub velocity_m_s: Option<f32>,
+    /// Second stylus [m], a known distance behind the first along the slip direction.
+    pub second_stylus: Option<f32>,
+    /// Motion reference: an accelerometer or a stylus that does not touch the object (own units).
+    pub reference: Option<f32>,
+    /// Static pressure of the fingertip (own units).
+    pub pressure: Option<f32>,
+}
+
+impl Sample {
+    /// A sample of the stylus alone.
+    #[must_use]
+    pub fn stylus(t: Micros, stylus: f32) -> Self {
+        Self { t, stylus, ..Self::default() }
+    }
+}

@@ -1,0 +1,57 @@
+//! Units that cross crate borders: a bare number goes in, a number that cannot be mistaken comes out.
+//!
+//! Inside a computation values are plain `f32`/`f64` in SI with the unit in the name or the doc
+//! sentence; these newtypes stand where a caller could otherwise swap two arguments.
+
+/// A point in time or a duration in microseconds since the microcontroller started.
+///
+/// The device counts ticks of one microsecond; 64 bits last for 584,000 years, so it never wraps.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Micros(pub u64);
+
+impl Micros {
+    /// Seconds as `f64`; exact up to 2^53 microseconds (285 years).
+    #[must_use]
+    #[expect(clippy::cast_precision_loss, reason = "exact up to 285 years")]
+    pub fn as_seconds(self) -> f64 {
+        self.0 as f64 * 1e-6
+    }
+
+    /// Time from `earlier` to `self`, zero where `earlier` is later.
+    #[must_use]
+    pub fn since(self, earlier: Self) -> Self {
+        Self(self.0.saturating_sub(earlier.0))
+    }
+
+    /// `self` later by `duration`, saturating.
+    #[must_use]
+    pub fn plus(self, duration: Self) -> Self {
+        Self(self.0.saturating_add(duration.0))
+    }
+
+    /// The duration of `ms` milliseconds.
+    #[must_use]
+    pub const fn from_millis(ms: u32) -> Self {
+        Self(ms as u64 * 1000)
+    }
+}
+
+/// A rate or a corner frequency in hertz.
+#[derive(Clone, Copy, Debug, Default, PartialEq, PartialOrd)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(transparent))]
+pub struct Hertz(pub f32);
+
+/// A force in newtons.
+#[derive(Clone, Copy, Debug, Default, PartialEq, PartialOrd)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(transparent))]
+pub struct Newtons(pub f32);
+
+/// A length in metres.
+#[derive(Clone, Copy, Debug, Default, PartialEq, PartialOrd)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(transparent))]
+pub struct Metres(pub f32);
+
+/// A speed in metres per second.
+#[derive(Clone, Copy, Debug, Default, PartialEq, PartialOrd)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(transparent))]
+pub struct MetresPerSecond(pub f32);
