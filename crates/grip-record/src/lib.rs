@@ -1,1 +1,40 @@
-//! crates/grip-record
+//! Files in, checked samples and labels out, and back: recordings of gripper sensors as CSV.
+//!
+//! A recording is a comma-separated text with one header row; columns are found by name:
+//!
+//! | column | unit | goes to |
+//! |---|---|---|
+//! | `t_s` | s, rounded to 1 us | `Sample::t`; may be absent if a rate is given |
+//! | `stylus` or `vibration` | m, or the sensor's own units | `Sample::stylus` (required) |
+//! | `force_n` | N | `Sample::normal_force_n` |
+//! | `tangential_n` | N | `Sample::tangential_n` |
+//! | `travel_mm` or `travel_m` | mm or m | `Sample::travel_m` |
+//! | `velocity_m_s` | m/s | `Sample::velocity_m_s` |
+//! | `stylus2` | m | `Sample::second_stylus` |
+//! | `reference` | own units | `Sample::reference` |
+//! | `pressure` | own units | `Sample::pressure` |
+//!
+//! A reading may be `NaN`, `inf` or absurdly large: that is what a broken sensor sends, so it is passed on
+//! unchanged and counted in [`Notes`]. A time must be a number and must never go backwards.
+//!
+//! A labelled folder holds `labels.csv` ([`read_labels`]) beside `NAME.csv` and, where the true motion is
+//! known, `NAME_pose.csv` ([`Travel`]).
+
+mod channels;
+mod csv_read;
+mod csv_write;
+mod error;
+mod labels;
+mod layout;
+mod notes;
+mod number;
+mod table;
+mod travel;
+
+pub use channels::{COLUMN_NAMES, Channel, ChannelSet, StylusKind};
+pub use csv_read::{CsvOptions, Recording, parse_csv, read_csv};
+pub use csv_write::{CsvWriter, WriteError};
+pub use error::CsvError;
+pub use labels::{Label, LabelError, LabelKind, read_labels};
+pub use notes::{HUGE_READING, Notes};
+pub use travel::Travel;

@@ -1,0 +1,212 @@
+//! Column names in, the fields of a `Sample` they fill out.
+
+use std::collections::BTreeMap;
+
+use slip_core::sample::Sample;
+
+/// What the stylus column holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum StylusKind {
+    /// Column `stylus`: displacement along the stylus axis (m).
+    Displacement,
+    /// Column `vibration`: an uncalibrated vibration signal in the sensor's own units (counts).
+    Vibration,
+}
+
+impl StylusKind {
+    /// The column's name in a file.
+    #[must_use]
+    pub const fn column(self) -> &'static str {
+        match self {
+            Self::Displacement => "stylus",
+            Self::Vibration => "vibration",
+        }
+    }
+}
+
+/// A channel that a gripper may lack; order is the order of the columns written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Channel {
+    /// Normal force of one finger (N).
+    NormalForce,
+    /// Tangential force on one finger (N).
+    Tangential,
+    /// Moved distance of the object (m).
+    Travel,
+    /// Slip speed measured directly (m/s).
+    Velocity,
+    /// Second stylus (m).
+    SecondStylus,
+    /// Motion reference (own units).
+    Reference,
+    /// Static pressure of the fingertip (own units).
+    Pressure,
+}
+
+impl Channel {
+    /// Every optional channel, in the order of the columns written.
+    pub const ALL: [Self; 7] = [
+        Self::NormalForce,
+        Self::Tangential,
+        Self::Travel,
+        Self::Velocity,
+        Self::SecondStylus,
+        Self::Reference,
+        Self::Pressure,
+    ];
+
+    /// The column's name in a file written by [`CsvWriter`](crate::CsvWriter).
+    #[must_use]
+    pub const fn column(self) -> &'static str {
+        match self {
+            Self::NormalForce => "force_n",
+            Self::Tangential => "tangential_n",
+            Self::Travel => "travel_m",
+            Self::Velocity => "velocity_m_s",
+            Self::SecondStylus => "stylus2",
+            Self::Reference => "reference",
+            Self::Pressure => "pressure",
+        }
+    }
+
+    /// The reading of this channel in `sample`, in the unit given at the variant.
+    #[must_use]
+    pub const fn reading(self, sample: &Sample) -> Option<f32> {
+        match self {
+            Self::NormalForce => sample.normal_force_n,
+            Self::Tangential => sample.tangential_n,
+            Self::Travel => sample.travel_m,
+            Self::Velocity => sample.velocity_m_s,
+            Self::SecondStylus => sample.second_stylus,
+            Self::Reference => sample.reference,
+            Self::Pressure => sample.pressure,
+        }
+    }
+
+    pub(crate) const fn set(self, sample: &mut Sample, value: Option<f32>) {
+        match self {
+            Self::NormalForce => sample.normal_force_n = value,
+            Self::Tangential => sample.tangential_n = value,
+            Self::Travel => sample.travel_m = value,
+            Self::Velocity => sample.velocity_m_s = value,
+            Self::SecondStylus => sample.second_stylus = value,
+            Self::Reference => sample.reference = value,
+            Self::Pressure => sample.pressure = value,
+        }
+    }
+}
+
+/// The channels a recording holds, each with the name of the column it came from.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ChannelSet {
+    /// What the stylus column holds.
+    pub stylus: StylusKind,
+    /// The file's name of the stylus column.
+    pub stylus_source: String,
+    /// The file's name of the time column; `None` where the times come from a rate.
+    pub time_source: Option<String>,
+    /// The optional channels present and the file's names of their columns.
+    pub optional: BTreeMap<Channel, String>,
+}
+
+impl ChannelSet {
+    /// Time and stylus only.
+    #[must_use]
+    pub fn new(stylus: StylusKind) -> Self {
+        Self {
+            stylus,
+            stylus_source: stylus.column().to_owned(),
+            time_source: Some("t_s".to_owned()),
+            optional: BTreeMap::new(),
+        }
+    }
+
+    /// The same set and `channel`, under the name the writer gives it.
+    #[must_use]
+    pub fn with(mut self, channel: Channel) -> Self {
+        self.optional.insert(channel, channel.column().to_owned());
+        self
+    }
+
+    /// Time, stylus and every optional channel.
+    #[must_use]
+    pub fn all(stylus: StylusKind) -> Self {
+        Channel::ALL.into_iter().fold(Self::new(stylus), Self::with)
+    }
+
+    /// Whether `channel` has a column.
+    #[must_use]
+    pub fn has(&self, channel: Channel) -> bool {
+        self.optional.contains_key(&channel)
+    }
+}
+
+/// What a column of a known name is for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Role {
+    Time,
+    Stylus(StylusKind),
+    Optional(Channel, Scale),
+}
+
+/// From the number in the cell to the unit of the `Sample` field.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Scale {
+    Same,
+    MilliToUnit,
+}
+
+/// Every column name the reader knows; the left side of a renaming must be one of them.
+pub const COLUMN_NAMES: [&str; 11] = [
+    "t_s",
+    "stylus",
+    "vibration",
+    "force_n",
+    "tangential_n",
+    "travel_m",
+    "travel_mm",
+    "velocity_m_s",
+    "stylus2",
+    "reference",
+    "pressure",
+];
+
+impl Role {
+    pub(crate) fn of(name: &str) -> Option<Self> {
+        match name {
+            "t_s" => Some(Self::Time),
+            "stylus" => Some(Self::Stylus(StylusKind::Displacement)),
+            "vibration" => Some(Self::Stylus(StylusKind::Vibration)),
+            "travel_mm" => Some(Self::Optional(Channel::Travel, Scale::MilliToUnit)),
+            other => Channel::ALL
+                .into_iter()
+                .find(|channel| channel.column() == other)
+                .map(|channel| Self::Optional(channel, Scale::Same)),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_known_name_has_a_role() {
+        for name in COLUMN_NAMES {
+            assert!(Role::of(name).is_some(), "{name}");
+        }
+        assert_eq!(Role::of("acceleration"), None);
+    }
+
+    #[test]
+    fn a_channel_returns_what_was_set() {
+        for channel in Channel::ALL {
+            let mut sample = Sample::default();
+            channel.set(&mut sample, Some(2.5));
+            assert_eq!(channel.reading(&sample), Some(2.5));
+            let others =
+                Channel::ALL.into_iter().filter(|other| other.reading(&sample).is_some()).count();
+            assert_eq!(others, 1, "{channel:?} fills one field");
+        }
+    }
+}

@@ -1,0 +1,120 @@
+//! Samples in, a CSV recording out that reads back bit by bit the same.
+
+use std::io::{self, Write};
+
+use slip_core::sample::Sample;
+use slip_core::units::Micros;
+
+use crate::channels::{Channel, ChannelSet};
+
+/// Why a sample was not written; nothing of it stands in the file.
+#[derive(Debug, thiserror::Error)]
+pub enum WriteError {
+    /// The file or stream refused the bytes.
+    #[error("cannot write the recording: {0}")]
+    Io(#[from] io::Error),
+    /// The sample has a reading in a channel without a column, which would be lost.
+    #[error(
+        "the sample at {:.6} s has a reading of {channel:?}, but the recording has no column for it",
+        time.as_seconds()
+    )]
+    NoColumn {
+        /// Time of the sample.
+        time: Micros,
+        /// The channel without a column.
+        channel: Channel,
+    },
+    /// The sample is earlier than the one before.
+    #[error("time goes backwards from {:.6} s to {:.6} s", before.as_seconds(), time.as_seconds())]
+    TimeBackwards {
+        /// Time of the sample before.
+        before: Micros,
+        /// Time of the sample.
+        time: Micros,
+    },
+}
+
+/// Writes a recording row by row.
+///
+/// Columns: `t_s` (six decimals), `stylus` or `vibration`, then those of the [`ChannelSet`] under the names of
+/// [`Channel::column`]. Readings have the fewest digits that give the same `f32` back; travel is written in
+/// metres so that no unit conversion rounds it. Of a NaN the sign survives, the payload does not.
+/// Every row is one write: give a buffered `W`.
+#[derive(Debug)]
+pub struct CsvWriter<W: Write> {
+    out: W,
+    columns: Vec<Channel>,
+    line: Vec<u8>,
+    last: Option<Micros>,
+}
+
+impl<W: Write> CsvWriter<W> {
+    /// Writes the header of a recording with `channels`.
+    ///
+    /// # Errors
+    /// [`WriteError::Io`] if `out` refuses the bytes.
+    pub fn new(mut out: W, channels: &ChannelSet) -> Result<Self, WriteError> {
+        let columns: Vec<Channel> = channels.optional.keys().copied().collect();
+        let mut line = Vec::new();
+        write!(line, "t_s,{}", channels.stylus.column())?;
+        for channel in &columns {
+            write!(line, ",{}", channel.column())?;
+        }
+        line.push(b'\n');
+        out.write_all(&line)?;
+        Ok(Self { out, columns, line, last: None })
+    }
+
+    /// Writes `sample` as one row.
+    ///
+    /// # Errors
+    /// [`WriteError::NoColumn`] and [`WriteError::TimeBackwards`] before anything is written,
+    /// [`WriteError::Io`] if the output refuses the bytes.
+    pub fn write(&mut self, sample: &Sample) -> Result<(), WriteError> {
+        self.check(sample)?;
+        let micros = sample.t.0;
+        self.line.clear();
+        write!(self.line, "{}.{:06},", micros / 1_000_000, micros % 1_000_000)?;
+        append_reading(&mut self.line, sample.stylus)?;
+        for channel in &self.columns {
+            self.line.push(b',');
+            if let Some(value) = channel.reading(sample) {
+                append_reading(&mut self.line, value)?;
+            }
+        }
+        self.line.push(b'\n');
+        self.out.write_all(&self.line)?;
+        self.last = Some(sample.t);
+        Ok(())
+    }
+
+    /// Flushes and gives the output back.
+    ///
+    /// # Errors
+    /// [`WriteError::Io`] if flushing fails.
+    pub fn finish(mut self) -> Result<W, WriteError> {
+        self.out.flush()?;
+        Ok(self.out)
+    }
+
+    fn check(&self, sample: &Sample) -> Result<(), WriteError> {
+        if let Some(before) = self.last.filter(|before| *before > sample.t) {
+            return Err(WriteError::TimeBackwards { before, time: sample.t });
+        }
+        let lost = |channel: &Channel| {
+            channel.reading(sample).is_some() && !self.columns.contains(channel)
+        };
+        match Channel::ALL.into_iter().find(lost) {
+            Some(channel) => Err(WriteError::NoColumn { time: sample.t, channel }),
+            None => Ok(()),
+        }
+    }
+}
+
+fn append_reading(line: &mut Vec<u8>, value: f32) -> io::Result<()> {
+    match value.is_nan() {
+        true if value.is_sign_negative() => write!(line, "-NaN"),
+        true => write!(line, "NaN"),
+        false => write!(line, "{value:?}"),
+    }
+}

@@ -1,0 +1,230 @@
+//! What is wrong with a file: where it is, which number or text, and what to do about it.
+
+use std::io;
+use std::path::PathBuf;
+
+use slip_core::units::Micros;
+
+use crate::channels::COLUMN_NAMES;
+
+/// Why a CSV file could not be read. Lines and columns count from 1, as an editor shows them.
+#[derive(Debug, thiserror::Error)]
+pub enum CsvError {
+    /// The file is missing or cannot be read.
+    #[error("{}: cannot be read ({source}); check the path and its permissions", file.display())]
+    Unreadable {
+        /// The file.
+        file: PathBuf,
+        /// What the operating system said.
+        source: io::Error,
+    },
+    /// The file has no header row.
+    #[error("{}: is empty; the first line must name the columns, e.g. t_s,stylus", file.display())]
+    Empty {
+        /// The file.
+        file: PathBuf,
+    },
+    /// The file has a header row and nothing else.
+    #[error("{}: has a header but no rows; record at least one row", file.display())]
+    NoRows {
+        /// The file.
+        file: PathBuf,
+    },
+    /// Two columns have the same name.
+    #[error(
+        "{}: line {line}: columns {first} and {second} are both named {name:?}; rename or remove one of them",
+        file.display()
+    )]
+    RepeatedColumn {
+        /// The file.
+        file: PathBuf,
+        /// Line of the header.
+        line: u64,
+        /// The repeated name; empty for unnamed columns (trailing commas).
+        name: String,
+        /// Number of the first such column.
+        first: usize,
+        /// Number of the second such column.
+        second: usize,
+    },
+    /// There is no stylus column.
+    #[error(
+        "{}: no column stylus or vibration; name it with --map stylus=NAME or --map vibration=NAME; the \
+         file has, separated by commas: {}",
+        file.display(), list(found)
+    )]
+    NoStylus {
+        /// The file.
+        file: PathBuf,
+        /// The names in the header.
+        found: Vec<String>,
+    },
+    /// A table of labels or of travel lacks a column.
+    #[error(
+        "{}: no column {wanted}; add it to the header; the file has, separated by commas: {}",
+        file.display(), list(found)
+    )]
+    MissingColumn {
+        /// The file.
+        file: PathBuf,
+        /// The name looked for.
+        wanted: &'static str,
+        /// The names in the header.
+        found: Vec<String>,
+    },
+    /// There is neither a time column nor a rate.
+    #[error(
+        "{}: no column t_s and no rate; give --rate HZ or name the time column in seconds with --map \
+         t_s=NAME; the file has: {}",
+        file.display(), list(found)
+    )]
+    NoTime {
+        /// The file.
+        file: PathBuf,
+        /// The names in the header.
+        found: Vec<String>,
+    },
+    /// Two columns could serve the same channel.
+    #[error(
+        "{}: has {first} and {second}, only one of them can be used; choose with --map {first}={first} \
+         or --map {second}={second}",
+        file.display()
+    )]
+    Ambiguous {
+        /// The file.
+        file: PathBuf,
+        /// One of the two names.
+        first: &'static str,
+        /// The other name.
+        second: &'static str,
+    },
+    /// The left side of a renaming is not a name the reader knows.
+    #[error("--map {ours}={theirs}: {ours:?} is not a known column; known are: {}", COLUMN_NAMES.join(", "))]
+    UnknownMapName {
+        /// The name that is not known.
+        ours: String,
+        /// The file's column it was to be given.
+        theirs: String,
+    },
+    /// The right side of a renaming is not in the file.
+    #[error("{}: --map {ours}={theirs}: no column {theirs:?}; the file has: {}", file.display(), list(found))]
+    MapColumnAbsent {
+        /// The file.
+        file: PathBuf,
+        /// The known name.
+        ours: String,
+        /// The column that is not there.
+        theirs: String,
+        /// The names in the header.
+        found: Vec<String>,
+    },
+    /// A name stands twice in the renamings, on the same side.
+    #[error("--map names {name:?} twice on the same side; one column goes to one channel")]
+    MapRepeated {
+        /// The repeated name.
+        name: String,
+    },
+    /// The given rate is not usable.
+    #[error("--rate {rate_hz}: must be between 0.001 and 1000000 Hz")]
+    BadRate {
+        /// The rate (Hz).
+        rate_hz: f32,
+    },
+    /// The rate cannot be told from the times.
+    #[error(
+        "{}: the rate cannot be told from {rows} rows because most times are equal or there is only one; \
+         give --rate HZ",
+        file.display()
+    )]
+    NoRate {
+        /// The file.
+        file: PathBuf,
+        /// Rows read.
+        rows: usize,
+    },
+    /// A row has more or fewer cells than the header.
+    #[error(
+        "{}: line {line}: {found} fields where the header names {expected}; {}",
+        file.display(),
+        if found > expected { "remove the extra commas" } else { "add the missing fields (an empty one is a comma)" }
+    )]
+    FieldCount {
+        /// The file.
+        file: PathBuf,
+        /// The line.
+        line: u64,
+        /// Fields of the header.
+        expected: usize,
+        /// Fields of the row.
+        found: usize,
+    },
+    /// A cell that must hold a number holds something else.
+    #[error("{}: line {line}, column {column}: {text:?} is not a number; {remedy}", file.display())]
+    NotANumber {
+        /// The file.
+        file: PathBuf,
+        /// The line.
+        line: u64,
+        /// The column as the file names it.
+        column: String,
+        /// The cell, at most 40 characters of it.
+        text: String,
+        /// What to write instead.
+        remedy: &'static str,
+    },
+    /// A number that must be finite (a travel of the reference motion) is not.
+    #[error("{}: line {line}, column {column}: {text:?} is not finite; remove the row", file.display())]
+    NotFinite {
+        /// The file.
+        file: PathBuf,
+        /// The line.
+        line: u64,
+        /// The column as the file names it.
+        column: String,
+        /// The cell, at most 40 characters of it.
+        text: String,
+    },
+    /// A time is negative, not finite or beyond 64 bits of microseconds.
+    #[error(
+        "{}: line {line}, column {column}: time {text:?} is not within 0 to 1.8e13 s; remove the row or \
+         shift the times to start at 0",
+        file.display()
+    )]
+    TimeOutOfRange {
+        /// The file.
+        file: PathBuf,
+        /// The line.
+        line: u64,
+        /// The column as the file names it.
+        column: String,
+        /// The cell, at most 40 characters of it.
+        text: String,
+    },
+    /// A time is earlier than that of the row before.
+    #[error(
+        "{}: line {line}, column {column}: time goes backwards from {:.6} s to {:.6} s; sort the rows or \
+         split the file there",
+        file.display(), before.as_seconds(), time.as_seconds()
+    )]
+    TimeBackwards {
+        /// The file.
+        file: PathBuf,
+        /// The line of the earlier time.
+        line: u64,
+        /// The column as the file names it.
+        column: String,
+        /// Time of the row before.
+        before: Micros,
+        /// Time of this row.
+        time: Micros,
+    },
+}
+
+fn list(names: &[String]) -> String {
+    names.join(", ")
+}
+
+/// The first 40 characters of a cell: enough to find it.
+pub(crate) fn excerpt(text: &str) -> String {
+    text.chars().take(40).collect()
+}

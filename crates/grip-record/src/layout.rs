@@ -1,0 +1,140 @@
+//! A header and the renamings in, the place of every channel in a row out.
+
+use std::path::Path;
+
+use crate::channels::{COLUMN_NAMES, Channel, ChannelSet, Role, Scale, StylusKind};
+use crate::csv_read::CsvOptions;
+use crate::error::CsvError;
+
+/// Pairs of names of which only one can be used.
+const EITHER: [(&str, &str); 2] = [("stylus", "vibration"), ("travel_m", "travel_mm")];
+
+/// Where the channels stand in a row, columns from 0.
+pub(crate) struct Layout {
+    pub(crate) time: Option<usize>,
+    pub(crate) stylus: usize,
+    pub(crate) optional: Vec<(usize, Channel, Scale)>,
+    pub(crate) channels: ChannelSet,
+    /// Columns nothing is read from.
+    pub(crate) ignored: Vec<String>,
+}
+
+/// A known name found in the file.
+#[derive(Clone, Copy)]
+struct Found {
+    name: &'static str,
+    column: usize,
+    mapped: bool,
+}
+
+impl Layout {
+    pub(crate) fn resolve(
+        file: &Path,
+        header: &[String],
+        options: &CsvOptions,
+    ) -> Result<Self, CsvError> {
+        let mut found = find(file, header, &options.map)?;
+        for pair in EITHER {
+            keep_one(file, &mut found, pair)?;
+        }
+        let (stylus_kind, stylus) = stylus_of(&found)
+            .ok_or_else(|| CsvError::NoStylus { file: file.to_owned(), found: header.to_vec() })?;
+        let time = found
+            .iter()
+            .find(|found| Role::of(found.name) == Some(Role::Time))
+            .map(|found| found.column);
+        if time.is_none() && options.rate_hz.is_none() {
+            return Err(CsvError::NoTime { file: file.to_owned(), found: header.to_vec() });
+        }
+        let source = |column: usize| header.get(column).cloned().unwrap_or_default();
+        let optional: Vec<_> = found
+            .iter()
+            .filter_map(|found| match Role::of(found.name) {
+                Some(Role::Optional(channel, scale)) => Some((found.column, channel, scale)),
+                _ => None,
+            })
+            .collect();
+        let channels = ChannelSet {
+            stylus: stylus_kind,
+            stylus_source: source(stylus),
+            time_source: time.map(source),
+            optional: optional
+                .iter()
+                .map(|&(column, channel, _)| (channel, source(column)))
+                .collect(),
+        };
+        let used = |column: usize| found.iter().any(|found| found.column == column);
+        let ignored = header.iter().enumerate().filter(|(column, _)| !used(*column));
+        let ignored = ignored.map(|(_, name)| name.clone()).collect();
+        Ok(Self { time, stylus, optional, channels, ignored })
+    }
+}
+
+fn stylus_of(found: &[Found]) -> Option<(StylusKind, usize)> {
+    found.iter().find_map(|found| match Role::of(found.name) {
+        Some(Role::Stylus(kind)) => Some((kind, found.column)),
+        _ => None,
+    })
+}
+
+/// The known names in the file: renamed ones first looked up under the file's name; a column claimed by a
+/// renaming no longer stands for its own name.
+fn find(file: &Path, header: &[String], map: &[(String, String)]) -> Result<Vec<Found>, CsvError> {
+    check_map(file, header, map)?;
+    let position = |wanted: &str| header.iter().position(|column| column == wanted);
+    let claimed = |wanted: &str| map.iter().any(|(_, theirs)| theirs == wanted);
+    let found = COLUMN_NAMES.into_iter().filter_map(|name| {
+        let entry = map.iter().find(|(ours, _)| ours == name);
+        let column = match entry {
+            Some((_, theirs)) => position(theirs),
+            None if claimed(name) => None,
+            None => position(name),
+        };
+        column.map(|column| Found { name, column, mapped: entry.is_some() })
+    });
+    Ok(found.collect())
+}
+
+fn check_map(file: &Path, header: &[String], map: &[(String, String)]) -> Result<(), CsvError> {
+    for (index, (ours, theirs)) in map.iter().enumerate() {
+        if Role::of(ours).is_none() {
+            return Err(CsvError::UnknownMapName { ours: ours.clone(), theirs: theirs.clone() });
+        }
+        for (other_ours, other_theirs) in map.iter().take(index) {
+            let repeated = [(ours, other_ours), (theirs, other_theirs)]
+                .into_iter()
+                .find(|(one, other)| one == other);
+            if let Some((name, _)) = repeated {
+                return Err(CsvError::MapRepeated { name: name.clone() });
+            }
+        }
+        if !header.contains(theirs) {
+            return Err(CsvError::MapColumnAbsent {
+                file: file.to_owned(),
+                ours: ours.clone(),
+                theirs: theirs.clone(),
+                found: header.to_vec(),
+            });
+        }
+    }
+    Ok(())
+}
+
+/// Of two names for one channel the renamed one wins; without exactly one renaming the choice is the user's.
+fn keep_one(
+    file: &Path,
+    found: &mut Vec<Found>,
+    pair: (&'static str, &'static str),
+) -> Result<(), CsvError> {
+    let mapped =
+        |wanted: &str| found.iter().find(|found| found.name == wanted).map(|found| found.mapped);
+    let (Some(first_mapped), Some(second_mapped)) = (mapped(pair.0), mapped(pair.1)) else {
+        return Ok(());
+    };
+    if first_mapped == second_mapped {
+        return Err(CsvError::Ambiguous { file: file.to_owned(), first: pair.0, second: pair.1 });
+    }
+    let dropped = if first_mapped { pair.1 } else { pair.0 };
+    found.retain(|found| found.name != dropped);
+    Ok(())
+}

@@ -1,0 +1,137 @@
+//! The text of a cell in, microseconds or a reading out.
+
+use slip_core::units::Micros;
+
+use crate::channels::Scale;
+
+/// Why a cell is not a time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum TimeFault {
+    NotANumber,
+    OutOfRange,
+}
+
+/// Seconds as decimal text to whole microseconds, halves rounded up.
+///
+/// The digits are shifted, never multiplied as floating point, so every `u64` count survives a round trip.
+pub(crate) fn parse_micros(text: &str) -> Result<Micros, TimeFault> {
+    let seconds: f64 = text.parse().map_err(|_| TimeFault::NotANumber)?;
+    if seconds.abs() < 1e-7 {
+        return Ok(Micros(0));
+    }
+    if !(seconds > 0.0 && seconds < 2e13) {
+        return Err(TimeFault::OutOfRange);
+    }
+    shifted_digits(text.trim_start_matches('+')).map(Micros).ok_or(TimeFault::OutOfRange)
+}
+
+/// The decimal `digits[.digits][e[+-]digits]` times 10^6, rounded; `None` beyond 64 bits.
+fn shifted_digits(decimal: &str) -> Option<u64> {
+    let (mantissa, exponent) = match decimal.split_once(['e', 'E']) {
+        Some((mantissa, exponent)) => (mantissa, exponent.parse().ok()?),
+        None => (decimal, 0_i64),
+    };
+    let (whole, fraction) = mantissa.split_once('.').unwrap_or((mantissa, ""));
+    let kept = i64::try_from(whole.len()).ok()?.checked_add(exponent)?.checked_add(6)?;
+    let mut micros = 0_u64;
+    let mut position = 0_i64;
+    for byte in whole.bytes().chain(fraction.bytes()) {
+        let digit = u64::from(byte.wrapping_sub(b'0'));
+        if position >= kept {
+            let round_up = position == kept && digit >= 5;
+            return micros.checked_add(u64::from(round_up));
+        }
+        micros = micros.checked_mul(10)?.checked_add(digit)?;
+        position += 1;
+    }
+    for _ in position..kept {
+        micros = micros.checked_mul(10)?;
+    }
+    Some(micros)
+}
+
+/// A reading in the unit of its `Sample` field; `None` if the text is no number. `NaN`, `inf` and what
+/// overflows to infinity are readings.
+pub(crate) fn parse_reading(text: &str, scale: Scale) -> Option<f32> {
+    match scale {
+        Scale::Same => text.parse().ok(),
+        Scale::MilliToUnit => text.parse::<f64>().ok().map(|milli| narrow(milli / 1000.0)),
+    }
+}
+
+#[expect(
+    clippy::cast_possible_truncation,
+    reason = "rounding to the precision of a Sample is the purpose"
+)]
+const fn narrow(value: f64) -> f32 {
+    value as f32
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    #[test]
+    fn times_round_to_microseconds() {
+        let cases = [
+            ("0", 0),
+            ("-0", 0),
+            ("0.000455", 455),
+            ("0.0004545", 455),
+            ("0.00045449999", 454),
+            ("1", 1_000_000),
+            ("+1.5", 1_500_000),
+            (".5", 500_000),
+            ("2.", 2_000_000),
+            ("1e-3", 1_000),
+            ("12.5E1", 125_000_000),
+            ("4.9e-7", 0),
+            ("5e-7", 1),
+            ("0e99999999999999999999", 0),
+            ("18446744073709.551615", u64::MAX),
+        ];
+        for (text, micros) in cases {
+            assert_eq!(parse_micros(text), Ok(Micros(micros)), "{text}");
+        }
+    }
+
+    #[test]
+    fn what_is_no_time_is_refused() {
+        for text in ["", "abc", "1,5", "0x10", "1e", "--1", "1 2"] {
+            assert_eq!(parse_micros(text), Err(TimeFault::NotANumber), "{text}");
+        }
+        for text in ["NaN", "inf", "-inf", "-1", "1e400", "1e30", "18446744073709.551616"] {
+            assert_eq!(parse_micros(text), Err(TimeFault::OutOfRange), "{text}");
+        }
+    }
+
+    #[test]
+    fn a_broken_sensor_is_a_reading() {
+        assert!(parse_reading("nan", Scale::Same).is_some_and(f32::is_nan));
+        assert_eq!(parse_reading("1e400", Scale::Same), Some(f32::INFINITY));
+        assert_eq!(parse_reading("-inf", Scale::MilliToUnit), Some(f32::NEG_INFINITY));
+        assert_eq!(parse_reading("25.5", Scale::MilliToUnit), Some(0.0255));
+        assert_eq!(parse_reading("n/a", Scale::Same), None);
+    }
+
+    proptest! {
+        #[test]
+        fn six_decimals_are_exact(micros: u64) {
+            let text = format!("{}.{:06}", micros / 1_000_000, micros % 1_000_000);
+            prop_assert_eq!(parse_micros(&text), Ok(Micros(micros)));
+        }
+
+        #[test]
+        fn an_exponent_changes_nothing(micros in 0_u64..1 << 50) {
+            prop_assert_eq!(parse_micros(&format!("{micros}e-6")), Ok(Micros(micros)));
+        }
+
+        #[test]
+        fn close_to_floating_point(seconds in 0.0_f64..1e6) {
+            let Ok(Micros(micros)) = parse_micros(&seconds.to_string()) else { panic!("{seconds}") };
+            prop_assert!((Micros(micros).as_seconds() - seconds).abs() <= 0.500_001e-6);
+        }
+    }
+}

@@ -1,0 +1,251 @@
+//! The bytes of a CSV file in, a header and rows with their true line numbers out.
+
+use std::borrow::Cow;
+use std::path::Path;
+
+use csv::{ByteRecord, Reader, ReaderBuilder};
+
+use crate::error::{CsvError, excerpt};
+use crate::number::{TimeFault, parse_micros};
+use slip_core::units::Micros;
+
+const PLAIN_NUMBER: &str = "write digits with a decimal point";
+const BYTE_ORDER_MARK: &[u8] = b"\xEF\xBB\xBF";
+
+/// A file's rows, checked for the width of the header. Lines are counted here because the position of a
+/// record includes the blank lines before it and half of a CR LF.
+pub(crate) struct Table<'a> {
+    file: &'a Path,
+    bytes: &'a [u8],
+    reader: Reader<&'a [u8]>,
+    record: ByteRecord,
+    lines: LineCount,
+    header: Vec<String>,
+    header_line: u64,
+}
+
+/// One row: as many cells as the header has names.
+pub(crate) struct Row<'a> {
+    pub(crate) line: u64,
+    /// Blank lines since the row before.
+    pub(crate) blank_before: usize,
+    file: &'a Path,
+    header: &'a [String],
+    cells: &'a ByteRecord,
+}
+
+impl<'a> Table<'a> {
+    /// Reads the header: names trimmed, a byte order mark dropped, no name twice.
+    pub(crate) fn open(file: &'a Path, bytes: &'a [u8]) -> Result<Self, CsvError> {
+        let bytes = bytes.strip_prefix(BYTE_ORDER_MARK).unwrap_or(bytes);
+        let reader = ReaderBuilder::new().has_headers(false).flexible(true).from_reader(bytes);
+        let lines = LineCount { line: 1, counted_to: 0 };
+        let record = ByteRecord::new();
+        let mut table =
+            Self { file, bytes, reader, record, lines, header: Vec::new(), header_line: 1 };
+        let Some((line, _)) = table.advance()? else {
+            return Err(CsvError::Empty { file: file.to_owned() });
+        };
+        table.header_line = line;
+        table.header = table
+            .record
+            .iter()
+            .map(|name| String::from_utf8_lossy(name).trim().to_owned())
+            .collect();
+        table.refuse_repeated_names()?;
+        Ok(table)
+    }
+
+    pub(crate) fn header(&self) -> &[String] {
+        &self.header
+    }
+
+    /// Number of the column called `name`, from 0.
+    pub(crate) fn position(&self, name: &str) -> Option<usize> {
+        self.header.iter().position(|column| column == name)
+    }
+
+    /// The column called `name`, which must be there.
+    pub(crate) fn required(&self, name: &'static str) -> Result<usize, CsvError> {
+        self.position(name).ok_or_else(|| CsvError::MissingColumn {
+            file: self.file.to_owned(),
+            wanted: name,
+            found: self.header.clone(),
+        })
+    }
+
+    /// The next row, `None` at the end.
+    pub(crate) fn next_row(&mut self) -> Result<Option<Row<'_>>, CsvError> {
+        let Some((line, blank_before)) = self.advance()? else { return Ok(None) };
+        let (expected, found) = (self.header.len(), self.record.len());
+        if expected != found {
+            return Err(CsvError::FieldCount { file: self.file.to_owned(), line, expected, found });
+        }
+        Ok(Some(Row {
+            line,
+            blank_before,
+            file: self.file,
+            header: &self.header,
+            cells: &self.record,
+        }))
+    }
+
+    fn advance(&mut self) -> Result<Option<(u64, usize)>, CsvError> {
+        let more = self.reader.read_byte_record(&mut self.record).map_err(|error| {
+            CsvError::Unreadable { file: self.file.to_owned(), source: error.into() }
+        })?;
+        let start =
+            self.record.position().and_then(|position| usize::try_from(position.byte()).ok());
+        Ok(start.filter(|_| more).map(|start| self.lines.locate(self.bytes, start)))
+    }
+
+    fn refuse_repeated_names(&self) -> Result<(), CsvError> {
+        for (second, name) in self.header.iter().enumerate() {
+            if let Some(first) = self.position(name).filter(|first| *first < second) {
+                return Err(CsvError::RepeatedColumn {
+                    file: self.file.to_owned(),
+                    line: self.header_line,
+                    name: name.clone(),
+                    first: first + 1,
+                    second: second + 1,
+                });
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Row<'_> {
+    /// The cell at `column` (from 0), trimmed; bytes that are not UTF-8 become replacement characters.
+    pub(crate) fn cell(&self, column: usize) -> Cow<'_, str> {
+        let bytes = self.cells.get(column).unwrap_or_default();
+        String::from_utf8_lossy(bytes.trim_ascii())
+    }
+
+    /// The cell at `column` as a time that is not before `previous`.
+    pub(crate) fn time(&self, column: usize, previous: Option<Micros>) -> Result<Micros, CsvError> {
+        let text = self.cell(column);
+        let time = parse_micros(&text).map_err(|fault| match fault {
+            TimeFault::NotANumber => self.not_a_number(column, PLAIN_NUMBER),
+            TimeFault::OutOfRange => CsvError::TimeOutOfRange {
+                file: self.file.to_owned(),
+                line: self.line,
+                column: self.name(column),
+                text: excerpt(&text),
+            },
+        })?;
+        match previous.filter(|before| *before > time) {
+            None => Ok(time),
+            Some(before) => Err(CsvError::TimeBackwards {
+                file: self.file.to_owned(),
+                line: self.line,
+                column: self.name(column),
+                before,
+                time,
+            }),
+        }
+    }
+
+    /// The cell at `column` as a finite number.
+    pub(crate) fn finite(&self, column: usize) -> Result<f64, CsvError> {
+        let text = self.cell(column);
+        let value: f64 = text.parse().map_err(|_| self.not_a_number(column, PLAIN_NUMBER))?;
+        if value.is_finite() {
+            return Ok(value);
+        }
+        Err(CsvError::NotFinite {
+            file: self.file.to_owned(),
+            line: self.line,
+            column: self.name(column),
+            text: excerpt(&text),
+        })
+    }
+
+    pub(crate) fn not_a_number(&self, column: usize, remedy: &'static str) -> CsvError {
+        CsvError::NotANumber {
+            file: self.file.to_owned(),
+            line: self.line,
+            column: self.name(column),
+            text: excerpt(&self.cell(column)),
+            remedy,
+        }
+    }
+
+    fn name(&self, column: usize) -> String {
+        self.header.get(column).cloned().unwrap_or_default()
+    }
+}
+
+/// Line of the byte counted to; a line ends with LF, CR LF or CR.
+struct LineCount {
+    line: u64,
+    counted_to: usize,
+}
+
+impl LineCount {
+    /// Line of the first content at or after `start`, and the blank lines between.
+    fn locate(&mut self, bytes: &[u8], start: usize) -> (u64, usize) {
+        self.line += u64::try_from(line_ends(bytes, self.counted_to, start)).unwrap_or(u64::MAX);
+        let blank = bytes
+            .get(start..)
+            .unwrap_or_default()
+            .iter()
+            .take_while(|byte| matches!(byte, b'\r' | b'\n'));
+        let content = start + blank.count();
+        let blank_before = line_ends(bytes, start, content);
+        self.line += u64::try_from(blank_before).unwrap_or(u64::MAX);
+        self.counted_to = content;
+        (self.line, blank_before)
+    }
+}
+
+/// Line ends that begin in `from..to`: every CR, and every LF without a CR before it.
+fn line_ends(bytes: &[u8], from: usize, to: usize) -> usize {
+    let before = from.checked_sub(1).and_then(|at| bytes.get(at)).copied().unwrap_or_default();
+    let part = bytes.get(from..to).unwrap_or_default();
+    let mut previous = before;
+    let mut ends = 0;
+    for &byte in part {
+        ends += usize::from(byte == b'\r' || (byte == b'\n' && previous != b'\r'));
+        previous = byte;
+    }
+    ends
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn rows(text: &str) -> Vec<(u64, usize, String)> {
+        let mut table = Table::open(Path::new("t.csv"), text.as_bytes()).unwrap();
+        let mut rows = Vec::new();
+        while let Some(row) = table.next_row().unwrap() {
+            rows.push((row.line, row.blank_before, row.cell(0).into_owned()));
+        }
+        rows
+    }
+
+    #[test]
+    fn lines_are_those_an_editor_shows() {
+        let expected = vec![(2, 0, "1".to_owned()), (5, 2, "2".to_owned()), (6, 0, "3".to_owned())];
+        for end in ["\n", "\r\n", "\r"] {
+            let text = ["a,b", "1,", "", "", "2,x", "3,", ""].join(end);
+            assert_eq!(rows(&text), expected, "{end:?}");
+            assert_eq!(rows(text.trim_end()), expected, "without a last line end");
+        }
+    }
+
+    #[test]
+    fn a_quoted_line_break_counts() {
+        assert_eq!(
+            rows("a,\"b\nc\"\n1,\"x\n\ny\"\n2,z\n"),
+            vec![(3, 0, "1".to_owned()), (6, 0, "2".to_owned())]
+        );
+    }
+
+    #[test]
+    fn a_byte_order_mark_is_not_part_of_the_name() {
+        let table = Table::open(Path::new("t.csv"), "\u{feff} a , b\r\n".as_bytes()).unwrap();
+        assert_eq!(table.header(), ["a", "b"]);
+    }
+}

@@ -1,0 +1,104 @@
+//! What is written reads back bit by bit.
+#![expect(clippy::unwrap_used, reason = "helpers of the tests stand outside the test functions")]
+
+use std::path::Path;
+
+use grip_record::{Channel, ChannelSet, CsvOptions, CsvWriter, StylusKind, WriteError, parse_csv};
+use proptest::option;
+use proptest::prelude::*;
+use slip_core::sample::Sample;
+use slip_core::units::Micros;
+
+/// Any reading; of the NaNs the two that words can tell apart.
+fn reading() -> impl Strategy<Value = f32> {
+    any::<u32>().prop_map(|bits| {
+        let value = f32::from_bits(bits);
+        if value.is_nan() {
+            f32::NAN.copysign(if bits >> 31 == 1 { -1.0 } else { 1.0 })
+        } else {
+            value
+        }
+    })
+}
+
+fn sample(t: u64) -> impl Strategy<Value = Sample> {
+    let force = (
+        option::of(reading()),
+        option::of(reading()),
+        option::of(reading()),
+        option::of(reading()),
+    );
+    let other = (option::of(reading()), option::of(reading()), option::of(reading()));
+    (reading(), force, other).prop_map(move |(stylus, force, other)| Sample {
+        t: Micros(t),
+        stylus,
+        normal_force_n: force.0,
+        tangential_n: force.1,
+        travel_m: force.2,
+        velocity_m_s: force.3,
+        second_stylus: other.0,
+        reference: other.1,
+        pressure: other.2,
+    })
+}
+
+fn samples() -> impl Strategy<Value = Vec<Sample>> {
+    proptest::collection::vec(any::<u64>(), 1..40).prop_flat_map(|mut times| {
+        times.sort_unstable();
+        times.into_iter().map(sample).collect::<Vec<_>>()
+    })
+}
+
+fn bits(sample: &Sample) -> (Micros, u32, Vec<Option<u32>>) {
+    let optional =
+        Channel::ALL.into_iter().map(|channel| channel.reading(sample).map(f32::to_bits));
+    (sample.t, sample.stylus.to_bits(), optional.collect())
+}
+
+fn written(channels: &ChannelSet, samples: &[Sample]) -> Vec<u8> {
+    let mut writer = CsvWriter::new(Vec::new(), channels).unwrap();
+    for sample in samples {
+        writer.write(sample).unwrap();
+    }
+    writer.finish().unwrap()
+}
+
+proptest! {
+    #[test]
+    fn every_bit_survives(samples in samples(), vibration: bool) {
+        let kind = if vibration { StylusKind::Vibration } else { StylusKind::Displacement };
+        let channels = ChannelSet::all(kind);
+        let bytes = written(&channels, &samples);
+        let options = CsvOptions { rate_hz: Some(1000.0), ..CsvOptions::default() };
+        let back = parse_csv(Path::new("rec.csv"), &bytes, &options).unwrap();
+        prop_assert_eq!(&back.channels, &channels);
+        prop_assert_eq!(back.samples.iter().map(bits).collect::<Vec<_>>(), samples.iter().map(bits).collect::<Vec<_>>());
+        prop_assert_eq!(written(&back.channels, &back.samples), bytes);
+    }
+}
+
+#[test]
+fn the_columns_are_those_of_the_set() {
+    let channels = ChannelSet::new(StylusKind::Displacement)
+        .with(Channel::Pressure)
+        .with(Channel::NormalForce);
+    let first = Sample { pressure: Some(-0.0), ..Sample::stylus(Micros(455), 1e-7) };
+    let second =
+        Sample { normal_force_n: Some(0.1), ..Sample::stylus(Micros(61_000_000), f32::NAN) };
+    let text = String::from_utf8(written(&channels, &[first, second])).unwrap();
+    assert_eq!(text, "t_s,stylus,force_n,pressure\n0.000455,1e-7,,-0.0\n61.000000,NaN,0.1,\n");
+}
+
+#[test]
+fn what_would_be_lost_or_unreadable_is_refused() {
+    let mut writer =
+        CsvWriter::new(Vec::new(), &ChannelSet::new(StylusKind::Displacement)).unwrap();
+    writer.write(&Sample::stylus(Micros(5), 1.0)).unwrap();
+    let error = writer
+        .write(&Sample { reference: Some(1.0), ..Sample::stylus(Micros(6), 1.0) })
+        .unwrap_err();
+    assert!(matches!(error, WriteError::NoColumn { time: Micros(6), channel: Channel::Reference }));
+    let error = writer.write(&Sample::stylus(Micros(4), 1.0)).unwrap_err();
+    assert_eq!(error.to_string(), "time goes backwards from 0.000005 s to 0.000004 s");
+    assert_eq!(writer.finish().unwrap(), b"t_s,stylus\n0.000005,1.0\n");
+}
