@@ -1,5 +1,29 @@
 //! Stylus samples in; slip events, features and grip-force commands out.
+//!
+//! [`Pipeline`] is the data path. Its parts can be used alone: filters, floor, detector, irregularities,
+//! E_sc, estimator and controller. `no_std`, no allocation, no panic; time comes with the samples.
 #![no_std]
 
+pub mod config;
+pub mod detector;
+pub mod esc;
+pub mod estimate;
+pub mod event;
+pub mod features;
+pub mod filter;
+pub mod floor;
+pub mod grip;
+pub mod health;
+pub mod irregularity;
+pub mod observation;
+pub mod pipeline;
 pub mod sample;
+pub mod scene;
+pub mod speed;
+pub mod stages;
 pub mod units;
+
+pub use config::{ConfigError, PipelineConfig, Signal};
+pub use event::{Phase, SlipEvent, Step};
+pub use pipeline::Pipeline;
+pub use sample::Sample;

@@ -10,17 +10,17 @@ use crate::units::Micros;
 pub struct Sample {
     /// Device time of the reading.
     pub t: Micros,
-    /// Stylus displacement along its axis [m]; for an uncalibrated vibration sensor its own units (counts).
+    /// Stylus displacement along its axis (m); for an uncalibrated vibration sensor its own units (counts).
     pub stylus: f32,
-    /// Normal force of one finger on the object [N].
+    /// Normal force of one finger on the object (N).
     pub normal_force_n: Option<f32>,
-    /// Tangential (load) force on one finger [N].
+    /// Tangential (load) force on one finger (N).
     pub tangential_n: Option<f32>,
-    /// Moved distance of the object against the finger [m], from a roller, an encoder or an optical sensor.
+    /// Moved distance of the object against the finger (m), from a roller, an encoder or an optical sensor.
     pub travel_m: Option<f32>,
-    /// Slip speed measured directly [m/s].
+    /// Slip speed measured directly (m/s).
     pub velocity_m_s: Option<f32>,
-    /// Second stylus [m], a known distance behind the first along the slip direction.
+    /// Second stylus (m), a known distance behind the first along the slip direction.
     pub second_stylus: Option<f32>,
     /// Motion reference: an accelerometer or a stylus that does not touch the object (own units).
     pub reference: Option<f32>,

@@ -1,0 +1,225 @@
+//! The text of a configuration file in, checked settings or the line and column of the mistake out.
+
+use serde::{Deserialize, Serialize};
+use slip_core::{
+    ConfigError, PipelineConfig, Signal, detector::DetectorConfig, floor::FloorConfig,
+    grip::GripConfig, health::HealthConfig, observation::ObservationConfig, units::Hertz,
+};
+use std::path::{Path, PathBuf};
+use toml::de::{DeTable, DeValue};
+
+/// What `gripd.toml` may hold. Everything has a default.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct HostConfig {
+    /// Serial port, `auto`, or `sim` with an optional `:SCENE`.
+    pub port: Option<String>,
+    /// Bits per second of the serial line; USB devices ignore it.
+    pub baud: Option<u32>,
+    /// Model file that replaces the embedded network.
+    pub model: Option<PathBuf>,
+    /// What is asked of the microcontroller.
+    pub link: LinkConfig,
+    /// How the noise floor is found.
+    pub floor: FloorConfig,
+    /// Bands and thresholds of the slip detector.
+    pub detector: DetectorConfig,
+    /// What is believed of the sensors.
+    pub health: HealthConfig,
+    /// How a slip is measured.
+    pub observation: ObservationConfig,
+    /// Forces and rates of the controller.
+    pub grip: GripConfig,
+}
+
+/// What is asked of the microcontroller when the link is set up.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct LinkConfig {
+    /// Samples per second, 1,000 to 20,000.
+    pub sample_rate_hz: u32,
+    /// Samples per frame, 1 to 32.
+    pub batch: u8,
+    /// How long a command stays valid on the device (ms), 20 to 100.
+    pub ttl_ms: u16,
+}
+
+impl Default for LinkConfig {
+    fn default() -> Self {
+        Self { sample_rate_hz: 10_000, batch: 10, ttl_ms: 50 }
+    }
+}
+
+/// Why a configuration file is refused.
+#[derive(Debug, thiserror::Error)]
+pub enum HostConfigError {
+    /// The file cannot be read.
+    #[error("{}: {source}", file.display())]
+    Read {
+        /// The file.
+        file: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// Not TOML, an unknown key, or a value of the wrong type.
+    #[error("{}: {message}", file.display())]
+    Parse {
+        /// The file.
+        file: PathBuf,
+        /// Line, column, the line itself and what is wrong with it.
+        message: String,
+    },
+    /// A value outside its range.
+    #[error("{}:{line}:{column}: {source}", file.display())]
+    Value {
+        /// The file.
+        file: PathBuf,
+        /// Line of the value, from 1; 0 where the value is a default.
+        line: usize,
+        /// Column of the value, from 1; 0 where the value is a default.
+        column: usize,
+        /// The value and its range.
+        source: ConfigError,
+    },
+}
+
+impl HostConfig {
+    /// Reads and checks a file.
+    ///
+    /// # Errors
+    /// Where the file cannot be read, is not TOML, has an unknown key or a value outside its range.
+    pub fn read(file: &Path) -> Result<Self, HostConfigError> {
+        let text = std::fs::read_to_string(file)
+            .map_err(|source| HostConfigError::Read { file: file.to_owned(), source })?;
+        Self::parse(file, &text)
+    }
+
+    /// Checks the text of a file; `file` is only named in errors.
+    ///
+    /// # Errors
+    /// As [`HostConfig::read`].
+    pub fn parse(file: &Path, text: &str) -> Result<Self, HostConfigError> {
+        let config: Self = toml::from_str(text).map_err(|error| HostConfigError::Parse {
+            file: file.to_owned(),
+            message: error.to_string().trim_end().to_owned(),
+        })?;
+        config.check().map_err(|source| {
+            let name = match source {
+                ConfigError::Range { name, .. } => name,
+                ConfigError::Corner(_) => "detector",
+            };
+            let (line, column) = place(text, name).unwrap_or((0, 0));
+            HostConfigError::Value { file: file.to_owned(), line, column, source }
+        })?;
+        Ok(config)
+    }
+
+    /// The first of `./gripd.toml`, the user's and the system's file that exists.
+    #[must_use]
+    pub fn find(user_directory: Option<&Path>) -> Option<PathBuf> {
+        let user = user_directory.map(|directory| directory.join("gripd/gripd.toml"));
+        [Some(PathBuf::from("gripd.toml")), user, Some(PathBuf::from("/etc/gripd/gripd.toml"))]
+            .into_iter()
+            .flatten()
+            .find(|file| file.is_file())
+    }
+
+    fn check(&self) -> Result<(), ConfigError> {
+        let LinkConfig { sample_rate_hz, batch, ttl_ms } = self.link;
+        #[expect(clippy::cast_precision_loss, reason = "only shown and compared")]
+        let rate = sample_rate_hz as f32;
+        ConfigError::within("link.sample_rate_hz", rate, 1000.0, 20_000.0)?;
+        ConfigError::within("link.batch", f32::from(batch), 1.0, 32.0)?;
+        ConfigError::within("link.ttl_ms", f32::from(ttl_ms), 20.0, 100.0)?;
+        self.pipeline(Hertz(rate)).check()
+    }
+
+    /// The pipeline of a gripper with these settings.
+    #[must_use]
+    pub fn pipeline(&self, sample_rate: Hertz) -> PipelineConfig {
+        PipelineConfig {
+            sample_rate,
+            signal: Signal::Displacement,
+            floor: self.floor,
+            known_floor: None,
+            detector: self.detector,
+            health: self.health,
+            observation: self.observation,
+            grip: Some(self.grip),
+            no_skip: false,
+        }
+    }
+}
+
+/// Line and column of the value `path` (dotted) in a TOML text, both from 1; of its innermost table that
+/// is there, where the value itself is not.
+fn place(text: &str, path: &str) -> Option<(usize, usize)> {
+    let root = DeTable::parse(text).ok()?;
+    let mut table = root.get_ref();
+    let mut at = None;
+    for name in path.split('.') {
+        let Some((key, value)) = table.iter().find(|(key, _)| key.get_ref().as_ref() == name)
+        else {
+            break;
+        };
+        at = Some(key.span().start);
+        let DeValue::Table(inner) = value.get_ref() else { break };
+        table = inner;
+    }
+    let before = text.get(..at?)?;
+    let line = before.matches('\n').count() + 1;
+    let column = before.chars().rev().take_while(|c| *c != '\n').count() + 1;
+    Some((line, column))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{HostConfig, HostConfigError};
+    use std::path::Path;
+
+    fn error(text: &str) -> String {
+        HostConfig::parse(Path::new("gripd.toml"), text).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn an_empty_file_is_the_default() {
+        assert_eq!(HostConfig::parse(Path::new("x"), "").unwrap(), HostConfig::default());
+    }
+
+    #[test]
+    fn the_default_can_be_written_and_read_back() {
+        let text = toml::to_string(&HostConfig::default()).unwrap();
+        assert_eq!(HostConfig::parse(Path::new("x"), &text).unwrap(), HostConfig::default());
+    }
+
+    #[test]
+    fn unknown_keys_and_wrong_types_name_line_and_column() {
+        let text = error("[grip]\nf_max_n = 10.0\nforce = 3\n");
+        assert!(
+            text.contains("line 3, column 1") && text.contains("unknown field `force`"),
+            "{text}"
+        );
+        let text = error("port = 7\n");
+        assert!(text.contains("line 1, column 8"), "{text}");
+        let text = error("[grip\n");
+        assert!(text.contains("line 1"), "{text}");
+    }
+
+    #[test]
+    fn impossible_limits_name_line_column_and_range() {
+        let text = error("# limits\n[grip]\nf_max_n = 10.0\ntrial_force_n = 20.0\n");
+        assert_eq!(text, "gripd.toml:4:1: grip.trial_force_n = 20 is outside 0.01 to 10");
+        let text =
+            error("[detector]\nshear = { low_hz = 500.0, high_hz = 90.0, threshold = 25.0 }\n");
+        assert!(text.starts_with("gripd.toml:1:2: detector band: corner 500 Hz"), "{text}");
+        let error = HostConfig::parse(Path::new("x"), "[link]\nttl_ms = 5").unwrap_err();
+        assert!(matches!(error, HostConfigError::Value { line: 2, column: 1, .. }), "{error}");
+        assert!(HostConfig::parse(Path::new("x"), "[grip]\nf_max_n = nan").is_err());
+    }
+
+    #[test]
+    fn a_missing_file_is_named() {
+        let text = HostConfig::read(Path::new("nowhere.toml")).unwrap_err().to_string();
+        assert!(text.starts_with("nowhere.toml: "), "{text}");
+    }
+}

@@ -1,0 +1,13 @@
+//! What the daemon and the toolbox share: configuration, model files, replay, and the lines they print.
+
+pub mod config;
+pub mod exit;
+pub mod model;
+pub mod replay;
+pub mod report;
+pub mod score;
+pub mod session;
+
+pub use config::{HostConfig, HostConfigError, LinkConfig};
+pub use model::{HostEstimator, ModelError};
+pub use session::{News, Session, SessionError, SessionOptions};

@@ -1,0 +1,110 @@
+//! A model file in, the force estimator or the reason against it out.
+
+use mlp::train::{FileError, ModelFile};
+use slip_core::{
+    estimate::{Estimator, EstimatorError},
+    features::Feature,
+};
+use std::path::{Path, PathBuf};
+
+/// An estimator that owns its weights.
+pub type HostEstimator = Estimator<Box<[f32]>>;
+
+/// The model that is used where no other is named.
+const DEFAULT: &str = include_str!("../models/default.json");
+
+/// Why a model file cannot serve.
+#[derive(Debug, thiserror::Error)]
+pub enum ModelError {
+    /// The file cannot be read.
+    #[error("{}: {source}", file.display())]
+    Read {
+        /// The file.
+        file: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// The file is no usable model.
+    #[error("{file}: {source}")]
+    File {
+        /// The file.
+        file: String,
+        /// What is wrong, with line and column where the text is at fault.
+        source: FileError,
+    },
+    /// An input that a slip does not show.
+    #[error(
+        "{file}: input `{input}` is no feature of a slip; a model may use {}",
+        known_features()
+    )]
+    Input {
+        /// The file.
+        file: String,
+        /// The input.
+        input: String,
+    },
+    /// The target is not a force in newtons.
+    #[error("{file}: the target is `{target}` in `{unit}`, not a force in N")]
+    Target {
+        /// The file.
+        file: String,
+        /// Its name.
+        target: String,
+        /// Its unit.
+        unit: String,
+    },
+    /// The network has the wrong shape.
+    #[error("{file}: {source}")]
+    Shape {
+        /// The file.
+        file: String,
+        /// What does not fit.
+        source: EstimatorError,
+    },
+}
+
+fn known_features() -> String {
+    Feature::ALL.map(Feature::name).join(", ")
+}
+
+/// Reads a model file.
+///
+/// # Errors
+/// Where the file cannot be read, is no model, or does not estimate a force from features of a slip.
+pub fn read_estimator(file: &Path) -> Result<HostEstimator, ModelError> {
+    let text = std::fs::read_to_string(file)
+        .map_err(|source| ModelError::Read { file: file.to_owned(), source })?;
+    parse_estimator(&file.display().to_string(), &text)
+}
+
+/// The embedded model.
+///
+/// # Errors
+/// Never, as long as the tests pass that load it.
+pub fn default_estimator() -> Result<HostEstimator, ModelError> {
+    parse_estimator("embedded model", DEFAULT)
+}
+
+/// The estimator from the text of a model file; `file` is only named in errors.
+///
+/// # Errors
+/// As [`read_estimator`].
+pub fn parse_estimator(file: &str, text: &str) -> Result<HostEstimator, ModelError> {
+    let file = file.to_owned();
+    let fault = |source| ModelError::File { file: file.clone(), source };
+    let content = ModelFile::from_json(text).map_err(fault)?;
+    let mut features = Vec::new();
+    for input in &content.inputs {
+        let feature = Feature::from_name(&input.name)
+            .ok_or_else(|| ModelError::Input { file: file.clone(), input: input.name.clone() })?;
+        features.push(feature);
+    }
+    if let Some(target) = content.targets.first()
+        && target.unit != "N"
+    {
+        let (target, unit) = (target.name.clone(), target.unit.clone());
+        return Err(ModelError::Target { file, target, unit });
+    }
+    let model = content.model().map_err(fault)?;
+    Estimator::new(model, &features).map_err(|source| ModelError::Shape { file, source })
+}

@@ -1,0 +1,74 @@
+//! A recording in, the steps the pipeline makes of it out.
+
+use crate::{config::HostConfig, model::HostEstimator};
+use grip_record::{Channel, Recording, StylusKind};
+use slip_core::{
+    ConfigError, Pipeline, PipelineConfig, Sample, Signal, Step, health::HealthCounters,
+    stages::StageCounters, units::Hertz,
+};
+
+/// The pipeline for a recording: that of the shipped defaults, or of `config`.
+///
+/// The stylus column decides what is believed of the stylus. The controller runs where the recording
+/// has a normal force, as in a recording of a gripper; otherwise, or with `observe`, there is none.
+#[must_use]
+pub fn pipeline_config(
+    recording: &Recording,
+    config: &HostConfig,
+    observe: bool,
+) -> PipelineConfig {
+    let rate = Hertz(recording.rate_hz);
+    let base = match recording.channels.stylus {
+        StylusKind::Displacement => config.pipeline(rate),
+        StylusKind::Vibration => PipelineConfig {
+            detector: config.detector,
+            observation: config.observation,
+            grip: Some(config.grip),
+            ..PipelineConfig::observing(Signal::Vibration, rate)
+        },
+    };
+    let grips = !observe && recording.channels.has(Channel::NormalForce);
+    PipelineConfig { grip: base.grip.filter(|_| grips), ..base }
+}
+
+/// Every step of a recording, in order.
+#[derive(Debug)]
+pub struct Replay<'a> {
+    samples: core::slice::Iter<'a, Sample>,
+    pipeline: Pipeline<Box<[f32]>>,
+}
+
+impl<'a> Replay<'a> {
+    /// A replay from the first sample on.
+    ///
+    /// # Errors
+    /// Where the configuration does not fit the recording, for example a band above its sample rate.
+    pub fn new(
+        recording: &'a Recording,
+        config: PipelineConfig,
+        estimator: Option<HostEstimator>,
+    ) -> Result<Self, ConfigError> {
+        let pipeline = Pipeline::new(config, estimator)?;
+        Ok(Self { samples: recording.samples.iter(), pipeline })
+    }
+
+    /// How often each stage ran so far.
+    #[must_use]
+    pub fn stage_counters(&self) -> StageCounters {
+        self.pipeline.stage_counters()
+    }
+
+    /// Unusable readings so far.
+    #[must_use]
+    pub fn health_counters(&self) -> HealthCounters {
+        self.pipeline.health_counters()
+    }
+}
+
+impl Iterator for Replay<'_> {
+    type Item = Step;
+
+    fn next(&mut self) -> Option<Step> {
+        self.samples.next().map(|sample| self.pipeline.handle(sample))
+    }
+}

@@ -1,0 +1,222 @@
+//! Pipeline steps in, the lines for people and machines out. Names and units of the JSON fields are a contract.
+
+use serde::Serialize;
+use slip_core::{SlipEvent, Step, estimate::ForceEstimate, features::Features, health::Health};
+
+/// One event, as it is printed.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[serde(tag = "type", rename_all = "snake_case")]
+pub enum EventLine {
+    /// A slip has been noticed, or has become gross.
+    Slip {
+        /// Device time (s).
+        t_s: f64,
+        /// `incipient` or `gross`.
+        phase: &'static str,
+        /// Statistic over its threshold.
+        statistic: f32,
+        /// What is known of the slip.
+        #[serde(flatten)]
+        evidence: EvidenceFields,
+    },
+    /// A slip has ended.
+    SlipEnd {
+        /// Device time (s).
+        t_s: f64,
+        /// From the first notice to the end (s).
+        duration_s: f64,
+        /// What is known of the slip.
+        #[serde(flatten)]
+        evidence: EvidenceFields,
+    },
+    /// The state of the stylus has changed.
+    Health {
+        /// Device time (s).
+        t_s: f64,
+        /// `good`, `frozen`, `saturated` or `failed`.
+        health: &'static str,
+    },
+}
+
+/// What is known of a slip at the time of an event; `null` where nothing is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct EvidenceFields {
+    /// Slip speed (m/s).
+    pub speed_m_s: Option<f32>,
+    /// Distance moved since the slip was noticed (m).
+    pub moved_m: Option<f32>,
+    /// Irregularities the stylus passed.
+    pub irregularities: Option<u32>,
+    /// E_sc as printed (W).
+    pub esc_w: Option<f64>,
+    /// Whether E_sc still depends on the surface at the assumed sensor noise.
+    pub esc_informative: Option<bool>,
+    /// The network's adequate force (N).
+    pub estimate_n: Option<f32>,
+    /// Whether the estimate lies outside what the network was trained on, and is not used.
+    pub extrapolated: Option<bool>,
+    /// Commanded force (N).
+    pub command_n: Option<f32>,
+}
+
+impl EvidenceFields {
+    fn new(features: Option<Features>, estimate: Option<ForceEstimate>, step: &Step) -> Self {
+        let esc = features.and_then(|f| f.esc);
+        Self {
+            speed_m_s: features.map(|f| f.slip_speed_m_s),
+            moved_m: features.map(|f| f.micro_displacement_m),
+            irregularities: features.map(|f| f.irregularities),
+            esc_w: esc.map(|esc| esc.value_w),
+            esc_informative: esc.map(|esc| esc.informative),
+            estimate_n: estimate.map(|e| e.force_n),
+            extrapolated: estimate.map(|e| e.extrapolated),
+            command_n: step.command.map(|c| c.0),
+        }
+    }
+}
+
+/// Follows the steps and says which of them deserve a line.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct EventLog {
+    features: Option<Features>,
+    estimate: Option<ForceEstimate>,
+    health: Health,
+    slips: u64,
+}
+
+impl EventLog {
+    /// Slips seen so far.
+    #[must_use]
+    pub fn slips(&self) -> u64 {
+        self.slips
+    }
+
+    /// The features and the estimate of the last slip.
+    #[must_use]
+    pub fn evidence(&self) -> (Option<Features>, Option<ForceEstimate>) {
+        (self.features, self.estimate)
+    }
+
+    /// The lines a step leads to: at most one on health and one on slip.
+    #[inline]
+    pub fn lines(&mut self, step: &Step) -> [Option<EventLine>; 2] {
+        if step.features.is_some() {
+            self.features = step.features;
+            self.estimate = step.estimate;
+        }
+        let t_s = step.t.as_seconds();
+        let mut lines = [None; 2];
+        if step.health != self.health {
+            self.health = step.health;
+            lines[0] = Some(EventLine::Health { t_s, health: step.health.name() });
+        }
+        lines[1] = step.event.map(|event| self.slip_line(event, t_s, step));
+        lines
+    }
+
+    fn slip_line(&mut self, event: SlipEvent, t_s: f64, step: &Step) -> EventLine {
+        match event {
+            SlipEvent::Slip { phase, first } => {
+                if first {
+                    self.slips += 1;
+                    self.features = None;
+                    self.estimate = None;
+                }
+                let evidence = EvidenceFields::new(self.features, self.estimate, step);
+                EventLine::Slip { t_s, phase: phase.name(), statistic: step.statistic, evidence }
+            }
+            SlipEvent::Ended { duration } => {
+                let evidence = EvidenceFields::new(self.features, self.estimate, step);
+                EventLine::SlipEnd { t_s, duration_s: duration.as_seconds(), evidence }
+            }
+        }
+    }
+}
+
+impl core::fmt::Display for EventLine {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match self {
+            Self::Slip { t_s, phase, statistic, evidence } => {
+                write!(f, "{t_s:10.4} s  slip ({phase}), statistic {statistic:.1}")?;
+                evidence.write(f)
+            }
+            Self::SlipEnd { t_s, duration_s, evidence } => {
+                write!(f, "{t_s:10.4} s  slip ended after {:.1} ms", 1e3 * duration_s)?;
+                evidence.write(f)
+            }
+            Self::Health { t_s, health } => write!(f, "{t_s:10.4} s  stylus {health}"),
+        }
+    }
+}
+
+impl EvidenceFields {
+    fn write(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        if let Some(moved) = self.moved_m {
+            write!(f, ", moved {:.2} mm", 1e3 * moved)?;
+        }
+        if let (Some(esc), Some(informative)) = (self.esc_w, self.esc_informative) {
+            let n = self.irregularities.unwrap_or(0);
+            let note = if informative { "" } else { ", carries no information at this noise" };
+            write!(f, ", E_sc {esc:.3} W (n = {n}{note})")?;
+        }
+        if let Some(estimate) = self.estimate_n {
+            let note =
+                if self.extrapolated == Some(true) { " (extrapolated, not used)" } else { "" };
+            write!(f, ", estimate {estimate:.2} N{note}")?;
+        }
+        if let Some(command) = self.command_n {
+            write!(f, ", command {command:.2} N")?;
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{EventLine, EventLog};
+    use slip_core::{
+        Phase, SlipEvent, Step,
+        health::Health,
+        scene::Scene,
+        units::{Micros, Newtons},
+    };
+
+    fn step(t: u64, event: Option<SlipEvent>) -> Step {
+        Step {
+            t: Micros(t),
+            scene: Scene::Holding,
+            statistic: 1.5,
+            event,
+            features: None,
+            estimate: None,
+            command: Some(Newtons(2.5)),
+            health: Health::Good,
+        }
+    }
+
+    #[test]
+    fn json_has_the_names_of_the_contract() {
+        let mut log = EventLog::default();
+        let event = SlipEvent::Slip { phase: Phase::Incipient, first: true };
+        let [None, Some(line)] = log.lines(&step(1_500_000, Some(event))) else { panic!() };
+        let json: serde_json::Value = serde_json::to_value(line).unwrap();
+        assert_eq!(json["type"], "slip");
+        assert_eq!(json["phase"], "incipient");
+        assert_eq!(json["t_s"], 1.5);
+        assert_eq!(json["command_n"], 2.5);
+        assert!(json["esc_w"].is_null() && json["estimate_n"].is_null());
+        assert_eq!(log.slips(), 1);
+    }
+
+    #[test]
+    fn a_slip_that_turns_gross_counts_once_and_health_is_told_on_change() {
+        let mut log = EventLog::default();
+        log.lines(&step(1, Some(SlipEvent::Slip { phase: Phase::Incipient, first: true })));
+        log.lines(&step(2, Some(SlipEvent::Slip { phase: Phase::Gross, first: false })));
+        assert_eq!(log.slips(), 1);
+        let frozen = Step { health: Health::Frozen, ..step(3, None) };
+        let [line, None] = log.lines(&frozen) else { panic!() };
+        assert_eq!(line, Some(EventLine::Health { t_s: 3e-6, health: "frozen" }));
+        assert_eq!(log.lines(&frozen), [None, None]);
+    }
+}

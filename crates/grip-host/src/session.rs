@@ -1,0 +1,351 @@
+//! Bytes from a gripper and the time in; force commands for it, events and the state of the link out.
+//!
+//! Joins the link and the pipeline, sans-IO: the daemon drives it with a serial port and a clock, the
+//! grasp runs with a simulated gripper and simulated time, and both execute the same lines.
+
+use crate::{
+    config::HostConfig,
+    model::HostEstimator,
+    report::{EventLine, EventLog},
+};
+use grip_link::{
+    frame::MAX_WIRE,
+    host::{CloseReason, GripCommand, HostConfig as LinkSettings, HostEvent, HostLink, HostState},
+    message::{ChannelKind, Config, LossAction, Row, SampleFormat, Samples},
+};
+use slip_core::{
+    ConfigError, Pipeline, PipelineConfig, Sample, Step,
+    grip::GripState,
+    health::HealthCounters,
+    stages::StageCounters,
+    units::{Hertz, Micros},
+};
+
+/// How a session differs from the configuration file.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct SessionOptions {
+    /// Never sends a force command.
+    pub dry_run: bool,
+    /// Runs every stage in every scene.
+    pub no_skip: bool,
+}
+
+/// Why a session cannot be set up, or cannot go on.
+#[derive(Debug, thiserror::Error)]
+pub enum SessionError {
+    /// The settings do not fit the sample rate the gripper works at.
+    #[error("the gripper samples at {sample_rate_hz} Hz: {source}")]
+    Pipeline {
+        /// The rate in force.
+        sample_rate_hz: u32,
+        /// What does not fit.
+        source: ConfigError,
+    },
+    /// The link settings are refused.
+    #[error("link: {0}")]
+    Link(#[from] grip_link::host::HostConfigError),
+}
+
+/// What happened, told while bytes are taken.
+#[derive(Debug)]
+pub enum News<'a> {
+    /// A sample was handled.
+    Step {
+        /// The sample.
+        sample: &'a Sample,
+        /// What it led to.
+        step: &'a Step,
+    },
+    /// Something worth a line.
+    Event(EventLine),
+    /// Something about the link; never [`HostEvent::Samples`].
+    Link(&'a HostEvent<'a>),
+}
+
+/// Counts of a session.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct SessionCounters {
+    /// Samples handled.
+    pub samples: u64,
+    /// Force commands encoded.
+    pub commands: u64,
+}
+
+/// A conversation with one gripper.
+#[derive(Debug)]
+pub struct Session {
+    link: HostLink,
+    config: HostConfig,
+    options: SessionOptions,
+    estimator: HostEstimator,
+    pipeline: Option<Pipeline<Box<[f32]>>>,
+    tick_hz: u64,
+    log: EventLog,
+    latest: Option<Step>,
+    cause_sample: u32,
+    sent_n: f32,
+    counters: SessionCounters,
+}
+
+impl Session {
+    /// A session that is not open yet.
+    ///
+    /// # Errors
+    /// Where the configuration does not give a possible CONFIG.
+    pub fn new(
+        config: HostConfig,
+        estimator: HostEstimator,
+        options: SessionOptions,
+    ) -> Result<Self, SessionError> {
+        let link = HostLink::new(LinkSettings::new(device_config(&config)))?;
+        Ok(Self {
+            link,
+            config,
+            options,
+            estimator,
+            pipeline: None,
+            tick_hz: 1_000_000,
+            log: EventLog::default(),
+            latest: None,
+            cause_sample: 0,
+            sent_n: 0.0,
+            counters: SessionCounters::default(),
+        })
+    }
+
+    /// The port is open. `nonce` is random and not 0.
+    ///
+    /// # Errors
+    /// Where `nonce` is 0.
+    pub fn open(&mut self, now_us: u64, nonce: u16) -> Result<(), SessionError> {
+        Ok(self.link.open(now_us, nonce)?)
+    }
+
+    /// Takes received bytes (none, to let time go on) and writes the next force command to `out`, if there is one: its length.
+    ///
+    /// # Errors
+    /// Where the settings do not fit the rate the gripper works at.
+    pub fn receive(
+        &mut self,
+        now_us: u64,
+        mut bytes: &[u8],
+        out: &mut [u8; MAX_WIRE],
+        tell: &mut dyn FnMut(News<'_>),
+    ) -> Result<Option<usize>, SessionError> {
+        let mut fresh = false;
+        let Self { link, pipeline, log, latest, counters, tick_hz, cause_sample, .. } = self;
+        let mut configured = false;
+        while let Some(event) = link.receive(now_us, &mut bytes) {
+            match &event {
+                HostEvent::Samples { samples, .. } => {
+                    let Some(pipeline) = pipeline else { continue };
+                    let mut path = Path { pipeline, log, latest, tick_hz: *tick_hz };
+                    *cause_sample = path.batch(samples, counters, tell);
+                    fresh = true;
+                }
+                HostEvent::Configured { .. } => configured = true,
+                HostEvent::Rebooted { .. } | HostEvent::Identified { rebooted: true } => {
+                    *pipeline = None;
+                }
+                _ => {}
+            }
+            if !matches!(event, HostEvent::Samples { .. }) {
+                tell(News::Link(&event));
+            }
+        }
+        if configured {
+            self.build_pipeline()?;
+        }
+        Ok(if fresh { self.command(now_us, out) } else { None })
+    }
+
+    /// The next frame of the link itself (requests, clock sync): its length.
+    pub fn poll_transmit(&mut self, now_us: u64, out: &mut [u8; MAX_WIRE]) -> Option<usize> {
+        self.link.poll_transmit(now_us, out)
+    }
+
+    /// A new CONFIG is in force: device time and floor start again.
+    fn build_pipeline(&mut self) -> Result<(), SessionError> {
+        let sample_rate_hz = self.link.in_force().map_or(0, |config| config.sample_rate_hz);
+        self.tick_hz = self.link.ident().map_or(1_000_000, |ident| u64::from(ident.tick_hz.max(1)));
+        #[expect(clippy::cast_precision_loss, reason = "rates are below 2^24")]
+        let rate = Hertz(sample_rate_hz as f32);
+        let config = PipelineConfig { no_skip: self.options.no_skip, ..self.config.pipeline(rate) };
+        let pipeline = Pipeline::new(config, Some(self.estimator.clone()))
+            .map_err(|source| SessionError::Pipeline { sample_rate_hz, source })?;
+        self.pipeline = Some(pipeline);
+        self.sent_n = 0.0;
+        Ok(())
+    }
+
+    /// Encodes the set point. Nothing is sent before the controller has closed the fingers: a command of
+    /// 0 N would drop what a gripper already holds.
+    fn command(&mut self, now_us: u64, out: &mut [u8; MAX_WIRE]) -> Option<usize> {
+        let pipeline = self.pipeline.as_ref()?;
+        if self.options.dry_run || pipeline.grip_state()? == GripState::Open {
+            return None;
+        }
+        let wanted = self.latest?.command?.0;
+        // Stale or missing samples never raise the force.
+        let degraded = self.link.state() == HostState::Degraded;
+        let force_n = if degraded { wanted.min(self.sent_n) } else { wanted };
+        let command = GripCommand {
+            answers_slip: pipeline.grip_state()? == GripState::Slipping,
+            cause_sample: self.cause_sample,
+            ..GripCommand::newtons(force_n)?
+        };
+        let len = self.link.grip(now_us, &command, out)?;
+        self.sent_n = force_n;
+        self.counters.commands += 1;
+        Some(len)
+    }
+
+    /// The link, for its state, identity, clock and counters.
+    #[must_use]
+    pub fn link(&self) -> &HostLink {
+        &self.link
+    }
+
+    /// The last step.
+    #[must_use]
+    pub fn latest(&self) -> Option<&Step> {
+        self.latest.as_ref()
+    }
+
+    /// What was printed so far.
+    #[must_use]
+    pub fn log(&self) -> &EventLog {
+        &self.log
+    }
+
+    /// Counts so far.
+    #[must_use]
+    pub fn counters(&self) -> SessionCounters {
+        self.counters
+    }
+
+    /// Counts of the pipeline's stages and of unusable readings, once there is a pipeline.
+    #[must_use]
+    pub fn pipeline_counters(&self) -> Option<(StageCounters, HealthCounters)> {
+        self.pipeline
+            .as_ref()
+            .map(|pipeline| (pipeline.stage_counters(), pipeline.health_counters()))
+    }
+}
+
+/// The part of a session that samples run through.
+struct Path<'a> {
+    pipeline: &'a mut Pipeline<Box<[f32]>>,
+    log: &'a mut EventLog,
+    latest: &'a mut Option<Step>,
+    tick_hz: u64,
+}
+
+impl Path<'_> {
+    /// Handles a batch; gives the index of its last sample.
+    fn batch(
+        &mut self,
+        samples: &Samples<'_>,
+        counters: &mut SessionCounters,
+        tell: &mut dyn FnMut(News<'_>),
+    ) -> u32 {
+        let mut last = 0;
+        for row in samples {
+            let sample = sample_of(&row, self.tick_hz);
+            let step = self.pipeline.handle(&sample);
+            counters.samples += 1;
+            for line in self.log.lines(&step).into_iter().flatten() {
+                tell(News::Event(line));
+            }
+            tell(News::Step { sample: &sample, step: &step });
+            *self.latest = Some(step);
+            last = row.index;
+        }
+        last
+    }
+}
+
+/// The sample of a row; `NaN` in an optional channel means that there is no reading.
+fn sample_of(row: &Row<'_>, tick_hz: u64) -> Sample {
+    let channel = |kind| row.read(kind).filter(|value| !value.is_nan());
+    Sample {
+        t: Micros(micros(row.tick, tick_hz)),
+        stylus: row.read(ChannelKind::Stylus).unwrap_or(f32::NAN),
+        normal_force_n: channel(ChannelKind::NormalForce),
+        tangential_n: channel(ChannelKind::TangentialForce),
+        travel_m: channel(ChannelKind::Travel),
+        velocity_m_s: channel(ChannelKind::Velocity),
+        second_stylus: channel(ChannelKind::SecondStylus),
+        reference: channel(ChannelKind::Reference),
+        pressure: channel(ChannelKind::Pressure),
+    }
+}
+
+/// Ticks in microseconds, rounded down; exact for any tick count that fits.
+fn micros(tick: u64, tick_hz: u64) -> u64 {
+    if tick_hz == 1_000_000 {
+        return tick;
+    }
+    (tick / tick_hz).saturating_mul(1_000_000) + (tick % tick_hz) * 1_000_000 / tick_hz
+}
+
+/// The CONFIG that asks a gripper for these settings.
+fn device_config(config: &HostConfig) -> Config {
+    let milli = |newtons: f32| {
+        #[expect(
+            clippy::cast_possible_truncation,
+            reason = "checked: at most 1e9; the cast saturates"
+        )]
+        let value = (f64::from(newtons) * 1000.0).round() as i32;
+        value
+    };
+    Config {
+        sample_rate_hz: config.link.sample_rate_hz,
+        batch: config.link.batch,
+        format: SampleFormat::F32,
+        ttl_ms: config.link.ttl_ms,
+        channel_mask: u32::MAX,
+        force_max_mn: milli(config.grip.f_max_n),
+        slew_mn_s: u32::try_from(milli(config.grip.slew_n_s)).unwrap_or(1),
+        hold_cap_mn: milli(config.grip.f_max_n),
+        loss_after_ms: 1000,
+        loss_action: LossAction::Hold,
+    }
+}
+
+/// What a closed link means to the person at the keyboard, and what to do about it.
+#[must_use]
+pub fn explain(reason: &CloseReason) -> String {
+    match *reason {
+        CloseReason::Requested => "the link was closed".to_owned(),
+        CloseReason::NoAnswer { hellos, bytes: 0, .. } => format!(
+            "no gripper answered: {hellos} HELLOs were sent and not one byte came back. Is it powered, and is this its port?"
+        ),
+        CloseReason::NoAnswer { echoes, .. } if echoes > 0 => format!(
+            "no gripper answered: the line echoed {echoes} of our own frames. Turn the echo off, or check that TX and RX are not joined"
+        ),
+        CloseReason::NoAnswer { hellos, bytes, garbage_bytes, .. } => format!(
+            "no gripper answered: {hellos} HELLOs were sent, {bytes} bytes came back, {garbage_bytes} of them no frames. \
+             Another kind of device, or a wrong --baud"
+        ),
+        CloseReason::VersionMismatch { min, max } => format!(
+            "the gripper speaks protocol versions {min} to {max}, this program speaks {}. Update the older of the two",
+            grip_link::PROTOCOL
+        ),
+        CloseReason::NoStylus => {
+            "the gripper has no stylus channel; slip cannot be felt".to_owned()
+        }
+        CloseReason::BadIdent => {
+            "the gripper describes itself in a way the protocol does not allow".to_owned()
+        }
+        CloseReason::Unanswered { kind } => {
+            format!("the gripper did not answer a request of type {kind:02X} sent three times")
+        }
+        CloseReason::Refused { kind, reason } => {
+            format!("the gripper refused a request of type {kind:02X}: {reason:?}")
+        }
+        CloseReason::Lost { silent_us } => {
+            format!("the gripper fell silent ({} ms without a frame)", silent_us / 1000)
+        }
+    }
+}

@@ -1,0 +1,267 @@
+//! Scaled inputs in, scaled outputs out, through any number of hidden layers.
+
+use crate::activation::Activation;
+
+/// Largest number of layers of weights: up to three hidden layers and the output layer.
+pub const MAX_LAYERS: usize = 4;
+
+/// Largest number of inputs, outputs or neurons of one layer.
+pub const MAX_WIDTH: usize = 64;
+
+/// Why sizes, weights and slices do not fit together.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+pub enum ShapeError {
+    /// Fewer than one or more than [`MAX_LAYERS`] layers of weights.
+    #[error("{given} sizes: a network has 2 to {max} of them", max = MAX_LAYERS + 1)]
+    Layers {
+        /// Number of sizes given: inputs, hidden layers, outputs.
+        given: usize,
+    },
+    /// A layer without neurons or with more than [`MAX_WIDTH`].
+    #[error("layer {layer} has {given} neurons: it may have 1 to {MAX_WIDTH}")]
+    Width {
+        /// 0 for the inputs.
+        layer: usize,
+        /// Its size.
+        given: usize,
+    },
+    /// Not one activation function per layer of weights.
+    #[error("{given} activation functions for {needed} layers")]
+    Activations {
+        /// Layers of weights.
+        needed: usize,
+        /// Functions given.
+        given: usize,
+    },
+    /// Too few or too many weights.
+    #[error("{given} weights where the layers need {needed}")]
+    WeightCount {
+        /// Weights and biases of all layers.
+        needed: usize,
+        /// Weights given.
+        given: usize,
+    },
+    /// A weight is NaN or infinite.
+    #[error("weight {index} is not finite")]
+    NotFinite {
+        /// Its place in the flat order.
+        index: usize,
+    },
+    /// Wrong number of inputs.
+    #[error("{given} inputs where {needed} are needed")]
+    Inputs {
+        /// Inputs of the network.
+        needed: usize,
+        /// Inputs given.
+        given: usize,
+    },
+    /// Wrong number of outputs.
+    #[error("room or columns for {given} outputs where there are {needed}")]
+    Outputs {
+        /// Outputs of the network.
+        needed: usize,
+        /// Room given.
+        given: usize,
+    },
+}
+
+/// Number of weights and biases of a network with these layer sizes (inputs first); saturates.
+#[must_use]
+pub fn weight_count(sizes: &[usize]) -> usize {
+    let layers = sizes.windows(2).map(|pair| pair[0].saturating_add(1).saturating_mul(pair[1]));
+    layers.fold(0, usize::saturating_add)
+}
+
+pub(crate) fn check_sizes(sizes: &[usize], activations: &[Activation]) -> Result<(), ShapeError> {
+    if !(2..=MAX_LAYERS + 1).contains(&sizes.len()) {
+        return Err(ShapeError::Layers { given: sizes.len() });
+    }
+    for (layer, &given) in sizes.iter().enumerate() {
+        if !(1..=MAX_WIDTH).contains(&given) {
+            return Err(ShapeError::Width { layer, given });
+        }
+    }
+    if activations.len() != sizes.len() - 1 {
+        return Err(ShapeError::Activations { needed: sizes.len() - 1, given: activations.len() });
+    }
+    Ok(())
+}
+
+pub(crate) fn check_finite(weights: &[f32]) -> Result<(), ShapeError> {
+    match weights.iter().position(|weight| !weight.is_finite()) {
+        Some(index) => Err(ShapeError::NotFinite { index }),
+        None => Ok(()),
+    }
+}
+
+/// A feed-forward network whose weights lie in one flat slice.
+///
+/// Layer `k` computes `x_k = f_k(W_k x_(k-1) + b_k)`. `W` holds for each layer the matrix row by row (one
+/// row per neuron), then the biases. It may be a `&'static [f32]` in flash or a `Box<[f32]>`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Network<W> {
+    sizes: [usize; MAX_LAYERS + 1],
+    activations: [Activation; MAX_LAYERS],
+    layers: usize,
+    weights: W,
+}
+
+impl<W: AsRef<[f32]>> Network<W> {
+    /// Checks that `sizes` (inputs, hidden layers, outputs), `activations` (one per layer of weights)
+    /// and `weights` fit together.
+    ///
+    /// # Errors
+    /// The first [`ShapeError`] found; weights must be finite.
+    pub fn new(
+        sizes: &[usize],
+        activations: &[Activation],
+        weights: W,
+    ) -> Result<Self, ShapeError> {
+        check_sizes(sizes, activations)?;
+        let (needed, given) = (weight_count(sizes), weights.as_ref().len());
+        if needed != given {
+            return Err(ShapeError::WeightCount { needed, given });
+        }
+        check_finite(weights.as_ref())?;
+        let mut network = Self {
+            sizes: [0; MAX_LAYERS + 1],
+            activations: [Activation::Linear; MAX_LAYERS],
+            layers: activations.len(),
+            weights,
+        };
+        network.sizes[..sizes.len()].copy_from_slice(sizes);
+        network.activations[..activations.len()].copy_from_slice(activations);
+        Ok(network)
+    }
+
+    /// Layer sizes: inputs, hidden layers, outputs.
+    #[must_use]
+    pub fn sizes(&self) -> &[usize] {
+        &self.sizes[..=self.layers]
+    }
+
+    /// One activation function per layer of weights.
+    #[must_use]
+    pub fn activations(&self) -> &[Activation] {
+        &self.activations[..self.layers]
+    }
+
+    /// Number of inputs.
+    #[must_use]
+    pub fn inputs(&self) -> usize {
+        self.sizes[0]
+    }
+
+    /// Number of outputs.
+    #[must_use]
+    pub fn outputs(&self) -> usize {
+        self.sizes[self.layers]
+    }
+
+    /// All weights in flat order.
+    #[must_use]
+    pub fn weights(&self) -> &[f32] {
+        self.weights.as_ref()
+    }
+
+    /// Computes the outputs for `input`, both in scaled units.
+    ///
+    /// Allocates nothing and never panics. A NaN input or an overflow shows in the outputs, which the
+    /// caller checks ([`Model`](crate::Model) does).
+    ///
+    /// # Errors
+    /// [`ShapeError::Inputs`] or [`ShapeError::Outputs`] for a slice of the wrong length;
+    /// [`ShapeError::WeightCount`] when `W` no longer shows as many weights as it did.
+    pub fn forward(&self, input: &[f32], output: &mut [f32]) -> Result<(), ShapeError> {
+        if input.len() != self.inputs() {
+            return Err(ShapeError::Inputs { needed: self.inputs(), given: input.len() });
+        }
+        if output.len() != self.outputs() {
+            return Err(ShapeError::Outputs { needed: self.outputs(), given: output.len() });
+        }
+        let mut weights = self.weights.as_ref();
+        let given = weights.len();
+        let mut current = [0.0_f32; MAX_WIDTH];
+        let mut next = [0.0_f32; MAX_WIDTH];
+        current[..input.len()].copy_from_slice(input);
+        for (pair, activation) in self.sizes().windows(2).zip(self.activations()) {
+            let (from, to) = (pair[0], pair[1]);
+            let Some((layer, rest)) = weights.split_at_checked((from + 1) * to) else {
+                return Err(ShapeError::WeightCount { needed: weight_count(self.sizes()), given });
+            };
+            weights = rest;
+            let (matrix, biases) = layer.split_at(from * to);
+            let rows = matrix.chunks_exact(from).zip(biases);
+            for (sum, (row, bias)) in next.iter_mut().zip(rows) {
+                *sum = row.iter().zip(&current).fold(*bias, |sum, (weight, x)| sum + weight * x);
+            }
+            activation.apply(&mut next[..to]);
+            core::mem::swap(&mut current, &mut next);
+        }
+        output.copy_from_slice(&current[..output.len()]);
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    const TANH_LINEAR: [Activation; 2] = [Activation::Tanh, Activation::Linear];
+
+    #[test]
+    fn hand_computed_two_hidden_layers() {
+        // 1 -> relu(2*1.5 - 1) = 2 -> linear(-3*2 + 0.5) = -5.5 -> relu(5.5) via weight -1
+        let weights = [2.0, -1.0, -3.0, 0.5, -1.0, 0.0];
+        let activations = [Activation::Relu, Activation::Linear, Activation::Relu];
+        let network = Network::new(&[1, 1, 1, 1], &activations, weights).unwrap();
+        let mut output = [0.0];
+        network.forward(&[1.5], &mut output).unwrap();
+        assert_eq!(output[0].to_bits(), 5.5_f32.to_bits());
+    }
+
+    #[test]
+    fn shapes_that_do_not_fit_are_named() {
+        let new = |sizes: &[usize], activations: &[Activation], count: usize| {
+            Network::new(sizes, activations, vec![0.5_f32; count]).unwrap_err()
+        };
+        assert_eq!(new(&[2], &[], 0), ShapeError::Layers { given: 1 });
+        assert_eq!(new(&[1; 6], &[Activation::Tanh; 5], 10), ShapeError::Layers { given: 6 });
+        assert_eq!(new(&[2, 0, 1], &TANH_LINEAR, 1), ShapeError::Width { layer: 1, given: 0 });
+        assert_eq!(new(&[2, 65, 1], &TANH_LINEAR, 1), ShapeError::Width { layer: 1, given: 65 });
+        assert_eq!(
+            new(&[2, 3, 1], &[Activation::Tanh], 13),
+            ShapeError::Activations { needed: 2, given: 1 }
+        );
+        assert_eq!(
+            new(&[2, 3, 1], &TANH_LINEAR, 12),
+            ShapeError::WeightCount { needed: 13, given: 12 }
+        );
+    }
+
+    #[test]
+    fn slices_of_the_wrong_length_are_refused() {
+        let network = Network::new(&[2, 3, 1], &TANH_LINEAR, [0.1_f32; 13]).unwrap();
+        let short = network.forward(&[1.0], &mut [0.0]).unwrap_err();
+        assert_eq!(short, ShapeError::Inputs { needed: 2, given: 1 });
+        let long = network.forward(&[1.0, 2.0], &mut [0.0; 2]).unwrap_err();
+        assert_eq!(long, ShapeError::Outputs { needed: 1, given: 2 });
+    }
+
+    proptest! {
+        #[test]
+        fn any_finite_weights_and_any_input_never_panic(
+            sizes in prop::collection::vec(1_usize..=MAX_WIDTH, 2..=MAX_LAYERS + 1),
+            value in prop::num::f32::NORMAL,
+            x in prop::num::f32::ANY,
+        ) {
+            let activations = vec![Activation::Tanh; sizes.len() - 1];
+            let weights = vec![value; weight_count(&sizes)];
+            let network = Network::new(&sizes, &activations, weights).unwrap();
+            let mut output = vec![0.0; network.outputs()];
+            network.forward(&vec![x; network.inputs()], &mut output).unwrap();
+            prop_assert!(output.iter().all(|y| y.is_nan() || y.abs() <= 1.0));
+        }
+    }
+}

@@ -1,0 +1,348 @@
+//! A trained network in, JSON text out, and back to a [`Model`].
+//!
+//! ```json
+//! {
+//!   "format": "mlp-model", "version": 1,
+//!   "inputs": [{ "name": "v_m_s", "unit": "m/s", "transform": "identity", "min": 0.01, "max": 0.3 }],
+//!   "targets": [{ "name": "f_n", "unit": "N", "transform": "ln", "min": 1.0, "max": 40.0 }],
+//!   "layers": [
+//!     { "activation": "tanh", "weights": [[0.5], [-0.25]], "biases": [0.1, 0.2] },
+//!     { "activation": "linear", "weights": [[1.0, 2.0]], "biases": [0.0] }
+//!   ],
+//!   "training": null
+//! }
+//! ```
+//! `min` and `max` are raw values; `weights` has one row per neuron. Unknown fields are ignored. Numbers are
+//! written with as many digits as bring back the same `f32`.
+
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+use super::column::{ColumnSpec, unit_of};
+use super::rounded;
+use super::scaling::Scaling;
+use super::topology::Topology;
+use crate::activation::Activation;
+use crate::model::Model;
+use crate::network::{Network, ShapeError};
+use crate::scaler::{Column, ScaleError, Scaler, Transform};
+
+/// Value of the field `format`.
+pub const FORMAT: &str = "mlp-model";
+
+/// Value of the field `version` that this crate reads and writes.
+pub const VERSION: u64 = 1;
+
+/// Why a text is no model, or a model can not be saved.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum FileError {
+    /// Not JSON, or a field is missing or of the wrong kind.
+    #[error("line {line}, column {column}: {message}")]
+    Json {
+        /// Line, counted from 1; 0 when the text ended too early to say.
+        line: usize,
+        /// Column, counted from 1.
+        column: usize,
+        /// What is wrong there.
+        message: String,
+    },
+    /// JSON of some other kind.
+    #[error("format is {found:?}, not \"mlp-model\"")]
+    Format {
+        /// The field `format`, if there is one.
+        found: Option<String>,
+    },
+    /// Another version of the format.
+    #[error("version is {found:?}: this program reads version {VERSION}")]
+    Version {
+        /// The field `version`, if there is one.
+        found: Option<u64>,
+    },
+    /// A row of weights that does not fit the layer before.
+    #[error(
+        "layer {layer}, neuron {neuron}: {given} weights where the layer before has {needed} values"
+    )]
+    RowLength {
+        /// Layer of weights, counted from 1.
+        layer: usize,
+        /// Neuron, counted from 1.
+        neuron: usize,
+        /// Width of the layer before.
+        needed: usize,
+        /// Weights in the row.
+        given: usize,
+    },
+    /// Not one bias per neuron.
+    #[error("layer {layer}: {given} biases for {needed} neurons")]
+    Biases {
+        /// Layer of weights, counted from 1.
+        layer: usize,
+        /// Rows of weights.
+        needed: usize,
+        /// Biases.
+        given: usize,
+    },
+    /// A weight or bias is NaN or infinite.
+    #[error("layer {layer}: weight {place} (rows, then biases) is not finite")]
+    NotFinite {
+        /// Layer of weights, counted from 1.
+        layer: usize,
+        /// Place in the layer, counted from 1.
+        place: usize,
+    },
+    /// Limits that can not be scaled.
+    #[error("{kind} \"{name}\": {source}")]
+    Scale {
+        /// `input` or `target`.
+        kind: &'static str,
+        /// Name of the column.
+        name: String,
+        /// What is wrong; its column number counts from 0.
+        source: ScaleError,
+    },
+    /// Sizes beyond the limits of a network, or layers that do not match the columns.
+    #[error(transparent)]
+    Shape(#[from] ShapeError),
+}
+
+/// One input or target of the file.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct FileColumn {
+    /// Name of the CSV column.
+    pub name: String,
+    /// Its unit, empty when unknown.
+    pub unit: String,
+    /// Applied before scaling.
+    #[serde(serialize_with = "write_name", deserialize_with = "read_name")]
+    pub transform: Transform,
+    /// Smallest raw training value.
+    pub min: f32,
+    /// Largest raw training value.
+    pub max: f32,
+}
+
+/// One layer of the file.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct FileLayer {
+    /// Function of its neurons.
+    #[serde(serialize_with = "write_name", deserialize_with = "read_name")]
+    pub activation: Activation,
+    /// One row per neuron.
+    pub weights: Vec<Vec<f32>>,
+    /// One per neuron.
+    pub biases: Vec<f32>,
+}
+
+/// How the network was trained; errors are those of the saved model.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct TrainingNote {
+    /// Training rule.
+    pub algorithm: String,
+    /// Seed of the chosen run.
+    pub seed: u64,
+    /// Runs from which it was chosen.
+    pub repeats: usize,
+    /// Epochs of the chosen run.
+    pub epochs: usize,
+    /// Why it stopped.
+    pub stop: String,
+    /// Training rows.
+    pub rows: usize,
+    /// SHA-256 of the training file.
+    pub data_sha256: String,
+    /// Training error in raw units squared.
+    pub train_mse: f64,
+    /// Training error in scaled units squared.
+    pub train_scaled_mse: f64,
+    /// Test error in raw units squared.
+    pub test_mse: Option<f64>,
+    /// Test error in scaled units squared.
+    pub test_scaled_mse: Option<f64>,
+}
+
+/// Contents of a model file.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ModelFile {
+    format: String,
+    version: u64,
+    /// Features in the order the network takes them.
+    pub inputs: Vec<FileColumn>,
+    /// Targets in the order of the outputs.
+    pub targets: Vec<FileColumn>,
+    /// Layers of weights, first to last.
+    pub layers: Vec<FileLayer>,
+    /// How it was trained, if known.
+    pub training: Option<TrainingNote>,
+}
+
+#[derive(Deserialize)]
+struct Head {
+    format: Option<String>,
+    version: Option<u64>,
+}
+
+impl ModelFile {
+    /// Rounds `weights` (flat order, as many as `topology` has) to `f32`.
+    #[must_use]
+    pub fn new(
+        inputs: &[FileColumn],
+        targets: &[FileColumn],
+        topology: &Topology,
+        weights: &[f64],
+    ) -> Self {
+        let round = |values: &[f64]| values.iter().copied().map(rounded).collect::<Vec<f32>>();
+        let layers = topology.layers().map(|layer| FileLayer {
+            activation: layer.activation,
+            weights: weights[layer.start..layer.biases()]
+                .chunks_exact(layer.from)
+                .map(round)
+                .collect(),
+            biases: round(&weights[layer.biases()..layer.end()]),
+        });
+        Self {
+            format: FORMAT.to_owned(),
+            version: VERSION,
+            inputs: inputs.to_vec(),
+            targets: targets.to_vec(),
+            layers: layers.collect(),
+            training: None,
+        }
+    }
+
+    /// Reads and checks the text of a model file.
+    ///
+    /// # Errors
+    /// Any [`FileError`]; the first fault found.
+    pub fn from_json(text: &str) -> Result<Self, FileError> {
+        let head: Head = serde_json::from_str(text).map_err(|error| json_error(&error))?;
+        if head.format.as_deref() != Some(FORMAT) {
+            return Err(FileError::Format { found: head.format });
+        }
+        if head.version != Some(VERSION) {
+            return Err(FileError::Version { found: head.version });
+        }
+        let file: Self = serde_json::from_str(text).map_err(|error| json_error(&error))?;
+        file.model()?;
+        Ok(file)
+    }
+
+    /// The text of the file.
+    ///
+    /// # Errors
+    /// Any [`FileError`] but those of reading, when the contents are no valid model.
+    pub fn to_json(&self) -> Result<String, FileError> {
+        self.model()?;
+        serde_json::to_string_pretty(self).map_err(|error| json_error(&error))
+    }
+
+    /// The model, for predictions.
+    ///
+    /// # Errors
+    /// Any [`FileError`] but those of reading, when the contents are no valid model.
+    pub fn model(&self) -> Result<Model<Box<[f32]>>, FileError> {
+        let mut sizes = vec![self.inputs.len()];
+        let mut weights = Vec::new();
+        for (at, layer) in self.layers.iter().enumerate() {
+            let before = weights.len();
+            append_layer(at + 1, layer, sizes[at], &mut weights)?;
+            let fault = weights[before..].iter().position(|weight: &f32| !weight.is_finite());
+            if let Some(place) = fault {
+                return Err(FileError::NotFinite { layer: at + 1, place: place + 1 });
+            }
+            sizes.push(layer.weights.len());
+        }
+        let activations: Vec<Activation> =
+            self.layers.iter().map(|layer| layer.activation).collect();
+        let network = Network::new(&sizes, &activations, weights.into_boxed_slice())?;
+        let (inputs, targets) = (scaler("input", &self.inputs)?, scaler("target", &self.targets)?);
+        Ok(Model::new(network, inputs, targets)?)
+    }
+
+    /// The column specs with which a CSV file is read for this model.
+    #[must_use]
+    pub fn specs(&self) -> (Vec<ColumnSpec>, Vec<ColumnSpec>) {
+        let specs = |columns: &[FileColumn]| {
+            columns
+                .iter()
+                .map(|column| ColumnSpec { name: column.name.clone(), transform: column.transform })
+                .collect()
+        };
+        (specs(&self.inputs), specs(&self.targets))
+    }
+}
+
+/// Joins specs and limits to file columns; units come from the names.
+#[must_use]
+pub fn columns(specs: &[ColumnSpec], scalings: &[Scaling]) -> Vec<FileColumn> {
+    specs
+        .iter()
+        .zip(scalings)
+        .map(|(spec, scaling)| {
+            let Column { transform, min, max } = scaling.column();
+            let unit = unit_of(&spec.name).to_owned();
+            FileColumn { name: spec.name.clone(), unit, transform, min, max }
+        })
+        .collect()
+}
+
+fn append_layer(
+    layer: usize,
+    contents: &FileLayer,
+    needed: usize,
+    weights: &mut Vec<f32>,
+) -> Result<(), FileError> {
+    for (at, row) in contents.weights.iter().enumerate() {
+        if row.len() != needed {
+            return Err(FileError::RowLength { layer, neuron: at + 1, needed, given: row.len() });
+        }
+        weights.extend(row);
+    }
+    let (needed, given) = (contents.weights.len(), contents.biases.len());
+    if needed != given {
+        return Err(FileError::Biases { layer, needed, given });
+    }
+    weights.extend(&contents.biases);
+    Ok(())
+}
+
+fn scaler(kind: &'static str, columns: &[FileColumn]) -> Result<Scaler, FileError> {
+    let limits: Vec<Column> = columns
+        .iter()
+        .map(|&FileColumn { transform, min, max, .. }| Column { transform, min, max })
+        .collect();
+    Scaler::new(&limits).map_err(|source| {
+        let place = match source {
+            ScaleError::Columns { .. } => None,
+            ScaleError::Limits { column, .. } | ScaleError::LogOfNonPositive { column, .. } => {
+                columns.get(column)
+            }
+        };
+        FileError::Scale { kind, name: place.map_or(String::new(), |c| c.name.clone()), source }
+    })
+}
+
+fn json_error(error: &serde_json::Error) -> FileError {
+    let (line, column, text) = (error.line(), error.column(), error.to_string());
+    let place = format!(" at line {line} column {column}");
+    let message = text.strip_suffix(&place).unwrap_or(&text).to_owned();
+    FileError::Json { line, column, message }
+}
+
+fn write_name<T: core::fmt::Display, S: Serializer>(
+    value: &T,
+    serializer: S,
+) -> Result<S::Ok, S::Error> {
+    serializer.collect_str(value)
+}
+
+fn read_name<'de, T, D>(deserializer: D) -> Result<T, D::Error>
+where
+    T: core::str::FromStr<Err: core::fmt::Display>,
+    D: Deserializer<'de>,
+{
+    let text = String::deserialize(deserializer)?;
+    text.parse().map_err(|error| serde::de::Error::custom(format!("\"{text}\": {error}")))
+}
+
+#[cfg(test)]
+#[path = "file_tests.rs"]
+mod tests;

@@ -1,0 +1,108 @@
+//! Round trips and refusals of model files.
+
+use super::*;
+
+const TEXT: &str = r#"{
+  "format": "mlp-model", "version": 1,
+  "inputs": [{ "name": "v_m_s", "unit": "m/s", "transform": "identity", "min": 0.0, "max": 2.0 }],
+  "targets": [{ "name": "f_n", "unit": "N", "transform": "ln", "min": 1.0, "max": 4.0 }],
+  "layers": [
+    { "activation": "relu", "weights": [[1.0], [-1.0]], "biases": [0.0, 0.0] },
+    { "activation": "linear", "weights": [[1.0, -1.0]], "biases": [0.0] }
+  ],
+  "training": null
+}"#;
+
+fn refusal(from: &str, to: &str) -> FileError {
+    assert!(TEXT.contains(from), "{from}");
+    ModelFile::from_json(&TEXT.replacen(from, to, 1)).unwrap_err()
+}
+
+#[test]
+fn the_documented_text_is_a_model() {
+    let model = ModelFile::from_json(TEXT).unwrap().model().unwrap();
+    // The network is the identity: the middle of the range is the geometric mean of the targets.
+    let estimate = model.estimate(&[1.0]).unwrap();
+    assert!((estimate.value - 2.0).abs() < 1e-6, "{estimate:?}");
+}
+
+#[test]
+fn weights_come_back_bit_for_bit() {
+    let mut file = ModelFile::from_json(TEXT).unwrap();
+    let mut bits = 1_u32;
+    for value in file.layers.iter_mut().flat_map(|l| l.weights.iter_mut().flatten()) {
+        bits = bits.wrapping_mul(747_796_405).wrapping_add(2_891_336_453);
+        *value = f32::from_bits(bits & 0xBF7F_FFFF);
+    }
+    file.layers[0].biases = vec![f32::MAX, 1e-45];
+    file.layers[1].biases = vec![-0.1];
+    let again = ModelFile::from_json(&file.to_json().unwrap()).unwrap();
+    assert_eq!(again, file);
+    let bits = |file: &ModelFile| {
+        file.model().unwrap().network().weights().iter().map(|w| w.to_bits()).collect::<Vec<_>>()
+    };
+    assert_eq!(bits(&again), bits(&file));
+}
+
+#[test]
+fn syntax_errors_have_line_and_column() {
+    let error = refusal("[[1.0], [-1.0]]", "[[1.0], [NaN]]");
+    assert!(matches!(error, FileError::Json { line: 6, column: 49, .. }), "{error:?}");
+    let error = ModelFile::from_json(&TEXT[..TEXT.len() - 3]).unwrap_err();
+    assert!(matches!(error, FileError::Json { line: 9, .. }), "{error:?}");
+    assert!(matches!(ModelFile::from_json(""), Err(FileError::Json { .. })));
+}
+
+#[test]
+fn other_formats_and_versions_are_named() {
+    let error = refusal("mlp-model", "onnx");
+    assert_eq!(error.to_string(), "format is Some(\"onnx\"), not \"mlp-model\"");
+    let error = refusal("\"version\": 1", "\"version\": 2");
+    assert_eq!(error, FileError::Version { found: Some(2) });
+    assert!(matches!(ModelFile::from_json("{}"), Err(FileError::Format { found: None })));
+}
+
+#[test]
+fn weights_that_are_no_finite_floats_are_refused() {
+    for text in ["null", "1e999", "-1e39", "\"x\""] {
+        let error = refusal("[[1.0], [-1.0]]", &format!("[[1.0], [{text}]]"));
+        assert!(matches!(error, FileError::Json { line: 6, .. }), "{text}: {error:?}");
+    }
+    let error = refusal("[[1.0], [-1.0]]", "[[1.0], [1e999]]");
+    assert_eq!(error.to_string(), "line 6, column 53: number out of range");
+}
+
+#[test]
+fn shapes_that_do_not_fit_are_named() {
+    assert_eq!(
+        refusal("[[1.0, -1.0]]", "[[1.0]]"),
+        FileError::RowLength { layer: 2, neuron: 1, needed: 2, given: 1 }
+    );
+    assert_eq!(
+        refusal("\"biases\": [0.0, 0.0]", "\"biases\": [0.0]"),
+        FileError::Biases { layer: 1, needed: 2, given: 1 }
+    );
+    assert_eq!(
+        refusal("[[1.0, -1.0]], \"biases\": [0.0]", "[], \"biases\": []"),
+        FileError::Shape(ShapeError::Width { layer: 2, given: 0 })
+    );
+}
+
+#[test]
+fn columns_that_can_not_be_scaled_are_named() {
+    let error = refusal("\"min\": 1.0", "\"min\": 0.0");
+    assert!(error.to_string().starts_with("target \"f_n\": "), "{error}");
+    let error = refusal("\"ln\"", "\"log\"");
+    assert!(matches!(error, FileError::Json { line: 4, .. }), "{error:?}");
+    assert!(error.to_string().contains("\"log\": unknown transform"), "{error}");
+    let error = refusal("\"relu\"", "\"gelu\"");
+    assert!(error.to_string().contains("\"gelu\": unknown activation"), "{error}");
+}
+
+#[test]
+fn a_model_with_overflowing_weights_is_not_saved() {
+    let topology = Topology::regression(1, &[1], 1).unwrap();
+    let column = ModelFile::from_json(TEXT).unwrap().inputs;
+    let file = ModelFile::new(&column, &column, &topology, &[1.0, 2.0, 1e60, 4.0]);
+    assert_eq!(file.to_json(), Err(FileError::NotFinite { layer: 2, place: 1 }));
+}

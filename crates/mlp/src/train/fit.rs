@@ -1,0 +1,262 @@
+//! Data sets and settings in, a chosen trained model with its errors out.
+
+use super::data::DataSet;
+use super::file::{FileError, ModelFile, TrainingNote};
+use super::init::nguyen_widrow;
+use super::metrics::{EvaluateError, Evaluation, evaluate};
+use super::objective::{NetworkObjective, Objective, count};
+use super::run::{Run, RunConfig, run};
+use super::scaling::Scaling;
+use super::setting::SettingError;
+use super::topology::Topology;
+use super::trainer::Algorithm;
+use crate::model::Model;
+use crate::network::ShapeError;
+
+/// Which of several runs becomes the model.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Choice {
+    /// The one with the lowest training error.
+    #[default]
+    Best,
+    /// The one whose training error is nearest the average of all runs: the typical outcome.
+    NearestAverage,
+}
+
+/// What to train and how.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FitConfig {
+    /// Neurons of each hidden layer (tanh); outputs are linear. Default one layer of 10.
+    pub hidden: Vec<usize>,
+    /// Training rule. Default RPROP.
+    pub algorithm: Algorithm,
+    /// Stop rules.
+    pub run: RunConfig,
+    /// Seed of the first run; the others count up from it. Default 0.
+    pub seed: u64,
+    /// Number of runs, at least 1. Default 1.
+    pub repeats: usize,
+    /// Which run becomes the model. Default the best.
+    pub choice: Choice,
+}
+
+impl Default for FitConfig {
+    fn default() -> Self {
+        Self {
+            hidden: vec![10],
+            algorithm: Algorithm::Rprop(super::trainer::RpropConfig::default()),
+            run: RunConfig::default(),
+            seed: 0,
+            repeats: 1,
+            choice: Choice::Best,
+        }
+    }
+}
+
+/// Why there is no trained model.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum FitError {
+    /// No repeats.
+    #[error("0 repeats: at least 1 is needed")]
+    NoRepeats,
+    /// A setting out of its range.
+    #[error(transparent)]
+    Setting(#[from] SettingError),
+    /// More weights than the rule can handle.
+    #[error("{weights} weights: {algorithm} is meant for at most {limit}")]
+    TooManyWeights {
+        /// Name of the rule.
+        algorithm: &'static str,
+        /// Weights of the network.
+        weights: usize,
+        /// Largest number.
+        limit: usize,
+    },
+    /// Layers out of limits, or weights too large for the model's precision.
+    #[error(transparent)]
+    Shape(#[from] ShapeError),
+    /// Training, validation or test rows have other columns than the training rows.
+    #[error("{file} was read with other columns than the training rows")]
+    OtherColumns {
+        /// Name of the file.
+        file: String,
+    },
+    /// Every run diverged from its first epoch on.
+    #[error("no run of {runs} reached a finite training error")]
+    Diverged {
+        /// Number of runs.
+        runs: usize,
+    },
+    /// The trained network can not be saved.
+    #[error(transparent)]
+    File(#[from] FileError),
+    /// The trained model has no prediction for a row.
+    #[error("{file}: {source}")]
+    Evaluate {
+        /// Name of the file.
+        file: String,
+        /// Which row and why.
+        source: EvaluateError,
+    },
+}
+
+/// A trained model.
+#[derive(Debug, Clone)]
+pub struct Fit {
+    /// What is saved.
+    pub file: ModelFile,
+    /// The model in it.
+    pub model: Model<Box<[f32]>>,
+    /// All runs, in order of their seeds.
+    pub runs: Vec<Run>,
+    /// Place of the run that became the model.
+    pub chosen: usize,
+    /// Errors of the saved model on the training rows.
+    pub train: Evaluation,
+    /// Errors of the saved model on the test rows.
+    pub test: Option<Evaluation>,
+}
+
+/// Scaled rows and settings from which runs start, each on its own.
+#[derive(Debug, Clone)]
+pub struct Fitting<'a> {
+    train: &'a DataSet,
+    config: &'a FitConfig,
+    inputs: Vec<Scaling>,
+    targets: Vec<Scaling>,
+    objective: NetworkObjective,
+    validation: Option<NetworkObjective>,
+}
+
+impl<'a> Fitting<'a> {
+    /// Scales the rows by the limits of the training rows.
+    ///
+    /// # Errors
+    /// [`FitError::NoRepeats`], [`FitError::Setting`], [`FitError::Shape`], [`FitError::TooManyWeights`] or
+    /// [`FitError::OtherColumns`].
+    pub fn new(
+        train: &'a DataSet,
+        validation: Option<&DataSet>,
+        config: &'a FitConfig,
+    ) -> Result<Self, FitError> {
+        if config.repeats == 0 {
+            return Err(FitError::NoRepeats);
+        }
+        config.algorithm.check()?;
+        config.run.check()?;
+        let topology =
+            Topology::regression(train.inputs.len(), &config.hidden, train.targets.len())?;
+        check_weights(&config.algorithm, topology.weights())?;
+        let (inputs, targets) = (train.input_scalings(), train.target_scalings());
+        let objective = |data: &DataSet| {
+            check_columns(train, data)?;
+            Ok::<_, FitError>(NetworkObjective::new(&topology, &data.patterns(&inputs, &targets))?)
+        };
+        let (rows, validation) = (objective(train)?, validation.map(objective).transpose()?);
+        Ok(Self { train, config, inputs, targets, objective: rows, validation })
+    }
+
+    /// Trains from the starting weights of seed `config.seed + repeat`. Runs are independent, so they may
+    /// go in parallel.
+    #[must_use]
+    pub fn run(&self, repeat: usize) -> Run {
+        let mut objective = self.objective.clone();
+        let mut validation = self.validation.clone();
+        let weights = nguyen_widrow(objective.topology(), self.seed(repeat));
+        let mut trainer = self.config.algorithm.trainer(weights.len());
+        let rows = validation.as_mut().map(|rows| rows as &mut dyn Objective);
+        run(trainer.as_mut(), &mut objective, rows, weights, &self.config.run)
+    }
+
+    /// Chooses among `runs`, which are those of repeats 0, 1, ..., and evaluates the saved model.
+    ///
+    /// # Errors
+    /// [`FitError::NoRepeats`] without runs; [`FitError::Diverged`]; [`FitError::OtherColumns`];
+    /// [`FitError::Shape`] and [`FitError::File`] when weights overflow; [`FitError::Evaluate`].
+    pub fn finish(&self, runs: Vec<Run>, test: Option<&DataSet>) -> Result<Fit, FitError> {
+        let chosen =
+            choose(&runs, self.config.choice).ok_or(FitError::Diverged { runs: runs.len() })?;
+        let mut file = ModelFile::new(
+            &super::file::columns(&self.train.inputs, &self.inputs),
+            &super::file::columns(&self.train.targets, &self.targets),
+            self.objective.topology(),
+            &runs[chosen].weights,
+        );
+        let model = file.model()?;
+        let train = self.evaluate(&model, self.train)?;
+        let test = test.map(|data| self.evaluate(&model, data)).transpose()?;
+        file.training = Some(TrainingNote {
+            algorithm: self.config.algorithm.name().to_owned(),
+            seed: self.seed(chosen),
+            repeats: runs.len(),
+            epochs: runs[chosen].epochs,
+            stop: runs[chosen].stop.to_string(),
+            rows: self.train.rows(),
+            data_sha256: self.train.sha256.clone(),
+            train_mse: train.mse,
+            train_scaled_mse: train.scaled_mse,
+            test_mse: test.as_ref().map(|test| test.mse),
+            test_scaled_mse: test.as_ref().map(|test| test.scaled_mse),
+        });
+        Ok(Fit { file, model, runs, chosen, train, test })
+    }
+
+    fn seed(&self, repeat: usize) -> u64 {
+        self.config.seed.wrapping_add(repeat as u64)
+    }
+
+    fn evaluate(&self, model: &Model<Box<[f32]>>, data: &DataSet) -> Result<Evaluation, FitError> {
+        check_columns(self.train, data)?;
+        evaluate(model, data)
+            .map_err(|source| FitError::Evaluate { file: data.file.clone(), source })
+    }
+}
+
+/// Trains `config.repeats` times, one after the other, and keeps the chosen model.
+///
+/// # Errors
+/// As [`Fitting::new`] and [`Fitting::finish`].
+pub fn fit(
+    train: &DataSet,
+    validation: Option<&DataSet>,
+    test: Option<&DataSet>,
+    config: &FitConfig,
+) -> Result<Fit, FitError> {
+    let fitting = Fitting::new(train, validation, config)?;
+    let runs = (0..config.repeats).map(|repeat| fitting.run(repeat)).collect();
+    fitting.finish(runs, test)
+}
+
+/// Place of the run to keep, among those with a finite error.
+#[must_use]
+pub fn choose(runs: &[Run], choice: Choice) -> Option<usize> {
+    let finite: Vec<(usize, f64)> =
+        runs.iter().map(|run| run.mse).enumerate().filter(|(_, mse)| mse.is_finite()).collect();
+    let centre = match choice {
+        Choice::Best => f64::NEG_INFINITY,
+        Choice::NearestAverage => {
+            finite.iter().map(|(_, mse)| mse).sum::<f64>() / count(finite.len())
+        }
+    };
+    let distance = |mse: f64| if centre.is_finite() { (mse - centre).abs() } else { mse };
+    finite
+        .into_iter()
+        .min_by(|(_, left), (_, right)| distance(*left).total_cmp(&distance(*right)))
+        .map(|(place, _)| place)
+}
+
+fn check_weights(algorithm: &Algorithm, weights: usize) -> Result<(), FitError> {
+    match algorithm.max_weights() {
+        Some(limit) if weights > limit => {
+            Err(FitError::TooManyWeights { algorithm: algorithm.name(), weights, limit })
+        }
+        _ => Ok(()),
+    }
+}
+
+fn check_columns(train: &DataSet, other: &DataSet) -> Result<(), FitError> {
+    if train.inputs == other.inputs && train.targets == other.targets {
+        return Ok(());
+    }
+    Err(FitError::OtherColumns { file: other.file.clone() })
+}

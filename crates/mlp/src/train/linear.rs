@@ -1,0 +1,80 @@
+//! A symmetric positive definite matrix and a right side in, the solution out.
+
+/// Solves `(A + shift I) x = b` by a Cholesky factorisation.
+///
+/// `matrix` holds A's lower triangle row by row in a square of `right.len()`; `factor`, as long, receives the
+/// factor L and `right` the solution. `None` when the sum is not positive definite or not finite; `right` is
+/// then meaningless.
+pub(super) fn solve_shifted(
+    matrix: &[f64],
+    shift: f64,
+    factor: &mut [f64],
+    right: &mut [f64],
+) -> Option<()> {
+    let size = right.len();
+    for row in 0..size {
+        let (above, current) = factor.split_at_mut(row * size);
+        let current = &mut current[..=row];
+        current.copy_from_slice(&matrix[row * size..=row * size + row]);
+        for column in 0..row {
+            let other = &above[column * size..=column * size + column];
+            let (left, place) = current.split_at_mut(column);
+            place[0] = (place[0] - product(left, other)) / other[column];
+        }
+        let (left, diagonal) = current.split_at_mut(row);
+        let square = diagonal[0] + shift - product(left, left);
+        if !(square > 0.0 && square.is_finite()) {
+            return None;
+        }
+        diagonal[0] = square.sqrt();
+    }
+    substitute(factor, right);
+    Some(())
+}
+
+/// Solves `L L' x = b` in place.
+fn substitute(factor: &[f64], right: &mut [f64]) {
+    let size = right.len();
+    for row in 0..size {
+        let line = &factor[row * size..=row * size + row];
+        right[row] = (right[row] - product(line, &right[..row])) / line[row];
+    }
+    for row in (0..size).rev() {
+        let line = &factor[row * size..=row * size + row];
+        let (above, place) = right.split_at_mut(row);
+        place[0] /= line[row];
+        for (value, weight) in above.iter_mut().zip(line) {
+            *value -= weight * place[0];
+        }
+    }
+}
+
+/// Inner product over the shorter slice.
+fn product(left: &[f64], right: &[f64]) -> f64 {
+    left.iter().zip(right).map(|(a, b)| a * b).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_small_system_is_solved() {
+        // A + I = [[4, 2, 0], [2, 5, 1], [0, 1, 3]], x = [1, -2, 3].
+        let matrix = [3.0, 0.0, 0.0, 2.0, 4.0, 0.0, 0.0, 1.0, 2.0];
+        let mut right = [0.0, -5.0, 7.0];
+        solve_shifted(&matrix, 1.0, &mut [0.0; 9], &mut right).unwrap();
+        for (x, expected) in right.iter().zip([1.0, -2.0, 3.0]) {
+            assert!((x - expected).abs() < 1e-14, "{right:?}");
+        }
+    }
+
+    #[test]
+    fn what_is_not_positive_definite_is_refused() {
+        for matrix in
+            [[1.0, 0.0, 2.0, 1.0], [f64::NAN, 0.0, 0.0, 1.0], [1.0, 0.0, 0.0, f64::INFINITY]]
+        {
+            assert!(solve_shifted(&matrix, 0.0, &mut [0.0; 4], &mut [1.0; 2]).is_none());
+        }
+    }
+}

@@ -1,0 +1,43 @@
+//! CSV rows in, a trained model file out: data sets, trainers, runs, metrics and the model file.
+//!
+//! ```text
+//! CSV bytes -> DataSet -> Patterns (scaled) -> NetworkObjective -> Trainer steps -> Run -> ModelFile -> Model
+//! ```
+//! Everything is sans-IO: bytes come as arguments, nothing reads a clock, randomness comes from seeds.
+//! Training runs in `f64`; saved weights are `f32`, and reported errors are those of the saved model.
+
+pub mod column;
+mod csv_file;
+pub mod data;
+pub mod file;
+pub mod fit;
+pub mod init;
+mod linear;
+pub mod metrics;
+pub mod objective;
+pub mod run;
+pub mod scaling;
+pub mod setting;
+pub mod topology;
+pub mod trainer;
+
+pub use column::{ColumnSpec, ColumnSpecError};
+pub use data::{DataSet, DataSetError, Patterns};
+pub use file::{FileError, ModelFile};
+pub use fit::{Choice, Fit, FitConfig, FitError, Fitting, fit};
+pub use metrics::{EvaluateError, Evaluation, evaluate};
+pub use objective::{NetworkObjective, Objective};
+pub use run::{Run, RunConfig, Stop, run};
+pub use scaling::Scaling;
+pub use setting::SettingError;
+pub use topology::Topology;
+pub use trainer::{Algorithm, Finish, StepReport, Trainer};
+
+/// Nearest `f32`; what is too large becomes infinite and is caught where finite values are required.
+#[expect(
+    clippy::cast_possible_truncation,
+    reason = "rounding to the precision of the model is meant"
+)]
+pub(crate) fn rounded(value: f64) -> f32 {
+    value as f32
+}

@@ -1,0 +1,207 @@
+//! An objective and weights in, better weights out, one epoch a step.
+//!
+//! | rule | module | cost of a step |
+//! |---|---|---|
+//! | steepest descent | [`gd`] | 1 gradient |
+//! | with momentum, two forms | [`gdm`] | 1 gradient |
+//! | RPROP, four variants | [`rprop`] | 1 gradient |
+//! | scaled conjugate gradient | [`scg`] | 2 gradients, 1 after a rejected trial |
+//! | Levenberg-Marquardt | [`lm`] | 1 Jacobian, 1 error per trial |
+
+use core::fmt;
+use core::str::FromStr;
+
+use super::objective::Objective;
+use super::setting::{SettingError, above_one, not_negative, positive, share};
+
+pub mod gd;
+pub mod gdm;
+pub mod lm;
+pub mod rprop;
+pub mod scg;
+
+pub use gd::{GradientDescent, GradientDescentConfig};
+pub use gdm::{Momentum, MomentumConfig, MomentumForm};
+pub use lm::{LevenbergMarquardt, LevenbergMarquardtConfig};
+pub use rprop::{Rprop, RpropConfig, RpropVariant};
+pub use scg::{Scg, ScgConfig};
+
+/// What one step saw and did.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StepReport {
+    /// Mean squared error of the weights the step was given, before it changed them.
+    pub mse: f64,
+    /// Euclidean norm of the gradient there.
+    pub gradient_norm: f64,
+    /// Gradients computed (a Jacobian counts as one).
+    pub gradient_evaluations: usize,
+    /// Set when the rule can not go on; the weights are then those given.
+    pub finished: Option<Finish>,
+}
+
+/// Why a rule can not improve the weights any more.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Finish {
+    /// The gradient is exactly zero.
+    Flat,
+    /// No step was short enough to lower the error: the damping reached its limit.
+    DampingLimit,
+    /// The error or gradient is not finite.
+    NotFinite,
+}
+
+impl fmt::Display for Finish {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Flat => "gradient is zero",
+            Self::DampingLimit => "no shorter step lowers the error",
+            Self::NotFinite => "error or gradient is not finite",
+        })
+    }
+}
+
+/// A training rule with its memory of earlier steps.
+pub trait Trainer {
+    /// Improves `weights` by one epoch.
+    ///
+    /// Between the steps of one training the caller must not change objective or weights: rules remember
+    /// gradients. `weights` has [`Objective::weights`] values.
+    fn step(&mut self, objective: &mut dyn Objective, weights: &mut [f64]) -> StepReport;
+}
+
+/// A training rule and its settings.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Algorithm {
+    /// Steepest descent.
+    Gd(GradientDescentConfig),
+    /// Steepest descent with momentum.
+    Gdm(MomentumConfig),
+    /// Resilient propagation.
+    Rprop(RpropConfig),
+    /// Scaled conjugate gradient.
+    Scg(ScgConfig),
+    /// Levenberg-Marquardt.
+    Lm(LevenbergMarquardtConfig),
+}
+
+impl Algorithm {
+    /// All rules with their usual settings.
+    #[must_use]
+    pub fn all() -> [Self; 5] {
+        [
+            Self::Gd(GradientDescentConfig::default()),
+            Self::Gdm(MomentumConfig::default()),
+            Self::Rprop(RpropConfig::default()),
+            Self::Scg(ScgConfig::default()),
+            Self::Lm(LevenbergMarquardtConfig::default()),
+        ]
+    }
+
+    /// Short name: `gd`, `gdm`, `rprop`, `scg` or `lm`.
+    #[must_use]
+    pub const fn name(&self) -> &'static str {
+        match self {
+            Self::Gd(_) => "gd",
+            Self::Gdm(_) => "gdm",
+            Self::Rprop(_) => "rprop",
+            Self::Scg(_) => "scg",
+            Self::Lm(_) => "lm",
+        }
+    }
+
+    /// Gradient norm below which training with this rule usually ends.
+    #[must_use]
+    pub const fn min_gradient(&self) -> f64 {
+        match self {
+            Self::Gd(_) | Self::Gdm(_) | Self::Rprop(_) => 1e-5,
+            Self::Scg(_) => 1e-6,
+            Self::Lm(_) => 1e-7,
+        }
+    }
+
+    /// Whether the settings are within the ranges their docs give.
+    ///
+    /// # Errors
+    /// [`SettingError`] for the first that is not.
+    pub fn check(&self) -> Result<(), SettingError> {
+        match *self {
+            Self::Gd(config) => positive("rate", config.rate),
+            Self::Gdm(config) => {
+                positive("rate", config.rate)?;
+                if config.momentum >= 1.0 {
+                    return share("momentum", config.momentum);
+                }
+                not_negative("momentum", config.momentum)
+            }
+            Self::Rprop(config) => {
+                positive("min", config.min)?;
+                positive("initial", config.initial)?;
+                positive("max", config.max)?;
+                above_one("increase", config.increase)?;
+                share("decrease", config.decrease)
+            }
+            Self::Scg(config) => {
+                positive("sigma", config.sigma)?;
+                positive("lambda", config.lambda)
+            }
+            Self::Lm(config) => {
+                positive("mu", config.mu)?;
+                positive("max", config.max)?;
+                above_one("increase", config.increase)?;
+                share("decrease", config.decrease)
+            }
+        }
+    }
+
+    /// Largest number of weights the rule is meant for, if there is one.
+    #[must_use]
+    pub const fn max_weights(&self) -> Option<usize> {
+        match self {
+            Self::Lm(_) => Some(lm::MAX_WEIGHTS),
+            _ => None,
+        }
+    }
+
+    /// A trainer without memory, ready for the first step on `weights` weights.
+    #[must_use]
+    pub fn trainer(&self, weights: usize) -> Box<dyn Trainer + Send> {
+        match *self {
+            Self::Gd(config) => Box::new(GradientDescent::new(config, weights)),
+            Self::Gdm(config) => Box::new(Momentum::new(config, weights)),
+            Self::Rprop(config) => Box::new(Rprop::new(config, weights)),
+            Self::Scg(config) => Box::new(Scg::new(config, weights)),
+            Self::Lm(config) => Box::new(LevenbergMarquardt::new(config, weights)),
+        }
+    }
+}
+
+/// A text that names no training rule.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("unknown algorithm \"{text}\" (known: gd, gdm, rprop, scg, lm)")]
+pub struct UnknownAlgorithm {
+    /// The text given.
+    pub text: String,
+}
+
+impl FromStr for Algorithm {
+    type Err = UnknownAlgorithm;
+
+    /// The rule of that name with its usual settings.
+    fn from_str(text: &str) -> Result<Self, UnknownAlgorithm> {
+        Self::all()
+            .into_iter()
+            .find(|known| known.name() == text)
+            .ok_or_else(|| UnknownAlgorithm { text: text.to_owned() })
+    }
+}
+
+fn dot(left: &[f64], right: &[f64]) -> f64 {
+    left.iter().zip(right).map(|(a, b)| a * b).sum()
+}
+
+fn norm(vector: &[f64]) -> f64 {
+    dot(vector, vector).sqrt()
+}
+
+#[cfg(test)]
+mod tests;

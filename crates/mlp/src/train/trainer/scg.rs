@@ -1,0 +1,209 @@
+//! Gradients in, conjugate steps of a length found without a line search out.
+//!
+//! M. F. Moller, "A scaled conjugate gradient algorithm for fast supervised learning" (1993).
+
+use super::{Finish, Objective, StepReport, Trainer, dot, norm};
+
+/// The damping stays within these limits.
+const LAMBDA: core::ops::RangeInclusive<f64> = 1e-15..=1e20;
+
+/// Settings of [`Scg`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ScgConfig {
+    /// Length of the probe along the direction that measures the curvature. Default 5e-5.
+    pub sigma: f64,
+    /// First damping of the curvature. Default 5e-7.
+    pub lambda: f64,
+}
+
+impl Default for ScgConfig {
+    fn default() -> Self {
+        Self { sigma: 5e-5, lambda: 5e-7 }
+    }
+}
+
+/// State that belongs to the current weights.
+#[derive(Debug, Clone, Copy)]
+struct Here {
+    mse: f64,
+    /// Curvature `p'Hp + (lambda - lambda_bar) |p|^2` along the direction.
+    delta: f64,
+    /// Whether the last trial was accepted, so that the curvature must be measured anew.
+    moved: bool,
+    /// Accepted trials since the direction was the steepest descent.
+    successes: usize,
+}
+
+/// Scaled conjugate gradient. One step is one trial move, accepted or not.
+///
+/// An accepted trial costs two gradients (one of them a probe for the curvature), the trial after a rejected one
+/// costs one. Where the published steps leave gaps: the measured curvature is kept after a rejected trial;
+/// the damping is clamped; a direction that does not descend is replaced by the steepest descent; a trial that
+/// is not finite counts as rejected with no gain.
+#[derive(Debug, Clone)]
+pub struct Scg {
+    config: ScgConfig,
+    lambda: f64,
+    lambda_bar: f64,
+    here: Option<Here>,
+    /// Steepest descent `r = -g` at the current weights.
+    descent: Vec<f64>,
+    /// Search direction `p`.
+    direction: Vec<f64>,
+    trial: Vec<f64>,
+    gradient: Vec<f64>,
+}
+
+impl Scg {
+    /// Ready for the first step on `weights` weights.
+    #[must_use]
+    pub fn new(config: ScgConfig, weights: usize) -> Self {
+        let zeros = vec![0.0; weights];
+        Self {
+            config,
+            lambda: config.lambda,
+            lambda_bar: 0.0,
+            here: None,
+            descent: zeros.clone(),
+            direction: zeros.clone(),
+            trial: zeros.clone(),
+            gradient: zeros,
+        }
+    }
+
+    /// Gradient and error at `weights + length * direction`, left in `trial` and `gradient`.
+    fn look(&mut self, objective: &mut dyn Objective, weights: &[f64], length: f64) -> f64 {
+        for (trial, (w, p)) in self.trial.iter_mut().zip(weights.iter().zip(&self.direction)) {
+            *trial = w + length * p;
+        }
+        objective.gradient(&self.trial, &mut self.gradient)
+    }
+
+    fn begin(&mut self, objective: &mut dyn Objective, weights: &[f64]) -> Here {
+        let mse = self.look(objective, weights, 0.0);
+        self.take_descent();
+        self.direction.copy_from_slice(&self.descent);
+        Here { mse, delta: 0.0, moved: true, successes: 0 }
+    }
+
+    fn take_descent(&mut self) {
+        for (r, g) in self.descent.iter_mut().zip(&self.gradient) {
+            *r = -g;
+        }
+    }
+
+    /// Curvature along the direction by a difference of gradients.
+    fn curvature(&mut self, objective: &mut dyn Objective, weights: &[f64], length: f64) -> f64 {
+        let sigma = self.config.sigma / length;
+        self.look(objective, weights, sigma);
+        let change = self.gradient.iter().zip(&self.descent).map(|(probe, r)| probe + r);
+        self.direction.iter().zip(change).map(|(p, change)| p * change).sum::<f64>() / sigma
+    }
+
+    /// Damps the curvature until it is positive.
+    fn damp(&mut self, mut delta: f64, square: f64) -> f64 {
+        delta += (self.lambda - self.lambda_bar) * square;
+        if delta <= 0.0 {
+            self.lambda_bar = 2.0 * (self.lambda - delta / square);
+            delta = -delta + self.lambda * square;
+            self.lambda = self.lambda_bar;
+        }
+        delta
+    }
+
+    /// Moves to the trial and chooses the next direction. `ratio` compares true and predicted gain.
+    fn accept(&mut self, here: &mut Here, weights: &mut [f64], mu: f64, ratio: f64) {
+        weights.copy_from_slice(&self.trial);
+        let overlap = -dot(&self.gradient, &self.descent);
+        self.take_descent();
+        self.lambda_bar = 0.0;
+        here.moved = true;
+        here.successes += 1;
+        if here.successes >= weights.len() {
+            here.successes = 0;
+            self.direction.copy_from_slice(&self.descent);
+        } else {
+            let square = dot(&self.descent, &self.descent);
+            let beta = (square - overlap) / mu;
+            for (p, r) in self.direction.iter_mut().zip(&self.descent) {
+                *p = r + beta * *p;
+            }
+        }
+        if ratio >= 0.75 {
+            self.lambda *= 0.25;
+        }
+    }
+
+    /// The descent's share along the direction, `p'r`; restarts with the steepest descent unless positive.
+    fn slope(&mut self, here: &mut Here) -> f64 {
+        let mu = dot(&self.direction, &self.descent);
+        if mu > 0.0 {
+            return mu;
+        }
+        self.direction.copy_from_slice(&self.descent);
+        here.successes = 0;
+        here.moved = true;
+        self.lambda_bar = 0.0;
+        dot(&self.descent, &self.descent)
+    }
+
+    /// One trial along the direction; returns the gradients it cost and why it is the last, if it is.
+    fn attempt(
+        &mut self,
+        objective: &mut dyn Objective,
+        weights: &mut [f64],
+        here: &mut Here,
+    ) -> (usize, Option<Finish>) {
+        let mu = self.slope(here);
+        let square = dot(&self.direction, &self.direction);
+        if square == 0.0 || mu == 0.0 {
+            return (0, Some(Finish::Flat));
+        }
+        if !square.is_finite() {
+            return (0, Some(Finish::NotFinite));
+        }
+        let mut cost = 1;
+        if here.moved {
+            here.delta = self.curvature(objective, weights, square.sqrt());
+            cost += 1;
+            if !here.delta.is_finite() {
+                return (1, Some(Finish::NotFinite));
+            }
+        }
+        here.delta = self.damp(here.delta, square);
+        let alpha = mu / here.delta;
+        let mse = self.look(objective, weights, alpha);
+        let usable = mse.is_finite() && self.gradient.iter().all(|g| g.is_finite());
+        let ratio = if usable { 2.0 * here.delta * (here.mse - mse) / (mu * mu) } else { 0.0 };
+        if usable && ratio >= 0.0 {
+            self.accept(here, weights, mu, ratio);
+            here.mse = mse;
+        } else {
+            self.lambda_bar = self.lambda;
+            here.moved = false;
+        }
+        if ratio < 0.25 {
+            self.lambda += here.delta * (1.0 - ratio) / square;
+        }
+        let stuck = !here.moved && self.lambda > *LAMBDA.end();
+        self.lambda = self.lambda.clamp(*LAMBDA.start(), *LAMBDA.end());
+        (cost, stuck.then_some(Finish::DampingLimit))
+    }
+}
+
+impl Trainer for Scg {
+    fn step(&mut self, objective: &mut dyn Objective, weights: &mut [f64]) -> StepReport {
+        let (mut here, first) = match self.here {
+            Some(here) => (here, 0),
+            None => (self.begin(objective, weights), 1),
+        };
+        let (mse, gradient_norm) = (here.mse, norm(&self.descent));
+        let (cost, finished) = if mse.is_finite() && gradient_norm.is_finite() {
+            self.attempt(objective, weights, &mut here)
+        } else {
+            (0, Some(Finish::NotFinite))
+        };
+        self.here = Some(here);
+        StepReport { mse, gradient_norm, gradient_evaluations: first + cost, finished }
+    }
+}

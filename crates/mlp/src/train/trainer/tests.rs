@@ -1,0 +1,144 @@
+//! Each rule's first updates against its formula worked out for one weight.
+
+use super::*;
+
+/// `mse = (a w - b)^2` of one residual `e = a w - b`.
+struct Parabola {
+    a: f64,
+    b: f64,
+}
+
+impl Objective for Parabola {
+    fn weights(&self) -> usize {
+        1
+    }
+
+    fn residuals(&self) -> usize {
+        1
+    }
+
+    fn mse(&mut self, weights: &[f64]) -> f64 {
+        (self.a * weights[0] - self.b).powi(2)
+    }
+
+    fn gradient(&mut self, weights: &[f64], gradient: &mut [f64]) -> f64 {
+        gradient[0] = 2.0 * self.a * (self.a * weights[0] - self.b);
+        self.mse(weights)
+    }
+
+    fn normal_equations(&mut self, w: &[f64], normal: &mut [f64], projected: &mut [f64]) -> f64 {
+        normal[0] = self.a * self.a;
+        projected[0] = self.a * (self.a * w[0] - self.b);
+        self.mse(w)
+    }
+}
+
+/// Weights after each of three steps from 3, for `mse = (2 w - 1)^2`, gradient `8 w - 4`.
+fn path(algorithm: Algorithm) -> [f64; 3] {
+    let mut trainer = algorithm.trainer(1);
+    let mut weights = [3.0];
+    core::array::from_fn(|_| {
+        trainer.step(&mut Parabola { a: 2.0, b: 1.0 }, &mut weights);
+        weights[0]
+    })
+}
+
+fn assert_path(algorithm: Algorithm, expected: [f64; 3]) {
+    let got = path(algorithm);
+    for (got, expected) in got.iter().zip(expected) {
+        assert!((got - expected).abs() < 1e-12, "{algorithm:?}: {got} instead of {expected}");
+    }
+}
+
+#[test]
+fn descent_follows_its_formula() {
+    // g = 20, 12, 7.2
+    assert_path(Algorithm::Gd(GradientDescentConfig { rate: 0.05 }), [2.0, 1.4, 1.04]);
+}
+
+#[test]
+fn both_momentum_forms_follow_their_formulas() {
+    let config = |form| Algorithm::Gdm(MomentumConfig { rate: 0.1, momentum: 0.5, form });
+    // dw = -1, then 0.5 * -1 - 0.05 * 12 = -1.1, then 0.5 * -1.1 - 0.05 * 3.2 = -0.71
+    assert_path(config(MomentumForm::Averaged), [2.0, 0.9, 0.19]);
+    // dw = -2, then 0.5 * -2 - 0.1 * 4 = -1.4, then 0.5 * -1.4 + 0.1 * 7.2 = 0.02
+    assert_path(config(MomentumForm::HeavyBall), [1.0, -0.4, -0.38]);
+}
+
+#[test]
+fn rprop_variants_follow_their_formulas() {
+    let path = |variant, expected| {
+        let config = RpropConfig { variant, initial: 2.0, ..RpropConfig::default() };
+        assert_path(Algorithm::Rprop(config), expected);
+    };
+    // All: 3 - 2 = 1, 1 - 2.4 = -1.4, where the gradient turns and the length becomes 1.2.
+    path(RpropVariant::Minus, [1.0, -1.4, -0.2]);
+    path(RpropVariant::Plus, [1.0, -1.4, 1.0]);
+    path(RpropVariant::ImprovedMinus, [1.0, -1.4, -1.4]);
+    // The error rose from 1 to 14.44: undone.
+    path(RpropVariant::ImprovedPlus, [1.0, -1.4, 1.0]);
+}
+
+#[test]
+fn improved_rprop_plus_rests_when_the_error_fell() {
+    // 3 - 2.2 = 0.8, 0.8 - 2.64 = ... would rise; from 1.5 with length 1.2: 0.3, error 4 -> 0.16.
+    let config =
+        RpropConfig { variant: RpropVariant::ImprovedPlus, initial: 1.2, ..RpropConfig::default() };
+    let mut trainer = Algorithm::Rprop(config).trainer(1);
+    let (mut objective, mut weights) = (Parabola { a: 2.0, b: 1.0 }, [1.5]);
+    let mut step = || {
+        trainer.step(&mut objective, &mut weights);
+        weights[0]
+    };
+    let path: [f64; 3] = core::array::from_fn(|_| step());
+    // Turned at 0.3 with a lower error: rests, then moves up with length 0.6.
+    for (got, expected) in path.iter().zip([0.3, 0.3, 0.9]) {
+        assert!((got - expected).abs() < 1e-12, "{path:?}");
+    }
+}
+
+#[test]
+fn scaled_conjugate_gradient_takes_newton_steps_on_a_parabola() {
+    // p = r = -20, delta = 8 * 400 + 5e-7 * 400, alpha = 400 / delta: w = 3 - 20 / (8 + 5e-7).
+    let first = 3.0 - 20.0 / (8.0 + 5e-7);
+    let got = path(Algorithm::Scg(ScgConfig::default()));
+    // The probe measures the curvature by a difference: 1e-16 * 20 / 5e-5 relative to 8.
+    assert!((got[0] - first).abs() < 1e-9, "{} {first}", got[0]);
+    // The remaining error of 1.6e-7 shrinks by lambda / 8 again.
+    assert!((got[2] - 0.5).abs() < 1e-12, "{got:?}");
+}
+
+#[test]
+fn levenberg_marquardt_follows_its_formula() {
+    // dw = -(4 + mu)^-1 * 2 e with e = 2 w - 1, mu = 1, 0.1, 0.01.
+    let config = LevenbergMarquardtConfig { mu: 1.0, ..LevenbergMarquardtConfig::default() };
+    let mut w: f64 = 3.0;
+    let expected = [1.0, 0.1, 0.01].map(|mu| {
+        w -= 2.0 * (2.0 * w - 1.0) / (4.0 + mu);
+        w
+    });
+    assert_path(Algorithm::Lm(config), expected);
+}
+
+#[test]
+fn a_flat_start_and_a_wild_one_end_the_rules_that_can_tell() {
+    for algorithm in ["scg", "lm"] {
+        let step = |start: f64| {
+            let mut weights = [start];
+            let mut trainer = algorithm.parse::<Algorithm>().unwrap().trainer(1);
+            let report = trainer.step(&mut Parabola { a: 2.0, b: 1.0 }, &mut weights);
+            assert_eq!(weights[0].to_bits(), start.to_bits(), "{algorithm} moved");
+            report.finished
+        };
+        assert_eq!(step(0.5), Some(Finish::Flat), "{algorithm}");
+        assert_eq!(step(1e300), Some(Finish::NotFinite), "{algorithm}");
+    }
+}
+
+#[test]
+fn names_are_read_back() {
+    for algorithm in Algorithm::all() {
+        assert_eq!(algorithm.name().parse(), Ok(algorithm));
+    }
+    assert!("adam".parse::<Algorithm>().unwrap_err().to_string().contains("rprop"));
+}

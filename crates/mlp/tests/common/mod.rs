@@ -1,0 +1,96 @@
+//! The regression set `surface2` and its golden curves, read from a folder outside the repository.
+
+use std::path::{Path, PathBuf};
+
+use rand_chacha::ChaCha8Rng;
+use rand_core::{Rng, SeedableRng};
+
+use mlp::train::{DataSet, NetworkObjective, Objective, Patterns, Topology, Trainer};
+
+/// The folder `learning` of the test data, or a word on why there is none.
+pub(crate) fn learning() -> Option<PathBuf> {
+    let data = std::env::var_os("GRIP_DATA").map_or_else(
+        || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data"),
+        PathBuf::from,
+    );
+    let learning = data.join("learning");
+    if learning.is_dir() {
+        return Some(learning);
+    }
+    eprintln!("skipped: no folder {} (set GRIP_DATA to the test data)", learning.display());
+    None
+}
+
+/// Training rows of `surface2` for a 2-10-1 network.
+pub(crate) struct Surface2 {
+    folder: PathBuf,
+    topology: Topology,
+    patterns: Patterns,
+}
+
+/// The set, unless the data are absent.
+pub(crate) fn surface2() -> Option<Surface2> {
+    let folder = learning()?;
+    let bytes = std::fs::read(folder.join("surface2_train.csv")).unwrap();
+    let specs = |names: &[&str]| names.iter().map(|name| name.parse().unwrap()).collect::<Vec<_>>();
+    let data =
+        DataSet::from_csv("surface2_train.csv", &bytes, &specs(&["x1", "x2"]), &specs(&["y"]))
+            .unwrap();
+    // Inputs lie in [-1, 1] already and are used as they are.
+    let targets = data.patterns(&data.input_scalings(), &data.target_scalings()).targets;
+    let inputs = data.iter().flat_map(|(inputs, _)| inputs.to_vec()).collect();
+    let topology = Topology::regression(2, &[10], 1).unwrap();
+    Some(Surface2 { folder, topology, patterns: Patterns { inputs, targets } })
+}
+
+impl Surface2 {
+    pub(crate) fn objective(&self) -> NetworkObjective {
+        NetworkObjective::new(&self.topology, &self.patterns).unwrap()
+    }
+
+    /// The same rows, each value moved by up to half a unit of its ninth decimal.
+    pub(crate) fn moved_within_rounding(&self, seed: u64) -> Self {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let mut moved = |values: &[f64]| -> Vec<f64> {
+            let shift =
+                |rng: &mut ChaCha8Rng| f64::from(rng.next_u32()) / f64::from(u32::MAX) - 0.5;
+            values.iter().map(|value| value + 1e-9 * shift(&mut rng)).collect()
+        };
+        let Patterns { inputs, targets } = &self.patterns;
+        let patterns = Patterns { inputs: moved(inputs), targets: moved(targets) };
+        Self { folder: self.folder.clone(), topology: self.topology.clone(), patterns }
+    }
+
+    /// Starting weights number `start`.
+    pub(crate) fn start(&self, start: usize) -> Vec<f64> {
+        let path = self.folder.join(format!("starts/surface2_2-10-1_{start}.txt"));
+        let text = std::fs::read_to_string(path).unwrap();
+        text.split_whitespace().map(|number| number.parse().unwrap()).collect()
+    }
+
+    /// Start, epoch and training error of each row of the golden file with this label.
+    pub(crate) fn golden(&self, label: &str) -> Vec<(usize, usize, f64)> {
+        let text = std::fs::read_to_string(self.folder.join("golden.csv")).unwrap();
+        let rows: Vec<_> = text
+            .lines()
+            .map(|line| line.split(',').collect::<Vec<_>>())
+            .filter(|fields| fields[0] == label)
+            .map(|f| (f[1].parse().unwrap(), f[2].parse().unwrap(), f[3].parse().unwrap()))
+            .collect();
+        assert!(!rows.is_empty(), "no golden rows for {label}");
+        rows
+    }
+}
+
+/// Training error after `epochs` steps.
+pub(crate) fn curve(
+    trainer: &mut dyn Trainer,
+    objective: &mut NetworkObjective,
+    weights: &mut [f64],
+    epochs: usize,
+) -> f64 {
+    for _ in 0..epochs {
+        trainer.step(objective, weights);
+    }
+    objective.mse(weights)
+}

@@ -1,0 +1,120 @@
+//! Trainers against error curves of an independent double-precision implementation.
+//!
+//! The data lie outside the repository: in the folder `GRIP_DATA`, or in `shared/data` beside it. Without
+//! them each test says so and checks nothing; `src/train/trainer/tests.rs` needs no data.
+//!
+//! The data files hold nine digits, the golden curves come from unrounded data: both part by 2e-10 at epoch 0
+//! already. Rules that build on curvature magnify that; `parting_is_no_more_than_the_rounding_of_the_data`
+//! shows that nothing else is magnified.
+#![cfg(feature = "train")]
+
+#[cfg(test)]
+mod common;
+
+#[cfg(test)]
+mod tests {
+    use super::common::{Surface2, curve, surface2};
+    use mlp::train::Algorithm;
+    use mlp::train::trainer::{
+        GradientDescentConfig, LevenbergMarquardtConfig, MomentumConfig, MomentumForm, RpropConfig,
+        RpropVariant, ScgConfig,
+    };
+
+    /// Largest relative deviation allowed up to and including an epoch.
+    struct Bound {
+        epoch: usize,
+        relative: f64,
+    }
+
+    const fn bound(epoch: usize, relative: f64) -> Bound {
+        Bound { epoch, relative }
+    }
+
+    fn error_after(
+        surface: &Surface2,
+        algorithm: Algorithm,
+        (start, epoch): (usize, usize),
+    ) -> f64 {
+        let mut weights = surface.start(start);
+        let mut trainer = algorithm.trainer(weights.len());
+        curve(trainer.as_mut(), &mut surface.objective(), &mut weights, epoch)
+    }
+
+    /// Compares the starts 0-4 at every golden epoch.
+    fn compare(label: &str, algorithm: Algorithm, bounds: &[Bound]) {
+        let Some(surface) = surface2() else { return };
+        for (start, epoch, expected) in surface.golden(label) {
+            let got = error_after(&surface, algorithm, (start, epoch));
+            let deviation = (got / expected - 1.0).abs();
+            eprintln!("{label} start {start} epoch {epoch}: {got:.9e}, deviation {deviation:.1e}");
+            let bound = bounds.iter().find(|bound| epoch <= bound.epoch).unwrap();
+            assert!(deviation <= bound.relative, "deviation {deviation:e} > {}", bound.relative);
+        }
+    }
+
+    #[test]
+    fn gradient_descent() {
+        let config = GradientDescentConfig { rate: 0.05 };
+        compare("gd_lr0.05", Algorithm::Gd(config), &[bound(10, 1e-9), bound(100, 5e-6)]);
+    }
+
+    #[test]
+    fn both_forms_of_momentum() {
+        for (label, form) in [
+            ("gdm_lr0.05_mc0.9", MomentumForm::Averaged),
+            ("heavy_ball_lr0.05_mc0.9", MomentumForm::HeavyBall),
+        ] {
+            let config = MomentumConfig { rate: 0.05, momentum: 0.9, form };
+            compare(label, Algorithm::Gdm(config), &[bound(10, 1e-9), bound(100, 5e-6)]);
+        }
+    }
+
+    #[test]
+    fn rprop() {
+        for (label, variant) in [
+            ("rprop-", RpropVariant::Minus),
+            ("rprop+", RpropVariant::Plus),
+            ("irprop-", RpropVariant::ImprovedMinus),
+            ("irprop+", RpropVariant::ImprovedPlus),
+        ] {
+            let config = RpropConfig { variant, ..RpropConfig::default() };
+            compare(label, Algorithm::Rprop(config), &[bound(10, 3e-9), bound(100, 1e-8)]);
+        }
+    }
+
+    #[test]
+    fn scaled_conjugate_gradient() {
+        let bounds = [bound(10, 5e-9), bound(20, 5e-7), bound(50, 5e-6), bound(100, 1e-2)];
+        compare("scg", Algorithm::Scg(ScgConfig::default()), &bounds);
+    }
+
+    #[test]
+    fn levenberg_marquardt() {
+        let bounds = [bound(1, 5e-9), bound(5, 5e-7), bound(20, 5e-6), bound(100, 5e-8)];
+        compare("lm", Algorithm::Lm(LevenbergMarquardtConfig::default()), &bounds);
+    }
+
+    /// The curves of data moved within their rounding spread about as far as the golden curve lies away.
+    #[test]
+    fn parting_is_no_more_than_the_rounding_of_the_data() {
+        let Some(surface) = surface2() else { return };
+        for (label, algorithm) in [
+            ("scg", Algorithm::Scg(ScgConfig::default())),
+            ("lm", Algorithm::Lm(LevenbergMarquardtConfig::default())),
+        ] {
+            for (start, epoch, expected) in surface.golden(label) {
+                let own = error_after(&surface, algorithm, (start, epoch));
+                let spread = (0..8)
+                    .map(|seed| surface.moved_within_rounding(seed))
+                    .map(|moved| error_after(&moved, algorithm, (start, epoch)))
+                    .map(|other| (other - own).abs())
+                    .fold(0.0, f64::max);
+                let ratio = (own - expected).abs() / spread;
+                eprintln!(
+                    "{label} start {start} epoch {epoch}: {ratio:.2} of the spread {spread:.1e}"
+                );
+                assert!(ratio < 3.0, "{label} start {start} epoch {epoch}: {ratio}");
+            }
+        }
+    }
+}

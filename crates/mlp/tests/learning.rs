@@ -1,0 +1,242 @@
+//! From CSV bytes to a saved model: every rule learns, every fault is told.
+#![cfg(feature = "train")]
+
+#[cfg(test)]
+mod tests {
+    use core::fmt::Write;
+
+    use mlp::train::trainer::{GradientDescentConfig, MomentumConfig, MomentumForm};
+    use mlp::train::{
+        Algorithm, Choice, DataSet, Fit, FitConfig, FitError, Fitting, ModelFile, NetworkObjective,
+        Patterns, RunConfig, Stop, Topology, fit, run,
+    };
+    use mlp::{Activation, Coverage};
+    use proptest::prelude::*;
+
+    fn read(csv: &str) -> DataSet {
+        let specs =
+            |texts: &[&str]| texts.iter().map(|text| text.parse().unwrap()).collect::<Vec<_>>();
+        DataSet::from_csv(
+            "grasps.csv",
+            csv.as_bytes(),
+            &specs(&["v_m_s", "m_kg:ln"]),
+            &specs(&["f_n"]),
+        )
+        .unwrap()
+    }
+
+    /// A smooth made-up force over a grid of speeds and masses, shifted by `offset` of a cell.
+    fn grasps(offset: f64) -> DataSet {
+        let mut csv = String::from("v_m_s,m_kg,f_n\n");
+        for row in 0..8_i32 {
+            for column in 0..8_i32 {
+                let v = 0.01 + 0.03 * (f64::from(row) + offset);
+                let m = 0.2 * 1.22_f64.powf(f64::from(column) + offset);
+                let f = 9.81 * m * (1.2 + 2.0 * v + (10.0 * v).sin() * 0.2);
+                writeln!(csv, "{v:.6},{m:.6},{f:.6}").unwrap();
+            }
+        }
+        read(&csv)
+    }
+
+    fn config(algorithm: &str, epochs: usize) -> FitConfig {
+        let algorithm = match algorithm {
+            "gd" => Algorithm::Gd(GradientDescentConfig { rate: 0.1 }),
+            "gdm" => Algorithm::Gdm(MomentumConfig {
+                rate: 0.02,
+                momentum: 0.9,
+                form: MomentumForm::HeavyBall,
+            }),
+            name => name.parse().unwrap(),
+        };
+        let run = RunConfig { epochs, ..RunConfig::default() };
+        FitConfig { algorithm, run, hidden: vec![6], repeats: 3, ..FitConfig::default() }
+    }
+
+    fn train(algorithm: &str, epochs: usize) -> Fit {
+        fit(&grasps(0.0), None, Some(&grasps(0.4)), &config(algorithm, epochs)).unwrap()
+    }
+
+    #[test]
+    fn every_rule_learns_a_force_surface() {
+        for (algorithm, epochs, within) in [
+            ("gd", 2000, 0.9),
+            ("gdm", 2000, 0.9),
+            ("rprop", 300, 0.95),
+            ("scg", 300, 0.95),
+            ("lm", 50, 0.95),
+        ] {
+            let fit = train(algorithm, epochs);
+            let test = fit.test.as_ref().unwrap();
+            let share = test.within_fraction(0.10);
+            assert!(share >= within, "{algorithm}: {share} within 10 %, mse {}", test.mse);
+            let first = fit.runs[fit.chosen].history[0];
+            assert!(fit.train.scaled_mse < 0.05 * first, "{algorithm}: {}", fit.train.scaled_mse);
+        }
+    }
+
+    #[test]
+    fn exclusive_or_needs_the_hidden_layer() {
+        let patterns = Patterns {
+            inputs: vec![-1.0, -1.0, -1.0, 1.0, 1.0, -1.0, 1.0, 1.0],
+            targets: vec![-1.0, 1.0, 1.0, -1.0],
+        };
+        let config = RunConfig { epochs: 400, goal: 1e-6, ..RunConfig::default() };
+        for algorithm in Algorithm::all().into_iter().skip(2) {
+            let train = |topology: &Topology| {
+                let mut objective = NetworkObjective::new(topology, &patterns).unwrap();
+                let weights = mlp::train::init::nguyen_widrow(topology, 1);
+                let mut trainer = algorithm.trainer(weights.len());
+                run(trainer.as_mut(), &mut objective, None, weights, &config)
+            };
+            let hidden = train(&Topology::regression(2, &[4], 1).unwrap());
+            assert_eq!(hidden.stop, Stop::Goal, "{}: {}", algorithm.name(), hidden.mse);
+            let flat = train(&Topology::new(&[2, 1], &[Activation::Linear]).unwrap());
+            assert!((flat.mse - 1.0).abs() < 1e-3, "{}: {}", algorithm.name(), flat.mse);
+        }
+    }
+
+    #[test]
+    fn equal_seeds_give_equal_files_and_the_file_predicts_the_same() {
+        let (first, second) = (train("rprop", 50), train("rprop", 50));
+        let text = first.file.to_json().unwrap();
+        assert_eq!(text, second.file.to_json().unwrap());
+        let again = ModelFile::from_json(&text).unwrap();
+        assert_eq!(again.model().unwrap(), first.model);
+        assert_eq!((again.inputs[1].unit.as_str(), again.targets[0].unit.as_str()), ("kg", "N"));
+        let note = again.training.unwrap();
+        assert_eq!((note.rows, note.repeats, note.algorithm.as_str()), (64, 3, "rprop"));
+        assert_eq!(note.train_mse.to_bits(), first.train.mse.to_bits());
+    }
+
+    #[test]
+    fn the_reported_error_is_that_of_the_saved_single_precision_model() {
+        let fit = train("lm", 30);
+        let trained = fit.runs[fit.chosen].mse;
+        let difference = (fit.train.scaled_mse / trained - 1.0).abs();
+        // Rounding shifts each scaled output by about 1e-6 of an error of about sqrt(mse).
+        assert!(difference < 1e-5 / trained.sqrt(), "{} {trained}", fit.train.scaled_mse);
+        let mut out = [0.0];
+        let coverage = fit.model.predict(&[0.5, 0.3], &mut out).unwrap();
+        assert_eq!(coverage, Coverage::Outside { column: 0 });
+    }
+
+    #[test]
+    fn the_typical_run_is_not_the_best() {
+        let rows = grasps(0.0);
+        let typical = FitConfig { choice: Choice::NearestAverage, repeats: 5, ..config("gd", 20) };
+        let fit = fit(&rows, None, None, &typical).unwrap();
+        let errors: Vec<f64> = fit.runs.iter().map(|run| run.mse).collect();
+        let average = errors.iter().sum::<f64>() / 5.0;
+        let distance = |at: usize| (errors[at] - average).abs();
+        assert!((0..5).all(|at| distance(fit.chosen) <= distance(at)), "{errors:?} {}", fit.chosen);
+        let best = FitConfig { choice: Choice::Best, ..typical };
+        let chosen =
+            Fitting::new(&rows, None, &best).unwrap().finish(fit.runs, None).unwrap().chosen;
+        assert!(errors.iter().all(|error| errors[chosen] <= *error), "{errors:?} {chosen}");
+    }
+
+    #[test]
+    fn validation_rows_stop_the_training() {
+        let mut stopping = config("lm", 500);
+        stopping.hidden = vec![20];
+        let fit = fit(&grasps(0.0), Some(&grasps(0.4)), None, &stopping).unwrap();
+        for run in fit.runs {
+            assert_eq!(run.validation.len(), run.history.len());
+            let lowest = run.validation.iter().copied().fold(f64::INFINITY, f64::min);
+            assert_eq!(run.validation[run.best_epoch].to_bits(), lowest.to_bits());
+        }
+    }
+
+    #[test]
+    fn a_rate_that_is_far_too_large_is_reported_as_divergence() {
+        let mut wild = config("gd", 200);
+        wild.algorithm = Algorithm::Gd(GradientDescentConfig { rate: 50.0 });
+        let fit = fit(&grasps(0.0), None, None, &wild).unwrap();
+        for run in &fit.runs {
+            assert!(matches!(run.stop, Stop::Diverged { .. }), "{}", run.stop);
+            assert_eq!(run.best_epoch, 0);
+            assert!(run.weights.iter().all(|weight| weight.is_finite()));
+        }
+    }
+
+    #[test]
+    fn constant_columns_are_no_obstacle() {
+        let rows = read("v_m_s,m_kg,f_n\n0.1,0.5,3\n0.2,0.5,3\n0.3,0.5,3\n");
+        for algorithm in Algorithm::all() {
+            let config = FitConfig { algorithm, ..config("lm", 20) };
+            let fit = fit(&rows, None, None, &config).unwrap();
+            assert!(fit.train.mse < 1e-12, "{}: {}", algorithm.name(), fit.train.mse);
+        }
+    }
+
+    #[test]
+    fn settings_that_can_not_work_are_refused() {
+        let rows = grasps(0.0);
+        let refuse = |config: FitConfig| fit(&rows, None, None, &config).unwrap_err();
+        assert_eq!(refuse(FitConfig { repeats: 0, ..FitConfig::default() }), FitError::NoRepeats);
+        let wide = FitConfig { hidden: vec![65], ..FitConfig::default() };
+        assert!(matches!(refuse(wide), FitError::Shape(_)));
+        let large = FitConfig { hidden: vec![64, 64], ..config("lm", 1) };
+        assert!(matches!(refuse(large), FitError::TooManyWeights { weights: 4417, .. }));
+        let mut backward = config("gd", 1);
+        backward.algorithm = Algorithm::Gd(GradientDescentConfig { rate: -0.1 });
+        assert_eq!(refuse(backward).to_string(), "rate is -0.1: it must be a positive number");
+        let mut endless = config("gdm", 1);
+        endless.algorithm =
+            Algorithm::Gdm(MomentumConfig { momentum: 1.0, ..MomentumConfig::default() });
+        assert_eq!(refuse(endless).to_string(), "momentum is 1: it must be between 0 and 1");
+        let mut goal = config("gd", 1);
+        goal.run.goal = f64::NAN;
+        assert!(refuse(goal).to_string().starts_with("goal is NaN"));
+        let mut other = grasps(0.0);
+        other.inputs.swap(0, 1);
+        other.file = "other.csv".to_owned();
+        let error = fit(&rows, Some(&other), None, &FitConfig::default()).unwrap_err();
+        assert_eq!(error, FitError::OtherColumns { file: "other.csv".to_owned() });
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(64) })]
+
+        #[test]
+        fn any_start_ends_without_panic_and_with_finite_weights(
+            weights in prop::collection::vec(prop::num::f64::NORMAL | prop::num::f64::ZERO, 13),
+            rows in prop::collection::vec(-1.0_f64..1.0, 30),
+            rule in 0_usize..5,
+        ) {
+            let topology = Topology::regression(2, &[3], 1).unwrap();
+            let patterns = Patterns { inputs: rows[..20].to_vec(), targets: rows[20..].to_vec() };
+            let mut objective = NetworkObjective::new(&topology, &patterns).unwrap();
+            let mut trainer = Algorithm::all()[rule].trainer(weights.len());
+            let config = RunConfig { epochs: 20, ..RunConfig::default() };
+            let outcome = run(trainer.as_mut(), &mut objective, None, weights, &config);
+            prop_assert!(outcome.weights.iter().all(|weight| weight.is_finite()));
+            prop_assert!(outcome.mse.is_finite() || outcome.best_epoch == 0);
+        }
+
+        #[test]
+        fn any_bytes_are_a_data_set_or_an_error(bytes in prop::collection::vec(any::<u8>(), 0..200)) {
+            let spec = |text: &str| vec![text.parse().unwrap()];
+            let mut csv = b"x,y\n1,2\n".to_vec();
+            csv.extend(bytes);
+            if let Ok(data) = DataSet::from_csv("any.csv", &csv, &spec("x"), &spec("y")) {
+                prop_assert!(data.rows() >= 1);
+            }
+        }
+
+        #[test]
+        fn a_damaged_model_file_is_a_model_or_an_error(at in 0_usize..1000, byte in 32_u8..127) {
+            let topology = Topology::regression(1, &[2], 1).unwrap();
+            let data = read("v_m_s,m_kg,f_n\n0.1,0.5,3\n0.2,0.6,4\n");
+            let columns = mlp::train::file::columns(&data.targets, &data.target_scalings());
+            let file = ModelFile::new(&columns, &columns, &topology, &[0.5; 7]);
+            let mut text = file.to_json().unwrap().into_bytes();
+            let place = at % text.len();
+            text[place] = byte;
+            if let Ok(file) = ModelFile::from_json(&String::from_utf8(text).unwrap()) {
+                prop_assert!(file.model().is_ok());
+            }
+        }
+    }
+}

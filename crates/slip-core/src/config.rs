@@ -1,0 +1,221 @@
+//! A plain configuration in, a checked one or the name of the wrong value out.
+
+use crate::{
+    detector::{BANDS, DetectorConfig},
+    filter::{Band, CornerError, FilterBank},
+    floor::FloorConfig,
+    grip::GripConfig,
+    health::HealthConfig,
+    observation::ObservationConfig,
+    units::Hertz,
+};
+
+/// What the stylus channel holds.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(rename_all = "lowercase")
+)]
+pub enum Signal {
+    /// Displacement (m): heights, spacings and E_sc have a meaning.
+    #[default]
+    Displacement,
+    /// Vibration in units of the sensor, signed or rectified: slips are found, heights are not known.
+    ///
+    /// The bands act on a rectified signal as it is: rectification moves its vibration towards lower and doubled
+    /// frequencies, but the noise floor is measured on the same rectified signal, so the thresholds keep
+    /// their meaning.
+    Vibration,
+}
+
+/// Everything a pipeline needs to know.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PipelineConfig {
+    /// Samples per second, 50 to 50,000.
+    pub sample_rate: Hertz,
+    /// What the stylus channel holds.
+    pub signal: Signal,
+    /// How the noise floor is found.
+    pub floor: FloorConfig,
+    /// A noise floor that is known already: energy of each band (signal unit squared).
+    pub known_floor: Option<[f32; BANDS]>,
+    /// Bands and thresholds.
+    pub detector: DetectorConfig,
+    /// What is believed of the sensors.
+    pub health: HealthConfig,
+    /// How a slip is measured.
+    pub observation: ObservationConfig,
+    /// The force controller; without it the pipeline only observes.
+    pub grip: Option<GripConfig>,
+    /// Runs every stage in every scene. The steps are the same, only slower.
+    pub no_skip: bool,
+}
+
+impl PipelineConfig {
+    /// The defaults for a stylus that measures `signal` at `sample_rate`, observing only.
+    #[must_use]
+    pub fn observing(signal: Signal, sample_rate: Hertz) -> Self {
+        let (floor, health) = match signal {
+            Signal::Displacement => (FloorConfig::default(), HealthConfig::default()),
+            // The resolution of a count is 1/sqrt(12) rms.
+            Signal::Vibration => (
+                FloorConfig { min_rms: 0.29, ..FloorConfig::default() },
+                HealthConfig { range: 1e9, max_step: 1e9, frozen_ms: 500.0, max_bad_run: 8 },
+            ),
+        };
+        Self {
+            sample_rate,
+            signal,
+            floor,
+            known_floor: None,
+            detector: DetectorConfig::default(),
+            health,
+            observation: ObservationConfig::default(),
+            grip: None,
+            no_skip: false,
+        }
+    }
+
+    /// The defaults for a gripper whose stylus measures displacement.
+    #[must_use]
+    pub fn gripping(sample_rate: Hertz) -> Self {
+        Self {
+            grip: Some(GripConfig::default()),
+            ..Self::observing(Signal::Displacement, sample_rate)
+        }
+    }
+
+    /// # Errors
+    /// The first value outside its range.
+    pub fn check(&self) -> Result<(), ConfigError> {
+        ConfigError::within("sample_rate_hz", self.sample_rate.0, 50.0, 50_000.0)?;
+        ConfigError::within("floor.learn_ms", self.floor.learn_ms, 10.0, 10_000.0)?;
+        ConfigError::within("floor.min_rms", self.floor.min_rms, 1e-12, 1e6)?;
+        self.check_detector()?;
+        self.check_health()?;
+        self.check_observation()?;
+        self.grip.map_or(Ok(()), |grip| grip.check())
+    }
+
+    fn check_detector(&self) -> Result<(), ConfigError> {
+        let d = &self.detector;
+        ConfigError::within("detector.shear.threshold", d.shear.threshold, 1.5, 1e9)?;
+        ConfigError::within("detector.vibration.threshold", d.vibration.threshold, 1.5, 1e9)?;
+        ConfigError::within("detector.gross", d.gross, 1.5, 1e9)?;
+        ConfigError::within("detector.envelope_ms", d.envelope_ms, 0.5, 1000.0)?;
+        ConfigError::within("detector.release", d.release, 0.01, 1.0)?;
+        ConfigError::within("detector.release_ms", d.release_ms, 1.0, 10_000.0)?;
+        let bands = [d.shear, d.vibration].map(|b| Band { low_hz: b.low_hz, high_hz: b.high_hz });
+        FilterBank::new(&bands, self.sample_rate.0)?;
+        Ok(())
+    }
+
+    fn check_health(&self) -> Result<(), ConfigError> {
+        ConfigError::within("health.range", self.health.range, 1e-9, 1e12)?;
+        ConfigError::within("health.max_step", self.health.max_step, 1e-9, 1e12)?;
+        ConfigError::within("health.frozen_ms", self.health.frozen_ms, 1.0, 1e6)?;
+        if self.health.max_bad_run == 0 {
+            return Err(ConfigError::Range {
+                name: "health.max_bad_run",
+                value: 0.0,
+                low: 1.0,
+                high: 4e9,
+            });
+        }
+        Ok(())
+    }
+
+    fn check_observation(&self) -> Result<(), ConfigError> {
+        let o = &self.observation;
+        ConfigError::within("observation.shortest_ms", o.shortest_ms, 0.5, 1000.0)?;
+        ConfigError::within("observation.longest_ms", o.longest_ms, o.shortest_ms, 10_000.0)?;
+        ConfigError::within("observation.min_speed_m_s", o.min_speed_m_s, 1e-6, 10.0)?;
+        ConfigError::within("observation.hysteresis_sigmas", o.hysteresis_sigmas, 1.0, 100.0)?;
+        ConfigError::within("observation.min_hysteresis_m", o.min_hysteresis_m, 1e-10, 1e-2)?;
+        ConfigError::within("observation.esc_noise", o.esc_noise, 0.0, 1.0)?;
+        ConfigError::within("observation.speed.window_ms", o.speed.window_ms, 0.1, 1000.0)?;
+        o.speed
+            .fixed_m_s
+            .map_or(Ok(()), |v| ConfigError::within("observation.speed.fixed_m_s", v, 1e-6, 100.0))
+    }
+}
+
+impl GripConfig {
+    /// # Errors
+    /// The first value outside its range.
+    pub fn check(&self) -> Result<(), ConfigError> {
+        ConfigError::within("grip.f_max_n", self.f_max_n, 0.01, 5000.0)?;
+        ConfigError::within("grip.trial_force_n", self.trial_force_n, 0.01, self.f_max_n)?;
+        ConfigError::within("grip.slew_n_s", self.slew_n_s, 0.1, 1e6)?;
+        ConfigError::within("grip.close_rate_n_s", self.close_rate_n_s, 0.1, self.slew_n_s)?;
+        ConfigError::within("grip.backoff_n_s", self.backoff_n_s, 0.0, self.slew_n_s)?;
+        ConfigError::within("grip.contact_n", self.contact_n, 1e-3, self.trial_force_n)?;
+        ConfigError::within("grip.settle_ms", self.settle_ms, 0.0, 10_000.0)?;
+        ConfigError::within("grip.reflex_step", self.reflex_step, 0.0, 2.0)?;
+        ConfigError::within("grip.reflex_tau_ms", self.reflex_tau_ms, 1.0, 10_000.0)?;
+        ConfigError::within("grip.brake_gain", self.brake_gain, 1.0, 3.0)?;
+        ConfigError::within("grip.confirm_m", self.confirm_m, 0.0, 0.01)
+    }
+}
+
+/// Why a pipeline cannot be made.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum ConfigError {
+    /// A value outside its range.
+    #[error("{name} = {value} is outside {low} to {high}")]
+    Range {
+        /// Name of the value, as in the configuration file.
+        name: &'static str,
+        /// The value.
+        value: f32,
+        /// Smallest value possible.
+        low: f32,
+        /// Largest value possible.
+        high: f32,
+    },
+    /// A band that the sample rate cannot carry.
+    #[error("detector band: {0}")]
+    Corner(#[from] CornerError),
+}
+
+impl ConfigError {
+    /// # Errors
+    /// [`ConfigError::Range`] where `value` is not within `low..=high`; NaN never is.
+    pub fn within(name: &'static str, value: f32, low: f32, high: f32) -> Result<(), Self> {
+        if value >= low && value <= high {
+            Ok(())
+        } else {
+            Err(Self::Range { name, value, low, high })
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{ConfigError, PipelineConfig, Signal};
+    use crate::units::Hertz;
+
+    #[test]
+    fn defaults_fit_every_rate_of_the_contract() {
+        for rate in [1000.0, 2200.0, 10_000.0, 20_000.0] {
+            assert_eq!(PipelineConfig::gripping(Hertz(rate)).check(), Ok(()));
+            assert_eq!(PipelineConfig::observing(Signal::Vibration, Hertz(rate)).check(), Ok(()));
+        }
+    }
+
+    #[test]
+    fn a_wrong_value_is_named() {
+        let mut config = PipelineConfig::gripping(Hertz(10_000.0));
+        config.detector.envelope_ms = f32::NAN;
+        let Err(ConfigError::Range { name, .. }) = config.check() else { panic!("accepted") };
+        assert_eq!(name, "detector.envelope_ms");
+        let mut config = PipelineConfig::gripping(Hertz(10_000.0));
+        config.grip.as_mut().unwrap().trial_force_n = 100.0;
+        let error = config.check().unwrap_err();
+        assert_eq!(
+            error,
+            ConfigError::Range { name: "grip.trial_force_n", value: 100.0, low: 0.01, high: 60.0 }
+        );
+    }
+}

@@ -1,0 +1,59 @@
+//! Stretches of rest in, the mean noise energy of each band out.
+//!
+//! For recordings whose rest is known beforehand; a running gripper learns its floor with [`crate::floor::Floor`].
+
+use super::{BANDS, DetectorConfig, primed::PrimedBank};
+use crate::config::ConfigError;
+
+/// Pools the noise of several stretches.
+#[derive(Clone, Copy, Debug)]
+pub struct RestMeter {
+    bank: PrimedBank,
+    sum: [f64; BANDS],
+    samples: u64,
+}
+
+impl RestMeter {
+    /// A meter for samples at `rate_hz`.
+    ///
+    /// # Errors
+    /// Where a band does not fit the sample rate.
+    pub fn new(config: &DetectorConfig, rate_hz: f32) -> Result<Self, ConfigError> {
+        Ok(Self { bank: PrimedBank::new(config, rate_hz)?, sum: [0.0; BANDS], samples: 0 })
+    }
+
+    /// Begins another stretch of rest.
+    pub fn start(&mut self) {
+        self.bank.start();
+    }
+
+    /// Takes the next reading of the stretch; one that is not finite is left out.
+    pub fn push(&mut self, x: f32) {
+        if !x.is_finite() {
+            return;
+        }
+        if let Some(y) = self.bank.step(x) {
+            for (sum, y) in self.sum.iter_mut().zip(y) {
+                *sum += f64::from(y) * f64::from(y);
+            }
+            self.samples += 1;
+        }
+    }
+
+    /// Samples that were used.
+    #[must_use]
+    pub fn samples(&self) -> u64 {
+        self.samples
+    }
+
+    /// Mean energy of the bands (signal unit squared); `None` before the first sample.
+    #[must_use]
+    #[expect(
+        clippy::cast_precision_loss,
+        clippy::cast_possible_truncation,
+        reason = "a mean in f32"
+    )]
+    pub fn energy(&self) -> Option<[f32; BANDS]> {
+        (self.samples > 0).then(|| self.sum.map(|sum| (sum / self.samples as f64) as f32))
+    }
+}

@@ -1,0 +1,67 @@
+//! What the pipeline has to say about a sample.
+
+use crate::{
+    estimate::ForceEstimate,
+    features::Features,
+    health::Health,
+    scene::Scene,
+    units::{Micros, Newtons},
+};
+
+/// How far a slip has gone.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Phase {
+    /// Shear and first movements, before the object slides.
+    Incipient,
+    /// The object slides.
+    Gross,
+}
+
+impl Phase {
+    /// The name used in output lines.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Incipient => "incipient",
+            Self::Gross => "gross",
+        }
+    }
+}
+
+/// A change in the slip state.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum SlipEvent {
+    /// A slip has been noticed, or has become gross.
+    Slip {
+        /// How far it has gone.
+        phase: Phase,
+        /// Whether this is the first notice of the slip, not its turn from incipient to gross.
+        first: bool,
+    },
+    /// The slip has ended.
+    Ended {
+        /// How long it lasted.
+        duration: Micros,
+    },
+}
+
+/// Everything one sample led to.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Step {
+    /// Device time of the sample.
+    pub t: Micros,
+    /// The scene the sample was handled in.
+    pub scene: Scene,
+    /// Slip statistic over its threshold: 1 and above is a slip. 0 where the bands were not needed.
+    pub statistic: f32,
+    /// A change in the slip state.
+    pub event: Option<SlipEvent>,
+    /// Features of the slip, when there is new evidence.
+    pub features: Option<Features>,
+    /// The network's answer to these features.
+    pub estimate: Option<ForceEstimate>,
+    /// The commanded force; `None` in a pipeline that only observes.
+    pub command: Option<Newtons>,
+    /// State of the stylus.
+    pub health: Health,
+}

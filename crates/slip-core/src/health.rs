@@ -1,0 +1,303 @@
+//! Raw samples in; samples that are safe to compute with, and a verdict on the sensor, out.
+//!
+//! A reading that is not a number, beyond the sensor's range or a lone spike is counted and replaced by the
+//! last good one; it never reaches a filter. Too many of them, or a value that no longer changes, turn the
+//! sensor's health, which stops the slip reflex: a dead sensor must not move the fingers.
+
+use crate::{sample::Sample, units::Micros};
+
+/// What is believed of the stylus.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(default, deny_unknown_fields)
+)]
+pub struct HealthConfig {
+    /// Largest magnitude the stylus can show (signal unit); readings at or beyond it are saturated.
+    pub range: f32,
+    /// Largest step between two samples that a real surface can cause (signal unit); beyond it a reading is a glitch.
+    pub max_step: f32,
+    /// The stylus counts as frozen when not one bit changed for this long (ms).
+    pub frozen_ms: f32,
+    /// Bad readings in a row after which the stylus counts as failed.
+    pub max_bad_run: u32,
+}
+
+impl Default for HealthConfig {
+    fn default() -> Self {
+        Self { range: 5e-3, max_step: 1e-3, frozen_ms: 50.0, max_bad_run: 8 }
+    }
+}
+
+/// State of the stylus.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Health {
+    /// Readings are used.
+    #[default]
+    Good,
+    /// The value has not changed for too long: a broken wire or a hung converter.
+    Frozen,
+    /// The value stands at the end of its range.
+    Saturated,
+    /// Too many unusable readings in a row.
+    Failed,
+}
+
+impl Health {
+    /// The name used in output lines.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Good => "good",
+            Self::Frozen => "frozen",
+            Self::Saturated => "saturated",
+            Self::Failed => "failed",
+        }
+    }
+}
+
+/// How often each kind of unusable reading was seen.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct HealthCounters {
+    /// NaN or infinite stylus readings.
+    pub not_finite: u64,
+    /// Stylus readings at or beyond the range.
+    pub saturated: u64,
+    /// Stylus readings too far from the one before.
+    pub glitches: u64,
+    /// NaN, infinite or impossible readings of the other channels, taken as absent.
+    pub other_channels: u64,
+    /// Samples not later than the one before, ignored.
+    pub time_faults: u64,
+    /// Times the health left [`Health::Good`].
+    pub failures: u64,
+}
+
+/// The checks and their memory.
+#[derive(Clone, Copy, Debug)]
+pub struct HealthCheck {
+    config: HealthConfig,
+    frozen_after: Micros,
+    last: Option<(Micros, f32)>,
+    changed_at: Micros,
+    bad_run: u32,
+    saturated_run: u32,
+    health: Health,
+    counters: HealthCounters,
+}
+
+impl HealthCheck {
+    /// Checks that have seen nothing yet.
+    #[must_use]
+    pub fn new(config: HealthConfig) -> Self {
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "the cast saturates; the configuration was checked"
+        )]
+        let frozen_after = Micros((config.frozen_ms * 1e3) as u64);
+        Self {
+            config,
+            frozen_after,
+            last: None,
+            changed_at: Micros(0),
+            bad_run: 0,
+            saturated_run: 0,
+            health: Health::Good,
+            counters: HealthCounters::default(),
+        }
+    }
+
+    /// What was counted so far.
+    #[must_use]
+    pub fn counters(&self) -> HealthCounters {
+        self.counters
+    }
+
+    /// The state of the stylus after the last sample.
+    #[must_use]
+    pub fn health(&self) -> Health {
+        self.health
+    }
+
+    /// The sample with every unusable reading replaced (stylus) or taken as absent (others);
+    /// `None` where its time does not lie after the one before.
+    #[inline]
+    pub fn check(&mut self, sample: &Sample) -> Option<Sample> {
+        if self.last.is_some_and(|(t, _)| sample.t <= t) {
+            self.counters.time_faults += 1;
+            return None;
+        }
+        let stylus = self.stylus(sample);
+        self.last = Some((sample.t, stylus));
+        let before = self.health;
+        self.health = self.judge(sample.t);
+        if before == Health::Good && self.health != Health::Good {
+            self.counters.failures += 1;
+        }
+        Some(Sample {
+            t: sample.t,
+            stylus,
+            normal_force_n: self.other(sample.normal_force_n, 1e4),
+            tangential_n: self.other(sample.tangential_n, 1e4),
+            travel_m: self.other(sample.travel_m, 1e3),
+            velocity_m_s: self.other(sample.velocity_m_s, 1e3),
+            second_stylus: self.other(sample.second_stylus, self.config.range),
+            reference: self.other(sample.reference, 1e9),
+            pressure: self.other(sample.pressure, 1e9),
+        })
+    }
+
+    #[inline]
+    fn stylus(&mut self, sample: &Sample) -> f32 {
+        let x = sample.stylus;
+        let Some((_, last)) = self.last else {
+            self.changed_at = sample.t;
+            return if self.usable(x) { x } else { 0.0 };
+        };
+        if !self.usable(x) {
+            return last;
+        }
+        // A real step stays; a lone spike is gone after a sample or two.
+        if (x - last).abs() > self.config.max_step && self.bad_run < self.config.max_bad_run {
+            self.counters.glitches += 1;
+            self.bad_run += 1;
+            return last;
+        }
+        self.bad_run = 0;
+        if x.to_bits() != last.to_bits() {
+            self.changed_at = sample.t;
+        }
+        x
+    }
+
+    #[inline]
+    fn usable(&mut self, x: f32) -> bool {
+        if !x.is_finite() {
+            self.counters.not_finite += 1;
+            self.saturated_run = 0;
+            self.bad_run = self.bad_run.saturating_add(1);
+            return false;
+        }
+        if x.abs() >= self.config.range {
+            self.counters.saturated += 1;
+            self.bad_run = self.bad_run.saturating_add(1);
+            self.saturated_run = self.saturated_run.saturating_add(1);
+            return false;
+        }
+        self.saturated_run = 0;
+        true
+    }
+
+    #[inline]
+    fn judge(&self, t: Micros) -> Health {
+        if self.bad_run >= self.config.max_bad_run {
+            let saturated = self.saturated_run >= self.config.max_bad_run;
+            if saturated { Health::Saturated } else { Health::Failed }
+        } else if self.bad_run == 0 && t.since(self.changed_at) > self.frozen_after {
+            Health::Frozen
+        } else if self.bad_run > 0 {
+            self.health
+        } else {
+            Health::Good
+        }
+    }
+
+    #[inline]
+    fn other(&mut self, value: Option<f32>, limit: f32) -> Option<f32> {
+        let value = value?;
+        // NaN fails the comparison.
+        if value.abs() <= limit {
+            Some(value)
+        } else {
+            self.counters.other_channels += 1;
+            None
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Health, HealthCheck, HealthConfig};
+    use crate::{sample::Sample, units::Micros};
+
+    fn check() -> HealthCheck {
+        HealthCheck::new(HealthConfig::default())
+    }
+
+    fn at(i: u16, stylus: f32) -> Sample {
+        Sample::stylus(Micros(100 * (u64::from(i) + 1)), stylus)
+    }
+
+    #[test]
+    fn bad_readings_are_replaced_and_counted() {
+        let mut check = check();
+        let mut out = |i, x| check.check(&at(i, x)).unwrap().stylus;
+        assert_eq!(out(0, 1e-6), 1e-6);
+        assert_eq!(out(1, f32::NAN), 1e-6);
+        assert_eq!(out(2, f32::NEG_INFINITY), 1e-6);
+        assert_eq!(out(3, 1e30), 1e-6);
+        assert_eq!(out(4, 4e-3), 1e-6, "a jump of 4 mm in 0.1 ms is a glitch");
+        assert_eq!(out(5, 2e-6), 2e-6);
+        let counters = check.counters();
+        assert_eq!((counters.not_finite, counters.saturated, counters.glitches), (2, 1, 1));
+        assert_eq!(check.health(), Health::Good, "four in a row are not yet a failure");
+    }
+
+    #[test]
+    fn a_real_step_is_accepted_after_a_while() {
+        let mut check = check();
+        check.check(&at(0, 0.0));
+        let values: [f32; 10] = core::array::from_fn(|i| {
+            check.check(&at(u16::try_from(i).unwrap() + 1, 4e-3)).unwrap().stylus
+        });
+        assert_eq!(values[7], 0.0);
+        assert_eq!(values[8], 4e-3);
+    }
+
+    #[test]
+    fn frozen_saturated_and_failed_are_told_and_recover() {
+        let mut check = check();
+        for i in 0..600 {
+            check.check(&at(i, 1e-6));
+        }
+        assert_eq!(check.health(), Health::Frozen);
+        check.check(&at(600, 1.1e-6));
+        assert_eq!(check.health(), Health::Good);
+        for i in 601..620 {
+            check.check(&at(i, 5e-3));
+        }
+        assert_eq!(check.health(), Health::Saturated);
+        for i in 620..640 {
+            check.check(&at(i, f32::NAN));
+        }
+        assert_eq!(check.health(), Health::Failed);
+        check.check(&at(640, 1e-6));
+        assert_eq!(check.health(), Health::Good);
+        assert_eq!(check.counters().failures, 2);
+    }
+
+    #[test]
+    fn other_channels_turn_absent() {
+        let mut check = check();
+        let sample = Sample {
+            normal_force_n: Some(f32::NAN),
+            travel_m: Some(1e30),
+            velocity_m_s: Some(0.1),
+            ..at(0, 0.0)
+        };
+        let out = check.check(&sample).unwrap();
+        assert_eq!((out.normal_force_n, out.travel_m, out.velocity_m_s), (None, None, Some(0.1)));
+        assert_eq!(check.counters().other_channels, 2);
+    }
+
+    #[test]
+    fn time_only_goes_forward() {
+        let mut check = check();
+        assert!(check.check(&at(5, 0.0)).is_some());
+        assert!(check.check(&at(5, 0.0)).is_none());
+        assert!(check.check(&at(4, 0.0)).is_none());
+        assert_eq!(check.counters().time_faults, 2);
+    }
+}

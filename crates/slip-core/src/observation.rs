@@ -1,0 +1,258 @@
+//! Samples of a slip in, its features out.
+//!
+//! Over a stretch of sliding the impulse balance of an object of mass m between two fingers with friction
+//! mu is m dv = (m g - 2 mu F) dt, so with the mean force F and the mean acceleration a of the same
+//! stretch the force at which the slip stops growing is F_req = F / (1 - a/g), whatever F did meanwhile.
+//! The stretch starts when the speed is first known and starts again from the last reading when it
+//! becomes longer than [`ObservationConfig::longest_ms`], so that a load that changes is followed.
+
+use crate::{
+    esc::EscSum,
+    features::Features,
+    irregularity::IrregularityExtractor,
+    sample::Sample,
+    speed::{SpeedConfig, SpeedReading, SpeedWindow},
+    units::Micros,
+};
+
+/// How a slip is measured.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(default, deny_unknown_fields)
+)]
+pub struct ObservationConfig {
+    /// Shortest stretch that gives features (ms).
+    pub shortest_ms: f32,
+    /// Longest stretch before a new one starts (ms).
+    pub longest_ms: f32,
+    /// Slowest speed that is sliding (m/s); below it a stretch ends, for at rest the balance does not hold.
+    pub min_speed_m_s: f32,
+    /// A reversal of the stylus counts as peak or valley beyond this many deviations of its noise.
+    pub hysteresis_sigmas: f32,
+    /// Smallest hysteresis (m).
+    pub min_hysteresis_m: f32,
+    /// Relative noise of one delta/s, for the trust figures of E_sc.
+    pub esc_noise: f32,
+    /// Where the speed comes from.
+    pub speed: SpeedConfig,
+}
+
+impl Default for ObservationConfig {
+    fn default() -> Self {
+        Self {
+            shortest_ms: 4.0,
+            longest_ms: 40.0,
+            min_speed_m_s: 2e-3,
+            hysteresis_sigmas: 6.0,
+            min_hysteresis_m: 2e-7,
+            esc_noise: 0.01,
+            speed: SpeedConfig::default(),
+        }
+    }
+}
+
+/// The measurement of one slip.
+#[derive(Clone, Copy, Debug)]
+pub struct SlipObservation {
+    config: ObservationConfig,
+    rate_hz: f32,
+    heights: bool,
+    window: SpeedWindow,
+    extractor: IrregularityExtractor,
+    esc: EscSum,
+    slope_sum: f32,
+    onset: Option<Onset>,
+    last_t: Micros,
+    position_m: f64,
+    stretch: Option<Stretch>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Onset {
+    travel_m: Option<f32>,
+    position_m: f64,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Stretch {
+    start: Micros,
+    start_speed_m_s: f32,
+    impulse_ns: f64,
+    latest: SpeedReading,
+}
+
+impl SlipObservation {
+    /// An observation of samples at `rate_hz`.
+    #[must_use]
+    pub fn new(config: ObservationConfig, rate_hz: f32) -> Self {
+        Self {
+            config,
+            rate_hz,
+            heights: true,
+            window: SpeedWindow::new(config.speed, rate_hz),
+            extractor: IrregularityExtractor::new(config.min_hysteresis_m),
+            esc: EscSum::default(),
+            slope_sum: 0.0,
+            onset: None,
+            last_t: Micros(0),
+            position_m: 0.0,
+            stretch: None,
+        }
+    }
+
+    /// Begins with the next sample. `noise_m` is the deviation of the stylus noise (m, rms), `None` where
+    /// the stylus does not measure displacement and irregularities have no heights.
+    pub fn begin(&mut self, noise_m: Option<f32>) {
+        *self = Self::new(self.config, self.rate_hz);
+        self.heights = noise_m.is_some();
+        let hysteresis = self.config.hysteresis_sigmas * noise_m.unwrap_or(0.0);
+        self.extractor = IrregularityExtractor::new(hysteresis.max(self.config.min_hysteresis_m));
+    }
+
+    /// Distance moved since the slip was noticed (m); `None` where no sensor tells.
+    #[must_use]
+    pub fn moved_m(&self, sample: &Sample) -> Option<f32> {
+        self.onset?.travel_m.and_then(|start| Some((sample.travel_m? - start).abs()))
+    }
+
+    /// The latest slip speed (m/s), `None` before the first window is full.
+    #[must_use]
+    pub fn speed_m_s(&self) -> Option<f32> {
+        self.stretch.map(|stretch| stretch.latest.speed_m_s)
+    }
+
+    /// Takes the next sample of the slip.
+    #[inline]
+    pub fn push(&mut self, sample: &Sample) {
+        let dt_s =
+            if self.onset.is_some() { sample.t.since(self.last_t).as_seconds() } else { 0.0 };
+        self.last_t = sample.t;
+        let force_n = sample.normal_force_n.unwrap_or(0.0);
+        let reading = match sample.travel_m {
+            Some(travel_m) if self.config.speed.fixed_m_s.is_none() => {
+                self.position_m = f64::from(travel_m);
+                self.window.push(sample.t, travel_m, force_n)
+            }
+            _ => {
+                let reading = self.window.direct(sample.velocity_m_s, force_n);
+                self.position_m +=
+                    reading.map_or(0.0, |reading| f64::from(reading.speed_m_s) * dt_s);
+                reading
+            }
+        };
+        self.onset.get_or_insert(Onset { travel_m: sample.travel_m, position_m: self.position_m });
+        if self.heights
+            && let Some(irregularity) = self.extractor.push(self.position_m, sample.stylus)
+            && self.esc.push(irregularity)
+        {
+            self.slope_sum += irregularity.delta_m / irregularity.spacing_m;
+        }
+        if let Some(reading) = reading {
+            self.extend_stretch(sample.t, dt_s, reading);
+        }
+    }
+
+    fn extend_stretch(&mut self, t: Micros, dt_s: f64, reading: SpeedReading) {
+        let longest_s = f64::from(self.config.longest_ms) * 1e-3;
+        if reading.speed_m_s.abs() < self.config.min_speed_m_s {
+            self.stretch = None;
+            return;
+        }
+        match &mut self.stretch {
+            Some(stretch) if t.since(stretch.start).as_seconds() <= longest_s => {
+                stretch.impulse_ns += f64::from(reading.force_n) * dt_s;
+                stretch.latest = reading;
+            }
+            _ => {
+                self.stretch = Some(Stretch {
+                    start: t,
+                    start_speed_m_s: reading.speed_m_s,
+                    impulse_ns: 0.0,
+                    latest: reading,
+                });
+            }
+        }
+    }
+
+    /// The features of the slip so far; `None` while the stretch is too short or no speed is known.
+    #[must_use]
+    #[expect(clippy::cast_possible_truncation, reason = "differences and sums were taken in f64")]
+    pub fn features(&self) -> Option<Features> {
+        let stretch = self.stretch?;
+        let onset = self.onset?;
+        let span_s = self.last_t.since(stretch.start).as_seconds();
+        if span_s < f64::from(self.config.shortest_ms) * 1e-3 || span_s <= 0.0 {
+            return None;
+        }
+        let speed = stretch.latest.speed_m_s;
+        let force = stretch.impulse_ns / span_s;
+        let n = self.esc.n();
+        #[expect(clippy::cast_precision_loss, reason = "a mean needs no more digits")]
+        let mean_slope = (n > 0).then(|| self.slope_sum / n as f32);
+        Some(Features {
+            slip_speed_m_s: speed,
+            contact_time_s: span_s as f32,
+            slip_acceleration_m_s2: (f64::from(speed - stretch.start_speed_m_s) / span_s) as f32,
+            micro_displacement_m: (self.position_m - onset.position_m) as f32,
+            trial_force_n: force as f32,
+            irregularities: n,
+            mean_slope,
+            esc: self.esc.literal(force, f64::from(speed), f64::from(self.config.esc_noise)),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{ObservationConfig, SlipObservation};
+    use crate::{sample::Sample, units::Micros};
+
+    const G: f64 = 9.81;
+
+    /// An object that needs 10 N, gripped with a force that rises from 2 N by 300 N/s.
+    #[test]
+    fn impulse_balance_gives_the_needed_force_while_the_force_rises() {
+        let mut observation = SlipObservation::new(ObservationConfig::default(), 10_000.0);
+        observation.begin(Some(1e-7));
+        let (mut speed, mut travel) = (0.0_f64, 0.0_f64);
+        let mut checked = 0;
+        for i in 0..400_u16 {
+            let t = f64::from(i) * 1e-4;
+            let force = 2.0 + 300.0 * t;
+            #[expect(clippy::cast_possible_truncation, reason = "test signal")]
+            let sample = Sample {
+                t: Micros(u64::from(i) * 100),
+                stylus: 1e-5 * (core::f64::consts::TAU * travel / 2e-4).sin() as f32,
+                normal_force_n: Some(force as f32),
+                travel_m: Some(travel as f32),
+                ..Sample::default()
+            };
+            observation.push(&sample);
+            if let Some(features) = observation.features() {
+                let a = f64::from(features.slip_acceleration_m_s2);
+                let needed = f64::from(features.trial_force_n) / (1.0 - a / G);
+                assert!((needed / 10.0 - 1.0).abs() < 0.02, "{needed} N after {t} s");
+                checked += 1;
+            }
+            let step = (G - G / 10.0 * force) * 1e-4;
+            travel += (speed + 0.5 * step) * 1e-4;
+            speed += step;
+        }
+        let features = observation.features().unwrap();
+        assert!(checked > 300 && features.irregularities > 5, "{checked} {features:?}");
+        let slope = features.mean_slope.unwrap();
+        assert!((slope - 0.1).abs() < 0.02, "2e-5 high, 2e-4 apart: {slope}");
+    }
+
+    #[test]
+    fn without_a_speed_there_are_no_features() {
+        let mut observation = SlipObservation::new(ObservationConfig::default(), 1000.0);
+        observation.begin(None);
+        for i in 0..100_u8 {
+            observation.push(&Sample::stylus(Micros(u64::from(i) * 1000), f32::from(i % 5)));
+        }
+        assert_eq!(observation.features(), None);
+    }
+}

@@ -1,0 +1,65 @@
+//! Contact and controller state in, the scene out: which stages of the pipeline are needed.
+
+/// What the gripper is doing, as far as the pipeline is concerned.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Scene {
+    /// No contact with an object.
+    #[default]
+    Idle,
+    /// The fingers move: own vibration, no decision on slip.
+    Moving,
+    /// An object is held and does not slip.
+    Holding,
+    /// The object slips.
+    Slipping,
+}
+
+impl Scene {
+    /// The name used in output lines.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Idle => "idle",
+            Self::Moving => "moving",
+            Self::Holding => "holding",
+            Self::Slipping => "slipping",
+        }
+    }
+}
+
+/// Contact with hysteresis: on above `contact_n`, off below half of it. Without a force sensor there is
+/// always contact, so that nothing is missed.
+#[derive(Clone, Copy, Debug)]
+pub struct Contact {
+    contact_n: f32,
+    touching: bool,
+}
+
+impl Contact {
+    /// A contact that begins open; `contact_n` is the normal force that counts as touch (N).
+    #[must_use]
+    pub fn new(contact_n: f32) -> Self {
+        Self { contact_n, touching: false }
+    }
+
+    /// Takes the measured normal force (N) of the next sample.
+    #[inline]
+    pub fn update(&mut self, normal_force_n: Option<f32>) -> bool {
+        let limit = if self.touching { 0.5 * self.contact_n } else { self.contact_n };
+        self.touching = normal_force_n.is_none_or(|force| force > limit);
+        self.touching
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Contact;
+
+    #[test]
+    fn contact_has_hysteresis() {
+        let mut contact = Contact::new(0.4);
+        let seen = [0.3, 0.5, 0.3, 0.1, 0.3].map(|force| contact.update(Some(force)));
+        assert_eq!(seen, [false, true, true, false, false]);
+        assert!(contact.update(None));
+    }
+}

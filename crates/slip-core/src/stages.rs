@@ -1,0 +1,16 @@
+//! How often each stage of the pipeline ran.
+
+/// Counts since the pipeline was made.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct StageCounters {
+    /// Samples handled.
+    pub samples: u64,
+    /// Samples that went through the filter bank and the detector.
+    pub bands: u64,
+    /// Samples of slips, measured for speed, irregularities and E_sc.
+    pub observation: u64,
+    /// Answers asked of the network.
+    pub inferences: u64,
+    /// Answers the network could not give.
+    pub refused_estimates: u64,
+}
