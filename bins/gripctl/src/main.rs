@@ -1,2 +1,31 @@
-//! gripctl
-fn main() {}
+//! The toolbox of the slip-detection workspace.
+
+mod cli;
+mod commands;
+mod output;
+
+use clap::Parser as _;
+use cli::{Cli, Command};
+use grip_host::exit::Exit;
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    let result = match Cli::parse().command {
+        Command::Ports(args) => commands::ports::run(&args),
+        Command::Sim(args) => commands::sim::run(&args),
+        Command::Replay(args) => commands::replay::run(&args),
+        Command::Score(args) => commands::score::run(&args),
+        Command::Grasp(args) => commands::grasp::run(&args),
+        Command::Generate(args) => commands::generate::run(&args),
+        Command::Train(args) => commands::train::run(&args),
+        Command::Eval(args) => commands::eval::run(&args),
+    };
+    match result {
+        Ok(exit) => exit.into(),
+        Err(error) if output::is_closed_pipe(&error) => Exit::Done.into(),
+        Err(error) => {
+            eprintln!("gripctl: {error:#}");
+            commands::exit_of(&error).into()
+        }
+    }
+}

@@ -7,6 +7,7 @@ pub mod replay;
 pub mod report;
 pub mod score;
 pub mod session;
+pub mod trial;
 
 pub use config::{HostConfig, HostConfigError, LinkConfig};
 pub use model::{HostEstimator, ModelError};

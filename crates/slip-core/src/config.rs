@@ -131,6 +131,7 @@ impl PipelineConfig {
         ConfigError::within("observation.shortest_ms", o.shortest_ms, 0.5, 1000.0)?;
         ConfigError::within("observation.longest_ms", o.longest_ms, o.shortest_ms, 10_000.0)?;
         ConfigError::within("observation.min_speed_m_s", o.min_speed_m_s, 1e-6, 10.0)?;
+        ConfigError::within("observation.recoil_m", o.recoil_m, 0.0, 1e-2)?;
         ConfigError::within("observation.hysteresis_sigmas", o.hysteresis_sigmas, 1.0, 100.0)?;
         ConfigError::within("observation.min_hysteresis_m", o.min_hysteresis_m, 1e-10, 1e-2)?;
         ConfigError::within("observation.esc_noise", o.esc_noise, 0.0, 1.0)?;
@@ -154,6 +155,7 @@ impl GripConfig {
         ConfigError::within("grip.settle_ms", self.settle_ms, 0.0, 10_000.0)?;
         ConfigError::within("grip.reflex_step", self.reflex_step, 0.0, 2.0)?;
         ConfigError::within("grip.reflex_tau_ms", self.reflex_tau_ms, 1.0, 10_000.0)?;
+        ConfigError::within("grip.measured_tau_ms", self.measured_tau_ms, 1.0, 10_000.0)?;
         ConfigError::within("grip.brake_gain", self.brake_gain, 1.0, 3.0)?;
         ConfigError::within("grip.confirm_m", self.confirm_m, 0.0, 0.01)
     }

@@ -6,7 +6,7 @@
 //! ```
 //!
 //! On a slip the reflex raises the force at once by [`GripConfig::reflex_step`] and, while the slip goes
-//! on, exponentially with [`GripConfig::reflex_tau_ms`]; where a moved-distance sensor says that nothing
+//! on, exponentially with [`GripConfig::reflex_tau_ms`] or [`GripConfig::measured_tau_ms`]; where a moved-distance sensor says that nothing
 //! has moved yet, the first step is all. As soon as there is an estimate it takes over: braking at
 //! `brake_gain` times the estimate until the slip ends, then falling slowly to the estimate itself.
 //! The command never exceeds `f_max_n`, never rises faster than `slew_n_s`, and rises only while closing
@@ -36,8 +36,11 @@ pub struct GripConfig {
     pub settle_ms: f32,
     /// Immediate rise on a slip, relative to the force at that moment.
     pub reflex_step: f32,
-    /// Time in which the reflex raises the force by a factor e while no estimate is there (ms).
+    /// Time in which the reflex raises the force by a factor e where no sensor measures the slip (ms).
     pub reflex_tau_ms: f32,
+    /// The same where the moved distance is measured (ms): a fast slip has an estimate within 10 ms, and a slow one
+    /// lacks little force.
+    pub measured_tau_ms: f32,
     /// Force while braking a slip over the estimate.
     pub brake_gain: f32,
     /// Moved distance that confirms a slip where a sensor measures it (m).
@@ -56,6 +59,7 @@ impl Default for GripConfig {
             settle_ms: 50.0,
             reflex_step: 0.1,
             reflex_tau_ms: 20.0,
+            measured_tau_ms: 80.0,
             brake_gain: 1.25,
             confirm_m: 2e-5,
         }
@@ -251,7 +255,11 @@ impl GripController {
                 && input.slip == SlipNow::Evident
                 && self.command_n >= step =>
             {
-                let rate = self.command_n.max(1.0) / (1e-3 * self.config.reflex_tau_ms);
+                let tau_ms = match input.moved_m {
+                    Some(_) => self.config.measured_tau_ms,
+                    None => self.config.reflex_tau_ms,
+                };
+                let rate = self.command_n.max(1.0) / (1e-3 * tau_ms);
                 self.raise_towards(self.config.f_max_n, rate, dt_s);
             }
             _ => self.raise_towards(step, self.config.slew_n_s, dt_s),

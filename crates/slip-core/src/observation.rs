@@ -27,8 +27,12 @@ pub struct ObservationConfig {
     pub shortest_ms: f32,
     /// Longest stretch before a new one starts (ms).
     pub longest_ms: f32,
-    /// Slowest speed that is sliding (m/s); below it a stretch ends, for at rest the balance does not hold.
+    /// Slowest speed that counts as sliding (m/s). Below it a stretch ends: at rest the balance does not hold, and
+    /// pads that swing back and creep after a slip reach some mm/s.
     pub min_speed_m_s: f32,
+    /// Moving back by more than this (m) is the elastic recoil of a pad at rest, not sliding; the resolution and
+    /// noise of the travel sensor must stay below it.
+    pub recoil_m: f32,
     /// A reversal of the stylus counts as peak or valley beyond this many deviations of its noise.
     pub hysteresis_sigmas: f32,
     /// Smallest hysteresis (m).
@@ -44,7 +48,8 @@ impl Default for ObservationConfig {
         Self {
             shortest_ms: 4.0,
             longest_ms: 40.0,
-            min_speed_m_s: 2e-3,
+            min_speed_m_s: 0.01,
+            recoil_m: 4e-6,
             hysteresis_sigmas: 6.0,
             min_hysteresis_m: 2e-7,
             esc_noise: 0.01,
@@ -66,13 +71,24 @@ pub struct SlipObservation {
     onset: Option<Onset>,
     last_t: Micros,
     position_m: f64,
+    furthest_m: f64,
+    advance: Advance,
     stretch: Option<Stretch>,
 }
+
+/// The last time the object was seen to move forward by more than the recoil.
+#[derive(Clone, Copy, Debug, Default)]
+struct Advance {
+    t: Micros,
+    position_m: f64,
+}
+
+/// An object that has not moved forward for this long has stopped.
+const STOPPED_AFTER: Micros = Micros(3000);
 
 #[derive(Clone, Copy, Debug)]
 struct Onset {
     travel_m: Option<f32>,
-    position_m: f64,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -98,6 +114,8 @@ impl SlipObservation {
             onset: None,
             last_t: Micros(0),
             position_m: 0.0,
+            furthest_m: f64::NEG_INFINITY,
+            advance: Advance::default(),
             stretch: None,
         }
     }
@@ -123,6 +141,12 @@ impl SlipObservation {
         self.stretch.map(|stretch| stretch.latest.speed_m_s)
     }
 
+    /// Whether the object moves forward right now; `None` where no sensor tells.
+    #[must_use]
+    pub fn advancing(&self) -> Option<bool> {
+        self.onset?.travel_m.map(|_| self.last_t.since(self.advance.t) < STOPPED_AFTER)
+    }
+
     /// Takes the next sample of the slip.
     #[inline]
     pub fn push(&mut self, sample: &Sample) {
@@ -130,10 +154,13 @@ impl SlipObservation {
             if self.onset.is_some() { sample.t.since(self.last_t).as_seconds() } else { 0.0 };
         self.last_t = sample.t;
         let force_n = sample.normal_force_n.unwrap_or(0.0);
-        let reading = match sample.travel_m {
-            Some(travel_m) if self.config.speed.fixed_m_s.is_none() => {
-                self.position_m = f64::from(travel_m);
-                self.window.push(sample.t, travel_m, force_n)
+        let onset = *self.onset.get_or_insert(Onset { travel_m: sample.travel_m });
+        let reading = match (sample.travel_m, onset.travel_m) {
+            (Some(travel_m), Some(start_m)) if self.config.speed.fixed_m_s.is_none() => {
+                // The sign of the travel depends on how the sensor is mounted.
+                let moved_m = (travel_m - start_m).abs();
+                self.position_m = f64::from(moved_m);
+                self.slide(sample.t, moved_m, force_n)
             }
             _ => {
                 let reading = self.window.direct(sample.velocity_m_s, force_n);
@@ -142,7 +169,6 @@ impl SlipObservation {
                 reading
             }
         };
-        self.onset.get_or_insert(Onset { travel_m: sample.travel_m, position_m: self.position_m });
         if self.heights
             && let Some(irregularity) = self.extractor.push(self.position_m, sample.stylus)
             && self.esc.push(irregularity)
@@ -154,10 +180,29 @@ impl SlipObservation {
         }
     }
 
+    /// The speed over the window, as long as the object moves forward.
+    fn slide(&mut self, t: Micros, travel_m: f32, force_n: f32) -> Option<SpeedReading> {
+        self.furthest_m = self.furthest_m.max(self.position_m);
+        if self.position_m > self.advance.position_m + f64::from(self.config.recoil_m) {
+            self.advance = Advance { t, position_m: self.position_m };
+        }
+        if self.position_m < self.furthest_m - f64::from(self.config.recoil_m) {
+            self.rest();
+            return None;
+        }
+        self.window.push(t, travel_m, force_n)
+    }
+
+    /// Sliding has ended: speeds and forces from before say nothing about what follows.
+    fn rest(&mut self) {
+        self.window.reset();
+        self.stretch = None;
+    }
+
     fn extend_stretch(&mut self, t: Micros, dt_s: f64, reading: SpeedReading) {
         let longest_s = f64::from(self.config.longest_ms) * 1e-3;
         if reading.speed_m_s.abs() < self.config.min_speed_m_s {
-            self.stretch = None;
+            self.rest();
             return;
         }
         match &mut self.stretch {
@@ -181,7 +226,6 @@ impl SlipObservation {
     #[expect(clippy::cast_possible_truncation, reason = "differences and sums were taken in f64")]
     pub fn features(&self) -> Option<Features> {
         let stretch = self.stretch?;
-        let onset = self.onset?;
         let span_s = self.last_t.since(stretch.start).as_seconds();
         if span_s < f64::from(self.config.shortest_ms) * 1e-3 || span_s <= 0.0 {
             return None;
@@ -195,7 +239,7 @@ impl SlipObservation {
             slip_speed_m_s: speed,
             contact_time_s: span_s as f32,
             slip_acceleration_m_s2: (f64::from(speed - stretch.start_speed_m_s) / span_s) as f32,
-            micro_displacement_m: (self.position_m - onset.position_m) as f32,
+            micro_displacement_m: self.position_m as f32,
             trial_force_n: force as f32,
             irregularities: n,
             mean_slope,

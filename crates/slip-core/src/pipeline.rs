@@ -103,7 +103,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         let statistic = detected.map_or(0.0, |(statistic, _)| statistic);
         let event = self.slip_event(scene, &sample, detected);
         let evidence = self.observe(&sample);
-        let command = self.command(&sample, dt, statistic, evidence.estimate);
+        let command = self.command(&sample, dt, self.detector.is_fresh(), evidence.estimate);
         Step {
             t: sample.t,
             scene,
@@ -214,7 +214,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         &mut self,
         sample: &Sample,
         dt: Micros,
-        statistic: f32,
+        fresh: bool,
         estimate: Option<ForceEstimate>,
     ) -> Option<Newtons> {
         let grip = self.grip.as_mut()?;
@@ -229,7 +229,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             dt_s,
             slip: match self.slip {
                 None => SlipNow::No,
-                Some(_) if statistic > 1.0 => SlipNow::Evident,
+                Some(_) if fresh && self.observation.advancing() != Some(false) => SlipNow::Evident,
                 Some(_) => SlipNow::Fading,
             },
             moved_m: self.slip.and_then(|_| self.observation.moved_m(sample)),

@@ -102,7 +102,14 @@ pub struct SlipDetector {
     release_len: u32,
     quiet_run: u32,
     state: SlipState,
+    statistic: f32,
+    /// The highest statistic of the last milliseconds, decaying half as fast as the energy does at rest.
+    recent_peak: f32,
+    peak_decay: f32,
 }
+
+/// Below this fraction of its recent peak the statistic is the fading memory of a slip that has stopped.
+const FRESH: f32 = 0.5;
 
 impl SlipDetector {
     /// A detector for samples at `rate_hz` that learns its floor, or takes `known` floor energies.
@@ -128,6 +135,9 @@ impl SlipDetector {
             release_len: samples(config.release_ms, rate_hz),
             quiet_run: 0,
             state: SlipState::Quiet,
+            statistic: 0.0,
+            recent_peak: 0.0,
+            peak_decay: libm::expf(-1.0 / (2e-3 * config.envelope_ms * rate_hz)),
         })
     }
 
@@ -150,12 +160,20 @@ impl SlipDetector {
         self.floor.energy().map_or(0.0, |energy| libm::sqrtf(energy[VIBRATION]))
     }
 
+    /// Whether the signal is above its threshold now, and not only the mean of the last milliseconds.
+    #[must_use]
+    pub fn is_fresh(&self) -> bool {
+        self.statistic > 1.0 && self.statistic >= FRESH * self.recent_peak
+    }
+
     /// Starts the filters afresh with the next samples; the floor stays.
     pub fn prime(&mut self) {
         self.bank.start();
         self.envelope.prime([1.0; BANDS]);
         self.quiet_run = 0;
         self.state = SlipState::Quiet;
+        self.statistic = 0.0;
+        self.recent_peak = 0.0;
     }
 
     /// Takes the next reading (finite). Gives the statistic, 1 and above being a slip, and the slip state;
@@ -170,6 +188,8 @@ impl SlipDetector {
         };
         let energy = self.envelope.step(&core::array::from_fn(|i| y[i] * scale[i]));
         let statistic = (energy[0] * self.per_threshold[0]).max(energy[1] * self.per_threshold[1]);
+        self.statistic = statistic;
+        self.recent_peak = statistic.max(self.recent_peak * self.peak_decay);
         self.decide(statistic, energy[VIBRATION] > self.gross);
         Some((statistic, self.state))
     }

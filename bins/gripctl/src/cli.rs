@@ -1,0 +1,211 @@
+//! The command line of gripctl. The names are a contract.
+
+use clap::{Args, Parser, Subcommand};
+use std::path::PathBuf;
+
+/// Simulate, replay, score and train.
+///
+/// Exit codes: 0 done, 1 failed, 2 wrong arguments or configuration, 3 done with loss of data.
+#[derive(Debug, Parser)]
+#[command(name = "gripctl", version, arg_required_else_help = true)]
+pub(crate) struct Cli {
+    #[command(subcommand)]
+    pub(crate) command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    /// List the serial ports of this computer.
+    Ports(PortsArgs),
+    /// Run a virtual gripper on a pseudo-terminal.
+    Sim(SimArgs),
+    /// Run a recording through the pipeline: events and estimates.
+    Replay(ReplayArgs),
+    /// Score a folder of labelled recordings: latency, misses, false alarms.
+    Score(ScoreArgs),
+    /// Let the controller hold many simulated objects: dropped, crushed, slipped.
+    Grasp(GraspArgs),
+    /// Generate training data for the force estimate.
+    Generate(GenerateArgs),
+    /// Train a network on a CSV file.
+    Train(TrainArgs),
+    /// Evaluate a model file on a CSV file.
+    Eval(EvalArgs),
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct PortsArgs {
+    /// One JSON object a line.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct SimArgs {
+    /// Name of a built-in scene, or a scene file.
+    #[arg(long, default_value = "default")]
+    pub(crate) scene: String,
+    /// Path that will lead to the pseudo-terminal, as a symbolic link.
+    #[arg(long)]
+    pub(crate) pty: PathBuf,
+    /// Seed of the scene, instead of its own.
+    #[arg(long)]
+    pub(crate) seed: Option<u64>,
+    /// Stop after this time (s).
+    #[arg(long)]
+    pub(crate) duration: Option<f64>,
+}
+
+/// How the columns of a CSV file are read.
+#[derive(Debug, Args)]
+pub(crate) struct CsvArgs {
+    /// Samples per second, for a file without `t_s`.
+    #[arg(long, value_name = "HZ")]
+    pub(crate) rate: Option<f32>,
+    /// Read the column NAME as another one, for example `stylus=height_m`; may be repeated.
+    #[arg(long, value_name = "OURS=NAME")]
+    pub(crate) map: Vec<String>,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct ReplayArgs {
+    /// The recording (.csv): `t_s` and `stylus` (m) or `vibration` (sensor units, signed or rectified).
+    pub(crate) file: PathBuf,
+    #[command(flatten)]
+    pub(crate) csv: CsvArgs,
+    /// Configuration file, as for gripd.
+    #[arg(long)]
+    pub(crate) config: Option<PathBuf>,
+    /// Model file instead of the embedded network.
+    #[arg(long)]
+    pub(crate) model: Option<PathBuf>,
+    /// Do not run the force controller, even where the recording has a normal force.
+    #[arg(long)]
+    pub(crate) observe: bool,
+    /// Run every stage in every scene; the events are the same.
+    #[arg(long)]
+    pub(crate) no_skip: bool,
+    /// One JSON object a line.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct ScoreArgs {
+    /// Folder with labels.csv (recording,kind,material,onset_s) and the recordings.
+    pub(crate) directory: PathBuf,
+    #[command(flatten)]
+    pub(crate) csv: CsvArgs,
+    /// An alarm may come this much before the labelled onset; earlier is a false alarm (ms).
+    #[arg(long, default_value_t = 60.0)]
+    pub(crate) guard_ms: f64,
+    /// Configuration file, as for gripd.
+    #[arg(long)]
+    pub(crate) config: Option<PathBuf>,
+    /// One JSON object a line.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct GraspArgs {
+    /// Scenes: built-in names or files; all files of --scenes otherwise, or the default scene.
+    pub(crate) scene: Vec<String>,
+    /// Folder of scene files.
+    #[arg(long, value_name = "DIR")]
+    pub(crate) scenes: Option<PathBuf>,
+    /// Grasps per scene, with seeds counting up.
+    #[arg(long, default_value_t = 100)]
+    pub(crate) trials: u64,
+    /// First seed.
+    #[arg(long, default_value_t = 0)]
+    pub(crate) seed: u64,
+    /// Length of a grasp (s).
+    #[arg(long, default_value_t = 3.0)]
+    pub(crate) duration: f64,
+    /// Configuration file, as for gripd.
+    #[arg(long)]
+    pub(crate) config: Option<PathBuf>,
+    /// Model file instead of the embedded network.
+    #[arg(long)]
+    pub(crate) model: Option<PathBuf>,
+    /// Print every grasp, not only the totals.
+    #[arg(long)]
+    pub(crate) each: bool,
+    /// One JSON object a line.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct GenerateArgs {
+    /// Where to write the rows (.csv).
+    #[arg(short, long)]
+    pub(crate) output: PathBuf,
+    /// Number of rows.
+    #[arg(long, default_value_t = 2000)]
+    pub(crate) rows: u32,
+    /// Seed; the same seed gives the same rows.
+    #[arg(long, default_value_t = 1)]
+    pub(crate) seed: u64,
+    /// Where the slips come from: `stretch`, what the pipeline sees of a slip, braking included; `trial`, one
+    /// trial grasp each in closed form; `simulated`, the same played with the simulator.
+    #[arg(long, default_value = "stretch")]
+    pub(crate) source: String,
+    /// Relative noise of speed and acceleration.
+    #[arg(long, default_value_t = 0.0)]
+    pub(crate) speed_noise: f64,
+    /// Relative noise of the force.
+    #[arg(long, default_value_t = 0.0)]
+    pub(crate) force_noise: f64,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct TrainArgs {
+    /// Training rows.
+    pub(crate) data: PathBuf,
+    /// Input columns; `name:ln` takes the logarithm.
+    #[arg(long, value_delimiter = ',', required = true)]
+    pub(crate) inputs: Vec<String>,
+    /// Target columns; `name:ln` takes the logarithm.
+    #[arg(long, value_delimiter = ',', required = true)]
+    pub(crate) target: Vec<String>,
+    /// Neurons of the hidden layers.
+    #[arg(long, value_delimiter = ',', default_value = "10")]
+    pub(crate) hidden: Vec<usize>,
+    /// gd, gdm, rprop, scg or lm.
+    #[arg(long, default_value = "rprop")]
+    pub(crate) algorithm: String,
+    /// Most epochs.
+    #[arg(long, default_value_t = 1000)]
+    pub(crate) epochs: usize,
+    /// Mean squared error, in scaled units, that is good enough.
+    #[arg(long, default_value_t = 0.0)]
+    pub(crate) goal: f64,
+    /// Trainings from different starts; the best one is kept.
+    #[arg(long, default_value_t = 1)]
+    pub(crate) repeats: usize,
+    /// Seed of the first start.
+    #[arg(long, default_value_t = 0)]
+    pub(crate) seed: u64,
+    /// Rows for the test error.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) test: Option<PathBuf>,
+    /// Where to write the model.
+    #[arg(short, long)]
+    pub(crate) output: PathBuf,
+    /// One JSON object a line.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct EvalArgs {
+    /// The model file.
+    pub(crate) model: PathBuf,
+    /// The rows.
+    pub(crate) data: PathBuf,
+    /// One JSON object a line.
+    #[arg(long)]
+    pub(crate) json: bool,
+}

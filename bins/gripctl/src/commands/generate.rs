@@ -1,0 +1,41 @@
+//! `gripctl generate`: training data for the force estimate, from the simulator's physics.
+
+use super::WrongArgument;
+use crate::{cli::GenerateArgs, output};
+use anyhow::Context as _;
+use grip_host::exit::Exit;
+use grip_sim::generator::{CSV_HEADER, GeneratorConfig, Source, rows};
+use std::{
+    fs::File,
+    io::{BufWriter, Write as _},
+};
+
+pub(crate) fn run(args: &GenerateArgs) -> anyhow::Result<Exit> {
+    let source = match args.source.as_str() {
+        "stretch" => Source::Stretch,
+        "trial" => Source::ClosedForm,
+        "simulated" => Source::Simulated,
+        other => {
+            let message = format!("--source {other}: expected stretch, trial or simulated");
+            return Err(WrongArgument(message).into());
+        }
+    };
+    let config = GeneratorConfig {
+        source,
+        speed_noise: args.speed_noise,
+        force_noise: args.force_noise,
+        ..GeneratorConfig::default()
+    };
+    let rows =
+        rows(config, args.seed, args.rows).map_err(|error| WrongArgument(error.to_string()))?;
+    let name = args.output.display();
+    let file = File::create(&args.output).with_context(|| format!("cannot write {name}"))?;
+    let mut out = BufWriter::new(file);
+    writeln!(out, "{CSV_HEADER}")?;
+    for row in rows {
+        writeln!(out, "{}", row.csv())?;
+    }
+    out.flush().with_context(|| format!("cannot write {name}"))?;
+    output::line(&format!("{} rows written to {name}", args.rows))?;
+    Ok(Exit::Done)
+}

@@ -1,0 +1,62 @@
+//! One file per command; each takes its arguments and gives the exit code of the contract.
+
+pub(crate) mod eval;
+pub(crate) mod generate;
+pub(crate) mod grasp;
+pub(crate) mod ports;
+pub(crate) mod replay;
+pub(crate) mod score;
+pub(crate) mod sim;
+pub(crate) mod train;
+
+use crate::cli::CsvArgs;
+use anyhow::Context as _;
+use grip_host::{HostConfig, HostConfigError, HostEstimator, ModelError, exit::Exit, model};
+use grip_record::CsvOptions;
+use std::{fmt, path::Path};
+
+/// Arguments that clap cannot check.
+#[derive(Debug)]
+pub(crate) struct WrongArgument(pub(crate) String);
+
+impl fmt::Display for WrongArgument {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+impl std::error::Error for WrongArgument {}
+
+/// 2 for arguments, configurations, models and scenes that cannot be used, 1 for everything else.
+pub(crate) fn exit_of(error: &anyhow::Error) -> Exit {
+    let wrong = error.is::<WrongArgument>()
+        || error.is::<HostConfigError>()
+        || error.is::<ModelError>()
+        || error.is::<grip_sim::SceneError>();
+    if wrong { Exit::WrongArguments } else { Exit::Failed }
+}
+
+fn csv_options(args: &CsvArgs) -> anyhow::Result<CsvOptions> {
+    let map = args.map.iter().map(|pair| {
+        let (ours, theirs) = pair.split_once('=').ok_or_else(|| {
+            WrongArgument(format!("--map {pair}: expected OURS=NAME, for example stylus=height_m"))
+        })?;
+        Ok((ours.to_owned(), theirs.to_owned()))
+    });
+    Ok(CsvOptions { rate_hz: args.rate, map: map.collect::<anyhow::Result<_>>()? })
+}
+
+fn host_config(file: Option<&Path>) -> Result<HostConfig, HostConfigError> {
+    file.map_or_else(|| Ok(HostConfig::default()), HostConfig::read)
+}
+
+fn estimator(model_file: Option<&Path>, config: &HostConfig) -> Result<HostEstimator, ModelError> {
+    match model_file.or(config.model.as_deref()) {
+        Some(file) => model::read_estimator(file),
+        None => model::default_estimator(),
+    }
+}
+
+fn read(file: &Path) -> anyhow::Result<Vec<u8>> {
+    std::fs::read(file).with_context(|| format!("cannot read {}", file.display()))
+}

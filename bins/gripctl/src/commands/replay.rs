@@ -1,0 +1,71 @@
+//! `gripctl replay`: a recording through the pipeline.
+
+use super::{csv_options, estimator, host_config};
+use crate::{cli::ReplayArgs, output};
+use grip_host::{exit::Exit, replay, report::EventLog};
+use grip_record::{StylusKind, read_csv};
+use serde::Serialize;
+use slip_core::PipelineConfig;
+
+#[derive(Serialize)]
+#[serde(tag = "type", rename = "summary")]
+struct Summary {
+    samples: u64,
+    lost: u64,
+    slips: u64,
+    duration_s: f64,
+    unusable: u64,
+}
+
+pub(crate) fn run(args: &ReplayArgs) -> anyhow::Result<Exit> {
+    let config = host_config(args.config.as_deref())?;
+    let estimator = estimator(args.model.as_deref(), &config)?;
+    let recording = read_csv(&args.file, &csv_options(&args.csv)?)?;
+    let notes = recording.notes.to_string();
+    if !notes.is_empty() {
+        eprintln!("{}: {notes}", args.file.display());
+    }
+    if recording.channels.stylus == StylusKind::Vibration {
+        eprintln!(
+            "{}: a vibration signal (signed or rectified): slips are found, heights and E_sc are not known",
+            args.file.display()
+        );
+    }
+    let pipeline = replay::pipeline_config(&recording, &config, args.observe);
+    let pipeline = PipelineConfig { no_skip: args.no_skip, ..pipeline };
+    let mut log = EventLog::default();
+    let mut replay = replay::Replay::new(&recording, pipeline, Some(estimator))?;
+    for step in &mut replay {
+        for line in log.lines(&step).into_iter().flatten() {
+            if args.json {
+                output::json(&line)?;
+            } else {
+                output::line(&line.to_string())?;
+            }
+        }
+    }
+    let health = replay.health_counters();
+    let first = recording.samples.first().map_or(0.0, |s| s.t.as_seconds());
+    let last = recording.samples.last().map_or(0.0, |s| s.t.as_seconds());
+    let summary = Summary {
+        samples: replay.stage_counters().samples,
+        lost: u64::try_from(recording.notes.gaps)?,
+        slips: log.slips(),
+        duration_s: last - first,
+        unusable: health.not_finite + health.saturated + health.glitches + health.time_faults,
+    };
+    if args.json {
+        output::json(&summary)?;
+    } else {
+        output::line(&format!(
+            "{} samples in {:.3} s at {:.1} Hz, {} gaps, {} unusable readings, {} slips",
+            summary.samples,
+            summary.duration_s,
+            recording.rate_hz,
+            summary.lost,
+            summary.unusable,
+            summary.slips
+        ))?;
+    }
+    Ok(if summary.lost > 0 { Exit::DataLost } else { Exit::Done })
+}

@@ -1,0 +1,154 @@
+//! What the host's side remembers of one link, and the notices that wait for the caller.
+
+use super::link::HostEvent;
+use super::loss::{Loss, RowCount};
+use super::request::Request;
+use super::{CloseReason, HostConfig, HostState};
+use crate::clock::{ClockSync, PongVerdict};
+use crate::decoder::{Counters, Decoder};
+use crate::frame::Direction;
+use crate::message::{Clamped, Config, Event, Grip, Ident, Kind, Layout, Nack, Stats, Status};
+use crate::sender::Sender;
+
+/// An event without borrowed parts, waiting to be fetched.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Notice {
+    Identified { rebooted: bool },
+    Rebooted { before: u32, now: u32 },
+    Configured { clamped: Clamped },
+    Done(Kind),
+    Refused(Nack),
+    Closed(CloseReason),
+}
+
+impl Notice {
+    const fn event(self) -> HostEvent<'static> {
+        match self {
+            Self::Identified { rebooted } => HostEvent::Identified { rebooted },
+            Self::Rebooted { before, now } => HostEvent::Rebooted { before, now },
+            Self::Configured { clamped } => HostEvent::Configured { clamped },
+            Self::Done(kind) => HostEvent::Done(kind),
+            Self::Refused(nack) => HostEvent::Refused(nack),
+            Self::Closed(reason) => HostEvent::Closed(reason),
+        }
+    }
+}
+
+#[derive(Debug, Clone)]
+pub(super) struct Conversation {
+    pub(super) config: HostConfig,
+    pub(super) sender: Sender,
+    pub(super) state: HostState,
+    pub(super) announced: HostState,
+    pub(super) notice: Option<Notice>,
+    pub(super) session: u16,
+    pub(super) greet_again: bool,
+    pub(super) hello_since_us: u64,
+    pub(super) hello_due_us: u64,
+    pub(super) hellos: u32,
+    pub(super) bytes: u64,
+    pub(super) at_open: Counters,
+    pub(super) ident: Option<Ident>,
+    pub(super) in_force: Option<Config>,
+    pub(super) layout: Layout,
+    pub(super) request: Option<Request>,
+    pub(super) rows: RowCount,
+    pub(super) clock: Option<ClockSync>,
+    pub(super) pings: u8,
+    pub(super) ping_due_us: u64,
+    pub(super) samples_us: u64,
+    pub(super) frame_us: u64,
+    pub(super) cmd_id: u32,
+    pub(super) force_sent_mn: i32,
+    pub(super) last_grip: Option<Grip>,
+    pub(super) malformed: u32,
+    pub(super) failures: u8,
+}
+
+/// What a frame asks the caller to be told, when it is more than a notice.
+pub(super) enum Passing {
+    Samples(Loss),
+    Status(Status),
+    Stats(Stats),
+    Event(Event),
+    Log,
+    Clock(PongVerdict),
+}
+
+impl Conversation {
+    pub(super) fn new(config: HostConfig) -> Self {
+        Self {
+            config,
+            sender: Sender::new(Direction::ToDevice),
+            state: HostState::Closed,
+            announced: HostState::Closed,
+            notice: None,
+            session: 0,
+            greet_again: false,
+            hello_since_us: 0,
+            hello_due_us: 0,
+            hellos: 0,
+            bytes: 0,
+            at_open: Counters::default(),
+            ident: None,
+            in_force: None,
+            layout: Layout::EMPTY,
+            request: None,
+            rows: RowCount::default(),
+            clock: None,
+            pings: 0,
+            ping_due_us: 0,
+            samples_us: 0,
+            frame_us: 0,
+            cmd_id: 0,
+            force_sent_mn: 0,
+            last_grip: None,
+            malformed: 0,
+            failures: 0,
+        }
+    }
+
+    pub(super) fn greet(&mut self, now_us: u64, session: u16, decoder: &mut Decoder) {
+        self.session = session;
+        self.sender.session = session;
+        decoder.open_session(session, None);
+        self.hello_since_us = now_us;
+        self.hello_due_us = now_us;
+        self.hellos = 0;
+        self.in_force = None;
+        self.request = None;
+        self.force_sent_mn = 0;
+        self.frame_us = now_us;
+    }
+
+    pub(super) fn forget_loss(&mut self) {
+        self.rows = RowCount::default();
+    }
+
+    pub(super) fn close(&mut self, reason: CloseReason) {
+        self.state = HostState::Closed;
+        self.request = None;
+        self.in_force = None;
+        if reason != CloseReason::Requested {
+            self.failures = self.failures.saturating_add(1);
+        }
+        self.notice = Some(Notice::Closed(reason));
+    }
+
+    pub(super) const fn is_linked(&self) -> bool {
+        matches!(self.state, HostState::Config | HostState::Stream | HostState::Degraded)
+    }
+
+    pub(super) const fn is_streaming(&self) -> bool {
+        matches!(self.state, HostState::Stream | HostState::Degraded)
+    }
+
+    pub(super) fn pending<'s>(&mut self) -> Option<HostEvent<'s>> {
+        if let Some(notice) = self.notice.take() {
+            return Some(notice.event());
+        }
+        let (from, to) = (self.announced, self.state);
+        self.announced = to;
+        (from != to).then_some(HostEvent::State { from, to })
+    }
+}

@@ -1,0 +1,183 @@
+//! Good frames in, notices and events to pass on out.
+
+use super::conversation::{Conversation, Notice, Passing};
+use super::request::Request;
+use super::{CloseReason, HostState};
+use crate::clock::ClockSync;
+use crate::decoder::Decoder;
+use crate::frame::Frame;
+use crate::message::{
+    Ack, ChannelKind, ConfigAck, Event, Ident, Kind, Layout, Log, Nack, NackReason, PayloadError,
+    Pong, Samples, Stats, Status, Versions,
+};
+
+impl Conversation {
+    /// Acts on a frame; what is to be passed on with its contents is returned, the rest becomes a notice.
+    pub(super) fn on_frame(&mut self, now_us: u64, frame: &Frame<'_>) -> Option<Passing> {
+        self.take_frame(now_us, frame).unwrap_or_else(|_short| {
+            self.malformed = self.malformed.saturating_add(1);
+            None
+        })
+    }
+
+    fn take_frame(
+        &mut self,
+        now_us: u64,
+        frame: &Frame<'_>,
+    ) -> Result<Option<Passing>, PayloadError> {
+        let payload = frame.payload;
+        match frame.header.kind {
+            Kind::IDENT if frame.header.session == 0 => self.on_announcement(payload)?,
+            Kind::IDENT => self.on_ident(now_us, payload)?,
+            Kind::CONFIG_ACK => self.on_config_ack(now_us, &ConfigAck::parse(payload)?),
+            Kind::ACK => self.on_ack(now_us, Ack::parse(payload)?),
+            Kind::NACK => self.on_nack(Nack::parse(payload)?),
+            Kind::PONG => {
+                let pong = Pong::parse(payload)?;
+                return Ok(self
+                    .clock
+                    .as_mut()
+                    .map(|clock| Passing::Clock(clock.push(&pong, now_us))));
+            }
+            Kind::SAMPLES => return self.on_samples(now_us, payload),
+            Kind::STATUS => return Ok(Some(Passing::Status(Status::parse(payload)?))),
+            Kind::STATS => return Ok(Some(Passing::Stats(Stats::parse(payload)?))),
+            Kind::EVENT => return Ok(Some(Passing::Event(Event::parse(payload)?))),
+            Kind::LOG => return Log::parse(payload).map(|_| Some(Passing::Log)),
+            _ => {}
+        }
+        Ok(None)
+    }
+
+    /// An IDENT of session 0: the gripper knows no session, so it must have started anew.
+    fn on_announcement(&mut self, payload: &[u8]) -> Result<(), PayloadError> {
+        let now = Ident::parse(payload)?.boot_id;
+        if self.is_linked() && !self.greet_again {
+            self.greet_again = true;
+            let before = self.ident.map_or(0, |ident| ident.boot_id);
+            self.notice = Some(Notice::Rebooted { before, now });
+        }
+        Ok(())
+    }
+
+    fn on_ident(&mut self, now_us: u64, payload: &[u8]) -> Result<(), PayloadError> {
+        if self.state != HostState::Hello {
+            return Ok(());
+        }
+        let Versions { min, max } = Versions::parse(payload)?;
+        if Versions::OURS.common(Versions { min, max }).is_none() {
+            self.close(CloseReason::VersionMismatch { min, max });
+            return Ok(());
+        }
+        let Ok(ident) = Ident::parse(payload) else {
+            self.close(CloseReason::BadIdent);
+            return Ok(());
+        };
+        if !ident.channels().iter().any(|channel| channel.kind == ChannelKind::Stylus) {
+            self.close(CloseReason::NoStylus);
+            return Ok(());
+        }
+        let same_boot = |old: &Ident| old.uid == ident.uid && old.boot_id == ident.boot_id;
+        let rebooted = self.ident.as_ref().is_some_and(|old| !same_boot(old));
+        if rebooted || self.clock.is_none() {
+            self.clock = Some(ClockSync::new(ident.tick_hz, ident.boot_id));
+        }
+        self.ident = Some(ident);
+        self.pings = 0;
+        self.ping_due_us = now_us;
+        self.notice = Some(Notice::Identified { rebooted });
+        self.configure(now_us);
+        Ok(())
+    }
+
+    /// Asks for the wanted CONFIG.
+    pub(super) fn configure(&mut self, now_us: u64) {
+        self.state = HostState::Config;
+        self.in_force = None;
+        self.request = Some(Request::new(Kind::CONFIG, 0, now_us));
+    }
+
+    fn answered(&mut self, kind: Kind, seq: u16) -> bool {
+        let answered = self.request.as_ref().is_some_and(|request| request.answered_by(kind, seq));
+        if answered {
+            self.request = None;
+        }
+        answered
+    }
+
+    fn on_config_ack(&mut self, now_us: u64, ack: &ConfigAck) {
+        if self.answered(Kind::CONFIG, ack.seq) {
+            self.in_force = Some(ack.config);
+            self.layout = Layout::new(
+                self.ident.as_ref().map_or(&[], Ident::channels),
+                ack.config.channel_mask,
+            );
+            self.rows.restart();
+            self.notice = Some(Notice::Configured { clamped: ack.clamped });
+            self.request = Some(Request::new(Kind::START, 0, now_us));
+        }
+    }
+
+    fn on_ack(&mut self, now_us: u64, ack: Ack) {
+        if ack.kind != Kind::ESTOP && !self.answered(ack.kind, ack.seq) {
+            return;
+        }
+        self.notice = Some(Notice::Done(ack.kind));
+        match ack.kind {
+            Kind::START => self.stream(now_us),
+            Kind::STOP => self.state = HostState::Config,
+            Kind::CLEAR_FAULT => self.configure(now_us),
+            _ => {}
+        }
+    }
+
+    fn stream(&mut self, now_us: u64) {
+        self.state = HostState::Stream;
+        self.samples_us = now_us;
+        self.failures = 0;
+        self.rows.restart();
+    }
+
+    fn on_nack(&mut self, nack: Nack) {
+        if !self.answered(nack.kind, nack.seq) {
+            return;
+        }
+        let vital =
+            matches!(nack.kind, Kind::CONFIG | Kind::START) && nack.reason != NackReason::Latched;
+        if vital {
+            self.close(CloseReason::Refused { kind: nack.kind.0, reason: nack.reason });
+        } else {
+            self.notice = Some(Notice::Refused(nack));
+        }
+    }
+
+    fn on_samples(&mut self, now_us: u64, payload: &[u8]) -> Result<Option<Passing>, PayloadError> {
+        // CONFIG stopped the sampling before: samples now mean that START arrived and its ACK did not.
+        if self
+            .request
+            .as_ref()
+            .is_some_and(|request| request.kind == Kind::START && request.was_sent())
+        {
+            self.request = None;
+            self.notice = Some(Notice::Done(Kind::START));
+            self.stream(now_us);
+        }
+        if !self.is_streaming() {
+            return Ok(None);
+        }
+        let header = Samples::parse(payload, &self.layout)?.header;
+        let loss = self.rows.take(&header);
+        self.samples_us = now_us;
+        self.state = if loss.is_contiguous() { HostState::Stream } else { HostState::Degraded };
+        Ok(Some(Passing::Samples(loss)))
+    }
+
+    /// Opens another session after the gripper started anew.
+    pub(super) fn after_frame(&mut self, now_us: u64, decoder: &mut Decoder) {
+        if core::mem::take(&mut self.greet_again) {
+            self.state = HostState::Hello;
+            let session = self.session.wrapping_add(1).max(1);
+            self.greet(now_us, session, decoder);
+        }
+    }
+}

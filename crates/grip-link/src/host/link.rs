@@ -1,0 +1,324 @@
+//! The state machine of the computer's side.
+
+use super::conversation::{Conversation, Passing};
+use super::loss::{Loss, LossCount};
+use super::request::Request;
+use super::{CloseReason, HostConfig, HostConfigError, HostState};
+use crate::clock::{ClockSync, PongVerdict};
+use crate::decoder::{Counters, Decoder, Role};
+use crate::frame::MAX_WIRE;
+use crate::message::{
+    Clamped, Config, Event, FaultCode, Grip, GripMode, Heartbeat, Ident, Kind, Layout, Log, Nack,
+    Samples, Stats, Status,
+};
+
+/// What came out of received bytes or of time going on.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum HostEvent<'a> {
+    /// The state changed.
+    State {
+        /// State before.
+        from: HostState,
+        /// State now.
+        to: HostState,
+    },
+    /// A gripper answered: see [`HostLink::ident`].
+    Identified {
+        /// Its boot_id differs from the one of the session before: everything starts again.
+        rebooted: bool,
+    },
+    /// The gripper started anew in the middle of a session; HELLO goes out again by itself.
+    Rebooted {
+        /// boot_id before.
+        before: u32,
+        /// boot_id now.
+        now: u32,
+    },
+    /// CONFIG is in force: see [`HostLink::in_force`].
+    Configured {
+        /// Fields that the gripper changed.
+        clamped: Clamped,
+    },
+    /// A batch of samples.
+    Samples {
+        /// The rows.
+        samples: Samples<'a>,
+        /// What is missing before them.
+        loss: Loss,
+    },
+    /// State of the gripper.
+    Status(Status),
+    /// Link counters of the gripper.
+    Stats(Stats),
+    /// Fault or change of state of the gripper.
+    Event(Event),
+    /// Text of the gripper.
+    Log(Log<'a>),
+    /// A PONG went into the clock estimate.
+    Clock(PongVerdict),
+    /// A request was carried out.
+    Done(Kind),
+    /// A request was refused; the link goes on.
+    Refused(Nack),
+    /// The link closed.
+    Closed(CloseReason),
+}
+
+/// A force command of the controller.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct GripCommand {
+    /// What to do.
+    pub mode: GripMode,
+    /// The command answers a slip.
+    pub answers_slip: bool,
+    /// Force \[mN\], >= 0; above F_max it is clamped.
+    pub force_mn: i32,
+    /// Life \[ms\], 0 = that of CONFIG.
+    pub ttl_ms: u16,
+    /// Change of force \[mN/s\], 0 = that of CONFIG.
+    pub slew_mn_s: u32,
+    /// Sample index that caused it.
+    pub cause_sample: u32,
+}
+
+impl GripCommand {
+    /// A force in newtons, rounded to mN; `None` for NaN, a negative force or one over 2.1 MN.
+    #[must_use]
+    pub fn newtons(force_n: f32) -> Option<Self> {
+        let milli = libm::round(f64::from(force_n) * 1000.0);
+        if !(force_n >= 0.0 && milli <= f64::from(i32::MAX)) {
+            return None;
+        }
+        #[expect(clippy::cast_possible_truncation, reason = "a whole number within 0..=i32::MAX")]
+        let force_mn = milli as i32;
+        Some(Self {
+            mode: GripMode::Force,
+            answers_slip: false,
+            force_mn,
+            ttl_ms: 0,
+            slew_mn_s: 0,
+            cause_sample: 0,
+        })
+    }
+}
+
+/// The computer's end of the link.
+#[derive(Debug, Clone)]
+pub struct HostLink {
+    decoder: Decoder,
+    talk: Conversation,
+}
+
+impl HostLink {
+    /// A closed link.
+    ///
+    /// # Errors
+    /// [`HostConfigError`] with the numbers that cannot be.
+    pub fn new(config: HostConfig) -> Result<Self, HostConfigError> {
+        config.check()?;
+        Ok(Self { decoder: Decoder::new(Role::Host), talk: Conversation::new(config) })
+    }
+
+    /// The port is open: 00 x 8 and HELLO go out next. `session` is a fresh random nonce, not 0.
+    ///
+    /// # Errors
+    /// [`HostConfigError::Session`].
+    pub fn open(&mut self, now_us: u64, session: u16) -> Result<(), HostConfigError> {
+        if session == 0 {
+            return Err(HostConfigError::Session);
+        }
+        let Self { decoder, talk } = self;
+        decoder.restart();
+        talk.at_open = *decoder.counters();
+        talk.bytes = 0;
+        talk.forget_loss();
+        talk.state = HostState::Open;
+        talk.notice = None;
+        talk.greet(now_us, session, decoder);
+        Ok(())
+    }
+
+    /// The port is gone or no longer wanted.
+    pub fn close(&mut self) {
+        if self.talk.state != HostState::Closed {
+            self.talk.close(CloseReason::Requested);
+            self.decoder.close_session();
+        }
+    }
+
+    /// Takes bytes off `input` up to the next event; `None` when they are used up and no event waits.
+    ///
+    /// Call it until `None`, with no bytes too when only time went on.
+    pub fn receive<'s>(&'s mut self, now_us: u64, input: &mut &[u8]) -> Option<HostEvent<'s>> {
+        let passing = loop {
+            if let Some(event) = self.talk.pending() {
+                return Some(event);
+            }
+            let before = input.len();
+            let verdict = self.decoder.advance(input);
+            self.talk.bytes = self.talk.bytes.saturating_add((before - input.len()) as u64);
+            match verdict {
+                None => {
+                    self.talk.tick(now_us, &mut self.decoder);
+                    return self.talk.pending();
+                }
+                Some(Err(_)) => {}
+                Some(Ok(())) if self.talk.state == HostState::Closed => {}
+                Some(Ok(())) => {
+                    let frame = self.decoder.frame()?;
+                    self.talk.frame_us = now_us;
+                    if let Some(passing) = self.talk.on_frame(now_us, &frame) {
+                        break passing;
+                    }
+                    self.talk.after_frame(now_us, &mut self.decoder);
+                }
+            }
+        };
+        Some(match passing {
+            Passing::Samples(loss) => {
+                let samples =
+                    Samples::parse(self.decoder.frame()?.payload, &self.talk.layout).ok()?;
+                HostEvent::Samples { samples, loss }
+            }
+            Passing::Log => HostEvent::Log(Log::parse(self.decoder.frame()?.payload).ok()?),
+            Passing::Status(status) => HostEvent::Status(status),
+            Passing::Stats(stats) => HostEvent::Stats(stats),
+            Passing::Event(event) => HostEvent::Event(event),
+            Passing::Clock(verdict) => HostEvent::Clock(verdict),
+        })
+    }
+
+    /// Writes the next bytes that are due: the preamble, HELLO, a request or a PING. One write for each.
+    pub fn poll_transmit(&mut self, now_us: u64, out: &mut [u8; MAX_WIRE]) -> Option<usize> {
+        self.talk.tick(now_us, &mut self.decoder);
+        self.talk.transmit(now_us, out)
+    }
+
+    /// Writes a GRIP frame; `None` unless samples flow (STREAM or DEGRADED), and for a negative force.
+    ///
+    /// Force is clamped to F_max and, while DEGRADED, to the force sent before. See [`HostLink::last_grip`].
+    pub fn grip(
+        &mut self,
+        now_us: u64,
+        command: &GripCommand,
+        out: &mut [u8; MAX_WIRE],
+    ) -> Option<usize> {
+        self.talk.tick(now_us, &mut self.decoder);
+        self.talk.grip(command, out)
+    }
+
+    /// Writes a HEARTBEAT frame; `None` without a session.
+    pub fn heartbeat(&mut self, heartbeat: &Heartbeat, out: &mut [u8; MAX_WIRE]) -> Option<usize> {
+        if !self.talk.is_linked() {
+            return None;
+        }
+        self.talk.sender.message(Kind::HEARTBEAT, |p| heartbeat.write(p), out)
+    }
+
+    /// Writes an ESTOP frame, with session 0 so that it is taken in any session. Repeat it until
+    /// [`HostEvent::Done`] or STATUS says ESTOP.
+    pub fn estop(&mut self, out: &mut [u8; MAX_WIRE]) -> Option<usize> {
+        self.talk.sender.within(0, |sender| sender.send(Kind::ESTOP, true, &[], out))
+    }
+
+    /// Asks for other limits or another sampling: CONFIG and START go out next. Ignored when closed.
+    ///
+    /// # Errors
+    /// [`HostConfigError::Config`].
+    pub fn reconfigure(&mut self, now_us: u64, config: Config) -> Result<(), HostConfigError> {
+        HostConfig { config, ..self.talk.config }.check()?;
+        self.talk.config.config = config;
+        if self.talk.is_linked() {
+            self.talk.configure(now_us);
+        }
+        Ok(())
+    }
+
+    /// Asks for samples again after [`HostLink::stop`].
+    pub fn start(&mut self, now_us: u64) {
+        if self.talk.in_force.is_some() {
+            self.talk.request = Some(Request::new(Kind::START, 0, now_us));
+        }
+    }
+
+    /// Asks for no more samples; the state goes back to CONFIG.
+    pub fn stop(&mut self, now_us: u64) {
+        if self.talk.in_force.is_some() {
+            self.talk.request = Some(Request::new(Kind::STOP, 0, now_us));
+        }
+    }
+
+    /// Asks to clear the fault that STATUS or IDENT told; CONFIG follows by itself when it is cleared.
+    pub fn clear_fault(&mut self, now_us: u64, fault: FaultCode) {
+        if self.talk.is_linked() {
+            self.talk.request = Some(Request::new(Kind::CLEAR_FAULT, fault.0, now_us));
+        }
+    }
+
+    /// How long to wait before opening again \[us\]: 0, then 50 ms doubling to 2 s with each failure in a row.
+    #[must_use]
+    pub fn reopen_after_us(&self) -> u64 {
+        let doublings = u32::from(self.talk.failures).min(7);
+        if doublings == 0 { 0 } else { (25_000 << doublings).min(2_000_000) }
+    }
+
+    /// State now.
+    #[must_use]
+    pub const fn state(&self) -> HostState {
+        self.talk.state
+    }
+
+    /// Session nonce in use.
+    #[must_use]
+    pub const fn session(&self) -> u16 {
+        self.talk.session
+    }
+
+    /// The gripper, once it answered.
+    #[must_use]
+    pub const fn ident(&self) -> Option<&Ident> {
+        self.talk.ident.as_ref()
+    }
+
+    /// CONFIG in force, once accepted.
+    #[must_use]
+    pub const fn in_force(&self) -> Option<&Config> {
+        self.talk.in_force.as_ref()
+    }
+
+    /// Columns of the sample rows in force.
+    #[must_use]
+    pub const fn layout(&self) -> &Layout {
+        &self.talk.layout
+    }
+
+    /// Clock relation, once a gripper answered.
+    #[must_use]
+    pub const fn clock(&self) -> Option<&ClockSync> {
+        self.talk.clock.as_ref()
+    }
+
+    /// What the decoder counted since the link was made.
+    #[must_use]
+    pub const fn counters(&self) -> &Counters {
+        self.decoder.counters()
+    }
+
+    /// Rows received and lost since the link opened.
+    #[must_use]
+    pub const fn loss(&self) -> LossCount {
+        self.talk.rows.count()
+    }
+
+    /// Good frames with a malformed payload.
+    #[must_use]
+    pub const fn malformed(&self) -> u32 {
+        self.talk.malformed
+    }
+
+    /// The GRIP sent last, as clamped.
+    #[must_use]
+    pub const fn last_grip(&self) -> Option<&Grip> {
+        self.talk.last_grip.as_ref()
+    }
+}

@@ -1,0 +1,140 @@
+//! Bytes and time in; gripper events and frames to send out: the computer's side.
+//!
+//! ```text
+//! CLOSED -> OPEN -> HELLO -> CONFIG -> STREAM <-> DEGRADED -> CLOSED
+//! ```
+//! A driver calls [`HostLink::receive`] until it gives `None` whenever bytes came or time went on, then
+//! [`HostLink::poll_transmit`] until it gives `None`, writing each frame with one write. Force commands go through
+//! [`HostLink::grip`]. Time is a monotonic host time in microseconds.
+
+mod conversation;
+mod frames;
+mod link;
+mod loss;
+mod request;
+mod timing;
+
+pub use link::{GripCommand, HostEvent, HostLink};
+pub use loss::{Loss, LossCount};
+
+use crate::message::{Config, NackReason};
+use thiserror::Error;
+
+/// What a host wants of the link.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct HostConfig {
+    /// CONFIG to send; the gripper clamps it to its limits.
+    pub config: Config,
+    /// No samples for longer than this: DEGRADED \[us\]. Three sample periods count if that is longer.
+    pub stale_us: u64,
+    /// No frame for longer than this: CLOSED \[us\].
+    pub lost_us: u64,
+    /// HELLO is repeated this long \[us\].
+    pub hello_for_us: u64,
+}
+
+impl HostConfig {
+    /// 5 ms to DEGRADED, 1 s to CLOSED, 3 s of HELLO.
+    #[must_use]
+    pub const fn new(config: Config) -> Self {
+        Self { config, stale_us: 5_000, lost_us: 1_000_000, hello_for_us: 3_000_000 }
+    }
+
+    /// Checks the numbers.
+    ///
+    /// # Errors
+    /// [`HostConfigError`] with the numbers that cannot be.
+    pub fn check(&self) -> Result<(), HostConfigError> {
+        let Self { config, stale_us, lost_us, hello_for_us } = *self;
+        if stale_us == 0 || lost_us <= stale_us || hello_for_us == 0 {
+            return Err(HostConfigError::Times { stale_us, lost_us, hello_for_us });
+        }
+        Config::parse(&config.to_bytes()).map(drop).map_err(HostConfigError::Config)
+    }
+}
+
+/// Why a [`HostConfig`] cannot be.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
+pub enum HostConfigError {
+    /// A time is zero or the link would be lost before it is stale.
+    #[error("stale after {stale_us} us, lost after {lost_us} us, HELLO for {hello_for_us} us")]
+    Times {
+        /// Time to DEGRADED.
+        stale_us: u64,
+        /// Time to CLOSED.
+        lost_us: u64,
+        /// Time of HELLO.
+        hello_for_us: u64,
+    },
+    /// Session 0 means "no session".
+    #[error("the session nonce is 0")]
+    Session,
+    /// CONFIG holds a value outside its range.
+    #[error("CONFIG: {0}")]
+    Config(crate::message::PayloadError),
+}
+
+/// State of the host's side.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum HostState {
+    /// No port.
+    Closed,
+    /// Port open, nothing written yet.
+    Open,
+    /// Asking who is there.
+    Hello,
+    /// Gripper known; limits and sampling not agreed, or sampling stopped.
+    Config,
+    /// Samples flow.
+    Stream,
+    /// Samples are stale or have a gap: force is not raised.
+    Degraded,
+}
+
+/// Why the link closed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum CloseReason {
+    /// The caller asked for it.
+    Requested,
+    /// Nobody answered HELLO. Bytes but no frames mean another protocol or a wrong baud rate.
+    NoAnswer {
+        /// HELLOs written.
+        hellos: u32,
+        /// Bytes received since opening.
+        bytes: u64,
+        /// Bytes in blocks that were no frames.
+        garbage_bytes: u32,
+        /// Own frames coming back: an echoing line.
+        echoes: u32,
+        /// Good frames of other sessions or types.
+        frames: u32,
+    },
+    /// The gripper speaks other versions.
+    VersionMismatch {
+        /// Lowest version of the gripper.
+        min: u8,
+        /// Highest version of the gripper.
+        max: u8,
+    },
+    /// IDENT describes no stylus.
+    NoStylus,
+    /// IDENT does not follow its table.
+    BadIdent,
+    /// A request was sent three times without an answer.
+    Unanswered {
+        /// Type of the request.
+        kind: u8,
+    },
+    /// A request was refused.
+    Refused {
+        /// Type of the request.
+        kind: u8,
+        /// Why.
+        reason: NackReason,
+    },
+    /// No frame came any more.
+    Lost {
+        /// Time since the last frame \[us\].
+        silent_us: u64,
+    },
+}

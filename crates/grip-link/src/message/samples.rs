@@ -1,0 +1,203 @@
+//! SAMPLES: a batch of rows, read in place.
+
+use super::channel::{ChannelKind, Column, Layout, SampleFormat};
+use super::wire::{PayloadError, Reader, Writer};
+
+/// Bytes before the rows.
+pub const SAMPLES_HEADER: usize = 20;
+
+/// The first 20 bytes of SAMPLES (90), MCU to host.
+///
+/// | offset | size | type | field | unit, range |
+/// |---|---|---|---|---|
+/// | 0 | 4 | u32 | first_index: number of the first row | +1 a row since the MCU started, wraps |
+/// | 4 | 8 | u64 | t0_tick: time of the first row | ticks |
+/// | 12 | 2 | u16 | dt: time from row to row | ticks |
+/// | 14 | 1 | u8 | n: rows | 1..=255 |
+/// | 15 | 1 | u8 | format | [`SampleFormat`] code |
+/// | 16 | 4 | u32 | dropped_total: rows the MCU dropped since it started | wraps |
+/// | 20 | n * row | | rows | channels of the mask in the order of IDENT; an array takes `count` elements |
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct SamplesHeader {
+    /// Number of the first row.
+    pub first_index: u32,
+    /// Tick of the first row.
+    pub t0_tick: u64,
+    /// Ticks from row to row.
+    pub dt_ticks: u16,
+    /// Rows.
+    pub rows: u8,
+    /// Format of the elements.
+    pub format: SampleFormat,
+    /// Rows the MCU dropped in all.
+    pub dropped_total: u32,
+}
+
+impl SamplesHeader {
+    /// Reads the start of a payload.
+    ///
+    /// # Errors
+    /// [`PayloadError`]: too short, no rows, or an unknown format.
+    pub fn parse(payload: &[u8]) -> Result<Self, PayloadError> {
+        let mut r = Reader::new(payload);
+        Ok(Self {
+            first_index: r.u32()?,
+            t0_tick: r.u64()?,
+            dt_ticks: r.u16()?,
+            rows: r.coded(|n| (n > 0).then_some(n))?,
+            format: r.coded(SampleFormat::from_code)?,
+            dropped_total: r.u32()?,
+        })
+    }
+
+    /// Writes the 20 bytes.
+    ///
+    /// # Errors
+    /// [`PayloadError::Full`].
+    pub fn write(&self, out: &mut [u8]) -> Result<usize, PayloadError> {
+        let w = Writer::new(out).u32(self.first_index).u64(self.t0_tick).u16(self.dt_ticks);
+        w.u8(self.rows).u8(self.format.code()).u32(self.dropped_total).finish()
+    }
+}
+
+/// A batch: its header and its rows, borrowed from the frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Samples<'a> {
+    /// The first 20 bytes.
+    pub header: SamplesHeader,
+    layout: &'a Layout,
+    rows: &'a [u8],
+}
+
+impl<'a> Samples<'a> {
+    /// Reads a payload whose rows have the columns of `layout`.
+    ///
+    /// # Errors
+    /// [`PayloadError`]: too short for its rows, no rows, no columns, or an unknown format.
+    pub fn parse(payload: &'a [u8], layout: &'a Layout) -> Result<Self, PayloadError> {
+        let header = SamplesHeader::parse(payload)?;
+        let row = layout.row_bytes(header.format);
+        if row == 0 {
+            return Err(PayloadError::Value { at: SAMPLES_HEADER, value: 0 });
+        }
+        let rows =
+            Reader::at_offset(payload, SAMPLES_HEADER).slice(row * usize::from(header.rows))?;
+        Ok(Self { header, layout, rows })
+    }
+
+    /// Number of rows.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        usize::from(self.header.rows)
+    }
+
+    /// A batch is never empty; here for symmetry with `len`.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.header.rows == 0
+    }
+
+    /// The columns of the rows.
+    #[must_use]
+    pub const fn layout(&self) -> &'a Layout {
+        self.layout
+    }
+
+    /// The rows in order.
+    #[must_use]
+    pub fn rows(&self) -> Rows<'a> {
+        let size = self.layout.row_bytes(self.header.format).max(1);
+        Rows {
+            header: self.header,
+            layout: self.layout,
+            bytes: self.rows.chunks_exact(size),
+            done: 0,
+        }
+    }
+}
+
+impl<'a> IntoIterator for &Samples<'a> {
+    type Item = Row<'a>;
+    type IntoIter = Rows<'a>;
+
+    fn into_iter(self) -> Rows<'a> {
+        self.rows()
+    }
+}
+
+/// Iterator over the rows of a batch.
+#[derive(Debug, Clone)]
+pub struct Rows<'a> {
+    header: SamplesHeader,
+    layout: &'a Layout,
+    bytes: core::slice::ChunksExact<'a, u8>,
+    done: u8,
+}
+
+impl<'a> Iterator for Rows<'a> {
+    type Item = Row<'a>;
+
+    fn next(&mut self) -> Option<Row<'a>> {
+        let bytes = self.bytes.next()?;
+        let SamplesHeader { first_index, t0_tick, dt_ticks, format, .. } = self.header;
+        let index = first_index.wrapping_add(u32::from(self.done));
+        let tick = t0_tick.wrapping_add(u64::from(dt_ticks) * u64::from(self.done));
+        self.done = self.done.saturating_add(1);
+        Some(Row { index, tick, format, layout: self.layout, bytes })
+    }
+
+    fn size_hint(&self) -> (usize, Option<usize>) {
+        self.bytes.size_hint()
+    }
+}
+
+impl ExactSizeIterator for Rows<'_> {}
+
+/// One row: all channels at one time.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Row<'a> {
+    /// Number of the row since the MCU started, wrapping.
+    pub index: u32,
+    /// Time of the row \[ticks\].
+    pub tick: u64,
+    format: SampleFormat,
+    layout: &'a Layout,
+    bytes: &'a [u8],
+}
+
+impl Row<'_> {
+    /// Raw value of an element when the format is i16.
+    #[must_use]
+    pub fn raw(&self, element: usize) -> Option<i16> {
+        if self.format != SampleFormat::I16 {
+            return None;
+        }
+        let bytes = self.bytes.get(element.checked_mul(2)?..)?;
+        bytes.first_chunk().copied().map(i16::from_le_bytes)
+    }
+
+    /// Value of element `k` of a column in its unit; NaN when the channel had no reading, `None` outside the column.
+    #[must_use]
+    pub fn value(&self, column: &Column, k: u8) -> Option<f32> {
+        if k >= column.count {
+            return None;
+        }
+        let element = usize::from(column.first) + usize::from(k);
+        match self.format {
+            SampleFormat::I16 => {
+                let raw = self.raw(element)?;
+                Some(if raw == i16::MIN { f32::NAN } else { f32::from(raw) * column.scale })
+            }
+            SampleFormat::F32 => {
+                let bytes = self.bytes.get(element.checked_mul(4)?..)?;
+                bytes.first_chunk().copied().map(f32::from_le_bytes)
+            }
+        }
+    }
+
+    /// First element of the first column of a kind; `None` when the row has no such channel.
+    #[must_use]
+    pub fn read(&self, kind: ChannelKind) -> Option<f32> {
+        self.value(&self.layout.column(kind)?, 0)
+    }
+}

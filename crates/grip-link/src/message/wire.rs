@@ -1,0 +1,155 @@
+//! Fields in order in, payload bytes out, and back: the two cursors that all messages use.
+
+use thiserror::Error;
+
+/// Why a payload cannot be read or written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
+pub enum PayloadError {
+    /// The payload ends before a field.
+    #[error("payload of {have} bytes ends before byte {need}")]
+    Short {
+        /// Bytes needed up to the end of the field.
+        need: usize,
+        /// Bytes there.
+        have: usize,
+    },
+    /// A field holds a value that has no meaning.
+    #[error("byte {at} holds {value}, which is outside its range")]
+    Value {
+        /// Offset of the field.
+        at: usize,
+        /// What it holds.
+        value: i64,
+    },
+    /// The message does not fit the output.
+    #[error("message does not fit {have} bytes")]
+    Full {
+        /// Room given.
+        have: usize,
+    },
+    /// No message of this type is read here.
+    #[error("type {kind:02x} has no payload here")]
+    Kind {
+        /// Type byte.
+        kind: u8,
+    },
+}
+
+/// Reads fields one after the other.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Reader<'a> {
+    bytes: &'a [u8],
+    at: usize,
+}
+
+impl<'a> Reader<'a> {
+    pub(crate) const fn new(bytes: &'a [u8]) -> Self {
+        Self { bytes, at: 0 }
+    }
+
+    pub(crate) const fn at_offset(bytes: &'a [u8], at: usize) -> Self {
+        Self { bytes, at }
+    }
+
+    pub(crate) fn take<const N: usize>(&mut self) -> Result<[u8; N], PayloadError> {
+        let need = self.at.saturating_add(N);
+        let found = self.bytes.get(self.at..).and_then(|rest| rest.first_chunk::<N>());
+        self.at = need;
+        found.copied().ok_or(PayloadError::Short { need, have: self.bytes.len() })
+    }
+
+    pub(crate) fn slice(&mut self, len: usize) -> Result<&'a [u8], PayloadError> {
+        let need = self.at.saturating_add(len);
+        let found = self.bytes.get(self.at..need);
+        self.at = need;
+        found.ok_or(PayloadError::Short { need, have: self.bytes.len() })
+    }
+
+    pub(crate) fn u8(&mut self) -> Result<u8, PayloadError> {
+        self.take::<1>().map(|[byte]| byte)
+    }
+
+    pub(crate) fn u16(&mut self) -> Result<u16, PayloadError> {
+        self.take().map(u16::from_le_bytes)
+    }
+
+    pub(crate) fn u32(&mut self) -> Result<u32, PayloadError> {
+        self.take().map(u32::from_le_bytes)
+    }
+
+    pub(crate) fn u64(&mut self) -> Result<u64, PayloadError> {
+        self.take().map(u64::from_le_bytes)
+    }
+
+    pub(crate) fn i32(&mut self) -> Result<i32, PayloadError> {
+        self.take().map(i32::from_le_bytes)
+    }
+
+    pub(crate) fn f32(&mut self) -> Result<f32, PayloadError> {
+        self.take().map(f32::from_le_bytes)
+    }
+
+    /// Reads a byte that `meaning` understands.
+    pub(crate) fn coded<T>(
+        &mut self,
+        meaning: impl Fn(u8) -> Option<T>,
+    ) -> Result<T, PayloadError> {
+        let at = self.at;
+        let value = self.u8()?;
+        meaning(value).ok_or(PayloadError::Value { at, value: i64::from(value) })
+    }
+}
+
+/// Writes fields one after the other.
+#[derive(Debug)]
+pub(crate) struct Writer<'a> {
+    out: &'a mut [u8],
+    at: usize,
+}
+
+impl<'a> Writer<'a> {
+    pub(crate) const fn new(out: &'a mut [u8]) -> Self {
+        Self { out, at: 0 }
+    }
+
+    pub(crate) fn put(mut self, bytes: &[u8]) -> Self {
+        let room = self.out.get_mut(self.at..).and_then(|free| free.get_mut(..bytes.len()));
+        if let Some(room) = room {
+            room.copy_from_slice(bytes);
+        }
+        self.at = self.at.saturating_add(bytes.len());
+        self
+    }
+
+    pub(crate) fn u8(self, value: u8) -> Self {
+        self.put(&[value])
+    }
+
+    pub(crate) fn u16(self, value: u16) -> Self {
+        self.put(&value.to_le_bytes())
+    }
+
+    pub(crate) fn u32(self, value: u32) -> Self {
+        self.put(&value.to_le_bytes())
+    }
+
+    pub(crate) fn u64(self, value: u64) -> Self {
+        self.put(&value.to_le_bytes())
+    }
+
+    pub(crate) fn i32(self, value: i32) -> Self {
+        self.put(&value.to_le_bytes())
+    }
+
+    pub(crate) fn f32(self, value: f32) -> Self {
+        self.put(&value.to_le_bytes())
+    }
+
+    pub(crate) fn finish(self) -> Result<usize, PayloadError> {
+        if self.at <= self.out.len() {
+            Ok(self.at)
+        } else {
+            Err(PayloadError::Full { have: self.out.len() })
+        }
+    }
+}

@@ -1,0 +1,285 @@
+//! A gripper, a host and a line between them, all in simulated time.
+
+use grip_link::cobs::decode_in_place;
+use grip_link::device::{DeviceConfig, DeviceEvent, DeviceLink, Drive};
+use grip_link::frame::{Frame, MAX_WIRE};
+use grip_link::host::{CloseReason, GripCommand, HostConfig, HostEvent, HostLink, HostState, Loss};
+use grip_link::message::{
+    Channel, ChannelKind, Config, DeviceState, FaultCode, Firmware, Ident, Kind, Limits,
+    LossAction, MAX_CHANNELS, Reaction, ResetReason, SampleFormat, Status, StatusFlags, Versions,
+};
+
+/// "00ff12" to bytes.
+pub(crate) fn unhex(text: &str) -> Vec<u8> {
+    (0..text.len()).step_by(2).map(|i| u8::from_str_radix(&text[i..i + 2], 16).unwrap()).collect()
+}
+
+pub(crate) fn hex(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// Stylus (10 nm a step), normal force (1 mN a step) and a pressure array of four.
+pub(crate) fn ident(boot_id: u32) -> Ident {
+    let mut channels = [Ident::NO_CHANNEL; MAX_CHANNELS];
+    channels[0] = Channel::single(ChannelKind::Stylus, 1e-8);
+    channels[1] = Channel::single(ChannelKind::NormalForce, 1e-3);
+    channels[2] = Channel { count: 4, ..Channel::single(ChannelKind::PressureArray, 10.0) };
+    Ident {
+        versions: Versions::OURS,
+        max_rx: 480,
+        caps: 0,
+        uid: *b"grip-link-test-1",
+        boot_id,
+        tick_hz: 1_000_000,
+        limits: Limits {
+            rate_max_hz: 20_000,
+            force_max_mn: 20_000,
+            slew_max_mn_s: 400_000,
+            hold_cap_mn: 15_000,
+            travel_min_um: 0,
+            travel_max_um: 50_000,
+        },
+        firmware: Firmware { major: 1, minor: 2, patch: 3 },
+        reset: ResetReason::PowerOn,
+        state: DeviceState::Idle,
+        fault: FaultCode::NONE,
+        channels,
+        channel_count: 3,
+    }
+}
+
+/// 5 kHz, five rows a batch, stylus and force as i16, up to 10 N at 200 N/s, 8 N held, 50 ms of life.
+pub(crate) fn config() -> Config {
+    Config {
+        sample_rate_hz: 5_000,
+        batch: 5,
+        format: SampleFormat::I16,
+        ttl_ms: 50,
+        channel_mask: 0b011,
+        force_max_mn: 10_000,
+        slew_mn_s: 200_000,
+        hold_cap_mn: 8_000,
+        loss_after_ms: 1_000,
+        loss_action: LossAction::Hold,
+    }
+}
+
+pub(crate) fn device(boot_id: u32) -> DeviceLink {
+    let mut device =
+        DeviceLink::new(DeviceConfig { ident: ident(boot_id), estop: Reaction::Hold }).unwrap();
+    device.ready(0);
+    device
+}
+
+/// What the host was told, without borrowed parts.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Told {
+    State(HostState),
+    Identified(bool),
+    Rebooted(u32, u32),
+    Configured(u8),
+    Rows(Vec<(u32, u64, i16)>, Loss),
+    Status(Status),
+    Closed(CloseReason),
+    Other(String),
+}
+
+fn told(event: &HostEvent<'_>) -> Told {
+    match event {
+        HostEvent::State { to, .. } => Told::State(*to),
+        HostEvent::Identified { rebooted } => Told::Identified(*rebooted),
+        HostEvent::Rebooted { before, now } => Told::Rebooted(*before, *now),
+        HostEvent::Configured { clamped } => Told::Configured(clamped.0),
+        HostEvent::Samples { samples, loss } => {
+            let rows =
+                samples.rows().map(|row| (row.index, row.tick, row.raw(0).unwrap())).collect();
+            Told::Rows(rows, *loss)
+        }
+        HostEvent::Status(status) => Told::Status(*status),
+        HostEvent::Closed(reason) => Told::Closed(*reason),
+        other => Told::Other(format!("{other:?}")),
+    }
+}
+
+/// Wire bytes of each frame in `bytes`, with its type.
+pub(crate) fn frames(bytes: &[u8]) -> Vec<(Kind, Vec<u8>)> {
+    let framed = bytes.split(|&byte| byte == 0).filter(|block| !block.is_empty()).map(|block| {
+        let mut copy = block.to_vec();
+        let kind = Frame::from_body(decode_in_place(&mut copy).unwrap()).unwrap().header.kind;
+        (kind, [&[0], block, &[0]].concat())
+    });
+    framed.collect()
+}
+
+/// Removes the frames of one type, at most `most`; how many went.
+pub(crate) fn remove(bytes: &mut Vec<u8>, kind: Kind, most: usize) -> usize {
+    let mut removed = 0;
+    let kept = frames(bytes).into_iter().filter(|(found, _)| {
+        let goes = *found == kind && removed < most;
+        removed += usize::from(goes);
+        !goes
+    });
+    *bytes = kept.flat_map(|(_, wire)| wire).collect();
+    removed
+}
+
+/// Host and device on a line, advanced in steps of 100 us.
+pub(crate) struct Line {
+    pub(crate) host: HostLink,
+    pub(crate) device: DeviceLink,
+    pub(crate) now_us: u64,
+    /// Ticks of the device are host microseconds minus this.
+    pub(crate) tick_offset: u64,
+    pub(crate) told: Vec<Told>,
+    pub(crate) device_events: Vec<DeviceEvent>,
+    pub(crate) drives: Vec<(u64, Drive)>,
+    /// Force the controller asks for every millisecond.
+    pub(crate) grip_n: Option<f32>,
+    pub(crate) sample_every_us: u64,
+    pub(crate) samples_pushed: u32,
+    /// Frames the device may write a step.
+    pub(crate) device_frames_a_step: usize,
+    pub(crate) host_runs: bool,
+}
+
+pub(crate) const STEP_US: u64 = 100;
+
+impl Line {
+    pub(crate) fn new() -> Self {
+        Self::with(HostConfig::new(config()), device(1))
+    }
+
+    pub(crate) fn with(host: HostConfig, device: DeviceLink) -> Self {
+        Self {
+            host: HostLink::new(host).unwrap(),
+            device,
+            now_us: 1_000_000,
+            tick_offset: 1_000_000,
+            told: Vec::new(),
+            device_events: Vec::new(),
+            drives: Vec::new(),
+            grip_n: None,
+            sample_every_us: 200,
+            samples_pushed: 0,
+            device_frames_a_step: 8,
+            host_runs: true,
+        }
+    }
+
+    pub(crate) fn open(&mut self) {
+        self.host.open(self.now_us, 0xBEEF).unwrap();
+    }
+
+    pub(crate) const fn tick(&self) -> u64 {
+        self.now_us - self.tick_offset
+    }
+
+    /// Runs without disturbance.
+    pub(crate) fn run(&mut self, for_us: u64) {
+        self.run_through(for_us, |_, _| {});
+    }
+
+    /// Runs; `disturb(to_device, to_host)` may change the bytes of each step.
+    pub(crate) fn run_through(
+        &mut self,
+        for_us: u64,
+        mut disturb: impl FnMut(&mut Vec<u8>, &mut Vec<u8>),
+    ) {
+        let end = self.now_us + for_us;
+        while self.now_us < end {
+            let mut to_device = self.host_writes();
+            let mut to_host = self.device_writes();
+            disturb(&mut to_device, &mut to_host);
+            let tick = self.tick();
+            let mut input = &to_device[..];
+            while let Some(event) = self.device.receive(tick, &mut input) {
+                self.device_events.push(event);
+            }
+            self.drives.push((tick, self.device.drive(tick)));
+            if self.host_runs {
+                let mut input = &to_host[..];
+                while let Some(event) = self.host.receive(self.now_us, &mut input) {
+                    self.told.push(told(&event));
+                }
+            }
+            self.now_us += STEP_US;
+        }
+    }
+
+    fn host_writes(&mut self) -> Vec<u8> {
+        let mut wire = Vec::new();
+        let mut out = [0; MAX_WIRE];
+        if !self.host_runs {
+            return wire;
+        }
+        if self.now_us.is_multiple_of(1000)
+            && let Some(command) = self.grip_n.and_then(GripCommand::newtons)
+            && let Some(len) = self.host.grip(self.now_us, &command, &mut out)
+        {
+            wire.extend_from_slice(&out[..len]);
+        }
+        while let Some(len) = self.host.poll_transmit(self.now_us, &mut out) {
+            wire.extend_from_slice(&out[..len]);
+        }
+        wire
+    }
+
+    fn device_writes(&mut self) -> Vec<u8> {
+        let tick = self.tick();
+        let mut wire = Vec::new();
+        let mut out = [0; MAX_WIRE];
+        let sampling = self.device.status(tick).flags.has(StatusFlags::SAMPLING);
+        if sampling && tick.is_multiple_of(self.sample_every_us) {
+            let stylus = i16::try_from(self.samples_pushed % 20_000).unwrap();
+            self.device.push_i16(tick, &[stylus, 500]).unwrap();
+            self.samples_pushed += 1;
+        }
+        for _ in 0..self.device_frames_a_step {
+            let Some(len) = self.device.poll_transmit(tick, &mut out) else { break };
+            wire.extend_from_slice(&out[..len]);
+        }
+        wire
+    }
+
+    /// Another boot of the same gripper.
+    pub(crate) fn reboot(&mut self, boot_id: u32) {
+        self.tick_offset = self.now_us;
+        self.device = device(boot_id);
+        self.samples_pushed = 0;
+    }
+
+    pub(crate) fn states(&self) -> Vec<HostState> {
+        self.told
+            .iter()
+            .filter_map(|told| if let Told::State(to) = told { Some(*to) } else { None })
+            .collect()
+    }
+
+    pub(crate) fn last_status(&self) -> Status {
+        self.told
+            .iter()
+            .rev()
+            .find_map(|told| if let Told::Status(s) = told { Some(*s) } else { None })
+            .unwrap()
+    }
+
+    pub(crate) fn closed(&self) -> Option<CloseReason> {
+        self.told
+            .iter()
+            .find_map(|told| if let Told::Closed(reason) = told { Some(*reason) } else { None })
+    }
+
+    /// Largest force set since a tick.
+    pub(crate) fn most_since(&self, tick: u64) -> i32 {
+        self.drives
+            .iter()
+            .filter(|(at, _)| *at >= tick)
+            .map(|(_, drive)| drive.force_mn())
+            .max()
+            .unwrap()
+    }
+
+    pub(crate) fn force_now(&self) -> i32 {
+        self.drives.last().unwrap().1.force_mn()
+    }
+}

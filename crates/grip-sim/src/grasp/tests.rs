@@ -1,0 +1,256 @@
+use super::*;
+use crate::scene::{self, SceneConfig};
+
+fn scene(text: &str) -> Scene {
+    let fixed = "name = \"test\"\nmass_kg = 0.4\nfriction = 0.3\nfriction_ratio = 1.0\nroughness_ra_um = 1.6\n";
+    Scene::from_toml(&format!("{fixed}{text}")).unwrap()
+}
+
+/// Runs at a constant target until `seconds` or until the object is gone.
+fn run(grasp: &mut Grasp, target_n: f64, seconds: f64) -> Vec<(Sample, Truth)> {
+    let mut out = Vec::new();
+    while grasp.truth().time_s < seconds && !grasp.truth().dropped() {
+        let sample = grasp.step_sample(target_n);
+        out.push((sample, grasp.truth()));
+    }
+    out
+}
+
+#[test]
+fn without_friction_the_object_falls_freely() {
+    let scene = scene("lift_at_s = 0.1\nlift_ramp_s = 0.0\nfinger_length_mm = 400.0\n");
+    let object = Object { friction: 0.0, ..scene.object() };
+    let mut grasp = Grasp::new(&scene.with_object(object));
+    let rows = run(&mut grasp, 5.0, 0.45);
+    let first = rows.iter().find(|(_, t)| t.travel_m > 0.0).unwrap().1;
+    let lifted = first.time_s - first.speed_m_s / GRAVITY_M_S2;
+    let last = rows.last().unwrap().1;
+    let fallen = 0.5 * GRAVITY_M_S2 * (last.time_s - lifted).powi(2);
+    assert!(last.travel_m > 0.25, "{last:?}");
+    assert!((last.travel_m / fallen - 1.0).abs() < 1e-4, "{} {fallen}", last.travel_m);
+}
+
+#[test]
+fn enough_force_allows_elastic_travel_and_creep_only() {
+    // Loaded slowly to the share q of what it can hold, a LuGre pad of z_ss = mu N / sigma0 shears by q z_ss and
+    // travels z_ss ln(1 / (1 - q)): the difference is creep (incipient slip).
+    let mut grasp = Grasp::new(&scene("lift_ramp_s = 2.0\n"));
+    let needed = grasp.truth().force_needed_n;
+    assert!((needed - 0.4 * GRAVITY_M_S2 / 0.6).abs() < 1e-12);
+    let last = run(&mut grasp, 1.2 * needed, 4.0).last().unwrap().1;
+    let (share, saturated) = (1.0 / 1.2, 0.3 * 1.2 * needed / 1e5);
+    assert!(last.phase == Phase::Lifted && last.speed_m_s.abs() < 1e-6, "{last:?}");
+    assert!((last.shear_m / (share * saturated) - 1.0).abs() < 1e-3, "{last:?}");
+    let travel = saturated * (1.0 / (1.0 - share)).ln();
+    assert!((last.travel_m / travel - 1.0).abs() < 0.01, "{} {travel}", last.travel_m);
+}
+
+#[test]
+fn a_quick_lift_with_enough_force_never_becomes_gross_slip() {
+    let mut grasp = Grasp::new(&scene(""));
+    let target = 1.2 * grasp.truth().force_needed_n;
+    let rows = run(&mut grasp, target, 1.5);
+    let last = rows.last().unwrap().1;
+    let fastest = rows.iter().map(|r| r.1.speed_m_s).fold(0.0, f64::max);
+    println!(
+        "shear {:.1} um, creep {:.1} um, fastest {fastest:.1e} m/s",
+        last.shear_m * 1e6,
+        last.slip_mm() * 1e3
+    );
+    assert!(last.phase == Phase::Lifted && last.speed_m_s.abs() < 1e-6, "{last:?}");
+    assert!(last.travel_m < 0.1e-3 && fastest < 5e-3, "{last:?} {fastest}");
+}
+
+#[test]
+fn too_little_force_drops_and_too_much_crushes() {
+    let mut weak = Grasp::new(&scene(""));
+    let target = 0.5 * weak.truth().force_needed_n;
+    let rows = run(&mut weak, target, 3.0);
+    let (sample, truth) = rows.last().unwrap();
+    assert!(truth.dropped() && !truth.crushed && truth.applied_n <= 0.0);
+    assert!(sample.normal_force_n.unwrap().abs() < 0.05);
+
+    let mut strong = Grasp::new(&scene(""));
+    let target = 3.0 * strong.truth().force_needed_n;
+    let rows = run(&mut strong, target, 1.0);
+    assert!(rows.last().unwrap().1.crushed && !rows.last().unwrap().1.dropped());
+}
+
+#[test]
+fn impulse_balance_gives_the_needed_force() {
+    for share in [0.1, 0.3, 0.5, 0.7, 0.9] {
+        let scene = scene("lift_ramp_s = 0.0\n");
+        let object = Object { friction_ratio: 1.1, ..scene.object() };
+        let mut grasp = Grasp::new(&scene.with_object(object));
+        let needed = grasp.truth().force_needed_n;
+        let rows = run(&mut grasp, share * needed, 3.0);
+        let slip: Vec<Truth> =
+            rows.iter().map(|r| r.1).filter(|t| t.slipping && t.travel_m > 1e-3).collect();
+        let (first, last) = (slip.first().unwrap(), slip.last().unwrap());
+        let impulse: f64 =
+            slip.windows(2).map(|w| 0.5 * (w[0].applied_n + w[1].applied_n) * 1e-4).sum();
+        let duration = last.time_s - first.time_s;
+        let found =
+            GRAVITY_M_S2 * impulse / (GRAVITY_M_S2 * duration - (last.speed_m_s - first.speed_m_s));
+        println!("rho {share}: F_req from impulse / true {:.5}", found / needed);
+        assert!((found / needed - 1.0).abs() < 0.01, "rho {share}: {found} {needed}");
+    }
+}
+
+#[test]
+fn halving_the_step() {
+    for (target, ratio) in [(2.0, 1.0), (4.0, 1.2), (6.0, 1.2), (7.0, 1.0)] {
+        let path = |step_us: f64| -> Vec<f64> {
+            let base = scene("");
+            let config = SceneConfig { step_us, ..base.config().clone() };
+            let scene = Scene::new(config).unwrap();
+            let object = Object { friction_ratio: ratio, ..scene.object() };
+            let mut grasp = Grasp::new(&scene.with_object(object));
+            run(&mut grasp, target, 0.6).iter().map(|r| r.1.travel_m).collect()
+        };
+        let (coarse, fine) = (path(10.0), path(5.0));
+        let worst = coarse.iter().zip(&fine).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        let reach = fine.iter().copied().fold(0.0, f64::max);
+        println!("{target} N: travel {reach:.2e} m moves by {worst:.2e} m ({:.2e})", worst / reach);
+        assert!(worst < 2e-3 * reach, "{target} N: {worst} of {reach}");
+        assert!(coarse.len().abs_diff(fine.len()) <= 1);
+    }
+}
+
+#[test]
+fn sensors_carry_the_noise_asked_for() {
+    let mut grasp = Grasp::new(&scene("lift_at_s = 10.0\n"));
+    run(&mut grasp, 5.0, 1.0);
+    let (mut stylus, mut force) = (Vec::new(), Vec::new());
+    for (sample, truth) in run(&mut grasp, 5.0, 3.0) {
+        stylus.push(f64::from(sample.stylus));
+        force.push(f64::from(sample.normal_force_n.unwrap()) - truth.applied_n);
+        let steps = f64::from(sample.travel_m.unwrap()) / 1e-6;
+        assert!((steps - steps.round()).abs() < 1e-4);
+    }
+    assert!((rms_about_mean(&stylus) / 1e-7 - 1.0).abs() < 0.03, "{}", rms_about_mean(&stylus));
+    assert!((rms_about_mean(&force) / 5e-3 - 1.0).abs() < 0.03, "{}", rms_about_mean(&force));
+}
+
+fn rms_about_mean(values: &[f64]) -> f64 {
+    let n = f64::from(u32::try_from(values.len()).unwrap());
+    let mean = values.iter().sum::<f64>() / n;
+    (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / n).sqrt()
+}
+
+#[test]
+fn channels_can_be_absent_without_changing_the_others() {
+    let mut all = Grasp::new(&scene(""));
+    let mut bare = Grasp::new(&scene("[channels]\nforce = false\ntravel = false\n"));
+    for _ in 0..6000 {
+        let (a, b) = (all.step_sample(3.0), bare.step_sample(3.0));
+        assert!(b.normal_force_n.is_none() && b.travel_m.is_none());
+        assert_eq!((a.t, a.stylus.to_bits()), (b.t, b.stylus.to_bits()));
+    }
+}
+
+/// FNV-1a over the bits of all readings.
+fn fingerprint(seed: u64) -> u64 {
+    let scene = scene::load("default").unwrap().reseeded(seed).unwrap();
+    let mut grasp = Grasp::new(&scene);
+    let mut hash: u64 = 0xcbf2_9ce4_8422_2325;
+    for _ in 0..8000 {
+        let s = grasp.step_sample(2.0);
+        let words = [s.stylus, s.normal_force_n.unwrap(), s.travel_m.unwrap()].map(f32::to_bits);
+        for byte in words.iter().flat_map(|w| w.to_le_bytes()).chain(s.t.0.to_le_bytes()) {
+            hash = (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
+        }
+    }
+    hash
+}
+
+#[test]
+fn same_seed_same_samples() {
+    assert_eq!(fingerprint(1), fingerprint(1));
+    assert_ne!(fingerprint(1), fingerprint(2));
+}
+
+#[test]
+fn sample_times_do_not_drift() {
+    let clock = SampleClock { since: Micros(0), samples: 0, rate_hz: 3000 };
+    assert_eq!((clock.ahead(1), clock.ahead(3000 * 3600)), (Micros(333), Micros(3_600_000_000)));
+    let mut grasp = Grasp::new(&scene("sample_rate_hz = 3000\n"));
+    let next = grasp.next_sample_at();
+    assert_eq!(grasp.step_sample(0.0).t, next);
+}
+
+#[test]
+fn another_sample_rate_changes_the_reading_not_the_fall() {
+    let fall = |rates: [u32; 2]| {
+        let mut grasp = Grasp::new(&scene(""));
+        grasp.set_sample_rate(rates[0]);
+        run(&mut grasp, 3.0, 0.2 - 1e-9);
+        grasp.set_sample_rate(rates[1]);
+        run(&mut grasp, 3.0, 0.5 - 1e-9);
+        assert_eq!(grasp.now(), Micros(500_000));
+        grasp.truth()
+    };
+    let (plain, mixed) = (fall([10_000, 10_000]), fall([20_000, 500]));
+    assert!(plain.travel_m > 2e-3);
+    assert!((mixed.travel_m / plain.travel_m - 1.0).abs() < 2e-3, "{mixed:?} {plain:?}");
+}
+
+#[test]
+fn a_target_that_changes_within_a_period_is_followed() {
+    let mut grasp = Grasp::new(&scene(""));
+    grasp.set_sample_rate(20);
+    let mut asked = Vec::new();
+    grasp.step_sample_with(|t| {
+        asked.push(t);
+        5.0
+    });
+    assert_eq!(asked.len(), 50);
+    assert!(asked.windows(2).all(|w| w[1] == w[0].plus(Micros(1000))) && asked[0] == Micros(0));
+}
+
+#[test]
+fn faster_slip_shakes_the_stylus_more() {
+    let dissipated = |target: f64| {
+        let mut grasp = Grasp::new(&scene(""));
+        run(&mut grasp, target, 0.4);
+        let before = grasp.stylus_dissipated_j();
+        run(&mut grasp, target, 1.4);
+        (grasp.stylus_dissipated_j() - before, grasp.truth())
+    };
+    let (held, _) = dissipated(8.0);
+    let (slipped, truth) = dissipated(3.0);
+    assert!(truth.dropped());
+    assert!(slipped > 100.0 * held.max(1e-12), "{slipped} {held}");
+}
+
+#[test]
+fn a_clairvoyant_controller_holds_the_built_in_scenes() {
+    for (name, _) in scene::BUILT_IN {
+        let base = scene::load(name).unwrap();
+        for (slew_n_s, delay_s) in [(500.0, 5e-3), (2000.0, 20e-3)] {
+            let controller = Clairvoyant { trial_n: 2.0, slew_n_s, delay_s };
+            let mut slips: Vec<f64> = (0..20)
+                .map(|seed| {
+                    let scene = base.reseeded(seed).unwrap();
+                    assert!(perfect_controller_can_hold(&scene, controller), "{name} seed {seed}");
+                    controller.play(&scene).slip_mm()
+                })
+                .collect();
+            slips.sort_by(f64::total_cmp);
+            println!(
+                "{name}: {slew_n_s} N/s, {delay_s} s: slip mm p50 {:.2} max {:.2}",
+                slips[10], slips[19]
+            );
+        }
+    }
+}
+
+#[test]
+fn a_slow_drive_cannot_hold_what_falls_almost_freely() {
+    let heavy =
+        Scene::from_toml("name = \"x\"\nmass_kg = 1.0\nfriction = 0.2\nlift_ramp_s = 0.0\n")
+            .unwrap();
+    let controller = |slew_n_s| Clairvoyant { trial_n: 2.0, slew_n_s, delay_s: 2e-3 };
+    assert!(perfect_controller_can_hold(&heavy, controller(2000.0)));
+    assert!(!perfect_controller_can_hold(&heavy, controller(200.0)));
+}

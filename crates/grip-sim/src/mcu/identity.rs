@@ -1,0 +1,106 @@
+//! A scene in, what the device tells about itself out: channels, scales, limits, identity.
+
+use crate::scene::{ChannelConfig, Scene, SceneConfig};
+use grip_link::device::DeviceConfig;
+use grip_link::message::{
+    Channel, ChannelKind, DeviceState, FaultCode, Firmware, Ident, Limits, MAX_CHANNELS, Reaction,
+    ResetReason, Unit, Versions,
+};
+
+/// Ticks are microseconds, as the time stamps of samples are.
+pub(super) const TICK_HZ: u32 = 1_000_000;
+/// Fastest sampling the virtual device offers, whatever the scene prefers (Hz).
+const RATE_MAX_HZ: u32 = 20_000;
+/// Span of the stylus (m): pre-load and the highest asperities of Ra 50 um.
+const STYLUS_SPAN_M: f64 = 1e-3;
+
+/// A channel of the virtual device.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Reading {
+    Stylus,
+    NormalForce,
+    Travel,
+    Reference,
+}
+
+/// The channels in the order of IDENT; the stylus comes first.
+pub(super) fn readings(channels: ChannelConfig) -> Vec<Reading> {
+    let optional = [
+        (channels.force, Reading::NormalForce),
+        (channels.travel, Reading::Travel),
+        (channels.reference, Reading::Reference),
+    ];
+    let present = optional.into_iter().filter_map(|(present, reading)| present.then_some(reading));
+    core::iter::once(Reading::Stylus).chain(present).collect()
+}
+
+/// Unit of one step of an i16: the span of the channel over 32000 steps.
+pub(super) fn scale(reading: Reading, config: &SceneConfig) -> f32 {
+    let span = match reading {
+        Reading::Stylus | Reading::Reference => STYLUS_SPAN_M,
+        Reading::NormalForce => 1.25 * config.drive.force_max_n,
+        Reading::Travel => 1.25e-3 * config.finger_length_mm,
+    };
+    crate::grasp::narrow(span / 32_000.0)
+}
+
+pub(super) fn device_config(scene: &Scene, boot_id: u32, reset: ResetReason) -> DeviceConfig {
+    let config = scene.config();
+    let listed = readings(config.channels);
+    let mut channels = [Ident::NO_CHANNEL; MAX_CHANNELS];
+    for (slot, &reading) in channels.iter_mut().zip(&listed) {
+        *slot = channel(reading, config);
+    }
+    let force_max_mn = milli_i32(config.drive.force_max_n);
+    let ident = Ident {
+        versions: Versions::OURS,
+        max_rx: 480,
+        caps: 0,
+        uid: uid(config.seed),
+        boot_id,
+        tick_hz: TICK_HZ,
+        limits: Limits {
+            rate_max_hz: RATE_MAX_HZ,
+            force_max_mn,
+            slew_max_mn_s: milli_i32(config.drive.slew_max_n_s).unsigned_abs(),
+            hold_cap_mn: force_max_mn,
+            travel_min_um: 0,
+            travel_max_um: 100_000,
+        },
+        firmware: Firmware { major: 0, minor: 1, patch: 0 },
+        reset,
+        state: DeviceState::Boot,
+        fault: FaultCode::NONE,
+        channels,
+        channel_count: u8::try_from(listed.len()).unwrap_or(u8::MAX),
+    };
+    DeviceConfig { ident, estop: Reaction::Hold }
+}
+
+/// The reference is a stylus in the air: metres, not the usual acceleration.
+fn channel(reading: Reading, config: &SceneConfig) -> Channel {
+    let (kind, unit) = match reading {
+        Reading::Stylus => (ChannelKind::Stylus, Unit::Metre),
+        Reading::NormalForce => (ChannelKind::NormalForce, Unit::Newton),
+        Reading::Travel => (ChannelKind::Travel, Unit::Metre),
+        Reading::Reference => (ChannelKind::Reference, Unit::Metre),
+    };
+    Channel { unit, ..Channel::single(kind, scale(reading, config)) }
+}
+
+/// "grip-sim" and the seed: two scenes of the same seed are the same gripper.
+fn uid(seed: u64) -> [u8; 16] {
+    let mut uid = [0; 16];
+    for (slot, byte) in uid.iter_mut().zip(b"grip-sim".iter().copied().chain(seed.to_le_bytes())) {
+        *slot = byte;
+    }
+    uid
+}
+
+#[expect(
+    clippy::cast_possible_truncation,
+    reason = "a checked scene stays below 1e5 N and 1e5 N/s: 1e8 in milli"
+)]
+fn milli_i32(value: f64) -> i32 {
+    (value * 1e3).round() as i32
+}

@@ -1,0 +1,237 @@
+use super::*;
+use grip_link::host::{GripCommand, HostConfig, HostEvent, HostLink};
+use grip_link::message::{ChannelKind, Config, LossAction, SampleFormat, Status};
+
+const STEP: Micros = Micros(1000);
+
+fn config() -> Config {
+    Config {
+        sample_rate_hz: 10_000,
+        batch: 10,
+        format: SampleFormat::I16,
+        ttl_ms: 50,
+        channel_mask: u32::MAX,
+        force_max_mn: 60_000,
+        slew_mn_s: 2_000_000,
+        hold_cap_mn: 60_000,
+        loss_after_ms: 1000,
+        loss_action: LossAction::Hold,
+    }
+}
+
+fn scene() -> Scene {
+    Scene::from_toml(
+        "name = \"t\"\nmass_kg = 0.4\nfriction = 0.3\nroughness_ra_um = 1.6\nlift_at_s = 0.2\n",
+    )
+    .unwrap()
+}
+
+/// Host and device in lockstep, a millisecond a turn.
+struct Bench {
+    mcu: VirtualMcu,
+    host: HostLink,
+    now: Micros,
+    rows: Vec<(u64, f32, f32)>,
+    status: Option<Status>,
+    rebooted: u32,
+    wire: Vec<u8>,
+}
+
+impl Bench {
+    fn new(scene: &Scene, config: Config) -> Self {
+        let mut host = HostLink::new(HostConfig::new(config)).unwrap();
+        host.open(0, 0xBEEF).unwrap();
+        let mcu = VirtualMcu::new(scene, 7).unwrap();
+        Self {
+            mcu,
+            host,
+            now: Micros(0),
+            rows: Vec::new(),
+            status: None,
+            rebooted: 0,
+            wire: Vec::new(),
+        }
+    }
+
+    fn turn(&mut self, force_n: Option<f32>) {
+        self.now = self.now.plus(STEP);
+        let mut out = [0; MAX_WIRE];
+        let mut to_device = Vec::new();
+        if let Some(command) = force_n.and_then(GripCommand::newtons)
+            && let Some(length) = self.host.grip(self.now.0, &command, &mut out)
+        {
+            to_device.extend_from_slice(&out[..length]);
+        }
+        while let Some(length) = self.host.poll_transmit(self.now.0, &mut out) {
+            to_device.extend_from_slice(&out[..length]);
+        }
+        self.mcu.receive(self.now, &to_device);
+        let mut from_device = Vec::new();
+        self.mcu.transmit(self.now, &mut from_device);
+        self.wire.extend_from_slice(&from_device);
+        let mut input = from_device.as_slice();
+        while let Some(event) = self.host.receive(self.now.0, &mut input) {
+            match event {
+                HostEvent::Samples { samples, .. } => self.rows.extend(samples.rows().map(|row| {
+                    let force = row.read(ChannelKind::NormalForce).unwrap_or(f32::NAN);
+                    (row.tick, row.read(ChannelKind::Stylus).unwrap(), force)
+                })),
+                HostEvent::Status(status) => self.status = Some(status),
+                HostEvent::Rebooted { .. } | HostEvent::Identified { rebooted: true } => {
+                    self.rebooted += 1
+                }
+                _ => {}
+            }
+        }
+    }
+
+    fn run(&mut self, force_n: Option<f32>, turns: u32) {
+        (0..turns).for_each(|_| self.turn(force_n));
+    }
+}
+
+#[test]
+fn a_host_connects_streams_and_grips() {
+    let mut bench = Bench::new(&scene(), config());
+    bench.run(Some(8.0), 600);
+    assert!(bench.mcu.truth().lifted() && !bench.mcu.truth().dropped());
+    assert!((bench.mcu.truth().applied_n - 8.0).abs() < 0.01, "{:?}", bench.mcu.truth());
+    let rows = &bench.rows;
+    assert!(rows.len() > 5500, "{}", rows.len());
+    assert!(rows.windows(2).all(|w| w[1].0 == w[0].0 + 100));
+    assert!((rows.last().unwrap().2 - 8.0).abs() < 0.05);
+    assert!((rows.last().unwrap().1 - 200e-6).abs() < 20e-6);
+    assert_eq!((bench.host.loss().lost, bench.mcu.refused_rows()), (0, 0));
+    assert_eq!(bench.status.unwrap().state, DeviceState::Active);
+}
+
+#[test]
+fn i16_rows_agree_with_f32_rows() {
+    let mut coarse = Bench::new(&scene(), config());
+    let mut fine = Bench::new(&scene(), Config { format: SampleFormat::F32, ..config() });
+    coarse.run(Some(4.0), 400);
+    fine.run(Some(4.0), 400);
+    assert_eq!(coarse.rows.len(), fine.rows.len());
+    for (c, f) in coarse.rows.iter().zip(&fine.rows) {
+        assert_eq!(c.0, f.0);
+        assert!((c.1 - f.1).abs() < 0.02e-6 && (c.2 - f.2).abs() < 1.5e-3, "{c:?} {f:?}");
+    }
+}
+
+#[test]
+fn the_same_commands_give_the_same_bytes() {
+    let play = |boot_id| {
+        let mut bench = Bench::new(&scene(), config());
+        bench.mcu = VirtualMcu::new(&scene(), boot_id).unwrap();
+        bench.run(Some(2.0), 350);
+        bench.run(Some(9.0), 150);
+        bench.wire
+    };
+    let first = play(7);
+    assert!(first.len() > 20_000);
+    assert!(first == play(7) && first != play(8));
+}
+
+#[test]
+fn how_often_time_advances_does_not_matter() {
+    let mut steady = VirtualMcu::new(&scene(), 1).unwrap();
+    let mut jumpy = VirtualMcu::new(&scene(), 1).unwrap();
+    (1..=300).for_each(|ms| steady.advance(Micros::from_millis(ms)));
+    for time in [77, 150_001, 150_000, 300_000] {
+        jumpy.advance(Micros(time));
+    }
+    assert_eq!(steady.truth(), jumpy.truth());
+}
+
+#[test]
+fn the_next_due_time_is_the_end_of_a_batch() {
+    let mut bench = Bench::new(&scene(), config());
+    bench.run(Some(4.0), 300);
+    bench.mcu.advance(bench.now.plus(Micros(1234)));
+    let due = bench.mcu.next_due();
+    let mut out = Vec::new();
+    bench.mcu.transmit(bench.now.plus(Micros(1234)), &mut out);
+    out.clear();
+    bench.mcu.advance(Micros(due.0 - 1));
+    bench.mcu.transmit(Micros(due.0 - 1), &mut out);
+    assert!(out.len() < 100, "a STATUS at most before {due:?}, {} bytes", out.len());
+    bench.mcu.advance(due);
+    bench.mcu.transmit(due, &mut out);
+    assert!(out.len() >= 80);
+}
+
+#[test]
+fn a_silent_host_leaves_the_force_where_it_was() {
+    let mut bench = Bench::new(&scene(), config());
+    bench.run(Some(8.0), 500);
+    bench.run(None, 300);
+    let truth = bench.mcu.truth();
+    assert!((truth.applied_n - 8.0).abs() < 0.01 && !truth.dropped(), "{truth:?}");
+    assert_eq!(bench.mcu.link().state(), DeviceState::Hold);
+}
+
+#[test]
+fn another_rate_mask_and_batch_are_followed() {
+    let asked = Config { sample_rate_hz: 2000, batch: 2, channel_mask: 1, ..config() };
+    let mut bench = Bench::new(&scene(), asked);
+    bench.run(Some(4.0), 400);
+    assert!(bench.rows.windows(2).all(|w| w[1].0 == w[0].0 + 500));
+    assert!(bench.rows.iter().all(|row| row.2.is_nan()) && bench.rows.len() > 600);
+    assert_eq!(bench.mcu.refused_rows(), 0);
+}
+
+#[test]
+fn a_reset_in_mid_grip_takes_the_torque_off_and_is_seen() {
+    let mut bench = Bench::new(&scene(), config());
+    bench.run(Some(8.0), 500);
+    bench.mcu.reset();
+    bench.run(None, 120);
+    let truth = bench.mcu.truth();
+    assert!(truth.dropped(), "{truth:?}");
+    // Commands of the old session make the device say that it knows none.
+    bench.run(Some(8.0), 100);
+    assert!(bench.rebooted > 0, "{:?} {:?}", bench.host.state(), bench.mcu.link().state());
+    assert_eq!(bench.mcu.boot_id(), 8);
+}
+
+#[test]
+fn broken_styluses_are_reported_and_the_grip_holds() {
+    let cases = [
+        (SensorFault::Dead, FaultCode::SENSOR_DEAD),
+        (SensorFault::Frozen, FaultCode::SENSOR_FROZEN),
+        (SensorFault::Saturated, FaultCode::SENSOR_SATURATED),
+    ];
+    for (broken, code) in cases {
+        let mut bench = Bench::new(&scene(), config());
+        bench.run(Some(8.0), 500);
+        bench.mcu.break_stylus(Some(broken));
+        bench.run(Some(9.0), 100);
+        assert_eq!(bench.status.unwrap().fault, code);
+        assert_eq!(bench.mcu.link().state(), DeviceState::Fault);
+        let truth = bench.mcu.truth();
+        assert!(!truth.dropped() && (7.9..9.1).contains(&truth.applied_n), "{truth:?}");
+    }
+}
+
+#[test]
+fn a_hung_task_ends_in_a_restart() {
+    for task in [Task::Control, Task::Link, Task::Sampling] {
+        let mut bench = Bench::new(&scene(), config());
+        bench.run(Some(8.0), 500);
+        bench.mcu.hang(task);
+        bench.run(Some(8.0), 95);
+        assert_eq!(bench.mcu.boot_id(), 7, "{task:?}");
+        bench.run(Some(8.0), 15);
+        assert_eq!(bench.mcu.boot_id(), 8, "{task:?}");
+    }
+}
+
+#[test]
+fn a_lost_object_latches_its_fault() {
+    let mut bench = Bench::new(&scene(), config());
+    bench.run(Some(1.0), 1000);
+    assert!(bench.mcu.truth().dropped());
+    assert_eq!(bench.status.unwrap().fault, FaultCode::OBJECT_LOST);
+    bench.run(Some(20.0), 100);
+    assert!(bench.mcu.truth().applied_n <= 0.0);
+}

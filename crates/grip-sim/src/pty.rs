@@ -1,0 +1,228 @@
+//! Nothing or the path of a link in, a pseudo-terminal out: the virtual gripper's serial port.
+//!
+//! The host opens [`Pty::port`] (or the link) as if it were a serial port; the virtual microcontroller reads and
+//! writes the other side without ever blocking. The line is raw: every byte passes unchanged. The
+//! host's side stays open inside, so a host may come, go and come back.
+
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use rustix::fs::{Mode, OFlags, fcntl_getfl, fcntl_setfl, open};
+use rustix::io::{Errno, read, write};
+use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
+use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
+use std::ffi::OsString;
+use std::os::fd::OwnedFd;
+use std::os::unix::ffi::OsStringExt;
+use std::path::{Path, PathBuf};
+
+/// Why the pseudo-terminal could not be opened or used.
+#[derive(Debug, thiserror::Error)]
+pub enum PtyError {
+    /// A system call failed.
+    #[error("pseudo-terminal: {call} failed")]
+    Call {
+        /// Which one.
+        call: &'static str,
+        /// Why.
+        source: Errno,
+    },
+    /// The link could not be made.
+    #[error("cannot link {link} to {port}")]
+    Link {
+        /// Path asked for.
+        link: PathBuf,
+        /// The terminal it should point at.
+        port: PathBuf,
+        /// Why not.
+        source: std::io::Error,
+    },
+    /// Something that is not a link stands at the path of the link.
+    #[error("{0} exists and is not a symbolic link; it stays untouched")]
+    Occupied(PathBuf),
+}
+
+/// An open pseudo-terminal; dropping it removes the link.
+#[derive(Debug)]
+pub struct Pty {
+    device: OwnedFd,
+    /// Kept open: without any open host side the device side reads EIO.
+    _host: OwnedFd,
+    port: PathBuf,
+    link: Option<PathBuf>,
+}
+
+/// What a wait ended with.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Ready {
+    /// Bytes can be read.
+    pub read: bool,
+    /// Bytes can be written.
+    pub write: bool,
+}
+
+impl Pty {
+    /// Opens a pair and, where `link` is given, a symbolic link to the host's side. An old link at that
+    /// path is replaced; any other file is left alone.
+    ///
+    /// # Errors
+    /// [`PtyError`] names the system call or the path.
+    pub fn open(link: Option<&Path>) -> Result<Self, PtyError> {
+        let device = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC)
+            .map_err(in_call("openpt"))?;
+        grantpt(&device).map_err(in_call("grantpt"))?;
+        unlockpt(&device).map_err(in_call("unlockpt"))?;
+        let name = ptsname(&device, Vec::new()).map_err(in_call("ptsname"))?;
+        let port = PathBuf::from(OsString::from_vec(name.into_bytes()));
+        let host = open(&port, OFlags::RDWR | OFlags::NOCTTY | OFlags::CLOEXEC, Mode::empty())
+            .map_err(in_call("open"))?;
+        let mut line = tcgetattr(&host).map_err(in_call("tcgetattr"))?;
+        line.make_raw();
+        tcsetattr(&host, OptionalActions::Now, &line).map_err(in_call("tcsetattr"))?;
+        let flags = fcntl_getfl(&device).map_err(in_call("fcntl_getfl"))?;
+        fcntl_setfl(&device, flags | OFlags::NONBLOCK).map_err(in_call("fcntl_setfl"))?;
+        if let Some(link) = link {
+            make_link(link, &port)?;
+        }
+        Ok(Self { device, _host: host, port, link: link.map(Path::to_owned) })
+    }
+
+    /// The host's side, such as /dev/pts/3.
+    #[must_use]
+    pub fn port(&self) -> &Path {
+        &self.port
+    }
+
+    /// Waits up to `timeout_us` microseconds for bytes from the host or, where `to_write`, for room to write.
+    ///
+    /// # Errors
+    /// [`PtyError::Call`] when poll fails; an interrupted wait is an early end, not an error.
+    pub fn wait(&self, timeout_us: u64, to_write: bool) -> Result<Ready, PtyError> {
+        let events = if to_write { PollFlags::IN | PollFlags::OUT } else { PollFlags::IN };
+        let mut polled = [PollFd::new(&self.device, events)];
+        match poll(&mut polled, Some(&timespec(timeout_us))) {
+            Ok(_) => {}
+            Err(Errno::INTR) => return Ok(Ready::default()),
+            Err(source) => return Err(PtyError::Call { call: "poll", source }),
+        }
+        let seen = polled.iter().fold(PollFlags::empty(), |seen, fd| seen | fd.revents());
+        Ok(Ready { read: seen.contains(PollFlags::IN), write: seen.contains(PollFlags::OUT) })
+    }
+
+    /// Reads what the host wrote, at most `buffer.len()` bytes; 0 where there is nothing.
+    ///
+    /// # Errors
+    /// [`PtyError::Call`] when read fails for another reason than having nothing.
+    pub fn read(&self, buffer: &mut [u8]) -> Result<usize, PtyError> {
+        or_nothing(read(&self.device, buffer), "read")
+    }
+
+    /// Writes as much of `bytes` as the line takes; 0 where the host does not read.
+    ///
+    /// # Errors
+    /// [`PtyError::Call`] when write fails for another reason than a full line.
+    pub fn write(&self, bytes: &[u8]) -> Result<usize, PtyError> {
+        or_nothing(write(&self.device, bytes), "write")
+    }
+}
+
+impl Drop for Pty {
+    fn drop(&mut self) {
+        // Only a link that still points here is ours to remove; a failure leaves a dangling link, which the
+        // next `open` replaces.
+        if let Some(link) = &self.link
+            && std::fs::read_link(link).is_ok_and(|target| target == self.port)
+        {
+            drop(std::fs::remove_file(link));
+        }
+    }
+}
+
+fn make_link(link: &Path, port: &Path) -> Result<(), PtyError> {
+    let failed = |source| PtyError::Link { link: link.to_owned(), port: port.to_owned(), source };
+    match std::fs::symlink_metadata(link) {
+        Ok(old) if old.is_symlink() => std::fs::remove_file(link).map_err(failed)?,
+        Ok(_) => return Err(PtyError::Occupied(link.to_owned())),
+        Err(source) if source.kind() == std::io::ErrorKind::NotFound => {}
+        Err(source) => return Err(failed(source)),
+    }
+    std::os::unix::fs::symlink(port, link).map_err(failed)
+}
+
+fn in_call(call: &'static str) -> impl Fn(Errno) -> PtyError {
+    move |source| PtyError::Call { call, source }
+}
+
+fn or_nothing(result: Result<usize, Errno>, call: &'static str) -> Result<usize, PtyError> {
+    match result {
+        Ok(count) => Ok(count),
+        Err(Errno::AGAIN | Errno::INTR) => Ok(0),
+        Err(source) => Err(PtyError::Call { call, source }),
+    }
+}
+
+fn timespec(us: u64) -> Timespec {
+    let seconds = i64::try_from(us / 1_000_000).unwrap_or(i64::MAX);
+    // Below 1e9, which every width of tv_nsec holds.
+    let nanos = u32::try_from(us % 1_000_000 * 1000).unwrap_or(0);
+    Timespec { tv_sec: seconds, tv_nsec: nanos.into() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::fs::OpenOptions;
+    use std::io::{Read, Write};
+
+    #[test]
+    fn every_byte_passes_unchanged_both_ways() {
+        let pty = Pty::open(None).unwrap();
+        let mut host = OpenOptions::new().read(true).write(true).open(pty.port()).unwrap();
+        let all: Vec<u8> = (0..=255).collect();
+        host.write_all(&all).unwrap();
+        let mut got = Vec::new();
+        while got.len() < all.len() {
+            assert!(pty.wait(1_000_000, false).unwrap().read);
+            let mut buffer = [0; 64];
+            let count = pty.read(&mut buffer).unwrap();
+            got.extend_from_slice(&buffer[..count]);
+        }
+        assert_eq!(got, all);
+        assert_eq!(pty.write(&all).unwrap(), all.len());
+        let mut back = [0; 256];
+        host.read_exact(&mut back).unwrap();
+        assert_eq!(back.as_slice(), all);
+    }
+
+    #[test]
+    fn a_silent_host_never_blocks_and_a_lost_one_is_no_error() {
+        let pty = Pty::open(None).unwrap();
+        assert_eq!(pty.read(&mut [0; 8]).unwrap(), 0);
+        assert_eq!(pty.wait(0, false).unwrap(), Ready::default());
+        let mut taken = 0;
+        for _ in 0..10_000 {
+            let count = pty.write(&[7; 512]).unwrap();
+            if count == 0 {
+                break;
+            }
+            taken += count;
+        }
+        assert!(taken > 0 && pty.write(&[7; 512]).unwrap() == 0);
+        drop(OpenOptions::new().read(true).open(pty.port()).unwrap());
+        assert_eq!(pty.read(&mut [0; 8]).unwrap(), 0);
+    }
+
+    #[test]
+    fn the_link_comes_and_goes() {
+        let folder = tempfile::tempdir().unwrap();
+        let link = folder.path().join("gripper");
+        let pty = Pty::open(Some(&link)).unwrap();
+        assert_eq!(std::fs::read_link(&link).unwrap(), pty.port());
+        let second = Pty::open(Some(&link)).unwrap();
+        drop(pty);
+        assert_eq!(std::fs::read_link(&link).unwrap(), second.port());
+        drop(second);
+        assert!(link.symlink_metadata().is_err());
+        std::fs::write(&link, "mine").unwrap();
+        assert!(matches!(Pty::open(Some(&link)), Err(PtyError::Occupied(_))));
+        assert_eq!(std::fs::read_to_string(&link).unwrap(), "mine");
+    }
+}

@@ -1,0 +1,71 @@
+//! A scene's name or path in, the scene out.
+
+use super::{Scene, SceneError};
+use std::path::Path;
+
+/// Name and TOML text of the scenes that need no file.
+pub const BUILT_IN: [(&str, &str); 5] = [
+    ("default", include_str!("../../../../scenes/default.toml")),
+    ("heavy_smooth", include_str!("../../../../scenes/heavy_smooth.toml")),
+    ("light_rough", include_str!("../../../../scenes/light_rough.toml")),
+    ("moving", include_str!("../../../../scenes/moving.toml")),
+    ("shaken", include_str!("../../../../scenes/shaken.toml")),
+];
+
+/// The built-in scene `name`, or the one in the file `name` where it ends in `.toml`.
+///
+/// # Errors
+/// [`SceneError::Unknown`] or [`SceneError::Read`] where there is none, and those of [`Scene::from_toml`].
+pub fn load(name: &str) -> Result<Scene, SceneError> {
+    if let Some((_, text)) = BUILT_IN.iter().find(|(known, _)| *known == name) {
+        return Scene::from_toml(text);
+    }
+    let path = Path::new(name);
+    if path.extension().is_none_or(|extension| extension != "toml") {
+        let known = BUILT_IN.map(|(known, _)| known).join(", ");
+        return Err(SceneError::Unknown { name: name.to_owned(), known });
+    }
+    let text = std::fs::read_to_string(path)
+        .map_err(|source| SceneError::Read { path: path.to_owned(), source })?;
+    Scene::from_toml(&text)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::SceneConfig;
+
+    #[test]
+    fn built_in_scenes_are_valid_and_named_as_their_key() {
+        for (name, _) in BUILT_IN {
+            assert_eq!(load(name).unwrap().config().name, name);
+        }
+    }
+
+    #[test]
+    fn the_default_file_says_what_the_defaults_are() {
+        let bare = SceneConfig::from_toml("name = \"default\"\n").unwrap();
+        let mut file = load("default").unwrap().config().clone();
+        assert_eq!(file.crush_ratio, Some(crate::scene::Draw::Fixed(2.5)));
+        file.crush_ratio = None;
+        assert_eq!(file, bare);
+    }
+
+    #[test]
+    fn default_objects_can_be_held_without_crushing() {
+        let scene = load("default").unwrap();
+        let mut largest: f64 = 0.0;
+        for seed in 0..500 {
+            let object = scene.reseeded(seed).unwrap().object();
+            largest = largest.max(object.force_needed_n());
+            assert!(object.crush_n >= 2.0 * object.force_needed_n());
+        }
+        assert!((15.0..25.0).contains(&largest), "{largest}");
+    }
+
+    #[test]
+    fn missing_scenes_say_what_there_is() {
+        assert!(load("defualt").unwrap_err().to_string().contains("heavy_smooth"));
+        assert!(matches!(load("no/such/file.toml"), Err(SceneError::Read { .. })));
+    }
+}

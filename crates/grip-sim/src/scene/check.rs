@@ -1,0 +1,168 @@
+//! A scene configuration in, the first field that is out of its range out.
+
+use super::{Draw, SceneConfig};
+use std::path::PathBuf;
+
+/// Why a scene was refused.
+#[derive(Debug, thiserror::Error)]
+pub enum SceneError {
+    /// Not TOML, an unknown key or a wrong type; the text names line and column.
+    #[error("scene does not parse: {0}")]
+    Parse(#[source] Box<toml::de::Error>),
+    /// A value outside its range.
+    #[error("{field} = {value} is outside {low} to {high}")]
+    OutOfRange {
+        /// Key, dotted where it is in a table.
+        field: &'static str,
+        /// The offending value.
+        value: f64,
+        /// Lowest value allowed.
+        low: f64,
+        /// Highest value allowed.
+        high: f64,
+    },
+    /// A distribution whose bounds are the wrong way round.
+    #[error("{field}: lower bound {low} lies above upper bound {high}")]
+    BoundsSwapped {
+        /// Key.
+        field: &'static str,
+        /// First bound as written.
+        low: f64,
+        /// Second bound as written.
+        high: f64,
+    },
+    /// `crush_n` and `crush_ratio` both given.
+    #[error("crush_n and crush_ratio exclude each other")]
+    TwoCrushLimits,
+    /// Neither a built-in scene nor a .toml path.
+    #[error("no scene named {name:?}; built in are {known}; a path must end in .toml")]
+    Unknown {
+        /// Name asked for.
+        name: String,
+        /// Names of the built-in scenes.
+        known: String,
+    },
+    /// The file could not be read.
+    #[error("cannot read scene {path}")]
+    Read {
+        /// The path asked for.
+        path: PathBuf,
+        /// Why not.
+        source: std::io::Error,
+    },
+}
+
+pub(super) fn check(config: &SceneConfig) -> Result<(), SceneError> {
+    within("sample_rate_hz", f64::from(config.sample_rate_hz), 1000.0, 20_000.0)?;
+    within("step_us", config.step_us, 1.0, 50.0)?;
+    within("lift_at_s", config.lift_at_s, 0.0, 60.0)?;
+    within("lift_ramp_s", config.lift_ramp_s, 0.0, 5.0)?;
+    within("finger_length_mm", config.finger_length_mm, 1.0, 500.0)?;
+    check_object(config)?;
+    check_gripper(config)
+}
+
+fn check_object(config: &SceneConfig) -> Result<(), SceneError> {
+    drawn("mass_kg", config.mass_kg, 0.005, 20.0)?;
+    drawn("friction", config.friction, 0.02, 2.0)?;
+    drawn("friction_ratio", config.friction_ratio, 1.0, 2.0)?;
+    drawn("roughness_ra_um", config.roughness_ra_um, 0.02, 100.0)?;
+    match (config.crush_n, config.crush_ratio) {
+        (Some(_), Some(_)) => Err(SceneError::TwoCrushLimits),
+        (Some(limit), None) => drawn("crush_n", limit, 0.1, 10_000.0),
+        (None, Some(ratio)) => drawn("crush_ratio", ratio, 1.0, 100.0),
+        (None, None) => Ok(()),
+    }
+}
+
+fn check_gripper(config: &SceneConfig) -> Result<(), SceneError> {
+    let SceneConfig { drive, noise, pad, shake, motion, .. } = config;
+    within("drive.force_max_n", drive.force_max_n, 0.5, 1000.0)?;
+    within("drive.slew_max_n_s", drive.slew_max_n_s, 1.0, 100_000.0)?;
+    within("drive.lag_ms", drive.lag_ms, 0.1, 200.0)?;
+    within("drive.approach_ms", drive.approach_ms, 1.0, 5000.0)?;
+    within("noise.stylus_um", noise.stylus_um, 0.0, 1000.0)?;
+    within("noise.force_mn", noise.force_mn, 0.0, 1000.0)?;
+    within("noise.travel_um", noise.travel_um, 0.0, 1000.0)?;
+    within("noise.travel_step_um", noise.travel_step_um, 0.001, 1000.0)?;
+    within("pad.shear_n_mm", pad.shear_n_mm, 1.0, 10_000.0)?;
+    within("pad.damping_n_s_m", pad.damping_n_s_m, 0.0, 500.0)?;
+    within("pad.stribeck_mm_s", pad.stribeck_mm_s, 0.1, 100.0)?;
+    within("pad.sink_um_n", pad.sink_um_n, 0.0, 100.0)?;
+    within("shake.amplitude_m_s2", shake.amplitude_m_s2, 0.0, 50.0)?;
+    within("shake.frequency_hz", shake.frequency_hz, 0.0, 200.0)?;
+    within("motion.level", motion.level, 0.0, 10.0)?;
+    within("motion.taps_per_s", motion.taps_per_s, 0.0, 20.0)
+}
+
+fn within(field: &'static str, value: f64, low: f64, high: f64) -> Result<(), SceneError> {
+    if (low..=high).contains(&value) {
+        Ok(())
+    } else {
+        Err(SceneError::OutOfRange { field, value, low, high })
+    }
+}
+
+fn drawn(field: &'static str, draw: Draw, low: f64, high: f64) -> Result<(), SceneError> {
+    let [first, second] = draw.bounds();
+    within(field, first, low, high)?;
+    within(field, second, low, high)?;
+    if first > second {
+        Err(SceneError::BoundsSwapped { field, low: first, high: second })
+    } else {
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::scene::{Scene, SceneError};
+
+    fn refusal(text: &str) -> String {
+        let error = Scene::from_toml(text).unwrap_err();
+        match &error {
+            SceneError::Parse(source) => format!("{error} {source}"),
+            _ => error.to_string(),
+        }
+    }
+
+    #[test]
+    fn unknown_keys_are_refused_by_name() {
+        let text = refusal("name = \"x\"\nmas_kg = 1.0\n");
+        assert!(text.contains("mas_kg") && text.contains("line 2"), "{text}");
+        assert!(refusal("name = \"x\"\n[noise]\nstilus_um = 1.0\n").contains("stilus_um"));
+        assert!(
+            refusal("name = \"x\"\nmass_kg = { normal = [1.0, 2.0] }\n").contains("log_uniform")
+        );
+        assert!(refusal("seed = 1\n").contains("name"));
+    }
+
+    #[test]
+    fn ranges_are_named_with_field_and_value() {
+        assert_eq!(
+            refusal("name = \"x\"\nsample_rate_hz = 50000\n"),
+            "sample_rate_hz = 50000 is outside 1000 to 20000"
+        );
+        assert_eq!(refusal("name = \"x\"\nmass_kg = 0.0\n"), "mass_kg = 0 is outside 0.005 to 20");
+        assert_eq!(
+            refusal("name = \"x\"\nmass_kg = nan\n"),
+            "mass_kg = NaN is outside 0.005 to 20"
+        );
+        assert_eq!(
+            refusal("name = \"x\"\nfriction = { uniform = [0.2, 3.0] }\n"),
+            "friction = 3 is outside 0.02 to 2"
+        );
+        assert_eq!(
+            refusal("name = \"x\"\nfriction = { uniform = [0.5, 0.2] }\n"),
+            "friction: lower bound 0.5 lies above upper bound 0.2"
+        );
+        assert_eq!(
+            refusal("name = \"x\"\n[drive]\nlag_ms = -1.0\n"),
+            "drive.lag_ms = -1 is outside 0.1 to 200"
+        );
+        assert_eq!(
+            refusal("name = \"x\"\ncrush_n = 5.0\ncrush_ratio = 2.0\n"),
+            "crush_n and crush_ratio exclude each other"
+        );
+    }
+}

@@ -1,0 +1,310 @@
+//! The name or TOML text of a scene in, a checked scene with its drawn object out.
+//!
+//! [`SceneConfig`] is the text as written; a quantity may be a number or a distribution. [`Scene::new`] checks
+//! every range and draws the distributed quantities with the seed, so one file stands for many objects.
+
+mod builtin;
+mod check;
+mod draw;
+
+pub use builtin::{BUILT_IN, load};
+pub use check::SceneError;
+pub use draw::Draw;
+
+use crate::random::{self, Purpose};
+use crate::{GRAVITY_M_S2, surface};
+use serde::{Deserialize, Serialize};
+
+/// A grasp scene as written in TOML. Unknown keys are refused; all but `name` have defaults.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SceneConfig {
+    /// Name for reports.
+    pub name: String,
+    /// Seed of the object, its surface and the sensor noise.
+    #[serde(default)]
+    pub seed: u64,
+    /// Samples a second, 1000 to 20000.
+    #[serde(default = "defaults::sample_rate_hz")]
+    pub sample_rate_hz: u32,
+    /// Largest internal time step (us), 1 to 50.
+    #[serde(default = "defaults::step_us")]
+    pub step_us: f64,
+    /// Mass of the object (kg), 0.005 to 20.
+    #[serde(default = "defaults::mass_kg")]
+    pub mass_kg: Draw,
+    /// Kinetic coefficient of friction, 0.02 to 2.
+    #[serde(default = "defaults::friction")]
+    pub friction: Draw,
+    /// Static over kinetic friction, 1 to 2.
+    #[serde(default = "defaults::friction_ratio")]
+    pub friction_ratio: Draw,
+    /// Roughness Ra (um), 0.02 to 100.
+    #[serde(default = "defaults::roughness_ra_um")]
+    pub roughness_ra_um: Draw,
+    /// Crush limit (N) of one finger's force, 0.1 to 10000. Excludes `crush_ratio`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub crush_n: Option<Draw>,
+    /// Crush limit over the needed force, 1 to 100; 2.5 where neither is given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub crush_ratio: Option<Draw>,
+    /// From touch of the fingers to the lift (s), 0 to 60. Counted from touch, so that a host
+    /// may connect at any time.
+    #[serde(default = "defaults::lift_at_s")]
+    pub lift_at_s: f64,
+    /// Time over which the support hands the weight to the fingers (s), 0 to 5.
+    #[serde(default = "defaults::lift_ramp_s")]
+    pub lift_ramp_s: f64,
+    /// Travel after which the object leaves the fingers (mm), 1 to 500.
+    #[serde(default = "defaults::finger_length_mm")]
+    pub finger_length_mm: f64,
+    /// The gripper's drive.
+    #[serde(default)]
+    pub drive: DriveConfig,
+    /// Optional sensors.
+    #[serde(default)]
+    pub channels: ChannelConfig,
+    /// Sensor noise.
+    #[serde(default)]
+    pub noise: NoiseConfig,
+    /// Elastic finger pads.
+    #[serde(default)]
+    pub pad: PadConfig,
+    /// Vertical shaking of the robot after the lift.
+    #[serde(default)]
+    pub shake: ShakeConfig,
+    /// The robot's own motion as the stylus feels it.
+    #[serde(default)]
+    pub motion: MotionConfig,
+}
+
+/// Limits of the gripper's drive.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct DriveConfig {
+    /// Largest force of one finger (N), 0.5 to 1000.
+    pub force_max_n: f64,
+    /// Largest slew rate (N/s), 1 to 100000.
+    pub slew_max_n_s: f64,
+    /// Lag of the drive (ms), 0.1 to 200.
+    pub lag_ms: f64,
+    /// Time to close the fingers (ms), 1 to 5000.
+    pub approach_ms: f64,
+}
+
+impl Default for DriveConfig {
+    fn default() -> Self {
+        Self { force_max_n: 60.0, slew_max_n_s: 2000.0, lag_ms: 5.0, approach_ms: 100.0 }
+    }
+}
+
+/// Which optional sensors the gripper has.
+#[expect(clippy::struct_excessive_bools, reason = "independent switches of a configuration file")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct ChannelConfig {
+    /// Normal force of one finger.
+    pub force: bool,
+    /// Moved distance of the object.
+    pub travel: bool,
+    /// Motion reference: a second stylus that touches nothing (m).
+    pub reference: bool,
+}
+
+impl Default for ChannelConfig {
+    fn default() -> Self {
+        Self { force: true, travel: true, reference: false }
+    }
+}
+
+/// White Gaussian noise of each sensor, rms, 0 to 1000 in its unit.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct NoiseConfig {
+    /// Stylus (um).
+    pub stylus_um: f64,
+    /// Normal force (mN).
+    pub force_mn: f64,
+    /// Moved distance (um), before quantisation.
+    pub travel_um: f64,
+    /// Resolution of the moved distance (um).
+    pub travel_step_um: f64,
+}
+
+impl Default for NoiseConfig {
+    fn default() -> Self {
+        Self { stylus_um: 0.1, force_mn: 5.0, travel_um: 0.3, travel_step_um: 1.0 }
+    }
+}
+
+/// Elastic finger pads under shear and compression.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct PadConfig {
+    /// Shear stiffness of one pad (N/mm), 1 to 10000.
+    pub shear_n_mm: f64,
+    /// Shear damping of one pad (N s/m), 0 to 500.
+    pub damping_n_s_m: f64,
+    /// Stribeck speed (mm/s), 0.1 to 100.
+    pub stribeck_mm_s: f64,
+    /// How far the stylus is pushed in as the pad gives way (um/N), 0 to 100.
+    pub sink_um_n: f64,
+}
+
+impl Default for PadConfig {
+    fn default() -> Self {
+        Self { shear_n_mm: 100.0, damping_n_s_m: 50.0, stribeck_mm_s: 5.0, sink_um_n: 0.0 }
+    }
+}
+
+/// Vertical sinusoidal acceleration of the hand; it adds to gravity once the object is lifted.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct ShakeConfig {
+    /// Amplitude (m/s^2), 0 to 50.
+    pub amplitude_m_s2: f64,
+    /// Frequency (Hz), 0 to 200.
+    pub frequency_hz: f64,
+}
+
+/// Vibration of the robot's own motion; see [`crate::disturbance`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct MotionConfig {
+    /// Size of the vibration, 0 to 10; 1 is a robot arm at full motion.
+    pub level: f64,
+    /// Taps a second, 0 to 20.
+    pub taps_per_s: f64,
+}
+
+mod defaults {
+    use super::Draw;
+
+    pub(super) fn sample_rate_hz() -> u32 {
+        10_000
+    }
+    pub(super) fn step_us() -> f64 {
+        10.0
+    }
+    pub(super) fn mass_kg() -> Draw {
+        Draw::LogUniform { log_uniform: [0.2, 1.0] }
+    }
+    pub(super) fn friction() -> Draw {
+        Draw::Uniform { uniform: [0.2, 0.5] }
+    }
+    pub(super) fn friction_ratio() -> Draw {
+        Draw::Uniform { uniform: [1.0, 1.2] }
+    }
+    pub(super) fn roughness_ra_um() -> Draw {
+        Draw::LogUniform { log_uniform: [0.4, 6.3] }
+    }
+    pub(super) fn lift_at_s() -> f64 {
+        0.3
+    }
+    pub(super) fn lift_ramp_s() -> f64 {
+        0.05
+    }
+    pub(super) fn finger_length_mm() -> f64 {
+        30.0
+    }
+}
+
+/// The object as drawn, in SI.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Object {
+    /// Mass (kg).
+    pub mass_kg: f64,
+    /// Kinetic coefficient of friction.
+    pub friction: f64,
+    /// Static over kinetic friction.
+    pub friction_ratio: f64,
+    /// Roughness Ra (m).
+    pub ra_m: f64,
+    /// Mean spacing of the asperities (m).
+    pub rsm_m: f64,
+    /// Force of one finger above which the object breaks (N).
+    pub crush_n: f64,
+}
+
+impl Object {
+    /// Force of each of two fingers at which sliding friction just balances the weight (N):
+    /// `m g / (2 mu_k)`. Above it a slip decelerates; an object that never moved needs less, by mu_s / mu_k.
+    #[must_use]
+    pub fn force_needed_n(&self) -> f64 {
+        self.mass_kg * GRAVITY_M_S2 / (2.0 * self.friction)
+    }
+}
+
+/// A checked scene: configuration, seed and the object drawn with it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Scene {
+    config: SceneConfig,
+    object: Object,
+}
+
+impl Scene {
+    /// Checks `config` and draws its object with `config.seed`.
+    ///
+    /// # Errors
+    /// [`SceneError::OutOfRange`] and [`SceneError::TwoCrushLimits`] name the field.
+    pub fn new(config: SceneConfig) -> Result<Self, SceneError> {
+        check::check(&config)?;
+        let rng = &mut random::stream(config.seed, Purpose::Object);
+        let mass_kg = config.mass_kg.sample(rng);
+        let friction = config.friction.sample(rng);
+        let friction_ratio = config.friction_ratio.sample(rng);
+        let ra_m = config.roughness_ra_um.sample(rng) * 1e-6;
+        let rsm_m = surface::mean_spacing(ra_m, random::normal(rng));
+        let mut object = Object { mass_kg, friction, friction_ratio, ra_m, rsm_m, crush_n: 0.0 };
+        object.crush_n = match config.crush_n {
+            Some(limit) => limit.sample(rng),
+            None => {
+                config.crush_ratio.unwrap_or(Draw::Fixed(2.5)).sample(rng) * object.force_needed_n()
+            }
+        };
+        Ok(Self { config, object })
+    }
+
+    /// Parses TOML, then as [`Scene::new`].
+    ///
+    /// # Errors
+    /// Those of [`SceneConfig::from_toml`] and [`Scene::new`].
+    pub fn from_toml(text: &str) -> Result<Self, SceneError> {
+        Self::new(SceneConfig::from_toml(text)?)
+    }
+
+    /// The same scene with another seed: another object where the scene has distributions.
+    ///
+    /// # Errors
+    /// None in practice, since the ranges do not depend on the seed; the type says what [`Scene::new`] says.
+    pub fn reseeded(&self, seed: u64) -> Result<Self, SceneError> {
+        Self::new(SceneConfig { seed, ..self.config.clone() })
+    }
+
+    /// The configuration.
+    #[must_use]
+    pub fn config(&self) -> &SceneConfig {
+        &self.config
+    }
+
+    /// The drawn object.
+    #[must_use]
+    pub fn object(&self) -> Object {
+        self.object
+    }
+
+    /// The same scene around another object, which is not checked.
+    pub(crate) fn with_object(self, object: Object) -> Self {
+        Self { object, ..self }
+    }
+}
+
+impl SceneConfig {
+    /// Parses TOML without checking ranges.
+    ///
+    /// # Errors
+    /// [`SceneError::Parse`] with line and column.
+    pub fn from_toml(text: &str) -> Result<Self, SceneError> {
+        toml::from_str(text).map_err(|source| SceneError::Parse(Box::new(source)))
+    }
+}
