@@ -15,7 +15,7 @@ use grip_link::{
 };
 use slip_core::{
     ConfigError, Pipeline, PipelineConfig, Sample, Step,
-    grip::GripState,
+    grip::{GripConfig, GripState},
     health::HealthCounters,
     stages::StageCounters,
     units::{Hertz, Micros},
@@ -170,7 +170,10 @@ impl Session {
         self.tick_hz = self.link.ident().map_or(1_000_000, |ident| u64::from(ident.tick_hz.max(1)));
         #[expect(clippy::cast_precision_loss, reason = "rates are below 2^24")]
         let rate = Hertz(sample_rate_hz as f32);
-        let config = PipelineConfig { no_skip: self.options.no_skip, ..self.config.pipeline(rate) };
+        let mut config =
+            PipelineConfig { no_skip: self.options.no_skip, ..self.config.pipeline(rate) };
+        config.grip =
+            config.grip.zip(self.link.in_force()).map(|(grip, given)| limited(grip, given));
         let pipeline = Pipeline::new(config, Some(self.estimator.clone()))
             .map_err(|source| SessionError::Pipeline { sample_rate_hz, source })?;
         self.pipeline = Some(pipeline);
@@ -287,6 +290,22 @@ fn micros(tick: u64, tick_hz: u64) -> u64 {
         return tick;
     }
     (tick / tick_hz).saturating_mul(1_000_000) + (tick % tick_hz) * 1_000_000 / tick_hz
+}
+
+/// The controller within the limits that the gripper has put in force.
+fn limited(grip: GripConfig, given: &Config) -> GripConfig {
+    #[expect(clippy::cast_precision_loss, reason = "limits need no more digits")]
+    let (f_max_n, slew_n_s) = (given.force_max_mn as f32 / 1000.0, given.slew_mn_s as f32 / 1000.0);
+    let slew_n_s = grip.slew_n_s.min(slew_n_s);
+    let f_max_n = grip.f_max_n.min(f_max_n);
+    GripConfig {
+        f_max_n,
+        slew_n_s,
+        trial_force_n: grip.trial_force_n.min(f_max_n),
+        close_rate_n_s: grip.close_rate_n_s.min(slew_n_s),
+        backoff_n_s: grip.backoff_n_s.min(slew_n_s),
+        ..grip
+    }
 }
 
 /// The CONFIG that asks a gripper for these settings.

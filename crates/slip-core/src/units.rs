@@ -10,11 +10,11 @@
 pub struct Micros(pub u64);
 
 impl Micros {
-    /// Seconds as `f64`; exact up to 2^53 microseconds (285 years).
+    /// Seconds, the `f64` nearest to them up to 2^53 microseconds (285 years).
     #[must_use]
     #[expect(clippy::cast_precision_loss, reason = "exact up to 285 years")]
     pub fn as_seconds(self) -> f64 {
-        self.0 as f64 * 1e-6
+        self.0 as f64 / 1e6
     }
 
     /// Time from `earlier` to `self`, zero where `earlier` is later.

@@ -1,3 +1,58 @@
-pub(crate) fn run<T>(_: &T) -> anyhow::Result<grip_host::exit::Exit> {
-    anyhow::bail!("temporary")
+//! `gripctl sim`: a virtual gripper on a pseudo-terminal.
+
+use super::WrongArgument;
+use crate::cli::SimArgs;
+use anyhow::Context as _;
+use grip_host::exit::Exit;
+use grip_sim::{Pty, VirtualMcu, port, scene};
+use std::{
+    sync::{
+        Arc,
+        atomic::{AtomicBool, Ordering},
+    },
+    time::Instant,
+};
+
+pub(crate) fn run(args: &SimArgs) -> anyhow::Result<Exit> {
+    if args.duration.is_some_and(|s| !(s > 0.0 && s <= 1e9)) {
+        return Err(WrongArgument("--duration: expected seconds, more than 0".to_owned()).into());
+    }
+    let scene = scene::load(&args.scene)?;
+    let scene = args.seed.map_or_else(|| Ok(scene.clone()), |seed| scene.reseeded(seed))?;
+    let mut mcu = VirtualMcu::new(&scene, 1).context("the scene makes no gripper")?;
+    let pty = Pty::open(Some(&args.pty)).context("cannot open a pseudo-terminal")?;
+    let stop = Arc::new(AtomicBool::new(false));
+    for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
+        signal_hook::flag::register(signal, Arc::clone(&stop))
+            .context("cannot take over Ctrl-C")?;
+    }
+    eprintln!(
+        "gripctl: scene {} is a gripper at {}; attach with: gripd --port {}",
+        scene.config().name,
+        args.pty.display(),
+        args.pty.display()
+    );
+    let start = now();
+    let clock = || {
+        let elapsed = start.elapsed();
+        if args.duration.is_some_and(|s| elapsed.as_secs_f64() >= s) {
+            stop.store(true, Ordering::Relaxed);
+        }
+        u64::try_from(elapsed.as_micros()).unwrap_or(u64::MAX)
+    };
+    port::run(&mut mcu, &pty, &stop, clock)?;
+    let truth = mcu.truth();
+    eprintln!(
+        "gripctl: force {:.2} N of {:.2} N needed, slipped {:.2} mm{}",
+        truth.applied_n,
+        truth.force_needed_n,
+        truth.slip_mm(),
+        if truth.dropped() { ", dropped" } else { "" }
+    );
+    Ok(Exit::Done)
+}
+
+#[expect(clippy::disallowed_methods, reason = "the one clock of this command")]
+fn now() -> Instant {
+    Instant::now()
 }

@@ -1,0 +1,61 @@
+//! Layer sizes in, networks with repeatable weights out.
+
+use mlp::{
+    Activation, Column, Mlp, Model, Network, ScaleError, Scaler, ShapeError, Transform,
+    weight_count,
+};
+use rand_chacha::ChaCha8Rng;
+use rand_core::SeedableRng;
+use rand_distr::{Distribution, StandardNormal};
+
+/// The shape of the embedded model: two features, ten neurons, one force.
+pub type Small = Mlp<2, 10, 1>;
+
+/// Why a network cannot be built.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum NetworkError {
+    /// Sizes and weights disagree.
+    #[error(transparent)]
+    Shape(#[from] ShapeError),
+    /// A range cannot be scaled.
+    #[error(transparent)]
+    Scale(#[from] ScaleError),
+}
+
+/// `count` weights from N(0, 1/4).
+#[must_use]
+pub fn weights(count: usize) -> Vec<f32> {
+    let mut rng = ChaCha8Rng::seed_from_u64(3);
+    StandardNormal.sample_iter(&mut rng).map(|weight: f32| 0.5 * weight).take(count).collect()
+}
+
+/// The 2-10-1 network whose sizes are known at compile time: tanh, then linear.
+///
+/// # Errors
+/// Never: the number of weights is that of the shape.
+pub fn small() -> Result<Small, ShapeError> {
+    Small::new(&weights(Small::WEIGHTS), Activation::Tanh, Activation::Linear)
+}
+
+/// A network of `sizes` (inputs first): tanh in the hidden layers, linear at the end.
+///
+/// # Errors
+/// Where there are too many layers or neurons.
+pub fn network(sizes: &[usize]) -> Result<Network<Box<[f32]>>, ShapeError> {
+    let mut activations = vec![Activation::Tanh; sizes.len().saturating_sub(1)];
+    if let Some(last) = activations.last_mut() {
+        *last = Activation::Linear;
+    }
+    Network::new(sizes, &activations, weights(weight_count(sizes)).into())
+}
+
+/// A 2-10-1 model with the scaling of the embedded one: acceleration as it is, both forces as logarithms.
+///
+/// # Errors
+/// Never: the shape and the ranges fit.
+pub fn model() -> Result<Model<Box<[f32]>>, NetworkError> {
+    let acceleration = Column { transform: Transform::Identity, min: -12.0, max: 9.5 };
+    let force = Column { transform: Transform::Ln, min: 0.1, max: 50.0 };
+    let (inputs, targets) = (Scaler::new(&[acceleration, force])?, Scaler::new(&[force])?);
+    Ok(Model::new(network(&[2, 10, 1])?, inputs, targets)?)
+}

@@ -1,0 +1,56 @@
+//! The command line of gripd. The names are a contract.
+
+use clap::Parser;
+use std::path::PathBuf;
+
+/// Feels an object slip in a gripper and holds it with just enough force.
+///
+/// gripd closes the fingers to the trial force as soon as it has learned the sensor's noise; use
+/// --dry-run to only watch. A software stop is not a safety function.
+///
+/// Exit codes: 0 done, 1 failed, 2 wrong arguments or configuration, 3 done with loss of data.
+#[derive(Debug, Parser)]
+#[command(name = "gripd", version)]
+pub(crate) struct Cli {
+    /// The gripper: a serial device such as /dev/ttyACM0, `auto` for the only USB serial port, or `sim` with an
+    /// optional `:SCENE` (a built-in scene or a .toml file).
+    #[arg(long, env = "GRIPD_PORT", value_name = "PORT")]
+    pub(crate) port: Option<String>,
+    /// Bits per second of the serial line; USB devices ignore it.
+    #[arg(long, env = "GRIPD_BAUD", value_name = "N")]
+    pub(crate) baud: Option<u32>,
+    /// Configuration file, instead of ./gripd.toml, the user's or /etc/gripd/gripd.toml.
+    #[arg(long, env = "GRIPD_CONFIG", value_name = "FILE")]
+    pub(crate) config: Option<PathBuf>,
+    /// Model file, instead of the embedded network.
+    #[arg(long, env = "GRIPD_MODEL", value_name = "FILE")]
+    pub(crate) model: Option<PathBuf>,
+    /// Record all samples (.csv); `gripctl replay` gives the same events from them.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) record: Option<PathBuf>,
+    /// Never send a force command.
+    #[arg(long)]
+    pub(crate) dry_run: bool,
+    /// Run every stage of the pipeline in every scene; the decisions are the same.
+    #[arg(long)]
+    pub(crate) no_skip: bool,
+    /// Stop after this time (s); otherwise at Ctrl-C.
+    #[arg(long, value_name = "S", value_parser = positive)]
+    pub(crate) duration: Option<f64>,
+    /// Seed of the simulated scene.
+    #[arg(long, value_name = "N")]
+    pub(crate) seed: Option<u64>,
+    /// Events and summary as JSON, one object a line.
+    #[arg(long)]
+    pub(crate) json: bool,
+    /// Check the configuration and stop.
+    #[arg(long)]
+    pub(crate) check_config: bool,
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value > 0.0 && value <= 1e9 => Ok(value),
+        _ => Err("expected seconds, more than 0".to_owned()),
+    }
+}

@@ -1,0 +1,223 @@
+//! The service thread: what the hot thread notes becomes lines, a live status and a recording.
+
+use crate::{
+    cli::Cli,
+    notes::{Dropped, Inbox, Note, Status},
+};
+use anyhow::Context as _;
+use grip_host::report::EventLine;
+use grip_link::{host::HostState, message::Clamped};
+use grip_record::{Channel, ChannelSet, CsvWriter, StylusKind};
+use slip_core::Sample;
+use std::{
+    fs::File,
+    io::{self, BufWriter, IsTerminal as _, Write as _},
+    path::PathBuf,
+    sync::Arc,
+    thread,
+    time::Duration,
+};
+
+/// Pause between two looks into the rings.
+const PAUSE: Duration = Duration::from_millis(20);
+
+/// Prints and records.
+#[derive(Debug)]
+pub(crate) struct Service {
+    inbox: Inbox,
+    json: bool,
+    live: bool,
+    status_shown: bool,
+    degraded: u64,
+    recording: Option<Recording>,
+}
+
+/// A recording that begins with the first sample.
+#[derive(Debug)]
+struct Recording {
+    file: PathBuf,
+    out: Option<BufWriter<File>>,
+    writer: Option<CsvWriter<BufWriter<File>>>,
+}
+
+impl Service {
+    /// Creates the file of the recording, if one is wanted.
+    pub(crate) fn new(cli: &Cli, inbox: Inbox) -> anyhow::Result<Self> {
+        let recording = cli.record.clone().map(Recording::create).transpose()?;
+        let live = !cli.json && io::stderr().is_terminal();
+        Ok(Self { inbox, json: cli.json, live, status_shown: false, degraded: 0, recording })
+    }
+
+    pub(crate) fn dropped(&self) -> Arc<Dropped> {
+        Arc::clone(&self.inbox.dropped)
+    }
+
+    /// Runs until the hot thread has let go of the rings and they are empty.
+    pub(crate) fn run(&mut self) -> anyhow::Result<()> {
+        loop {
+            let last = self.inbox.notes.is_abandoned();
+            self.drain()?;
+            if last {
+                break;
+            }
+            pause();
+        }
+        self.clear_status()?;
+        self.recording.take().map_or(Ok(()), Recording::finish)
+    }
+
+    fn drain(&mut self) -> anyhow::Result<()> {
+        let mut status = None;
+        while let Ok(note) = self.inbox.notes.pop() {
+            match note {
+                Note::Status(latest) => status = Some(latest),
+                Note::Event(line) => self.event(&line)?,
+                other => self.link(&other)?,
+            }
+        }
+        if let (Some(samples), Some(recording)) = (&mut self.inbox.samples, &mut self.recording) {
+            while let Ok(sample) = samples.pop() {
+                recording.write(&sample)?;
+            }
+        }
+        status.map_or(Ok(()), |status| self.show(&status))
+    }
+
+    fn event(&mut self, line: &EventLine) -> anyhow::Result<()> {
+        self.clear_status()?;
+        let mut out = io::stdout().lock();
+        if self.json {
+            serde_json::to_writer(&mut out, line)?;
+            writeln!(out)?;
+        } else {
+            writeln!(out, "{line}")?;
+        }
+        Ok(out.flush()?)
+    }
+
+    /// What a person at the keyboard should know of the link, on standard error.
+    fn link(&mut self, note: &Note) -> anyhow::Result<()> {
+        let text = match note {
+            Note::Identified { rebooted: false } => "gripper found".to_owned(),
+            Note::Identified { rebooted: true } | Note::Rebooted => {
+                "the gripper has restarted; the noise floor is learned again".to_owned()
+            }
+            Note::Configured(clamped) => match clamped_names(*clamped) {
+                names if names.is_empty() => return Ok(()),
+                names => format!(
+                    "the gripper does not allow what the configuration asks for: it limits {names}"
+                ),
+            },
+            Note::State(HostState::Degraded) => {
+                self.degraded += 1;
+                if self.degraded > 1 {
+                    return Ok(());
+                }
+                "samples were late or missing, so the force was not raised meanwhile; further times are only counted"
+                    .to_owned()
+            }
+            Note::Device(event) => {
+                format!("the gripper reports {:?} (fault {:04X})", event.kind, event.fault.0)
+            }
+            Note::Refused(nack) => format!("the gripper refused a request: {:?}", nack.reason),
+            _ => return Ok(()),
+        };
+        self.clear_status()?;
+        eprintln!("gripd: {text}");
+        Ok(())
+    }
+
+    /// One line that is written over by the next.
+    fn show(&mut self, status: &Status) -> anyhow::Result<()> {
+        if !self.live {
+            return Ok(());
+        }
+        let esc = status.features.and_then(|f| f.esc).map_or_else(
+            || "-".to_owned(),
+            |esc| format!("{:.3}{}", esc.value_w, if esc.informative { "" } else { "?" }),
+        );
+        let estimate =
+            status.estimate.map_or_else(|| "-".to_owned(), |e| format!("{:.2}", e.force_n));
+        let command = status.step.command.map_or_else(|| "-".to_owned(), |c| format!("{:.2}", c.0));
+        let mut err = io::stderr().lock();
+        write!(
+            err,
+            "\r\x1b[K{:8} {:6.2} s  {} Hz  slip {:7.2}  E_sc {esc} W  estimate {estimate} N  command {command} N  stylus {}  lost {}",
+            status.step.scene.name(),
+            status.step.t.as_seconds(),
+            status.rate_hz,
+            status.step.statistic,
+            status.step.health.name(),
+            status.lost,
+        )?;
+        self.status_shown = true;
+        Ok(err.flush()?)
+    }
+
+    fn clear_status(&mut self) -> anyhow::Result<()> {
+        if self.status_shown {
+            self.status_shown = false;
+            let mut err = io::stderr().lock();
+            write!(err, "\r\x1b[K")?;
+            err.flush()?;
+        }
+        Ok(())
+    }
+}
+
+/// The limits a gripper changed, the mask of channels left out: all there are is what was asked for.
+fn clamped_names(clamped: Clamped) -> String {
+    const NAMES: [&str; 8] = [
+        "sample rate",
+        "batch",
+        "",
+        "largest force",
+        "slew rate",
+        "ttl",
+        "hold cap",
+        "time to the loss action",
+    ];
+    let named = NAMES
+        .iter()
+        .enumerate()
+        .filter(|(bit, name)| clamped.0 >> bit & 1 == 1 && !name.is_empty());
+    named.map(|(_, name)| *name).collect::<Vec<_>>().join(", ")
+}
+
+#[expect(clippy::disallowed_methods, reason = "the driver may wait; only the service thread does")]
+fn pause() {
+    thread::sleep(PAUSE);
+}
+
+impl Recording {
+    fn create(file: PathBuf) -> anyhow::Result<Self> {
+        let out = File::create(&file)
+            .with_context(|| format!("cannot write the recording {}", file.display()))?;
+        Ok(Self { file, out: Some(BufWriter::new(out)), writer: None })
+    }
+
+    /// The first sample decides which channels there are.
+    fn write(&mut self, sample: &Sample) -> anyhow::Result<()> {
+        let name = || format!("cannot write the recording {}", self.file.display());
+        if let Some(out) = self.out.take() {
+            let mut channels = ChannelSet::new(StylusKind::Displacement);
+            for channel in Channel::ALL {
+                if channel.reading(sample).is_some() {
+                    channels = channels.with(channel);
+                }
+            }
+            self.writer = Some(CsvWriter::new(out, &channels).with_context(name)?);
+        }
+        match &mut self.writer {
+            Some(writer) => writer.write(sample).with_context(name),
+            None => Ok(()),
+        }
+    }
+
+    fn finish(self) -> anyhow::Result<()> {
+        let Some(writer) = self.writer else { return Ok(()) };
+        let name = || format!("cannot write the recording {}", self.file.display());
+        let mut out = writer.finish().with_context(name)?;
+        out.flush().with_context(name)
+    }
+}

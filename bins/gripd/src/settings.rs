@@ -1,0 +1,106 @@
+//! Flags, environment and configuration file, in this order, made into settings.
+
+use crate::cli::Cli;
+use anyhow::Context as _;
+use grip_host::{HostConfig, HostConfigError, HostEstimator, ModelError, exit::Exit, model};
+use std::{fmt, path::PathBuf};
+
+/// Bits per second where nothing is said: 10 kHz of three channels need 1.5 Mbit/s.
+const DEFAULT_BAUD: u32 = 2_000_000;
+
+/// What the daemon runs with.
+#[derive(Debug)]
+pub(crate) struct Settings {
+    pub(crate) config: HostConfig,
+    pub(crate) port: String,
+    pub(crate) baud: u32,
+    pub(crate) seed: Option<u64>,
+    file: Option<PathBuf>,
+    model: Option<PathBuf>,
+}
+
+/// Arguments that contradict each other or miss something.
+#[derive(Debug)]
+pub(crate) struct WrongArgument(pub(crate) String);
+
+impl fmt::Display for WrongArgument {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+impl std::error::Error for WrongArgument {}
+
+impl Settings {
+    pub(crate) fn new(cli: &Cli) -> anyhow::Result<Self> {
+        let user = std::env::var_os("XDG_CONFIG_HOME")
+            .map(PathBuf::from)
+            .or_else(|| Some(PathBuf::from(std::env::var_os("HOME")?).join(".config")));
+        let file = cli.config.clone().or_else(|| HostConfig::find(user.as_deref()));
+        let config = file.as_deref().map_or_else(|| Ok(HostConfig::default()), HostConfig::read)?;
+        let model = cli.model.clone().or_else(|| config.model.clone());
+        let port = cli.port.clone().or_else(|| config.port.clone());
+        let settings = Self {
+            port: port.unwrap_or_default(),
+            baud: cli.baud.or(config.baud).unwrap_or(DEFAULT_BAUD),
+            seed: cli.seed,
+            file,
+            model,
+            config,
+        };
+        if cli.check_config {
+            settings.estimator()?;
+        } else if settings.port.is_empty() {
+            let message = "no port: say --port /dev/ttyACM0, --port auto, or --port sim for the built-in simulator";
+            return Err(WrongArgument(message.to_owned()).into());
+        }
+        if let Some(record) = &cli.record
+            && record.extension().is_none_or(|extension| extension != "csv")
+        {
+            let message = format!("--record {}: recordings are written as .csv", record.display());
+            return Err(WrongArgument(message).into());
+        }
+        Ok(settings)
+    }
+
+    pub(crate) fn estimator(&self) -> Result<HostEstimator, ModelError> {
+        self.model.as_deref().map_or_else(model::default_estimator, model::read_estimator)
+    }
+
+    /// Where the settings come from, for --check-config.
+    pub(crate) fn origin(&self) -> String {
+        let file = self.file.as_ref().map_or_else(
+            || "no configuration file: all defaults".to_owned(),
+            |file| format!("{}: valid", file.display()),
+        );
+        let model = self
+            .model
+            .as_ref()
+            .map_or_else(|| "embedded model".to_owned(), |model| model.display().to_string());
+        format!("{file}\nmodel: {model}")
+    }
+
+    /// The scene and its seed, where the port is the simulator.
+    pub(crate) fn scene(&self) -> anyhow::Result<Option<grip_sim::Scene>> {
+        let Some(rest) = self.port.strip_prefix("sim") else { return Ok(None) };
+        let name = match rest.strip_prefix(':') {
+            Some(name) => name,
+            None if rest.is_empty() => "default",
+            None => return Ok(None),
+        };
+        let scene = grip_sim::scene::load(name).with_context(|| format!("--port {}", self.port))?;
+        Ok(Some(match self.seed {
+            Some(seed) => scene.reseeded(seed)?,
+            None => scene,
+        }))
+    }
+}
+
+/// 2 for arguments, configurations, models and scenes that cannot be used, 1 for everything else.
+pub(crate) fn exit_of(error: &anyhow::Error) -> Exit {
+    let wrong = error.is::<WrongArgument>()
+        || error.is::<HostConfigError>()
+        || error.is::<ModelError>()
+        || error.is::<grip_sim::SceneError>();
+    if wrong { Exit::WrongArguments } else { Exit::Failed }
+}

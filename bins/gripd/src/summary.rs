@@ -1,0 +1,144 @@
+//! What happened, at the end.
+
+use crate::{hot::Report, notes::Dropped};
+use grip_sim::Truth;
+use serde::Serialize;
+use std::io::{self, Write as _};
+
+/// The last line. Fields that only the simulator knows are absent on real hardware.
+#[derive(Debug, Serialize)]
+#[serde(tag = "type", rename = "summary")]
+pub(crate) struct Summary {
+    samples: u64,
+    lost: u64,
+    slips: u64,
+    commands: u64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    held: Option<bool>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    dropped: Option<bool>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    crushed: Option<bool>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    force_needed_n: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    force_final_n: Option<f64>,
+    command_n: Option<f32>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    slip_mm: Option<f64>,
+    latency_us: Latency,
+    bad_frames: u32,
+    unusable_readings: u64,
+    unrecorded_samples: u64,
+    untold_notes: u64,
+    stages: Stages,
+}
+
+/// From the last byte of a frame to the command written (us).
+#[derive(Debug, Serialize)]
+struct Latency {
+    p50: f64,
+    p99: f64,
+    max: f64,
+}
+
+/// Samples that went through each stage.
+#[derive(Debug, Serialize)]
+struct Stages {
+    bands: u64,
+    observation: u64,
+    inferences: u64,
+    refused_estimates: u64,
+}
+
+impl Summary {
+    pub(crate) fn new(report: &Report, truth: Option<Truth>, dropped: &Dropped) -> Self {
+        #[expect(clippy::cast_precision_loss, reason = "below 2^53 ns")]
+        let us = |ns: u64| ns as f64 / 1000.0;
+        let latency = &report.latency_ns;
+        let health = report.health;
+        Self {
+            samples: report.counters.samples,
+            lost: report.loss.lost,
+            slips: report.slips,
+            commands: report.counters.commands,
+            held: truth.map(|t| t.lifted() && !t.dropped() && !t.crushed),
+            dropped: truth.map(|t| t.dropped()),
+            crushed: truth.map(|t| t.crushed),
+            force_needed_n: truth.map(|t| t.force_needed_n),
+            force_final_n: truth.map(|t| t.applied_n),
+            command_n: report.command_n,
+            slip_mm: truth.map(|t| t.slip_mm()),
+            latency_us: Latency {
+                p50: us(latency.value_at_quantile(0.5)),
+                p99: us(latency.value_at_quantile(0.99)),
+                max: us(latency.max()),
+            },
+            bad_frames: report.bad_frames,
+            unusable_readings: health.not_finite
+                + health.saturated
+                + health.glitches
+                + health.time_faults,
+            unrecorded_samples: dropped.samples(),
+            untold_notes: dropped.notes(),
+            stages: Stages {
+                bands: report.stages.bands,
+                observation: report.stages.observation,
+                inferences: report.stages.inferences,
+                refused_estimates: report.stages.refused_estimates,
+            },
+        }
+    }
+
+    /// Whether something that was measured did not arrive, or was not written down.
+    pub(crate) fn lost_data(&self) -> bool {
+        self.lost + self.unrecorded_samples + self.untold_notes > 0
+    }
+
+    pub(crate) fn print(&self, json: bool) -> io::Result<()> {
+        let mut out = io::stdout().lock();
+        if json {
+            serde_json::to_writer(&mut out, self)?;
+            return writeln!(out);
+        }
+        writeln!(
+            out,
+            "{} samples, {} lost, {} slips, {} commands, {} unusable readings",
+            self.samples, self.lost, self.slips, self.commands, self.unusable_readings
+        )?;
+        let Latency { p50, p99, max } = self.latency_us;
+        writeln!(
+            out,
+            "latency from frame to command: p50 {p50:.1} us, p99 {p99:.1} us, max {max:.1} us"
+        )?;
+        if self.unrecorded_samples + self.untold_notes > 0 {
+            writeln!(
+                out,
+                "{} samples were not recorded and {} notes not printed: the computer was too slow",
+                self.unrecorded_samples, self.untold_notes
+            )?;
+        }
+        self.print_truth(&mut out)
+    }
+
+    fn print_truth(&self, out: &mut impl io::Write) -> io::Result<()> {
+        let command = self.command_n.map_or_else(|| "none".to_owned(), |n| format!("{n:.2} N"));
+        let (Some(needed), Some(applied), Some(slip)) =
+            (self.force_needed_n, self.force_final_n, self.slip_mm)
+        else {
+            return writeln!(out, "last command: {command}");
+        };
+        let fate = match (self.dropped, self.crushed, self.held) {
+            (Some(true), ..) => "DROPPED",
+            (_, Some(true), _) => "CRUSHED",
+            (.., Some(true)) => "HELD",
+            _ => "not lifted yet",
+        };
+        writeln!(
+            out,
+            "force commanded {command}, applied {applied:.2} N, needed {needed:.2} N (x {:.2})",
+            applied / needed
+        )?;
+        writeln!(out, "slipped {slip:.2} mm, object {fate}")
+    }
+}
