@@ -108,3 +108,59 @@ pub fn parse_estimator(file: &str, text: &str) -> Result<HostEstimator, ModelErr
     let model = content.model().map_err(fault)?;
     Estimator::new(model, &features).map_err(|source| ModelError::Shape { file, source })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{ModelError, default_estimator, parse_estimator};
+    use grip_sim::generator::{GeneratorConfig, Source, rows};
+    use slip_core::features::Features;
+
+    #[expect(clippy::cast_possible_truncation, reason = "features are f32")]
+    fn features(row: &grip_sim::Row) -> Features {
+        Features {
+            slip_speed_m_s: row.slip_speed_m_s as f32,
+            contact_time_s: row.contact_time_s as f32,
+            slip_acceleration_m_s2: row.slip_acceleration_m_s2 as f32,
+            micro_displacement_m: row.micro_displacement_m as f32,
+            trial_force_n: row.trial_force_n as f32,
+            irregularities: row.irregularities,
+            mean_slope: None,
+            esc: None,
+        }
+    }
+
+    /// Objects the training never saw (it used seed 1), in the ranges it covers.
+    #[test]
+    fn the_embedded_model_is_within_ten_percent_on_new_objects() {
+        let estimator = default_estimator().unwrap();
+        let config = GeneratorConfig { source: Source::Stretch, ..GeneratorConfig::default() };
+        let (mut answered, mut within) = (0, 0);
+        for row in rows(config, 77, 5000).unwrap() {
+            let estimate = estimator.estimate(&features(&row)).unwrap();
+            if estimate.extrapolated {
+                continue;
+            }
+            answered += 1;
+            let ratio = f64::from(estimate.force_n) / row.adequate_force_n;
+            within += u32::from((0.9..=1.1).contains(&ratio));
+        }
+        assert!(answered > 4900, "{answered} of 5000 inside the training range");
+        assert!(f64::from(within) >= 0.99 * f64::from(answered), "{within} of {answered}");
+    }
+
+    #[test]
+    fn a_model_that_answers_something_else_is_refused() {
+        let text = include_str!("../models/default.json");
+        let renamed = text.replace("slip_acceleration_m_s2", "temperature_k");
+        let error = parse_estimator("m.json", &renamed).unwrap_err();
+        assert!(matches!(error, ModelError::Input { .. }), "{error}");
+        assert!(
+            error.to_string().contains("temperature_k")
+                && error.to_string().contains("trial_force_n")
+        );
+        let other =
+            text.replace("adequate_force_n", "adequate_speed_m_s").replacen("\"N\"", "\"m/s\"", 9);
+        let error = parse_estimator("m.json", &other).unwrap_err();
+        assert!(matches!(error, ModelError::Target { .. }), "{error}");
+    }
+}

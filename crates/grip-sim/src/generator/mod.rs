@@ -256,10 +256,13 @@ impl GeneratorConfig {
         }
     }
 
-    /// An object and a trial force that does not hold it.
+    /// An object and a trial force that does not hold it; a stretch of sliding draws its own force.
     fn draw(&self, rng: &mut ChaCha8Rng) -> (Object, f64) {
+        if self.source == Source::Stretch {
+            return (draw_object(rng, stretch::MASS_KG, stretch::FRICTION), 0.0);
+        }
         loop {
-            let object = draw_object(rng);
+            let object = draw_object(rng, [0.2, 1.0], [0.2, 0.5]);
             let needed = object.force_needed_n();
             let trial_n = match self.trial {
                 TrialForce::FixedN(force) => force,
@@ -280,9 +283,9 @@ fn within(field: &'static str, value: f64, low: f64, high: f64) -> Result<(), Ge
     }
 }
 
-fn draw_object(rng: &mut ChaCha8Rng) -> Object {
-    let mass_kg = random::log_uniform(rng, 0.2, 1.0);
-    let friction = random::uniform(rng, 0.2, 0.5);
+fn draw_object(rng: &mut ChaCha8Rng, mass_kg: [f64; 2], friction: [f64; 2]) -> Object {
+    let mass_kg = random::log_uniform(rng, mass_kg[0], mass_kg[1]);
+    let friction = random::uniform(rng, friction[0], friction[1]);
     let [finest, coarser @ ..] = &GRADES_RA_UM;
     let ra_m = random::pick(rng, *finest, coarser) * 1e-6;
     let rsm_m = mean_spacing(ra_m, random::normal(rng));

@@ -11,6 +11,10 @@ use crate::random;
 use crate::scene::Object;
 use rand_chacha::ChaCha8Rng;
 
+/// Mass of the objects (kg): from a paper cup to what a force of 60 N a finger can hold.
+pub(super) const MASS_KG: [f64; 2] = [0.03, 4.0];
+/// Kinetic friction of the objects.
+pub(super) const FRICTION: [f64; 2] = [0.15, 0.9];
 /// Force over the needed force.
 const SHARE: [f64; 2] = [0.05, 2.2];
 /// Length (s).

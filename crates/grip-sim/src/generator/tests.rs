@@ -95,3 +95,20 @@ fn ranges_are_checked() {
         GeneratorConfig { trial: TrialForce::Share([0.9, 0.5]), ..GeneratorConfig::default() };
     assert!(rows(bad, 0, 1).is_err());
 }
+
+#[test]
+fn stretches_obey_the_impulse_balance_whether_the_slip_grows_or_is_braked() {
+    let rows =
+        generate(GeneratorConfig { source: Source::Stretch, ..GeneratorConfig::default() }, 500);
+    let mut braked = 0;
+    for row in &rows {
+        let found = GRAVITY_M_S2 * row.trial_force_n / (GRAVITY_M_S2 - row.slip_acceleration_m_s2);
+        assert!((found / row.needed_force_n - 1.0).abs() < 1e-12, "{row:?}");
+        let first = row.slip_speed_m_s - row.slip_acceleration_m_s2 * row.contact_time_s;
+        assert!(first >= 0.0 && row.slip_speed_m_s > 0.0, "slides forward all the time: {row:?}");
+        let travel = 0.5 * (first + row.slip_speed_m_s) * row.contact_time_s;
+        assert!((travel - row.micro_displacement_m).abs() < 1e-12);
+        braked += u32::from(row.slip_acceleration_m_s2 < 0.0);
+    }
+    assert!((50..450).contains(&braked), "{braked} of 500");
+}
