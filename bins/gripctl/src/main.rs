@@ -25,7 +25,7 @@ fn main() -> ExitCode {
         Err(error) if output::is_closed_pipe(&error) => Exit::Done.into(),
         Err(error) => {
             eprintln!("gripctl: {error:#}");
-            commands::exit_of(&error).into()
+            Exit::of(error.as_ref()).into()
         }
     }
 }

@@ -5,6 +5,10 @@ use crate::{
     notes::{Note, Outbox, Status},
 };
 use anyhow::{Context as _, anyhow};
+use core::{
+    hash::{BuildHasher as _, Hasher as _},
+    sync::atomic::{AtomicBool, Ordering},
+};
 use grip_host::{
     News, Session,
     session::{SessionCounters, explain},
@@ -16,12 +20,7 @@ use grip_link::{
 use hdrhistogram::Histogram;
 use serialport::SerialPort;
 use slip_core::{health::HealthCounters, stages::StageCounters};
-use std::{
-    collections::hash_map::RandomState,
-    hash::{BuildHasher as _, Hasher as _},
-    io,
-    sync::atomic::{AtomicBool, Ordering},
-};
+use std::{collections::hash_map::RandomState, io};
 
 /// The status is sent to the service thread this often (us).
 const STATUS_EVERY_US: u64 = 50_000;

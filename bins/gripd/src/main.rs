@@ -14,16 +14,13 @@ use anyhow::Context as _;
 use clap::Parser as _;
 use cli::Cli;
 use clock::Clock;
+use core::sync::atomic::AtomicBool;
 use grip_host::{Session, SessionOptions, exit::Exit};
 use hot::Hot;
 use port::Source;
 use service::Service;
 use settings::Settings;
-use std::{
-    process::ExitCode,
-    sync::{Arc, atomic::AtomicBool},
-    thread,
-};
+use std::{process::ExitCode, sync::Arc, thread};
 use summary::Summary;
 
 fn main() -> ExitCode {
@@ -31,7 +28,7 @@ fn main() -> ExitCode {
         Ok(exit) => exit.into(),
         Err(error) => {
             eprintln!("gripd: {error:#}");
-            settings::exit_of(&error).into()
+            Exit::of(error.as_ref()).into()
         }
     }
 }

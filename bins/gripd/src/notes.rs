@@ -1,5 +1,6 @@
 //! From the hot thread to the service thread: bounded rings that drop and count, and never wait.
 
+use core::sync::atomic::{AtomicU64, Ordering};
 use grip_host::report::EventLine;
 use grip_link::{
     host::{HostEvent, HostState},
@@ -7,10 +8,7 @@ use grip_link::{
 };
 use rtrb::{Consumer, Producer, RingBuffer};
 use slip_core::{Sample, Step, estimate::ForceEstimate, features::Features};
-use std::sync::{
-    Arc,
-    atomic::{AtomicU64, Ordering},
-};
+use std::sync::Arc;
 
 /// Room for 1.6 s of samples at 20 kHz.
 const SAMPLES: usize = 32_768;

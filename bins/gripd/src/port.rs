@@ -1,14 +1,12 @@
 //! The place the bytes come from: a serial port that was named, or the simulator behind a pseudo-terminal.
 
-use crate::{
-    clock::Clock,
-    settings::{Settings, WrongArgument},
-    sim::Simulator,
-};
+use crate::{clock::Clock, settings::Settings, sim::Simulator};
 use anyhow::{Context as _, anyhow};
+use core::time::Duration;
+use grip_host::exit::WrongArgument;
 use grip_sim::Truth;
 use serialport::{ErrorKind, SerialPort, SerialPortType};
-use std::{io, time::Duration};
+use std::io;
 
 /// Longest wait for bytes: requests and clock sync go on at this pace where no samples come.
 const READ_TIMEOUT: Duration = Duration::from_millis(2);

@@ -5,6 +5,7 @@ use crate::{
     notes::{Dropped, Inbox, Note, Status},
 };
 use anyhow::Context as _;
+use core::time::Duration;
 use grip_host::report::EventLine;
 use grip_link::{host::HostState, message::Clamped};
 use grip_record::{Channel, ChannelSet, CsvWriter, StylusKind};
@@ -15,7 +16,6 @@ use std::{
     path::PathBuf,
     sync::Arc,
     thread,
-    time::Duration,
 };
 
 /// Pause between two looks into the rings.

@@ -2,8 +2,8 @@
 
 use crate::cli::Cli;
 use anyhow::Context as _;
-use grip_host::{HostConfig, HostConfigError, HostEstimator, ModelError, exit::Exit, model};
-use std::{fmt, path::PathBuf};
+use grip_host::{HostConfig, HostEstimator, ModelError, exit::WrongArgument, model};
+use std::path::PathBuf;
 
 /// Bits per second where nothing is said: 10 kHz of three channels need 1.5 Mbit/s.
 const DEFAULT_BAUD: u32 = 2_000_000;
@@ -18,18 +18,6 @@ pub(crate) struct Settings {
     file: Option<PathBuf>,
     model: Option<PathBuf>,
 }
-
-/// Arguments that contradict each other or miss something.
-#[derive(Debug)]
-pub(crate) struct WrongArgument(pub(crate) String);
-
-impl fmt::Display for WrongArgument {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.0)
-    }
-}
-
-impl std::error::Error for WrongArgument {}
 
 impl Settings {
     pub(crate) fn new(cli: &Cli) -> anyhow::Result<Self> {
@@ -94,13 +82,4 @@ impl Settings {
             None => scene,
         }))
     }
-}
-
-/// 2 for arguments, configurations, models and scenes that cannot be used, 1 for everything else.
-pub(crate) fn exit_of(error: &anyhow::Error) -> Exit {
-    let wrong = error.is::<WrongArgument>()
-        || error.is::<HostConfigError>()
-        || error.is::<ModelError>()
-        || error.is::<grip_sim::SceneError>();
-    if wrong { Exit::WrongArguments } else { Exit::Failed }
 }

@@ -2,12 +2,10 @@
 
 use crate::clock::Clock;
 use anyhow::{Context as _, anyhow};
+use core::sync::atomic::{AtomicBool, Ordering};
 use grip_sim::{Pty, Scene, Truth, VirtualMcu, port};
 use std::{
-    sync::{
-        Arc,
-        atomic::{AtomicBool, Ordering},
-    },
+    sync::Arc,
     thread::{self, JoinHandle},
 };
 

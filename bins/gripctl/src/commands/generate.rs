@@ -1,9 +1,8 @@
 //! `gripctl generate`: training data for the force estimate, from the simulator's physics.
 
-use super::WrongArgument;
 use crate::{cli::GenerateArgs, output};
 use anyhow::Context as _;
-use grip_host::exit::Exit;
+use grip_host::exit::{Exit, WrongArgument};
 use grip_sim::generator::{CSV_HEADER, GeneratorConfig, Source, rows};
 use std::{
     fs::File,

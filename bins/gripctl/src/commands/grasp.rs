@@ -1,11 +1,11 @@
 //! `gripctl grasp`: many simulated objects in the gripper.
 
-use super::{WrongArgument, estimator, host_config};
+use super::{estimator, host_config};
 use crate::{cli::GraspArgs, output, output::or_dash};
 use anyhow::Context as _;
 use grip_host::{
     HostConfig, HostEstimator,
-    exit::Exit,
+    exit::{Exit, WrongArgument},
     score::Quantiles,
     trial::{self, Outcome},
 };

@@ -11,30 +11,11 @@ pub(crate) mod train;
 
 use crate::cli::CsvArgs;
 use anyhow::Context as _;
-use grip_host::{HostConfig, HostConfigError, HostEstimator, ModelError, exit::Exit, model};
+use grip_host::{
+    HostConfig, HostConfigError, HostEstimator, ModelError, exit::WrongArgument, model,
+};
 use grip_record::CsvOptions;
-use std::{fmt, path::Path};
-
-/// Arguments that clap cannot check.
-#[derive(Debug)]
-pub(crate) struct WrongArgument(pub(crate) String);
-
-impl fmt::Display for WrongArgument {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.0)
-    }
-}
-
-impl std::error::Error for WrongArgument {}
-
-/// 2 for arguments, configurations, models and scenes that cannot be used, 1 for everything else.
-pub(crate) fn exit_of(error: &anyhow::Error) -> Exit {
-    let wrong = error.is::<WrongArgument>()
-        || error.is::<HostConfigError>()
-        || error.is::<ModelError>()
-        || error.is::<grip_sim::SceneError>();
-    if wrong { Exit::WrongArguments } else { Exit::Failed }
-}
+use std::path::Path;
 
 fn csv_options(args: &CsvArgs) -> anyhow::Result<CsvOptions> {
     let map = args.map.iter().map(|pair| {

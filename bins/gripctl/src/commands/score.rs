@@ -3,7 +3,7 @@
 use super::{csv_options, host_config};
 use crate::{cli::ScoreArgs, output, output::or_dash};
 use grip_host::{
-    exit::Exit,
+    exit::{Exit, WrongArgument},
     score::{RecordingScore, Total, score},
 };
 
@@ -13,7 +13,7 @@ const SHORT_REST_S: f64 = 0.05;
 pub(crate) fn run(args: &ScoreArgs) -> anyhow::Result<Exit> {
     if !(args.guard_ms >= 0.0 && args.guard_ms.is_finite()) {
         let message = format!("--guard-ms {}: expected 0 or more", args.guard_ms);
-        return Err(super::WrongArgument(message).into());
+        return Err(WrongArgument(message).into());
     }
     let config = host_config(args.config.as_deref())?;
     let score = score(&args.directory, &csv_options(&args.csv)?, &config, args.guard_ms)?;

@@ -1,17 +1,11 @@
 //! `gripctl sim`: a virtual gripper on a pseudo-terminal.
 
-use super::WrongArgument;
 use crate::cli::SimArgs;
 use anyhow::Context as _;
-use grip_host::exit::Exit;
+use core::sync::atomic::{AtomicBool, Ordering};
+use grip_host::exit::{Exit, WrongArgument};
 use grip_sim::{Pty, VirtualMcu, port, scene};
-use std::{
-    sync::{
-        Arc,
-        atomic::{AtomicBool, Ordering},
-    },
-    time::Instant,
-};
+use std::{sync::Arc, time::Instant};
 
 pub(crate) fn run(args: &SimArgs) -> anyhow::Result<Exit> {
     if args.duration.is_some_and(|s| !(s > 0.0 && s <= 1e9)) {

@@ -1,14 +1,14 @@
 //! `gripctl train`: a network from rows of data.
 
-use super::{WrongArgument, read};
+use super::read;
 use crate::{cli::TrainArgs, output};
 use anyhow::Context as _;
-use grip_host::exit::Exit;
+use core::time::Duration;
+use grip_host::exit::{Exit, WrongArgument};
 use indicatif::{ParallelProgressIterator as _, ProgressBar, ProgressStyle};
 use mlp::train::{Algorithm, ColumnSpec, DataSet, Fit, FitConfig, RunConfig, fit::Fitting};
 use rayon::iter::{IntoParallelIterator as _, ParallelIterator as _};
 use serde::Serialize;
-use std::time::Duration;
 
 #[derive(Serialize)]
 #[serde(tag = "type", rename = "result")]

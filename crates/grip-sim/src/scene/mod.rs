@@ -99,7 +99,6 @@ impl Default for DriveConfig {
 }
 
 /// Which optional sensors the gripper has.
-#[expect(clippy::struct_excessive_bools, reason = "independent switches of a configuration file")]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct ChannelConfig {

@@ -1,0 +1,25 @@
+# The main job on the built-in simulator.
+run:
+    cargo run --release -p gripd -- --port sim --duration 10
+
+# All tests.
+test:
+    cargo test --workspace
+
+# Formatting, lints and documentation, as CI checks them.
+check:
+    cargo fmt --all --check
+    cargo clippy --workspace --all-targets --all-features -- -D warnings
+    RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps
+
+# Benches and the latency check.
+bench:
+    cargo bench --workspace
+
+# A hundred simulated grasps.
+grasp:
+    cargo run --release -p gripctl -- grasp --trials 100
+
+# Everything CI runs.
+ci:
+    bash .ci/run
