@@ -9,6 +9,8 @@ strict=false
 
 root=$(cd "$(dirname "$0")/.." && pwd)
 target=${CARGO_TARGET_DIR:-$root/target}/no-std
+mkdir -p "$target"
+target=$(cd "$target" && pwd)
 host=$(rustc -vV | sed -n 's/^host: //p')
 full=$(rustc --print sysroot)/lib/rustlib/$host
 bare=$target/sysroot/lib/rustlib/$host

@@ -1,5 +1,5 @@
-# A disassembly (objdump --demangle) in; for each function of `exported` that reaches core::panicking, the shortest way
-# there out. Only direct calls and jumps are followed.
+# A disassembly (objdump --demangle) in; for each function of `exported`, the calls into core within its reach that can
+# panic out: "function: caller -> callee". Only direct calls and jumps are followed.
 
 /^[0-9a-f]+ <.*>:$/ {
     name = $0
@@ -8,7 +8,7 @@
     next
 }
 
-/\t *(call|jmp|j[a-z]+) / && /<.*>/ {
+/\t *(call|j[a-z]+|bl?|b\.[a-z]+|cbn?z|tbn?z)[ \t]/ && /<.*>/ {
     to = $0
     sub(/^[^<]*</, "", to)
     sub(/(\+0x[0-9a-f]+)?>[^>]*$/, "", to)
@@ -18,32 +18,41 @@
     }
 }
 
-function way(start,    queue, head, tail, here, next_one, list, n, i, seen, path) {
+# Fills the array `found` with all that `start` can reach, itself included.
+function reach(start, found,    queue, head, tail, list, n, i) {
+    delete found
     queue[tail = 1] = start
-    seen[start]
-    path[start] = start
+    found[start]
     for (head = 1; head <= tail; head++) {
-        here = queue[head]
-        if (here ~ /core::panicking|core::slice::index::slice_|core::option::(unwrap|expect)_failed|core::result::unwrap_failed|core::cell::panic_/)
-            return path[here]
-        n = split(callees[here], list, SUBSEP)
-        for (i = 1; i <= n; i++) {
-            next_one = list[i]
-            if (next_one != "" && !(next_one in seen)) {
-                seen[next_one]
-                path[next_one] = path[here] " -> " next_one
-                queue[++tail] = next_one
+        n = split(callees[queue[head]], list, SUBSEP)
+        for (i = 1; i <= n; i++)
+            if (list[i] != "" && !(list[i] in found)) {
+                found[list[i]]
+                queue[++tail] = list[i]
             }
-        }
     }
-    return ""
+}
+
+function panics(start,    found, to) {
+    if (!(start in known)) {
+        known[start] = 0
+        reach(start, found)
+        for (to in found)
+            if (to ~ /^core::panicking::/)
+                known[start] = 1
+    }
+    return known[start]
 }
 
 END {
     n = split(exported, roots, /[ \n]+/)
-    for (i = 1; i <= n; i++) {
-        found = way(roots[i])
-        if (found != "")
-            print "  " found
+    for (r = 1; r <= n; r++) {
+        reach(roots[r], within)
+        for (from in within) {
+            m = split(from ~ /^core::/ ? "" : callees[from], list, SUBSEP)
+            for (i = 1; i <= m; i++)
+                if (list[i] ~ /^core::/ && panics(list[i]))
+                    print "  " roots[r] ": " from " -> " list[i]
+        }
     }
 }

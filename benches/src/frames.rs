@@ -51,7 +51,8 @@ fn samples_frame(signals: &mut Signals, seq: u16, rows: u8) -> Result<Vec<u8>, F
             .map(|value| value.unwrap_or(f32::NAN).to_le_bytes())
     });
     let len = SAMPLES_HEADER + CHANNELS * 4 * usize::from(rows);
-    let room = payload.get_mut(SAMPLES_HEADER..len).ok_or(PayloadError::Full { have: MAX_PAYLOAD })?;
+    let room =
+        payload.get_mut(SAMPLES_HEADER..len).ok_or(PayloadError::Full { have: MAX_PAYLOAD })?;
     for (slot, value) in room.chunks_exact_mut(4).zip(values) {
         slot.copy_from_slice(&value);
     }

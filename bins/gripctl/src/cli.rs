@@ -52,7 +52,7 @@ pub(crate) struct SimArgs {
     #[arg(long)]
     pub(crate) seed: Option<u64>,
     /// Stop after this time (s).
-    #[arg(long)]
+    #[arg(long, allow_negative_numbers = true)]
     pub(crate) duration: Option<f64>,
 }
 
@@ -60,7 +60,7 @@ pub(crate) struct SimArgs {
 #[derive(Debug, Args)]
 pub(crate) struct CsvArgs {
     /// Samples per second, for a file without `t_s`.
-    #[arg(long, value_name = "HZ")]
+    #[arg(long, value_name = "HZ", allow_negative_numbers = true)]
     pub(crate) rate: Option<f32>,
     /// Read the column NAME as another one, for example `stylus=height_m`; may be repeated.
     #[arg(long, value_name = "OURS=NAME")]
@@ -97,7 +97,7 @@ pub(crate) struct ScoreArgs {
     #[command(flatten)]
     pub(crate) csv: CsvArgs,
     /// An alarm may come this much before the labelled onset; earlier is a false alarm (ms).
-    #[arg(long, default_value_t = 60.0)]
+    #[arg(long, default_value_t = 60.0, allow_negative_numbers = true)]
     pub(crate) guard_ms: f64,
     /// Configuration file, as for gripd.
     #[arg(long)]
@@ -115,13 +115,13 @@ pub(crate) struct GraspArgs {
     #[arg(long, value_name = "DIR")]
     pub(crate) scenes: Option<PathBuf>,
     /// Grasps per scene, with seeds counting up.
-    #[arg(long, default_value_t = 100)]
+    #[arg(long, default_value_t = 100, value_parser = clap::value_parser!(u64).range(1..))]
     pub(crate) trials: u64,
     /// First seed.
     #[arg(long, default_value_t = 0)]
     pub(crate) seed: u64,
     /// Length of a grasp (s).
-    #[arg(long, default_value_t = 3.0)]
+    #[arg(long, default_value_t = 3.0, allow_negative_numbers = true)]
     pub(crate) duration: f64,
     /// Configuration file, as for gripd.
     #[arg(long)]
@@ -143,7 +143,7 @@ pub(crate) struct GenerateArgs {
     #[arg(short, long)]
     pub(crate) output: PathBuf,
     /// Number of rows.
-    #[arg(long, default_value_t = 2000)]
+    #[arg(long, default_value_t = 2000, value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) rows: u32,
     /// Seed; the same seed gives the same rows.
     #[arg(long, default_value_t = 1)]
@@ -153,10 +153,10 @@ pub(crate) struct GenerateArgs {
     #[arg(long, default_value = "stretch")]
     pub(crate) source: String,
     /// Relative noise of speed and acceleration.
-    #[arg(long, default_value_t = 0.0)]
+    #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
     pub(crate) speed_noise: f64,
     /// Relative noise of the force.
-    #[arg(long, default_value_t = 0.0)]
+    #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
     pub(crate) force_noise: f64,
 }
 
@@ -180,7 +180,7 @@ pub(crate) struct TrainArgs {
     #[arg(long, default_value_t = 1000)]
     pub(crate) epochs: usize,
     /// Mean squared error, in scaled units, that is good enough.
-    #[arg(long, default_value_t = 0.0)]
+    #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
     pub(crate) goal: f64,
     /// Trainings from different starts; the best one is kept.
     #[arg(long, default_value_t = 1)]

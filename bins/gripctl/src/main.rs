@@ -6,7 +6,7 @@ mod output;
 
 use clap::Parser as _;
 use cli::{Cli, Command};
-use grip_host::exit::Exit;
+use grip_host::exit::{self, Exit};
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
@@ -24,7 +24,7 @@ fn main() -> ExitCode {
         Ok(exit) => exit.into(),
         Err(error) if output::is_closed_pipe(&error) => Exit::Done.into(),
         Err(error) => {
-            eprintln!("gripctl: {error:#}");
+            eprintln!("gripctl: {}", exit::message(error.as_ref()));
             Exit::of(error.as_ref()).into()
         }
     }

@@ -17,7 +17,7 @@ pub(crate) struct Cli {
     #[arg(long, env = "GRIPD_PORT", value_name = "PORT")]
     pub(crate) port: Option<String>,
     /// Bits per second of the serial line; USB devices ignore it.
-    #[arg(long, env = "GRIPD_BAUD", value_name = "N")]
+    #[arg(long, env = "GRIPD_BAUD", value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) baud: Option<u32>,
     /// Configuration file, instead of ./gripd.toml, the user's or /etc/gripd/gripd.toml.
     #[arg(long, env = "GRIPD_CONFIG", value_name = "FILE")]
@@ -35,7 +35,7 @@ pub(crate) struct Cli {
     #[arg(long)]
     pub(crate) no_skip: bool,
     /// Stop after this time (s); otherwise at Ctrl-C.
-    #[arg(long, value_name = "S", value_parser = positive)]
+    #[arg(long, value_name = "S", value_parser = positive, allow_negative_numbers = true)]
     pub(crate) duration: Option<f64>,
     /// Seed of the simulated scene.
     #[arg(long, value_name = "N")]

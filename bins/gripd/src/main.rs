@@ -15,19 +15,22 @@ use clap::Parser as _;
 use cli::Cli;
 use clock::Clock;
 use core::sync::atomic::AtomicBool;
-use grip_host::{Session, SessionOptions, exit::Exit};
+use grip_host::{
+    Session, SessionOptions,
+    exit::{self, Exit},
+};
 use hot::Hot;
 use port::Source;
 use service::Service;
 use settings::Settings;
-use std::{process::ExitCode, sync::Arc, thread};
+use std::{io, process::ExitCode, sync::Arc, thread};
 use summary::Summary;
 
 fn main() -> ExitCode {
     match run(&Cli::parse()) {
         Ok(exit) => exit.into(),
         Err(error) => {
-            eprintln!("gripd: {error:#}");
+            eprintln!("gripd: {}", exit::message(error.as_ref()));
             Exit::of(error.as_ref()).into()
         }
     }
@@ -48,19 +51,23 @@ fn run(cli: &Cli) -> anyhow::Result<Exit> {
     let session = Session::new(settings.config.clone(), settings.estimator()?, options)?;
     let clock = Clock::start();
     let source = Source::open(&settings, clock)?;
+    let port = source.port()?;
     let (notes, inbox) = notes::channel(cli.record.is_some());
     let mut service = Service::new(cli, inbox)?;
     let mut hot = Hot::new(session, clock, notes, cli.duration)?;
     let dropped = service.dropped();
-    let port = source.port()?;
     let printing =
         thread::Builder::new().name("service".to_owned()).spawn(move || service.run())?;
     let ended = hot.run(port, &stop);
     // The service prints what is left and returns once the other end of its rings is gone.
     let report = hot.finish();
-    printing.join().map_err(|_| anyhow::anyhow!("the service thread failed"))??;
+    let printed = printing.join().map_err(|_| anyhow::anyhow!("the service thread failed"))?;
     ended?;
     let summary = Summary::new(&report, source.close()?, &dropped);
-    summary.print(cli.json)?;
+    match summary.print(cli.json) {
+        Err(error) if error.kind() == io::ErrorKind::BrokenPipe => {}
+        shown => shown?,
+    }
+    printed?;
     Ok(if summary.lost_data() { Exit::DataLost } else { Exit::Done })
 }

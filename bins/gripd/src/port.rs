@@ -82,7 +82,9 @@ fn explain(path: &str, error: &serialport::Error) -> anyhow::Error {
         ErrorKind::NoDevice | ErrorKind::Io(io::ErrorKind::ResourceBusy) => {
             "the port is busy: another program holds it (ModemManager, a serial monitor, another gripd?)".to_owned()
         }
-        _ => format!("{error}; is it a serial port?"),
+        _ => format!(
+            "no serial port, or one that cannot be set up ({error}); `gripctl ports` lists those there are"
+        ),
     };
     anyhow!("{path}: {advice}")
 }

@@ -6,7 +6,7 @@ use crate::{
 };
 use anyhow::Context as _;
 use core::time::Duration;
-use grip_host::report::EventLine;
+use grip_host::{exit, report::EventLine};
 use grip_link::{host::HostState, message::Clamped};
 use grip_record::{Channel, ChannelSet, CsvWriter, StylusKind};
 use slip_core::Sample;
@@ -30,13 +30,14 @@ pub(crate) struct Service {
     status_shown: bool,
     degraded: u64,
     recording: Option<Recording>,
+    failure: Option<anyhow::Error>,
 }
 
-/// A recording that begins with the first sample.
+/// A recording that begins with the first sample: until then, what the file held before is left alone.
 #[derive(Debug)]
 struct Recording {
     file: PathBuf,
-    out: Option<BufWriter<File>>,
+    out: Option<File>,
     writer: Option<CsvWriter<BufWriter<File>>>,
 }
 
@@ -45,7 +46,8 @@ impl Service {
     pub(crate) fn new(cli: &Cli, inbox: Inbox) -> anyhow::Result<Self> {
         let recording = cli.record.clone().map(Recording::create).transpose()?;
         let live = !cli.json && io::stderr().is_terminal();
-        Ok(Self { inbox, json: cli.json, live, status_shown: false, degraded: 0, recording })
+        let (json, failure) = (cli.json, None);
+        Ok(Self { inbox, json, live, status_shown: false, degraded: 0, recording, failure })
     }
 
     pub(crate) fn dropped(&self) -> Arc<Dropped> {
@@ -63,7 +65,8 @@ impl Service {
             pause();
         }
         self.clear_status()?;
-        self.recording.take().map_or(Ok(()), Recording::finish)
+        self.recording.take().map_or(Ok(()), Recording::finish)?;
+        self.failure.take().map_or(Ok(()), Err)
     }
 
     fn drain(&mut self) -> anyhow::Result<()> {
@@ -71,19 +74,34 @@ impl Service {
         while let Ok(note) = self.inbox.notes.pop() {
             match note {
                 Note::Status(latest) => status = Some(latest),
-                Note::Event(line) => self.event(&line)?,
+                Note::Event(line) => match self.event(&line) {
+                    // Nobody reads any more; the object is held and recorded all the same.
+                    Err(error) if error.kind() == io::ErrorKind::BrokenPipe => {}
+                    printed => printed?,
+                },
                 other => self.link(&other)?,
             }
         }
-        if let (Some(samples), Some(recording)) = (&mut self.inbox.samples, &mut self.recording) {
-            while let Ok(sample) = samples.pop() {
-                recording.write(&sample)?;
-            }
+        if let Err(error) = self.record() {
+            self.clear_status()?;
+            eprintln!("gripd: {}; the object is held without", exit::message(error.as_ref()));
+            self.recording = None;
+            self.failure = Some(error);
         }
         status.map_or(Ok(()), |status| self.show(&status))
     }
 
-    fn event(&mut self, line: &EventLine) -> anyhow::Result<()> {
+    fn record(&mut self) -> anyhow::Result<()> {
+        let Some(samples) = &mut self.inbox.samples else { return Ok(()) };
+        while let Ok(sample) = samples.pop() {
+            if let Some(recording) = &mut self.recording {
+                recording.write(&sample)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn event(&mut self, line: &EventLine) -> io::Result<()> {
         self.clear_status()?;
         let mut out = io::stdout().lock();
         if self.json {
@@ -92,7 +110,7 @@ impl Service {
         } else {
             writeln!(out, "{line}")?;
         }
-        Ok(out.flush()?)
+        out.flush()
     }
 
     /// What a person at the keyboard should know of the link, on standard error.
@@ -154,7 +172,7 @@ impl Service {
         Ok(err.flush()?)
     }
 
-    fn clear_status(&mut self) -> anyhow::Result<()> {
+    fn clear_status(&mut self) -> io::Result<()> {
         if self.status_shown {
             self.status_shown = false;
             let mut err = io::stderr().lock();
@@ -191,22 +209,26 @@ fn pause() {
 
 impl Recording {
     fn create(file: PathBuf) -> anyhow::Result<Self> {
-        let out = File::create(&file)
+        let out = File::options()
+            .write(true)
+            .create(true)
+            .truncate(false)
+            .open(&file)
             .with_context(|| format!("cannot write the recording {}", file.display()))?;
-        Ok(Self { file, out: Some(BufWriter::new(out)), writer: None })
+        Ok(Self { file, out: Some(out), writer: None })
     }
 
-    /// The first sample decides which channels there are.
+    /// Every channel has a column, used or not: a sensor may be silent at the first sample, and a replay knows
+    /// by the column of the normal force that a controller ran.
     fn write(&mut self, sample: &Sample) -> anyhow::Result<()> {
         let name = || format!("cannot write the recording {}", self.file.display());
         if let Some(out) = self.out.take() {
-            let mut channels = ChannelSet::new(StylusKind::Displacement);
-            for channel in Channel::ALL {
-                if channel.reading(sample).is_some() {
-                    channels = channels.with(channel);
-                }
+            if out.metadata().with_context(name)?.is_file() {
+                out.set_len(0).with_context(name)?;
             }
-            self.writer = Some(CsvWriter::new(out, &channels).with_context(name)?);
+            let channels = ChannelSet::new(StylusKind::Displacement);
+            let channels = Channel::ALL.into_iter().fold(channels, ChannelSet::with);
+            self.writer = Some(CsvWriter::new(BufWriter::new(out), &channels).with_context(name)?);
         }
         match &mut self.writer {
             Some(writer) => writer.write(sample).with_context(name),

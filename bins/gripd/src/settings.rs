@@ -2,7 +2,7 @@
 
 use crate::cli::Cli;
 use anyhow::Context as _;
-use grip_host::{HostConfig, HostEstimator, ModelError, exit::WrongArgument, model};
+use grip_host::{HostConfig, HostEstimator, ModelError, exit::WrongArgument, model, scene};
 use std::path::PathBuf;
 
 /// Bits per second where nothing is said: 10 kHz of three channels need 1.5 Mbit/s.
@@ -76,7 +76,7 @@ impl Settings {
             None if rest.is_empty() => "default",
             None => return Ok(None),
         };
-        let scene = grip_sim::scene::load(name).with_context(|| format!("--port {}", self.port))?;
+        let scene = scene::load(name).with_context(|| format!("--port {}", self.port))?;
         Ok(Some(match self.seed {
             Some(seed) => scene.reseeded(seed)?,
             None => scene,

@@ -54,7 +54,7 @@ impl Default for LinkConfig {
 #[derive(Debug, thiserror::Error)]
 pub enum HostConfigError {
     /// The file cannot be read.
-    #[error("{}: {source}", file.display())]
+    #[error("{}: the configuration cannot be read: {source}", file.display())]
     Read {
         /// The file.
         file: PathBuf,
@@ -128,6 +128,9 @@ impl HostConfig {
         let LinkConfig { sample_rate_hz, batch, ttl_ms } = self.link;
         #[expect(clippy::cast_precision_loss, reason = "only shown and compared")]
         let rate = sample_rate_hz as f32;
+        #[expect(clippy::cast_precision_loss, reason = "only shown and compared")]
+        let baud = self.baud.map_or(1.0, |baud| baud as f32);
+        ConfigError::within("baud", baud, 1.0, 1e9)?;
         ConfigError::within("link.sample_rate_hz", rate, 1000.0, 20_000.0)?;
         ConfigError::within("link.batch", f32::from(batch), 1.0, 32.0)?;
         ConfigError::within("link.ttl_ms", f32::from(ttl_ms), 20.0, 100.0)?;
@@ -153,7 +156,7 @@ impl HostConfig {
 
 /// Line and column of the value `path` (dotted) in a TOML text, both from 1; of its innermost table that
 /// is there, where the value itself is not.
-fn place(text: &str, path: &str) -> Option<(usize, usize)> {
+pub(crate) fn place(text: &str, path: &str) -> Option<(usize, usize)> {
     let root = DeTable::parse(text).ok()?;
     let mut table = root.get_ref();
     let mut at = None;
@@ -211,7 +214,8 @@ mod tests {
         assert_eq!(text, "gripd.toml:4:1: grip.trial_force_n = 20 is outside 0.01 to 10");
         let text =
             error("[detector]\nshear = { low_hz = 500.0, high_hz = 90.0, threshold = 25.0 }\n");
-        assert!(text.starts_with("gripd.toml:1:2: detector band: corner 500 Hz"), "{text}");
+        assert_eq!(text, "gripd.toml:2:11: detector.shear.low_hz = 500 is outside 0.001 to 90");
+        assert_eq!(error("baud = 0\n"), "gripd.toml:1:1: baud = 0 is outside 1 to 1000000000");
         let error = HostConfig::parse(Path::new("x"), "[link]\nttl_ms = 5").unwrap_err();
         assert!(matches!(error, HostConfigError::Value { line: 2, column: 1, .. }), "{error}");
         assert!(HostConfig::parse(Path::new("x"), "[grip]\nf_max_n = nan").is_err());

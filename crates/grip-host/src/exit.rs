@@ -1,7 +1,9 @@
-//! The exit codes of the contract.
+//! An error in; the exit code of the contract and the text for the person at the keyboard out.
 
-use crate::{config::HostConfigError, model::ModelError};
+use crate::{config::HostConfigError, model::ModelError, scene::SceneFileError, score::ScoreError};
 use core::error::Error;
+use grip_record::CsvError;
+use mlp::train::DataSetError;
 use std::process::ExitCode;
 
 /// Arguments that the parser of the command line cannot check.
@@ -32,7 +34,11 @@ impl Exit {
             let wrong = error.is::<WrongArgument>()
                 || error.is::<HostConfigError>()
                 || error.is::<ModelError>()
-                || error.is::<grip_sim::SceneError>();
+                || error.is::<SceneFileError>()
+                || error.is::<grip_sim::SceneError>()
+                || error.downcast_ref().is_some_and(is_argument)
+                || error.downcast_ref().is_some_and(is_column_argument)
+                || matches!(error.downcast_ref(), Some(ScoreError::Recording(csv)) if is_argument(csv));
             if wrong {
                 return Self::WrongArguments;
             }
@@ -40,6 +46,54 @@ impl Exit {
         }
         Self::Failed
     }
+}
+
+/// `--map` and `--rate` are checked where the file is read.
+fn is_argument(error: &CsvError) -> bool {
+    matches!(
+        error,
+        CsvError::UnknownMapName { .. }
+            | CsvError::MapColumnAbsent { .. }
+            | CsvError::MapRepeated { .. }
+            | CsvError::BadRate { .. }
+    )
+}
+
+/// So are `--inputs` and `--target`.
+fn is_column_argument(error: &DataSetError) -> bool {
+    matches!(error, DataSetError::Columns { .. } | DataSetError::Repeated { .. })
+}
+
+/// The longest message that is printed (characters): a file of rubbish has a header of any length.
+const LONGEST: usize = 2000;
+
+/// The message of an error and of its causes, joined by `: `.
+///
+/// A cause that the message names already is left out; control characters, which a file may hold, are shown escaped.
+#[must_use]
+pub fn message(error: &(dyn Error + 'static)) -> String {
+    let mut text = error.to_string();
+    let mut cause = error.source();
+    while let Some(error) = cause {
+        let words = error.to_string();
+        if !text.contains(words.trim_end()) {
+            text = format!("{}: {words}", text.trim_end());
+        }
+        cause = error.source();
+    }
+    let mut shown = String::new();
+    for (count, c) in text.trim_end().chars().enumerate() {
+        if count == LONGEST {
+            shown.push_str(" ...");
+            break;
+        }
+        match c {
+            '\n' => shown.push(c),
+            c if c.is_control() => shown.extend(c.escape_default()),
+            c => shown.push(c),
+        }
+    }
+    shown
 }
 
 impl From<Exit> for ExitCode {
@@ -50,5 +104,34 @@ impl From<Exit> for ExitCode {
             Exit::WrongArguments => 2,
             Exit::DataLost => 3,
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Exit, message};
+    use crate::{model::parse_estimator, score::ScoreError};
+    use grip_record::CsvError;
+
+    #[test]
+    fn a_cause_is_told_once() {
+        let error = parse_estimator("m.json", "{").unwrap_err();
+        assert_eq!(message(&error), "m.json: line 1, column 1: EOF while parsing an object");
+    }
+
+    #[test]
+    fn rubbish_is_escaped_and_cut() {
+        let text = format!("\x1b[31m{}", "x".repeat(5000));
+        let shown = message(&super::WrongArgument(text));
+        assert!(shown.starts_with("\\u{1b}[31mxxx") && shown.ends_with(" ..."), "{shown}");
+        assert!(shown.len() < 2100, "{}", shown.len());
+    }
+
+    #[test]
+    fn wrong_arguments_are_told_from_wrong_files() {
+        let rate = || CsvError::BadRate { rate_hz: 0.0 };
+        assert_eq!(Exit::of(&rate()), Exit::WrongArguments);
+        assert_eq!(Exit::of(&ScoreError::Recording(rate())), Exit::WrongArguments);
+        assert_eq!(Exit::of(&CsvError::Empty { file: "x".into() }), Exit::Failed);
     }
 }

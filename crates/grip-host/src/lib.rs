@@ -1,10 +1,11 @@
-//! What the daemon and the toolbox share: configuration, model files, replay, and the lines they print.
+//! What the daemon and the toolbox share: configuration, model and scene files, replay, and the lines they print.
 
 pub mod config;
 pub mod exit;
 pub mod model;
 pub mod replay;
 pub mod report;
+pub mod scene;
 pub mod score;
 pub mod session;
 pub mod trial;

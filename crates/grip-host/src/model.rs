@@ -17,7 +17,7 @@ const DEFAULT: &str = include_str!("../models/default.json");
 #[derive(Debug, thiserror::Error)]
 pub enum ModelError {
     /// The file cannot be read.
-    #[error("{}: {source}", file.display())]
+    #[error("{}: the model cannot be read: {source}", file.display())]
     Read {
         /// The file.
         file: PathBuf,
@@ -25,12 +25,12 @@ pub enum ModelError {
         source: std::io::Error,
     },
     /// The file is no usable model.
-    #[error("{file}: {source}")]
+    #[error("{file}: {}", explain(fault))]
     File {
         /// The file.
         file: String,
         /// What is wrong, with line and column where the text is at fault.
-        source: FileError,
+        fault: FileError,
     },
     /// An input that a slip does not show.
     #[error(
@@ -63,6 +63,19 @@ pub enum ModelError {
     },
 }
 
+fn explain(fault: &FileError) -> String {
+    match fault {
+        FileError::Version { found: Some(found) } => format!(
+            "the model file has version {found}, this program reads version {}; train the model again with `gripctl train`",
+            mlp::train::file::VERSION
+        ),
+        FileError::Version { found: None } | FileError::Format { .. } => {
+            "this is no model file; `gripctl train` writes one".to_owned()
+        }
+        other => other.to_string(),
+    }
+}
+
 fn known_features() -> String {
     Feature::ALL.map(Feature::name).join(", ")
 }
@@ -91,7 +104,7 @@ pub fn default_estimator() -> Result<HostEstimator, ModelError> {
 /// As [`read_estimator`].
 pub fn parse_estimator(file: &str, text: &str) -> Result<HostEstimator, ModelError> {
     let file = file.to_owned();
-    let fault = |source| ModelError::File { file: file.clone(), source };
+    let fault = |fault| ModelError::File { file: file.clone(), fault };
     let content = ModelFile::from_json(text).map_err(fault)?;
     let mut features = Vec::new();
     for input in &content.inputs {

@@ -37,10 +37,30 @@ pub enum ScoreError {
     #[error(transparent)]
     Recording(#[from] CsvError),
     /// The folder has no labelled recording.
-    #[error("{}: no recording is labelled", directory.display())]
+    #[error("{}: no recording is labelled; labels.csv needs a row for each", directory.display())]
     Nothing {
         /// The folder.
         directory: PathBuf,
+    },
+    /// The labels are an empty file.
+    #[error("{}: is empty; the first line must be recording,kind,material,onset_s", file.display())]
+    Unlabelled {
+        /// The file of the labels.
+        file: PathBuf,
+    },
+    /// An onset that the recording does not reach.
+    #[error(
+        "labels.csv: {recording}: the onset at {onset_s} s lies outside the recording ({first_s} to {last_s} s); correct onset_s"
+    )]
+    OnsetOutside {
+        /// The recording.
+        recording: String,
+        /// The onset (s).
+        onset_s: f64,
+        /// Time of the first sample (s).
+        first_s: f64,
+        /// Time of the last sample (s).
+        last_s: f64,
     },
     /// The settings do not fit a recording.
     #[error("{recording}: {source}")]
@@ -195,9 +215,11 @@ pub fn score(
     guard_ms: f64,
 ) -> Result<Score, ScoreError> {
     let mut all = Vec::new();
-    for label in read_labels(&directory.join("labels.csv"))? {
+    let labels = directory.join("labels.csv");
+    for label in read_labels(&labels).map_err(|error| labels_error(&labels, error))? {
         let file = label.file(directory);
         let recording = read_csv(&file, options)?;
+        check_onset(&label, &recording)?;
         let travel = Travel::read_beside(&file)?;
         all.push(Labelled { label, recording, travel });
     }
@@ -213,6 +235,36 @@ pub fn score(
     #[expect(clippy::cast_precision_loss, reason = "a count of samples")]
     let floor_s = rest as f64 / f64::from(pipeline.sample_rate.0);
     Ok(Score { recordings, floor, floor_s })
+}
+
+/// What a recording would be told to put on its first line is wrong advice for labels.
+fn labels_error(file: &Path, error: LabelError) -> ScoreError {
+    match error {
+        LabelError::Table(CsvError::Empty { .. }) => {
+            ScoreError::Unlabelled { file: file.to_owned() }
+        }
+        LabelError::Table(CsvError::NoRows { .. }) => {
+            ScoreError::Nothing { directory: file.parent().unwrap_or(file).to_owned() }
+        }
+        error => error.into(),
+    }
+}
+
+fn check_onset(label: &Label, recording: &Recording) -> Result<(), ScoreError> {
+    let (Some(onset), Some(first), Some(last)) =
+        (label.onset(), recording.samples.first(), recording.samples.last())
+    else {
+        return Ok(());
+    };
+    if (first.t..=last.t).contains(&onset) {
+        return Ok(());
+    }
+    Err(ScoreError::OnsetOutside {
+        recording: label.recording.clone(),
+        onset_s: onset.as_seconds(),
+        first_s: first.t.as_seconds(),
+        last_s: last.t.as_seconds(),
+    })
 }
 
 fn check_alike(first: &Labelled, all: &[Labelled]) -> Result<(), ScoreError> {
@@ -339,7 +391,8 @@ impl Score {
             steady: of("steady").count(),
             steady_missed: of("steady").filter(|r| r.missed).count(),
             steady_ms: latencies("steady"),
-            rest_s: of("rest").map(|r| r.length_s).sum(),
+            // The sum of nothing is -0.
+            rest_s: of("rest").map(|r| r.length_s).sum::<f64>() + 0.0,
             rest_alarms: of("rest").map(|r| r.alarms).sum(),
             floor_s: self.floor_s,
             guard_ms,
@@ -351,8 +404,9 @@ impl Score {
 mod tests {
     use super::{Quantiles, ScoreError, score};
     use crate::config::HostConfig;
+    use core::fmt::Write as _;
     use grip_record::CsvOptions;
-    use std::{fmt::Write as _, fs, path::Path};
+    use std::{fs, path::Path};
 
     /// 300 ms of rest, then 300 ms of a 150 Hz tone; times in the file start at 0.
     fn recording(slip_from_ms: u32, amplitude: f64, seed: u32) -> String {

@@ -11,7 +11,7 @@ use crate::{
 use grip_link::{
     frame::MAX_WIRE,
     host::{CloseReason, GripCommand, HostConfig as LinkSettings, HostEvent, HostLink, HostState},
-    message::{ChannelKind, Config, LossAction, Row, SampleFormat, Samples},
+    message::{ChannelKind, Config, Kind, LossAction, Row, SampleFormat, Samples},
 };
 use slip_core::{
     ConfigError, Pipeline, PipelineConfig, Sample, Step,
@@ -355,16 +355,32 @@ pub fn explain(reason: &CloseReason) -> String {
             "the gripper has no stylus channel; slip cannot be felt".to_owned()
         }
         CloseReason::BadIdent => {
-            "the gripper describes itself in a way the protocol does not allow".to_owned()
+            "the gripper describes itself in a way the protocol does not allow; its firmware needs an update"
+                .to_owned()
         }
         CloseReason::Unanswered { kind } => {
-            format!("the gripper did not answer a request of type {kind:02X} sent three times")
+            format!(
+                "the gripper did not answer {}, sent three times; restart it, and update its firmware if that does not help",
+                request_name(kind)
+            )
         }
         CloseReason::Refused { kind, reason } => {
-            format!("the gripper refused a request of type {kind:02X}: {reason:?}")
+            format!("the gripper refused {}: {reason:?}", request_name(kind))
         }
         CloseReason::Lost { silent_us } => {
             format!("the gripper fell silent ({} ms without a frame)", silent_us / 1000)
         }
     }
+}
+
+/// A request by the name it has in the protocol.
+fn request_name(kind: u8) -> String {
+    let name = match Kind(kind) {
+        Kind::CONFIG => "CONFIG",
+        Kind::START => "START",
+        Kind::STOP => "STOP",
+        Kind::CLEAR_FAULT => "CLEAR_FAULT",
+        _ => return format!("a request of type {kind:02X}"),
+    };
+    name.to_owned()
 }

@@ -112,7 +112,8 @@ impl<W: AsRef<[f32]>> Model<W> {
         let mut scaled = [0.0_f32; MAX_IO];
         let coverage = self.scale(raw, &mut scaled)?;
         let mut outputs = [0.0_f32; MAX_WIDTH];
-        self.network.forward(&scaled[..inputs], &mut outputs[..targets])?;
+        let scaled = scaled.get(..inputs).unwrap_or(&[]);
+        self.network.forward(scaled, outputs.get_mut(..targets).unwrap_or(&mut []))?;
         for (target, (place, output)) in out.iter_mut().zip(outputs).enumerate() {
             *place = match self.targets.raw(target, output) {
                 Some(value) if value.is_finite() => value,

@@ -129,21 +129,25 @@ impl<W: AsRef<[f32]>> Network<W> {
             layers: activations.len(),
             weights,
         };
-        network.sizes[..sizes.len()].copy_from_slice(sizes);
-        network.activations[..activations.len()].copy_from_slice(activations);
+        for (place, size) in network.sizes.iter_mut().zip(sizes) {
+            *place = *size;
+        }
+        for (place, activation) in network.activations.iter_mut().zip(activations) {
+            *place = *activation;
+        }
         Ok(network)
     }
 
     /// Layer sizes: inputs, hidden layers, outputs.
     #[must_use]
     pub fn sizes(&self) -> &[usize] {
-        &self.sizes[..=self.layers]
+        self.sizes.get(..=self.layers).unwrap_or(&self.sizes)
     }
 
     /// One activation function per layer of weights.
     #[must_use]
     pub fn activations(&self) -> &[Activation] {
-        &self.activations[..self.layers]
+        self.activations.get(..self.layers).unwrap_or(&self.activations)
     }
 
     /// Number of inputs.
@@ -155,7 +159,7 @@ impl<W: AsRef<[f32]>> Network<W> {
     /// Number of outputs.
     #[must_use]
     pub fn outputs(&self) -> usize {
-        self.sizes[self.layers]
+        self.sizes().last().copied().unwrap_or(0)
     }
 
     /// All weights in flat order.
@@ -183,22 +187,26 @@ impl<W: AsRef<[f32]>> Network<W> {
         let given = weights.len();
         let mut current = [0.0_f32; MAX_WIDTH];
         let mut next = [0.0_f32; MAX_WIDTH];
-        current[..input.len()].copy_from_slice(input);
+        for (place, x) in current.iter_mut().zip(input) {
+            *place = *x;
+        }
         for (pair, activation) in self.sizes().windows(2).zip(self.activations()) {
-            let (from, to) = (pair[0], pair[1]);
-            let Some((layer, rest)) = weights.split_at_checked((from + 1) * to) else {
-                return Err(ShapeError::WeightCount { needed: weight_count(self.sizes()), given });
-            };
+            let &[from, to] = pair else { continue };
+            let missing = ShapeError::WeightCount { needed: weight_count(self.sizes()), given };
+            let (matrix, rest) = weights.split_at_checked(from * to).ok_or(missing)?;
+            let (biases, rest) = rest.split_at_checked(to).ok_or(missing)?;
             weights = rest;
-            let (matrix, biases) = layer.split_at(from * to);
-            let rows = matrix.chunks_exact(from).zip(biases);
+            // No layer is empty: `new` has checked that.
+            let rows = matrix.chunks_exact(from.max(1)).zip(biases);
             for (sum, (row, bias)) in next.iter_mut().zip(rows) {
                 *sum = row.iter().zip(&current).fold(*bias, |sum, (weight, x)| sum + weight * x);
             }
-            activation.apply(&mut next[..to]);
+            activation.apply(next.get_mut(..to).unwrap_or(&mut []));
             core::mem::swap(&mut current, &mut next);
         }
-        output.copy_from_slice(&current[..output.len()]);
+        for (place, x) in output.iter_mut().zip(current) {
+            *place = x;
+        }
         Ok(())
     }
 }

@@ -190,7 +190,7 @@ impl Scaler {
     }
 
     fn axes(&self) -> &[Axis] {
-        &self.axes[..self.columns]
+        self.axes.get(..self.columns).unwrap_or(&self.axes)
     }
 
     /// Number of columns.

@@ -2,7 +2,7 @@
 
 use crate::{
     detector::{BANDS, DetectorConfig},
-    filter::{Band, CornerError, FilterBank},
+    filter::{Band, CornerError, FilterBank, MAX_CORNER},
     floor::FloorConfig,
     grip::GripConfig,
     health::HealthConfig,
@@ -106,6 +106,12 @@ impl PipelineConfig {
         ConfigError::within("detector.envelope_ms", d.envelope_ms, 0.5, 1000.0)?;
         ConfigError::within("detector.release", d.release, 0.01, 1.0)?;
         ConfigError::within("detector.release_ms", d.release_ms, 1.0, 10_000.0)?;
+        let limit_hz = MAX_CORNER * self.sample_rate.0;
+        let [shear, vibration] = [d.shear, d.vibration].map(|b| b.high_hz.min(limit_hz));
+        ConfigError::within("detector.shear.high_hz", d.shear.high_hz, 0.01, 1e6)?;
+        ConfigError::within("detector.shear.low_hz", d.shear.low_hz, 1e-3, shear)?;
+        ConfigError::within("detector.vibration.high_hz", d.vibration.high_hz, 0.01, 1e6)?;
+        ConfigError::within("detector.vibration.low_hz", d.vibration.low_hz, 1e-3, vibration)?;
         let bands = [d.shear, d.vibration].map(|b| Band { low_hz: b.low_hz, high_hz: b.high_hz });
         FilterBank::new(&bands, self.sample_rate.0)?;
         Ok(())

@@ -244,7 +244,7 @@ impl GripController {
     fn brake(&mut self, dt_s: f32, input: &GripInput) {
         self.slip.confirmed |= input.moved_m.is_none_or(|moved| moved >= self.config.confirm_m);
         if let Some(estimate) = input.estimate_n {
-            self.slip.estimate_n = Some(estimate.clamp(0.0, self.config.f_max_n));
+            self.slip.estimate_n = Some(estimate.max(0.0).min(self.config.f_max_n));
         }
         let step = self.slip.base_n * (1.0 + self.config.reflex_step);
         match self.slip.estimate_n {

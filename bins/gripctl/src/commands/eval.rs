@@ -21,7 +21,7 @@ pub(crate) fn run(args: &EvalArgs) -> anyhow::Result<Exit> {
     let name = args.model.display().to_string();
     let text = std::fs::read_to_string(&args.model)
         .map_err(|source| ModelError::Read { file: args.model.clone(), source })?;
-    let fault = |source| ModelError::File { file: name.clone(), source };
+    let fault = |fault| ModelError::File { file: name.clone(), fault };
     let file = ModelFile::from_json(&text).map_err(fault)?;
     let model = file.model().map_err(fault)?;
     let (inputs, targets) = file.specs();

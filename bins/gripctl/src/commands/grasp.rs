@@ -2,14 +2,14 @@
 
 use super::{estimator, host_config};
 use crate::{cli::GraspArgs, output, output::or_dash};
-use anyhow::Context as _;
 use grip_host::{
     HostConfig, HostEstimator,
     exit::{Exit, WrongArgument},
+    scene,
     score::Quantiles,
     trial::{self, Outcome},
 };
-use grip_sim::{Scene, scene};
+use grip_sim::Scene;
 use indicatif::{ParallelProgressIterator as _, ProgressBar, ProgressStyle};
 use rayon::iter::{IntoParallelIterator as _, ParallelIterator as _};
 use serde::Serialize;
@@ -59,7 +59,8 @@ struct Total {
 
 pub(crate) fn run(args: &GraspArgs) -> anyhow::Result<Exit> {
     if !(args.duration > 0.0 && args.duration <= 600.0) {
-        let message = format!("--duration {}: expected up to 600 s", args.duration);
+        let message =
+            format!("--duration {}: expected seconds, more than 0 and up to 600", args.duration);
         return Err(WrongArgument(message).into());
     }
     let config = host_config(args.config.as_deref())?;
@@ -83,8 +84,8 @@ pub(crate) fn run(args: &GraspArgs) -> anyhow::Result<Exit> {
 fn scene_names(args: &GraspArgs) -> anyhow::Result<Vec<String>> {
     let mut names = args.scene.clone();
     if let Some(folder) = &args.scenes {
-        let entries = std::fs::read_dir(folder)
-            .with_context(|| format!("cannot read the folder {}", folder.display()))?;
+        let wrong = |what: &str| WrongArgument(format!("--scenes {}: {what}", folder.display()));
+        let entries = std::fs::read_dir(folder).map_err(|error| wrong(&error.to_string()))?;
         for entry in entries {
             let path = entry?.path();
             if path.extension().is_some_and(|extension| extension == "toml") {
@@ -92,6 +93,9 @@ fn scene_names(args: &GraspArgs) -> anyhow::Result<Vec<String>> {
             }
         }
         names.sort();
+        if names.is_empty() {
+            return Err(wrong("no scene file (.toml) in this folder").into());
+        }
     }
     if names.is_empty() {
         names.push("default".to_owned());

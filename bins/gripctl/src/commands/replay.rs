@@ -2,6 +2,7 @@
 
 use super::{csv_options, estimator, host_config};
 use crate::{cli::ReplayArgs, output};
+use anyhow::Context as _;
 use grip_host::{exit::Exit, replay, report::EventLog};
 use grip_record::{StylusKind, read_csv};
 use serde::Serialize;
@@ -34,7 +35,8 @@ pub(crate) fn run(args: &ReplayArgs) -> anyhow::Result<Exit> {
     let pipeline = replay::pipeline_config(&recording, &config, args.observe);
     let pipeline = PipelineConfig { no_skip: args.no_skip, ..pipeline };
     let mut log = EventLog::default();
-    let mut replay = replay::Replay::new(&recording, pipeline, Some(estimator))?;
+    let mut replay = replay::Replay::new(&recording, pipeline, Some(estimator))
+        .with_context(|| args.file.display().to_string())?;
     for step in &mut replay {
         for line in log.lines(&step).into_iter().flatten() {
             if args.json {

@@ -3,16 +3,23 @@
 use crate::cli::SimArgs;
 use anyhow::Context as _;
 use core::sync::atomic::{AtomicBool, Ordering};
-use grip_host::exit::{Exit, WrongArgument};
-use grip_sim::{Pty, VirtualMcu, port, scene};
+use grip_host::{
+    exit::{Exit, WrongArgument},
+    scene,
+};
+use grip_sim::{Pty, VirtualMcu, port};
 use std::{sync::Arc, time::Instant};
 
 pub(crate) fn run(args: &SimArgs) -> anyhow::Result<Exit> {
-    if args.duration.is_some_and(|s| !(s > 0.0 && s <= 1e9)) {
-        return Err(WrongArgument("--duration: expected seconds, more than 0".to_owned()).into());
+    if let Some(duration) = args.duration.filter(|s| !(*s > 0.0 && *s <= 1e9)) {
+        let message = format!("--duration {duration}: expected seconds, more than 0");
+        return Err(WrongArgument(message).into());
     }
     let scene = scene::load(&args.scene)?;
-    let scene = args.seed.map_or_else(|| Ok(scene.clone()), |seed| scene.reseeded(seed))?;
+    let scene = match args.seed {
+        Some(seed) => scene.reseeded(seed)?,
+        None => scene,
+    };
     let mut mcu = VirtualMcu::new(&scene, 1).context("the scene makes no gripper")?;
     let pty = Pty::open(Some(&args.pty)).context("cannot open a pseudo-terminal")?;
     let stop = Arc::new(AtomicBool::new(false));

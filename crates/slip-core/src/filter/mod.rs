@@ -6,4 +6,4 @@ mod svf;
 
 pub use bank::{Band, FilterBank};
 pub use envelope::Envelope;
-pub use svf::{CornerError, Svf, SvfLanes};
+pub use svf::{CornerError, MAX_CORNER, Svf, SvfLanes};

@@ -31,7 +31,7 @@ pub struct CornerError {
 }
 
 /// The largest corner as a fraction of the sample rate; above it the bilinear warping takes over.
-pub(super) const MAX_CORNER: f32 = 0.4;
+pub const MAX_CORNER: f32 = 0.4;
 
 const K: f32 = core::f32::consts::SQRT_2;
 

@@ -1,0 +1,10 @@
+//! gripctl as a person or a script meets it: its arguments and files in, its output and exit code out.
+#![expect(clippy::unwrap_used, clippy::panic, reason = "test code")]
+
+mod grasp;
+mod learn;
+mod refusals;
+mod replay;
+mod run;
+mod score;
+mod sim;

@@ -1,0 +1,121 @@
+//! What a person may get wrong: each is refused with one message that says what, where and what to do.
+
+use crate::run::gripctl;
+use std::fs;
+
+const MODEL: &str = include_str!("../../../../crates/grip-host/models/default.json");
+
+#[test]
+fn recordings() {
+    let folder = tempfile::tempdir().unwrap();
+    let refuse = |bytes: &[u8], words: &[&str]| {
+        fs::write(folder.path().join("r.csv"), bytes).unwrap();
+        let words: Vec<&str> = words.iter().copied().chain(["r.csv"]).collect();
+        gripctl(folder.path(), &["replay", "r.csv"]).refused(1, &words);
+    };
+    refuse(b"", &["is empty", "the first line must name the columns"]);
+    refuse(b"t_s,stylus\n", &["no rows"]);
+    refuse(b"t_s,stylus\n0,1\n0.1,2,\n", &["line 3", "3 fields", "remove the extra commas"]);
+    refuse(b"t_s,stylus\n0,1\n0.1\n", &["line 3", "1 fields", "add the missing"]);
+    refuse(b"t_s,stylus\n0,1\n0.1,abc\n", &["line 3, column stylus", "\"abc\" is not a number"]);
+    refuse(b"t_s,stylus\n0,1\n0,2\n1,5,5\n", &["line 4"]);
+    refuse(b"t_s,stylus\nnan,1\n", &["line 2, column t_s", "\"nan\""]);
+    refuse(b"t_s,stylus\n-1,1\n", &["line 2, column t_s", "\"-1\"", "start at 0"]);
+    refuse(
+        b"t_s,stylus\n0,1\n0.2,1\n0.1,2\n",
+        &["line 4, column t_s", "backwards", "sort the rows"],
+    );
+    refuse(b"t_s,stylus\n5,1\n5,2\n5,3\n", &["the rate cannot be told", "--rate HZ"]);
+    refuse(b"t_s,stylus,stylus\n0,1,1\n", &["columns 2 and 3", "\"stylus\""]);
+    refuse(
+        b"t_s,height\n0,1\n",
+        &["no column stylus or vibration", "--map stylus=NAME", "t_s, height"],
+    );
+    refuse(b"stylus\n1\n2\n", &["no column t_s and no rate", "--rate HZ"]);
+    refuse(b"t_s,stylus,vibration\n0,1,1\n", &["stylus and vibration", "--map"]);
+    refuse(b"t_s,stylus\n0,1\n1,1\n2,1\n", &["sample_rate_hz = 1 is outside 50 to 50000"]);
+    let rubbish: Vec<u8> =
+        (0..40_000_u32).map(|i| (i.wrapping_mul(2_654_435_761) >> 13).to_le_bytes()[0]).collect();
+    refuse(&rubbish, &["no column stylus"]);
+    let shown = gripctl(folder.path(), &["replay", "r.csv"]).err;
+    assert!(
+        shown.len() < 8000 && !shown.trim_end().contains(|c: char| c.is_control() && c != '\n'),
+        "{shown}"
+    );
+    gripctl(folder.path(), &["replay", "."]).refused(1, &["directory"]);
+    gripctl(folder.path(), &["replay", "gone.csv"]).refused(1, &["gone.csv", "No such file"]);
+}
+
+#[test]
+fn arguments() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("r.csv"), "a,b\n1,2\n2,3\n").unwrap();
+    fs::create_dir(folder.path().join("empty")).unwrap();
+    fs::write(folder.path().join("file"), "mine").unwrap();
+    let refuse = |args: &[&str], words: &[&str]| {
+        gripctl(folder.path(), args).refused(2, words);
+    };
+    refuse(&["replay", "r.csv", "--map", "nonsense"], &["--map nonsense", "OURS=NAME"]);
+    refuse(&["replay", "r.csv", "--map", "foo=a"], &["--map foo=a", "t_s, stylus, vibration"]);
+    refuse(&["replay", "r.csv", "--map", "stylus=c"], &["--map stylus=c", "a, b"]);
+    let twice = ["replay", "r.csv", "--map", "stylus=a", "--map", "vibration=a"];
+    refuse(&twice, &["\"a\" twice"]);
+    for rate in ["0", "-1", "nan", "inf"] {
+        refuse(
+            &["replay", "r.csv", "--map", "stylus=a", "--rate", rate],
+            &["--rate", "0.001 and 1000000"],
+        );
+    }
+    refuse(&["replay"], &["<FILE>"]);
+    refuse(&["score", ".", "--map", "x=y"], &["labels.csv"].map(|_| "").as_slice());
+    for duration in ["0", "-1", "nan", "1e99"] {
+        refuse(&["sim", "--pty", "p", "--duration", duration], &["--duration", "more than 0"]);
+        refuse(&["grasp", "--duration", duration], &["--duration", "more than 0"]);
+    }
+    refuse(&["sim"], &["--pty"]);
+    refuse(&["sim", "--pty", "p", "--scene", "nope"], &["\"nope\"", "built in are default"]);
+    refuse(&["grasp", "nope"], &["\"nope\"", "built in are default"]);
+    refuse(&["grasp", "--trials", "0"], &["--trials"]);
+    refuse(&["grasp", "--scenes", "empty"], &["--scenes empty", ".toml"]);
+    refuse(&["grasp", "--scenes", "gone"], &["--scenes gone", "No such file"]);
+    refuse(&["fly"], &["fly", "--help"]);
+    let occupied = gripctl(folder.path(), &["sim", "--pty", "file"]);
+    occupied.refused(1, &["file exists and is not a symbolic link"]);
+    assert_eq!(fs::read_to_string(folder.path().join("file")).unwrap(), "mine");
+    gripctl(folder.path(), &["sim", "--pty", "gone/p"]).refused(1, &["gone/p", "No such file"]);
+}
+
+#[test]
+fn configurations_models_and_scenes() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("r.csv"), "t_s,stylus\n0,0\n0.001,0\n0.002,0\n").unwrap();
+    let refuse = |name: &str, text: &str, args: &[&str], words: &[&str]| {
+        fs::write(folder.path().join(name), text).unwrap();
+        let words: Vec<&str> = words.iter().copied().chain([name]).collect();
+        gripctl(folder.path(), args).refused(2, &words);
+    };
+    let config = |text: &str, words: &[&str]| {
+        refuse("c.toml", text, &["replay", "r.csv", "--config", "c.toml"], words);
+        refuse("c.toml", text, &["grasp", "--trials", "1", "--config", "c.toml"], words);
+    };
+    config("[grip]\nforce = 3\n", &["line 2, column 1", "`force`", "expected one of"]);
+    config(
+        "[grip]\nf_max_n = 5.0\ntrial_force_n = 7.0\n",
+        &["c.toml:3:1: grip.trial_force_n = 7 is outside 0.01 to 5"],
+    );
+    let model = |text: &str, words: &[&str]| {
+        refuse("m.json", text, &["replay", "r.csv", "--model", "m.json"], words);
+        refuse("m.json", text, &["eval", "m.json", "r.csv"], words);
+    };
+    model(&MODEL.replace("\"version\": 1", "\"version\": 2"), &["version 2", "gripctl train"]);
+    model(&MODEL.replacen("0.", "null", 1), &["line ", "column "]);
+    model("[1, 2", &["line 1, column"]);
+    let scene = |text: &str, words: &[&str]| {
+        refuse("s.toml", text, &["grasp", "s.toml", "--trials", "1"], words);
+        refuse("s.toml", text, &["sim", "--pty", "p", "--scene", "s.toml"], words);
+    };
+    scene("name = \"x\"\nmas_kg = 1\n", &["line 2, column 1", "`mas_kg`"]);
+    scene("name = \"x\"\n\nmass_kg = 0\n", &["s.toml:3:1: mass_kg = 0 is outside 0.005 to 20"]);
+    scene("name = \"x\"\n[drive]\nlag_ms = -1\n", &["s.toml:3:1: drive.lag_ms = -1"]);
+    gripctl(folder.path(), &["grasp", "gone.toml"]).refused(2, &["gone.toml", "No such file"]);
+}

@@ -1,0 +1,107 @@
+//! Recordings through `gripctl replay`: the very events of the run they come from, and the truth about dirty ones.
+
+use crate::run::{gripctl, number, real_data};
+use grip_host::{HostConfig, News, model, trial};
+use grip_record::{Channel, ChannelSet, CsvWriter, StylusKind};
+use grip_sim::scene;
+use slip_core::{Sample, units::Micros};
+use std::{fs, path::Path};
+
+/// Grasps in lockstep; gives the event lines of the session and writes its samples to `file`.
+fn record_grasp(scene_name: &str, seed: u64, file: &Path) -> Vec<String> {
+    let scene = scene::load(scene_name).unwrap().reseeded(seed).unwrap();
+    let (mut lines, mut samples) = (Vec::new(), Vec::<Sample>::new());
+    let mut tell = |news: News<'_>| match news {
+        News::Step { sample, .. } => samples.push(*sample),
+        News::Event(line) => lines.push(serde_json::to_string(&line).unwrap()),
+        News::Link(_) => {}
+    };
+    let estimator = model::default_estimator().unwrap();
+    trial::grasp(&scene, &HostConfig::default(), estimator, Micros(2_000_000), &mut tell).unwrap();
+    let channels =
+        Channel::ALL.into_iter().fold(ChannelSet::new(StylusKind::Displacement), ChannelSet::with);
+    let mut writer = CsvWriter::new(fs::File::create(file).unwrap(), &channels).unwrap();
+    samples.iter().for_each(|sample| writer.write(sample).unwrap());
+    lines
+}
+
+#[test]
+fn a_recorded_grasp_replays_to_the_same_lines() {
+    let folder = tempfile::tempdir().unwrap();
+    for (scene, seed) in [("default", 0), ("light_rough", 5), ("shaken", 2), ("moving", 1)] {
+        let lines = record_grasp(scene, seed, &folder.path().join("run.csv"));
+        assert!(lines.iter().any(|line| line.contains("\"slip\"")), "{scene}: {lines:?}");
+        for args in [&[][..], &[], &["--no-skip"]] {
+            let args = [&["replay", "run.csv", "--json"], args].concat();
+            let ran = gripctl(folder.path(), &args).done();
+            let mut printed: Vec<&str> = ran.out.lines().collect();
+            let summary: serde_json::Value = serde_json::from_str(printed.pop().unwrap()).unwrap();
+            assert_eq!(printed, lines, "{scene} {args:?}");
+            assert_eq!(summary["type"], "summary");
+            let slips = lines.iter().filter(|line| line.contains("\"slip_end\"")).count();
+            assert!(number(&summary, "slips") >= slips as f64, "{summary}");
+            assert!(number(&summary, "samples") > 10_000.0 && summary["lost"] == 0, "{summary}");
+            assert!((number(&summary, "duration_s") - 1.99).abs() < 0.05, "{summary}");
+        }
+    }
+    let ran = gripctl(folder.path(), &["replay", "run.csv", "--json", "--observe"]).done();
+    let slip = ran.json().into_iter().find(|line| line["type"] == "slip").unwrap();
+    assert!(slip["command_n"].is_null(), "only observed: {slip}");
+    let text = gripctl(folder.path(), &["replay", "run.csv"]).done().out;
+    assert!(text.contains("slip (") && text.contains("0 gaps"), "{text}");
+}
+
+/// Bad readings and lost rows are no reason to stop: they are counted and told.
+#[test]
+fn bad_readings_and_gaps_are_counted() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut text = "t_s,stylus\n".to_owned();
+    for i in 0..2000_u32 {
+        let t = f64::from(i) * 1e-4 + if i > 1500 { 0.05 } else { 0.0 };
+        let stylus = match i % 100 {
+            7 => "NaN".to_owned(),
+            27 => "1e30".to_owned(),
+            47 => "-inf".to_owned(),
+            67 => "4e-3".to_owned(),
+            87 => String::new(),
+            _ => format!("{:e}", 1e-7 * f64::from(i * 7919 % 101)),
+        };
+        text += &format!("{t:.6},{stylus}\n");
+    }
+    fs::write(folder.path().join("dirty.csv"), text).unwrap();
+    let ran = gripctl(folder.path(), &["replay", "dirty.csv", "--json"]);
+    assert_eq!(ran.code, 3, "{ran:?}");
+    let summary = ran.json().pop().unwrap();
+    assert_eq!((number(&summary, "unusable"), number(&summary, "lost")), (100.0, 1.0), "{summary}");
+    assert_eq!(summary["samples"], 2000);
+    for word in ["dirty.csv", "NaN readings: 20", "huge readings: 40", "gaps: 1", "0.050"] {
+        assert!(ran.err.contains(word), "no {word:?} in {}", ran.err);
+    }
+    fs::write(folder.path().join("nan.csv"), "t_s,stylus\n0,NaN\n0.001,NaN\n0.002,NaN\n").unwrap();
+    let ran = gripctl(folder.path(), &["replay", "nan.csv", "--json"]).done();
+    assert_eq!(ran.json().pop().unwrap()["unusable"], 3);
+}
+
+/// Real recordings with a 400 Hz tone, serial glitches and drop-outs.
+#[test]
+fn dirty_recordings_of_a_hand_held_stylus() {
+    let Some(folder) = real_data("stylus_accel_1k") else { return };
+    let map = ["--map", "vibration=acceleration"];
+    for name in ["texture1.csv", "texture2.csv", "texture3.csv"] {
+        for more in [&[][..], &["--observe"], &["--no-skip"]] {
+            let args = [&["replay", name, "--json"], &map[..], more].concat();
+            let ran = gripctl(&folder, &args);
+            assert!([0, 3].contains(&ran.code), "{name}: {} {}", ran.code, ran.err);
+            assert!(ran.err.contains("columns not used: speed_mm_s"), "{}", ran.err);
+            let lines = ran.json();
+            let summary = lines.last().unwrap();
+            assert!(number(summary, "samples") > 1000.0, "{summary}");
+            // JSON cannot hold NaN or infinity: they would stand there as null.
+            for line in &lines {
+                assert!(line["t_s"].is_f64() || line == summary, "{line}");
+                assert!(line["type"] != "slip" || line["statistic"].is_f64(), "{line}");
+            }
+            println!("{name} {more:?}: {summary} {}", ran.err);
+        }
+    }
+}

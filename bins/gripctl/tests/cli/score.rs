@@ -1,0 +1,141 @@
+//! `gripctl score`: labelled recordings, made here and real.
+
+use crate::run::{gripctl, number, real_data};
+use core::fmt::Write as _;
+use std::{fs, path::Path};
+
+/// 0.6 s at 2.2 kHz in counts: seeded noise, and a tone from `slip_from_s` on.
+fn recording(slip_from_s: f64, seed: u32) -> String {
+    let mut state = seed;
+    let mut text = String::from("t_s,vibration\n");
+    for i in 0..1320_u32 {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        let noise = f64::from(state >> 8) / f64::from(1 << 24) * 10.0 - 5.0;
+        let t = f64::from(i) / 2200.0;
+        let tone = if t >= slip_from_s { 200.0 * (942.0 * t).sin() } else { 0.0 };
+        writeln!(text, "{t:.6},{}", (noise + tone).round()).unwrap();
+    }
+    text
+}
+
+fn folder() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    let put = |name: &str, text: &str| fs::write(folder.path().join(name), text).unwrap();
+    put(
+        "labels.csv",
+        "recording,kind,material,onset_s\nfound,onset,cork,0.3\nearly,onset,cork,0.5\nquiet,onset,felt,0.3\nall,steady,felt,\nrest,rest,,\n",
+    );
+    put("found.csv", &recording(0.3, 1));
+    put("early.csv", &recording(0.3, 2));
+    put("quiet.csv", &recording(9.0, 3));
+    put("all.csv", &recording(0.0, 4));
+    put("rest.csv", &recording(9.0, 5));
+    put("found_pose.csv", "t_s,travel_mm\n0,0\n0.3,0\n0.6,30\n");
+    folder
+}
+
+#[test]
+fn each_recording_is_judged_by_its_label() {
+    let folder = folder();
+    let ran = gripctl(folder.path(), &["score", ".", "--json"]).done();
+    assert!(
+        ran.err.contains("noise floor measured on") && ran.err.contains("pooled"),
+        "{}",
+        ran.err
+    );
+    let lines = ran.json();
+    let [found, early, quiet, all, rest, total] = lines.as_slice() else { panic!("{}", ran.out) };
+    assert_eq!(
+        (&found["recording"], &found["kind"], &found["material"]),
+        (&"found".into(), &"onset".into(), &"cork".into())
+    );
+    assert_eq!(
+        (&found["missed"], &found["early"], number(found, "onset_s")),
+        (&false.into(), &false.into(), 0.3)
+    );
+    let latency = number(found, "latency_ms");
+    assert!((0.0..10.0).contains(&latency), "{found}");
+    assert!((number(found, "alarm_s") - 0.3 - 1e-3 * latency).abs() < 1e-9, "{found}");
+    assert!((number(found, "travel_mm") - 0.1 * latency).abs() < 1e-6, "100 mm/s: {found}");
+    assert_eq!(
+        (&early["missed"], &early["early"], &early["latency_ms"]),
+        (&false.into(), &true.into(), &().into())
+    );
+    assert_eq!(
+        (&quiet["missed"], &quiet["early"], &quiet["alarm_s"]),
+        (&true.into(), &false.into(), &().into())
+    );
+    assert!(
+        all["missed"] == false && number(all, "latency_ms") < 20.0 && all["onset_s"].is_null(),
+        "{all}"
+    );
+    assert!(rest["alarm_s"].is_null() && rest["missed"] == false, "{rest}");
+    assert_eq!(total["type"], "total");
+    let counts = ["onsets", "missed", "early", "steady", "steady_missed", "rest_alarms"];
+    assert_eq!(counts.map(|name| number(total, name)), [3.0, 1.0, 1.0, 1.0, 0.0, 0.0], "{total}");
+    assert!((number(total, "rest_s") - 0.6).abs() < 1e-3, "{total}");
+    assert!((number(&total["latency_ms"], "p50") - latency).abs() < 1e-9, "{total}");
+    assert_eq!(total["latency_ms"]["p50"], total["latency_ms"]["p95"]);
+    // A guard of 300 ms makes the early alarm incipient slip.
+    let ran = gripctl(folder.path(), &["score", ".", "--json", "--guard-ms", "210"]).done();
+    let lines = ran.json();
+    assert!(lines[1]["early"] == false && number(&lines[1], "latency_ms") < -190.0, "{}", lines[1]);
+    let text = gripctl(folder.path(), &["score", "."]).done().out;
+    assert!(
+        text.contains("MISSED") && text.contains("EARLY") && text.contains("false alarms"),
+        "{text}"
+    );
+}
+
+/// Fingertip recordings of 14 materials.
+#[test]
+fn slips_of_a_real_fingertip_are_found_in_time() {
+    let Some(folder) = real_data("biotac_slide") else { return };
+    let ran = gripctl(Path::new("."), &["score", &folder.display().to_string(), "--json"]).done();
+    let total = ran.json().pop().unwrap();
+    println!("{total}");
+    assert!(number(&total, "onsets") >= 50.0 && total["missed"] == 0, "{total}");
+    assert!(number(&total, "early") <= 2.0, "{total}");
+    assert!(number(&total["latency_ms"], "p50") <= 20.0, "{total}");
+    assert_eq!(total["steady_missed"], 0, "{total}");
+}
+
+#[test]
+fn broken_folders_are_refused() {
+    let folder = folder();
+    let refuse = |labels: &str, words: &[&str]| {
+        fs::write(folder.path().join("labels.csv"), labels).unwrap();
+        gripctl(folder.path(), &["score", "."]).refused(1, words);
+    };
+    let header = "recording,kind,material,onset_s\n";
+    refuse("", &["labels.csv", "is empty", "recording,kind,material,onset_s"]);
+    refuse(header, &["no recording is labelled", "a row for each"]);
+    refuse("rec,kind\nrest,rest\n", &["no column recording", "rec, kind"]);
+    let row = |row: &str, words: &[&str]| refuse(&format!("{header}{row}\n"), words);
+    row("found,onset,x,", &["labels.csv: line 2, column onset_s", "is empty", "needs the time"]);
+    row("found,onset,x,soon", &["line 2, column onset_s", "\"soon\" is not a number"]);
+    row("found,onset,x,nan", &["line 2, column onset_s", "\"nan\""]);
+    row("found,onset,x,-0.3", &["line 2, column onset_s", "\"-0.3\""]);
+    row("found,onset,x,99", &["found", "99 s lies outside", "correct onset_s"]);
+    row("found,sliding,x,", &["line 2, column kind", "\"sliding\"", "onset, steady or rest"]);
+    row("rest,rest,x,0.5", &["line 2, column onset_s", "clear the cell"]);
+    row("../found,onset,x,0.3", &["line 2, column recording", "no file name"]);
+    row("rest,rest,x,\nrest,rest,x,", &["line 3, column recording", "a label already"]);
+    row("found,onset,x", &["line 2: 3 fields", "4"]);
+    row("gone,rest,x,", &["gone.csv", "cannot be read"]);
+    row("all,steady,x,", &["no labelled rest"]);
+    let other = recording(9.0, 6).replacen("0.000455", "0.000455", 1);
+    let slow: String = other.lines().step_by(2).map(|line| format!("{line}\n")).collect();
+    fs::write(
+        folder.path().join("slow.csv"),
+        slow.replacen(slow.lines().next().unwrap(), "t_s,vibration", 1),
+    )
+    .unwrap();
+    row("rest,rest,x,\nslow,rest,x,", &["slow", "1100", "2200", "cannot be pooled"]);
+    fs::remove_file(folder.path().join("labels.csv")).unwrap();
+    gripctl(folder.path(), &["score", "."]).refused(1, &["labels.csv", "No such file"]);
+    gripctl(folder.path(), &["score", "gone"]).refused(1, &["gone/labels.csv", "No such file"]);
+    for guard in ["nan", "-1", "inf", "x"] {
+        gripctl(folder.path(), &["score", ".", "--guard-ms", guard]).refused(2, &["--guard-ms"]);
+    }
+}

@@ -1,0 +1,162 @@
+//! Whole runs over a real pseudo-terminal: what is printed and recorded, and that a replay says the same.
+
+use crate::run::{Ran, command, ended, gripd};
+use grip_host::{HostConfig, model, replay, report::EventLog};
+use grip_record::{CsvOptions, Recording, read_csv};
+use serde_json::Value;
+use slip_core::PipelineConfig;
+use std::{fs, io::Read as _, os::unix::fs::symlink, path::Path, process::Stdio};
+
+/// The event lines that a replay of `recording` prints.
+fn replayed(recording: &Recording, no_skip: bool) -> Vec<String> {
+    let config = replay::pipeline_config(recording, &HostConfig::default(), false);
+    let config = PipelineConfig { no_skip, ..config };
+    let estimator = model::default_estimator().unwrap();
+    let steps = replay::Replay::new(recording, config, Some(estimator)).unwrap();
+    let mut log = EventLog::default();
+    steps
+        .flat_map(|step| log.lines(&step).into_iter().flatten())
+        .map(|line| serde_json::to_string(&line).unwrap())
+        .collect()
+}
+
+/// The recording gives the very lines that were printed, however often and however thoroughly it is replayed. Where the
+/// machine was too busy to record every sample there is nothing to compare.
+fn replays_identically(file: &Path, ran: &Ran) {
+    let mut printed: Vec<&str> = ran.out.lines().collect();
+    let summary: Value = serde_json::from_str(printed.pop().unwrap()).unwrap();
+    let recording = read_csv(file, &CsvOptions::default()).unwrap();
+    if summary["unrecorded_samples"] != 0 || summary["untold_notes"] != 0 {
+        assert_eq!(ran.code, 3, "{summary}");
+        return;
+    }
+    assert_eq!(summary["samples"], recording.samples.len());
+    for no_skip in [false, false, true] {
+        assert_eq!(replayed(&recording, no_skip), printed, "no_skip: {no_skip}");
+    }
+}
+
+fn number(value: &Value, name: &str) -> f64 {
+    value[name].as_f64().unwrap_or_else(|| panic!("no number {name} in {value}"))
+}
+
+/// A machine that stops the program for longer than the object takes to fall drops it: it may try again.
+fn until_held(folder: &Path, args: &[&str]) -> Ran {
+    for _ in 0..3 {
+        let ran = gripd(folder, args).done();
+        if ran.json().last().unwrap()["held"] == true {
+            return ran;
+        }
+        eprintln!("not held: {}", ran.out);
+    }
+    panic!("the object was not held in three runs");
+}
+
+#[test]
+fn the_object_is_held_and_every_line_is_as_agreed() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("run.csv");
+    let args = ["--port", "sim", "--duration", "4", "--json", "--record", "run.csv"];
+    let ran = until_held(folder.path(), &args);
+    let mut lines = ran.json();
+    let summary = lines.pop().unwrap();
+    assert_eq!(summary["type"], "summary");
+    assert!(number(&summary, "samples") > 1000.0, "{summary}");
+    assert!(number(&summary, "slips") >= 1.0 && number(&summary, "commands") > 10.0, "{summary}");
+    assert!(summary["lost"].is_u64() && number(&summary, "slip_mm") > 0.0, "{summary}");
+    let (needed, last) = (number(&summary, "force_needed_n"), number(&summary, "force_final_n"));
+    assert!(last > needed && last < 60.0, "{last} N of {needed} N");
+    for name in ["p50", "p99", "max"] {
+        assert!(number(&summary["latency_us"], name) > 0.0, "{summary}");
+    }
+    assert_eq!(
+        ran.code == 3,
+        number(&summary, "lost") > 0.0
+            || summary["unrecorded_samples"] != 0
+            || summary["untold_notes"] != 0
+    );
+    let slips: Vec<&Value> = lines.iter().filter(|line| line["type"] == "slip").collect();
+    assert!(!slips.is_empty(), "{}", ran.out);
+    for slip in &slips {
+        assert!(number(slip, "t_s") > 0.0 && number(slip, "statistic") >= 1.0, "{slip}");
+        assert!(["incipient", "gross"].contains(&slip["phase"].as_str().unwrap()), "{slip}");
+        for name in ["esc_w", "estimate_n"] {
+            assert!(
+                slip.get(name).is_some_and(|value| value.is_null() || value.is_f64()),
+                "{slip}"
+            );
+        }
+        assert!((0.0..=60.0).contains(&number(slip, "command_n")), "{slip}");
+    }
+    let known = ["slip", "slip_end", "health"];
+    assert!(lines.iter().all(|line| known.contains(&line["type"].as_str().unwrap())));
+    replays_identically(&file, &ran);
+}
+
+/// A gripper that feels only with its stylus, at a low limit of force: the recording still says that a controller ran.
+#[test]
+fn a_gripper_without_other_sensors_replays_identically() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = "name = \"bare\"\nseed = 3\nmass_kg = 0.3\nfriction = 0.4\n[channels]\nforce = false\ntravel = false\n";
+    fs::write(folder.path().join("bare.toml"), scene).unwrap();
+    let args = ["--port", "sim:bare.toml", "--duration", "2.5", "--json", "--record", "run.csv"];
+    let ran = gripd(folder.path(), &args).done();
+    let lines = ran.json();
+    assert!(
+        lines.iter().any(|line| line["type"] == "slip" && line["command_n"].is_f64()),
+        "{}",
+        ran.out
+    );
+    replays_identically(&folder.path().join("run.csv"), &ran);
+}
+
+#[test]
+fn a_recording_that_cannot_be_written_is_told_and_the_grip_goes_on() {
+    let folder = tempfile::tempdir().unwrap();
+    symlink("/dev/full", folder.path().join("full.csv")).unwrap();
+    let args = ["--port", "sim", "--duration", "1.5", "--record", "full.csv"];
+    let ran = gripd(folder.path(), &args);
+    assert_eq!(ran.code, 1, "{ran:?}");
+    assert!(ran.err.contains("cannot write the recording full.csv"), "{}", ran.err);
+    assert!(ran.err.contains("the object is held without"), "{}", ran.err);
+    assert!(ran.out.contains("latency from frame to command"), "{}", ran.out);
+    let ran = gripd(folder.path(), &["--port", "sim", "--record", "gone/x.csv"]);
+    ran.refused(1, &["cannot write the recording gone/x.csv", "No such file"]);
+}
+
+#[test]
+fn nobody_reads_the_output_and_the_recording_is_complete_all_the_same() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("run.csv"), "older\n".repeat(200_000)).unwrap();
+    let args = ["--port", "sim", "--duration", "2", "--json", "--record", "run.csv"];
+    let mut child = command(folder.path(), &args)
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    drop(child.stdout.take());
+    let mut err = String::new();
+    child.stderr.take().unwrap().read_to_string(&mut err).unwrap();
+    let code = child.wait().unwrap().code();
+    assert!([Some(0), Some(3)].contains(&code) && !err.contains("panicked"), "{code:?} {err}");
+    let recording = read_csv(&folder.path().join("run.csv"), &CsvOptions::default()).unwrap();
+    let seconds = recording.samples.last().unwrap().t.as_seconds();
+    assert!(recording.samples.len() > 1000 && seconds < 60.0, "{seconds} s");
+}
+
+/// With --dry-run nothing is pressed; without a gripper an older recording stays.
+#[test]
+fn a_dry_run_commands_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let args = ["--port", "sim", "--duration", "1.2", "--dry-run", "--json", "--no-skip"];
+    let ran = gripd(folder.path(), &args).done();
+    let summary = ran.json().pop().unwrap();
+    assert_eq!(summary["commands"], 0, "{summary}");
+    assert_eq!(number(&summary, "force_final_n"), 0.0, "{summary}");
+    assert_eq!(summary["held"], false, "{summary}");
+    fs::write(folder.path().join("old.csv"), "t_s,stylus\n0,0\n").unwrap();
+    let args = ["--port", "./nowhere", "--record", "old.csv"];
+    ended(command(folder.path(), &args)).refused(1, &["./nowhere", "no such port"]);
+    let kept = fs::read_to_string(folder.path().join("old.csv")).unwrap();
+    assert_eq!(kept, "t_s,stylus\n0,0\n");
+}

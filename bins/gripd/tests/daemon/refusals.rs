@@ -1,0 +1,118 @@
+//! What a person may get wrong: each is refused with one message that says what, where and what to do.
+
+use crate::run::gripd;
+use std::{fs, path::Path};
+
+const MODEL: &str = include_str!("../../../../crates/grip-host/models/default.json");
+
+/// Each case: its text, and words of the message; the exit code is 2.
+#[track_caller]
+fn refuse(folder: &Path, args: &[&str], words: &[&str]) {
+    let ran = gripd(folder, args).refused(2, words);
+    for line in ran.err.lines().filter(|line| line.len() > 30) {
+        assert_eq!(ran.err.matches(line).count(), 1, "told twice: {}", ran.err);
+    }
+}
+
+#[test]
+fn arguments() {
+    let folder = tempfile::tempdir().unwrap();
+    let refuse = |args: &[&str], words: &[&str]| refuse(folder.path(), args, words);
+    refuse(&[], &["no port", "--port sim"]);
+    refuse(&["--port", "sim:nope"], &["nope", "built in are default, heavy_smooth"]);
+    refuse(&["--port", "sim:gone.toml"], &["gone.toml", "No such file"]);
+    for duration in ["0", "-1", "nan", "inf", "x"] {
+        let words = ["--duration", &format!("'{duration}'"), "more than 0"];
+        refuse(&["--port", "sim", "--duration", duration], &words);
+    }
+    refuse(&["--port", "sim", "--baud", "0"], &["--baud", "1.."]);
+    refuse(&["--port", "sim", "--seed", "-3"], &["-3"]);
+    refuse(&["--port", "sim", "--record", "x.mcap"], &["x.mcap", ".csv"]);
+    refuse(&["--prot", "sim"], &["--prot", "--port"]);
+}
+
+#[test]
+fn configurations() {
+    let folder = tempfile::tempdir().unwrap();
+    let cases: [(&str, &[&str]); 11] = [
+        ("[grip]\nf_max_n = 5.0\nforce = 3\n", &["line 3, column 1", "`force`", "expected one of"]),
+        ("gripper = 1\n", &["line 1, column 1", "`gripper`", "`port`, `baud`"]),
+        ("[grip]\nf_max_n = \"x\"\n", &["line 2, column 11", "expected f32"]),
+        ("[grip\n", &["line 1, column 6", "unclosed table"]),
+        ("[link]\nbatch = 300\n", &["line 2, column 9", "300"]),
+        ("[grip]\nf_max_n = -3\n", &[":2:1: grip.f_max_n = -3 is outside 0.01 to 5000"]),
+        ("[grip]\nf_max_n = nan\n", &[":2:1: grip.f_max_n = NaN is outside"]),
+        ("[grip]\nf_max_n = 5.0\n  trial_force_n = 7.0\n", &[":3:3: grip.trial_force_n = 7"]),
+        ("[health]\nmax_bad_run = 0\n", &[":2:1: health.max_bad_run = 0 is outside 1 to"]),
+        ("baud = 0\n", &[":1:1: baud = 0 is outside 1 to"]),
+        (
+            "[detector]\nshear = { low_hz = 20.0, high_hz = 10.0, threshold = 25.0 }\n",
+            &[":2:11: detector.shear.low_hz = 20 is outside 0.001 to 10"],
+        ),
+    ];
+    for (text, words) in cases {
+        fs::write(folder.path().join("c.toml"), text).unwrap();
+        refuse(folder.path(), &["--check-config", "--config", "c.toml"], words);
+    }
+    // The same file, found by its name, stops the daemon before it touches a port.
+    fs::rename(folder.path().join("c.toml"), folder.path().join("gripd.toml")).unwrap();
+    refuse(folder.path(), &["--port", "sim"], &["gripd.toml:2:11"]);
+    let check = |file: &str, words: &[&str]| {
+        refuse(folder.path(), &["--check-config", "--config", file], words);
+    };
+    check("gone.toml", &["gone.toml: the configuration cannot be read", "No such file"]);
+    check(".", &["the configuration cannot be read", "directory"]);
+    fs::write(folder.path().join("b.toml"), [0xFF, 0x00, 0x9B, b'\n']).unwrap();
+    check("b.toml", &["b.toml", "UTF-8"]);
+    fs::write(folder.path().join("good.toml"), "[grip]\nf_max_n = 10.0\n").unwrap();
+    let ran = gripd(folder.path(), &["--check-config", "--config", "good.toml"]);
+    assert_eq!((ran.code, ran.err.as_str()), (0, "good.toml: valid\nmodel: embedded model\n"));
+}
+
+#[test]
+fn models() {
+    let folder = tempfile::tempdir().unwrap();
+    let weight = "4.3647456";
+    assert_eq!(
+        MODEL.matches(weight).count(),
+        1,
+        "the model has been trained again: pick another weight"
+    );
+    let cases: [(String, &[&str]); 9] = [
+        (
+            MODEL.replace("\"version\": 1", "\"version\": 7"),
+            &["version 7", "reads version 1", "gripctl train"],
+        ),
+        (MODEL.replace("mlp-model", "else"), &["no model file"]),
+        (MODEL.replace(weight, "null"), &["line ", "column ", "null"]),
+        (MODEL.replace(weight, "NaN"), &["line ", "column "]),
+        (MODEL.replace(weight, "1e999"), &["line ", "column ", "number out of range"]),
+        (MODEL.replace("trial_force_n", "temperature_k"), &["temperature_k", "slip_speed_m_s"]),
+        (MODEL.replace("\"unit\": \"N\"", "\"unit\": \"kg\""), &["`kg`", "force in N"]),
+        (MODEL.chars().take(700).collect(), &["line ", "column ", "EOF"]),
+        (String::new(), &["EOF"]),
+    ];
+    for (text, words) in cases {
+        fs::write(folder.path().join("m.json"), text).unwrap();
+        let words: Vec<&str> = words.iter().copied().chain(["m.json"]).collect();
+        refuse(folder.path(), &["--check-config", "--model", "m.json"], &words);
+        refuse(folder.path(), &["--port", "sim", "--model", "m.json"], &words);
+    }
+    let check = ["--check-config", "--model", "gone.json"];
+    refuse(folder.path(), &check, &["gone.json: the model cannot be read", "No such file"]);
+}
+
+#[test]
+fn scenes() {
+    let folder = tempfile::tempdir().unwrap();
+    let cases: [(&str, &[&str]); 4] = [
+        ("name = \"x\"\nmas_kg = 1.0\n", &["line 2, column 1", "`mas_kg`"]),
+        ("mass_kg = 1.0\n", &["missing field `name`"]),
+        ("name = \"x\"\nmass_kg = 0\n", &["s.toml:2:1: mass_kg = 0 is outside 0.005 to 20"]),
+        ("name = \"x\"\n[noise]\nstylus_um = 1e9\n", &["s.toml:3:1: noise.stylus_um"]),
+    ];
+    for (text, words) in cases {
+        fs::write(folder.path().join("s.toml"), text).unwrap();
+        refuse(folder.path(), &["--port", "sim:s.toml"], words);
+    }
+}
