@@ -190,6 +190,17 @@ mod tests {
     }
 
     #[test]
+    fn the_documented_file_lists_every_setting_with_its_default() {
+        let text = include_str!("../../../docs/gripd.toml");
+        assert_eq!(HostConfig::parse(Path::new("x"), text).unwrap(), HostConfig::default());
+        let all = toml::to_string(&HostConfig::default()).unwrap();
+        let keys = all.lines().filter_map(|line| line.split_once(" = ").map(|(key, _)| key));
+        for key in keys {
+            assert!(text.contains(&format!("{key} =")), "{key} is not documented");
+        }
+    }
+
+    #[test]
     fn the_default_can_be_written_and_read_back() {
         let text = toml::to_string(&HostConfig::default()).unwrap();
         assert_eq!(HostConfig::parse(Path::new("x"), &text).unwrap(), HostConfig::default());

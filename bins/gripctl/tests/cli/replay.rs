@@ -74,7 +74,15 @@ fn bad_readings_and_gaps_are_counted() {
     let summary = ran.json().pop().unwrap();
     assert_eq!((number(&summary, "unusable"), number(&summary, "lost")), (100.0, 1.0), "{summary}");
     assert_eq!(summary["samples"], 2000);
-    for word in ["dirty.csv", "NaN readings: 20", "huge readings: 40", "gaps: 1", "0.050"] {
+    for word in [
+        "dirty.csv",
+        "NaN readings: 20",
+        "infinite readings: 20",
+        "huge readings: 20",
+        "empty stylus cells: 20",
+        "gaps: 1",
+        "0.050",
+    ] {
         assert!(ran.err.contains(word), "no {word:?} in {}", ran.err);
     }
     fs::write(folder.path().join("nan.csv"), "t_s,stylus\n0,NaN\n0.001,NaN\n0.002,NaN\n").unwrap();
