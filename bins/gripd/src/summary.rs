@@ -75,10 +75,7 @@ impl Summary {
                 max: us(latency.max()),
             },
             bad_frames: report.bad_frames,
-            unusable_readings: health.not_finite
-                + health.saturated
-                + health.glitches
-                + health.time_faults,
+            unusable_readings: health.unusable(),
             unrecorded_samples: dropped.samples(),
             untold_notes: dropped.notes(),
             stages: Stages {

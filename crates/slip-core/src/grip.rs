@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! Open --grasp()--> Closing --trial force reached--> Settling --settle_ms--> Holding <--> Slipping
-//!                         any --sensor not good--> Fault --good again--> Holding
+//!                Holding, Slipping --sensor not good--> Fault --good again--> Holding
 //! ```
 //!
 //! On a slip the reflex raises the force at once by [`GripConfig::reflex_step`] and, while the slip goes
@@ -179,7 +179,8 @@ impl GripController {
     pub fn step(&mut self, input: &GripInput) -> f32 {
         let dt_s = if input.dt_s >= 0.0 { input.dt_s.min(MAX_DT_S) } else { 0.0 };
         if !input.healthy {
-            if self.state != GripState::Open {
+            // Closing goes on where it stopped.
+            if matches!(self.state, GripState::Holding | GripState::Slipping) {
                 self.state = GripState::Fault;
             }
             return self.command_n;
@@ -395,6 +396,23 @@ mod tests {
         }
         assert_eq!(grip.state(), GripState::Fault);
         grip.step(&calm());
+        assert_eq!((grip.state(), grip.command_n()), (GripState::Holding, 2.0));
+    }
+
+    #[test]
+    fn a_bad_sensor_interrupts_the_closing() {
+        let mut grip = GripController::new(GripConfig::default());
+        grip.grasp(None);
+        for _ in 0..20 {
+            grip.step(&calm());
+        }
+        let reached = grip.command_n();
+        for _ in 0..1000 {
+            assert_eq!(grip.step(&GripInput { healthy: false, ..calm() }), reached);
+        }
+        for _ in 0..200 {
+            grip.step(&calm());
+        }
         assert_eq!((grip.state(), grip.command_n()), (GripState::Holding, 2.0));
     }
 

@@ -74,10 +74,60 @@ pub struct HealthCounters {
     pub failures: u64,
 }
 
+impl HealthCounters {
+    /// Readings of any channel, and samples, that could not be used.
+    #[must_use]
+    pub fn unusable(&self) -> u64 {
+        self.not_finite + self.saturated + self.glitches + self.other_channels + self.time_faults
+    }
+}
+
+/// How far readings of a sensor in unknown units usually lie apart: a step 80 dB beyond that is a glitch of the line,
+/// however small the numbers.
+#[derive(Clone, Copy, Debug, Default)]
+struct UsualStep {
+    mean: f32,
+    seen: u16,
+}
+
+impl UsualStep {
+    /// Steps that are averaged before the mean is believed.
+    const LEARNED: u16 = 64;
+    /// A glitch over the mean.
+    const RATIO: f32 = 1e4;
+    /// Weight of a step in the running mean, and how many times the mean one step may count.
+    const WEIGHT: f32 = 1.0 / 256.0;
+    const MOST: f32 = 16.0;
+
+    #[inline]
+    fn limit(self) -> f32 {
+        if self.seen < Self::LEARNED { f32::MAX } else { Self::RATIO * self.mean }
+    }
+
+    /// Learns from an accepted step. No change at all is the resolution of the sensor, not its noise.
+    #[inline]
+    fn learn(&mut self, step: f32) {
+        if step == 0.0 {
+            return;
+        }
+        if self.seen < Self::LEARNED {
+            self.seen += 1;
+            self.mean += (step - self.mean) / f32::from(self.seen);
+        } else if step > self.limit() {
+            // It has lasted: this is what the signal is like now, and its other swings may be longer.
+            self.mean = 4.0 * step / Self::RATIO;
+        } else {
+            self.mean += Self::WEIGHT * (step.min(Self::MOST * self.mean) - self.mean);
+        }
+    }
+}
+
 /// The checks and their memory.
 #[derive(Clone, Copy, Debug)]
 pub struct HealthCheck {
     config: HealthConfig,
+    /// Only where the unit is unknown.
+    usual: Option<UsualStep>,
     frozen_after: Micros,
     last: Option<(Micros, f32)>,
     changed_at: Micros,
@@ -99,6 +149,7 @@ impl HealthCheck {
         let frozen_after = Micros((config.frozen_ms * 1e3) as u64);
         Self {
             config,
+            usual: None,
             frozen_after,
             last: None,
             changed_at: Micros(0),
@@ -107,6 +158,13 @@ impl HealthCheck {
             health: Health::Good,
             counters: HealthCounters::default(),
         }
+    }
+
+    /// The same for a stylus whose unit is unknown, so that `max_step` can tell nothing: a step 10,000 times as long as
+    /// the steps so far is a glitch too.
+    #[must_use]
+    pub fn uncalibrated(config: HealthConfig) -> Self {
+        Self { usual: Some(UsualStep::default()), ..Self::new(config) }
     }
 
     /// What was counted so far.
@@ -160,12 +218,17 @@ impl HealthCheck {
             return last;
         }
         // A real step stays; a lone spike is gone after a sample or two.
-        if (x - last).abs() > self.config.max_step && self.bad_run < self.config.max_bad_run {
+        let step = (x - last).abs();
+        let limit = self.usual.map_or(f32::MAX, UsualStep::limit).min(self.config.max_step);
+        if step > limit && self.bad_run < self.config.max_bad_run {
             self.counters.glitches += 1;
             self.bad_run += 1;
             return last;
         }
         self.bad_run = 0;
+        if let Some(usual) = &mut self.usual {
+            usual.learn(step);
+        }
         if x.to_bits() != last.to_bits() {
             self.changed_at = sample.t;
         }
@@ -276,6 +339,32 @@ mod tests {
         check.check(&at(640, 1e-6));
         assert_eq!(check.health(), Health::Good);
         assert_eq!(check.counters().failures, 2);
+    }
+
+    /// Readings of some hundredths, as of an accelerometer, with serial glitches.
+    #[test]
+    fn without_a_unit_a_glitch_is_told_by_the_steps_before() {
+        let config = HealthConfig { range: 1e9, max_step: 1e9, ..HealthConfig::default() };
+        let mut check = HealthCheck::uncalibrated(config);
+        let wave = |i: u16| 0.06 * libm::sinf(f32::from(i) * 2.5);
+        for i in 0..2000_u16 {
+            let glitch = i % 100 == 99;
+            let out = check.check(&at(i, if glitch { 5e5 } else { wave(i) })).unwrap().stylus;
+            assert!(i < 99 || out.abs() <= 0.06, "{out}");
+        }
+        assert_eq!((check.counters().glitches, check.health()), (20, Health::Good));
+        // A signal that has really become a million times louder is taken as it is after a while.
+        let taken = (2000..3000_u16).filter(|&i| {
+            let loud = 1e6 * wave(i);
+            check.check(&at(i, loud)).unwrap().stylus == loud
+        });
+        assert!(taken.count() > 980);
+        // Long silence of a coarse sensor does not make its first count a glitch.
+        let mut check = HealthCheck::uncalibrated(config);
+        for i in 0..10_000_u16 {
+            check.check(&at(i, if i % 1000 < 100 { f32::from(i % 2) } else { 0.0 }));
+        }
+        assert_eq!(check.counters().glitches, 0);
     }
 
     #[test]

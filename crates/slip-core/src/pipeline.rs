@@ -70,7 +70,10 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         )]
         let period_us = period_us as u64;
         Ok(Self {
-            health: HealthCheck::new(config.health),
+            health: match config.signal {
+                Signal::Displacement => HealthCheck::new(config.health),
+                Signal::Vibration => HealthCheck::uncalibrated(config.health),
+            },
             contact: Contact::new(contact_n),
             detector: SlipDetector::new(
                 &config.detector,
@@ -95,10 +98,16 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
     #[inline]
     pub fn handle(&mut self, sample: &Sample) -> Step {
         self.counters.samples += 1;
+        let before = self.health.health();
         let Some(sample) = self.health.check(sample) else { return self.unchanged(sample.t) };
         let dt = self.last_t.map_or(Micros(0), |last| sample.t.since(last));
         self.last_t = Some(sample.t);
+        let recovered = before != Health::Good && self.health.health() == Health::Good;
         let scene = self.enter_scene(&sample, dt);
+        if recovered {
+            // A sensor may come back with another zero, which is no slip.
+            self.detector.prime();
+        }
         let detected = self.detect(scene, sample.stylus);
         let statistic = detected.map_or(0.0, |(statistic, _)| statistic);
         let event = self.slip_event(scene, &sample, detected);
@@ -140,12 +149,14 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
     /// learned and while an object is held.
     fn detect(&mut self, scene: Scene, stylus: f32) -> Option<(f32, SlipState)> {
         let decides = matches!(scene, Scene::Holding | Scene::Slipping);
-        if !(decides || self.detector.is_learning() || self.config.no_skip) {
+        let learning = self.detector.is_learning();
+        let trusted = self.health.health() == Health::Good;
+        // The silence of a dead sensor is no noise floor.
+        if !(decides || learning || self.config.no_skip) || (learning && !trusted) {
             return None;
         }
         self.counters.bands += 1;
         let verdict = self.detector.step(stylus);
-        let trusted = self.health.health() == Health::Good;
         (decides && trusted).then_some(verdict).flatten()
     }
 

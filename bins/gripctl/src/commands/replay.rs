@@ -54,7 +54,7 @@ pub(crate) fn run(args: &ReplayArgs) -> anyhow::Result<Exit> {
         lost: u64::try_from(recording.notes.gaps)?,
         slips: log.slips(),
         duration_s: last - first,
-        unusable: health.not_finite + health.saturated + health.glitches + health.time_faults,
+        unusable: health.unusable(),
     };
     if args.json {
         output::json(&summary)?;

@@ -67,6 +67,6 @@ pub(crate) fn real_data(name: &str) -> Option<PathBuf> {
     if folder.is_dir() {
         return Some(folder);
     }
-    println!("left out: no recordings at {}; set GRIP_DATA to their folder", folder.display());
+    eprintln!("left out: no recordings at {}; set GRIP_DATA to their folder", folder.display());
     None
 }

@@ -52,6 +52,39 @@ fn until_held(folder: &Path, args: &[&str]) -> Ran {
     panic!("the object was not held in three runs");
 }
 
+/// The fields of the contract in the last line.
+fn check_summary(summary: &Value, code: i32) {
+    assert_eq!(summary["type"], "summary");
+    assert!(number(summary, "samples") > 1000.0, "{summary}");
+    assert!(number(summary, "slips") >= 1.0 && number(summary, "commands") > 10.0, "{summary}");
+    assert!(summary["lost"].is_u64() && number(summary, "slip_mm") > 0.0, "{summary}");
+    let (needed, last) = (number(summary, "force_needed_n"), number(summary, "force_final_n"));
+    assert!(last > needed && last < 60.0, "{last} N of {needed} N");
+    for name in ["p50", "p99", "max"] {
+        assert!(number(&summary["latency_us"], name) > 0.0, "{summary}");
+    }
+    let lossy =
+        ["lost", "unrecorded_samples", "untold_notes"].iter().any(|name| summary[name] != 0);
+    assert_eq!(code == 3, lossy, "{summary}");
+}
+
+/// The fields of the contract in the lines of events; there is a slip among them.
+fn check_events(lines: &[Value]) {
+    let known = ["slip", "slip_end", "health"];
+    assert!(lines.iter().all(|line| known.contains(&line["type"].as_str().unwrap())));
+    let slips: Vec<&Value> = lines.iter().filter(|line| line["type"] == "slip").collect();
+    assert!(!slips.is_empty(), "{lines:?}");
+    for slip in slips {
+        assert!(number(slip, "t_s") > 0.0 && number(slip, "statistic") >= 1.0, "{slip}");
+        assert!(["incipient", "gross"].contains(&slip["phase"].as_str().unwrap()), "{slip}");
+        for name in ["esc_w", "estimate_n"] {
+            let value = slip.get(name);
+            assert!(value.is_some_and(|value| value.is_null() || value.is_f64()), "{slip}");
+        }
+        assert!((0.0..=60.0).contains(&number(slip, "command_n")), "{slip}");
+    }
+}
+
 #[test]
 fn the_object_is_held_and_every_line_is_as_agreed() {
     let folder = tempfile::tempdir().unwrap();
@@ -59,37 +92,8 @@ fn the_object_is_held_and_every_line_is_as_agreed() {
     let args = ["--port", "sim", "--duration", "4", "--json", "--record", "run.csv"];
     let ran = until_held(folder.path(), &args);
     let mut lines = ran.json();
-    let summary = lines.pop().unwrap();
-    assert_eq!(summary["type"], "summary");
-    assert!(number(&summary, "samples") > 1000.0, "{summary}");
-    assert!(number(&summary, "slips") >= 1.0 && number(&summary, "commands") > 10.0, "{summary}");
-    assert!(summary["lost"].is_u64() && number(&summary, "slip_mm") > 0.0, "{summary}");
-    let (needed, last) = (number(&summary, "force_needed_n"), number(&summary, "force_final_n"));
-    assert!(last > needed && last < 60.0, "{last} N of {needed} N");
-    for name in ["p50", "p99", "max"] {
-        assert!(number(&summary["latency_us"], name) > 0.0, "{summary}");
-    }
-    assert_eq!(
-        ran.code == 3,
-        number(&summary, "lost") > 0.0
-            || summary["unrecorded_samples"] != 0
-            || summary["untold_notes"] != 0
-    );
-    let slips: Vec<&Value> = lines.iter().filter(|line| line["type"] == "slip").collect();
-    assert!(!slips.is_empty(), "{}", ran.out);
-    for slip in &slips {
-        assert!(number(slip, "t_s") > 0.0 && number(slip, "statistic") >= 1.0, "{slip}");
-        assert!(["incipient", "gross"].contains(&slip["phase"].as_str().unwrap()), "{slip}");
-        for name in ["esc_w", "estimate_n"] {
-            assert!(
-                slip.get(name).is_some_and(|value| value.is_null() || value.is_f64()),
-                "{slip}"
-            );
-        }
-        assert!((0.0..=60.0).contains(&number(slip, "command_n")), "{slip}");
-    }
-    let known = ["slip", "slip_end", "health"];
-    assert!(lines.iter().all(|line| known.contains(&line["type"].as_str().unwrap())));
+    check_summary(&lines.pop().unwrap(), ran.code);
+    check_events(&lines);
     replays_identically(&file, &ran);
 }
 

@@ -1,10 +1,10 @@
 //! `name=value` lists in, messages out, and back.
 
 use crate::table::{hex, unhex};
+use core::fmt::Debug;
+use core::str::FromStr;
 use grip_link::message::{Channel, ChannelKind, Ident, MAX_CHANNELS, Unit};
 use std::collections::HashMap;
-use std::fmt::Debug;
-use std::str::FromStr;
 
 /// A list being read; every name must be used exactly once.
 pub(crate) struct Given(HashMap<String, String>);

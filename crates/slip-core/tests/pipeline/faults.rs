@@ -1,0 +1,180 @@
+//! A stylus that fails while an object is held, and while it slips: the fault is counted and told, the force does not
+//! rise, and what comes after is felt as before.
+
+use crate::object::{Loop, Object};
+use slip_core::{
+    Sample, SlipEvent,
+    grip::GripState,
+    health::{Health, HealthCounters},
+    scene::Scene,
+};
+
+/// What happens to the stylus, sample by sample of the fault.
+type Fault = fn(u32, f32) -> f32;
+
+/// Name, fault, the health it leads to (none for lone spikes) and the counter that tells it.
+type Case = (&'static str, Fault, Option<Health>, fn(&HealthCounters) -> u64);
+
+const CASES: [Case; 8] = [
+    ("NaN", |_, _| f32::NAN, Some(Health::Failed), |c| c.not_finite),
+    ("infinite", |_, _| f32::NEG_INFINITY, Some(Health::Failed), |c| c.not_finite),
+    ("huge", |_, _| 1e30, Some(Health::Saturated), |c| c.saturated),
+    ("saturated", |_, _| 5e-3, Some(Health::Saturated), |c| c.saturated),
+    (
+        "alternating",
+        |i, _| if i % 2 == 0 { 6e-3 } else { f32::NAN },
+        Some(Health::Failed),
+        |c| c.saturated,
+    ),
+    ("frozen", |_, _| 1.0e-4, Some(Health::Frozen), |c| c.failures),
+    ("glitches", |i, x| if i % 40 == 0 { 4e-3 } else { x }, None, |c| c.glitches),
+    ("gaps", |i, x| if i % 40 < 5 { f32::NAN } else { x }, None, |c| c.not_finite),
+];
+
+/// Long enough for a frozen stylus to be noticed (samples at 10 kHz).
+const LENGTH: u32 = 1500;
+
+fn broken(fault: Fault, i: u32) -> impl FnOnce(Sample) -> Sample {
+    move |sample| Sample { stylus: fault(i, sample.stylus), ..sample }
+}
+
+/// A gripper that holds an object at rest, which begins to slide at `lifted_s`.
+fn holding(lifted_s: f64) -> Loop {
+    let mut grip = Loop::new(Object::new(10_000.0, 6.0, lifted_s));
+    grip.run_until(0.6);
+    assert_eq!(grip.pipeline.grip_state(), Some(GripState::Holding));
+    grip
+}
+
+fn is_first_slip(event: Option<SlipEvent>) -> bool {
+    matches!(event, Some(SlipEvent::Slip { first: true, .. }))
+}
+
+#[test]
+fn a_fault_while_holding_is_told_and_moves_nothing() {
+    for (name, fault, health, counter) in CASES {
+        let mut grip = holding(1.2);
+        let held = grip.command_n;
+        let mut worst = Health::Good;
+        for i in 0..LENGTH {
+            let step = grip.step(broken(fault, i));
+            if step.health != Health::Good {
+                worst = step.health;
+            }
+            assert!(step.event.is_none() && step.command.unwrap().0 <= held, "{name}: {step:?}");
+        }
+        assert_eq!(worst, health.unwrap_or_default(), "{name}");
+        assert!(counter(&grip.pipeline.health_counters()) > 0, "{name}");
+        let failures = grip.pipeline.health_counters().failures;
+        assert_eq!(failures > 0, health.is_some(), "{name}");
+        assert!(
+            grip.run_until(1.2).is_empty() && grip.command_n <= held,
+            "{name}: {}",
+            grip.command_n
+        );
+        let events = grip.run_until(1.25);
+        let first = events.first().unwrap_or_else(|| panic!("{name}: the slip was not found"));
+        assert!(is_first_slip(first.event) && first.health == Health::Good, "{name}: {first:?}");
+        assert!(first.t.as_seconds() < 1.22, "{name}: {first:?}");
+        assert!(grip.command_n > held, "{name}: the slip is answered");
+    }
+}
+
+/// A sensor that was gone may come back with another zero, which is no slip.
+#[test]
+fn a_new_zero_after_a_fault_is_no_slip() {
+    for (name, fault, health, _) in CASES.into_iter().filter(|case| case.2.is_some()) {
+        for zero in [5e-6_f32, 1e-4, -9e-4] {
+            let mut grip = holding(9.0);
+            let held = grip.command_n;
+            for i in 0..LENGTH {
+                grip.step(broken(fault, i));
+            }
+            for _ in 0..5000 {
+                let step = grip.step(|sample| Sample { stylus: sample.stylus + zero, ..sample });
+                assert!(step.event.is_none(), "{name} ({health:?}), back at {zero}: {step:?}");
+                assert!(step.command.unwrap().0 <= held, "{name}, back at {zero}: {step:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_fault_in_a_slip_stops_the_rise_and_the_next_slip_is_found() {
+    for (name, fault, health, counter) in CASES {
+        let mut grip = holding(0.7);
+        while grip.pipeline.grip_state() != Some(GripState::Slipping)
+            || grip.object.speed_m_s < 0.02
+        {
+            grip.step(|sample| sample);
+        }
+        let mut told = false;
+        for i in 0..LENGTH {
+            let before = grip.command_n;
+            let step = grip.step(broken(fault, i));
+            told |= Some(step.health) == health;
+            assert!(
+                step.health == Health::Good || step.command.unwrap().0 <= before,
+                "{name}: {step:?}"
+            );
+            // Held up from below meanwhile: this is about the sensor, not about the fall.
+            grip.object.speed_m_s = grip.object.speed_m_s.min(0.05);
+        }
+        assert_eq!(told, health.is_some(), "{name}");
+        assert!(counter(&grip.pipeline.health_counters()) > 0, "{name}");
+        // Set down, at rest, and lifted again with more weight than the force so far can hold.
+        grip.object.lifted_s = grip.object.t_s() + 0.5;
+        grip.object.speed_m_s = 0.0;
+        grip.run_until(grip.object.lifted_s - 0.1);
+        assert!(grip.run_until(grip.object.lifted_s).is_empty(), "{name}: at rest");
+        let held = grip.command_n;
+        grip.object.needed_n = 3.0 * f64::from(held);
+        let lifted = grip.object.lifted_s;
+        let events = grip.run_until(lifted + 0.05);
+        assert!(events.first().is_some_and(|step| is_first_slip(step.event)), "{name}: {events:?}");
+        assert!(events[0].t.as_seconds() < lifted + 0.02 && grip.command_n > held, "{name}");
+    }
+}
+
+/// The floor is the noise of the sensor, not the silence of a dead one.
+#[test]
+fn a_sensor_that_wakes_late_teaches_no_false_floor() {
+    for (name, fault, ..) in CASES {
+        let mut grip = Loop::new(Object::new(10_000.0, 6.0, 1.8));
+        for i in 0..5000 {
+            let step = grip.step(broken(fault, i));
+            assert!(step.scene == Scene::Idle || step.event.is_none(), "{name}: {step:?}");
+        }
+        let events = grip.run_until(1.8);
+        assert!(events.is_empty(), "{name}: {:?}", events[0]);
+        assert_eq!(grip.pipeline.grip_state(), Some(GripState::Holding), "{name}");
+        let events = grip.run_until(1.85);
+        assert!(events.first().is_some_and(|step| is_first_slip(step.event)), "{name}: {events:?}");
+    }
+}
+
+/// Broken force and travel sensors are taken as absent; the stylus alone still finds the slip.
+#[test]
+fn broken_other_sensors_are_left_out() {
+    for bad in [f32::NAN, f32::INFINITY, -1e30] {
+        let mut grip = holding(1.0);
+        let held = grip.command_n;
+        let spoil = |sample: Sample| Sample {
+            normal_force_n: Some(bad),
+            travel_m: Some(bad),
+            velocity_m_s: Some(bad),
+            ..sample
+        };
+        let mut found = None;
+        while grip.object.t_s() < 1.05 {
+            let step = grip.step(spoil);
+            assert_eq!(step.health, Health::Good);
+            if grip.object.t_s() < 1.0 {
+                assert!(step.event.is_none() && step.command.unwrap().0 <= held, "{bad}: {step:?}");
+            }
+            found = found.or(step.event.map(|_| step.t.as_seconds()));
+        }
+        assert!(found.is_some_and(|t| t < 1.02) && grip.command_n > held, "{bad}: {found:?}");
+        assert!(grip.pipeline.health_counters().other_channels > 10_000, "{bad}");
+    }
+}
