@@ -7,6 +7,9 @@ use slip_core::{
     stages::StageCounters, units::Hertz,
 };
 
+/// A step of 50 us or more, rounded to 1 us, is off by at most this.
+const RATE_TOLERANCE: f32 = 0.02;
+
 /// The pipeline for a recording: that of the shipped defaults, or of `config`.
 ///
 /// The stylus column decides what is believed of the stylus. The controller runs where the recording
@@ -17,7 +20,7 @@ pub fn pipeline_config(
     config: &HostConfig,
     observe: bool,
 ) -> PipelineConfig {
-    let rate = Hertz(recording.rate_hz);
+    let rate = Hertz(sample_rate(recording, config));
     let base = match recording.channels.stylus {
         StylusKind::Displacement => config.pipeline(rate),
         StylusKind::Vibration => PipelineConfig {
@@ -29,6 +32,18 @@ pub fn pipeline_config(
     };
     let grips = !observe && recording.channels.has(Channel::NormalForce);
     PipelineConfig { grip: base.grip.filter(|_| grips), ..base }
+}
+
+/// Times are recorded in whole microseconds, so the rate that they show may be off by some parts in a hundred, and with it
+/// the bands. A gripper works at the configured rate: where the recording agrees with that, this is the rate it had.
+fn sample_rate(recording: &Recording, config: &HostConfig) -> f32 {
+    #[expect(clippy::cast_precision_loss, reason = "rates are below 2^24")]
+    let configured = config.link.sample_rate_hz as f32;
+    let agrees = (recording.rate_hz / configured - 1.0).abs() < RATE_TOLERANCE;
+    let given = recording.notes.given_rate_hz.is_some();
+    let gripper = recording.channels.stylus == StylusKind::Displacement
+        && recording.channels.has(Channel::NormalForce);
+    if gripper && agrees && !given { configured } else { recording.rate_hz }
 }
 
 /// Every step of a recording, in order.

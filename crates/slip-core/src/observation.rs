@@ -207,7 +207,8 @@ impl SlipObservation {
         }
         match &mut self.stretch {
             Some(stretch) if t.since(stretch.start).as_seconds() <= longest_s => {
-                stretch.impulse_ns += f64::from(reading.force_n) * dt_s;
+                let mean_n = 0.5 * (f64::from(stretch.latest.force_n) + f64::from(reading.force_n));
+                stretch.impulse_ns += mean_n * dt_s;
                 stretch.latest = reading;
             }
             _ => {

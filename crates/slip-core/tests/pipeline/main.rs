@@ -1,5 +1,10 @@
 //! The whole pipeline on hand-made objects: broken sensors, gaps in time, every sample rate.
-#![expect(clippy::unwrap_used, reason = "test code")]
+#![expect(
+    clippy::unwrap_used,
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "test code"
+)]
 
 mod faults;
 mod object;
