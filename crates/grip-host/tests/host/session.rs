@@ -1,12 +1,9 @@
 //! A session and a virtual gripper that exchange bytes in simulated time.
 
-use grip_host::{
-    HostConfig, News, Session, SessionOptions, model, replay, report::EventLog, trial,
-};
-use grip_link::frame::MAX_WIRE;
+use grip_host::{HostConfig, News, model, replay, report::EventLog, trial};
 use grip_record::{Channel, ChannelSet, CsvOptions, CsvWriter, StylusKind, parse_csv};
-use grip_sim::{Scene, VirtualMcu, mcu::SensorFault};
-use slip_core::{Sample, health::Health, units::Micros};
+use grip_sim::Scene;
+use slip_core::{Sample, units::Micros};
 use std::path::Path;
 
 fn scene(force_max_n: f64) -> Scene {
@@ -66,66 +63,4 @@ fn the_limit_of_the_gripper_stands() {
     let mut config = HostConfig::default();
     config.grip.f_max_n = 7.0;
     assert_eq!(replayed(&recording, &config), lines);
-}
-
-/// Runs until `until_us`; the stylus breaks at `at_us` and comes back 0.2 s later. Gives the command just before, the highest one
-/// while it is broken, and the event lines.
-fn with_fault(fault: SensorFault, at_us: u64, until_us: u64) -> (f32, f32, Vec<String>) {
-    let mut mcu = VirtualMcu::new(&scene(60.0), 1).unwrap();
-    let estimator = model::default_estimator().unwrap();
-    let options = SessionOptions::default();
-    let mut session = Session::new(HostConfig::default(), estimator, options).unwrap();
-    session.open(0, 1).unwrap();
-    let (mut before, mut broken, mut lines) = (0.0, 0.0_f32, Vec::new());
-    let (mut bytes, mut out) = (Vec::new(), [0; MAX_WIRE]);
-    while mcu.next_due().0 < until_us {
-        let now = mcu.next_due();
-        mcu.break_stylus((at_us..at_us + 200_000).contains(&now.0).then_some(fault));
-        mcu.advance(now);
-        bytes.clear();
-        mcu.transmit(now, &mut bytes);
-        let mut tell = |news: News<'_>| match news {
-            News::Event(line) => lines.push(serde_json::to_string(&line).unwrap()),
-            News::Step { step, .. } if step.t.0 <= at_us => {
-                before = step.command.map_or(0.0, |c| c.0)
-            }
-            News::Step { step, .. } if step.health != Health::Good => {
-                broken = broken.max(step.command.map_or(0.0, |c| c.0));
-            }
-            _ => {}
-        };
-        if let Some(len) = session.receive(now.0, &bytes, &mut out, &mut tell).unwrap() {
-            mcu.receive(now, &out[..len]);
-        }
-        while let Some(len) = session.poll_transmit(now.0, &mut out) {
-            mcu.receive(now, &out[..len]);
-        }
-    }
-    let truth = mcu.truth();
-    assert!(
-        truth.lifted() && !truth.dropped() && !truth.crushed,
-        "{fault:?} at {at_us}: {truth:?}"
-    );
-    (before, broken, lines)
-}
-
-/// Before the object is lifted, and after it has slipped and is held again.
-#[test]
-fn a_broken_stylus_is_told_and_moves_nothing() {
-    for fault in [SensorFault::Dead, SensorFault::Frozen, SensorFault::Saturated] {
-        for at_us in [300_000, 1_400_000] {
-            let (before, broken, lines) = with_fault(fault, at_us, 2_000_000);
-            let told = lines.iter().filter(|line| line.contains("\"health\""));
-            assert_eq!(
-                told.count(),
-                2,
-                "{fault:?}: told, and told again when it is over: {lines:?}"
-            );
-            assert!(broken <= before, "{fault:?} at {at_us} us: {before} N, then {broken} N");
-            let slips = lines.iter().filter(|line| {
-                line.contains("\"phase\":\"incipient\"") || line.contains("\"slip_end\"")
-            });
-            assert!(slips.count() >= 2, "{fault:?}: the slip is found before or after: {lines:?}");
-        }
-    }
 }
