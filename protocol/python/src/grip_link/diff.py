@@ -1,0 +1,173 @@
+"""Lines on stdin, what this peer makes of them on stdout: for comparing peers byte by byte.
+
+``python -m grip_link.diff [--role host|device] [--session HEX]``: a line of hex in; role and verdicts out.
+``python -m grip_link.diff decode``: ``ROLE SESSION[:SEQ]|- HEX`` in; the verdicts, with type and CRC of good payloads,
+the gap count and the garbage count out.
+``python -m grip_link.diff device``: a script of ticks and bytes in, all that a device does out. One command a line, the
+tick second: ready T | rx T HEX | tx T MOST | drive T | i16 T values | f32 T hex bits | fault T HEX | estop T |
+travel T UM | force T MN | alive T | log T LEVEL HEX.
+"""
+
+from __future__ import annotations
+
+import argparse
+import struct
+import sys
+from collections.abc import Iterable, Iterator, Sequence
+from typing import Optional, Union
+
+from .crc import crc32c
+from .decoder import Decoder, Role, Verdict
+from .device import Cleared, Command, Configured, DeviceEvent, DeviceLink, Linked, Rejected, RowError
+from .messages import (
+    Channel,
+    ChannelKind,
+    Heartbeat,
+    Ident,
+    Limits,
+    LogLevel,
+    ResetReason,
+    SampleFormat,
+    Unit,
+)
+
+
+def reference_ident() -> Ident:
+    """The gripper that all peers play in a comparison."""
+    return Ident(
+        uid=b"grip-link-test-1",
+        boot_id=0xB007,
+        tick_hz=1_000_000,
+        limits=Limits(20_000, 20_000, 400_000, 15_000, 0, 50_000),
+        channels=(
+            Channel.single(ChannelKind.STYLUS, 1e-8),
+            Channel.single(ChannelKind.NORMAL_FORCE, 1e-3),
+            Channel(ChannelKind.PRESSURE_ARRAY, Unit.PASCAL, 3, 4, 10.0),
+        ),
+        firmware=(1, 2, 3),
+        reset=ResetReason.POWER_ON,
+    )
+
+
+def verdicts(data: bytes, role: Role, session: Optional[int]) -> str:
+    """Names of the verdicts in order, - for none."""
+    decoder = Decoder(role)
+    if session is not None:
+        decoder.open_session(session)
+    return ",".join(block.verdict.value for block in decoder.feed(data)) or "-"
+
+
+def decode_line(line: str) -> str:
+    """The answer to one line of the mode ``decode``."""
+    role, session, text = line.split(" ")
+    decoder = Decoder(Role(role))
+    if session != "-":
+        number, _, seq = session.partition(":")
+        decoder.open_session(int(number, 16), int(seq) if seq else None)
+    words = []
+    for block in decoder.feed(bytes.fromhex(text)):
+        word = block.verdict.value
+        if block.verdict is Verdict.OK and block.frame is not None:
+            word += f":{block.frame.header.kind:02x}:{crc32c(block.frame.payload):08x}"
+        words.append(word)
+    counters = decoder.counters
+    return f"{','.join(words) or '-'} gap={counters.gap} garbage={counters.garbage_bytes}"
+
+
+def _event_words(event: DeviceEvent) -> str:
+    if isinstance(event, Linked):
+        return f"linked {event.session:04x}"
+    if isinstance(event, Configured):
+        c = event.config
+        return (
+            f"configured {c.sample_rate_hz} {c.batch} {c.format:d} {c.ttl_ms} {c.channel_mask} {c.force_max_mn}"
+            f" {c.slew_mn_s} {c.hold_cap_mn} {c.loss_after_ms} {c.loss_action:d}"
+        )
+    if isinstance(event, (Command, Rejected)):
+        g = event.grip
+        name = type(event).__name__.lower()
+        return f"{name} {g.cmd_id} {g.mode} {g.flags} {g.ttl_ms} {g.force_mn} {g.slew_mn_s} {g.cause_sample}"
+    if isinstance(event, Heartbeat):
+        return f"heartbeat {event.turns} {event.longest_us} {event.late} {event.flags}"
+    if isinstance(event, Cleared):
+        return f"cleared {event.fault:04x}"
+    return {"Started": "started", "Stopped": "stopped", "Estopped": "estop"}[type(event).__name__]
+
+
+def _push(link: DeviceLink, tick: int, words: Sequence[str], floats: bool) -> str:
+    row: list[Union[int, float]]
+    if floats:
+        row = [struct.unpack(">f", bytes.fromhex(word))[0] for word in words]
+    else:
+        row = [int(word) for word in words]
+    try:
+        link.push(tick, row, SampleFormat.F32 if floats else SampleFormat.I16)
+    except RowError as error:
+        return f"row {error.reason}"
+    return "row taken"
+
+
+def device_line(link: DeviceLink, line: str) -> Iterator[str]:
+    """The answers to one line of the mode ``device``."""
+    name, *words = line.split()
+    tick = int(words[0])
+    first = words[1] if len(words) > 1 else ""
+    if name == "ready":
+        link.ready(tick)
+    elif name == "rx":
+        yield from map(_event_words, link.receive(tick, bytes.fromhex(first)))
+    elif name == "tx":
+        for _ in range(int(first)):
+            wire = link.poll_transmit(tick)
+            if wire is None:
+                break
+            yield f"frame {wire.hex()}"
+    elif name == "drive":
+        drive = link.drive(tick)
+        yield f"drive {drive.kind.value} {drive.force_mn} state {link.state:d} fault {link.fault:04x}"
+    elif name in ("i16", "f32"):
+        yield _push(link, tick, words[1:], name == "f32")
+    elif name == "fault":
+        link.raise_fault(tick, int(first, 16))
+    elif name == "estop":
+        link.latch_estop(tick)
+    elif name == "travel":
+        link.report_travel(int(first))
+    elif name == "force":
+        link.report_force(int(first))
+    elif name == "alive":
+        yield f"alive {link.take_alive():d}"
+    elif name == "log":
+        text = bytes.fromhex(words[2]) if len(words) > 2 else b""
+        yield f"log {(link.log(tick, LogLevel(int(first)), text) or b'').hex()}"
+    else:
+        raise ValueError(f"no such command: {name}")
+
+
+def _answers(arguments: argparse.Namespace, lines: Iterable[str]) -> Iterator[str]:
+    role = Role(arguments.role)
+    session = int(arguments.session, 16) if arguments.session else None
+    link = DeviceLink(reference_ident())
+    for line in lines:
+        line = line.rstrip("\r\n")
+        if arguments.mode == "decode":
+            yield decode_line(line)
+        elif arguments.mode == "device":
+            yield from device_line(link, line)
+        else:
+            yield f"{role.value} {verdicts(bytes.fromhex(line), role, session)}"
+
+
+def main(words: Optional[Sequence[str]] = None) -> int:
+    """The command; its exit code."""
+    parser = argparse.ArgumentParser(prog="python -m grip_link.diff", description=__doc__.splitlines()[0])
+    parser.add_argument("mode", nargs="?", choices=("verdicts", "decode", "device"), default="verdicts")
+    parser.add_argument("--role", choices=("host", "device", "client"), default="device", help="who listens")
+    parser.add_argument("--session", default="beef", metavar="HEX", help='session that is open, "" for none')
+    for answer in _answers(parser.parse_args(words), sys.stdin):
+        print(answer)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
