@@ -1,7 +1,14 @@
 /* Frames, messages and the failsafe state machine of the device side. See grip_link.h and ../SPEC.md. */
 #include "grip_link.h"
 
+#if __STDC_HOSTED__
 #include <string.h>
+#else
+#include <stddef.h>
+/* A freestanding compiler brings no string.h, but its own code needs these two anyway. */
+void *memcpy(void *to, const void *from, size_t len);
+void *memset(void *to, int value, size_t len);
+#endif
 
 #define SAMPLES_HEADER 20u
 #define IDENT_TABLE 72u

@@ -1,0 +1,14 @@
+//! The Python peer in protocol/python: its own tests, and the same answers as this crate to random scripts.
+
+#[cfg(test)]
+mod dice;
+#[cfg(test)]
+mod differential;
+#[cfg(test)]
+mod player;
+#[cfg(test)]
+mod python;
+#[cfg(test)]
+mod script;
+#[cfg(test)]
+mod suite;
