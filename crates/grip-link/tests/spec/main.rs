@@ -1,6 +1,8 @@
 //! protocol/SPEC.md says what the crate does: each of its tables and worked examples against the code.
 
 #[cfg(test)]
+mod claims;
+#[cfg(test)]
 mod codes;
 #[cfg(test)]
 mod examples;
