@@ -637,8 +637,8 @@ static bool on_config(gl_link *l, uint64_t tick, const gl_header *h, const uint8
     answer(l, h, GL_MALFORMED);
     return false;
   }
-  guard_hold(&l->guard, tick);
   guard_arm(&l->guard, &config);
+  guard_hold(&l->guard, tick);
   configure_batches(&l->batches, &config, row_bytes(&l->ident, config.channel_mask, config.format), l->ident.tick_hz);
   l->armed = true;
   l->sampling = false;

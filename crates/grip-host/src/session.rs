@@ -10,7 +10,7 @@ use crate::{
 };
 use grip_link::{
     frame::MAX_WIRE,
-    host::{CloseReason, GripCommand, HostConfig as LinkSettings, HostEvent, HostLink, HostState},
+    host::{CloseReason, GripCommand, HostConfig as LinkSettings, HostEvent, HostLink},
     message::{ChannelKind, Config, Kind, LossAction, Row, SampleFormat, Samples},
 };
 use slip_core::{
@@ -83,7 +83,6 @@ pub struct Session {
     log: EventLog,
     latest: Option<Step>,
     cause_sample: u32,
-    sent_n: f32,
     counters: SessionCounters,
 }
 
@@ -108,7 +107,6 @@ impl Session {
             log: EventLog::default(),
             latest: None,
             cause_sample: 0,
-            sent_n: 0.0,
             counters: SessionCounters::default(),
         })
     }
@@ -177,28 +175,23 @@ impl Session {
         let pipeline = Pipeline::new(config, Some(self.estimator.clone()))
             .map_err(|source| SessionError::Pipeline { sample_rate_hz, source })?;
         self.pipeline = Some(pipeline);
-        self.sent_n = 0.0;
         Ok(())
     }
 
     /// Encodes the set point. Nothing is sent before the controller has closed the fingers: a command of
-    /// 0 N would drop what a gripper already holds.
+    /// 0 N would drop what a gripper already holds. While samples are stale the link itself keeps the force from rising.
     fn command(&mut self, now_us: u64, out: &mut [u8; MAX_WIRE]) -> Option<usize> {
         let pipeline = self.pipeline.as_ref()?;
         if self.options.dry_run || pipeline.grip_state()? == GripState::Open {
             return None;
         }
-        let wanted = self.latest?.command?.0;
-        // Stale or missing samples never raise the force.
-        let degraded = self.link.state() == HostState::Degraded;
-        let force_n = if degraded { wanted.min(self.sent_n) } else { wanted };
+        let force_n = self.latest?.command?.0;
         let command = GripCommand {
             answers_slip: pipeline.grip_state()? == GripState::Slipping,
             cause_sample: self.cause_sample,
             ..GripCommand::newtons(force_n)?
         };
         let len = self.link.grip(now_us, &command, out)?;
-        self.sent_n = force_n;
         self.counters.commands += 1;
         Some(len)
     }
