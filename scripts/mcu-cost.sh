@@ -2,6 +2,7 @@
 # What the no_std pipeline costs on a Cortex-M4: builds benches/mcu for thumbv7em and runs it in QEMU. Prints code size, RAM and
 # instructions per sample and per inference. Installs Debian's Rust with its sources (a download of 170 MB), lld and QEMU
 # where they are missing; rustup's compiler cannot serve, because its core for this target is not at hand.
+# mcu-cost.sh [OPT-LEVEL ...]: 3 and s where none is named.
 set -eu
 root=$(cd "$(dirname "$0")/.." && pwd)
 target=${CARGO_TARGET_DIR:-$root/target}/mcu
@@ -58,7 +59,8 @@ run() {
     ! grep -q '^failed' "$out"
 }
 
-for opt in 3 s; do
+[ $# -gt 0 ] || set -- 3 s
+for opt in "$@"; do
     build --no-default-features
     frame=$(text)
     build --no-default-features --features network

@@ -343,7 +343,8 @@ def garbage(board: Board, _: str) -> str:
         for index in range(100):
             host.write(modem if index % 2 == 0 else os.urandom(64) + b"\0")
             host.run(0.01, 7000)
-        after, peak = board.next_truth(), highest(board, before)
+        counted(board, host, "garbage", before["garbage"] + 4000)
+        after, peak = settled(board, host, 7000), highest(board, before)
     finally:
         host.close()
     said = (
