@@ -9,7 +9,7 @@ import struct
 import time
 
 from board import LIFTED, PIN, WATCHDOG, Board, Truth, must
-from host import Gripd, Host, until_holding
+from host import Gripd, Host, gripd_with_object, until_holding
 from grip_link.host import Batch, GripCommand, HostState, Rebooted
 from grip_link.messages import Grip, Hello, Kind, LossAction
 
@@ -59,10 +59,8 @@ def forget_peak(board: Board) -> Truth:
 
 def killed(board: Board, gripd: str) -> str:
     """R2, R3: kill -9 mid-grip. The force stays, at most at the hold cap; after ttl + 1 s the loss action, here HOLD."""
-    board.fresh()
-    program = Gripd(gripd, board)
+    program, before = gripd_with_object(gripd, board)
     try:
-        before = until_holding(board)
         start = forget_peak(board)
         program.signal(signal.SIGKILL)
         hold = board.wait("HOLD", lambda now: now["state"] == HOLD, PATIENCE_S)

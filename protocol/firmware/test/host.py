@@ -13,7 +13,7 @@ from typing import Any, Optional
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "python" / "src"))
 
-from board import LIFTED, Board, Truth, must  # noqa: E402
+from board import DROPPED, LIFTED, Board, CheckFailed, Truth, must  # noqa: E402
 from grip_link.host import GripCommand, HostConfig, HostEvent, HostLink, HostState  # noqa: E402
 from grip_link.messages import Config, SampleFormat  # noqa: E402
 from grip_link.stream import FdStream, monotonic_us  # noqa: E402
@@ -48,14 +48,34 @@ class Gripd:
 
 def until_holding(board: Board, timeout_s: float = 30.0) -> Truth:
     """Waits until the object hangs between the fingers with a force that no longer changes."""
-    needed = {"count": 0, "force": 0}
+    last = {"count": 0, "force": 0}
 
     def steady(now: Truth) -> bool:
-        same = now["object"] == LIFTED and now["target_mn"] == needed["force"] and now["state"] == 4
-        needed.update(count=needed["count"] + 1 if same else 0, force=now["target_mn"])
-        return needed["count"] >= 15
+        same = now["object"] == LIFTED and now["target_mn"] == last["force"] and now["state"] == 4
+        must(now["object"] != DROPPED, f"the object fell: {now}")
+        last.update(count=last["count"] + 1 if same else 0, force=now["target_mn"])
+        return last["count"] >= 15
 
     return board.wait("the object held with a steady force", steady, timeout_s)
+
+
+def gripd_with_object(gripd: str, board: Board) -> tuple[Gripd, Truth]:
+    """A gripd that holds the object, and the truth then. A machine that stops one of the programs for longer than the
+    object takes to fall drops it: three tries."""
+    for left in range(2, -1, -1):
+        board.fresh()
+        program = Gripd(gripd, board)
+        try:
+            return program, until_holding(board)
+        except CheckFailed as error:
+            said = program.end()
+            if left == 0:
+                raise
+            print(f"     {left} more tries: {error}; gripd said {said.splitlines()[:3]}")
+        except BaseException:
+            program.end()
+            raise
+    raise AssertionError
 
 
 class Host:
