@@ -9,7 +9,7 @@
 #define LAG_S 5.0e-3f
 #define LIFT_AFTER_S 0.3f
 #define LIFT_RAMP_S 0.05f
-#define FINGER_M 0.03f
+#define FINGER_M 0.04f
 #define STATIC_RATIO 1.1f
 #define STYLUS_PRELOAD_M 2.0e-4f
 

@@ -9,7 +9,7 @@
 static const gl_channel CHANNELS[SENSOR_COUNT] = {
     {GL_STYLUS, GL_METRE, 3, 1, STYLUS_SPAN_M / 32000.0f},
     {GL_NORMAL_FORCE, GL_NEWTON, 3, 1, 40.0f / 32000.0f},
-    {GL_TRAVEL, GL_METRE, 3, 1, 0.04f / 32000.0f},
+    {GL_TRAVEL, GL_METRE, 3, 1, 0.05f / 32000.0f},
 };
 
 uint8_t sensors_describe(gl_channel *channels) {

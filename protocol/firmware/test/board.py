@@ -155,12 +155,26 @@ class Board:
     def fresh(self) -> None:
         """A new start with open fingers over a new object."""
         self.echo(False)
+        termios.tcflush(self._spare, termios.TCIOFLUSH)
         self.reset()
+        self._drain()
         self.order("n")
         self.wait("a new object", lambda now: now["object"] == OPEN and now["peak_mn"] == 0, 5.0)
         termios.tcflush(self._spare, termios.TCIOFLUSH)
         # A program that was killed leaves its lock on the port.
         fcntl.ioctl(self._spare, termios.TIOCNXCL)
+
+    def _drain(self) -> None:
+        """What a program left in the line arrives and is counted: waits until nothing more comes."""
+        names, until = ("stale", "garbage", "crc", "echo"), time.monotonic() + 10.0
+        before = None
+        while time.monotonic() < until:
+            counts = [self.truth[name] for name in names]
+            if counts == before:
+                return
+            before = counts
+            for _ in range(3):
+                self.next_truth()
 
     def echo(self, on: bool) -> None:
         """Makes the line send back what the firmware says."""

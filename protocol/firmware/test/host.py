@@ -46,12 +46,13 @@ class Gripd:
         return self.process.communicate()[1]
 
 
-def until_holding(board: Board, timeout_s: float = 30.0) -> Truth:
+def until_holding(board: Board, program: Gripd, timeout_s: float = 30.0) -> Truth:
     """Waits until the object hangs between the fingers with a force that no longer changes."""
     last = {"count": 0, "force": 0}
 
     def steady(now: Truth) -> bool:
         same = now["object"] == LIFTED and now["target_mn"] == last["force"] and now["state"] == 4
+        must(program.process.poll() is None, f"gripd ended: {now}")
         must(now["object"] != DROPPED, f"the object fell: {now}")
         last.update(count=last["count"] + 1 if same else 0, force=now["target_mn"])
         return last["count"] >= 15
@@ -61,12 +62,12 @@ def until_holding(board: Board, timeout_s: float = 30.0) -> Truth:
 
 def gripd_with_object(gripd: str, board: Board) -> tuple[Gripd, Truth]:
     """A gripd that holds the object, and the truth then. A machine that stops one of the programs for longer than the
-    object takes to fall drops it: three tries."""
-    for left in range(2, -1, -1):
+    object takes to fall drops it: five tries."""
+    for left in range(4, -1, -1):
         board.fresh()
         program = Gripd(gripd, board)
         try:
-            return program, until_holding(board)
+            return program, until_holding(board, program)
         except CheckFailed as error:
             said = program.end()
             if left == 0:
