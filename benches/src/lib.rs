@@ -12,6 +12,7 @@
 //! The default members of the workspace leave this package out: name it with `-p`, or use `--workspace`.
 
 pub mod frames;
+pub mod link_faults;
 pub mod networks;
 pub mod scenes;
 pub mod signals;

@@ -3,8 +3,6 @@
 #[cfg(test)]
 mod clock;
 #[cfg(test)]
-mod faults;
-#[cfg(test)]
 mod force;
 #[cfg(test)]
 mod golden;
