@@ -7,6 +7,7 @@ pub mod gripper;
 pub mod host;
 pub mod input;
 pub mod messages;
+pub mod peers;
 pub mod reference;
 pub mod script;
 
