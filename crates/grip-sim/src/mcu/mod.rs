@@ -144,6 +144,12 @@ impl VirtualMcu {
         self.refused_rows
     }
 
+    /// Rows given to the link since CONFIG, whether they were sent or dropped.
+    #[must_use]
+    pub fn rows(&self) -> u32 {
+        self.rows
+    }
+
     /// Number of this start.
     #[must_use]
     pub fn boot_id(&self) -> u32 {
