@@ -70,6 +70,9 @@ fn host_says(pieces: &[&[u8]]) -> Vec<String> {
 /// The target.
 pub fn check(data: &[u8]) {
     let [first, seed, bytes @ ..] = data else { return };
+    if bytes.is_empty() {
+        return;
+    }
     let who = listener(*first);
     let whole = [bytes];
     let single: Vec<&[u8]> = bytes.chunks(1).collect();
