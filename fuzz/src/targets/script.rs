@@ -266,7 +266,7 @@ impl Author<'_> {
 
     fn short(&mut self) {
         let mut payload = [0; Heartbeat::SIZE];
-        let (kind, len) = if self.input.u8() % 2 == 0 {
+        let (kind, len) = if self.input.u8() & 1 == 0 {
             let t1_us = u64::from(self.input.u32());
             (Kind::PING, Ping { t1_us }.write(&mut payload))
         } else {

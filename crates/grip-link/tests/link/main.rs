@@ -13,4 +13,6 @@ mod messages;
 #[cfg(test)]
 mod session;
 #[cfg(test)]
+mod sizes;
+#[cfg(test)]
 mod stream;
