@@ -3,10 +3,11 @@
 //! See [`slip_benches::link_faults`] for what is counted and how the truth is known.
 
 use clap::Parser;
+use core::error::Error;
 use grip_sim::line_fault::LineFault;
 use serde_json::json;
 use slip_benches::link_faults::{self, Tally};
-use std::{error::Error, process::ExitCode, thread};
+use std::{process::ExitCode, thread};
 
 /// Injects line faults of nine kinds into streams of real frames and counts what the link makes of them.
 #[derive(Debug, Parser)]

@@ -6,6 +6,7 @@
 //! its link, the rows that arrived plus those missing by their numbers, and the link's own count of loss.
 
 use clap::Parser;
+use core::error::Error;
 use core::sync::atomic::{AtomicBool, Ordering};
 use grip_link::frame::MAX_WIRE;
 use grip_link::host::{GripCommand, HostConfig, HostEvent, HostLink, LossCount};
@@ -13,7 +14,6 @@ use grip_link::message::{Config, LossAction, SampleFormat};
 use grip_sim::{Pty, VirtualMcu, port, scene};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use slip_core::units::Micros;
-use std::error::Error;
 use std::fs::{File, OpenOptions};
 use std::io::{Read, Write};
 use std::process::ExitCode;

@@ -79,8 +79,8 @@ impl Traffic {
         for _ in 0..count {
             let mut payload = [0; MAX_PAYLOAD];
             let (kind, len) = match direction {
-                Direction::ToHost => self.to_host(&mut payload)?,
-                Direction::ToDevice => self.to_device(&mut payload)?,
+                Direction::ToHost => self.host_frame(&mut payload)?,
+                Direction::ToDevice => self.device_frame(&mut payload)?,
             };
             let payload = payload.get(..len).unwrap_or(&payload);
             let ack_req = kind == Kind::CONFIG;
@@ -110,7 +110,7 @@ impl Traffic {
         self.below(1 << bits).cast_signed()
     }
 
-    fn to_host(&mut self, out: &mut [u8; MAX_PAYLOAD]) -> Result<(Kind, usize), PayloadError> {
+    fn host_frame(&mut self, out: &mut [u8; MAX_PAYLOAD]) -> Result<(Kind, usize), PayloadError> {
         self.tick += u64::from(self.below(2000));
         let (tick, applied_mn, value) = (self.tick, self.milli(), self.milli());
         Ok(match self.below(12) {
@@ -183,7 +183,7 @@ impl Traffic {
         Ok(end)
     }
 
-    fn to_device(&mut self, out: &mut [u8; MAX_PAYLOAD]) -> Result<(Kind, usize), PayloadError> {
+    fn device_frame(&mut self, out: &mut [u8; MAX_PAYLOAD]) -> Result<(Kind, usize), PayloadError> {
         self.index = self.index.wrapping_add(1);
         let (cmd_id, force_mn) = (self.index, self.milli());
         Ok(match self.below(8) {

@@ -132,7 +132,7 @@ impl Rig {
     fn exchange(&mut self) {
         let mut input = [0; 4096];
         let count = self.pty.read(&mut input).unwrap();
-        if self.noisy && self.turns % 10 == 0 {
+        if self.noisy && self.turns.is_multiple_of(10) {
             self.mcu.receive(self.now, b"AT+GCAP\r\n");
         }
         self.mcu.receive(self.now, &input[..count]);
