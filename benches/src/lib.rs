@@ -8,10 +8,13 @@
 //! cargo bench -p slip-benches --bench training    one epoch of training
 //! cargo bench -p slip-benches --bench latency     p50 to max beside the stated limits
 //! cargo test  -p slip-benches                     nothing is allocated on these paths
+//! cargo run --release -p slip-benches --bin link-faults   nine kinds of line faults, counted
+//! cargo run --release -p slip-benches --bin link-soak     ten minutes at 10 kHz, every sample accounted for
 //! ```
 //! The default members of the workspace leave this package out: name it with `-p`, or use `--workspace`.
 
 pub mod frames;
+pub mod link_faults;
 pub mod networks;
 pub mod scenes;
 pub mod signals;

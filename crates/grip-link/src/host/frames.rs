@@ -181,8 +181,12 @@ impl Conversation {
         Ok(Some(Passing::Samples(loss)))
     }
 
-    /// Opens another session after the gripper started anew.
+    /// Opens another session after the gripper started anew; takes no more of this one after closing, whatever else came
+    /// in the same read.
     pub(super) fn after_frame(&mut self, now_us: u64, decoder: &mut Decoder) {
+        if self.state == HostState::Closed {
+            decoder.close_session();
+        }
         if core::mem::take(&mut self.greet_again) {
             self.state = HostState::Hello;
             let session = self.session.wrapping_add(1).max(1);

@@ -231,6 +231,7 @@ impl Ident {
         let stride =
             usize::from(r.coded(|size| (usize::from(size) >= Channel::SIZE).then_some(size))?);
         let mut at = usize::from(r.u16()?);
+        let _reserved: [u8; 4] = r.take()?;
         for slot in self.channels.iter_mut().take(usize::from(self.channel_count)) {
             let channel = Channel::read(&mut Reader::at_offset(payload, at))?;
             if !channel.count_is_possible() {

@@ -16,7 +16,7 @@ MAX_CHANNELS = 16
 _HELLO = struct.Struct("<BBHIQ")
 _VERSIONS = struct.Struct("<BB")
 _IDENT = struct.Struct("<BBHI16sIIIiIiiiBBHBBHB")
-_TABLE = struct.Struct("<BH")
+_TABLE = struct.Struct("<BH4x")
 _CHANNEL = struct.Struct("<BBBBf")
 _TABLE_AT = 72
 
@@ -182,5 +182,5 @@ class Ident:
             limits.rate_max_hz, limits.force_max_mn, limits.slew_max_mn_s, limits.hold_cap_mn, limits.travel_min_um,
             limits.travel_max_um, *self.firmware, self.reset, self.state, self.fault, len(self.channels),
         )  # fmt: skip
-        table = pack(_TABLE, _CHANNEL.size, _TABLE_AT) + bytes(4)
+        table = pack(_TABLE, _CHANNEL.size, _TABLE_AT)
         return head + table + b"".join(channel.pack() for channel in self.channels)
