@@ -10,8 +10,8 @@ use crate::{
 };
 use grip_link::{
     frame::MAX_WIRE,
-    host::{CloseReason, GripCommand, HostConfig as LinkSettings, HostEvent, HostLink},
-    message::{ChannelKind, Config, Kind, LossAction, Row, SampleFormat, Samples},
+    host::{CloseReason, GripCommand, HostConfig as LinkSettings, HostEvent, HostLink, HostState},
+    message::{ChannelKind, Config, DeviceState, Kind, LossAction, Row, SampleFormat, Samples},
 };
 use slip_core::{
     ConfigError, Pipeline, PipelineConfig, Sample, Step,
@@ -132,7 +132,7 @@ impl Session {
     ) -> Result<Option<usize>, SessionError> {
         let mut fresh = false;
         let Self { link, pipeline, log, latest, counters, tick_hz, cause_sample, .. } = self;
-        let mut configured = false;
+        let (mut configured, mut lost) = (false, false);
         while let Some(event) = link.receive(now_us, &mut bytes) {
             match &event {
                 HostEvent::Samples { samples, .. } => {
@@ -142,6 +142,7 @@ impl Session {
                     fresh = true;
                 }
                 HostEvent::Configured { .. } => configured = true,
+                HostEvent::Status(status) => lost = status.state == DeviceState::LossAction,
                 HostEvent::Rebooted { .. } | HostEvent::Identified { rebooted: true } => {
                     *pipeline = None;
                 }
@@ -154,7 +155,19 @@ impl Session {
         if configured {
             self.build_pipeline()?;
         }
+        if lost {
+            self.arm_again(now_us)?;
+        }
         Ok(if fresh { self.command(now_us, out) } else { None })
+    }
+
+    /// This program stalled so long that the gripper took the loss action, which is to hold: a new CONFIG lets it
+    /// take commands again.
+    fn arm_again(&mut self, now_us: u64) -> Result<(), SessionError> {
+        if matches!(self.link.state(), HostState::Stream | HostState::Degraded) {
+            self.link.reconfigure(now_us, device_config(&self.config))?;
+        }
+        Ok(())
     }
 
     /// The next frame of the link itself (requests, clock sync): its length.

@@ -62,6 +62,22 @@ fn r1_a_stopped_gripd_raises_nothing() {
 }
 
 #[test]
+fn r3_a_gripd_stopped_beyond_the_loss_delay_takes_over_again() {
+    let (_folder, mut rig, mut daemon) = gripping();
+    daemon.stop();
+    rig.drain();
+    let before_n = rig.force_n();
+    held(&rig.alone(3_000), before_n);
+    assert_eq!(rig.state(), DeviceState::LossAction);
+    daemon.signal(Signal::CONT);
+    rig.until("gripd commands again", |mcu| {
+        assert!((0.9 * before_n..=before_n + 0.1).contains(&mcu.commanded_n()));
+        mcu.link().state() == DeviceState::Active
+    });
+    assert!(daemon.is_running());
+}
+
+#[test]
 fn r5_a_reboot_under_gripd_is_passive_until_armed_again() {
     let (_folder, mut rig, mut daemon) = gripping();
     let boot_id = rig.mcu.boot_id();
