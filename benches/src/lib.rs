@@ -11,6 +11,8 @@
 //! ```
 //! The default members of the workspace leave this package out: name it with `-p`, or use `--workspace`.
 
+pub mod containment;
+pub mod exact;
 pub mod frames;
 pub mod networks;
 pub mod scenes;

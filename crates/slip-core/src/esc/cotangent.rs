@@ -86,11 +86,7 @@ impl<T: Real> Double<T> {
         // One step leaves a part u of the number, so three suffice.
         for _ in 0..3 {
             let quotient = rest.hi * T::INV_PI;
-            let k = if quotient.abs() < T::ROUNDER * T::of(0.25) {
-                (quotient + T::ROUNDER) - T::ROUNDER
-            } else {
-                quotient
-            };
+            let k = integer(quotient);
             if k == T::ZERO {
                 break;
             }
@@ -111,6 +107,16 @@ impl<T: Real> Double<T> {
             .plus_one(-q_lo)
             .plus_one(-(k * third))
     }
+}
+
+/// The nearest integer.
+fn integer<T: Real>(x: T) -> T {
+    let magnitude = x.abs();
+    if magnitude >= T::ROUNDER {
+        return x;
+    }
+    let rounded = (magnitude + T::ROUNDER) - T::ROUNDER;
+    if x < T::ZERO { -rounded } else { rounded }
 }
 
 /// d + e + p, where d and p may cancel.

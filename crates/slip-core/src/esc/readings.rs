@@ -2,7 +2,8 @@
 //!
 //! All terms are positive, so nothing cancels: the sums of slopes, heights and delta^2/s are certain to a few
 //! roundoffs, and so is the sum of arccotangents S = n pi/2 - sum atan(delta/s), whose tangent is -tan A for even and cot A for
-//! odd n with A = sum atan. Lengths shorter than 1e-120 m or longer than 1e120 m leave the enclosure open.
+//! odd n with A = sum atan. Lengths shorter than 1e-120 m or longer than 1e120 m leave the
+//! enclosures of the proportional readings open.
 
 use super::{
     Esc, Flag, Flags, Reading, Trial,
@@ -82,10 +83,13 @@ pub struct ArcCotSum {
 impl ArcCotSum {
     /// Adds an irregularity; `false` where it is degenerate and left out.
     pub fn push(&mut self, delta_m: f64, spacing_m: f64) -> bool {
+        let open = self.terms.open;
         if !self.terms.admits(delta_m, spacing_m) {
             return false;
         }
         let r = delta_m / spacing_m;
+        // Only the ratio counts here, and a normal one is rounded once.
+        self.terms.open = open || !r.is_normal();
         // d arccot(r) / d ln r; for steep r written so that r^2 does not overflow.
         let answer = if r > 1.0 { 1.0 / (r + 1.0 / r) } else { r / (1.0 + r * r) };
         self.terms.add(libm::atan(r), answer);

@@ -38,7 +38,7 @@ pub trait Real:
     const LARGEST: Self;
     /// 2^ceil(p/2) + 1 for p digits: splits a number into halves (Veltkamp).
     const SPLITTER: Self;
-    /// 1.5 x 2^(p-1): added and subtracted it rounds to an integer.
+    /// 2^(p-1) for p digits: from here on every number is an integer, and adding it to a smaller one rounds that to one.
     const ROUNDER: Self;
     /// pi in three parts.
     const PI: [Self; 3];
@@ -150,7 +150,7 @@ impl Real for f64 {
     const TINIEST: Self = Self::from_bits(1);
     const LARGEST: Self = Self::MAX;
     const SPLITTER: Self = 134_217_729.0;
-    const ROUNDER: Self = 6_755_399_441_055_744.0;
+    const ROUNDER: Self = power(52);
     const PI: [Self; 3] = [core::f64::consts::PI, 1.2246467991473532e-16, -2.9947698097183397e-33];
     const INV_PI: Self = core::f64::consts::FRAC_1_PI;
     const HOPELESS: Self = power(90);
@@ -222,7 +222,7 @@ impl Real for f32 {
     const TINIEST: Self = Self::from_bits(1);
     const LARGEST: Self = Self::MAX;
     const SPLITTER: Self = 4097.0;
-    const ROUNDER: Self = 12_582_912.0;
+    const ROUNDER: Self = power_f32(23);
     const PI: [Self; 3] = [core::f32::consts::PI, -8.742278e-8, -3.430249e-15];
     const INV_PI: Self = core::f32::consts::FRAC_1_PI;
     const HOPELESS: Self = power_f32(36);

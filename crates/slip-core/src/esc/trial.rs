@@ -14,8 +14,10 @@ pub struct Noise<T = f64> {
 impl<T: Real> Noise<T> {
     /// Deviation of a sum whose terms answer to a relative error with `slopes`: their sum of squares and their sum.
     pub(super) fn deviation(self, squares: T, sum: T) -> T {
-        let independent = self.independent * squares.sqrt();
-        let common = self.common * sum;
+        // A sum beyond the largest number must not turn "no noise" into NaN.
+        let part = |noise: T, answer: T| if noise == T::ZERO { T::ZERO } else { noise * answer };
+        let independent = part(self.independent, squares.sqrt());
+        let common = part(self.common, sum);
         if common == T::ZERO {
             return independent;
         }

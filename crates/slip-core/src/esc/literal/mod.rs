@@ -53,7 +53,7 @@ impl<T: Real> TangentSum<T> {
         // Splitting a number near the largest one overflows; the plain product may still be in range.
         let value =
             if (exact.hi + exact.lo).is_finite() { exact.hi + exact.lo } else { scale * t.hi };
-        if !(value.is_finite() && scale.is_finite() && self.sigma_s.is_finite()) {
+        if !(value.is_finite() && scale.is_finite()) {
             return None;
         }
         let (lo, hi) = scaled(self.tangent.lo, self.tangent.hi, scale);
@@ -62,7 +62,7 @@ impl<T: Real> TangentSum<T> {
         let flags = Flags::default()
             .with(Flag::PoleInside, self.tangent.pole)
             .with(Flag::SignUnknown, lo <= T::ZERO && hi >= T::ZERO)
-            .with(Flag::NoInformation, self.sigma_s > T::ONE)
+            .with(Flag::NoInformation, !(self.sigma_s <= T::ONE))
             .with(Flag::Degenerate, self.degenerate > 0);
         Some(Esc {
             reading: self.reading,
