@@ -1,7 +1,9 @@
 //! Trials in, the count of enclosures that do not hold the exact value out.
 
 use crate::exact::{
-    Exact, exact,
+    Exact,
+    angle::tan,
+    exact,
     pool::{Draw, Known, Width, rounded},
     trial::Trial,
 };
@@ -132,7 +134,7 @@ fn length(draw: &mut Draw) -> usize {
 pub fn one(path: Path, trial: &Trial, (force, speed): (f64, f64), tally: &mut Tally) {
     let conditions = Conditions::new(force, speed);
     let scale = exact(trial.lengths.len() as f64) * exact(force) * exact(speed);
-    let literal = || &scale * trial.cots.tan();
+    let literal = || &scale * tan(&trial.cots);
     match path {
         Path::SplitF64 => {
             let mut sum = LiteralSum::<f64>::default();
@@ -157,7 +159,7 @@ pub fn one(path: Path, trial: &Trial, (force, speed): (f64, f64), tally: &mut Ta
         Path::ArcCot => {
             let mut sum = readings::ArcCotSum::default();
             trial.lengths.iter().for_each(|(delta, spacing)| _ = sum.push(*delta, *spacing));
-            tally.check(sum.value(&conditions), || &scale * trial.arc_cots.tan());
+            tally.check(sum.value(&conditions), || &scale * tan(&trial.arc_cots));
         }
         Path::Proportional => proportional(trial, &conditions, tally),
     }

@@ -1,8 +1,9 @@
 //! Numbers as they are in, values of E_sc to 67 digits out: the reference of the accuracy and the stress programs.
 //!
 //! Everything goes through `dashu-float`, whose functions are correctly rounded at any precision, and shares no
-//! formula with the evaluators it judges: cot is cos/sin of the ratio itself.
+//! formula with the evaluators it judges: cot is cos/sin of the ratio itself. [`angle`] makes it fast enough for millions.
 
+pub mod angle;
 pub mod pool;
 pub mod trial;
 
@@ -33,14 +34,13 @@ pub fn ratio(delta: f64, spacing: f64) -> Exact {
 /// cot(delta/s).
 #[must_use]
 pub fn cot(delta: f64, spacing: f64) -> Exact {
-    let (sin, cos) = ratio(delta, spacing).sin_cos();
-    cos / sin
+    angle::cot(&ratio(delta, spacing))
 }
 
 /// The angle below pi/2 whose cotangent is delta/s.
 #[must_use]
 pub fn arc_cot(delta: f64, spacing: f64) -> Exact {
-    ratio(spacing, delta).atan()
+    angle::arc_tan(&ratio(spacing, delta))
 }
 
 /// The nearest `f64`.

@@ -1,10 +1,15 @@
 //! A pool in, trials with their exact sum out: random ones, and ones steered onto the poles and zeros of the tangent.
 
 use super::{
-    BITS, Exact, exact,
+    BITS, Exact,
+    angle::arc_tan,
+    exact,
     pool::{Draw, Known, Width, rounded},
     to_f64,
 };
+use std::sync::LazyLock;
+
+static HALF_PI: LazyLock<Exact> = LazyLock::new(|| Exact::pi(BITS) / exact(2.0));
 
 /// The irregularities of one trial and their exact sums.
 #[derive(Clone, Debug)]
@@ -42,7 +47,7 @@ impl Trial {
     /// pi/2, or to a place just beside it.
     #[must_use]
     pub fn steered(mut self, draw: &mut Draw, width: Width) -> Self {
-        let half_pi = Exact::pi(BITS) / exact(2.0);
+        let half_pi = HALF_PI.clone();
         let beside = match draw.below(3) {
             0 => exact(0.0),
             1 => exact(draw.sign() * draw.log(1e-26, 1e-14)),
@@ -52,8 +57,8 @@ impl Trial {
         // The last cotangent is j pi/2 + beside - S for the j that makes it about as large as wanted.
         let j = ((exact(wanted) + &self.cots) / &half_pi).round();
         let last = j * half_pi + beside - &self.cots;
-        let angle = (exact(1.0) / &last).atan();
-        if to_f64(&angle) > 0.0 {
+        if to_f64(&last) > 1e-3 {
+            let angle = arc_tan(&(exact(1.0) / &last));
             self.push(&Known::new(nearest(&angle, draw, width)));
         }
         self
