@@ -2,6 +2,7 @@
 
 use super::{
     TangentSum,
+    lanes::{BLOCK, Block},
     ratio::{Cot, Term},
 };
 use crate::esc::{
@@ -60,6 +61,36 @@ impl<T: Real> LiteralSum<T> {
             self.reduce();
         }
         true
+    }
+
+    /// Adds many irregularities (height, spacing), faster than one by one; degenerate ones are counted and left out.
+    pub fn extend(&mut self, lengths: &[(T, T)]) {
+        let (blocks, rest) = lengths.as_chunks::<BLOCK>();
+        for block in blocks {
+            match Block::of(block) {
+                Some(sums) => self.push_block(&sums),
+                None => block.iter().for_each(|(delta_m, spacing_m)| {
+                    self.push(*delta_m, *spacing_m);
+                }),
+            }
+        }
+        for (delta_m, spacing_m) in rest {
+            self.push(*delta_m, *spacing_m);
+        }
+    }
+
+    #[inline]
+    fn push_block(&mut self, block: &Block<T>) {
+        let (hi, rest) = two_sum(self.quotients.hi, block.quotients.hi);
+        self.quotients = Double { hi, lo: self.quotients.lo + (rest + block.quotients.lo) };
+        let (hi, rest) = two_sum(self.series.hi, block.series.hi);
+        self.series = Double { hi, lo: self.series.lo + (rest + block.series.lo) };
+        self.n = self.n.saturating_add(BLOCK as u32);
+        self.sensitivity.tally(block.sensitivity);
+        self.sensitivity_squared.tally(block.sensitivity_squared);
+        if self.quotients.hi > T::REDUCE_ABOVE {
+            self.reduce();
+        }
     }
 
     #[inline]
@@ -131,7 +162,7 @@ impl<T: Real> LiteralSum<T> {
         }
         let u = T::ROUNDOFF;
         let folds = T::of(3.0) * T::REDUCE_ABOVE * T::REDUCE_ABOVE * T::from_count(self.n);
-        let second = T::of(16.0) * self.all_quotients.total() + folds;
+        let second = T::of(96.0) * self.all_quotients.total() + folds;
         let first = T::of(8.0) * u * self.all_series.total();
         (first + u * u * second + self.steep_error.total()) * T::of(1.001)
     }
