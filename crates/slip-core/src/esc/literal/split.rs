@@ -13,6 +13,10 @@ use crate::esc::{
     real::Real,
 };
 
+/// [`BLOCK`] as a count.
+#[expect(clippy::cast_possible_truncation, reason = "sixteen")]
+const COUNT: u32 = BLOCK as u32;
+
 /// The running sum of Eq. 1 in the format `T`. See [`super`] for method and bound.
 ///
 /// Its median relative error on ratios of machined surfaces is 5e-17 to 8e-17 in `f64` up to ten irregularities and grows
@@ -85,7 +89,7 @@ impl<T: Real> LiteralSum<T> {
         self.quotients = Double { hi, lo: self.quotients.lo + (rest + block.quotients.lo) };
         let (hi, rest) = two_sum(self.series.hi, block.series.hi);
         self.series = Double { hi, lo: self.series.lo + (rest + block.series.lo) };
-        self.n = self.n.saturating_add(BLOCK as u32);
+        self.n = self.n.saturating_add(COUNT);
         self.sensitivity.tally(block.sensitivity);
         self.sensitivity_squared.tally(block.sensitivity_squared);
         if self.quotients.hi > T::REDUCE_ABOVE {
