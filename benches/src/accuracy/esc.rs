@@ -15,6 +15,7 @@ type Lengths = [(f64, f64)];
 /// The value for force and speed 1, per irregularity where the reading is a tangent.
 type Evaluator = (&'static str, fn(&Lengths) -> f64, fn(&Trial) -> Exact);
 
+/// The first eight give the literal value; the others are compared among themselves.
 const EVALUATORS: [Evaluator; 12] = [
     ("naive f32", naive_f32, literal),
     ("naive f64", naive_f64, literal),
@@ -40,28 +41,46 @@ const EVALUATORS: [Evaluator; 12] = [
 /// the same.
 pub(super) fn panels(clock: Clock<'_>) -> Vec<Panel> {
     let known = pool(Kind::Machined, Width::Single, 20_000, 41);
-    [("esc_n1", 1, 4000), ("esc_n10", 10, 2000), ("esc_n100", 100, 500), ("esc_n1000", 1000, 200)]
-        .into_iter()
-        .map(|(name, n, count)| {
-            let mut draw = Draw::new(42);
-            let trials: Vec<Trial> =
-                (0..count).map(|_| Trial::random(&known, n, &mut draw)).collect();
-            let timed = trials.get(..(4000 / n).clamp(4, count)).unwrap_or(&trials);
-            let candidates = EVALUATORS.map(|(name, run, wanted)| Candidate {
+    [
+        ("esc_n1", 1, 4000),
+        ("esc_n10", 10, 2000),
+        ("esc_n100", 100, 500),
+        ("esc_n1000", 1000, 200),
+        ("esc_readings", 100, 500),
+    ]
+    .into_iter()
+    .map(|(name, n, count)| {
+        let mut draw = Draw::new(42);
+        let trials: Vec<Trial> = (0..count).map(|_| Trial::random(&known, n, &mut draw)).collect();
+        let timed = trials.get(..(4000 / n).clamp(4, count)).unwrap_or(&trials);
+        let (literal, others) = EVALUATORS.split_at(8);
+        let evaluators = if name == "esc_readings" { others } else { literal };
+        let candidates = evaluators
+            .iter()
+            .map(|(name, run, wanted)| Candidate {
                 name,
-                errors: trials.iter().map(|t| relative_error(run(&t.lengths), &wanted(t))).collect(),
+                errors: trials
+                    .iter()
+                    .map(|t| relative_error(run(&t.lengths), &wanted(t)))
+                    .collect(),
                 work: Box::new(move || timed.iter().map(|trial| run(&trial.lengths)).sum()),
-            });
-            Panel {
-                name,
-                title: format!("E_sc, n = {n}: run time against error"),
-                item: "irregularity",
-                error: format!("relative to the value of the same reading, {count} machined surfaces, 67 digits"),
-                rows: Vec::new(),
-            }
-            .measure(candidates.into(), timed.len() * n, clock)
-        })
-        .collect()
+            })
+            .collect();
+        Panel {
+            name,
+            title: format!(
+                "E_sc{}, n = {n}: run time against error",
+                if name == "esc_readings" { ", other readings" } else { "" }
+            ),
+            item: "irregularity",
+            error: format!(
+                "relative to the value of the same reading, {count} machined surfaces, 67 digits"
+            ),
+            rows: Vec::new(),
+        }
+        .measure(candidates, timed.len() * n, clock)
+    })
+    .collect()
 }
 
 fn count(trial: &Trial) -> Exact {

@@ -64,7 +64,7 @@ impl<T: Real> TangentSum<T> {
         let flags = Flags::default()
             .with(Flag::PoleInside, self.tangent.pole)
             .with(Flag::SignUnknown, lo <= T::ZERO && hi >= T::ZERO)
-            .with(Flag::NoInformation, !(self.sigma_s <= T::ONE))
+            .with(Flag::NoInformation, self.sigma_s > T::ONE || !self.sigma_s.is_finite())
             .with(Flag::Degenerate, self.degenerate > 0);
         Some(Esc {
             reading: self.reading,
