@@ -84,7 +84,7 @@ pub fn cot(angle: &Exact) -> Exact {
 #[must_use]
 pub fn arc_tan(t: &Exact) -> Exact {
     let start = to_f64(t).atan();
-    if start < 1e-280 || start > 1.57 {
+    if !(1e-280..=1.57).contains(&start) {
         return t.atan();
     }
     let (sin, cos) = sin_cos_mod_pi(&exact(start));
