@@ -83,8 +83,8 @@ impl Tally {
     ) {
         self.trials += 1;
         let Some(esc) = esc else {
-            // A value that the format cannot hold is none.
-            let largest = exact(T::LARGEST.into() * 0.25);
+            // A value that the format cannot hold is none, nor one whose sum passes the largest number before it is scaled.
+            let largest = exact(T::LARGEST.into() * 1e-8);
             let wanted = exact_value();
             self.missing += u64::from(wanted < largest && -wanted < largest);
             return;
