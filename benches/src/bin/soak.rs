@@ -41,7 +41,6 @@ fn filters(steps: u64) -> bool {
     let mut worst = 0.0_f32;
     let start = 99_995;
     for k in 0..steps / 7 * 7 {
-        #[expect(clippy::cast_possible_truncation, reason = "below seven")]
         let phase = (k % 7) as usize;
         // On a large offset, as a gripper whose stylus is pressed in has.
         let energy = envelope.step(&bank.step(1e-4 + 1e-6 * TONE[phase]));
