@@ -5,7 +5,8 @@
 /// A hill is a stretch that rises above +`threshold`, a dale one that falls below -`threshold`; what stays between belongs to
 /// the stretch before and after it. The border between hill and dale lies where the profile crosses zero, linear between
 /// two heights; where it does so several times, in the middle of the first and the last time, so that tracing backwards
-/// gives the same borders. A stretch narrower than `narrowest` steps is left out, the first one where several follow. An element is a hill with the dale
+/// gives the same borders. The first stretch begins at the last crossing before it, the last one ends at the first crossing
+/// after it; without one they are cut off by the end of the profile and do not count. A stretch narrower than `narrowest` steps is left out, the first one where several follow. An element is a hill with the dale
 /// beside it: from one border to the next but one. Both kinds (first hill then dale, first dale then hill) are averaged.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Elements {
@@ -42,6 +43,9 @@ impl Elements {
         for (i, height) in heights.iter().enumerate() {
             self.push(i, *height);
         }
+        if let (Some((first, _)), true) = (self.crossings, self.side.is_some()) {
+            self.border(first);
+        }
         if let Some(border) = self.pending.take() {
             self.keep(border);
         }
@@ -59,8 +63,12 @@ impl Elements {
             return;
         }
         let side = height > 0.0;
-        if let (Some((first, last)), true) = (self.crossings, self.side == Some(!side)) {
-            self.border(0.5 * (first + last));
+        match (self.crossings, self.side) {
+            (Some((_, last)), None) => self.border(last),
+            (Some((first, last)), Some(before)) if before != side => {
+                self.border(0.5 * (first + last))
+            }
+            _ => {}
         }
         self.side = Some(side);
         self.crossings = None;

@@ -96,7 +96,7 @@ mod tests {
         close(got.rq_m, 3e-6 / 2_f64.sqrt());
         close(got.rz_m, 6e-6);
         close(got.rsm_m.unwrap(), 400e-6);
-        assert_eq!((got.sections, got.elements), (16, 197));
+        assert_eq!((got.sections, got.elements), (16, 198));
     }
 
     #[test]
