@@ -6,6 +6,7 @@ pub(crate) mod generate;
 pub(crate) mod grasp;
 pub(crate) mod ports;
 pub(crate) mod profile;
+mod profile_plot;
 pub(crate) mod replay;
 pub(crate) mod score;
 pub(crate) mod sim;

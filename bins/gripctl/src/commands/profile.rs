@@ -1,6 +1,6 @@
 //! `gripctl profile`: a height profile measured.
 
-use super::{checked, esc};
+use super::{checked, esc, profile_plot};
 use crate::{
     cli::{Filter, ProfileArgs},
     output,
@@ -19,12 +19,17 @@ pub(crate) fn run(args: &ProfileArgs) -> anyhow::Result<Exit> {
     let options = options(args)?;
     let step_m = args.step_um.map(|um| checked("--step-um", um, false)).transpose()?;
     let step_m = step_m.map(|um| um * 1e-6);
+    args.plot.as_deref().map(profile_plot::check_ending).transpose()?;
     let profile = HeightProfile::read(&args.file, step_m)?;
     let evaluation =
         evaluate(&profile, &options).with_context(|| args.file.display().to_string())?;
     let mut line = ProfileLine::new(&evaluation, &options, &trial);
     if let Some(reference) = &args.reference {
         line.reference = Some(compare(&evaluation, reference)?);
+    }
+    if let Some(plot) = &args.plot {
+        let name = args.file.file_stem().unwrap_or_default().to_string_lossy();
+        profile_plot::chart(&name, &evaluation).write(plot)?;
     }
     notes(args, &evaluation, &line);
     if args.json {
