@@ -130,7 +130,7 @@ pub(crate) struct ProfileArgs {
     /// Low-pass before peaks and valleys are looked for (um); 0 for none. A thirtieth of lambda_c otherwise.
     #[arg(long, value_name = "UM", allow_negative_numbers = true)]
     pub(crate) low_pass_um: Option<f64>,
-    /// Peaks and valleys must differ by more than this (um). Otherwise 5 to 20 % of Rz, above the noise, where fewest are in doubt.
+    /// Peaks and valleys must differ by more than this (um). Otherwise 5 to 15 % of Rz, above the noise, where none is in doubt.
     #[arg(long, value_name = "UM", allow_negative_numbers = true)]
     pub(crate) hysteresis_um: Option<f64>,
     /// Weights of the filters: three moving averages, as many instruments have, or the Gaussian of ISO 16610-21.

@@ -111,11 +111,12 @@ fn print(line: &ProfileLine) -> anyhow::Result<()> {
         line.sections
     ))?;
     output::line(&format!(
-        "roughness      Ra {:.4}  Rq {:.4}  Rz {:.3}  RSm {} um",
+        "roughness      Ra {:.4}  Rq {:.4}  Rz {:.3}  RSm {}  strongest wave {} um",
         line.ra_um,
         line.rq_um,
         line.rz_um,
-        output::or_dash(line.rsm_um, 1)
+        output::or_dash(line.rsm_um, 1),
+        output::or_dash(line.period_um, 1)
     ))?;
     if let Some(reference) = &line.reference {
         output::line(&format!(

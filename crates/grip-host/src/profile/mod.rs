@@ -11,8 +11,10 @@ pub use report::{Agreement, ProfileLine, Spread};
 
 use grip_record::HeightProfile;
 use slip_core::{
-    irregularity::{Irregularity, Turn, batch},
-    roughness::{BufferTooShort, FilterKind, ProfileFilter, Roughness, noise_deviation},
+    irregularity::{Irregularity, SpatialLowPass, Turn, batch},
+    roughness::{
+        BufferTooShort, FilterKind, ProfileFilter, Roughness, dominant_wavelength, noise_deviation,
+    },
 };
 
 /// How a profile is evaluated.
@@ -72,13 +74,15 @@ pub struct Evaluation {
     pub roughness_m: Vec<f64>,
     /// Its parameters.
     pub parameters: Roughness,
+    /// Wavelength of the most power between the low-pass and lambda_c (m).
+    pub period_m: Option<f64>,
     /// Deviation of the noise of the heights (m), an upper bound where the surface is coarse against the step.
     pub noise_m: f64,
     /// Slope of the least-squares line of the heights.
     pub tilt: f64,
     /// Hysteresis of the peaks and valleys (m).
     pub hysteresis_m: f64,
-    /// Peaks and valleys in order.
+    /// Peaks and valleys in order, at their places on the profile.
     pub turns: Vec<Turn>,
     /// Irregularities in order.
     pub irregularities: Vec<Irregularity>,
@@ -86,8 +90,8 @@ pub struct Evaluation {
 
 /// Hysteresis over the noise that is left after the low-pass, at least.
 const NOISE_SIGMAS: f64 = 6.0;
-/// The hysteresis lies between these parts of Rz, where noise allows.
-const HYSTERESIS_OF_RZ: (f64, f64) = (0.05, 0.2);
+/// The hysteresis lies between these parts of Rz, where noise allows: about the tenth that ISO 21920-2 discriminates by.
+const HYSTERESIS_OF_RZ: (f64, f64) = (0.05, 0.15);
 
 /// Evaluates a profile.
 ///
@@ -110,19 +114,20 @@ pub fn evaluate(
     let mut roughness_m = low_passed(&heights, filter(options.short_cutoff_m))?;
     roughness_m.iter_mut().zip(&mean_line).for_each(|(z, line)| *z -= line);
     let parameters = Roughness::measure(&roughness_m, step_m, cutoff_m).ok_or(unsuitable)?;
-    let low_pass = filter(options.low_pass_m);
-    #[expect(clippy::cast_possible_truncation, reason = "heights of peaks need no more than f32")]
-    let smooth: Vec<f32> =
-        low_passed(&roughness_m, low_pass)?.into_iter().map(|z| z as f32).collect();
-    let noise_left = noise_m * low_pass.map_or(1.0, |filter| filter.noise_gain());
+    let low_pass = SpatialLowPass::new(options.low_pass_m);
+    let smooth = smoothed(&roughness_m, step_m, low_pass);
+    let noise_left = noise_m * low_pass.noise_gain(step_m);
     let hysteresis =
         options.hysteresis_m.map_or_else(|| chosen(&smooth, &parameters, noise_left), narrow);
     Ok(Evaluation {
         step_m,
         tilt,
+        period_m: dominant_wavelength(&roughness_m, step_m, options.low_pass_m, cutoff_m),
         noise_m,
         hysteresis_m: f64::from(hysteresis),
-        turns: batch::turns(&smooth, step_m, hysteresis).collect(),
+        turns: batch::turns(&smooth, step_m, hysteresis)
+            .map(|turn| Turn { position_m: turn.position_m - low_pass.lag_m(), ..turn })
+            .collect(),
         irregularities: batch::irregularities(&smooth, step_m, hysteresis).collect(),
         roughness_m,
         parameters,
@@ -139,6 +144,17 @@ fn chosen(smooth: &[f32], parameters: &Roughness, noise_left_m: f64) -> f32 {
 #[expect(clippy::cast_possible_truncation, reason = "a threshold needs no more than f32")]
 fn narrow(value: f64) -> f32 {
     value as f32
+}
+
+/// `heights` as the streaming low-pass gives them, so that a profile and its play-back are treated alike.
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_precision_loss,
+    reason = "heights of peaks need no more than f32; indices are far below 2^53"
+)]
+fn smoothed(heights: &[f64], step_m: f64, mut filter: SpatialLowPass) -> Vec<f32> {
+    let placed = heights.iter().enumerate();
+    placed.map(|(i, z)| filter.push(i as f64 * step_m, *z as f32)).collect()
 }
 
 /// The mean line of `heights` by `filter`, or `heights` without one.

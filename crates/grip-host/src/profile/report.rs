@@ -90,6 +90,8 @@ pub struct ProfileLine {
     pub rz_um: f64,
     /// RSm (um).
     pub rsm_um: Option<f64>,
+    /// Wavelength of the most power (um), whether or not the surface is periodic.
+    pub period_um: Option<f64>,
     /// Heights of the irregularities (um).
     pub delta_um: Option<Spread>,
     /// Spacings of the irregularities (um).
@@ -140,6 +142,7 @@ impl ProfileLine {
             rq_um: 1e6 * parameters.rq_m,
             rz_um: 1e6 * parameters.rz_m,
             rsm_um: parameters.rsm_m.map(|rsm_m| 1e6 * rsm_m),
+            period_um: evaluation.period_m.map(|period_m| 1e6 * period_m),
             delta_um: Spread::of(pairs.clone().map(|(delta_m, _)| 1e6 * delta_m)),
             s_um: Spread::of(pairs.clone().map(|(_, spacing_m)| 1e6 * spacing_m)),
             esc: readings(pairs, trial),

@@ -21,9 +21,10 @@ fn a_sine_on_a_wave_has_its_roughness_and_its_irregularities() {
         let line = ProfileLine::new(&evaluation, &options, &trial);
         assert!((line.ra_um / (4.0 / PI) - 1.0).abs() < 0.02, "{}", line.ra_um);
         assert!((line.rsm_um.unwrap() / 250.0 - 1.0).abs() < 0.001, "{line:?}");
+        assert!((line.period_um.unwrap() / 250.0 - 1.0).abs() < 0.001, "{line:?}");
         let (delta, s) = (line.delta_um.unwrap(), line.s_um.unwrap());
-        // The low-pass of 83 um keeps 92.6 % of a wave of 250 um.
-        assert!((delta.mean / (4.0 * 0.926) - 1.0).abs() < 0.01, "{delta:?}");
+        // The low-pass of 83 um keeps 92.7 % of a wave of 250 um.
+        assert!((delta.mean / (4.0 * 0.927) - 1.0).abs() < 0.01, "{delta:?}");
         assert!((s.mean / 250.0 - 1.0).abs() < 0.001, "{s:?}");
         assert!((38..=40).contains(&line.n) && line.sections == 4, "{line:?}");
         assert_eq!((line.esc.len(), line.esc[0].reading), (5, "literal"));

@@ -8,7 +8,9 @@ mod elements;
 mod filter;
 mod noise;
 mod parameters;
+mod period;
 
 pub use filter::{BufferTooShort, FilterKind, ProfileFilter};
 pub use noise::noise_deviation;
 pub use parameters::Roughness;
+pub use period::dominant_wavelength;
