@@ -19,7 +19,7 @@ pub enum CsvError {
         source: io::Error,
     },
     /// The file has no header row.
-    #[error("{}: is empty; the first line must name the columns, e.g. t_s,stylus", file.display())]
+    #[error("{}: is empty; the first line must name the columns, e.g. t_s,stylus or x_mm,height_um", file.display())]
     Empty {
         /// The file.
         file: PathBuf,
