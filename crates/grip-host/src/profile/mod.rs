@@ -103,7 +103,7 @@ pub fn evaluate(
 ) -> Result<Evaluation, ProfileError> {
     let (cutoff_m, step_m) = (options.cutoff_m, profile.step_m);
     let unsuitable = ProfileError::Cutoff { cutoff_m, step_m };
-    if !(cutoff_m >= 5.0 * step_m) {
+    if cutoff_m.is_nan() || cutoff_m < 5.0 * step_m {
         return Err(unsuitable);
     }
     let mut heights = profile.heights_m.clone();
