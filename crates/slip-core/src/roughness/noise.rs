@@ -1,6 +1,6 @@
 //! A height profile in, the deviation of its white noise out.
 
-/// Deviation of the white noise in `heights`, from the median of |z[i-1] - 2 z[i] + z[i+1]| / (0.6745 sqrt 6).
+/// Deviation of the white noise in `heights`, from the median of `|z[i-1] - 2 z[i] + z[i+1]|` over 0.6745 sqrt 6.
 ///
 /// The surface itself hardly enters, as long as it is smooth over two steps; a few cracks or lost contacts do not
 /// either, because it is a median. Of a surface that is coarse against the step it is an upper bound. `None` with fewer than
