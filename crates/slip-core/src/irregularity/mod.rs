@@ -4,7 +4,23 @@
 //! it has risen by more; noise smaller than the hysteresis makes neither. One irregularity is what
 //! lies between two successive valleys: its spacing s is their distance along the surface, its height
 //! delta is the peak between them above the mean of the two valleys. An extremum that is a plateau
-//! lies at the middle of the plateau.
+//! lies at the middle of the plateau; half a period at either end of the path is no irregularity.
+//!
+//! # Noise
+//! Noise does two things to peaks and valleys. It adds false ones: the hysteresis keeps those out, as long as it is
+//! several deviations of the noise. And it makes every peak too high and every valley too low, because the
+//! extreme of N noisy samples lies about sigma sqrt(2 ln N) beyond the truth; no threshold mends that, only less noise.
+//! [`SpatialLowPass`] averages over a fixed length of *surface*, so the slower the slip, the more samples it averages: its
+//! corner in Hz follows the speed, and surface and spacing keep their size at every speed. What remains is of second order:
+//! reversals whose height lies within the remaining noise of the hysteresis come and go. [`batch::widest_gap`] puts the
+//! hysteresis where a given surface has no such reversals.
+
+pub mod batch;
+mod low_pass;
+mod turn;
+
+pub use low_pass::SpatialLowPass;
+pub use turn::{Turn, TurnFinder, TurnKind};
 
 /// One asperity of the slipping surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -18,111 +34,37 @@ pub struct Irregularity {
 /// Streaming extraction; cost O(1) a sample.
 #[derive(Clone, Copy, Debug)]
 pub struct IrregularityExtractor {
-    hysteresis_m: f32,
-    phase: Phase,
-    extremum: Extremum,
-    valley: Option<Extremum>,
+    turns: TurnFinder,
+    valley: Option<Turn>,
     peak_m: f32,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Phase {
-    /// Nothing seen.
-    Start,
-    /// Neither direction is known yet: `extremum` is the first sample.
-    Undecided,
-    Rising,
-    Falling,
-}
-
-#[derive(Clone, Copy, Debug, Default)]
-struct Extremum {
-    height_m: f32,
-    first_m: f64,
-    last_m: f64,
-}
-
-impl Extremum {
-    fn at(position_m: f64, height_m: f32) -> Self {
-        Self { height_m, first_m: position_m, last_m: position_m }
-    }
-
-    fn position_m(self) -> f64 {
-        0.5 * (self.first_m + self.last_m)
-    }
 }
 
 impl IrregularityExtractor {
     /// An extractor that ignores reversals up to `hysteresis_m` (m).
     #[must_use]
     pub fn new(hysteresis_m: f32) -> Self {
-        Self {
-            hysteresis_m,
-            phase: Phase::Start,
-            extremum: Extremum::default(),
-            valley: None,
-            peak_m: 0.0,
-        }
+        Self { turns: TurnFinder::new(hysteresis_m), valley: None, peak_m: 0.0 }
     }
 
     /// Takes the height at the next position along the surface (m) (positions do not decrease) and
     /// gives the irregularity that the sample completes, if it does.
     #[inline]
     pub fn push(&mut self, position_m: f64, height_m: f32) -> Option<Irregularity> {
-        let here = Extremum::at(position_m, height_m);
-        match self.phase {
-            Phase::Start => {
-                self.extremum = here;
-                self.phase = Phase::Undecided;
+        let turn = self.turns.push(position_m, height_m)?;
+        match turn.kind {
+            TurnKind::Peak => {
+                self.peak_m = turn.height_m;
                 None
             }
-            Phase::Undecided => {
-                if (height_m - self.extremum.height_m).abs() > self.hysteresis_m {
-                    let rising = height_m > self.extremum.height_m;
-                    self.phase = if rising { Phase::Rising } else { Phase::Falling };
-                    self.extremum = here;
-                }
-                None
-            }
-            Phase::Rising => {
-                if height_m < self.extremum.height_m - self.hysteresis_m {
-                    self.peak_m = self.extremum.height_m;
-                    self.phase = Phase::Falling;
-                    self.extremum = here;
-                } else {
-                    self.follow(here, height_m > self.extremum.height_m);
-                }
-                None
-            }
-            Phase::Falling => {
-                if height_m > self.extremum.height_m + self.hysteresis_m {
-                    let complete = self.valley.map(|left| self.between(left, self.extremum));
-                    self.valley = Some(self.extremum);
-                    self.phase = Phase::Rising;
-                    self.extremum = here;
-                    complete
-                } else {
-                    self.follow(here, height_m < self.extremum.height_m);
-                    None
-                }
-            }
-        }
-    }
-
-    #[inline]
-    fn follow(&mut self, here: Extremum, further: bool) {
-        if further {
-            self.extremum = here;
-        } else if here.height_m == self.extremum.height_m {
-            self.extremum.last_m = here.last_m;
+            TurnKind::Valley => self.valley.replace(turn).map(|left| self.between(&left, &turn)),
         }
     }
 
     #[expect(clippy::cast_possible_truncation, reason = "a spacing needs no more than f32")]
-    fn between(&self, left: Extremum, right: Extremum) -> Irregularity {
+    fn between(&self, left: &Turn, right: &Turn) -> Irregularity {
         Irregularity {
             delta_m: self.peak_m - 0.5 * (left.height_m + right.height_m),
-            spacing_m: (right.position_m() - left.position_m()) as f32,
+            spacing_m: (right.position_m - left.position_m) as f32,
         }
     }
 }
