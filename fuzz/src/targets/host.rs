@@ -23,8 +23,10 @@ struct Line {
     to_device: Vec<u8>,
     to_host: Vec<u8>,
     heard: Decoder,
-    /// Number and force of the GRIP sent last.
-    sent: (u32, i32),
+    /// Number of the GRIP sent last.
+    cmd_id: u32,
+    /// Session and force of the GRIP sent last; `None` after the link was opened anew.
+    sent: Option<(u16, i32)>,
     received: u64,
 }
 
@@ -39,7 +41,8 @@ pub fn check(data: &[u8]) {
         to_device: Vec::new(),
         to_host: Vec::new(),
         heard: Decoder::new(Role::Device),
-        sent: (0, 0),
+        cmd_id: 0,
+        sent: None,
         received: 0,
     };
     line.device.ready(0);
@@ -139,7 +142,8 @@ impl Line {
         self.hear(&bytes);
     }
 
-    /// R1 and R4 of the host: never negative, never over F_max, never higher while the samples are stale.
+    /// R1 and R4 of the host: never negative, never over F_max, never higher while the samples are stale, and no first
+    /// force of a session then.
     fn grip(&mut self, input: &mut Input<'_>) {
         let style = input.u8();
         let command = GripCommand {
@@ -154,8 +158,11 @@ impl Line {
         let mut out = [0; MAX_WIRE];
         let written = self.host.grip(self.now_us, &command, &mut out);
         let state = self.host.state();
+        let session = self.host.session();
+        let before_mn = self.sent.and_then(|(of, force_mn)| (of == session).then_some(force_mn));
         let Some(len) = written else {
-            let may = matches!(state, HostState::Stream | HostState::Degraded);
+            let first = before_mn.is_none() && command.mode == GripMode::Force;
+            let may = state == HostState::Stream || (state == HostState::Degraded && !first);
             assert!(!may || command.force_mn < 0, "refused in {state:?}");
             return;
         };
@@ -164,9 +171,15 @@ impl Line {
         let Grip { cmd_id, force_mn, .. } = *self.host.last_grip().unwrap();
         let limit = self.host.in_force().unwrap().force_max_mn;
         assert!((0..=limit.min(command.force_mn)).contains(&force_mn));
-        assert_eq!(cmd_id, self.sent.0.wrapping_add(1));
-        assert!(state != HostState::Degraded || force_mn <= self.sent.1, "raised while degraded");
-        self.sent = (cmd_id, if command.mode == GripMode::Force { force_mn } else { 0 });
+        assert_eq!(cmd_id, self.cmd_id.wrapping_add(1));
+        if state == HostState::Degraded && command.mode == GripMode::Force {
+            assert!(
+                before_mn.is_some_and(|before_mn| force_mn <= before_mn),
+                "raised while degraded"
+            );
+        }
+        self.cmd_id = cmd_id;
+        self.sent = Some((session, if command.mode == GripMode::Force { force_mn } else { 0 }));
         self.to_device.extend_from_slice(&out[..len]);
     }
 
@@ -242,7 +255,7 @@ impl Line {
                 let session = input.u16();
                 assert_eq!(self.host.open(now_us, session).is_err(), session == 0);
                 if session != 0 {
-                    (self.sent.1, self.received) = (0, 0);
+                    (self.sent, self.received) = (None, 0);
                 }
             }
         }
