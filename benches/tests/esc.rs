@@ -1,6 +1,5 @@
 //! Every enclosure of E_sc holds the exact value, on random inputs and on inputs steered onto poles and zeros.
 //! `esc-containment` does the same with millions.
-#![expect(clippy::unwrap_used, reason = "test code")]
 
 use slip_benches::{
     containment::{Path, check, one},
