@@ -88,6 +88,9 @@ class HostLink:
         """The GRIP sent last, as clamped."""
         self.malformed = 0
         """Good frames with a malformed payload."""
+        self.unexpected = 0
+        """Good frames that nothing waited for: answers to no request, IDENT after the first, SAMPLES outside of STREAM
+        and DEGRADED."""
         self._decoder = Decoder(Role.HOST)
         self._sender = Sender(to_host=False)
         self._announced = HostState.CLOSED
@@ -258,6 +261,7 @@ class HostLink:
 
     def _on_ident(self, now_us: int, payload: bytes) -> None:
         if self.state is not HostState.HELLO:
+            self.unexpected += 1
             return
         low, high = parse_versions(payload)
         if common_version(low, high) is None:
@@ -314,6 +318,7 @@ class HostLink:
             self._events.append(Done(Kind.START))
             self._stream(now_us)
         if self.state not in _STREAMING:
+            self.unexpected += 1
             return
         samples = Samples.parse(payload, self.layout.elements)
         loss = self._rows.take(samples)
@@ -331,6 +336,8 @@ class HostLink:
         answered = self._request is not None and self._request.answered_by(kind, seq)
         if answered:
             self._request = None
+        else:
+            self.unexpected += 1
         return answered
 
     def _stream(self, now_us: int) -> None:
