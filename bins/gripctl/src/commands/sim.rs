@@ -2,17 +2,16 @@
 
 use crate::cli::SimArgs;
 use anyhow::Context as _;
-use core::sync::atomic::{AtomicBool, Ordering};
+use core::{
+    hash::{BuildHasher as _, Hasher as _},
+    sync::atomic::{AtomicBool, Ordering},
+};
 use grip_host::{
     exit::{Exit, WrongArgument},
     scene,
 };
 use grip_sim::{Pty, VirtualMcu, port};
-use std::{
-    hash::{BuildHasher as _, Hasher as _, RandomState},
-    sync::Arc,
-    time::Instant,
-};
+use std::{hash::RandomState, sync::Arc, time::Instant};
 
 /// Another number at every start, as the link asks for.
 fn boot_id() -> u32 {
