@@ -95,7 +95,9 @@ fn status_words(s: &Status) -> String {
 }
 
 fn stats_words(s: &Stats) -> String {
-    let rest = [s.sent, s.dropped_batches, s.dropped_rows, s.malformed].map(|n| n.to_string());
+    let rest =
+        [s.sent, s.dropped_batches, s.dropped_rows, s.malformed, s.old, s.refused, s.unanswered];
+    let rest = rest.map(|n| n.to_string());
     format!("stats {} {}", counter_words(&s.received), rest.join(" "))
 }
 
@@ -159,7 +161,7 @@ pub(crate) fn state_words(host: &HostLink) -> String {
         format!("{} {} {:.3}", clock.boot_id(), clock.points(), clock.uncertainty_us())
     });
     format!(
-        "= {} {:04x} reopen {} rows {} {} {} {} malformed {} counters {} gripper {gripper} config {} grip {grip} clock {clock}",
+        "= {} {:04x} reopen {} rows {} {} {} {} malformed {} unexpected {} counters {} gripper {gripper} config {} grip {grip} clock {clock}",
         state_name(host.state()),
         host.session(),
         host.reopen_after_us(),
@@ -168,6 +170,7 @@ pub(crate) fn state_words(host: &HostLink) -> String {
         loss.dropped_by_mcu,
         loss.restarts,
         host.malformed(),
+        host.unexpected(),
         counter_words(host.counters()),
         host.in_force().map_or_else(dash, config_words),
     )

@@ -122,7 +122,7 @@ def state_words(link: HostLink) -> str:
     loss, counters, grip, clock = link.loss, link.counters, link.last_grip, link.clock
     return (
         f"= {link.state.value} {link.session:04x} reopen {link.reopen_after_us} rows {_joined(_values(loss))}"
-        f" malformed {link.malformed} counters {_joined(_values(counters))}"
+        f" malformed {link.malformed} unexpected {link.unexpected} counters {_joined(_values(counters))}"
         f" gripper {f'{link.ident.uid.hex()} {link.ident.boot_id}' if link.ident else '-'}"
         f" config {_config_words(link.in_force) if link.in_force else '-'}"
         f" grip {_joined(_values(grip)) if grip else '-'}"
