@@ -127,7 +127,7 @@ pub enum PlotError {
         y: f64,
     },
     /// Bars stand on an axis of names, so they share a chart with nothing else.
-    #[error("the chart \"{0}\" mixes bars with other layers, or puts them on a logarithmic x axis")]
+    #[error("the chart \"{0}\" mixes bars with other layers, or puts them on a logarithmic axis")]
     MixedBars(String),
     /// The name of the file says neither .svg nor .png.
     #[error("{0}: a chart is written as .svg or .png")]
@@ -196,7 +196,8 @@ impl Chart {
             return Err(PlotError::Empty(self.title.clone()));
         }
         let bars = self.layers.iter().filter(|layer| layer.mark == Mark::Bars).count();
-        if bars > 0 && (self.layers.len() > 1 || self.x.scale == Scale::Log) {
+        let log = [&self.x, &self.y].iter().any(|axis| axis.scale == Scale::Log);
+        if bars > 0 && (self.layers.len() > 1 || log) {
             return Err(PlotError::MixedBars(self.title.clone()));
         }
         let fits = |value: f64, axis: &Axis| {
@@ -237,6 +238,24 @@ mod tests {
             assert!(svg.contains(text), "{text} is missing in {svg}");
         }
         assert!(svg.matches("<circle").count() >= 2, "{svg}");
+    }
+
+    #[test]
+    fn a_logarithmic_axis_reaches_as_far_as_its_points() {
+        let points = vec![(1.0, 1e-30), (10.0, 1e-16), (100.0, 1e-2)];
+        let chart = Chart::new("errors", Axis::log("ns"), Axis::log("error"));
+        let svg = chart.with(Layer::markers("", points)).svg().unwrap();
+        let places = |name: &str| -> Vec<f64> {
+            let circles = svg.split("<circle").skip(1);
+            circles
+                .map(|circle| circle.split(name).nth(1).unwrap().split('"').nth(1).unwrap())
+                .map(|number| number.parse().unwrap())
+                .collect()
+        };
+        let (x, y) = (places(" cx="), places(" cy="));
+        assert!((x[1] - x[0] - (x[2] - x[1])).abs() < 0.1 && x[1] > x[0] + 100.0, "{x:?}");
+        assert!((y[0] - y[1] - (y[1] - y[2])).abs() < 0.1 && y[0] > y[1] + 100.0, "{y:?}");
+        assert!(svg.contains("1e-15") && svg.contains("1e-30"));
     }
 
     #[test]

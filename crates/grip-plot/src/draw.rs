@@ -1,7 +1,10 @@
 //! A checked chart in, the picture out: the only place that knows the drawing library, and all that makes the style.
 
-use crate::chart::{Chart, Layer, Mark, Scale};
-use kuva::prelude::{BarPlot, Layout, LegendPosition, LinePlot, MarkerShape, Plot, ScatterPlot};
+use crate::chart::{Axis, Chart, Layer, Mark, Scale};
+use kuva::prelude::{
+    BarPlot, Layout, LegendPosition, LinePlot, MarkerShape, Plot, ScatterPlot, TickFormat,
+};
+use std::sync::Arc;
 
 /// Colours of the layers in turn: distinct for the colour-blind too (Okabe and Ito).
 const COLOURS: [&str; 7] =
@@ -26,7 +29,7 @@ fn picture(chart: &Chart) -> (Vec<Plot>, Layout) {
         .iter()
         .zip(COLOURS.iter().cycle())
         .filter(|(layer, _)| !layer.points.is_empty())
-        .map(|(layer, colour)| plot(layer, colour))
+        .map(|(layer, colour)| plot(chart, layer, colour))
         .collect();
     let layout = Layout::auto_from_plots(&plots)
         .with_title(chart.title.as_str())
@@ -37,13 +40,58 @@ fn picture(chart: &Chart) -> (Vec<Plot>, Layout) {
         .with_font_family(FONT)
         .with_title_size(16)
         .with_legend_position(LegendPosition::OutsideRightTop);
-    let layout = if chart.x.scale == Scale::Log { layout.with_log_x() } else { layout };
-    let layout = if chart.y.scale == Scale::Log { layout.with_log_y() } else { layout };
+    let layout = match decades(chart, &chart.x, |point| point.0) {
+        Some((min, max, step)) => layout
+            .with_x_axis_min(min)
+            .with_x_axis_max(max)
+            .with_x_tick_step(step)
+            .with_x_tick_format(power_of_ten()),
+        None => layout,
+    };
+    let layout = match decades(chart, &chart.y, |point| point.1) {
+        Some((min, max, step)) => layout
+            .with_y_axis_min(min)
+            .with_y_axis_max(max)
+            .with_y_tick_step(step)
+            .with_y_tick_format(power_of_ten()),
+        None => layout,
+    };
     (plots, layout)
 }
 
-fn plot(layer: &Layer, colour: &str) -> Plot {
-    let points = layer.points.iter().copied();
+/// Exponents where a logarithmic axis begins and ends, and the decades from tick to tick. The library's own
+/// logarithmic axes end at 1e-10, so points are placed by their exponents.
+fn decades(chart: &Chart, axis: &Axis, of: fn(&(f64, f64)) -> f64) -> Option<(f64, f64, f64)> {
+    if axis.scale == Scale::Linear {
+        return None;
+    }
+    let exponents = chart.layers.iter().flat_map(|layer| &layer.points).map(|p| of(p).log10());
+    let (low, high) =
+        exponents.fold((f64::MAX, f64::MIN), |(low, high), e| (low.min(e), high.max(e)));
+    let (low, high) = (low.floor(), high.ceil().max(low.floor() + 1.0));
+    let step = ((high - low) / 10.0).ceil();
+    Some((low, low + step * ((high - low) / step).ceil(), step))
+}
+
+fn power_of_ten() -> TickFormat {
+    TickFormat::Custom(Arc::new(|exponent: f64| {
+        if (-2.0..=4.0).contains(&exponent) {
+            format!("{}", 10.0_f64.powf(exponent.round()))
+        } else {
+            format!("1e{exponent:.0}")
+        }
+    }))
+}
+
+fn place(value: f64, axis: &Axis) -> f64 {
+    match axis.scale {
+        Scale::Linear => value,
+        Scale::Log => value.log10(),
+    }
+}
+
+fn plot(chart: &Chart, layer: &Layer, colour: &str) -> Plot {
+    let points = layer.points.iter().map(|(x, y)| (place(*x, &chart.x), place(*y, &chart.y)));
     match layer.mark {
         Mark::Line | Mark::DashedLine => {
             let line = LinePlot::new().with_data(points).with_color(colour).with_stroke_width(1.5);
