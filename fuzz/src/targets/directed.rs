@@ -72,7 +72,15 @@ impl Author {
 /// Every 100 ms a gripper without a session says who it is, if somebody speaks to it.
 fn announcements() -> Life {
     let mut author = Author::new("new 0");
-    author.ping(0).ping(1).ping(99_999).ping(100_000).ping(100_001).ping(199_999).ping(200_000);
+    author
+        .ping(0)
+        .ping(1)
+        .ping(50_000)
+        .ping(99_999)
+        .ping(100_000)
+        .ping(100_001)
+        .ping(199_999)
+        .ping(200_000);
     let wanted = vec!["frame 81", "frame 81", "frame 81"];
     Life { name: "announcements", script: author.script, wanted }
 }

@@ -24,7 +24,15 @@ static void cap_0(gl_ident *id) { id->hold_cap_mn = 0; }
 static void cap_equal(gl_ident *id) { id->hold_cap_mn = id->force_max_mn; }
 static void cap_over(gl_ident *id) { id->hold_cap_mn = id->force_max_mn + 1; }
 static void channels_none(gl_ident *id) { id->channel_count = 0; }
-static void channels_many(gl_ident *id) { id->channel_count = GL_CHANNELS + 1; }
+/* All good, and so is what lies behind the last. */
+static void channels_many(gl_ident *id) {
+  for (unsigned i = 1; i < GL_CHANNELS; i++) id->channels[i] = id->channels[0];
+  id->channel_count = GL_CHANNELS + 1;
+}
+static void channels_all(gl_ident *id) {
+  channels_many(id);
+  id->channel_count = GL_CHANNELS;
+}
 static void second_stylus(gl_ident *id) { id->channels[0].kind = GL_SECOND_STYLUS; }
 static void stylus_last(gl_ident *id) {
   id->channels[0].kind = GL_NORMAL_FORCE;
@@ -57,6 +65,7 @@ static const refusal TABLE[] = {
     {"no channels", channels_none, GL_INIT_NO_STYLUS},
     {"a second stylus only", second_stylus, GL_INIT_NO_STYLUS},
     {"stylus as the last channel", stylus_last, GL_INIT_OK},
+    {"as many channels as there is room for", channels_all, GL_INIT_OK},
     {"more channels than there is room for", channels_many, GL_INIT_ROW},
     {"a channel of 0 elements", count_0, GL_INIT_ROW},
     {"a channel of 64 elements", count_64, GL_INIT_OK},
@@ -75,12 +84,17 @@ int peer_init(void) {
   static gl_link link, before;
   int failures = 0;
   for (size_t i = 0; i < sizeof TABLE / sizeof TABLE[0]; i++) {
-    gl_ident id = peer_gripper();
+    struct {
+      gl_ident id;
+      gl_channel behind;
+    } given;
     gl_init_error found;
     memset(&link, 0x5A, sizeof link);
     before = link;
-    TABLE[i].change(&id);
-    found = gl_init(&link, &id);
+    given.id = peer_gripper();
+    given.behind = given.id.channels[0];
+    TABLE[i].change(&given.id);
+    found = gl_init(&link, &given.id);
     if (found != TABLE[i].wanted || (found != GL_INIT_OK && memcmp(&link, &before, sizeof link) != 0)) {
       fprintf(stderr, "%s: %s instead of %s, or the link was touched\n", TABLE[i].name, words[found], words[TABLE[i].wanted]);
       failures++;
