@@ -309,12 +309,15 @@ fn conversations(seeds: &mut Seeds) {
         &[
             &attach,
             &stream,
-            &[8, 10, 7, 1, 9, 0, 1, 2],
+            &[8, 10, 3, 7, 1, 9, 0, 1, 2],
             &stream,
             &[6, 0, 1, 1, 0, 0, 0, 0, 7, 0, 5, 0, 64, 2],
         ],
     );
-    talk("lost", &[&attach, &stream, &[8, 31, 11, 1], &stream, &grip]);
+    talk("lost", &[&attach, &stream, &[8, 31, 3, 11, 1], &stream, &grip]);
+    talk("start-unacknowledged", &[&TURN.repeat(5), &[2, 3, 11, 1], &stream, &grip]);
+    let nothing_arrives = [3, 11, 0, 11, 1, 1, 50, 0];
+    talk("config-unanswered", &[&TURN.repeat(2), &nothing_arrives.repeat(5), &attach]);
     talk(
         "fault-and-clear",
         &[

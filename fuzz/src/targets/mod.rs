@@ -3,6 +3,7 @@
 pub mod chunks;
 pub mod decoder;
 pub mod device;
+pub mod directed;
 pub mod gripper;
 pub mod host;
 pub mod host_script;

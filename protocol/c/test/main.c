@@ -59,6 +59,7 @@ gl_ident peer_gripper(void) {
 
 int main(int argc, char **argv) {
   if (argc == 3 && strcmp(argv[1], "vectors") == 0) return peer_vectors(argv[2]);
+  if (argc == 2 && strcmp(argv[1], "init") == 0) return peer_init();
   if (argc == 2 && strcmp(argv[1], "decode") == 0) return peer_decode();
   if (argc == 2 && strcmp(argv[1], "device") == 0) return peer_device();
   if (argc == 2 && strcmp(argv[1], "sizes") == 0) {
@@ -68,9 +69,10 @@ int main(int argc, char **argv) {
   }
   fprintf(stderr,
           "usage: %s vectors FOLDER   check valid.tsv and invalid.tsv\n"
+          "       %s init             what gl_init takes and refuses\n"
           "       %s decode           lines 'device|host SESSION[:SEQ]|- HEX' in, verdicts out\n"
           "       %s device           a script of ticks and bytes in, all that the device does out\n"
           "       %s sizes            memory of the link on this machine\n",
-          argv[0], argv[0], argv[0], argv[0]);
+          argv[0], argv[0], argv[0], argv[0], argv[0]);
   return 2;
 }

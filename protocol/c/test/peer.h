@@ -17,6 +17,7 @@ gl_ident peer_gripper(void);
 void peer_fail(const char *what, const char *where);
 
 int peer_vectors(const char *folder);
+int peer_init(void);
 int peer_decode(void);
 int peer_device(void);
 

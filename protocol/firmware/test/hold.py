@@ -5,8 +5,9 @@ from __future__ import annotations
 from board import DROPPED, LIFTED, Board, must
 from host import Gripd, Host, Spare
 
-GRASPS = 5
-"""Every one is to be held."""
+GRASPS = 4
+"""So many are to be held. With two spare tries a gripd that holds 9 of 10 on a very busy computer passes 98 times of 100,
+one that holds 3 of 10 passes 7 times of 100, and once in 100 where the emulation keeps up."""
 
 
 def needed_n() -> float:

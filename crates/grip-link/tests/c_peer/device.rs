@@ -9,7 +9,8 @@ use grip_link::message::{
     Reaction, ResetReason, Versions,
 };
 
-pub(crate) fn gripper() -> DeviceLink {
+/// The gripper of the peers; `Reaction` is what an ESTOP does.
+pub(crate) fn gripper(estop: Reaction) -> DeviceLink {
     let mut channels = [Ident::NO_CHANNEL; MAX_CHANNELS];
     channels[0] = Channel::single(ChannelKind::Stylus, 1e-8);
     channels[1] = Channel::single(ChannelKind::NormalForce, 1e-3);
@@ -36,7 +37,7 @@ pub(crate) fn gripper() -> DeviceLink {
         channels,
         channel_count: 3,
     };
-    DeviceLink::new(DeviceConfig { ident, estop: Reaction::Hold }).unwrap()
+    DeviceLink::new(DeviceConfig { ident, estop }).unwrap()
 }
 
 fn event_line(event: &DeviceEvent) -> String {
@@ -100,6 +101,10 @@ pub(crate) fn step(device: &mut DeviceLink, line: &str) -> Vec<String> {
     let tick = word[1].parse().unwrap();
     let mut out = [0; MAX_WIRE];
     match word[0] {
+        "new" => {
+            let passive = word.get(2) == Some(&"passive");
+            *device = gripper(if passive { Reaction::Passive } else { Reaction::Hold });
+        }
         "ready" => device.ready(tick),
         "rx" => {
             let bytes = unhex(word[2]);

@@ -5,6 +5,8 @@ mod decode;
 #[cfg(test)]
 mod device;
 #[cfg(test)]
+mod directed;
+#[cfg(test)]
 mod peer;
 #[cfg(test)]
 mod script;

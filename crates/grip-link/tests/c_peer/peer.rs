@@ -11,7 +11,8 @@ fn built() -> &'static Path {
     PROGRAM.get_or_init(|| {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../protocol/c");
         let program = Path::new(env!("CARGO_TARGET_TMPDIR")).join("c-peer");
-        let sources = ["grip_link.c", "test/main.c", "test/stream.c", "test/vectors.c"];
+        let sources =
+            ["grip_link.c", "test/init.c", "test/main.c", "test/stream.c", "test/vectors.c"];
         let result = Command::new("cc")
             .args(["-std=c99", "-Wall", "-Wextra", "-Wconversion", "-Werror", "-O2"])
             .args(std::env::var("GRIP_C_FLAGS").unwrap_or_default().split_whitespace())

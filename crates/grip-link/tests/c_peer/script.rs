@@ -6,7 +6,8 @@ use core::fmt::Write as _;
 use grip_link::device::DeviceLink;
 use grip_link::frame::{Direction, Header, MAX_WIRE, encode};
 use grip_link::message::{
-    Config, DeviceState, Grip, Heartbeat, Hello, Kind, LossAction, Ping, SampleFormat, Versions,
+    Config, DeviceState, Grip, Heartbeat, Hello, Kind, LossAction, Ping, Reaction, SampleFormat,
+    Versions,
 };
 use rand_chacha::ChaCha8Rng;
 use rand_core::{Rng as _, SeedableRng as _};
@@ -30,10 +31,11 @@ pub(crate) fn play(seed: u64, length: usize) -> (String, Vec<String>) {
         seq: 0,
         session: 0xBEEF,
         cmd_id: 0,
-        device: gripper(),
+        device: gripper(Reaction::Hold),
         script: String::new(),
         lines: Vec::new(),
     };
+    author.write(if seed % 3 == 1 { "new 0 passive" } else { "new 0" });
     author.write("drive 0");
     author.write("rx 0 0001");
     author.write("ready 5");

@@ -5,6 +5,7 @@ use crate::device::{gripper, step};
 use crate::peer::{assert_same, run, unhex};
 use crate::targets::peers::{decoder_lines, device_scripts};
 use grip_link::decoder::{Decoder, Role};
+use grip_link::message::Reaction;
 use std::path::{Path, PathBuf};
 
 fn folder() -> PathBuf {
@@ -37,7 +38,7 @@ fn the_devices_agree_on_every_seed() {
     assert!(scripts.len() > 60, "{}", scripts.len());
     let (mut input, mut expected) = (String::new(), Vec::new());
     for script in &scripts {
-        let mut device = gripper();
+        let mut device = gripper(Reaction::Hold);
         expected.extend(script.iter().flat_map(|line| step(&mut device, line)));
         input += &format!("new 0\n{}\n", script.join("\n"));
     }

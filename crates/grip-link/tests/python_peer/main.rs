@@ -5,6 +5,8 @@ mod dice;
 #[cfg(test)]
 mod differential;
 #[cfg(test)]
+mod directed;
+#[cfg(test)]
 mod host;
 #[cfg(test)]
 mod host_lives;

@@ -62,7 +62,7 @@ pub(crate) struct Player {
 }
 
 impl Player {
-    pub(crate) fn new() -> Self {
+    pub(crate) fn new(estop: Reaction) -> Self {
         let mut ident = Ident {
             versions: Versions::OURS,
             max_rx: 480,
@@ -89,7 +89,7 @@ impl Player {
         ident.channels[1] = Channel::single(ChannelKind::NormalForce, 1e-3);
         ident.channels[2] =
             Channel { count: 4, ..Channel::single(ChannelKind::PressureArray, 10.0) };
-        let device = DeviceLink::new(DeviceConfig { ident, estop: Reaction::Hold }).unwrap();
+        let device = DeviceLink::new(DeviceConfig { ident, estop }).unwrap();
         Self { device, said: Vec::new() }
     }
 
@@ -104,6 +104,11 @@ impl Player {
     fn obey(&mut self, command: &str, tick: u64, words: &[&str]) {
         let device = &mut self.device;
         match command {
+            "new" => {
+                let passive = words.first() == Some(&"passive");
+                let estop = if passive { Reaction::Passive } else { Reaction::Hold };
+                *device = Self::new(estop).device;
+            }
             "ready" => device.ready(tick),
             "rx" => self.receive(tick, &unhex(words[0])),
             "tx" => self.transmit(tick, words[0].parse().unwrap()),

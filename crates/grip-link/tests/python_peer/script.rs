@@ -35,7 +35,8 @@ impl Script {
     pub(crate) fn new(seed: u64) -> Self {
         let mut dice = Dice::new(seed);
         let tick = dice.pick(&[0, 5, 1 << 40]);
-        let lines = vec![format!("ready {tick}")];
+        let estop = if seed % 3 == 1 { " passive" } else { "" };
+        let lines = vec![format!("new {tick}{estop}"), format!("ready {tick}")];
         let mut script = Self { dice, lines, tick, seq: 0, cmd_id: 0 };
         script.hello();
         script.config();
@@ -145,7 +146,7 @@ impl Script {
     }
 
     fn hello(&mut self) {
-        let fresh = self.lines.len() == 1;
+        let fresh = self.lines.len() == 2;
         let dice = &mut self.dice;
         let versions = if fresh {
             Versions::OURS

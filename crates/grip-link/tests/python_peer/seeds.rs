@@ -3,6 +3,7 @@
 use crate::player::{Player, decode};
 use crate::python::{answers, interpreter};
 use crate::targets::peers::{decoder_lines, device_scripts};
+use grip_link::message::Reaction;
 use std::path::{Path, PathBuf};
 
 fn folder() -> PathBuf {
@@ -27,7 +28,7 @@ fn the_devices_agree_on_every_seed() {
     let scripts = device_scripts(&folder());
     assert!(scripts.len() > 60, "{}", scripts.len());
     let expected: Vec<String> =
-        scripts.iter().flat_map(|script| Player::new().play(script)).collect();
+        scripts.iter().flat_map(|script| Player::new(Reaction::Hold).play(script)).collect();
     let lines: Vec<String> = scripts
         .into_iter()
         .flat_map(|script| [vec!["new 0".to_owned()], script].concat())

@@ -5,7 +5,8 @@
 the gap count and the garbage count out.
 ``python -m grip_link.diff device``: a script of ticks and bytes in, all that a device does out. One command a line, the
 tick second: ready T | rx T HEX | tx T MOST | drive T | i16 T values | f32 T hex bits | fault T HEX | estop T |
-travel T UM | force T MN | alive T | log T LEVEL HEX | new T (another gripper).
+travel T UM | force T MN | alive T | log T LEVEL HEX | new T [passive] (another gripper,
+whose ESTOP takes the torque off).
 ``python -m grip_link.diff host``: what a host is asked in, all that it does and how it stands after each line out; the
 commands stand in :mod:`grip_link.diff_host`.
 """
@@ -156,7 +157,7 @@ def _answers(arguments: argparse.Namespace, lines: Iterable[str]) -> Iterator[st
         if arguments.mode == "decode":
             yield decode_line(line)
         elif arguments.mode == "device" and line.startswith("new"):
-            link = DeviceLink(reference_ident())
+            link = DeviceLink(reference_ident(), estop_releases=line.endswith(" passive"))
         elif arguments.mode == "device":
             yield from device_line(link, line)
         elif arguments.mode == "host":
