@@ -11,6 +11,7 @@
 //! ```
 //! The default members of the workspace leave this package out: name it with `-p`, or use `--workspace`.
 
+pub mod detection;
 pub mod frames;
 pub mod networks;
 pub mod scenes;

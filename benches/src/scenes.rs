@@ -127,6 +127,7 @@ fn stages_in(
     Ok(StageCounters {
         samples: end.samples - start.samples,
         bands: end.bands - start.bands,
+        gate: end.gate - start.gate,
         observation: end.observation - start.observation,
         inferences: end.inferences - start.inferences,
         refused_estimates: end.refused_estimates - start.refused_estimates,

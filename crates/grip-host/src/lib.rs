@@ -3,6 +3,7 @@
 pub mod config;
 pub mod exit;
 pub mod model;
+pub mod poisson;
 pub mod replay;
 pub mod report;
 pub mod scene;

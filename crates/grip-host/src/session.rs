@@ -281,6 +281,7 @@ fn sample_of(row: &Row<'_>, tick_hz: u64) -> Sample {
         second_stylus: channel(ChannelKind::SecondStylus),
         reference: channel(ChannelKind::Reference),
         pressure: channel(ChannelKind::Pressure),
+        motion: None,
     }
 }
 

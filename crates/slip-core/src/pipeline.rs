@@ -5,7 +5,7 @@
 
 use crate::{
     config::{ConfigError, PipelineConfig, Signal},
-    detector::{SlipDetector, SlipState},
+    detector::{MotionInput, SlipDetector, SlipState},
     estimate::{Estimator, ForceEstimate},
     event::{Phase, SlipEvent, Step},
     features::Features,
@@ -31,6 +31,7 @@ pub struct Pipeline<W> {
     last_t: Option<Micros>,
     slip: Option<Slip>,
     scene: Scene,
+    decides: bool,
     gap: Micros,
     evidence_every: Micros,
     counters: StageCounters,
@@ -80,13 +81,15 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
                 config.floor,
                 config.known_floor,
                 rate_hz,
-            )?,
+            )?
+            .with_no_skip(config.no_skip),
             observation: SlipObservation::new(config.observation, rate_hz),
             estimator,
             grip: config.grip.map(GripController::new),
             last_t: None,
             slip: None,
             scene: Scene::Idle,
+            decides: false,
             gap: Micros((period_us * 5).max(10_000)),
             evidence_every: Micros(1000),
             counters: StageCounters::default(),
@@ -108,7 +111,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             // A sensor may come back with another zero, which is no slip.
             self.detector.prime();
         }
-        let detected = self.detect(scene, sample.stylus);
+        let detected = self.detect(&sample);
         let statistic = detected.map_or(0.0, |(statistic, _)| statistic);
         let event = self.slip_event(scene, &sample, detected);
         let evidence = self.observe(&sample);
@@ -129,35 +132,44 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
     fn enter_scene(&mut self, sample: &Sample, dt: Micros) -> Scene {
         let touching = self.contact.update(sample.normal_force_n);
         let grip = self.grip.map_or(GripState::Holding, |grip| grip.state());
-        let scene = match grip {
-            _ if self.slip.is_some() => Scene::Slipping,
-            GripState::Closing | GripState::Settling => Scene::Moving,
-            _ if touching => Scene::Holding,
-            _ => Scene::Idle,
-        };
-        let wakes = scene == Scene::Holding
-            && self.scene != Scene::Holding
-            && self.scene != Scene::Slipping;
-        if wakes || dt > self.gap {
+        let closing = matches!(grip, GripState::Closing | GripState::Settling);
+        let decides = self.slip.is_some() || (touching && !closing);
+        if (decides && !self.decides) || dt > self.gap {
             self.detector.prime();
         }
-        self.scene = scene;
-        scene
+        self.decides = decides;
+        self.scene = match decides {
+            _ if self.slip.is_some() => Scene::Slipping,
+            true if self.detector.is_moving() => Scene::Moving,
+            true => Scene::Holding,
+            false if closing => Scene::Moving,
+            false => Scene::Idle,
+        };
+        self.scene
     }
 
     /// Statistic and state of the slip detector, where the scene needs it: while the floor is being
     /// learned and while an object is held.
-    fn detect(&mut self, scene: Scene, stylus: f32) -> Option<(f32, SlipState)> {
-        let decides = matches!(scene, Scene::Holding | Scene::Slipping);
+    fn detect(&mut self, sample: &Sample) -> Option<(f32, SlipState)> {
         let learning = self.detector.is_learning();
         let trusted = self.health.health() == Health::Good;
+        let motion = MotionInput {
+            reference: sample.reference,
+            commanded: sample.motion.is_some_and(|motion| motion != 0.0),
+        };
         // The silence of a dead sensor is no noise floor.
-        if !(decides || learning || self.config.no_skip) || (learning && !trusted) {
-            return None;
+        if self.decides || (learning && trusted) {
+            self.counters.bands += 1;
+            let verdict = self.detector.step(sample.stylus, &motion);
+            self.counters.gate += u64::from(self.detector.is_moving() || self.config.no_skip);
+            return (self.decides && trusted).then_some(verdict).flatten();
         }
-        self.counters.bands += 1;
-        let verdict = self.detector.step(stylus);
-        (decides && trusted).then_some(verdict).flatten()
+        if self.config.no_skip && !learning {
+            self.counters.bands += 1;
+            self.counters.gate += 1;
+            self.detector.step_unheard(sample.stylus, &motion);
+        }
+        None
     }
 
     fn slip_event(
@@ -268,6 +280,12 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
     #[must_use]
     pub fn grip_state(&self) -> Option<GripState> {
         self.grip.map(|grip| grip.state())
+    }
+
+    /// The slip detector, for what it has learned and sees.
+    #[must_use]
+    pub fn detector(&self) -> &SlipDetector {
+        &self.detector
     }
 
     /// How often each stage ran.

@@ -1,0 +1,9 @@
+//! Signals of a held object with and without slip and robot motion in; false alarms and latencies out.
+
+mod ours;
+mod robot;
+mod trials;
+
+pub use ours::Ours;
+pub use robot::{Hand, RobotConfig};
+pub use trials::{Alarm, NullRun, Slips, Trial, null_run, slips};
