@@ -14,6 +14,7 @@ fn main() -> ExitCode {
         Command::Ports(args) => commands::ports::run(&args),
         Command::Sim(args) => commands::sim::run(&args),
         Command::Replay(args) => commands::replay::run(&args),
+        Command::Calibrate(args) => commands::calibrate::run(&args),
         Command::Score(args) => commands::score::run(&args),
         Command::Grasp(args) => commands::grasp::run(&args),
         Command::Generate(args) => commands::generate::run(&args),

@@ -23,12 +23,12 @@ pub fn pipeline_config(
     let rate = Hertz(sample_rate(recording, config));
     let base = match recording.channels.stylus {
         StylusKind::Displacement => config.pipeline(rate),
-        StylusKind::Vibration => PipelineConfig {
+        StylusKind::Vibration => config.calibrate(PipelineConfig {
             detector: config.detector,
             observation: config.observation,
             grip: Some(config.grip),
             ..PipelineConfig::observing(Signal::Vibration, rate)
-        },
+        }),
     };
     let grips = !observe && recording.channels.has(Channel::NormalForce);
     PipelineConfig { grip: base.grip.filter(|_| grips), ..base }

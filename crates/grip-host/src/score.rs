@@ -14,7 +14,7 @@ use crate::{
     replay::{self, Replay},
 };
 use grip_record::{
-    CsvError, CsvOptions, Label, LabelError, LabelKind, Recording, Travel, read_csv, read_labels,
+    CsvError, CsvOptions, Label, LabelError, LabelKind, Recording, StylusKind, Travel, read_csv, read_labels,
 };
 use serde::Serialize;
 use slip_core::{
@@ -70,6 +70,9 @@ pub enum ScoreError {
         /// What does not fit.
         source: ConfigError,
     },
+    /// The calibration was made for another rate or stylus.
+    #[error(transparent)]
+    Calibration(#[from] crate::config::HostConfigError),
     /// The recordings differ in what a pooled floor needs to be equal.
     #[error(
         "{recording} is sampled at {rate_hz} Hz or in other units than {first} ({first_hz} Hz): their rest cannot be pooled"
@@ -227,6 +230,14 @@ pub fn score(
         all.first().ok_or_else(|| ScoreError::Nothing { directory: directory.to_owned() })?;
     check_alike(first, &all)?;
     let pipeline = replay::pipeline_config(&first.recording, config, true);
+    let vibration = first.recording.channels.stylus == StylusKind::Vibration;
+    config.check_signal(pipeline.sample_rate, vibration)?;
+    if let Some(floor) = pipeline.known_floor {
+        let recordings =
+            all.iter().map(|one| judge(one, pipeline, guard_ms)).collect::<Result<_, _>>()?;
+        let floor_s = config.calibrated.map_or(0.0, |made| made.evidence.rest_s);
+        return Ok(Score { recordings, floor, floor_s });
+    }
     let (floor, rest) = pooled_floor(&all, &pipeline, guard_ms)?
         .ok_or_else(|| ScoreError::NoRest { directory: directory.to_owned(), guard_ms })?;
     let pipeline = PipelineConfig { known_floor: Some(floor), ..pipeline };

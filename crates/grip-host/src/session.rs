@@ -41,6 +41,9 @@ pub enum SessionError {
         /// What does not fit.
         source: ConfigError,
     },
+    /// The calibration was made for another rate or stylus.
+    #[error(transparent)]
+    Calibration(#[from] crate::config::HostConfigError),
     /// The link settings are refused.
     #[error("link: {0}")]
     Link(#[from] grip_link::host::HostConfigError),
@@ -170,6 +173,7 @@ impl Session {
         self.tick_hz = self.link.ident().map_or(1_000_000, |ident| u64::from(ident.tick_hz.max(1)));
         #[expect(clippy::cast_precision_loss, reason = "rates are below 2^24")]
         let rate = Hertz(sample_rate_hz as f32);
+        self.config.check_signal(rate, false)?;
         let mut config =
             PipelineConfig { no_skip: self.options.no_skip, ..self.config.pipeline(rate) };
         config.grip =

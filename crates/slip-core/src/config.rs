@@ -1,7 +1,7 @@
 //! A plain configuration in, a checked one or the name of the wrong value out.
 
 use crate::{
-    detector::{BANDS, DetectorConfig, SlipDetector},
+    detector::{BANDS, DetectorConfig, KnownFloors, SlipDetector},
     filter::{CornerError, MAX_CORNER},
     floor::FloorConfig,
     grip::GripConfig,
@@ -47,6 +47,8 @@ pub struct PipelineConfig {
     pub floor: FloorConfig,
     /// A noise floor that is known already: energy of each band (signal unit squared).
     pub known_floor: Option<[f32; BANDS]>,
+    /// Energies of a quiet motion reference and of its slow part, known already (reference unit squared).
+    pub known_reference: Option<[f32; 2]>,
     /// Bands and thresholds.
     pub detector: DetectorConfig,
     /// What is believed of the sensors.
@@ -76,6 +78,7 @@ impl PipelineConfig {
             signal,
             floor,
             known_floor: None,
+            known_reference: None,
             detector: DetectorConfig::default(),
             health,
             observation: ObservationConfig::default(),
@@ -129,7 +132,7 @@ impl PipelineConfig {
         ConfigError::within("detector.gate.motion_sigmas", d.gate.motion_sigmas, 3.0, 1e3)?;
         ConfigError::within("detector.gate.hold_ms", d.gate.hold_ms, 10.0, 1e4)?;
         ConfigError::within("detector.gate.blind_margin", d.gate.blind_margin, 1.0, 1e9)?;
-        SlipDetector::new(d, self.floor, None, self.sample_rate.0)?;
+        SlipDetector::new(d, self.floor, KnownFloors::default(), self.sample_rate.0)?;
         Ok(())
     }
 

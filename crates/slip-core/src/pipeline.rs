@@ -5,7 +5,7 @@
 
 use crate::{
     config::{ConfigError, PipelineConfig, Signal},
-    detector::{MotionInput, SlipDetector, SlipState},
+    detector::{KnownFloors, MotionInput, SlipDetector, SlipState},
     estimate::{Estimator, ForceEstimate},
     event::{Phase, SlipEvent, Step},
     features::Features,
@@ -79,7 +79,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             detector: SlipDetector::new(
                 &config.detector,
                 config.floor,
-                config.known_floor,
+                KnownFloors { stylus: config.known_floor, reference: config.known_reference },
                 rate_hz,
             )?
             .with_no_skip(config.no_skip),

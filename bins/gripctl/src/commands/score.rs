@@ -1,6 +1,6 @@
 //! `gripctl score`: labelled recordings against the detector.
 
-use super::{csv_options, host_config};
+use super::{calibrated_config, csv_options};
 use crate::{cli::ScoreArgs, output, output::or_dash};
 use grip_host::{
     exit::{Exit, WrongArgument},
@@ -15,10 +15,15 @@ pub(crate) fn run(args: &ScoreArgs) -> anyhow::Result<Exit> {
         let message = format!("--guard-ms {}: expected 0 or more", args.guard_ms);
         return Err(WrongArgument(message).into());
     }
-    let config = host_config(args.config.as_deref())?;
+    let config = calibrated_config(args.config.as_deref(), args.calibration.as_deref())?;
     let score = score(&args.directory, &csv_options(&args.csv)?, &config, args.guard_ms)?;
+    let origin = match &args.calibration {
+        Some(file) => format!("taken from {}, measured on", file.display()),
+        None => "measured on".to_owned(),
+    };
+    let pooled = if args.calibration.is_some() { "rest" } else { "labelled rest, pooled over the folder" };
     eprintln!(
-        "noise floor measured on {:.3} s of labelled rest, pooled over the folder: shear {:.3}, vibration {:.3} (rms)",
+        "noise floor {origin} {:.3} s of {pooled}: shear {:.3}, vibration {:.3} (rms)",
         score.floor_s,
         score.floor[0].sqrt(),
         score.floor[1].sqrt()

@@ -5,12 +5,10 @@ use super::gate::GateConfig;
 /// Bands of the detector: shear, vibration and the four that part a slip from motion.
 pub const BANDS: usize = 6;
 
-/// Place of the shear band.
-pub const SHEAR: usize = 0;
 /// Place of the vibration band.
-pub const VIBRATION: usize = 1;
+pub(super) const VIBRATION: usize = 1;
 /// Place of the first of the four bands that do not overlap.
-pub const FIRST_OCTAVE: usize = 2;
+pub(super) const FIRST_OCTAVE: usize = 2;
 
 /// One band with its threshold.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -86,7 +84,7 @@ impl Default for DetectorConfig {
         let band = |low_hz, high_hz, threshold| BandThreshold { low_hz, high_hz, threshold };
         Self {
             test: TestKind::Fused,
-            shear: band(20.0, 400.0, 20.0),
+            shear: band(20.0, 400.0, 25.0),
             vibration: band(100.0, 800.0, 12.0),
             octaves: [
                 band(30.0, 90.0, 35.0),

@@ -7,7 +7,8 @@
 //! l = n/2 (z (1 - 1/rho) - ln rho)      S <- max(0, S + sum over bands of min(l, clip))      slip when S > h
 //! ```
 //!
-//! E. S. Page, Biometrika 41 (1954); clipping bounds what one outlier can do.
+//! E. S. Page, Biometrika 41 (1954); clipping bounds what one outlier can do. It runs while the robot moves; in a still scene
+//! the energy of shear and vibration is as fast and forgets a slip sooner.
 
 use super::{
     config::{BANDS, FIRST_OCTAVE},
@@ -58,6 +59,10 @@ impl Cusum {
 impl SequentialTest for Cusum {
     #[inline]
     fn step(&mut self, block: &Block) -> f32 {
+        if !block.moving {
+            self.sum = 0.0;
+            return 0.0;
+        }
         let mut gain = 0.0;
         for b in FIRST_OCTAVE..BANDS {
             let z = block.energy[b] / block.floor[b];

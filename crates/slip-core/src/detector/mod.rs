@@ -16,6 +16,6 @@ pub use cusum::Cusum;
 pub use gate::GateConfig;
 pub use glrt::Glrt;
 pub use rest::RestMeter;
-pub use slip::{Levels, SlipDetector, SlipState};
+pub use slip::{KnownFloors, Levels, SlipDetector, SlipState};
 pub use reference::MotionInput;
 pub use test::{Block, EnergyTest, SequentialTest};

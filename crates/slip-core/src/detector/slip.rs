@@ -38,6 +38,15 @@ pub enum SlipState {
 /// Below this fraction of its recent peak the statistic is the fading memory of a slip that has stopped.
 const FRESH: f32 = 0.5;
 
+/// Floors that are known before the first sample.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct KnownFloors {
+    /// Energy of each band (signal unit squared).
+    pub stylus: Option<[f32; BANDS]>,
+    /// Energies of the reference and of its slow part (unit squared).
+    pub reference: Option<[f32; 2]>,
+}
+
 /// What the tests see, each before its threshold.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Levels {
@@ -73,22 +82,22 @@ pub struct SlipDetector {
 }
 
 impl SlipDetector {
-    /// A detector for samples at `rate_hz` that learns its floor, or takes `known` floor energies.
+    /// A detector for samples at `rate_hz` that learns its floors, or takes those that are `known`.
     ///
     /// # Errors
     /// Where a band does not fit the sample rate.
     pub fn new(
         config: &DetectorConfig,
         floor: FloorConfig,
-        known: Option<[f32; BANDS]>,
+        known: KnownFloors,
         rate_hz: f32,
     ) -> Result<Self, ConfigError> {
         let lanes = Lanes::new(config, rate_hz)?;
         let blocks_hz = 1.0 / lanes.block_s;
         let reference =
-            Reference::new(&config.gate, floor, None, (&lanes, rate_hz))?;
+            Reference::new(&config.gate, floor, known.reference, (&lanes, rate_hz))?;
         let floor =
-            known.map_or_else(|| Floor::learn(floor, blocks_hz), |e| Floor::known(floor, e));
+            known.stylus.map_or_else(|| Floor::learn(floor, blocks_hz), |e| Floor::known(floor, e));
         #[expect(clippy::cast_precision_loss, reason = "at most 25")]
         let per_sample = 1.0 / lanes.block_len as f32;
         let mut gate = Gate::new(config.gate, lanes.block_s);
@@ -133,6 +142,12 @@ impl SlipDetector {
     #[must_use]
     pub fn floor(&self) -> Option<[f32; BANDS]> {
         self.floor.energy()
+    }
+
+    /// Energies of the motion reference at rest and of its slow part (unit squared), once they are known.
+    #[must_use]
+    pub fn reference_floor(&self) -> Option<[f32; 2]> {
+        self.reference.quiet()
     }
 
     /// How often a quieter second has lowered the floor.
@@ -220,7 +235,7 @@ impl SlipDetector {
             self.bank.flush_tiny();
             self.reference.flush_tiny();
             let energy = core::mem::take(&mut self.sums).map(|s| s * self.per_sample);
-            let block = Block { energy, floor: self.gate.block(self.per_sample) };
+            let block = Block { energy, floor: self.gate.block(self.per_sample), moving: true };
             self.energy.step(&block);
             self.cusum.step(&block);
         }
@@ -255,7 +270,11 @@ impl SlipDetector {
         self.bank.flush_tiny();
         let sums = core::mem::take(&mut self.sums);
         self.in_block = 0;
-        let mut block = Block { energy: sums.map(|s| s * self.per_sample), floor: [1.0; BANDS] };
+        let mut block = Block {
+            energy: sums.map(|s| s * self.per_sample),
+            floor: [1.0; BANDS],
+            moving: self.moving,
+        };
         if self.moving && self.reference.is_live() {
             self.reference.flush_tiny();
             block.floor = self.gate.block(self.per_sample);
@@ -380,7 +399,7 @@ fn reciprocal_rms(energy: [f32; BANDS]) -> [f32; BANDS] {
 #[cfg(test)]
 mod tests {
     extern crate std;
-    use super::{DetectorConfig, MotionInput, SlipDetector, SlipState};
+    use super::{DetectorConfig, KnownFloors, MotionInput, SlipDetector, SlipState};
     use crate::floor::FloorConfig;
 
     /// Uniform noise of deviation 0.1 um, seeded.
@@ -396,7 +415,8 @@ mod tests {
     }
 
     fn detector(rate_hz: f32) -> SlipDetector {
-        SlipDetector::new(&DetectorConfig::default(), FloorConfig::default(), None, rate_hz)
+        let known = KnownFloors::default();
+        SlipDetector::new(&DetectorConfig::default(), FloorConfig::default(), known, rate_hz)
             .unwrap()
     }
 

@@ -9,6 +9,8 @@ pub struct Block {
     pub energy: [f32; BANDS],
     /// What noise and motion may have caused of it.
     pub floor: [f32; BANDS],
+    /// The robot moves, so that the four bands that do not overlap decide too. In a still scene shear and vibration are enough.
+    pub moving: bool,
 }
 
 /// A sequential test for slip.
@@ -53,13 +55,15 @@ impl EnergyTest {
 impl SequentialTest for EnergyTest {
     #[inline]
     fn step(&mut self, block: &Block) -> f32 {
-        let mut statistic = 0.0_f32;
+        let mut over = [0.0_f32; BANDS];
         for b in 0..BANDS {
             self.energy[b] += self.weight * (block.energy[b] - self.energy[b]);
             self.floor[b] += self.weight * (block.floor[b] - self.floor[b]);
-            statistic = statistic.max(self.energy[b] / self.floor[b] * self.per_threshold[b]);
+            over[b] = self.energy[b] / self.floor[b] * self.per_threshold[b];
         }
-        statistic
+        let [shear, vibration, a, b, c, d] = over;
+        let still = shear.max(vibration);
+        if block.moving { still.max(a.max(b).max(c.max(d))) } else { still }
     }
 
     fn reset(&mut self) {
