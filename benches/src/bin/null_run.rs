@@ -40,8 +40,6 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     };
     let config = pipeline(args.config.as_deref())?;
     Ours::new(config)?;
-    let started = std::time::SystemTime::UNIX_EPOCH;
-    let _ = started;
     let run = null_run(robot, args.hours, args.seed, || make(config));
     let (low, high) = poisson::interval(run.alarms, 0.95);
     println!(

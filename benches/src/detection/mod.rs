@@ -1,9 +1,11 @@
 //! Signals of a held object with and without slip and robot motion in; false alarms and latencies out.
 
 mod ours;
+mod peers;
 mod robot;
 mod trials;
 
 pub use ours::Ours;
+pub use peers::Peer;
 pub use robot::{Hand, RobotConfig};
 pub use trials::{Alarm, NullRun, Slips, Trial, null_run, slips};
