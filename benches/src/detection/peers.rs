@@ -73,11 +73,13 @@ impl Alarm for Peer {
                 let middle = mean.get_or_insert(x);
                 let distance = x - *middle;
                 *middle += *share * distance;
-                let force = if *by_force { sample.normal_force_n.map_or(1.0, f64::from) } else { 1.0 };
+                let force =
+                    if *by_force { sample.normal_force_n.map_or(1.0, f64::from) } else { 1.0 };
                 self.statistic = distance.abs() / force;
             }
         }
-        self.hold = if self.statistic > self.threshold { HOLD } else { self.hold.saturating_sub(1) };
+        self.hold =
+            if self.statistic > self.threshold { HOLD } else { self.hold.saturating_sub(1) };
         self.hold > 0
     }
 

@@ -127,7 +127,11 @@ const LATE_S: f64 = 0.2;
 const MOVES: f64 = 0.25;
 
 /// Lets `slips.count` objects slip, twenty with each robot.
-pub fn slips<A: Alarm>(robot: RobotConfig, slips: Slips, make: impl Fn() -> A + Sync) -> Vec<Trial> {
+pub fn slips<A: Alarm>(
+    robot: RobotConfig,
+    slips: Slips,
+    make: impl Fn() -> A + Sync,
+) -> Vec<Trial> {
     let level = if slips.moving { robot.level } else { 0.0 };
     let taps_per_s = if slips.moving { robot.taps_per_s } else { 0.0 };
     let robot = RobotConfig { level, taps_per_s, ..robot };

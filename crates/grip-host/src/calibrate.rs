@@ -87,13 +87,17 @@ pub struct Evidence {
 #[derive(Debug, thiserror::Error)]
 pub enum CalibrationError {
     /// Too little rest.
-    #[error("{rest_s:.1} s of rest is too short for a floor; record at least {REST_S} s without slip and without motion")]
+    #[error(
+        "{rest_s:.1} s of rest is too short for a floor; record at least {REST_S} s without slip and without motion"
+    )]
     Short {
         /// Rest found (s).
         rest_s: f64,
     },
     /// The stylus failed, or too many readings were unusable.
-    #[error("the stylus is not healthy: {unusable} of {samples} readings unusable, health `{health}`")]
+    #[error(
+        "the stylus is not healthy: {unusable} of {samples} readings unusable, health `{health}`"
+    )]
     Unhealthy {
         /// Unusable readings.
         unusable: u64,
@@ -354,7 +358,8 @@ fn set_thresholds(calibration: &mut Calibration, seconds: &[[f32; TESTS]]) {
     let half = |odd: usize| -> Vec<[f32; TESTS]> {
         seconds.iter().enumerate().filter(|(i, _)| i % 2 == odd).map(|(_, s)| *s).collect()
     };
-    let exceeds = |s: &&[f32; TESTS], limits: &[f32; TESTS]| s.iter().zip(limits).any(|(x, h)| x > h);
+    let exceeds =
+        |s: &&[f32; TESTS], limits: &[f32; TESTS]| s.iter().zip(limits).any(|(x, h)| x > h);
     let mut alarms = 0;
     for (made, judged) in [(half(0), half(1)), (half(1), half(0))] {
         let limits = thresholds(&made, interval_s);
@@ -390,7 +395,8 @@ fn thresholds(seconds: &[[f32; TESTS]], interval_s: f64) -> [f32; TESTS] {
 /// The level that ordered peaks of single seconds, of `seconds` in all, exceed once in [`TESTS`] times `interval_s`.
 fn threshold(peaks: &[f32], seconds: usize, interval_s: f64) -> f32 {
     let tail = peaks.len() / 10;
-    let Some((&start, tail)) = peaks.get(peaks.len().saturating_sub(tail + 1)..).and_then(<[f32]>::split_first)
+    let Some((&start, tail)) =
+        peaks.get(peaks.len().saturating_sub(tail + 1)..).and_then(<[f32]>::split_first)
     else {
         return LEAST;
     };
@@ -399,8 +405,7 @@ fn threshold(peaks: &[f32], seconds: usize, interval_s: f64) -> f32 {
     }
     #[expect(clippy::cast_precision_loss, reason = "counts of seconds")]
     let (count, seconds, tests) = (tail.len() as f64, seconds as f64, TESTS as f64);
-    let mean_log =
-        tail.iter().map(|x| f64::from(x / start).ln()).sum::<f64>() / count;
+    let mean_log = tail.iter().map(|x| f64::from(x / start).ln()).sum::<f64>() / count;
     // P(peak > h) in a second = count/seconds (start/h)^(1/mean_log) = 1 / (tests interval)
     let factor = (count / seconds * tests * interval_s).max(1.0).powf(mean_log);
     #[expect(clippy::cast_possible_truncation, reason = "a threshold")]
@@ -421,7 +426,8 @@ mod tests {
             (f64::from(state) + 1.0) / 4_294_967_297.0
         };
         #[expect(clippy::cast_possible_truncation, reason = "test data")]
-        let mut peaks: Vec<f32> = (0..20_000).map(|_| (3.0 * uniform().powf(-0.125)) as f32).collect();
+        let mut peaks: Vec<f32> =
+            (0..20_000).map(|_| (3.0 * uniform().powf(-0.125)) as f32).collect();
         peaks.sort_by(f32::total_cmp);
         // P(X > h) = (3/h)^8 = 1/(7 * 600): h = 3 * 4200^(1/8) = 8.51.
         let h = threshold(&peaks, 20_000, 600.0);

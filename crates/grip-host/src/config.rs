@@ -133,7 +133,10 @@ impl HostConfig {
                 message: error.to_string().trim_end().to_owned(),
             })?;
         calibrated
-            .apply(PipelineConfig::observing(Signal::Displacement, Hertz(calibrated.sample_rate_hz)))
+            .apply(PipelineConfig::observing(
+                Signal::Displacement,
+                Hertz(calibrated.sample_rate_hz),
+            ))
             .check()
             .map_err(|source| HostConfigError::Value {
                 file: file.to_owned(),

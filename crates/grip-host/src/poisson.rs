@@ -44,7 +44,9 @@ mod tests {
     /// Values of the table in Garwood, Biometrika 28 (1936), at 95 %.
     #[test]
     fn intervals_are_those_of_the_table() {
-        for (count, low, high) in [(0, 0.0, 3.689), (1, 0.0253, 5.572), (5, 1.623, 11.668), (50, 37.11, 65.92)] {
+        for (count, low, high) in
+            [(0, 0.0, 3.689), (1, 0.0253, 5.572), (5, 1.623, 11.668), (50, 37.11, 65.92)]
+        {
             let got = interval(count, 0.95);
             assert!((got.0 - low).abs() < 6e-3 && (got.1 - high).abs() < 6e-3, "{count}: {got:?}");
         }

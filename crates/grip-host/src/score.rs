@@ -14,7 +14,8 @@ use crate::{
     replay::{self, Replay},
 };
 use grip_record::{
-    CsvError, CsvOptions, Label, LabelError, LabelKind, Recording, StylusKind, Travel, read_csv, read_labels,
+    CsvError, CsvOptions, Label, LabelError, LabelKind, Recording, StylusKind, Travel, read_csv,
+    read_labels,
 };
 use serde::Serialize;
 use slip_core::{

@@ -21,13 +21,17 @@ fn any_reading() -> impl Strategy<Value = f32> {
 
 fn any_sample() -> impl Strategy<Value = Sample> {
     let channel = || prop::option::of(prop_oneof![3 => 0.0_f32..30.0, 1 => any_reading()]);
-    (any_reading(), channel(), channel(), channel(), 0_u64..400).prop_map(
-        |(stylus, force, travel, speed, dt)| Sample {
+    let reference = prop::option::of(any_reading());
+    let motion = prop::option::of(prop::sample::select(vec![0.0_f32, 0.0, 0.0, 1.0, f32::NAN]));
+    (any_reading(), channel(), channel(), channel(), 0_u64..400, (reference, motion)).prop_map(
+        |(stylus, force, travel, speed, dt, (reference, motion))| Sample {
             t: Micros(dt),
             stylus,
             normal_force_n: force,
             travel_m: travel,
             velocity_m_s: speed,
+            reference,
+            motion,
             ..Sample::default()
         },
     )

@@ -20,10 +20,11 @@ struct Line<'a> {
 pub(crate) fn run(args: &CalibrateArgs) -> anyhow::Result<Exit> {
     let config = host_config(args.config.as_deref())?;
     let recording = read_csv(&args.file, &csv_options(&args.csv)?)?;
-    let calibration = calibrate(&recording, &config, args.interval).map_err(|error| match error {
-        CalibrationError::Interval(_) => WrongArgument(error.to_string()).into(),
-        error => anyhow::Error::new(error).context(args.file.display().to_string()),
-    })?;
+    let calibration =
+        calibrate(&recording, &config, args.interval).map_err(|error| match error {
+            CalibrationError::Interval(_) => WrongArgument(error.to_string()).into(),
+            error => anyhow::Error::new(error).context(args.file.display().to_string()),
+        })?;
     let text = toml::to_string(&calibration)?;
     std::fs::write(&args.output, text)
         .with_context(|| format!("cannot write {}", args.output.display()))?;
@@ -43,7 +44,9 @@ fn tell(calibration: &Calibration) -> anyhow::Result<()> {
         evidence.motion_s,
         if calibration.gain.is_some() { "" } else { " (too little: the default gate stays)" }
     ))?;
-    output::line(&format!("thresholds: bands {thresholds:.1?}, cumulative sum {cusum_threshold:.1}"))?;
+    output::line(&format!(
+        "thresholds: bands {thresholds:.1?}, cumulative sum {cusum_threshold:.1}"
+    ))?;
     let high = evidence
         .interval_high_s
         .map_or_else(|| "without upper bound".to_owned(), |high| format!("up to {high:.0} s"));

@@ -21,7 +21,8 @@ pub(crate) fn run(args: &ScoreArgs) -> anyhow::Result<Exit> {
         Some(file) => format!("taken from {}, measured on", file.display()),
         None => "measured on".to_owned(),
     };
-    let pooled = if args.calibration.is_some() { "rest" } else { "labelled rest, pooled over the folder" };
+    let pooled =
+        if args.calibration.is_some() { "rest" } else { "labelled rest, pooled over the folder" };
     eprintln!(
         "noise floor {origin} {:.3} s of {pooled}: shear {:.3}, vibration {:.3} (rms)",
         score.floor_s,

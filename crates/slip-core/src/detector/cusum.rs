@@ -7,7 +7,7 @@
 //! l = n/2 (z (1 - 1/rho) - ln rho)      S <- max(0, S + sum over bands of min(l, clip))      slip when S > h
 //! ```
 //!
-//! E. S. Page, Biometrika 41 (1954); clipping bounds what one outlier can do. It runs while the robot moves; in a still scene
+//! E. S. Page, Biometrika 41 (1954); clipping bounds what one outlier can do. Beside the energy it runs while the robot moves; in a still scene
 //! the energy of shear and vibration is as fast and forgets a slip sooner.
 
 use super::{
@@ -26,6 +26,8 @@ const MOST: f32 = 1.5;
 pub struct Cusum {
     slope: [f32; BANDS],
     offset: [f32; BANDS],
+    /// Whether it runs in still scenes too.
+    still: bool,
     sum: f32,
     most: f32,
     per_threshold: f32,
@@ -41,6 +43,7 @@ impl Cusum {
         Self {
             slope: half.map(|n| n * (1.0 - 1.0 / ratio)),
             offset: half.map(|n| n * log),
+            still: false,
             sum: 0.0,
             most: MOST * threshold,
             per_threshold: 1.0 / threshold,
@@ -49,6 +52,12 @@ impl Cusum {
 }
 
 impl Cusum {
+    /// The same for still scenes too, where no other test decides.
+    #[must_use]
+    pub fn in_every_scene(self) -> Self {
+        Self { still: true, ..self }
+    }
+
     /// The sum (log-likelihood ratio).
     #[must_use]
     pub fn sum(&self) -> f32 {
@@ -59,7 +68,7 @@ impl Cusum {
 impl SequentialTest for Cusum {
     #[inline]
     fn step(&mut self, block: &Block) -> f32 {
-        if !block.moving {
+        if !(block.moving || self.still) {
             self.sum = 0.0;
             return 0.0;
         }

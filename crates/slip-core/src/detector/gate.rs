@@ -33,7 +33,12 @@ pub struct GateConfig {
 
 impl Default for GateConfig {
     fn default() -> Self {
-        Self { gain: [0.5, 0.5, 0.5, 0.5, 0.5, 0.7], motion_sigmas: 6.0, hold_ms: 300.0, blind_margin: 16.0 }
+        Self {
+            gain: [0.5, 0.5, 0.5, 0.5, 0.5, 0.7],
+            motion_sigmas: 6.0,
+            hold_ms: 300.0,
+            blind_margin: 16.0,
+        }
     }
 }
 

@@ -31,7 +31,8 @@ impl Lanes {
         let limit_hz = MAX_CORNER * rate_hz;
         let bands = config.bands();
         // A sliver of a band below the limit would tell nothing.
-        let exists = |b: usize, band: &BandThreshold| b < FIRST_OCTAVE || band.low_hz < 0.8 * limit_hz;
+        let exists =
+            |b: usize, band: &BandThreshold| b < FIRST_OCTAVE || band.low_hz < 0.8 * limit_hz;
         let block_len = samples(1e3 * BLOCK_S * 0.999, rate_hz);
         #[expect(clippy::cast_precision_loss, reason = "at most 25 samples")]
         let block_s = block_len as f32 / rate_hz;

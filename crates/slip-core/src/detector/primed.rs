@@ -1,6 +1,9 @@
 //! Stylus readings in, band signals out, from a start that is not a step.
 
-use super::{BANDS, lanes::{Lanes, samples}};
+use super::{
+    BANDS,
+    lanes::{Lanes, samples},
+};
 use crate::{config::ConfigError, filter::FilterBank};
 
 /// Time whose mean becomes the zero of the filters (ms): one reading alone would turn its noise into a step.

@@ -94,8 +94,7 @@ impl SlipDetector {
     ) -> Result<Self, ConfigError> {
         let lanes = Lanes::new(config, rate_hz)?;
         let blocks_hz = 1.0 / lanes.block_s;
-        let reference =
-            Reference::new(&config.gate, floor, known.reference, (&lanes, rate_hz))?;
+        let reference = Reference::new(&config.gate, floor, known.reference, (&lanes, rate_hz))?;
         let floor =
             known.stylus.map_or_else(|| Floor::learn(floor, blocks_hz), |e| Floor::known(floor, e));
         #[expect(clippy::cast_precision_loss, reason = "at most 25")]
@@ -104,6 +103,7 @@ impl SlipDetector {
         if let Some(energy) = floor.energy() {
             gate.rescale(&energy);
         }
+        let cusum = Cusum::new(config.cusum_ratio, config.cusum_threshold, lanes.readings);
         Ok(Self {
             bank: PrimedBank::new(&lanes, rate_hz)?,
             scale: floor.energy().map(reciprocal_rms),
@@ -119,7 +119,7 @@ impl SlipDetector {
             sums: [0.0; BANDS],
             kind: config.test,
             energy: EnergyTest::new(1e-3 * config.envelope_ms, lanes.block_s, lanes.thresholds),
-            cusum: Cusum::new(config.cusum_ratio, config.cusum_threshold, lanes.readings),
+            cusum: if config.test == TestKind::Cusum { cusum.in_every_scene() } else { cusum },
             glrt: Glrt::new(config.glrt_threshold, lanes.readings),
             decision: Decision::new(config, lanes.block_s, blocks_hz),
         })
@@ -399,7 +399,7 @@ fn reciprocal_rms(energy: [f32; BANDS]) -> [f32; BANDS] {
 #[cfg(test)]
 mod tests {
     extern crate std;
-    use super::{DetectorConfig, KnownFloors, MotionInput, SlipDetector, SlipState};
+    use super::{DetectorConfig, KnownFloors, MotionInput, SlipDetector, SlipState, TestKind};
     use crate::floor::FloorConfig;
 
     /// Uniform noise of deviation 0.1 um, seeded.
@@ -434,13 +434,43 @@ mod tests {
             let mut found = None;
             for i in 0..rate {
                 let phase = core::f32::consts::TAU * 250.0 * f32::from(i) / f32::from(rate);
-                let verdict = detector.step(1e-3 + 3e-6 * libm::sinf(phase) + noise(), &MotionInput::default());
+                let verdict = detector
+                    .step(1e-3 + 3e-6 * libm::sinf(phase) + noise(), &MotionInput::default());
                 if verdict.is_some_and(|(_, state)| state == SlipState::Gross) {
                     found = Some(f32::from(i) / f32::from(rate));
                     break;
                 }
             }
             assert!(found.unwrap() < 0.006, "at {rate} Hz: {found:?}");
+        }
+    }
+
+    /// A tone of 5 um on stylus and reference is motion; the same on the stylus alone is a slip.
+    #[test]
+    fn what_the_reference_shows_too_is_motion() {
+        for test in [TestKind::Fused, TestKind::Energy, TestKind::Cusum, TestKind::Glrt] {
+            let config = DetectorConfig { test, ..DetectorConfig::default() };
+            let known = KnownFloors::default();
+            let detector = SlipDetector::new(&config, FloorConfig::default(), known, 1e4).unwrap();
+            let (mut detector, mut noise) = (detector, noise(5));
+            let mut run = |stylus_m: f32, reference_m: f32| {
+                let mut worst = 0.0_f32;
+                for i in 0..10_000_u16 {
+                    // Swells within 0.1 s, as motion does.
+                    let swell = (f32::from(i) / 1000.0).min(1.0);
+                    let tone = swell * libm::sinf(0.1 * f32::from(i));
+                    let reference = Some(reference_m * tone + 0.5 * noise());
+                    let motion = MotionInput { reference, commanded: false };
+                    let verdict = detector.step(stylus_m * tone + noise(), &motion);
+                    worst = worst.max(verdict.map_or(0.0, |(statistic, _)| statistic));
+                }
+                (worst, detector.is_moving())
+            };
+            assert!(run(0.0, 0.0).0 < 1.0, "{test:?}: rest");
+            let (motion, moving) = run(5e-6, 5e-6);
+            assert!(motion < 1.0 && moving, "{test:?}: motion {motion}");
+            run(0.0, 0.0);
+            assert!(run(5e-6, 0.0).0 > 1.0, "{test:?}: slip");
         }
     }
 
