@@ -83,8 +83,8 @@ impl Gate {
     /// Takes the band signals of the reference (unit).
     #[inline]
     pub(super) fn sample(&mut self, u: &[f32; BANDS]) {
-        for b in 0..BANDS {
-            self.sums[b] += u[b] * u[b];
+        for (sum, u) in self.sums.iter_mut().zip(u) {
+            *sum += u * u;
         }
     }
 

@@ -225,8 +225,8 @@ impl SlipDetector {
     #[inline]
     pub fn step_unheard(&mut self, x: f32, motion: &MotionInput) {
         let Some(y) = self.bank.step(x) else { return };
-        for b in 0..BANDS {
-            self.sums[b] += y[b] * y[b];
+        for (sum, y) in self.sums.iter_mut().zip(y) {
+            *sum += y * y;
         }
         self.gate.sample(&self.reference.bands(motion.reference));
         self.in_block += 1;
@@ -257,8 +257,8 @@ impl SlipDetector {
 
     #[inline]
     fn sample(&mut self, y: &[f32; BANDS], reference: Option<f32>) {
-        for b in 0..BANDS {
-            self.sums[b] += y[b] * y[b];
+        for (sum, y) in self.sums.iter_mut().zip(y) {
+            *sum += y * y;
         }
         if self.moving || self.no_skip {
             self.gate.sample(&self.reference.bands(reference));

@@ -56,10 +56,10 @@ impl SequentialTest for EnergyTest {
     #[inline]
     fn step(&mut self, block: &Block) -> f32 {
         let mut over = [0.0_f32; BANDS];
-        for b in 0..BANDS {
+        for (b, over) in over.iter_mut().enumerate() {
             self.energy[b] += self.weight * (block.energy[b] - self.energy[b]);
             self.floor[b] += self.weight * (block.floor[b] - self.floor[b]);
-            over[b] = self.energy[b] / self.floor[b] * self.per_threshold[b];
+            *over = self.energy[b] / self.floor[b] * self.per_threshold[b];
         }
         let [shear, vibration, a, b, c, d] = over;
         let still = shear.max(vibration);
