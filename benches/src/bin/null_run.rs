@@ -1,5 +1,6 @@
 //! False alarms of the shipped detector on a simulated robot that holds an object which never slips.
 #![expect(clippy::print_stdout, reason = "a program that prints its result")]
+#![expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "places in a list")]
 
 use clap::Parser;
 use grip_host::poisson;
@@ -30,7 +31,7 @@ struct Args {
     config: Option<std::path::PathBuf>,
 }
 
-fn main() -> Result<(), Box<dyn std::error::Error>> {
+fn main() -> Result<(), Box<dyn core::error::Error>> {
     let args = Args::parse();
     let robot = RobotConfig {
         level: args.level,
@@ -87,7 +88,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
-fn pipeline(file: Option<&std::path::Path>) -> Result<PipelineConfig, Box<dyn std::error::Error>> {
+fn pipeline(file: Option<&std::path::Path>) -> Result<PipelineConfig, Box<dyn core::error::Error>> {
     let rate = Hertz(10_000.0);
     Ok(match file {
         None => PipelineConfig::observing(Signal::Displacement, rate),

@@ -1,6 +1,7 @@
 //! Latency and misses of the shipped detector and of older ones on simulated slips, robot still and moving.
 #![expect(clippy::print_stdout, reason = "a program that prints its result")]
 #![expect(clippy::expect_used, reason = "the configuration was checked before the run")]
+#![expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "places in a list")]
 
 use clap::Parser;
 use serde_json::json;
@@ -32,7 +33,7 @@ struct Args {
     json: bool,
 }
 
-fn main() -> Result<(), Box<dyn std::error::Error>> {
+fn main() -> Result<(), Box<dyn core::error::Error>> {
     let args = Args::parse();
     let rate = Hertz(10_000.0);
     let config = match &args.config {

@@ -1,4 +1,9 @@
 //! Signals of a held object with and without slip and robot motion in; false alarms and latencies out.
+#![expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "counts of samples and places in lists, all small and not negative"
+)]
 
 mod ours;
 mod peers;

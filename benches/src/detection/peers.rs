@@ -16,7 +16,7 @@ const HOLD: u32 = 1000;
 
 #[derive(Clone, Debug)]
 enum Rule {
-    Fft { block: Vec<f64>, bins: std::ops::RangeInclusive<usize> },
+    Fft { block: Vec<f64>, bins: core::ops::RangeInclusive<usize> },
     HighPass { share: f64, mean: Option<f64>, by_force: bool },
 }
 
