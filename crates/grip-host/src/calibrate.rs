@@ -1,7 +1,7 @@
 //! A recording without any slip in; the noise floor, the motion gate and the thresholds for a wanted false-alarm interval out.
 //!
 //! 1. Floor: mean energy of each band while the reference shows no motion (all of it, where there is no reference).
-//! 2. Gate: mean energy of each band in motion, floor taken off, over that of the reference, times [`MARGIN`].
+//! 2. Gate: mean energy of each band in motion, floor taken off, over that of the reference, times one half.
 //! 3. Thresholds: with the two in force, the highest level of each test in each second. The tail above its 90 % quantile is
 //!    taken for a Pareto tail, P(X > x) ~ x^-a with Hill's estimate of a (B. M. Hill, Ann. Statist. 3 (1975)), which is heavier than
 //!    the exponential tail of Gaussian noise, and continued to the wanted interval. Each test gets an equal share of
