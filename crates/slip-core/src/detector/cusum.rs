@@ -77,7 +77,7 @@ impl SequentialTest for Cusum {
             let z = block.energy[b] / block.floor[b];
             gain += (z * self.slope[b] - self.offset[b]).min(CLIP);
         }
-        self.sum = (self.sum + gain).clamp(0.0, self.most);
+        self.sum = (self.sum + gain).max(0.0).min(self.most);
         self.sum * self.per_threshold
     }
 
