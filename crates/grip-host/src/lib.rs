@@ -2,9 +2,11 @@
 
 pub mod calibrate;
 pub mod config;
+pub mod esc;
 pub mod exit;
 pub mod model;
 pub mod poisson;
+pub mod profile;
 pub mod replay;
 pub mod report;
 pub mod scene;

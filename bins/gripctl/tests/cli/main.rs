@@ -10,3 +10,4 @@ mod replay;
 mod run;
 mod score;
 mod sim;
+mod surfaces;

@@ -65,6 +65,11 @@ fn verdicts(role: Role, session: Option<u16>, bytes: &[u8]) -> String {
     if let Some(session) = session {
         decoder.open_session(session, None);
     }
+    judged(decoder, bytes)
+}
+
+/// The verdicts of a decoder in the words of the C program.
+pub(crate) fn judged(mut decoder: Decoder, bytes: &[u8]) -> String {
     let mut text = String::new();
     let mut input = bytes;
     while let Some(verdict) = decoder.next(&mut input) {

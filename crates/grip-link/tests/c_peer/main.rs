@@ -8,3 +8,9 @@ mod device;
 mod peer;
 #[cfg(test)]
 mod script;
+#[cfg(test)]
+mod seeds;
+#[cfg(test)]
+#[expect(unreachable_pub, dead_code, reason = "shared with the fuzz workspace and other tests")]
+#[path = "../../../../fuzz/src/targets/mod.rs"]
+mod targets;

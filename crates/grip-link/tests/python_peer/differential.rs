@@ -56,7 +56,7 @@ fn the_decoders_give_the_same_verdicts() {
         let count = expected.iter().filter(|line| line.contains(word)).count();
         assert!(count > 5 || word == "too_long", "{word} in {count} lines");
     }
-    same(&expected, &answers(python, "decode", &lines), &lines);
+    same(&expected, &answers(python, "decode", "decode", &lines), &lines);
 }
 
 #[test]
@@ -66,6 +66,6 @@ fn the_devices_do_the_same() {
         let lines = Script::new(seed).lines(1500);
         let expected = Player::new().play(&lines);
         assert!(expected.len() > 500, "{}", expected.len());
-        same(&expected, &answers(python, "device", &lines), &[]);
+        same(&expected, &answers(python, "device", "device", &lines), &[]);
     }
 }

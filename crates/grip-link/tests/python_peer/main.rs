@@ -11,4 +11,10 @@ mod python;
 #[cfg(test)]
 mod script;
 #[cfg(test)]
+mod seeds;
+#[cfg(test)]
 mod suite;
+#[cfg(test)]
+#[expect(unreachable_pub, dead_code, reason = "shared with the fuzz workspace and other tests")]
+#[path = "../../../../fuzz/src/targets/mod.rs"]
+mod targets;

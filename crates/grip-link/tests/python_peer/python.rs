@@ -41,9 +41,10 @@ pub(crate) fn interpreter() -> Option<&'static str> {
     }
 }
 
-/// Lines of stdout of `python -m grip_link.diff MODE` for these lines. It needs no package beside the standard library.
-pub(crate) fn answers(interpreter: &str, mode: &str, lines: &[String]) -> Vec<String> {
-    let input = folder().join(format!("{mode}.txt"));
+/// Lines of stdout of `python -m grip_link.diff MODE` for these lines, which go through a file of that name. It needs no
+/// package beside the standard library.
+pub(crate) fn answers(interpreter: &str, file: &str, mode: &str, lines: &[String]) -> Vec<String> {
+    let input = folder().join(format!("{file}.txt"));
     fs::write(&input, lines.join("\n") + "\n").unwrap();
     let done = command(interpreter)
         .args(["-m", "grip_link.diff", mode])
