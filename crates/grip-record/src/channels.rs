@@ -107,6 +107,8 @@ pub struct ChannelSet {
     pub time_source: Option<String>,
     /// The optional channels present and the file's names of their columns.
     pub optional: BTreeMap<Channel, String>,
+    /// Taxels of the array (`pressure_0` and so on), 0 where there is none.
+    pub taxels: usize,
 }
 
 impl ChannelSet {
@@ -118,6 +120,7 @@ impl ChannelSet {
             stylus_source: stylus.column().to_owned(),
             time_source: Some("t_s".to_owned()),
             optional: BTreeMap::new(),
+            taxels: 0,
         }
     }
 
@@ -125,6 +128,13 @@ impl ChannelSet {
     #[must_use]
     pub fn with(mut self, channel: Channel) -> Self {
         self.optional.insert(channel, channel.column().to_owned());
+        self
+    }
+
+    /// The same set and an array of `count` taxels.
+    #[must_use]
+    pub fn with_taxels(mut self, count: usize) -> Self {
+        self.taxels = count;
         self
     }
 

@@ -13,6 +13,7 @@
 //! | `stylus2` | m | `Sample::second_stylus` |
 //! | `reference` | own units | `Sample::reference` |
 //! | `pressure` | own units | `Sample::pressure` |
+//! | `pressure_0`, `pressure_1`, .. | own units | a frame of the taxel array, [`Recording::taxels`] |
 //!
 //! A reading may be `NaN`, `inf` or absurdly large: that is what a broken sensor sends, so it is passed on
 //! unchanged and counted in [`Notes`]. A time must be a number and must never go backwards.
@@ -29,6 +30,7 @@ mod layout;
 mod notes;
 mod number;
 mod table;
+mod taxels;
 mod travel;
 
 pub use channels::{COLUMN_NAMES, Channel, ChannelSet, StylusKind};
@@ -37,4 +39,5 @@ pub use csv_write::{CsvWriter, WriteError};
 pub use error::CsvError;
 pub use labels::{Label, LabelError, LabelKind, read_labels};
 pub use notes::{HUGE_READING, Notes};
+pub use taxels::Taxels;
 pub use travel::Travel;

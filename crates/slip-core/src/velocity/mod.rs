@@ -188,6 +188,10 @@ pub struct Measured {
 pub struct VelocityMeter {
     config: VelocityConfig,
     styli: TwoStylusDelay,
+    /// Samples from one look at the correlation to the next, about a millisecond.
+    every: u32,
+    left: u32,
+    latest: Option<Velocity>,
 }
 
 impl VelocityMeter {
@@ -197,26 +201,40 @@ impl VelocityMeter {
     /// Where a value of the configuration is outside its range.
     pub fn new(config: VelocityConfig, rate_hz: f32) -> Result<Self, ConfigError> {
         config.check()?;
-        Ok(Self { config, styli: TwoStylusDelay::new(rate_hz, config.least_correlation) })
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "clamped; the cast saturates"
+        )]
+        let every = (1e-3 * rate_hz).clamp(1.0, 1e6) as u32;
+        let styli = TwoStylusDelay::new(rate_hz, config.least_correlation);
+        Ok(Self { config, styli, every, left: every, latest: None })
     }
 
     /// Begins with the next sample.
     pub fn begin(&mut self) {
         self.styli.reset();
+        self.left = self.every;
+        self.latest = None;
     }
 
     /// Takes the next sample of the slip.
     #[inline]
     pub fn push(&mut self, sample: &Sample) {
-        if let Some(second) = sample.second_stylus {
-            self.styli.push(sample.stylus, second);
+        let Some(second) = sample.second_stylus else { return };
+        self.styli.push(sample.stylus, second);
+        self.left -= 1;
+        if self.left == 0 {
+            self.left = self.every;
+            self.latest = self.styli.delay().map(|delay| self.config.two_styli(delay));
         }
     }
 
-    /// The speed of the two styli alone.
+    /// The speed of the two styli alone, at most a millisecond old.
     #[must_use]
+    #[inline]
     pub fn two_styli(&self) -> Option<Velocity> {
-        self.styli.delay().map(|delay| self.config.two_styli(delay))
+        self.latest
     }
 
     /// The speed by the rule of this module; `since_notice` is the time since the slip was noticed.

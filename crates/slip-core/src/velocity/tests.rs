@@ -108,7 +108,7 @@ fn a_slow_change_of_speed_is_followed_and_a_fast_one_tells_nothing_wrong() {
     let (slow, fast) = (worst(0.01), worst(2.0));
     std::println!("0.01 m/s2: {slow:?}, 2 m/s2: {fast:?}");
     assert!(slow.0 > 30 && slow.1 < 0.05, "{slow:?}");
-    assert!(fast.1 < 0.35, "{fast:?}");
+    assert_eq!(fast.0, 0);
 }
 
 #[test]
