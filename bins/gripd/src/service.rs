@@ -152,7 +152,7 @@ impl Service {
         }
         let esc = status.features.and_then(|f| f.esc).map_or_else(
             || "-".to_owned(),
-            |esc| format!("{:.3}{}", esc.value_w, if esc.informative { "" } else { "?" }),
+            |esc| format!("{:.3}{}", esc.value, if esc.informative() { "" } else { "?" }),
         );
         let estimate =
             status.estimate.map_or_else(|| "-".to_owned(), |e| format!("{:.2}", e.force_n));
