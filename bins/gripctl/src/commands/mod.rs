@@ -6,6 +6,7 @@ pub(crate) mod grasp;
 pub(crate) mod ports;
 pub(crate) mod replay;
 pub(crate) mod score;
+mod score_curve;
 pub(crate) mod sim;
 pub(crate) mod train;
 

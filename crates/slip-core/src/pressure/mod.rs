@@ -15,7 +15,10 @@
 //!
 //! Frames may come more slowly than samples; a frame that repeats the one before bit by bit is no news.
 
+mod rest;
 mod shape;
+
+pub use rest::PatternRest;
 
 use crate::{config::ConfigError, detector::SlipState, units::Micros};
 use shape::{Shape, Spread};
