@@ -101,6 +101,12 @@ fn detectors_stand_side_by_side_with_materials_intervals_and_curves() {
     for name in ["found", "early"] {
         fs::write(folder.path().join(format!("{name}_taxels.csv")), &taxels).unwrap();
     }
+    let pose: String = (0..60_u32).fold(String::from("t_s,travel_mm\n"), |mut text, i| {
+        let t = f64::from(i) * 0.01;
+        writeln!(text, "{t},{}", (100.0 * (t - 0.3)).max(0.0)).unwrap();
+        text
+    });
+    fs::write(folder.path().join("found_pose.csv"), pose).unwrap();
     let args =
         ["score", ".", "--json", "--materials", "--detectors", "stylus,travel,pressure,fused"];
     let files = ["--curve", "c.json", "--curve", "c.svg"];
