@@ -55,7 +55,7 @@ fn steps(config: PipelineConfig, samples: &[Sample]) -> String {
         frames = frames.wrapping_add(1);
         // A frame of three taxels with every fifth sample, made of what the other channels show.
         let taxels = [sample.stylus * 1e6, sample.travel_m.unwrap_or(1.0), f32::from(frames % 7)];
-        let taxels: &[f32] = if frames % 5 == 0 { &taxels } else { &[] };
+        let taxels: &[f32] = if frames.is_multiple_of(5) { &taxels } else { &[] };
         format!("{:?}\n", pipeline.handle_with(sample, taxels))
     };
     samples.iter().map(step).collect()

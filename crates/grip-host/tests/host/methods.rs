@@ -19,7 +19,7 @@ fn real_data(name: &str) -> Option<PathBuf> {
     if folder.is_dir() {
         return Some(folder);
     }
-    println!("SKIPPED: no recordings at {}; set GRIP_DATA to their folder", folder.display());
+    eprintln!("SKIPPED: no recordings at {}; set GRIP_DATA to their folder", folder.display());
     None
 }
 
