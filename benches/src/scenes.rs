@@ -125,6 +125,7 @@ fn stages_in(
     }
     let end = pipeline.stage_counters();
     Ok(StageCounters {
+        methods: end.methods - start.methods,
         samples: end.samples - start.samples,
         bands: end.bands - start.bands,
         gate: end.gate - start.gate,

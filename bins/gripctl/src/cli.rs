@@ -138,6 +138,18 @@ pub(crate) struct ScoreArgs {
     /// Configuration file, as for gripd.
     #[arg(long)]
     pub(crate) config: Option<PathBuf>,
+    /// Detectors to put side by side: default, stylus (alone, with its tests fused), energy, cusum, glrt (one test alone),
+    /// travel, pressure, fused. The last three also read what lies beside a recording: NAME_pose.csv as its travel,
+    /// NAME_taxels.csv or NAME_electrodes.csv as its taxel array.
+    #[arg(long, value_delimiter = ',', default_value = "default")]
+    pub(crate) detectors: Vec<String>,
+    /// A row for each material too.
+    #[arg(long)]
+    pub(crate) materials: bool,
+    /// Write misses and latency against false alarms over a range of thresholds to FILE: .json, or a chart as .svg or .png;
+    /// may be repeated.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) curve: Vec<PathBuf>,
     /// One JSON object a line.
     #[arg(long)]
     pub(crate) json: bool,

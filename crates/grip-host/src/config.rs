@@ -3,15 +3,24 @@
 use crate::calibrate::Calibration;
 use serde::{Deserialize, Serialize};
 use slip_core::{
-    ConfigError, PipelineConfig, Signal, detector::DetectorConfig, esc::Reading,
-    floor::FloorConfig, grip::GripConfig, health::HealthConfig, observation::ObservationConfig,
+    ConfigError, PipelineConfig, Signal,
+    detector::DetectorConfig,
+    distance::DistanceConfig,
+    esc::Reading,
+    floor::FloorConfig,
+    grip::GripConfig,
+    health::HealthConfig,
+    methods::{Method, Methods},
+    observation::ObservationConfig,
+    pressure::PressureConfig,
     units::Hertz,
+    velocity::VelocityConfig,
 };
 use std::path::{Path, PathBuf};
 use toml::de::{DeTable, DeValue};
 
 /// What `gripd.toml` may hold. Everything has a default.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct HostConfig {
     /// Serial port, `auto`, or `sim` with an optional `:SCENE`.
@@ -25,6 +34,8 @@ pub struct HostConfig {
     /// What that file says; see [`HostConfig::with_calibration`].
     #[serde(skip)]
     pub calibrated: Option<Calibration>,
+    /// The methods that may tell a slip, where the gripper has their channels.
+    pub methods: Vec<Method>,
     /// What is asked of the microcontroller.
     pub link: LinkConfig,
     /// How the noise floor is found.
@@ -33,10 +44,38 @@ pub struct HostConfig {
     pub detector: DetectorConfig,
     /// What is believed of the sensors.
     pub health: HealthConfig,
+    /// The moved-distance method.
+    pub travel: DistanceConfig,
+    /// The pressure-distribution method.
+    pub pressure: PressureConfig,
+    /// What is known of the sensors of speed.
+    pub velocity: VelocityConfig,
     /// How a slip is measured.
     pub observation: ObservationConfig,
     /// Forces and rates of the controller.
     pub grip: GripConfig,
+}
+
+impl Default for HostConfig {
+    fn default() -> Self {
+        Self {
+            port: None,
+            baud: None,
+            model: None,
+            calibration: None,
+            calibrated: None,
+            methods: Method::ALL.to_vec(),
+            link: LinkConfig::default(),
+            floor: FloorConfig::default(),
+            detector: DetectorConfig::default(),
+            health: HealthConfig::default(),
+            travel: DistanceConfig::default(),
+            pressure: PressureConfig::default(),
+            velocity: VelocityConfig::default(),
+            observation: ObservationConfig::default(),
+            grip: GripConfig::default(),
+        }
+    }
 }
 
 /// The reading of E_sc of that name, for a flag.
@@ -224,6 +263,12 @@ impl HostConfig {
         self.pipeline(Hertz(rate)).check()
     }
 
+    /// The methods as a set.
+    #[must_use]
+    pub fn methods(&self) -> Methods {
+        self.methods.iter().fold(Methods::NONE, |set, &method| set.with(method))
+    }
+
     /// The pipeline of a gripper with these settings.
     #[must_use]
     pub fn pipeline(&self, sample_rate: Hertz) -> PipelineConfig {
@@ -235,6 +280,10 @@ impl HostConfig {
             known_reference: None,
             detector: self.detector,
             health: self.health,
+            methods: self.methods(),
+            travel: self.travel,
+            pressure: self.pressure,
+            velocity: self.velocity,
             observation: self.observation,
             grip: Some(self.grip),
             no_skip: false,

@@ -2,12 +2,17 @@
 
 use crate::{
     detector::{BANDS, DetectorConfig, KnownFloors, SlipDetector},
+    distance::DistanceConfig,
     filter::{CornerError, MAX_CORNER},
     floor::FloorConfig,
+    fusion,
     grip::GripConfig,
     health::HealthConfig,
+    methods::Methods,
     observation::ObservationConfig,
+    pressure::PressureConfig,
     units::Hertz,
+    velocity::VelocityConfig,
 };
 
 /// Names of the values of a band: shear, vibration, any of the four others.
@@ -53,6 +58,14 @@ pub struct PipelineConfig {
     pub detector: DetectorConfig,
     /// What is believed of the sensors.
     pub health: HealthConfig,
+    /// The methods that may tell a slip, where the gripper has their channels.
+    pub methods: Methods,
+    /// The moved-distance method.
+    pub travel: DistanceConfig,
+    /// The pressure-distribution method.
+    pub pressure: PressureConfig,
+    /// What is known of the sensors of speed.
+    pub velocity: VelocityConfig,
     /// How a slip is measured.
     pub observation: ObservationConfig,
     /// The force controller; without it the pipeline only observes.
@@ -81,6 +94,10 @@ impl PipelineConfig {
             known_reference: None,
             detector: DetectorConfig::default(),
             health,
+            methods: Methods::ALL,
+            travel: DistanceConfig::default(),
+            pressure: PressureConfig::default(),
+            velocity: VelocityConfig::default(),
             observation: ObservationConfig::default(),
             grip: None,
             no_skip: false,
@@ -105,6 +122,10 @@ impl PipelineConfig {
         self.check_detector()?;
         self.check_health()?;
         self.check_observation()?;
+        fusion::check(self.methods)?;
+        self.travel.check()?;
+        self.pressure.check()?;
+        self.velocity.check()?;
         self.grip.map_or(Ok(()), |grip| grip.check())
     }
 

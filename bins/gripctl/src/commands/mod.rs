@@ -10,6 +10,7 @@ pub(crate) mod profile;
 mod profile_plot;
 pub(crate) mod replay;
 pub(crate) mod score;
+mod score_curve;
 pub(crate) mod sim;
 pub(crate) mod train;
 
