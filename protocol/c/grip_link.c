@@ -237,12 +237,14 @@ static gl_verdict accept(gl_decoder *d) {
   const gl_header *h = &d->header;
   bool device = d->role == GL_ROLE_DEVICE;
   bool greeting = h->kind == GL_HELLO || h->kind == GL_IDENT;
+  bool open = d->has_session && d->session == h->session;
   if (h->to_host == device) return GL_ECHO;
   if (h->version != GL_PROTOCOL && !greeting) return GL_OTHER_VERSION;
-  if (device ? h->kind == GL_HELLO || (h->kind == GL_ESTOP && h->session == 0) : h->kind == GL_IDENT && h->session == 0) {
+  if (device ? (h->kind == GL_HELLO && !open) || (h->kind == GL_ESTOP && h->session == 0)
+             : h->kind == GL_IDENT && h->session == 0) {
     return GL_OK;
   }
-  if (!d->has_session || d->session != h->session) return GL_STALE;
+  if (!open) return GL_STALE;
   if (follow(d, h->seq) != GL_OK) return GL_DUPLICATE;
   return is_known(d->role, h->kind) ? GL_OK : GL_UNKNOWN;
 }
@@ -507,6 +509,7 @@ static gl_reply *reply(gl_link *l, uint8_t kind) {
   if (l->reply_used == GL_WAITING) {
     l->reply_first = (uint8_t)((l->reply_first + 1) % GL_WAITING);
     l->reply_used--;
+    count(&l->unanswered, 1);
   }
   r = &l->replies[(l->reply_first + l->reply_used++) % GL_WAITING];
   memset(r, 0, sizeof *r);
@@ -588,6 +591,12 @@ static bool is_possible(const gl_config *c) {
          c->hold_cap_mn >= 0 && c->loss_action <= GL_LOSS_PASSIVE;
 }
 
+/* A good request that cannot be carried out now. */
+static void decline(gl_link *l, const gl_header *h, uint8_t reason) {
+  count(&l->refused, 1);
+  answer(l, h, reason);
+}
+
 static bool malformed(gl_link *l, const gl_header *h) {
   count(&l->malformed, 1);
   answer(l, h, GL_MALFORMED);
@@ -630,12 +639,12 @@ static bool on_config(gl_link *l, uint64_t tick, const gl_header *h, const uint8
   uint8_t clamped;
   if (!is_possible(&asked)) return malformed(l, h);
   if (latched_or(l, GL_LINKED) != GL_LINKED) {
-    answer(l, h, GL_LATCHED);
+    decline(l, h, GL_LATCHED);
     return false;
   }
   clamped = limit_config(&l->ident, &asked, &config);
   if (config.channel_mask == 0) {
-    answer(l, h, GL_MALFORMED);
+    decline(l, h, GL_MALFORMED);
     return false;
   }
   guard_arm(&l->guard, &config);
@@ -656,7 +665,7 @@ static bool on_config(gl_link *l, uint64_t tick, const gl_header *h, const uint8
 static bool on_start(gl_link *l, const gl_header *h, gl_event *event) {
   bool began = !l->sampling;
   if (!l->armed) {
-    answer(l, h, GL_WRONG_STATE);
+    decline(l, h, GL_WRONG_STATE);
     return false;
   }
   answer(l, h, 0);
@@ -677,7 +686,10 @@ static bool on_grip(gl_link *l, uint64_t tick, const uint8_t *p, gl_event *event
   grip->cause_sample = read32(p + 16);
   l->status_due = tick;
   result = l->state >= GL_ARMED && l->state <= GL_HOLD ? guard_command(&l->guard, tick, grip) : REFUSED;
-  if (result == OLD) return false;
+  if (result == OLD) {
+    count(&l->old, 1);
+    return false;
+  }
   if (result == TAKEN) {
     enter(l, tick, GL_ACTIVE);
     event->type = GL_ON_COMMAND;
@@ -694,7 +706,8 @@ static bool on_clear(gl_link *l, uint64_t tick, const gl_header *h, uint16_t fau
   gl_state before = l->state;
   if (fault == GL_FAULT_NONE || fault_code(l) != fault) {
     /* A repeated request whose first answer was lost: the fault is gone already. */
-    answer(l, h, fault != GL_FAULT_NONE && l->cleared == fault ? 0 : GL_OTHER_FAULT);
+    if (fault != GL_FAULT_NONE && l->cleared == fault) answer(l, h, 0);
+    else decline(l, h, GL_OTHER_FAULT);
     return false;
   }
   if (l->estop) l->estop = false;
@@ -1080,13 +1093,14 @@ static size_t send_status(gl_link *l, uint64_t tick, uint8_t *out) {
 
 static size_t send_stats(gl_link *l, uint64_t tick, uint8_t *out) {
   const gl_counters *c = &l->decoder.counters;
-  const uint32_t values[16] = {
+  const uint32_t values[19] = {
       c->ok, c->too_long, c->cobs, c->length, c->crc, c->echo, c->version, c->stale, c->duplicate, c->unknown, c->gap,
       c->garbage_bytes, l->sent, l->batches.dropped_batches, l->batches.dropped_rows, l->malformed,
+      l->old, l->refused, l->unanswered,
   };
-  gl_encoder e = begin(l, GL_STATS, l->session, 64, out);
+  gl_encoder e = begin(l, GL_STATS, l->session, 76, out);
   l->stats_due = later(tick, ticks(l->ident.tick_hz, 1000));
-  for (unsigned i = 0; i < 16; i++) gl_put_u32(&e, values[i]);
+  for (unsigned i = 0; i < 19; i++) gl_put_u32(&e, values[i]);
   return gl_end(&e);
 }
 

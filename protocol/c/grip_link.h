@@ -306,7 +306,7 @@ typedef struct {
   uint8_t ran;
   uint16_t fault, cleared, seq, session, rejected;
   int32_t measured_mn;
-  uint32_t sent, malformed, dropped_seen;
+  uint32_t sent, malformed, old, refused, unanswered, dropped_seen;
   uint64_t status_due, stats_due, announce_due;
 } gl_link;
 

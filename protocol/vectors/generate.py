@@ -20,7 +20,7 @@ CONFIG = [
     ("force_max_mn", "i"), ("slew_mn_s", "I"), ("hold_cap_mn", "i"), ("loss_after_ms", "H"),
     ("loss_action", "B"), (None, "B"),
 ]  # fmt: skip
-STATS = "ok too_long cobs length crc echo version stale duplicate unknown gap garbage_bytes sent dropped_batches dropped_rows malformed"
+STATS = "ok too_long cobs length crc echo version stale duplicate unknown gap garbage_bytes sent dropped_batches dropped_rows malformed old refused unanswered"
 FIELDS = {
     "HELLO": [("min", "B"), ("max", "B"), ("max_rx", "H"), ("caps", "I"), ("time_us", "Q")],
     "CONFIG": CONFIG,

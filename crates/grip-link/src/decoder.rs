@@ -4,7 +4,7 @@
 //! further: too long, COBS, length, CRC, direction, version, session, sequence, type. The buffer holds one
 //! block (494 bytes); the memory never grows.
 //!
-//! Session rule: a device takes HELLO of any session and ESTOP of session 0; a host takes IDENT of session 0; these
+//! Session rule: a device takes HELLO of any other session and ESTOP of session 0; a host takes IDENT of session 0; these
 //! skip the sequence check. Every other frame must bear the open session. Sequence rule: the first frame of a
 //! session sets the number; then one that lies 0..=255 behind the newest is a duplicate and dropped, any other is taken and the
 //! numbers skipped are counted as a gap. Frames of unknown type count in the sequence.
@@ -280,9 +280,8 @@ impl Decoder {
             return Err(Fault::Version(header.version));
         }
         let outside_session = match self.role {
-            Role::Device => {
-                header.kind == Kind::HELLO || (header.kind == Kind::ESTOP && header.session == 0)
-            }
+            Role::Device if header.kind == Kind::HELLO => self.session != Some(header.session),
+            Role::Device => header.kind == Kind::ESTOP && header.session == 0,
             Role::Host => header.kind == Kind::IDENT && header.session == 0,
             Role::Client => false,
         };

@@ -3,6 +3,7 @@
 //! The gripper is the real device, so that the input reaches every state; frames can be forged, damaged, lost and late.
 
 use super::gripper::{CONFIG, SESSION, device, wire};
+use super::host_script::{Call, Notes};
 use super::input::Input;
 use grip_link::decoder::{Decoder, Role, Verdict};
 use grip_link::device::DeviceLink;
@@ -28,10 +29,20 @@ struct Line {
     /// Session and force of the GRIP sent last; `None` after the link was opened anew.
     sent: Option<(u16, i32)>,
     received: u64,
+    notes: Notes,
 }
 
 /// The target.
 pub fn check(data: &[u8]) {
+    let _none = live(data, Notes::none());
+}
+
+/// All that the host of this life is asked, for the mode `host` of the peers.
+pub fn script(data: &[u8]) -> Vec<String> {
+    live(data, Notes::kept()).lines()
+}
+
+fn live(data: &[u8], notes: Notes) -> Notes {
     let mut line = Line {
         host: HostLink::new(HostConfig::new(CONFIG)).unwrap(),
         device: device(1),
@@ -44,8 +55,11 @@ pub fn check(data: &[u8]) {
         cmd_id: 0,
         sent: None,
         received: 0,
+        notes,
     };
     line.device.ready(0);
+    line.notes.take(line.now_us, &Call::New);
+    line.notes.take(line.now_us, &Call::Open(SESSION));
     line.host.open(line.now_us, SESSION).unwrap();
     let mut input = Input(data);
     for _ in 0..MOST_TURNS {
@@ -55,6 +69,7 @@ pub fn check(data: &[u8]) {
         line.turn(&mut input);
         line.look();
     }
+    line.notes
 }
 
 impl Line {
@@ -62,7 +77,8 @@ impl Line {
         match input.u8() % 12 {
             0 => self.now_us += u64::from(input.u16()),
             1 => self.now_us += 1000 * u64::from(input.u16()),
-            2 | 3 => self.exchange(),
+            2 => self.exchange(),
+            3 => self.write(),
             4 => self.hear(input.bytes()),
             5 => self.forge(input),
             6 => self.grip(input),
@@ -81,10 +97,22 @@ impl Line {
         self.now_us - self.boot_us
     }
 
-    /// Both write what is due; what was written before arrives.
+    /// Both write what is due, and everything arrives.
     fn exchange(&mut self) {
+        self.write();
+        let tick = self.tick();
+        let arrived = core::mem::take(&mut self.to_device);
+        let mut input = arrived.as_slice();
+        while self.device.receive(tick, &mut input).is_some() {}
+        let arrived = core::mem::take(&mut self.to_host);
+        self.hear(&arrived);
+    }
+
+    /// Both write what is due; it stays on the line, where it may be damaged, lost or late.
+    fn write(&mut self) {
         let mut out = [0; MAX_WIRE];
         let mut frames = 0;
+        self.notes.take(self.now_us, &Call::Transmit);
         while let Some(len) = self.host.poll_transmit(self.now_us, &mut out) {
             frames += 1;
             assert!(frames <= MOST_FRAMES, "{frames} frames at one time");
@@ -95,17 +123,13 @@ impl Line {
         while let Some(len) = self.device.poll_transmit(tick, &mut out) {
             self.to_host.extend_from_slice(&out[..len]);
         }
-        let arrived = core::mem::take(&mut self.to_device);
-        let mut input = arrived.as_slice();
-        while self.device.receive(tick, &mut input).is_some() {}
-        let arrived = core::mem::take(&mut self.to_host);
-        self.hear(&arrived);
     }
 
     /// The host takes bytes and time.
     fn hear(&mut self, bytes: &[u8]) {
         let mut input = bytes;
         let mut events = 0;
+        self.notes.take(self.now_us, &Call::Receive(bytes));
         while let Some(event) = self.host.receive(self.now_us, &mut input) {
             events += 1;
             assert!(events <= 2 * bytes.len() + 8, "events without end");
@@ -156,6 +180,7 @@ impl Line {
             cause_sample: 1,
         };
         let mut out = [0; MAX_WIRE];
+        self.notes.take(self.now_us, &Call::Grip(command));
         let written = self.host.grip(self.now_us, &command, &mut out);
         let state = self.host.state();
         let session = self.host.session();
@@ -224,10 +249,17 @@ impl Line {
         let now_us = self.now_us;
         let mut out = [0; MAX_WIRE];
         match input.u8() % 8 {
-            0 => self.host.stop(now_us),
-            1 => self.host.start(now_us),
+            0 => {
+                self.notes.take(now_us, &Call::Stop);
+                self.host.stop(now_us);
+            }
+            1 => {
+                self.notes.take(now_us, &Call::Start);
+                self.host.start(now_us);
+            }
             2 => {
                 let fault = self.device.fault();
+                self.notes.take(now_us, &Call::ClearFault(fault));
                 self.host.clear_fault(now_us, fault);
             }
             3 => {
@@ -237,22 +269,29 @@ impl Line {
                     channel_mask: input.u32(),
                     ..CONFIG
                 };
+                self.notes.take(now_us, &Call::Reconfigure(config));
                 let refused = self.host.reconfigure(now_us, config).is_err();
                 assert_eq!(refused, config.force_max_mn < 0 || config.sample_rate_hz == 0);
             }
             4 => {
                 let beat = Heartbeat { turns: 1, longest_us: 2, late: 3, flags: 0 };
+                self.notes.take(now_us, &Call::Heartbeat(beat));
                 if let Some(len) = self.host.heartbeat(&beat, &mut out) {
                     self.look_at(&out[..len]);
                 }
             }
             5 => {
+                self.notes.take(now_us, &Call::Estop);
                 let len = self.host.estop(&mut out).unwrap();
                 self.to_device.extend_from_slice(&out[..len]);
             }
-            6 => self.host.close(),
+            6 => {
+                self.notes.take(now_us, &Call::Close);
+                self.host.close();
+            }
             _ => {
                 let session = input.u16();
+                self.notes.take(now_us, &Call::Open(session));
                 assert_eq!(self.host.open(now_us, session).is_err(), session == 0);
                 if session != 0 {
                     (self.sent, self.received) = (None, 0);

@@ -5,6 +5,7 @@ pub mod decoder;
 pub mod device;
 pub mod gripper;
 pub mod host;
+pub mod host_script;
 pub mod input;
 pub mod messages;
 pub mod peers;

@@ -1,6 +1,6 @@
 //! The folder of seeds in, lines for the peers in C and Python out: each seed as it is, and with one byte changed here and there.
 
-use super::{decoder, script};
+use super::{decoder, host, script};
 use std::fs;
 use std::path::Path;
 
@@ -35,4 +35,10 @@ pub fn device_scripts(folder: &Path) -> Vec<Vec<String>> {
     let all = seeds(folder, "device");
     let lives = all.iter().flat_map(|seed| variants(seed, 2));
     lives.map(|data| script::steps(&data).iter().map(script::Step::line).collect()).collect()
+}
+
+/// Scripts for the mode `host` of the peer in Python.
+pub fn host_scripts(folder: &Path) -> Vec<Vec<String>> {
+    let all = seeds(folder, "host");
+    all.iter().flat_map(|seed| variants(seed, 12)).map(|data| host::script(&data)).collect()
 }

@@ -32,7 +32,7 @@ pub fn judge(role: Role, session: Option<u16>, mut newest: Option<u16>, bytes: &
     for block in bytes[..end].split(|&byte| byte == 0).filter(|block| !block.is_empty()) {
         let verdict = frame(block).and_then(|(header, payload)| {
             accept(role, session, &header)?;
-            if !skips_the_session(role, &header) {
+            if !skips_the_session(role, session, &header) {
                 judged.gap += follow(&mut newest, header.seq)?;
                 known(role, &header)?;
             }
@@ -103,10 +103,11 @@ fn crc32c(bytes: &[u8]) -> u32 {
     !crc
 }
 
-fn skips_the_session(role: Role, header: &Header) -> bool {
+fn skips_the_session(role: Role, session: Option<u16>, header: &Header) -> bool {
     match role {
         Role::Device => {
-            header.kind == Kind::HELLO || (header.kind == Kind::ESTOP && header.session == 0)
+            (header.kind == Kind::HELLO && session != Some(header.session))
+                || (header.kind == Kind::ESTOP && header.session == 0)
         }
         Role::Host => header.kind == Kind::IDENT && header.session == 0,
         Role::Client => false,
@@ -122,8 +123,9 @@ fn accept(role: Role, session: Option<u16>, header: &Header) -> Result<(), Fault
     if header.version != PROTOCOL && !any_version {
         return Err(Fault::Version(header.version));
     }
-    let mine =
-        role == Role::Client || skips_the_session(role, header) || session == Some(header.session);
+    let mine = role == Role::Client
+        || skips_the_session(role, session, header)
+        || session == Some(header.session);
     if mine { Ok(()) } else { Err(Fault::Stale(header.session)) }
 }
 

@@ -47,7 +47,7 @@ static const message MESSAGES[] = {
      "d last_cmd_id,b state,b clamp,w fault,i applied_mn,i target_mn,d age_us,w flags,w rejected"},
     {"STATS", GL_STATS,
      "d ok,d too_long,d cobs,d length,d crc,d echo,d version,d stale,d duplicate,d unknown,d gap,d garbage_bytes,d sent,"
-     "d dropped_batches,d dropped_rows,d malformed"},
+     "d dropped_batches,d dropped_rows,d malformed,d old,d refused,d unanswered"},
     {"EVENT", GL_EVENT, "q tick,b kind,b before,b after,-,w fault,w dropped,i value"},
     {"LOG", GL_LOG, "q tick,b level"},
 };

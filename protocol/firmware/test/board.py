@@ -183,6 +183,15 @@ class Board:
         modes[3] = modes[3] & ~(termios.ECHO | termios.ECHOCTL) | (termios.ECHO if on else 0)
         termios.tcsetattr(self._spare, termios.TCSANOW, modes)
 
+    def lost_s(self, since: Truth) -> float:
+        """How far the firmware's clock fell behind this computer's since a line of the present start (s). Interrupts that
+        a busy computer gives the emulator no time for are lost; lines only come late, so the least of the last ones counts.
+        """
+        with self._changed:
+            lines = [(at, now) for at, now in self.lines if now["boot"] == since["boot"] and now["t_us"] >= since["t_us"]]
+        behind = [at - now["t_us"] / 1e6 for at, now in lines]
+        return min(behind[-5:]) - min(behind[:5])
+
     def pace(self) -> float:
         """Seconds of the firmware in a second of this computer, over all its starts."""
         with self._changed:

@@ -13,7 +13,7 @@ import time
 from board import Board, CheckFailed
 from device_faults import rebooted, wrapped, echoed, garbage, frozen, hung
 from hold import gripd_holds, too_little_force_drops
-from host_faults import killed, killed_with_cap, stalled, impossible_forces, replayed, session_changed
+from host_faults import impossible_forces, killed, killed_with_cap, replayed, session_changed, silent_mid_rise, stalled
 from grip_link.messages import LossAction
 
 CHECKS = {
@@ -24,6 +24,7 @@ CHECKS = {
     "silent host, open": lambda board, _: killed_with_cap(board, LossAction.OPEN),
     "silent host, passive": lambda board, _: killed_with_cap(board, LossAction.PASSIVE),
     "stalled gripd": stalled,
+    "silent mid-rise": silent_mid_rise,
     "NaN and negative force": impossible_forces,
     "replayed and stale commands": replayed,
     "reboot mid-grip": rebooted,

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from board import DROPPED, LIFTED, Board, must
-from host import Gripd, Host
+from host import Gripd, Host, Spare
 
-TRIES = 5
+GRASPS = 5
+"""Every one is to be held."""
 
 
 def needed_n() -> float:
@@ -14,20 +15,27 @@ def needed_n() -> float:
 
 
 def gripd_holds(board: Board, gripd: str) -> str:
-    """Slip, estimate and final force as gripd tells them, position and force as they are. A machine that stops one of
-    the programs for longer than the object takes to fall drops it: it may try again."""
-    for left in range(TRIES - 1, -1, -1):
+    """Slip, estimate and final force of each grasp as gripd tells them, position and force as they are. Every object has
+    another surface. A drop counts, but for two while the emulation fell behind."""
+    spare, held, tries = Spare(), 0, 0
+    while held < GRASPS:
         board.fresh()
-        program = Gripd(gripd, board, "--duration", "6")
+        start, tries = board.truth, tries + 1
+        program = Gripd(gripd, board, "--duration", "4")
         try:
             code, lines, err = program.done()
         finally:
             program.end()
-        truth = board.next_truth()
-        if truth["object"] == LIFTED or left == 0:
-            return check_hold(code, lines, err, truth)
-        print(f"     not held, {left} more tries: travel {truth['travel_um']} um, gripd said {err.splitlines()[:3]}")
-    raise AssertionError
+        truth, behind_s = board.next_truth(), board.lost_s(start)
+        if truth["object"] == LIFTED:
+            said = check_hold(code, lines, err, truth)
+            held += 1
+        else:
+            said = f"not held: travel {truth['travel_um']} um, gripd said {err.splitlines()[:3]}"
+        print(f"     try {tries}, firmware's clock {1000 * behind_s:.0f} ms behind: {said}", flush=True)
+        if truth["object"] != LIFTED:
+            spare.take(said, behind_s)
+    return f"{held} of {tries} grasps held, {GRASPS} in at most {GRASPS + Spare.TRIES} were asked for"
 
 
 def check_hold(code: int, lines: list, err: str, truth: dict) -> str:

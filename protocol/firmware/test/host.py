@@ -60,23 +60,40 @@ def until_holding(board: Board, program: Gripd, timeout_s: float = 30.0) -> Trut
     return board.wait("the object held with a steady force", steady, timeout_s)
 
 
+class Spare:
+    """Tries that a busy computer may cost. It shows in the firmware's clock: the emulator had less time than it needs, and
+    gripd, which shares the computer, may have had no more while the object fell. A drop at any other time is gripd's own."""
+
+    TRIES = 2
+    BEHIND_S = 0.05
+    """The object takes about 0.1 s to fall through the fingers."""
+
+    def __init__(self) -> None:
+        self.left = self.TRIES
+
+    def take(self, said: str, behind_s: float) -> None:
+        """Uses one up; raises CheckFailed where there is none or the emulation kept up."""
+        must(behind_s >= self.BEHIND_S, f"{said}; the firmware's clock was only {1000 * behind_s:.0f} ms behind")
+        must(self.left > 0, f"{said}; {self.TRIES} spare tries are used up")
+        self.left -= 1
+
+
 def gripd_with_object(gripd: str, board: Board) -> tuple[Gripd, Truth]:
-    """A gripd that holds the object, and the truth then. A machine that stops one of the programs for longer than the
-    object takes to fall drops it: five tries."""
-    for left in range(4, -1, -1):
+    """A gripd that holds the object, and the truth then."""
+    spare = Spare()
+    while True:
         board.fresh()
+        start = board.truth
         program = Gripd(gripd, board)
         try:
             return program, until_holding(board, program)
         except CheckFailed as error:
-            said = program.end()
-            if left == 0:
-                raise
-            print(f"     {left} more tries: {error}; gripd said {said.splitlines()[:3]}")
+            said, behind_s = program.end(), board.lost_s(start)
+            print(f"     firmware's clock {1000 * behind_s:.0f} ms behind: {error}; gripd said {said.splitlines()[:3]}", flush=True)
+            spare.take(str(error), behind_s)
         except BaseException:
             program.end()
             raise
-    raise AssertionError
 
 
 class Host:

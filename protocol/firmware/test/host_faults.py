@@ -99,6 +99,35 @@ def stalled(board: Board, gripd: str) -> str:
     return said
 
 
+def silent_mid_rise(board: Board, _: str) -> str:
+    """R1: one GRIP of 15 N at 5 N/s while 7 N hold the object, then silence. The force stops where the ttl found it."""
+    slew_mn_s, ttl_ms, number = 5000, 100, 500_000
+    board.fresh()
+    host = Host(board)
+    try:
+        held(board, host)
+        before = forget_peak(board)
+        host.raw(Kind.GRIP, Grip(number, 1, 0, ttl_ms, 15_000, slew_mn_s, 0).pack())
+    finally:
+        host.close()
+    hold = board.wait("HOLD after it", lambda now: now["state"] == HOLD and now["cmd"] == number, PATIENCE_S)
+    time.sleep(1.5)
+    late = board.next_truth()
+    later = board.since(hold["t_us"])
+    drive_mn, applied_mn = max(now["drive_mn"] for now in later), highest(board, before)
+    # A turn of the firmware counts for 10 ms of slew at most; with one more the command may run out.
+    most_mn = 7000 + slew_mn_s * (ttl_ms + 10) // 1000
+    said = (
+        f"from {before['drive_mn']} mN one command of 15000 mN at {slew_mn_s} mN/s for {ttl_ms} ms, then nothing: HOLD at"
+        f" {hold['drive_mn']} mN, never over {drive_mn} mN set and {applied_mn} mN pressed in {(late['t_us'] - hold['t_us']) / 1e6:.1f} s;"
+        f" goal then {late['target_mn']} mN"
+    )
+    must(7000 + 2 * NEAR_MN < hold["drive_mn"] <= most_mn, said)
+    must(drive_mn <= hold["drive_mn"] + 1 and late["target_mn"] <= hold["drive_mn"] + 1, said)
+    must(applied_mn <= hold["drive_mn"] + NEAR_MN and {now["state"] for now in later} <= {HOLD, LOSS}, said)
+    return said
+
+
 def impossible_forces(board: Board, _: str) -> str:
     """R4: negative forces and NaN are refused, too large ones clamped; none moves the fingers past the limit."""
     refused = 0

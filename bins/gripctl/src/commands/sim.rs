@@ -2,13 +2,22 @@
 
 use crate::cli::SimArgs;
 use anyhow::Context as _;
-use core::sync::atomic::{AtomicBool, Ordering};
+use core::{
+    hash::{BuildHasher as _, Hasher as _},
+    sync::atomic::{AtomicBool, Ordering},
+};
 use grip_host::{
     exit::{Exit, WrongArgument},
     scene,
 };
 use grip_sim::{Pty, VirtualMcu, port};
-use std::{sync::Arc, time::Instant};
+use std::{hash::RandomState, sync::Arc, time::Instant};
+
+/// Another number at every start, as the link asks for.
+fn boot_id() -> u32 {
+    let [a, b, c, d, ..] = RandomState::new().build_hasher().finish().to_le_bytes();
+    u32::from_le_bytes([a, b, c, d])
+}
 
 pub(crate) fn run(args: &SimArgs) -> anyhow::Result<Exit> {
     if let Some(duration) = args.duration.filter(|s| !(*s > 0.0 && *s <= 1e9)) {
@@ -20,7 +29,7 @@ pub(crate) fn run(args: &SimArgs) -> anyhow::Result<Exit> {
         Some(seed) => scene.reseeded(seed)?,
         None => scene,
     };
-    let mut mcu = VirtualMcu::new(&scene, 1).context("the scene makes no gripper")?;
+    let mut mcu = VirtualMcu::new(&scene, boot_id()).context("the scene makes no gripper")?;
     let pty = Pty::open(Some(&args.pty)).context("cannot open a pseudo-terminal")?;
     let stop = Arc::new(AtomicBool::new(false));
     for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {

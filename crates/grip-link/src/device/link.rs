@@ -93,6 +93,8 @@ pub struct DeviceLink {
     pub(super) dropped_seen: u32,
     pub(super) rejected: u16,
     pub(super) malformed: u32,
+    pub(super) old: u32,
+    pub(super) refused: u32,
 }
 
 impl DeviceLink {
@@ -126,6 +128,8 @@ impl DeviceLink {
             dropped_seen: 0,
             rejected: 0,
             malformed: 0,
+            old: 0,
+            refused: 0,
         })
     }
 

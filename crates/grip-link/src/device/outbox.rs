@@ -18,7 +18,7 @@ pub(crate) struct Ring<T, const N: usize> {
     items: [Option<T>; N],
     first: usize,
     used: usize,
-    dropped: u16,
+    dropped: u32,
 }
 
 impl<T: Copy, const N: usize> Ring<T, N> {
@@ -26,14 +26,14 @@ impl<T: Copy, const N: usize> Ring<T, N> {
         Self { items: [None; N], first: 0, used: 0, dropped: 0 }
     }
 
-    pub(crate) const fn dropped(&self) -> u16 {
+    pub(crate) const fn dropped(&self) -> u32 {
         self.dropped
     }
 
     pub(crate) fn push(&mut self, item: T) {
         if self.used == N {
             self.pop();
-            self.dropped = self.dropped.wrapping_add(1);
+            self.dropped = self.dropped.saturating_add(1);
         }
         if let Some(slot) = self.items.get_mut((self.first + self.used) % N) {
             *slot = Some(item);

@@ -71,6 +71,12 @@ impl DeviceLink {
         }
     }
 
+    /// A good request that cannot be carried out now.
+    fn decline(&mut self, header: &Header, reason: NackReason) {
+        self.refused = self.refused.saturating_add(1);
+        self.refuse(header, reason);
+    }
+
     fn on_hello(&mut self, tick: u64, header: &Header, hello: &Hello) -> Option<DeviceEvent> {
         let session = header.session;
         if session == 0 {
@@ -95,12 +101,12 @@ impl DeviceLink {
 
     fn on_config(&mut self, tick: u64, header: &Header, asked: &Config) -> Option<DeviceEvent> {
         if self.latch.state().is_some() {
-            self.refuse(header, NackReason::Latched);
+            self.decline(header, NackReason::Latched);
             return None;
         }
         let config = self.clamp(asked);
         if config.channel_mask == 0 {
-            self.refuse(header, NackReason::Malformed);
+            self.decline(header, NackReason::Malformed);
             return None;
         }
         self.guard.arm(&config);
@@ -135,7 +141,7 @@ impl DeviceLink {
 
     fn on_start(&mut self, header: &Header) -> Option<DeviceEvent> {
         if self.in_force.is_none() {
-            self.refuse(header, NackReason::WrongState);
+            self.decline(header, NackReason::WrongState);
             return None;
         }
         self.agree(header);
@@ -154,7 +160,10 @@ impl DeviceLink {
                 self.enter(tick, DeviceState::Active);
                 Some(DeviceEvent::Command(*grip))
             }
-            Taken::Old => None,
+            Taken::Old => {
+                self.old = self.old.saturating_add(1);
+                None
+            }
             Taken::Rejected => {
                 self.guard.reject();
                 self.rejected = self.rejected.wrapping_add(1);
@@ -171,7 +180,7 @@ impl DeviceLink {
             if fault.is_fault() && self.cleared == fault {
                 self.agree(header);
             } else {
-                self.refuse(header, NackReason::OtherFault);
+                self.decline(header, NackReason::OtherFault);
             }
             return None;
         }

@@ -21,7 +21,8 @@ impl DeviceLink {
         }
         if let Some(event) = self.outbox.events.peek() {
             self.outbox.events.pop();
-            let event = Event { dropped: self.outbox.events.dropped(), ..event };
+            let dropped = u16::try_from(self.outbox.events.dropped() & 0xFFFF).unwrap_or(u16::MAX);
+            let event = Event { dropped, ..event };
             return self.sender.message(Kind::EVENT, |p| event.write(p), out);
         }
         self.batches.close_old(tick);
@@ -130,6 +131,9 @@ impl DeviceLink {
             dropped_batches: self.batches.dropped_batches(),
             dropped_rows: self.batches.dropped_rows(),
             malformed: self.malformed,
+            old: self.old,
+            refused: self.refused,
+            unanswered: self.outbox.replies.dropped(),
         }
     }
 }

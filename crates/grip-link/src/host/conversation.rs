@@ -63,6 +63,7 @@ pub(super) struct Conversation {
     pub(super) force_sent_mn: Option<i32>,
     pub(super) last_grip: Option<Grip>,
     pub(super) malformed: u32,
+    pub(super) unexpected: u32,
     pub(super) failures: u8,
 }
 
@@ -105,6 +106,7 @@ impl Conversation {
             force_sent_mn: None,
             last_grip: None,
             malformed: 0,
+            unexpected: 0,
             failures: 0,
         }
     }

@@ -62,6 +62,7 @@ impl Conversation {
 
     fn on_ident(&mut self, now_us: u64, payload: &[u8]) -> Result<(), PayloadError> {
         if self.state != HostState::Hello {
+            self.count_unexpected();
             return Ok(());
         }
         let Versions { min, max } = Versions::parse(payload)?;
@@ -97,6 +98,10 @@ impl Conversation {
         self.request = Some(Request::new(Kind::CONFIG, 0, now_us));
     }
 
+    fn count_unexpected(&mut self) {
+        self.unexpected = self.unexpected.saturating_add(1);
+    }
+
     /// A gripper that streamed and says LINKED has lost its CONFIG, as a repeated HELLO of this session makes it.
     fn on_status(&mut self, now_us: u64, payload: &[u8]) -> Result<Option<Passing>, PayloadError> {
         let status = Status::parse(payload)?;
@@ -110,6 +115,8 @@ impl Conversation {
         let answered = self.request.as_ref().is_some_and(|request| request.answered_by(kind, seq));
         if answered {
             self.request = None;
+        } else {
+            self.count_unexpected();
         }
         answered
     }
@@ -172,6 +179,7 @@ impl Conversation {
             self.stream(now_us);
         }
         if !self.is_streaming() {
+            self.count_unexpected();
             return Ok(None);
         }
         let header = Samples::parse(payload, &self.layout)?.header;

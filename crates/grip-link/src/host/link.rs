@@ -317,6 +317,12 @@ impl HostLink {
         self.talk.malformed
     }
 
+    /// Good frames that nothing waited for: answers to no request, IDENT after the first, SAMPLES outside of STREAM and DEGRADED.
+    #[must_use]
+    pub const fn unexpected(&self) -> u32 {
+        self.talk.unexpected
+    }
+
     /// The GRIP sent last, as clamped.
     #[must_use]
     pub const fn last_grip(&self) -> Option<&Grip> {

@@ -24,6 +24,9 @@ use crate::decoder::Counters;
 /// | 52 | 4 | u32 | batches dropped |
 /// | 56 | 4 | u32 | rows dropped |
 /// | 60 | 4 | u32 | good frames with a malformed payload |
+/// | 64 | 4 | u32 | GRIPs not newer than the newest one |
+/// | 68 | 4 | u32 | requests that could not be carried out |
+/// | 72 | 4 | u32 | answers dropped because too many waited |
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Stats {
     /// What the MCU's decoder counted.
@@ -36,11 +39,17 @@ pub struct Stats {
     pub dropped_rows: u32,
     /// Good frames with a malformed payload.
     pub malformed: u32,
+    /// GRIPs not newer than the newest one: ignored.
+    pub old: u32,
+    /// Requests that could not be carried out: latched, wrong state, no channel left or another fault.
+    pub refused: u32,
+    /// Answers dropped because eight newer ones waited.
+    pub unanswered: u32,
 }
 
 impl Stats {
     /// Bytes of the payload.
-    pub const SIZE: usize = 64;
+    pub const SIZE: usize = 76;
 
     /// Reads a payload.
     ///
@@ -64,7 +73,17 @@ impl Stats {
         };
         let [sent, dropped_batches, dropped_rows, malformed] =
             [r.u32()?, r.u32()?, r.u32()?, r.u32()?];
-        Ok(Self { received, sent, dropped_batches, dropped_rows, malformed })
+        let [old, refused, unanswered] = [r.u32()?, r.u32()?, r.u32()?];
+        Ok(Self {
+            received,
+            sent,
+            dropped_batches,
+            dropped_rows,
+            malformed,
+            old,
+            refused,
+            unanswered,
+        })
     }
 
     /// Writes the payload; its length.
@@ -91,6 +110,9 @@ impl Stats {
             .u32(self.dropped_batches)
             .u32(self.dropped_rows)
             .u32(self.malformed)
+            .u32(self.old)
+            .u32(self.refused)
+            .u32(self.unanswered)
             .finish()
     }
 }

@@ -5,6 +5,14 @@ mod dice;
 #[cfg(test)]
 mod differential;
 #[cfg(test)]
+mod host;
+#[cfg(test)]
+mod host_lives;
+#[cfg(test)]
+mod host_player;
+#[cfg(test)]
+mod host_words;
+#[cfg(test)]
 mod player;
 #[cfg(test)]
 mod python;

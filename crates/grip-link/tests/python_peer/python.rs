@@ -1,6 +1,7 @@
 //! The Python of this machine, if it has one.
 
 use std::fs::{self, File};
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
@@ -31,14 +32,19 @@ pub(crate) fn interpreter() -> Option<&'static str> {
     match runs {
         Ok(status) if status.success() => Some("python3"),
         Ok(_) => {
-            println!("SKIPPED: python3 is older than 3.9");
+            skipped("python3 is older than 3.9");
             None
         }
         Err(error) => {
-            println!("SKIPPED: no python3 on this machine ({error})");
+            skipped(&format!("no python3 on this machine ({error})"));
             None
         }
     }
+}
+
+/// Said on the terminal itself: the test runner keeps what a passing test prints.
+fn skipped(why: &str) {
+    writeln!(std::io::stderr(), "SKIPPED: the Python peer was not tested, {why}").unwrap();
 }
 
 /// Lines of stdout of `python -m grip_link.diff MODE` for these lines, which go through a file of that name. It needs no

@@ -5,7 +5,7 @@ use grip_link::device::{DeviceLink, Drive};
 use grip_link::frame::{Direction, Header};
 use grip_link::message::{
     ClearFault, Config, DeviceState, Event, EventKind, FaultCode, Grip, GripMode, Kind, Nack,
-    NackReason, SamplesHeader, Status,
+    NackReason, SamplesHeader, Stats, Status,
 };
 
 fn armed(config: &Config) -> DeviceLink {
@@ -49,13 +49,41 @@ fn estop_without_a_session_is_answered() {
 }
 
 #[test]
-fn a_repeated_hello_sets_the_newest_number_to_its_own() {
+fn the_bytes_of_an_attach_that_come_again_do_nothing() {
     let mut device = armed(&config());
-    tell(&mut device, 4, Kind::STOP, 900, &[]);
-    tell(&mut device, 5, Kind::HELLO, 0, &written(|p| hello().write(p)));
-    assert_eq!(device.state(), DeviceState::Linked);
-    tell(&mut device, 6, Kind::STOP, 899, &[]);
-    assert_eq!(device.counters().duplicate, 0);
+    let tick = pressing(&mut device, 6_000);
+    tell(&mut device, tick, Kind::GRIP, 3, &press(2, 1_000));
+    tell(&mut device, tick, Kind::HELLO, 0, &written(|p| hello().write(p)));
+    tell(&mut device, tick, Kind::CONFIG, 1, &config().to_bytes());
+    tell(&mut device, tick, Kind::GRIP, 2, &press(1, 6_000));
+    assert_eq!((device.state(), device.counters().duplicate), (DeviceState::Active, 3));
+    assert_eq!(device.status(tick).target_mn, 1_000);
+}
+
+#[test]
+fn a_newer_hello_of_the_open_session_is_obeyed_and_counts_in_the_sequence() {
+    let mut device = armed(&config());
+    tell(&mut device, 5, Kind::HELLO, 9, &written(|p| hello().write(p)));
+    assert_eq!((device.state(), device.counters().gap), (DeviceState::Linked, 7));
+    tell(&mut device, 6, Kind::STOP, 8, &[]);
+    assert_eq!(device.counters().duplicate, 1);
+}
+
+#[test]
+fn rejects_without_an_answer_are_counted_too() {
+    let mut device = armed(&config());
+    let tick = pressing(&mut device, 6_000);
+    tell(&mut device, tick, Kind::GRIP, 3, &press(1, 7_000));
+    let silent = |kind, seq| Header::new(Direction::ToDevice, kind, seq, SESSION);
+    let clear = written(|p| ClearFault { fault: FaultCode::DRIVE }.write(p));
+    assert!(device.receive(tick, &mut &wire(&silent(Kind::CLEAR_FAULT, 4), &clear)[..]).is_none());
+    for seq in 5..15 {
+        tell(&mut device, tick, Kind::STOP, seq, &[]);
+    }
+    let frames = sent(&mut device, tick + 2_000_000);
+    let stats = &frames.iter().find(|(kind, _)| *kind == Kind::STATS).unwrap().1;
+    let stats = Stats::parse(stats).unwrap();
+    assert_eq!((stats.old, stats.refused, stats.unanswered), (1, 1, 2));
 }
 
 #[test]
@@ -86,7 +114,7 @@ fn batches_wait_over_a_stop() {
 }
 
 #[test]
-fn no_channel_left_is_nacked_but_not_counted_as_malformed() {
+fn no_channel_left_is_counted_as_refused_not_as_malformed() {
     let mut device = armed(&config());
     let none = Config { channel_mask: 0x80, ..config() };
     tell(&mut device, 4, Kind::CONFIG, 2, &none.to_bytes());
@@ -94,7 +122,7 @@ fn no_channel_left_is_nacked_but_not_counted_as_malformed() {
     let nack = &frames.iter().find(|(kind, _)| *kind == Kind::NACK).unwrap().1;
     assert_eq!(Nack::parse(nack).unwrap().reason, NackReason::Malformed);
     let stats = &frames.iter().find(|(kind, _)| *kind == Kind::STATS).unwrap().1;
-    assert_eq!(stats[60..], [0; 4]);
+    assert_eq!(stats[60..], [0, 0, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0]);
     assert_eq!(device.in_force(), Some(&config()));
 }
 

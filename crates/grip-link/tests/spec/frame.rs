@@ -54,7 +54,7 @@ fn check_value() {
 #[test]
 fn counters_stand_in_the_order_of_stats() {
     let stats = field_names(&format!("{:?}", Stats::default()));
-    assert_eq!(stats.len(), 16);
+    assert_eq!(stats.len(), 19);
     let first = |heading| table(heading).into_iter().map(|row| row[0].clone()).collect::<Vec<_>>();
     assert_eq!(first("### Counters"), stats);
     let sent: Vec<_> = table("### 92 STATS").into_iter().map(|row| row[3].clone()).collect();

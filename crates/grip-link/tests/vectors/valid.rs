@@ -225,6 +225,9 @@ fn stats(g: &mut Given) -> Stats {
         dropped_batches: g.num("dropped_batches"),
         dropped_rows: g.num("dropped_rows"),
         malformed: g.num("malformed"),
+        old: g.num("old"),
+        refused: g.num("refused"),
+        unanswered: g.num("unanswered"),
         ..Stats::default()
     };
     let c = &mut stats.received;

@@ -22,6 +22,13 @@ _UNIT_SUFFIX = {
     Unit.METRE_PER_SECOND2: "_mps2",
     Unit.PASCAL: "_pa",
 }
+_UNIT_SYMBOL = {
+    Unit.METRE: "m",
+    Unit.NEWTON: "N",
+    Unit.METRE_PER_SECOND: "m/s",
+    Unit.METRE_PER_SECOND2: "m/s2",
+    Unit.PASCAL: "Pa",
+}
 
 
 def _columns(layout: Layout) -> list[str]:
@@ -36,7 +43,7 @@ def _columns(layout: Layout) -> list[str]:
 
 
 def _describe(channel: Channel) -> str:
-    unit = _UNIT_SUFFIX.get(channel.unit, "_").replace("mps", "m/s").strip("_") or "1"
+    unit = _UNIT_SYMBOL.get(channel.unit, "1")
     offered = "/".join(fmt.name.lower() for fmt in SampleFormat if channel.offers(fmt))
     return f"{channel.kind.name.lower()} x {channel.count}, {channel.scale:.3g} {unit} a step, {offered}"
 

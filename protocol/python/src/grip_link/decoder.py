@@ -3,7 +3,7 @@
 The checks come in this order, and a block that fails one is not looked at further: too long, COBS, length, CRC,
 direction, version, session, sequence, type. One block of at most 494 bytes is kept; the memory does not grow.
 
-A device takes HELLO of any session and ESTOP of session 0, a host IDENT of session 0; these skip the sequence check.
+A device takes HELLO of any other session and ESTOP of session 0, a host IDENT of session 0; these skip the sequence check.
 Every other frame must bear the open session. The first frame of a session sets the number; then one that lies
 0..255 behind the newest is a duplicate, any other is taken and the numbers skipped are counted as a gap.
 """
@@ -175,7 +175,9 @@ class Decoder:
 
     def _outside_session(self, header: Header) -> bool:
         if self._role is Role.DEVICE:
-            return header.kind == Kind.HELLO or (header.kind == Kind.ESTOP and header.session == 0)
+            if header.kind == Kind.HELLO:
+                return header.session != self._session
+            return header.kind == Kind.ESTOP and header.session == 0
         return self._role is Role.HOST and header.kind == Kind.IDENT and header.session == 0
 
     def _follow(self, seq: int) -> bool:

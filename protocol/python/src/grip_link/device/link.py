@@ -78,6 +78,7 @@ class DeviceLink:
         self.sampling = False
         self.malformed = 0
         self.rejected = 0
+        self.old = self.refused = self.unanswered = 0
         self._estop_releases = estop_releases
         self._decoder = Decoder(Role.DEVICE)
         self._sender = Sender(to_host=True)
@@ -212,7 +213,7 @@ class DeviceLink:
             self._refuse(header, NackReason.UNKNOWN_TYPE)
         elif block.verdict is Verdict.STALE and self._sender.session == 0 and tick >= self._announce_due:
             self._announce_due = tick + self._ticks(100)
-            self._replies.append(lambda _now: self._ident_frame(0))
+            self._answer(lambda _now: self._ident_frame(0))
         elif block.verdict is Verdict.OK:
             try:
                 return self._on_frame(tick, block.frame)
@@ -228,7 +229,7 @@ class DeviceLink:
             return self._on_grip(tick, Grip.parse(payload))
         if kind == Kind.PING:
             ping = Ping.parse(payload)
-            self._replies.append(lambda now: self._sender.send(Kind.PONG, Pong(ping.t1_us, tick, now).pack()))
+            self._answer(lambda now: self._sender.send(Kind.PONG, Pong(ping.t1_us, tick, now).pack()))
             return None
         if kind == Kind.HEARTBEAT:
             return Heartbeat.parse(payload)
@@ -251,12 +252,22 @@ class DeviceLink:
     def _agree(self, header: Header) -> None:
         if header.ack_req:
             payload = Ack(Kind(header.kind), header.seq).pack()
-            self._replies.append(lambda _now: self._sender.send(Kind.ACK, payload))
+            self._answer(lambda _now: self._sender.send(Kind.ACK, payload))
 
     def _refuse(self, header: Header, reason: NackReason) -> None:
         if header.ack_req:
             payload = Nack(Kind(header.kind), reason, header.seq).pack()
-            self._replies.append(lambda _now: self._sender.send(Kind.NACK, payload))
+            self._answer(lambda _now: self._sender.send(Kind.NACK, payload))
+
+    def _decline(self, header: Header, reason: NackReason) -> None:
+        """A good request that cannot be carried out now."""
+        self.refused = min(self.refused + 1, _U32_MAX)
+        self._refuse(header, reason)
+
+    def _answer(self, frame: Callable[[int], bytes]) -> None:
+        if len(self._replies) == _RING:
+            self.unanswered = min(self.unanswered + 1, _U32_MAX)
+        self._replies.append(frame)
 
     def _ident_frame(self, session: int) -> bytes:
         ident = replace(self.ident, state=self.state, fault=self.fault)
@@ -267,7 +278,7 @@ class DeviceLink:
         if session == 0:
             self._count_malformed()
             return None
-        self._replies.append(lambda _now: self._ident_frame(session))
+        self._answer(lambda _now: self._ident_frame(session))
         if common_version(hello.version_min, hello.version_max) is None:
             return None
         self._decoder.open_session(session, header.seq)
@@ -283,11 +294,11 @@ class DeviceLink:
 
     def _on_config(self, tick: int, header: Header, asked: Config) -> Optional[DeviceEvent]:
         if self._latched() is not None:
-            self._refuse(header, NackReason.LATCHED)
+            self._decline(header, NackReason.LATCHED)
             return None
         config = self._clamped(asked)
         if config.channel_mask == 0:
-            self._refuse(header, NackReason.MALFORMED)
+            self._decline(header, NackReason.MALFORMED)
             return None
         self._guard.arm(config)
         self._guard.hold(tick)
@@ -297,7 +308,7 @@ class DeviceLink:
         self.sampling = False
         self._enter(tick, DeviceState.ARMED)
         payload = ConfigAck(header.seq, asked.changed(config), config).pack()
-        self._replies.append(lambda _now: self._sender.send(Kind.CONFIG_ACK, payload))
+        self._answer(lambda _now: self._sender.send(Kind.CONFIG_ACK, payload))
         return Configured(config)
 
     def _clamped(self, asked: Config) -> Config:
@@ -317,7 +328,7 @@ class DeviceLink:
 
     def _on_start(self, header: Header) -> Optional[DeviceEvent]:
         if self.in_force is None:
-            self._refuse(header, NackReason.WRONG_STATE)
+            self._decline(header, NackReason.WRONG_STATE)
             return None
         self._agree(header)
         began, self.sampling = not self.sampling, True
@@ -331,6 +342,7 @@ class DeviceLink:
             self._enter(tick, DeviceState.ACTIVE)
             return Command(grip)
         if taken is Taken.OLD:
+            self.old = min(self.old + 1, _U32_MAX)
             return None
         self._guard.reject()
         self.rejected = (self.rejected + 1) & 0xFFFF
@@ -343,7 +355,7 @@ class DeviceLink:
             if fault != FaultCode.NONE and self._cleared == fault:
                 self._agree(header)
             else:
-                self._refuse(header, NackReason.OTHER_FAULT)
+                self._decline(header, NackReason.OTHER_FAULT)
             return None
         if self._estop:
             self._estop = False
@@ -466,4 +478,7 @@ class DeviceLink:
             dropped_batches=batches.dropped_batches,
             dropped_rows=batches.dropped_rows,
             malformed=self.malformed,
+            old=self.old,
+            refused=self.refused,
+            unanswered=self.unanswered,
         )

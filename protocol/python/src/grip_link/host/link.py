@@ -88,6 +88,9 @@ class HostLink:
         """The GRIP sent last, as clamped."""
         self.malformed = 0
         """Good frames with a malformed payload."""
+        self.unexpected = 0
+        """Good frames that nothing waited for: answers to no request, IDENT after the first, SAMPLES outside of STREAM
+        and DEGRADED."""
         self._decoder = Decoder(Role.HOST)
         self._sender = Sender(to_host=False)
         self._announced = HostState.CLOSED
@@ -134,10 +137,10 @@ class HostLink:
         if config is None or self.state not in _STREAMING or command.force_mn < 0:
             return None
         most_mn = config.force_max_mn
-        if self.state is HostState.DEGRADED:
-            if self._force_sent_mn is None and command.mode is GripMode.FORCE:
+        if self.state is HostState.DEGRADED and command.mode is GripMode.FORCE:
+            if self._force_sent_mn is None:
                 return None
-            most_mn = min(most_mn, self._force_sent_mn or 0)
+            most_mn = min(most_mn, self._force_sent_mn)
         grip = Grip(
             (self._cmd_id + 1) & 0xFFFFFFFF,
             command.mode,
@@ -258,6 +261,7 @@ class HostLink:
 
     def _on_ident(self, now_us: int, payload: bytes) -> None:
         if self.state is not HostState.HELLO:
+            self.unexpected += 1
             return
         low, high = parse_versions(payload)
         if common_version(low, high) is None:
@@ -309,11 +313,19 @@ class HostLink:
 
     def _on_samples(self, now_us: int, payload: bytes) -> None:
         # CONFIG stopped the sampling before: samples now mean that START arrived and its ACK did not.
-        if self._request is not None and self._request.kind == Kind.START and self._request.tries > 0:
+        began = self._request is not None and self._request.kind == Kind.START and self._request.tries > 0
+        if began:
             self._request = None
-            self._events.append(Done(Kind.START))
             self._stream(now_us)
+        try:
+            self._take_samples(now_us, payload)
+        finally:
+            if began:
+                self._events.append(Done(Kind.START))
+
+    def _take_samples(self, now_us: int, payload: bytes) -> None:
         if self.state not in _STREAMING:
+            self.unexpected += 1
             return
         samples = Samples.parse(payload, self.layout.elements)
         loss = self._rows.take(samples)
@@ -331,6 +343,8 @@ class HostLink:
         answered = self._request is not None and self._request.answered_by(kind, seq)
         if answered:
             self._request = None
+        else:
+            self.unexpected += 1
         return answered
 
     def _stream(self, now_us: int) -> None:

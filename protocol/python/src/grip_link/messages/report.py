@@ -8,14 +8,14 @@ from dataclasses import dataclass
 from .codes import DeviceState, EventKind, FaultCode, LogLevel
 from .wire import PayloadError, ShortPayload, pack, unpack
 
-_STATS = struct.Struct("<16I")
+_STATS = struct.Struct("<19I")
 _EVENT = struct.Struct("<QBBBxHHi")
 _LOG = struct.Struct("<QBB")
 
 
 @dataclass(frozen=True)
 class Stats:
-    """STATS (92), MCU to host, every second: 16 u32 counts since the MCU started, saturating. The first twelve are
+    """STATS (92), MCU to host, every second: 19 u32 counts since the MCU started, saturating. The first twelve are
     those of its decoder."""
 
     ok: int
@@ -34,6 +34,12 @@ class Stats:
     dropped_batches: int
     dropped_rows: int
     malformed: int
+    old: int
+    """GRIPs not newer than the newest one: ignored."""
+    refused: int
+    """Requests that could not be carried out: latched, wrong state, no channel left or another fault."""
+    unanswered: int
+    """Answers dropped because eight newer ones waited."""
 
     @classmethod
     def parse(cls, payload: bytes) -> Stats:
@@ -41,11 +47,11 @@ class Stats:
         return cls(*unpack(_STATS, payload))
 
     def pack(self) -> bytes:
-        """The 64 payload bytes."""
+        """The 76 payload bytes."""
         return pack(
             _STATS, self.ok, self.too_long, self.cobs, self.length, self.crc, self.echo, self.version, self.stale,
             self.duplicate, self.unknown, self.gap, self.garbage_bytes, self.sent, self.dropped_batches,
-            self.dropped_rows, self.malformed,
+            self.dropped_rows, self.malformed, self.old, self.refused, self.unanswered,
         )  # fmt: skip
 
 
