@@ -19,6 +19,7 @@
 
 pub mod accuracy;
 pub mod containment;
+pub mod detection;
 pub mod exact;
 pub mod frames;
 pub mod link_faults;

@@ -125,8 +125,10 @@ fn stages_in(
     }
     let end = pipeline.stage_counters();
     Ok(StageCounters {
+        methods: end.methods - start.methods,
         samples: end.samples - start.samples,
         bands: end.bands - start.bands,
+        gate: end.gate - start.gate,
         observation: end.observation - start.observation,
         inferences: end.inferences - start.inferences,
         refused_estimates: end.refused_estimates - start.refused_estimates,

@@ -21,6 +21,8 @@ pub(crate) enum Command {
     Sim(SimArgs),
     /// Run a recording through the pipeline: events and estimates.
     Replay(ReplayArgs),
+    /// Measure noise floor, motion gate and thresholds on a recording without slip.
+    Calibrate(CalibrateArgs),
     /// Score a folder of labelled recordings: latency, misses, false alarms.
     Score(ScoreArgs),
     /// Measure a height profile: irregularities, roughness, every reading of E_sc.
@@ -77,6 +79,9 @@ pub(crate) struct ReplayArgs {
     pub(crate) file: PathBuf,
     #[command(flatten)]
     pub(crate) csv: CsvArgs,
+    /// Calibration file: floor, gate and thresholds.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) calibration: Option<PathBuf>,
     /// Configuration file, as for gripd.
     #[arg(long)]
     pub(crate) config: Option<PathBuf>,
@@ -98,6 +103,27 @@ pub(crate) struct ReplayArgs {
 }
 
 #[derive(Debug, Args)]
+pub(crate) struct CalibrateArgs {
+    /// A recording (.csv) of the gripper at rest or holding something that does not slip; with the robot moving for a part of it, where
+    /// there is a reference. `gripd --dry-run --record FILE` makes one.
+    pub(crate) file: PathBuf,
+    #[command(flatten)]
+    pub(crate) csv: CsvArgs,
+    /// Wanted mean time between false alarms (s).
+    #[arg(long, default_value_t = 600.0, allow_negative_numbers = true)]
+    pub(crate) interval: f64,
+    /// Where to write the calibration (.toml).
+    #[arg(short, long)]
+    pub(crate) output: PathBuf,
+    /// Configuration file, as for gripd.
+    #[arg(long)]
+    pub(crate) config: Option<PathBuf>,
+    /// One JSON object a line.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
 pub(crate) struct ScoreArgs {
     /// Folder with labels.csv (recording,kind,material,onset_s) and the recordings.
     pub(crate) directory: PathBuf,
@@ -106,9 +132,24 @@ pub(crate) struct ScoreArgs {
     /// An alarm may come this much before the labelled onset; earlier is a false alarm (ms).
     #[arg(long, default_value_t = 60.0, allow_negative_numbers = true)]
     pub(crate) guard_ms: f64,
+    /// Calibration file, instead of the floor of the folder's labelled rest and the shipped thresholds.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) calibration: Option<PathBuf>,
     /// Configuration file, as for gripd.
     #[arg(long)]
     pub(crate) config: Option<PathBuf>,
+    /// Detectors to put side by side: default, stylus (alone, with its tests fused), energy, cusum, glrt (one test alone),
+    /// travel, pressure, fused. The last three also read what lies beside a recording: NAME_pose.csv as its travel,
+    /// NAME_taxels.csv or NAME_electrodes.csv as its taxel array.
+    #[arg(long, value_delimiter = ',', default_value = "default")]
+    pub(crate) detectors: Vec<String>,
+    /// A row for each material too.
+    #[arg(long)]
+    pub(crate) materials: bool,
+    /// Write misses and latency against false alarms over a range of thresholds to FILE: .json, or a chart as .svg or .png;
+    /// may be repeated.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) curve: Vec<PathBuf>,
     /// One JSON object a line.
     #[arg(long)]
     pub(crate) json: bool,

@@ -138,8 +138,12 @@ impl Hot {
         let (features, estimate) = self.session.log().evidence();
         let link = self.session.link();
         self.outbox.status(Status {
-            step,
-            features,
+            t: step.t,
+            scene: step.scene,
+            statistic: step.statistic,
+            health: step.health,
+            command: step.command,
+            esc: features.and_then(|features| features.esc),
             estimate,
             lost: link.loss().lost,
             rate_hz: link.in_force().map_or(0, |config| config.sample_rate_hz),

@@ -7,7 +7,14 @@ use grip_link::{
     message::{Clamped, Event as DeviceEvent, EventKind, Nack},
 };
 use rtrb::{Consumer, Producer, RingBuffer};
-use slip_core::{Sample, Step, estimate::ForceEstimate, features::Features};
+use slip_core::{
+    Sample,
+    esc::Esc,
+    estimate::ForceEstimate,
+    health::Health,
+    scene::Scene,
+    units::{Micros, Newtons},
+};
 use std::sync::Arc;
 
 /// Room for 1.6 s of samples at 20 kHz.
@@ -30,8 +37,12 @@ pub(crate) enum Note {
 /// What the status line shows.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Status {
-    pub(crate) step: Step,
-    pub(crate) features: Option<Features>,
+    pub(crate) t: Micros,
+    pub(crate) scene: Scene,
+    pub(crate) statistic: f32,
+    pub(crate) health: Health,
+    pub(crate) command: Option<Newtons>,
+    pub(crate) esc: Option<Esc>,
     pub(crate) estimate: Option<ForceEstimate>,
     pub(crate) lost: u64,
     pub(crate) rate_hz: u32,

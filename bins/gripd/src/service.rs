@@ -168,22 +168,22 @@ impl Service {
         if !self.live {
             return Ok(());
         }
-        let esc = status.features.and_then(|f| f.esc).map_or_else(
+        let esc = status.esc.map_or_else(
             || "-".to_owned(),
             |esc| format!("{:.3}{}", esc.value, if esc.informative() { "" } else { "?" }),
         );
         let estimate =
             status.estimate.map_or_else(|| "-".to_owned(), |e| format!("{:.2}", e.force_n));
-        let command = status.step.command.map_or_else(|| "-".to_owned(), |c| format!("{:.2}", c.0));
+        let command = status.command.map_or_else(|| "-".to_owned(), |c| format!("{:.2}", c.0));
         let mut err = io::stderr().lock();
         write!(
             err,
             "\r\x1b[K{:8} {:6.2} s  {} Hz  slip {:7.2}  E_sc {esc} W  estimate {estimate} N  command {command} N  stylus {}  lost {}",
-            status.step.scene.name(),
-            status.step.t.as_seconds(),
+            status.scene.name(),
+            status.t.as_seconds(),
             status.rate_hz,
-            status.step.statistic,
-            status.step.health.name(),
+            status.statistic,
+            status.health.name(),
             status.lost,
         )?;
         self.status_shown = true;

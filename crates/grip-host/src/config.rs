@@ -1,16 +1,26 @@
 //! The text of a configuration file in, checked settings or the line and column of the mistake out.
 
+use crate::calibrate::Calibration;
 use serde::{Deserialize, Serialize};
 use slip_core::{
-    ConfigError, PipelineConfig, Signal, detector::DetectorConfig, esc::Reading,
-    floor::FloorConfig, grip::GripConfig, health::HealthConfig, observation::ObservationConfig,
+    ConfigError, PipelineConfig, Signal,
+    detector::DetectorConfig,
+    distance::DistanceConfig,
+    esc::Reading,
+    floor::FloorConfig,
+    grip::GripConfig,
+    health::HealthConfig,
+    methods::{Method, Methods},
+    observation::ObservationConfig,
+    pressure::PressureConfig,
     units::Hertz,
+    velocity::VelocityConfig,
 };
 use std::path::{Path, PathBuf};
 use toml::de::{DeTable, DeValue};
 
 /// What `gripd.toml` may hold. Everything has a default.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct HostConfig {
     /// Serial port, `auto`, or `sim` with an optional `:SCENE`.
@@ -19,6 +29,13 @@ pub struct HostConfig {
     pub baud: Option<u32>,
     /// Model file that replaces the embedded network.
     pub model: Option<PathBuf>,
+    /// Calibration file: floor, gate and thresholds of this gripper.
+    pub calibration: Option<PathBuf>,
+    /// What that file says; see [`HostConfig::with_calibration`].
+    #[serde(skip)]
+    pub calibrated: Option<Calibration>,
+    /// The methods that may tell a slip, where the gripper has their channels.
+    pub methods: Vec<Method>,
     /// What is asked of the microcontroller.
     pub link: LinkConfig,
     /// How the noise floor is found.
@@ -27,10 +44,38 @@ pub struct HostConfig {
     pub detector: DetectorConfig,
     /// What is believed of the sensors.
     pub health: HealthConfig,
+    /// The moved-distance method.
+    pub travel: DistanceConfig,
+    /// The pressure-distribution method.
+    pub pressure: PressureConfig,
+    /// What is known of the sensors of speed.
+    pub velocity: VelocityConfig,
     /// How a slip is measured.
     pub observation: ObservationConfig,
     /// Forces and rates of the controller.
     pub grip: GripConfig,
+}
+
+impl Default for HostConfig {
+    fn default() -> Self {
+        Self {
+            port: None,
+            baud: None,
+            model: None,
+            calibration: None,
+            calibrated: None,
+            methods: Method::ALL.to_vec(),
+            link: LinkConfig::default(),
+            floor: FloorConfig::default(),
+            detector: DetectorConfig::default(),
+            health: HealthConfig::default(),
+            travel: DistanceConfig::default(),
+            pressure: PressureConfig::default(),
+            velocity: VelocityConfig::default(),
+            observation: ObservationConfig::default(),
+            grip: GripConfig::default(),
+        }
+    }
 }
 
 /// The reading of E_sc of that name, for a flag.
@@ -81,6 +126,22 @@ pub enum HostConfigError {
         /// Line, column, the line itself and what is wrong with it.
         message: String,
     },
+    /// The calibration was made for another sample rate or another kind of stylus.
+    #[error(
+        "the calibration holds for {made_hz} Hz and {}, not for {rate_hz} Hz and {}: calibrate again",
+        stylus_name(*made_vibration),
+        stylus_name(*vibration)
+    )]
+    OtherSignal {
+        /// Rate it was made at.
+        made_hz: f32,
+        /// Whether it was made for uncalibrated vibration.
+        made_vibration: bool,
+        /// Rate it is to be used at.
+        rate_hz: f32,
+        /// Whether it is to be used for uncalibrated vibration.
+        vibration: bool,
+    },
     /// A value outside its range.
     #[error("{}:{line}:{column}: {source}", file.display())]
     Value {
@@ -103,7 +164,60 @@ impl HostConfig {
     pub fn read(file: &Path) -> Result<Self, HostConfigError> {
         let text = std::fs::read_to_string(file)
             .map_err(|source| HostConfigError::Read { file: file.to_owned(), source })?;
-        Self::parse(file, &text)
+        let config = Self::parse(file, &text)?;
+        match config.calibration.clone() {
+            Some(file) => config.with_calibration(&file),
+            None => Ok(config),
+        }
+    }
+
+    /// The same settings with the calibration in `file` in force.
+    ///
+    /// # Errors
+    /// Where the file cannot be read or is no calibration.
+    pub fn with_calibration(self, file: &Path) -> Result<Self, HostConfigError> {
+        let text = std::fs::read_to_string(file)
+            .map_err(|source| HostConfigError::Read { file: file.to_owned(), source })?;
+        let calibrated: Calibration =
+            toml::from_str(&text).map_err(|error| HostConfigError::Parse {
+                file: file.to_owned(),
+                message: error.to_string().trim_end().to_owned(),
+            })?;
+        calibrated
+            .apply(PipelineConfig::observing(
+                Signal::Displacement,
+                Hertz(calibrated.sample_rate_hz),
+            ))
+            .check()
+            .map_err(|source| HostConfigError::Value {
+                file: file.to_owned(),
+                line: 0,
+                column: 0,
+                source,
+            })?;
+        Ok(Self { calibrated: Some(calibrated), ..self })
+    }
+
+    /// Whether the calibration, where there is one, was made for such a signal.
+    ///
+    /// # Errors
+    /// [`HostConfigError::OtherSignal`] where it was not.
+    pub fn check_signal(&self, rate: Hertz, vibration: bool) -> Result<(), HostConfigError> {
+        match self.calibrated {
+            Some(made) if !made.fits(rate, vibration) => Err(HostConfigError::OtherSignal {
+                made_hz: made.sample_rate_hz,
+                made_vibration: made.vibration,
+                rate_hz: rate.0,
+                vibration,
+            }),
+            _ => Ok(()),
+        }
+    }
+
+    /// `config` with the calibration in force, where there is one.
+    #[must_use]
+    pub fn calibrate(&self, config: PipelineConfig) -> PipelineConfig {
+        self.calibrated.map_or(config, |calibrated| calibrated.apply(config))
     }
 
     /// Checks the text of a file; `file` is only named in errors.
@@ -149,21 +263,36 @@ impl HostConfig {
         self.pipeline(Hertz(rate)).check()
     }
 
+    /// The methods as a set.
+    #[must_use]
+    pub fn methods(&self) -> Methods {
+        self.methods.iter().fold(Methods::NONE, |set, &method| set.with(method))
+    }
+
     /// The pipeline of a gripper with these settings.
     #[must_use]
     pub fn pipeline(&self, sample_rate: Hertz) -> PipelineConfig {
-        PipelineConfig {
+        self.calibrate(PipelineConfig {
             sample_rate,
             signal: Signal::Displacement,
             floor: self.floor,
             known_floor: None,
+            known_reference: None,
             detector: self.detector,
             health: self.health,
+            methods: self.methods(),
+            travel: self.travel,
+            pressure: self.pressure,
+            velocity: self.velocity,
             observation: self.observation,
             grip: Some(self.grip),
             no_skip: false,
-        }
+        })
     }
+}
+
+fn stylus_name(vibration: bool) -> &'static str {
+    if vibration { "vibration" } else { "displacement" }
 }
 
 /// Line and column of the value `path` (dotted) in a TOML text, both from 1; of its innermost table that

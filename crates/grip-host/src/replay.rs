@@ -1,7 +1,7 @@
 //! A recording in, the steps the pipeline makes of it out.
 
 use crate::{config::HostConfig, model::HostEstimator};
-use grip_record::{Channel, Recording, StylusKind};
+use grip_record::{Channel, Recording, StylusKind, Taxels};
 use slip_core::{
     ConfigError, Pipeline, PipelineConfig, Sample, Signal, Step, health::HealthCounters,
     stages::StageCounters, units::Hertz,
@@ -23,12 +23,16 @@ pub fn pipeline_config(
     let rate = Hertz(sample_rate(recording, config));
     let base = match recording.channels.stylus {
         StylusKind::Displacement => config.pipeline(rate),
-        StylusKind::Vibration => PipelineConfig {
+        StylusKind::Vibration => config.calibrate(PipelineConfig {
             detector: config.detector,
             observation: config.observation,
+            methods: config.methods(),
+            travel: config.travel,
+            pressure: config.pressure,
+            velocity: config.velocity,
             grip: Some(config.grip),
             ..PipelineConfig::observing(Signal::Vibration, rate)
-        },
+        }),
     };
     let grips = !observe && recording.channels.has(Channel::NormalForce);
     PipelineConfig { grip: base.grip.filter(|_| grips), ..base }
@@ -49,7 +53,8 @@ fn sample_rate(recording: &Recording, config: &HostConfig) -> f32 {
 /// Every step of a recording, in order.
 #[derive(Debug)]
 pub struct Replay<'a> {
-    samples: core::slice::Iter<'a, Sample>,
+    samples: core::iter::Enumerate<core::slice::Iter<'a, Sample>>,
+    taxels: Option<&'a Taxels>,
     pipeline: Pipeline<Box<[f32]>>,
 }
 
@@ -64,7 +69,8 @@ impl<'a> Replay<'a> {
         estimator: Option<HostEstimator>,
     ) -> Result<Self, ConfigError> {
         let pipeline = Pipeline::new(config, estimator)?;
-        Ok(Self { samples: recording.samples.iter(), pipeline })
+        let samples = recording.samples.iter().enumerate();
+        Ok(Self { samples, taxels: recording.taxels.as_ref(), pipeline })
     }
 
     /// How often each stage ran so far.
@@ -84,6 +90,8 @@ impl Iterator for Replay<'_> {
     type Item = Step;
 
     fn next(&mut self) -> Option<Step> {
-        self.samples.next().map(|sample| self.pipeline.handle(sample))
+        let (index, sample) = self.samples.next()?;
+        let frame = self.taxels.map_or(&[] as &[f32], |taxels| taxels.frame(index));
+        Some(self.pipeline.handle_with(sample, frame))
     }
 }

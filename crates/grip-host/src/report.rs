@@ -2,7 +2,8 @@
 
 use serde::Serialize;
 use slip_core::{
-    SlipEvent, Step, esc::Flags, estimate::ForceEstimate, features::Features, health::Health,
+    SlipEvent, Step, distance::TravelHealth, esc::Flags, estimate::ForceEstimate,
+    features::Features, health::Health, pressure::PressureHealth, velocity::Velocity,
 };
 
 /// One event, as it is printed.
@@ -15,6 +16,8 @@ pub enum EventLine {
         t_s: f64,
         /// `incipient` or `gross`.
         phase: &'static str,
+        /// Which method spoke: `stylus`, `travel` or `pressure`.
+        method: &'static str,
         /// Statistic over its threshold.
         statistic: f32,
         /// What is known of the slip.
@@ -31,11 +34,13 @@ pub enum EventLine {
         #[serde(flatten)]
         evidence: EvidenceFields,
     },
-    /// The state of the stylus has changed.
+    /// The state of a sensor has changed.
     Health {
         /// Device time (s).
         t_s: f64,
-        /// `good`, `frozen`, `saturated` or `failed`.
+        /// `stylus`, `travel` or `pressure`.
+        channel: &'static str,
+        /// `good`, or what is wrong: `frozen`, `saturated`, `failed`, `jumped`, `backwards`.
         health: &'static str,
     },
 }
@@ -45,6 +50,10 @@ pub enum EventLine {
 pub struct EvidenceFields {
     /// Slip speed (m/s).
     pub speed_m_s: Option<f32>,
+    /// Standard deviation of the best speed there is (m/s).
+    pub speed_sigma_m_s: Option<f32>,
+    /// Where that one comes from: `fixed`, `direct`, `travel`, `two_styli` or `gravity`.
+    pub speed_source: Option<&'static str>,
     /// Distance moved since the slip was noticed (m).
     pub moved_m: Option<f32>,
     /// Irregularities the stylus passed.
@@ -81,11 +90,14 @@ fn flag_names<S: serde::Serializer>(
 }
 
 impl EvidenceFields {
-    fn new(features: Option<Features>, estimate: Option<ForceEstimate>, step: &Step) -> Self {
+    fn new(log: &EventLog, step: &Step) -> Self {
+        let EventLog { features, velocity, estimate, .. } = *log;
         let esc = features.and_then(|f| f.esc);
         let chosen = features.and_then(|f| f.esc_chosen);
         Self {
-            speed_m_s: features.map(|f| f.slip_speed_m_s),
+            speed_m_s: velocity.map(|v| v.speed_m_s),
+            speed_sigma_m_s: velocity.map(|v| v.sigma_m_s),
+            speed_source: velocity.map(|v| v.source.name()),
             moved_m: features.map(|f| f.micro_displacement_m),
             irregularities: features.map(|f| f.irregularities),
             esc_w: esc.map(|esc| esc.value),
@@ -105,8 +117,11 @@ impl EvidenceFields {
 #[derive(Clone, Copy, Debug, Default)]
 pub struct EventLog {
     features: Option<Features>,
+    velocity: Option<Velocity>,
     estimate: Option<ForceEstimate>,
     health: Health,
+    travel_health: TravelHealth,
+    pressure_health: PressureHealth,
     slips: u64,
 }
 
@@ -123,36 +138,52 @@ impl EventLog {
         (self.features, self.estimate)
     }
 
-    /// The lines a step leads to: at most one on health and one on slip.
+    /// The lines a step leads to: at most one on the health of each sensor and one on slip.
     #[inline]
-    pub fn lines(&mut self, step: &Step) -> [Option<EventLine>; 2] {
+    pub fn lines(&mut self, step: &Step) -> [Option<EventLine>; 4] {
         if step.features.is_some() {
             self.features = step.features;
             self.estimate = step.estimate;
         }
+        if step.velocity.is_some() {
+            self.velocity = step.velocity;
+        }
         let t_s = step.t.as_seconds();
-        let mut lines = [None; 2];
+        let mut lines = [None; 4];
         if step.health != self.health {
             self.health = step.health;
-            lines[0] = Some(EventLine::Health { t_s, health: step.health.name() });
+            lines[0] =
+                Some(EventLine::Health { t_s, channel: "stylus", health: step.health.name() });
         }
-        lines[1] = step.event.map(|event| self.slip_line(event, t_s, step));
+        if step.travel_health != self.travel_health {
+            self.travel_health = step.travel_health;
+            let health = step.travel_health.name();
+            lines[1] = Some(EventLine::Health { t_s, channel: "travel", health });
+        }
+        if step.pressure_health != self.pressure_health {
+            self.pressure_health = step.pressure_health;
+            let health = step.pressure_health.name();
+            lines[2] = Some(EventLine::Health { t_s, channel: "pressure", health });
+        }
+        lines[3] = step.event.map(|event| self.slip_line(event, t_s, step));
         lines
     }
 
     fn slip_line(&mut self, event: SlipEvent, t_s: f64, step: &Step) -> EventLine {
         match event {
-            SlipEvent::Slip { phase, first } => {
+            SlipEvent::Slip { phase, first, method } => {
                 if first {
                     self.slips += 1;
                     self.features = None;
+                    self.velocity = None;
                     self.estimate = None;
                 }
-                let evidence = EvidenceFields::new(self.features, self.estimate, step);
-                EventLine::Slip { t_s, phase: phase.name(), statistic: step.statistic, evidence }
+                let evidence = EvidenceFields::new(self, step);
+                let (phase, method) = (phase.name(), method.name());
+                EventLine::Slip { t_s, phase, method, statistic: step.statistic, evidence }
             }
             SlipEvent::Ended { duration } => {
-                let evidence = EvidenceFields::new(self.features, self.estimate, step);
+                let evidence = EvidenceFields::new(self, step);
                 EventLine::SlipEnd { t_s, duration_s: duration.as_seconds(), evidence }
             }
         }
@@ -162,21 +193,28 @@ impl EventLog {
 impl core::fmt::Display for EventLine {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         match self {
-            Self::Slip { t_s, phase, statistic, evidence } => {
-                write!(f, "{t_s:10.4} s  slip ({phase}), statistic {statistic:.1}")?;
+            Self::Slip { t_s, phase, method, statistic, evidence } => {
+                write!(f, "{t_s:10.4} s  slip ({phase}, by {method}), statistic {statistic:.1}")?;
                 evidence.write(f)
             }
             Self::SlipEnd { t_s, duration_s, evidence } => {
                 write!(f, "{t_s:10.4} s  slip ended after {:.1} ms", 1e3 * duration_s)?;
                 evidence.write(f)
             }
-            Self::Health { t_s, health } => write!(f, "{t_s:10.4} s  stylus {health}"),
+            Self::Health { t_s, channel, health } => {
+                write!(f, "{t_s:10.4} s  {channel} {health}")
+            }
         }
     }
 }
 
 impl EvidenceFields {
     fn write(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        if let (Some(speed), Some(sigma), Some(source)) =
+            (self.speed_m_s, self.speed_sigma_m_s, self.speed_source)
+        {
+            write!(f, ", {:.1} +- {:.1} mm/s ({source})", 1e3 * speed, 1e3 * sigma)?;
+        }
         if let Some(moved) = self.moved_m {
             write!(f, ", moved {:.2} mm", 1e3 * moved)?;
         }
@@ -208,7 +246,10 @@ mod tests {
     use super::{EventLine, EventLog};
     use slip_core::{
         Phase, SlipEvent, Step,
+        distance::TravelHealth,
         health::Health,
+        methods::Method,
+        pressure::PressureHealth,
         scene::Scene,
         units::{Micros, Newtons},
     };
@@ -220,21 +261,27 @@ mod tests {
             statistic: 1.5,
             event,
             features: None,
+            velocity: None,
             estimate: None,
             command: Some(Newtons(2.5)),
             health: Health::Good,
+            travel_health: TravelHealth::Good,
+            pressure_health: PressureHealth::Good,
         }
     }
 
     #[test]
     fn json_has_the_names_of_the_contract() {
         let mut log = EventLog::default();
-        let event = SlipEvent::Slip { phase: Phase::Incipient, first: true };
-        let [None, Some(line)] = log.lines(&step(1_500_000, Some(event))) else { panic!() };
+        let event =
+            SlipEvent::Slip { phase: Phase::Incipient, first: true, method: Method::Travel };
+        let [None, None, None, Some(line)] = log.lines(&step(1_500_000, Some(event))) else {
+            panic!()
+        };
         let json: serde_json::Value = serde_json::to_value(line).unwrap();
         assert_eq!(json["type"], "slip");
         assert_eq!(json["phase"], "incipient");
-        assert_eq!(json["t_s"], 1.5);
+        assert_eq!((&json["method"], &json["t_s"]), (&"travel".into(), &1.5.into()));
         assert_eq!(json["command_n"], 2.5);
         assert!(json["esc_w"].is_null() && json["estimate_n"].is_null());
         assert_eq!(log.slips(), 1);
@@ -243,12 +290,19 @@ mod tests {
     #[test]
     fn a_slip_that_turns_gross_counts_once_and_health_is_told_on_change() {
         let mut log = EventLog::default();
-        log.lines(&step(1, Some(SlipEvent::Slip { phase: Phase::Incipient, first: true })));
-        log.lines(&step(2, Some(SlipEvent::Slip { phase: Phase::Gross, first: false })));
+        let slip = |phase, first| SlipEvent::Slip { phase, first, method: Method::Stylus };
+        log.lines(&step(1, Some(slip(Phase::Incipient, true))));
+        log.lines(&step(2, Some(slip(Phase::Gross, false))));
         assert_eq!(log.slips(), 1);
         let frozen = Step { health: Health::Frozen, ..step(3, None) };
-        let [line, None] = log.lines(&frozen) else { panic!() };
-        assert_eq!(line, Some(EventLine::Health { t_s: 3e-6, health: "frozen" }));
-        assert_eq!(log.lines(&frozen), [None, None]);
+        let [line, None, None, None] = log.lines(&frozen) else { panic!() };
+        assert_eq!(
+            line,
+            Some(EventLine::Health { t_s: 3e-6, channel: "stylus", health: "frozen" })
+        );
+        assert_eq!(log.lines(&frozen), [None; 4]);
+        let jumped = Step { travel_health: TravelHealth::Jumped, ..frozen };
+        let [None, Some(line), None, None] = log.lines(&jumped) else { panic!() };
+        assert_eq!(line, EventLine::Health { t_s: 3e-6, channel: "travel", health: "jumped" });
     }
 }

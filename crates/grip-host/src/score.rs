@@ -9,17 +9,31 @@
 //! A `steady` recording slips all the time and is missed where no alarm comes at all; a `rest` recording never
 //! slips, so each notice is false.
 
+mod companions;
+mod curve;
+mod detectors;
+pub mod interval;
+mod materials;
+
+pub use curve::{APART_S, Point};
+pub use detectors::{DETECTORS, Detector};
+pub use materials::MaterialScore;
+
 use crate::{
     config::HostConfig,
     replay::{self, Replay},
 };
+use curve::Trace;
 use grip_record::{
-    CsvError, CsvOptions, Label, LabelError, LabelKind, Recording, Travel, read_csv, read_labels,
+    CsvError, CsvOptions, Label, LabelError, LabelKind, Recording, StylusKind, Travel, read_csv,
+    read_labels,
 };
+use interval::{Interval, QuantileIntervals};
 use serde::Serialize;
 use slip_core::{
     ConfigError, PipelineConfig, SlipEvent,
     detector::{BANDS, RestMeter},
+    pressure::{MAX_TAXELS, PatternRest},
     units::Micros,
 };
 use std::path::{Path, PathBuf};
@@ -70,6 +84,9 @@ pub enum ScoreError {
         /// What does not fit.
         source: ConfigError,
     },
+    /// The calibration was made for another rate or stylus.
+    #[error(transparent)]
+    Calibration(#[from] crate::config::HostConfigError),
     /// The recordings differ in what a pooled floor needs to be equal.
     #[error(
         "{recording} is sampled at {rate_hz} Hz or in other units than {first} ({first_hz} Hz): their rest cannot be pooled"
@@ -100,6 +117,8 @@ pub enum ScoreError {
 /// One recording's result.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct RecordingScore {
+    /// The detector.
+    pub detector: &'static str,
     /// Its name.
     pub recording: String,
     /// `onset`, `steady` or `rest`.
@@ -124,29 +143,42 @@ pub struct RecordingScore {
     pub length_s: f64,
 }
 
-/// The results of a folder.
+/// The results of a folder with one detector.
 #[derive(Clone, Debug)]
 pub struct Score {
+    /// The detector.
+    pub detector: Detector,
     /// One per recording, in the order of the labels.
     pub recordings: Vec<RecordingScore>,
     /// The floor that was used: energy of each band (signal unit squared).
     pub floor: [f32; BANDS],
     /// Rest it was measured on (s).
     pub floor_s: f64,
+    /// Noise of the taxels that was used (rms), where there is an array.
+    pub taxel_rms: Option<f32>,
+    traces: Vec<Trace>,
 }
 
 /// The total line.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(tag = "type", rename = "total")]
 pub struct Total {
+    /// The detector.
+    pub detector: &'static str,
     /// Recordings with an onset.
     pub onsets: usize,
     /// Of these not found.
     pub missed: usize,
     /// Of these with an alarm too early.
     pub early: usize,
+    /// Interval of the share missed.
+    pub missed_ci: Interval,
+    /// Interval of the share with an alarm too early.
+    pub early_ci: Interval,
     /// Latency from the onset.
     pub latency_ms: Quantiles,
+    /// Its intervals.
+    pub latency_ms_ci: QuantileIntervals,
     /// Travel at the alarm, where known (mm).
     pub travel_mm: Quantiles,
     /// Recordings that slip all the time.
@@ -159,6 +191,8 @@ pub struct Total {
     pub rest_s: f64,
     /// Alarms in these.
     pub rest_alarms: u32,
+    /// Interval of their rate (1/h).
+    pub rest_alarms_per_hour_ci: Interval,
     /// Rest the floor was measured on (s).
     pub floor_s: f64,
     /// Guard before each onset (ms).
@@ -198,7 +232,15 @@ fn quantile(ordered: &[f64], q: f64) -> Option<f64> {
 struct Labelled {
     label: Label,
     recording: Recording,
+    /// The same with what lies beside it as further channels.
+    joined: Option<Recording>,
     travel: Option<Travel>,
+}
+
+impl Labelled {
+    fn recording(&self, companions: bool) -> &Recording {
+        self.joined.as_ref().filter(|_| companions).unwrap_or(&self.recording)
+    }
 }
 
 /// Scores every labelled recording of `directory` with the settings of `config`.
@@ -214,6 +256,35 @@ pub fn score(
     config: &HostConfig,
     guard_ms: f64,
 ) -> Result<Score, ScoreError> {
+    let mut scores = compare(directory, options, config, guard_ms, &[Detector::DEFAULT])?;
+    scores.pop().ok_or_else(|| ScoreError::Nothing { directory: directory.to_owned() })
+}
+
+/// Scores every labelled recording of `directory` with each of `detectors`, as [`score`] does with one.
+///
+/// # Errors
+/// The first thing that keeps a recording from being used.
+pub fn compare(
+    directory: &Path,
+    options: &CsvOptions,
+    config: &HostConfig,
+    guard_ms: f64,
+    detectors: &[Detector],
+) -> Result<Vec<Score>, ScoreError> {
+    let companions = detectors.iter().any(|detector| detector.companions);
+    let all = load(directory, options, companions)?;
+    let scored = detectors.iter().map(|detector| {
+        score_with(*detector, &all, config, guard_ms)?
+            .ok_or_else(|| ScoreError::NoRest { directory: directory.to_owned(), guard_ms })
+    });
+    scored.collect()
+}
+
+fn load(
+    directory: &Path,
+    options: &CsvOptions,
+    companions: bool,
+) -> Result<Vec<Labelled>, ScoreError> {
     let mut all = Vec::new();
     let labels = directory.join("labels.csv");
     for label in read_labels(&labels).map_err(|error| labels_error(&labels, error))? {
@@ -221,20 +292,40 @@ pub fn score(
         let recording = read_csv(&file, options)?;
         check_onset(&label, &recording)?;
         let travel = Travel::read_beside(&file)?;
-        all.push(Labelled { label, recording, travel });
+        let joined =
+            companions.then(|| companions::join(&file, &recording, travel.as_ref())).transpose()?;
+        all.push(Labelled { label, recording, joined, travel });
     }
     let first =
         all.first().ok_or_else(|| ScoreError::Nothing { directory: directory.to_owned() })?;
     check_alike(first, &all)?;
-    let pipeline = replay::pipeline_config(&first.recording, config, true);
-    let (floor, rest) = pooled_floor(&all, &pipeline, guard_ms)?
-        .ok_or_else(|| ScoreError::NoRest { directory: directory.to_owned(), guard_ms })?;
-    let pipeline = PipelineConfig { known_floor: Some(floor), ..pipeline };
-    let recordings =
-        all.iter().map(|one| judge(one, pipeline, guard_ms)).collect::<Result<_, _>>()?;
-    #[expect(clippy::cast_precision_loss, reason = "a count of samples")]
-    let floor_s = rest as f64 / f64::from(pipeline.sample_rate.0);
-    Ok(Score { recordings, floor, floor_s })
+    Ok(all)
+}
+
+/// `None` where there is no rest to measure the floor on.
+fn score_with(
+    detector: Detector,
+    all: &[Labelled],
+    config: &HostConfig,
+    guard_ms: f64,
+) -> Result<Option<Score>, ScoreError> {
+    let Some(first) = all.first() else { return Ok(None) };
+    let configured = replay::pipeline_config(&first.recording, config, true);
+    let vibration = first.recording.channels.stylus == StylusKind::Vibration;
+    config.check_signal(configured.sample_rate, vibration)?;
+    let mut pipeline = (detector.change)(configured);
+    let Some((floor, floor_s)) = floor(all, config, &pipeline, guard_ms)? else { return Ok(None) };
+    pipeline.known_floor = Some(floor);
+    let taxel_rms = pooled_taxels(detector, all, &pipeline, guard_ms);
+    let known_rms = taxel_rms.map(|rms| rms.max(pipeline.pressure.min_rms));
+    pipeline.pressure.known_rms = pipeline.pressure.known_rms.or(known_rms);
+    let (mut recordings, mut traces) = (Vec::new(), Vec::new());
+    for one in all {
+        let (score, trace) = judge(one, detector, pipeline, guard_ms)?;
+        recordings.push(score);
+        traces.push(trace);
+    }
+    Ok(Some(Score { detector, recordings, floor, floor_s, taxel_rms, traces }))
 }
 
 /// What a recording would be told to put on its first line is wrong advice for labels.
@@ -292,6 +383,22 @@ fn rest_until(label: &Label, guard_ms: f64) -> f64 {
     }
 }
 
+/// The calibrated floor with the rest it was measured on (s), or that of the labelled rest.
+fn floor(
+    all: &[Labelled],
+    config: &HostConfig,
+    pipeline: &PipelineConfig,
+    guard_ms: f64,
+) -> Result<Option<([f32; BANDS], f64)>, ScoreError> {
+    if let Some(floor) = pipeline.known_floor {
+        return Ok(Some((floor, config.calibrated.map_or(0.0, |made| made.evidence.rest_s))));
+    }
+    let pooled = pooled_floor(all, pipeline, guard_ms)?;
+    #[expect(clippy::cast_precision_loss, reason = "a count of samples")]
+    let seconds = |samples: u64| samples as f64 / f64::from(pipeline.sample_rate.0);
+    Ok(pooled.map(|(floor, samples)| (floor, seconds(samples))))
+}
+
 fn pooled_floor(
     all: &[Labelled],
     config: &PipelineConfig,
@@ -309,16 +416,41 @@ fn pooled_floor(
     Ok(meter.energy().map(|energy| (energy, meter.samples())))
 }
 
+/// Noise of the taxels on the labelled rest of all recordings.
+fn pooled_taxels(
+    detector: Detector,
+    all: &[Labelled],
+    config: &PipelineConfig,
+    guard_ms: f64,
+) -> Option<f32> {
+    let mut meter = PatternRest::<MAX_TAXELS>::new(config.pressure.follow_ms);
+    for one in all {
+        let recording = one.recording(detector.companions);
+        let Some(taxels) = &recording.taxels else { continue };
+        let until = rest_until(&one.label, guard_ms);
+        meter.start();
+        let rest = recording.samples.iter().take_while(|s| s.t.as_seconds() < until);
+        for (index, sample) in rest.enumerate() {
+            meter.push(sample.t, taxels.frame(index));
+        }
+    }
+    meter.rms()
+}
+
 fn judge(
     one: &Labelled,
+    detector: Detector,
     config: PipelineConfig,
     guard_ms: f64,
-) -> Result<RecordingScore, ScoreError> {
-    let Labelled { label, recording, travel } = one;
-    let spans = slips(recording, config)?;
+) -> Result<(RecordingScore, Trace), ScoreError> {
+    let Labelled { label, travel, .. } = one;
+    let recording = one.recording(detector.companions);
+    let (spans, statistics) = slips(recording, config)?;
+    let trace = Trace::new(label.kind, rest_until(label, guard_ms), &statistics);
     let first_s = recording.samples.first().map_or(0.0, |s| s.t.as_seconds());
     let last_s = recording.samples.last().map_or(0.0, |s| s.t.as_seconds());
     let mut score = RecordingScore {
+        detector: detector.name,
         recording: label.recording.clone(),
         kind: label.kind.word(),
         material: label.material.clone(),
@@ -353,18 +485,22 @@ fn judge(
         }
     }
     score.travel_mm = counts.and_then(|t| travel.as_ref()?.travel_at(t));
-    Ok(score)
+    Ok((score, trace))
 }
 
-/// First notice and end of every slip in the recording.
+type Spans = Vec<(Micros, Micros)>;
+
+/// First notice and end of every slip in the recording, and the statistic at every time (s).
 fn slips(
     recording: &Recording,
     config: PipelineConfig,
-) -> Result<Vec<(Micros, Micros)>, ScoreError> {
+) -> Result<(Spans, Vec<(f64, f32)>), ScoreError> {
     let steps = Replay::new(recording, config, None)
         .map_err(|source| ScoreError::Config { recording: recording.name.clone(), source })?;
-    let mut spans: Vec<(Micros, Micros)> = Vec::new();
+    let mut spans: Spans = Vec::new();
+    let mut statistics = Vec::with_capacity(recording.samples.len());
     for step in steps {
+        statistics.push((step.t.as_seconds(), step.statistic));
         match (step.event, spans.last_mut()) {
             (Some(SlipEvent::Slip { first: true, .. }), _) => {
                 spans.push((step.t, Micros(u64::MAX)))
@@ -373,27 +509,44 @@ fn slips(
             _ => {}
         }
     }
-    Ok(spans)
+    Ok((spans, statistics))
 }
 
 impl Score {
+    /// False alarms, misses and latency at thresholds from 1/8 to 32 times the configured ones.
+    #[must_use]
+    pub fn curve(&self) -> Vec<Point> {
+        curve::curve(&self.traces)
+    }
+
     /// The sums over all recordings.
     #[must_use]
     pub fn total(&self, guard_ms: f64) -> Total {
         let of = |kind: &'static str| self.recordings.iter().filter(move |r| r.kind == kind);
         let latencies = |kind| Quantiles::of(of(kind).filter_map(|r| r.latency_ms).collect());
+        let onsets = of("onset").count();
+        let missed = of("onset").filter(|r| r.missed).count();
+        let early = of("onset").filter(|r| r.early).count();
+        let found = of("onset").filter_map(|r| Some((r.material.as_str(), r.latency_ms?)));
+        // The sum of nothing is -0.
+        let rest_s = of("rest").map(|r| r.length_s).sum::<f64>() + 0.0;
+        let rest_alarms = of("rest").map(|r| r.alarms).sum();
         Total {
-            onsets: of("onset").count(),
-            missed: of("onset").filter(|r| r.missed).count(),
-            early: of("onset").filter(|r| r.early).count(),
+            detector: self.detector.name,
+            onsets,
+            missed,
+            early,
+            missed_ci: interval::share(missed, onsets),
+            early_ci: interval::share(early, onsets),
             latency_ms: latencies("onset"),
+            latency_ms_ci: interval::quantiles(&found.collect::<Vec<_>>()),
             travel_mm: Quantiles::of(of("onset").filter_map(|r| r.travel_mm).collect()),
             steady: of("steady").count(),
             steady_missed: of("steady").filter(|r| r.missed).count(),
             steady_ms: latencies("steady"),
-            // The sum of nothing is -0.
-            rest_s: of("rest").map(|r| r.length_s).sum::<f64>() + 0.0,
-            rest_alarms: of("rest").map(|r| r.alarms).sum(),
+            rest_s,
+            rest_alarms,
+            rest_alarms_per_hour_ci: interval::rate(rest_alarms, rest_s / 3600.0),
             floor_s: self.floor_s,
             guard_ms,
         }

@@ -17,6 +17,7 @@ use slip_core::{
     ConfigError, Pipeline, PipelineConfig, Sample, Step,
     grip::{GripConfig, GripState},
     health::HealthCounters,
+    pressure::MAX_TAXELS,
     stages::StageCounters,
     units::{Hertz, Micros},
 };
@@ -41,6 +42,9 @@ pub enum SessionError {
         /// What does not fit.
         source: ConfigError,
     },
+    /// The calibration was made for another rate or stylus.
+    #[error(transparent)]
+    Calibration(#[from] crate::config::HostConfigError),
     /// The link settings are refused.
     #[error("link: {0}")]
     Link(#[from] grip_link::host::HostConfigError),
@@ -53,6 +57,8 @@ pub enum News<'a> {
     Step {
         /// The sample.
         sample: &'a Sample,
+        /// The frame of the taxel array that came with it, empty where none did.
+        taxels: &'a [f32],
         /// What it led to.
         step: &'a Step,
     },
@@ -181,6 +187,7 @@ impl Session {
         self.tick_hz = self.link.ident().map_or(1_000_000, |ident| u64::from(ident.tick_hz.max(1)));
         #[expect(clippy::cast_precision_loss, reason = "rates are below 2^24")]
         let rate = Hertz(sample_rate_hz as f32);
+        self.config.check_signal(rate, false)?;
         let mut config =
             PipelineConfig { no_skip: self.options.no_skip, ..self.config.pipeline(rate) };
         config.grip =
@@ -261,12 +268,14 @@ impl Path<'_> {
         let mut last = 0;
         for row in samples {
             let sample = sample_of(&row, self.tick_hz);
-            let step = self.pipeline.handle(&sample);
+            let mut frame = [f32::NAN; MAX_TAXELS];
+            let taxels = taxels_of(&row, &mut frame);
+            let step = self.pipeline.handle_with(&sample, taxels);
             counters.samples += 1;
             for line in self.log.lines(&step).into_iter().flatten() {
                 tell(News::Event(line));
             }
-            tell(News::Step { sample: &sample, step: &step });
+            tell(News::Step { sample: &sample, taxels, step: &step });
             *self.latest = Some(step);
             last = row.index;
         }
@@ -287,7 +296,14 @@ fn sample_of(row: &Row<'_>, tick_hz: u64) -> Sample {
         second_stylus: channel(ChannelKind::SecondStylus),
         reference: channel(ChannelKind::Reference),
         pressure: channel(ChannelKind::Pressure),
+        motion: None,
     }
+}
+
+/// The frame of the taxel array in a row; empty where there is none, or where no taxel has a reading.
+fn taxels_of<'a>(row: &Row<'_>, frame: &'a mut [f32; MAX_TAXELS]) -> &'a [f32] {
+    let taxels = row.read_all(ChannelKind::PressureArray, frame);
+    if taxels.iter().all(|value| value.is_nan()) { &[] } else { taxels }
 }
 
 /// Ticks in microseconds, rounded down; exact for any tick count that fits.

@@ -41,11 +41,13 @@ pub enum Channel {
     Reference,
     /// Static pressure of the fingertip (own units).
     Pressure,
+    /// Commanded motion of arm or fingers: 0 at rest, anything else in motion.
+    Motion,
 }
 
 impl Channel {
     /// Every optional channel, in the order of the columns written.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 8] = [
         Self::NormalForce,
         Self::Tangential,
         Self::Travel,
@@ -53,6 +55,7 @@ impl Channel {
         Self::SecondStylus,
         Self::Reference,
         Self::Pressure,
+        Self::Motion,
     ];
 
     /// The column's name in a file written by [`CsvWriter`](crate::CsvWriter).
@@ -66,6 +69,7 @@ impl Channel {
             Self::SecondStylus => "stylus2",
             Self::Reference => "reference",
             Self::Pressure => "pressure",
+            Self::Motion => "motion",
         }
     }
 
@@ -80,6 +84,7 @@ impl Channel {
             Self::SecondStylus => sample.second_stylus,
             Self::Reference => sample.reference,
             Self::Pressure => sample.pressure,
+            Self::Motion => sample.motion,
         }
     }
 
@@ -92,6 +97,7 @@ impl Channel {
             Self::SecondStylus => sample.second_stylus = value,
             Self::Reference => sample.reference = value,
             Self::Pressure => sample.pressure = value,
+            Self::Motion => sample.motion = value,
         }
     }
 }
@@ -107,6 +113,8 @@ pub struct ChannelSet {
     pub time_source: Option<String>,
     /// The optional channels present and the file's names of their columns.
     pub optional: BTreeMap<Channel, String>,
+    /// Taxels of the array (`pressure_0` and so on), 0 where there is none.
+    pub taxels: usize,
 }
 
 impl ChannelSet {
@@ -118,6 +126,7 @@ impl ChannelSet {
             stylus_source: stylus.column().to_owned(),
             time_source: Some("t_s".to_owned()),
             optional: BTreeMap::new(),
+            taxels: 0,
         }
     }
 
@@ -125,6 +134,13 @@ impl ChannelSet {
     #[must_use]
     pub fn with(mut self, channel: Channel) -> Self {
         self.optional.insert(channel, channel.column().to_owned());
+        self
+    }
+
+    /// The same set and an array of `count` taxels.
+    #[must_use]
+    pub fn with_taxels(mut self, count: usize) -> Self {
+        self.taxels = count;
         self
     }
 
@@ -157,7 +173,7 @@ pub(crate) enum Scale {
 }
 
 /// Every column name the reader knows; the left side of a renaming must be one of them.
-pub const COLUMN_NAMES: [&str; 11] = [
+pub const COLUMN_NAMES: [&str; 12] = [
     "t_s",
     "stylus",
     "vibration",
@@ -169,6 +185,7 @@ pub const COLUMN_NAMES: [&str; 11] = [
     "stylus2",
     "reference",
     "pressure",
+    "motion",
 ];
 
 impl Role {

@@ -12,6 +12,7 @@ use crate::layout::Layout;
 use crate::notes::Notes;
 use crate::number::parse_reading;
 use crate::table::{Row, Table};
+use crate::taxels::Taxels;
 
 /// What the file itself does not tell.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -32,6 +33,8 @@ pub struct Recording {
     pub channels: ChannelSet,
     /// The rows, in order.
     pub samples: Vec<Sample>,
+    /// The frames of the taxel array, where there is one.
+    pub taxels: Option<Taxels>,
     /// Samples per second (Hz): given, else measured from the times (robust against gaps).
     pub rate_hz: f32,
     /// Counts of what is odd.
@@ -62,6 +65,7 @@ pub fn parse_csv(file: &Path, bytes: &[u8], options: &CsvOptions) -> Result<Reco
     };
     let one_column = table.header().len() == 1;
     let mut samples: Vec<Sample> = Vec::new();
+    let mut taxels = Taxels::new(layout.taxels.len());
     while let Some(row) = table.next_row()? {
         if one_column && !samples.is_empty() {
             push_blank_lines(&mut samples, &mut notes, (row.blank_before, given_rate));
@@ -73,6 +77,7 @@ pub fn parse_csv(file: &Path, bytes: &[u8], options: &CsvOptions) -> Result<Reco
             None => nth_time(samples.len(), given_rate),
         };
         samples.push(sample_of(&row, &layout, time, &mut notes)?);
+        taxels.push(&frame_of(&row, &layout, &mut notes)?);
     }
     if samples.is_empty() {
         return Err(CsvError::NoRows { file: file.to_owned() });
@@ -84,7 +89,8 @@ pub fn parse_csv(file: &Path, bytes: &[u8], options: &CsvOptions) -> Result<Reco
         .or(notes.measured_rate_hz)
         .ok_or_else(|| CsvError::NoRate { file: file.to_owned(), rows: samples.len() })?;
     let name = file.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-    Ok(Recording { name, channels: layout.channels, samples, rate_hz, notes })
+    let taxels = Some(taxels).filter(|taxels| taxels.count() > 0);
+    Ok(Recording { name, channels: layout.channels, samples, taxels, rate_hz, notes })
 }
 
 pub(crate) fn read_bytes(file: &Path) -> Result<Vec<u8>, CsvError> {
@@ -144,6 +150,24 @@ fn sample_of(
         channel.set(&mut sample, value);
     }
     Ok(sample)
+}
+
+/// The frame in a row; empty where every cell is.
+fn frame_of(row: &Row<'_>, layout: &Layout, notes: &mut Notes) -> Result<Vec<f32>, CsvError> {
+    let mut frame = Vec::with_capacity(layout.taxels.len());
+    let mut any = false;
+    for &column in &layout.taxels {
+        let value = reading(row, column, Scale::Same)?;
+        any |= value.is_some();
+        if let Some(value) = value {
+            notes.count_reading(value);
+        }
+        frame.push(value.unwrap_or(f32::NAN));
+    }
+    if !any {
+        frame.clear();
+    }
+    Ok(frame)
 }
 
 const READING: &str = "write digits with a decimal point, NaN for a bad reading";

@@ -24,6 +24,19 @@ pub enum WriteError {
         /// The channel without a column.
         channel: Channel,
     },
+    /// The frame of the taxel array has another size than the columns.
+    #[error(
+        "the sample at {:.6} s has a frame of {found} taxels, but the recording has {expected} columns for them",
+        time.as_seconds()
+    )]
+    Taxels {
+        /// Time of the sample.
+        time: Micros,
+        /// Taxels of the frame.
+        found: usize,
+        /// Columns of the recording.
+        expected: usize,
+    },
     /// The sample is earlier than the one before.
     #[error("time goes backwards from {:.6} s to {:.6} s", before.as_seconds(), time.as_seconds())]
     TimeBackwards {
@@ -44,6 +57,7 @@ pub enum WriteError {
 pub struct CsvWriter<W: Write> {
     out: W,
     columns: Vec<Channel>,
+    taxels: usize,
     line: Vec<u8>,
     last: Option<Micros>,
 }
@@ -60,9 +74,12 @@ impl<W: Write> CsvWriter<W> {
         for channel in &columns {
             write!(line, ",{}", channel.column())?;
         }
+        for taxel in 0..channels.taxels {
+            write!(line, ",{}{taxel}", crate::taxels::PREFIX)?;
+        }
         line.push(b'\n');
         out.write_all(&line)?;
-        Ok(Self { out, columns, line, last: None })
+        Ok(Self { out, columns, taxels: channels.taxels, line, last: None })
     }
 
     /// Writes `sample` as one row.
@@ -71,7 +88,19 @@ impl<W: Write> CsvWriter<W> {
     /// [`WriteError::NoColumn`] and [`WriteError::TimeBackwards`] before anything is written,
     /// [`WriteError::Io`] if the output refuses the bytes.
     pub fn write(&mut self, sample: &Sample) -> Result<(), WriteError> {
+        self.write_with(sample, &[])
+    }
+
+    /// Writes `sample` and the frame of the taxel array that came with it, empty where none did.
+    ///
+    /// # Errors
+    /// As [`CsvWriter::write`]; [`WriteError::Taxels`] for a frame of another size than the header has.
+    pub fn write_with(&mut self, sample: &Sample, frame: &[f32]) -> Result<(), WriteError> {
         self.check(sample)?;
+        if !frame.is_empty() && frame.len() != self.taxels {
+            let (found, expected) = (frame.len(), self.taxels);
+            return Err(WriteError::Taxels { time: sample.t, found, expected });
+        }
         let micros = sample.t.0;
         self.line.clear();
         write!(self.line, "{}.{:06},", micros / 1_000_000, micros % 1_000_000)?;
@@ -80,6 +109,12 @@ impl<W: Write> CsvWriter<W> {
             self.line.push(b',');
             if let Some(value) = channel.reading(sample) {
                 append_reading(&mut self.line, value)?;
+            }
+        }
+        for taxel in 0..self.taxels {
+            self.line.push(b',');
+            if let Some(value) = frame.get(taxel) {
+                append_reading(&mut self.line, *value)?;
             }
         }
         self.line.push(b'\n');

@@ -84,6 +84,27 @@ pub enum CsvError {
         /// The names in the header.
         found: Vec<String>,
     },
+    /// The columns of a taxel array do not count up from 0.
+    #[error(
+        "{}: has {found} but not {missing}; taxels are named pressure_0, pressure_1 and so on",
+        file.display()
+    )]
+    TaxelGap {
+        /// The file.
+        file: PathBuf,
+        /// The column that is missing.
+        missing: String,
+        /// A column beyond it.
+        found: String,
+    },
+    /// An array with no taxels, or with too many.
+    #[error("{}: {count} taxels; an array has 1 to {}", file.display(), slip_core::pressure::MAX_TAXELS)]
+    TaxelCount {
+        /// The file.
+        file: PathBuf,
+        /// Its taxels.
+        count: usize,
+    },
     /// Two columns could serve the same channel.
     #[error(
         "{}: has {first} and {second}, only one of them can be used; choose with --map {first}={first} \

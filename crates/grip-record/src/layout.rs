@@ -5,6 +5,7 @@ use std::path::Path;
 use crate::channels::{COLUMN_NAMES, Channel, ChannelSet, Role, Scale, StylusKind};
 use crate::csv_read::CsvOptions;
 use crate::error::CsvError;
+use crate::taxels::{PREFIX, check_count};
 
 /// Pairs of names of which only one can be used.
 const EITHER: [(&str, &str); 2] = [("stylus", "vibration"), ("travel_m", "travel_mm")];
@@ -14,6 +15,8 @@ pub(crate) struct Layout {
     pub(crate) time: Option<usize>,
     pub(crate) stylus: usize,
     pub(crate) optional: Vec<(usize, Channel, Scale)>,
+    /// Columns of the taxels in their order.
+    pub(crate) taxels: Vec<usize>,
     pub(crate) channels: ChannelSet,
     /// Columns nothing is read from.
     pub(crate) ignored: Vec<String>,
@@ -54,7 +57,9 @@ impl Layout {
                 _ => None,
             })
             .collect();
+        let taxels = taxel_columns(file, header)?;
         let channels = ChannelSet {
+            taxels: taxels.len(),
             stylus: stylus_kind,
             stylus_source: source(stylus),
             time_source: time.map(source),
@@ -63,11 +68,33 @@ impl Layout {
                 .map(|&(column, channel, _)| (channel, source(column)))
                 .collect(),
         };
-        let used = |column: usize| found.iter().any(|found| found.column == column);
+        let used = |column: usize| {
+            taxels.contains(&column) || found.iter().any(|found| found.column == column)
+        };
         let ignored = header.iter().enumerate().filter(|(column, _)| !used(*column));
         let ignored = ignored.map(|(_, name)| name.clone()).collect();
-        Ok(Self { time, stylus, optional, channels, ignored })
+        Ok(Self { time, stylus, optional, taxels, channels, ignored })
     }
+}
+
+/// The columns `pressure_0`, `pressure_1` and so on, which must count up without a gap.
+fn taxel_columns(file: &Path, header: &[String]) -> Result<Vec<usize>, CsvError> {
+    let number = |name: &String| name.strip_prefix(PREFIX)?.parse::<usize>().ok();
+    let named = header.iter().filter(|name| number(name).is_some()).count();
+    let mut columns = Vec::new();
+    for k in 0..named {
+        let missing = format!("{PREFIX}{k}");
+        let Some(column) = header.iter().position(|name| *name == missing) else {
+            let found = header.iter().rfind(|name| number(name).is_some());
+            let found = found.cloned().unwrap_or_default();
+            return Err(CsvError::TaxelGap { file: file.to_owned(), missing, found });
+        };
+        columns.push(column);
+    }
+    if named > 0 {
+        check_count(file, named)?;
+    }
+    Ok(columns)
 }
 
 fn stylus_of(found: &[Found]) -> Option<(StylusKind, usize)> {

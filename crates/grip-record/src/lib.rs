@@ -13,6 +13,8 @@
 //! | `stylus2` | m | `Sample::second_stylus` |
 //! | `reference` | own units | `Sample::reference` |
 //! | `pressure` | own units | `Sample::pressure` |
+//! | `motion` | 0 at rest, anything else in motion | `Sample::motion`: what arm and fingers are told |
+//! | `pressure_0`, `pressure_1`, .. | own units | a frame of the taxel array, [`Recording::taxels`] |
 //!
 //! A reading may be `NaN`, `inf` or absurdly large: that is what a broken sensor sends, so it is passed on
 //! unchanged and counted in [`Notes`]. A time must be a number and must never go backwards.
@@ -34,6 +36,7 @@ mod notes;
 mod number;
 mod profile;
 mod table;
+mod taxels;
 mod travel;
 
 pub use channels::{COLUMN_NAMES, Channel, ChannelSet, StylusKind};
@@ -44,4 +47,5 @@ pub use irregularities::{Lengths, parse_irregularities, read_irregularities};
 pub use labels::{Label, LabelError, LabelKind, read_labels};
 pub use notes::{HUGE_READING, Notes};
 pub use profile::HeightProfile;
+pub use taxels::Taxels;
 pub use travel::Travel;

@@ -59,6 +59,12 @@ impl Travel {
         Ok(Self { points })
     }
 
+    /// The times and distances (mm) as they stand in the file.
+    #[must_use]
+    pub fn points(&self) -> &[(Micros, f64)] {
+        &self.points
+    }
+
     /// Distance moved at `time` (mm), linear between the two neighbours; `None` outside the times known.
     /// Of several points at the same time the last one holds.
     #[must_use]

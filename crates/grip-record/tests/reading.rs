@@ -28,8 +28,8 @@ fn refused(text: &str) -> CsvError {
 
 #[test]
 fn every_channel_reaches_its_field() {
-    let text = "t_s,stylus,force_n,tangential_n,travel_mm,velocity_m_s,stylus2,reference,pressure\n\
-                0,1,2,3,4,5,6,7,8\n0.001,1,,,,,,,\n";
+    let text = "t_s,stylus,force_n,tangential_n,travel_mm,velocity_m_s,stylus2,reference,pressure,motion\n\
+                0,1,2,3,4,5,6,7,8,9\n0.001,1,,,,,,,,\n";
     let recording = read(text);
     assert_eq!(recording.name, "rec");
     let first = recording.samples[0];
@@ -41,7 +41,8 @@ fn every_channel_reaches_its_field() {
         (first.travel_m, first.velocity_m_s, first.second_stylus),
         (Some(0.004), Some(5.0), Some(6.0))
     );
-    assert_eq!((first.reference, first.pressure), (Some(7.0), Some(8.0)));
+    let others = (first.reference, first.pressure, first.motion);
+    assert_eq!(others, (Some(7.0), Some(8.0), Some(9.0)));
     for channel in Channel::ALL {
         assert!(recording.channels.has(channel));
         assert_eq!(channel.reading(&recording.samples[1]), None, "an empty cell is no reading");

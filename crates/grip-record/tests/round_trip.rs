@@ -28,7 +28,12 @@ fn sample(t: u64) -> impl Strategy<Value = Sample> {
         option::of(reading()),
         option::of(reading()),
     );
-    let other = (option::of(reading()), option::of(reading()), option::of(reading()));
+    let other = (
+        option::of(reading()),
+        option::of(reading()),
+        option::of(reading()),
+        option::of(reading()),
+    );
     (reading(), force, other).prop_map(move |(stylus, force, other)| Sample {
         t: Micros(t),
         stylus,
@@ -39,6 +44,7 @@ fn sample(t: u64) -> impl Strategy<Value = Sample> {
         second_stylus: other.0,
         reference: other.1,
         pressure: other.2,
+        motion: other.3,
     })
 }
 

@@ -165,6 +165,12 @@ impl Disturbance {
         Motion { stylus_m: stylus, reference_m: self.filter_reference(seen) }
     }
 
+    /// How strongly the robot moves now: 0 still, up to 1 times the level it was made with.
+    #[must_use]
+    pub fn envelope(&self) -> f64 {
+        self.envelope
+    }
+
     fn next_envelope(&mut self) -> f64 {
         if self.left_in_second <= 0.0 {
             self.left_in_second = 1.0;

@@ -12,6 +12,7 @@ pub(crate) enum Purpose {
     SensorNoise = 3,
     TrainingRow = 4,
     Motion = 5,
+    SecondStylus = 6,
 }
 
 /// The generator of `purpose` under `seed`.

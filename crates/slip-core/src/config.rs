@@ -1,14 +1,26 @@
 //! A plain configuration in, a checked one or the name of the wrong value out.
 
 use crate::{
-    detector::{BANDS, DetectorConfig},
-    filter::{Band, CornerError, FilterBank, MAX_CORNER},
+    detector::{BANDS, DetectorConfig, KnownFloors, SlipDetector},
+    distance::DistanceConfig,
+    filter::{CornerError, MAX_CORNER},
     floor::FloorConfig,
+    fusion,
     grip::GripConfig,
     health::HealthConfig,
+    methods::Methods,
     observation::ObservationConfig,
+    pressure::PressureConfig,
     units::Hertz,
+    velocity::VelocityConfig,
 };
+
+/// Names of the values of a band: shear, vibration, any of the four others.
+const BAND_NAMES: [[&str; 3]; 3] = [
+    ["detector.shear.low_hz", "detector.shear.high_hz", "detector.shear.threshold"],
+    ["detector.vibration.low_hz", "detector.vibration.high_hz", "detector.vibration.threshold"],
+    ["detector.octaves.low_hz", "detector.octaves.high_hz", "detector.octaves.threshold"],
+];
 
 /// What the stylus channel holds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -40,10 +52,20 @@ pub struct PipelineConfig {
     pub floor: FloorConfig,
     /// A noise floor that is known already: energy of each band (signal unit squared).
     pub known_floor: Option<[f32; BANDS]>,
+    /// Energies of a quiet motion reference and of its slow part, known already (reference unit squared).
+    pub known_reference: Option<[f32; 2]>,
     /// Bands and thresholds.
     pub detector: DetectorConfig,
     /// What is believed of the sensors.
     pub health: HealthConfig,
+    /// The methods that may tell a slip, where the gripper has their channels.
+    pub methods: Methods,
+    /// The moved-distance method.
+    pub travel: DistanceConfig,
+    /// The pressure-distribution method.
+    pub pressure: PressureConfig,
+    /// What is known of the sensors of speed.
+    pub velocity: VelocityConfig,
     /// How a slip is measured.
     pub observation: ObservationConfig,
     /// The force controller; without it the pipeline only observes.
@@ -69,8 +91,13 @@ impl PipelineConfig {
             signal,
             floor,
             known_floor: None,
+            known_reference: None,
             detector: DetectorConfig::default(),
             health,
+            methods: Methods::ALL,
+            travel: DistanceConfig::default(),
+            pressure: PressureConfig::default(),
+            velocity: VelocityConfig::default(),
             observation: ObservationConfig::default(),
             grip: None,
             no_skip: false,
@@ -95,25 +122,38 @@ impl PipelineConfig {
         self.check_detector()?;
         self.check_health()?;
         self.check_observation()?;
+        fusion::check(self.methods)?;
+        self.travel.check()?;
+        self.pressure.check()?;
+        self.velocity.check()?;
         self.grip.map_or(Ok(()), |grip| grip.check())
     }
 
     fn check_detector(&self) -> Result<(), ConfigError> {
         let d = &self.detector;
-        ConfigError::within("detector.shear.threshold", d.shear.threshold, 1.5, 1e9)?;
-        ConfigError::within("detector.vibration.threshold", d.vibration.threshold, 1.5, 1e9)?;
+        let limit_hz = MAX_CORNER * self.sample_rate.0;
+        for (i, band) in d.bands().into_iter().enumerate() {
+            let [low, high, threshold] = BAND_NAMES[i.min(2)];
+            ConfigError::within(threshold, band.threshold, 1.5, 1e9)?;
+            ConfigError::within(high, band.high_hz, 0.01, 1e6)?;
+            // A band of the four that the sample rate cannot carry is left out.
+            let top = if i < 2 { band.high_hz.min(limit_hz) } else { band.high_hz };
+            ConfigError::within(low, band.low_hz, 1e-3, top)?;
+        }
         ConfigError::within("detector.gross", d.gross, 1.5, 1e9)?;
         ConfigError::within("detector.envelope_ms", d.envelope_ms, 0.5, 1000.0)?;
         ConfigError::within("detector.release", d.release, 0.01, 1.0)?;
         ConfigError::within("detector.release_ms", d.release_ms, 1.0, 10_000.0)?;
-        let limit_hz = MAX_CORNER * self.sample_rate.0;
-        let [shear, vibration] = [d.shear, d.vibration].map(|b| b.high_hz.min(limit_hz));
-        ConfigError::within("detector.shear.high_hz", d.shear.high_hz, 0.01, 1e6)?;
-        ConfigError::within("detector.shear.low_hz", d.shear.low_hz, 1e-3, shear)?;
-        ConfigError::within("detector.vibration.high_hz", d.vibration.high_hz, 0.01, 1e6)?;
-        ConfigError::within("detector.vibration.low_hz", d.vibration.low_hz, 1e-3, vibration)?;
-        let bands = [d.shear, d.vibration].map(|b| Band { low_hz: b.low_hz, high_hz: b.high_hz });
-        FilterBank::new(&bands, self.sample_rate.0)?;
+        ConfigError::within("detector.cusum_threshold", d.cusum_threshold, 1.0, 1e9)?;
+        ConfigError::within("detector.cusum_ratio", d.cusum_ratio, 1.1, 1e6)?;
+        ConfigError::within("detector.glrt_threshold", d.glrt_threshold, 1.0, 1e9)?;
+        for gain in d.gate.gain {
+            ConfigError::within("detector.gate.gain", gain, 0.0, 1e30)?;
+        }
+        ConfigError::within("detector.gate.motion_sigmas", d.gate.motion_sigmas, 3.0, 1e3)?;
+        ConfigError::within("detector.gate.hold_ms", d.gate.hold_ms, 10.0, 1e4)?;
+        ConfigError::within("detector.gate.blind_margin", d.gate.blind_margin, 1.0, 1e9)?;
+        SlipDetector::new(d, self.floor, KnownFloors::default(), self.sample_rate.0)?;
         Ok(())
     }
 

@@ -1,11 +1,15 @@
 //! What the pipeline has to say about a sample.
 
 use crate::{
+    distance::TravelHealth,
     estimate::ForceEstimate,
     features::Features,
     health::Health,
+    methods::Method,
+    pressure::PressureHealth,
     scene::Scene,
     units::{Micros, Newtons},
+    velocity::Velocity,
 };
 
 /// How far a slip has gone.
@@ -37,6 +41,8 @@ pub enum SlipEvent {
         phase: Phase,
         /// Whether this is the first notice of the slip, not its turn from incipient to gross.
         first: bool,
+        /// Which method spoke.
+        method: Method,
     },
     /// The slip has ended.
     Ended {
@@ -58,10 +64,16 @@ pub struct Step {
     pub event: Option<SlipEvent>,
     /// Features of the slip, when there is new evidence.
     pub features: Option<Features>,
+    /// Slip speed with its uncertainty, when there is new evidence.
+    pub velocity: Option<Velocity>,
     /// The network's answer to these features.
     pub estimate: Option<ForceEstimate>,
     /// The commanded force; `None` in a pipeline that only observes.
     pub command: Option<Newtons>,
     /// State of the stylus.
     pub health: Health,
+    /// State of the travel channel while an object was last held.
+    pub travel_health: TravelHealth,
+    /// State of the taxel array while an object was last held.
+    pub pressure_health: PressureHealth,
 }

@@ -1,11 +1,20 @@
-//! Band signals at rest in, the noise energy of each band out.
+//! Energies of blocks of a signal at rest in, the noise energy of each band out.
 //!
-//! The floor is learned once, from the first stretch of rest, and then kept: a floor that followed the
-//! signal would learn the slip it should report. The stretch is cut into blocks and the median block
-//! is taken, so that one knock during learning does not raise the floor.
+//! The floor is learned once, from the first stretch of rest, and never rises afterwards: a floor that followed the
+//! signal would learn the slip it should report. The stretch is cut into 16 parts and their median
+//! is taken, so that one knock during learning does not raise the floor. A floor that was learned while the robot
+//! moved is too high: where a later second is quieter than half of it, the floor falls to that, which
+//! is counted. It can only make the detector more sensitive, and no slip can cause it.
 
-/// Blocks whose median is the floor.
-const BLOCKS: usize = 16;
+/// Parts whose median is the floor.
+const PARTS: usize = 16;
+
+/// A second whose median is below this fraction of the floor lowers it; for the narrowest default band (60 Hz, 7 degrees of
+/// freedom in a part) a sound floor is undercut less than once in a day.
+const LOWER_BELOW: f32 = 0.4;
+
+/// Length of the stretches that may lower the floor (ms).
+const LATER_MS: f32 = 1000.0;
 
 /// How the noise floor is found.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,79 +40,123 @@ impl Default for FloorConfig {
 #[derive(Clone, Copy, Debug)]
 pub struct Floor<const N: usize> {
     min_energy: f32,
-    block_len: u32,
-    state: State<N>,
-}
-
-#[derive(Clone, Copy, Debug)]
-enum State<const N: usize> {
-    Learning { sum: [f32; N], in_block: u32, blocks: [[f32; BLOCKS]; N], done: usize },
-    Ready([f32; N]),
+    later_len: u32,
+    known: bool,
+    energy: Option<[f32; N]>,
+    lowered: u32,
+    part_len: u32,
+    in_part: u32,
+    done: usize,
+    sum: [f32; N],
+    parts: [[f32; N]; PARTS],
 }
 
 impl<const N: usize> Floor<N> {
-    /// A floor to be learned from samples at `rate_hz`.
+    /// A floor to be learned from blocks that come at `rate_hz`.
     #[must_use]
     pub fn learn(config: FloorConfig, rate_hz: f32) -> Self {
-        let samples = config.learn_ms * 1e-3 * rate_hz / 16.0;
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "clamped; the cast saturates"
-        )]
-        let block_len = samples.clamp(1.0, 1e6) as u32;
-        let state =
-            State::Learning { sum: [0.0; N], in_block: 0, blocks: [[0.0; BLOCKS]; N], done: 0 };
-        Self { min_energy: config.min_rms * config.min_rms, block_len, state }
+        Self {
+            min_energy: config.min_rms * config.min_rms,
+            later_len: part_len(LATER_MS, rate_hz),
+            known: false,
+            energy: None,
+            lowered: 0,
+            part_len: part_len(config.learn_ms, rate_hz),
+            in_part: 0,
+            done: 0,
+            sum: [0.0; N],
+            parts: [[0.0; N]; PARTS],
+        }
     }
 
     /// A floor that is known already: energies in signal units squared.
     #[must_use]
     pub fn known(config: FloorConfig, energy: [f32; N]) -> Self {
-        let min_energy = config.min_rms * config.min_rms;
-        Self { min_energy, block_len: 1, state: State::Ready(energy.map(|e| e.max(min_energy))) }
+        let floor = Self::learn(config, 1.0);
+        Self { known: true, energy: Some(energy.map(|e| e.max(floor.min_energy))), ..floor }
     }
 
     /// The floor, once it is known: energy of each band (signal unit squared).
     #[must_use]
     #[inline]
     pub fn energy(&self) -> Option<[f32; N]> {
-        match self.state {
-            State::Ready(energy) => Some(energy),
-            State::Learning { .. } => None,
-        }
+        self.energy
     }
 
-    /// Takes the band values of a sample at rest. Does nothing once the floor is known.
-    pub fn push(&mut self, y: &[f32; N]) {
-        let State::Learning { sum, in_block, blocks, done } = &mut self.state else { return };
-        for (sum, y) in sum.iter_mut().zip(y) {
-            *sum += y * y;
+    /// How often a later, quieter second has lowered the floor.
+    #[must_use]
+    pub fn lowered(&self) -> u32 {
+        self.lowered
+    }
+
+    /// Forgets the stretch that is being measured, for example because the sensor failed within it.
+    pub fn interrupt(&mut self) {
+        self.in_part = 0;
+        self.done = 0;
+        self.sum = [0.0; N];
+    }
+
+    /// Takes the mean band energies of the next block. Says whether the floor has changed.
+    #[inline]
+    pub fn push(&mut self, block: &[f32; N]) -> bool {
+        if self.known {
+            return false;
         }
-        *in_block += 1;
-        if *in_block < self.block_len {
-            return;
+        for (sum, e) in self.sum.iter_mut().zip(block) {
+            *sum += e;
         }
+        self.in_part += 1;
+        self.in_part >= self.part_len && self.end_part()
+    }
+
+    fn end_part(&mut self) -> bool {
         #[expect(clippy::cast_precision_loss, reason = "at most 1e6")]
-        let per_sample = 1.0 / self.block_len as f32;
-        for (block, sum) in blocks.iter_mut().zip(sum.iter_mut()) {
-            if let Some(slot) = block.get_mut(*done) {
-                *slot = *sum * per_sample;
+        let per_block = 1.0 / self.in_part as f32;
+        if let Some(part) = self.parts.get_mut(self.done) {
+            *part = self.sum.map(|sum| sum * per_block);
+        }
+        self.sum = [0.0; N];
+        self.in_part = 0;
+        self.done += 1;
+        self.done >= PARTS && self.end_stretch()
+    }
+
+    fn end_stretch(&mut self) -> bool {
+        self.done = 0;
+        self.part_len = self.later_len;
+        let mut changed = false;
+        let measured: [f32; N] = core::array::from_fn(|band| {
+            median(self.parts.map(|part| part.get(band).copied().unwrap_or(0.0)))
+                .max(self.min_energy)
+        });
+        let mut energy = self.energy.unwrap_or([f32::INFINITY; N]);
+        for (energy, measured) in energy.iter_mut().zip(measured) {
+            if measured < LOWER_BELOW * *energy {
+                *energy = measured;
+                changed = true;
             }
-            *sum = 0.0;
         }
-        *in_block = 0;
-        *done += 1;
-        if *done == BLOCKS {
-            let energy = blocks.map(|block| median(block).max(self.min_energy));
-            self.state = State::Ready(energy);
-        }
+        self.lowered += u32::from(changed && self.energy.is_some());
+        self.energy = Some(energy);
+        changed
     }
 }
 
-fn median(mut block: [f32; BLOCKS]) -> f32 {
-    block.sort_unstable_by(f32::total_cmp);
-    0.5 * (block[BLOCKS / 2 - 1] + block[BLOCKS / 2])
+/// Blocks in a sixteenth of `ms`, at least one.
+fn part_len(ms: f32, rate_hz: f32) -> u32 {
+    let blocks = ms * 1e-3 * rate_hz / 16.0;
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "clamped; the cast saturates"
+    )]
+    let blocks = blocks.clamp(1.0, 1e6) as u32;
+    blocks
+}
+
+fn median(mut parts: [f32; PARTS]) -> f32 {
+    parts.sort_unstable_by(f32::total_cmp);
+    0.5 * (parts[PARTS / 2 - 1] + parts[PARTS / 2])
 }
 
 #[cfg(test)]
@@ -116,13 +169,32 @@ mod tests {
         let mut floor = Floor::<1>::learn(config, 1000.0);
         for i in 0..160_u16 {
             assert_eq!(floor.energy(), None);
-            let knock = if (40..60).contains(&i) { 1e3 } else { 1.0 };
-            floor.push(&[if i % 2 == 0 { knock } else { -knock }]);
+            floor.push(&[if (40..60).contains(&i) { 1e6 } else { 1.0 }]);
         }
         let [energy] = floor.energy().unwrap();
         assert!((energy - 1.0).abs() < 1e-6, "{energy}");
-        floor.push(&[1e6]);
-        assert_eq!(floor.energy(), Some([energy]), "a known floor stays");
+        for _ in 0..10_000 {
+            floor.push(&[1e6]);
+        }
+        assert_eq!(floor.energy(), Some([energy]), "a known floor never rises");
+    }
+
+    #[test]
+    fn a_later_quiet_second_lowers_a_floor_that_was_learned_in_motion() {
+        let mut floor = Floor::<2>::learn(FloorConfig::default(), 1000.0);
+        for _ in 0..200 {
+            floor.push(&[9.0, 1.0]);
+        }
+        assert_eq!((floor.energy(), floor.lowered()), (Some([9.0, 1.0]), 0));
+        for _ in 0..1000 {
+            floor.push(&[1.0, 0.9]);
+        }
+        assert_eq!((floor.energy(), floor.lowered()), (Some([1.0, 1.0]), 1));
+        let mut known = Floor::<1>::known(FloorConfig::default(), [4.0]);
+        for _ in 0..5000 {
+            assert!(!known.push(&[0.1]));
+        }
+        assert_eq!(known.energy(), Some([4.0]), "what was calibrated stays");
     }
 
     #[test]

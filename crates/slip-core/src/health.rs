@@ -204,6 +204,7 @@ impl HealthCheck {
             second_stylus: self.other(sample.second_stylus, self.config.range),
             reference: self.other(sample.reference, 1e9),
             pressure: self.other(sample.pressure, 1e9),
+            motion: self.other(sample.motion, 1e9),
         })
     }
 

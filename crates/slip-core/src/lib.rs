@@ -6,23 +6,28 @@
 
 pub mod config;
 pub mod detector;
+pub mod distance;
 pub mod esc;
 pub mod estimate;
 pub mod event;
 pub mod features;
 pub mod filter;
 pub mod floor;
+pub mod fusion;
 pub mod grip;
 pub mod health;
 pub mod irregularity;
+pub mod methods;
 pub mod observation;
 pub mod pipeline;
+pub mod pressure;
 pub mod roughness;
 pub mod sample;
 pub mod scene;
 pub mod speed;
 pub mod stages;
 pub mod units;
+pub mod velocity;
 
 pub use config::{ConfigError, PipelineConfig, Signal};
 pub use event::{Phase, SlipEvent, Step};

@@ -147,6 +147,14 @@ impl SlipObservation {
         self.stretch.map(|stretch| stretch.latest.speed_m_s)
     }
 
+    /// The mean speed of the moved distance (m/s) and the length of its window (s); `None` where the speed is not measured so.
+    #[must_use]
+    pub fn travel_speed(&self) -> Option<(f32, f32)> {
+        let measured = self.onset?.travel_m.is_some() && self.config.speed.fixed_m_s.is_none();
+        let speed_m_s = self.speed_m_s().filter(|_| measured)?;
+        Some((speed_m_s, self.window.span_s(self.rate_hz)))
+    }
+
     /// Whether the object moves forward right now; `None` where no sensor tells.
     #[must_use]
     pub fn advancing(&self) -> Option<bool> {

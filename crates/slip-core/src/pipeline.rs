@@ -5,17 +5,21 @@
 
 use crate::{
     config::{ConfigError, PipelineConfig, Signal},
-    detector::{SlipDetector, SlipState},
+    detector::{KnownFloors, MotionInput, SlipDetector, SlipState},
+    distance::Fingers,
     estimate::{Estimator, ForceEstimate},
     event::{Phase, SlipEvent, Step},
     features::Features,
+    fusion::{Channels, Fusion, Told},
     grip::{GripController, GripInput, GripState, SlipNow},
     health::{Health, HealthCheck, HealthCounters},
+    methods::Method,
     observation::SlipObservation,
     sample::Sample,
     scene::{Contact, Scene},
     stages::StageCounters,
     units::{Micros, Newtons},
+    velocity::{Measured, Velocity, VelocityMeter},
 };
 
 /// The whole signal path of one gripper. `W` holds the weights of the network.
@@ -25,12 +29,15 @@ pub struct Pipeline<W> {
     health: HealthCheck,
     contact: Contact,
     detector: SlipDetector,
+    fusion: Fusion,
     observation: SlipObservation,
+    velocity: VelocityMeter,
     estimator: Option<Estimator<W>>,
     grip: Option<GripController>,
     last_t: Option<Micros>,
     slip: Option<Slip>,
     scene: Scene,
+    decides: bool,
     gap: Micros,
     evidence_every: Micros,
     counters: StageCounters,
@@ -41,12 +48,15 @@ pub struct Pipeline<W> {
 struct Slip {
     since: Micros,
     gross: bool,
+    /// Whether the stylus sees it now.
+    felt: bool,
     next_evidence: Micros,
 }
 
 #[derive(Clone, Copy, Debug, Default)]
 struct Evidence {
     features: Option<Features>,
+    velocity: Option<Velocity>,
     estimate: Option<ForceEstimate>,
 }
 
@@ -78,15 +88,19 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             detector: SlipDetector::new(
                 &config.detector,
                 config.floor,
-                config.known_floor,
+                KnownFloors { stylus: config.known_floor, reference: config.known_reference },
                 rate_hz,
-            )?,
+            )?
+            .with_no_skip(config.no_skip),
+            fusion: Fusion::new(config.methods, config.travel, config.pressure)?,
             observation: SlipObservation::new(config.observation, rate_hz),
+            velocity: VelocityMeter::new(config.velocity, rate_hz)?,
             estimator,
             grip: config.grip.map(GripController::new),
             last_t: None,
             slip: None,
             scene: Scene::Idle,
+            decides: false,
             gap: Micros((period_us * 5).max(10_000)),
             evidence_every: Micros(1000),
             counters: StageCounters::default(),
@@ -97,6 +111,13 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
     /// Takes one sample and says what it led to. A sample that is not later than the one before is counted and changes nothing.
     #[inline]
     pub fn handle(&mut self, sample: &Sample) -> Step {
+        self.handle_with(sample, &[])
+    }
+
+    /// [`Pipeline::handle`] for a gripper with a taxel array: `taxels` is the frame that came with the sample, empty where there is
+    /// none. At most [`MAX_TAXELS`](crate::pressure::MAX_TAXELS) are looked at.
+    #[inline]
+    pub fn handle_with(&mut self, sample: &Sample, taxels: &[f32]) -> Step {
         self.counters.samples += 1;
         let before = self.health.health();
         let Some(sample) = self.health.check(sample) else { return self.unchanged(sample.t) };
@@ -108,20 +129,27 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             // A sensor may come back with another zero, which is no slip.
             self.detector.prime();
         }
-        let detected = self.detect(scene, sample.stylus);
-        let statistic = detected.map_or(0.0, |(statistic, _)| statistic);
-        let event = self.slip_event(scene, &sample, detected);
+        let felt = self.detect(&sample);
+        let told = self.join(&sample, taxels, felt);
+        let sample = Sample { travel_m: self.fusion.believed_travel(sample.travel_m), ..sample };
+        let statistic = told.map_or(0.0, |told| told.statistic);
+        let event = self.slip_event(scene, &sample, told);
+        self.feel(felt);
         let evidence = self.observe(&sample);
-        let command = self.command(&sample, dt, self.detector.is_fresh(), evidence.estimate);
+        let command = self.command(&sample, dt, self.is_fresh(sample.t), evidence.estimate);
+        let (travel_health, pressure_health) = self.fusion.healths();
         Step {
             t: sample.t,
             scene,
             statistic,
             event,
             features: evidence.features,
+            velocity: evidence.velocity,
             estimate: evidence.estimate,
             command,
             health: self.health.health(),
+            travel_health,
+            pressure_health,
         }
     }
 
@@ -129,64 +157,120 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
     fn enter_scene(&mut self, sample: &Sample, dt: Micros) -> Scene {
         let touching = self.contact.update(sample.normal_force_n);
         let grip = self.grip.map_or(GripState::Holding, |grip| grip.state());
-        let scene = match grip {
-            _ if self.slip.is_some() => Scene::Slipping,
-            GripState::Closing | GripState::Settling => Scene::Moving,
-            _ if touching => Scene::Holding,
-            _ => Scene::Idle,
-        };
-        let wakes = scene == Scene::Holding
-            && self.scene != Scene::Holding
-            && self.scene != Scene::Slipping;
+        let closing = matches!(grip, GripState::Closing | GripState::Settling);
+        let decides = self.slip.is_some() || (touching && !closing);
+        let wakes = decides && !self.decides;
         if wakes || dt > self.gap {
             self.detector.prime();
         }
-        self.scene = scene;
-        scene
+        if wakes {
+            self.fusion.prime();
+        }
+        self.decides = decides;
+        self.scene = match decides {
+            _ if self.slip.is_some() => Scene::Slipping,
+            true if self.detector.is_moving() => Scene::Moving,
+            true => Scene::Holding,
+            false if closing => Scene::Moving,
+            false => Scene::Idle,
+        };
+        self.scene
     }
 
     /// Statistic and state of the slip detector, where the scene needs it: while the floor is being
     /// learned and while an object is held.
-    fn detect(&mut self, scene: Scene, stylus: f32) -> Option<(f32, SlipState)> {
-        let decides = matches!(scene, Scene::Holding | Scene::Slipping);
-        let learning = self.detector.is_learning();
-        let trusted = self.health.health() == Health::Good;
-        // The silence of a dead sensor is no noise floor.
-        if !(decides || learning || self.config.no_skip) || (learning && !trusted) {
+    fn detect(&mut self, sample: &Sample) -> Option<(f32, SlipState)> {
+        if !self.fusion.uses(Method::Stylus) {
             return None;
         }
-        self.counters.bands += 1;
-        let verdict = self.detector.step(stylus);
-        (decides && trusted).then_some(verdict).flatten()
+        let learning = self.detector.is_learning();
+        let trusted = self.health.health() == Health::Good;
+        let motion = MotionInput {
+            reference: sample.reference,
+            commanded: sample.motion.is_some_and(|motion| motion != 0.0),
+        };
+        // The silence of a dead sensor is no noise floor.
+        if self.decides || (learning && trusted) {
+            self.counters.bands += 1;
+            let verdict = self.detector.step(sample.stylus, &motion);
+            self.counters.gate += u64::from(self.detector.is_moving() || self.config.no_skip);
+            return (self.decides && trusted).then_some(verdict).flatten();
+        }
+        if self.config.no_skip && !learning {
+            self.counters.bands += 1;
+            self.counters.gate += 1;
+            self.detector.step_unheard(sample.stylus, &motion);
+        }
+        None
+    }
+
+    /// What stylus, travel and pressure say together, where the scene needs it.
+    #[inline]
+    fn join(
+        &mut self,
+        sample: &Sample,
+        taxels: &[f32],
+        felt: Option<(f32, SlipState)>,
+    ) -> Option<Told> {
+        if !(self.decides || self.config.no_skip) {
+            return None;
+        }
+        self.counters.methods +=
+            u64::from(sample.travel_m.is_some()) + u64::from(!taxels.is_empty());
+        // An arm that moves carries fingers and object alike.
+        let fingers = if self.decides { Fingers::Still } else { Fingers::Moving };
+        let seen =
+            Channels { t: sample.t, travel_m: sample.travel_m, taxels, fingers, stylus: felt };
+        self.fusion.step(&seen, self.decides)
+    }
+
+    /// Remembers whether the stylus sees the slip that goes on.
+    #[inline]
+    fn feel(&mut self, felt: Option<(f32, SlipState)>) {
+        if let Some(slip) = &mut self.slip {
+            slip.felt = felt.is_some_and(|(_, state)| state != SlipState::Quiet);
+        }
+    }
+
+    /// Whether the slip goes on right now: by the stylus, the fastest, where it sees the slip; else by the others.
+    fn is_fresh(&self, t: Micros) -> bool {
+        match self.slip {
+            Some(slip) if !slip.felt => self.fusion.is_fresh(t),
+            _ => self.detector.is_fresh(),
+        }
     }
 
     fn slip_event(
         &mut self,
         scene: Scene,
         sample: &Sample,
-        detected: Option<(f32, SlipState)>,
+        told: Option<Told>,
     ) -> Option<SlipEvent> {
-        let state = detected.map_or(SlipState::Quiet, |(_, state)| state);
+        let state = told.map_or(SlipState::Quiet, |told| told.state);
+        let method = told.map_or(Method::Stylus, |told| told.method);
         match (&mut self.slip, state) {
             (None, SlipState::Incipient | SlipState::Gross) => {
                 let gross = state == SlipState::Gross;
                 let heights = self.config.signal == Signal::Displacement;
                 self.observation.begin(heights.then(|| self.detector.noise_rms()));
+                self.velocity.begin();
                 self.slip = Some(Slip {
                     since: sample.t,
                     gross,
+                    felt: false,
                     next_evidence: sample.t.plus(self.evidence_every),
                 });
                 let phase = if gross { Phase::Gross } else { Phase::Incipient };
-                Some(SlipEvent::Slip { phase, first: true })
+                Some(SlipEvent::Slip { phase, first: true, method })
             }
             (Some(slip), SlipState::Gross) if !slip.gross => {
                 slip.gross = true;
-                Some(SlipEvent::Slip { phase: Phase::Gross, first: false })
+                Some(SlipEvent::Slip { phase: Phase::Gross, first: false, method })
             }
             (Some(slip), SlipState::Quiet) if scene == Scene::Slipping => {
                 let duration = sample.t.since(slip.since);
                 self.slip = None;
+                self.fusion.slip_ended();
                 Some(SlipEvent::Ended { duration })
             }
             _ => None,
@@ -198,27 +282,48 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
     /// Follows a slip: speed, irregularities and E_sc with every sample, features and the network's
     /// answer once a millisecond.
     fn observe(&mut self, sample: &Sample) -> Evidence {
-        let Some(slip) = &mut self.slip else {
-            if self.config.no_skip {
-                self.counters.observation += 1;
-                self.observation.push(sample);
-            }
-            return Evidence::default();
-        };
-        self.counters.observation += 1;
-        self.observation.push(sample);
+        if self.slip.is_some() || self.config.no_skip {
+            self.counters.observation += 1;
+            self.velocity.push(sample);
+            self.observation.push(&self.with_speed(sample));
+        }
+        let Some(slip) = &mut self.slip else { return Evidence::default() };
         if sample.t < slip.next_evidence {
             return Evidence::default();
         }
         slip.next_evidence = sample.t.plus(self.evidence_every);
-        let Some(features) = self.observation.features() else { return Evidence::default() };
+        let since = sample.t.since(slip.since);
+        let velocity = self.velocity.velocity(self.measured(sample), since);
+        let Some(features) = self.observation.features() else {
+            return Evidence { velocity, ..Evidence::default() };
+        };
         let estimate = self.estimator.as_ref().and_then(|estimator| {
             self.counters.inferences += 1;
             let answer = estimator.estimate(&features);
             self.counters.refused_estimates += u64::from(answer.is_err());
             answer.ok()
         });
-        Evidence { features: Some(features), estimate }
+        Evidence { features: Some(features), velocity, estimate }
+    }
+
+    /// The sample with the speed of the two styli, where no other sensor tells it.
+    #[inline]
+    fn with_speed(&self, sample: &Sample) -> Sample {
+        let known = sample.travel_m.is_some() || sample.velocity_m_s.is_some();
+        if known || sample.second_stylus.is_none() {
+            return *sample;
+        }
+        let velocity_m_s = self.velocity.two_styli().map(|velocity| velocity.speed_m_s);
+        Sample { velocity_m_s, ..*sample }
+    }
+
+    fn measured(&self, sample: &Sample) -> Measured {
+        let travel = self.observation.travel_speed();
+        Measured {
+            fixed_m_s: self.config.observation.speed.fixed_m_s,
+            direct_m_s: sample.velocity_m_s,
+            travel: travel.map(|(speed, window)| (speed, window, self.config.travel.resolution_m)),
+        }
     }
 
     fn command(
@@ -229,13 +334,18 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         estimate: Option<ForceEstimate>,
     ) -> Option<Newtons> {
         let grip = self.grip.as_mut()?;
-        if !self.detector.is_learning() {
+        if !(self.fusion.uses(Method::Stylus) && self.detector.is_learning()) {
             grip.grasp(sample.normal_force_n);
         }
         // An answer from outside the range the network knows must not move the fingers.
         let estimate_n = estimate.filter(|e| !e.extrapolated).map(|e| e.force_n);
         #[expect(clippy::cast_possible_truncation, reason = "the controller limits the step")]
         let dt_s = dt.as_seconds() as f32;
+        let healthy = if self.fusion.uses(Method::Stylus) {
+            self.health.health() == Health::Good
+        } else {
+            self.fusion.healthy()
+        };
         let command = grip.step(&GripInput {
             dt_s,
             slip: match self.slip {
@@ -246,7 +356,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             moved_m: self.slip.and_then(|_| self.observation.moved_m(sample)),
             estimate_n,
             applied_n: sample.normal_force_n,
-            healthy: self.health.health() == Health::Good,
+            healthy,
         });
         Some(Newtons(command))
     }
@@ -258,9 +368,12 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             statistic: 0.0,
             event: None,
             features: None,
+            velocity: None,
             estimate: None,
             command: self.grip.map(|grip| Newtons(grip.command_n())),
             health: self.health.health(),
+            travel_health: self.fusion.healths().0,
+            pressure_health: self.fusion.healths().1,
         }
     }
 
@@ -268,6 +381,12 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
     #[must_use]
     pub fn grip_state(&self) -> Option<GripState> {
         self.grip.map(|grip| grip.state())
+    }
+
+    /// The slip detector, for what it has learned and sees.
+    #[must_use]
+    pub fn detector(&self) -> &SlipDetector {
+        &self.detector
     }
 
     /// How often each stage ran.

@@ -26,6 +26,8 @@ pub struct Sample {
     pub reference: Option<f32>,
     /// Static pressure of the fingertip (own units).
     pub pressure: Option<f32>,
+    /// Commanded motion of arm or fingers: 0 while they are told to stand still, anything else while they are told to move.
+    pub motion: Option<f32>,
 }
 
 impl Sample {

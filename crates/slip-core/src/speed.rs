@@ -79,6 +79,13 @@ impl SpeedWindow {
         }
     }
 
+    /// Length of the window (s) for samples at `rate_hz`.
+    #[must_use]
+    #[expect(clippy::cast_precision_loss, reason = "at most 127")]
+    pub fn span_s(&self, rate_hz: f32) -> f32 {
+        self.len as f32 / rate_hz
+    }
+
     /// Forgets the window.
     pub fn reset(&mut self) {
         self.next = 0;

@@ -7,6 +7,10 @@ pub struct StageCounters {
     pub samples: u64,
     /// Samples that went through the filter bank and the detector.
     pub bands: u64,
+    /// Samples that also went through the bands of the motion reference and the gate.
+    pub gate: u64,
+    /// Travel readings and taxel frames that were looked at.
+    pub methods: u64,
     /// Samples of slips, measured for speed, irregularities and E_sc.
     pub observation: u64,
     /// Answers asked of the network.

@@ -17,6 +17,17 @@ impl Micros {
         self.0 as f64 / 1e6
     }
 
+    /// `ms` milliseconds, rounded down; zero for NaN and negative values.
+    #[must_use]
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "the cast saturates"
+    )]
+    pub const fn from_ms(ms: f32) -> Self {
+        Self((ms * 1e3) as u64)
+    }
+
     /// Time from `earlier` to `self`, zero where `earlier` is later.
     #[must_use]
     pub fn since(self, earlier: Self) -> Self {

@@ -21,13 +21,19 @@ fn any_reading() -> impl Strategy<Value = f32> {
 
 fn any_sample() -> impl Strategy<Value = Sample> {
     let channel = || prop::option::of(prop_oneof![3 => 0.0_f32..30.0, 1 => any_reading()]);
-    (any_reading(), channel(), channel(), channel(), 0_u64..400).prop_map(
-        |(stylus, force, travel, speed, dt)| Sample {
+    let reference = prop::option::of(any_reading());
+    let motion = prop::option::of(prop::sample::select(vec![0.0_f32, 0.0, 0.0, 1.0, f32::NAN]));
+    let others = (channel(), reference, motion);
+    (any_reading(), channel(), channel(), channel(), 0_u64..400, others).prop_map(
+        |(stylus, force, travel, speed, dt, (second, reference, motion))| Sample {
             t: Micros(dt),
             stylus,
             normal_force_n: force,
             travel_m: travel,
             velocity_m_s: speed,
+            second_stylus: second,
+            reference,
+            motion,
             ..Sample::default()
         },
     )
@@ -49,7 +55,15 @@ fn timed(samples: &[Sample], repeat: usize) -> Vec<Sample> {
 /// Steps as text: equal text means the same bits for every finite number, and NaN equals NaN.
 fn steps(config: PipelineConfig, samples: &[Sample]) -> String {
     let mut pipeline = Bare::new(config, None).unwrap();
-    samples.iter().map(|sample| format!("{:?}\n", pipeline.handle(sample))).collect()
+    let mut frames = 0_u8;
+    let step = |sample: &Sample| {
+        frames = frames.wrapping_add(1);
+        // A frame of three taxels with every fifth sample, made of what the other channels show.
+        let taxels = [sample.stylus * 1e6, sample.travel_m.unwrap_or(1.0), f32::from(frames % 7)];
+        let taxels: &[f32] = if frames.is_multiple_of(5) { &taxels } else { &[] };
+        format!("{:?}\n", pipeline.handle_with(sample, taxels))
+    };
+    samples.iter().map(step).collect()
 }
 
 proptest! {

@@ -1,5 +1,6 @@
 //! One file per command; each takes its arguments and gives the exit code of the contract.
 
+pub(crate) mod calibrate;
 pub(crate) mod esc;
 pub(crate) mod eval;
 pub(crate) mod generate;
@@ -9,6 +10,7 @@ pub(crate) mod profile;
 mod profile_plot;
 pub(crate) mod replay;
 pub(crate) mod score;
+mod score_curve;
 pub(crate) mod sim;
 pub(crate) mod train;
 
@@ -32,6 +34,14 @@ fn csv_options(args: &CsvArgs) -> anyhow::Result<CsvOptions> {
 
 fn host_config(file: Option<&Path>) -> Result<HostConfig, HostConfigError> {
     file.map_or_else(|| Ok(HostConfig::default()), HostConfig::read)
+}
+
+fn calibrated_config(
+    file: Option<&Path>,
+    calibration: Option<&Path>,
+) -> Result<HostConfig, HostConfigError> {
+    let config = host_config(file)?;
+    calibration.map_or(Ok(config.clone()), |calibration| config.with_calibration(calibration))
 }
 
 fn estimator(model_file: Option<&Path>, config: &HostConfig) -> Result<HostEstimator, ModelError> {

@@ -1,6 +1,6 @@
 //! `gripctl replay`: a recording through the pipeline.
 
-use super::{csv_options, estimator, host_config};
+use super::{calibrated_config, csv_options, estimator};
 use crate::{cli::ReplayArgs, output};
 use anyhow::Context as _;
 use grip_host::{exit::Exit, replay, report::EventLog};
@@ -19,7 +19,7 @@ struct Summary {
 }
 
 pub(crate) fn run(args: &ReplayArgs) -> anyhow::Result<Exit> {
-    let mut config = host_config(args.config.as_deref())?;
+    let mut config = calibrated_config(args.config.as_deref(), args.calibration.as_deref())?;
     config.observation.esc = args.esc.unwrap_or(config.observation.esc);
     let estimator = estimator(args.model.as_deref(), &config)?;
     let recording = read_csv(&args.file, &csv_options(&args.csv)?)?;
@@ -34,6 +34,8 @@ pub(crate) fn run(args: &ReplayArgs) -> anyhow::Result<Exit> {
         );
     }
     let pipeline = replay::pipeline_config(&recording, &config, args.observe);
+    let vibration = recording.channels.stylus == StylusKind::Vibration;
+    config.check_signal(pipeline.sample_rate, vibration)?;
     let pipeline = PipelineConfig { no_skip: args.no_skip, ..pipeline };
     let mut log = EventLog::default();
     let mut replay = replay::Replay::new(&recording, pipeline, Some(estimator))

@@ -1,10 +1,11 @@
 //! `gripctl score`: labelled recordings against the detector.
 
-use super::{csv_options, host_config};
+use super::{calibrated_config, csv_options, score_curve};
 use crate::{cli::ScoreArgs, output, output::or_dash};
 use grip_host::{
     exit::{Exit, WrongArgument},
-    score::{RecordingScore, Total, score},
+    score::interval::Interval,
+    score::{DETECTORS, Detector, MaterialScore, RecordingScore, Score, Total, compare},
 };
 
 /// Less rest than this makes a floor that the next recording may contradict (s).
@@ -15,10 +16,42 @@ pub(crate) fn run(args: &ScoreArgs) -> anyhow::Result<Exit> {
         let message = format!("--guard-ms {}: expected 0 or more", args.guard_ms);
         return Err(WrongArgument(message).into());
     }
-    let config = host_config(args.config.as_deref())?;
-    let score = score(&args.directory, &csv_options(&args.csv)?, &config, args.guard_ms)?;
+    let config = calibrated_config(args.config.as_deref(), args.calibration.as_deref())?;
+    let detectors = detectors(&args.detectors)?;
+    let options = csv_options(&args.csv)?;
+    let scores = compare(&args.directory, &options, &config, args.guard_ms, &detectors)?;
+    if let Some(score) = scores.first() {
+        tell_floor(score, args);
+    }
+    if let Some(rms) = scores.iter().find_map(|score| score.taxel_rms) {
+        eprintln!("taxel noise measured on the same rest: {rms:.3} (rms)");
+    }
+    for score in &scores {
+        show(score, args)?;
+    }
+    for file in &args.curve {
+        score_curve::write(file, &scores, args.guard_ms)?;
+    }
+    Ok(Exit::Done)
+}
+
+fn detectors(names: &[String]) -> anyhow::Result<Vec<Detector>> {
+    let found = names.iter().map(|name| {
+        let known = || DETECTORS.map(|detector| detector.name).join(", ");
+        Detector::named(name).ok_or_else(|| {
+            WrongArgument(format!("--detectors {name}: expected one of {}", known())).into()
+        })
+    });
+    found.collect()
+}
+
+fn tell_floor(score: &Score, args: &ScoreArgs) {
+    let (origin, pooled) = match &args.calibration {
+        Some(file) => (format!("taken from {}, measured on", file.display()), "rest"),
+        None => ("measured on".to_owned(), "labelled rest, pooled over the folder"),
+    };
     eprintln!(
-        "noise floor measured on {:.3} s of labelled rest, pooled over the folder: shear {:.3}, vibration {:.3} (rms)",
+        "noise floor {origin} {:.3} s of {pooled}: shear {:.3}, vibration {:.3} (rms)",
         score.floor_s,
         score.floor[0].sqrt(),
         score.floor[1].sqrt()
@@ -28,17 +61,58 @@ pub(crate) fn run(args: &ScoreArgs) -> anyhow::Result<Exit> {
             "warning: that is less than {SHORT_REST_S} s of rest; the floor, and with it every figure below, may be far off"
         );
     }
+}
+
+fn show(score: &Score, args: &ScoreArgs) -> anyhow::Result<()> {
     let total = score.total(args.guard_ms);
+    let materials = if args.materials { score.materials() } else { Vec::new() };
     if args.json {
         for recording in &score.recordings {
             output::json(recording)?;
         }
-        output::json(&total)?;
+        for material in &materials {
+            output::json(material)?;
+        }
+        return output::json(&total);
+    }
+    if args.detectors.len() > 1 {
+        output::line(&format!("\ndetector: {}", total.detector))?;
     } else {
         table(&score.recordings)?;
-        summary(&total)?;
     }
-    Ok(Exit::Done)
+    if !materials.is_empty() {
+        material_table(&materials)?;
+    }
+    summary(&total)
+}
+
+fn material_table(materials: &[MaterialScore]) -> anyhow::Result<()> {
+    output::line(
+        "\nmaterial  onsets  missed  early  latency 50 %  95 % ms  steady  missed  after 50 % ms",
+    )?;
+    for m in materials {
+        output::line(&format!(
+            "{:8}  {:>6}  {:>6}  {:>5}  {:>12}  {:>7}  {:>6}  {:>6}  {:>13}",
+            m.material,
+            m.onsets,
+            m.missed,
+            m.early,
+            or_dash(m.latency_ms.p50, 1),
+            or_dash(m.latency_ms.p95, 1),
+            m.steady,
+            m.steady_missed,
+            or_dash(m.steady_ms.p50, 1),
+        ))?;
+    }
+    Ok(())
+}
+
+/// `low to high`, or a dash.
+fn span(interval: Interval, scale: f64, digits: usize) -> String {
+    interval.map_or_else(
+        || "-".to_owned(),
+        |[low, high]| format!("{:.digits$} to {:.digits$}", scale * low, scale * high),
+    )
 }
 
 fn table(recordings: &[RecordingScore]) -> anyhow::Result<()> {
@@ -81,6 +155,13 @@ fn summary(total: &Total) -> anyhow::Result<()> {
             or_dash(total.travel_mm.p50, 3),
             or_dash(total.travel_mm.p95, 3),
         ))?;
+        output::line(&format!(
+            "  95 % intervals: missed {} %, early {} %; latency median {} ms, 95 % {} ms",
+            span(total.missed_ci, 100.0, 1),
+            span(total.early_ci, 100.0, 1),
+            span(total.latency_ms_ci.p50, 1.0, 1),
+            span(total.latency_ms_ci.p95, 1.0, 1),
+        ))?;
     }
     if total.steady > 0 {
         output::line(&format!(
@@ -92,7 +173,12 @@ fn summary(total: &Total) -> anyhow::Result<()> {
         ))?;
     }
     if total.rest_s > 0.0 {
-        output::line(&format!("rest: {:.1} s, {} false alarms", total.rest_s, total.rest_alarms))?;
+        output::line(&format!(
+            "rest: {:.1} s, {} false alarms ({} per hour)",
+            total.rest_s,
+            total.rest_alarms,
+            span(total.rest_alarms_per_hour_ci, 1.0, 2),
+        ))?;
     }
     Ok(())
 }

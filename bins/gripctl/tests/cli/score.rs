@@ -87,6 +87,61 @@ fn each_recording_is_judged_by_its_label() {
     );
 }
 
+#[test]
+fn detectors_stand_side_by_side_with_materials_intervals_and_curves() {
+    let folder = folder();
+    let taxels: String = (0..60_u32).fold(String::from("t_s,a,b,c,d\n"), |mut text, i| {
+        // A pattern that turns from 0.3 s on, with a count of noise.
+        let (t, turn) = (f64::from(i) * 0.01, if i >= 30 { f64::from(i - 29) } else { 0.0 });
+        let noise = f64::from(i * 7 % 3) - 1.0;
+        writeln!(text, "{t},{},{},{},{}", 50.0 + turn + noise, 20.0 - noise, 30.0, 40.0 - turn)
+            .unwrap();
+        text
+    });
+    for name in ["found", "early"] {
+        fs::write(folder.path().join(format!("{name}_taxels.csv")), &taxels).unwrap();
+    }
+    let pose: String = (0..60_u32).fold(String::from("t_s,travel_mm\n"), |mut text, i| {
+        let t = f64::from(i) * 0.01;
+        writeln!(text, "{t},{}", (100.0 * (t - 0.3)).max(0.0)).unwrap();
+        text
+    });
+    fs::write(folder.path().join("found_pose.csv"), pose).unwrap();
+    let args =
+        ["score", ".", "--json", "--materials", "--detectors", "stylus,travel,pressure,fused"];
+    let files = ["--curve", "c.json", "--curve", "c.svg"];
+    let ran = gripctl(folder.path(), &[&args[..], &files[..]].concat()).done();
+    assert!(ran.err.contains("taxel noise measured"), "{}", ran.err);
+    let lines = ran.json();
+    let of = |detector: &str, kind: &str| {
+        lines
+            .iter()
+            .filter(|l| l["detector"] == detector && l["type"] == kind)
+            .cloned()
+            .collect::<Vec<_>>()
+    };
+    let total = |detector: &str| of(detector, "total").pop().unwrap();
+    let counts = ["stylus", "travel", "pressure", "fused"].map(|d| number(&total(d), "missed"));
+    // Travel is known beside one recording, taxels beside two of three.
+    assert_eq!(counts, [1.0, 2.0, 1.0, 1.0]);
+    assert_eq!(of("fused", "material").len(), 3, "cork, felt and the nameless rest");
+    let ci = &total("stylus")["missed_ci"];
+    assert!(ci[0].as_f64().unwrap() < 0.34 && ci[1].as_f64().unwrap() > 0.9, "1 of 3: {ci}");
+    let found =
+        lines.iter().find(|l| l["detector"] == "travel" && l["recording"] == "found").unwrap();
+    // 0.1 mm at 100 mm/s from 0.3 s on, told by the next pose.
+    assert!((number(found, "latency_ms") - 10.0).abs() < 1.0, "{found}");
+    let curve: serde_json::Value =
+        serde_json::from_str(&fs::read_to_string(folder.path().join("c.json")).unwrap()).unwrap();
+    let points = curve["detectors"][0]["points"].as_array().unwrap();
+    assert!(curve["detectors"].as_array().unwrap().len() == 4 && points.len() == 33);
+    let rates: Vec<f64> = points.iter().map(|p| number(p, "false_alarms")).collect();
+    assert!(rates.windows(2).all(|pair| pair[1] <= pair[0]), "{rates:?}");
+    assert!(fs::read_to_string(folder.path().join("c.svg")).unwrap().contains("<svg"));
+    gripctl(folder.path(), &["score", ".", "--detectors", "magic"])
+        .refused(2, &["--detectors magic", "default, stylus, energy, cusum, glrt, travel"]);
+}
+
 /// Fingertip recordings of 14 materials.
 #[test]
 fn slips_of_a_real_fingertip_are_found_in_time() {

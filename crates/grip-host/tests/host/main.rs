@@ -7,4 +7,6 @@
 )]
 
 mod estimate;
+mod methods;
 mod session;
+mod velocity;

@@ -195,6 +195,20 @@ impl Row<'_> {
         }
     }
 
+    /// The elements of the first column of a kind, written to `out` as far as they fit; empty when the row has no such channel. NaN
+    /// stands for no reading.
+    #[must_use]
+    pub fn read_all<'b>(&self, kind: ChannelKind, out: &'b mut [f32]) -> &'b [f32] {
+        let Some(column) = self.layout.column(kind) else { return &[] };
+        let mut taken = 0;
+        for (slot, k) in out.iter_mut().zip(0..column.count) {
+            let Some(value) = self.value(&column, k) else { break };
+            *slot = value;
+            taken += 1;
+        }
+        out.get(..taken).unwrap_or_default()
+    }
+
     /// First element of the first column of a kind; `None` when the row has no such channel.
     #[must_use]
     pub fn read(&self, kind: ChannelKind) -> Option<f32> {

@@ -113,6 +113,14 @@ struct World {
     steps_per_ms: u32,
 }
 
+/// The second stylus, with its own place on the same surface.
+#[derive(Clone, Debug)]
+struct Second {
+    stylus: Stylus,
+    surface: Surface,
+    spacing_m: f64,
+}
+
 /// One grasp from open fingers to the end of the object.
 #[derive(Clone, Debug)]
 pub struct Grasp {
@@ -121,6 +129,7 @@ pub struct Grasp {
     contact: LuGre,
     surface: Surface,
     stylus: Stylus,
+    second: Option<Second>,
     sensors: Sensors,
     truth: Truth,
     clock: SampleClock,
@@ -140,6 +149,11 @@ impl Grasp {
             contact: LuGre::new(contact_of(scene)),
             surface: Surface::new(object.ra_m, object.rsm_m, config.seed),
             stylus: Stylus::new(StylusConfig::default(), world.step_s),
+            second: config.second_stylus_mm.map(|spacing_mm| Second {
+                stylus: Stylus::new(StylusConfig::default(), world.step_s),
+                surface: Surface::new(object.ra_m, object.rsm_m, config.seed),
+                spacing_m: 1e-3 * spacing_mm,
+            }),
             sensors: Sensors::new(config),
             truth: Truth { force_needed_n: object.force_needed_n(), ..Truth::default() },
             clock: SampleClock { since: Micros(0), samples: 0, rate_hz: config.sample_rate_hz },
@@ -171,6 +185,7 @@ impl Grasp {
         let readings = Readings {
             t: self.clock.last(),
             stylus_m: self.stylus.displacement_m(),
+            second_m: self.second.as_ref().map(|second| second.stylus.displacement_m()),
             force_n: self.truth.applied_n,
             travel_m: self.truth.travel_m,
         };
@@ -207,6 +222,9 @@ impl Grasp {
             self.clock = SampleClock { since: self.clock.last(), samples: 0, rate_hz };
             self.world.set_rate(rate_hz);
             self.stylus.set_step(self.world.step_s);
+            if let Some(second) = &mut self.second {
+                second.stylus.set_step(self.world.step_s);
+            }
             self.sensors.set_rate(rate_hz);
         }
     }
@@ -244,8 +262,14 @@ impl Grasp {
         if self.truth.phase == Phase::Lifted {
             self.move_object(time);
         }
-        let level = self.surface_level();
-        self.stylus.step(level);
+        let depth = self.surface_depth();
+        // The second stylus stands on the profile where the first landed; both read the same places.
+        let behind = self.second.as_ref().map_or(0.0, |second| second.spacing_m);
+        let place = LANDING_M + behind + self.truth.travel_m;
+        self.stylus.step(self.surface.height(place) + depth);
+        if let Some(second) = &mut self.second {
+            second.stylus.step(second.surface.height(place - behind) + depth);
+        }
     }
 
     fn advance_phase(&mut self, time: f64) {
@@ -284,14 +308,13 @@ impl Grasp {
         self.truth.slipping = speed.abs() > SLIP_SPEED_M_S && self.contact.slip_share() > 0.5;
     }
 
-    /// Level of the surface above the free stylus tip (m).
-    fn surface_level(&mut self) -> f64 {
+    /// Level of the valleys above the free stylus tip (m).
+    fn surface_depth(&self) -> f64 {
         if self.truth.phase == Phase::Dropped {
             return f64::NEG_INFINITY;
         }
         let sink = self.world.sink_m_n * self.truth.applied_n;
-        let height = self.surface.height(LANDING_M + self.truth.travel_m);
-        height + STYLUS_PRELOAD_M + sink - self.drive.gap_m()
+        STYLUS_PRELOAD_M + sink - self.drive.gap_m()
     }
 }
 

@@ -17,6 +17,7 @@ use slip_core::units::Micros;
 pub(super) struct Readings {
     pub(super) t: Micros,
     pub(super) stylus_m: f64,
+    pub(super) second_m: Option<f64>,
     pub(super) force_n: f64,
     pub(super) travel_m: f64,
 }
@@ -24,6 +25,8 @@ pub(super) struct Readings {
 #[derive(Clone, Debug)]
 pub(super) struct Sensors {
     rng: ChaCha8Rng,
+    /// Of its own, so that a second stylus does not change the other channels.
+    second_rng: ChaCha8Rng,
     channels: ChannelConfig,
     stylus_rms_m: f64,
     force_rms_n: f64,
@@ -38,6 +41,7 @@ impl Sensors {
     pub(super) fn new(config: &SceneConfig) -> Self {
         let mut sensors = Self {
             rng: random::stream(config.seed, Purpose::SensorNoise),
+            second_rng: random::stream(config.seed, Purpose::SecondStylus),
             channels: config.channels,
             stylus_rms_m: config.noise.stylus_um * 1e-6,
             force_rms_n: config.noise.force_mn * 1e-3,
@@ -67,7 +71,11 @@ impl Sensors {
         let force = ideal.force_n + self.force_rms_n * random::normal(&mut self.rng);
         let travel = ideal.travel_m + self.travel_rms_m * random::normal(&mut self.rng);
         let travel = (travel / self.travel_step_m).round() * self.travel_step_m;
+        let second = ideal.second_m.map(|second_m| {
+            second_m + motion.stylus_m + self.stylus_rms_m * random::normal(&mut self.second_rng)
+        });
         Sample {
+            second_stylus: second.map(narrow),
             normal_force_n: self.channels.force.then_some(narrow(force)),
             travel_m: self.channels.travel.then_some(narrow(travel)),
             reference: self.channels.reference.then_some(narrow(motion.reference_m)),

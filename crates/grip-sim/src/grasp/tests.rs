@@ -254,3 +254,31 @@ fn a_slow_drive_cannot_hold_what_falls_almost_freely() {
     assert!(perfect_controller_can_hold(&heavy, controller(2000.0)));
     assert!(!perfect_controller_can_hold(&heavy, controller(200.0)));
 }
+
+#[test]
+fn a_second_stylus_meets_the_same_places_later_and_changes_no_other_channel() {
+    let text = "noise = { stylus_um = 0.0 }\n";
+    let mut alone = Grasp::new(&scene(text));
+    let mut both = Grasp::new(&scene(&format!("second_stylus_mm = 0.5\n{text}")));
+    let (mut first, mut second, mut travel) = (Vec::new(), Vec::new(), Vec::new());
+    while !both.truth().dropped() {
+        let (a, b) = (alone.step_sample(2.0), both.step_sample(2.0));
+        assert_eq!(
+            (a.normal_force_n, a.travel_m, a.second_stylus),
+            (b.normal_force_n, b.travel_m, None)
+        );
+        first.push(f64::from(b.stylus));
+        second.push(f64::from(b.second_stylus.unwrap()));
+        travel.push(both.truth().travel_m);
+    }
+    // Slow enough for both to ride the profile: compare at places 0.5 mm apart.
+    let mut compared = 0;
+    for (i, &x) in travel.iter().enumerate() {
+        let j = travel.partition_point(|&later| later < x + 0.5e-3);
+        if x > 1e-5 && x < 1e-3 && j < second.len() {
+            assert!((first[i] - second[j]).abs() < 4e-6, "{} {}", first[i], second[j]);
+            compared += 1;
+        }
+    }
+    assert!(compared > 50, "{compared}");
+}

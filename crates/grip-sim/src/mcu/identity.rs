@@ -1,6 +1,6 @@
 //! A scene in, what the device tells about itself out: channels, scales, limits, identity.
 
-use crate::scene::{ChannelConfig, Scene, SceneConfig};
+use crate::scene::{Scene, SceneConfig};
 use grip_link::device::DeviceConfig;
 use grip_link::message::{
     Channel, ChannelKind, DeviceState, FaultCode, Firmware, Ident, Limits, MAX_CHANNELS, Reaction,
@@ -21,14 +21,17 @@ pub(super) enum Reading {
     NormalForce,
     Travel,
     Reference,
+    SecondStylus,
 }
 
 /// The channels in the order of IDENT; the stylus comes first.
-pub(super) fn readings(channels: ChannelConfig) -> Vec<Reading> {
+pub(super) fn readings(config: &SceneConfig) -> Vec<Reading> {
+    let channels = config.channels;
     let optional = [
         (channels.force, Reading::NormalForce),
         (channels.travel, Reading::Travel),
         (channels.reference, Reading::Reference),
+        (config.second_stylus_mm.is_some(), Reading::SecondStylus),
     ];
     let present = optional.into_iter().filter_map(|(present, reading)| present.then_some(reading));
     core::iter::once(Reading::Stylus).chain(present).collect()
@@ -37,7 +40,7 @@ pub(super) fn readings(channels: ChannelConfig) -> Vec<Reading> {
 /// Unit of one step of an i16: the span of the channel over 32000 steps.
 pub(super) fn scale(reading: Reading, config: &SceneConfig) -> f32 {
     let span = match reading {
-        Reading::Stylus | Reading::Reference => STYLUS_SPAN_M,
+        Reading::Stylus | Reading::Reference | Reading::SecondStylus => STYLUS_SPAN_M,
         Reading::NormalForce => 1.25 * config.drive.force_max_n,
         Reading::Travel => 1.25e-3 * config.finger_length_mm,
     };
@@ -46,7 +49,7 @@ pub(super) fn scale(reading: Reading, config: &SceneConfig) -> f32 {
 
 pub(super) fn device_config(scene: &Scene, boot_id: u32, reset: ResetReason) -> DeviceConfig {
     let config = scene.config();
-    let listed = readings(config.channels);
+    let listed = readings(config);
     let mut channels = [Ident::NO_CHANNEL; MAX_CHANNELS];
     for (slot, &reading) in channels.iter_mut().zip(&listed) {
         *slot = channel(reading, config);
@@ -84,6 +87,7 @@ fn channel(reading: Reading, config: &SceneConfig) -> Channel {
         Reading::NormalForce => (ChannelKind::NormalForce, Unit::Newton),
         Reading::Travel => (ChannelKind::Travel, Unit::Metre),
         Reading::Reference => (ChannelKind::Reference, Unit::Metre),
+        Reading::SecondStylus => (ChannelKind::SecondStylus, Unit::Metre),
     };
     Channel { unit, ..Channel::single(kind, scale(reading, config)) }
 }

@@ -63,7 +63,7 @@ impl VirtualMcu {
             boot_id,
             grasp: Grasp::new(scene),
             link,
-            readings: readings(scene.config().channels),
+            readings: readings(scene.config()),
             row: RowFormat::default(),
             watch: SensorWatch::new(scene),
             stylus_fault: None,

@@ -7,7 +7,7 @@ use grip_link::message::{Config, SampleFormat};
 use slip_core::sample::Sample;
 
 /// Most channels of the virtual device.
-const MOST: usize = 4;
+const MOST: usize = 5;
 
 /// The columns in force.
 #[derive(Clone, Debug)]
@@ -65,6 +65,7 @@ fn value(reading: Reading, sample: &Sample) -> f32 {
         Reading::NormalForce => sample.normal_force_n,
         Reading::Travel => sample.travel_m,
         Reading::Reference => sample.reference,
+        Reading::SecondStylus => sample.second_stylus,
     }
     .unwrap_or(f32::NAN)
 }

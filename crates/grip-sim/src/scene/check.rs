@@ -58,6 +58,9 @@ pub(super) fn check(config: &SceneConfig) -> Result<(), SceneError> {
     within("lift_at_s", config.lift_at_s, 0.0, 60.0)?;
     within("lift_ramp_s", config.lift_ramp_s, 0.0, 5.0)?;
     within("finger_length_mm", config.finger_length_mm, 1.0, 500.0)?;
+    if let Some(spacing_mm) = config.second_stylus_mm {
+        within("second_stylus_mm", spacing_mm, 0.05, 20.0)?;
+    }
     check_object(config)?;
     check_gripper(config)
 }

@@ -64,6 +64,9 @@ pub struct SceneConfig {
     /// Optional sensors.
     #[serde(default)]
     pub channels: ChannelConfig,
+    /// A second stylus this far behind the first, along the slip (mm), 0.05 to 20; absent where there is none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub second_stylus_mm: Option<f64>,
     /// Sensor noise.
     #[serde(default)]
     pub noise: NoiseConfig,

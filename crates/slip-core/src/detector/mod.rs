@@ -1,8 +1,21 @@
-//! Stylus readings in, the slip state and its statistic out.
+//! Stylus and motion readings in, the slip state and its statistic out.
 
-mod energy;
+mod config;
+mod cusum;
+mod gate;
+mod glrt;
+mod lanes;
 mod primed;
+mod reference;
 mod rest;
+mod slip;
+mod test;
 
-pub use energy::{BANDS, BandThreshold, DetectorConfig, SlipDetector, SlipState};
+pub use config::{BANDS, BandThreshold, DetectorConfig, TestKind};
+pub use cusum::Cusum;
+pub use gate::GateConfig;
+pub use glrt::Glrt;
+pub use reference::MotionInput;
 pub use rest::RestMeter;
+pub use slip::{KnownFloors, Levels, SlipDetector, SlipState};
+pub use test::{Block, EnergyTest, SequentialTest};

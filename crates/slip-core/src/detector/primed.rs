@@ -1,10 +1,10 @@
 //! Stylus readings in, band signals out, from a start that is not a step.
 
-use super::{BANDS, DetectorConfig};
-use crate::{
-    config::ConfigError,
-    filter::{Band, FilterBank},
+use super::{
+    BANDS,
+    lanes::{Lanes, samples},
 };
+use crate::{config::ConfigError, filter::FilterBank};
 
 /// Time whose mean becomes the zero of the filters (ms): one reading alone would turn its noise into a step.
 const PRIME_MS: f32 = 2.0;
@@ -21,12 +21,9 @@ pub(super) struct PrimedBank {
 }
 
 impl PrimedBank {
-    pub(super) fn new(config: &DetectorConfig, rate_hz: f32) -> Result<Self, ConfigError> {
-        let corners = [config.shear, config.vibration]
-            .map(|band| Band { low_hz: band.low_hz, high_hz: band.high_hz });
+    pub(super) fn new(lanes: &Lanes, rate_hz: f32) -> Result<Self, ConfigError> {
         let len = samples(PRIME_MS, rate_hz);
-        let bank = FilterBank::new(&corners, rate_hz)?;
-        Ok(Self { bank, len, left: len, sum: 0.0, first: 0.0, offset: 0.0 })
+        Ok(Self { bank: lanes.bank(rate_hz)?, len, left: len, sum: 0.0, first: 0.0, offset: 0.0 })
     }
 
     /// Starts afresh with the next readings.
@@ -42,6 +39,12 @@ impl PrimedBank {
             return None;
         }
         Some(self.bank.step(x - self.offset))
+    }
+
+    /// Keeps the states clear of subnormal numbers; to be called once a block.
+    #[inline]
+    pub(super) fn flush_tiny(&mut self) {
+        self.bank.flush_tiny();
     }
 
     #[cold]
@@ -60,15 +63,4 @@ impl PrimedBank {
             self.bank.prime(0.0);
         }
     }
-}
-
-/// Samples in `ms` milliseconds, at least one.
-pub(super) fn samples(ms: f32, rate_hz: f32) -> u32 {
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "clamped; the cast saturates"
-    )]
-    let n = libm::ceilf(1e-3 * ms * rate_hz).clamp(1.0, 1e9) as u32;
-    n
 }

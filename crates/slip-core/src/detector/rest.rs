@@ -2,7 +2,7 @@
 //!
 //! For recordings whose rest is known beforehand; a running gripper learns its floor with [`crate::floor::Floor`].
 
-use super::{BANDS, DetectorConfig, primed::PrimedBank};
+use super::{BANDS, DetectorConfig, lanes::Lanes, primed::PrimedBank};
 use crate::config::ConfigError;
 
 /// Pools the noise of several stretches.
@@ -19,7 +19,8 @@ impl RestMeter {
     /// # Errors
     /// Where a band does not fit the sample rate.
     pub fn new(config: &DetectorConfig, rate_hz: f32) -> Result<Self, ConfigError> {
-        Ok(Self { bank: PrimedBank::new(config, rate_hz)?, sum: [0.0; BANDS], samples: 0 })
+        let lanes = Lanes::new(config, rate_hz)?;
+        Ok(Self { bank: PrimedBank::new(&lanes, rate_hz)?, sum: [0.0; BANDS], samples: 0 })
     }
 
     /// Begins another stretch of rest.
@@ -36,6 +37,7 @@ impl RestMeter {
             for (sum, y) in self.sum.iter_mut().zip(y) {
                 *sum += f64::from(y) * f64::from(y);
             }
+            self.bank.flush_tiny();
             self.samples += 1;
         }
     }

@@ -1,0 +1,43 @@
+//! The pipeline as a detector among others.
+
+use super::trials::Alarm;
+use slip_core::{ConfigError, Pipeline, PipelineConfig, Sample, SlipEvent};
+
+/// The shipped pipeline, observing only.
+#[derive(Clone, Debug)]
+pub struct Ours {
+    pipeline: Pipeline<&'static [f32]>,
+    slips: bool,
+    statistic: f64,
+}
+
+impl Ours {
+    /// # Errors
+    /// Where the configuration is refused.
+    pub fn new(config: PipelineConfig) -> Result<Self, ConfigError> {
+        Ok(Self { pipeline: Pipeline::new(config, None)?, slips: false, statistic: 0.0 })
+    }
+}
+
+impl Alarm for Ours {
+    fn step(&mut self, sample: &Sample) -> bool {
+        let step = self.pipeline.handle(sample);
+        self.statistic = f64::from(step.statistic);
+        match step.event {
+            Some(SlipEvent::Slip { .. }) => self.slips = true,
+            Some(SlipEvent::Ended { .. }) => self.slips = false,
+            None => {}
+        }
+        self.slips
+    }
+
+    fn statistic(&self) -> f64 {
+        self.statistic
+    }
+
+    fn levels(&self) -> [f64; 7] {
+        let levels = self.pipeline.detector().levels();
+        let [a, b, c, d, e, f] = levels.energy.map(f64::from);
+        [a, b, c, d, e, f, f64::from(levels.cusum)]
+    }
+}

@@ -1,0 +1,65 @@
+//! `gripctl calibrate`: floor, gate and thresholds from a recording without slip.
+
+use super::{csv_options, host_config};
+use crate::{cli::CalibrateArgs, output};
+use anyhow::Context as _;
+use grip_host::{
+    calibrate::{Calibration, CalibrationError, calibrate},
+    exit::{Exit, WrongArgument},
+};
+use grip_record::read_csv;
+use serde::Serialize;
+
+#[derive(Serialize)]
+#[serde(tag = "type", rename = "calibration")]
+struct Line<'a> {
+    #[serde(flatten)]
+    calibration: &'a Calibration,
+}
+
+pub(crate) fn run(args: &CalibrateArgs) -> anyhow::Result<Exit> {
+    let config = host_config(args.config.as_deref())?;
+    let recording = read_csv(&args.file, &csv_options(&args.csv)?)?;
+    let calibration =
+        calibrate(&recording, &config, args.interval).map_err(|error| match error {
+            CalibrationError::Interval(_) => WrongArgument(error.to_string()).into(),
+            error => anyhow::Error::new(error).context(args.file.display().to_string()),
+        })?;
+    let text = toml::to_string(&calibration)?;
+    std::fs::write(&args.output, text)
+        .with_context(|| format!("cannot write {}", args.output.display()))?;
+    if args.json {
+        output::json(&Line { calibration: &calibration })?;
+    } else {
+        tell(&calibration)?;
+    }
+    Ok(Exit::Done)
+}
+
+fn tell(calibration: &Calibration) -> anyhow::Result<()> {
+    let Calibration { thresholds, cusum_threshold, evidence, .. } = calibration;
+    output::line(&format!(
+        "floor from {:.1} s of rest, gate from {:.1} s of motion{}",
+        evidence.rest_s,
+        evidence.motion_s,
+        if calibration.gain.is_some() { "" } else { " (too little: the default gate stays)" }
+    ))?;
+    output::line(&format!(
+        "thresholds: bands {thresholds:.1?}, cumulative sum {cusum_threshold:.1}"
+    ))?;
+    let high = evidence
+        .interval_high_s
+        .map_or_else(|| "without upper bound".to_owned(), |high| format!("up to {high:.0} s"));
+    output::line(&format!(
+        "wanted: one false alarm in {:.0} s; seen: {} in {:.0} s not used for the thresholds, so one in {:.0} s or more, {high} (95 %)",
+        evidence.wanted_interval_s, evidence.alarms, evidence.judged_s, evidence.interval_low_s
+    ))?;
+    if evidence.extrapolation > 1.0 {
+        output::line(&format!(
+            "the thresholds are extrapolated: the tail of each test was continued {:.1} times beyond the recording; record {:.0} s to measure the wanted interval itself",
+            evidence.extrapolation,
+            10.0 * evidence.wanted_interval_s
+        ))?;
+    }
+    Ok(())
+}

@@ -1,0 +1,50 @@
+//! Scores in; a curve of latency and misses against false alarms out, as JSON or as a chart.
+
+use anyhow::Context as _;
+use grip_host::score::{Point, Score};
+use grip_plot::{Axis, Chart, Layer};
+use serde::Serialize;
+use std::path::Path;
+
+#[derive(Serialize)]
+struct Curves<'a> {
+    guard_ms: f64,
+    detectors: Vec<Curve<'a>>,
+}
+
+#[derive(Serialize)]
+struct Curve<'a> {
+    detector: &'a str,
+    points: Vec<Point>,
+}
+
+/// Writes the curves of `scores` to `file`; its ending tells how.
+pub(super) fn write(file: &Path, scores: &[Score], guard_ms: f64) -> anyhow::Result<()> {
+    let curve = |score: &Score| (score.detector.name, score.curve());
+    let curves: Vec<_> = scores.iter().map(curve).collect();
+    if file.extension().is_some_and(|ending| ending == "json") {
+        let detectors = curves.into_iter().map(|(detector, points)| Curve { detector, points });
+        let text =
+            serde_json::to_string_pretty(&Curves { guard_ms, detectors: detectors.collect() })?;
+        return std::fs::write(file, text + "\n")
+            .with_context(|| format!("cannot write {}", file.display()));
+    }
+    chart(&curves).write(file)?;
+    Ok(())
+}
+
+/// Median latency over the false alarms per hour of labelled rest. A logarithmic axis has no place for no alarm at all: such
+/// points stand at half the smallest rate that the rest could show.
+fn chart(curves: &[(&str, Vec<Point>)]) -> Chart {
+    let x = Axis::log("false alarms per hour of labelled rest");
+    let y = Axis::linear("median latency from the onset (ms)");
+    let chart = Chart::new("Latency against false alarms", x, y);
+    curves.iter().fold(chart, |chart, (name, points)| {
+        let place = |point: &Point| {
+            let least = 0.5 * 3600.0 / point.rest_s;
+            let rate = point.false_per_hour.filter(|_| least.is_finite())?;
+            Some((rate.max(least), point.latency_ms.p50?))
+        };
+        chart.with(Layer::line(*name, points.iter().filter_map(place).collect()))
+    })
+}

@@ -1,0 +1,86 @@
+//! `gripctl calibrate`: what it measures, what it refuses, and that its file is taken.
+
+use crate::run::{gripctl, number};
+use core::fmt::Write as _;
+use grip_sim::disturbance::Disturbance;
+use std::{fs, path::Path};
+
+/// `seconds` at 2 kHz: noise of `rms_um`, a robot that moves now and then, and its reference.
+fn recording(seconds: u32, rms_um: impl Fn(f64) -> f64, seed: u64) -> String {
+    let mut robot = Disturbance::new(1.0, 0.2, 2000.0, seed);
+    let mut state = 1_u32;
+    let mut text = String::from("t_s,stylus,reference\n");
+    for i in 0..seconds * 2000 {
+        let t = f64::from(i) / 2000.0;
+        let noise: f64 = (0..12)
+            .map(|_| {
+                state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+                f64::from(state >> 8) / f64::from(1 << 24) - 0.5
+            })
+            .sum();
+        let motion = robot.next_sample();
+        let stylus = motion.stylus_m + 1e-6 * rms_um(t) * noise;
+        writeln!(text, "{t:.6},{stylus:e},{:e}", motion.reference_m).unwrap();
+    }
+    text
+}
+
+fn put(folder: &Path, name: &str, text: &str) {
+    fs::write(folder.join(name), text).unwrap();
+}
+
+#[test]
+fn a_calibration_holds_on_another_stretch_of_the_same_robot() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = recording(240, |_| 0.1, 5);
+    let (head, rows) = text.split_once('\n').unwrap();
+    let rows: Vec<&str> = rows.lines().collect();
+    let (first, second) = rows.split_at(rows.len() / 2);
+    put(folder.path(), "a.csv", &format!("{head}\n{}\n", first.join("\n")));
+    put(folder.path(), "b.csv", &format!("{head}\n{}\n", second.join("\n")));
+    let args = ["calibrate", "a.csv", "--interval", "60", "-o", "cal.toml", "--json"];
+    let line = gripctl(folder.path(), &args).done().json().pop().unwrap();
+    assert_eq!(line["type"], "calibration");
+    let evidence = &line["evidence"];
+    assert!(number(evidence, "rest_s") > 20.0 && number(evidence, "motion_s") > 20.0, "{line}");
+    assert!(number(evidence, "interval_low_s") > 10.0, "{line}");
+    // White noise of 0.1 um over 1 kHz has the energy of the shear band times 380 / 1000.
+    let shear = line["floor"][0].as_f64().unwrap();
+    assert!((shear / (1e-14 * 0.38) - 1.0).abs() < 0.15, "{shear:e}");
+    let args = ["replay", "b.csv", "--calibration", "cal.toml", "--json"];
+    let summary = gripctl(folder.path(), &args).done().json().pop().unwrap();
+    assert!(number(&summary, "slips") <= 6.0, "two minutes at one a minute: {summary}");
+    let text = gripctl(folder.path(), &["calibrate", "a.csv", "-o", "cal.toml"]).done().out;
+    assert!(
+        text.contains("wanted: one false alarm in 600 s") && text.contains("extrapolated"),
+        "{text}"
+    );
+}
+
+#[test]
+fn floors_that_cannot_be_trusted_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    put(folder.path(), "short.csv", &recording(2, |_| 0.1, 1));
+    put(folder.path(), "louder.csv", &recording(60, |t| if t > 30.0 { 0.3 } else { 0.1 }, 1));
+    let dead: String = recording(20, |_| 0.1, 1)
+        .lines()
+        .enumerate()
+        .map(|(i, row)| match row.split(',').collect::<Vec<_>>()[..] {
+            [t, _, r] if i > 20_000 => format!("{t},1e-6,{r}\n"),
+            _ => format!("{row}\n"),
+        })
+        .collect();
+    put(folder.path(), "dead.csv", &dead);
+    let refuse = |file: &str, words: &[&str]| {
+        gripctl(folder.path(), &["calibrate", file, "-o", "cal.toml"]).refused(1, words);
+        assert!(!folder.path().join("cal.toml").exists());
+    };
+    refuse("short.csv", &["short.csv", "too short"]);
+    refuse("louder.csv", &["louder.csv", "not stationary"]);
+    refuse("dead.csv", &["dead.csv", "not healthy", "frozen"]);
+    let args = ["calibrate", "short.csv", "-o", "cal.toml", "--interval", "0"];
+    gripctl(folder.path(), &args).refused(2, &["--interval 0"]);
+    put(folder.path(), "bad.toml", "floor = 3\n");
+    let args = ["replay", "short.csv", "--calibration", "bad.toml"];
+    gripctl(folder.path(), &args).refused(2, &["bad.toml", "line 1"]);
+}

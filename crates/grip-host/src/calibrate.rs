@@ -1,0 +1,444 @@
+//! A recording without any slip in; the noise floor, the motion gate and the thresholds for a wanted false-alarm interval out.
+//!
+//! 1. Floor: mean energy of each band while the reference shows no motion (all of it, where there is no reference).
+//! 2. Gate: mean energy of each band in motion, floor taken off, over that of the reference, times one half.
+//! 3. Thresholds: with the two in force, the highest level of each test in each second. The tail above its 90 % quantile is
+//!    taken for a Pareto tail, P(X > x) ~ x^-a with Hill's estimate of a (B. M. Hill, Ann. Statist. 3 (1975)), which is heavier than
+//!    the exponential tail of Gaussian noise, and continued to the wanted interval. Each test gets an equal share of
+//!    the alarms.
+//! 4. What was achieved: thresholds from one half of the seconds, alarms counted on the other half, both ways. The rate is
+//!    quoted with its Poisson interval and never beyond the length of the recording.
+
+use crate::{config::HostConfig, poisson, replay};
+use grip_record::{Channel, Recording, StylusKind};
+use serde::{Deserialize, Serialize};
+use slip_core::{
+    ConfigError, Pipeline, PipelineConfig,
+    detector::{BANDS, RestMeter},
+    health::Health,
+    units::Hertz,
+};
+
+/// Times the mean ratio of motion at stylus and reference that the gate takes for granted; the thresholds stand on top of it.
+const MARGIN: f32 = 0.5;
+/// Rest that is needed (s).
+const REST_S: f64 = 5.0;
+/// Motion that is needed to set the gate (s).
+const MOTION_S: f64 = 5.0;
+/// Parts of the rest that have to agree in energy, and the factor within which they have to.
+const PARTS: usize = 8;
+const STATIONARY: f32 = 3.0;
+/// Share of unusable readings above which a stylus is not healthy.
+const UNUSABLE: f64 = 1e-3;
+/// Start in which the floor is learned to tell rest from motion (s).
+const START_S: f64 = 1.5;
+/// Tests that have a threshold: the energy of each band and the cumulative sum.
+const TESTS: usize = BANDS + 1;
+/// No threshold is set below this.
+const LEAST: f32 = 4.0;
+
+type Bare = Pipeline<&'static [f32]>;
+
+/// What `gripctl calibrate` writes and `--calibration` reads.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Calibration {
+    /// Samples per second it holds for.
+    pub sample_rate_hz: f32,
+    /// Whether the stylus was uncalibrated vibration, not displacement.
+    pub vibration: bool,
+    /// Quiet energy of each band (signal unit squared).
+    pub floor: [f32; BANDS],
+    /// Quiet energy of the reference and of its slow part (unit squared).
+    pub reference_floor: Option<[f32; 2]>,
+    /// What motion adds to the floor of each band; absent where the recording had too little motion.
+    pub gain: Option<[f32; BANDS]>,
+    /// Thresholds of the energy of each band.
+    pub thresholds: [f32; BANDS],
+    /// Threshold of the cumulative sum.
+    pub cusum_threshold: f32,
+    /// What it was made from.
+    pub evidence: Evidence,
+}
+
+/// What a calibration stands on.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Evidence {
+    /// Wanted mean time between false alarms (s).
+    pub wanted_interval_s: f64,
+    /// Rest (s).
+    pub rest_s: f64,
+    /// Motion (s).
+    pub motion_s: f64,
+    /// Signal that was judged by thresholds from the other half of it (s).
+    pub judged_s: f64,
+    /// Seconds of it with an alarm.
+    pub alarms: u64,
+    /// Lower bound (95 %) of the mean time between false alarms (s).
+    pub interval_low_s: f64,
+    /// Upper bound (95 %); absent where there was no alarm.
+    pub interval_high_s: Option<f64>,
+    /// Wanted interval of one test over the length of the recording: above 1 the thresholds are extrapolated.
+    pub extrapolation: f64,
+}
+
+/// Why a recording does not give a calibration.
+#[derive(Debug, thiserror::Error)]
+pub enum CalibrationError {
+    /// Too little rest.
+    #[error(
+        "{rest_s:.1} s of rest is too short for a floor; record at least {REST_S} s without slip and without motion"
+    )]
+    Short {
+        /// Rest found (s).
+        rest_s: f64,
+    },
+    /// The stylus failed, or too many readings were unusable.
+    #[error(
+        "the stylus is not healthy: {unusable} of {samples} readings unusable, health `{health}`"
+    )]
+    Unhealthy {
+        /// Unusable readings.
+        unusable: u64,
+        /// All readings.
+        samples: u64,
+        /// The worst state seen.
+        health: &'static str,
+    },
+    /// The noise changes while it is measured.
+    #[error(
+        "the noise is not stationary: in band {band} (0 shear, 1 vibration) one eighth of the rest has {ratio:.1} times the energy of another. Something moved or slipped, or the sensor is unsound"
+    )]
+    Unsteady {
+        /// The band.
+        band: usize,
+        /// Largest over smallest energy.
+        ratio: f32,
+    },
+    /// The wanted interval makes no sense.
+    #[error("--interval {0}: expected 1 to 1e9 seconds")]
+    Interval(f64),
+    /// The settings do not fit the recording.
+    #[error(transparent)]
+    Config(#[from] ConfigError),
+}
+
+/// Calibrates the detector of `config` on a recording that holds no slip.
+///
+/// # Errors
+/// Where the floor cannot be trusted.
+pub fn calibrate(
+    recording: &Recording,
+    config: &HostConfig,
+    interval_s: f64,
+) -> Result<Calibration, CalibrationError> {
+    if !(1.0..=1e9).contains(&interval_s) {
+        return Err(CalibrationError::Interval(interval_s));
+    }
+    let pipeline = replay::pipeline_config(recording, config, true);
+    let moving = motion(recording, pipeline)?;
+    let (floor, rest_s) = rest_floor(recording, pipeline, &moving)?;
+    let (gain, motion_s) = gate(recording, pipeline, (&moving, &floor))?;
+    let mut calibration = Calibration {
+        sample_rate_hz: pipeline.sample_rate.0,
+        vibration: recording.channels.stylus == StylusKind::Vibration,
+        floor,
+        reference_floor: recording
+            .channels
+            .has(Channel::Reference)
+            .then(|| reference_floor(recording, pipeline))
+            .transpose()?
+            .flatten(),
+        gain,
+        thresholds: [1e9; BANDS],
+        cusum_threshold: 1e9,
+        evidence: Evidence {
+            wanted_interval_s: interval_s,
+            rest_s,
+            motion_s,
+            judged_s: 0.0,
+            alarms: 0,
+            interval_low_s: 0.0,
+            interval_high_s: None,
+            extrapolation: 0.0,
+        },
+    };
+    let seconds = levels(recording, calibration.apply(pipeline))?;
+    set_thresholds(&mut calibration, &seconds);
+    Ok(calibration)
+}
+
+impl Calibration {
+    /// The settings with this calibration in force.
+    #[must_use]
+    pub fn apply(&self, config: PipelineConfig) -> PipelineConfig {
+        let mut detector = config.detector;
+        let [shear, vibration, a, b, c, d] = self.thresholds;
+        detector.shear.threshold = shear;
+        detector.vibration.threshold = vibration;
+        for (band, threshold) in detector.octaves.iter_mut().zip([a, b, c, d]) {
+            band.threshold = threshold;
+        }
+        detector.cusum_threshold = self.cusum_threshold;
+        detector.gate.gain = self.gain.unwrap_or(detector.gate.gain);
+        PipelineConfig {
+            detector,
+            known_floor: Some(self.floor),
+            known_reference: self.reference_floor,
+            ..config
+        }
+    }
+
+    /// Whether it was made at `rate` (within 1 %) and for the same kind of stylus.
+    #[must_use]
+    pub fn fits(&self, rate: Hertz, vibration: bool) -> bool {
+        (rate.0 / self.sample_rate_hz - 1.0).abs() < 0.01 && vibration == self.vibration
+    }
+}
+
+/// Which samples lie in motion. Checks the health of the stylus on the way.
+fn motion(recording: &Recording, config: PipelineConfig) -> Result<Vec<bool>, CalibrationError> {
+    let mut pipeline = Bare::new(config, None)?;
+    let mut worst = Health::Good;
+    let moving = recording
+        .samples
+        .iter()
+        .map(|sample| {
+            let step = pipeline.handle(sample);
+            if step.health != Health::Good {
+                worst = step.health;
+            }
+            pipeline.detector().is_moving()
+        })
+        .collect();
+    let counters = pipeline.health_counters();
+    let samples = recording.samples.len() as u64;
+    #[expect(clippy::cast_precision_loss, reason = "a count")]
+    let share = counters.unusable() as f64 / samples.max(1) as f64;
+    if worst != Health::Good || share > UNUSABLE {
+        let unusable = counters.unusable();
+        return Err(CalibrationError::Unhealthy { unusable, samples, health: worst.name() });
+    }
+    Ok(moving)
+}
+
+#[expect(clippy::cast_precision_loss, reason = "a count of samples")]
+fn seconds_of(samples: u64, config: &PipelineConfig) -> f64 {
+    samples as f64 / f64::from(config.sample_rate.0)
+}
+
+/// Energy of the bands of `value` over the samples that `wanted` picks; restarted at every gap.
+fn measure<'a>(
+    config: &PipelineConfig,
+    samples: impl Iterator<Item = (f32, bool)> + 'a,
+) -> Result<RestMeter, ConfigError> {
+    let mut meter = RestMeter::new(&config.detector, config.sample_rate.0)?;
+    let mut within = false;
+    for (value, wanted) in samples {
+        if wanted && !within {
+            meter.start();
+        }
+        within = wanted;
+        if wanted {
+            meter.push(value);
+        }
+    }
+    Ok(meter)
+}
+
+fn rest_floor(
+    recording: &Recording,
+    config: PipelineConfig,
+    moving: &[bool],
+) -> Result<([f32; BANDS], f64), CalibrationError> {
+    let rest: Vec<(f32, bool)> = recording
+        .samples
+        .iter()
+        .zip(moving)
+        .map(|(sample, moving)| (sample.stylus, !moving))
+        .collect();
+    let meter = measure(&config, rest.iter().copied())?;
+    let rest_s = seconds_of(meter.samples(), &config);
+    let Some(floor) = meter.energy().filter(|_| rest_s >= REST_S) else {
+        return Err(CalibrationError::Short { rest_s });
+    };
+    let mut range = [(f32::INFINITY, 0.0_f32); BANDS];
+    for part in rest.chunks(rest.len().div_ceil(PARTS).max(1)) {
+        let part = measure(&config, part.iter().copied())?;
+        // An eighth that is nearly all motion says nothing about rest.
+        if seconds_of(part.samples(), &config) < 0.1 * REST_S {
+            continue;
+        }
+        for (range, energy) in range.iter_mut().zip(part.energy().unwrap_or(floor)) {
+            *range = (range.0.min(energy), range.1.max(energy));
+        }
+    }
+    let least = config.floor.min_rms * config.floor.min_rms;
+    for (band, (low, high)) in range.into_iter().enumerate() {
+        let ratio = high / low.max(least);
+        if ratio > STATIONARY {
+            return Err(CalibrationError::Unsteady { band, ratio });
+        }
+    }
+    Ok((floor.map(|energy| energy.max(least)), rest_s))
+}
+
+fn gate(
+    recording: &Recording,
+    config: PipelineConfig,
+    (moving, floor): (&[bool], &[f32; BANDS]),
+) -> Result<(Option<[f32; BANDS]>, f64), CalibrationError> {
+    let pairs = || recording.samples.iter().zip(moving.iter().copied());
+    let stylus = measure(&config, pairs().map(|(s, m)| (s.stylus, m)))?;
+    let reference = measure(
+        &config,
+        pairs().map(|(s, m)| (s.reference.unwrap_or(0.0), m && s.reference.is_some())),
+    )?;
+    let motion_s = seconds_of(reference.samples(), &config);
+    let (Some(stylus), Some(reference)) = (stylus.energy(), reference.energy()) else {
+        return Ok((None, 0.0));
+    };
+    if motion_s < MOTION_S {
+        return Ok((None, motion_s));
+    }
+    let gain = core::array::from_fn(|b| {
+        MARGIN * (stylus[b] - floor[b]).max(0.1 * floor[b]) / reference[b].max(f32::MIN_POSITIVE)
+    });
+    Ok((Some(gain), motion_s))
+}
+
+fn reference_floor(
+    recording: &Recording,
+    config: PipelineConfig,
+) -> Result<Option<[f32; 2]>, CalibrationError> {
+    let mut pipeline = Bare::new(config, None)?;
+    recording.samples.iter().for_each(|sample| {
+        pipeline.handle(sample);
+    });
+    Ok(pipeline.detector().reference_floor())
+}
+
+/// Highest level of each test in each second.
+fn levels(
+    recording: &Recording,
+    config: PipelineConfig,
+) -> Result<Vec<[f32; TESTS]>, CalibrationError> {
+    let mut pipeline = Bare::new(config, None)?;
+    let mut seconds: Vec<[f32; TESTS]> = Vec::new();
+    let first = recording.samples.first().map_or(0.0, |s| s.t.as_seconds());
+    for sample in &recording.samples {
+        pipeline.handle(sample);
+        let at = sample.t.as_seconds() - first - START_S;
+        if at < 0.0 {
+            continue;
+        }
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "a count of seconds"
+        )]
+        let place = at as usize;
+        seconds.resize(seconds.len().max(place + 1), [0.0; TESTS]);
+        let levels = pipeline.detector().levels();
+        let moving = pipeline.detector().is_moving();
+        let Some(most) = seconds.get_mut(place) else { continue };
+        let now = levels.energy.into_iter().chain([levels.cusum]).enumerate();
+        for (most, (test, level)) in most.iter_mut().zip(now) {
+            if test < 2 || moving {
+                *most = most.max(level);
+            }
+        }
+    }
+    Ok(seconds)
+}
+
+fn set_thresholds(calibration: &mut Calibration, seconds: &[[f32; TESTS]]) {
+    let interval_s = calibration.evidence.wanted_interval_s;
+    let half = |odd: usize| -> Vec<[f32; TESTS]> {
+        seconds.iter().enumerate().filter(|(i, _)| i % 2 == odd).map(|(_, s)| *s).collect()
+    };
+    let exceeds =
+        |s: &&[f32; TESTS], limits: &[f32; TESTS]| s.iter().zip(limits).any(|(x, h)| x > h);
+    let mut alarms = 0;
+    for (made, judged) in [(half(0), half(1)), (half(1), half(0))] {
+        let limits = thresholds(&made, interval_s);
+        alarms += judged.iter().filter(|s| exceeds(s, &limits)).count() as u64;
+    }
+    let limits = thresholds(seconds, interval_s);
+    if let Some((cusum, bands)) = limits.split_last() {
+        calibration.cusum_threshold = *cusum;
+        calibration.thresholds.copy_from_slice(bands);
+    }
+    #[expect(clippy::cast_precision_loss, reason = "a count of seconds")]
+    let judged_s = seconds.len() as f64;
+    let (low, high) = poisson::interval(alarms, 0.95);
+    let evidence = &mut calibration.evidence;
+    evidence.judged_s = judged_s;
+    evidence.alarms = alarms;
+    evidence.interval_low_s = judged_s / high;
+    evidence.interval_high_s = (alarms > 0).then(|| judged_s / low);
+    #[expect(clippy::cast_precision_loss, reason = "7")]
+    let tests = TESTS as f64;
+    evidence.extrapolation = tests * interval_s / judged_s.max(1.0);
+}
+
+fn thresholds(seconds: &[[f32; TESTS]], interval_s: f64) -> [f32; TESTS] {
+    core::array::from_fn(|test| {
+        let mut peaks: Vec<f32> =
+            seconds.iter().filter_map(|s| s.get(test).copied()).filter(|x| *x > 0.0).collect();
+        peaks.sort_by(f32::total_cmp);
+        threshold(&peaks, seconds.len(), interval_s).max(LEAST)
+    })
+}
+
+/// The level that ordered peaks of single seconds, of `seconds` in all, exceed once in [`TESTS`] times `interval_s`.
+fn threshold(peaks: &[f32], seconds: usize, interval_s: f64) -> f32 {
+    let tail = peaks.len() / 10;
+    let Some((&start, tail)) =
+        peaks.get(peaks.len().saturating_sub(tail + 1)..).and_then(<[f32]>::split_first)
+    else {
+        return LEAST;
+    };
+    if tail.is_empty() {
+        return 2.0 * start;
+    }
+    #[expect(clippy::cast_precision_loss, reason = "counts of seconds")]
+    let (count, seconds, tests) = (tail.len() as f64, seconds as f64, TESTS as f64);
+    let mean_log = tail.iter().map(|x| f64::from(x / start).ln()).sum::<f64>() / count;
+    // P(peak > h) in a second = count/seconds (start/h)^(1/mean_log) = 1 / (tests interval)
+    let factor = (count / seconds * tests * interval_s).max(1.0).powf(mean_log);
+    #[expect(clippy::cast_possible_truncation, reason = "a threshold")]
+    let level = (f64::from(start) * factor).min(1e9) as f32;
+    level
+}
+
+#[cfg(test)]
+mod tests {
+    use super::threshold;
+
+    /// Peaks of a known Pareto tail: the level exceeded with a known probability comes out.
+    #[test]
+    fn a_pareto_tail_is_continued_to_its_quantile() {
+        let mut state = 9_u32;
+        let mut uniform = || {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (f64::from(state) + 1.0) / 4_294_967_297.0
+        };
+        #[expect(clippy::cast_possible_truncation, reason = "test data")]
+        let mut peaks: Vec<f32> =
+            (0..20_000).map(|_| (3.0 * uniform().powf(-0.125)) as f32).collect();
+        peaks.sort_by(f32::total_cmp);
+        // P(X > h) = (3/h)^8 = 1/(7 * 600): h = 3 * 4200^(1/8) = 8.51.
+        let h = threshold(&peaks, 20_000, 600.0);
+        assert!((h / 8.51 - 1.0).abs() < 0.06, "{h}");
+    }
+
+    #[test]
+    fn a_longer_interval_never_gets_a_lower_threshold() {
+        let peaks = [2.0, 2.1, 2.2, 2.5, 2.6, 2.7, 2.9, 3.0, 3.3, 4.4, 4.5, 4.6];
+        let levels = [10.0, 100.0, 1e3, 1e6].map(|t| threshold(&peaks, 12, t));
+        assert!(levels.windows(2).all(|pair| pair[0] <= pair[1]), "{levels:?}");
+        assert!(levels[3] < 1e9 && levels[3].is_finite());
+    }
+}

@@ -1,0 +1,94 @@
+//! Moved distance and pressure distribution on real recordings, alone and joined with the stylus.
+
+use grip_host::{
+    config::HostConfig,
+    score::{Detector, Score, compare},
+};
+use grip_record::CsvOptions;
+use slip_core::{
+    detector::SlipState,
+    pressure::{MAX_TAXELS, PressureConfig, PressurePattern},
+    units::Micros,
+};
+use std::path::{Path, PathBuf};
+
+/// A folder of real recordings, or `None` with a line that says where it was looked for.
+fn real_data(name: &str) -> Option<PathBuf> {
+    let beside = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data");
+    let folder = std::env::var_os("GRIP_DATA").map_or(beside, PathBuf::from).join(name);
+    if folder.is_dir() {
+        return Some(folder);
+    }
+    eprintln!("SKIPPED: no recordings at {}; set GRIP_DATA to their folder", folder.display());
+    None
+}
+
+fn scores(folder: &Path, names: &[&str]) -> Vec<Score> {
+    let detectors: Vec<_> = names.iter().map(|name| Detector::named(name).unwrap()).collect();
+    let (options, config) = (CsvOptions::default(), HostConfig::default());
+    compare(folder, &options, &config, 60.0, &detectors).unwrap()
+}
+
+/// The pose begins the label of the onset (0.1 mm), so the delay of `travel` is that of its readings; the electrodes are
+/// independent of it.
+#[test]
+fn travel_and_electrodes_of_a_fingertip_tell_every_slip() {
+    let Some(folder) = real_data("biotac_slide") else { return };
+    let all = scores(&folder, &["stylus", "travel", "pressure", "fused"]);
+    for (score, latest_ms) in all.iter().zip([20.0, 20.0, 30.0, 20.0]) {
+        let total = score.total(60.0);
+        println!("{total:?}");
+        assert!(total.onsets >= 50 && total.missed == 0 && total.early <= 1, "{total:?}");
+        assert!(total.latency_ms.p95.unwrap() <= latest_ms, "{total:?}");
+        assert_eq!(total.steady_missed, 0, "{total:?}");
+    }
+    // No recording is told later by all methods than by the stylus alone.
+    let [stylus, _, _, fused] = all.as_slice() else { panic!() };
+    for (alone, joined) in stylus.recordings.iter().zip(&fused.recordings) {
+        assert!(joined.alarm_s.unwrap() <= alone.alarm_s.unwrap(), "{alone:?} {joined:?}");
+    }
+}
+
+/// Time (s), taxels.
+fn board(file: &Path) -> Vec<(Micros, Vec<f32>)> {
+    let text = std::fs::read_to_string(file).unwrap();
+    let rows = text.lines().skip(1).map(|line| {
+        let cells: Vec<&str> = line.split(',').map(str::trim).collect();
+        let ms: u64 = cells[0].parse().unwrap();
+        (Micros(1000 * ms), cells[3..19].iter().map(|cell| cell.parse().unwrap()).collect())
+    });
+    rows.collect()
+}
+
+/// The finger rests for a moment and then slides over ridges at 36 frames a second. There are no labels: the rest before the motion is some frames long, so the
+/// noise is given (1.2 counts, as its first frames show), and a slip must be told in each run.
+#[test]
+fn a_capacitive_finger_over_ridged_boards_slips_in_every_run() {
+    let Some(folder) = real_data("fabricslide") else { return };
+    let mut files: Vec<_> =
+        std::fs::read_dir(&folder).unwrap().map(|e| e.unwrap().path()).collect();
+    files.retain(|file| file.extension().is_some_and(|ending| ending == "csv"));
+    files.sort();
+    assert!(files.len() >= 10, "{}", files.len());
+    for file in files {
+        let config = PressureConfig { known_rms: Some(1.2), ..PressureConfig::default() };
+        let mut method = PressurePattern::<MAX_TAXELS>::new(config).unwrap();
+        let frames = board(&file);
+        let (mut first, mut slipping) = (None, 0);
+        for (i, (t, frame)) in frames.iter().enumerate() {
+            method.step(*t, frame, false);
+            if method.state() != SlipState::Quiet {
+                first = first.or(Some(i));
+                slipping += 1;
+            }
+        }
+        let share = 100 * slipping / frames.len();
+        println!(
+            "{}: first frame {first:?} of {}, {share} % slipping",
+            file.display(),
+            frames.len()
+        );
+        assert!(first.is_some_and(|i| (1..40).contains(&i)), "{}: {first:?}", file.display());
+        assert!(share > 50, "{}: {share} %", file.display());
+    }
+}

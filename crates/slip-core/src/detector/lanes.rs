@@ -1,0 +1,71 @@
+//! The bands of a configuration at a sample rate: which of them exist, their filters and how much they can tell.
+
+use super::config::{BANDS, BandThreshold, DetectorConfig, FIRST_OCTAVE};
+use crate::{
+    config::ConfigError,
+    filter::{Band, FilterBank, MAX_CORNER},
+};
+
+/// Length of a block (s): the tests decide this often, at low sample rates with every sample.
+const BLOCK_S: f32 = 5e-4;
+
+/// What all parts of the detector have to know of the bands.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Lanes {
+    /// Corners; a band that does not exist at this rate has those of the shear band and no part in any decision.
+    pub(super) corners: [Band; BANDS],
+    /// Thresholds of the energy; infinite where the band does not exist.
+    pub(super) thresholds: [f32; BANDS],
+    /// Samples in a block.
+    pub(super) block_len: u32,
+    /// Length of a block (s).
+    pub(super) block_s: f32,
+    /// Independent readings of each band in a block: twice its width times its length.
+    pub(super) readings: [f32; BANDS],
+}
+
+impl Lanes {
+    /// # Errors
+    /// Where the shear or vibration band does not fit the sample rate.
+    pub(super) fn new(config: &DetectorConfig, rate_hz: f32) -> Result<Self, ConfigError> {
+        let limit_hz = MAX_CORNER * rate_hz;
+        let bands = config.bands();
+        // A sliver of a band below the limit would tell nothing.
+        let exists =
+            |b: usize, band: &BandThreshold| b < FIRST_OCTAVE || band.low_hz < 0.8 * limit_hz;
+        let block_len = samples(1e3 * BLOCK_S * 0.999, rate_hz);
+        #[expect(clippy::cast_precision_loss, reason = "at most 25 samples")]
+        let block_s = block_len as f32 / rate_hz;
+        let mut lanes = Self {
+            corners: [Band { low_hz: bands[0].low_hz, high_hz: bands[0].high_hz }; BANDS],
+            thresholds: [f32::INFINITY; BANDS],
+            block_len,
+            block_s,
+            readings: [0.0; BANDS],
+        };
+        for (b, band) in bands.iter().enumerate() {
+            if exists(b, band) {
+                lanes.corners[b] = Band { low_hz: band.low_hz, high_hz: band.high_hz };
+                lanes.thresholds[b] = band.threshold;
+                lanes.readings[b] = 2.0 * (band.high_hz.min(limit_hz) - band.low_hz) * block_s;
+            }
+        }
+        Self::bank(&lanes, rate_hz)?;
+        Ok(lanes)
+    }
+
+    pub(super) fn bank(&self, rate_hz: f32) -> Result<FilterBank<BANDS>, ConfigError> {
+        Ok(FilterBank::new(&self.corners, rate_hz)?)
+    }
+}
+
+/// Samples in `ms` milliseconds, at least one.
+pub(super) fn samples(ms: f32, rate_hz: f32) -> u32 {
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "clamped; the cast saturates"
+    )]
+    let n = libm::ceilf(1e-3 * ms * rate_hz).clamp(1.0, 1e9) as u32;
+    n
+}

@@ -1,0 +1,164 @@
+//! Readings of the motion reference and commanded motion in; whether the robot moves, and the bands of the reference, out.
+//!
+//! While the robot stands still each reading costs two comparisons: its distance from the running mean (10 ms), and the mean of
+//! this distance over 1.5 ms, each against `motion_sigmas` times its noise. The second sees slow motion that the noise of
+//! single readings hides, but that the shear band of the stylus would not. The bands run only in motion.
+
+use super::{
+    config::BANDS,
+    gate::GateConfig,
+    lanes::{Lanes, samples},
+};
+use crate::{
+    config::ConfigError,
+    filter::FilterBank,
+    floor::{Floor, FloorConfig},
+};
+
+/// What is known of the robot's motion at a sample.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct MotionInput {
+    /// The motion reference (own unit); `None` where there is none, or its reading is unusable.
+    pub reference: Option<f32>,
+    /// Arm or fingers were told to move.
+    pub commanded: bool,
+}
+
+/// Time constant of the mean from which a reading's distance counts (s).
+const MEAN_S: f32 = 0.01;
+/// Time constant of the mean distance (s).
+const SLOW_S: f32 = 1.5e-3;
+/// Noise is white within this factor. A quiet level with more energy at low frequencies was learned in motion.
+const COLOURED: f32 = 4.0;
+/// Smallest noise of a reference that is believed (own unit, rms).
+const MIN_RMS: f32 = 1e-12;
+
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Reference {
+    sigmas2: f32,
+    bank: FilterBank<BANDS>,
+    mean: Option<f32>,
+    mean_share: f32,
+    slow: f32,
+    slow_share: f32,
+    /// Energy of the distance from the mean, and of its mean, within this block.
+    sums: [f32; 2],
+    floor: Floor<2>,
+    limits2: [f32; 2],
+    /// What was learned as noise looks like motion: it is taken for motion until a quieter second comes.
+    doubtful: bool,
+    hold_len: u32,
+    hold: u32,
+    live: bool,
+}
+
+impl Reference {
+    /// A reference that learns its noise at rest, or has the `known` energies (unit squared).
+    pub(super) fn new(
+        gate: &GateConfig,
+        floor: FloorConfig,
+        known: Option<[f32; 2]>,
+        (lanes, rate_hz): (&Lanes, f32),
+    ) -> Result<Self, ConfigError> {
+        let config = FloorConfig { min_rms: MIN_RMS, ..floor };
+        let sigmas2 = gate.motion_sigmas * gate.motion_sigmas;
+        Ok(Self {
+            sigmas2,
+            bank: lanes.bank(rate_hz)?,
+            mean: None,
+            mean_share: -libm::expm1f(-1.0 / (MEAN_S * rate_hz)),
+            slow: 0.0,
+            slow_share: -libm::expm1f(-1.0 / (SLOW_S * rate_hz)),
+            sums: [0.0; 2],
+            floor: known.map_or_else(
+                || Floor::learn(config, 1.0 / lanes.block_s),
+                |energy| Floor::known(config, energy),
+            ),
+            limits2: known.map_or([f32::INFINITY; 2], |energy| energy.map(|e| sigmas2 * e)),
+            doubtful: false,
+            hold_len: samples(gate.hold_ms, rate_hz),
+            hold: 0,
+            live: false,
+        })
+    }
+
+    /// Whether the robot moves. Takes the next readings.
+    #[inline]
+    pub(super) fn watch(&mut self, motion: &MotionInput) -> bool {
+        self.live = motion.reference.is_some();
+        if let Some(r) = motion.reference {
+            let mean = *self.mean.get_or_insert(r);
+            let distance = r - mean;
+            self.mean = Some(mean + self.mean_share * distance);
+            self.slow += self.slow_share * (distance - self.slow);
+            let energy = [distance * distance, self.slow * self.slow];
+            self.sums = [self.sums[0] + energy[0], self.sums[1] + energy[1]];
+            if energy[0] > self.limits2[0] || energy[1] > self.limits2[1] {
+                self.hold = self.hold_len;
+            }
+        }
+        if motion.commanded {
+            self.hold = self.hold_len;
+        }
+        self.hold = self.hold.saturating_sub(1);
+        self.hold > 0 || self.doubtful
+    }
+
+    /// Whether the last sample had a usable reading.
+    #[inline]
+    pub(super) fn is_live(&self) -> bool {
+        self.live
+    }
+
+    /// Energies at rest of the distance from the mean and of its mean, once they are known (unit squared).
+    pub(super) fn quiet(&self) -> Option<[f32; 2]> {
+        self.floor.energy()
+    }
+
+    /// Whether the level learned as noise looks like motion.
+    #[inline]
+    pub(super) fn is_doubtful(&self) -> bool {
+        self.doubtful
+    }
+
+    /// Starts the bands as if the reference had always been at its mean.
+    pub(super) fn start(&mut self) {
+        self.bank.prime(0.0);
+    }
+
+    /// Everything but the floor begins with the next reading, after a gap in time.
+    pub(super) fn restart(&mut self) {
+        self.mean = None;
+        self.hold = 0;
+        self.slow = 0.0;
+        self.sums = [0.0; 2];
+        self.floor.interrupt();
+        self.start();
+    }
+
+    /// The band signals of a reading (unit); an absent one is taken as the mean.
+    #[inline]
+    pub(super) fn bands(&mut self, reference: Option<f32>) -> [f32; BANDS] {
+        let mean = self.mean.unwrap_or(0.0);
+        self.bank.step(reference.map_or(0.0, |r| r - mean))
+    }
+
+    /// Ends a block of `1 / per_sample` samples.
+    #[inline]
+    pub(super) fn end_block(&mut self, per_sample: f32) {
+        let energy = core::mem::take(&mut self.sums).map(|sum| sum * per_sample);
+        if self.live && self.floor.push(&energy) {
+            let quiet = self.floor.energy().unwrap_or([f32::INFINITY; 2]);
+            self.limits2 = quiet.map(|e| self.sigmas2 * e);
+            // The mean of white noise with weight a has a / (2 - a) of its energy.
+            let white = self.slow_share / (2.0 - self.slow_share);
+            self.doubtful = quiet[1] > COLOURED * white * quiet[0];
+        }
+    }
+
+    /// Keeps the states clear of subnormal numbers; to be called once a block.
+    #[inline]
+    pub(super) fn flush_tiny(&mut self) {
+        self.bank.flush_tiny();
+    }
+}

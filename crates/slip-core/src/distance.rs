@@ -1,0 +1,353 @@
+//! Moved distance of the object and what the fingers do in; slip and the health of the channel out.
+//!
+//! ```text
+//! forward  <- max(0, forward  + dx - drift dt)      slip when forward or backward > limit
+//! backward <- max(0, backward - dx - drift dt)
+//! ```
+//!
+//! dx is the distance the object moved against the finger since the reading before. The two sums are one-sided cumulative
+//! sums (Page 1954) with the drift of the encoder as allowance: at rest a sensor of resolution q and peak-to-peak noise p
+//! shows at most q + p, however long it rests, while an object that slides faster than the drift passes the limit after
+//! limit / (v - drift). Slower slips are not seen. The limit must also exceed the elastic shear of the pads, which moves
+//! the object without a slip (5 N on a pad of 100 N/mm: 50 um).
+//!
+//! While the fingers move a roller turns with them, so the sums start again when they have come to rest; where the
+//! position of the finger is measured it is subtracted instead.
+
+use crate::{config::ConfigError, detector::SlipState, units::Micros};
+
+/// Which way an object can slip, as the sensor counts.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(rename_all = "lowercase")
+)]
+pub enum Direction {
+    /// Both ways, or it is not known how the sensor is mounted.
+    #[default]
+    Either,
+    /// Towards larger readings.
+    Rising,
+    /// Towards smaller readings.
+    Falling,
+}
+
+/// Limits of the moved-distance method.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(default, deny_unknown_fields)
+)]
+pub struct DistanceConfig {
+    /// Moved distance that is a slip (m).
+    pub limit_m: f32,
+    /// Drift of the sensor and creep of the pads that is no slip (m/s).
+    pub drift_m_s: f32,
+    /// Resolution of the sensor (m); the limit must be at least three times as long.
+    pub resolution_m: f32,
+    /// Fastest object (m/s): a reading that would need more is a jump of the sensor.
+    pub max_speed_m_s: f32,
+    /// Which way the object can slip.
+    pub direction: Direction,
+    /// How long the object must stand for the slip to end (ms).
+    pub release_ms: f32,
+    /// The channel counts as frozen where it shows one value for this long while another method sees a gross slip (ms).
+    pub frozen_ms: f32,
+}
+
+impl Default for DistanceConfig {
+    fn default() -> Self {
+        Self {
+            limit_m: 1e-4,
+            drift_m_s: 1e-4,
+            resolution_m: 1e-6,
+            max_speed_m_s: 3.0,
+            direction: Direction::Either,
+            release_ms: 50.0,
+            frozen_ms: 50.0,
+        }
+    }
+}
+
+impl DistanceConfig {
+    /// # Errors
+    /// The first value outside its range.
+    pub fn check(&self) -> Result<(), ConfigError> {
+        ConfigError::within("travel.resolution_m", self.resolution_m, 0.0, 0.01)?;
+        let shortest = (3.0 * self.resolution_m).max(1e-7);
+        ConfigError::within("travel.limit_m", self.limit_m, shortest, 0.1)?;
+        ConfigError::within("travel.drift_m_s", self.drift_m_s, 0.0, 0.1)?;
+        ConfigError::within("travel.max_speed_m_s", self.max_speed_m_s, 0.01, 100.0)?;
+        ConfigError::within("travel.release_ms", self.release_ms, 1.0, 10_000.0)?;
+        ConfigError::within("travel.frozen_ms", self.frozen_ms, 1.0, 1e6)
+    }
+}
+
+/// What is known of the fingers.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Fingers {
+    /// They hold still.
+    Still,
+    /// They move, by command or as measured, and nothing tells how far.
+    Moving,
+    /// Their position along the travel (m), from an encoder of the gripper.
+    At(f32),
+}
+
+/// State of the travel channel.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum TravelHealth {
+    /// Readings are used.
+    #[default]
+    Good,
+    /// Readings leap farther than any object can move; the leaps are left out of the distance.
+    Jumped,
+    /// One value, while another method sees the object slide.
+    Frozen,
+    /// The object moves against the configured direction: the sensor is mounted or wired the other way round.
+    Backwards,
+}
+
+impl TravelHealth {
+    /// The name used in output lines.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Good => "good",
+            Self::Jumped => "jumped",
+            Self::Frozen => "frozen",
+            Self::Backwards => "backwards",
+        }
+    }
+}
+
+/// Readings without a leap after which a sensor that has jumped is believed again.
+const SETTLED: u32 = 20;
+/// Equal readings before a channel can count as frozen: it may be read more slowly than the stylus.
+const FEWEST_EQUAL: u32 = 3;
+/// Steps of the resolution that are an advance, and the least advance (m).
+const ADVANCE_STEPS: f32 = 5.0;
+const LEAST_ADVANCE_M: f32 = 5e-6;
+
+/// One reading with what is known besides.
+#[derive(Clone, Copy, Debug)]
+pub struct TravelReading {
+    /// Its time.
+    pub t: Micros,
+    /// The reading (m), finite.
+    pub travel_m: f32,
+    /// What the fingers do.
+    pub fingers: Fingers,
+    /// Whether another method sees the object slide.
+    pub others_gross: bool,
+}
+
+/// The moved-distance method and its memory.
+#[derive(Clone, Copy, Debug)]
+pub struct MovedDistance {
+    config: DistanceConfig,
+    release: Micros,
+    frozen: Micros,
+    advance_m: f32,
+    last: Option<(Micros, f32)>,
+    /// Sum of the leaps left out (m).
+    leaps_m: f32,
+    forward_m: f32,
+    backward_m: f32,
+    mark_m: f32,
+    advanced_at: Micros,
+    state: SlipState,
+    since_leap: u32,
+    equal: u32,
+    contradicted_since: Option<Micros>,
+    frozen_now: bool,
+    backwards_now: bool,
+    leaps: u64,
+}
+
+impl MovedDistance {
+    /// A method that has seen nothing yet.
+    ///
+    /// # Errors
+    /// Where a value of the configuration is outside its range.
+    pub fn new(config: DistanceConfig) -> Result<Self, ConfigError> {
+        config.check()?;
+        Ok(Self {
+            config,
+            release: Micros::from_ms(config.release_ms),
+            frozen: Micros::from_ms(config.frozen_ms),
+            advance_m: (ADVANCE_STEPS * config.resolution_m).max(LEAST_ADVANCE_M),
+            last: None,
+            leaps_m: 0.0,
+            forward_m: 0.0,
+            backward_m: 0.0,
+            mark_m: 0.0,
+            advanced_at: Micros(0),
+            state: SlipState::Quiet,
+            since_leap: SETTLED,
+            equal: 0,
+            contradicted_since: None,
+            frozen_now: false,
+            backwards_now: false,
+            leaps: 0,
+        })
+    }
+
+    /// Starts afresh with the next reading; the count of leaps stays.
+    pub fn prime(&mut self) {
+        self.last = None;
+        self.leaps_m = 0.0;
+        self.stand();
+        self.since_leap = SETTLED;
+        self.equal = 0;
+        self.contradicted_since = None;
+        self.frozen_now = false;
+        self.backwards_now = false;
+    }
+
+    /// State of the channel.
+    #[must_use]
+    #[inline]
+    pub fn health(&self) -> TravelHealth {
+        if self.frozen_now {
+            TravelHealth::Frozen
+        } else if self.since_leap < SETTLED {
+            TravelHealth::Jumped
+        } else if self.backwards_now {
+            TravelHealth::Backwards
+        } else {
+            TravelHealth::Good
+        }
+    }
+
+    /// Leaps left out of the distance so far.
+    #[must_use]
+    pub fn leaps(&self) -> u64 {
+        self.leaps
+    }
+
+    /// Whether the object slips, as of the last reading.
+    #[must_use]
+    #[inline]
+    pub fn state(&self) -> SlipState {
+        self.state
+    }
+
+    /// Moved distance over the limit: above 1 is a slip.
+    #[must_use]
+    #[inline]
+    pub fn statistic(&self) -> f32 {
+        let moved_m = match self.config.direction {
+            Direction::Either => self.forward_m.max(self.backward_m),
+            Direction::Rising => self.forward_m,
+            Direction::Falling => self.backward_m,
+        };
+        moved_m / self.config.limit_m
+    }
+
+    /// Whether the object advanced within `within` before `t`.
+    #[must_use]
+    pub fn advancing(&self, t: Micros, within: Micros) -> bool {
+        self.state != SlipState::Quiet && t.since(self.advanced_at) < within
+    }
+
+    /// The reading with every leap of the sensor left out (m).
+    #[must_use]
+    #[inline]
+    pub fn without_leaps(&self, travel_m: f32) -> f32 {
+        travel_m - self.leaps_m
+    }
+
+    /// Takes the next reading.
+    #[inline]
+    pub fn step(&mut self, reading: TravelReading) {
+        let TravelReading { t, travel_m, fingers, others_gross } = reading;
+        let position_m =
+            if let Fingers::At(finger_m) = fingers { travel_m - finger_m } else { travel_m };
+        let Some((last_t, last_m)) = self.last.replace((t, position_m)) else {
+            self.mark_m = position_m;
+            self.advanced_at = t;
+            return;
+        };
+        #[expect(clippy::cast_possible_truncation, reason = "a step of time")]
+        let dt_s = t.since(last_t).as_seconds() as f32;
+        let mut dx_m = position_m - last_m;
+        self.watch_frozen(t, dx_m, others_gross);
+        if dx_m.abs() > self.config.max_speed_m_s * dt_s + 4.0 * self.config.resolution_m {
+            self.leaps += 1;
+            self.leaps_m += dx_m;
+            self.mark_m += dx_m;
+            self.since_leap = 0;
+            dx_m = 0.0;
+        } else {
+            self.since_leap = self.since_leap.saturating_add(1);
+        }
+        if fingers == Fingers::Moving {
+            self.stand();
+            self.mark_m = position_m;
+            self.advanced_at = t;
+            return;
+        }
+        let allowed_m = self.config.drift_m_s * dt_s;
+        self.forward_m = (self.forward_m + dx_m - allowed_m).max(0.0);
+        self.backward_m = (self.backward_m - dx_m - allowed_m).max(0.0);
+        self.decide(t, position_m);
+    }
+
+    #[inline]
+    fn decide(&mut self, t: Micros, position_m: f32) {
+        if (position_m - self.mark_m).abs() > self.advance_m {
+            self.mark_m = position_m;
+            self.advanced_at = t;
+        }
+        self.watch_direction();
+        if self.state != SlipState::Quiet && t.since(self.advanced_at) > self.release {
+            self.stand();
+        } else if self.statistic() > 1.0 {
+            self.state = SlipState::Gross;
+        }
+    }
+
+    /// The object stands: both sums begin again.
+    pub fn stand(&mut self) {
+        self.forward_m = 0.0;
+        self.backward_m = 0.0;
+        self.state = SlipState::Quiet;
+    }
+
+    fn watch_direction(&mut self) {
+        let (right, wrong) = match self.config.direction {
+            Direction::Either => return,
+            Direction::Rising => (self.forward_m, self.backward_m),
+            Direction::Falling => (self.backward_m, self.forward_m),
+        };
+        if right > self.config.limit_m {
+            self.backwards_now = false;
+        } else if wrong > self.config.limit_m {
+            self.backwards_now = true;
+        }
+    }
+
+    fn watch_frozen(&mut self, t: Micros, dx_m: f32, others_gross: bool) {
+        if dx_m != 0.0 {
+            self.frozen_now = false;
+            self.contradicted_since = None;
+            self.equal = 0;
+            return;
+        }
+        self.equal = self.equal.saturating_add(1);
+        if !others_gross {
+            self.contradicted_since = None;
+            return;
+        }
+        let since = *self.contradicted_since.get_or_insert(t);
+        if self.equal >= FEWEST_EQUAL && t.since(since) > self.frozen {
+            self.frozen_now = true;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

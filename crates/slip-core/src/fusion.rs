@@ -1,0 +1,264 @@
+//! What each method says in; the one slip state they make together, and which of them spoke, out.
+//!
+//! The slip state is the highest of the methods that may speak and have their channel: a slip begins with the first
+//! that sees it and ends when none does. So no method delays another, and the false alarms of the whole come at most
+//! as often as those of its methods added up.
+
+use crate::{
+    config::ConfigError,
+    detector::SlipState,
+    distance::{DistanceConfig, Fingers, MovedDistance, TravelHealth, TravelReading},
+    methods::{Method, Methods},
+    pressure::{MAX_TAXELS, PressureConfig, PressureHealth, PressurePattern},
+    units::Micros,
+};
+
+/// What the methods say together.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Told {
+    /// The highest statistic over its threshold: 1 and above is a slip.
+    pub statistic: f32,
+    /// The highest slip state.
+    pub state: SlipState,
+    /// Whose state that is; of equals the first in the order stylus, travel, pressure.
+    pub method: Method,
+}
+
+/// The channels beside the stylus, as of one sample.
+#[derive(Clone, Copy, Debug)]
+pub struct Channels<'a> {
+    /// Time of the sample.
+    pub t: Micros,
+    /// Moved distance (m), finite, where there is a reading.
+    pub travel_m: Option<f32>,
+    /// A frame of the taxel array, empty where there is none.
+    pub taxels: &'a [f32],
+    /// What the fingers do.
+    pub fingers: Fingers,
+    /// Statistic and state of the stylus, where it is heard.
+    pub stylus: Option<(f32, SlipState)>,
+}
+
+/// An object that was seen to move within this time moves now.
+const ADVANCED_WITHIN: Micros = Micros(3000);
+/// The same for a pattern, which comes frame by frame.
+const CHANGED_WITHIN: Micros = Micros(20_000);
+
+/// The methods beside the stylus, and the rule that joins them.
+#[derive(Clone, Copy, Debug)]
+pub struct Fusion {
+    methods: Methods,
+    travel: MovedDistance,
+    pressure: PressurePattern<MAX_TAXELS>,
+    healths: (TravelHealth, PressureHealth),
+}
+
+impl Fusion {
+    /// Joins `methods`.
+    ///
+    /// # Errors
+    /// Where a value of a configuration is outside its range, or no method is left.
+    pub fn new(
+        methods: Methods,
+        travel: DistanceConfig,
+        pressure: PressureConfig,
+    ) -> Result<Self, ConfigError> {
+        check(methods)?;
+        Ok(Self {
+            methods,
+            travel: MovedDistance::new(travel)?,
+            pressure: PressurePattern::new(pressure)?,
+            healths: Default::default(),
+        })
+    }
+
+    /// Whether `method` may speak.
+    #[must_use]
+    #[inline]
+    pub fn uses(&self, method: Method) -> bool {
+        self.methods.has(method)
+    }
+
+    /// An object has just been taken: travel and pattern start afresh.
+    pub fn prime(&mut self) {
+        self.travel.prime();
+        self.pressure.prime();
+    }
+
+    /// A slip has ended: the distance counts from here.
+    pub fn slip_ended(&mut self) {
+        self.travel.stand();
+    }
+
+    /// States of the travel channel and of the taxel array while an object was last held.
+    #[must_use]
+    #[inline]
+    pub fn healths(&self) -> (TravelHealth, PressureHealth) {
+        self.healths
+    }
+
+    /// Whether every channel that may speak beside the stylus can be believed.
+    #[must_use]
+    pub fn healthy(&self) -> bool {
+        let (travel, pressure) = self.healths;
+        (travel == TravelHealth::Good || !self.uses(Method::Travel))
+            && (pressure == PressureHealth::Good || !self.uses(Method::Pressure))
+    }
+
+    /// The travel to measure with: without the leaps of the sensor, and absent where it is frozen.
+    #[must_use]
+    #[inline]
+    pub fn believed_travel(&self, travel_m: Option<f32>) -> Option<f32> {
+        travel_m
+            .filter(|_| self.healths.0 != TravelHealth::Frozen)
+            .map(|travel_m| self.travel.without_leaps(travel_m))
+    }
+
+    /// Whether travel or pressure shows the slip going on right now.
+    #[must_use]
+    pub fn is_fresh(&self, t: Micros) -> bool {
+        (self.uses(Method::Travel) && self.travel.advancing(t, ADVANCED_WITHIN))
+            || (self.uses(Method::Pressure) && self.pressure.changing(t, CHANGED_WITHIN))
+    }
+
+    /// Takes the channels of the next sample. `decides` says whether an object is held; what is seen otherwise only costs
+    /// time, and [`Fusion::prime`] forgets it.
+    #[inline]
+    pub fn step(&mut self, seen: &Channels<'_>, decides: bool) -> Option<Told> {
+        if let Some(travel_m) = seen.travel_m {
+            let stylus_gross = seen.stylus.is_some_and(|(_, state)| state == SlipState::Gross);
+            self.travel.step(TravelReading {
+                t: seen.t,
+                travel_m,
+                fingers: seen.fingers,
+                others_gross: stylus_gross,
+            });
+        }
+        if !seen.taxels.is_empty() {
+            self.pressure.step(seen.t, seen.taxels, decides);
+        }
+        if !decides {
+            return None;
+        }
+        self.healths = (self.travel.health(), self.pressure.health());
+        self.join(seen.stylus)
+    }
+
+    #[inline]
+    fn join(&self, stylus: Option<(f32, SlipState)>) -> Option<Told> {
+        let travel = (self.travel.statistic(), self.travel.state());
+        let pressure = (self.pressure.statistic(), self.pressure.state());
+        let said = [
+            (Method::Stylus, stylus),
+            (Method::Travel, (self.healths.0 != TravelHealth::Frozen).then_some(travel)),
+            (Method::Pressure, Some(pressure)),
+        ];
+        let heard = said.into_iter().filter(|(method, _)| self.methods.has(*method));
+        let mut told: Option<Told> = None;
+        for (method, said) in heard {
+            let Some((statistic, state)) = said else { continue };
+            told = Some(match told {
+                None => Told { statistic, state, method },
+                Some(before) => {
+                    let higher = rank(state) > rank(before.state);
+                    Told {
+                        statistic: before.statistic.max(statistic),
+                        state: if higher { state } else { before.state },
+                        method: if higher { method } else { before.method },
+                    }
+                }
+            });
+        }
+        told
+    }
+}
+
+/// # Errors
+/// Where the set is empty.
+pub(crate) fn check(methods: Methods) -> Result<(), ConfigError> {
+    if methods.count() > 0 {
+        return Ok(());
+    }
+    Err(ConfigError::Range { name: "methods", value: 0.0, low: 1.0, high: 3.0 })
+}
+
+const fn rank(state: SlipState) -> u8 {
+    match state {
+        SlipState::Quiet => 0,
+        SlipState::Incipient => 1,
+        SlipState::Gross => 2,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Channels, Fusion, Told};
+    use crate::{
+        detector::SlipState,
+        distance::{DistanceConfig, Fingers},
+        methods::{Method, Methods},
+        pressure::PressureConfig,
+        units::Micros,
+    };
+
+    fn fusion(methods: Methods) -> Fusion {
+        Fusion::new(methods, DistanceConfig::default(), PressureConfig::default()).unwrap()
+    }
+
+    /// 10 kHz: the stylus quiet up to sample 200, then gross; travel 10 mm/s from sample 100 on.
+    fn said(fusion: &mut Fusion, i: u16) -> Option<Told> {
+        let moved = 1e-6 * f32::from(i.saturating_sub(100));
+        let stylus = if i < 200 { (0.1, SlipState::Quiet) } else { (2.0, SlipState::Gross) };
+        let seen = Channels {
+            t: Micros(100 * u64::from(i)),
+            travel_m: Some(moved),
+            taxels: &[],
+            fingers: Fingers::Still,
+            stylus: Some(stylus),
+        };
+        fusion.step(&seen, true)
+    }
+
+    fn first(methods: Methods) -> (u16, Method) {
+        let mut fusion = fusion(methods);
+        let quiet = |told: &Told| told.state == SlipState::Quiet;
+        (0..2000)
+            .find_map(|i| {
+                said(&mut fusion, i).filter(|told| !quiet(told)).map(|told| (i, told.method))
+            })
+            .unwrap()
+    }
+
+    #[test]
+    fn the_first_to_see_it_speaks_and_none_waits_for_another() {
+        let alone = first(Methods::only(Method::Stylus));
+        assert_eq!(alone, (200, Method::Stylus));
+        let (at, method) = first(Methods::ALL);
+        assert_eq!((at, method), (alone.0.min(at), Method::Stylus));
+        let (at, method) = first(Methods::only(Method::Travel));
+        assert!(method == Method::Travel && (200..205).contains(&at), "{at}");
+    }
+
+    #[test]
+    fn a_set_without_methods_is_refused() {
+        let (travel, pressure) = (DistanceConfig::default(), PressureConfig::default());
+        assert!(Fusion::new(Methods::NONE, travel, pressure).is_err());
+    }
+
+    #[test]
+    fn nothing_is_said_where_no_object_is_held() {
+        let mut fusion = fusion(Methods::ALL);
+        for i in 0..500_u16 {
+            let seen = Channels {
+                t: Micros(100 * u64::from(i)),
+                travel_m: Some(1e-5 * f32::from(i)),
+                taxels: &[],
+                fingers: Fingers::Moving,
+                stylus: None,
+            };
+            assert_eq!(fusion.step(&seen, false), None);
+        }
+        fusion.prime();
+        assert_eq!(said(&mut fusion, 501).unwrap().method, Method::Stylus);
+    }
+}

@@ -1,0 +1,310 @@
+//! Frames of a taxel array in; slip, told by a change of the pressure pattern, out.
+//!
+//! With p the frame and p' = p - mean(p):
+//!
+//! ```text
+//! r = p' - (p'.u / u.u) u          E = 1/n sum min((r_i / sigma)^2, 36)          slip when E > threshold
+//! u <- u + a (p'/|p'| - u),        a = 1 - exp(-dt / follow)
+//! ```
+//!
+//! u is the shape of the pattern. Removing the mean and the projection on u removes whatever all taxels share: an offset
+//! (temperature) and a factor (grip force, vibration of hand or arm), so only a change of the *distribution* is left, that is
+//! |p'| sin of the angle between p' and u. u follows slowly, so that creep of the pads is not called slip. A
+//! single broken taxel is limited to 36/n. sigma is learned at rest or given. A second, fast u tells whether the pattern
+//! still changes: the slip ends when it no longer does, and the pattern found then becomes u.
+//!
+//! Frames may come more slowly than samples; a frame that repeats the one before bit by bit is no news.
+
+mod rest;
+mod shape;
+
+pub use rest::PatternRest;
+
+use crate::{config::ConfigError, detector::SlipState, units::Micros};
+use shape::{Shape, Spread};
+
+/// Most taxels of an array: what one channel of the link can carry.
+pub const MAX_TAXELS: usize = 64;
+
+/// Thresholds and times of the pressure-distribution method.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(default, deny_unknown_fields)
+)]
+pub struct PressureConfig {
+    /// Energy of the change over the noise that is a slip.
+    pub threshold: f32,
+    /// The same at which the slip is gross, at most 36.
+    pub gross: f32,
+    /// Time constant with which the shape follows creep (ms).
+    pub follow_ms: f32,
+    /// How long the pattern must stand for the slip to end (ms).
+    pub release_ms: f32,
+    /// Frames of rest from which the noise is learned.
+    pub learn_frames: u16,
+    /// Smallest noise that is believed (unit of the taxels, rms): their resolution.
+    pub min_rms: f32,
+    /// Noise that is known already (unit of the taxels, rms).
+    pub known_rms: Option<f32>,
+    /// The array counts as frozen when not one bit changed for this long (ms), if it had been noisy before.
+    pub frozen_ms: f32,
+}
+
+impl Default for PressureConfig {
+    fn default() -> Self {
+        Self {
+            threshold: 6.0,
+            gross: 18.0,
+            follow_ms: 1000.0,
+            release_ms: 100.0,
+            learn_frames: 20,
+            min_rms: 0.29,
+            known_rms: None,
+            frozen_ms: 1000.0,
+        }
+    }
+}
+
+impl PressureConfig {
+    /// # Errors
+    /// The first value outside its range.
+    pub fn check(&self) -> Result<(), ConfigError> {
+        ConfigError::within("pressure.threshold", self.threshold, 1.5, shape::CLIP)?;
+        ConfigError::within("pressure.gross", self.gross, self.threshold, shape::CLIP)?;
+        ConfigError::within("pressure.follow_ms", self.follow_ms, 10.0, 1e6)?;
+        ConfigError::within("pressure.release_ms", self.release_ms, 1.0, 10_000.0)?;
+        ConfigError::within("pressure.learn_frames", f32::from(self.learn_frames), 4.0, 10_000.0)?;
+        ConfigError::within("pressure.min_rms", self.min_rms, 1e-12, 1e9)?;
+        ConfigError::within("pressure.frozen_ms", self.frozen_ms, 1.0, 1e6)?;
+        self.known_rms
+            .map_or(Ok(()), |rms| ConfigError::within("pressure.known_rms", rms, 1e-12, 1e9))
+    }
+}
+
+/// State of the taxel array.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum PressureHealth {
+    /// Frames are used.
+    #[default]
+    Good,
+    /// Frames no longer change, though they had noise before.
+    Frozen,
+    /// More than a quarter of the taxels send no number.
+    Failed,
+}
+
+impl PressureHealth {
+    /// The name used in output lines.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Good => "good",
+            Self::Frozen => "frozen",
+            Self::Failed => "failed",
+        }
+    }
+}
+
+/// Time constant of the fast shape (ms).
+const FAST_MS: f32 = 50.0;
+/// Fraction of the threshold below which the change against the fast shape is none.
+const STANDING: f32 = 0.5;
+
+/// The pressure-distribution method for arrays of at most `N` taxels.
+#[derive(Clone, Copy, Debug)]
+pub struct PressurePattern<const N: usize> {
+    config: PressureConfig,
+    release: Micros,
+    frozen: Micros,
+    last: [f32; N],
+    len: usize,
+    last_t: Option<Micros>,
+    slow: Shape<N>,
+    fast: Shape<N>,
+    spread: Spread,
+    /// Noise (rms), once it is known.
+    rms: Option<f32>,
+    changing_at: Micros,
+    state: SlipState,
+    statistic: f32,
+    frozen_now: bool,
+    failed: bool,
+}
+
+impl<const N: usize> PressurePattern<N> {
+    /// A method that has seen nothing yet.
+    ///
+    /// # Errors
+    /// Where a value of the configuration is outside its range.
+    pub fn new(config: PressureConfig) -> Result<Self, ConfigError> {
+        config.check()?;
+        Ok(Self {
+            config,
+            release: Micros::from_ms(config.release_ms),
+            frozen: Micros::from_ms(config.frozen_ms),
+            last: [0.0; N],
+            len: 0,
+            last_t: None,
+            slow: Shape::new(),
+            fast: Shape::new(),
+            spread: Spread::default(),
+            rms: config.known_rms,
+            changing_at: Micros(0),
+            state: SlipState::Quiet,
+            statistic: 0.0,
+            frozen_now: false,
+            failed: false,
+        })
+    }
+
+    /// Starts afresh with the next frame; the noise stays.
+    pub fn prime(&mut self) {
+        self.last_t = None;
+        self.slow = Shape::new();
+        self.fast = Shape::new();
+        self.stand();
+        self.frozen_now = false;
+        self.failed = false;
+        if self.rms.is_none() {
+            self.spread = Spread::default();
+        }
+    }
+
+    /// State of the array.
+    #[must_use]
+    #[inline]
+    pub fn health(&self) -> PressureHealth {
+        if self.failed {
+            PressureHealth::Failed
+        } else if self.frozen_now {
+            PressureHealth::Frozen
+        } else {
+            PressureHealth::Good
+        }
+    }
+
+    /// Whether the object slips, as of the last frame.
+    #[must_use]
+    #[inline]
+    pub fn state(&self) -> SlipState {
+        self.state
+    }
+
+    /// Energy of the change over the threshold: above 1 is a slip. 0 while the noise is unknown.
+    #[must_use]
+    #[inline]
+    pub fn statistic(&self) -> f32 {
+        self.statistic
+    }
+
+    /// Noise of the taxels (rms), once it is known.
+    #[must_use]
+    pub fn rms(&self) -> Option<f32> {
+        self.rms
+    }
+
+    /// Whether the pattern still changed within `within` before `t`.
+    #[must_use]
+    pub fn changing(&self, t: Micros, within: Micros) -> bool {
+        self.state != SlipState::Quiet && t.since(self.changing_at) < within
+    }
+
+    /// Takes the next frame, at most `N` taxels; more are left out. `learning` says whether the object is at rest in the grasp, so
+    /// that the noise may be learned where it is not known.
+    pub fn step(&mut self, t: Micros, frame: &[f32], learning: bool) {
+        let frame = frame.get(..N).unwrap_or(frame);
+        if frame.is_empty() || self.repeated(t, frame) {
+            return;
+        }
+        let Some(frame) = self.mended(frame) else { return };
+        #[expect(clippy::cast_possible_truncation, reason = "a step of time")]
+        let dt_ms = self.last_t.map_or(0.0, |last| t.since(last).as_seconds() * 1e3) as f32;
+        self.last_t = Some(t);
+        let (slow, fast) = (self.slow, self.fast);
+        let seen = self.slow.step(&frame, self.len, dt_ms / self.config.follow_ms);
+        let seen_fast = self.fast.step(&frame, self.len, dt_ms / FAST_MS);
+        let (Some(change), Some(_)) = (seen, seen_fast) else { return };
+        let Some(rms) = self.rms else {
+            if learning {
+                self.learn(change.mean_square);
+            }
+            return;
+        };
+        let per_variance = 1.0 / (rms * rms);
+        let energy = slow.energy(&frame, self.len, per_variance);
+        let now = fast.energy(&frame, self.len, per_variance);
+        self.decide(t, energy, now);
+    }
+
+    /// Whether the frame tells nothing new; follows whether the array is alive.
+    fn repeated(&mut self, t: Micros, frame: &[f32]) -> bool {
+        let Some(last_t) = self.last_t else { return false };
+        let same = frame.len() == self.len
+            && frame.iter().zip(&self.last).all(|(a, b)| a.to_bits() == b.to_bits());
+        let noisy = self.rms.is_some_and(|rms| rms > self.config.min_rms);
+        self.frozen_now = same && noisy && t.since(last_t) > self.frozen;
+        if self.frozen_now {
+            self.stand();
+        }
+        same
+    }
+
+    /// The frame with taxels that send no number held at their last value; `None` where too many do.
+    fn mended(&mut self, frame: &[f32]) -> Option<[f32; N]> {
+        let first = self.last_t.is_none();
+        let mut out = [0.0; N];
+        let mut bad = 0;
+        for ((out, &value), last) in out.iter_mut().zip(frame).zip(&mut self.last) {
+            // NaN fails the comparison.
+            if value.abs() <= 1e9 {
+                *last = value;
+            } else {
+                bad += 1;
+            }
+            *out = *last;
+        }
+        self.failed = 4 * bad > frame.len() || (first && bad > 0);
+        if self.failed || (!first && frame.len() != self.len) {
+            self.failed = true;
+            self.stand();
+            return None;
+        }
+        self.len = frame.len();
+        Some(out)
+    }
+
+    #[cold]
+    fn learn(&mut self, mean_square: f32) {
+        self.spread.push(mean_square);
+        self.rms = self
+            .spread
+            .mean(self.config.learn_frames)
+            .map(|variance| libm::sqrtf(variance).max(self.config.min_rms));
+    }
+
+    fn decide(&mut self, t: Micros, energy: f32, now: f32) {
+        self.statistic = energy / self.config.threshold;
+        if now > STANDING * self.config.threshold || self.state == SlipState::Quiet {
+            self.changing_at = t;
+        }
+        if self.state != SlipState::Quiet && t.since(self.changing_at) > self.release {
+            // What the pattern has become is the new rest; the end of the slip is told.
+            self.slow = self.fast;
+            self.stand();
+        } else if energy > self.config.gross {
+            self.state = SlipState::Gross;
+        } else if energy > self.config.threshold && self.state == SlipState::Quiet {
+            self.state = SlipState::Incipient;
+        }
+    }
+
+    fn stand(&mut self) {
+        self.state = SlipState::Quiet;
+        self.statistic = 0.0;
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,108 @@
+//! Frames in; the shape they share, and how far a frame departs from it, out.
+
+/// Most that one taxel counts: deviations squared.
+pub(super) const CLIP: f32 = 36.0;
+/// Frames whose plain mean begins the shape.
+const FIRST: f32 = 2.0;
+
+/// A unit vector without mean that follows the frames.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Shape<const N: usize> {
+    u: [f32; N],
+    uu: f32,
+    frames: f32,
+}
+
+/// What a frame showed beside the shape.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Departure {
+    /// Mean square of the residual (unit of the taxels squared).
+    pub(super) mean_square: f32,
+}
+
+impl<const N: usize> Shape<N> {
+    pub(super) const fn new() -> Self {
+        Self { u: [0.0; N], uu: 0.0, frames: 0.0 }
+    }
+
+    /// Compares the frame and follows it by the time `dt_over_tau`; `None` for the first frame and for one without a pattern.
+    pub(super) fn step(
+        &mut self,
+        frame: &[f32; N],
+        n: usize,
+        dt_over_tau: f32,
+    ) -> Option<Departure> {
+        let (p, norm) = centred(frame, n);
+        if norm <= 0.0 {
+            return None;
+        }
+        let before = (self.frames > 0.0).then(|| self.residual(&p));
+        self.frames = (self.frames + 1.0).min(FIRST + 1.0);
+        let follow = 1.0 - libm::expf(-dt_over_tau);
+        let weight = if self.frames <= FIRST { 1.0 / self.frames } else { follow };
+        let scale = 1.0 / norm;
+        for (u, p) in self.u.iter_mut().zip(&p) {
+            *u += weight * (p * scale - *u);
+        }
+        self.uu = self.u.iter().map(|u| u * u).sum();
+        let free = count(n) - 2.0;
+        before.map(|r| Departure {
+            mean_square: r.iter().map(|r| r * r).sum::<f32>() / free.max(1.0),
+        })
+    }
+
+    /// Mean of the squared residuals over the variance, each limited to [`CLIP`]; 0 before the first frame.
+    pub(super) fn energy(&self, frame: &[f32; N], n: usize, per_variance: f32) -> f32 {
+        if self.frames <= 0.0 {
+            return 0.0;
+        }
+        let (p, _) = centred(frame, n);
+        let sum: f32 = self.residual(&p).iter().map(|r| (r * r * per_variance).min(CLIP)).sum();
+        sum / count(n)
+    }
+
+    /// The frame without its share of the shape. Places beyond the array stay zero.
+    fn residual(&self, p: &[f32; N]) -> [f32; N] {
+        let dot: f32 = p.iter().zip(&self.u).map(|(p, u)| p * u).sum();
+        let share = if self.uu > 0.0 { dot / self.uu } else { 0.0 };
+        core::array::from_fn(|i| p[i] - share * self.u[i])
+    }
+}
+
+/// The first `n` taxels less their mean, the rest zero; and the length of that vector.
+fn centred<const N: usize>(frame: &[f32; N], n: usize) -> ([f32; N], f32) {
+    let mean = frame.iter().take(n).sum::<f32>() / count(n);
+    let mut p = [0.0; N];
+    for (p, value) in p.iter_mut().zip(frame).take(n) {
+        *p = value - mean;
+    }
+    let norm = libm::sqrtf(p.iter().map(|p| p * p).sum());
+    (p, norm)
+}
+
+#[expect(clippy::cast_precision_loss, reason = "at most some hundred taxels")]
+fn count(n: usize) -> f32 {
+    n.max(1) as f32
+}
+
+/// Mean of residuals at rest without the largest of them, so that one knock does not raise the noise.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Spread {
+    sum: f32,
+    largest: f32,
+    count: u16,
+}
+
+impl Spread {
+    pub(super) fn push(&mut self, mean_square: f32) {
+        self.sum += mean_square;
+        self.largest = self.largest.max(mean_square);
+        self.count = self.count.saturating_add(1);
+    }
+
+    /// The mean once there are `frames` residuals.
+    pub(super) fn mean(&self, frames: u16) -> Option<f32> {
+        (self.count >= frames.max(2))
+            .then(|| (self.sum - self.largest).max(0.0) / f32::from(self.count - 1))
+    }
+}
