@@ -34,6 +34,7 @@ pub mod fixed;
 pub mod model;
 pub mod network;
 pub mod scaler;
+pub mod tanh;
 #[cfg(feature = "train")]
 pub mod train;
 

@@ -4,7 +4,7 @@
 
 use super::super::linear::solve_shifted;
 use super::super::objective::count;
-use super::{Finish, Objective, StepReport, Trainer, norm};
+use super::{Finish, Isa, Objective, Real, StepReport, Trainer, norm};
 
 /// Its two square matrices then fill 256 MiB.
 pub const MAX_WEIGHTS: usize = 4096;
@@ -31,37 +31,40 @@ impl Default for LevenbergMarquardtConfig {
     }
 }
 
-/// Levenberg-Marquardt. One step is one Jacobian and as many trials as it takes to lower the error. Memory
+/// Levenberg-Marquardt. One step is one Jacobian and as many trials as it takes to lower the error. Products of the
+/// Jacobian and the system of equations are in `f64` whatever the precision of the network. Memory
 /// and time grow with the square and the cube of the number of weights.
 #[derive(Debug, Clone)]
-pub struct LevenbergMarquardt {
+pub struct LevenbergMarquardt<T = f64> {
+    isa: Isa,
     config: LevenbergMarquardtConfig,
     mu: f64,
     normal: Vec<f64>,
     projected: Vec<f64>,
     factor: Vec<f64>,
     step: Vec<f64>,
-    trial: Vec<f64>,
+    trial: Vec<T>,
 }
 
-impl LevenbergMarquardt {
+impl<T: Real> LevenbergMarquardt<T> {
     /// Ready for the first step on `weights` weights.
     #[must_use]
     pub fn new(config: LevenbergMarquardtConfig, weights: usize) -> Self {
         let (square, zeros) = (vec![0.0; weights * weights], vec![0.0; weights]);
         Self {
+            isa: Isa::detect(),
             config,
             mu: config.mu,
             normal: square.clone(),
             projected: zeros.clone(),
             factor: square,
-            step: zeros.clone(),
-            trial: zeros,
+            step: zeros,
+            trial: vec![T::default(); weights],
         }
     }
 
     /// Moves `weights` to a lower error than `mse`; false when no damping up to the limit does.
-    fn descend(&mut self, objective: &mut dyn Objective, weights: &mut [f64], mse: f64) -> bool {
+    fn descend(&mut self, objective: &mut dyn Objective<T>, weights: &mut [T], mse: f64) -> bool {
         while self.mu <= self.config.max {
             if self.error_of_trial(objective, weights).is_some_and(|trial| trial < mse) {
                 weights.copy_from_slice(&self.trial);
@@ -73,20 +76,20 @@ impl LevenbergMarquardt {
         false
     }
 
-    fn error_of_trial(&mut self, objective: &mut dyn Objective, weights: &[f64]) -> Option<f64> {
+    fn error_of_trial(&mut self, objective: &mut dyn Objective<T>, weights: &[T]) -> Option<f64> {
         self.step.copy_from_slice(&self.projected);
         solve_shifted(&self.normal, self.mu, &mut self.factor, &mut self.step)?;
         for (trial, (weight, step)) in self.trial.iter_mut().zip(weights.iter().zip(&self.step)) {
-            *trial = weight - step;
+            *trial = T::of(weight.double() - step);
         }
         Some(objective.mse(&self.trial))
     }
 }
 
-impl Trainer for LevenbergMarquardt {
-    fn step(&mut self, objective: &mut dyn Objective, weights: &mut [f64]) -> StepReport {
+impl<T: Real> Trainer<T> for LevenbergMarquardt<T> {
+    fn step(&mut self, objective: &mut dyn Objective<T>, weights: &mut [T]) -> StepReport {
         let mse = objective.normal_equations(weights, &mut self.normal, &mut self.projected);
-        let gradient_norm = 2.0 / count(objective.residuals()) * norm(&self.projected);
+        let gradient_norm = 2.0 / count(objective.residuals()) * norm(self.isa, &self.projected);
         let finished = if !(mse.is_finite() && gradient_norm.is_finite()) {
             Some(Finish::NotFinite)
         } else if gradient_norm == 0.0 {

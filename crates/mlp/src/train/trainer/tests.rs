@@ -122,10 +122,10 @@ fn levenberg_marquardt_follows_its_formula() {
 
 #[test]
 fn a_flat_start_and_a_wild_one_end_the_rules_that_can_tell() {
-    for algorithm in ["scg", "lm"] {
+    for algorithm in ["scg", "lm", "lbfgs"] {
         let step = |start: f64| {
             let mut weights = [start];
-            let mut trainer = algorithm.parse::<Algorithm>().unwrap().trainer(1);
+            let mut trainer = algorithm.parse::<Algorithm>().unwrap().trainer::<f64>(1);
             let report = trainer.step(&mut Parabola { a: 2.0, b: 1.0 }, &mut weights);
             assert_eq!(weights[0].to_bits(), start.to_bits(), "{algorithm} moved");
             report.finished
