@@ -13,6 +13,7 @@
 
 pub mod frames;
 pub mod networks;
+pub mod peers;
 pub mod scenes;
 pub mod signals;
 pub mod training;

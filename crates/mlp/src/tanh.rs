@@ -16,7 +16,8 @@ pub(crate) const LIMIT: f32 = 9.0;
 pub(crate) const NUMERATOR: [f32; 3] = [0.922_147_4, 0.027_452_586, 0.000_105_296_96];
 
 /// `Q(x^2)`, lowest power first; its first value is twice that of [`NUMERATOR`], so that `tanh x = x` for small `x`.
-pub(crate) const DENOMINATOR: [f32; 4] = [1.844_294_8, 0.208_596_32, 0.002_224_575_5, 2.264_456_3e-6];
+pub(crate) const DENOMINATOR: [f32; 4] =
+    [1.844_294_8, 0.208_596_32, 0.002_224_575_5, 2.264_456_3e-6];
 
 /// The hyperbolic tangent as a rational function, in 17 operations.
 ///

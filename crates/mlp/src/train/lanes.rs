@@ -16,8 +16,8 @@ pub struct Isa(Kind);
 #[derive(Clone, Copy, Debug)]
 enum Kind {
     Native(Arch),
-    /// Vectors of 256 bits that the compiler breaks into what every machine of the target has.
-    Portable(pulp::Scalar256b),
+    /// One number at a time; the compiler joins those of a panel to what every machine of the target has.
+    Portable,
 }
 
 impl Isa {
@@ -33,7 +33,7 @@ impl Isa {
     /// What every machine of the target has.
     #[must_use]
     pub const fn portable() -> Self {
-        Self(Kind::Portable(pulp::Scalar256b))
+        Self(Kind::Portable)
     }
 
     /// All that this machine has, widest first, for tests and benches.
@@ -55,7 +55,7 @@ impl Isa {
     pub(crate) fn dispatch<Op: WithSimd>(self, op: Op) -> Op::Output {
         match self.0 {
             Kind::Native(arch) => arch.dispatch(op),
-            Kind::Portable(simd) => simd.vectorize(op),
+            Kind::Portable => pulp::Scalar::new().vectorize(op),
         }
     }
 
@@ -82,7 +82,7 @@ impl fmt::Display for Isa {
             #[cfg(target_arch = "x86_64")]
             Kind::Native(Arch::V3(_)) => "AVX2",
             Kind::Native(_) => "native",
-            Kind::Portable(_) => "portable",
+            Kind::Portable => "portable",
         })
     }
 }
@@ -112,11 +112,7 @@ pub trait Lanes: Sized + Copy {
         c: Self::Vector<S>,
     ) -> Self::Vector<S>;
     /// `x` where `v > 0`, otherwise 0.
-    fn where_positive<S: Simd>(
-        simd: S,
-        v: Self::Vector<S>,
-        x: Self::Vector<S>,
-    ) -> Self::Vector<S>;
+    fn where_positive<S: Simd>(simd: S, v: Self::Vector<S>, x: Self::Vector<S>) -> Self::Vector<S>;
     /// 0 where `v < 0`, otherwise `v`: NaN stays.
     fn ramp<S: Simd>(simd: S, v: Self::Vector<S>) -> Self::Vector<S>;
     /// Sum of all lanes.

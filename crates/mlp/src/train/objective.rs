@@ -38,12 +38,8 @@ pub trait Objective<T = f64> {
     /// The error; writes half its gradient times `n`, without a penalty `J'e`, to `projected` and the lower
     /// triangle of half its Gauss-Newton Hessian times `n`, without a penalty `J'J`, row by row in a square
     /// matrix, to `normal`, with `J[k][w] = d e_k / d weight_w`.
-    fn normal_equations(
-        &mut self,
-        weights: &[T],
-        normal: &mut [f64],
-        projected: &mut [f64],
-    ) -> f64;
+    fn normal_equations(&mut self, weights: &[T], normal: &mut [f64], projected: &mut [f64])
+    -> f64;
 }
 
 /// The objective of a feed-forward network over all its rows, in `f32` or `f64`.

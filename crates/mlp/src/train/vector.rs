@@ -69,13 +69,7 @@ impl<T: Real> WithSimd for Combine<'_, T> {
 }
 
 /// `out = base + factor direction`.
-pub(super) fn combine<T: Real>(
-    isa: Isa,
-    out: &mut [T],
-    base: &[T],
-    factor: f64,
-    direction: &[T],
-) {
+pub(super) fn combine<T: Real>(isa: Isa, out: &mut [T], base: &[T], factor: f64, direction: &[T]) {
     isa.dispatch(Combine { out, base, factor: T::of(factor), direction });
 }
 

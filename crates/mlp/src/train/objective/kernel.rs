@@ -104,12 +104,7 @@ pub(super) struct One<'a, T, S> {
 
 impl<T: Real, S: Simd> One<'_, T, S> {
     #[inline(always)]
-    fn run<const K: usize>(
-        self,
-        tape: &mut Tape<T>,
-        squares: &mut T::Vector<S>,
-        wanted: Wanted,
-    ) {
+    fn run<const K: usize>(self, tape: &mut Tape<T>, squares: &mut T::Vector<S>, wanted: Wanted) {
         let inputs = self.forward::<K>(tape, squares);
         if wanted == Wanted::Gradient {
             self.backward::<K>(tape, inputs);

@@ -132,9 +132,7 @@ impl<T: Real, S: Simd> One<'_, T, S> {
             let deltas = columns::<T, S, K>(deltas);
             let from = match at.checked_sub(1) {
                 None => inputs,
-                Some(previous) => {
-                    &columns::<T, S, K>(tape.values[previous].get())[..layer.from]
-                }
+                Some(previous) => &columns::<T, S, K>(tape.values[previous].get())[..layer.from],
             };
             let rows = &mut derivatives[layer.start * room..layer.end() * room];
             let mut rows = rows.chunks_exact_mut(room);
