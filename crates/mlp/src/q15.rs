@@ -34,7 +34,6 @@ static TABLE: [i16; STEPS + 1] = table();
 #[expect(
     clippy::cast_possible_truncation,
     clippy::cast_precision_loss,
-    clippy::cast_lossless,
     reason = "steps are small and values lie below 1; const code has no checked conversions"
 )]
 const fn table() -> [i16; STEPS + 1] {

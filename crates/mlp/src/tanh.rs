@@ -132,4 +132,48 @@ mod tests {
         assert_eq!(double(5e-324).to_bits(), 1, "denormals stay");
         assert!(double(f64::NAN).is_nan());
     }
+
+    /// Error of `y` in units of the last place of the rounded reference.
+    fn ulp(y: f32, reference: f64) -> f64 {
+        #[expect(
+            clippy::cast_possible_truncation,
+            reason = "the unit is that of the rounded value"
+        )]
+        let rounded = (reference as f32).abs();
+        let unit = f32::from_bits(rounded.to_bits() + 1) - rounded;
+        (f64::from(y) - reference).abs() / f64::from(unit)
+    }
+
+    /// Every 997th value; `tanh-exhaustive` of the benches looks at all of them.
+    #[test]
+    fn rational_and_exact_are_within_their_bounds() {
+        let (mut rational_worst, mut exact_worst, mut highest) = (0.0_f64, 0.0_f64, 0.0_f32);
+        for bits in (0..=12_f32.to_bits()).step_by(997) {
+            let x = f32::from_bits(bits);
+            let reference = libm::tanh(f64::from(x));
+            let y = rational(x);
+            assert!((0.0..=1.0).contains(&y), "{x}: {y}");
+            assert_eq!(rational(-x).to_bits(), (-y).to_bits(), "odd at {x}");
+            assert!(y > highest * (1.0 - 5e-7), "falls at {x}");
+            highest = highest.max(y);
+            rational_worst = rational_worst.max(ulp(y, reference));
+            exact_worst = exact_worst.max(ulp(exact(x), reference));
+        }
+        eprintln!("rational {rational_worst:.3} ulp, exact {exact_worst:.4} ulp");
+        assert!(rational_worst <= 3.5 && exact_worst <= 0.501, "{rational_worst} {exact_worst}");
+    }
+
+    #[test]
+    fn rational_and_exact_keep_nan_and_saturate() {
+        for f in [rational, exact] {
+            assert!(f(f32::NAN).is_nan() && f(-f32::NAN).is_nan());
+            for x in [12.0, 1e30, f32::MAX, f32::INFINITY] {
+                assert!((f(x) - 1.0).abs() < 1e-7 && (f(-x) + 1.0).abs() < 1e-7, "{x}");
+            }
+            assert_eq!((f(0.0).to_bits(), f(-0.0).to_bits()), (0, 0x8000_0000));
+            for x in [1e-45_f32, 1e-38, 1e-20] {
+                assert_eq!(f(x).to_bits(), x.to_bits(), "{x:e}");
+            }
+        }
+    }
 }

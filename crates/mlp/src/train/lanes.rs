@@ -50,6 +50,30 @@ impl Isa {
         all
     }
 
+    /// Replaces every value by its hyperbolic tangent, as the objective computes it on this instruction set:
+    /// [`rational`](crate::tanh::rational) in `f32`, fused where the machine can, [`double`](crate::tanh::double) in
+    /// `f64`.
+    pub fn tanh<T: Lanes>(self, values: &mut [T]) {
+        struct Op<'a, T>(&'a mut [T]);
+        impl<T: Lanes> WithSimd for Op<'_, T> {
+            type Output = ();
+
+            #[inline(always)]
+            fn with_simd<S: Simd>(self, simd: S) {
+                let width = size_of::<T::Vector<S>>() / size_of::<T>();
+                let whole = self.0.len() - self.0.len() % width;
+                let (vectors, rest) = self.0.split_at_mut(whole);
+                T::tanh(simd, vectors);
+                // A last vector filled up with zeros.
+                let mut last = [T::ZERO; 64];
+                last[..rest.len()].copy_from_slice(rest);
+                T::tanh(simd, &mut last);
+                rest.copy_from_slice(&last[..rest.len()]);
+            }
+        }
+        self.dispatch(Op(values));
+    }
+
     /// Runs `op` with vectors of this kind.
     #[inline]
     pub(crate) fn dispatch<Op: WithSimd>(self, op: Op) -> Op::Output {
@@ -89,6 +113,9 @@ impl fmt::Display for Isa {
 
 /// Arithmetic on whole vectors. Everything is inlined into a function compiled for the machine's vectors.
 pub trait Lanes: Sized + Copy {
+    /// Zero.
+    const ZERO: Self;
+
     /// Vector of this type.
     type Vector<S: Simd>: Copy;
 
@@ -122,6 +149,7 @@ pub trait Lanes: Sized + Copy {
 }
 
 impl Lanes for f32 {
+    const ZERO: Self = 0.0;
     type Vector<S: Simd> = S::f32s;
 
     #[inline(always)]
@@ -212,6 +240,7 @@ fn tanh_f32<S: Simd>(simd: S, x: S::f32s) -> S::f32s {
 }
 
 impl Lanes for f64 {
+    const ZERO: Self = 0.0;
     type Vector<S: Simd> = S::f64s;
 
     #[inline(always)]

@@ -188,6 +188,7 @@ impl<'a, T> Training<'a, T> {
 ///
 /// `weights` must have as many values as the objective wants. If the very first error is not finite, the run
 /// reports divergence at epoch 0 and returns the weights it was given.
+#[must_use]
 pub fn run<T: Real>(training: Training<'_, T>, mut weights: Vec<T>, config: &RunConfig) -> Run {
     let Training { trainer, objective, mut validation, elapsed } = training;
     let mut progress = Progress {

@@ -151,7 +151,7 @@ impl<T: Real, S: Simd> One<'_, T, S> {
         let outputs = columns::<T, S, K>(tape.values[last].get());
         let targets = &rest[..tape.layers[last].to];
         let deltas = columns_mut::<T, S, K>(tape.deltas[last].get_mut());
-        residuals::<T, S, K>(simd, (outputs, targets), self.mask(), deltas, squares);
+        residuals::<T, S, K>(simd, [outputs, targets], self.mask(), deltas, squares);
         inputs
     }
 

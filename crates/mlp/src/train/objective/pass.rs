@@ -124,7 +124,7 @@ pub(super) fn through_activation<T: Real, S: Simd>(
 #[inline(always)]
 pub(super) fn residuals<T: Real, S: Simd, const K: usize>(
     simd: S,
-    (outputs, targets): (&[Column<T, S, K>], &[Column<T, S, K>]),
+    [outputs, targets]: [&[Column<T, S, K>]; 2],
     mask: Option<T::Vector<S>>,
     residuals: &mut [Column<T, S, K>],
     squares: &mut T::Vector<S>,
@@ -137,8 +137,8 @@ pub(super) fn residuals<T: Real, S: Simd, const K: usize>(
         if let Some(mask) = mask {
             e[K - 1] = T::product(simd, e[K - 1], mask);
         }
-        for k in 0..K {
-            *squares = T::mul_add(simd, e[k], e[k], *squares);
+        for e in e {
+            *squares = T::mul_add(simd, e, e, *squares);
         }
         *residual = e;
     }

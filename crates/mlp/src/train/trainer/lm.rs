@@ -12,14 +12,27 @@ pub const MAX_WEIGHTS: usize = 4096;
 /// Damping never falls below this, so that it can always rise again.
 const MIN_MU: f64 = 1e-20;
 
+/// How the damping follows the success of the steps.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Damping {
+    /// By `decrease` after every accepted step, however good it was: MATLAB's trainlm.
+    Factors,
+    /// By the gain, the error's true fall over that of the linear model: times `max(1/3, 1 - (2 gain - 1)^3)` after an
+    /// accepted step, times 2, 4, 8, ... after rejected ones (Nielsen 1999).
+    #[default]
+    Gain,
+}
+
 /// Settings of [`LevenbergMarquardt`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LevenbergMarquardtConfig {
+    /// Which rule. Default by the gain.
+    pub damping: Damping,
     /// First damping. Default 0.001.
     pub mu: f64,
-    /// Factor after an accepted step. Default 0.1.
+    /// Factor after an accepted step under [`Damping::Factors`]. Default 0.1.
     pub decrease: f64,
-    /// Factor after a rejected one. Default 10.
+    /// Factor after a rejected one under [`Damping::Factors`]. Default 10.
     pub increase: f64,
     /// Damping at which it gives up. Default 1e10.
     pub max: f64,
@@ -27,7 +40,7 @@ pub struct LevenbergMarquardtConfig {
 
 impl Default for LevenbergMarquardtConfig {
     fn default() -> Self {
-        Self { mu: 0.001, decrease: 0.1, increase: 10.0, max: 1e10 }
+        Self { damping: Damping::Gain, mu: 0.001, decrease: 0.1, increase: 10.0, max: 1e10 }
     }
 }
 
@@ -39,6 +52,8 @@ pub struct LevenbergMarquardt<T = f64> {
     isa: Isa,
     config: LevenbergMarquardtConfig,
     mu: f64,
+    /// Factor of the damping after the next rejected step, under [`Damping::Gain`].
+    growth: f64,
     normal: Vec<f64>,
     projected: Vec<f64>,
     factor: Vec<f64>,
@@ -55,6 +70,7 @@ impl<T: Real> LevenbergMarquardt<T> {
             isa: Isa::detect(),
             config,
             mu: config.mu,
+            growth: 2.0,
             normal: square.clone(),
             projected: zeros.clone(),
             factor: square,
@@ -66,14 +82,35 @@ impl<T: Real> LevenbergMarquardt<T> {
     /// Moves `weights` to a lower error than `mse`; false when no damping up to the limit does.
     fn descend(&mut self, objective: &mut dyn Objective<T>, weights: &mut [T], mse: f64) -> bool {
         while self.mu <= self.config.max {
-            if self.error_of_trial(objective, weights).is_some_and(|trial| trial < mse) {
+            let trial = self.error_of_trial(objective, weights);
+            if let Some(trial) = trial.filter(|trial| *trial < mse) {
                 weights.copy_from_slice(&self.trial);
-                self.mu = (self.mu * self.config.decrease).max(MIN_MU);
+                let fall = count(objective.residuals()) * (mse - trial);
+                self.mu = (self.mu * self.less(fall)).max(MIN_MU);
+                self.growth = 2.0;
                 return true;
             }
-            self.mu *= self.config.increase;
+            self.mu *= match self.config.damping {
+                Damping::Factors => self.config.increase,
+                Damping::Gain => self.growth,
+            };
+            self.growth *= 2.0;
         }
         false
+    }
+
+    /// Factor of the damping after a step that lowered the sum of squares by `fall`.
+    fn less(&self, fall: f64) -> f64 {
+        if self.config.damping == Damping::Factors {
+            return self.config.decrease;
+        }
+        let products = self.step.iter().zip(&self.projected);
+        let predicted: f64 = products.map(|(step, p)| step * (self.mu * step + p)).sum();
+        let gain = fall / predicted;
+        if !gain.is_finite() {
+            return 1.0;
+        }
+        (1.0 - (2.0 * gain - 1.0).powi(3)).clamp(1.0 / 3.0, 2.0)
     }
 
     fn error_of_trial(&mut self, objective: &mut dyn Objective<T>, weights: &[T]) -> Option<f64> {

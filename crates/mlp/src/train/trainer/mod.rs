@@ -33,7 +33,7 @@ pub use gd::{GradientDescent, GradientDescentConfig};
 pub use gdm::{Momentum, MomentumConfig, MomentumForm};
 pub use gdx::{AdaptiveRate, AdaptiveRateConfig};
 pub use lbfgs::{Lbfgs, LbfgsConfig};
-pub use lm::{LevenbergMarquardt, LevenbergMarquardtConfig};
+pub use lm::{Damping, LevenbergMarquardt, LevenbergMarquardtConfig};
 pub use rprop::{Rprop, RpropConfig, RpropVariant, UnknownVariant};
 pub use scg::{Scg, ScgConfig};
 

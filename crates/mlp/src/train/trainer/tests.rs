@@ -111,7 +111,11 @@ fn scaled_conjugate_gradient_takes_newton_steps_on_a_parabola() {
 #[test]
 fn levenberg_marquardt_follows_its_formula() {
     // dw = -(4 + mu)^-1 * 2 e with e = 2 w - 1, mu = 1, 0.1, 0.01.
-    let config = LevenbergMarquardtConfig { mu: 1.0, ..LevenbergMarquardtConfig::default() };
+    let config = LevenbergMarquardtConfig {
+        mu: 1.0,
+        damping: Damping::Factors,
+        ..LevenbergMarquardtConfig::default()
+    };
     let mut w: f64 = 3.0;
     let expected = [1.0, 0.1, 0.01].map(|mu| {
         w -= 2.0 * (2.0 * w - 1.0) / (4.0 + mu);
