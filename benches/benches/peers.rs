@@ -6,7 +6,7 @@ use std::{env, fs, path::Path, time::Instant};
 
 use mlp::train::{
     Algorithm, Isa, NetworkObjective, Objective as _, Real,
-    trainer::{RpropConfig, ScgConfig},
+    trainer::{LevenbergMarquardtConfig, RpropConfig, ScgConfig},
 };
 use slip_benches::{
     networks,
@@ -41,10 +41,13 @@ fn epochs<T: Real>(case: &Case, isa: Isa, epochs: u32) -> Result<(), Box<dyn Err
     let rules = [
         ("rprop", Algorithm::Rprop(RpropConfig::default())),
         ("scg", Algorithm::Scg(ScgConfig::default())),
+        ("lm", Algorithm::Lm(LevenbergMarquardtConfig::default())),
     ];
     for (name, algorithm) in rules {
         let mut gradients = 0;
         let mut total = 0_u32;
+        // A step of lm costs a hundred of the others on the larger net.
+        let epochs = if name == "lm" { (epochs / 50).max(1) } else { epochs };
         let seconds = least(9, 1, || {
             let mut trainer = algorithm.trainer::<T>(start.len());
             let mut weights = start.clone();
@@ -69,15 +72,36 @@ fn epochs<T: Real>(case: &Case, isa: Isa, epochs: u32) -> Result<(), Box<dyn Err
 }
 
 fn forward() -> Result<(), Box<dyn Error>> {
-    let small = networks::small()?;
+    let (small, deep) = (networks::small()?, networks::deep()?);
     let mut input = [0.25_f32, -0.5];
-    let seconds = least(9, 100_000, || {
-        black_box(small.forward(black_box(&input)));
-    });
-    print("forward 2-10-1 throughput", seconds * 1e9, "ns");
-    let seconds = least(9, 100_000, || input[0] = small.forward(&input)[0] * 0.5);
-    print("forward 2-10-1 latency", seconds * 1e9, "ns");
+    time_forward("2-10-1", &mut input, |input| small.forward(input)[0]);
+    time_forward("2-10-1 exact", &mut input, |input| small.forward_exact(input)[0]);
+    time_forward("16-32-16-1", &mut [0.25; 16], |input| deep.forward(input)[0]);
+    for sizes in [&[2, 10, 1][..], &[16, 32, 16, 1]] {
+        let network = networks::network(sizes)?;
+        let name: Vec<String> = sizes.iter().map(ToString::to_string).collect();
+        let mut input = vec![0.25; network.inputs()];
+        let pass = |input: &Vec<f32>| {
+            let mut output = [0.0];
+            // Lengths fit; an error would leave the output at zero.
+            black_box(network.forward(input, &mut output).is_ok());
+            output[0]
+        };
+        time_forward(&format!("{} slice", name.join("-")), &mut input, pass);
+    }
     Ok(())
+}
+
+fn time_forward<I: AsMut<[f32]>>(name: &str, input: &mut I, pass: impl Fn(&I) -> f32) {
+    let seconds = least(15, 50_000, || {
+        black_box(pass(black_box(input)));
+    });
+    print(&format!("forward {name} throughput"), seconds * 1e9, "ns");
+    let seconds = least(15, 50_000, || {
+        let output = pass(input);
+        input.as_mut()[0] = output * 0.5;
+    });
+    print(&format!("forward {name} latency"), seconds * 1e9, "ns");
 }
 
 fn write(case: &Case, directory: &Path) -> Result<(), Box<dyn Error>> {

@@ -6,6 +6,7 @@
 //! cargo bench -p slip-benches --bench network     one forward pass
 //! cargo bench -p slip-benches --bench link        one frame decoded or encoded, CRC-32C
 //! cargo bench -p slip-benches --bench training    one epoch of training
+//! cargo bench -p slip-benches --bench peers       our side of scripts/network-peers.sh
 //! cargo bench -p slip-benches --bench latency     p50 to max beside the stated limits
 //! cargo test  -p slip-benches                     nothing is allocated on these paths
 //! ```
@@ -16,4 +17,3 @@ pub mod networks;
 pub mod peers;
 pub mod scenes;
 pub mod signals;
-pub mod training;

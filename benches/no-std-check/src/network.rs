@@ -1,7 +1,8 @@
 //! Inputs in, outputs of each kind of network out.
 
 use mlp::{
-    Activation, Column, Estimate, Mlp, Model, Network, PredictError, ScaleError, Scaler, ShapeError,
+    Activation, Column, DeepMlp, Estimate, Mlp, Model, Network, PredictError, Q15, ScaleError, Scaler,
+    ShapeError,
 };
 
 /// One hidden layer of known size.
@@ -18,6 +19,38 @@ pub fn network_forward(
     output: &mut [f32],
 ) -> Result<(), ShapeError> {
     network.forward(input, output)
+}
+
+/// Two hidden layers of known size, with the exact tanh.
+#[unsafe(no_mangle)]
+pub fn deep_forward_exact(network: &DeepMlp<2, 8, 6, 1>, input: &[f32; 2]) -> [f32; 1] {
+    network.forward_exact(input)
+}
+
+/// Any number of layers in double precision.
+#[unsafe(no_mangle)]
+pub fn network_forward_double(
+    network: &Network<&'static [f32]>,
+    input: &[f64],
+    output: &mut [f64],
+) -> Result<(), ShapeError> {
+    network.forward_double(input, output)
+}
+
+/// Integers only.
+#[unsafe(no_mangle)]
+pub fn q15_forward(network: &Q15<'_>, input: &[i16], output: &mut [i32]) -> Result<(), ShapeError> {
+    network.forward(input, output)
+}
+
+/// Turns weights into integers; whether that worked.
+#[unsafe(no_mangle)]
+pub fn q15_quantize(
+    network: &Network<&'static [f32]>,
+    weights: &mut [i16],
+    biases: &mut [i32],
+) -> bool {
+    Q15::quantize(network, weights, biases).is_ok()
 }
 
 /// Raw features to a raw target.

@@ -178,8 +178,8 @@ fn polish(mut c: Coefficients, sample: &[Point], random: &mut Random) -> (Coeffi
 
 fn main() {
     let seconds = std::env::args().nth(1).and_then(|text| text.parse().ok()).unwrap_or(60);
-    let (ideal, error) = minimax();
-    println!("largest error of the unrounded coefficients over 1 / cosh x: {error:.2e}");
+    let (ideal, weighted) = minimax();
+    println!("largest error of the unrounded coefficients over 1 / cosh x: {weighted:.2e}");
     let bits = 0.02_f32.to_bits()..9.5_f32.to_bits();
     let all: Vec<Point> = bits.step_by(3).map(f32::from_bits).map(point).collect();
     let mut random = Random(0x9E37_79B9_7F4A_7C15);

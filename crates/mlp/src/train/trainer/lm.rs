@@ -28,7 +28,11 @@ pub enum Damping {
 pub struct LevenbergMarquardtConfig {
     /// Which rule. Default by the gain.
     pub damping: Damping,
-    /// First damping. Default 0.001.
+    /// First damping: under [`Damping::Gain`] as a share of the largest diagonal element of `J'J`, under
+    /// [`Damping::Factors`] as it is. Default 0.03.
+    ///
+    /// From 0.003 to 1 the twenty starts of `surface2` all reach their goal within 25 epochs; with a first damping near
+    /// zero the first step saturates neurons and some starts take over 80.
     pub mu: f64,
     /// Factor after an accepted step under [`Damping::Factors`]. Default 0.1.
     pub decrease: f64,
@@ -40,7 +44,7 @@ pub struct LevenbergMarquardtConfig {
 
 impl Default for LevenbergMarquardtConfig {
     fn default() -> Self {
-        Self { damping: Damping::Gain, mu: 0.001, decrease: 0.1, increase: 10.0, max: 1e10 }
+        Self { damping: Damping::Gain, mu: 0.03, decrease: 0.1, increase: 10.0, max: 1e10 }
     }
 }
 
@@ -51,7 +55,8 @@ impl Default for LevenbergMarquardtConfig {
 pub struct LevenbergMarquardt<T = f64> {
     isa: Isa,
     config: LevenbergMarquardtConfig,
-    mu: f64,
+    /// Damping, unknown until the first Jacobian.
+    mu: Option<f64>,
     /// Factor of the damping after the next rejected step, under [`Damping::Gain`].
     growth: f64,
     normal: Vec<f64>,
@@ -69,7 +74,7 @@ impl<T: Real> LevenbergMarquardt<T> {
         Self {
             isa: Isa::detect(),
             config,
-            mu: config.mu,
+            mu: None,
             growth: 2.0,
             normal: square.clone(),
             projected: zeros.clone(),
@@ -81,16 +86,17 @@ impl<T: Real> LevenbergMarquardt<T> {
 
     /// Moves `weights` to a lower error than `mse`; false when no damping up to the limit does.
     fn descend(&mut self, objective: &mut dyn Objective<T>, weights: &mut [T], mse: f64) -> bool {
-        while self.mu <= self.config.max {
-            let trial = self.error_of_trial(objective, weights);
+        let mut mu = self.mu.unwrap_or_else(|| self.first_damping());
+        while mu <= self.config.max {
+            let trial = self.error_of_trial(objective, weights, mu);
             if let Some(trial) = trial.filter(|trial| *trial < mse) {
                 weights.copy_from_slice(&self.trial);
                 let fall = count(objective.residuals()) * (mse - trial);
-                self.mu = (self.mu * self.less(fall)).max(MIN_MU);
+                self.mu = Some((mu * self.less(fall, mu)).max(MIN_MU));
                 self.growth = 2.0;
                 return true;
             }
-            self.mu *= match self.config.damping {
+            mu *= match self.config.damping {
                 Damping::Factors => self.config.increase,
                 Damping::Gain => self.growth,
             };
@@ -99,13 +105,21 @@ impl<T: Real> LevenbergMarquardt<T> {
         false
     }
 
+    fn first_damping(&self) -> f64 {
+        if self.config.damping == Damping::Factors {
+            return self.config.mu;
+        }
+        let diagonal = self.normal.iter().step_by(self.projected.len() + 1);
+        (self.config.mu * diagonal.copied().fold(0.0, f64::max)).max(MIN_MU)
+    }
+
     /// Factor of the damping after a step that lowered the sum of squares by `fall`.
-    fn less(&self, fall: f64) -> f64 {
+    fn less(&self, fall: f64, mu: f64) -> f64 {
         if self.config.damping == Damping::Factors {
             return self.config.decrease;
         }
         let products = self.step.iter().zip(&self.projected);
-        let predicted: f64 = products.map(|(step, p)| step * (self.mu * step + p)).sum();
+        let predicted: f64 = products.map(|(step, p)| step * (mu * step + p)).sum();
         let gain = fall / predicted;
         if !gain.is_finite() {
             return 1.0;
@@ -113,9 +127,14 @@ impl<T: Real> LevenbergMarquardt<T> {
         (1.0 - (2.0 * gain - 1.0).powi(3)).clamp(1.0 / 3.0, 2.0)
     }
 
-    fn error_of_trial(&mut self, objective: &mut dyn Objective<T>, weights: &[T]) -> Option<f64> {
+    fn error_of_trial(
+        &mut self,
+        objective: &mut dyn Objective<T>,
+        weights: &[T],
+        mu: f64,
+    ) -> Option<f64> {
         self.step.copy_from_slice(&self.projected);
-        solve_shifted(&self.normal, self.mu, &mut self.factor, &mut self.step)?;
+        solve_shifted(&self.normal, mu, &mut self.factor, &mut self.step)?;
         for (trial, (weight, step)) in self.trial.iter_mut().zip(weights.iter().zip(&self.step)) {
             *trial = T::of(weight.double() - step);
         }
