@@ -11,11 +11,14 @@ use mlp::{tanh, train::Isa};
 /// Arguments handled together.
 const CHUNK: usize = 4096;
 
+/// Replaces values by their tanh.
+type Tanh = Box<dyn Fn(&mut [f32]) + Sync>;
+
 /// One way to compute tanh, its bound and what was seen of it.
 struct Way {
     name: String,
     bound: f64,
-    tanh: Box<dyn Fn(&mut [f32]) + Sync>,
+    tanh: Tanh,
 }
 
 /// Worst values of one way.

@@ -19,7 +19,8 @@
     reason = "rounding is the task"
 )]
 
-use std::time::{Duration, Instant};
+use core::time::Duration;
+use std::time::Instant;
 
 /// Where the argument saturates.
 const END: f64 = 9.0;
@@ -28,6 +29,7 @@ const COUNT: usize = 7;
 type Coefficients = [f32; COUNT];
 
 /// Least squares by Householder reflections.
+#[expect(clippy::needless_range_loop, reason = "rows and columns as in the books")]
 fn least_squares(mut rows: Vec<Vec<f64>>, mut right: Vec<f64>) -> Vec<f64> {
     let (m, n) = (rows.len(), rows[0].len());
     for j in 0..n {
