@@ -31,8 +31,7 @@ pub struct LevenbergMarquardtConfig {
     /// First damping: under [`Damping::Gain`] as a share of the largest diagonal element of `J'J`, under
     /// [`Damping::Factors`] as it is. Default 0.03.
     ///
-    /// From 0.003 to 1 the twenty starts of `surface2` all reach their goal within 25 epochs; with a first damping near
-    /// zero the first step saturates neurons and some starts take over 80.
+    /// With a first damping near zero the first step saturates neurons, which costs some starts over 80 epochs.
     pub mu: f64,
     /// Factor after an accepted step under [`Damping::Factors`]. Default 0.1.
     pub decrease: f64,
