@@ -1,6 +1,37 @@
 #!/bin/sh
-# Builds the C device side with the system compiler, warnings as errors and sanitizers, and lets it read the vectors.
+# The C device side: built with every warning and with sanitizers, read against the vectors, compared with the Rust
+# device on random scripts and damaged streams, and compiled for a Cortex-M4 where that compiler is installed.
+# Needs: cc, make, cargo. Usage: scripts/c-peer-check.sh
 set -eu
-root=$(cd "$(dirname "$0")/.." && pwd)
-build=${CARGO_TARGET_DIR:-$root/target}/c-peer
-make -C "$root/protocol/c/test" BUILD="$build" check
+cd "$(dirname "$0")/.."
+build=${CARGO_TARGET_DIR:-target}/c-peer
+mkdir -p "$build"
+build=$(cd "$build" && pwd)
+export ASAN_OPTIONS=${ASAN_OPTIONS:-detect_leaks=0}
+
+make -s -C protocol/c/test BUILD="$build" check
+printf 'device beef:0 41542b474341500d00\n' | "$build/peer" decode | grep -qx 'cobs gap=0 garbage=8'
+GRIP_C_FLAGS='-O1 -g -fsanitize=address,undefined -fno-sanitize-recover=all' cargo test -q -p grip-link --test c_peer
+
+warnings='-std=c99 -Wall -Wextra -Wpedantic -Wconversion -Wsign-conversion -Wshadow -Werror'
+for option in -DGL_KEPT_BATCHES=1 '-DGL_BATCH_BYTES=64 -DGL_CHANNELS=3 -DGL_KEPT_BATCHES=2'; do
+  # shellcheck disable=SC2086 # the options are words
+  cc $warnings $option -O2 -c protocol/c/grip_link.c -o "$build/small.o"
+done
+if command -v c++ >/dev/null; then
+  echo '#include "grip_link.h"' | c++ -std=c++11 -Wall -Wextra -Werror -Iprotocol/c -fsyntax-only -x c++ -
+fi
+if command -v arm-none-eabi-gcc >/dev/null; then
+  for level in -Os -O2; do
+    # shellcheck disable=SC2086
+    arm-none-eabi-gcc $warnings -mcpu=cortex-m4 -mthumb -mfloat-abi=hard -mfpu=fpv4-sp-d16 -ffreestanding $level \
+      -c protocol/c/grip_link.c -o "$build/m4.o"
+    echo "Cortex-M4 $level: $(arm-none-eabi-size "$build/m4.o" | awk 'NR == 2 { print $1 " bytes of flash, " $2 + $3 " of static RAM" }')"
+    if arm-none-eabi-nm -u "$build/m4.o" | grep -vE '__aeabi_u?ldivmod|memcpy|memset'; then
+      echo 'more of libc than memcpy and memset is needed' >&2
+      exit 1
+    fi
+  done
+else
+  echo 'no arm-none-eabi-gcc: sizes for Cortex-M4 are not measured'
+fi

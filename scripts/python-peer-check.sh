@@ -1,15 +1,24 @@
 #!/bin/sh
-# The Python peer of the link in a virtual environment of its own: its tests, also against the simulated gripper if that is built.
+# The Python peer of the link: mypy, its tests, and these against the Rust virtual gripper on a pseudo-terminal.
+# Makes a virtual environment under the target folder. PYTHON names another interpreter than python3.
 set -eu
+
 root=$(cd "$(dirname "$0")/.." && pwd)
 target=${CARGO_TARGET_DIR:-$root/target}
-environment=$target/python-peer
-[ -x "$environment/bin/python" ] || python3 -m venv "$environment"
-"$environment/bin/python" -m pip install --quiet --disable-pip-version-check pyserial pytest
-gripctl=$target/release/gripctl
-if [ -x "$gripctl" ]; then
-    GRIPCTL=$gripctl
-    export GRIPCTL
+mkdir -p "$target/python-peer"
+target=$(cd "$target" && pwd)
+work=$target/python-peer
+package=$root/protocol/python
+export PYTHONPYCACHEPREFIX="$work/byte-code"
+
+(cd "$root" && CARGO_TARGET_DIR="$target" cargo build --release --locked -p gripctl)
+
+if ! cmp -s "$package/pyproject.toml" "$work/pyproject.toml" || [ ! -x "$work/environment/bin/python" ]; then
+    "${PYTHON:-python3}" -m venv --clear "$work/environment"
+    "$work/environment/bin/python" -m pip install --quiet --disable-pip-version-check --editable "$package[dev]"
+    cp "$package/pyproject.toml" "$work/pyproject.toml"
 fi
-cd "$root/protocol/python"
-PYTHONPATH=src PYTHONDONTWRITEBYTECODE=1 "$environment/bin/python" -m pytest -q -p no:cacheprovider
+
+cd "$package"
+"$work/environment/bin/python" -m mypy --cache-dir "$work/mypy"
+GRIPCTL=$target/release/gripctl "$work/environment/bin/python" -m pytest -p no:cacheprovider "$@"

@@ -8,11 +8,21 @@
 //! cargo bench -p slip-benches --bench training    one epoch of training
 //! cargo bench -p slip-benches --bench peers       our side of scripts/network-peers.sh
 //! cargo bench -p slip-benches --bench latency     p50 to max beside the stated limits
+//! cargo run --release -p slip-benches --bin accuracy          time against error: E_sc, filters, tanh, forward passes
+//! cargo run --release -p slip-benches --bin esc-containment   every enclosure of E_sc holds the exact value
+//! cargo run --release -p slip-benches --bin soak              drift of every streaming state over 1e9 steps
+//! cargo run --release -p slip-benches --bin esc-readings      readings of E_sc against simulated dissipation
 //! cargo test  -p slip-benches                     nothing is allocated on these paths
+//! cargo run --release -p slip-benches --bin link-faults   nine kinds of line faults, counted
+//! cargo run --release -p slip-benches --bin link-soak     ten minutes at 10 kHz, every sample accounted for
 //! ```
 //! The default members of the workspace leave this package out: name it with `-p`, or use `--workspace`.
 
+pub mod accuracy;
+pub mod containment;
+pub mod exact;
 pub mod frames;
+pub mod link_faults;
 pub mod networks;
 pub mod peers;
 pub mod scenes;

@@ -1,7 +1,14 @@
 /* Frames, messages and the failsafe state machine of the device side. See grip_link.h and ../SPEC.md. */
 #include "grip_link.h"
 
+#if __STDC_HOSTED__
 #include <string.h>
+#else
+#include <stddef.h>
+/* A freestanding compiler brings no string.h, but its own code needs these two anyway. */
+void *memcpy(void *to, const void *from, size_t len);
+void *memset(void *to, int value, size_t len);
+#endif
 
 #define SAMPLES_HEADER 20u
 #define IDENT_TABLE 72u
@@ -14,6 +21,7 @@
 typedef char gl_check_channels[GL_CHANNELS >= 1 && GL_CHANNELS <= 16 ? 1 : -1];
 typedef char gl_check_kept[GL_KEPT_BATCHES >= 1 && GL_KEPT_BATCHES <= 100 ? 1 : -1];
 typedef char gl_check_batch[GL_BATCH_BYTES >= 4 && GL_BATCH_BYTES <= 460 ? 1 : -1];
+typedef char gl_check_batch_ms[GL_BATCH_MS >= 1 && GL_BATCH_MS <= 4 ? 1 : -1];
 typedef char gl_check_float[sizeof(float) == 4 ? 1 : -1];
 
 enum { RAN_CONTROL = 1, RAN_LINK = 2, RAN_SAMPLING = 4 };
@@ -444,7 +452,7 @@ static void configure_batches(gl_batches *b, const gl_config *config, uint16_t r
   b->rows_a_batch = (uint8_t)min_u32(config->batch, fitting);
   if (b->rows_a_batch == 0) b->rows_a_batch = 1;
   b->dt_ticks = (uint16_t)min_u32(tick_hz / config->sample_rate_hz, UINT16_MAX);
-  b->longest_ticks = tick_hz / 1000u;
+  b->longest_ticks = (uint32_t)ticks(tick_hz, GL_BATCH_MS);
 }
 
 static gl_batch *begin_row(gl_batches *b, uint64_t tick) {
@@ -630,8 +638,8 @@ static bool on_config(gl_link *l, uint64_t tick, const gl_header *h, const uint8
     answer(l, h, GL_MALFORMED);
     return false;
   }
-  guard_hold(&l->guard, tick);
   guard_arm(&l->guard, &config);
+  guard_hold(&l->guard, tick);
   configure_batches(&l->batches, &config, row_bytes(&l->ident, config.channel_mask, config.format), l->ident.tick_hz);
   l->armed = true;
   l->sampling = false;

@@ -12,7 +12,7 @@
  * A software ESTOP is not a safety function.
  *
  * RAM: one gl_link (see README.md for measured sizes) and GL_MAX_WIRE bytes for the frame being sent.
- * GL_CHANNELS, GL_KEPT_BATCHES and GL_BATCH_BYTES may be set smaller by the build (-DGL_KEPT_BATCHES=2). */
+ * GL_CHANNELS, GL_KEPT_BATCHES, GL_BATCH_BYTES and GL_BATCH_MS may be set by the build (-DGL_KEPT_BATCHES=2). */
 #ifndef GRIP_LINK_H
 #define GRIP_LINK_H
 
@@ -39,6 +39,9 @@ extern "C" {
 #endif
 #ifndef GL_BATCH_BYTES
 #define GL_BATCH_BYTES 460 /* bytes of rows in a batch, at most 460; a row of all channels must fit */
+#endif
+#ifndef GL_BATCH_MS
+#define GL_BATCH_MS 1 /* a batch is closed after this time at the latest, 1..4; more for a slow port */
 #endif
 
 /* ---- codes of the wire ---- */

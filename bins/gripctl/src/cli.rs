@@ -23,6 +23,10 @@ pub(crate) enum Command {
     Replay(ReplayArgs),
     /// Score a folder of labelled recordings: latency, misses, false alarms.
     Score(ScoreArgs),
+    /// Measure a height profile: irregularities, roughness, every reading of E_sc.
+    Profile(ProfileArgs),
+    /// Compute every reading of E_sc for a list of irregularities.
+    Esc(EscArgs),
     /// Let the controller hold many simulated objects: dropped, crushed, slipped.
     Grasp(GraspArgs),
     /// Generate training data for the force estimate.
@@ -79,6 +83,9 @@ pub(crate) struct ReplayArgs {
     /// Model file instead of the embedded network.
     #[arg(long)]
     pub(crate) model: Option<PathBuf>,
+    /// Show this reading of E_sc beside the literal one: literal, arc_cot, slope_power, lift_work or viscous_work.
+    #[arg(long, value_name = "NAME", value_parser = grip_host::config::esc_reading)]
+    pub(crate) esc: Option<slip_core::esc::Reading>,
     /// Do not run the force controller, even where the recording has a normal force.
     #[arg(long)]
     pub(crate) observe: bool,
@@ -102,6 +109,78 @@ pub(crate) struct ScoreArgs {
     /// Configuration file, as for gripd.
     #[arg(long)]
     pub(crate) config: Option<PathBuf>,
+    /// One JSON object a line.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct ProfileArgs {
+    /// The profile (.csv): `x_mm`, rising by equal steps, and `height_um`.
+    pub(crate) file: PathBuf,
+    /// Slip speed (m/s).
+    #[arg(long, value_name = "M_S", allow_negative_numbers = true)]
+    pub(crate) speed: f64,
+    /// Trial force (N); E_sc is proportional to it, so 1 gives it per newton.
+    #[arg(long, value_name = "N", default_value_t = 1.0, allow_negative_numbers = true)]
+    pub(crate) force: f64,
+    /// Cutoff wavelength lambda_c (mm): longer waves are shape, not roughness.
+    #[arg(long, value_name = "MM", default_value_t = 2.5, allow_negative_numbers = true)]
+    pub(crate) cutoff_mm: f64,
+    /// Cutoff wavelength lambda_s (um): shorter waves are noise; 0 for none. A hundredth of lambda_c otherwise.
+    #[arg(long, value_name = "UM", allow_negative_numbers = true)]
+    pub(crate) lambda_s_um: Option<f64>,
+    /// Low-pass before peaks and valleys are looked for (um); 0 for none. A thirtieth of lambda_c otherwise.
+    #[arg(long, value_name = "UM", allow_negative_numbers = true)]
+    pub(crate) low_pass_um: Option<f64>,
+    /// Peaks and valleys must differ by more than this (um). Otherwise 5 to 15 % of Rz, above the noise, where none is in doubt.
+    #[arg(long, value_name = "UM", allow_negative_numbers = true)]
+    pub(crate) hysteresis_um: Option<f64>,
+    /// Weights of the filters: three moving averages, as many instruments have, or the Gaussian of ISO 16610-21.
+    #[arg(long, value_enum, default_value = "moving-average")]
+    pub(crate) filter: Filter,
+    /// Take the least-squares line away first: for a tilted profile, whose ends are wrong otherwise.
+    #[arg(long)]
+    pub(crate) level: bool,
+    /// Distance between two heights (um), where `x_mm` is absent or wrong.
+    #[arg(long, value_name = "UM", allow_negative_numbers = true)]
+    pub(crate) step_um: Option<f64>,
+    /// Relative noise of each delta/s, for `sigma_s` and its flag.
+    #[arg(long, value_name = "EPS", default_value_t = 0.01, allow_negative_numbers = true)]
+    pub(crate) noise: f64,
+    /// Compare with the roughness profile of an instrument (.csv, `height_um`, as many rows).
+    #[arg(long, value_name = "FILE")]
+    pub(crate) reference: Option<PathBuf>,
+    /// Draw the roughness profile with its peaks and valleys (.svg or .png).
+    #[arg(long, value_name = "FILE")]
+    pub(crate) plot: Option<PathBuf>,
+    /// One JSON object a line.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// Weights of the profile filters.
+#[derive(Clone, Copy, Debug, clap::ValueEnum)]
+pub(crate) enum Filter {
+    /// Three moving averages in a row.
+    MovingAverage,
+    /// The Gaussian of ISO 16610-21.
+    Gaussian,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct EscArgs {
+    /// The irregularities (.csv): `delta_m` (height) and `s_m` (spacing).
+    pub(crate) file: PathBuf,
+    /// Trial force (N).
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    pub(crate) force: f64,
+    /// Slip speed (m/s).
+    #[arg(long, value_name = "M_S", allow_negative_numbers = true)]
+    pub(crate) speed: f64,
+    /// Relative noise of each delta/s, for `sigma_s` and its flag.
+    #[arg(long, value_name = "EPS", default_value_t = 0.01, allow_negative_numbers = true)]
+    pub(crate) noise: f64,
     /// One JSON object a line.
     #[arg(long)]
     pub(crate) json: bool,

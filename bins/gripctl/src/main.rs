@@ -15,6 +15,8 @@ fn main() -> ExitCode {
         Command::Sim(args) => commands::sim::run(&args),
         Command::Replay(args) => commands::replay::run(&args),
         Command::Score(args) => commands::score::run(&args),
+        Command::Profile(args) => commands::profile::run(&args),
+        Command::Esc(args) => commands::esc::run(&args),
         Command::Grasp(args) => commands::grasp::run(&args),
         Command::Generate(args) => commands::generate::run(&args),
         Command::Train(args) => commands::train::run(&args),

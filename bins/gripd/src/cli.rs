@@ -25,6 +25,9 @@ pub(crate) struct Cli {
     /// Model file, instead of the embedded network.
     #[arg(long, env = "GRIPD_MODEL", value_name = "FILE")]
     pub(crate) model: Option<PathBuf>,
+    /// Show this reading of E_sc beside the literal one: literal, arc_cot, slope_power, lift_work or viscous_work.
+    #[arg(long, value_name = "NAME", value_parser = grip_host::config::esc_reading)]
+    pub(crate) esc: Option<slip_core::esc::Reading>,
     /// Record all samples (.csv); `gripctl replay` gives the same events from them.
     #[arg(long, value_name = "FILE")]
     pub(crate) record: Option<PathBuf>,

@@ -7,7 +7,10 @@ use crate::{
 use anyhow::Context as _;
 use core::time::Duration;
 use grip_host::{exit, report::EventLine};
-use grip_link::{host::HostState, message::Clamped};
+use grip_link::{
+    host::HostState,
+    message::{Clamped, EventKind, FaultCode},
+};
 use grip_record::{Channel, ChannelSet, CsvWriter, StylusKind};
 use slip_core::Sample;
 use std::{
@@ -29,6 +32,8 @@ pub(crate) struct Service {
     live: bool,
     status_shown: bool,
     degraded: u64,
+    /// The last event of the gripper, so that a thousand equal ones a second are told once.
+    device_event: Option<(EventKind, FaultCode)>,
     recording: Option<Recording>,
     failure: Option<anyhow::Error>,
 }
@@ -47,7 +52,16 @@ impl Service {
         let recording = cli.record.clone().map(Recording::create).transpose()?;
         let live = !cli.json && io::stderr().is_terminal();
         let (json, failure) = (cli.json, None);
-        Ok(Self { inbox, json, live, status_shown: false, degraded: 0, recording, failure })
+        Ok(Self {
+            inbox,
+            json,
+            live,
+            status_shown: false,
+            degraded: 0,
+            device_event: None,
+            recording,
+            failure,
+        })
     }
 
     pub(crate) fn dropped(&self) -> Arc<Dropped> {
@@ -135,6 +149,10 @@ impl Service {
                     .to_owned()
             }
             Note::Device(event) => {
+                let event_now = (event.kind, event.fault);
+                if self.device_event.replace(event_now) == Some(event_now) {
+                    return Ok(());
+                }
                 format!("the gripper reports {:?} (fault {:04X})", event.kind, event.fault.0)
             }
             Note::Refused(nack) => format!("the gripper refused a request: {:?}", nack.reason),
@@ -152,7 +170,7 @@ impl Service {
         }
         let esc = status.features.and_then(|f| f.esc).map_or_else(
             || "-".to_owned(),
-            |esc| format!("{:.3}{}", esc.value_w, if esc.informative { "" } else { "?" }),
+            |esc| format!("{:.3}{}", esc.value, if esc.informative() { "" } else { "?" }),
         );
         let estimate =
             status.estimate.map_or_else(|| "-".to_owned(), |e| format!("{:.2}", e.force_n));

@@ -25,7 +25,9 @@ impl Settings {
             .map(PathBuf::from)
             .or_else(|| Some(PathBuf::from(std::env::var_os("HOME")?).join(".config")));
         let file = cli.config.clone().or_else(|| HostConfig::find(user.as_deref()));
-        let config = file.as_deref().map_or_else(|| Ok(HostConfig::default()), HostConfig::read)?;
+        let mut config =
+            file.as_deref().map_or_else(|| Ok(HostConfig::default()), HostConfig::read)?;
+        config.observation.esc = cli.esc.unwrap_or(config.observation.esc);
         let model = cli.model.clone().or_else(|| config.model.clone());
         let port = cli.port.clone().or_else(|| config.port.clone());
         let settings = Self {

@@ -2,8 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 use slip_core::{
-    ConfigError, PipelineConfig, Signal, detector::DetectorConfig, floor::FloorConfig,
-    grip::GripConfig, health::HealthConfig, observation::ObservationConfig, units::Hertz,
+    ConfigError, PipelineConfig, Signal, detector::DetectorConfig, esc::Reading,
+    floor::FloorConfig, grip::GripConfig, health::HealthConfig, observation::ObservationConfig,
+    units::Hertz,
 };
 use std::path::{Path, PathBuf};
 use toml::de::{DeTable, DeValue};
@@ -30,6 +31,17 @@ pub struct HostConfig {
     pub observation: ObservationConfig,
     /// Forces and rates of the controller.
     pub grip: GripConfig,
+}
+
+/// The reading of E_sc of that name, for a flag.
+///
+/// # Errors
+/// A sentence with the names there are.
+pub fn esc_reading(name: &str) -> Result<Reading, String> {
+    Reading::from_name(name).ok_or_else(|| {
+        let names: Vec<&str> = Reading::ALL.iter().map(|reading| reading.name()).collect();
+        format!("expected one of {}", names.join(", "))
+    })
 }
 
 /// What is asked of the microcontroller when the link is set up.

@@ -1,8 +1,10 @@
 //! What the daemon and the toolbox share: configuration, model and scene files, replay, and the lines they print.
 
 pub mod config;
+pub mod esc;
 pub mod exit;
 pub mod model;
+pub mod profile;
 pub mod replay;
 pub mod report;
 pub mod scene;

@@ -139,6 +139,7 @@ mod tests {
             irregularities: row.irregularities,
             mean_slope: None,
             esc: None,
+            esc_chosen: None,
         }
     }
 

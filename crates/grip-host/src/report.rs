@@ -1,7 +1,9 @@
 //! Pipeline steps in, the lines for people and machines out. Names and units of the JSON fields are a contract.
 
 use serde::Serialize;
-use slip_core::{SlipEvent, Step, estimate::ForceEstimate, features::Features, health::Health};
+use slip_core::{
+    SlipEvent, Step, esc::Flags, estimate::ForceEstimate, features::Features, health::Health,
+};
 
 /// One event, as it is printed.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -51,6 +53,15 @@ pub struct EvidenceFields {
     pub esc_w: Option<f64>,
     /// Whether E_sc still depends on the surface at the assumed sensor noise.
     pub esc_informative: Option<bool>,
+    /// What is wrong with E_sc, by name: `pole_inside`, `sign_unknown`, `no_information`, `degenerate`.
+    #[serde(serialize_with = "flag_names")]
+    pub esc_flags: Option<Flags>,
+    /// The reading of E_sc that was asked for with `--esc`; `literal` unless another one was.
+    pub esc_reading: Option<&'static str>,
+    /// Its value, in `esc_unit`.
+    pub esc_value: Option<f64>,
+    /// `W` or `J`.
+    pub esc_unit: Option<&'static str>,
     /// The network's adequate force (N).
     pub estimate_n: Option<f32>,
     /// Whether the estimate lies outside what the network was trained on, and is not used.
@@ -59,15 +70,30 @@ pub struct EvidenceFields {
     pub command_n: Option<f32>,
 }
 
+fn flag_names<S: serde::Serializer>(
+    flags: &Option<Flags>,
+    serializer: S,
+) -> Result<S::Ok, S::Error> {
+    match flags {
+        Some(flags) => serializer.collect_seq(flags.iter().map(|flag| flag.name())),
+        None => serializer.serialize_none(),
+    }
+}
+
 impl EvidenceFields {
     fn new(features: Option<Features>, estimate: Option<ForceEstimate>, step: &Step) -> Self {
         let esc = features.and_then(|f| f.esc);
+        let chosen = features.and_then(|f| f.esc_chosen);
         Self {
             speed_m_s: features.map(|f| f.slip_speed_m_s),
             moved_m: features.map(|f| f.micro_displacement_m),
             irregularities: features.map(|f| f.irregularities),
-            esc_w: esc.map(|esc| esc.value_w),
-            esc_informative: esc.map(|esc| esc.informative),
+            esc_w: esc.map(|esc| esc.value),
+            esc_informative: esc.map(|esc| esc.informative()),
+            esc_flags: esc.map(|esc| esc.flags),
+            esc_reading: chosen.map(|esc| esc.reading.name()),
+            esc_value: chosen.map(|esc| esc.value),
+            esc_unit: chosen.map(|esc| esc.reading.unit().symbol()),
             estimate_n: estimate.map(|e| e.force_n),
             extrapolated: estimate.map(|e| e.extrapolated),
             command_n: step.command.map(|c| c.0),
@@ -158,6 +184,12 @@ impl EvidenceFields {
             let n = self.irregularities.unwrap_or(0);
             let note = if informative { "" } else { ", carries no information at this noise" };
             write!(f, ", E_sc {esc:.3} W (n = {n}{note})")?;
+        }
+        if let (Some(reading), Some(value), Some(unit)) =
+            (self.esc_reading, self.esc_value, self.esc_unit)
+            && reading != "literal"
+        {
+            write!(f, ", {reading} {value:.3e} {unit}")?;
         }
         if let Some(estimate) = self.estimate_n {
             let note =

@@ -11,7 +11,7 @@ use crate::{
 use grip_link::{
     frame::MAX_WIRE,
     host::{CloseReason, GripCommand, HostConfig as LinkSettings, HostEvent, HostLink, HostState},
-    message::{ChannelKind, Config, Kind, LossAction, Row, SampleFormat, Samples},
+    message::{ChannelKind, Config, DeviceState, Kind, LossAction, Row, SampleFormat, Samples},
 };
 use slip_core::{
     ConfigError, Pipeline, PipelineConfig, Sample, Step,
@@ -83,7 +83,6 @@ pub struct Session {
     log: EventLog,
     latest: Option<Step>,
     cause_sample: u32,
-    sent_n: f32,
     counters: SessionCounters,
 }
 
@@ -108,7 +107,6 @@ impl Session {
             log: EventLog::default(),
             latest: None,
             cause_sample: 0,
-            sent_n: 0.0,
             counters: SessionCounters::default(),
         })
     }
@@ -134,7 +132,7 @@ impl Session {
     ) -> Result<Option<usize>, SessionError> {
         let mut fresh = false;
         let Self { link, pipeline, log, latest, counters, tick_hz, cause_sample, .. } = self;
-        let mut configured = false;
+        let (mut configured, mut lost) = (false, false);
         while let Some(event) = link.receive(now_us, &mut bytes) {
             match &event {
                 HostEvent::Samples { samples, .. } => {
@@ -144,6 +142,7 @@ impl Session {
                     fresh = true;
                 }
                 HostEvent::Configured { .. } => configured = true,
+                HostEvent::Status(status) => lost = status.state == DeviceState::LossAction,
                 HostEvent::Rebooted { .. } | HostEvent::Identified { rebooted: true } => {
                     *pipeline = None;
                 }
@@ -156,7 +155,19 @@ impl Session {
         if configured {
             self.build_pipeline()?;
         }
+        if lost {
+            self.arm_again(now_us)?;
+        }
         Ok(if fresh { self.command(now_us, out) } else { None })
+    }
+
+    /// This program stalled so long that the gripper took the loss action, which is to hold: a new CONFIG lets it
+    /// take commands again.
+    fn arm_again(&mut self, now_us: u64) -> Result<(), SessionError> {
+        if matches!(self.link.state(), HostState::Stream | HostState::Degraded) {
+            self.link.reconfigure(now_us, device_config(&self.config))?;
+        }
+        Ok(())
     }
 
     /// The next frame of the link itself (requests, clock sync): its length.
@@ -177,28 +188,23 @@ impl Session {
         let pipeline = Pipeline::new(config, Some(self.estimator.clone()))
             .map_err(|source| SessionError::Pipeline { sample_rate_hz, source })?;
         self.pipeline = Some(pipeline);
-        self.sent_n = 0.0;
         Ok(())
     }
 
     /// Encodes the set point. Nothing is sent before the controller has closed the fingers: a command of
-    /// 0 N would drop what a gripper already holds.
+    /// 0 N would drop what a gripper already holds. While samples are stale the link itself keeps the force from rising.
     fn command(&mut self, now_us: u64, out: &mut [u8; MAX_WIRE]) -> Option<usize> {
         let pipeline = self.pipeline.as_ref()?;
         if self.options.dry_run || pipeline.grip_state()? == GripState::Open {
             return None;
         }
-        let wanted = self.latest?.command?.0;
-        // Stale or missing samples never raise the force.
-        let degraded = self.link.state() == HostState::Degraded;
-        let force_n = if degraded { wanted.min(self.sent_n) } else { wanted };
+        let force_n = self.latest?.command?.0;
         let command = GripCommand {
             answers_slip: pipeline.grip_state()? == GripState::Slipping,
             cause_sample: self.cause_sample,
             ..GripCommand::newtons(force_n)?
         };
         let len = self.link.grip(now_us, &command, out)?;
-        self.sent_n = force_n;
         self.counters.commands += 1;
         Some(len)
     }

@@ -52,7 +52,7 @@ pub enum Fault {
     Echo,
     /// Another protocol version (HELLO and IDENT pass with any).
     Version(u8),
-    /// Another session, or a sequence number of the past.
+    /// Another session than the open one.
     Stale(u16),
     /// A sequence number seen before.
     Duplicate(u16),

@@ -4,7 +4,8 @@
 //! Nothing here opens a port or reads a clock: bytes and time are arguments. The crate is `no_std`,
 //! allocates nothing and does not panic. [`host::HostLink`] is the computer's side,
 //! [`device::DeviceLink`] the microcontroller's; both stand on [`decoder::Decoder`] and
-//! [`frame::encode`]. The payload tables stand with the types in [`message`].
+//! [`frame::encode`]. The payload tables stand with the types in [`message`]; `protocol/SPEC.md` of the
+//! repository specifies the link for other languages.
 #![no_std]
 
 pub mod clock;

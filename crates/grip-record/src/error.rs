@@ -19,7 +19,7 @@ pub enum CsvError {
         source: io::Error,
     },
     /// The file has no header row.
-    #[error("{}: is empty; the first line must name the columns, e.g. t_s,stylus", file.display())]
+    #[error("{}: is empty; the first line must name the columns, e.g. t_s,stylus or x_mm,height_um", file.display())]
     Empty {
         /// The file.
         file: PathBuf,
@@ -172,7 +172,7 @@ pub enum CsvError {
         /// What to write instead.
         remedy: &'static str,
     },
-    /// A number that must be finite (a travel of the reference motion) is not.
+    /// A number that must be finite (a travel, a height) is not.
     #[error("{}: line {line}, column {column}: {text:?} is not finite; remove the row", file.display())]
     NotFinite {
         /// The file.
@@ -183,6 +183,32 @@ pub enum CsvError {
         column: String,
         /// The cell, at most 40 characters of it.
         text: String,
+    },
+    /// A profile has fewer heights than its evaluation needs.
+    #[error("{}: only {rows} rows; a profile needs at least {needed}", file.display())]
+    FewRows {
+        /// The file.
+        file: PathBuf,
+        /// Rows read.
+        rows: usize,
+        /// Rows needed.
+        needed: usize,
+    },
+    /// The places of a profile do not rise by equal steps.
+    #[error(
+        "{}: line {line}, column x_mm: a step of {step_mm} mm where {usual_mm} mm is usual; a profile must rise by \
+         equal steps: resample it, or give the step where x_mm is wrong",
+        file.display()
+    )]
+    UnequalStep {
+        /// The file.
+        file: PathBuf,
+        /// The line that ends the step.
+        line: u64,
+        /// The step (mm).
+        step_mm: f64,
+        /// The median of all steps (mm).
+        usual_mm: f64,
     },
     /// A time is negative, not finite or beyond 64 bits of microseconds.
     #[error(

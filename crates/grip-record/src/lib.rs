@@ -19,15 +19,20 @@
 //!
 //! A labelled folder holds `labels.csv` ([`read_labels`]) beside `NAME.csv` and, where the true motion is
 //! known, `NAME_pose.csv` ([`Travel`]).
+//!
+//! A surface is a file too: a height profile has `x_mm` and `height_um` ([`HeightProfile`]), a list of irregularities
+//! `delta_m` and `s_m` ([`read_irregularities`]).
 
 mod channels;
 mod csv_read;
 mod csv_write;
 mod error;
+mod irregularities;
 mod labels;
 mod layout;
 mod notes;
 mod number;
+mod profile;
 mod table;
 mod travel;
 
@@ -35,6 +40,8 @@ pub use channels::{COLUMN_NAMES, Channel, ChannelSet, StylusKind};
 pub use csv_read::{CsvOptions, Recording, parse_csv, read_csv};
 pub use csv_write::{CsvWriter, WriteError};
 pub use error::CsvError;
+pub use irregularities::{Lengths, parse_irregularities, read_irregularities};
 pub use labels::{Label, LabelError, LabelKind, read_labels};
 pub use notes::{HUGE_READING, Notes};
+pub use profile::HeightProfile;
 pub use travel::Travel;

@@ -146,10 +146,15 @@ impl Row<'_> {
         }
     }
 
+    /// The cell at `column` as a number, which may be infinite or NaN.
+    pub(crate) fn number(&self, column: usize) -> Result<f64, CsvError> {
+        self.cell(column).parse().map_err(|_| self.not_a_number(column, PLAIN_NUMBER))
+    }
+
     /// The cell at `column` as a finite number.
     pub(crate) fn finite(&self, column: usize) -> Result<f64, CsvError> {
         let text = self.cell(column);
-        let value: f64 = text.parse().map_err(|_| self.not_a_number(column, PLAIN_NUMBER))?;
+        let value = self.number(column)?;
         if value.is_finite() {
             return Ok(value);
         }

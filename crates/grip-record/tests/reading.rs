@@ -147,7 +147,10 @@ fn unusable_renamings_and_rates_are_refused() {
 #[test]
 fn messages_name_line_column_text_and_remedy() {
     let cases = [
-        ("", "dir/rec.csv: is empty; the first line must name the columns, e.g. t_s,stylus"),
+        (
+            "",
+            "dir/rec.csv: is empty; the first line must name the columns, e.g. t_s,stylus or x_mm,height_um",
+        ),
         ("t_s,stylus\n", "dir/rec.csv: has a header but no rows; record at least one row"),
         (
             "t_s,acc\n0,1\n",

@@ -141,6 +141,8 @@ impl PipelineConfig {
         ConfigError::within("observation.hysteresis_sigmas", o.hysteresis_sigmas, 1.0, 100.0)?;
         ConfigError::within("observation.min_hysteresis_m", o.min_hysteresis_m, 1e-10, 1e-2)?;
         ConfigError::within("observation.esc_noise", o.esc_noise, 0.0, 1.0)?;
+        let damping = "observation.stylus_damping_n_s_m";
+        ConfigError::within(damping, o.stylus_damping_n_s_m, 0.0, 1e6)?;
         ConfigError::within("observation.speed.window_ms", o.speed.window_ms, 0.1, 1000.0)?;
         o.speed
             .fixed_m_s

@@ -21,6 +21,8 @@ pub struct Features {
     pub mean_slope: Option<f32>,
     /// E_sc as printed, with its figures of trust.
     pub esc: Option<Esc>,
+    /// The chosen reading of E_sc; the same as `esc` unless another one was asked for.
+    pub esc_chosen: Option<Esc>,
 }
 
 /// A feature by name: what a model file may ask for.
@@ -91,7 +93,7 @@ impl Feature {
             Self::Irregularities => Some(features.irregularities as f32),
             Self::MeanSlope => features.mean_slope,
             #[expect(clippy::cast_possible_truncation, reason = "a network input is f32")]
-            Self::EscLiteral => features.esc.map(|esc| esc.value_w as f32),
+            Self::EscLiteral => features.esc.map(|esc| esc.value as f32),
         }
     }
 }

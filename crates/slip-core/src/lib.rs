@@ -17,6 +17,7 @@ pub mod health;
 pub mod irregularity;
 pub mod observation;
 pub mod pipeline;
+pub mod roughness;
 pub mod sample;
 pub mod scene;
 pub mod speed;

@@ -7,7 +7,7 @@
 //! becomes longer than [`ObservationConfig::longest_ms`], so that a load that changes is followed.
 
 use crate::{
-    esc::EscSum,
+    esc::{EscSum, Reading, Trial},
     features::Features,
     irregularity::IrregularityExtractor,
     sample::Sample,
@@ -39,6 +39,10 @@ pub struct ObservationConfig {
     pub min_hysteresis_m: f32,
     /// Relative noise of one delta/s, for the trust figures of E_sc.
     pub esc_noise: f32,
+    /// The reading of E_sc that stands beside the literal one.
+    pub esc: Reading,
+    /// Damper of the stylus (N s/m), for the reading `viscous_work` alone.
+    pub stylus_damping_n_s_m: f32,
     /// Where the speed comes from.
     pub speed: SpeedConfig,
 }
@@ -53,6 +57,8 @@ impl Default for ObservationConfig {
             hysteresis_sigmas: 6.0,
             min_hysteresis_m: 2e-7,
             esc_noise: 0.01,
+            esc: Reading::Literal,
+            stylus_damping_n_s_m: Trial::<f32>::DAMPING_N_S_M,
             speed: SpeedConfig::default(),
         }
     }
@@ -109,7 +115,7 @@ impl SlipObservation {
             heights: true,
             window: SpeedWindow::new(config.speed, rate_hz),
             extractor: IrregularityExtractor::new(config.min_hysteresis_m),
-            esc: EscSum::default(),
+            esc: EscSum::new(config.esc),
             slope_sum: 0.0,
             onset: None,
             last_t: Micros(0),
@@ -171,7 +177,7 @@ impl SlipObservation {
         };
         if self.heights
             && let Some(irregularity) = self.extractor.push(self.position_m, sample.stylus)
-            && self.esc.push(irregularity)
+            && self.esc.push(f64::from(irregularity.delta_m), f64::from(irregularity.spacing_m))
         {
             self.slope_sum += irregularity.delta_m / irregularity.spacing_m;
         }
@@ -236,6 +242,11 @@ impl SlipObservation {
         let n = self.esc.n();
         #[expect(clippy::cast_precision_loss, reason = "a mean needs no more digits")]
         let mean_slope = (n > 0).then(|| self.slope_sum / n as f32);
+        let trial = Trial {
+            damping_n_s_m: f64::from(self.config.stylus_damping_n_s_m),
+            ..Trial::new(force, f64::from(speed)).with_noise(f64::from(self.config.esc_noise))
+        };
+        let esc = self.esc.literal(&trial);
         Some(Features {
             slip_speed_m_s: speed,
             contact_time_s: span_s as f32,
@@ -244,7 +255,8 @@ impl SlipObservation {
             trial_force_n: force as f32,
             irregularities: n,
             mean_slope,
-            esc: self.esc.literal(force, f64::from(speed), f64::from(self.config.esc_noise)),
+            esc,
+            esc_chosen: self.esc.chosen(&trial, esc),
         })
     }
 }

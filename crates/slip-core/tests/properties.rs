@@ -70,7 +70,7 @@ proptest! {
             if let Some(features) = step.features {
                 prop_assert!(features.slip_speed_m_s.is_finite() && features.trial_force_n.is_finite());
                 prop_assert!(features.slip_acceleration_m_s2.is_finite(), "{features:?}");
-                prop_assert!(features.esc.is_none_or(|esc| esc.value_w.is_finite()));
+                prop_assert!(features.esc.is_none_or(|esc| esc.value.is_finite()));
             }
         }
     }

@@ -99,7 +99,8 @@ static void drive(gl_link *link, uint64_t tick) {
 }
 
 /* One command a line, the tick second: ready T | rx T HEX | tx T MOST | drive T | i16 T values | f32 T hex bits |
- * fault T HEX | estop T | travel T UM | force T MN | alive T | log T LEVEL HEX. Out: all that comes of it. */
+ * fault T HEX | estop T | travel T UM | force T MN | alive T | log T LEVEL HEX | new T (another gripper). Out: all that comes
+ * of it. */
 int peer_device(void) {
   static gl_link link;
   const gl_ident gripper = peer_gripper();
@@ -110,6 +111,7 @@ int peer_device(void) {
     uint64_t tick = n > 1 ? strtoull(word[1], NULL, 10) : 0;
     const char *first = n > 2 ? word[2] : "0";
     if (strcmp(word[0], "ready") == 0) gl_ready(&link, tick);
+    else if (strcmp(word[0], "new") == 0) (void)gl_init(&link, &gripper);
     else if (strcmp(word[0], "rx") == 0) receive(&link, tick, n > 2 ? word[2] : "");
     else if (strcmp(word[0], "tx") == 0) transmit(&link, tick, strtoul(first, NULL, 10));
     else if (strcmp(word[0], "drive") == 0) drive(&link, tick);

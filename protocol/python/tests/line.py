@@ -45,9 +45,9 @@ def kinds_in(data: bytes) -> list[int]:
 
 
 class Line:
-    """One line; each step lasts 250 us. ``force_n`` is what the host's controller wants, None = it sends no GRIP."""
+    """One line; each step lasts 500 us. ``force_n`` is what the host's controller wants, None = it sends no GRIP."""
 
-    STEP_US = 250
+    STEP_US = 500
 
     def __init__(self, config: Config = WANTED) -> None:
         self.now_us = 1_000_000

@@ -33,9 +33,9 @@ class World:
         return [1e-6 * math.sin(50 * t_s), 2.0, 1.0, 2.0, math.nan, 1e9]
 
     def wait(self, timeout_s: float) -> None:
-        end_us = self.now_us + max(round(timeout_s * 1e6), 50)
+        end_us = self.now_us + max(round(timeout_s * 1e6), 100)
         while self.now_us < end_us and not self.to_host:
-            self.now_us += 50
+            self.now_us += 100
             if self.mcu_runs:
                 self.mcu.step()
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import random
+from dataclasses import replace
 from typing import Optional
 
 import pytest
@@ -27,7 +28,7 @@ from grip_link.messages import (
     StatusFlags,
 )
 
-from line import WANTED, Line, ident
+from line import WANTED, Line, ident, kinds_in, unchanged, without
 
 
 class Rig:
@@ -305,6 +306,60 @@ def test_a_degraded_host_does_not_raise_force() -> None:
     line.force_n = 9.0
     line.run(100)
     assert line.force_mn == 2000 and line.host.last_grip is not None and line.host.last_grip.force_mn == 2000
+
+
+def test_a_degraded_host_that_has_sent_no_force_sends_none() -> None:
+    line = Line()
+    line.open()
+    line.force_n = 6.0
+    line.run(100)
+    line.force_n = None
+    line.to_host = without(Kind.SAMPLES)
+    line.host.open(line.now_us, 0x1234)
+    line.run(300)
+    assert (line.host.state, line.force_mn) == (HostState.DEGRADED, 6000)
+    assert line.host.grip(line.now_us, GripCommand.newtons(0.0)) is None
+    line.force_n = 9.0
+    line.run(100)
+    assert line.force_mn == 6000
+    line.to_host = unchanged
+    line.run(50)
+    assert line.force_mn == 9000
+
+
+def test_a_late_hello_of_the_same_session_costs_a_new_config_and_no_force() -> None:
+    line = Line()
+    seen = b""
+
+    def watch(data: bytes) -> bytes:
+        nonlocal seen
+        if not seen and Kind.HELLO in kinds_in(data):
+            seen = data
+        return data
+
+    line.to_device = watch
+    line.open()
+    line.force_n = 3.0
+    line.run(100)
+    line.events.clear()
+    start_us = line.now_us
+    line.to_device = lambda data: data + seen
+    line.run(0.5)
+    line.to_device = unchanged
+    line.run(100)
+    assert line.states == [HostState.CONFIG, HostState.STREAM] and line.device.state == DeviceState.ACTIVE
+    assert {drive.force_mn for at_us, drive in line.drives if at_us > start_us} == {3000}
+
+
+def test_a_config_holds_with_its_own_cap() -> None:
+    line = Line()
+    line.open()
+    line.force_n = 6.0
+    line.run(100)
+    line.force_n = None
+    line.host.reconfigure(line.now_us, replace(line.host.config.config, hold_cap_mn=1000))
+    line.run(500)
+    assert line.force_mn == 1000
 
 
 def test_a_fault_is_cleared_and_the_link_configured_again() -> None:

@@ -243,7 +243,7 @@ def test_the_clock_is_known_to_half_the_round_trip() -> None:
     assert clock is not None and len(line.told(ClockUpdated)) >= 9 and clock.points >= 8
     at_us = clock.host_us(line.tick)
     assert at_us == pytest.approx(line.now_us, abs=clock.uncertainty_us + 1)
-    assert clock.uncertainty_us <= 250
+    assert clock.uncertainty_us <= Line.STEP_US
 
 
 def test_log_and_events_arrive() -> None:

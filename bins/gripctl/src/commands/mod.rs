@@ -1,9 +1,12 @@
 //! One file per command; each takes its arguments and gives the exit code of the contract.
 
+pub(crate) mod esc;
 pub(crate) mod eval;
 pub(crate) mod generate;
 pub(crate) mod grasp;
 pub(crate) mod ports;
+pub(crate) mod profile;
+mod profile_plot;
 pub(crate) mod replay;
 pub(crate) mod score;
 pub(crate) mod sim;
@@ -36,6 +39,15 @@ fn estimator(model_file: Option<&Path>, config: &HostConfig) -> Result<HostEstim
         Some(file) => model::read_estimator(file),
         None => model::default_estimator(),
     }
+}
+
+/// A number of the command line that must be positive and finite, or also zero if `zero`.
+fn checked(flag: &str, value: f64, zero: bool) -> Result<f64, WrongArgument> {
+    if value.is_finite() && (value > 0.0 || (zero && value == 0.0)) {
+        return Ok(value);
+    }
+    let expected = if zero { "0 or more" } else { "more than 0" };
+    Err(WrongArgument(format!("{flag} {value}: expected a number of {expected}")))
 }
 
 fn read(file: &Path) -> anyhow::Result<Vec<u8>> {

@@ -19,7 +19,8 @@ struct Summary {
 }
 
 pub(crate) fn run(args: &ReplayArgs) -> anyhow::Result<Exit> {
-    let config = host_config(args.config.as_deref())?;
+    let mut config = host_config(args.config.as_deref())?;
+    config.observation.esc = args.esc.unwrap_or(config.observation.esc);
     let estimator = estimator(args.model.as_deref(), &config)?;
     let recording = read_csv(&args.file, &csv_options(&args.csv)?)?;
     let notes = recording.notes.to_string();

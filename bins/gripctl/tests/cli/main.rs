@@ -9,3 +9,4 @@ mod replay;
 mod run;
 mod score;
 mod sim;
+mod surfaces;

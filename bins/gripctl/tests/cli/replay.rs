@@ -94,22 +94,40 @@ fn bad_readings_and_gaps_are_counted() {
 #[test]
 fn dirty_recordings_of_a_hand_held_stylus() {
     let Some(folder) = real_data("stylus_accel_1k") else { return };
-    let map = ["--map", "vibration=acceleration"];
-    for name in ["texture1.csv", "texture2.csv", "texture3.csv"] {
-        for more in [&[][..], &["--observe"], &["--no-skip"]] {
-            let args = [&["replay", name, "--json"], &map[..], more].concat();
-            let ran = gripctl(&folder, &args);
-            assert!([0, 3].contains(&ran.code), "{name}: {} {}", ran.code, ran.err);
-            assert!(ran.err.contains("columns not used: speed_mm_s"), "{}", ran.err);
-            let lines = ran.json();
-            let summary = lines.last().unwrap();
-            assert!(number(summary, "samples") > 1000.0, "{summary}");
-            // JSON cannot hold NaN or infinity: they would stand there as null.
-            for line in &lines {
-                assert!(line["t_s"].is_f64() || line == summary, "{line}");
-                assert!(line["type"] != "slip" || line["statistic"].is_f64(), "{line}");
-            }
-            println!("{name} {more:?}: {summary} {}", ran.err);
+    let summary = |folder: &Path, name: &str, more: &[&str]| {
+        let args = [&["replay", name, "--json", "--map", "vibration=acceleration"], more].concat();
+        let ran = gripctl(folder, &args);
+        assert!([0, 3].contains(&ran.code), "{name}: {} {}", ran.code, ran.err);
+        assert!(ran.err.contains("columns not used: speed_mm_s"), "{}", ran.err);
+        let mut lines = ran.json();
+        let summary = lines.pop().unwrap();
+        assert!(number(&summary, "samples") > 1000.0, "{summary}");
+        // JSON cannot hold NaN or infinity: they would stand there as null.
+        for line in &lines {
+            assert!(line["t_s"].is_f64(), "{line}");
+            assert!(line["type"] != "slip" || line["statistic"].is_f64(), "{line}");
         }
+        summary
+    };
+    let noisy = tempfile::tempdir().unwrap();
+    for name in ["texture1.csv", "texture2.csv", "texture3.csv"] {
+        let mut unusable = 0.0;
+        for more in [&["--no-skip"][..], &["--observe"], &[]] {
+            unusable = number(&summary(&folder, name, more), "unusable");
+        }
+        // The third has a force of 36,870 N in one row.
+        assert!(name != "texture3.csv" || unusable >= 1.0, "{name}: {unusable}");
+        // More of the glitches its serial line made.
+        let text = fs::read_to_string(folder.join(name)).unwrap();
+        let glitch = |(row, line): (usize, &str)| match line.split(',').collect::<Vec<_>>()[..] {
+            [t_s, _, force_n, speed] if row % 500 == 250 => {
+                format!("{t_s},5e5,{force_n},{speed}\n")
+            }
+            _ => format!("{line}\n"),
+        };
+        let spoiled: String = text.lines().enumerate().map(glitch).collect();
+        fs::write(noisy.path().join(name), spoiled).unwrap();
+        let found = number(&summary(noisy.path(), name, &[]), "unusable");
+        assert_eq!(found, unusable + 20.0, "{name}: every glitch is counted");
     }
 }

@@ -17,6 +17,15 @@ use std::{
     thread,
 };
 
+/// Ends the other side of the line, also where a test fails.
+struct Ending<'a>(&'a AtomicBool);
+
+impl Drop for Ending<'_> {
+    fn drop(&mut self) {
+        self.0.store(true, Ordering::Relaxed);
+    }
+}
+
 /// gripd on a pseudo-terminal whose other end gives `answer` to what it reads (nothing, every 20 ms, where nothing comes).
 fn on_line(answer: impl FnMut(&[u8]) -> Vec<u8> + Send) -> Ran {
     let folder = tempfile::tempdir().unwrap();
@@ -25,10 +34,10 @@ fn on_line(answer: impl FnMut(&[u8]) -> Vec<u8> + Send) -> Ran {
     let over = AtomicBool::new(false);
     thread::scope(|threads| {
         threads.spawn(|| serve(&pty, &over, answer));
+        let _ending = Ending(&over);
         // An older recording must survive a port without a gripper.
         fs::write(folder.path().join("old.csv"), "kept").unwrap();
         let ran = gripd(folder.path(), &["--port", &port, "--json", "--record", "old.csv"]);
-        over.store(true, Ordering::Relaxed);
         assert_eq!(fs::read_to_string(folder.path().join("old.csv")).unwrap(), "kept");
         ran
     })

@@ -21,7 +21,7 @@ pub use link::{DeviceEvent, DeviceLink, RowError};
 
 use crate::frame::MAX_PAYLOAD;
 use crate::message::{
-    ChannelKind, DeviceState, FaultCode, Ident, Layout, Limits, Reaction, SAMPLES_HEADER,
+    Channel, ChannelKind, DeviceState, FaultCode, Ident, Layout, Limits, Reaction, SAMPLES_HEADER,
     SampleFormat,
 };
 use thiserror::Error;
@@ -36,7 +36,7 @@ pub struct DeviceConfig {
 }
 
 /// Why a [`DeviceConfig`] cannot be.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
+#[derive(Debug, Clone, Copy, PartialEq, Error)]
 pub enum DeviceConfigError {
     /// Fewer than 1000 ticks a second.
     #[error("tick_hz is {tick_hz}, at least 1000 are needed")]
@@ -64,7 +64,19 @@ pub enum DeviceConfigError {
         /// Channels given.
         channels: u8,
     },
-    /// A channel without elements or a row that does not fit a frame.
+    /// A channel that a host would refuse.
+    #[error(
+        "channel {index} has {count} elements of scale {scale}: 1 to 64 and more than 0 are possible"
+    )]
+    Channel {
+        /// Place in the list.
+        index: usize,
+        /// Elements given.
+        count: u8,
+        /// Scale given.
+        scale: f32,
+    },
+    /// A row that does not fit a frame.
     #[error("a row of {bytes} bytes does not fit a frame")]
     Row {
         /// Bytes of a row of all channels as f32.
@@ -99,9 +111,12 @@ impl DeviceConfig {
         if !channels.iter().any(|channel| channel.kind == ChannelKind::Stylus) {
             return Err(DeviceConfigError::NoStylus { channels: channel_count });
         }
+        let refused = channels.iter().enumerate().find(|(_, channel)| !channel.is_possible());
+        if let Some((index, Channel { count, scale, .. })) = refused {
+            return Err(DeviceConfigError::Channel { index, count: *count, scale: *scale });
+        }
         let bytes = Layout::new(channels, u32::MAX).row_bytes(SampleFormat::F32);
-        if channels.iter().any(|channel| channel.count == 0) || bytes > MAX_PAYLOAD - SAMPLES_HEADER
-        {
+        if bytes > MAX_PAYLOAD - SAMPLES_HEADER {
             return Err(DeviceConfigError::Row { bytes });
         }
         Ok(())

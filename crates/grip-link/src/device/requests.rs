@@ -103,8 +103,8 @@ impl DeviceLink {
             self.refuse(header, NackReason::Malformed);
             return None;
         }
-        self.guard.hold(tick);
         self.guard.arm(&config);
+        self.guard.hold(tick);
         self.layout = Layout::new(self.config.ident.channels(), config.channel_mask);
         let row_bytes = self.layout.row_bytes(config.format);
         self.batches.configure(&config, row_bytes, self.config.ident.tick_hz);

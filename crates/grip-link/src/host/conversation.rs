@@ -59,7 +59,8 @@ pub(super) struct Conversation {
     pub(super) samples_us: u64,
     pub(super) frame_us: u64,
     pub(super) cmd_id: u32,
-    pub(super) force_sent_mn: i32,
+    /// Force of the last GRIP of this session.
+    pub(super) force_sent_mn: Option<i32>,
     pub(super) last_grip: Option<Grip>,
     pub(super) malformed: u32,
     pub(super) failures: u8,
@@ -101,7 +102,7 @@ impl Conversation {
             samples_us: 0,
             frame_us: 0,
             cmd_id: 0,
-            force_sent_mn: 0,
+            force_sent_mn: None,
             last_grip: None,
             malformed: 0,
             failures: 0,
@@ -117,7 +118,7 @@ impl Conversation {
         self.hellos = 0;
         self.in_force = None;
         self.request = None;
-        self.force_sent_mn = 0;
+        self.force_sent_mn = None;
         self.frame_us = now_us;
     }
 

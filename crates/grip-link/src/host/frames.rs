@@ -7,8 +7,8 @@ use crate::clock::ClockSync;
 use crate::decoder::Decoder;
 use crate::frame::Frame;
 use crate::message::{
-    Ack, ChannelKind, ConfigAck, Event, Ident, Kind, Layout, Log, Nack, NackReason, PayloadError,
-    Pong, Samples, Stats, Status, Versions,
+    Ack, ChannelKind, ConfigAck, DeviceState, Event, Ident, Kind, Layout, Log, Nack, NackReason,
+    PayloadError, Pong, Samples, Stats, Status, Versions,
 };
 
 impl Conversation {
@@ -40,7 +40,7 @@ impl Conversation {
                     .map(|clock| Passing::Clock(clock.push(&pong, now_us))));
             }
             Kind::SAMPLES => return self.on_samples(now_us, payload),
-            Kind::STATUS => return Ok(Some(Passing::Status(Status::parse(payload)?))),
+            Kind::STATUS => return self.on_status(now_us, payload),
             Kind::STATS => return Ok(Some(Passing::Stats(Stats::parse(payload)?))),
             Kind::EVENT => return Ok(Some(Passing::Event(Event::parse(payload)?))),
             Kind::LOG => return Log::parse(payload).map(|_| Some(Passing::Log)),
@@ -95,6 +95,15 @@ impl Conversation {
         self.state = HostState::Config;
         self.in_force = None;
         self.request = Some(Request::new(Kind::CONFIG, 0, now_us));
+    }
+
+    /// A gripper that streamed and says LINKED has lost its CONFIG, as a repeated HELLO of this session makes it.
+    fn on_status(&mut self, now_us: u64, payload: &[u8]) -> Result<Option<Passing>, PayloadError> {
+        let status = Status::parse(payload)?;
+        if self.is_streaming() && self.request.is_none() && status.state == DeviceState::Linked {
+            self.configure(now_us);
+        }
+        Ok(Some(Passing::Status(status)))
     }
 
     fn answered(&mut self, kind: Kind, seq: u16) -> bool {
@@ -172,8 +181,12 @@ impl Conversation {
         Ok(Some(Passing::Samples(loss)))
     }
 
-    /// Opens another session after the gripper started anew.
+    /// Opens another session after the gripper started anew; takes no more of this one after closing, whatever else came
+    /// in the same read.
     pub(super) fn after_frame(&mut self, now_us: u64, decoder: &mut Decoder) {
+        if self.state == HostState::Closed {
+            decoder.close_session();
+        }
         if core::mem::take(&mut self.greet_again) {
             self.state = HostState::Hello;
             let session = self.session.wrapping_add(1).max(1);

@@ -196,7 +196,8 @@ impl HostLink {
 
     /// Writes a GRIP frame; `None` unless samples flow (STREAM or DEGRADED), and for a negative force.
     ///
-    /// Force is clamped to F_max and, while DEGRADED, to the force sent before. See [`HostLink::last_grip`].
+    /// Force is clamped to F_max and, while DEGRADED, to the force sent before in this session; before the first one
+    /// DEGRADED gives `None`, because the gripper may hold what a force of 0 drops. See [`HostLink::last_grip`].
     pub fn grip(
         &mut self,
         now_us: u64,

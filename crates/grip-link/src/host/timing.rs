@@ -118,7 +118,9 @@ impl Conversation {
     ) -> Option<usize> {
         let config = self.in_force.filter(|_| self.is_streaming() && command.force_mn >= 0)?;
         let most_mn = match self.state {
-            HostState::Degraded => self.force_sent_mn.min(config.force_max_mn),
+            HostState::Degraded if command.mode == GripMode::Force => {
+                self.force_sent_mn?.min(config.force_max_mn)
+            }
             _ => config.force_max_mn,
         };
         let grip = Grip {
@@ -134,7 +136,7 @@ impl Conversation {
         grip.write(&mut payload).ok()?;
         let len = self.sender.send(Kind::GRIP, false, &payload, out)?;
         self.cmd_id = grip.cmd_id;
-        self.force_sent_mn = if command.mode == GripMode::Force { grip.force_mn } else { 0 };
+        self.force_sent_mn = Some(if command.mode == GripMode::Force { grip.force_mn } else { 0 });
         self.last_grip = Some(grip);
         Some(len)
     }

@@ -208,6 +208,20 @@ impl Channel {
         self.formats & (1 << format.code()) != 0
     }
 
+    /// Whether count and scale are in their ranges: a host refuses any other.
+    #[must_use]
+    pub fn is_possible(&self) -> bool {
+        self.count_is_possible() && self.scale_is_possible()
+    }
+
+    pub(crate) fn count_is_possible(&self) -> bool {
+        (1..=64).contains(&self.count)
+    }
+
+    pub(crate) fn scale_is_possible(&self) -> bool {
+        self.scale.is_finite() && self.scale > 0.0
+    }
+
     pub(crate) fn read(reader: &mut Reader<'_>) -> Result<Self, PayloadError> {
         Ok(Self {
             kind: ChannelKind::from_code(reader.u8()?),

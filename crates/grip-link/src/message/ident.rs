@@ -231,12 +231,13 @@ impl Ident {
         let stride =
             usize::from(r.coded(|size| (usize::from(size) >= Channel::SIZE).then_some(size))?);
         let mut at = usize::from(r.u16()?);
+        let _reserved: [u8; 4] = r.take()?;
         for slot in self.channels.iter_mut().take(usize::from(self.channel_count)) {
             let channel = Channel::read(&mut Reader::at_offset(payload, at))?;
-            if !(1..=64).contains(&channel.count) {
+            if !channel.count_is_possible() {
                 return Err(PayloadError::Value { at: at + 3, value: i64::from(channel.count) });
             }
-            if !(channel.scale.is_finite() && channel.scale > 0.0) {
+            if !channel.scale_is_possible() {
                 return Err(PayloadError::Value {
                     at: at + 4,
                     value: i64::from(channel.scale.to_bits()),

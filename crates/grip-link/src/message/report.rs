@@ -4,7 +4,7 @@ use super::fault::FaultCode;
 use super::wire::{PayloadError, Reader, Writer};
 use crate::decoder::Counters;
 
-/// STATS (92), MCU to host, every second; all counts since the MCU started, saturating.
+/// STATS (92), MCU to host, every second; all counts since the MCU started, saturating but for the rows dropped, which wrap.
 ///
 /// | offset | size | type | field |
 /// |---|---|---|---|

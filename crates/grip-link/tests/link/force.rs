@@ -338,26 +338,42 @@ fn rows_must_fit_the_config() {
     assert_eq!(rig.device.push_f32(rig.tick, &[1.0, 2.0]), Err(RowError::Format { wanted }));
 }
 
+fn with(change: &dyn Fn(&mut Ident)) -> Result<(), DeviceConfigError> {
+    let mut bad = ident(1);
+    change(&mut bad);
+    DeviceLink::new(DeviceConfig { ident: bad, estop: Reaction::Hold }).map(drop)
+}
+
 #[test]
 fn impossible_grippers_are_refused() {
-    let with = |change: fn(&mut Ident)| {
-        let mut bad = ident(1);
-        change(&mut bad);
-        DeviceLink::new(DeviceConfig { ident: bad, estop: Reaction::Hold }).map(drop)
-    };
-    assert!(with(|_| {}).is_ok());
-    assert!(matches!(with(|i| i.tick_hz = 999), Err(DeviceConfigError::TickRate { tick_hz: 999 })));
+    assert!(with(&|_| {}).is_ok());
     assert!(matches!(
-        with(|i| i.channel_count = 0),
+        with(&|i| i.tick_hz = 999),
+        Err(DeviceConfigError::TickRate { tick_hz: 999 })
+    ));
+    assert!(matches!(
+        with(&|i| i.channel_count = 0),
         Err(DeviceConfigError::NoStylus { channels: 0 })
     ));
-    assert!(matches!(with(|i| i.channels[1].count = 0), Err(DeviceConfigError::Row { .. })));
-    assert!(matches!(with(|i| i.channels[1].count = 200), Err(DeviceConfigError::Row { .. })));
     assert!(matches!(
-        with(|i| i.limits = Limits { hold_cap_mn: 20_001, ..i.limits }),
+        with(&|i| i.limits = Limits { hold_cap_mn: 20_001, ..i.limits }),
         Err(DeviceConfigError::Limits { .. })
     ));
-    assert!(matches!(with(|i| i.limits.slew_max_mn_s = 0), Err(DeviceConfigError::Limits { .. })));
+    assert!(matches!(with(&|i| i.limits.slew_max_mn_s = 0), Err(DeviceConfigError::Limits { .. })));
+}
+
+#[test]
+fn impossible_channels_are_refused() {
+    for count in [0, 65, 200] {
+        let result = with(&|i| i.channels[1].count = count);
+        assert!(matches!(result, Err(DeviceConfigError::Channel { index: 1, .. })), "{count}");
+    }
+    for scale in [0.0, -1.0, f32::NAN, f32::INFINITY] {
+        let result = with(&|i| i.channels[1].scale = scale);
+        assert!(matches!(result, Err(DeviceConfigError::Channel { index: 1, .. })), "{scale}");
+    }
+    let wide = |i: &mut Ident| i.channels[..2].iter_mut().for_each(|channel| channel.count = 64);
+    assert!(matches!(with(&wide), Err(DeviceConfigError::Row { bytes: 512.. })));
 }
 
 proptest! {

@@ -3,8 +3,6 @@
 #[cfg(test)]
 mod clock;
 #[cfg(test)]
-mod faults;
-#[cfg(test)]
 mod force;
 #[cfg(test)]
 mod golden;
@@ -14,5 +12,7 @@ mod line;
 mod messages;
 #[cfg(test)]
 mod session;
+#[cfg(test)]
+mod sizes;
 #[cfg(test)]
 mod stream;

@@ -1,11 +1,11 @@
 //! Host and device on a simulated line: attaching, streaming, losses, reboots and silence.
 
-use crate::line::{Line, Told, config, device, ident, remove, unhex};
+use crate::line::{Line, Told, config, device, frames, ident, remove, unhex};
 use grip_link::device::{DeviceConfig, DeviceEvent, DeviceLink, Drive};
 use grip_link::frame::{Direction, Header, MAX_WIRE, encode};
 use grip_link::host::{CloseReason, GripCommand, HostConfig, HostEvent, HostState};
 use grip_link::message::{
-    Config, DeviceState, FaultCode, Heartbeat, Kind, LogLevel, NackReason, Reaction,
+    Config, DeviceState, FaultCode, GripMode, Heartbeat, Kind, LogLevel, NackReason, Reaction,
 };
 use proptest::prelude::{ProptestConfig, any, prop, proptest};
 use proptest::prop_assert;
@@ -239,6 +239,68 @@ fn degraded_host_keeps_the_force_it_sent_before() {
     line.grip_n = Some(2.0);
     line.run_through(5_000, |_, to_host| to_host.clear());
     assert_eq!(line.host.last_grip().unwrap().force_mn, 2000, "lower is always possible");
+}
+
+#[test]
+fn a_degraded_host_that_has_sent_no_force_sends_none() {
+    let mut line = Line::new();
+    line.open();
+    line.run(100_000);
+    line.grip_n = Some(6.0);
+    line.run(50_000);
+    // A new session: the device still presses, the host has sent nothing yet and sees no samples.
+    line.grip_n = None;
+    line.host.open(line.now_us, 0x1234).unwrap();
+    line.run_through(500_000, |_, to_host| {
+        remove(to_host, Kind::SAMPLES, usize::MAX);
+    });
+    assert_eq!((line.host.state(), line.force_now()), (HostState::Degraded, 6000));
+    let mut out = [0; MAX_WIRE];
+    assert_eq!(line.host.grip(line.now_us, &GripCommand::newtons(0.0).unwrap(), &mut out), None);
+    line.grip_n = Some(9.0);
+    line.run_through(200_000, |_, to_host| {
+        remove(to_host, Kind::SAMPLES, usize::MAX);
+    });
+    assert_eq!(line.force_now(), 6000, "what is held stays held");
+    line.run(20_000);
+    assert_eq!(line.force_now(), 9000);
+}
+
+#[test]
+fn a_degraded_host_still_opens_the_fingers_when_asked() {
+    let mut line = Line::new();
+    line.open();
+    line.run_through(500_000, |_, to_host| {
+        remove(to_host, Kind::SAMPLES, usize::MAX);
+    });
+    assert_eq!(line.host.state(), HostState::Degraded);
+    let mut out = [0; MAX_WIRE];
+    let open = GripCommand { mode: GripMode::Open, ..GripCommand::newtons(0.0).unwrap() };
+    assert!(line.host.grip(line.now_us, &open, &mut out).is_some());
+}
+
+#[test]
+fn a_late_hello_of_the_same_session_costs_a_new_config_and_no_force() {
+    let mut line = Line::new();
+    line.open();
+    let mut greeting = Vec::new();
+    line.run_through(30_000, |to_device, _| {
+        if greeting.is_empty() && frames(to_device).iter().any(|(kind, _)| *kind == Kind::HELLO) {
+            greeting.clone_from(to_device);
+        }
+    });
+    line.grip_n = Some(3.0);
+    line.run(50_000);
+    assert_eq!(line.force_now(), 3000);
+    line.told.clear();
+    let begin = line.tick();
+    let mut late = Some(greeting);
+    line.run_through(100_000, |to_device, _| to_device.extend(late.take().unwrap_or_default()));
+    assert_eq!(line.states(), [HostState::Config, HostState::Stream]);
+    assert_eq!(line.device.state(), DeviceState::Active);
+    assert!(
+        line.drives.iter().filter(|(tick, _)| *tick > begin).all(|(_, d)| d.force_mn() == 3000)
+    );
 }
 
 #[test]

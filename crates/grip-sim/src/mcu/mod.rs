@@ -144,6 +144,18 @@ impl VirtualMcu {
         self.refused_rows
     }
 
+    /// Force that the device asks of its drive (N); the fingers follow with the lag of the drive.
+    #[must_use]
+    pub fn commanded_n(&self) -> f64 {
+        self.target_n
+    }
+
+    /// Rows given to the link since CONFIG, whether they were sent or dropped.
+    #[must_use]
+    pub fn rows(&self) -> u32 {
+        self.rows
+    }
+
     /// Number of this start.
     #[must_use]
     pub fn boot_id(&self) -> u32 {

@@ -5,7 +5,7 @@
 the gap count and the garbage count out.
 ``python -m grip_link.diff device``: a script of ticks and bytes in, all that a device does out. One command a line, the
 tick second: ready T | rx T HEX | tx T MOST | drive T | i16 T values | f32 T hex bits | fault T HEX | estop T |
-travel T UM | force T MN | alive T | log T LEVEL HEX.
+travel T UM | force T MN | alive T | log T LEVEL HEX | new T (another gripper).
 """
 
 from __future__ import annotations
@@ -152,6 +152,8 @@ def _answers(arguments: argparse.Namespace, lines: Iterable[str]) -> Iterator[st
         line = line.rstrip("\r\n")
         if arguments.mode == "decode":
             yield decode_line(line)
+        elif arguments.mode == "device" and line.startswith("new"):
+            link = DeviceLink(reference_ident())
         elif arguments.mode == "device":
             yield from device_line(link, line)
         else:

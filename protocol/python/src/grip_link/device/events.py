@@ -83,6 +83,12 @@ def check_ident(ident: Ident) -> None:
     if all(channel.kind != ChannelKind.STYLUS for channel in ident.channels):
         raise ValueError(f"none of the {len(ident.channels)} channels is a stylus")
     row = Layout(ident.channels, 0xFFFF).row_bytes(SampleFormat.F32)
-    if any(channel.count == 0 for channel in ident.channels) or row > MAX_PAYLOAD - SAMPLES_HEADER.size:
+    for index, channel in enumerate(ident.channels):
+        if not (channel.count_is_possible and channel.scale_is_possible):
+            raise ValueError(
+                f"channel {index} has {channel.count} elements of scale {channel.scale}: "
+                "1 to 64 and more than 0 are possible"
+            )
+    if row > MAX_PAYLOAD - SAMPLES_HEADER.size:
         raise ValueError(f"a row of {row} bytes does not fit a frame")
     ident.pack()

@@ -173,6 +173,8 @@ class ForceGuard:
         return Drive(DriveKind.FORCE, self.applied_mn)
 
     def _expire(self, tick: int) -> None:
+        if self.phase in (Phase.REST, Phase.LOST):
+            return
         if self.phase is Phase.ACTIVE and tick > self._phase_tick:
             self.hold(self._phase_tick)
         since = max(tick - self._phase_tick, 0)

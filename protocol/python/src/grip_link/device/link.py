@@ -289,8 +289,8 @@ class DeviceLink:
         if config.channel_mask == 0:
             self._refuse(header, NackReason.MALFORMED)
             return None
-        self._guard.hold(tick)
         self._guard.arm(config)
+        self._guard.hold(tick)
         self.layout = Layout(self.ident.channels, config.channel_mask)
         self._batches.configure(config, self.layout.elements, self.ident.tick_hz)
         self.in_force = config

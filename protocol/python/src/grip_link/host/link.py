@@ -19,6 +19,7 @@ from ..messages import (
     ClearFault,
     Config,
     ConfigAck,
+    DeviceState,
     Event,
     FaultCode,
     Grip,
@@ -99,7 +100,7 @@ class HostLink:
         self._at_open = Counters()
         self._pings = self._ping_due_us = 0
         self._samples_us = self._frame_us = 0
-        self._force_sent_mn = 0
+        self._force_sent_mn: Optional[int] = None
         self._cmd_id = 0
         self._failures = 0
 
@@ -125,7 +126,8 @@ class HostLink:
     def grip(self, now_us: int, command: GripCommand) -> Optional[bytes]:
         """A GRIP frame; None unless samples flow (STREAM or DEGRADED), and for a negative force.
 
-        Force is clamped to F_max and, while DEGRADED, to the force sent before. See :attr:`last_grip`.
+        Force is clamped to F_max and, while DEGRADED, to the force sent before in this session; before the first one
+        DEGRADED gives None, because the gripper may hold what a force of 0 drops. See :attr:`last_grip`.
         """
         self._tick(now_us)
         config = self.in_force
@@ -133,7 +135,9 @@ class HostLink:
             return None
         most_mn = config.force_max_mn
         if self.state is HostState.DEGRADED:
-            most_mn = min(most_mn, self._force_sent_mn)
+            if self._force_sent_mn is None and command.mode is GripMode.FORCE:
+                return None
+            most_mn = min(most_mn, self._force_sent_mn or 0)
         grip = Grip(
             (self._cmd_id + 1) & 0xFFFFFFFF,
             command.mode,
@@ -240,6 +244,8 @@ class HostLink:
                 self._events.append(ClockUpdated(self.clock.push(pong, now_us)))
         elif kind == Kind.SAMPLES:
             self._on_samples(now_us, payload)
+        elif kind == Kind.STATUS:
+            self._on_status(now_us, Status.parse(payload))
         elif kind in _REPORTS:
             self._events.append(_REPORTS[kind].parse(payload))
 
@@ -315,6 +321,12 @@ class HostLink:
         self.state = HostState.STREAM if loss.is_contiguous else HostState.DEGRADED
         self._events.append(Batch(samples, loss))
 
+    def _on_status(self, now_us: int, status: Status) -> None:
+        # A gripper that streamed and says LINKED has lost its CONFIG, as a repeated HELLO of this session makes it.
+        if self.state in _STREAMING and self._request is None and status.state == DeviceState.LINKED:
+            self._configure(now_us)
+        self._events.append(status)
+
     def _answered(self, kind: int, seq: int) -> bool:
         answered = self._request is not None and self._request.answered_by(kind, seq)
         if answered:
@@ -338,7 +350,7 @@ class HostLink:
         self._hello_since_us = self._hello_due_us = self._frame_us = now_us
         self._hellos = 0
         self.in_force = self._request = None
-        self._force_sent_mn = 0
+        self._force_sent_mn = None
 
     def _close(self, reason: CloseReason) -> None:
         self.state = HostState.CLOSED
@@ -404,8 +416,7 @@ class HostLink:
         return self._sender.send(Kind.PING, Ping(now_us).pack())
 
 
-_REPORTS: dict[int, type[Status] | type[Stats] | type[Event] | type[Log]] = {
-    Kind.STATUS: Status,
+_REPORTS: dict[int, type[Stats] | type[Event] | type[Log]] = {
     Kind.STATS: Stats,
     Kind.EVENT: Event,
     Kind.LOG: Log,

@@ -16,7 +16,7 @@ MAX_CHANNELS = 16
 _HELLO = struct.Struct("<BBHIQ")
 _VERSIONS = struct.Struct("<BB")
 _IDENT = struct.Struct("<BBHI16sIIIiIiiiBBHBBHB")
-_TABLE = struct.Struct("<BH")
+_TABLE = struct.Struct("<BH4x")
 _CHANNEL = struct.Struct("<BBBBf")
 _TABLE_AT = 72
 
@@ -100,15 +100,26 @@ class Channel:
         """Whether it can be sent in this format."""
         return bool(self.formats >> sample_format & 1)
 
+    @property
+    def count_is_possible(self) -> bool:
+        """Whether a host takes this number of elements."""
+        return 1 <= self.count <= 64
+
+    @property
+    def scale_is_possible(self) -> bool:
+        """Whether a host takes this scale."""
+        return math.isfinite(self.scale) and self.scale > 0.0
+
     @classmethod
     def parse(cls, payload: bytes, at: int) -> Channel:
         """Reads the entry at offset ``at``; raises PayloadError."""
         kind, unit, formats, count, scale = unpack(_CHANNEL, payload, at)
-        if not 1 <= count <= 64:
+        channel = cls(ChannelKind(kind), Unit(unit), formats, count, scale)
+        if not channel.count_is_possible:
             raise BadValue(at + 3, count)
-        if not (math.isfinite(scale) and scale > 0.0):
+        if not channel.scale_is_possible:
             raise BadValue(at + 4, scale)
-        return cls(ChannelKind(kind), Unit(unit), formats, count, scale)
+        return channel
 
     def pack(self) -> bytes:
         """The 8 bytes."""
@@ -171,5 +182,5 @@ class Ident:
             limits.rate_max_hz, limits.force_max_mn, limits.slew_max_mn_s, limits.hold_cap_mn, limits.travel_min_um,
             limits.travel_max_um, *self.firmware, self.reset, self.state, self.fault, len(self.channels),
         )  # fmt: skip
-        table = pack(_TABLE, _CHANNEL.size, _TABLE_AT) + bytes(4)
+        table = pack(_TABLE, _CHANNEL.size, _TABLE_AT)
         return head + table + b"".join(channel.pack() for channel in self.channels)

@@ -1,0 +1,167 @@
+//! E_sc: tan S by eight evaluators, and the other readings, on ratios of machined surfaces.
+
+use super::{Candidate, Clock, Panel};
+use crate::exact::{
+    BITS, Exact,
+    angle::tan,
+    exact,
+    pool::{Draw, Kind, Width, pool},
+    ratio, relative_error,
+    trial::Trial,
+};
+use slip_core::esc::{LiteralSum, Trial as Conditions, literal::PreciseSum, readings};
+
+type Lengths = [(f64, f64)];
+/// The value for force and speed 1, per irregularity where the reading is a tangent.
+type Evaluator = (&'static str, fn(&Lengths) -> f64, fn(&Trial) -> Exact);
+
+/// The first eight give the literal value; the others are compared among themselves.
+const EVALUATORS: [Evaluator; 12] = [
+    ("naive f32", naive_f32, literal),
+    ("naive f64", naive_f64, literal),
+    ("Neumaier f64", neumaier, literal),
+    ("pairwise f64", pairwise, literal),
+    ("split f32", split_f32, literal),
+    ("split f64, one by one", split_f64, literal),
+    ("split f64", split_slice, literal),
+    ("split double-double", split_double, literal),
+    ("arc_cot", arc_cot, |trial| tan(&trial.arc_cots) * count(trial)),
+    ("slope_power", slope_power, |trial| exact(2.0) * sum(trial, ratio)),
+    ("lift_work", lift_work, |trial| sum(trial, |delta, _| exact(delta))),
+    ("viscous_work", viscous_work, |trial| {
+        let pi = Exact::pi(BITS);
+        let damper = exact(Conditions::<f64>::new(1.0, 1.0).damping_n_s_m);
+        &pi * &pi / exact(2.0)
+            * damper
+            * sum(trial, |delta, spacing| exact(delta) * ratio(delta, spacing))
+    }),
+];
+
+/// One panel for each number of irregularities. All lengths are such that `f32` holds them, so that every evaluator gets
+/// the same.
+pub(super) fn panels(clock: Clock<'_>) -> Vec<Panel> {
+    let known = pool(Kind::Machined, Width::Single, 20_000, 41);
+    [
+        ("esc_n1", 1, 4000),
+        ("esc_n10", 10, 2000),
+        ("esc_n100", 100, 500),
+        ("esc_n1000", 1000, 200),
+        ("esc_readings", 100, 500),
+    ]
+    .into_iter()
+    .map(|(name, n, count)| {
+        let mut draw = Draw::new(42);
+        let trials: Vec<Trial> = (0..count).map(|_| Trial::random(&known, n, &mut draw)).collect();
+        let timed = trials.get(..(4000 / n).clamp(4, count)).unwrap_or(&trials);
+        let (literal, others) = EVALUATORS.split_at(8);
+        let evaluators = if name == "esc_readings" { others } else { literal };
+        let candidates = evaluators
+            .iter()
+            .map(|(name, run, wanted)| Candidate {
+                name,
+                errors: trials
+                    .iter()
+                    .map(|t| relative_error(run(&t.lengths), &wanted(t)))
+                    .collect(),
+                work: Box::new(move || timed.iter().map(|trial| run(&trial.lengths)).sum()),
+            })
+            .collect();
+        Panel {
+            name,
+            title: format!(
+                "E_sc{}, n = {n}: run time against error",
+                if name == "esc_readings" { ", other readings" } else { "" }
+            ),
+            item: "irregularity",
+            error: format!(
+                "relative to the value of the same reading, {count} machined surfaces, 67 digits"
+            ),
+            rows: Vec::new(),
+        }
+        .measure(candidates, timed.len() * n, clock)
+    })
+    .collect()
+}
+
+fn count(trial: &Trial) -> Exact {
+    exact(trial.lengths.len() as f64)
+}
+
+fn literal(trial: &Trial) -> Exact {
+    tan(&trial.cots) * count(trial)
+}
+
+fn sum(trial: &Trial, term: impl Fn(f64, f64) -> Exact) -> Exact {
+    trial.lengths.iter().fold(exact(0.0), |sum, (delta, spacing)| sum + term(*delta, *spacing))
+}
+
+#[expect(
+    clippy::cast_possible_truncation,
+    reason = "the lengths fit; the rest is what is measured"
+)]
+fn naive_f32(lengths: &Lengths) -> f64 {
+    let sum: f32 = lengths.iter().map(|(d, s)| 1.0 / (*d as f32 / *s as f32).tan()).sum();
+    f64::from(lengths.len() as f32 * sum.tan())
+}
+
+fn naive_f64(lengths: &Lengths) -> f64 {
+    let sum: f64 = lengths.iter().map(|(d, s)| 1.0 / (d / s).tan()).sum();
+    lengths.len() as f64 * sum.tan()
+}
+
+fn neumaier(lengths: &Lengths) -> f64 {
+    let (mut sum, mut lost) = (0.0_f64, 0.0);
+    for (delta, spacing) in lengths {
+        let term = 1.0 / (delta / spacing).tan();
+        let total = sum + term;
+        lost += if sum.abs() >= term.abs() { (sum - total) + term } else { (term - total) + sum };
+        sum = total;
+    }
+    lengths.len() as f64 * (sum + lost).tan()
+}
+
+fn pairwise(lengths: &Lengths) -> f64 {
+    fn sum(lengths: &Lengths) -> f64 {
+        match lengths {
+            [] => 0.0,
+            [(delta, spacing)] => 1.0 / (delta / spacing).tan(),
+            more => {
+                let (left, right) = more.split_at(more.len() / 2);
+                sum(left) + sum(right)
+            }
+        }
+    }
+    lengths.len() as f64 * sum(lengths).tan()
+}
+
+#[expect(clippy::cast_possible_truncation, reason = "the lengths fit")]
+fn split_f32(lengths: &Lengths) -> f64 {
+    let mut sum = LiteralSum::<f32>::default();
+    lengths.iter().for_each(|(d, s)| _ = sum.push(*d as f32, *s as f32));
+    sum.value(&Conditions::new(1.0, 1.0)).map_or(f64::NAN, |esc| f64::from(esc.value))
+}
+
+fn split_slice(lengths: &Lengths) -> f64 {
+    let mut sum = LiteralSum::<f64>::default();
+    sum.extend(lengths);
+    sum.value(&Conditions::new(1.0, 1.0)).map_or(f64::NAN, |esc| esc.value)
+}
+
+macro_rules! streaming {
+    ($($name:ident $sum:ty),*) => {$(
+        fn $name(lengths: &Lengths) -> f64 {
+            let mut sum = <$sum>::default();
+            lengths.iter().for_each(|(delta, spacing)| _ = sum.push(*delta, *spacing));
+            sum.value(&Conditions::new(1.0, 1.0)).map_or(f64::NAN, |esc| esc.value)
+        }
+    )*};
+}
+
+streaming!(
+    split_f64 LiteralSum<f64>,
+    split_double PreciseSum<f64>,
+    arc_cot readings::ArcCotSum,
+    slope_power readings::SlopePowerSum,
+    lift_work readings::LiftWorkSum,
+    viscous_work readings::ViscousWorkSum
+);

@@ -1,0 +1,76 @@
+//! `gripctl esc`: every reading of E_sc for a list of irregularities.
+
+use super::checked;
+use crate::{cli::EscArgs, output};
+use grip_host::{
+    esc::{EscLine, readings},
+    exit::{Exit, WrongArgument},
+};
+use grip_record::read_irregularities;
+use slip_core::esc::{Reading, Trial};
+
+pub(crate) fn run(args: &EscArgs) -> anyhow::Result<Exit> {
+    let trial = trial(args.force, args.speed, args.noise)?;
+    let list = read_irregularities(&args.file)?;
+    let lines = readings(list.iter().map(|i| (i.delta_m, i.spacing_m)), &trial);
+    let left_out = lines.first().map_or(0, |line| line.degenerate);
+    if left_out > 0 {
+        eprintln!(
+            "{}: {left_out} of {} irregularities left out: height and spacing must be positive and finite",
+            args.file.display(),
+            list.len()
+        );
+    }
+    if args.json {
+        for line in &lines {
+            output::json(line)?;
+        }
+        return Ok(Exit::Done);
+    }
+    output::line(&format!(
+        "{} irregularities, {} N, {} m/s, relative noise {} of each delta/s",
+        list.len(),
+        args.force,
+        args.speed,
+        args.noise
+    ))?;
+    table(&lines)?;
+    Ok(Exit::Done)
+}
+
+/// The trial of the command line.
+pub(super) fn trial(force: f64, speed: f64, noise: f64) -> Result<Trial, WrongArgument> {
+    let force = checked("--force", force, false)?;
+    let speed = checked("--speed", speed, false)?;
+    Ok(Trial::new(force, speed).with_noise(checked("--noise", noise, true)?))
+}
+
+/// The readings as a table.
+pub(super) fn table(lines: &[EscLine]) -> anyhow::Result<()> {
+    output::line(&format!(
+        "{:<13} {:>17} {:<4} {:>8} {:>10} {:>9}  {:<36} {}",
+        "reading", "value", "unit", "within", "condition", "sigma_S", "flags", "formula"
+    ))?;
+    for (line, reading) in lines.iter().zip(Reading::ALL) {
+        let within = match (line.value, line.lo, line.hi) {
+            (Some(value), Some(lo), Some(hi)) if lo.is_finite() && hi.is_finite() => {
+                format!("{:.0e}", (hi - value).max(value - lo))
+            }
+            (Some(_), ..) => "any".to_owned(),
+            (None, ..) => "-".to_owned(),
+        };
+        let figure = |value: Option<f64>| value.map_or("-".to_owned(), |v| format!("{v:.2e}"));
+        output::line(&format!(
+            "{:<13} {:>17} {:<4} {:>8} {:>10} {:>9}  {:<36} {}",
+            line.reading,
+            line.value.map_or("-".to_owned(), |v| format!("{v:.9e}")),
+            line.unit,
+            within,
+            figure(line.condition),
+            figure(line.sigma_s),
+            if line.flags.is_empty() { "-".to_owned() } else { line.flags.join(",") },
+            reading.formula(),
+        ))?;
+    }
+    Ok(())
+}

@@ -1,0 +1,163 @@
+//! `gripctl profile`: a height profile measured.
+
+use super::{checked, esc, profile_plot};
+use crate::{
+    cli::{Filter, ProfileArgs},
+    output,
+};
+use anyhow::Context as _;
+use grip_host::{
+    exit::{Exit, WrongArgument},
+    profile::{Agreement, Evaluation, ProfileLine, ProfileOptions, Spread, evaluate},
+};
+use grip_record::HeightProfile;
+use slip_core::roughness::FilterKind;
+use std::path::Path;
+
+pub(crate) fn run(args: &ProfileArgs) -> anyhow::Result<Exit> {
+    let trial = esc::trial(args.force, args.speed, args.noise)?;
+    let options = options(args)?;
+    let step_m = args.step_um.map(|um| checked("--step-um", um, false)).transpose()?;
+    let step_m = step_m.map(|um| um * 1e-6);
+    args.plot.as_deref().map(profile_plot::check_ending).transpose()?;
+    let profile = HeightProfile::read(&args.file, step_m)?;
+    let evaluation =
+        evaluate(&profile, &options).with_context(|| args.file.display().to_string())?;
+    let mut line = ProfileLine::new(&evaluation, &options, &trial);
+    if let Some(reference) = &args.reference {
+        line.reference = Some(compare(&evaluation, reference)?);
+    }
+    if let Some(plot) = &args.plot {
+        let name = args.file.file_stem().unwrap_or_default().to_string_lossy();
+        profile_plot::chart(&name, &evaluation).write(plot)?;
+    }
+    notes(args, &evaluation, &line);
+    if args.json {
+        output::json(&line)?;
+    } else {
+        print(&line)?;
+    }
+    Ok(Exit::Done)
+}
+
+fn options(args: &ProfileArgs) -> Result<ProfileOptions, WrongArgument> {
+    let usual = ProfileOptions::new(1e-3 * checked("--cutoff-mm", args.cutoff_mm, false)?);
+    let metres = |flag, um: Option<f64>, usual_m| {
+        um.map_or(Ok(usual_m), |um| Ok(1e-6 * checked(flag, um, true)?))
+    };
+    let hysteresis =
+        args.hysteresis_um.map(|um| checked("--hysteresis-um", um, true)).transpose()?;
+    Ok(ProfileOptions {
+        short_cutoff_m: metres("--lambda-s-um", args.lambda_s_um, usual.short_cutoff_m)?,
+        low_pass_m: metres("--low-pass-um", args.low_pass_um, usual.low_pass_m)?,
+        filter: match args.filter {
+            Filter::MovingAverage => FilterKind::MovingAverage,
+            Filter::Gaussian => FilterKind::Gaussian,
+        },
+        level: args.level,
+        hysteresis_m: hysteresis.map(|um| um * 1e-6),
+        ..usual
+    })
+}
+
+fn compare(evaluation: &Evaluation, file: &Path) -> anyhow::Result<Agreement> {
+    let theirs = HeightProfile::read(file, Some(evaluation.step_m))?;
+    let (ours, heights) = (&evaluation.roughness_m, &theirs.heights_m);
+    Agreement::of(ours, heights).with_context(|| {
+        format!(
+            "{}: {} heights, but the profile has {}; both must be of the same trace",
+            file.display(),
+            heights.len(),
+            ours.len()
+        )
+    })
+}
+
+/// What a user should know before trusting the figures.
+fn notes(args: &ProfileArgs, evaluation: &Evaluation, line: &ProfileLine) {
+    let name = args.file.display();
+    if line.length_mm < line.cutoff_mm {
+        eprintln!(
+            "{name}: {:.3} mm long, less than one cutoff of {} mm: the mean line is not reliable; give a shorter --cutoff-mm",
+            line.length_mm, line.cutoff_mm
+        );
+    }
+    // The mean line of a tilted profile that is held at its ends is off by 0.075 tilt lambda_c there.
+    let at_the_ends_um = 75.0 * evaluation.tilt.abs() * line.cutoff_mm;
+    if !args.level && at_the_ends_um > 0.5 * line.ra_um {
+        eprintln!(
+            "{name}: tilted by {:.2} um/mm: the roughness profile is off by up to {at_the_ends_um:.1} um at its ends; --level takes the tilt away",
+            1e3 * evaluation.tilt
+        );
+    }
+    if line.n == 0 {
+        eprintln!(
+            "{name}: no irregularity higher than the hysteresis of {:.3} um; give a smaller --hysteresis-um",
+            line.hysteresis_um
+        );
+    }
+}
+
+fn print(line: &ProfileLine) -> anyhow::Result<()> {
+    output::line(&format!(
+        "profile        {:.3} mm, {:.4} um a step, noise {:.4} um (rms)",
+        line.length_mm, line.step_um, line.noise_um
+    ))?;
+    output::line(&format!(
+        "filters        {}, lambda_c {} mm, lambda_s {} um, {} sections",
+        line.filter.replace('_', " "),
+        line.cutoff_mm,
+        short(line.lambda_s_um),
+        line.sections
+    ))?;
+    output::line(&format!(
+        "roughness      Ra {:.4}  Rq {:.4}  Rz {:.3}  RSm {}  strongest wave {} um",
+        line.ra_um,
+        line.rq_um,
+        line.rz_um,
+        output::or_dash(line.rsm_um, 1),
+        output::or_dash(line.period_um, 1)
+    ))?;
+    if let Some(reference) = &line.reference {
+        output::line(&format!(
+            "reference      correlation {:.6}, Ra {:+.2} %, difference {:.4} um (rms)",
+            reference.correlation,
+            100.0 * (reference.ra_ratio - 1.0),
+            reference.rms_um
+        ))?;
+    }
+    output::line(&format!(
+        "irregularities {}, hysteresis {:.3} um, after a low-pass of {} um",
+        line.n,
+        line.hysteresis_um,
+        short(line.low_pass_um)
+    ))?;
+    output::line("")?;
+    output::line(&format!(
+        "{:<13} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9}",
+        "um", "mean", "sd", "min", "10 %", "median", "90 %", "max"
+    ))?;
+    spread("height delta", line.delta_um)?;
+    spread("spacing s", line.s_um)?;
+    output::line("")?;
+    output::line(&format!(
+        "E_sc at {} N and {} m/s, {:.4} s to pass the profile",
+        line.force_n, line.speed_m_s, line.contact_time_s
+    ))?;
+    esc::table(&line.esc)
+}
+
+/// A length of an option without the digits of a division.
+fn short(um: f64) -> String {
+    let text = format!("{um:.3}");
+    text.trim_end_matches('0').trim_end_matches('.').to_owned()
+}
+
+fn spread(name: &str, spread: Option<Spread>) -> anyhow::Result<()> {
+    let figures = spread.map(|s| [s.mean, s.sd, s.min, s.p10, s.p50, s.p90, s.max]);
+    let cells: String = (0..7)
+        .map(|i| format!(" {:>9}", output::or_dash(figures.and_then(|f| f.get(i).copied()), 3)))
+        .collect();
+    output::line(&format!("{name:<13}{cells}"))?;
+    Ok(())
+}

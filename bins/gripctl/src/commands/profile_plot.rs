@@ -1,0 +1,88 @@
+//! A measured profile in, its picture with peaks and valleys out.
+
+use grip_host::{exit::WrongArgument, profile::Evaluation};
+use grip_plot::{Axis, Chart, Layer, Mark};
+use slip_core::irregularity::TurnKind;
+use std::path::Path;
+
+/// Points of the line in the picture, at most; two for each column of it.
+const POINTS: usize = 2400;
+
+/// Refuses a file that is neither SVG nor PNG, before any work is done.
+pub(super) fn check_ending(file: &Path) -> Result<(), WrongArgument> {
+    let known =
+        |ending: &str| ["svg", "png"].iter().any(|known| ending.eq_ignore_ascii_case(known));
+    if file.extension().and_then(|ending| ending.to_str()).is_some_and(known) {
+        return Ok(());
+    }
+    Err(WrongArgument(format!(
+        "--plot {}: expected a name that ends in .svg or .png",
+        file.display()
+    )))
+}
+
+/// The roughness profile of `name` with the peaks and valleys that were counted.
+pub(super) fn chart(name: &str, evaluation: &Evaluation) -> Chart {
+    let marked = |kind: TurnKind| {
+        let turns = evaluation.turns.iter().filter(|turn| turn.kind == kind);
+        turns.map(|turn| (1e3 * turn.position_m, 1e6 * f64::from(turn.height_m))).collect()
+    };
+    let title = format!(
+        "{name}: Ra {:.3} um, {} irregularities higher than {:.2} um",
+        1e6 * evaluation.parameters.ra_m,
+        evaluation.irregularities.len(),
+        1e6 * evaluation.hysteresis_m
+    );
+    let (x, y) = (Axis::linear("distance (mm)"), Axis::linear("height above the mean line (um)"));
+    Chart::new(title, x, y)
+        .with(Layer::line("roughness profile", outline(&evaluation.roughness_m, evaluation.step_m)))
+        .with(Layer::markers("peaks", marked(TurnKind::Peak)).drawn_as(Mark::Triangles))
+        .with(Layer::markers("valleys", marked(TurnKind::Valley)).drawn_as(Mark::TrianglesDown))
+}
+
+/// The profile in mm and um, thinned to the lowest and highest point of equal stretches.
+#[expect(clippy::cast_precision_loss, reason = "indices of a profile are far below 2^53")]
+fn outline(heights_m: &[f64], step_m: f64) -> Vec<(f64, f64)> {
+    let stretch = heights_m.len().div_ceil(POINTS / 2).max(1);
+    let place = |(i, z): (usize, &f64)| (1e3 * step_m * i as f64, 1e6 * z);
+    let points: Vec<(f64, f64)> = heights_m.iter().enumerate().map(place).collect();
+    let mut thinned = Vec::new();
+    for part in points.chunks(stretch) {
+        let by_height = |a: &&(f64, f64), b: &&(f64, f64)| a.1.total_cmp(&b.1);
+        let low = part.iter().min_by(by_height);
+        let high = part.iter().max_by(by_height);
+        let mut ends: Vec<(f64, f64)> = low.into_iter().chain(high).copied().collect();
+        ends.sort_by(|a, b| a.0.total_cmp(&b.0));
+        ends.dedup();
+        thinned.extend(ends);
+    }
+    thinned
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{check_ending, outline};
+    use std::path::Path;
+
+    #[test]
+    fn thinning_keeps_the_extremes() {
+        let heights: Vec<f64> =
+            (0..50_000_u32).map(|i| f64::from(i * 7919 % 1013) * 1e-6).collect();
+        let thin = outline(&heights, 1e-6);
+        assert!(thin.len() <= 2400 && thin.len() > 2000, "{}", thin.len());
+        let highest = thin.iter().map(|p| p.1).fold(0.0, f64::max);
+        assert!((highest - 1012.0).abs() < 1e-9);
+        assert!(thin.windows(2).all(|p| p[0].0 < p[1].0));
+        assert_eq!(outline(&heights[..3], 1e-6).len(), 3);
+    }
+
+    #[test]
+    fn only_svg_and_png_are_written() {
+        assert!(
+            check_ending(Path::new("a.SVG")).is_ok() && check_ending(Path::new("a.png")).is_ok()
+        );
+        assert!(
+            check_ending(Path::new("a.pdf")).is_err() && check_ending(Path::new("svg")).is_err()
+        );
+    }
+}

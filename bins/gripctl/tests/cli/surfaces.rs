@@ -1,0 +1,186 @@
+//! Profiles and lists of irregularities through `gripctl profile` and `gripctl esc`.
+
+use crate::run::{gripctl, number, real_data};
+use serde_json::Value;
+use std::{fs, path::Path};
+
+/// A sine of 2 um and 250 um, 10 mm long.
+fn write_sine(folder: &Path) {
+    let row = |i: u32| {
+        let x_mm = f64::from(i) * 1e-3;
+        format!("{x_mm:.3},{:.4}\n", 2.0 * (core::f64::consts::TAU * x_mm / 0.25).sin())
+    };
+    let text: String = (0..10_000).map(row).collect();
+    fs::write(folder.join("sine.csv"), format!("x_mm,height_um\n{text}")).unwrap();
+}
+
+#[test]
+fn a_profile_is_measured() {
+    let folder = tempfile::tempdir().unwrap();
+    write_sine(folder.path());
+    let args = ["profile", "sine.csv", "--speed", "0.05", "--force", "2", "--json"];
+    let line = gripctl(folder.path(), &args).done().json().pop().unwrap();
+    let close =
+        |got: f64, want: f64| assert!((got / want - 1.0).abs() < 0.01, "{got} {want} {line}");
+    close(number(&line, "ra_um"), 4.0 / core::f64::consts::PI);
+    close(number(&line, "rq_um"), 2.0_f64.sqrt());
+    close(number(&line, "rz_um"), 4.0);
+    close(number(&line, "rsm_um"), 250.0);
+    close(number(&line, "period_um"), 250.0);
+    close(number(&line["s_um"], "mean"), 250.0);
+    close(number(&line["delta_um"], "mean"), 4.0 * 0.927);
+    assert_eq!((number(&line, "n"), number(&line, "sections")), (39.0, 4.0), "{line}");
+    let names: Vec<&Value> =
+        line["esc"].as_array().unwrap().iter().map(|e| &e["reading"]).collect();
+    assert_eq!(names, ["literal", "arc_cot", "slope_power", "lift_work", "viscous_work"]);
+    let lift = &line["esc"][3];
+    close(number(lift, "value"), 2.0 * 39.0 * 4e-6 * 0.927);
+    assert!(lift["unit"] == "J" && number(lift, "lo") <= number(lift, "hi"), "{lift}");
+    let args = ["profile", "sine.csv", "--speed", "0.05", "--filter", "gaussian", "--level"];
+    let text = gripctl(folder.path(), &args).done().out;
+    for word in [
+        "10.000 mm",
+        "gaussian",
+        "RSm 250.0",
+        "height delta",
+        "spacing s",
+        "literal",
+        "F sum delta",
+    ] {
+        assert!(text.contains(word), "no {word:?} in {text}");
+    }
+}
+
+#[test]
+fn a_plot_shows_peaks_and_valleys() {
+    let folder = tempfile::tempdir().unwrap();
+    write_sine(folder.path());
+    for (file, begin) in [("p.svg", &b"<svg"[..]), ("p.png", &b"\x89PNG"[..])] {
+        gripctl(folder.path(), &["profile", "sine.csv", "--speed", "0.05", "--plot", file]).done();
+        let bytes = fs::read(folder.path().join(file)).unwrap();
+        assert!(bytes.starts_with(begin) && bytes.len() > 5000, "{file}: {} bytes", bytes.len());
+    }
+    let svg = fs::read_to_string(folder.path().join("p.svg")).unwrap();
+    assert!(svg.contains("peaks") && svg.contains("valleys") && svg.contains("distance (mm)"));
+}
+
+#[test]
+fn a_user_is_told_what_spoils_the_figures() {
+    let folder = tempfile::tempdir().unwrap();
+    write_sine(folder.path());
+    let said = |more: &[&str]| {
+        gripctl(folder.path(), &[&["profile", "sine.csv", "--speed", "0.05"], more].concat())
+            .done()
+            .err
+    };
+    assert_eq!(said(&[]), "");
+    assert!(said(&["--cutoff-mm", "20"]).contains("less than one cutoff"));
+    assert!(said(&["--hysteresis-um", "50"]).contains("no irregularity higher than"));
+    let tilted: String = (0..3000).map(|i| format!("{},{}\n", i, i * 5)).collect();
+    fs::write(folder.path().join("tilt.csv"), format!("x_mm,height_um\n{tilted}")).unwrap();
+    let args = ["profile", "tilt.csv", "--speed", "0.05", "--step-um", "1"];
+    assert!(gripctl(folder.path(), &args).done().err.contains("--level"));
+}
+
+#[test]
+fn every_reading_of_a_list() {
+    let folder = tempfile::tempdir().unwrap();
+    let list = "delta_m,s_m\n20e-6,100e-6\n30e-6,50e-6\n5e-6,80e-6\n0,1e-4\n";
+    fs::write(folder.path().join("i.csv"), list).unwrap();
+    let args = ["esc", "i.csv", "--force", "2", "--speed", "0.05", "--noise", "0.01"];
+    let ran = gripctl(folder.path(), &[&args[..], &["--json"]].concat()).done();
+    assert!(ran.err.contains("1 of 4 irregularities left out"), "{}", ran.err);
+    let lines = ran.json();
+    let r: [f64; 3] = [0.2, 0.6, 0.0625];
+    let literal = 3.0 * 2.0 * 0.05 * r.iter().map(|r| 1.0 / r.tan()).sum::<f64>().tan();
+    let sigma = 0.01 * r.iter().map(|r| (r / r.sin().powi(2)).powi(2)).sum::<f64>().sqrt();
+    assert!((number(&lines[0], "value") / literal - 1.0).abs() < 1e-12, "{}", lines[0]);
+    assert!((number(&lines[0], "sigma_s") / sigma - 1.0).abs() < 1e-6, "{sigma} {}", lines[0]);
+    assert!(
+        number(&lines[0], "lo") <= literal * (1.0 + 1e-12) && number(&lines[0], "condition") > 1.0
+    );
+    assert!(lines.iter().all(|l| l["flags"].as_array().unwrap().contains(&"degenerate".into())));
+    assert_eq!((lines.len(), &lines[3]["unit"]), (5, &Value::from("J")));
+    let noisy = [&args[..6], &["--noise", "1", "--json"]].concat();
+    let flags = gripctl(folder.path(), &noisy).done().json()[0]["flags"].clone();
+    assert!(flags.as_array().unwrap().contains(&"no_information".into()), "{flags}");
+    let text = gripctl(folder.path(), &args).done().out;
+    assert!(text.contains("n F v tan(sum cot(delta/s))") && text.contains("degenerate"), "{text}");
+    fs::write(folder.path().join("bad.csv"), "delta_m,s_m\n0,0\n").unwrap();
+    let lines =
+        gripctl(folder.path(), &["esc", "bad.csv", "--force", "1", "--speed", "1", "--json"]);
+    assert!(
+        lines.done().json().iter().all(|l| l["value"].is_null() && l["flags"][0] == "degenerate")
+    );
+}
+
+#[test]
+fn bad_files_and_arguments_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let wrong = |command: &[&str], bytes: &[u8], words: &[&str]| {
+        fs::write(folder.path().join("f.csv"), bytes).unwrap();
+        let words: Vec<&str> = words.iter().copied().chain(["f.csv"]).collect();
+        gripctl(folder.path(), command).refused(1, &words);
+    };
+    let profile = ["profile", "f.csv", "--speed", "1"];
+    wrong(&profile, b"", &["is empty", "x_mm,height_um"]);
+    wrong(&profile, b"x_mm,h\n0,1\n", &["no column height_um", "x_mm, h"]);
+    wrong(&profile, b"x_mm,height_um\n0,1\n1,2\n", &["2 rows", "at least 3"]);
+    wrong(&profile, b"x_mm,height_um\n0,1\n1,2\n2,x\n", &["line 4, column height_um", "\"x\""]);
+    wrong(
+        &profile,
+        b"x_mm,height_um\n0,1\n1,2\n2,inf\n",
+        &["line 4, column height_um", "not finite"],
+    );
+    wrong(
+        &profile,
+        b"x_mm,height_um\n0,1\n1,2\n4,3\n5,3\n",
+        &["line 4, column x_mm", "step of 3 mm"],
+    );
+    wrong(&profile, b"x_mm,height_um\n0,1\n1,2\n2,3\n", &["cutoff of 2.5 mm on steps of 1 mm"]);
+    let esc = ["esc", "f.csv", "--speed", "1", "--force", "1"];
+    wrong(&esc, b"delta_m,s_m\n", &["no rows"]);
+    wrong(&esc, b"delta_m,s_m\n1,2\n1,two\n", &["line 3, column s_m", "\"two\""]);
+    wrong(&esc, b"delta_m\n1\n", &["no column s_m"]);
+    write_sine(folder.path());
+    let refuse = |args: &[&str], words: &[&str]| gripctl(folder.path(), args).refused(2, words);
+    for bad in ["0", "-1", "nan", "inf"] {
+        refuse(&["profile", "sine.csv", "--speed", bad], &["--speed", "more than 0"]);
+        refuse(&["profile", "sine.csv", "--speed", "1", "--cutoff-mm", bad], &["--cutoff-mm"]);
+        refuse(&["profile", "sine.csv", "--speed", "1", "--step-um", bad], &["--step-um"]);
+        refuse(&["esc", "f.csv", "--speed", "1", "--force", bad], &["--force", "more than 0"]);
+    }
+    refuse(
+        &["esc", "f.csv", "--speed", "1", "--force", "1", "--noise", "-1"],
+        &["--noise", "0 or more"],
+    );
+    refuse(&["profile", "sine.csv"], &["--speed"]);
+    refuse(&["profile", "sine.csv", "--speed", "1", "--plot", "p.pdf"], &["p.pdf", ".svg or .png"]);
+    refuse(&["profile", "sine.csv", "--speed", "1", "--filter", "box"], &["box", "gaussian"]);
+    let to = ["profile", "sine.csv", "--speed", "1", "--plot", "gone/p.svg"];
+    gripctl(folder.path(), &to).refused(1, &["gone/p.svg", "No such file"]);
+    let other = ["profile", "sine.csv", "--speed", "1", "--reference", "f.csv"];
+    gripctl(folder.path(), &other).refused(1, &["f.csv", "no column height_um"]);
+}
+
+/// The roughness profile of every trace is the instrument's. The step is the instrument's too: the `x_mm` of the shorter
+/// traces is stretched to 10 mm.
+#[test]
+fn traces_agree_with_the_profilometer() {
+    let Some(folder) = real_data("surfcom_profiles") else { return };
+    for entry in fs::read_dir(&folder).unwrap() {
+        let name = entry.unwrap().file_name().into_string().unwrap();
+        if !name.ends_with("_primary.csv") {
+            continue;
+        }
+        let reference = name.replace("_primary", "_roughness");
+        let args = ["profile", &name, "--speed", "0.02", "--step-um", "0.3560366", "--reference"];
+        let line = gripctl(&folder, &[&args[..], &[&reference, "--json"]].concat())
+            .done()
+            .json()
+            .remove(0);
+        assert!(number(&line["reference"], "correlation") >= 0.999, "{name}: {line}");
+        assert!((number(&line["reference"], "ra_ratio") - 1.0).abs() <= 0.01, "{name}: {line}");
+        assert!(number(&line, "rsm_um") > 0.0 && number(&line, "n") >= 1.0, "{name}: {line}");
+    }
+}

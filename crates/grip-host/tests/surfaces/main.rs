@@ -1,0 +1,32 @@
+//! Real surfaces: profilometer traces against the instrument's own evaluation and played as a stylus signal, and
+//! a finger over ridged boards. The recordings are no part of the project.
+#![expect(
+    clippy::unwrap_used,
+    clippy::print_stdout,
+    clippy::cast_possible_truncation,
+    reason = "test code"
+)]
+
+mod boards;
+mod traces;
+
+use std::path::{Path, PathBuf};
+
+/// The files of the folder `name` of the real recordings whose name ends in `ending`; says so where there are none.
+fn recordings(name: &str, ending: &str) -> Vec<PathBuf> {
+    let beside = || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data");
+    let folder = std::env::var_os("GRIP_DATA").map_or_else(beside, PathBuf::from).join(name);
+    let Ok(entries) = std::fs::read_dir(&folder) else {
+        println!("left out: no recordings at {}; set GRIP_DATA to their folder", folder.display());
+        return Vec::new();
+    };
+    let files = entries.map(|entry| entry.unwrap().path());
+    let mut files: Vec<_> = files.filter(|f| f.to_string_lossy().ends_with(ending)).collect();
+    files.sort();
+    assert!(!files.is_empty(), "{}", folder.display());
+    files
+}
+
+fn name(file: &Path) -> String {
+    file.file_stem().unwrap().to_string_lossy().into_owned()
+}

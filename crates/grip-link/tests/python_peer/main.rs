@@ -1,0 +1,20 @@
+//! The Python peer in protocol/python: its own tests, and the same answers as this crate to random scripts.
+
+#[cfg(test)]
+mod dice;
+#[cfg(test)]
+mod differential;
+#[cfg(test)]
+mod player;
+#[cfg(test)]
+mod python;
+#[cfg(test)]
+mod script;
+#[cfg(test)]
+mod seeds;
+#[cfg(test)]
+mod suite;
+#[cfg(test)]
+#[expect(unreachable_pub, dead_code, reason = "shared with the fuzz workspace and other tests")]
+#[path = "../../../../fuzz/src/targets/mod.rs"]
+mod targets;

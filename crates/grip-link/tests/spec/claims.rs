@@ -1,0 +1,151 @@
+//! Sentences of SPEC.md that no table holds and no other test of the crate asks.
+
+use crate::rig::{SESSION, config, device, hello, sent, tell, wire, written};
+use grip_link::device::{DeviceLink, Drive};
+use grip_link::frame::{Direction, Header};
+use grip_link::message::{
+    ClearFault, Config, DeviceState, Event, EventKind, FaultCode, Grip, GripMode, Kind, Nack,
+    NackReason, SamplesHeader, Status,
+};
+
+fn armed(config: &Config) -> DeviceLink {
+    let mut device = device();
+    tell(&mut device, 1, Kind::HELLO, 0, &written(|p| hello().write(p)));
+    tell(&mut device, 2, Kind::CONFIG, 1, &config.to_bytes());
+    let _answers = sent(&mut device, 3);
+    device
+}
+
+fn press(cmd_id: u32, force_mn: i32) -> Vec<u8> {
+    let mode = GripMode::Force.code();
+    let grip =
+        Grip { cmd_id, mode, flags: 0, ttl_ms: 100, force_mn, slew_mn_s: 0, cause_sample: 0 };
+    written(|p| grip.write(p))
+}
+
+/// Presses until the force is there; the tick then.
+fn pressing(device: &mut DeviceLink, force_mn: i32) -> u64 {
+    tell(device, 1000, Kind::GRIP, 2, &press(1, force_mn));
+    let end = (1000..101_000).step_by(1000).find(|tick| device.drive(*tick).force_mn() == force_mn);
+    end.unwrap()
+}
+
+#[test]
+fn estop_of_session_0_adds_one_to_gap() {
+    let mut device = armed(&config());
+    let header = Header { ack_req: true, ..Header::new(Direction::ToDevice, Kind::ESTOP, 2, 0) };
+    assert!(device.receive(4, &mut &wire(&header, &[])[..]).is_some());
+    assert_eq!((device.state(), device.counters().gap), (DeviceState::Estop, 0));
+    tell(&mut device, 5, Kind::STOP, 3, &[]);
+    assert_eq!(device.counters().gap, 1);
+}
+
+#[test]
+fn estop_without_a_session_is_answered() {
+    let mut device = device();
+    let header = Header { ack_req: true, ..Header::new(Direction::ToDevice, Kind::ESTOP, 0, 0) };
+    assert!(device.receive(4, &mut &wire(&header, &[])[..]).is_some());
+    assert_eq!(sent(&mut device, 5).iter().map(|(kind, _)| *kind).collect::<Vec<_>>(), [Kind::ACK]);
+}
+
+#[test]
+fn a_repeated_hello_sets_the_newest_number_to_its_own() {
+    let mut device = armed(&config());
+    tell(&mut device, 4, Kind::STOP, 900, &[]);
+    tell(&mut device, 5, Kind::HELLO, 0, &written(|p| hello().write(p)));
+    assert_eq!(device.state(), DeviceState::Linked);
+    tell(&mut device, 6, Kind::STOP, 899, &[]);
+    assert_eq!(device.counters().duplicate, 0);
+}
+
+#[test]
+fn config_holds_with_its_own_cap() {
+    let mut device = armed(&Config { hold_cap_mn: 8_000, ..config() });
+    let tick = pressing(&mut device, 6_000);
+    let lower = Config { hold_cap_mn: 1_000, ..config() };
+    tell(&mut device, tick, Kind::CONFIG, 3, &lower.to_bytes());
+    assert_eq!(device.status(tick).target_mn, 1_000);
+    for ms in 1..500 {
+        device.drive(tick + ms * 1000);
+    }
+    assert_eq!(device.drive(tick + 500_000), Drive::Force(1_000));
+}
+
+#[test]
+fn batches_wait_over_a_stop() {
+    let mut device = armed(&Config { batch: 1, ..config() });
+    tell(&mut device, 4, Kind::START, 2, &[]);
+    device.push_i16(5, &[1, 2]).unwrap();
+    tell(&mut device, 6, Kind::STOP, 3, &[]);
+    let is_samples = |(kind, _): &&(Kind, Vec<u8>)| *kind == Kind::SAMPLES;
+    assert_eq!(sent(&mut device, 7).iter().find(is_samples), None);
+    tell(&mut device, 8, Kind::START, 4, &[]);
+    let frames = sent(&mut device, 9);
+    let header = SamplesHeader::parse(&frames.iter().find(is_samples).unwrap().1).unwrap();
+    assert_eq!((header.t0_tick, header.first_index), (5, 0));
+}
+
+#[test]
+fn no_channel_left_is_nacked_but_not_counted_as_malformed() {
+    let mut device = armed(&config());
+    let none = Config { channel_mask: 0x80, ..config() };
+    tell(&mut device, 4, Kind::CONFIG, 2, &none.to_bytes());
+    let frames = sent(&mut device, 2_000_000);
+    let nack = &frames.iter().find(|(kind, _)| *kind == Kind::NACK).unwrap().1;
+    assert_eq!(Nack::parse(nack).unwrap().reason, NackReason::Malformed);
+    let stats = &frames.iter().find(|(kind, _)| *kind == Kind::STATS).unwrap().1;
+    assert_eq!(stats[60..], [0; 4]);
+    assert_eq!(device.in_force(), Some(&config()));
+}
+
+#[test]
+fn a_request_without_ack_req_is_carried_out_silently() {
+    let mut device = armed(&config());
+    let header = Header::new(Direction::ToDevice, Kind::START, 2, SESSION);
+    assert!(device.receive(4, &mut &wire(&header, &[])[..]).is_some());
+    assert!(device.push_i16(5, &[1, 2]).is_ok());
+    assert!(sent(&mut device, 5).iter().all(|(kind, _)| *kind != Kind::ACK));
+}
+
+#[test]
+fn a_fault_beneath_an_estop_is_told_and_shows_when_the_stop_is_cleared() {
+    let mut device = armed(&config());
+    device.estop(10);
+    let _stop = sent(&mut device, 11);
+    device.raise_fault(20, FaultCode::DRIVE);
+    let events: Vec<Event> = sent(&mut device, 21)
+        .iter()
+        .filter(|(kind, _)| *kind == Kind::EVENT)
+        .map(|(_, payload)| Event::parse(payload).unwrap())
+        .collect();
+    assert_eq!(events.len(), 1);
+    assert_eq!((events[0].kind, events[0].fault), (EventKind::Fault, FaultCode::ESTOP));
+    assert_eq!(events[0].value, i32::from(FaultCode::DRIVE.0));
+    let clear = ClearFault { fault: FaultCode::ESTOP };
+    tell(&mut device, 30, Kind::CLEAR_FAULT, 2, &written(|p| clear.write(p)));
+    assert_eq!((device.state(), device.fault()), (DeviceState::Fault, FaultCode::DRIVE));
+}
+
+#[test]
+fn a_lower_target_is_still_reached_in_hold() {
+    let mut device = armed(&config());
+    let tick = pressing(&mut device, 6_000);
+    let slow = Grip { cmd_id: 2, ttl_ms: 20, slew_mn_s: 10_000, ..grip_of(1_000) };
+    tell(&mut device, tick, Kind::GRIP, 3, &written(|p| slow.write(p)));
+    for ms in 1..600 {
+        device.drive(tick + ms * 1000);
+    }
+    assert_eq!(device.state(), DeviceState::Hold);
+    assert_eq!(device.drive(tick + 600_000), Drive::Force(1_000));
+}
+
+fn grip_of(force_mn: i32) -> Grip {
+    Grip::parse(&press(2, force_mn)).unwrap()
+}
+
+#[test]
+fn status_without_a_command_says_so() {
+    let device = armed(&config());
+    let Status { last_cmd_id, age_us, flags, .. } = device.status(99);
+    assert_eq!((last_cmd_id, age_us, flags.0), (0, 4_294_967_295, 4 | 16));
+}

@@ -1,0 +1,76 @@
+//! The screen of messages against the types of the crate.
+
+use crate::fields::frames;
+use crate::markdown::{headings, table};
+use crate::source;
+use grip_link::message::{
+    Ack, ClearFault, Config, ConfigAck, Event, Grip, Heartbeat, Hello, Ident, Kind, Nack, Ping,
+    Pong, SAMPLES_HEADER, Stats, Status,
+};
+use std::collections::BTreeMap;
+
+const SCREEN: &str = "## 4 Messages on one screen";
+
+/// Bytes of the smallest payload of a type.
+fn size(kind: Kind) -> usize {
+    match kind {
+        Kind::HELLO => Hello::SIZE,
+        Kind::IDENT => Ident::TABLE,
+        Kind::CONFIG => Config::SIZE,
+        Kind::CONFIG_ACK => ConfigAck::SIZE,
+        Kind::START | Kind::STOP | Kind::ESTOP => 0,
+        Kind::PING => Ping::SIZE,
+        Kind::PONG => Pong::SIZE,
+        Kind::GRIP => Grip::SIZE,
+        Kind::HEARTBEAT => Heartbeat::SIZE,
+        Kind::CLEAR_FAULT => ClearFault::SIZE,
+        Kind::ACK => Ack::SIZE,
+        Kind::NACK => Nack::SIZE,
+        Kind::SAMPLES => SAMPLES_HEADER,
+        Kind::STATUS => Status::SIZE,
+        Kind::STATS => Stats::SIZE,
+        Kind::EVENT => Event::SIZE,
+        Kind::LOG => 10,
+        Kind(other) => panic!("type {other:02x} has no size here"),
+    }
+}
+
+#[test]
+fn each_type_of_the_crate_has_its_row_and_section() {
+    let rows = table(SCREEN);
+    let code = |row: &[String]| u8::from_str_radix(&row[0], 16).unwrap();
+    let known = (0..=255).map(Kind).filter(|kind| kind.is_to_device() || kind.is_to_host());
+    let known: Vec<u8> = known.map(|kind| kind.0).collect();
+    assert_eq!(rows.iter().map(|row| code(row)).collect::<Vec<_>>(), known);
+    let mut named: BTreeMap<String, u64> = source::codes("message/mod.rs", "Kind");
+    assert_eq!(named.remove("CLIENT_FIRST"), Some(0xA0));
+    let written: BTreeMap<String, u64> =
+        rows.iter().map(|row| (row[1].clone(), u64::from(code(row)))).collect();
+    assert_eq!(written, named);
+    for row in &rows {
+        let heading = format!("### {} {}", row[0], row[1]);
+        assert_eq!(headings(&heading), [heading.as_str()]);
+    }
+}
+
+#[test]
+fn directions_and_sizes() {
+    for row in table(SCREEN) {
+        let kind = Kind(u8::from_str_radix(&row[0], 16).unwrap());
+        let way = if kind.is_to_device() { "to device" } else { "to host" };
+        assert_eq!(row[2], way, "{}", row[1]);
+        let stated: usize = row[3].split(' ').next().unwrap().parse().unwrap();
+        assert_eq!(stated, size(kind), "{}", row[1]);
+    }
+}
+
+#[test]
+fn requests_for_an_answer() {
+    let mut asks = BTreeMap::new();
+    for frame in frames() {
+        asks.entry(frame.name).or_insert(frame.ack_req);
+    }
+    for row in table(SCREEN) {
+        assert_eq!(row[4] == "yes", asks[&row[1]], "{}", row[1]);
+    }
+}

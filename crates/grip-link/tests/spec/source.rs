@@ -1,0 +1,44 @@
+//! A source file of the crate in, its constants out: what no value can be asked for.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+fn read(file: &str) -> String {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("src").join(file);
+    std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()))
+}
+
+fn number(text: &str) -> Option<u64> {
+    let digits = text.replace('_', "");
+    match digits.strip_prefix("0x") {
+        Some(hex) => u64::from_str_radix(hex, 16).ok(),
+        None => digits.parse().ok(),
+    }
+}
+
+/// Constants `Self(number)` of one type, by name.
+pub(crate) fn codes(file: &str, of: &str) -> BTreeMap<String, u64> {
+    let text = read(file);
+    let inside =
+        text.lines().skip_while(|line| *line != format!("impl {of} {{")).take_while(|l| *l != "}");
+    let found: BTreeMap<String, u64> = inside
+        .filter_map(|line| {
+            let rest = line.trim().strip_prefix("pub const ")?;
+            let (name, value) = rest.split_once(": Self = Self(")?;
+            Some((name.to_owned(), number(value.strip_suffix(");")?)?))
+        })
+        .collect();
+    assert!(found.len() > 2, "{} constants of {of} in {file}", found.len());
+    found
+}
+
+/// One numeric constant, public or not.
+pub(crate) fn constant(file: &str, name: &str) -> u64 {
+    let text = read(file);
+    let found = text.lines().find_map(|line| {
+        let (head, value) = line.trim().strip_suffix(';')?.split_once(" = ")?;
+        let (before, _) = head.split_once(':')?;
+        (before.split(' ').next_back()? == name).then(|| number(value))?
+    });
+    found.unwrap_or_else(|| panic!("no constant {name} in {file}"))
+}

@@ -1,0 +1,211 @@
+//! The timing and count tables against constants where there are any, and against what the machines do.
+
+use crate::markdown::pairs;
+use crate::rig::{SESSION, config, device, hello, sent, tell, written};
+use crate::source::constant;
+use grip_link::decoder::DUPLICATE_WINDOW;
+use grip_link::device::{DeviceLink, KEPT_BATCHES};
+use grip_link::frame::{Direction, Header, MAX_WIRE};
+use grip_link::host::{HostConfig, HostLink, HostState};
+use grip_link::message::{Config, ConfigAck, Grip, GripMode, Kind, MAX_CHANNELS, SamplesHeader};
+use std::collections::BTreeMap;
+
+/// Ticks a millisecond of the device, and microseconds of the host.
+const MS: u64 = 1000;
+
+fn linked() -> DeviceLink {
+    let mut device = device();
+    tell(&mut device, 1, Kind::HELLO, 0, &written(|p| hello().write(p)));
+    device
+}
+
+fn configured(config: &Config) -> (DeviceLink, Config) {
+    let mut device = linked();
+    tell(&mut device, 2, Kind::CONFIG, 1, &config.to_bytes());
+    let frames = sent(&mut device, 2);
+    let (_, payload) = frames.iter().find(|(kind, _)| *kind == Kind::CONFIG_ACK).unwrap();
+    (device, ConfigAck::parse(payload).unwrap().config)
+}
+
+/// Milliseconds between the second and the third frame of a type that goes out by itself.
+fn period_ms(kind: Kind) -> u64 {
+    let mut device = linked();
+    let times: Vec<u64> = (1..4000)
+        .filter(|ms| sent(&mut device, ms * MS).iter().any(|(sent, _)| *sent == kind))
+        .collect();
+    times[2] - times[1]
+}
+
+fn announce_ms() -> u64 {
+    let mut device = device();
+    let stale = Header::new(Direction::ToDevice, Kind::STOP, 0, SESSION);
+    let bytes = crate::rig::wire(&stale, &[]);
+    let mut ask = |ms: u64| {
+        assert_eq!(device.receive(ms * MS, &mut &bytes[..]), None);
+        !sent(&mut device, ms * MS).is_empty()
+    };
+    let times: Vec<u64> = (0..500).filter(|ms| ask(*ms)).collect();
+    times[1] - times[0]
+}
+
+/// Age of the first row at which a batch that is not full goes out.
+fn batch_age_ms() -> u64 {
+    let (mut device, _) = configured(&Config { batch: 255, ..config() });
+    tell(&mut device, 3, Kind::START, 2, &[]);
+    let start = 10 * MS;
+    let _before = sent(&mut device, start);
+    device.push_i16(start, &[1, 2]).unwrap();
+    let gone = |ticks: &u64| {
+        let frames = sent(&mut device, start + ticks);
+        frames.iter().any(|(kind, _)| *kind == Kind::SAMPLES)
+    };
+    (0..10 * MS).find(gone).unwrap() / MS
+}
+
+/// Time for which a force step after a long pause moves the force.
+fn longest_step_ms() -> u64 {
+    let (mut device, given) = configured(&config());
+    let grip = Grip {
+        cmd_id: 1,
+        mode: GripMode::Force.code(),
+        flags: 0,
+        ttl_ms: 100,
+        force_mn: given.force_max_mn,
+        slew_mn_s: given.slew_mn_s,
+        cause_sample: 0,
+    };
+    device.drive(MS);
+    tell(&mut device, MS, Kind::GRIP, 2, &written(|p| grip.write(p)));
+    let force_mn = u64::try_from(device.drive(90 * MS).force_mn()).unwrap();
+    force_mn * 1000 / u64::from(given.slew_mn_s)
+}
+
+/// Waits after one, two, .. failures to find a gripper, with the time of HELLO \[us\].
+fn back_off() -> (u64, u64) {
+    let mut host = HostLink::new(HostConfig::new(config())).unwrap();
+    let mut waits = Vec::new();
+    let mut now = 0;
+    for _ in 0..10 {
+        host.open(now, SESSION).unwrap();
+        now += 10_000 * MS;
+        let mut out = [0; MAX_WIRE];
+        let _preamble = host.poll_transmit(now, &mut out);
+        while host.receive(now, &mut &[][..]).is_some() {}
+        assert_eq!(host.state(), HostState::Closed);
+        waits.push(host.reopen_after_us());
+    }
+    assert!(waits.windows(2).all(|pair| pair[1] == (2 * pair[0]).min(waits[9])), "{waits:?}");
+    (waits[0] / MS, waits[9] / MS)
+}
+
+fn stated(heading: &str) -> BTreeMap<String, u64> {
+    let rows = pairs(heading, 0, 1);
+    let numbers = rows.iter().map(|(name, value)| {
+        (name.clone(), value.trim_end_matches(" ms").parse().unwrap_or_else(|_| panic!("{value}")))
+    });
+    numbers.collect()
+}
+
+fn compare(heading: &str, expected: &[(&str, u64)]) {
+    let expected: BTreeMap<String, u64> =
+        expected.iter().map(|(name, value)| ((*name).to_owned(), *value)).collect();
+    assert_eq!(stated(heading), expected, "{heading}");
+    assert_eq!(pairs(heading, 0, 1).len(), expected.len(), "{heading}");
+}
+
+#[test]
+fn timing() {
+    let (_, shortest) = configured(&Config { ttl_ms: 0, loss_after_ms: 0, ..config() });
+    let (_, longest) = configured(&Config { ttl_ms: 9999, loss_after_ms: u16::MAX, ..config() });
+    let host = HostConfig::new(config());
+    let host_ms = |name| constant("host/timing.rs", name) / MS;
+    let (first_wait, last_wait) = back_off();
+    compare(
+        "### Timing",
+        &[
+            ("STATUS_PERIOD", period_ms(Kind::STATUS)),
+            ("STATS_PERIOD", period_ms(Kind::STATS)),
+            ("ANNOUNCE_PERIOD", announce_ms()),
+            ("BATCH_AGE", batch_age_ms()),
+            ("LONGEST_STEP", longest_step_ms()),
+            ("TTL_MIN", shortest.ttl_ms.into()),
+            ("TTL_MAX", longest.ttl_ms.into()),
+            ("LOSS_AFTER_MIN", shortest.loss_after_ms.into()),
+            ("LOSS_AFTER_MAX", longest.loss_after_ms.into()),
+            ("HELLO_PERIOD", host_ms("HELLO_EVERY_US")),
+            ("HELLO_FOR", host.hello_for_us / MS),
+            ("RETRY", constant("host/request.rs", "RETRY_US") / MS),
+            ("QUICK_PING", host_ms("QUICK_PING_US")),
+            ("PING_PERIOD", host_ms("PING_US")),
+            ("STALE", host.stale_us / MS),
+            ("LOST", host.lost_us / MS),
+            ("BACK_OFF_MIN", first_wait),
+            ("BACK_OFF_MAX", last_wait),
+        ],
+    );
+}
+
+/// Events that a device kept for a host which comes late.
+fn events_kept() -> u64 {
+    let mut device = device();
+    for fault in 0x0301..0x0401 {
+        device.raise_fault(5, grip_link::message::FaultCode(fault));
+    }
+    tell(&mut device, 6, Kind::HELLO, 0, &written(|p| hello().write(p)));
+    let frames = sent(&mut device, 7);
+    frames.iter().filter(|(kind, _)| *kind == Kind::EVENT).count() as u64
+}
+
+/// Answers that a device kept for a busy port.
+fn answers_kept() -> u64 {
+    let mut device = linked();
+    let _ident = sent(&mut device, 2);
+    for seq in 1..100 {
+        tell(&mut device, 3, Kind::STOP, seq, &[]);
+    }
+    let frames = sent(&mut device, 4);
+    frames.iter().filter(|(kind, _)| *kind == Kind::ACK).count() as u64
+}
+
+fn preamble() -> u64 {
+    let mut host = HostLink::new(HostConfig::new(config())).unwrap();
+    host.open(0, SESSION).unwrap();
+    let mut out = [7; MAX_WIRE];
+    let len = host.poll_transmit(0, &mut out).unwrap();
+    assert!(out[..len].iter().all(|byte| *byte == 0));
+    len as u64
+}
+
+#[test]
+fn counts() {
+    assert_eq!(events_kept(), answers_kept());
+    compare(
+        "### Counts",
+        &[
+            ("DUPLICATE_WINDOW", DUPLICATE_WINDOW.into()),
+            ("MAX_CHANNELS", MAX_CHANNELS as u64),
+            ("KEPT_BATCHES", KEPT_BATCHES as u64),
+            ("WAITING", events_kept()),
+            ("TRIES", constant("host/request.rs", "TRIES")),
+            ("QUICK_PINGS", constant("host/timing.rs", "QUICK_PINGS")),
+            ("PREAMBLE", preamble()),
+            ("CLOCK_WINDOW", constant("clock.rs", "WINDOW")),
+            ("OUTLIERS_TO_RESTART", constant("clock.rs", "OUTLIERS_TO_RESTART")),
+        ],
+    );
+}
+
+#[test]
+fn oldest_of_five_batches_goes_and_is_counted() {
+    let (mut device, _) = configured(&Config { batch: 1, ..config() });
+    tell(&mut device, 3, Kind::START, 2, &[]);
+    let started = sent(&mut device, 3);
+    assert!(started.iter().any(|(kind, _)| *kind == Kind::ACK));
+    for row in 0..u64::try_from(KEPT_BATCHES).unwrap() + 1 {
+        device.push_i16(10 + row, &[1, 2]).unwrap();
+    }
+    let frames = sent(&mut device, 20);
+    let first = frames.iter().find(|(kind, _)| *kind == Kind::SAMPLES).unwrap();
+    let header = SamplesHeader::parse(&first.1).unwrap();
+    assert_eq!((header.first_index, header.dropped_total), (1, 1));
+}

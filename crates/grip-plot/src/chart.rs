@@ -1,0 +1,267 @@
+//! What a chart shows.
+
+use crate::draw;
+use std::path::Path;
+
+/// How an axis is divided.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Scale {
+    /// Evenly.
+    #[default]
+    Linear,
+    /// By decades; every number must be positive.
+    Log,
+}
+
+/// One axis.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Axis {
+    /// What it shows, with the unit.
+    pub label: String,
+    /// How it is divided.
+    pub scale: Scale,
+}
+
+impl Axis {
+    /// An evenly divided axis.
+    pub fn linear(label: impl Into<String>) -> Self {
+        Self { label: label.into(), scale: Scale::Linear }
+    }
+
+    /// An axis divided by decades.
+    pub fn log(label: impl Into<String>) -> Self {
+        Self { label: label.into(), scale: Scale::Log }
+    }
+}
+
+/// How a layer is drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Mark {
+    /// Points joined by a line.
+    Line,
+    /// The same, dashed.
+    DashedLine,
+    /// Filled circles.
+    Circles,
+    /// Triangles, tip up.
+    Triangles,
+    /// Triangles, tip down.
+    TrianglesDown,
+    /// Bars from zero; each point is one bar, named by its label.
+    Bars,
+}
+
+/// One set of points.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Layer {
+    /// Name in the legend; empty for none.
+    pub name: String,
+    /// How the points are drawn.
+    pub mark: Mark,
+    /// x and y of each point.
+    pub points: Vec<(f64, f64)>,
+    /// A text beside each point; empty for none.
+    pub labels: Vec<String>,
+}
+
+impl Layer {
+    /// A line through `points`.
+    pub fn line(name: impl Into<String>, points: Vec<(f64, f64)>) -> Self {
+        Self { name: name.into(), mark: Mark::Line, points, labels: Vec::new() }
+    }
+
+    /// Circles at `points`.
+    pub fn markers(name: impl Into<String>, points: Vec<(f64, f64)>) -> Self {
+        Self { mark: Mark::Circles, ..Self::line(name, points) }
+    }
+
+    /// Bars of the named heights.
+    pub fn bars(name: impl Into<String>, bars: Vec<(String, f64)>) -> Self {
+        let points = bars.iter().enumerate().map(|(i, (_, height))| (i as f64, *height)).collect();
+        let labels = bars.into_iter().map(|(label, _)| label).collect();
+        Self { mark: Mark::Bars, labels, ..Self::line(name, points) }
+    }
+
+    /// Drawn as `mark`.
+    #[must_use]
+    pub fn drawn_as(self, mark: Mark) -> Self {
+        Self { mark, ..self }
+    }
+
+    /// With a text beside each point.
+    #[must_use]
+    pub fn labelled(self, labels: Vec<String>) -> Self {
+        Self { labels, ..self }
+    }
+}
+
+/// A title, two axes and layers, the first one at the back.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Chart {
+    /// What the chart says.
+    pub title: String,
+    /// The horizontal axis.
+    pub x: Axis,
+    /// The vertical axis.
+    pub y: Axis,
+    /// What is drawn.
+    pub layers: Vec<Layer>,
+}
+
+/// Why a chart cannot be drawn.
+#[derive(Debug, thiserror::Error)]
+pub enum PlotError {
+    /// No layer has a point.
+    #[error("the chart \"{0}\" has no points")]
+    Empty(String),
+    /// A number that has no place on its axis: not finite, or not positive on a logarithmic one.
+    #[error("the chart \"{title}\" cannot show ({x}, {y}) of \"{layer}\"")]
+    OffAxis {
+        /// Title of the chart.
+        title: String,
+        /// Name of the layer.
+        layer: String,
+        /// First number of the point.
+        x: f64,
+        /// Second number of the point.
+        y: f64,
+    },
+    /// Bars stand on an axis of names, so they share a chart with nothing else.
+    #[error("the chart \"{0}\" mixes bars with other layers, or puts them on a logarithmic x axis")]
+    MixedBars(String),
+    /// The name of the file says neither .svg nor .png.
+    #[error("{0}: a chart is written as .svg or .png")]
+    UnknownFormat(String),
+    /// The picture could not be made.
+    #[error("drawing failed: {0}")]
+    Draw(String),
+    /// The file could not be written.
+    #[error("{file}: {source}")]
+    Write {
+        /// The file.
+        file: String,
+        /// What the system said.
+        source: std::io::Error,
+    },
+}
+
+impl Chart {
+    /// A chart without layers.
+    pub fn new(title: impl Into<String>, x: Axis, y: Axis) -> Self {
+        Self { title: title.into(), x, y, layers: Vec::new() }
+    }
+
+    /// With one more layer, in front of the others.
+    #[must_use]
+    pub fn with(mut self, layer: Layer) -> Self {
+        self.layers.push(layer);
+        self
+    }
+
+    /// The chart as SVG text.
+    ///
+    /// # Errors
+    /// Where there is nothing to show, or a number has no place on its axis.
+    pub fn svg(&self) -> Result<String, PlotError> {
+        self.check()?;
+        Ok(draw::svg(self))
+    }
+
+    /// The chart as the bytes of a PNG file.
+    ///
+    /// # Errors
+    /// As [`Chart::svg`], and where the picture cannot be made.
+    pub fn png(&self) -> Result<Vec<u8>, PlotError> {
+        self.check()?;
+        draw::png(self).map_err(PlotError::Draw)
+    }
+
+    /// Writes `file`, as its ending says: .svg or .png.
+    ///
+    /// # Errors
+    /// As [`Chart::png`], and where the file has another ending or cannot be written.
+    pub fn write(&self, file: &Path) -> Result<(), PlotError> {
+        let ending = file.extension().and_then(|ending| ending.to_str()).unwrap_or("");
+        let bytes = match ending.to_ascii_lowercase().as_str() {
+            "svg" => self.svg()?.into_bytes(),
+            "png" => self.png()?,
+            _ => return Err(PlotError::UnknownFormat(file.display().to_string())),
+        };
+        std::fs::write(file, bytes)
+            .map_err(|source| PlotError::Write { file: file.display().to_string(), source })
+    }
+
+    fn check(&self) -> Result<(), PlotError> {
+        if self.layers.iter().all(|layer| layer.points.is_empty()) {
+            return Err(PlotError::Empty(self.title.clone()));
+        }
+        let bars = self.layers.iter().filter(|layer| layer.mark == Mark::Bars).count();
+        if bars > 0 && (self.layers.len() > 1 || self.x.scale == Scale::Log) {
+            return Err(PlotError::MixedBars(self.title.clone()));
+        }
+        let fits = |value: f64, axis: &Axis| {
+            value.is_finite() && (axis.scale == Scale::Linear || value > 0.0)
+        };
+        for layer in &self.layers {
+            if let Some(&(x, y)) =
+                layer.points.iter().find(|(x, y)| !(fits(*x, &self.x) && fits(*y, &self.y)))
+            {
+                let (title, layer) = (self.title.clone(), layer.name.clone());
+                return Err(PlotError::OffAxis { title, layer, x, y });
+            }
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Axis, Chart, Layer, Mark, PlotError};
+
+    fn chart() -> Chart {
+        Chart::new("Error against time", Axis::log("ns"), Axis::log("relative error"))
+            .with(
+                Layer::line("front", vec![(1.0, 1e-16), (100.0, 1e-30)]).drawn_as(Mark::DashedLine),
+            )
+            .with(
+                Layer::markers("split", vec![(1.0, 1e-16), (5.0, 1e-3)])
+                    .labelled(vec!["f64 <split>".to_owned(), "naive".to_owned()]),
+            )
+    }
+
+    #[test]
+    fn a_chart_shows_its_texts_and_points() {
+        let svg = chart().svg().unwrap();
+        for text in ["Error against time", "relative error", "f64 &lt;split&gt;", "naive", "front"]
+        {
+            assert!(svg.contains(text), "{text} is missing in {svg}");
+        }
+        assert!(svg.matches("<circle").count() >= 2, "{svg}");
+    }
+
+    #[test]
+    fn files_are_written_by_their_ending() {
+        let folder = tempfile::tempdir().unwrap();
+        let svg = folder.path().join("a.svg");
+        chart().write(&svg).unwrap();
+        assert!(std::fs::read_to_string(&svg).unwrap().contains("</svg>"));
+        let png = folder.path().join("a.PNG");
+        chart().write(&png).unwrap();
+        assert!(std::fs::read(&png).unwrap().starts_with(b"\x89PNG"));
+        let error = chart().write(&folder.path().join("a.gif")).unwrap_err();
+        assert!(matches!(error, PlotError::UnknownFormat(_)), "{error}");
+    }
+
+    #[test]
+    fn what_has_no_place_is_refused() {
+        let empty = Chart::new("none", Axis::linear("x"), Axis::linear("y"));
+        assert!(matches!(empty.svg(), Err(PlotError::Empty(_))));
+        let zero = chart().with(Layer::markers("zero", vec![(1.0, 0.0)]));
+        assert!(matches!(zero.svg(), Err(PlotError::OffAxis { y: 0.0, .. })));
+        let nan = empty.clone().with(Layer::line("nan", vec![(0.0, f64::NAN)]));
+        assert!(matches!(nan.svg(), Err(PlotError::OffAxis { .. })));
+        let bars = Layer::bars("heights", vec![("a".to_owned(), 1.0), ("b".to_owned(), 2.0)]);
+        assert!(empty.clone().with(bars.clone()).svg().unwrap().contains("<rect"));
+        assert!(matches!(chart().with(bars).svg(), Err(PlotError::MixedBars(_))));
+    }
+}

@@ -1,0 +1,64 @@
+//! What is wrong with a value of E_sc, as a set of named flags.
+
+/// One thing that is wrong.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Flag {
+    /// A pole of the tangent lies within the error bound of S: every value is possible.
+    PoleInside,
+    /// The enclosure holds values of both signs, or zero.
+    SignUnknown,
+    /// sigma_S exceeds 1: at this sensor noise the value does not depend on the surface.
+    NoInformation,
+    /// Irregularities without positive finite height and spacing were left out.
+    Degenerate,
+}
+
+impl Flag {
+    /// Every flag there is.
+    pub const ALL: [Self; 4] =
+        [Self::PoleInside, Self::SignUnknown, Self::NoInformation, Self::Degenerate];
+
+    /// Its name in JSON and tables.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::PoleInside => "pole_inside",
+            Self::SignUnknown => "sign_unknown",
+            Self::NoInformation => "no_information",
+            Self::Degenerate => "degenerate",
+        }
+    }
+
+    const fn bit(self) -> u8 {
+        1 << self as u8
+    }
+}
+
+/// A set of [`Flag`]s.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Flags(u8);
+
+impl Flags {
+    /// With `flag` too where `applies`.
+    #[must_use]
+    pub fn with(self, flag: Flag, applies: bool) -> Self {
+        Self(self.0 | if applies { flag.bit() } else { 0 })
+    }
+
+    /// Whether `flag` is set.
+    #[must_use]
+    pub fn contains(self, flag: Flag) -> bool {
+        self.0 & flag.bit() != 0
+    }
+
+    /// Whether nothing is wrong.
+    #[must_use]
+    pub fn is_empty(self) -> bool {
+        self.0 == 0
+    }
+
+    /// The flags that are set, in the order of [`Flag::ALL`].
+    pub fn iter(self) -> impl Iterator<Item = Flag> {
+        Flag::ALL.into_iter().filter(move |flag| self.contains(*flag))
+    }
+}

@@ -1,0 +1,10 @@
+//! See [`grip_link_fuzz::targets::host`].
+#![cfg_attr(fuzzing, no_main)]
+
+#[cfg(fuzzing)]
+libfuzzer_sys::fuzz_target!(|data: &[u8]| grip_link_fuzz::targets::host::check(data));
+
+#[cfg(not(fuzzing))]
+fn main() {
+    eprintln!("run me with: cargo +nightly fuzz run host");
+}

@@ -1,0 +1,91 @@
+//! Payload bytes of every type: what can be read is written back, reads the same again, and writes the same bytes again.
+//!
+//! Input: the type, then the payload.
+
+use super::gripper::ident;
+use core::fmt::Debug;
+use grip_link::frame::{Direction, Frame, Header, MAX_PAYLOAD};
+use grip_link::message::{
+    Ack, ClearFault, Config, ConfigAck, Event, Grip, Heartbeat, Hello, Ident, Kind, Layout, Log,
+    Nack, PayloadError, Ping, Pong, Samples, SamplesHeader, Stats, Status, ToDevice,
+};
+
+type Written = Result<usize, PayloadError>;
+
+/// decode(encode(x)) = x for every x that can be read, and encode(decode(b)) is stable.
+fn round<'a, T: PartialEq + Debug>(
+    payload: &'a [u8],
+    out: &'a mut [u8; MAX_PAYLOAD],
+    parse: impl Fn(&'a [u8]) -> Result<T, PayloadError>,
+    write: impl Fn(&T, &mut [u8]) -> Written,
+) {
+    let Ok(message) = parse(payload) else { return };
+    let len = write(&message, &mut out[..]).unwrap();
+    let mut second = [0; MAX_PAYLOAD];
+    assert_eq!(write(&message, &mut second), Ok(len));
+    for short in 0..len {
+        assert_eq!(write(&message, &mut second[..short]), Err(PayloadError::Full { have: short }));
+    }
+    let out: &'a [u8; MAX_PAYLOAD] = out;
+    assert_eq!(parse(&out[..len]).as_ref(), Ok(&message), "decode(encode(x)) = x");
+    assert!(len == 0 || parse(&out[..len - 1]).is_err(), "a byte short is refused");
+    assert_eq!(parse(&out[..]).as_ref(), Ok(&message), "what is appended is ignored");
+    let again = parse(&out[..len]).unwrap();
+    let mut third = [0; MAX_PAYLOAD];
+    assert_eq!(write(&again, &mut third), Ok(len));
+    assert_eq!(third[..len], out[..len], "encode(decode(b)) is stable");
+}
+
+macro_rules! rounds {
+    ($kind:expr, $payload:expr, $($code:ident => $message:ty),+ $(,)?) => {
+        match $kind {
+            $(Kind::$code => round($payload, &mut [0; MAX_PAYLOAD], <$message>::parse, <$message>::write),)+
+            Kind::LOG => {
+                let mut out = [0; MAX_PAYLOAD];
+                round($payload, &mut out, Log::parse, |log, out| log.write(out));
+            }
+            Kind::SAMPLES => {
+                round($payload, &mut [0; MAX_PAYLOAD], SamplesHeader::parse, SamplesHeader::write);
+                samples($payload);
+            }
+            _ => {}
+        }
+    };
+}
+
+/// Every row of a batch can be read, and there are as many as its header says.
+fn samples(payload: &[u8]) {
+    let described = ident(1);
+    for mask in 0..8 {
+        let layout = Layout::new(described.channels(), mask);
+        let Ok(samples) = Samples::parse(payload, &layout) else { continue };
+        assert_eq!(samples.rows().count(), samples.len());
+        let first = samples.header.first_index;
+        for (k, row) in (0..).zip(samples.rows()) {
+            assert_eq!(row.index, first.wrapping_add(k));
+            for column in layout.columns() {
+                for element in 0..column.count {
+                    assert!(row.value(column, element).is_some());
+                }
+                assert_eq!(row.value(column, column.count), None);
+            }
+        }
+    }
+}
+
+/// The target.
+pub fn check(data: &[u8]) {
+    let Some((&kind, payload)) = data.split_first() else { return };
+    let payload = &payload[..payload.len().min(MAX_PAYLOAD)];
+    let kind = Kind(kind);
+    rounds!(
+        kind, payload,
+        HELLO => Hello, CONFIG => Config, PING => Ping, GRIP => Grip, HEARTBEAT => Heartbeat,
+        CLEAR_FAULT => ClearFault, IDENT => Ident, CONFIG_ACK => ConfigAck, PONG => Pong, ACK => Ack,
+        NACK => Nack, STATUS => Status, STATS => Stats, EVENT => Event,
+    );
+    let header = Header::new(Direction::ToDevice, kind, 0, 1);
+    let parsed = ToDevice::parse(&Frame { header, payload });
+    let known = kind.is_to_device();
+    assert_eq!(matches!(parsed, Err(PayloadError::Kind { .. })), !known);
+}

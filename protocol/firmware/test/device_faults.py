@@ -1,0 +1,171 @@
+"""Rules R5 to R9 against the firmware, and a bad line: resets, wraps, echo, garbage, a dead sensor, hung tasks."""
+
+from __future__ import annotations
+
+import os
+import time
+
+from board import LIFTED, PIN, WATCHDOG, Board, must
+from forces import ACTIVE, ARMED, FAULT, IDLE, LINKED, NEAR_MN, PATIENCE_S, counted, forget_peak, held, highest, settled
+from host import Host
+from grip_link.host import Batch, HostState, Rebooted
+
+
+def rebooted(board: Board, _: str) -> str:
+    """R5: a reset mid-grip. Another boot_id, passive, and nothing moves until a host arms it again."""
+    board.fresh()
+    host = Host(board)
+    try:
+        before = held(board, host)
+        start = board.reset()
+        until = time.monotonic() + PATIENCE_S
+        host.run(1.0)
+        while host.link.state is not HostState.STREAM and time.monotonic() < until:
+            host.run(0.1)
+        quiet = board.next_truth()
+        boots = [(event.before, event.now) for event in host.told(Rebooted)]
+        highest_mn = max(now["drive_mn"] for now in board.since(start["t_us"]))
+        state = host.link.state
+        host.run(1.0, 3000)
+        armed = board.next_truth()
+    finally:
+        host.close()
+    said = (
+        f"boot {before['boot']} -> {quiet['boot']}, reset reason {quiet['reset']} (pin), host told {boots}; drive {highest_mn} mN"
+        f" for {quiet['t_us'] / 1e6:.1f} s, force {before['applied_mn']} -> {quiet['applied_mn']} mN; armed again: drive"
+        f" {armed['drive_mn']} mN or fault {armed['fault']:04x}"
+    )
+    must(quiet["reset"] == PIN and boots == [(before["boot"], quiet["boot"])], said)
+    must(highest_mn == 0 and quiet["applied_mn"] == 0 and state is HostState.STREAM, said)
+    # The object fell when the torque was off: pressing on nothing is found out (R8).
+    must(armed["drive_mn"] == 3000 or armed["fault"] == 0x0201, said)
+    return said
+
+
+def wrapped(board: Board, _: str) -> str:
+    """Sequence numbers of both directions pass FFFF -> 0000 in the middle of a grip."""
+    board.fresh()
+    board.order("q")
+    host = Host(board, first_seq=0xFFA0)
+    try:
+        held(board, host)
+        before, batches = board.next_truth(), len(host.told(Batch))
+        while host.link._sender.next_seq > 0x8000:
+            host.run(0.1, 7500)
+        host.run(0.5, 7500)
+        after = settled(board, host, 7500)
+        seq = host.link._sender.next_seq
+        counters, lost = host.link.counters, host.link.loss.lost
+        refused = sum(after[name] - before[name] for name in ("duplicate", "stale", "crc"))
+    finally:
+        host.close()
+    said = (
+        f"from FFA0 the host counted to {seq:04x}, {after['cmd']} commands, {refused} refused;"
+        f" from FFC0 the device to {after['seq']:04x}, {len(host.told(Batch)) - batches} batches, {lost} rows lost, {counters.gap} gaps,"
+        f" {counters.duplicate} duplicates; force {after['applied_mn']} mN of 7500 mN"
+    )
+    must(seq < 0x1000 and after["cmd"] - before["cmd"] > 20 and after["seq"] < 0x4000 and before["seq"] < 0x4000, said)
+    must(refused == 0 and lost + counters.gap + counters.duplicate == 0, said)
+    must(abs(after["applied_mn"] - 7500) <= NEAR_MN, said)
+    return said
+
+
+def echoed(board: Board, _: str) -> str:
+    """A line that sends everything back: own frames are counted as echo and mean nothing."""
+    board.fresh()
+    host = Host(board, channel_mask=1)
+    try:
+        held(board, host)
+        before = forget_peak(board)
+        board.echo(True)
+        host.run(1.0, 7000)
+        board.echo(False)
+        settled(board, host, 7000)
+        after, peak = board.next_truth(), highest(board, before)
+    finally:
+        board.echo(False)
+        host.close()
+    said = (
+        f"{after['echo'] - before['echo']} own frames back in 1 s, {after['crc'] - before['crc']} blocks broken by it, state"
+        f" {after['state']}, force {after['applied_mn']} mN, peak {peak} mN of 7000 mN"
+    )
+    must(after["echo"] - before["echo"] > 20 and peak <= 7000 + NEAR_MN, said)
+    must(after["state"] == ACTIVE and abs(after["applied_mn"] - 7000) <= NEAR_MN and after["object"] == LIFTED, said)
+    return said
+
+
+def garbage(board: Board, _: str) -> str:
+    """What ModemManager writes, and random bytes: before a session, and between the commands of one."""
+    modem = b"AT\r\nATZ\r\nAT+CGMM\r\nAT+GCAP\r\nAT+CPIN?\r\n~\0"
+    board.fresh()
+    with open(board.port, "wb", buffering=0) as port:
+        for _ in range(10):
+            port.write(modem + os.urandom(64))
+            time.sleep(0.02)
+    passive = board.next_truth()
+    host = Host(board)
+    try:
+        held(board, host)
+        before = forget_peak(board)
+        for index in range(100):
+            host.write(modem if index % 2 == 0 else os.urandom(64) + b"\0")
+            host.run(0.01, 7000)
+        counted(board, host, "garbage", before["garbage"] + 4000)
+        after, peak = settled(board, host, 7000), highest(board, before)
+    finally:
+        host.close()
+    said = (
+        f"state {passive['state']}, drive {passive['drive_mn']} mN after 10 x {len(modem) + 64} bytes without a session; mid-grip"
+        f" {after['garbage'] - before['garbage']} bytes counted as garbage, force {after['applied_mn']} mN, peak {peak} mN of 7000 mN"
+    )
+    must(passive["state"] == IDLE and passive["drive_mn"] == 0 and passive["garbage"] > 0, said)
+    must(after["garbage"] - before["garbage"] > 4000 and peak <= 7000 + NEAR_MN and after["state"] == ACTIVE, said)
+    return said
+
+
+def frozen(board: Board, _: str) -> str:
+    """R6, R7: a stylus that no longer moves is a latched minor fault: the force is held and takes no commands."""
+    board.fresh()
+    host = Host(board)
+    try:
+        held(board, host)
+        before = forget_peak(board)
+        board.order("f")
+        host.run(0.3, 7000)
+        told = [now for now in board.since(before["t_us"]) if now["fault"] == 0x0102]
+        must(bool(told), f"no fault within 0.3 s: {board.truth}")
+        fault = told[0]
+        host.run(0.5, 12_000)
+        after, peak = board.next_truth(), highest(board, before)
+    finally:
+        host.close()
+    said = (
+        f"fault {fault['fault']:04x} at most {(fault['t_us'] - before['t_us']) / 1000:.0f} ms after it froze, state {after['state']};"
+        f" 12 N commanded then: {after['rejected'] - before['rejected']} rejected, peak {peak} mN of 7000 mN"
+    )
+    must(after["state"] == FAULT and after["fault"] == 0x0102 and peak <= 7000 + NEAR_MN, said)
+    must(after["rejected"] > before["rejected"] and abs(after["applied_mn"] - 7000) <= NEAR_MN, said)
+    return said
+
+
+def hung(board: Board, order: str, name: str) -> str:
+    """R9: one task no longer runs. The watchdog resets, the reason says so, and the fingers are passive."""
+    board.fresh()
+    host = Host(board)
+    try:
+        before = held(board, host)
+        began = time.monotonic()
+        board.order(order)
+        while board.truth["boot"] == before["boot"] and time.monotonic() - began < PATIENCE_S:
+            host.run(0.005)  # a host that went on commanding would arm it again
+        took_ms = (time.monotonic() - began) * 1000
+        must(board.truth["boot"] == before["boot"] + 1, f"{name} hangs: no reset within {took_ms:.0f} ms")
+        time.sleep(0.2)
+        after = board.next_truth()
+        highest_mn = max(now["drive_mn"] for now in board.since(0))
+    finally:
+        host.close()
+    said = f"{name} hangs: reset after {took_ms:.0f} ms, reason {after['reset']} (watchdog), state {after['state']}, drive {highest_mn} mN"
+    must(after["reset"] == WATCHDOG and highest_mn == 0 and after["state"] in (IDLE, LINKED, ARMED), said)
+    must(100 <= took_ms <= 2000, said)
+    return said

@@ -1,0 +1,140 @@
+"""Programs at the other end of the line: the real gripd as a process, and the Python peer for what gripd never does."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any, Optional
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "python" / "src"))
+
+from board import DROPPED, LIFTED, Board, CheckFailed, Truth, must  # noqa: E402
+from grip_link.host import GripCommand, HostConfig, HostEvent, HostLink, HostState  # noqa: E402
+from grip_link.messages import Config, SampleFormat  # noqa: E402
+from grip_link.stream import FdStream, monotonic_us  # noqa: E402
+
+
+class Gripd:
+    """A running gripd at the board's port."""
+
+    def __init__(self, program: str, board: Board, *args: str) -> None:
+        command = [program, "--port", board.port, "--json", *args]
+        self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+    def signal(self, number: signal.Signals) -> None:
+        """To this process alone."""
+        self.process.send_signal(number)
+
+    def done(self, timeout_s: float = 60.0) -> tuple[int, list[dict[str, Any]], str]:
+        """Exit code, JSON lines, standard error."""
+        try:
+            out, err = self.process.communicate(timeout=timeout_s)
+        except subprocess.TimeoutExpired:
+            self.end()
+            raise
+        return self.process.returncode, [json.loads(line) for line in out.splitlines()], err
+
+    def end(self) -> str:
+        """Kills it if it still runs; what it said on standard error."""
+        if self.process.poll() is None:
+            self.process.kill()
+        return self.process.communicate()[1]
+
+
+def until_holding(board: Board, program: Gripd, timeout_s: float = 30.0) -> Truth:
+    """Waits until the object hangs between the fingers with a force that no longer changes."""
+    last = {"count": 0, "force": 0}
+
+    def steady(now: Truth) -> bool:
+        same = now["object"] == LIFTED and now["target_mn"] == last["force"] and now["state"] == 4
+        must(program.process.poll() is None, f"gripd ended: {now}")
+        must(now["object"] != DROPPED, f"the object fell: {now}")
+        last.update(count=last["count"] + 1 if same else 0, force=now["target_mn"])
+        return last["count"] >= 15
+
+    return board.wait("the object held with a steady force", steady, timeout_s)
+
+
+def gripd_with_object(gripd: str, board: Board) -> tuple[Gripd, Truth]:
+    """A gripd that holds the object, and the truth then. A machine that stops one of the programs for longer than the
+    object takes to fall drops it: five tries."""
+    for left in range(4, -1, -1):
+        board.fresh()
+        program = Gripd(gripd, board)
+        try:
+            return program, until_holding(board, program)
+        except CheckFailed as error:
+            said = program.end()
+            if left == 0:
+                raise
+            print(f"     {left} more tries: {error}; gripd said {said.splitlines()[:3]}")
+        except BaseException:
+            program.end()
+            raise
+    raise AssertionError
+
+
+class Host:
+    """The Python peer, driven by hand: nothing goes out but what is asked for."""
+
+    def __init__(self, board: Board, first_seq: int = 0, **settings: Any) -> None:
+        defaults: dict[str, Any] = {"sample_rate_hz": 1000, "format": SampleFormat.I16, "force_max_mn": 20_000,
+                                    "hold_cap_mn": 20_000, "slew_mn_s": 500_000}  # fmt: skip
+        self.link = HostLink(HostConfig(Config(**{**defaults, **settings})))
+        self.link._sender.next_seq = first_seq
+        self._stream = FdStream(os.open(board.port, os.O_RDWR | os.O_NOCTTY))
+        self.events: list[HostEvent] = []
+        self.sent: list[bytes] = []
+        self.link.open(monotonic_us(), int.from_bytes(os.urandom(2), "little") | 1)
+        until = time.monotonic() + 10.0
+        while self.link.state is not HostState.STREAM:
+            must(time.monotonic() < until, f"no samples within 10 s, state {self.link.state}")
+            self.run(0.01)
+
+    def write(self, wire: bytes) -> None:
+        """Bytes as they are."""
+        until = time.monotonic() + 2.0
+        while wire:
+            wire = wire[self._stream.write(wire) :]
+            must(time.monotonic() < until, "the port takes no bytes")
+
+    def run(self, seconds: float, force_mn: Optional[int] = None, **command: Any) -> None:
+        """Reads and answers for a while; with a force, sends a GRIP every 10 ms."""
+        until, due = time.monotonic() + seconds, 0.0
+        while time.monotonic() < until:
+            data = self._stream.read(0.001)
+            for event in self.link.receive(monotonic_us(), data):
+                self.events.append(event)
+            wire = self.link.poll_transmit(monotonic_us())
+            while wire is not None:
+                self.write(wire)
+                wire = self.link.poll_transmit(monotonic_us())
+            if force_mn is not None and time.monotonic() >= due:
+                due = time.monotonic() + 0.01
+                self.grip(force_mn, **command)
+
+    def grip(self, force_mn: int, **command: Any) -> None:
+        """One GRIP, kept in ``sent``."""
+        wire = self.link.grip(monotonic_us(), GripCommand(force_mn, **command))
+        if wire is not None:
+            self.sent.append(wire)
+            self.write(wire)
+
+    def raw(self, kind: int, payload: bytes) -> bytes:
+        """Sends a frame that HostLink would never send; its bytes."""
+        wire = self.link._sender.send(kind, payload)
+        self.write(wire)
+        return wire
+
+    def told(self, kind: type) -> list[Any]:
+        """The events of a kind so far."""
+        return [event for event in self.events if isinstance(event, kind)]
+
+    def close(self) -> None:
+        """Falls silent."""
+        self._stream.close()
