@@ -1,8 +1,9 @@
-//! Time of one forward pass.
+//! Time of one forward pass and of one tanh.
 #![expect(clippy::expect_used, reason = "a bench that cannot be set up has to stop")]
 
 use core::hint::black_box;
 use criterion::{Criterion, Throughput};
+use mlp::{Q15, tanh, train::Isa};
 use slip_benches::networks;
 
 fn forward(criterion: &mut Criterion) {
@@ -11,6 +12,25 @@ fn forward(criterion: &mut Criterion) {
     let fixed = networks::small().expect("2-10-1");
     group.bench_function("Mlp 2-10-1", |bencher| {
         bencher.iter(|| black_box(&fixed).forward(black_box(&[0.25, -0.5])));
+    });
+    group.bench_function("Mlp 2-10-1, exact tanh", |bencher| {
+        bencher.iter(|| black_box(&fixed).forward_exact(black_box(&[0.25, -0.5])));
+    });
+    group.bench_function("Mlp 2-10-1, f64", |bencher| {
+        bencher.iter(|| black_box(&fixed).forward_double(black_box(&[0.25, -0.5])));
+    });
+    let deep = networks::deep().expect("16-32-16-1");
+    group.bench_function("DeepMlp 16-32-16-1", |bencher| {
+        bencher.iter(|| black_box(&deep).forward(black_box(&[0.25; 16])));
+    });
+    let general = networks::network(&[2, 10, 1]).expect("2-10-1");
+    let (mut weights, mut biases) = ([0; 30], [0; 11]);
+    let integer = Q15::quantize(&general, &mut weights, &mut biases).expect("weights are small");
+    group.bench_function("Q15 2-10-1", |bencher| {
+        let mut output = [0];
+        bencher.iter(|| {
+            black_box(&integer).forward(black_box(&[8192, -16_384]), black_box(&mut output))
+        });
     });
     for (name, sizes) in
         [("Network 2-10-1", &[2, 10, 1][..]), ("Network 16-32-16-1", &[16, 32, 16, 1])]
@@ -29,8 +49,35 @@ fn forward(criterion: &mut Criterion) {
     group.finish();
 }
 
+/// Values of a block: they stay in the first-level cache.
+const BLOCK: usize = 1024;
+
+fn tanh_of_a_block(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("tanh of 1024 values");
+    group.throughput(Throughput::Elements(BLOCK as u64));
+    let values: Vec<f32> = networks::weights(BLOCK).into_iter().map(|x| 4.0 * x).collect();
+    let mut place = values.clone();
+    let mut each = |name: &str, f: &dyn Fn(&mut [f32])| {
+        group.bench_function(name, |bencher| {
+            bencher.iter(|| {
+                place.copy_from_slice(black_box(&values));
+                f(&mut place);
+                black_box(&mut place);
+            });
+        });
+    };
+    for isa in Isa::available() {
+        each(&format!("rational, {isa}"), &|xs| isa.tanh(xs));
+    }
+    each("rational, a loop", &|xs| xs.iter_mut().for_each(|x| *x = tanh::rational(*x)));
+    each("exact, a loop", &|xs| xs.iter_mut().for_each(|x| *x = tanh::exact(*x)));
+    each("platform, a loop", &|xs| xs.iter_mut().for_each(|x| *x = x.tanh()));
+    group.finish();
+}
+
 fn main() {
     let mut criterion = Criterion::default().configure_from_args();
+    tanh_of_a_block(&mut criterion);
     forward(&mut criterion);
     criterion.final_summary();
 }

@@ -1,7 +1,7 @@
 //! Layer sizes in, networks with repeatable weights out.
 
 use mlp::{
-    Activation, Column, Mlp, Model, Network, ScaleError, Scaler, ShapeError, Transform,
+    Activation, Column, DeepMlp, Mlp, Model, Network, ScaleError, Scaler, ShapeError, Transform,
     weight_count,
 };
 use rand_chacha::ChaCha8Rng;
@@ -10,6 +10,9 @@ use rand_distr::{Distribution, StandardNormal};
 
 /// The shape of the embedded model: two features, ten neurons, one force.
 pub type Small = Mlp<2, 10, 1>;
+
+/// The larger shape of the comparisons.
+pub type Deep = DeepMlp<16, 32, 16, 1>;
 
 /// Why a network cannot be built.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
@@ -35,6 +38,14 @@ pub fn weights(count: usize) -> Vec<f32> {
 /// Never: the number of weights is that of the shape.
 pub fn small() -> Result<Small, ShapeError> {
     Small::new(&weights(Small::WEIGHTS), Activation::Tanh, Activation::Linear)
+}
+
+/// The 16-32-16-1 network whose sizes are known at compile time: tanh, tanh, then linear.
+///
+/// # Errors
+/// Never: the number of weights is that of the shape.
+pub fn deep() -> Result<Deep, ShapeError> {
+    Deep::new(&weights(Deep::WEIGHTS), [Activation::Tanh, Activation::Tanh, Activation::Linear])
 }
 
 /// A network of `sizes` (inputs first): tanh in the hidden layers, linear at the end.

@@ -8,6 +8,7 @@ use grip_link::{
     frame::MAX_WIRE,
 };
 use grip_sim::{VirtualMcu, scene};
+use mlp::Q15;
 use slip_benches::{frames, networks, scenes, signals::Signals};
 use slip_core::{
     Sample, SlipEvent, Step,
@@ -155,6 +156,36 @@ fn encoding_a_command_allocates_nothing() {
         frames::grip(1, 12_345, black_box(&mut out)).unwrap();
     });
     assert_eq!(heap, 0);
+}
+
+#[test]
+fn forward_passes_of_every_precision_allocate_nothing() {
+    let (fixed, deep) = (networks::small().unwrap(), networks::deep().unwrap());
+    let network = networks::network(&[16, 32, 16, 1]).unwrap();
+    let (mut weights, mut biases) = ([0; 16 * 32 + 32 * 16 + 16], [0; 32 + 16 + 1]);
+    let (mut single, mut double, mut integer) = ([f32::NAN], [f64::NAN], [i32::MAX]);
+    let mut outputs = [f64::NAN; 6];
+    let heap = heap_calls(|| {
+        let input = black_box([0.25; 2]);
+        outputs[0] = f64::from(fixed.forward_exact(&input)[0]);
+        outputs[1] = fixed.forward_double(&input.map(f64::from))[0];
+        let input = black_box([0.25; 16]);
+        outputs[2] = f64::from(deep.forward(&input)[0]);
+        outputs[3] = f64::from(deep.forward_exact(&input)[0]);
+        outputs[4] = deep.forward_double(&input.map(f64::from))[0];
+        network.forward_exact(&input, &mut single).unwrap();
+        network.forward_double(&input.map(f64::from), &mut double).unwrap();
+        let q15 = Q15::quantize(&network, &mut weights, &mut biases).unwrap();
+        q15.forward(&black_box([8192; 16]), &mut integer).unwrap();
+        outputs[5] = f64::from(integer[0]) / 32_768.0;
+    });
+    assert_eq!(heap, 0);
+    // What was counted is what was meant: the same network, four times.
+    assert_eq!((f64::from(single[0]), double[0]), (outputs[3], outputs[4]));
+    assert!((outputs[0] - outputs[1]).abs() < 1e-6, "{outputs:?}");
+    for output in [outputs[2], outputs[3], outputs[5]] {
+        assert!((output - outputs[4]).abs() < 5e-3, "{outputs:?}");
+    }
 }
 
 #[test]

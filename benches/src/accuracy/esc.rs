@@ -58,7 +58,7 @@ pub(super) fn panels(clock: Clock<'_>) -> Vec<Panel> {
         let candidates = evaluators
             .iter()
             .map(|(name, run, wanted)| Candidate {
-                name,
+                name: (*name).into(),
                 errors: trials
                     .iter()
                     .map(|t| relative_error(run(&t.lengths), &wanted(t)))
@@ -73,6 +73,7 @@ pub(super) fn panels(clock: Clock<'_>) -> Vec<Panel> {
                 if name == "esc_readings" { ", other readings" } else { "" }
             ),
             item: "irregularity",
+            measure: "relative error",
             error: format!(
                 "relative to the value of the same reading, {count} machined surfaces, 67 digits"
             ),

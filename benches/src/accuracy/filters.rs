@@ -38,12 +38,13 @@ fn panel(name: &'static str, corner_hz: f32, clock: Clock<'_>) -> Panel {
             run(corner_hz, input, &mut out);
             out.last().copied().unwrap_or(0.0)
         });
-        Candidate { name, errors, work }
+        Candidate { name: name.into(), errors, work }
     });
     Panel {
         name,
         title: format!("Low-pass {corner_hz} Hz at 10 kHz: run time against error"),
         item: "sample",
+        measure: "relative error",
         error: format!(
             "relative to the rms of the output, {SAMPLES} samples of white noise, 67 digits"
         ),

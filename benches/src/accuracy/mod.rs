@@ -7,6 +7,8 @@ mod esc;
 mod filters;
 mod networks;
 
+use std::borrow::Cow;
+
 use grip_plot::{Axis, Chart, Layer, Mark, PlotError};
 use serde::Serialize;
 
@@ -20,9 +22,9 @@ pub struct Row {
     pub name: String,
     /// Time per item (ns), the shortest of many rounds.
     pub ns: f64,
-    /// Median relative error.
+    /// Median error.
     pub median: f64,
-    /// Largest relative error.
+    /// Largest error.
     pub max: f64,
     /// Whether no other row is both faster and closer.
     pub pareto: bool,
@@ -37,6 +39,8 @@ pub struct Panel {
     pub title: String,
     /// What the time is that of.
     pub item: &'static str,
+    /// What the errors are: title of the axis.
+    pub measure: &'static str,
     /// What the error is relative to, and how many there are.
     pub error: String,
     /// The ways.
@@ -45,7 +49,7 @@ pub struct Panel {
 
 /// A way to compute something: what is timed, and its errors.
 pub(crate) struct Candidate<'a> {
-    pub(crate) name: &'static str,
+    pub(crate) name: Cow<'static, str>,
     pub(crate) errors: Vec<f64>,
     /// Does the work once and gives something that depends on all of it.
     pub(crate) work: Box<dyn FnMut() -> f64 + 'a>,
@@ -87,7 +91,7 @@ impl Panel {
                 let mut errors = candidate.errors;
                 errors.sort_by(f64::total_cmp);
                 Row {
-                    name: candidate.name.to_owned(),
+                    name: candidate.name.into_owned(),
                     ns: ns / items as f64,
                     median: errors.get(errors.len() / 2).copied().unwrap_or(f64::NAN),
                     max: errors.last().copied().unwrap_or(f64::NAN),
@@ -122,7 +126,7 @@ impl Panel {
         let chart = Chart::new(
             self.title.as_str(),
             Axis::log(format!("time per {} (ns)", self.item)),
-            Axis::log("relative error"),
+            Axis::log(self.measure),
         )
         .with(Layer::line("Pareto front", front).drawn_as(Mark::DashedLine))
         .with(Layer::markers("largest error", at(|row| row.max)).labelled(names))

@@ -2,52 +2,83 @@
 
 use super::{Candidate, Clock, Panel};
 use crate::{
-    exact::{Exact, exact, pool::Draw, relative_error},
+    exact::{Exact, exact, pool::Draw, to_f64},
     networks,
 };
-use mlp::Activation;
+use mlp::{Q15, tanh, train::Isa};
 
 const INPUTS: usize = 4096;
 
 /// The two panels.
 pub(super) fn panels(clock: Clock<'_>) -> Vec<Panel> {
-    let mut panels = vec![tanh(clock)];
+    let mut panels = vec![tanh_panel(clock)];
     panels.extend(forward(clock));
     panels
 }
 
+/// Error in units of the last place of the rounded value.
+#[expect(clippy::cast_possible_truncation, reason = "the unit is that of the rounded value")]
+fn ulps(got: f32, wanted: &Exact) -> f64 {
+    let wanted = to_f64(wanted);
+    let rounded = (wanted as f32).abs();
+    let unit = f32::from_bits(rounded.to_bits() + 1) - rounded;
+    (f64::from(got) - wanted).abs() / f64::from(unit)
+}
+
+/// Replaces values by their tanh.
+type Tanh = Box<dyn Fn(&mut [f32])>;
+
+/// One number at a time, which the compiler joins to the vectors every machine has.
+fn each(f: impl Fn(f32) -> f32 + 'static) -> Tanh {
+    Box::new(move |values| values.iter_mut().for_each(|x| *x = f(*x)))
+}
+
 #[expect(clippy::cast_possible_truncation, reason = "inputs of a network are f32")]
-fn tanh(clock: Clock<'_>) -> Panel {
+fn functions() -> Vec<(String, Tanh)> {
+    let mut functions: Vec<(String, Tanh)> = vec![
+        ("rational, a loop".to_owned(), each(tanh::rational)),
+        ("exact, a loop".to_owned(), each(tanh::exact)),
+        ("std f32".to_owned(), each(f32::tanh)),
+        ("libm f64, rounded".to_owned(), each(|x| libm::tanh(f64::from(x)) as f32)),
+    ];
+    for isa in Isa::available() {
+        functions.push((format!("rational, {isa}"), Box::new(move |values| isa.tanh(values))));
+    }
+    functions
+}
+
+#[expect(clippy::cast_possible_truncation, reason = "inputs of a network are f32")]
+fn tanh_panel(clock: Clock<'_>) -> Panel {
     let mut draw = Draw::new(61);
     let inputs: Vec<f32> =
         (0..INPUTS).map(|_| (draw.sign() * draw.log(1e-3, 10.0)) as f32).collect();
     let wanted: Vec<Exact> = inputs.iter().map(|x| exact(f64::from(*x)).tanh()).collect();
-    type Function = fn(f32) -> f32;
-    let functions: [(&'static str, Function); 3] = [
-        ("mlp forward pass", |x| Activation::Tanh.value(x)),
-        ("std f32", f32::tanh),
-        ("libm f64, rounded", |x| libm::tanh(f64::from(x)) as f32),
-    ];
-    let candidates = functions.map(|(name, run)| Candidate {
-        name,
-        errors: inputs
-            .iter()
-            .zip(&wanted)
-            .map(|(x, y)| relative_error(f64::from(run(*x)), y))
-            .collect(),
-        work: {
-            let inputs = &inputs;
-            Box::new(move || f64::from(inputs.iter().map(|x| run(*x)).sum::<f32>()))
-        },
-    });
+    let inputs = &inputs;
+    let candidates = functions()
+        .into_iter()
+        .map(|(name, run)| {
+            let mut values = inputs.clone();
+            run(&mut values);
+            Candidate {
+                name: name.into(),
+                errors: values.iter().zip(&wanted).map(|(x, y)| ulps(*x, y)).collect(),
+                work: Box::new(move || {
+                    values.copy_from_slice(inputs);
+                    run(&mut values);
+                    f64::from(values[0]) + f64::from(values[INPUTS - 1])
+                }),
+            }
+        })
+        .collect();
     Panel {
         name: "tanh",
         title: "tanh: run time against error".to_owned(),
         item: "value",
-        error: format!("relative, {INPUTS} sizes from 1e-3 to 10, 67 digits"),
+        measure: "error (ulp of f32)",
+        error: format!("units in the last place, {INPUTS} sizes from 1e-3 to 10, 67 digits"),
         rows: Vec::new(),
     }
-    .measure(candidates.into(), INPUTS, clock)
+    .measure(candidates, INPUTS, clock)
 }
 
 /// The 2-10-1 network in exact numbers; weights as [`mlp::Network`] orders them.
@@ -60,25 +91,43 @@ fn exact_forward(weights: &[f32], input: &[f32; 2]) -> Exact {
     })
 }
 
+/// The first output of a pass that writes to a slice; NaN where it refuses.
+fn slice<T: Copy + Into<f64>, E>(
+    mut output: [T; 1],
+    pass: impl Fn(&mut [T]) -> Result<(), E>,
+) -> f64 {
+    let done = pass(&mut output);
+    if done.is_ok() { output[0].into() } else { f64::NAN }
+}
+
 #[expect(clippy::cast_possible_truncation, reason = "inputs of a network are f32")]
 fn forward(clock: Clock<'_>) -> Option<Panel> {
     let (small, network) = (networks::small().ok()?, networks::network(&[2, 10, 1]).ok()?);
     let mut draw = Draw::new(62);
-    let inputs: Vec<[f32; 2]> =
-        (0..1000).map(|_| [0, 1].map(|_| (2.0 * draw.unit() - 1.0) as f32)).collect();
+    let inputs: Vec<[f32; 2]> = (0..1000)
+        .map(|_| [0, 1].map(|_| ((65_536.0 * draw.unit()).floor() / 32_768.0 - 1.0) as f32))
+        .collect();
     let weights = networks::weights(41);
-    let wanted: Vec<f64> =
-        inputs.iter().map(|x| crate::exact::to_f64(&exact_forward(&weights, x))).collect();
+    let wanted: Vec<f64> = inputs.iter().map(|x| to_f64(&exact_forward(&weights, x))).collect();
     let scale = (wanted.iter().map(|y| y * y).sum::<f64>() / wanted.len() as f64).sqrt();
-    type Pass<'a> = Box<dyn Fn(&[f32; 2]) -> f32 + 'a>;
-    let passes: [(&'static str, Pass<'_>); 2] = [
-        ("Mlp, sizes known", Box::new(|x| small.forward(x)[0])),
+    let (mut integers, mut offsets) = ([0; 30], [0; 11]);
+    let q15 = Q15::quantize(&network, &mut integers, &mut offsets).ok()?;
+    type Pass<'a> = Box<dyn Fn(&[f32; 2]) -> f64 + 'a>;
+    let passes: [(&'static str, Pass<'_>); 6] = [
+        ("Mlp, rational tanh", Box::new(|x| small.forward(x)[0].into())),
+        ("Mlp, exact tanh", Box::new(|x| small.forward_exact(x)[0].into())),
+        ("Mlp, f64", Box::new(|x| small.forward_double(&x.map(f64::from))[0])),
+        ("Network, rational tanh", Box::new(|x| slice([f32::NAN], |y| network.forward(x, y)))),
         (
-            "Network",
+            "Network, f64",
+            Box::new(|x| slice([f64::NAN], |y| network.forward_double(&x.map(f64::from), y))),
+        ),
+        (
+            "Q15",
             Box::new(|x| {
-                let mut y = [f32::NAN];
-                let done = network.forward(x, &mut y);
-                if done.is_ok() { y[0] } else { f32::NAN }
+                // Exact: the inputs are Q15 numbers.
+                let x = x.map(|v| (v * 32_768.0) as i16);
+                slice([i32::MAX], |y| q15.forward(&x, y)) / 32_768.0
             }),
         ),
     ];
@@ -86,20 +135,17 @@ fn forward(clock: Clock<'_>) -> Option<Panel> {
     let candidates = passes
         .into_iter()
         .map(|(name, run)| Candidate {
-            name,
-            errors: inputs
-                .iter()
-                .zip(&wanted)
-                .map(|(x, y)| (f64::from(run(x)) - y).abs() / scale)
-                .collect(),
-            work: Box::new(move || f64::from(inputs.iter().map(&run).sum::<f32>())),
+            name: name.into(),
+            errors: inputs.iter().zip(&wanted).map(|(x, y)| (run(x) - y).abs() / scale).collect(),
+            work: Box::new(move || inputs.iter().map(&run).sum::<f64>()),
         })
         .collect();
     let panel = Panel {
         name: "forward_2_10_1",
         title: "Forward pass 2-10-1: run time against error".to_owned(),
         item: "pass",
-        error: "relative to the rms of the output, 1000 inputs, 67 digits".to_owned(),
+        measure: "error relative to the rms output",
+        error: "relative to the rms of the output, 1000 inputs of 16 bits, 67 digits".to_owned(),
         rows: Vec::new(),
     };
     Some(panel.measure(candidates, inputs.len(), clock))

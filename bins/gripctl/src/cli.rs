@@ -293,9 +293,24 @@ pub(crate) struct TrainArgs {
     /// Neurons of the hidden layers.
     #[arg(long, value_delimiter = ',', default_value = "10")]
     pub(crate) hidden: Vec<usize>,
-    /// gd, gdm, rprop, scg or lm.
+    /// gd, gdm, gdx, rprop, scg, lbfgs or lm.
     #[arg(long, default_value = "rprop")]
     pub(crate) algorithm: String,
+    /// Variant of rprop: rprop-, rprop+, irprop- or irprop+.
+    #[arg(long, value_name = "VARIANT", allow_hyphen_values = true)]
+    pub(crate) rprop: Option<String>,
+    /// Momentum of gdm: averaged (as MATLAB's traingdm) or heavy-ball.
+    #[arg(long, value_name = "FORM")]
+    pub(crate) momentum: Option<String>,
+    /// Precision of the training: f32 or f64; the saved model is f32.
+    #[arg(long, value_name = "PRECISION", default_value = "f64")]
+    pub(crate) precision: String,
+    /// Penalty on large weights, in scaled units: decay / 2 times the sum of their squares is added to the error.
+    #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
+    pub(crate) decay: f64,
+    /// Stop after this time (s); the best weights so far are kept.
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    pub(crate) time_limit: Option<f64>,
     /// Most epochs.
     #[arg(long, default_value_t = 1000)]
     pub(crate) epochs: usize,

@@ -3,6 +3,8 @@
 use core::fmt;
 use core::str::FromStr;
 
+use crate::tanh;
+
 /// Function applied to the weighted sum of a neuron.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Activation {
@@ -20,25 +22,38 @@ impl Activation {
     /// All functions, for tables and tests.
     pub const ALL: [Self; 4] = [Self::Tanh, Self::Linear, Self::Logistic, Self::Relu];
 
-    /// The function's value at `x`; NaN stays NaN.
+    /// The function's value at `x` with [`tanh::rational`]; NaN stays NaN.
     #[must_use]
     pub fn value(self, x: f32) -> f32 {
-        match self {
-            Self::Tanh => tanh(x),
-            Self::Linear => x,
-            Self::Logistic => logistic(x),
-            Self::Relu => relu(x),
-        }
+        of(self, x, tanh::rational)
+    }
+
+    /// The function's value at `x` with [`tanh::exact`]; NaN stays NaN.
+    #[must_use]
+    pub fn exact(self, x: f32) -> f32 {
+        of(self, x, tanh::exact)
+    }
+
+    /// The function's value at `x` in double precision; NaN stays NaN.
+    #[must_use]
+    pub fn double(self, x: f64) -> f64 {
+        of(self, x, tanh::double)
     }
 
     /// Replaces every sum in `layer` by the function's value, as [`value`](Self::value) does.
+    #[inline]
     pub fn apply(self, layer: &mut [f32]) {
-        match self {
-            Self::Tanh => layer.iter_mut().for_each(|x| *x = tanh(*x)),
-            Self::Linear => {}
-            Self::Logistic => layer.iter_mut().for_each(|x| *x = logistic(*x)),
-            Self::Relu => layer.iter_mut().for_each(|x| *x = relu(*x)),
-        }
+        apply(self, layer, tanh::rational);
+    }
+
+    /// The same as [`exact`](Self::exact) does.
+    pub fn apply_exact(self, layer: &mut [f32]) {
+        apply(self, layer, tanh::exact);
+    }
+
+    /// The same in double precision.
+    pub fn apply_double(self, layer: &mut [f64]) {
+        apply(self, layer, tanh::double);
     }
 
     /// The name used in model files: `tanh`, `linear`, `logistic` or `relu`.
@@ -72,20 +87,64 @@ impl FromStr for Activation {
     }
 }
 
-/// The one tanh of the 32-bit forward pass.
-#[inline]
-fn tanh(x: f32) -> f32 {
-    libm::tanhf(x)
+/// A precision of the forward pass: `f32` or `f64`.
+pub(crate) trait Number:
+    Copy + PartialOrd + core::ops::Add<Output = Self> + core::ops::Mul<Output = Self>
+{
+    const ZERO: Self;
+    const HALF: Self;
+
+    fn from_weight(weight: f32) -> Self;
 }
 
-#[inline]
-fn logistic(x: f32) -> f32 {
-    0.5 + 0.5 * tanh(0.5 * x)
+impl Number for f32 {
+    const ZERO: Self = 0.0;
+    const HALF: Self = 0.5;
+
+    #[inline(always)]
+    fn from_weight(weight: f32) -> Self {
+        weight
+    }
 }
 
-#[inline]
-fn relu(x: f32) -> f32 {
-    if x < 0.0 { 0.0 } else { x }
+impl Number for f64 {
+    const ZERO: Self = 0.0;
+    const HALF: Self = 0.5;
+
+    #[inline(always)]
+    fn from_weight(weight: f32) -> Self {
+        Self::from(weight)
+    }
+}
+
+#[inline(always)]
+fn of<N: Number>(activation: Activation, x: N, tanh: impl Fn(N) -> N) -> N {
+    match activation {
+        Activation::Tanh => tanh(x),
+        Activation::Linear => x,
+        Activation::Logistic => logistic(x, tanh),
+        Activation::Relu => relu(x),
+    }
+}
+
+#[inline(always)]
+fn apply<N: Number>(activation: Activation, layer: &mut [N], tanh: impl Fn(N) -> N) {
+    match activation {
+        Activation::Tanh => layer.iter_mut().for_each(|x| *x = tanh(*x)),
+        Activation::Linear => {}
+        Activation::Logistic => layer.iter_mut().for_each(|x| *x = logistic(*x, &tanh)),
+        Activation::Relu => layer.iter_mut().for_each(|x| *x = relu(*x)),
+    }
+}
+
+#[inline(always)]
+fn logistic<N: Number>(x: N, tanh: impl Fn(N) -> N) -> N {
+    N::HALF + N::HALF * tanh(N::HALF * x)
+}
+
+#[inline(always)]
+fn relu<N: Number>(x: N) -> N {
+    if x < N::ZERO { N::ZERO } else { x }
 }
 
 #[cfg(test)]
@@ -104,10 +163,17 @@ mod tests {
     #[test]
     fn values_agree_with_the_definitions_in_double_precision() {
         for activation in Activation::ALL {
-            for step in -400_i16..=400 {
+            for step in -180_i16..=180 {
                 let x = f32::from(step) * 0.05;
-                let error = f64::from(activation.value(x)) - reference(activation, f64::from(x));
-                assert!(error.abs() < 1.2e-7, "{activation} at {x}: error {error:e}");
+                let expected = reference(activation, f64::from(x));
+                for (value, bound) in [
+                    (f64::from(activation.value(x)), 2.1e-7),
+                    (f64::from(activation.exact(x)), 6.1e-8),
+                    (activation.double(f64::from(x)), 5e-16),
+                ] {
+                    let error = value - expected;
+                    assert!(error.abs() < bound, "{activation} at {x}: error {error:e}");
+                }
             }
         }
     }

@@ -1,27 +1,97 @@
-//! `I` scaled inputs in, `O` scaled outputs out, through one hidden layer of `H` neurons.
+//! `I` scaled inputs in, `O` scaled outputs out, through one or two hidden layers of sizes known at compile time.
 
-use crate::activation::Activation;
+use crate::activation::{Activation, Number};
 use crate::network::{ShapeError, check_finite};
+
+/// One layer of weights with `I` inputs and `O` neurons: `f(W input + b)`.
+///
+/// Every sum starts at the bias and runs over the inputs in order.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Dense<const I: usize, const O: usize> {
+    /// Column by column, so that one input advances all sums together.
+    weights: [[f32; O]; I],
+    biases: [f32; O],
+    activation: Activation,
+}
+
+impl<const I: usize, const O: usize> Dense<I, O> {
+    /// Number of weights and biases.
+    pub const WEIGHTS: usize = O * (I + 1);
+
+    /// Takes the weight matrix row by row (one row per neuron), then the biases.
+    ///
+    /// # Errors
+    /// [`ShapeError::WeightCount`] unless there are [`Self::WEIGHTS`] weights, and
+    /// [`ShapeError::NotFinite`] when one of them is NaN or infinite.
+    pub fn new(weights: &[f32], activation: Activation) -> Result<Self, ShapeError> {
+        let (needed, given) = (Self::WEIGHTS, weights.len());
+        if needed != given {
+            return Err(ShapeError::WeightCount { needed, given });
+        }
+        check_finite(weights)?;
+        let (matrix, biases) = weights.split_at(O * I);
+        Ok(Self {
+            weights: core::array::from_fn(|column| {
+                core::array::from_fn(|row| matrix[row * I + column])
+            }),
+            biases: core::array::from_fn(|row| biases[row]),
+            activation,
+        })
+    }
+
+    #[inline(always)]
+    fn sums<N: Number>(&self, input: &[N; I]) -> [N; O] {
+        let mut sums = [N::ZERO; O];
+        for (sum, bias) in sums.iter_mut().zip(&self.biases) {
+            *sum = N::from_weight(*bias);
+        }
+        for (column, x) in self.weights.iter().zip(input) {
+            for (sum, weight) in sums.iter_mut().zip(column) {
+                *sum = *sum + N::from_weight(*weight) * *x;
+            }
+        }
+        sums
+    }
+
+    /// The outputs for `input`, with [`rational`](crate::tanh::rational) for tanh.
+    #[must_use]
+    #[inline]
+    pub fn forward(&self, input: &[f32; I]) -> [f32; O] {
+        let mut sums = self.sums(input);
+        self.activation.apply(&mut sums);
+        sums
+    }
+
+    /// The same with [`exact`](crate::tanh::exact) for tanh.
+    #[must_use]
+    pub fn forward_exact(&self, input: &[f32; I]) -> [f32; O] {
+        let mut sums = self.sums(input);
+        self.activation.apply_exact(&mut sums);
+        sums
+    }
+
+    /// The same in double precision throughout.
+    #[must_use]
+    pub fn forward_double(&self, input: &[f64; I]) -> [f64; O] {
+        let mut sums = self.sums(input);
+        self.activation.apply_double(&mut sums);
+        sums
+    }
+}
 
 /// A network with one hidden layer whose sizes are known at compile time.
 ///
-/// `output = f_out(V f_hidden(W input + b) + c)` with `W` of shape H x I and `V` of shape O x H. Every
-/// sum starts at the bias and runs over the inputs in order, so the result equals that of a
-/// [`Network`](crate::Network) with the same weights bit for bit.
+/// `output = f_out(V f_hidden(W input + b) + c)` with `W` of shape H x I and `V` of shape O x H. The result
+/// equals that of a [`Network`](crate::Network) with the same weights bit for bit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Mlp<const I: usize, const H: usize, const O: usize> {
-    /// Column by column, so that one input advances all hidden sums together.
-    hidden_weights: [[f32; H]; I],
-    hidden_biases: [f32; H],
-    output_weights: [[f32; O]; H],
-    output_biases: [f32; O],
-    hidden: Activation,
-    output: Activation,
+    hidden: Dense<I, H>,
+    output: Dense<H, O>,
 }
 
 impl<const I: usize, const H: usize, const O: usize> Mlp<I, H, O> {
     /// Number of weights and biases.
-    pub const WEIGHTS: usize = H * (I + 1) + O * (H + 1);
+    pub const WEIGHTS: usize = Dense::<I, H>::WEIGHTS + Dense::<H, O>::WEIGHTS;
 
     /// Takes the weights in flat order: for each layer the weight matrix row by row (one row per
     /// neuron), then its biases.
@@ -34,53 +104,83 @@ impl<const I: usize, const H: usize, const O: usize> Mlp<I, H, O> {
         hidden: Activation,
         output: Activation,
     ) -> Result<Self, ShapeError> {
-        if weights.len() != Self::WEIGHTS {
-            return Err(ShapeError::WeightCount { needed: Self::WEIGHTS, given: weights.len() });
-        }
-        check_finite(weights)?;
-        let (hidden_weights, rest) = weights.split_at(H * I);
-        let (hidden_biases, rest) = rest.split_at(H);
-        let (output_weights, output_biases) = rest.split_at(O * H);
-        Ok(Self {
-            hidden_weights: columns(hidden_weights),
-            hidden_biases: core::array::from_fn(|row| hidden_biases[row]),
-            output_weights: columns(output_weights),
-            output_biases: core::array::from_fn(|row| output_biases[row]),
-            hidden,
-            output,
-        })
+        let (first, second) = check(weights, Self::WEIGHTS, Dense::<I, H>::WEIGHTS)?;
+        Ok(Self { hidden: Dense::new(first, hidden)?, output: Dense::new(second, output)? })
     }
 
     /// The outputs for `input`, both in scaled units. Never panics; a NaN or overflow shows in the
     /// outputs.
     #[must_use]
+    #[inline]
     pub fn forward(&self, input: &[f32; I]) -> [f32; O] {
-        let mut hidden = weighted_sums(&self.hidden_weights, &self.hidden_biases, input);
-        self.hidden.apply(&mut hidden);
-        let mut output = weighted_sums(&self.output_weights, &self.output_biases, &hidden);
-        self.output.apply(&mut output);
-        output
+        self.output.forward(&self.hidden.forward(input))
+    }
+
+    /// The same with [`exact`](crate::tanh::exact) for tanh.
+    #[must_use]
+    pub fn forward_exact(&self, input: &[f32; I]) -> [f32; O] {
+        self.output.forward_exact(&self.hidden.forward_exact(input))
+    }
+
+    /// The same in double precision throughout.
+    #[must_use]
+    pub fn forward_double(&self, input: &[f64; I]) -> [f64; O] {
+        self.output.forward_double(&self.hidden.forward_double(input))
     }
 }
 
-/// Turns a matrix stored row by row into its columns. `flat` holds `ROWS * COLUMNS` values.
-fn columns<const ROWS: usize, const COLUMNS: usize>(flat: &[f32]) -> [[f32; ROWS]; COLUMNS] {
-    core::array::from_fn(|column| core::array::from_fn(|row| flat[row * COLUMNS + column]))
+/// A network with two hidden layers of `H` and `K` neurons whose sizes are known at compile time; otherwise as
+/// [`Mlp`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct DeepMlp<const I: usize, const H: usize, const K: usize, const O: usize> {
+    first: Dense<I, H>,
+    rest: Mlp<H, K, O>,
 }
 
-#[inline]
-fn weighted_sums<const N: usize, const M: usize>(
-    columns: &[[f32; M]; N],
-    biases: &[f32; M],
-    input: &[f32; N],
-) -> [f32; M] {
-    let mut sums = *biases;
-    for (column, x) in columns.iter().zip(input) {
-        for (sum, weight) in sums.iter_mut().zip(column) {
-            *sum += weight * x;
-        }
+impl<const I: usize, const H: usize, const K: usize, const O: usize> DeepMlp<I, H, K, O> {
+    /// Number of weights and biases.
+    pub const WEIGHTS: usize = Dense::<I, H>::WEIGHTS + Mlp::<H, K, O>::WEIGHTS;
+
+    /// Takes the weights in flat order and one function per layer, as [`Mlp::new`].
+    ///
+    /// # Errors
+    /// [`ShapeError::WeightCount`] unless there are [`Self::WEIGHTS`] weights, and
+    /// [`ShapeError::NotFinite`] when one of them is NaN or infinite.
+    pub fn new(weights: &[f32], activations: [Activation; 3]) -> Result<Self, ShapeError> {
+        let (first, rest) = check(weights, Self::WEIGHTS, Dense::<I, H>::WEIGHTS)?;
+        let [a, b, c] = activations;
+        Ok(Self { first: Dense::new(first, a)?, rest: Mlp::new(rest, b, c)? })
     }
-    sums
+
+    /// The outputs for `input`, both in scaled units. Never panics; a NaN or overflow shows in the
+    /// outputs.
+    #[must_use]
+    #[inline]
+    pub fn forward(&self, input: &[f32; I]) -> [f32; O] {
+        self.rest.forward(&self.first.forward(input))
+    }
+
+    /// The same with [`exact`](crate::tanh::exact) for tanh.
+    #[must_use]
+    pub fn forward_exact(&self, input: &[f32; I]) -> [f32; O] {
+        self.rest.forward_exact(&self.first.forward_exact(input))
+    }
+
+    /// The same in double precision throughout.
+    #[must_use]
+    pub fn forward_double(&self, input: &[f64; I]) -> [f64; O] {
+        self.rest.forward_double(&self.first.forward_double(input))
+    }
+}
+
+/// Checks all weights, so that errors count from the first, and splits off those of the first layer.
+fn check(weights: &[f32], needed: usize, first: usize) -> Result<(&[f32], &[f32]), ShapeError> {
+    let missing = ShapeError::WeightCount { needed, given: weights.len() };
+    if weights.len() != needed {
+        return Err(missing);
+    }
+    check_finite(weights)?;
+    weights.split_at_checked(first).ok_or(missing)
 }
 
 #[cfg(test)]
@@ -104,6 +204,36 @@ mod tests {
         };
         assert_eq!(build(&[1.0; 3]), ShapeError::WeightCount { needed: 4, given: 3 });
         assert_eq!(build(&[1.0, 2.0, f32::NAN, 0.0]), ShapeError::NotFinite { index: 2 });
+    }
+
+    #[test]
+    fn two_hidden_layers_equal_the_general_network_in_every_precision() {
+        const SIZES: [usize; 4] = [5, 9, 8, 2];
+        type Deep = DeepMlp<5, 9, 8, 2>;
+        let weights: Vec<f32> =
+            (0..Deep::WEIGHTS).map(|at| (at as f32 * 0.37).sin() * 0.8).collect();
+        let activations = [Activation::Tanh, Activation::Logistic, Activation::Linear];
+        let deep = Deep::new(&weights, activations).unwrap();
+        let network = Network::new(&SIZES, &activations, &weights[..]).unwrap();
+        let input = [0.3, -0.8, 0.1, 0.9, -0.4];
+        let mut general = [0.0; 2];
+        network.forward(&input, &mut general).unwrap();
+        assert_eq!(deep.forward(&input), general);
+        network.forward_exact(&input, &mut general).unwrap();
+        assert_eq!(deep.forward_exact(&input), general);
+        let (input, mut double) = (input.map(f64::from), [0.0; 2]);
+        network.forward_double(&input, &mut double).unwrap();
+        assert_eq!(deep.forward_double(&input), double);
+        for ((fast, exact), double) in
+            deep.forward(&[0.3, -0.8, 0.1, 0.9, -0.4]).iter().zip(general).zip(double)
+        {
+            assert!((f64::from(*fast) - double).abs() < 2e-6, "{fast} {double}");
+            assert!((f64::from(exact) - double).abs() < 6e-7, "{exact} {double}");
+        }
+        assert_eq!(
+            Deep::new(&weights[1..], activations).unwrap_err(),
+            ShapeError::WeightCount { needed: Deep::WEIGHTS, given: Deep::WEIGHTS - 1 }
+        );
     }
 
     proptest! {

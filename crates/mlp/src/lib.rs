@@ -8,7 +8,10 @@
 //! | [`Model`] | raw features to raw targets, tells when it has to extrapolate |
 //! | [`Scaler`] | raw values to `[-1, 1]` and back |
 //! | [`Network`] | forward pass for any number of hidden layers, weights in one flat slice |
-//! | [`Mlp`] | forward pass for one hidden layer of a size known at compile time |
+//! | [`Mlp`], [`DeepMlp`] | forward pass for one or two hidden layers of sizes known at compile time |
+//! | [`Q15`] | forward pass in 16-bit integers for processors without floating point |
+//!
+//! [`Network`] and [`Mlp`] also compute with an exact tanh and in double precision ([`tanh`] has the errors).
 //!
 //! ```
 //! use mlp::{Activation, Column, Model, Network, Scaler, Transform};
@@ -33,12 +36,15 @@ pub mod activation;
 pub mod fixed;
 pub mod model;
 pub mod network;
+pub mod q15;
 pub mod scaler;
+pub mod tanh;
 #[cfg(feature = "train")]
 pub mod train;
 
 pub use activation::Activation;
-pub use fixed::Mlp;
+pub use fixed::{DeepMlp, Dense, Mlp};
 pub use model::{Coverage, Estimate, Model, PredictError};
 pub use network::{MAX_LAYERS, MAX_WIDTH, Network, ShapeError, weight_count};
+pub use q15::{Q15, Q15Error};
 pub use scaler::{Column, MAX_IO, ScaleError, Scaler, Transform};

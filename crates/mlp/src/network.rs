@@ -1,6 +1,6 @@
 //! Scaled inputs in, scaled outputs out, through any number of hidden layers.
 
-use crate::activation::Activation;
+use crate::activation::{Activation, Number};
 
 /// Largest number of layers of weights: up to three hidden layers and the output layer.
 pub const MAX_LAYERS: usize = 4;
@@ -171,12 +171,38 @@ impl<W: AsRef<[f32]>> Network<W> {
     /// Computes the outputs for `input`, both in scaled units.
     ///
     /// Allocates nothing and never panics. A NaN input or an overflow shows in the outputs, which the
-    /// caller checks ([`Model`](crate::Model) does).
+    /// caller checks ([`Model`](crate::Model) does). Tanh is [`rational`](crate::tanh::rational).
     ///
     /// # Errors
     /// [`ShapeError::Inputs`] or [`ShapeError::Outputs`] for a slice of the wrong length;
     /// [`ShapeError::WeightCount`] when `W` no longer shows as many weights as it did.
     pub fn forward(&self, input: &[f32], output: &mut [f32]) -> Result<(), ShapeError> {
+        self.pass(input, output, Activation::apply)
+    }
+
+    /// As [`forward`](Self::forward), with [`exact`](crate::tanh::exact) for tanh.
+    ///
+    /// # Errors
+    /// As [`forward`](Self::forward).
+    pub fn forward_exact(&self, input: &[f32], output: &mut [f32]) -> Result<(), ShapeError> {
+        self.pass(input, output, Activation::apply_exact)
+    }
+
+    /// As [`forward`](Self::forward), in double precision throughout.
+    ///
+    /// # Errors
+    /// As [`forward`](Self::forward).
+    pub fn forward_double(&self, input: &[f64], output: &mut [f64]) -> Result<(), ShapeError> {
+        self.pass(input, output, Activation::apply_double)
+    }
+
+    #[inline(always)]
+    fn pass<N: Number>(
+        &self,
+        input: &[N],
+        output: &mut [N],
+        apply: impl Fn(Activation, &mut [N]),
+    ) -> Result<(), ShapeError> {
         if input.len() != self.inputs() {
             return Err(ShapeError::Inputs { needed: self.inputs(), given: input.len() });
         }
@@ -185,8 +211,8 @@ impl<W: AsRef<[f32]>> Network<W> {
         }
         let mut weights = self.weights.as_ref();
         let given = weights.len();
-        let mut current = [0.0_f32; MAX_WIDTH];
-        let mut next = [0.0_f32; MAX_WIDTH];
+        let mut current = [N::ZERO; MAX_WIDTH];
+        let mut next = [N::ZERO; MAX_WIDTH];
         for (place, x) in current.iter_mut().zip(input) {
             *place = *x;
         }
@@ -196,18 +222,47 @@ impl<W: AsRef<[f32]>> Network<W> {
             let (matrix, rest) = weights.split_at_checked(from * to).ok_or(missing)?;
             let (biases, rest) = rest.split_at_checked(to).ok_or(missing)?;
             weights = rest;
-            // No layer is empty: `new` has checked that.
-            let rows = matrix.chunks_exact(from.max(1)).zip(biases);
-            for (sum, (row, bias)) in next.iter_mut().zip(rows) {
-                *sum = row.iter().zip(&current).fold(*bias, |sum, (weight, x)| sum + weight * x);
-            }
-            activation.apply(next.get_mut(..to).unwrap_or(&mut []));
+            let sums = next.get_mut(..to).unwrap_or(&mut []);
+            weighted_sums((matrix, biases), current.get(..from).unwrap_or(&[]), sums);
+            apply(*activation, sums);
             core::mem::swap(&mut current, &mut next);
         }
         for (place, x) in output.iter_mut().zip(current) {
             *place = x;
         }
         Ok(())
+    }
+}
+
+/// Neurons whose sums advance side by side, so that one does not wait for its own last addition.
+const ABREAST: usize = 8;
+
+/// Each sum starts at the bias and runs over the inputs in order. `from` is not empty.
+#[inline(always)]
+fn weighted_sums<N: Number>((matrix, biases): (&[f32], &[f32]), from: &[N], to: &mut [N]) {
+    let width = from.len().max(1);
+    let mut groups = matrix.chunks_exact(ABREAST * width);
+    let (whole, rest) = to.as_chunks_mut::<ABREAST>();
+    let (whole_biases, rest_biases) = biases.as_chunks::<ABREAST>();
+    for ((sums, biases), rows) in whole.iter_mut().zip(whole_biases).zip(&mut groups) {
+        let mut group = [N::ZERO; ABREAST];
+        for (sum, bias) in group.iter_mut().zip(biases) {
+            *sum = N::from_weight(*bias);
+        }
+        for (input, x) in from.iter().enumerate() {
+            let column = rows.get(input..).unwrap_or(&[]).iter().step_by(width);
+            for (sum, weight) in group.iter_mut().zip(column) {
+                *sum = *sum + N::from_weight(*weight) * *x;
+            }
+        }
+        *sums = group;
+    }
+    let rows = groups.remainder().chunks_exact(width).zip(rest_biases);
+    for (sum, (row, bias)) in rest.iter_mut().zip(rows) {
+        *sum = N::from_weight(*bias);
+        for (weight, x) in row.iter().zip(from) {
+            *sum = *sum + N::from_weight(*weight) * *x;
+        }
     }
 }
 

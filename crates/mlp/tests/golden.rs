@@ -1,4 +1,5 @@
-//! Trainers against error curves of an independent double-precision implementation.
+//! Trainers against error curves of an independent double-precision implementation, and how many of twenty given starts
+//! reach the goal.
 //!
 //! The data lie outside the repository: in the folder `GRIP_DATA`, or in `shared/data` beside it. Without
 //! them each test says so and checks nothing; `src/train/trainer/tests.rs` needs no data.
@@ -14,11 +15,20 @@ mod common;
 #[cfg(test)]
 mod tests {
     use super::common::{Surface2, curve, surface2};
-    use mlp::train::Algorithm;
     use mlp::train::trainer::{
-        GradientDescentConfig, LevenbergMarquardtConfig, MomentumConfig, MomentumForm, RpropConfig,
-        RpropVariant, ScgConfig,
+        Damping, GradientDescentConfig, LevenbergMarquardtConfig, MomentumConfig, MomentumForm,
+        RpropConfig, RpropVariant, ScgConfig,
     };
+    use mlp::train::{Algorithm, NetworkObjective, Real, Run, RunConfig, Stop, Training, run};
+
+    /// The damping of the golden curves.
+    const FACTORS: Algorithm = Algorithm::Lm(LevenbergMarquardtConfig {
+        damping: Damping::Factors,
+        mu: 0.001,
+        decrease: 0.1,
+        increase: 10.0,
+        max: 1e10,
+    });
 
     /// Largest relative deviation allowed up to and including an epoch.
     struct Bound {
@@ -91,17 +101,14 @@ mod tests {
     #[test]
     fn levenberg_marquardt() {
         let bounds = [bound(1, 5e-9), bound(5, 5e-7), bound(20, 5e-6), bound(100, 5e-8)];
-        compare("lm", Algorithm::Lm(LevenbergMarquardtConfig::default()), &bounds);
+        compare("lm", FACTORS, &bounds);
     }
 
     /// The curves of data moved within their rounding spread about as far as the golden curve lies away.
     #[test]
     fn parting_is_no_more_than_the_rounding_of_the_data() {
         let Some(surface) = surface2() else { return };
-        for (label, algorithm) in [
-            ("scg", Algorithm::Scg(ScgConfig::default())),
-            ("lm", Algorithm::Lm(LevenbergMarquardtConfig::default())),
-        ] {
+        for (label, algorithm) in [("scg", Algorithm::Scg(ScgConfig::default())), ("lm", FACTORS)] {
             for (start, epoch, expected) in surface.golden(label) {
                 let own = error_after(&surface, algorithm, (start, epoch));
                 let spread = (0..8)
@@ -116,5 +123,47 @@ mod tests {
                 assert!(ratio < 3.0, "{label} start {start} epoch {epoch}: {ratio}");
             }
         }
+    }
+
+    /// Mean squared error in scaled units that counts as reached.
+    const GOAL: f64 = 2.5e-3;
+
+    fn runs<T: Real>(algorithm: &str, epochs: usize) -> Option<Vec<Run>> {
+        let surface = surface2()?;
+        let algorithm: Algorithm = algorithm.parse().unwrap();
+        let config = RunConfig { epochs, goal: GOAL, ..RunConfig::default() };
+        let one = |start: usize| {
+            let mut objective: NetworkObjective<T> = surface.objective();
+            let weights: Vec<T> = surface.start(start).into_iter().map(T::of).collect();
+            let mut trainer = algorithm.trainer(weights.len());
+            run(Training::new(trainer.as_mut(), &mut objective), weights, &config)
+        };
+        Some((0..20).map(one).collect())
+    }
+
+    fn all_reach<T: Real>(algorithm: &str, epochs: usize) {
+        let Some(runs) = runs::<T>(algorithm, epochs) else { return };
+        let reached = runs.iter().filter(|run| run.stop == Stop::Goal).count();
+        let epochs: Vec<usize> = runs.iter().map(|run| run.epochs).collect();
+        eprintln!("{algorithm} {}: {reached}/20, epochs {epochs:?}", T::NAME);
+        assert_eq!(reached, 20, "{algorithm} {}", T::NAME);
+    }
+
+    #[test]
+    fn scaled_conjugate_gradient_reaches_the_goal_from_every_start() {
+        all_reach::<f32>("scg", 1000);
+        all_reach::<f64>("scg", 1000);
+    }
+
+    #[test]
+    fn levenberg_marquardt_reaches_the_goal_from_every_start_within_40_epochs() {
+        all_reach::<f64>("lm", 40);
+        all_reach::<f32>("lm", 40);
+    }
+
+    #[test]
+    fn limited_memory_bfgs_reaches_the_goal_from_every_start() {
+        all_reach::<f64>("lbfgs", 1000);
+        all_reach::<f32>("lbfgs", 1000);
     }
 }

@@ -8,7 +8,7 @@ mod tests {
     use mlp::train::trainer::{GradientDescentConfig, MomentumConfig, MomentumForm};
     use mlp::train::{
         Algorithm, Choice, DataSet, Fit, FitConfig, FitError, Fitting, ModelFile, NetworkObjective,
-        Patterns, RunConfig, Stop, Topology, fit, run,
+        Patterns, RunConfig, Stop, Topology, Training, fit, run,
     };
     use mlp::{Activation, Coverage};
     use proptest::prelude::*;
@@ -87,7 +87,7 @@ mod tests {
                 let mut objective = NetworkObjective::new(topology, &patterns).unwrap();
                 let weights = mlp::train::init::nguyen_widrow(topology, 1);
                 let mut trainer = algorithm.trainer(weights.len());
-                run(trainer.as_mut(), &mut objective, None, weights, &config)
+                run(Training::new(trainer.as_mut(), &mut objective), weights, &config)
             };
             let hidden = train(&Topology::regression(2, &[4], 1).unwrap());
             assert_eq!(hidden.stop, Stop::Goal, "{}: {}", algorithm.name(), hidden.mse);
@@ -203,14 +203,14 @@ mod tests {
         fn any_start_ends_without_panic_and_with_finite_weights(
             weights in prop::collection::vec(prop::num::f64::NORMAL | prop::num::f64::ZERO, 13),
             rows in prop::collection::vec(-1.0_f64..1.0, 30),
-            rule in 0_usize..5,
+            rule in 0_usize..7,
         ) {
             let topology = Topology::regression(2, &[3], 1).unwrap();
             let patterns = Patterns { inputs: rows[..20].to_vec(), targets: rows[20..].to_vec() };
             let mut objective = NetworkObjective::new(&topology, &patterns).unwrap();
             let mut trainer = Algorithm::all()[rule].trainer(weights.len());
             let config = RunConfig { epochs: 20, ..RunConfig::default() };
-            let outcome = run(trainer.as_mut(), &mut objective, None, weights, &config);
+            let outcome = run(Training::new(trainer.as_mut(), &mut objective), weights, &config);
             prop_assert!(outcome.weights.iter().all(|weight| weight.is_finite()));
             prop_assert!(outcome.mse.is_finite() || outcome.best_epoch == 0);
         }

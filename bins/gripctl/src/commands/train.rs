@@ -6,7 +6,10 @@ use anyhow::Context as _;
 use core::time::Duration;
 use grip_host::exit::{Exit, WrongArgument};
 use indicatif::{ParallelProgressIterator as _, ProgressBar, ProgressStyle};
-use mlp::train::{Algorithm, ColumnSpec, DataSet, Fit, FitConfig, RunConfig, fit::Fitting};
+use mlp::train::{
+    Algorithm, ColumnSpec, DataSet, Fit, FitConfig, Precision, RunConfig, fit::Fitting,
+    trainer::MomentumForm,
+};
 use rayon::iter::{IntoParallelIterator as _, ParallelIterator as _};
 use serde::Serialize;
 
@@ -30,7 +33,7 @@ struct Result {
 }
 
 pub(crate) fn run(args: &TrainArgs) -> anyhow::Result<Exit> {
-    let algorithm = algorithm(&args.algorithm)?;
+    let algorithm = algorithm(args)?;
     let (inputs, targets) = (specs(&args.inputs)?, specs(&args.target)?);
     let load = |file: &std::path::Path| -> anyhow::Result<DataSet> {
         Ok(DataSet::from_csv(&file.display().to_string(), &read(file)?, &inputs, &targets)?)
@@ -44,19 +47,23 @@ pub(crate) fn run(args: &TrainArgs) -> anyhow::Result<Exit> {
             epochs: args.epochs,
             goal: args.goal,
             min_gradient: algorithm.min_gradient(),
+            time_limit: time_limit(args)?,
             ..RunConfig::default()
         },
         seed: args.seed,
         repeats: args.repeats,
+        precision: precision(&args.precision)?,
+        decay: args.decay,
         ..FitConfig::default()
     };
     let fitting =
         Fitting::new(&data, None, &config).map_err(|error| WrongArgument(error.to_string()))?;
     let cpu_before = cpu_time()?;
+    let start = monotonic();
     let runs = (0..args.repeats)
         .into_par_iter()
         .progress_with(progress(args.repeats))
-        .map(|repeat| fitting.run(repeat))
+        .map(|repeat| fitting.run_timed(repeat, &|| monotonic().saturating_sub(start)))
         .collect();
     let cpu = cpu_time()?.saturating_sub(cpu_before);
     let fit = fitting.finish(runs, test.as_ref())?;
@@ -79,11 +86,53 @@ fn progress(repeats: usize) -> ProgressBar {
     }
 }
 
-fn algorithm(name: &str) -> anyhow::Result<Algorithm> {
-    Algorithm::all().into_iter().find(|algorithm| algorithm.name() == name).ok_or_else(|| {
-        let names = Algorithm::all().map(|algorithm| algorithm.name()).join(", ");
-        WrongArgument(format!("--algorithm {name}: expected one of {names}")).into()
-    })
+fn algorithm(args: &TrainArgs) -> anyhow::Result<Algorithm> {
+    let mut algorithm: Algorithm = args
+        .algorithm
+        .parse()
+        .map_err(|error| WrongArgument(format!("--algorithm {}: {error}", args.algorithm)))?;
+    match (&mut algorithm, &args.rprop) {
+        (Algorithm::Rprop(config), Some(name)) => {
+            config.variant =
+                name.parse().map_err(|error| WrongArgument(format!("--rprop: {error}")))?;
+        }
+        (_, Some(_)) => return Err(only("--rprop", "rprop")),
+        (_, None) => {}
+    }
+    match (&mut algorithm, args.momentum.as_deref()) {
+        (_, None) => {}
+        (Algorithm::Gdm(config), Some("averaged")) => config.form = MomentumForm::Averaged,
+        (Algorithm::Gdm(config), Some("heavy-ball")) => config.form = MomentumForm::HeavyBall,
+        (Algorithm::Gdm(_), Some(other)) => {
+            let message = format!("--momentum {other}: expected averaged or heavy-ball");
+            return Err(WrongArgument(message).into());
+        }
+        (_, Some(_)) => return Err(only("--momentum", "gdm")),
+    }
+    Ok(algorithm)
+}
+
+fn only(option: &str, algorithm: &str) -> anyhow::Error {
+    WrongArgument(format!("{option} goes with --algorithm {algorithm} only")).into()
+}
+
+fn precision(name: &str) -> anyhow::Result<Precision> {
+    match name {
+        "f32" => Ok(Precision::Single),
+        "f64" => Ok(Precision::Double),
+        other => Err(WrongArgument(format!("--precision {other}: expected f32 or f64")).into()),
+    }
+}
+
+fn time_limit(args: &TrainArgs) -> anyhow::Result<Option<Duration>> {
+    let limit = args.time_limit.map(Duration::try_from_secs_f64).transpose();
+    Ok(limit.map_err(|error| WrongArgument(format!("--time-limit: {error}")))?)
+}
+
+fn monotonic() -> Duration {
+    let time = rustix::time::clock_gettime(rustix::time::ClockId::Monotonic);
+    // Since the machine started: neither part is negative.
+    Duration::new(time.tv_sec.unsigned_abs(), u32::try_from(time.tv_nsec).unwrap_or(0))
 }
 
 fn specs(names: &[String]) -> anyhow::Result<Vec<ColumnSpec>> {

@@ -1,61 +1,82 @@
 //! Weights in, mean squared error over scaled rows and its derivatives out.
 
 use super::data::Patterns;
+use super::lanes::Isa;
+use super::real::Real;
+use super::setting::{SettingError, not_negative};
 use super::topology::Topology;
 use crate::network::ShapeError;
 
-mod block;
-mod tanh;
+mod kernel;
+mod normal;
+mod panel;
+mod pass;
 
-use block::{Block, Tape};
+use kernel::{AllRows, Tape, Wanted};
+use normal::{Jacobian, NormalEquations, Sums};
+use panel::Panels;
 
-/// What the trainers minimise: a sum of squared residuals, seen as its mean.
+/// What the trainers minimise: a mean of squared residuals, with a penalty on large weights if one is set.
 ///
-/// Weights are in the flat order of [`Network`](crate::Network). With residuals `e` (output minus target),
-/// `n` of them over rows and targets, `mse = sum e^2 / n`. Implementations keep scratch memory, hence
-/// `&mut self`; equal weights give equal results.
-pub trait Objective {
+/// Weights are in the flat order of [`Network`](crate::Network). With residuals `e` (output minus target), `n` of
+/// them over rows and targets, the error is `sum e^2 / n + decay / 2 * sum w^2`, where the second sum leaves the
+/// biases out and `decay` is usually 0. Implementations keep scratch memory, hence `&mut self`; equal weights give
+/// equal results.
+pub trait Objective<T = f64> {
     /// Number of weights.
     fn weights(&self) -> usize;
 
     /// Number of residuals: rows times targets.
     fn residuals(&self) -> usize;
 
-    /// The mean squared error.
-    fn mse(&mut self, weights: &[f64]) -> f64;
+    /// The error.
+    fn mse(&mut self, weights: &[T]) -> f64;
 
-    /// The mean squared error; writes `d mse / d weight` to `gradient`, which carries the factor `2 / n`.
-    fn gradient(&mut self, weights: &[f64], gradient: &mut [f64]) -> f64;
+    /// The error; writes its derivatives to `gradient`.
+    fn gradient(&mut self, weights: &[T], gradient: &mut [T]) -> f64;
 
-    /// The mean squared error; writes `J'e` to `projected` and the lower triangle of `J'J`, row by row in a
-    /// square matrix, to `normal`, with `J[k][w] = d e_k / d weight_w`. Neither is divided by `n`.
-    fn normal_equations(
-        &mut self,
-        weights: &[f64],
-        normal: &mut [f64],
-        projected: &mut [f64],
-    ) -> f64;
+    /// The error; writes half its gradient times `n`, without a penalty `J'e`, to `projected` and the lower
+    /// triangle of half its Gauss-Newton Hessian times `n`, without a penalty `J'J`, row by row in a square
+    /// matrix, to `normal`, with `J[k][w] = d e_k / d weight_w`.
+    fn normal_equations(&mut self, weights: &[T], normal: &mut [f64], projected: &mut [f64])
+    -> f64;
 }
 
-/// The objective of a feed-forward network in double precision.
+/// The objective of a feed-forward network over all its rows, in `f32` or `f64`.
 ///
-/// Rows are kept in blocks of up to 128, transposed so that all rows of a block advance together through a
-/// neuron in plain loops over 8 lanes.
+/// Rows are transposed once, so that the rows of up to four machine vectors go through the network together, forward
+/// and back, without leaving the first-level cache. Values have the precision `T`; sums over rows go on in `f64`
+/// after at most 256 additions.
 #[derive(Debug, Clone)]
-pub struct NetworkObjective {
+pub struct NetworkObjective<T = f64> {
     topology: Topology,
     rows: usize,
-    blocks: Vec<Block>,
-    tape: Tape,
+    decay: f64,
+    isa: Isa,
+    panels: Panels<T>,
+    tape: Tape<T>,
+    jacobian: Option<Jacobian<T>>,
 }
 
-impl NetworkObjective {
-    /// Lays out the scaled rows for `topology`.
+impl<T: Real> NetworkObjective<T> {
+    /// Lays out the scaled rows for `topology` and the widest vectors of this machine.
     ///
     /// # Errors
     /// [`ShapeError::Inputs`] or [`ShapeError::Outputs`] when the values do not divide into at least one row
     /// of the topology's width, with the numbers of values.
     pub fn new(topology: &Topology, patterns: &Patterns) -> Result<Self, ShapeError> {
+        Self::with_isa(topology, patterns, Isa::detect())
+    }
+
+    /// The same for the vectors of `isa`.
+    ///
+    /// # Errors
+    /// As [`NetworkObjective::new`].
+    pub fn with_isa(
+        topology: &Topology,
+        patterns: &Patterns,
+        isa: Isa,
+    ) -> Result<Self, ShapeError> {
         let (inputs, outputs) = (topology.inputs(), topology.outputs());
         let rows = patterns.inputs.len() / inputs;
         if rows == 0 || patterns.inputs.len() != rows * inputs {
@@ -66,13 +87,26 @@ impl NetworkObjective {
             let needed = rows * outputs;
             return Err(ShapeError::Outputs { needed, given: patterns.targets.len() });
         }
-        let blocks = patterns
-            .inputs
-            .chunks(block::ROWS * inputs)
-            .zip(patterns.targets.chunks(block::ROWS * outputs))
-            .map(|(x, y)| Block::new(x, inputs, y, outputs))
-            .collect();
-        Ok(Self { topology: topology.clone(), rows, blocks, tape: Tape::new(topology) })
+        let width = isa.width::<T>();
+        Ok(Self {
+            topology: topology.clone(),
+            rows,
+            decay: 0.0,
+            isa,
+            panels: Panels::new(topology, patterns, width),
+            tape: Tape::new(topology, width),
+            jacobian: None,
+        })
+    }
+
+    /// Adds the penalty `decay / 2 * sum w^2` over all weights but the biases.
+    ///
+    /// # Errors
+    /// [`SettingError`] unless `decay` is 0 or a positive number.
+    pub fn with_decay(mut self, decay: f64) -> Result<Self, SettingError> {
+        not_negative("decay", decay)?;
+        self.decay = decay;
+        Ok(self)
     }
 
     /// The network's shape.
@@ -87,8 +121,31 @@ impl NetworkObjective {
         self.rows
     }
 
-    fn mean(&self, sum: f64) -> f64 {
-        sum / count(self.residuals())
+    /// The vectors it runs on.
+    #[must_use]
+    pub fn isa(&self) -> Isa {
+        self.isa
+    }
+
+    fn all_rows(&mut self, weights: &[T], wanted: Wanted) -> f64 {
+        let Self { panels, tape, .. } = self;
+        self.isa.dispatch(AllRows { panels, tape, weights, wanted })
+    }
+
+    /// Places of all weights that are no biases.
+    fn decaying(&self) -> impl Iterator<Item = core::ops::Range<usize>> {
+        self.topology.layers().map(|layer| layer.start..layer.biases())
+    }
+
+    /// The mean of squares that sum up to `sum`, with the penalty.
+    fn error(&self, sum: f64, weights: &[T]) -> f64 {
+        let mean = sum / count(self.residuals());
+        if self.decay == 0.0 {
+            return mean;
+        }
+        let squares: f64 =
+            self.decaying().flat_map(|range| &weights[range]).map(|w| w.double().powi(2)).sum();
+        mean + 0.5 * self.decay * squares
     }
 }
 
@@ -97,7 +154,7 @@ pub(super) fn count(n: usize) -> f64 {
     n as f64
 }
 
-impl Objective for NetworkObjective {
+impl<T: Real> Objective<T> for NetworkObjective<T> {
     fn weights(&self) -> usize {
         self.topology.weights()
     }
@@ -106,42 +163,46 @@ impl Objective for NetworkObjective {
         self.rows * self.topology.outputs()
     }
 
-    fn mse(&mut self, weights: &[f64]) -> f64 {
-        let sum = self.blocks.iter().map(|block| self.tape.forward(block, weights)).sum();
-        self.mean(sum)
+    fn mse(&mut self, weights: &[T]) -> f64 {
+        let sum = self.all_rows(weights, Wanted::Error);
+        self.error(sum, weights)
     }
 
-    fn gradient(&mut self, weights: &[f64], gradient: &mut [f64]) -> f64 {
-        gradient.fill(0.0);
-        let mut sum = 0.0;
-        for block in &self.blocks {
-            sum += self.tape.forward(block, weights);
-            self.tape.start_at_residuals();
-            self.tape.backward(weights, &mut |weight, value| gradient[weight] += value.sum());
-        }
+    fn gradient(&mut self, weights: &[T], gradient: &mut [T]) -> f64 {
+        let sum = self.all_rows(weights, Wanted::Gradient);
         let factor = 2.0 / count(self.residuals());
-        gradient.iter_mut().for_each(|g| *g *= factor);
-        self.mean(sum)
+        for (g, total) in gradient.iter_mut().zip(&self.tape.totals) {
+            *g = T::of(factor * total);
+        }
+        if self.decay > 0.0 {
+            for at in self.decaying().flatten() {
+                gradient[at] += T::of(self.decay * weights[at].double());
+            }
+        }
+        self.error(sum, weights)
     }
 
     fn normal_equations(
         &mut self,
-        weights: &[f64],
+        weights: &[T],
         normal: &mut [f64],
         projected: &mut [f64],
     ) -> f64 {
         normal.fill(0.0);
         projected.fill(0.0);
-        let mut sum = 0.0;
-        for block in &self.blocks {
-            sum += self.tape.forward(block, weights);
-            for output in 0..self.topology.outputs() {
-                self.tape.start_at_output(output);
-                self.tape.jacobian(weights);
-                self.tape.add_normal_equations(output, normal, projected);
+        let Self { panels, tape, jacobian, isa, .. } = self;
+        let width = isa.width::<T>();
+        let jacobian = jacobian.get_or_insert_with(|| Jacobian::new(weights.len(), width));
+        let sums = Sums { normal, projected };
+        let sum = isa.dispatch(NormalEquations { panels, tape, jacobian, weights, sums });
+        if self.decay > 0.0 {
+            let half = 0.5 * self.decay * count(self.residuals());
+            for at in self.decaying().flatten() {
+                projected[at] += half * weights[at].double();
+                normal[at * weights.len() + at] += half;
             }
         }
-        self.mean(sum)
+        self.error(sum, weights)
     }
 }
 
@@ -246,7 +307,7 @@ mod tests {
         let topology = Topology::regression(2, &[3], 1).unwrap();
         let build = |inputs: usize, targets: usize| {
             let patterns = Patterns { inputs: vec![0.0; inputs], targets: vec![0.0; targets] };
-            NetworkObjective::new(&topology, &patterns).unwrap_err()
+            NetworkObjective::<f64>::new(&topology, &patterns).unwrap_err()
         };
         assert_eq!(build(0, 0), ShapeError::Inputs { needed: 2, given: 0 });
         assert_eq!(build(5, 2), ShapeError::Inputs { needed: 4, given: 5 });

@@ -1,10 +1,13 @@
 //! A trainer, an objective and stop rules in; the best weights, the error curve and the stop reason out.
 
 use core::fmt;
+use core::time::Duration;
 
 use super::objective::Objective;
+use super::real::Real;
 use super::setting::{SettingError, above_one, not_negative};
 use super::trainer::{Finish, Trainer};
+use super::vector::finite;
 
 /// When to stop.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -20,11 +23,20 @@ pub struct RunConfig {
     pub max_fail: usize,
     /// Training error, as a multiple of the first one, that counts as divergence. Default 1000.
     pub divergence: f64,
+    /// Time after which no further epoch begins, by the clock of [`Training::elapsed`]. Default none.
+    pub time_limit: Option<Duration>,
 }
 
 impl Default for RunConfig {
     fn default() -> Self {
-        Self { epochs: 1000, goal: 0.0, min_gradient: 0.0, max_fail: 6, divergence: 1000.0 }
+        Self {
+            epochs: 1000,
+            goal: 0.0,
+            min_gradient: 0.0,
+            max_fail: 6,
+            divergence: 1000.0,
+            time_limit: None,
+        }
     }
 }
 
@@ -51,7 +63,9 @@ pub enum Stop {
     Gradient,
     /// The validation error had no new best for [`RunConfig::max_fail`] epochs.
     Validation,
-    /// The training error grew beyond the limit or is not finite.
+    /// The time was used up.
+    Time,
+    /// The training error grew beyond the limit, or it or a weight is not finite.
     Diverged {
         /// Epoch at which that was seen.
         epoch: usize,
@@ -68,6 +82,7 @@ impl fmt::Display for Stop {
             Self::Epochs => f.write_str("all epochs used"),
             Self::Goal => f.write_str("goal reached"),
             Self::Gradient => f.write_str("gradient below its limit"),
+            Self::Time => f.write_str("time limit reached"),
             Self::Validation => f.write_str("validation error no longer falls"),
             Self::Diverged { epoch, mse } => {
                 write!(f, "diverged at epoch {epoch} with error {mse:e}; best weights kept")
@@ -100,24 +115,24 @@ pub struct Run {
 }
 
 /// The best weights seen so far.
-struct Best {
-    weights: Vec<f64>,
+struct Best<T> {
+    weights: Vec<T>,
     epoch: usize,
     mse: f64,
     score: f64,
 }
 
 /// A run under way.
-struct Progress<'a> {
+struct Progress<'a, T> {
     config: &'a RunConfig,
-    best: Best,
+    best: Best<T>,
     history: Vec<f64>,
     validation: Vec<f64>,
 }
 
-impl Progress<'_> {
+impl<T: Real> Progress<'_, T> {
     /// Notes the errors of `weights` at the next epoch; returns a reason to stop there.
-    fn note(&mut self, weights: &[f64], mse: f64, validation: Option<f64>) -> Option<Stop> {
+    fn note(&mut self, weights: &[T], mse: f64, validation: Option<f64>) -> Option<Stop> {
         let epoch = self.history.len();
         self.history.push(mse);
         self.validation.extend(validation);
@@ -127,6 +142,10 @@ impl Progress<'_> {
         }
         let score = validation.unwrap_or(mse);
         if score < self.best.score {
+            // An infinite weight may hide behind a saturated neuron.
+            if !finite(weights) {
+                return Some(Stop::Diverged { epoch, mse });
+            }
             self.best.weights.copy_from_slice(weights);
             self.best =
                 Best { epoch, mse, score, weights: core::mem::take(&mut self.best.weights) };
@@ -139,18 +158,39 @@ impl Progress<'_> {
     }
 }
 
-/// Trains from `weights` until a rule of `config` stops it. With a `validation` objective its error decides
-/// which weights are best and can stop the training.
+/// What a run works with.
+pub struct Training<'a, T = f64> {
+    /// The rule, without memory of other runs.
+    pub trainer: &'a mut dyn Trainer<T>,
+    /// The training rows.
+    pub objective: &'a mut dyn Objective<T>,
+    /// The validation rows; their error decides which weights are best and can stop the training.
+    pub validation: Option<&'a mut dyn Objective<T>>,
+    /// Time since the run began, read before each epoch if there is a limit: the library has no clock.
+    pub elapsed: &'a dyn Fn() -> Duration,
+}
+
+impl<T> fmt::Debug for Training<'_, T> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let weights = self.objective.weights();
+        f.debug_struct("Training").field("weights", &weights).finish_non_exhaustive()
+    }
+}
+
+impl<'a, T> Training<'a, T> {
+    /// Without validation rows and without a clock.
+    pub fn new(trainer: &'a mut dyn Trainer<T>, objective: &'a mut dyn Objective<T>) -> Self {
+        Self { trainer, objective, validation: None, elapsed: &|| Duration::ZERO }
+    }
+}
+
+/// Trains from `weights` until a rule of `config` stops it.
 ///
 /// `weights` must have as many values as the objective wants. If the very first error is not finite, the run
 /// reports divergence at epoch 0 and returns the weights it was given.
-pub fn run(
-    trainer: &mut dyn Trainer,
-    objective: &mut dyn Objective,
-    mut validation: Option<&mut dyn Objective>,
-    mut weights: Vec<f64>,
-    config: &RunConfig,
-) -> Run {
+#[must_use]
+pub fn run<T: Real>(training: Training<'_, T>, mut weights: Vec<T>, config: &RunConfig) -> Run {
+    let Training { trainer, objective, mut validation, elapsed } = training;
     let mut progress = Progress {
         config,
         best: Best { weights: weights.clone(), epoch: 0, mse: f64::NAN, score: f64::INFINITY },
@@ -162,9 +202,11 @@ pub fn run(
     let mut epochs = 0;
     let stop = loop {
         let validation_mse = validation.as_mut().map(|rows| rows.mse(&weights));
-        if epochs == config.epochs {
+        let late = config.time_limit.is_some_and(|limit| elapsed() >= limit);
+        if epochs == config.epochs || late {
             let mse = objective.mse(&weights);
-            break progress.note(&weights, mse, validation_mse).unwrap_or(Stop::Epochs);
+            let reason = if late { Stop::Time } else { Stop::Epochs };
+            break progress.note(&weights, mse, validation_mse).unwrap_or(reason);
         }
         before.copy_from_slice(&weights);
         let report = trainer.step(objective, &mut weights);
@@ -182,7 +224,7 @@ pub fn run(
     };
     let Progress { best, history, validation, .. } = progress;
     Run {
-        weights: best.weights,
+        weights: best.weights.iter().map(|weight| weight.double()).collect(),
         best_epoch: best.epoch,
         mse: best.mse,
         history,
@@ -243,7 +285,16 @@ mod tests {
         let mut trainer = Walk { errors: errors.to_vec(), gradient_norm: 1.0 };
         let mut rows = validation.map(<[f64]>::to_vec);
         let rows = rows.as_mut().map(|rows| rows as &mut dyn Objective);
-        run(&mut trainer, &mut errors.to_vec(), rows, vec![0.0], &config)
+        let clock = core::cell::Cell::new(0);
+        let elapsed = || Duration::from_secs(clock.replace(clock.get() + 1));
+        let mut objective = errors.to_vec();
+        let training = Training {
+            trainer: &mut trainer,
+            objective: &mut objective,
+            validation: rows,
+            elapsed: &elapsed,
+        };
+        run(training, vec![0.0], &config)
     }
 
     fn epochs(epochs: usize) -> RunConfig {
@@ -257,6 +308,15 @@ mod tests {
         assert_eq!(outcome.history, [4.0, 3.0, 2.0, 2.5]);
         assert_eq!((outcome.best_epoch, outcome.gradient_evaluations), (2, 6));
         assert_eq!((outcome.weights, outcome.mse.to_bits()), (vec![2.0], 2_f64.to_bits()));
+    }
+
+    #[test]
+    fn no_epoch_begins_after_the_time_limit() {
+        let config = RunConfig { time_limit: Some(Duration::from_secs(2)), ..epochs(3) };
+        let outcome = walk(&[4.0, 3.0, 2.0, 1.0], None, config);
+        assert_eq!((outcome.stop, outcome.epochs, outcome.best_epoch), (Stop::Time, 2, 2));
+        let outcome = walk(&[4.0, 3.0, 2.0, 1.0], None, epochs(3));
+        assert_eq!(outcome.stop, Stop::Epochs, "no limit, no reading of the clock");
     }
 
     #[test]

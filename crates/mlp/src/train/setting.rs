@@ -24,6 +24,10 @@ pub(super) fn above_one(name: &'static str, value: f64) -> Result<(), SettingErr
     require(name, value, value > 1.0, "a number above 1")
 }
 
+pub(super) fn at_least_one(name: &'static str, value: usize) -> Result<(), SettingError> {
+    require(name, super::objective::count(value), value >= 1, "1 or more")
+}
+
 /// Above 0 and below 1.
 pub(super) fn share(name: &'static str, value: f64) -> Result<(), SettingError> {
     require(name, value, value > 0.0 && value < 1.0, "between 0 and 1")

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use rand_chacha::ChaCha8Rng;
 use rand_core::{Rng, SeedableRng};
 
-use mlp::train::{DataSet, NetworkObjective, Objective, Patterns, Topology, Trainer};
+use mlp::train::{DataSet, NetworkObjective, Objective, Patterns, Real, Topology, Trainer};
 
 /// The folder `learning` of the test data, or a word on why there is none.
 pub(crate) fn learning() -> Option<PathBuf> {
@@ -44,7 +44,7 @@ pub(crate) fn surface2() -> Option<Surface2> {
 }
 
 impl Surface2 {
-    pub(crate) fn objective(&self) -> NetworkObjective {
+    pub(crate) fn objective<T: Real>(&self) -> NetworkObjective<T> {
         NetworkObjective::new(&self.topology, &self.patterns).unwrap()
     }
 

@@ -1,6 +1,6 @@
 //! Gradient in, step straight down out: steepest descent with a fixed rate.
 
-use super::{Objective, StepReport, Trainer, norm};
+use super::{Isa, Objective, Real, StepReport, Trainer, add, norm};
 
 /// Settings of [`GradientDescent`].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -17,30 +17,24 @@ impl Default for GradientDescentConfig {
 
 /// Steepest descent: `dw = -rate g`.
 #[derive(Debug, Clone)]
-pub struct GradientDescent {
+pub struct GradientDescent<T = f64> {
+    isa: Isa,
     rate: f64,
-    gradient: Vec<f64>,
+    gradient: Vec<T>,
 }
 
-impl GradientDescent {
+impl<T: Real> GradientDescent<T> {
     /// Ready for the first step on `weights` weights.
     #[must_use]
     pub fn new(config: GradientDescentConfig, weights: usize) -> Self {
-        Self { rate: config.rate, gradient: vec![0.0; weights] }
+        Self { isa: Isa::detect(), rate: config.rate, gradient: vec![T::default(); weights] }
     }
 }
 
-impl Trainer for GradientDescent {
-    fn step(&mut self, objective: &mut dyn Objective, weights: &mut [f64]) -> StepReport {
+impl<T: Real> Trainer<T> for GradientDescent<T> {
+    fn step(&mut self, objective: &mut dyn Objective<T>, weights: &mut [T]) -> StepReport {
         let mse = objective.gradient(weights, &mut self.gradient);
-        for (weight, g) in weights.iter_mut().zip(&self.gradient) {
-            *weight -= self.rate * g;
-        }
-        StepReport {
-            mse,
-            gradient_norm: norm(&self.gradient),
-            gradient_evaluations: 1,
-            finished: None,
-        }
+        add(weights, -self.rate, &self.gradient);
+        StepReport::moved(mse, norm(self.isa, &self.gradient))
     }
 }

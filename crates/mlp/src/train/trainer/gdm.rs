@@ -1,6 +1,6 @@
 //! Gradient in, step with the momentum of earlier steps out.
 
-use super::{Objective, StepReport, Trainer, norm};
+use super::{Isa, Objective, Real, StepReport, Trainer, norm};
 
 /// The two rules that go by the name of momentum.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -33,14 +33,15 @@ impl Default for MomentumConfig {
 
 /// Steepest descent with momentum, in the form of [`MomentumForm`].
 #[derive(Debug, Clone)]
-pub struct Momentum {
-    momentum: f64,
-    rate: f64,
-    gradient: Vec<f64>,
-    steps: Vec<f64>,
+pub struct Momentum<T = f64> {
+    isa: Isa,
+    momentum: T,
+    rate: T,
+    gradient: Vec<T>,
+    steps: Vec<T>,
 }
 
-impl Momentum {
+impl<T: Real> Momentum<T> {
     /// Ready for the first step on `weights` weights, at rest.
     #[must_use]
     pub fn new(config: MomentumConfig, weights: usize) -> Self {
@@ -48,24 +49,25 @@ impl Momentum {
             MomentumForm::Averaged => config.rate * (1.0 - config.momentum),
             MomentumForm::HeavyBall => config.rate,
         };
-        let zeros = vec![0.0; weights];
-        Self { momentum: config.momentum, rate, gradient: zeros.clone(), steps: zeros }
+        let zeros = vec![T::default(); weights];
+        Self {
+            isa: Isa::detect(),
+            momentum: T::of(config.momentum),
+            rate: T::of(rate),
+            gradient: zeros.clone(),
+            steps: zeros,
+        }
     }
 }
 
-impl Trainer for Momentum {
-    fn step(&mut self, objective: &mut dyn Objective, weights: &mut [f64]) -> StepReport {
+impl<T: Real> Trainer<T> for Momentum<T> {
+    fn step(&mut self, objective: &mut dyn Objective<T>, weights: &mut [T]) -> StepReport {
         let mse = objective.gradient(weights, &mut self.gradient);
         let moves = self.steps.iter_mut().zip(&self.gradient);
-        for (weight, (step, g)) in weights.iter_mut().zip(moves) {
+        for (weight, (step, &g)) in weights.iter_mut().zip(moves) {
             *step = self.momentum * *step - self.rate * g;
             *weight += *step;
         }
-        StepReport {
-            mse,
-            gradient_norm: norm(&self.gradient),
-            gradient_evaluations: 1,
-            finished: None,
-        }
+        StepReport::moved(mse, norm(self.isa, &self.gradient))
     }
 }

@@ -4,7 +4,7 @@
 
 use super::super::linear::solve_shifted;
 use super::super::objective::count;
-use super::{Finish, Objective, StepReport, Trainer, norm};
+use super::{Finish, Isa, Objective, Real, StepReport, Trainer, norm};
 
 /// Its two square matrices then fill 256 MiB.
 pub const MAX_WEIGHTS: usize = 4096;
@@ -12,14 +12,30 @@ pub const MAX_WEIGHTS: usize = 4096;
 /// Damping never falls below this, so that it can always rise again.
 const MIN_MU: f64 = 1e-20;
 
+/// How the damping follows the success of the steps.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Damping {
+    /// By `decrease` after every accepted step, however good it was: MATLAB's trainlm.
+    Factors,
+    /// By the gain, the error's true fall over that of the linear model: times `max(1/3, 1 - (2 gain - 1)^3)` after an
+    /// accepted step, times 2, 4, 8, ... after rejected ones (Nielsen 1999).
+    #[default]
+    Gain,
+}
+
 /// Settings of [`LevenbergMarquardt`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LevenbergMarquardtConfig {
-    /// First damping. Default 0.001.
+    /// Which rule. Default by the gain.
+    pub damping: Damping,
+    /// First damping: under [`Damping::Gain`] as a share of the largest diagonal element of `J'J`, under
+    /// [`Damping::Factors`] as it is. Default 0.03.
+    ///
+    /// With a first damping near zero the first step saturates neurons, which costs some starts over 80 epochs.
     pub mu: f64,
-    /// Factor after an accepted step. Default 0.1.
+    /// Factor after an accepted step under [`Damping::Factors`]. Default 0.1.
     pub decrease: f64,
-    /// Factor after a rejected one. Default 10.
+    /// Factor after a rejected one under [`Damping::Factors`]. Default 10.
     pub increase: f64,
     /// Damping at which it gives up. Default 1e10.
     pub max: f64,
@@ -27,66 +43,108 @@ pub struct LevenbergMarquardtConfig {
 
 impl Default for LevenbergMarquardtConfig {
     fn default() -> Self {
-        Self { mu: 0.001, decrease: 0.1, increase: 10.0, max: 1e10 }
+        Self { damping: Damping::Gain, mu: 0.03, decrease: 0.1, increase: 10.0, max: 1e10 }
     }
 }
 
-/// Levenberg-Marquardt. One step is one Jacobian and as many trials as it takes to lower the error. Memory
+/// Levenberg-Marquardt. One step is one Jacobian and as many trials as it takes to lower the error. Products of the
+/// Jacobian and the system of equations are in `f64` whatever the precision of the network. Memory
 /// and time grow with the square and the cube of the number of weights.
 #[derive(Debug, Clone)]
-pub struct LevenbergMarquardt {
+pub struct LevenbergMarquardt<T = f64> {
+    isa: Isa,
     config: LevenbergMarquardtConfig,
-    mu: f64,
+    /// Damping, unknown until the first Jacobian.
+    mu: Option<f64>,
+    /// Factor of the damping after the next rejected step, under [`Damping::Gain`].
+    growth: f64,
     normal: Vec<f64>,
     projected: Vec<f64>,
     factor: Vec<f64>,
     step: Vec<f64>,
-    trial: Vec<f64>,
+    trial: Vec<T>,
 }
 
-impl LevenbergMarquardt {
+impl<T: Real> LevenbergMarquardt<T> {
     /// Ready for the first step on `weights` weights.
     #[must_use]
     pub fn new(config: LevenbergMarquardtConfig, weights: usize) -> Self {
         let (square, zeros) = (vec![0.0; weights * weights], vec![0.0; weights]);
         Self {
+            isa: Isa::detect(),
             config,
-            mu: config.mu,
+            mu: None,
+            growth: 2.0,
             normal: square.clone(),
             projected: zeros.clone(),
             factor: square,
-            step: zeros.clone(),
-            trial: zeros,
+            step: zeros,
+            trial: vec![T::default(); weights],
         }
     }
 
     /// Moves `weights` to a lower error than `mse`; false when no damping up to the limit does.
-    fn descend(&mut self, objective: &mut dyn Objective, weights: &mut [f64], mse: f64) -> bool {
-        while self.mu <= self.config.max {
-            if self.error_of_trial(objective, weights).is_some_and(|trial| trial < mse) {
+    fn descend(&mut self, objective: &mut dyn Objective<T>, weights: &mut [T], mse: f64) -> bool {
+        let mut mu = self.mu.unwrap_or_else(|| self.first_damping());
+        while mu <= self.config.max {
+            let trial = self.error_of_trial(objective, weights, mu);
+            if let Some(trial) = trial.filter(|trial| *trial < mse) {
                 weights.copy_from_slice(&self.trial);
-                self.mu = (self.mu * self.config.decrease).max(MIN_MU);
+                let fall = count(objective.residuals()) * (mse - trial);
+                self.mu = Some((mu * self.less(fall, mu)).max(MIN_MU));
+                self.growth = 2.0;
                 return true;
             }
-            self.mu *= self.config.increase;
+            mu *= match self.config.damping {
+                Damping::Factors => self.config.increase,
+                Damping::Gain => self.growth,
+            };
+            self.growth *= 2.0;
         }
         false
     }
 
-    fn error_of_trial(&mut self, objective: &mut dyn Objective, weights: &[f64]) -> Option<f64> {
+    fn first_damping(&self) -> f64 {
+        if self.config.damping == Damping::Factors {
+            return self.config.mu;
+        }
+        let diagonal = self.normal.iter().step_by(self.projected.len() + 1);
+        (self.config.mu * diagonal.copied().fold(0.0, f64::max)).max(MIN_MU)
+    }
+
+    /// Factor of the damping after a step that lowered the sum of squares by `fall`.
+    fn less(&self, fall: f64, mu: f64) -> f64 {
+        if self.config.damping == Damping::Factors {
+            return self.config.decrease;
+        }
+        let products = self.step.iter().zip(&self.projected);
+        let predicted: f64 = products.map(|(step, p)| step * (mu * step + p)).sum();
+        let gain = fall / predicted;
+        if !gain.is_finite() {
+            return 1.0;
+        }
+        (1.0 - (2.0 * gain - 1.0).powi(3)).clamp(1.0 / 3.0, 2.0)
+    }
+
+    fn error_of_trial(
+        &mut self,
+        objective: &mut dyn Objective<T>,
+        weights: &[T],
+        mu: f64,
+    ) -> Option<f64> {
         self.step.copy_from_slice(&self.projected);
-        solve_shifted(&self.normal, self.mu, &mut self.factor, &mut self.step)?;
+        solve_shifted(&self.normal, mu, &mut self.factor, &mut self.step)?;
         for (trial, (weight, step)) in self.trial.iter_mut().zip(weights.iter().zip(&self.step)) {
-            *trial = weight - step;
+            *trial = T::of(weight.double() - step);
         }
         Some(objective.mse(&self.trial))
     }
 }
 
-impl Trainer for LevenbergMarquardt {
-    fn step(&mut self, objective: &mut dyn Objective, weights: &mut [f64]) -> StepReport {
+impl<T: Real> Trainer<T> for LevenbergMarquardt<T> {
+    fn step(&mut self, objective: &mut dyn Objective<T>, weights: &mut [T]) -> StepReport {
         let mse = objective.normal_equations(weights, &mut self.normal, &mut self.projected);
-        let gradient_norm = 2.0 / count(objective.residuals()) * norm(&self.projected);
+        let gradient_norm = 2.0 / count(objective.residuals()) * norm(self.isa, &self.projected);
         let finished = if !(mse.is_finite() && gradient_norm.is_finite()) {
             Some(Finish::NotFinite)
         } else if gradient_norm == 0.0 {

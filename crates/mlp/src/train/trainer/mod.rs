@@ -6,24 +6,35 @@
 //! | with momentum, two forms | [`gdm`] | 1 gradient |
 //! | RPROP, four variants | [`rprop`] | 1 gradient |
 //! | scaled conjugate gradient | [`scg`] | 2 gradients, 1 after a rejected trial |
+//! | with momentum and adaptive rate | [`gdx`] | 1 gradient |
+//! | L-BFGS | [`lbfgs`] | 1 gradient, more where the line search goes on |
 //! | Levenberg-Marquardt | [`lm`] | 1 Jacobian, 1 error per trial |
+//!
+//! All run in `f32` and `f64`. Every rule is deterministic: equal starts give equal bits on one instruction set.
 
 use core::fmt;
 use core::str::FromStr;
 
+use super::lanes::Isa;
 use super::objective::Objective;
-use super::setting::{SettingError, above_one, not_negative, positive, share};
+use super::real::Real;
+use super::setting::{SettingError, above_one, at_least_one, not_negative, positive, share};
+use super::vector::{add, combine, dot, finite, norm};
 
 pub mod gd;
 pub mod gdm;
+pub mod gdx;
+pub mod lbfgs;
 pub mod lm;
 pub mod rprop;
 pub mod scg;
 
 pub use gd::{GradientDescent, GradientDescentConfig};
 pub use gdm::{Momentum, MomentumConfig, MomentumForm};
-pub use lm::{LevenbergMarquardt, LevenbergMarquardtConfig};
-pub use rprop::{Rprop, RpropConfig, RpropVariant};
+pub use gdx::{AdaptiveRate, AdaptiveRateConfig};
+pub use lbfgs::{Lbfgs, LbfgsConfig};
+pub use lm::{Damping, LevenbergMarquardt, LevenbergMarquardtConfig};
+pub use rprop::{Rprop, RpropConfig, RpropVariant, UnknownVariant};
 pub use scg::{Scg, ScgConfig};
 
 /// What one step saw and did.
@@ -37,6 +48,13 @@ pub struct StepReport {
     pub gradient_evaluations: usize,
     /// Set when the rule can not go on; the weights are then those given.
     pub finished: Option<Finish>,
+}
+
+impl StepReport {
+    /// A step that took one gradient and is not the last.
+    fn moved(mse: f64, gradient_norm: f64) -> Self {
+        Self { mse, gradient_norm, gradient_evaluations: 1, finished: None }
+    }
 }
 
 /// Why a rule can not improve the weights any more.
@@ -61,12 +79,12 @@ impl fmt::Display for Finish {
 }
 
 /// A training rule with its memory of earlier steps.
-pub trait Trainer {
+pub trait Trainer<T = f64> {
     /// Improves `weights` by one epoch.
     ///
     /// Between the steps of one training the caller must not change objective or weights: rules remember
     /// gradients. `weights` has [`Objective::weights`] values.
-    fn step(&mut self, objective: &mut dyn Objective, weights: &mut [f64]) -> StepReport;
+    fn step(&mut self, objective: &mut dyn Objective<T>, weights: &mut [T]) -> StepReport;
 }
 
 /// A training rule and its settings.
@@ -80,6 +98,10 @@ pub enum Algorithm {
     Rprop(RpropConfig),
     /// Scaled conjugate gradient.
     Scg(ScgConfig),
+    /// Steepest descent with momentum and adaptive rate.
+    Gdx(AdaptiveRateConfig),
+    /// Limited-memory BFGS.
+    Lbfgs(LbfgsConfig),
     /// Levenberg-Marquardt.
     Lm(LevenbergMarquardtConfig),
 }
@@ -87,17 +109,19 @@ pub enum Algorithm {
 impl Algorithm {
     /// All rules with their usual settings.
     #[must_use]
-    pub fn all() -> [Self; 5] {
+    pub fn all() -> [Self; 7] {
         [
             Self::Gd(GradientDescentConfig::default()),
             Self::Gdm(MomentumConfig::default()),
             Self::Rprop(RpropConfig::default()),
             Self::Scg(ScgConfig::default()),
             Self::Lm(LevenbergMarquardtConfig::default()),
+            Self::Gdx(AdaptiveRateConfig::default()),
+            Self::Lbfgs(LbfgsConfig::default()),
         ]
     }
 
-    /// Short name: `gd`, `gdm`, `rprop`, `scg` or `lm`.
+    /// Short name: `gd`, `gdm`, `rprop`, `scg`, `lm`, `gdx` or `lbfgs`.
     #[must_use]
     pub const fn name(&self) -> &'static str {
         match self {
@@ -106,6 +130,8 @@ impl Algorithm {
             Self::Rprop(_) => "rprop",
             Self::Scg(_) => "scg",
             Self::Lm(_) => "lm",
+            Self::Gdx(_) => "gdx",
+            Self::Lbfgs(_) => "lbfgs",
         }
     }
 
@@ -113,8 +139,8 @@ impl Algorithm {
     #[must_use]
     pub const fn min_gradient(&self) -> f64 {
         match self {
-            Self::Gd(_) | Self::Gdm(_) | Self::Rprop(_) => 1e-5,
-            Self::Scg(_) => 1e-6,
+            Self::Gd(_) | Self::Gdm(_) | Self::Gdx(_) | Self::Rprop(_) => 1e-5,
+            Self::Scg(_) | Self::Lbfgs(_) => 1e-6,
             Self::Lm(_) => 1e-7,
         }
     }
@@ -128,11 +154,16 @@ impl Algorithm {
             Self::Gd(config) => positive("rate", config.rate),
             Self::Gdm(config) => {
                 positive("rate", config.rate)?;
-                if config.momentum >= 1.0 {
-                    return share("momentum", config.momentum);
-                }
-                not_negative("momentum", config.momentum)
+                check_momentum(config.momentum)
             }
+            Self::Gdx(config) => {
+                positive("rate", config.rate)?;
+                above_one("increase", config.increase)?;
+                share("decrease", config.decrease)?;
+                above_one("max_rise", config.max_rise)?;
+                check_momentum(config.momentum)
+            }
+            Self::Lbfgs(config) => at_least_one("memory", config.memory),
             Self::Rprop(config) => {
                 positive("min", config.min)?;
                 positive("initial", config.initial)?;
@@ -141,7 +172,9 @@ impl Algorithm {
                 share("decrease", config.decrease)
             }
             Self::Scg(config) => {
-                positive("sigma", config.sigma)?;
+                if let Some(sigma) = config.sigma {
+                    positive("sigma", sigma)?;
+                }
                 positive("lambda", config.lambda)
             }
             Self::Lm(config) => {
@@ -164,12 +197,14 @@ impl Algorithm {
 
     /// A trainer without memory, ready for the first step on `weights` weights.
     #[must_use]
-    pub fn trainer(&self, weights: usize) -> Box<dyn Trainer + Send> {
+    pub fn trainer<T: Real>(&self, weights: usize) -> Box<dyn Trainer<T> + Send> {
         match *self {
             Self::Gd(config) => Box::new(GradientDescent::new(config, weights)),
             Self::Gdm(config) => Box::new(Momentum::new(config, weights)),
             Self::Rprop(config) => Box::new(Rprop::new(config, weights)),
             Self::Scg(config) => Box::new(Scg::new(config, weights)),
+            Self::Gdx(config) => Box::new(AdaptiveRate::new(config, weights)),
+            Self::Lbfgs(config) => Box::new(Lbfgs::new(config, weights)),
             Self::Lm(config) => Box::new(LevenbergMarquardt::new(config, weights)),
         }
     }
@@ -177,7 +212,7 @@ impl Algorithm {
 
 /// A text that names no training rule.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("unknown algorithm \"{text}\" (known: gd, gdm, rprop, scg, lm)")]
+#[error("unknown algorithm \"{text}\" (known: gd, gdm, rprop, scg, lm, gdx, lbfgs)")]
 pub struct UnknownAlgorithm {
     /// The text given.
     pub text: String,
@@ -195,12 +230,11 @@ impl FromStr for Algorithm {
     }
 }
 
-fn dot(left: &[f64], right: &[f64]) -> f64 {
-    left.iter().zip(right).map(|(a, b)| a * b).sum()
-}
-
-fn norm(vector: &[f64]) -> f64 {
-    dot(vector, vector).sqrt()
+fn check_momentum(momentum: f64) -> Result<(), SettingError> {
+    if momentum >= 1.0 {
+        return share("momentum", momentum);
+    }
+    not_negative("momentum", momentum)
 }
 
 #[cfg(test)]

@@ -2,7 +2,7 @@
 //!
 //! M. F. Moller, "A scaled conjugate gradient algorithm for fast supervised learning" (1993).
 
-use super::{Finish, Objective, StepReport, Trainer, dot, norm};
+use super::{Finish, Isa, Objective, Real, StepReport, Trainer, combine, dot, finite, norm};
 
 /// The damping stays within these limits.
 const LAMBDA: core::ops::RangeInclusive<f64> = 1e-15..=1e20;
@@ -10,15 +10,16 @@ const LAMBDA: core::ops::RangeInclusive<f64> = 1e-15..=1e20;
 /// Settings of [`Scg`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ScgConfig {
-    /// Length of the probe along the direction that measures the curvature. Default 5e-5.
-    pub sigma: f64,
+    /// Length of the probe along the direction that measures the curvature. Default `None`: 5e-5 in `f64`, 5e-4 in
+    /// `f32`, where a shorter one drowns in rounding.
+    pub sigma: Option<f64>,
     /// First damping of the curvature. Default 5e-7.
     pub lambda: f64,
 }
 
 impl Default for ScgConfig {
     fn default() -> Self {
-        Self { sigma: 5e-5, lambda: 5e-7 }
+        Self { sigma: None, lambda: 5e-7 }
     }
 }
 
@@ -41,26 +42,29 @@ struct Here {
 /// the damping is clamped; a direction that does not descend is replaced by the steepest descent; a trial that
 /// is not finite counts as rejected with no gain.
 #[derive(Debug, Clone)]
-pub struct Scg {
-    config: ScgConfig,
+pub struct Scg<T = f64> {
+    isa: Isa,
+    sigma: f64,
     lambda: f64,
     lambda_bar: f64,
     here: Option<Here>,
     /// Steepest descent `r = -g` at the current weights.
-    descent: Vec<f64>,
+    descent: Vec<T>,
     /// Search direction `p`.
-    direction: Vec<f64>,
-    trial: Vec<f64>,
-    gradient: Vec<f64>,
+    direction: Vec<T>,
+    trial: Vec<T>,
+    gradient: Vec<T>,
 }
 
-impl Scg {
+impl<T: Real> Scg<T> {
     /// Ready for the first step on `weights` weights.
     #[must_use]
     pub fn new(config: ScgConfig, weights: usize) -> Self {
-        let zeros = vec![0.0; weights];
+        let zeros = vec![T::default(); weights];
+        let usual = if T::NAME == f32::NAME { 5e-4 } else { 5e-5 };
         Self {
-            config,
+            isa: Isa::detect(),
+            sigma: config.sigma.unwrap_or(usual),
             lambda: config.lambda,
             lambda_bar: 0.0,
             here: None,
@@ -72,14 +76,12 @@ impl Scg {
     }
 
     /// Gradient and error at `weights + length * direction`, left in `trial` and `gradient`.
-    fn look(&mut self, objective: &mut dyn Objective, weights: &[f64], length: f64) -> f64 {
-        for (trial, (w, p)) in self.trial.iter_mut().zip(weights.iter().zip(&self.direction)) {
-            *trial = w + length * p;
-        }
+    fn look(&mut self, objective: &mut dyn Objective<T>, weights: &[T], length: f64) -> f64 {
+        combine(self.isa, &mut self.trial, weights, length, &self.direction);
         objective.gradient(&self.trial, &mut self.gradient)
     }
 
-    fn begin(&mut self, objective: &mut dyn Objective, weights: &[f64]) -> Here {
+    fn begin(&mut self, objective: &mut dyn Objective<T>, weights: &[T]) -> Here {
         let mse = self.look(objective, weights, 0.0);
         self.take_descent();
         self.direction.copy_from_slice(&self.descent);
@@ -87,17 +89,19 @@ impl Scg {
     }
 
     fn take_descent(&mut self) {
-        for (r, g) in self.descent.iter_mut().zip(&self.gradient) {
+        for (r, &g) in self.descent.iter_mut().zip(&self.gradient) {
             *r = -g;
         }
     }
 
     /// Curvature along the direction by a difference of gradients.
-    fn curvature(&mut self, objective: &mut dyn Objective, weights: &[f64], length: f64) -> f64 {
-        let sigma = self.config.sigma / length;
+    fn curvature(&mut self, objective: &mut dyn Objective<T>, weights: &[T], length: f64) -> f64 {
+        let sigma = self.sigma / length;
         self.look(objective, weights, sigma);
-        let change = self.gradient.iter().zip(&self.descent).map(|(probe, r)| probe + r);
-        self.direction.iter().zip(change).map(|(p, change)| p * change).sum::<f64>() / sigma
+        for (probe, &r) in self.gradient.iter_mut().zip(&self.descent) {
+            *probe += r;
+        }
+        dot(self.isa, &self.direction, &self.gradient) / sigma
     }
 
     /// Damps the curvature until it is positive.
@@ -112,9 +116,9 @@ impl Scg {
     }
 
     /// Moves to the trial and chooses the next direction. `ratio` compares true and predicted gain.
-    fn accept(&mut self, here: &mut Here, weights: &mut [f64], mu: f64, ratio: f64) {
+    fn accept(&mut self, here: &mut Here, weights: &mut [T], mu: f64, ratio: f64) {
         weights.copy_from_slice(&self.trial);
-        let overlap = -dot(&self.gradient, &self.descent);
+        let overlap = -dot(self.isa, &self.gradient, &self.descent);
         self.take_descent();
         self.lambda_bar = 0.0;
         here.moved = true;
@@ -123,9 +127,10 @@ impl Scg {
             here.successes = 0;
             self.direction.copy_from_slice(&self.descent);
         } else {
-            let square = dot(&self.descent, &self.descent);
+            let square = dot(self.isa, &self.descent, &self.descent);
             let beta = (square - overlap) / mu;
-            for (p, r) in self.direction.iter_mut().zip(&self.descent) {
+            let beta = T::of(beta);
+            for (p, &r) in self.direction.iter_mut().zip(&self.descent) {
                 *p = r + beta * *p;
             }
         }
@@ -136,7 +141,7 @@ impl Scg {
 
     /// The descent's share along the direction, `p'r`; restarts with the steepest descent unless positive.
     fn slope(&mut self, here: &mut Here) -> f64 {
-        let mu = dot(&self.direction, &self.descent);
+        let mu = dot(self.isa, &self.direction, &self.descent);
         if mu > 0.0 {
             return mu;
         }
@@ -144,18 +149,18 @@ impl Scg {
         here.successes = 0;
         here.moved = true;
         self.lambda_bar = 0.0;
-        dot(&self.descent, &self.descent)
+        dot(self.isa, &self.descent, &self.descent)
     }
 
     /// One trial along the direction; returns the gradients it cost and why it is the last, if it is.
     fn attempt(
         &mut self,
-        objective: &mut dyn Objective,
-        weights: &mut [f64],
+        objective: &mut dyn Objective<T>,
+        weights: &mut [T],
         here: &mut Here,
     ) -> (usize, Option<Finish>) {
         let mu = self.slope(here);
-        let square = dot(&self.direction, &self.direction);
+        let square = dot(self.isa, &self.direction, &self.direction);
         if square == 0.0 || mu == 0.0 {
             return (0, Some(Finish::Flat));
         }
@@ -173,7 +178,7 @@ impl Scg {
         here.delta = self.damp(here.delta, square);
         let alpha = mu / here.delta;
         let mse = self.look(objective, weights, alpha);
-        let usable = mse.is_finite() && self.gradient.iter().all(|g| g.is_finite());
+        let usable = mse.is_finite() && finite(&self.gradient);
         let ratio = if usable { 2.0 * here.delta * (here.mse - mse) / (mu * mu) } else { 0.0 };
         if usable && ratio >= 0.0 {
             self.accept(here, weights, mu, ratio);
@@ -191,13 +196,13 @@ impl Scg {
     }
 }
 
-impl Trainer for Scg {
-    fn step(&mut self, objective: &mut dyn Objective, weights: &mut [f64]) -> StepReport {
+impl<T: Real> Trainer<T> for Scg<T> {
+    fn step(&mut self, objective: &mut dyn Objective<T>, weights: &mut [T]) -> StepReport {
         let (mut here, first) = match self.here {
             Some(here) => (here, 0),
             None => (self.begin(objective, weights), 1),
         };
-        let (mse, gradient_norm) = (here.mse, norm(&self.descent));
+        let (mse, gradient_norm) = (here.mse, norm(self.isa, &self.descent));
         let (cost, finished) = if mse.is_finite() && gradient_norm.is_finite() {
             self.attempt(objective, weights, &mut here)
         } else {

@@ -1,0 +1,130 @@
+//! Our side of `scripts/network-peers.sh`: writes the data for the other libraries, then prints our times, one a line:
+//! `NAME<tab>VALUE<tab>UNIT`. Each value is the least of several rounds, because the machine may be busy.
+
+use core::{error::Error, hint::black_box};
+use std::{env, fs, path::Path, time::Instant};
+
+use mlp::train::{
+    Algorithm, Isa, NetworkObjective, Objective as _, Real,
+    trainer::{LevenbergMarquardtConfig, RpropConfig, ScgConfig},
+};
+use slip_benches::{
+    networks,
+    peers::{Case, building, surface},
+};
+
+#[expect(clippy::disallowed_methods, reason = "a bench reads the clock")]
+fn now() -> Instant {
+    Instant::now()
+}
+
+/// Least time of a call in `rounds` rounds of `calls` (s).
+fn least(rounds: usize, calls: u32, mut call: impl FnMut()) -> f64 {
+    let round = |call: &mut dyn FnMut()| {
+        let start = now();
+        for _ in 0..calls {
+            call();
+        }
+        start.elapsed().as_secs_f64() / f64::from(calls)
+    };
+    (0..rounds).map(|_| round(&mut call)).fold(f64::INFINITY, f64::min)
+}
+
+#[expect(clippy::print_stdout, reason = "the script reads these lines")]
+fn print(name: &str, value: f64, unit: &str) {
+    println!("{name}\t{value:.4}\t{unit}");
+}
+
+fn epochs<T: Real>(case: &Case, isa: Isa, epochs: u32) -> Result<(), Box<dyn Error>> {
+    let mut objective = NetworkObjective::<T>::with_isa(&case.topology, &case.patterns, isa)?;
+    let start: Vec<T> = case.weights.iter().map(|&weight| T::of(weight)).collect();
+    let rules = [
+        ("rprop", Algorithm::Rprop(RpropConfig::default())),
+        ("scg", Algorithm::Scg(ScgConfig::default())),
+        ("lm", Algorithm::Lm(LevenbergMarquardtConfig::default())),
+    ];
+    for (name, algorithm) in rules {
+        let mut gradients = 0;
+        let mut total = 0_u32;
+        // A step of lm costs a hundred of the others on the larger net.
+        let epochs = if name == "lm" { (epochs / 50).max(1) } else { epochs };
+        let seconds = least(9, 1, || {
+            let mut trainer = algorithm.trainer::<T>(start.len());
+            let mut weights = start.clone();
+            for _ in 0..epochs {
+                gradients +=
+                    black_box(trainer.step(&mut objective, &mut weights)).gradient_evaluations;
+            }
+            total += epochs;
+        });
+        let name = format!("{name} {} {} {isa}", case.name, T::NAME);
+        print(&name, seconds / f64::from(epochs) * 1e6, "us/epoch");
+        if name.starts_with("scg") {
+            print(&format!("{name} gradients"), gradients as f64 / f64::from(total), "1/epoch");
+        }
+    }
+    let mut gradient = start.clone();
+    let seconds = least(9, epochs, || {
+        black_box(objective.gradient(black_box(&start), &mut gradient));
+    });
+    print(&format!("gradient {} {} {isa}", case.name, T::NAME), seconds * 1e6, "us");
+    Ok(())
+}
+
+fn forward() -> Result<(), Box<dyn Error>> {
+    let (small, deep) = (networks::small()?, networks::deep()?);
+    let mut input = [0.25_f32, -0.5];
+    time_forward("2-10-1", &mut input, |input| small.forward(input)[0]);
+    time_forward("2-10-1 exact", &mut input, |input| small.forward_exact(input)[0]);
+    time_forward("16-32-16-1", &mut [0.25; 16], |input| deep.forward(input)[0]);
+    for sizes in [&[2, 10, 1][..], &[16, 32, 16, 1]] {
+        let network = networks::network(sizes)?;
+        let name: Vec<String> = sizes.iter().map(ToString::to_string).collect();
+        let mut input = vec![0.25; network.inputs()];
+        let pass = |input: &Vec<f32>| {
+            let mut output = [0.0];
+            // Lengths fit; an error would leave the output at zero.
+            black_box(network.forward(input, &mut output).is_ok());
+            output[0]
+        };
+        time_forward(&format!("{} slice", name.join("-")), &mut input, pass);
+    }
+    Ok(())
+}
+
+fn time_forward<I: AsMut<[f32]>>(name: &str, input: &mut I, pass: impl Fn(&I) -> f32) {
+    let seconds = least(15, 50_000, || {
+        black_box(pass(black_box(input)));
+    });
+    print(&format!("forward {name} throughput"), seconds * 1e9, "ns");
+    let seconds = least(15, 50_000, || {
+        let output = pass(input);
+        input.as_mut()[0] = output * 0.5;
+    });
+    print(&format!("forward {name} latency"), seconds * 1e9, "ns");
+}
+
+fn write(case: &Case, directory: &Path) -> Result<(), Box<dyn Error>> {
+    fs::write(directory.join(format!("{}.data", case.name)), case.fann())?;
+    fs::write(directory.join(format!("{}.weights", case.name)), case.weights_by_neuron())?;
+    Ok(())
+}
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let cases = [(surface()?, 2000), (building()?, 60)];
+    if let Some(directory) = env::var_os("PEERS_DATA") {
+        for (case, _) in &cases {
+            write(case, Path::new(&directory))?;
+        }
+    }
+    // `cargo test --benches` runs this without `--bench`: then it only has to work.
+    let measure = env::args().any(|argument| argument == "--bench");
+    for (case, count) in &cases {
+        let count = if measure { *count } else { 2 };
+        for isa in Isa::available() {
+            epochs::<f32>(case, isa, count)?;
+            epochs::<f64>(case, isa, count)?;
+        }
+    }
+    forward()
+}

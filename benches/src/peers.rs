@@ -1,0 +1,99 @@
+//! Nothing in; the data sets, networks and starting weights on which other libraries are compared out.
+
+use core::fmt::Write as _;
+
+use mlp::{
+    ShapeError,
+    train::{Patterns, Topology, init::nguyen_widrow},
+};
+use rand_chacha::ChaCha8Rng;
+use rand_core::{Rng as _, SeedableRng as _};
+
+/// A network, its rows and its starting weights.
+#[derive(Clone, Debug)]
+pub struct Case {
+    /// Name in tables and file names.
+    pub name: &'static str,
+    /// Shape: tanh, then linear.
+    pub topology: Topology,
+    /// Rows, inputs and targets in [-1, 1].
+    pub patterns: Patterns,
+    /// Starting weights.
+    pub weights: Vec<f64>,
+}
+
+/// Uniform in [-1, 1).
+fn uniform(rng: &mut ChaCha8Rng) -> f64 {
+    f64::from(rng.next_u32()) / 2_147_483_648.0 - 1.0
+}
+
+/// A smooth surface over two inputs with noise: 100 rows, 2-10-1.
+///
+/// # Errors
+/// Never: the shape is possible.
+pub fn surface() -> Result<Case, ShapeError> {
+    let mut rng = ChaCha8Rng::seed_from_u64(11);
+    let mut patterns = Patterns { inputs: Vec::new(), targets: Vec::new() };
+    for _ in 0..100 {
+        let (x, y) = (uniform(&mut rng), uniform(&mut rng));
+        let smooth = 0.6 * (core::f64::consts::PI * x).sin() * y + 0.4 * (2.5 * y).cos() + 0.3 * x;
+        patterns.inputs.extend([x, y]);
+        patterns.targets.push(smooth + 0.08 * uniform(&mut rng));
+    }
+    let topology = Topology::regression(2, &[10], 1)?;
+    let weights = nguyen_widrow(&topology, 1);
+    Ok(Case { name: "surface2", topology, patterns, weights })
+}
+
+/// Made-up rows in the shape of Proben1's building1: 2104 rows, 14-16-3.
+///
+/// # Errors
+/// Never: the shape is possible.
+pub fn building() -> Result<Case, ShapeError> {
+    let mut rng = ChaCha8Rng::seed_from_u64(12);
+    let mut patterns = Patterns { inputs: Vec::new(), targets: Vec::new() };
+    for _ in 0..2104 {
+        let row: Vec<f64> = (0..14).map(|_| uniform(&mut rng)).collect();
+        let sum = |step: usize| row.iter().step_by(step).sum::<f64>() / 4.0;
+        let targets = [sum(2).tanh(), (sum(3) * row[1]).sin(), 0.5 * (sum(5) - row[7])];
+        patterns.targets.extend(targets);
+        patterns.inputs.extend(row);
+    }
+    let topology = Topology::regression(14, &[16], 3)?;
+    let weights = nguyen_widrow(&topology, 1);
+    Ok(Case { name: "building1", topology, patterns, weights })
+}
+
+impl Case {
+    /// The rows as FANN reads them: a line of counts, then inputs and targets on alternate lines.
+    #[must_use]
+    pub fn fann(&self) -> String {
+        let (inputs, outputs) = (self.topology.inputs(), self.topology.outputs());
+        let rows = self.patterns.inputs.len() / inputs;
+        let mut text = format!("{rows} {inputs} {outputs}\n");
+        let targets = self.patterns.targets.chunks(outputs);
+        for (x, y) in self.patterns.inputs.chunks(inputs).zip(targets) {
+            for line in [x, y] {
+                let fields: Vec<String> = line.iter().map(|field| format!("{field:.9}")).collect();
+                let _infallible = writeln!(text, "{}", fields.join(" "));
+            }
+        }
+        text
+    }
+
+    /// The starting weights, neuron by neuron: its weights, then its bias.
+    #[must_use]
+    pub fn weights_by_neuron(&self) -> String {
+        let mut text = String::new();
+        for layer in self.topology.layers() {
+            for neuron in 0..layer.to {
+                let row = layer.start + neuron * layer.from;
+                for weight in &self.weights[row..row + layer.from] {
+                    let _infallible = writeln!(text, "{weight:.9}");
+                }
+                let _infallible = writeln!(text, "{:.9}", self.weights[layer.biases() + neuron]);
+            }
+        }
+        text
+    }
+}

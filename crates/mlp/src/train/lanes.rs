@@ -1,0 +1,311 @@
+//! Vectors of a machine's width in, their sums, products and hyperbolic tangents out.
+
+use core::fmt;
+
+use pulp::{Arch, Simd, WithSimd};
+
+use crate::tanh;
+
+/// The instructions the kernel runs on.
+///
+/// Results of different instruction sets differ by rounding (fused multiply-add, order of sums); on one
+/// of them equal inputs give equal bits.
+#[derive(Clone, Copy, Debug)]
+pub struct Isa(Kind);
+
+#[derive(Clone, Copy, Debug)]
+enum Kind {
+    Native(Arch),
+    /// One number at a time; the compiler joins those of a panel to what every machine of the target has.
+    Portable,
+}
+
+impl Isa {
+    /// The widest vectors this machine has.
+    #[must_use]
+    pub fn detect() -> Self {
+        match Arch::new() {
+            Arch::Scalar => Self::portable(),
+            native => Self(Kind::Native(native)),
+        }
+    }
+
+    /// What every machine of the target has.
+    #[must_use]
+    pub const fn portable() -> Self {
+        Self(Kind::Portable)
+    }
+
+    /// All that this machine has, widest first, for tests and benches.
+    #[must_use]
+    pub fn available() -> Vec<Self> {
+        let mut all = vec![Self::detect()];
+        #[cfg(target_arch = "x86_64")]
+        if let (Kind::Native(Arch::V4(_)), Some(avx2)) = (all[0].0, pulp::x86::V3::try_new()) {
+            all.push(Self(Kind::Native(Arch::V3(avx2))));
+        }
+        if matches!(all[0].0, Kind::Native(_)) {
+            all.push(Self::portable());
+        }
+        all
+    }
+
+    /// Replaces every value by its hyperbolic tangent, as the objective computes it on this instruction set:
+    /// [`rational`](crate::tanh::rational) in `f32`, fused where the machine can, [`double`](crate::tanh::double) in
+    /// `f64`.
+    pub fn tanh<T: Lanes>(self, values: &mut [T]) {
+        struct Op<'a, T>(&'a mut [T]);
+        impl<T: Lanes> WithSimd for Op<'_, T> {
+            type Output = ();
+
+            #[inline(always)]
+            fn with_simd<S: Simd>(self, simd: S) {
+                let width = size_of::<T::Vector<S>>() / size_of::<T>();
+                let whole = self.0.len() - self.0.len() % width;
+                let (vectors, rest) = self.0.split_at_mut(whole);
+                T::tanh(simd, vectors);
+                // A last vector filled up with zeros.
+                let mut last = [T::ZERO; 64];
+                last[..rest.len()].copy_from_slice(rest);
+                T::tanh(simd, &mut last);
+                rest.copy_from_slice(&last[..rest.len()]);
+            }
+        }
+        self.dispatch(Op(values));
+    }
+
+    /// Runs `op` with vectors of this kind.
+    #[inline]
+    pub(crate) fn dispatch<Op: WithSimd>(self, op: Op) -> Op::Output {
+        match self.0 {
+            Kind::Native(arch) => arch.dispatch(op),
+            Kind::Portable => pulp::Scalar::new().vectorize(op),
+        }
+    }
+
+    /// Numbers in one vector.
+    pub(crate) fn width<T: Lanes>(self) -> usize {
+        struct Width<T>(core::marker::PhantomData<T>);
+        impl<T: Lanes> WithSimd for Width<T> {
+            type Output = usize;
+
+            #[inline(always)]
+            fn with_simd<S: Simd>(self, _: S) -> usize {
+                size_of::<T::Vector<S>>() / size_of::<T>()
+            }
+        }
+        self.dispatch(Width::<T>(core::marker::PhantomData))
+    }
+}
+
+impl fmt::Display for Isa {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self.0 {
+            #[cfg(target_arch = "x86_64")]
+            Kind::Native(Arch::V4(_)) => "AVX-512",
+            #[cfg(target_arch = "x86_64")]
+            Kind::Native(Arch::V3(_)) => "AVX2",
+            Kind::Native(_) => "native",
+            Kind::Portable => "portable",
+        })
+    }
+}
+
+/// Arithmetic on whole vectors. Everything is inlined into a function compiled for the machine's vectors.
+pub trait Lanes: Sized + Copy {
+    /// Zero.
+    const ZERO: Self;
+
+    /// Vector of this type.
+    type Vector<S: Simd>: Copy;
+
+    /// Whole vectors of a slice, the rest left out.
+    fn vectors<S: Simd>(slice: &[Self]) -> &[Self::Vector<S>];
+    /// The same to be written to.
+    fn vectors_mut<S: Simd>(slice: &mut [Self]) -> &mut [Self::Vector<S>];
+    /// All lanes equal to `x`.
+    fn splat<S: Simd>(simd: S, x: Self) -> Self::Vector<S>;
+    /// `a + b`.
+    fn sum<S: Simd>(simd: S, a: Self::Vector<S>, b: Self::Vector<S>) -> Self::Vector<S>;
+    /// `a - b`.
+    fn difference<S: Simd>(simd: S, a: Self::Vector<S>, b: Self::Vector<S>) -> Self::Vector<S>;
+    /// `a b`.
+    fn product<S: Simd>(simd: S, a: Self::Vector<S>, b: Self::Vector<S>) -> Self::Vector<S>;
+    /// `a b + c`, fused where the machine can.
+    fn mul_add<S: Simd>(
+        simd: S,
+        a: Self::Vector<S>,
+        b: Self::Vector<S>,
+        c: Self::Vector<S>,
+    ) -> Self::Vector<S>;
+    /// `x` where `v > 0`, otherwise 0.
+    fn where_positive<S: Simd>(simd: S, v: Self::Vector<S>, x: Self::Vector<S>) -> Self::Vector<S>;
+    /// 0 where `v < 0`, otherwise `v`: NaN stays.
+    fn ramp<S: Simd>(simd: S, v: Self::Vector<S>) -> Self::Vector<S>;
+    /// Sum of all lanes.
+    fn total<S: Simd>(simd: S, v: Self::Vector<S>) -> Self;
+    /// Hyperbolic tangent of every number of whole vectors.
+    fn tanh<S: Simd>(simd: S, values: &mut [Self]);
+}
+
+impl Lanes for f32 {
+    const ZERO: Self = 0.0;
+    type Vector<S: Simd> = S::f32s;
+
+    #[inline(always)]
+    fn vectors<S: Simd>(slice: &[Self]) -> &[S::f32s] {
+        S::as_simd_f32s(slice).0
+    }
+
+    #[inline(always)]
+    fn vectors_mut<S: Simd>(slice: &mut [Self]) -> &mut [S::f32s] {
+        S::as_mut_simd_f32s(slice).0
+    }
+
+    #[inline(always)]
+    fn splat<S: Simd>(simd: S, x: Self) -> S::f32s {
+        simd.splat_f32s(x)
+    }
+
+    #[inline(always)]
+    fn sum<S: Simd>(simd: S, a: S::f32s, b: S::f32s) -> S::f32s {
+        simd.add_f32s(a, b)
+    }
+
+    #[inline(always)]
+    fn difference<S: Simd>(simd: S, a: S::f32s, b: S::f32s) -> S::f32s {
+        simd.sub_f32s(a, b)
+    }
+
+    #[inline(always)]
+    fn product<S: Simd>(simd: S, a: S::f32s, b: S::f32s) -> S::f32s {
+        simd.mul_f32s(a, b)
+    }
+
+    #[inline(always)]
+    fn mul_add<S: Simd>(simd: S, a: S::f32s, b: S::f32s, c: S::f32s) -> S::f32s {
+        simd.mul_add_e_f32s(a, b, c)
+    }
+
+    #[inline(always)]
+    fn where_positive<S: Simd>(simd: S, v: S::f32s, x: S::f32s) -> S::f32s {
+        let zero = simd.splat_f32s(0.0);
+        simd.select_f32s(simd.greater_than_f32s(v, zero), x, zero)
+    }
+
+    #[inline(always)]
+    fn ramp<S: Simd>(simd: S, v: S::f32s) -> S::f32s {
+        let zero = simd.splat_f32s(0.0);
+        simd.select_f32s(simd.less_than_f32s(v, zero), zero, v)
+    }
+
+    #[inline(always)]
+    fn total<S: Simd>(simd: S, v: S::f32s) -> Self {
+        simd.reduce_sum_f32s(v)
+    }
+
+    #[inline(always)]
+    fn tanh<S: Simd>(simd: S, values: &mut [Self]) {
+        for value in S::as_mut_simd_f32s(values).0 {
+            *value = tanh_f32(simd, *value);
+        }
+    }
+}
+
+/// [`tanh::rational`] of a vector.
+#[inline(always)]
+fn tanh_f32<S: Simd>(simd: S, x: S::f32s) -> S::f32s {
+    let splat = |x: f32| simd.splat_f32s(x);
+    let limit = splat(tanh::LIMIT);
+    // Selected by comparison and not by `min` and `max`: NaN has to stay.
+    let clamped = simd.select_f32s(simd.greater_than_f32s(x, limit), limit, x);
+    let low = simd.neg_f32s(limit);
+    let clamped = simd.select_f32s(simd.less_than_f32s(clamped, low), low, clamped);
+    let square = simd.mul_f32s(clamped, clamped);
+    let [p0, p1, p2] = tanh::NUMERATOR;
+    let [q0, q1, q2, q3] = tanh::DENOMINATOR;
+    let p = simd.mul_add_e_f32s(splat(p2), square, splat(p1));
+    let q = simd.mul_add_e_f32s(splat(q3), square, splat(q2));
+    let p = simd.mul_add_e_f32s(p, square, splat(p0));
+    let q = simd.mul_add_e_f32s(q, square, splat(q1));
+    let n = simd.mul_f32s(clamped, p);
+    let q = simd.mul_add_e_f32s(q, square, splat(q0));
+    let above = simd.mul_f32s(n, simd.add_f32s(q, q));
+    let below = simd.mul_add_e_f32s(n, n, simd.mul_f32s(q, q));
+    let y = simd.div_f32s(above, below);
+    let one = splat(1.0);
+    let y = simd.select_f32s(simd.greater_than_f32s(y, one), one, y);
+    let minus = splat(-1.0);
+    simd.select_f32s(simd.less_than_f32s(y, minus), minus, y)
+}
+
+impl Lanes for f64 {
+    const ZERO: Self = 0.0;
+    type Vector<S: Simd> = S::f64s;
+
+    #[inline(always)]
+    fn vectors<S: Simd>(slice: &[Self]) -> &[S::f64s] {
+        S::as_simd_f64s(slice).0
+    }
+
+    #[inline(always)]
+    fn vectors_mut<S: Simd>(slice: &mut [Self]) -> &mut [S::f64s] {
+        S::as_mut_simd_f64s(slice).0
+    }
+
+    #[inline(always)]
+    fn splat<S: Simd>(simd: S, x: Self) -> S::f64s {
+        simd.splat_f64s(x)
+    }
+
+    #[inline(always)]
+    fn sum<S: Simd>(simd: S, a: S::f64s, b: S::f64s) -> S::f64s {
+        simd.add_f64s(a, b)
+    }
+
+    #[inline(always)]
+    fn difference<S: Simd>(simd: S, a: S::f64s, b: S::f64s) -> S::f64s {
+        simd.sub_f64s(a, b)
+    }
+
+    #[inline(always)]
+    fn product<S: Simd>(simd: S, a: S::f64s, b: S::f64s) -> S::f64s {
+        simd.mul_f64s(a, b)
+    }
+
+    #[inline(always)]
+    fn mul_add<S: Simd>(simd: S, a: S::f64s, b: S::f64s, c: S::f64s) -> S::f64s {
+        simd.mul_add_e_f64s(a, b, c)
+    }
+
+    #[inline(always)]
+    fn where_positive<S: Simd>(simd: S, v: S::f64s, x: S::f64s) -> S::f64s {
+        let zero = simd.splat_f64s(0.0);
+        simd.select_f64s(simd.greater_than_f64s(v, zero), x, zero)
+    }
+
+    #[inline(always)]
+    fn ramp<S: Simd>(simd: S, v: S::f64s) -> S::f64s {
+        let zero = simd.splat_f64s(0.0);
+        simd.select_f64s(simd.less_than_f64s(v, zero), zero, v)
+    }
+
+    #[inline(always)]
+    fn total<S: Simd>(simd: S, v: S::f64s) -> Self {
+        simd.reduce_sum_f64s(v)
+    }
+
+    #[inline(always)]
+    fn tanh<S: Simd>(_: S, values: &mut [Self]) {
+        // Vectors longer than a number come with fused multiply-add; elsewhere it would be a call.
+        if size_of::<S::f64s>() > size_of::<Self>() {
+            for value in values {
+                *value = tanh::double_by(*value, Self::mul_add);
+            }
+        } else {
+            for value in values {
+                *value = tanh::double(*value);
+            }
+        }
+    }
+}

@@ -1,0 +1,182 @@
+//! Weights in, sums over all rows out: the whole data set in one call compiled for the machine's vectors.
+
+use pulp::{Simd, WithSimd};
+
+use super::super::aligned::Aligned;
+use super::super::real::Real;
+use super::super::topology::{Layer, Topology};
+use super::panel::{Panel, Panels, VECTORS};
+use super::pass::{
+    accumulate, activate, carry_back, columns, columns_mut, residuals, through_activation,
+    weighted_sums,
+};
+
+/// Panels whose derivatives are summed in the kernel's precision before the sums go on in double precision.
+///
+/// A lane then adds at most 256 values, so that sums in `f32` lose no more than some 1e-6 of their terms however
+/// many rows there are.
+const PANELS_IN_A_ROW: usize = 64;
+
+/// Memory of a pass over one panel and of the sums.
+#[derive(Debug, Clone)]
+pub(super) struct Tape<T> {
+    pub(super) layers: Vec<Layer>,
+    /// Per layer of weights: the values of all neurons for all rows of a panel.
+    pub(super) values: Vec<Aligned<T>>,
+    /// Per layer of weights: derivatives with respect to the neurons' sums.
+    pub(super) deltas: Vec<Aligned<T>>,
+    /// One vector a weight.
+    accumulators: Aligned<T>,
+    /// Sums over all rows, one a weight.
+    pub(super) totals: Vec<f64>,
+}
+
+impl<T: Real> Tape<T> {
+    pub(super) fn new(topology: &Topology, width: usize) -> Self {
+        let room = |neurons: &usize| Aligned::zeros(neurons * VECTORS * width);
+        let layers: Vec<Layer> = topology.layers().collect();
+        Self {
+            values: topology.sizes()[1..].iter().map(room).collect(),
+            deltas: topology.sizes()[1..].iter().map(room).collect(),
+            accumulators: Aligned::zeros(topology.weights() * width),
+            totals: vec![0.0; topology.weights()],
+            layers,
+        }
+    }
+}
+
+/// What is wanted of the rows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Wanted {
+    /// The sum of squared residuals.
+    Error,
+    /// That and, in [`Tape::totals`], its derivatives by the weights, halved.
+    Gradient,
+}
+
+/// A pass over all rows; yields the sum of squared residuals.
+pub(super) struct AllRows<'a, T> {
+    pub(super) panels: &'a Panels<T>,
+    pub(super) tape: &'a mut Tape<T>,
+    pub(super) weights: &'a [T],
+    pub(super) wanted: Wanted,
+}
+
+impl<T: Real> WithSimd for AllRows<'_, T> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> f64 {
+        let Self { panels, tape, weights, wanted } = self;
+        let mut sum = 0.0;
+        tape.totals.fill(0.0);
+        for some in panels.panels.chunks(PANELS_IN_A_ROW) {
+            tape.accumulators.get_mut().fill(T::of(0.0));
+            let mut squares = T::splat(simd, T::of(0.0));
+            for panel in some {
+                let work = One { simd, panels, panel, weights };
+                match panel.vectors {
+                    1 => work.run::<1>(tape, &mut squares, wanted),
+                    2 => work.run::<2>(tape, &mut squares, wanted),
+                    3 => work.run::<3>(tape, &mut squares, wanted),
+                    _ => work.run::<VECTORS>(tape, &mut squares, wanted),
+                }
+            }
+            sum += T::total(simd, squares).double();
+            if wanted == Wanted::Gradient {
+                let vectors = T::vectors::<S>(tape.accumulators.get());
+                for (total, &vector) in tape.totals.iter_mut().zip(vectors) {
+                    *total += T::total(simd, vector).double();
+                }
+            }
+        }
+        sum
+    }
+}
+
+/// A pass over one panel.
+pub(super) struct One<'a, T, S> {
+    pub(super) simd: S,
+    pub(super) panels: &'a Panels<T>,
+    pub(super) panel: &'a Panel,
+    pub(super) weights: &'a [T],
+}
+
+impl<T: Real, S: Simd> One<'_, T, S> {
+    #[inline(always)]
+    fn run<const K: usize>(self, tape: &mut Tape<T>, squares: &mut T::Vector<S>, wanted: Wanted) {
+        let inputs = self.forward::<K>(tape, squares);
+        if wanted == Wanted::Gradient {
+            self.backward::<K>(tape, inputs);
+        }
+    }
+
+    /// Weights of the lanes of the last vector where some are empty.
+    #[inline(always)]
+    pub(super) fn mask(&self) -> Option<T::Vector<S>> {
+        if !self.panel.ragged {
+            return None;
+        }
+        T::vectors::<S>(self.panels.mask.get()).first().copied()
+    }
+
+    /// Computes all neurons and leaves the residuals as deltas of the last layer; returns the panel's inputs.
+    #[inline(always)]
+    pub(super) fn forward<const K: usize>(
+        &self,
+        tape: &mut Tape<T>,
+        squares: &mut T::Vector<S>,
+    ) -> &[[T::Vector<S>; K]] {
+        let simd = self.simd;
+        let width = self.panels.mask.get().len();
+        let data = columns::<T, S, K>(&self.panels.values.get()[self.panel.start..]);
+        let (inputs, rest) = data.split_at(tape.layers[0].from);
+        for (at, layer) in tape.layers.iter().enumerate() {
+            let (before, after) = tape.values.split_at_mut(at);
+            let used = layer.to * K * width;
+            let to = &mut after[0].get_mut()[..used];
+            let layer_weights = &self.weights[layer.start..layer.end()];
+            match before.last() {
+                None => {
+                    weighted_sums(simd, layer_weights, inputs, columns_mut::<T, S, K>(to));
+                }
+                Some(values) => {
+                    let from = &columns::<T, S, K>(values.get())[..layer.from];
+                    weighted_sums(simd, layer_weights, from, columns_mut::<T, S, K>(to));
+                }
+            }
+            activate::<T, S>(simd, layer.activation, to);
+        }
+        let last = tape.layers.len() - 1;
+        let outputs = columns::<T, S, K>(tape.values[last].get());
+        let targets = &rest[..tape.layers[last].to];
+        let deltas = columns_mut::<T, S, K>(tape.deltas[last].get_mut());
+        residuals::<T, S, K>(simd, [outputs, targets], self.mask(), deltas, squares);
+        inputs
+    }
+
+    #[inline(always)]
+    fn backward<const K: usize>(&self, tape: &mut Tape<T>, inputs: &[[T::Vector<S>; K]]) {
+        let simd = self.simd;
+        let width = self.panels.mask.get().len();
+        for (at, &layer) in tape.layers.iter().enumerate().rev() {
+            let (before, after) = tape.deltas.split_at_mut(at);
+            let used = layer.to * K * width;
+            let deltas = &mut after[0].get_mut()[..used];
+            let values = &tape.values[at].get()[..used];
+            through_activation::<T, S>(simd, layer.activation, values, deltas);
+            let deltas = columns::<T, S, K>(deltas);
+            let sums = T::vectors_mut::<S>(tape.accumulators.get_mut());
+            let sums = &mut sums[layer.start..layer.end()];
+            match before.last_mut() {
+                None => accumulate::<T, S, K>(simd, deltas, inputs, sums),
+                Some(place) => {
+                    let from = &columns::<T, S, K>(tape.values[at - 1].get())[..layer.from];
+                    accumulate::<T, S, K>(simd, deltas, from, sums);
+                    let place = &mut columns_mut::<T, S, K>(place.get_mut())[..layer.from];
+                    carry_back::<T, S, K>(simd, (layer, self.weights), deltas, place);
+                }
+            }
+        }
+    }
+}

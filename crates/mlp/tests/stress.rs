@@ -1,0 +1,225 @@
+//! Rows and weights that break trainers: each ends with a stated reason and finite weights, in both precisions.
+#![cfg(feature = "train")]
+
+#[cfg(test)]
+mod tests {
+    use core::time::Duration;
+
+    use mlp::train::trainer::{GradientDescentConfig, ScgConfig};
+    use mlp::train::{
+        Algorithm, DataSet, FitConfig, FitError, Fitting, NetworkObjective, Patterns, Precision,
+        Real, Run, RunConfig, Stop, Topology, Training, fit, init::nguyen_widrow, run,
+    };
+
+    fn topology() -> Topology {
+        Topology::regression(2, &[4], 1).unwrap()
+    }
+
+    fn rows(count: usize) -> Patterns {
+        let mut patterns = Patterns { inputs: Vec::new(), targets: Vec::new() };
+        for row in 0..count {
+            let t = row as f64 * 0.7;
+            patterns.inputs.extend([t.sin(), (1.3 * t).cos()]);
+            patterns.targets.push(0.5 * (t.sin() * 2.0).sin());
+        }
+        patterns
+    }
+
+    fn train<T: Real>(algorithm: Algorithm, patterns: &Patterns, weights: &[f64]) -> Run {
+        let mut objective = NetworkObjective::<T>::new(&topology(), patterns).unwrap();
+        let mut trainer = algorithm.trainer(weights.len());
+        let weights = weights.iter().map(|&w| T::of(w)).collect();
+        let config = RunConfig { epochs: 200, ..RunConfig::default() };
+        run(Training::new(trainer.as_mut(), &mut objective), weights, &config)
+    }
+
+    /// Every rule in both precisions; weights must be finite where the start was.
+    fn each(patterns: &Patterns, weights: &[f64], check: impl Fn(&str, &Run)) {
+        for algorithm in Algorithm::all() {
+            for outcome in [
+                ("f32", train::<f32>(algorithm, patterns, weights)),
+                ("f64", train::<f64>(algorithm, patterns, weights)),
+            ] {
+                let name = format!("{} {}: {}", algorithm.name(), outcome.0, outcome.1.stop);
+                let finite = outcome.1.weights.iter().all(|w| w.is_finite());
+                assert!(finite, "{name}: weights that are not finite");
+                check(&name, &outcome.1);
+            }
+        }
+    }
+
+    fn start() -> Vec<f64> {
+        nguyen_widrow(&topology(), 3)
+    }
+
+    #[test]
+    fn saturated_neurons() {
+        let weights: Vec<f64> = start().iter().map(|w| 1e4 * w).collect();
+        each(&rows(50), &weights, |name, run| {
+            assert!(run.mse.is_finite() && run.mse <= run.history[0], "{name}: {}", run.mse);
+        });
+    }
+
+    #[test]
+    fn a_single_row_and_rows_all_alike() {
+        let one = rows(1);
+        let alike = Patterns { inputs: one.inputs.repeat(40), targets: one.targets.repeat(40) };
+        for patterns in [one, alike] {
+            each(&patterns, &start(), |name, run| {
+                assert!(run.mse <= run.history[0], "{name}: {} {}", run.mse, run.history[0]);
+            });
+        }
+    }
+
+    #[test]
+    fn duplicate_rows_change_nothing_but_rounding() {
+        let once = rows(30);
+        let twice = Patterns { inputs: once.inputs.repeat(2), targets: once.targets.repeat(2) };
+        for algorithm in Algorithm::all() {
+            let errors = [&once, &twice].map(|rows| {
+                let config = RunConfig { epochs: 5, ..RunConfig::default() };
+                let mut objective = NetworkObjective::<f64>::new(&topology(), rows).unwrap();
+                let mut trainer = algorithm.trainer(start().len());
+                run(Training::new(trainer.as_mut(), &mut objective), start(), &config).mse
+            });
+            // The damping of lm counts against sums, which are twice as large.
+            let bound = if algorithm.name() == "lm" { 0.5 } else { 1e-6 };
+            assert!(
+                (errors[0] / errors[1] - 1.0).abs() < bound,
+                "{}: {errors:?}",
+                algorithm.name()
+            );
+        }
+    }
+
+    #[test]
+    fn huge_inputs() {
+        let mut patterns = rows(50);
+        patterns.inputs.iter_mut().step_by(2).for_each(|x| *x *= 1e30);
+        each(&patterns, &start(), |name, run| {
+            assert!(run.mse.is_finite(), "{name}: {}", run.mse);
+        });
+    }
+
+    #[test]
+    fn targets_that_are_not_finite_are_divergence_at_once() {
+        for wild in [f64::NAN, f64::INFINITY, 1e300] {
+            let mut patterns = rows(50);
+            patterns.targets[17] = wild;
+            each(&patterns, &start(), |name, run| {
+                let at_once = matches!(run.stop, Stop::Diverged { epoch: 0, .. });
+                assert!(at_once && run.epochs == 0, "{name}");
+                assert_eq!(run.weights.len(), start().len());
+            });
+        }
+    }
+
+    #[test]
+    fn zero_gradients_end_or_stand_still() {
+        let mut patterns = rows(20);
+        patterns.targets.fill(0.0);
+        let zeros = vec![0.0; start().len()];
+        each(&patterns, &zeros, |name, run| {
+            assert!((run.mse, run.weights.iter().all(|w| *w == 0.0)) == (0.0, true), "{name}");
+            assert!(matches!(run.stop, Stop::Goal | Stop::Finished(_) | Stop::Gradient), "{name}");
+        });
+    }
+
+    #[test]
+    fn the_largest_damping_does_not_overflow() {
+        let config = ScgConfig { sigma: None, lambda: 1e20 };
+        for wild in
+            [Algorithm::Scg(config), Algorithm::Scg(ScgConfig { lambda: f64::MAX, ..config })]
+        {
+            for run in
+                [train::<f32>(wild, &rows(50), &start()), train::<f64>(wild, &rows(50), &start())]
+            {
+                assert!(run.mse.is_finite() && run.weights.iter().all(|w| w.is_finite()));
+                assert!(run.mse <= run.history[0]);
+            }
+        }
+    }
+
+    #[test]
+    fn weights_that_overflow_are_told_and_the_best_ones_kept() {
+        let wild = Algorithm::Gd(GradientDescentConfig { rate: 1e30 });
+        let run = train::<f32>(wild, &rows(50), &start());
+        assert!(matches!(run.stop, Stop::Diverged { .. }), "{}", run.stop);
+        assert!(run.weights.iter().all(|w| w.is_finite()));
+        // Infinite from the start, hidden behind saturated neurons.
+        let mut weights = start();
+        weights[8] = f64::INFINITY;
+        let run = train::<f64>(wild, &rows(50), &weights);
+        assert!(matches!(run.stop, Stop::Diverged { epoch: 0, .. }), "{}", run.stop);
+    }
+
+    fn data(csv: &str) -> DataSet {
+        let specs =
+            |names: &[&str]| names.iter().map(|name| name.parse().unwrap()).collect::<Vec<_>>();
+        DataSet::from_csv("rows.csv", csv.as_bytes(), &specs(&["a", "b"]), &specs(&["y"])).unwrap()
+    }
+
+    #[test]
+    fn constant_columns_and_wide_ranges_give_a_model() {
+        let csv = "a,b,y\n1,1e30,3\n1,-1e30,4\n1,5e29,3.5\n1,0,3.25\n";
+        for precision in [Precision::Single, Precision::Double] {
+            for algorithm in Algorithm::all() {
+                let config =
+                    FitConfig { algorithm, precision, hidden: vec![3], ..FitConfig::default() };
+                let fit = fit(&data(csv), None, None, &config).unwrap();
+                assert!(fit.train.mse.is_finite(), "{}", algorithm.name());
+            }
+        }
+    }
+
+    #[test]
+    fn a_million_rows() {
+        let patterns = rows(1_000_000);
+        let mut objective = NetworkObjective::<f32>::new(&topology(), &patterns).unwrap();
+        let mut trainer = Algorithm::all()[2].trainer(start().len());
+        let weights = start().iter().map(|&w| Real::of(w)).collect();
+        let config = RunConfig { epochs: 3, ..RunConfig::default() };
+        let run = run(Training::new(trainer.as_mut(), &mut objective), weights, &config);
+        assert_eq!((run.stop, run.history.len()), (Stop::Epochs, 4));
+        assert!(run.mse.is_finite());
+    }
+
+    #[test]
+    fn every_thread_gives_the_same_runs() {
+        let rows = data("a,b,y\n1,2,3\n2,1,4\n3,5,3.5\n4,0,3.25\n5,2,1\n");
+        for precision in [Precision::Single, Precision::Double] {
+            for algorithm in Algorithm::all() {
+                let run = RunConfig { epochs: 50, ..RunConfig::default() };
+                let config =
+                    FitConfig { algorithm, precision, run, repeats: 4, ..FitConfig::default() };
+                let fitting = Fitting::new(&rows, None, &config).unwrap();
+                let alone: Vec<Run> = (0..4).map(|repeat| fitting.run(repeat)).collect();
+                let together: Vec<Run> = std::thread::scope(|scope| {
+                    let threads: Vec<_> = (0..4)
+                        .map(|repeat| {
+                            scope.spawn({
+                                let fitting = &fitting;
+                                move || fitting.run(repeat)
+                            })
+                        })
+                        .collect();
+                    threads.into_iter().map(|thread| thread.join().unwrap()).collect()
+                });
+                assert_eq!(alone, together, "{}", algorithm.name());
+            }
+        }
+    }
+
+    #[test]
+    fn a_spent_time_limit_stops_before_the_first_epoch() {
+        let rows = data("a,b,y\n1,2,3\n2,1,4\n3,5,3.5\n");
+        let run = RunConfig { time_limit: Some(Duration::from_secs(1)), ..RunConfig::default() };
+        let config = FitConfig { run, ..FitConfig::default() };
+        let fitting = Fitting::new(&rows, None, &config).unwrap();
+        let run = fitting.run_timed(0, &|| Duration::from_secs(2));
+        assert_eq!((run.stop, run.epochs, run.best_epoch), (Stop::Time, 0, 0));
+        assert!(run.mse.is_finite());
+        let decaying = FitConfig { decay: -1.0, ..FitConfig::default() };
+        assert!(matches!(Fitting::new(&rows, None, &decaying), Err(FitError::Setting(_))));
+    }
+}

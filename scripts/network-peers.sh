@@ -1,0 +1,26 @@
+#!/bin/sh
+# Trains and runs the same networks on the same rows from the same weights with our crate and with FANN (Debian's
+# libfann-dev, installed if it is missing), on this machine, one after the other, and prints times and ratios.
+# --with-torch adds PyTorch and scikit-learn from PyPI in an environment of their own.
+set -eu
+root=$(cd "$(dirname "$0")/.." && pwd)
+target=${CARGO_TARGET_DIR:-$root/target}
+peers=$target/network-peers
+mkdir -p "$peers"
+
+if [ ! -f /usr/include/fann.h ]; then
+    echo "network-peers: installing libfann-dev" >&2
+    apt-get install -y --no-install-recommends libfann-dev gcc libc6-dev >&2
+fi
+cc -std=c99 -D_POSIX_C_SOURCE=199309L -O2 -Wall -Wextra -Werror -o "$peers/fann" "$root/scripts/peers/fann.c" -lfann -lm
+
+(cd "$root" && PEERS_DATA="$peers" cargo bench --quiet -p slip-benches --bench peers) >"$peers/ours.tsv"
+"$peers/fann" "$peers" >"$peers/theirs.tsv"
+if [ "${1:-}" = "--with-torch" ]; then
+    [ -x "$peers/python/bin/python" ] || python3 -m venv "$peers/python"
+    "$peers/python/bin/python" -m pip install --quiet --disable-pip-version-check torch scikit-learn >&2
+    "$peers/python/bin/python" "$root/scripts/peers/python_peers.py" "$peers" >>"$peers/theirs.tsv"
+    "$peers/python/bin/python" "$root/scripts/trainer-reference.py" --torch "$peers/reference.csv"
+fi
+sed -n 's/^model name[^:]*: /machine: /p' /proc/cpuinfo | sort -u
+python3 "$root/scripts/peers/ratios.py" "$peers/ours.tsv" "$peers/theirs.tsv"
