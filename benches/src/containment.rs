@@ -5,7 +5,7 @@ use crate::exact::{
     angle::tan,
     exact,
     pool::{Draw, Known, Width, rounded},
-    trial::Trial,
+    trial::{Target, Trial},
 };
 use slip_core::esc::{Esc, LiteralSum, Real, Trial as Conditions, literal::PreciseSum, readings};
 
@@ -45,6 +45,12 @@ impl Path {
     #[must_use]
     pub fn width(self) -> Width {
         if self == Self::SplitF32 { Width::Single } else { Width::Double }
+    }
+
+    /// The sum whose poles and zeros its steered trials aim at.
+    #[must_use]
+    pub fn target(self) -> Target {
+        if self == Self::ArcCot { Target::ArcCots } else { Target::Cots }
     }
 }
 
@@ -115,7 +121,8 @@ pub fn check(path: Path, pool: &[Known], count: u64, steered: bool, seed: u64) -
     for _ in 0..count {
         let n = length(&mut draw);
         let trial = Trial::random(pool, n, &mut draw);
-        let trial = if steered { trial.steered(&mut draw, path.width()) } else { trial };
+        let trial =
+            if steered { trial.steered(path.target(), &mut draw, path.width()) } else { trial };
         let (force, speed) = (draw.log(1e-3, 1e3), draw.sign() * draw.log(1e-4, 10.0));
         one(path, &trial, rounded((force, speed), path.width()), &mut tally);
     }

@@ -11,7 +11,7 @@
 //!
 //! - an **enclosure**: the exact value of the formula for the numbers that went in lies within `lo..=hi`;
 //! - the **condition** number: how much larger than a relative error of S that of the value is, |2 S / sin 2S|;
-//! - **sigma_S**: the deviation of S (rad) that the sensor noise causes. Above 1 the value says nothing about the surface;
+//! - **sigma_S**: the deviation of S (rad) that the sensor noise causes; infinite where a ratio is unknown mod pi. Above 1 the value says nothing about the surface;
 //! - [`Flags`] that say so in words.
 //!
 //! [`literal`] holds the evaluators of the equation as printed, [`Reading`] the other readings of it that have been

@@ -66,7 +66,7 @@ impl Terms {
         let sigma_s = trial.noise.deviation(self.squares / (sum * sum), 1.0);
         let flags = Flags::default()
             .with(Flag::SignUnknown, lo <= 0.0 && hi >= 0.0)
-            .with(Flag::NoInformation, sigma_s > 1.0)
+            .with(Flag::NoInformation, sigma_s > 1.0 || !sigma_s.is_finite())
             .with(Flag::Degenerate, self.degenerate > 0);
         let (n, degenerate) = (self.n, self.degenerate);
         Some(Esc { reading, value, lo, hi, n, degenerate, sum, condition: 1.0, sigma_s, flags })

@@ -98,6 +98,10 @@ fn hopeless_ratios_open_the_enclosure() {
         let value = sum.value(&Trial::new(1.0, 1.0)).unwrap();
         assert!(value.lo == f64::NEG_INFINITY && value.hi == f64::INFINITY, "{value:?}");
         assert!(value.flags.contains(Flag::PoleInside) && value.flags.contains(Flag::SignUnknown));
+        assert!(!value.informative(), "{value:?}");
+        let mut precise = PreciseSum::default();
+        assert!(precise.push(delta, spacing));
+        assert!(!precise.value(&Trial::new(1.0, 1.0)).unwrap().informative());
     }
 }
 

@@ -75,7 +75,11 @@ impl<T: Real> PreciseSum<T> {
             degenerate: last.degenerate,
             sum: last.sum.hi + last.turns * pi,
             tangent: Tangent::double(last.sum, bound),
-            sigma_s: trial.noise.deviation(squares, last.sensitivity.total()),
+            sigma_s: if last.unknown {
+                T::ONE / T::ZERO
+            } else {
+                trial.noise.deviation(squares, last.sensitivity.total())
+            },
         }
         .times(trial)
     }

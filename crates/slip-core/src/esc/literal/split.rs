@@ -189,7 +189,11 @@ impl<T: Real> LiteralSum<T> {
             degenerate: last.degenerate,
             sum: last.quotients.hi + last.turns * pi,
             tangent: Tangent::single(last.quotients, bound),
-            sigma_s: trial.noise.deviation(squares, last.sensitivity.total()),
+            sigma_s: if last.unknown {
+                T::ONE / T::ZERO
+            } else {
+                trial.noise.deviation(squares, last.sensitivity.total())
+            },
         }
         .times(trial)
     }
