@@ -20,7 +20,7 @@ fn handle(criterion: &mut Criterion) {
                     || run.pipeline.clone(),
                     |pipeline, count| {
                         for sample in run.samples.iter().take(count) {
-                            black_box(pipeline.handle(black_box(sample)));
+                            black_box(&pipeline.handle(black_box(sample)));
                         }
                     },
                 );

@@ -164,14 +164,23 @@ impl GripController {
 
     /// What the controller is doing.
     #[must_use]
+    #[inline]
     pub fn state(&self) -> GripState {
         self.state
     }
 
     /// The commanded force (N).
     #[must_use]
+    #[inline]
     pub fn command_n(&self) -> f32 {
         self.command_n
+    }
+
+    /// Whether the command stays as it is for as long as there is no slip and the stylus can be trusted.
+    #[must_use]
+    #[inline]
+    pub fn is_steady(&self) -> bool {
+        self.state == GripState::Holding && self.command_n <= self.hold_n
     }
 
     /// The command after the next sample (N), within [0, `f_max_n`].

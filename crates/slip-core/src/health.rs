@@ -122,6 +122,11 @@ impl UsualStep {
     }
 }
 
+/// Largest force (N), travel and speed (m, m/s) and reading of any other channel (own units) that can be meant.
+const FORCE_LIMIT_N: f32 = 1e4;
+const TRAVEL_LIMIT: f32 = 1e3;
+const OTHER_LIMIT: f32 = 1e9;
+
 /// The checks and their memory.
 #[derive(Clone, Copy, Debug)]
 pub struct HealthCheck {
@@ -179,6 +184,53 @@ impl HealthCheck {
         self.health
     }
 
+    /// Takes a sample in which nothing is to be mended, reported or counted; `false` where there may be
+    /// something, and then [`HealthCheck::check`] is still to be asked.
+    #[must_use]
+    #[inline]
+    pub fn passes(&mut self, sample: &Sample) -> bool {
+        let Some((last_t, last)) = self.last else { return false };
+        let x = sample.stylus;
+        let step = (x - last).abs();
+        // NaN fails every comparison.
+        let plain = self.health == Health::Good
+            && self.bad_run == 0
+            && sample.t > last_t
+            && x.abs() < self.config.range
+            && step <= self.longest_step()
+            && x.to_bits() != last.to_bits()
+            && self.others_pass(sample);
+        if plain {
+            self.last = Some((sample.t, x));
+            self.changed_at = sample.t;
+            self.saturated_run = 0;
+            if let Some(usual) = &mut self.usual {
+                usual.learn(step);
+            }
+        }
+        plain
+    }
+
+    /// The longest step that is no glitch (signal unit).
+    #[inline]
+    fn longest_step(&self) -> f32 {
+        self.usual.map_or(f32::MAX, UsualStep::limit).min(self.config.max_step)
+    }
+
+    /// Whether no channel beside the stylus has an unusable reading.
+    #[inline]
+    fn others_pass(&self, sample: &Sample) -> bool {
+        let within = |value: Option<f32>, limit: f32| value.is_none_or(|v| v.abs() <= limit);
+        within(sample.normal_force_n, FORCE_LIMIT_N)
+            && within(sample.tangential_n, FORCE_LIMIT_N)
+            && within(sample.travel_m, TRAVEL_LIMIT)
+            && within(sample.velocity_m_s, TRAVEL_LIMIT)
+            && within(sample.second_stylus, self.config.range)
+            && within(sample.reference, OTHER_LIMIT)
+            && within(sample.pressure, OTHER_LIMIT)
+            && within(sample.motion, OTHER_LIMIT)
+    }
+
     /// The sample with every unusable reading replaced (stylus) or taken as absent (others);
     /// `None` where its time does not lie after the one before.
     #[inline]
@@ -197,14 +249,14 @@ impl HealthCheck {
         Some(Sample {
             t: sample.t,
             stylus,
-            normal_force_n: self.other(sample.normal_force_n, 1e4),
-            tangential_n: self.other(sample.tangential_n, 1e4),
-            travel_m: self.other(sample.travel_m, 1e3),
-            velocity_m_s: self.other(sample.velocity_m_s, 1e3),
+            normal_force_n: self.other(sample.normal_force_n, FORCE_LIMIT_N),
+            tangential_n: self.other(sample.tangential_n, FORCE_LIMIT_N),
+            travel_m: self.other(sample.travel_m, TRAVEL_LIMIT),
+            velocity_m_s: self.other(sample.velocity_m_s, TRAVEL_LIMIT),
             second_stylus: self.other(sample.second_stylus, self.config.range),
-            reference: self.other(sample.reference, 1e9),
-            pressure: self.other(sample.pressure, 1e9),
-            motion: self.other(sample.motion, 1e9),
+            reference: self.other(sample.reference, OTHER_LIMIT),
+            pressure: self.other(sample.pressure, OTHER_LIMIT),
+            motion: self.other(sample.motion, OTHER_LIMIT),
         })
     }
 
@@ -220,8 +272,7 @@ impl HealthCheck {
         }
         // A real step stays; a lone spike is gone after a sample or two.
         let step = (x - last).abs();
-        let limit = self.usual.map_or(f32::MAX, UsualStep::limit).min(self.config.max_step);
-        if step > limit && self.bad_run < self.config.max_bad_run {
+        if step > self.longest_step() && self.bad_run < self.config.max_bad_run {
             self.counters.glitches += 1;
             self.bad_run += 1;
             return last;

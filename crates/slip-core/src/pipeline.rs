@@ -3,15 +3,18 @@
 //! [`Pipeline::handle`] costs a fixed time, allocates nothing, takes no lock, does not panic and reads no
 //! clock; the same samples give the same steps everywhere.
 
+mod evidence;
+mod force;
+mod sleep;
+
 use crate::{
     config::{ConfigError, PipelineConfig, Signal},
     detector::{KnownFloors, MotionInput, SlipDetector, SlipState},
     distance::Fingers,
-    estimate::{Estimator, ForceEstimate},
+    estimate::Estimator,
     event::{Phase, SlipEvent, Step},
-    features::Features,
     fusion::{Channels, Fusion, Told},
-    grip::{GripController, GripInput, GripState, SlipNow},
+    grip::{GripController, GripState},
     health::{Health, HealthCheck, HealthCounters},
     methods::Method,
     observation::SlipObservation,
@@ -19,8 +22,9 @@ use crate::{
     scene::{Contact, Scene},
     stages::StageCounters,
     units::{Micros, Newtons},
-    velocity::{Measured, Velocity, VelocityMeter},
+    velocity::VelocityMeter,
 };
+use force::SlipNews;
 
 /// The whole signal path of one gripper. `W` holds the weights of the network.
 #[derive(Clone, Debug)]
@@ -38,6 +42,8 @@ pub struct Pipeline<W> {
     slip: Option<Slip>,
     scene: Scene,
     decides: bool,
+    /// A sample like the last one changes nothing: see [`Pipeline::sleeps_through`].
+    asleep: bool,
     gap: Micros,
     evidence_every: Micros,
     counters: StageCounters,
@@ -51,13 +57,6 @@ struct Slip {
     /// Whether the stylus sees it now.
     felt: bool,
     next_evidence: Micros,
-}
-
-#[derive(Clone, Copy, Debug, Default)]
-struct Evidence {
-    features: Option<Features>,
-    velocity: Option<Velocity>,
-    estimate: Option<ForceEstimate>,
 }
 
 impl<W: AsRef<[f32]>> Pipeline<W> {
@@ -101,6 +100,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             slip: None,
             scene: Scene::Idle,
             decides: false,
+            asleep: false,
             gap: Micros((period_us * 5).max(10_000)),
             evidence_every: Micros(1000),
             counters: StageCounters::default(),
@@ -120,37 +120,50 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
     pub fn handle_with(&mut self, sample: &Sample, taxels: &[f32]) -> Step {
         self.counters.samples += 1;
         let before = self.health.health();
-        let Some(sample) = self.health.check(sample) else { return self.unchanged(sample.t) };
+        let plain = self.health.passes(sample);
+        if plain && self.sleeps_through(sample) {
+            return self.unchanged(sample.t);
+        }
+        let mended;
+        let sample = if plain {
+            sample
+        } else if let Some(safe) = self.health.check(sample) {
+            mended = safe;
+            &mended
+        } else {
+            return self.unchanged(sample.t);
+        };
+        self.look(sample, taxels, before != Health::Good)
+    }
+
+    /// Every stage after the sensor's health: `sample` is safe to compute with, `ailed` says whether the one before was not.
+    fn look(&mut self, sample: &Sample, taxels: &[f32], ailed: bool) -> Step {
         let dt = self.last_t.map_or(Micros(0), |last| sample.t.since(last));
         self.last_t = Some(sample.t);
-        let recovered = before != Health::Good && self.health.health() == Health::Good;
-        let scene = self.enter_scene(&sample, dt);
-        if recovered {
+        let scene = self.enter_scene(sample, dt);
+        if ailed && self.health.health() == Health::Good {
             // A sensor may come back with another zero, which is no slip.
             self.detector.prime();
         }
-        let felt = self.detect(&sample);
-        let told = self.join(&sample, taxels, felt);
-        let sample = Sample { travel_m: self.fusion.believed_travel(sample.travel_m), ..sample };
-        let statistic = told.map_or(0.0, |told| told.statistic);
-        let event = self.slip_event(scene, &sample, told);
-        self.feel(felt);
-        let evidence = self.observe(&sample);
-        let command = self.command(&sample, dt, self.is_fresh(sample.t), evidence.estimate);
-        let (travel_health, pressure_health) = self.fusion.healths();
-        Step {
-            t: sample.t,
-            scene,
-            statistic,
-            event,
-            features: evidence.features,
-            velocity: evidence.velocity,
-            estimate: evidence.estimate,
-            command,
-            health: self.health.health(),
-            travel_health,
-            pressure_health,
-        }
+        let felt = self.detect(sample);
+        let told = self.join(sample, taxels, felt);
+        let event = self.slip_event(scene, sample, told);
+        let mut step = self.unchanged(sample.t);
+        step.scene = scene;
+        step.statistic = told.map_or(0.0, |told| told.statistic);
+        step.event = event;
+        step.command = if self.slip.is_some() || self.config.no_skip {
+            let believed = self.fusion.believed_travel(sample.travel_m);
+            let sample = Sample { travel_m: believed, ..*sample };
+            self.feel(felt);
+            self.observe(&sample, &mut step);
+            let news = self.slip_news(&sample, &step);
+            self.command(&sample, dt, news)
+        } else {
+            self.command(sample, dt, SlipNews::default())
+        };
+        self.asleep = self.may_sleep();
+        step
     }
 
     /// The scene of this sample; where it differs from the last one, the stages that start afresh do so.
@@ -232,14 +245,6 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         }
     }
 
-    /// Whether the slip goes on right now: by the stylus, the fastest, where it sees the slip; else by the others.
-    fn is_fresh(&self, t: Micros) -> bool {
-        match self.slip {
-            Some(slip) if !slip.felt => self.fusion.is_fresh(t),
-            _ => self.detector.is_fresh(),
-        }
-    }
-
     fn slip_event(
         &mut self,
         scene: Scene,
@@ -275,90 +280,6 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             }
             _ => None,
         }
-    }
-}
-
-impl<W: AsRef<[f32]>> Pipeline<W> {
-    /// Follows a slip: speed, irregularities and E_sc with every sample, features and the network's
-    /// answer once a millisecond.
-    fn observe(&mut self, sample: &Sample) -> Evidence {
-        if self.slip.is_some() || self.config.no_skip {
-            self.counters.observation += 1;
-            self.velocity.push(sample);
-            self.observation.push(&self.with_speed(sample));
-        }
-        let Some(slip) = &mut self.slip else { return Evidence::default() };
-        if sample.t < slip.next_evidence {
-            return Evidence::default();
-        }
-        slip.next_evidence = sample.t.plus(self.evidence_every);
-        let since = sample.t.since(slip.since);
-        let velocity = self.velocity.velocity(self.measured(sample), since);
-        let Some(features) = self.observation.features() else {
-            return Evidence { velocity, ..Evidence::default() };
-        };
-        let estimate = self.estimator.as_ref().and_then(|estimator| {
-            self.counters.inferences += 1;
-            let answer = estimator.estimate(&features);
-            self.counters.refused_estimates += u64::from(answer.is_err());
-            answer.ok()
-        });
-        Evidence { features: Some(features), velocity, estimate }
-    }
-
-    /// The sample with the speed of the two styli, where no other sensor tells it.
-    #[inline]
-    fn with_speed(&self, sample: &Sample) -> Sample {
-        let known = sample.travel_m.is_some() || sample.velocity_m_s.is_some();
-        if known || sample.second_stylus.is_none() {
-            return *sample;
-        }
-        let velocity_m_s = self.velocity.two_styli().map(|velocity| velocity.speed_m_s);
-        Sample { velocity_m_s, ..*sample }
-    }
-
-    fn measured(&self, sample: &Sample) -> Measured {
-        let travel = self.observation.travel_speed();
-        Measured {
-            fixed_m_s: self.config.observation.speed.fixed_m_s,
-            direct_m_s: sample.velocity_m_s,
-            travel: travel.map(|(speed, window)| (speed, window, self.config.travel.resolution_m)),
-        }
-    }
-
-    fn command(
-        &mut self,
-        sample: &Sample,
-        dt: Micros,
-        fresh: bool,
-        estimate: Option<ForceEstimate>,
-    ) -> Option<Newtons> {
-        let grip = self.grip.as_mut()?;
-        if !(self.fusion.uses(Method::Stylus) && self.detector.is_learning()) {
-            grip.grasp(sample.normal_force_n);
-        }
-        // An answer from outside the range the network knows must not move the fingers.
-        let estimate_n = estimate.filter(|e| !e.extrapolated).map(|e| e.force_n);
-        #[expect(clippy::cast_possible_truncation, reason = "the controller limits the step")]
-        let dt_s = dt.as_seconds() as f32;
-        let healthy = if self.fusion.uses(Method::Stylus) {
-            self.health.health() == Health::Good
-        } else {
-            self.fusion.healthy()
-        };
-        let command = grip.step(&GripInput {
-            dt_s,
-            slip: match self.slip {
-                None => SlipNow::No,
-                Some(_) if fresh && self.observation.advancing() != Some(false) => SlipNow::Evident,
-                Some(_) => SlipNow::Fading,
-            },
-            moved_m: self.slip.and_then(|_| self.observation.moved_m(sample)),
-            estimate_n,
-            applied_n: sample.normal_force_n,
-            healthy,
-        });
-        Some(Newtons(command))
     }
 
     fn unchanged(&self, t: Micros) -> Step {

@@ -45,9 +45,16 @@ impl Contact {
     /// Takes the measured normal force (N) of the next sample.
     #[inline]
     pub fn update(&mut self, normal_force_n: Option<f32>) -> bool {
-        let limit = if self.touching { 0.5 * self.contact_n } else { self.contact_n };
-        self.touching = normal_force_n.is_none_or(|force| force > limit);
+        self.touching = self.would_touch(normal_force_n);
         self.touching
+    }
+
+    /// What [`Contact::update`] would say, which is then still to be told.
+    #[must_use]
+    #[inline]
+    pub fn would_touch(&self, normal_force_n: Option<f32>) -> bool {
+        let limit = if self.touching { 0.5 * self.contact_n } else { self.contact_n };
+        normal_force_n.is_none_or(|force| force > limit)
     }
 }
 

@@ -11,6 +11,7 @@ pub struct Micros(pub u64);
 
 impl Micros {
     /// Seconds, the `f64` nearest to them up to 2^53 microseconds (285 years).
+    #[inline]
     #[must_use]
     #[expect(clippy::cast_precision_loss, reason = "exact up to 285 years")]
     pub fn as_seconds(self) -> f64 {
@@ -29,12 +30,14 @@ impl Micros {
     }
 
     /// Time from `earlier` to `self`, zero where `earlier` is later.
+    #[inline]
     #[must_use]
     pub fn since(self, earlier: Self) -> Self {
         Self(self.0.saturating_sub(earlier.0))
     }
 
     /// `self` later by `duration`, saturating.
+    #[inline]
     #[must_use]
     pub fn plus(self, duration: Self) -> Self {
         Self(self.0.saturating_add(duration.0))

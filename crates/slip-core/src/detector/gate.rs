@@ -9,7 +9,7 @@
 //! threshold h on energy over floor, motion may show h gain times as strongly at the stylus as at the reference. The peak holds
 //! over the time between the peaks of two filters, so that the front of a tap does not slip through.
 
-use super::config::BANDS;
+use super::{config::BANDS, lanes::LANES};
 
 /// How the motion of the robot is told from slip.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -51,7 +51,7 @@ pub(super) struct Gate {
     config: GateConfig,
     /// Gain of each band between energies scaled by their quiet floors.
     gain: [f32; BANDS],
-    sums: [f32; BANDS],
+    sums: [f32; LANES],
     peak: [f32; BANDS],
     peak_decay: f32,
 }
@@ -62,7 +62,7 @@ impl Gate {
         Self {
             config,
             gain: [0.0; BANDS],
-            sums: [0.0; BANDS],
+            sums: [0.0; LANES],
             peak: [0.0; BANDS],
             peak_decay: libm::expf(-block_s / PEAK_S),
         }
@@ -76,13 +76,13 @@ impl Gate {
 
     /// Begins another stretch of motion.
     pub(super) fn start(&mut self) {
-        self.sums = [0.0; BANDS];
+        self.sums = [0.0; LANES];
         self.peak = [0.0; BANDS];
     }
 
     /// Takes the band signals of the reference (unit).
     #[inline]
-    pub(super) fn sample(&mut self, u: &[f32; BANDS]) {
+    pub(super) fn sample(&mut self, u: &[f32; LANES]) {
         for (sum, u) in self.sums.iter_mut().zip(u) {
             *sum += u * u;
         }
@@ -91,7 +91,7 @@ impl Gate {
     /// Ends a block of `1 / per_sample` samples: the floor of each band over its quiet floor.
     #[inline]
     pub(super) fn block(&mut self, per_sample: f32) -> [f32; BANDS] {
-        let sums = core::mem::take(&mut self.sums);
+        let sums = core::mem::replace(&mut self.sums, [0.0; LANES]);
         let mut floor = [1.0; BANDS];
         for b in 0..BANDS {
             self.peak[b] = (sums[b] * per_sample).max(self.peak[b] * self.peak_decay);

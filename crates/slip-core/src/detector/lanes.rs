@@ -6,6 +6,11 @@ use crate::{
     filter::{Band, FilterBank, MAX_CORNER},
 };
 
+/// Filters that run for the [`BANDS`]: a whole number of vectors where the processor has them. Those without a band have a part in
+/// nothing.
+pub(super) const LANES: usize =
+    if cfg!(any(target_arch = "x86_64", target_arch = "aarch64")) { 8 } else { BANDS };
+
 /// Length of a block (s): the tests decide this often, at low sample rates with every sample.
 const BLOCK_S: f32 = 5e-4;
 
@@ -54,9 +59,21 @@ impl Lanes {
         Ok(lanes)
     }
 
-    pub(super) fn bank(&self, rate_hz: f32) -> Result<FilterBank<BANDS>, ConfigError> {
-        Ok(FilterBank::new(&self.corners, rate_hz)?)
+    pub(super) fn bank(&self, rate_hz: f32) -> Result<FilterBank<LANES>, ConfigError> {
+        Ok(FilterBank::new(&padded(self.corners, self.corners[0]), rate_hz)?)
     }
+}
+
+/// One value for each filter: those of the bands, and `rest` for filters without one.
+#[inline]
+pub(super) fn padded<T: Copy>(bands: [T; BANDS], rest: T) -> [T; LANES] {
+    core::array::from_fn(|lane| bands.get(lane).copied().unwrap_or(rest))
+}
+
+/// The values of the bands among those of all filters.
+#[inline]
+pub(super) fn of_bands(lanes: &[f32; LANES]) -> [f32; BANDS] {
+    core::array::from_fn(|band| lanes[band])
 }
 
 /// Samples in `ms` milliseconds, at least one.

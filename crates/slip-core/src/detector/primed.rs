@@ -1,8 +1,7 @@
 //! Stylus readings in, band signals out, from a start that is not a step.
 
 use super::{
-    BANDS,
-    lanes::{Lanes, samples},
+    lanes::{LANES, Lanes, samples},
 };
 use crate::{config::ConfigError, filter::FilterBank};
 
@@ -12,7 +11,7 @@ const PRIME_MS: f32 = 2.0;
 /// The filter bank of the detector with its start.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct PrimedBank {
-    bank: FilterBank<BANDS>,
+    bank: FilterBank<LANES>,
     len: u32,
     left: u32,
     sum: f32,
@@ -33,7 +32,7 @@ impl PrimedBank {
 
     /// The band signals of the next reading (finite); `None` while the start lasts.
     #[inline]
-    pub(super) fn step(&mut self, x: f32) -> Option<[f32; BANDS]> {
+    pub(super) fn step(&mut self, x: f32) -> Option<[f32; LANES]> {
         if self.left > 0 {
             self.prime(x);
             return None;

@@ -5,9 +5,8 @@
 //! single readings hides, but that the shear band of the stylus would not. The bands run only in motion.
 
 use super::{
-    config::BANDS,
     gate::GateConfig,
-    lanes::{Lanes, samples},
+    lanes::{LANES, Lanes, samples},
 };
 use crate::{
     config::ConfigError,
@@ -36,7 +35,7 @@ const MIN_RMS: f32 = 1e-12;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Reference {
     sigmas2: f32,
-    bank: FilterBank<BANDS>,
+    bank: FilterBank<LANES>,
     mean: Option<f32>,
     mean_share: f32,
     slow: f32,
@@ -138,7 +137,7 @@ impl Reference {
 
     /// The band signals of a reading (unit); an absent one is taken as the mean.
     #[inline]
-    pub(super) fn bands(&mut self, reference: Option<f32>) -> [f32; BANDS] {
+    pub(super) fn bands(&mut self, reference: Option<f32>) -> [f32; LANES] {
         let mean = self.mean.unwrap_or(0.0);
         self.bank.step(reference.map_or(0.0, |r| r - mean))
     }

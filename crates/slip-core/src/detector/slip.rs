@@ -13,7 +13,7 @@ use super::{
     cusum::Cusum,
     gate::Gate,
     glrt::Glrt,
-    lanes::{Lanes, samples},
+    lanes::{LANES, Lanes, of_bands, padded, samples},
     primed::PrimedBank,
     reference::{MotionInput, Reference},
     test::{Block, EnergyTest, SequentialTest},
@@ -64,7 +64,7 @@ pub struct SlipDetector {
     bank: PrimedBank,
     floor: Floor<BANDS>,
     /// Reciprocal rms of the floor, once it is known.
-    scale: Option<[f32; BANDS]>,
+    scale: Option<[f32; LANES]>,
     reference: Reference,
     gate: Gate,
     blind_margin: f32,
@@ -73,7 +73,7 @@ pub struct SlipDetector {
     block_len: u32,
     per_sample: f32,
     in_block: u32,
-    sums: [f32; BANDS],
+    sums: [f32; LANES],
     kind: TestKind,
     energy: EnergyTest,
     cusum: Cusum,
@@ -116,7 +116,7 @@ impl SlipDetector {
             block_len: lanes.block_len,
             per_sample,
             in_block: 0,
-            sums: [0.0; BANDS],
+            sums: [0.0; LANES],
             kind: config.test,
             energy: EnergyTest::new(1e-3 * config.envelope_ms, lanes.block_s, lanes.thresholds),
             cusum: if config.test == TestKind::Cusum { cusum.in_every_scene() } else { cusum },
@@ -234,7 +234,7 @@ impl SlipDetector {
             self.in_block = 0;
             self.bank.flush_tiny();
             self.reference.flush_tiny();
-            let energy = core::mem::take(&mut self.sums).map(|s| s * self.per_sample);
+            let energy = self.block_energy();
             let block = Block { energy, floor: self.gate.block(self.per_sample), moving: true };
             self.energy.step(&block);
             self.cusum.step(&block);
@@ -252,11 +252,11 @@ impl SlipDetector {
 
     fn start_block(&mut self) {
         self.in_block = 0;
-        self.sums = [0.0; BANDS];
+        self.sums = [0.0; LANES];
     }
 
     #[inline]
-    fn sample(&mut self, y: &[f32; BANDS], reference: Option<f32>) {
+    fn sample(&mut self, y: &[f32; LANES], reference: Option<f32>) {
         for (sum, y) in self.sums.iter_mut().zip(y) {
             *sum += y * y;
         }
@@ -268,10 +268,9 @@ impl SlipDetector {
     #[inline]
     fn end_block(&mut self) {
         self.bank.flush_tiny();
-        let sums = core::mem::take(&mut self.sums);
         self.in_block = 0;
         let mut block = Block {
-            energy: sums.map(|s| s * self.per_sample),
+            energy: self.block_energy(),
             floor: [1.0; BANDS],
             moving: self.moving,
         };
@@ -289,6 +288,14 @@ impl SlipDetector {
         if rests && self.floor.push(&self.unscaled(&block.energy)) {
             self.rescale();
         }
+    }
+
+    /// Mean energy of each band in the block that ends.
+    #[inline]
+    fn block_energy(&mut self) -> [f32; BANDS] {
+        let energy = of_bands(&self.sums).map(|sum| sum * self.per_sample);
+        self.sums = [0.0; LANES];
+        energy
     }
 
     fn unscaled(&self, energy: &[f32; BANDS]) -> [f32; BANDS] {
@@ -389,13 +396,14 @@ impl Decision {
 }
 
 #[inline]
-fn scaled(y: &[f32; BANDS], scale: &[f32; BANDS]) -> [f32; BANDS] {
+fn scaled(y: &[f32; LANES], scale: &[f32; LANES]) -> [f32; LANES] {
     core::array::from_fn(|b| y[b] * scale[b])
 }
 
-fn reciprocal_rms(energy: [f32; BANDS]) -> [f32; BANDS] {
-    energy.map(|e| 1.0 / libm::sqrtf(e))
+fn reciprocal_rms(energy: [f32; BANDS]) -> [f32; LANES] {
+    padded(energy.map(|e| 1.0 / libm::sqrtf(e)), 0.0)
 }
+
 #[cfg(test)]
 mod tests {
     extern crate std;

@@ -1,0 +1,53 @@
+//! Samples of a slip in; speed, features and the network's answer out.
+
+use super::Pipeline;
+use crate::{event::Step, sample::Sample, velocity::Measured};
+
+impl<W: AsRef<[f32]>> Pipeline<W> {
+    /// Follows a slip: speed, irregularities and E_sc with every sample, features and the network's
+    /// answer once a millisecond.
+    pub(super) fn observe(&mut self, sample: &Sample, step: &mut Step) {
+        self.counters.observation += 1;
+        self.velocity.push(sample);
+        match self.speed_of_two_styli(sample) {
+            Some(velocity_m_s) => {
+                let velocity_m_s = Some(velocity_m_s);
+                self.observation.push(&Sample { velocity_m_s, ..*sample });
+            }
+            None => self.observation.push(sample),
+        }
+        let Some(slip) = &mut self.slip else { return };
+        if sample.t < slip.next_evidence {
+            return;
+        }
+        slip.next_evidence = sample.t.plus(self.evidence_every);
+        let since = sample.t.since(slip.since);
+        step.velocity = self.velocity.velocity(self.measured(sample), since);
+        step.features = self.observation.features();
+        if let (Some(features), Some(estimator)) = (&step.features, &self.estimator) {
+            self.counters.inferences += 1;
+            let answer = estimator.estimate(features);
+            self.counters.refused_estimates += u64::from(answer.is_err());
+            step.estimate = answer.ok();
+        }
+    }
+
+    /// The speed of the two styli (m/s), where no other sensor tells it.
+    #[inline]
+    fn speed_of_two_styli(&self, sample: &Sample) -> Option<f32> {
+        if sample.travel_m.is_some() || sample.velocity_m_s.is_some() {
+            return None;
+        }
+        sample.second_stylus?;
+        self.velocity.two_styli().map(|velocity| velocity.speed_m_s)
+    }
+
+    fn measured(&self, sample: &Sample) -> Measured {
+        let travel = self.observation.travel_speed();
+        Measured {
+            fixed_m_s: self.config.observation.speed.fixed_m_s,
+            direct_m_s: sample.velocity_m_s,
+            travel: travel.map(|(speed, window)| (speed, window, self.config.travel.resolution_m)),
+        }
+    }
+}

@@ -1,0 +1,71 @@
+//! What is known of the slip in, the commanded force out.
+
+use super::Pipeline;
+use crate::{
+    event::Step,
+    grip::{GripInput, SlipNow},
+    health::Health,
+    methods::Method,
+    sample::Sample,
+    units::{Micros, Newtons},
+};
+
+/// What the controller is told of the slip; the default where there is none.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct SlipNews {
+    slip: SlipNow,
+    moved_m: Option<f32>,
+    estimate_n: Option<f32>,
+}
+
+impl<W: AsRef<[f32]>> Pipeline<W> {
+    /// The slip as of this sample.
+    pub(super) fn slip_news(&self, sample: &Sample, step: &Step) -> SlipNews {
+        if self.slip.is_none() {
+            return SlipNews::default();
+        }
+        let goes_on = self.is_fresh(sample.t) && self.observation.advancing() != Some(false);
+        SlipNews {
+            slip: if goes_on { SlipNow::Evident } else { SlipNow::Fading },
+            moved_m: self.observation.moved_m(sample),
+            // An answer from outside the range the network knows must not move the fingers.
+            estimate_n: step.estimate.filter(|e| !e.extrapolated).map(|e| e.force_n),
+        }
+    }
+
+    /// Whether the slip goes on right now: by the stylus, the fastest, where it sees the slip; else by the others.
+    fn is_fresh(&self, t: Micros) -> bool {
+        match self.slip {
+            Some(slip) if !slip.felt => self.fusion.is_fresh(t),
+            _ => self.detector.is_fresh(),
+        }
+    }
+
+    /// The command after this sample; `None` in a pipeline that only observes.
+    #[inline]
+    pub(super) fn command(
+        &mut self,
+        sample: &Sample,
+        dt: Micros,
+        news: SlipNews,
+    ) -> Option<Newtons> {
+        let grip = self.grip.as_mut()?;
+        let stylus = self.fusion.uses(Method::Stylus);
+        if !(stylus && self.detector.is_learning()) {
+            grip.grasp(sample.normal_force_n);
+        }
+        let healthy =
+            if stylus { self.health.health() == Health::Good } else { self.fusion.healthy() };
+        #[expect(clippy::cast_possible_truncation, reason = "the controller limits the step")]
+        let dt_s = dt.as_seconds() as f32;
+        let command = grip.step(&GripInput {
+            dt_s,
+            slip: news.slip,
+            moved_m: news.moved_m,
+            estimate_n: news.estimate_n,
+            applied_n: sample.normal_force_n,
+            healthy,
+        });
+        Some(Newtons(command))
+    }
+}
