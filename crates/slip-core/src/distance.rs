@@ -151,6 +151,7 @@ pub struct MovedDistance {
     release: Micros,
     frozen: Micros,
     advance_m: f32,
+    per_limit: f32,
     last: Option<(Micros, f32)>,
     /// Sum of the leaps left out (m).
     leaps_m: f32,
@@ -179,6 +180,7 @@ impl MovedDistance {
             release: Micros::from_ms(config.release_ms),
             frozen: Micros::from_ms(config.frozen_ms),
             advance_m: (ADVANCE_STEPS * config.resolution_m).max(LEAST_ADVANCE_M),
+            per_limit: 1.0 / config.limit_m,
             last: None,
             leaps_m: 0.0,
             forward_m: 0.0,
@@ -244,7 +246,7 @@ impl MovedDistance {
             Direction::Rising => self.forward_m,
             Direction::Falling => self.backward_m,
         };
-        moved_m / self.config.limit_m
+        moved_m * self.per_limit
     }
 
     /// Whether the object advanced within `within` before `t`.
@@ -311,12 +313,14 @@ impl MovedDistance {
     }
 
     /// The object stands: both sums begin again.
+    #[inline]
     pub fn stand(&mut self) {
         self.forward_m = 0.0;
         self.backward_m = 0.0;
         self.state = SlipState::Quiet;
     }
 
+    #[inline]
     fn watch_direction(&mut self) {
         let (right, wrong) = match self.config.direction {
             Direction::Either => return,
@@ -330,6 +334,7 @@ impl MovedDistance {
         }
     }
 
+    #[inline]
     fn watch_frozen(&mut self, t: Micros, dx_m: f32, others_gross: bool) {
         if dx_m != 0.0 {
             self.frozen_now = false;

@@ -146,28 +146,17 @@ impl Fusion {
 
     #[inline]
     fn join(&self, stylus: Option<(f32, SlipState)>) -> Option<Told> {
-        let travel = (self.travel.statistic(), self.travel.state());
-        let pressure = (self.pressure.statistic(), self.pressure.state());
-        let said = [
-            (Method::Stylus, stylus),
-            (Method::Travel, (self.healths.0 != TravelHealth::Frozen).then_some(travel)),
-            (Method::Pressure, Some(pressure)),
-        ];
-        let heard = said.into_iter().filter(|(method, _)| self.methods.has(*method));
-        let mut told: Option<Told> = None;
-        for (method, said) in heard {
-            let Some((statistic, state)) = said else { continue };
-            told = Some(match told {
-                None => Told { statistic, state, method },
-                Some(before) => {
-                    let higher = rank(state) > rank(before.state);
-                    Told {
-                        statistic: before.statistic.max(statistic),
-                        state: if higher { state } else { before.state },
-                        method: if higher { method } else { before.method },
-                    }
-                }
-            });
+        let mut told = None;
+        if let Some((statistic, state)) = stylus.filter(|_| self.uses(Method::Stylus)) {
+            told = Some(Told { statistic, state, method: Method::Stylus });
+        }
+        if self.uses(Method::Travel) && self.healths.0 != TravelHealth::Frozen {
+            let (statistic, state) = (self.travel.statistic(), self.travel.state());
+            told = higher(told, Told { statistic, state, method: Method::Travel });
+        }
+        if self.uses(Method::Pressure) {
+            let (statistic, state) = (self.pressure.statistic(), self.pressure.state());
+            told = higher(told, Told { statistic, state, method: Method::Pressure });
         }
         told
     }
@@ -182,12 +171,12 @@ pub(crate) fn check(methods: Methods) -> Result<(), ConfigError> {
     Err(ConfigError::Range { name: "methods", value: 0.0, low: 1.0, high: 3.0 })
 }
 
-const fn rank(state: SlipState) -> u8 {
-    match state {
-        SlipState::Quiet => 0,
-        SlipState::Incipient => 1,
-        SlipState::Gross => 2,
-    }
+/// What two methods say together: the higher statistic, and the higher state with the method it is of.
+#[inline]
+fn higher(told: Option<Told>, said: Told) -> Option<Told> {
+    let Some(before) = told else { return Some(said) };
+    let of = if said.state > before.state { said } else { before };
+    Some(Told { statistic: before.statistic.max(said.statistic), ..of })
 }
 
 #[cfg(test)]

@@ -148,21 +148,24 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         let felt = self.detect(sample);
         let told = self.join(sample, taxels, felt);
         let event = self.slip_event(scene, sample, told);
-        let mut step = self.unchanged(sample.t);
-        step.scene = scene;
-        step.statistic = told.map_or(0.0, |told| told.statistic);
-        step.event = event;
-        step.command = if self.slip.is_some() || self.config.no_skip {
-            let believed = self.fusion.believed_travel(sample.travel_m);
-            let sample = Sample { travel_m: believed, ..*sample };
+        let statistic = told.map_or(0.0, |told| told.statistic);
+        if self.slip.is_some() || self.config.no_skip {
             self.feel(felt);
-            self.observe(&sample, &mut step);
-            let news = self.slip_news(&sample, &step);
-            self.command(&sample, dt, news)
-        } else {
-            self.command(sample, dt, SlipNews::default())
-        };
+            let believed = self.fusion.believed_travel(sample.travel_m);
+            let step = Step { scene, statistic, event, ..self.unchanged(sample.t) };
+            return self.follow(&Sample { travel_m: believed, ..*sample }, dt, step);
+        }
+        let command = self.command(sample, dt, SlipNews::default());
         self.asleep = self.may_sleep();
+        Step { scene, statistic, event, command, ..self.unchanged(sample.t) }
+    }
+
+    /// Adds to the `step` of a slip what is known of it, and the command.
+    fn follow(&mut self, sample: &Sample, dt: Micros, mut step: Step) -> Step {
+        self.observe(sample, &mut step);
+        let news = self.slip_news(sample, &step);
+        step.command = self.command(sample, dt, news);
+        self.asleep = false;
         step
     }
 
@@ -245,6 +248,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         }
     }
 
+    #[inline]
     fn slip_event(
         &mut self,
         scene: Scene,
@@ -282,6 +286,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         }
     }
 
+    #[inline]
     fn unchanged(&self, t: Micros) -> Step {
         Step {
             t,

@@ -24,7 +24,7 @@ use crate::{
 };
 
 /// What the detector sees.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub enum SlipState {
     /// Nothing above the noise.
     #[default]

@@ -96,39 +96,43 @@ impl<const N: usize> SvfLanes<N> {
     /// Low-pass outputs of the lanes for the inputs `x`.
     #[inline]
     pub fn low(&mut self, x: &[f32; N]) -> [f32; N] {
-        self.step(x).1
+        let mut low = [0.0; N];
+        for i in 0..N {
+            low[i] = self.lane(i, x[i]).1;
+        }
+        low
     }
 
     /// High-pass outputs of the lanes for the inputs `x`.
     #[inline]
     pub fn high(&mut self, x: &[f32; N]) -> [f32; N] {
-        let (band, low) = self.step(x);
-        core::array::from_fn(|i| x[i] - K * band[i] - low[i])
+        let mut high = [0.0; N];
+        for i in 0..N {
+            let (band, low) = self.lane(i, x[i]);
+            high[i] = x[i] - K * band - low;
+        }
+        high
     }
 
-    #[inline]
-    fn step(&mut self, x: &[f32; N]) -> ([f32; N], [f32; N]) {
-        let mut band = [0.0; N];
-        let mut low = [0.0; N];
-        for i in 0..N {
-            let v3 = x[i] - self.ic2[i];
-            let v1 = self.a1[i] * self.ic1[i] + self.a2[i] * v3;
-            let v2 = self.ic2[i] + self.a2[i] * self.ic1[i] + self.a3[i] * v3;
-            self.ic1[i] = 2.0 * v1 - self.ic1[i];
-            self.ic2[i] = 2.0 * v2 - self.ic2[i];
-            band[i] = v1;
-            low[i] = v2;
-        }
-        (band, low)
+    /// Band-pass and low-pass output of one lane.
+    #[inline(always)]
+    fn lane(&mut self, i: usize, x: f32) -> (f32, f32) {
+        let v3 = x - self.ic2[i];
+        let v1 = self.a1[i] * self.ic1[i] + self.a2[i] * v3;
+        let v2 = self.ic2[i] + self.a2[i] * self.ic1[i] + self.a3[i] * v3;
+        self.ic1[i] = 2.0 * v1 - self.ic1[i];
+        self.ic2[i] = 2.0 * v2 - self.ic2[i];
+        (v1, v2)
     }
 
     /// Sets states that have decayed below any signal to zero, so that long silence does not
     /// leave subnormal numbers, which many processors handle 50 times slower.
     #[inline]
     pub fn flush_tiny(&mut self) {
-        for state in self.ic1.iter_mut().chain(self.ic2.iter_mut()) {
-            if state.abs() < super::bank::TINY {
-                *state = 0.0;
+        for states in [&mut self.ic1, &mut self.ic2] {
+            for state in states {
+                // Without a branch, so that whole vectors are looked at.
+                *state = if state.abs() < super::bank::TINY { 0.0 } else { *state };
             }
         }
     }
