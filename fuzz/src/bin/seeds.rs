@@ -1,6 +1,7 @@
 //! The vectors of protocol/vectors and some lives of a gripper in, the files under `fuzz/seeds` out. Run it from anywhere:
 //! `cargo run --manifest-path fuzz/Cargo.toml --bin seeds`. Files that start with `found-` are kept.
 
+use grip_link_fuzz::targets::words::unhex;
 use std::collections::BTreeMap;
 use std::fs;
 use std::io;
@@ -24,12 +25,6 @@ fn main() -> io::Result<()> {
     let bytes: usize = seeds.values().map(Vec::len).sum();
     println!("{} seeds, {bytes} bytes under {}", seeds.len(), folder.display());
     Ok(())
-}
-
-fn unhex(text: &str) -> Vec<u8> {
-    let digits = text.as_bytes().chunks(2);
-    let byte = |pair| u8::from_str_radix(std::str::from_utf8(pair).unwrap(), 16).unwrap();
-    digits.map(byte).collect()
 }
 
 fn rows(text: &str) -> impl Iterator<Item = Vec<&str>> {

@@ -7,6 +7,10 @@ mod force;
 #[cfg(test)]
 mod golden;
 #[cfg(test)]
+#[expect(unreachable_pub, dead_code, reason = "shared with the fuzz workspace and other tests")]
+#[path = "../../../../fuzz/src/targets/gripper.rs"]
+mod gripper;
+#[cfg(test)]
 mod line;
 #[cfg(test)]
 mod messages;
@@ -16,3 +20,7 @@ mod session;
 mod sizes;
 #[cfg(test)]
 mod stream;
+#[cfg(test)]
+#[expect(unreachable_pub, dead_code, reason = "shared with the fuzz workspace and other tests")]
+#[path = "../../../../fuzz/src/targets/words.rs"]
+mod words;

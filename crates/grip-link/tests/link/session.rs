@@ -1,12 +1,14 @@
 //! Host and device on a simulated line: attaching, streaming, losses, reboots and silence.
 
-use crate::line::{Line, Told, config, device, ident, remove, unhex};
+use crate::gripper::{CONFIG, hello, ident, idle, wire};
+use crate::line::{Line, Told, remove};
+use crate::words::unhex;
 use grip_link::device::{DeviceConfig, DeviceEvent, DeviceLink, Drive};
-use grip_link::frame::{Direction, Header, MAX_WIRE, encode};
+use grip_link::frame::{Direction, Header, MAX_WIRE};
 use grip_link::host::{CloseReason, GripCommand, HostConfig, HostEvent, HostState};
 use grip_link::message::{
-    Config, DeviceState, FaultCode, GripMode, Heartbeat, Hello, Kind, LogLevel, NackReason,
-    Reaction, Versions,
+    Config, DeviceState, FaultCode, GripMode, Heartbeat, Kind, LogLevel, NackReason, Reaction,
+    Versions,
 };
 use proptest::prelude::{ProptestConfig, any, prop, proptest};
 use proptest::prop_assert;
@@ -36,7 +38,7 @@ fn attaches_and_streams_without_loss() {
     assert_eq!(line.states(), [HostState::Hello, HostState::Config, HostState::Stream]);
     assert!(line.told.contains(&Told::Identified(false)));
     assert!(line.told.contains(&Told::Configured(0)));
-    assert_eq!(line.host.in_force(), Some(&config()));
+    assert_eq!(line.host.in_force(), Some(&CONFIG));
     assert_eq!(line.device.state(), DeviceState::Armed);
     let next = contiguous_rows(&line.told);
     assert!(next > 2400, "{next} rows in half a second at 5 kHz");
@@ -82,7 +84,7 @@ fn every_grip_is_answered_by_status() {
 fn device_that_boots_for_two_seconds_is_found() {
     let mut late =
         DeviceLink::new(DeviceConfig { ident: ident(9), estop: Reaction::Hold }).unwrap();
-    let mut line = Line::with(HostConfig::new(config()), late.clone());
+    let mut line = Line::with(HostConfig::new(CONFIG), late.clone());
     line.open();
     line.run(2_000_000);
     assert_eq!(line.host.state(), HostState::Hello);
@@ -145,23 +147,19 @@ fn versions_that_do_not_meet_are_named() {
         to_device.clear();
         let header =
             Header { version: 3, ..Header::new(Direction::ToHost, Kind::IDENT, 0, session) };
-        let mut out = [0; MAX_WIRE];
-        let len = encode(&header, &[2, 3, 7], &mut out).unwrap();
-        *to_host = out[..len].to_vec();
+        *to_host = wire(&header, &[2, 3, 7]);
     });
     assert_eq!(line.closed(), Some(CloseReason::VersionMismatch { min: 2, max: 3 }));
 }
 
 #[test]
 fn device_answers_a_host_of_another_version_and_stays_unlinked() {
-    let mut gripper = device(5);
+    let mut gripper = idle(5);
     let header = Header { version: 4, ..Header::new(Direction::ToDevice, Kind::HELLO, 0, 77) };
-    let mut out = [0; MAX_WIRE];
     let mut hello = unhex("0304e0010000000000000000000000000000");
     hello.truncate(16);
-    let len = encode(&header, &hello, &mut out).unwrap();
-    let mut input = &out[..len];
-    assert_eq!(gripper.receive(10, &mut input), None);
+    let bytes = wire(&header, &hello);
+    assert_eq!(gripper.receive(10, &mut &bytes[..]), None);
     assert_eq!(gripper.state(), DeviceState::Idle);
     let mut reply = [0; MAX_WIRE];
     assert!(gripper.poll_transmit(20, &mut reply).is_some());
@@ -174,9 +172,9 @@ fn config_is_clamped_and_said_so() {
         ttl_ms: 500,
         sample_rate_hz: 1_000_000,
         channel_mask: 0xFF,
-        ..config()
+        ..CONFIG
     };
-    let mut line = Line::with(HostConfig::new(wanted), device(1));
+    let mut line = Line::with(HostConfig::new(wanted), idle(1));
     line.sample_every_us = u64::MAX;
     line.open();
     line.run(2_000);
@@ -291,12 +289,7 @@ fn a_late_hello_of_the_same_session_costs_a_new_config_and_no_force() {
     line.told.clear();
     let begin = line.tick();
     let header = Header::new(Direction::ToDevice, Kind::HELLO, 2000, line.host.session());
-    let mut late = [0; MAX_WIRE];
-    let hello = Hello { versions: Versions::OURS, max_rx: 480, caps: 0, time_us: 0 };
-    let mut payload = [0; Hello::SIZE];
-    hello.write(&mut payload).unwrap();
-    let len = encode(&header, &payload, &mut late).unwrap();
-    let mut late = Some(late[..len].to_vec());
+    let mut late = Some(wire(&header, &hello(Versions::OURS, 0)));
     line.run_through(100_000, |to_device, _| to_device.extend(late.take().unwrap_or_default()));
     assert_eq!(line.states(), [HostState::Config, HostState::Stream]);
     assert_eq!(line.device.state(), DeviceState::Active);
@@ -389,18 +382,14 @@ fn stale_sessions_are_dropped_on_both_sides() {
     line.run(100_000);
     line.grip_n = Some(1.0);
     line.run(10_000);
-    let mut out = [0; MAX_WIRE];
     let old_grip = unhex("01ffffff0100320010270000400d030000000000");
-    let len = encode(&Header::new(Direction::ToDevice, Kind::GRIP, 3, 0x1234), &old_grip, &mut out)
-        .unwrap();
+    let old_grip = wire(&Header::new(Direction::ToDevice, Kind::GRIP, 3, 0x1234), &old_grip);
     let mut first = true;
     line.run_through(20_000, |to_device, to_host| {
         if first {
-            to_device.extend_from_slice(&out[..len]);
-            let mut status = [0; MAX_WIRE];
+            to_device.extend_from_slice(&old_grip);
             let header = Header::new(Direction::ToHost, Kind::STATUS, 3, 0x1234);
-            let len = encode(&header, &[9; 24], &mut status).unwrap();
-            to_host.extend_from_slice(&status[..len]);
+            to_host.extend(wire(&header, &[9; 24]));
             first = false;
         }
     });
@@ -489,9 +478,9 @@ fn estop_is_latched_until_it_is_cleared() {
 
 #[test]
 fn latched_fault_refuses_config_but_not_the_session() {
-    let mut faulty = device(1);
+    let mut faulty = idle(1);
     faulty.raise_fault(0, FaultCode::OBJECT_LOST);
-    let mut line = Line::with(HostConfig::new(config()), faulty);
+    let mut line = Line::with(HostConfig::new(CONFIG), faulty);
     line.open();
     line.run(300_000);
     assert_eq!(line.host.state(), HostState::Config);
@@ -657,12 +646,12 @@ proptest! {
             let kind = Kind(kinds[usize::from(kind) % kinds.len()]);
             for direction in [Direction::ToDevice, Direction::ToHost] {
                 let header = Header { ack_req, ..Header::new(direction, kind, seq, line.host.session()) };
+                let bytes = wire(&header, &payload);
                 let mut out = [0; MAX_WIRE];
-                let len = encode(&header, &payload, &mut out).unwrap();
                 let tick = line.tick();
-                let mut input = &out[..len];
+                let mut input = &bytes[..];
                 while line.device.receive(tick, &mut input).is_some() {}
-                let mut input = &out[..len];
+                let mut input = &bytes[..];
                 while line.host.receive(line.now_us, &mut input).is_some() {}
                 while line.device.poll_transmit(tick, &mut out).is_some() {}
                 while line.host.poll_transmit(line.now_us, &mut out).is_some() {}

@@ -11,6 +11,10 @@ mod fields;
 #[cfg(test)]
 mod frame;
 #[cfg(test)]
+#[expect(unreachable_pub, dead_code, reason = "shared with the fuzz workspace and other tests")]
+#[path = "../../../../fuzz/src/targets/gripper.rs"]
+mod gripper;
+#[cfg(test)]
 mod markdown;
 #[cfg(test)]
 mod messages;
@@ -25,3 +29,7 @@ mod states;
 mod table;
 #[cfg(test)]
 mod timing;
+#[cfg(test)]
+#[expect(unreachable_pub, dead_code, reason = "shared with the fuzz workspace and other tests")]
+#[path = "../../../../fuzz/src/targets/words.rs"]
+mod words;
