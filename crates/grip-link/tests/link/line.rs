@@ -102,6 +102,14 @@ impl Line {
         }
     }
 
+    /// Linked and sampling for some time.
+    pub(crate) fn streaming() -> Self {
+        let mut line = Self::new();
+        line.open();
+        line.run(100_000);
+        line
+    }
+
     pub(crate) fn open(&mut self) {
         self.host.open(self.now_us, SESSION).unwrap();
     }

@@ -1,7 +1,11 @@
 //! Tests of the link as its users see it.
 
 #[cfg(test)]
+mod attach;
+#[cfg(test)]
 mod clock;
+#[cfg(test)]
+mod degraded;
 #[cfg(test)]
 mod force;
 #[cfg(test)]
@@ -15,7 +19,11 @@ mod line;
 #[cfg(test)]
 mod messages;
 #[cfg(test)]
+mod noise;
+#[cfg(test)]
 mod session;
+#[cfg(test)]
+mod silence;
 #[cfg(test)]
 mod sizes;
 #[cfg(test)]
