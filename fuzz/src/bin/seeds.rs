@@ -313,34 +313,10 @@ fn conversations(seeds: &mut Seeds) {
     talk("start-unacknowledged", &[&TURN.repeat(5), &[2, 3, 11, 1], &stream, &grip]);
     let nothing_arrives = [3, 11, 0, 11, 1, 1, 50, 0];
     talk("config-unanswered", &[&TURN.repeat(2), &nothing_arrives.repeat(5), &attach]);
-    talk(
-        "fault-and-clear",
-        &[
-            &attach,
-            &stream,
-            &grip,
-            &[9, 0, 1, 2],
-            &TURN.repeat(4),
-            &[10, 2],
-            &TURN.repeat(6),
-            &stream,
-            &grip,
-        ],
-    );
-    talk(
-        "estop-and-clear",
-        &[
-            &attach,
-            &stream,
-            &grip,
-            &[10, 5],
-            &TURN.repeat(4),
-            &[10, 2],
-            &TURN.repeat(6),
-            &stream,
-            &grip,
-        ],
-    );
+    for (name, trouble) in [("fault-and-clear", &[9, 0, 1, 2][..]), ("estop-and-clear", &[10, 5])] {
+        let (told, cleared) = (TURN.repeat(4), TURN.repeat(6));
+        talk(name, &[&attach, &stream, &grip, trouble, &told, &[10, 2], &cleared, &stream, &grip]);
+    }
     talk(
         "stop-and-start",
         &[

@@ -1,8 +1,8 @@
 //! Finding a gripper: attaching, versions, requests and who else may answer.
 
-use crate::gripper::{CONFIG, device, idle, wire};
 use crate::line::{Line, Told, remove};
-use crate::words::unhex;
+use crate::targets::gripper::{CONFIG, device, idle, wire};
+use crate::targets::words::unhex;
 use grip_link::frame::{Direction, Header, MAX_WIRE};
 use grip_link::host::{CloseReason, HostConfig, HostState};
 use grip_link::message::{Config, DeviceState, Kind};

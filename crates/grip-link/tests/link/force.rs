@@ -1,6 +1,6 @@
 //! The failsafe rules of the device, one by one and as properties.
 
-use crate::gripper::{CONFIG, hello, ident, idle, wire};
+use crate::targets::gripper::{CONFIG, hello, ident, idle, wire};
 use grip_link::device::{
     DeviceConfig, DeviceConfigError, DeviceEvent, DeviceLink, Drive, RowError,
 };

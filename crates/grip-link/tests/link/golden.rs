@@ -1,7 +1,7 @@
 //! Pinned frames, and every one-byte change of each of them.
 
-use crate::gripper::{SESSION, wire};
-use crate::words::{hex, unhex};
+use crate::targets::gripper::{SESSION, wire};
+use crate::targets::words::{hex, unhex};
 use grip_link::decoder::{Decoder, Role, Verdict};
 use grip_link::frame::{Direction, Frame, Header};
 use grip_link::message::{Grip, GripMode, Hello, Kind, Ping, Versions};

@@ -1,6 +1,6 @@
 //! A gripper, a host and a line between them, all in simulated time.
 
-use crate::gripper::{CONFIG, SESSION, idle};
+use crate::targets::gripper::{CONFIG, SESSION, idle};
 use grip_link::cobs::decode_in_place;
 use grip_link::device::{DeviceEvent, DeviceLink, Drive};
 use grip_link::frame::{Frame, MAX_WIRE};

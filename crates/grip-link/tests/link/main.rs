@@ -11,10 +11,6 @@ mod force;
 #[cfg(test)]
 mod golden;
 #[cfg(test)]
-#[expect(unreachable_pub, dead_code, reason = "shared with the fuzz workspace and other tests")]
-#[path = "../../../../fuzz/src/targets/gripper.rs"]
-mod gripper;
-#[cfg(test)]
 mod line;
 #[cfg(test)]
 mod messages;
@@ -30,5 +26,5 @@ mod sizes;
 mod stream;
 #[cfg(test)]
 #[expect(unreachable_pub, dead_code, reason = "shared with the fuzz workspace and other tests")]
-#[path = "../../../../fuzz/src/targets/words.rs"]
-mod words;
+#[path = "../../../../fuzz/src/targets/mod.rs"]
+mod targets;

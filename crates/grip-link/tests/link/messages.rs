@@ -1,7 +1,7 @@
 //! One pinned frame of each message, and the offsets of its fields.
 
-use crate::gripper::{CONFIG, ident, wire};
-use crate::words::{hex, unhex};
+use crate::targets::gripper::{CONFIG, ident, wire};
+use crate::targets::words::{hex, unhex};
 use grip_link::frame::{Direction, Header, MAX_PAYLOAD};
 use grip_link::message::{
     Ack, Channel, ChannelKind, Clamped, ClearFault, Config, ConfigAck, DeviceState, Event,

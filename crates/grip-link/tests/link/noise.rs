@@ -1,8 +1,8 @@
 //! Bytes that nobody meant: old sessions, late frames, echoes, noise and frames in any order.
 
-use crate::gripper::{hello, wire};
 use crate::line::{Line, Told};
-use crate::words::unhex;
+use crate::targets::gripper::{hello, wire};
+use crate::targets::words::unhex;
 use grip_link::frame::{Direction, Header, MAX_WIRE};
 use grip_link::host::HostState;
 use grip_link::message::{DeviceState, Kind, Versions};

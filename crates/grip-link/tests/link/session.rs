@@ -1,7 +1,7 @@
 //! An open link: STATUS, commands, stops, faults, texts and heartbeats.
 
-use crate::gripper::{CONFIG, idle};
 use crate::line::{Line, Told};
+use crate::targets::gripper::{CONFIG, idle};
 use grip_link::device::DeviceEvent;
 use grip_link::frame::MAX_WIRE;
 use grip_link::host::{GripCommand, HostConfig, HostEvent, HostState};

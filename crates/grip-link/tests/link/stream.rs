@@ -1,6 +1,6 @@
 //! Properties of framing: any payload, any chunking, any bytes.
 
-use crate::gripper::wire;
+use crate::targets::gripper::wire;
 use grip_link::cobs;
 use grip_link::crc::crc32c;
 use grip_link::decoder::{Counters, Decoder, Fault, Role, Verdict};

@@ -1,7 +1,7 @@
 //! Sentences of SPEC.md that no table holds and no other test of the crate asks.
 
-use crate::gripper::{CONFIG, SESSION, sent, wire};
 use crate::rig::{device, hello, tell, written};
+use crate::targets::gripper::{CONFIG, SESSION, sent, wire};
 use grip_link::device::{DeviceLink, Drive};
 use grip_link::frame::{Direction, Header};
 use grip_link::message::{

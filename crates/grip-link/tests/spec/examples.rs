@@ -1,9 +1,9 @@
 //! Each worked example is what the encoder writes, and its annotation covers each byte once.
 
-use crate::gripper::{CONFIG, SESSION, wire};
 use crate::markdown::{fence, headings, table};
 use crate::rig::{hello, ident, written};
-use crate::words::unhex;
+use crate::targets::gripper::{CONFIG, SESSION, wire};
+use crate::targets::words::unhex;
 use grip_link::cobs;
 use grip_link::frame::{Direction, Frame, Header};
 use grip_link::message::{

@@ -2,7 +2,7 @@
 
 use crate::markdown::{Row, headings, table, tables};
 use crate::table::rows;
-use crate::words::{hex, unhex};
+use crate::targets::words::{hex, unhex};
 use grip_link::crc::crc32c;
 use grip_link::decoder::{Decoder, Role, Verdict};
 use std::collections::BTreeMap;

@@ -11,10 +11,6 @@ mod fields;
 #[cfg(test)]
 mod frame;
 #[cfg(test)]
-#[expect(unreachable_pub, dead_code, reason = "shared with the fuzz workspace and other tests")]
-#[path = "../../../../fuzz/src/targets/gripper.rs"]
-mod gripper;
-#[cfg(test)]
 mod markdown;
 #[cfg(test)]
 mod messages;
@@ -28,8 +24,8 @@ mod states;
 #[path = "../vectors/table.rs"]
 mod table;
 #[cfg(test)]
-mod timing;
-#[cfg(test)]
 #[expect(unreachable_pub, dead_code, reason = "shared with the fuzz workspace and other tests")]
-#[path = "../../../../fuzz/src/targets/words.rs"]
-mod words;
+#[path = "../../../../fuzz/src/targets/mod.rs"]
+mod targets;
+#[cfg(test)]
+mod timing;

@@ -1,6 +1,6 @@
 //! A device and a host to ask, and frames to ask with.
 
-use crate::gripper::{self, SESSION, wire};
+use crate::targets::gripper::{self, SESSION, wire};
 use grip_link::device::{DeviceConfig, DeviceLink};
 use grip_link::frame::{Direction, Header, MAX_PAYLOAD};
 use grip_link::message::{DeviceState, Ident, Kind, PayloadError, Reaction, Versions};

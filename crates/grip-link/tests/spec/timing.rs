@@ -1,9 +1,9 @@
 //! The timing and count tables against constants where there are any, and against what the machines do.
 
-use crate::gripper::{CONFIG, SESSION, sent};
 use crate::markdown::pairs;
 use crate::rig::{device, hello, tell, written};
 use crate::source::constant;
+use crate::targets::gripper::{CONFIG, SESSION, sent};
 use grip_link::decoder::DUPLICATE_WINDOW;
 use grip_link::device::{DeviceLink, KEPT_BATCHES};
 use grip_link::frame::{Direction, Header, MAX_WIRE};
@@ -40,7 +40,7 @@ fn period_ms(kind: Kind) -> u64 {
 fn announce_ms() -> u64 {
     let mut device = device();
     let stale = Header::new(Direction::ToDevice, Kind::STOP, 0, SESSION);
-    let bytes = crate::gripper::wire(&stale, &[]);
+    let bytes = crate::targets::gripper::wire(&stale, &[]);
     let mut ask = |ms: u64| {
         assert_eq!(device.receive(ms * MS, &mut &bytes[..]), None);
         !sent(&mut device, ms * MS).is_empty()

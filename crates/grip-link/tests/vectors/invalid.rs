@@ -1,8 +1,8 @@
 //! Each bad input gets its verdict, its payload error and its NACK.
 
-use crate::gripper::{SESSION, hello, idle, sent, wire};
 use crate::table::rows;
-use crate::words::{fault_word, unhex};
+use crate::targets::gripper::{SESSION, hello, idle, sent, wire};
+use crate::targets::words::{fault_word, unhex};
 use grip_link::decoder::{Decoder, Role, Verdict};
 use grip_link::device::DeviceLink;
 use grip_link::frame::{Direction, Frame, Header};

@@ -2,7 +2,7 @@
 
 use crate::fields::{Given, channels, row_bytes, row_text};
 use crate::table::rows;
-use crate::words::{hex, unhex};
+use crate::targets::words::{hex, unhex};
 use grip_link::cobs;
 use grip_link::decoder::{Decoder, Role, Verdict};
 use grip_link::frame::{Direction, Frame, Header, MAX_PAYLOAD, MAX_WIRE, encode};
