@@ -1,6 +1,7 @@
 //! The vectors of protocol/vectors and some lives of a gripper in, the files under `fuzz/seeds` out. Run it from anywhere:
 //! `cargo run --manifest-path fuzz/Cargo.toml --bin seeds`. Files that start with `found-` are kept.
 
+use grip_link_fuzz::targets::words::unhex;
 use std::collections::BTreeMap;
 use std::fs;
 use std::io;
@@ -24,12 +25,6 @@ fn main() -> io::Result<()> {
     let bytes: usize = seeds.values().map(Vec::len).sum();
     println!("{} seeds, {bytes} bytes under {}", seeds.len(), folder.display());
     Ok(())
-}
-
-fn unhex(text: &str) -> Vec<u8> {
-    let digits = text.as_bytes().chunks(2);
-    let byte = |pair| u8::from_str_radix(std::str::from_utf8(pair).unwrap(), 16).unwrap();
-    digits.map(byte).collect()
 }
 
 fn rows(text: &str) -> impl Iterator<Item = Vec<&str>> {
@@ -318,34 +313,10 @@ fn conversations(seeds: &mut Seeds) {
     talk("start-unacknowledged", &[&TURN.repeat(5), &[2, 3, 11, 1], &stream, &grip]);
     let nothing_arrives = [3, 11, 0, 11, 1, 1, 50, 0];
     talk("config-unanswered", &[&TURN.repeat(2), &nothing_arrives.repeat(5), &attach]);
-    talk(
-        "fault-and-clear",
-        &[
-            &attach,
-            &stream,
-            &grip,
-            &[9, 0, 1, 2],
-            &TURN.repeat(4),
-            &[10, 2],
-            &TURN.repeat(6),
-            &stream,
-            &grip,
-        ],
-    );
-    talk(
-        "estop-and-clear",
-        &[
-            &attach,
-            &stream,
-            &grip,
-            &[10, 5],
-            &TURN.repeat(4),
-            &[10, 2],
-            &TURN.repeat(6),
-            &stream,
-            &grip,
-        ],
-    );
+    for (name, trouble) in [("fault-and-clear", &[9, 0, 1, 2][..]), ("estop-and-clear", &[10, 5])] {
+        let (told, cleared) = (TURN.repeat(4), TURN.repeat(6));
+        talk(name, &[&attach, &stream, &grip, trouble, &told, &[10, 2], &cleared, &stream, &grip]);
+    }
     talk(
         "stop-and-start",
         &[

@@ -4,6 +4,7 @@
 
 use super::gripper::{SESSION, wire};
 use super::reference::{Judged, Seen, judge};
+use super::words::hex;
 use grip_link::decoder::{Counters, Decoder, Fault, Role, Verdict};
 
 /// Who listens: role, open session, newest sequence number of it.
@@ -91,5 +92,5 @@ pub fn line(data: &[u8]) -> Option<String> {
         (Some(session), None) => format!("{session:04x}"),
         (Some(session), Some(newest)) => format!("{session:04x}:{newest}"),
     };
-    (!bytes.is_empty()).then(|| format!("{role} {session} {}", super::script::hex(bytes)))
+    (!bytes.is_empty()).then(|| format!("{role} {session} {}", hex(bytes)))
 }

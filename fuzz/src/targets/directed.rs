@@ -1,7 +1,7 @@
 //! Lives of a gripper that chance hardly finds, for the mode `device` of the peers, and what must come of each.
 
 use super::gripper::{CONFIG, SESSION, hello, wire};
-use super::script::hex;
+use super::words::hex;
 use grip_link::frame::{Direction, Header};
 use grip_link::message::{ClearFault, FaultCode, Grip, Kind, Ping, Versions};
 

@@ -1,7 +1,8 @@
 //! The gripper that all targets and all peers play: stylus, normal force and a pressure array of four.
 
+use grip_link::cobs;
 use grip_link::device::{DeviceConfig, DeviceLink};
-use grip_link::frame::{Direction, Header, MAX_WIRE, encode};
+use grip_link::frame::{Direction, Frame, Header, MAX_WIRE, encode};
 use grip_link::message::{
     Channel, ChannelKind, Config, DeviceState, FaultCode, Firmware, Hello, Ident, Kind, Limits,
     LossAction, MAX_CHANNELS, Reaction, ResetReason, SampleFormat, Versions,
@@ -45,6 +46,25 @@ pub fn ident(boot_id: u32) -> Ident {
 /// In state BOOT.
 pub fn device(boot_id: u32) -> DeviceLink {
     DeviceLink::new(DeviceConfig { ident: ident(boot_id), estop: Reaction::Hold }).unwrap()
+}
+
+/// In state IDLE.
+pub fn idle(boot_id: u32) -> DeviceLink {
+    let mut device = device(boot_id);
+    device.ready(0);
+    device
+}
+
+/// All frames that a device has to send now: type and payload.
+pub fn sent(device: &mut DeviceLink, tick: u64) -> Vec<(Kind, Vec<u8>)> {
+    let mut out = [0; MAX_WIRE];
+    let mut frames = Vec::new();
+    while let Some(len) = device.poll_transmit(tick, &mut out) {
+        let body = cobs::decode_in_place(&mut out[1..len - 1]).unwrap();
+        let frame = Frame::from_body(body).unwrap();
+        frames.push((frame.header.kind, frame.payload.to_vec()));
+    }
+    frames
 }
 
 /// 5 kHz, five rows a batch, stylus and force as i16, up to 10 N at 200 N/s, 8 N held, 50 ms of life.

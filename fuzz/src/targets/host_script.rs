@@ -2,7 +2,7 @@
 //! `grip T MODE FLAGS TTL FORCE SLEW CAUSE`, `beat T TURNS LONGEST LATE FLAGS`, `estop T`, `config T` with the fields of
 //! CONFIG, `start T`, `stop T`, `clear T FAULT`.
 
-use super::script::hex;
+use super::words::hex;
 use grip_link::host::GripCommand;
 use grip_link::message::{Config, FaultCode, Heartbeat};
 

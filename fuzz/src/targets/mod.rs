@@ -1,4 +1,4 @@
-//! One module a target, each with `check(data)`; what they share stands in `gripper`, `input` and `reference`.
+//! One module a target, each with `check(data)`; what they and the peers share stands beside them.
 
 pub mod chunks;
 pub mod decoder;
@@ -10,8 +10,10 @@ pub mod host_script;
 pub mod input;
 pub mod messages;
 pub mod peers;
+pub mod player;
 pub mod reference;
 pub mod script;
+pub mod words;
 
 /// A target: panics where a promise is broken.
 pub type Check = fn(&[u8]);

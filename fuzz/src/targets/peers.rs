@@ -2,15 +2,16 @@
 
 use super::{decoder, host, script};
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-/// Seeds of a target in the order of their names.
-pub fn seeds(folder: &Path, target: &str) -> Vec<Vec<u8>> {
+/// Seeds of a target with their paths, in the order of these.
+pub fn seeds(folder: &Path, target: &str) -> Vec<(PathBuf, Vec<u8>)> {
     let folder = folder.join(target);
     let files = fs::read_dir(&folder).unwrap_or_else(|e| panic!("{}: {e}", folder.display()));
-    let mut paths: Vec<_> = files.map(|file| file.unwrap().path()).collect();
-    paths.sort();
-    paths.iter().map(|path| fs::read(path).unwrap()).collect()
+    let paths = files.map(|file| file.unwrap().path());
+    let mut seeds: Vec<_> = paths.map(|path| (path.clone(), fs::read(path).unwrap())).collect();
+    seeds.sort();
+    seeds
 }
 
 /// A seed, and `count` copies with one byte changed.
@@ -27,18 +28,21 @@ fn variants(seed: &[u8], count: usize) -> impl Iterator<Item = Vec<u8>> {
 /// Lines for the mode `decode` of the peers.
 pub fn decoder_lines(folder: &Path) -> Vec<String> {
     let all = seeds(folder, "decoder");
-    all.iter().flat_map(|seed| variants(seed, 30)).filter_map(|data| decoder::line(&data)).collect()
+    all.iter()
+        .flat_map(|(_, seed)| variants(seed, 30))
+        .filter_map(|data| decoder::line(&data))
+        .collect()
 }
 
 /// Scripts for the mode `device` of the peers.
 pub fn device_scripts(folder: &Path) -> Vec<Vec<String>> {
     let all = seeds(folder, "device");
-    let lives = all.iter().flat_map(|seed| variants(seed, 2));
+    let lives = all.iter().flat_map(|(_, seed)| variants(seed, 2));
     lives.map(|data| script::steps(&data).iter().map(script::Step::line).collect()).collect()
 }
 
 /// Scripts for the mode `host` of the peer in Python.
 pub fn host_scripts(folder: &Path) -> Vec<Vec<String>> {
     let all = seeds(folder, "host");
-    all.iter().flat_map(|seed| variants(seed, 12)).map(|data| host::script(&data)).collect()
+    all.iter().flat_map(|(_, seed)| variants(seed, 12)).map(|data| host::script(&data)).collect()
 }

@@ -6,6 +6,7 @@
 
 use super::gripper::{CONFIG, SESSION, hello, wire};
 use super::input::Input;
+use super::words::hex;
 use grip_link::frame::{Direction, Header};
 use grip_link::message::{
     ClearFault, Config, FaultCode, Grip, Heartbeat, Kind, LossAction, Ping, SampleFormat, Versions,
@@ -50,11 +51,6 @@ pub struct Step {
     pub tick: u64,
     /// What.
     pub action: Action,
-}
-
-/// Bytes as hex digits.
-pub fn hex(bytes: &[u8]) -> String {
-    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 impl Step {

@@ -4,7 +4,7 @@
 //! percentile bootstrap (Efron 1979), 2000 draws, seeded. Recordings of one material are alike, so whole materials are drawn
 //! where there are at least five of them; the interval then speaks of other materials too.
 
-use super::Quantiles;
+use super::quantiles::{Quantiles, quantile};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -58,7 +58,7 @@ pub fn quantiles(values: &[(&str, f64)]) -> QuantileIntervals {
 
 fn central(mut values: Vec<f64>) -> Interval {
     values.sort_by(f64::total_cmp);
-    Some([super::quantile(&values, TAIL)?, super::quantile(&values, 1.0 - TAIL)?])
+    Some([quantile(&values, TAIL)?, quantile(&values, 1.0 - TAIL)?])
 }
 
 /// splitmix64 (Steele, Lea and Flood 2014), below `n`; the bias of n / 2^64 does not matter.

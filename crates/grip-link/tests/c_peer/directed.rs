@@ -1,16 +1,13 @@
 //! Lives that chance hardly finds, and what the C side refuses to start with.
 
-use crate::device::{gripper, step};
 use crate::peer::{assert_same, run};
 use crate::targets::directed::{judge, lives};
-use grip_link::message::Reaction;
+use crate::targets::player::Player;
 
 #[test]
 fn both_do_what_is_wanted() {
     for life in lives() {
-        let mut device = gripper(Reaction::Hold);
-        let rust: Vec<String> =
-            life.script.iter().flat_map(|line| step(&mut device, line)).collect();
+        let rust = Player::default().play(&life.script);
         let c = run("device", &(life.script.join("\n") + "\n"));
         judge(&life, &rust);
         assert_same(life.name, &rust, &c);

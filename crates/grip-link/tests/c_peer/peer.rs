@@ -43,15 +43,6 @@ pub(crate) fn run(mode: &str, input: &str) -> Vec<String> {
     String::from_utf8(output.stdout).unwrap().lines().map(str::to_owned).collect()
 }
 
-/// "00ff12" to bytes.
-pub(crate) fn unhex(text: &str) -> Vec<u8> {
-    (0..text.len()).step_by(2).map(|i| u8::from_str_radix(&text[i..i + 2], 16).unwrap()).collect()
-}
-
-pub(crate) fn hex(bytes: &[u8]) -> String {
-    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
-}
-
 /// Compares line by line and shows what led to the first difference.
 pub(crate) fn assert_same(what: &str, rust: &[String], c: &[String]) {
     for (i, (rust_line, c_line)) in rust.iter().zip(c).enumerate() {

@@ -1,13 +1,12 @@
 //! A seed in, a script of what a gripper may live through and the lines this crate's device gives for it out.
 
-use crate::device::{gripper, step};
-use crate::peer::hex;
+use crate::targets::gripper::{hello, wire};
+use crate::targets::player::Player;
+use crate::targets::words::hex;
 use core::fmt::Write as _;
-use grip_link::device::DeviceLink;
-use grip_link::frame::{Direction, Header, MAX_WIRE, encode};
+use grip_link::frame::{Direction, Header};
 use grip_link::message::{
-    Config, DeviceState, Grip, Heartbeat, Hello, Kind, LossAction, Ping, Reaction, SampleFormat,
-    Versions,
+    Config, DeviceState, Grip, Heartbeat, Kind, LossAction, Ping, SampleFormat, Versions,
 };
 use rand_chacha::ChaCha8Rng;
 use rand_core::{Rng as _, SeedableRng as _};
@@ -18,7 +17,7 @@ struct Author {
     seq: u16,
     session: u16,
     cmd_id: u32,
-    device: DeviceLink,
+    player: Player,
     script: String,
     lines: Vec<String>,
 }
@@ -31,7 +30,7 @@ pub(crate) fn play(seed: u64, length: usize) -> (String, Vec<String>) {
         seq: 0,
         session: 0xBEEF,
         cmd_id: 0,
-        device: gripper(Reaction::Hold),
+        player: Player::default(),
         script: String::new(),
         lines: Vec::new(),
     };
@@ -60,7 +59,7 @@ impl Author {
 
     fn write(&mut self, line: &str) {
         writeln!(self.script, "{line}").unwrap();
-        self.lines.extend(step(&mut self.device, line));
+        self.lines.extend(self.player.obey(line));
     }
 
     fn turn(&mut self) {
@@ -109,8 +108,9 @@ impl Author {
     }
 
     fn row(&mut self) {
-        let format = self.device.in_force().map_or(SampleFormat::I16, |config| config.format);
-        let mask = self.device.in_force().map_or(3, |config| config.channel_mask);
+        let format =
+            self.player.device.in_force().map_or(SampleFormat::I16, |config| config.format);
+        let mask = self.player.device.in_force().map_or(3, |config| config.channel_mask);
         let right = (mask & 1) + (mask >> 1 & 1) + 4 * (mask >> 2 & 1);
         let count = if self.odds(30) { self.below(9) } else { right };
         let floats = (format == SampleFormat::F32) ^ self.odds(40);
@@ -138,8 +138,8 @@ impl Author {
     }
 
     fn frame(&mut self) {
-        let linked = self.device.state() >= DeviceState::Linked;
-        let armed = self.device.in_force().is_some();
+        let linked = self.player.device.state() >= DeviceState::Linked;
+        let armed = self.player.device.in_force().is_some();
         let kind = match self.below(40) {
             _ if !linked && !self.odds(4) => Kind::HELLO,
             _ if linked && !armed && !self.odds(3) => Kind::CONFIG,
@@ -179,12 +179,12 @@ impl Author {
         let version = if self.odds(60) { 2 } else { 1 };
         let header = Header { version, ack_req, ..Header::new(direction, kind, self.seq, session) };
         self.seq = self.seq.wrapping_add(self.pick([1, 1, 1, 1, 1, 1, 1, 0, 3, 65_530]));
-        let mut out = [0; MAX_WIRE];
-        let len = encode(&header, payload, &mut out).unwrap();
+        let mut bytes = wire(&header, payload);
         if self.odds(25) {
-            out[self.below(u32::try_from(len).unwrap()) as usize] ^= 0x10;
+            let at = self.below(u32::try_from(bytes.len()).unwrap()) as usize;
+            bytes[at] ^= 0x10;
         }
-        let text = hex(&out[..len]);
+        let text = hex(&bytes);
         if self.odds(10) {
             let (a, b) = text.split_at(text.len() / 4 * 2);
             let tick = self.tick;
@@ -200,8 +200,7 @@ impl Author {
         let len = match kind {
             Kind::HELLO => {
                 let (min, max) = self.pick([(1, 1), (1, 1), (1, 1), (0, 15), (2, 3), (0, 0)]);
-                let versions = Versions { min, max };
-                Hello { versions, max_rx: 480, caps: 0, time_us: self.tick }.write(&mut out)
+                return hello(Versions { min, max }, self.tick).to_vec();
             }
             Kind::CONFIG => self.config().write(&mut out),
             Kind::PING => Ping { t1_us: self.tick.wrapping_mul(977) }.write(&mut out),
@@ -210,7 +209,7 @@ impl Author {
                     .write(&mut out)
             }
             Kind::CLEAR_FAULT => {
-                let code = self.device.fault().0;
+                let code = self.player.device.fault().0;
                 let code = if self.odds(4) { 0x0201 } else { code };
                 out[..2].copy_from_slice(&code.to_le_bytes());
                 Ok(2)

@@ -1,30 +1,22 @@
 //! Every seed through its target, whole, cut short and with one byte changed.
 
-use crate::targets::TARGETS;
-use std::fs;
-use std::path::Path;
+use crate::targets::{TARGETS, peers};
+use std::path::{Path, PathBuf};
 
 /// Most of what may be committed: files and bytes.
 const MOST: (usize, usize) = (200, 300_000);
 
-fn seeds(target: &str) -> Vec<(String, Vec<u8>)> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fuzz/seeds").join(target);
-    let files = fs::read_dir(&folder).unwrap_or_else(|e| panic!("{}: {e}", folder.display()));
-    let mut seeds: Vec<_> = files
-        .map(|file| {
-            let path = file.unwrap().path();
-            (path.display().to_string(), fs::read(path).unwrap())
-        })
-        .collect();
-    seeds.sort();
-    assert!(seeds.len() >= 5, "{} seeds in {}", seeds.len(), folder.display());
+fn seeds(target: &str) -> Vec<(PathBuf, Vec<u8>)> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fuzz/seeds");
+    let seeds = peers::seeds(&folder, target);
+    assert!(seeds.len() >= 5, "{} seeds of {target}", seeds.len());
     seeds
 }
 
 fn run(target: &str) {
     let (_, check) = TARGETS.iter().find(|(name, _)| *name == target).unwrap();
     for (path, seed) in seeds(target) {
-        println!("{path}");
+        println!("{}", path.display());
         check(&seed);
         for at in (0..seed.len()).step_by(seed.len() / 24 + 1) {
             check(&seed[..at]);

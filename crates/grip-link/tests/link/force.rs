@@ -1,13 +1,13 @@
 //! The failsafe rules of the device, one by one and as properties.
 
-use crate::line::{config, device, ident};
+use crate::targets::gripper::{CONFIG, hello, ident, idle, wire};
 use grip_link::device::{
     DeviceConfig, DeviceConfigError, DeviceEvent, DeviceLink, Drive, RowError,
 };
-use grip_link::frame::{Direction, Header, MAX_WIRE, encode};
+use grip_link::frame::{Direction, Header};
 use grip_link::message::{
-    Config, DeviceState, FaultCode, ForceClamp, Grip, GripMode, Hello, Ident, Kind, Limits,
-    LossAction, Reaction, Versions,
+    Config, DeviceState, FaultCode, ForceClamp, Grip, GripMode, Ident, Kind, Limits, LossAction,
+    Reaction, Versions,
 };
 use proptest::prelude::{ProptestConfig, any, prop, proptest};
 use proptest::{prop_assert, prop_assert_eq};
@@ -22,25 +22,20 @@ struct Rig {
 
 impl Rig {
     fn new(config: &Config) -> Self {
-        let mut rig = Self { device: device(1), seq: 0, tick: 1000, cmd_id: 0 };
+        let mut rig = Self { device: idle(1), seq: 0, tick: 1000, cmd_id: 0 };
         rig.hello();
         rig.configure(config);
         rig
     }
 
     fn send(&mut self, kind: Kind, payload: &[u8]) -> Option<DeviceEvent> {
-        let mut out = [0; MAX_WIRE];
-        let len = encode(&Header::new(Direction::ToDevice, kind, self.seq, 5), payload, &mut out)
-            .unwrap();
+        let bytes = wire(&Header::new(Direction::ToDevice, kind, self.seq, 5), payload);
         self.seq = self.seq.wrapping_add(1);
-        self.device.receive(self.tick, &mut &out[..len])
+        self.device.receive(self.tick, &mut &bytes[..])
     }
 
     fn hello(&mut self) {
-        let mut payload = [0; Hello::SIZE];
-        Hello { versions: Versions::OURS, max_rx: 480, caps: 0, time_us: 0 }
-            .write(&mut payload)
-            .unwrap();
+        let payload = hello(Versions::OURS, 0);
         assert_eq!(self.send(Kind::HELLO, &payload), Some(DeviceEvent::Linked { session: 5 }));
     }
 
@@ -88,14 +83,14 @@ const fn press() -> Grip {
 
 #[test]
 fn passive_until_the_first_command() {
-    let mut rig = Rig::new(&config());
+    let mut rig = Rig::new(&CONFIG);
     assert_eq!(rig.run(500, None), Drive::Passive);
     assert_eq!(rig.device.state(), DeviceState::Armed, "nothing was gripped, nothing is lost");
 }
 
 #[test]
 fn force_follows_the_slew() {
-    let mut rig = Rig::new(&config());
+    let mut rig = Rig::new(&CONFIG);
     rig.device.drive(rig.tick);
     rig.press(5000);
     assert_eq!(rig.run(1, None), Drive::Force(200), "200 N/s is 0.2 N a millisecond");
@@ -110,7 +105,7 @@ fn force_follows_the_slew() {
 
 #[test]
 fn small_time_steps_lose_no_slew() {
-    let mut rig = Rig::new(&Config { slew_mn_s: 777, ..config() });
+    let mut rig = Rig::new(&Config { slew_mn_s: 777, ..CONFIG });
     rig.device.drive(rig.tick);
     for _ in 0..1000 {
         rig.press(9000);
@@ -124,7 +119,7 @@ fn small_time_steps_lose_no_slew() {
 
 #[test]
 fn a_late_control_task_does_not_jump() {
-    let mut rig = Rig::new(&config());
+    let mut rig = Rig::new(&CONFIG);
     rig.press(10_000);
     rig.device.drive(rig.tick);
     rig.tick += 49_000;
@@ -133,7 +128,7 @@ fn a_late_control_task_does_not_jump() {
 
 #[test]
 fn out_of_range_is_clamped_and_told() {
-    let mut rig = Rig::new(&config());
+    let mut rig = Rig::new(&CONFIG);
     let grip = Grip { force_mn: 12_000, slew_mn_s: 999_999, ttl_ms: 500, ..press() };
     assert!(matches!(rig.grip(&grip), Some(DeviceEvent::Command(_))));
     let status = rig.device.status(rig.tick);
@@ -149,7 +144,7 @@ fn out_of_range_is_clamped_and_told() {
 
 #[test]
 fn negative_force_and_unknown_modes_are_rejected() {
-    let mut rig = Rig::new(&config());
+    let mut rig = Rig::new(&CONFIG);
     rig.press(3000);
     rig.run(30, None);
     for (force_mn, mode) in [(-1, 1), (i32::MIN, 1), (1000, 0), (1000, 4), (1000, 255)] {
@@ -167,7 +162,7 @@ fn negative_force_and_unknown_modes_are_rejected() {
 
 #[test]
 fn older_and_equal_commands_are_ignored() {
-    let mut rig = Rig::new(&config());
+    let mut rig = Rig::new(&CONFIG);
     rig.cmd_id = u32::MAX - 1;
     rig.press(3000);
     rig.press(4000);
@@ -181,7 +176,7 @@ fn older_and_equal_commands_are_ignored() {
 
 #[test]
 fn commands_need_config_first() {
-    let mut rig = Rig { device: device(1), seq: 0, tick: 1000, cmd_id: 0 };
+    let mut rig = Rig { device: idle(1), seq: 0, tick: 1000, cmd_id: 0 };
     assert_eq!(rig.press(1000), None, "no session");
     rig.hello();
     assert!(matches!(rig.press(1000), Some(DeviceEvent::Rejected(_))));
@@ -190,7 +185,7 @@ fn commands_need_config_first() {
 
 #[test]
 fn ttl_expiry_mid_rise_stops_the_rise() {
-    let mut rig = Rig::new(&Config { slew_mn_s: 50_000, ttl_ms: 20, ..config() });
+    let mut rig = Rig::new(&Config { slew_mn_s: 50_000, ttl_ms: 20, ..CONFIG });
     rig.device.drive(rig.tick);
     rig.press(10_000);
     let Drive::Force(at_expiry) = rig.run(20, None) else { panic!() };
@@ -206,25 +201,25 @@ fn each_loss_action() {
         (LossAction::Open, Drive::Open),
         (LossAction::Passive, Drive::Passive),
     ] {
-        let mut rig = Rig::new(&Config { loss_action, loss_after_ms: 300, ..config() });
+        let mut rig = Rig::new(&Config { loss_action, loss_after_ms: 300, ..CONFIG });
         rig.run(100, Some(6000));
         assert_eq!(rig.run(50 + 299, None), Drive::Force(6000));
         assert_eq!(rig.run(3, None), expected);
         assert_eq!(rig.device.state(), DeviceState::LossAction);
         assert!(matches!(rig.press(1000), Some(DeviceEvent::Rejected(_))), "must be armed again");
-        rig.configure(&config());
+        rig.configure(&CONFIG);
         assert!(matches!(rig.press(1000), Some(DeviceEvent::Command(_))));
     }
 }
 
 #[test]
 fn a_new_host_takes_over_without_dropping() {
-    let mut rig = Rig::new(&config());
+    let mut rig = Rig::new(&CONFIG);
     rig.run(100, Some(6000));
     rig.hello();
     assert_eq!(rig.device.state(), DeviceState::Linked);
     assert_eq!(rig.run(100, None), Drive::Force(6000));
-    rig.configure(&config());
+    rig.configure(&CONFIG);
     assert_eq!(rig.run(100, None), Drive::Force(6000));
     rig.cmd_id = 0;
     assert_eq!(rig.run(100, Some(7000)), Drive::Force(7000));
@@ -232,7 +227,7 @@ fn a_new_host_takes_over_without_dropping() {
 
 #[test]
 fn a_host_that_only_says_hello_leads_to_the_loss_action() {
-    let mut rig = Rig::new(&Config { loss_action: LossAction::Passive, ..config() });
+    let mut rig = Rig::new(&Config { loss_action: LossAction::Passive, ..CONFIG });
     rig.run(100, Some(6000));
     for _ in 0..11 {
         rig.hello();
@@ -243,7 +238,7 @@ fn a_host_that_only_says_hello_leads_to_the_loss_action() {
 
 #[test]
 fn explicit_open_and_passive() {
-    let mut rig = Rig::new(&config());
+    let mut rig = Rig::new(&CONFIG);
     rig.run(50, Some(5000));
     rig.cmd_id += 1;
     rig.grip(&Grip { cmd_id: rig.cmd_id, mode: GripMode::Open.code(), ..press() });
@@ -253,7 +248,7 @@ fn explicit_open_and_passive() {
         Drive::Open,
         "nothing is held, so the loss action changes nothing"
     );
-    rig.configure(&config());
+    rig.configure(&CONFIG);
     rig.cmd_id += 1;
     rig.grip(&Grip { cmd_id: rig.cmd_id, mode: GripMode::Passive.code(), ..press() });
     assert_eq!(rig.run(1, None), Drive::Passive);
@@ -265,7 +260,7 @@ fn explicit_open_and_passive() {
 fn every_fault_code_latches() {
     for code in (1..=0x0300).chain([0x7FFF, 0xFFFF]).filter(|code| *code != 1) {
         let fault = FaultCode(code);
-        let mut rig = Rig::new(&config());
+        let mut rig = Rig::new(&CONFIG);
         rig.run(60, Some(9000));
         rig.device.raise_fault(rig.tick, fault);
         assert_eq!((rig.device.state(), rig.device.fault()), (DeviceState::Fault, fault));
@@ -286,7 +281,7 @@ fn every_fault_code_latches() {
 
 #[test]
 fn the_worse_fault_stays_and_estop_stands_beside_it() {
-    let mut rig = Rig::new(&config());
+    let mut rig = Rig::new(&CONFIG);
     rig.run(60, Some(5000));
     rig.device.raise_fault(rig.tick, FaultCode::SENSOR_DEAD);
     rig.device.raise_fault(rig.tick, FaultCode::OVER_CURRENT);
@@ -304,7 +299,7 @@ fn the_worse_fault_stays_and_estop_stands_beside_it() {
 
 #[test]
 fn travel_end_stops_the_rise() {
-    let mut rig = Rig::new(&config());
+    let mut rig = Rig::new(&CONFIG);
     rig.run(10, Some(1000));
     rig.device.report_travel(50_001);
     assert_eq!(rig.run(20, Some(9000)), Drive::Force(1000));
@@ -316,7 +311,7 @@ fn travel_end_stops_the_rise() {
 
 #[test]
 fn watchdog_needs_every_task() {
-    let mut rig = Rig::new(&config());
+    let mut rig = Rig::new(&CONFIG);
     rig.device.drive(rig.tick);
     assert!(rig.device.take_alive());
     assert!(!rig.device.take_alive());
@@ -330,7 +325,7 @@ fn watchdog_needs_every_task() {
 
 #[test]
 fn rows_must_fit_the_config() {
-    let mut rig = Rig::new(&config());
+    let mut rig = Rig::new(&CONFIG);
     assert_eq!(rig.device.push_i16(rig.tick, &[1, 2]), Err(RowError::NotSampling));
     rig.send(Kind::START, &[]);
     assert_eq!(rig.device.push_i16(rig.tick, &[1]), Err(RowError::Elements { need: 2, got: 1 }));
@@ -385,7 +380,7 @@ proptest! {
         commands in prop::collection::vec((any::<i32>(), any::<u8>(), any::<u16>(), any::<u32>(), 0_u64..80_000), 1..60),
         force_max_mn in 0..20_000_i32, slew_mn_s in 1..400_000_u32, hold_cap_mn in 0..20_000_i32,
     ) {
-        let limits = Config { force_max_mn, slew_mn_s, hold_cap_mn, ..config() };
+        let limits = Config { force_max_mn, slew_mn_s, hold_cap_mn, ..CONFIG };
         let mut rig = Rig::new(&limits);
         let mut before = rig.device.drive(rig.tick).force_mn();
         let mut fresh_until = 0;
@@ -416,7 +411,7 @@ proptest! {
 
     #[test]
     fn any_bytes_leave_the_device_sane(bytes in prop::collection::vec(any::<u8>(), 0..600)) {
-        let mut rig = Rig::new(&config());
+        let mut rig = Rig::new(&CONFIG);
         rig.run(40, Some(4000));
         let mut input = &bytes[..];
         while rig.device.receive(rig.tick, &mut input).is_some() {}

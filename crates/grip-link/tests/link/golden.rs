@@ -1,21 +1,15 @@
 //! Pinned frames, and every one-byte change of each of them.
 
-use crate::line::{hex, unhex};
+use crate::targets::gripper::{SESSION, wire};
+use crate::targets::words::{hex, unhex};
 use grip_link::decoder::{Decoder, Role, Verdict};
-use grip_link::frame::{Direction, Frame, Header, MAX_WIRE, encode};
+use grip_link::frame::{Direction, Frame, Header};
 use grip_link::message::{Grip, GripMode, Hello, Kind, Ping, Versions};
 
-const SESSION: u16 = 0xBEEF;
 const HELLO: &str = "000312010104efbe10050101e00101010101010101010101010598f394cd00";
 const GRIP: &str = "000410100704efbe14022a0101020102320388130104400d030440e201051cd41e0700";
 const PING: &str = "000410060904efbe080104ca9a3b01010105fb2a4e8100";
 const ESTOP: &str = "0004121208010101010559fa7db600";
-
-fn wire(header: &Header, payload: &[u8]) -> Vec<u8> {
-    let mut out = [0; MAX_WIRE];
-    let len = encode(header, payload, &mut out).unwrap();
-    out[..len].to_vec()
-}
 
 fn to_device(kind: Kind, seq: u16, session: u16) -> Header {
     let ack_req = kind == Kind::HELLO || kind == Kind::ESTOP;

@@ -1,75 +1,11 @@
 //! A gripper, a host and a line between them, all in simulated time.
 
+use crate::targets::gripper::{CONFIG, SESSION, idle};
 use grip_link::cobs::decode_in_place;
-use grip_link::device::{DeviceConfig, DeviceEvent, DeviceLink, Drive};
+use grip_link::device::{DeviceEvent, DeviceLink, Drive};
 use grip_link::frame::{Frame, MAX_WIRE};
 use grip_link::host::{CloseReason, GripCommand, HostConfig, HostEvent, HostLink, HostState, Loss};
-use grip_link::message::{
-    Channel, ChannelKind, Config, DeviceState, FaultCode, Firmware, Ident, Kind, Limits,
-    LossAction, MAX_CHANNELS, Reaction, ResetReason, SampleFormat, Status, StatusFlags, Versions,
-};
-
-/// "00ff12" to bytes.
-pub(crate) fn unhex(text: &str) -> Vec<u8> {
-    (0..text.len()).step_by(2).map(|i| u8::from_str_radix(&text[i..i + 2], 16).unwrap()).collect()
-}
-
-pub(crate) fn hex(bytes: &[u8]) -> String {
-    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
-}
-
-/// Stylus (10 nm a step), normal force (1 mN a step) and a pressure array of four.
-pub(crate) fn ident(boot_id: u32) -> Ident {
-    let mut channels = [Ident::NO_CHANNEL; MAX_CHANNELS];
-    channels[0] = Channel::single(ChannelKind::Stylus, 1e-8);
-    channels[1] = Channel::single(ChannelKind::NormalForce, 1e-3);
-    channels[2] = Channel { count: 4, ..Channel::single(ChannelKind::PressureArray, 10.0) };
-    Ident {
-        versions: Versions::OURS,
-        max_rx: 480,
-        caps: 0,
-        uid: *b"grip-link-test-1",
-        boot_id,
-        tick_hz: 1_000_000,
-        limits: Limits {
-            rate_max_hz: 20_000,
-            force_max_mn: 20_000,
-            slew_max_mn_s: 400_000,
-            hold_cap_mn: 15_000,
-            travel_min_um: 0,
-            travel_max_um: 50_000,
-        },
-        firmware: Firmware { major: 1, minor: 2, patch: 3 },
-        reset: ResetReason::PowerOn,
-        state: DeviceState::Idle,
-        fault: FaultCode::NONE,
-        channels,
-        channel_count: 3,
-    }
-}
-
-/// 5 kHz, five rows a batch, stylus and force as i16, up to 10 N at 200 N/s, 8 N held, 50 ms of life.
-pub(crate) fn config() -> Config {
-    Config {
-        sample_rate_hz: 5_000,
-        batch: 5,
-        format: SampleFormat::I16,
-        ttl_ms: 50,
-        channel_mask: 0b011,
-        force_max_mn: 10_000,
-        slew_mn_s: 200_000,
-        hold_cap_mn: 8_000,
-        loss_after_ms: 1_000,
-        loss_action: LossAction::Hold,
-    }
-}
-
-pub(crate) fn device(boot_id: u32) -> DeviceLink {
-    let mut device =
-        DeviceLink::new(DeviceConfig { ident: ident(boot_id), estop: Reaction::Hold }).unwrap();
-    device.ready(0);
-    device
-}
+use grip_link::message::{Kind, Status, StatusFlags};
 
 /// What the host was told, without borrowed parts.
 #[derive(Debug, Clone, PartialEq)]
@@ -146,7 +82,7 @@ pub(crate) const STEP_US: u64 = 100;
 
 impl Line {
     pub(crate) fn new() -> Self {
-        Self::with(HostConfig::new(config()), device(1))
+        Self::with(HostConfig::new(CONFIG), idle(1))
     }
 
     pub(crate) fn with(host: HostConfig, device: DeviceLink) -> Self {
@@ -166,8 +102,16 @@ impl Line {
         }
     }
 
+    /// Linked and sampling for some time.
+    pub(crate) fn streaming() -> Self {
+        let mut line = Self::new();
+        line.open();
+        line.run(100_000);
+        line
+    }
+
     pub(crate) fn open(&mut self) {
-        self.host.open(self.now_us, 0xBEEF).unwrap();
+        self.host.open(self.now_us, SESSION).unwrap();
     }
 
     pub(crate) const fn tick(&self) -> u64 {
@@ -244,7 +188,7 @@ impl Line {
     /// Another boot of the same gripper.
     pub(crate) fn reboot(&mut self, boot_id: u32) {
         self.tick_offset = self.now_us;
-        self.device = device(boot_id);
+        self.device = idle(boot_id);
         self.samples_pushed = 0;
     }
 

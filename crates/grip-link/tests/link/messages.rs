@@ -1,7 +1,8 @@
 //! One pinned frame of each message, and the offsets of its fields.
 
-use crate::line::{config, hex, ident, unhex};
-use grip_link::frame::{Direction, Header, MAX_PAYLOAD, MAX_WIRE, encode};
+use crate::targets::gripper::{CONFIG, ident, wire};
+use crate::targets::words::{hex, unhex};
+use grip_link::frame::{Direction, Header, MAX_PAYLOAD};
 use grip_link::message::{
     Ack, Channel, ChannelKind, Clamped, ClearFault, Config, ConfigAck, DeviceState, Event,
     EventKind, FaultCode, ForceClamp, Grip, Heartbeat, Ident, Kind, Layout, Log, LogLevel, Nack,
@@ -102,12 +103,12 @@ fn samples() -> Vec<u8> {
 }
 
 fn all() -> Vec<(&'static str, Kind, bool, Vec<u8>)> {
-    let ack = ConfigAck { seq: 0x1234, clamped: Clamped(0x29), config: config() };
+    let ack = ConfigAck { seq: 0x1234, clamped: Clamped(0x29), config: CONFIG };
     let beat = Heartbeat { turns: 5, longest_us: 900, late: 2, flags: 1 };
     let pong = Pong { t1_us: 1_000_000_000, rx_tick: 77, tx_tick: 99 };
     let log = Log { tick: 42, level: LogLevel::Warn, text: b"low supply" };
     vec![
-        ("CONFIG", Kind::CONFIG, true, payload(|p| config().write(p))),
+        ("CONFIG", Kind::CONFIG, true, payload(|p| CONFIG.write(p))),
         ("START", Kind::START, true, vec![]),
         ("STOP", Kind::STOP, true, vec![]),
         ("HEARTBEAT", Kind::HEARTBEAT, false, payload(|p| beat.write(p))),
@@ -140,9 +141,7 @@ fn every_message_has_its_pinned_frame() {
     for (i, (name, kind, ack_req, payload)) in all().into_iter().enumerate() {
         let direction = if kind.is_to_host() { Direction::ToHost } else { Direction::ToDevice };
         let header = Header { ack_req, ..Header::new(direction, kind, 600, 0xBEEF) };
-        let mut out = [0; MAX_WIRE];
-        let len = encode(&header, &payload, &mut out).unwrap();
-        assert_eq!((name, hex(&out[..len]).as_str()), PINNED[i]);
+        assert_eq!((name, hex(&wire(&header, &payload)).as_str()), PINNED[i]);
     }
 }
 

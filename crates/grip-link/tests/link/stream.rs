@@ -1,9 +1,10 @@
 //! Properties of framing: any payload, any chunking, any bytes.
 
+use crate::targets::gripper::wire;
 use grip_link::cobs;
 use grip_link::crc::crc32c;
 use grip_link::decoder::{Counters, Decoder, Fault, Role, Verdict};
-use grip_link::frame::{Direction, Header, MAX_PAYLOAD, MAX_WIRE, encode};
+use grip_link::frame::{Direction, Header, MAX_PAYLOAD, MAX_WIRE};
 use grip_link::message::{Kind, ToDevice};
 use proptest::prelude::{ProptestConfig, any, prop, proptest};
 use proptest::{prop_assert, prop_assert_eq};
@@ -44,12 +45,6 @@ fn split<'a>(bytes: &'a [u8], cuts: &[usize]) -> Vec<&'a [u8]> {
     chunks
 }
 
-fn frame(header: &Header, payload: &[u8]) -> Vec<u8> {
-    let mut out = [0; MAX_WIRE];
-    let len = encode(header, payload, &mut out).unwrap();
-    out[..len].to_vec()
-}
-
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(512))]
 
@@ -60,7 +55,7 @@ proptest! {
     ) {
         let payload: Vec<u8> = payload.iter().map(|&b| if sparse && b < 200 { 0 } else { b }).collect();
         let header = Header { ack_req, ..Header::new(Direction::ToHost, Kind(kind), seq, session) };
-        let wire = frame(&header, &payload);
+        let wire = wire(&header, &payload);
         prop_assert!(wire.len() <= MAX_WIRE);
         prop_assert!(wire[1..wire.len() - 1].iter().all(|&b| b != 0));
         let (seen, counters) = decode(&[&wire], Role::Client);
@@ -86,8 +81,8 @@ proptest! {
             let header = Header::new(Direction::ToHost, Kind(0x90 + choice % 8), u16::try_from(seq).unwrap(), 1);
             match choice % 4 {
                 0 => bytes.extend_from_slice(data),
-                1 => bytes.extend_from_slice(&frame(&header, &[])),
-                _ => bytes.extend_from_slice(&frame(&header, &data[..data.len().min(MAX_PAYLOAD)])),
+                1 => bytes.extend_from_slice(&wire(&header, &[])),
+                _ => bytes.extend_from_slice(&wire(&header, &data[..data.len().min(MAX_PAYLOAD)])),
             }
         }
         let whole = decode(&[&bytes], Role::Host);
@@ -121,7 +116,7 @@ proptest! {
 
 #[test]
 fn a_frame_is_handed_out_at_its_last_byte() {
-    let wire = frame(&Header::new(Direction::ToHost, Kind::STATUS, 0, 1), &[5; 24]);
+    let wire = wire(&Header::new(Direction::ToHost, Kind::STATUS, 0, 1), &[5; 24]);
     let mut decoder = Decoder::new(Role::Client);
     for (i, byte) in wire.iter().enumerate() {
         let found = decoder.next(&mut &[*byte][..]).is_some();
@@ -133,7 +128,7 @@ fn a_frame_is_handed_out_at_its_last_byte() {
 fn too_long_blocks_are_skipped_and_counted() {
     let mut bytes = vec![0x55; 100_000];
     bytes.push(0);
-    bytes.extend(frame(&Header::new(Direction::ToHost, Kind::STATUS, 0, 1), &[5; 24]));
+    bytes.extend(wire(&Header::new(Direction::ToHost, Kind::STATUS, 0, 1), &[5; 24]));
     let (seen, counters) = decode(&[&bytes], Role::Host);
     assert_eq!(seen[0], Seen::Bad(Fault::TooLong));
     assert_eq!((counters.too_long, counters.ok, counters.garbage_bytes), (1, 1, 100_000));
@@ -141,7 +136,7 @@ fn too_long_blocks_are_skipped_and_counted() {
 
 #[test]
 fn sequence_numbers_tell_gaps_and_duplicates() {
-    let numbered = |seq| frame(&Header::new(Direction::ToHost, Kind::STATUS, seq, 1), &[5; 24]);
+    let numbered = |seq| wire(&Header::new(Direction::ToHost, Kind::STATUS, seq, 1), &[5; 24]);
     let bytes: Vec<u8> =
         [65_533, 65_534, 65_534, 1, 0, 65_533, 2, 500].into_iter().flat_map(numbered).collect();
     let (seen, counters) = decode(&[&bytes], Role::Host);
@@ -156,7 +151,7 @@ fn sequence_numbers_tell_gaps_and_duplicates() {
 #[test]
 fn each_fault_has_its_counter() {
     let to_host = |kind, seq| Header::new(Direction::ToHost, kind, seq, 1);
-    let status = |header: &Header| frame(header, &[5; 24]);
+    let status = |header: &Header| wire(header, &[5; 24]);
     let mut wrong_len = vec![0x11, 0x91, 1, 0, 1, 0, 9, 0, 1, 2];
     wrong_len.extend(crc32c(&wrong_len).to_le_bytes());
     let mut coded = [0; 40];

@@ -1,11 +1,13 @@
 //! Random wires and device scripts: the Python peer must do byte for byte what this crate does.
 
 use crate::dice::Dice;
-use crate::player::{Player, decode};
 use crate::python::{answers, interpreter};
-use crate::script::{Script, hex, wire};
+use crate::script::Script;
+use crate::targets::gripper::wire;
+use crate::targets::player::Player;
+use crate::targets::words::{decode, hex};
 use grip_link::frame::{Direction, Header};
-use grip_link::message::{Kind, Reaction};
+use grip_link::message::Kind;
 
 const KINDS: [u8; 12] = [0x01, 0x03, 0x06, 0x10, 0x10, 0x12, 0x7e, 0x81, 0x86, 0x90, 0x91, 0xa0];
 
@@ -64,7 +66,7 @@ fn the_devices_do_the_same() {
     let Some(python) = interpreter() else { return };
     for seed in 0..12 {
         let lines = Script::new(seed).lines(1500);
-        let expected = Player::new(Reaction::Hold).play(&lines);
+        let expected = Player::default().play(&lines);
         assert!(expected.len() > 500, "{}", expected.len());
         same(&expected, &answers(python, "device", "device", &lines), &[]);
     }

@@ -1,9 +1,8 @@
 //! Lines of what a host is asked in, what this crate's host does out, in the words of the Python peer.
 
 use crate::host_words::{event_words, state_words};
-use crate::player::unhex;
-use crate::script::hex;
 use crate::targets::gripper::CONFIG;
+use crate::targets::words::{hex, unhex};
 use grip_link::frame::MAX_WIRE;
 use grip_link::host::{GripCommand, HostConfig, HostLink};
 use grip_link::message::{Config, FaultCode, GripMode, Heartbeat};

@@ -1,7 +1,8 @@
 //! Events and the standing of a host in words.
 
-use crate::script::hex;
 use crate::targets::host_script::config_words;
+use crate::targets::player::grip_words;
+use crate::targets::words::hex;
 use grip_link::clock::PongVerdict;
 use grip_link::decoder::Counters;
 use grip_link::host::{CloseReason, HostEvent, HostLink, HostState};
@@ -151,12 +152,7 @@ pub(crate) fn state_words(host: &HostLink) -> String {
     let dash = || "-".to_owned();
     let loss = host.loss();
     let gripper = host.ident().map_or_else(dash, |i| format!("{} {}", hex(&i.uid), i.boot_id));
-    let grip = host.last_grip().map_or_else(dash, |g| {
-        format!(
-            "{} {} {} {} {} {} {}",
-            g.cmd_id, g.mode, g.flags, g.ttl_ms, g.force_mn, g.slew_mn_s, g.cause_sample
-        )
-    });
+    let grip = host.last_grip().map_or_else(dash, grip_words);
     let clock = host.clock().map_or_else(dash, |clock| {
         format!("{} {} {:.3}", clock.boot_id(), clock.points(), clock.uncertainty_us())
     });

@@ -15,8 +15,6 @@ mod host_player;
 #[cfg(test)]
 mod host_words;
 #[cfg(test)]
-mod player;
-#[cfg(test)]
 mod python;
 #[cfg(test)]
 mod script;

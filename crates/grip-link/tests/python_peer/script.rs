@@ -1,26 +1,17 @@
 //! A seed in, lines of ticks and bytes for a device out: the language of `python -m grip_link.diff device`.
 
 use crate::dice::Dice;
-use grip_link::frame::{Direction, Header, MAX_WIRE, encode};
+use crate::targets::gripper::{hello, wire};
+use crate::targets::words::hex;
+use grip_link::frame::{Direction, Header};
 use grip_link::message::{
-    ClearFault, Config, FaultCode, Grip, Heartbeat, Hello, Kind, LossAction, Ping, SampleFormat,
-    Versions,
+    ClearFault, Config, FaultCode, Grip, Heartbeat, Kind, LossAction, Ping, SampleFormat, Versions,
 };
 
 const SESSION: u16 = 7;
 const STEPS: [u64; 10] = [0, 1, 137, 200, 1000, 1000, 5000, 20_000, 90_000, 400_000];
 const FAULTS: [u16; 7] = [0, 1, 0x0101, 0x0104, 0x0105, 0x0201, 0x7777];
 const FLOATS: [u32; 5] = [0x3f80_0000, 0x7fc0_0000, 0xff80_0000, 0x1234_5678, 0x8000_0000];
-
-pub(crate) fn hex(bytes: &[u8]) -> String {
-    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
-}
-
-pub(crate) fn wire(header: &Header, payload: &[u8]) -> Vec<u8> {
-    let mut out = [0; MAX_WIRE];
-    let len = encode(header, payload, &mut out).unwrap();
-    out[..len].to_vec()
-}
 
 /// A host that does as it should most of the time.
 pub(crate) struct Script {
@@ -153,8 +144,7 @@ impl Script {
         } else {
             Versions { min: dice.pick(&[0, 1, 1, 2]), max: dice.pick(&[1, 1, 2, 0]) }
         };
-        let mut payload = [0; Hello::SIZE];
-        Hello { versions, max_rx: 480, caps: 0, time_us: self.tick }.write(&mut payload).unwrap();
+        let payload = hello(versions, self.tick);
         let session = if fresh { SESSION } else { dice.pick(&[SESSION, SESSION, SESSION, 0, 8]) };
         let header = Header::new(Direction::ToDevice, Kind::HELLO, 0, session);
         let version = if fresh { 1 } else { dice.pick(&[1, 1, 2]) };

@@ -1,9 +1,9 @@
 //! The seeds of the fuzz targets: the Python peer does with them what this crate does.
 
-use crate::player::{Player, decode};
 use crate::python::{answers, interpreter};
 use crate::targets::peers::{decoder_lines, device_scripts};
-use grip_link::message::Reaction;
+use crate::targets::player::Player;
+use crate::targets::words::decode;
 use std::path::{Path, PathBuf};
 
 fn folder() -> PathBuf {
@@ -28,7 +28,7 @@ fn the_devices_agree_on_every_seed() {
     let scripts = device_scripts(&folder());
     assert!(scripts.len() > 60, "{}", scripts.len());
     let expected: Vec<String> =
-        scripts.iter().flat_map(|script| Player::new(Reaction::Hold).play(script)).collect();
+        scripts.iter().flat_map(|script| Player::default().play(script)).collect();
     let lines: Vec<String> = scripts
         .into_iter()
         .flat_map(|script| [vec!["new 0".to_owned()], script].concat())

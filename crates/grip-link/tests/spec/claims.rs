@@ -1,6 +1,7 @@
 //! Sentences of SPEC.md that no table holds and no other test of the crate asks.
 
-use crate::rig::{SESSION, config, device, hello, sent, tell, wire, written};
+use crate::rig::{device, hello, tell, written};
+use crate::targets::gripper::{CONFIG, SESSION, sent, wire};
 use grip_link::device::{DeviceLink, Drive};
 use grip_link::frame::{Direction, Header};
 use grip_link::message::{
@@ -10,7 +11,7 @@ use grip_link::message::{
 
 fn armed(config: &Config) -> DeviceLink {
     let mut device = device();
-    tell(&mut device, 1, Kind::HELLO, 0, &written(|p| hello().write(p)));
+    tell(&mut device, 1, Kind::HELLO, 0, &hello());
     tell(&mut device, 2, Kind::CONFIG, 1, &config.to_bytes());
     let _answers = sent(&mut device, 3);
     device
@@ -32,7 +33,7 @@ fn pressing(device: &mut DeviceLink, force_mn: i32) -> u64 {
 
 #[test]
 fn estop_of_session_0_adds_one_to_gap() {
-    let mut device = armed(&config());
+    let mut device = armed(&CONFIG);
     let header = Header { ack_req: true, ..Header::new(Direction::ToDevice, Kind::ESTOP, 2, 0) };
     assert!(device.receive(4, &mut &wire(&header, &[])[..]).is_some());
     assert_eq!((device.state(), device.counters().gap), (DeviceState::Estop, 0));
@@ -50,11 +51,11 @@ fn estop_without_a_session_is_answered() {
 
 #[test]
 fn the_bytes_of_an_attach_that_come_again_do_nothing() {
-    let mut device = armed(&config());
+    let mut device = armed(&CONFIG);
     let tick = pressing(&mut device, 6_000);
     tell(&mut device, tick, Kind::GRIP, 3, &press(2, 1_000));
-    tell(&mut device, tick, Kind::HELLO, 0, &written(|p| hello().write(p)));
-    tell(&mut device, tick, Kind::CONFIG, 1, &config().to_bytes());
+    tell(&mut device, tick, Kind::HELLO, 0, &hello());
+    tell(&mut device, tick, Kind::CONFIG, 1, &CONFIG.to_bytes());
     tell(&mut device, tick, Kind::GRIP, 2, &press(1, 6_000));
     assert_eq!((device.state(), device.counters().duplicate), (DeviceState::Active, 3));
     assert_eq!(device.status(tick).target_mn, 1_000);
@@ -62,8 +63,8 @@ fn the_bytes_of_an_attach_that_come_again_do_nothing() {
 
 #[test]
 fn a_newer_hello_of_the_open_session_is_obeyed_and_counts_in_the_sequence() {
-    let mut device = armed(&config());
-    tell(&mut device, 5, Kind::HELLO, 9, &written(|p| hello().write(p)));
+    let mut device = armed(&CONFIG);
+    tell(&mut device, 5, Kind::HELLO, 9, &hello());
     assert_eq!((device.state(), device.counters().gap), (DeviceState::Linked, 7));
     tell(&mut device, 6, Kind::STOP, 8, &[]);
     assert_eq!(device.counters().duplicate, 1);
@@ -71,7 +72,7 @@ fn a_newer_hello_of_the_open_session_is_obeyed_and_counts_in_the_sequence() {
 
 #[test]
 fn rejects_without_an_answer_are_counted_too() {
-    let mut device = armed(&config());
+    let mut device = armed(&CONFIG);
     let tick = pressing(&mut device, 6_000);
     tell(&mut device, tick, Kind::GRIP, 3, &press(1, 7_000));
     let silent = |kind, seq| Header::new(Direction::ToDevice, kind, seq, SESSION);
@@ -88,9 +89,9 @@ fn rejects_without_an_answer_are_counted_too() {
 
 #[test]
 fn config_holds_with_its_own_cap() {
-    let mut device = armed(&Config { hold_cap_mn: 8_000, ..config() });
+    let mut device = armed(&Config { hold_cap_mn: 8_000, ..CONFIG });
     let tick = pressing(&mut device, 6_000);
-    let lower = Config { hold_cap_mn: 1_000, ..config() };
+    let lower = Config { hold_cap_mn: 1_000, ..CONFIG };
     tell(&mut device, tick, Kind::CONFIG, 3, &lower.to_bytes());
     assert_eq!(device.status(tick).target_mn, 1_000);
     for ms in 1..500 {
@@ -101,7 +102,7 @@ fn config_holds_with_its_own_cap() {
 
 #[test]
 fn batches_wait_over_a_stop() {
-    let mut device = armed(&Config { batch: 1, ..config() });
+    let mut device = armed(&Config { batch: 1, ..CONFIG });
     tell(&mut device, 4, Kind::START, 2, &[]);
     device.push_i16(5, &[1, 2]).unwrap();
     tell(&mut device, 6, Kind::STOP, 3, &[]);
@@ -115,20 +116,20 @@ fn batches_wait_over_a_stop() {
 
 #[test]
 fn no_channel_left_is_counted_as_refused_not_as_malformed() {
-    let mut device = armed(&config());
-    let none = Config { channel_mask: 0x80, ..config() };
+    let mut device = armed(&CONFIG);
+    let none = Config { channel_mask: 0x80, ..CONFIG };
     tell(&mut device, 4, Kind::CONFIG, 2, &none.to_bytes());
     let frames = sent(&mut device, 2_000_000);
     let nack = &frames.iter().find(|(kind, _)| *kind == Kind::NACK).unwrap().1;
     assert_eq!(Nack::parse(nack).unwrap().reason, NackReason::Malformed);
     let stats = &frames.iter().find(|(kind, _)| *kind == Kind::STATS).unwrap().1;
     assert_eq!(stats[60..], [0, 0, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0]);
-    assert_eq!(device.in_force(), Some(&config()));
+    assert_eq!(device.in_force(), Some(&CONFIG));
 }
 
 #[test]
 fn a_request_without_ack_req_is_carried_out_silently() {
-    let mut device = armed(&config());
+    let mut device = armed(&CONFIG);
     let header = Header::new(Direction::ToDevice, Kind::START, 2, SESSION);
     assert!(device.receive(4, &mut &wire(&header, &[])[..]).is_some());
     assert!(device.push_i16(5, &[1, 2]).is_ok());
@@ -137,7 +138,7 @@ fn a_request_without_ack_req_is_carried_out_silently() {
 
 #[test]
 fn a_fault_beneath_an_estop_is_told_and_shows_when_the_stop_is_cleared() {
-    let mut device = armed(&config());
+    let mut device = armed(&CONFIG);
     device.estop(10);
     let _stop = sent(&mut device, 11);
     device.raise_fault(20, FaultCode::DRIVE);
@@ -156,7 +157,7 @@ fn a_fault_beneath_an_estop_is_told_and_shows_when_the_stop_is_cleared() {
 
 #[test]
 fn a_lower_target_is_still_reached_in_hold() {
-    let mut device = armed(&config());
+    let mut device = armed(&CONFIG);
     let tick = pressing(&mut device, 6_000);
     let slow = Grip { cmd_id: 2, ttl_ms: 20, slew_mn_s: 10_000, ..grip_of(1_000) };
     tell(&mut device, tick, Kind::GRIP, 3, &written(|p| slow.write(p)));
@@ -173,7 +174,7 @@ fn grip_of(force_mn: i32) -> Grip {
 
 #[test]
 fn status_without_a_command_says_so() {
-    let device = armed(&config());
+    let device = armed(&CONFIG);
     let Status { last_cmd_id, age_us, flags, .. } = device.status(99);
     assert_eq!((last_cmd_id, age_us, flags.0), (0, 4_294_967_295, 4 | 16));
 }

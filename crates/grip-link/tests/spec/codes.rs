@@ -99,7 +99,7 @@ fn bit_sets() {
 
 #[test]
 fn clamped_fields() {
-    let old = crate::rig::config();
+    let old = crate::targets::gripper::CONFIG;
     let rows = table("### Clamped fields");
     assert_eq!(rows.len(), 8);
     for row in rows {

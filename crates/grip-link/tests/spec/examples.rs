@@ -1,8 +1,9 @@
 //! Each worked example is what the encoder writes, and its annotation covers each byte once.
 
 use crate::markdown::{fence, headings, table};
-use crate::rig::{SESSION, config, hello, ident, wire, written};
-use crate::table::unhex;
+use crate::rig::{hello, ident, written};
+use crate::targets::gripper::{CONFIG, SESSION, wire};
+use crate::targets::words::unhex;
 use grip_link::cobs;
 use grip_link::frame::{Direction, Frame, Header};
 use grip_link::message::{
@@ -84,11 +85,11 @@ fn examples() -> Vec<&'static str> {
 fn message(heading: &str) -> (Kind, u16, Vec<u8>) {
     let t1_us = 1_000_000_000;
     match heading {
-        "### W1 HELLO" => (Kind::HELLO, 0, written(|p| hello().write(p))),
+        "### W1 HELLO" => (Kind::HELLO, 0, hello()),
         "### W2 IDENT" => (Kind::IDENT, 0, written(|p| ident().write(p))),
-        "### W3 CONFIG" => (Kind::CONFIG, 1, config().to_bytes().to_vec()),
+        "### W3 CONFIG" => (Kind::CONFIG, 1, CONFIG.to_bytes().to_vec()),
         "### W4 CONFIG_ACK" => {
-            let ack = ConfigAck { seq: 1, clamped: Clamped(0), config: config() };
+            let ack = ConfigAck { seq: 1, clamped: Clamped(0), config: CONFIG };
             (Kind::CONFIG_ACK, 3, written(|p| ack.write(p)))
         }
         "### W5 START" => (Kind::START, 2, vec![]),

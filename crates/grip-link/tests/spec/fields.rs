@@ -1,7 +1,8 @@
 //! The field tables read every vector right: offset, type and name of each field.
 
 use crate::markdown::{Row, headings, table, tables};
-use crate::table::{hex, rows, unhex};
+use crate::table::rows;
+use crate::targets::words::{hex, unhex};
 use grip_link::crc::crc32c;
 use grip_link::decoder::{Decoder, Role, Verdict};
 use std::collections::BTreeMap;

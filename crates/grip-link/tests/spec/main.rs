@@ -24,4 +24,8 @@ mod states;
 #[path = "../vectors/table.rs"]
 mod table;
 #[cfg(test)]
+#[expect(unreachable_pub, dead_code, reason = "shared with the fuzz workspace and other tests")]
+#[path = "../../../../fuzz/src/targets/mod.rs"]
+mod targets;
+#[cfg(test)]
 mod timing;

@@ -1,8 +1,9 @@
 //! The timing and count tables against constants where there are any, and against what the machines do.
 
 use crate::markdown::pairs;
-use crate::rig::{SESSION, config, device, hello, sent, tell, written};
+use crate::rig::{device, hello, tell, written};
 use crate::source::constant;
+use crate::targets::gripper::{CONFIG, SESSION, sent};
 use grip_link::decoder::DUPLICATE_WINDOW;
 use grip_link::device::{DeviceLink, KEPT_BATCHES};
 use grip_link::frame::{Direction, Header, MAX_WIRE};
@@ -15,7 +16,7 @@ const MS: u64 = 1000;
 
 fn linked() -> DeviceLink {
     let mut device = device();
-    tell(&mut device, 1, Kind::HELLO, 0, &written(|p| hello().write(p)));
+    tell(&mut device, 1, Kind::HELLO, 0, &hello());
     device
 }
 
@@ -39,7 +40,7 @@ fn period_ms(kind: Kind) -> u64 {
 fn announce_ms() -> u64 {
     let mut device = device();
     let stale = Header::new(Direction::ToDevice, Kind::STOP, 0, SESSION);
-    let bytes = crate::rig::wire(&stale, &[]);
+    let bytes = crate::targets::gripper::wire(&stale, &[]);
     let mut ask = |ms: u64| {
         assert_eq!(device.receive(ms * MS, &mut &bytes[..]), None);
         !sent(&mut device, ms * MS).is_empty()
@@ -50,7 +51,7 @@ fn announce_ms() -> u64 {
 
 /// Age of the first row at which a batch that is not full goes out.
 fn batch_age_ms() -> u64 {
-    let (mut device, _) = configured(&Config { batch: 255, ..config() });
+    let (mut device, _) = configured(&Config { batch: 255, ..CONFIG });
     tell(&mut device, 3, Kind::START, 2, &[]);
     let start = 10 * MS;
     let _before = sent(&mut device, start);
@@ -64,7 +65,7 @@ fn batch_age_ms() -> u64 {
 
 /// Time for which a force step after a long pause moves the force.
 fn longest_step_ms() -> u64 {
-    let (mut device, given) = configured(&config());
+    let (mut device, given) = configured(&CONFIG);
     let grip = Grip {
         cmd_id: 1,
         mode: GripMode::Force.code(),
@@ -82,7 +83,7 @@ fn longest_step_ms() -> u64 {
 
 /// Waits after one, two, .. failures to find a gripper, with the time of HELLO \[us\].
 fn back_off() -> (u64, u64) {
-    let mut host = HostLink::new(HostConfig::new(config())).unwrap();
+    let mut host = HostLink::new(HostConfig::new(CONFIG)).unwrap();
     let mut waits = Vec::new();
     let mut now = 0;
     for _ in 0..10 {
@@ -115,9 +116,9 @@ fn compare(heading: &str, expected: &[(&str, u64)]) {
 
 #[test]
 fn timing() {
-    let (_, shortest) = configured(&Config { ttl_ms: 0, loss_after_ms: 0, ..config() });
-    let (_, longest) = configured(&Config { ttl_ms: 9999, loss_after_ms: u16::MAX, ..config() });
-    let host = HostConfig::new(config());
+    let (_, shortest) = configured(&Config { ttl_ms: 0, loss_after_ms: 0, ..CONFIG });
+    let (_, longest) = configured(&Config { ttl_ms: 9999, loss_after_ms: u16::MAX, ..CONFIG });
+    let host = HostConfig::new(CONFIG);
     let host_ms = |name| constant("host/timing.rs", name) / MS;
     let (first_wait, last_wait) = back_off();
     compare(
@@ -151,7 +152,7 @@ fn events_kept() -> u64 {
     for fault in 0x0301..0x0401 {
         device.raise_fault(5, grip_link::message::FaultCode(fault));
     }
-    tell(&mut device, 6, Kind::HELLO, 0, &written(|p| hello().write(p)));
+    tell(&mut device, 6, Kind::HELLO, 0, &hello());
     let frames = sent(&mut device, 7);
     frames.iter().filter(|(kind, _)| *kind == Kind::EVENT).count() as u64
 }
@@ -168,7 +169,7 @@ fn answers_kept() -> u64 {
 }
 
 fn preamble() -> u64 {
-    let mut host = HostLink::new(HostConfig::new(config())).unwrap();
+    let mut host = HostLink::new(HostConfig::new(CONFIG)).unwrap();
     host.open(0, SESSION).unwrap();
     let mut out = [7; MAX_WIRE];
     let len = host.poll_transmit(0, &mut out).unwrap();
@@ -197,7 +198,7 @@ fn counts() {
 
 #[test]
 fn oldest_of_five_batches_goes_and_is_counted() {
-    let (mut device, _) = configured(&Config { batch: 1, ..config() });
+    let (mut device, _) = configured(&Config { batch: 1, ..CONFIG });
     tell(&mut device, 3, Kind::START, 2, &[]);
     let started = sent(&mut device, 3);
     assert!(started.iter().any(|(kind, _)| *kind == Kind::ACK));

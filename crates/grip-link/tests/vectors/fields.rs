@@ -1,6 +1,6 @@
 //! `name=value` lists in, messages out, and back.
 
-use crate::table::{hex, unhex};
+use crate::targets::words::{hex, unhex};
 use core::fmt::Debug;
 use core::str::FromStr;
 use grip_link::message::{Channel, ChannelKind, Ident, MAX_CHANNELS, Unit};

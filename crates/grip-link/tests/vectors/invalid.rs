@@ -1,32 +1,15 @@
 //! Each bad input gets its verdict, its payload error and its NACK.
 
-use crate::table::{rows, unhex};
-use grip_link::cobs;
-use grip_link::decoder::{Decoder, Fault, Role, Verdict};
-use grip_link::device::{DeviceConfig, DeviceLink};
-use grip_link::frame::{Direction, Frame, Header, MAX_WIRE, encode};
+use crate::table::rows;
+use crate::targets::gripper::{SESSION, hello, idle, sent, wire};
+use crate::targets::words::{fault_word, unhex};
+use grip_link::decoder::{Decoder, Role, Verdict};
+use grip_link::device::DeviceLink;
+use grip_link::frame::{Direction, Frame, Header};
 use grip_link::message::{
-    Channel, ChannelKind, ConfigAck, Event, FaultCode, Firmware, Hello, Ident, Kind, Layout,
-    Limits, Log, MAX_CHANNELS, Nack, NackReason, PayloadError, Pong, Reaction, ResetReason,
-    Samples, Stats, Status, ToDevice, Versions,
+    Channel, ChannelKind, ConfigAck, Event, Ident, Kind, Layout, Log, Nack, NackReason,
+    PayloadError, Pong, Samples, Stats, Status, ToDevice, Versions,
 };
-
-const SESSION: u16 = 0xBEEF;
-
-fn word(verdict: &Verdict<'_>) -> &'static str {
-    match verdict {
-        Verdict::Frame(_) => "ok",
-        Verdict::Bad(Fault::TooLong) => "too_long",
-        Verdict::Bad(Fault::Cobs) => "cobs",
-        Verdict::Bad(Fault::Length) => "length",
-        Verdict::Bad(Fault::Crc) => "crc",
-        Verdict::Bad(Fault::Echo) => "echo",
-        Verdict::Bad(Fault::Version(_)) => "version",
-        Verdict::Bad(Fault::Stale(_)) => "stale",
-        Verdict::Bad(Fault::Duplicate(_)) => "duplicate",
-        Verdict::Bad(Fault::UnknownKind(_)) => "unknown",
-    }
-}
 
 fn to_host(frame: &Frame<'_>) -> Result<(), PayloadError> {
     let payload = frame.payload;
@@ -73,7 +56,10 @@ fn decoder_gives_each_block_its_verdict() {
         let mut words = Vec::new();
         let mut last = "-".to_owned();
         while let Some(verdict) = decoder.next(&mut input) {
-            words.push(word(&verdict));
+            words.push(match &verdict {
+                Verdict::Frame(_) => "ok",
+                Verdict::Bad(fault) => fault_word(*fault),
+            });
             last = match verdict {
                 Verdict::Frame(frame) => error(role, &frame),
                 Verdict::Bad(_) => "-".to_owned(),
@@ -84,59 +70,16 @@ fn decoder_gives_each_block_its_verdict() {
     }
 }
 
-fn device() -> DeviceLink {
-    let mut channels = [Ident::NO_CHANNEL; MAX_CHANNELS];
-    channels[0] = Channel::single(ChannelKind::Stylus, 1e-8);
-    channels[1] = Channel::single(ChannelKind::NormalForce, 1e-3);
-    let ident = Ident {
-        versions: Versions::OURS,
-        max_rx: 480,
-        caps: 0,
-        uid: [7; 16],
-        boot_id: 1,
-        tick_hz: 1_000_000,
-        limits: Limits {
-            rate_max_hz: 20_000,
-            force_max_mn: 20_000,
-            slew_max_mn_s: 400_000,
-            hold_cap_mn: 15_000,
-            travel_min_um: 0,
-            travel_max_um: 50_000,
-        },
-        firmware: Firmware { major: 0, minor: 0, patch: 1 },
-        reset: ResetReason::PowerOn,
-        state: grip_link::message::DeviceState::Idle,
-        fault: FaultCode::NONE,
-        channels,
-        channel_count: 2,
-    };
-    let mut device = DeviceLink::new(DeviceConfig { ident, estop: Reaction::Hold }).unwrap();
-    device.ready(0);
-    device
-}
-
 fn greet(device: &mut DeviceLink) {
-    let mut payload = [0; Hello::SIZE];
-    let hello = Hello { versions: Versions::OURS, max_rx: 480, caps: 0, time_us: 0 };
-    hello.write(&mut payload).unwrap();
-    let mut out = [0; MAX_WIRE];
     let header = Header::new(Direction::ToDevice, Kind::HELLO, 0, SESSION);
-    let len = encode(&header, &payload, &mut out).unwrap();
-    assert!(device.receive(1, &mut &out[..len]).is_some());
+    let bytes = wire(&header, &hello(Versions::OURS, 0));
+    assert!(device.receive(1, &mut &bytes[..]).is_some());
 }
 
 /// Reasons of all NACKs that a device has to send.
 fn nacks(device: &mut DeviceLink) -> Vec<NackReason> {
-    let mut found = Vec::new();
-    let mut out = [0; MAX_WIRE];
-    while let Some(len) = device.poll_transmit(2, &mut out) {
-        let body = cobs::decode_in_place(&mut out[1..len - 1]).unwrap();
-        let frame = Frame::from_body(body).unwrap();
-        if frame.header.kind == Kind::NACK {
-            found.push(Nack::parse(frame.payload).unwrap().reason);
-        }
-    }
-    found
+    let frames = sent(device, 2).into_iter().filter(|(kind, _)| *kind == Kind::NACK);
+    frames.map(|(_, payload)| Nack::parse(&payload).unwrap().reason).collect()
 }
 
 #[test]
@@ -145,7 +88,7 @@ fn device_refuses_and_keeps_its_state() {
         if role != "device" {
             continue;
         }
-        let mut device = device();
+        let mut device = idle(1);
         if session == "beef" {
             greet(&mut device);
             let _ident = nacks(&mut device);

@@ -7,4 +7,8 @@ mod invalid;
 #[cfg(test)]
 mod table;
 #[cfg(test)]
+#[expect(unreachable_pub, dead_code, reason = "shared with the fuzz workspace and other tests")]
+#[path = "../../../../fuzz/src/targets/mod.rs"]
+mod targets;
+#[cfg(test)]
 mod valid;

@@ -1,4 +1,4 @@
-//! A vector file in, its rows and hex columns out.
+//! A vector file in, its rows out.
 
 use std::path::Path;
 
@@ -14,12 +14,4 @@ pub(crate) fn rows<const N: usize>(file: &str) -> Vec<[String; N]> {
         .collect();
     assert!(rows.len() >= 20, "{} rows in {file}", rows.len());
     rows
-}
-
-pub(crate) fn unhex(text: &str) -> Vec<u8> {
-    (0..text.len()).step_by(2).map(|i| u8::from_str_radix(&text[i..i + 2], 16).unwrap()).collect()
-}
-
-pub(crate) fn hex(bytes: &[u8]) -> String {
-    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }

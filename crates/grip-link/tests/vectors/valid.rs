@@ -1,7 +1,8 @@
 //! Fields give the wire bytes, and wire bytes the fields.
 
 use crate::fields::{Given, channels, row_bytes, row_text};
-use crate::table::{hex, rows, unhex};
+use crate::table::rows;
+use crate::targets::words::{hex, unhex};
 use grip_link::cobs;
 use grip_link::decoder::{Decoder, Role, Verdict};
 use grip_link::frame::{Direction, Frame, Header, MAX_PAYLOAD, MAX_WIRE, encode};

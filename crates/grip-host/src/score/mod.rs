@@ -1,0 +1,104 @@
+//! Labelled recordings in; latency, misses and false alarms out.
+//!
+//! An alarm is the first notice of a slip. For a recording with an onset:
+//!
+//! - *early*: a slip was noticed before onset - guard, which is a false alarm;
+//! - *latency*: the first notice from onset - guard on, minus the onset; negative while the slip is incipient;
+//! - *missed*: no such notice up to onset + [`LATE_S`], and no earlier one still going on.
+//!
+//! A `steady` recording slips all the time and is missed where no alarm comes at all; a `rest` recording never
+//! slips, so each notice is false.
+
+mod companions;
+mod curve;
+mod detectors;
+mod error;
+mod floor;
+pub mod interval;
+mod judge;
+mod labelled;
+mod materials;
+mod quantiles;
+#[cfg(test)]
+mod tests;
+mod totals;
+
+pub use curve::{APART_S, Point};
+pub use detectors::{DETECTORS, Detector};
+pub use error::ScoreError;
+pub use materials::MaterialScore;
+pub use quantiles::Quantiles;
+pub use totals::{RecordingScore, Score, Total};
+
+use crate::{config::HostConfig, replay};
+use floor::{floor, pooled_taxels};
+use grip_record::{CsvOptions, StylusKind};
+use judge::judge;
+use labelled::{Labelled, load};
+use std::path::Path;
+
+/// An alarm later than this after the onset does not count as found (s).
+pub const LATE_S: f64 = 0.5;
+
+/// Scores every labelled recording of `directory` with the settings of `config`.
+///
+/// The floor is measured on the labelled rest of all recordings: the `rest` recordings and what lies
+/// before onset - guard.
+///
+/// # Errors
+/// The first thing that keeps a recording from being used.
+pub fn score(
+    directory: &Path,
+    options: &CsvOptions,
+    config: &HostConfig,
+    guard_ms: f64,
+) -> Result<Score, ScoreError> {
+    let mut scores = compare(directory, options, config, guard_ms, &[Detector::DEFAULT])?;
+    scores.pop().ok_or_else(|| ScoreError::Nothing { directory: directory.to_owned() })
+}
+
+/// Scores every labelled recording of `directory` with each of `detectors`, as [`score`] does with one.
+///
+/// # Errors
+/// The first thing that keeps a recording from being used.
+pub fn compare(
+    directory: &Path,
+    options: &CsvOptions,
+    config: &HostConfig,
+    guard_ms: f64,
+    detectors: &[Detector],
+) -> Result<Vec<Score>, ScoreError> {
+    let companions = detectors.iter().any(|detector| detector.companions);
+    let all = load(directory, options, companions)?;
+    let scored = detectors.iter().map(|detector| {
+        score_with(*detector, &all, config, guard_ms)?
+            .ok_or_else(|| ScoreError::NoRest { directory: directory.to_owned(), guard_ms })
+    });
+    scored.collect()
+}
+
+/// `None` where there is no rest to measure the floor on.
+fn score_with(
+    detector: Detector,
+    all: &[Labelled],
+    config: &HostConfig,
+    guard_ms: f64,
+) -> Result<Option<Score>, ScoreError> {
+    let Some(first) = all.first() else { return Ok(None) };
+    let configured = replay::pipeline_config(&first.recording, config, true);
+    let vibration = first.recording.channels.stylus == StylusKind::Vibration;
+    config.check_signal(configured.sample_rate, vibration)?;
+    let mut pipeline = (detector.change)(configured);
+    let Some((floor, floor_s)) = floor(all, config, &pipeline, guard_ms)? else { return Ok(None) };
+    pipeline.known_floor = Some(floor);
+    let taxel_rms = pooled_taxels(detector, all, &pipeline, guard_ms);
+    let known_rms = taxel_rms.map(|rms| rms.max(pipeline.pressure.min_rms));
+    pipeline.pressure.known_rms = pipeline.pressure.known_rms.or(known_rms);
+    let (mut recordings, mut traces) = (Vec::new(), Vec::new());
+    for one in all {
+        let (score, trace) = judge(one, detector, pipeline, guard_ms)?;
+        recordings.push(score);
+        traces.push(trace);
+    }
+    Ok(Some(Score { detector, recordings, floor, floor_s, taxel_rms, traces }))
+}

@@ -1,0 +1,66 @@
+use super::{Quantiles, ScoreError, score};
+use crate::config::HostConfig;
+use core::fmt::Write as _;
+use grip_record::CsvOptions;
+use std::{fs, path::Path};
+
+/// 300 ms of rest, then 300 ms of a 150 Hz tone; times in the file start at 0.
+fn recording(slip_from_ms: u32, amplitude: f64, seed: u32) -> String {
+    let mut state = seed;
+    let mut text = String::from("t_s,vibration\n");
+    for i in 0..1320_u32 {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        let noise = f64::from(state >> 8) / f64::from(1 << 24) * 10.0 - 5.0;
+        let t = f64::from(i) / 2200.0;
+        let tone =
+            if t * 1e3 >= f64::from(slip_from_ms) { amplitude * (942.0 * t).sin() } else { 0.0 };
+        let _ = writeln!(text, "{t:.6},{}", (noise + tone).round());
+    }
+    text
+}
+
+fn folder(labels: &str) -> tempfile::TempDir {
+    let dir = tempfile::tempdir().unwrap();
+    fs::write(dir.path().join("labels.csv"), labels).unwrap();
+    fs::write(dir.path().join("a.csv"), recording(300, 200.0, 1)).unwrap();
+    fs::write(dir.path().join("b.csv"), recording(225, 60.0, 2)).unwrap();
+    fs::write(dir.path().join("s.csv"), recording(0, 200.0, 3)).unwrap();
+    fs::write(dir.path().join("r.csv"), recording(1000, 0.0, 4)).unwrap();
+    dir
+}
+
+fn run(dir: &Path) -> Result<super::Score, ScoreError> {
+    score(dir, &CsvOptions::default(), &HostConfig::default(), 60.0)
+}
+
+#[test]
+fn finds_what_is_labelled_and_counts_what_is_not() {
+    let dir = folder(
+        "recording,kind,material,onset_s\na,onset,x,0.3\nb,onset,x,0.3\ns,steady,y,\nr,rest,y,\n",
+    );
+    // b slips 75 ms before its label, which is outside the guard.
+    let result = run(dir.path()).unwrap();
+    let [a, b, s, r] = result.recordings.as_slice() else { panic!() };
+    assert!(!a.early && !a.missed && (0.0..10.0).contains(&a.latency_ms.unwrap()), "{a:?}");
+    assert!(b.early && !b.missed && b.latency_ms.is_none(), "{b:?}");
+    assert!(!s.missed && s.latency_ms.unwrap() < 20.0, "{s:?}");
+    assert_eq!((r.alarms, r.alarm_s), (0, None));
+    let total = result.total(60.0);
+    assert_eq!((total.onsets, total.missed, total.early), (2, 0, 1));
+    assert_eq!((total.steady, total.steady_missed, total.rest_alarms), (1, 0, 0));
+    assert!((total.rest_s - 0.6).abs() < 0.01);
+}
+
+#[test]
+fn a_quiet_recording_with_an_onset_is_missed() {
+    let dir = folder("recording,kind,material,onset_s\nr,onset,x,0.3\n");
+    let result = run(dir.path()).unwrap();
+    assert!(result.recordings[0].missed);
+    assert_eq!(result.total(60.0).latency_ms, Quantiles::default());
+}
+
+#[test]
+fn without_rest_there_is_no_floor() {
+    let dir = folder("recording,kind,material,onset_s\na,onset,x,0.05\ns,steady,x,\n");
+    assert!(matches!(run(dir.path()), Err(ScoreError::NoRest { .. })));
+}

@@ -1,0 +1,135 @@
+//! The results of single recordings in, their sums with intervals out.
+
+use super::{
+    Detector, Point, Quantiles,
+    curve::{self, Trace},
+    interval::{self, Interval, QuantileIntervals},
+};
+use serde::Serialize;
+use slip_core::detector::BANDS;
+
+/// One recording's result.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct RecordingScore {
+    /// The detector.
+    pub detector: &'static str,
+    /// Its name.
+    pub recording: String,
+    /// `onset`, `steady` or `rest`.
+    pub kind: &'static str,
+    /// What the surface was.
+    pub material: String,
+    /// Labelled onset (s).
+    pub onset_s: Option<f64>,
+    /// The first alarm of all (s).
+    pub alarm_s: Option<f64>,
+    /// From the onset, or from the start of a steady recording, to the alarm that counts (ms).
+    pub latency_ms: Option<f64>,
+    /// A slip that was not found.
+    pub missed: bool,
+    /// An alarm before onset - guard.
+    pub early: bool,
+    /// Travel at the alarm that counts (mm), where a companion tells it.
+    pub travel_mm: Option<f64>,
+    /// Alarms in all.
+    pub alarms: u32,
+    /// Length (s).
+    pub length_s: f64,
+}
+
+/// The results of a folder with one detector.
+#[derive(Clone, Debug)]
+pub struct Score {
+    /// The detector.
+    pub detector: Detector,
+    /// One per recording, in the order of the labels.
+    pub recordings: Vec<RecordingScore>,
+    /// The floor that was used: energy of each band (signal unit squared).
+    pub floor: [f32; BANDS],
+    /// Rest it was measured on (s).
+    pub floor_s: f64,
+    /// Noise of the taxels that was used (rms), where there is an array.
+    pub taxel_rms: Option<f32>,
+    pub(super) traces: Vec<Trace>,
+}
+
+/// The total line.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(tag = "type", rename = "total")]
+pub struct Total {
+    /// The detector.
+    pub detector: &'static str,
+    /// Recordings with an onset.
+    pub onsets: usize,
+    /// Of these not found.
+    pub missed: usize,
+    /// Of these with an alarm too early.
+    pub early: usize,
+    /// Interval of the share missed.
+    pub missed_ci: Interval,
+    /// Interval of the share with an alarm too early.
+    pub early_ci: Interval,
+    /// Latency from the onset.
+    pub latency_ms: Quantiles,
+    /// Its intervals.
+    pub latency_ms_ci: QuantileIntervals,
+    /// Travel at the alarm, where known (mm).
+    pub travel_mm: Quantiles,
+    /// Recordings that slip all the time.
+    pub steady: usize,
+    /// Of these without any alarm.
+    pub steady_missed: usize,
+    /// Delay of the first alarm in these.
+    pub steady_ms: Quantiles,
+    /// Length of the recordings that never slip (s).
+    pub rest_s: f64,
+    /// Alarms in these.
+    pub rest_alarms: u32,
+    /// Interval of their rate (1/h).
+    pub rest_alarms_per_hour_ci: Interval,
+    /// Rest the floor was measured on (s).
+    pub floor_s: f64,
+    /// Guard before each onset (ms).
+    pub guard_ms: f64,
+}
+
+impl Score {
+    /// False alarms, misses and latency at thresholds from 1/8 to 32 times the configured ones.
+    #[must_use]
+    pub fn curve(&self) -> Vec<Point> {
+        curve::curve(&self.traces)
+    }
+
+    /// The sums over all recordings.
+    #[must_use]
+    pub fn total(&self, guard_ms: f64) -> Total {
+        let of = |kind: &'static str| self.recordings.iter().filter(move |r| r.kind == kind);
+        let latencies = |kind| Quantiles::of(of(kind).filter_map(|r| r.latency_ms).collect());
+        let onsets = of("onset").count();
+        let missed = of("onset").filter(|r| r.missed).count();
+        let early = of("onset").filter(|r| r.early).count();
+        let found = of("onset").filter_map(|r| Some((r.material.as_str(), r.latency_ms?)));
+        // The sum of nothing is -0.
+        let rest_s = of("rest").map(|r| r.length_s).sum::<f64>() + 0.0;
+        let rest_alarms = of("rest").map(|r| r.alarms).sum();
+        Total {
+            detector: self.detector.name,
+            onsets,
+            missed,
+            early,
+            missed_ci: interval::share(missed, onsets),
+            early_ci: interval::share(early, onsets),
+            latency_ms: latencies("onset"),
+            latency_ms_ci: interval::quantiles(&found.collect::<Vec<_>>()),
+            travel_mm: Quantiles::of(of("onset").filter_map(|r| r.travel_mm).collect()),
+            steady: of("steady").count(),
+            steady_missed: of("steady").filter(|r| r.missed).count(),
+            steady_ms: latencies("steady"),
+            rest_s,
+            rest_alarms,
+            rest_alarms_per_hour_ci: interval::rate(rest_alarms, rest_s / 3600.0),
+            floor_s: self.floor_s,
+            guard_ms,
+        }
+    }
+}
