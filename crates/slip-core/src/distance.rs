@@ -242,7 +242,8 @@ impl MovedDistance {
     #[inline]
     pub fn statistic(&self) -> f32 {
         let moved_m = match self.config.direction {
-            Direction::Either => self.forward_m.max(self.backward_m),
+            Direction::Either if self.forward_m > self.backward_m => self.forward_m,
+            Direction::Either => self.backward_m,
             Direction::Rising => self.forward_m,
             Direction::Falling => self.backward_m,
         };

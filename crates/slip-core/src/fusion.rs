@@ -176,7 +176,9 @@ pub(crate) fn check(methods: Methods) -> Result<(), ConfigError> {
 fn higher(told: Option<Told>, said: Told) -> Option<Told> {
     let Some(before) = told else { return Some(said) };
     let of = if said.state > before.state { said } else { before };
-    Some(Told { statistic: before.statistic.max(said.statistic), ..of })
+    let louder = said.statistic > before.statistic;
+    let statistic = if louder { said.statistic } else { before.statistic };
+    Some(Told { statistic, ..of })
 }
 
 #[cfg(test)]

@@ -51,7 +51,6 @@ pub(super) struct Gate {
     config: GateConfig,
     /// Gain of each band between energies scaled by their quiet floors.
     gain: [f32; BANDS],
-    sums: [f32; LANES],
     peak: [f32; BANDS],
     peak_decay: f32,
 }
@@ -62,7 +61,6 @@ impl Gate {
         Self {
             config,
             gain: [0.0; BANDS],
-            sums: [0.0; LANES],
             peak: [0.0; BANDS],
             peak_decay: libm::expf(-block_s / PEAK_S),
         }
@@ -76,22 +74,13 @@ impl Gate {
 
     /// Begins another stretch of motion.
     pub(super) fn start(&mut self) {
-        self.sums = [0.0; LANES];
         self.peak = [0.0; BANDS];
     }
 
-    /// Takes the band signals of the reference (unit).
+    /// Takes the sum of squares of each band of the reference (unit squared) over a block of `1 / per_sample` samples: the floor
+    /// of each band over its quiet floor.
     #[inline]
-    pub(super) fn sample(&mut self, u: &[f32; LANES]) {
-        for (sum, u) in self.sums.iter_mut().zip(u) {
-            *sum += u * u;
-        }
-    }
-
-    /// Ends a block of `1 / per_sample` samples: the floor of each band over its quiet floor.
-    #[inline]
-    pub(super) fn block(&mut self, per_sample: f32) -> [f32; BANDS] {
-        let sums = core::mem::replace(&mut self.sums, [0.0; LANES]);
+    pub(super) fn block(&mut self, sums: &[f32; LANES], per_sample: f32) -> [f32; BANDS] {
         let mut floor = [1.0; BANDS];
         for b in 0..BANDS {
             self.peak[b] = (sums[b] * per_sample).max(self.peak[b] * self.peak_decay);

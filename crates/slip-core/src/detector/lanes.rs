@@ -1,6 +1,9 @@
 //! The bands of a configuration at a sample rate: which of them exist, their filters and how much they can tell.
 
-use super::config::{BANDS, BandThreshold, DetectorConfig, FIRST_OCTAVE};
+use super::{
+    config::{BANDS, BandThreshold, DetectorConfig, FIRST_OCTAVE},
+    pending::MOST,
+};
 use crate::{
     config::ConfigError,
     filter::{Band, FilterBank, MAX_CORNER},
@@ -21,8 +24,8 @@ pub(super) struct Lanes {
     pub(super) corners: [Band; BANDS],
     /// Thresholds of the energy; infinite where the band does not exist.
     pub(super) thresholds: [f32; BANDS],
-    /// Samples in a block.
-    pub(super) block_len: u32,
+    /// Samples in a block, 1 to [`MOST`].
+    pub(super) block_len: usize,
     /// Length of a block (s).
     pub(super) block_s: f32,
     /// Independent readings of each band in a block: twice its width times its length.
@@ -38,7 +41,7 @@ impl Lanes {
         // A sliver of a band below the limit would tell nothing.
         let exists =
             |b: usize, band: &BandThreshold| b < FIRST_OCTAVE || band.low_hz < 0.8 * limit_hz;
-        let block_len = samples(1e3 * BLOCK_S * 0.999, rate_hz);
+        let block_len = (samples(1e3 * BLOCK_S * 0.999, rate_hz) as usize).min(MOST);
         #[expect(clippy::cast_precision_loss, reason = "at most 25 samples")]
         let block_s = block_len as f32 / rate_hz;
         let mut lanes = Self {

@@ -2,9 +2,11 @@
 
 mod config;
 mod cusum;
+mod decision;
 mod gate;
 mod glrt;
 mod lanes;
+mod pending;
 mod primed;
 mod reference;
 mod rest;

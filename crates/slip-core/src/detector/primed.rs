@@ -2,6 +2,7 @@
 
 use super::{
     lanes::{LANES, Lanes, samples},
+    pending::Pending,
 };
 use crate::{config::ConfigError, filter::FilterBank};
 
@@ -30,24 +31,37 @@ impl PrimedBank {
         self.left = self.len;
     }
 
+    /// Whether the start lasts: the next reading belongs to it.
+    #[inline]
+    pub(super) fn is_starting(&self) -> bool {
+        self.left > 0
+    }
+
     /// The band signals of the next reading (finite); `None` while the start lasts.
     #[inline]
     pub(super) fn step(&mut self, x: f32) -> Option<[f32; LANES]> {
-        if self.left > 0 {
-            self.prime(x);
+        if self.is_starting() {
+            self.start_with(x);
             return None;
         }
         Some(self.bank.step(x - self.offset))
     }
 
-    /// Keeps the states clear of subnormal numbers; to be called once a block.
+    /// Runs the bands over a block that is no part of the start: the sum of squares of each band signal times its `scale`.
+    #[inline]
+    pub(super) fn energy(&mut self, block: &Pending, scale: &[f32; LANES]) -> [f32; LANES] {
+        self.bank.energy(block.stylus(), self.offset, scale)
+    }
+
+    /// Keeps the states clear of subnormal numbers, where single readings are taken.
     #[inline]
     pub(super) fn flush_tiny(&mut self) {
         self.bank.flush_tiny();
     }
 
+    /// Takes a reading (finite) of the start.
     #[cold]
-    fn prime(&mut self, x: f32) {
+    pub(super) fn start_with(&mut self, x: f32) {
         if self.left == self.len {
             self.first = x;
             self.sum = 0.0;

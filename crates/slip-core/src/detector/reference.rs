@@ -7,6 +7,7 @@
 use super::{
     gate::GateConfig,
     lanes::{LANES, Lanes, samples},
+    pending::Pending,
 };
 use crate::{
     config::ConfigError,
@@ -135,11 +136,17 @@ impl Reference {
         self.start();
     }
 
-    /// The band signals of a reading (unit); an absent one is taken as the mean.
+    /// A reading without the mean (unit); an absent one is taken as the mean.
     #[inline]
-    pub(super) fn bands(&mut self, reference: Option<f32>) -> [f32; LANES] {
+    pub(super) fn off_mean(&self, reference: Option<f32>) -> f32 {
         let mean = self.mean.unwrap_or(0.0);
-        self.bank.step(reference.map_or(0.0, |r| r - mean))
+        reference.map_or(0.0, |r| r - mean)
+    }
+
+    /// Runs the bands over a block: the sum of squares of each band signal (unit squared).
+    #[inline]
+    pub(super) fn energy(&mut self, block: &Pending) -> [f32; LANES] {
+        self.bank.energy(block.reference(), 0.0, &[1.0; LANES])
     }
 
     /// Ends a block of `1 / per_sample` samples.
@@ -153,11 +160,5 @@ impl Reference {
             let white = self.slow_share / (2.0 - self.slow_share);
             self.doubtful = quiet[1] > COLOURED * white * quiet[0];
         }
-    }
-
-    /// Keeps the states clear of subnormal numbers; to be called once a block.
-    #[inline]
-    pub(super) fn flush_tiny(&mut self) {
-        self.bank.flush_tiny();
     }
 }

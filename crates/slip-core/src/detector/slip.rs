@@ -11,9 +11,11 @@
 use super::{
     config::{BANDS, DetectorConfig, TestKind, VIBRATION},
     cusum::Cusum,
+    decision::Decision,
     gate::Gate,
     glrt::Glrt,
-    lanes::{LANES, Lanes, of_bands, padded, samples},
+    lanes::{LANES, Lanes, of_bands, padded},
+    pending::Pending,
     primed::PrimedBank,
     reference::{MotionInput, Reference},
     test::{Block, EnergyTest, SequentialTest},
@@ -34,9 +36,6 @@ pub enum SlipState {
     /// The object slides.
     Gross,
 }
-
-/// Below this fraction of its recent peak the statistic is the fading memory of a slip that has stopped.
-const FRESH: f32 = 0.5;
 
 /// Floors that are known before the first sample.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -63,17 +62,18 @@ pub struct Levels {
 pub struct SlipDetector {
     bank: PrimedBank,
     floor: Floor<BANDS>,
-    /// Reciprocal rms of the floor, once it is known.
-    scale: Option<[f32; LANES]>,
+    /// Reciprocal rms of the floor; 1 while it is unknown.
+    scale: [f32; LANES],
+    learning: bool,
     reference: Reference,
     gate: Gate,
     blind_margin: f32,
     moving: bool,
     no_skip: bool,
-    block_len: u32,
+    block_len: usize,
     per_sample: f32,
-    in_block: u32,
-    sums: [f32; LANES],
+    /// The block that is being filled: its filters run together when it is full.
+    pending: Pending,
     kind: TestKind,
     energy: EnergyTest,
     cusum: Cusum,
@@ -106,7 +106,8 @@ impl SlipDetector {
         let cusum = Cusum::new(config.cusum_ratio, config.cusum_threshold, lanes.readings);
         Ok(Self {
             bank: PrimedBank::new(&lanes, rate_hz)?,
-            scale: floor.energy().map(reciprocal_rms),
+            scale: floor.energy().map_or([1.0; LANES], reciprocal_rms),
+            learning: floor.energy().is_none(),
             floor,
             reference,
             gate,
@@ -115,8 +116,7 @@ impl SlipDetector {
             no_skip: false,
             block_len: lanes.block_len,
             per_sample,
-            in_block: 0,
-            sums: [0.0; LANES],
+            pending: Pending::default(),
             kind: config.test,
             energy: EnergyTest::new(1e-3 * config.envelope_ms, lanes.block_s, lanes.thresholds),
             cusum: if config.test == TestKind::Cusum { cusum.in_every_scene() } else { cusum },
@@ -135,7 +135,7 @@ impl SlipDetector {
     #[must_use]
     #[inline]
     pub fn is_learning(&self) -> bool {
-        self.scale.is_none()
+        self.learning
     }
 
     /// Noise energy of the bands (signal unit squared), once it is known.
@@ -183,8 +183,7 @@ impl SlipDetector {
     #[must_use]
     #[inline]
     pub fn is_fresh(&self) -> bool {
-        let Decision { statistic, recent_peak, .. } = self.decision;
-        statistic > 1.0 && statistic >= FRESH * recent_peak
+        self.decision.is_fresh()
     }
 
     /// Starts the filters afresh with the next samples; the floors stay.
@@ -196,7 +195,7 @@ impl SlipDetector {
         self.reference.restart();
         self.moving = false;
         self.gate.start();
-        self.start_block();
+        self.pending.clear();
         self.decision.reset();
         self.floor.interrupt();
     }
@@ -206,81 +205,59 @@ impl SlipDetector {
     #[inline]
     pub fn step(&mut self, x: f32, motion: &MotionInput) -> Option<(f32, SlipState)> {
         let moving = self.reference.watch(motion);
-        let y = self.bank.step(x)?;
+        if self.bank.is_starting() {
+            self.bank.start_with(x);
+            return None;
+        }
         if moving != self.moving {
             self.turn(moving);
         }
-        match self.scale {
-            Some(scale) => self.sample(&scaled(&y, &scale), motion.reference),
-            None => self.sample(&y, motion.reference),
-        }
-        self.in_block += 1;
-        if self.in_block >= self.block_len {
+        let gated = self.moving || self.no_skip;
+        let u = if gated { self.reference.off_mean(motion.reference) } else { 0.0 };
+        if self.pending.push(x, u) >= self.block_len {
             self.end_block();
         }
-        self.scale.is_some().then_some((self.decision.statistic, self.decision.state))
+        (!self.learning).then_some((self.decision.statistic, self.decision.state))
     }
 
     /// Takes a reading that nobody asks about, at the cost of one that is decided on. [`SlipDetector::prime`] forgets it.
     #[inline]
     pub fn step_unheard(&mut self, x: f32, motion: &MotionInput) {
-        let Some(y) = self.bank.step(x) else { return };
-        for (sum, y) in self.sums.iter_mut().zip(y) {
-            *sum += y * y;
-        }
-        self.gate.sample(&self.reference.bands(motion.reference));
-        self.in_block += 1;
-        if self.in_block >= self.block_len {
-            self.in_block = 0;
-            self.bank.flush_tiny();
-            self.reference.flush_tiny();
+        if self.bank.is_starting() {
+            self.bank.start_with(x);
+        } else if self.pending.push(x, self.reference.off_mean(motion.reference)) >= self.block_len
+        {
             let energy = self.block_energy();
-            let block = Block { energy, floor: self.gate.block(self.per_sample), moving: true };
+            let floor = self.gate.block(&self.reference.energy(&self.pending), self.per_sample);
+            self.pending.clear();
+            let block = Block { energy, floor, moving: true };
             self.energy.step(&block);
             self.cusum.step(&block);
         }
     }
 
-    /// The robot starts or stops: the gate starts afresh.
+    /// The robot starts or stops: the block and the gate start afresh.
     #[cold]
     fn turn(&mut self, moving: bool) {
         self.moving = moving;
+        self.bank.energy(&self.pending, &self.scale);
+        self.pending.clear();
         self.gate.start();
         self.reference.start();
-        self.start_block();
     }
 
-    fn start_block(&mut self) {
-        self.in_block = 0;
-        self.sums = [0.0; LANES];
-    }
-
-    #[inline]
-    fn sample(&mut self, y: &[f32; LANES], reference: Option<f32>) {
-        for (sum, y) in self.sums.iter_mut().zip(y) {
-            *sum += y * y;
-        }
-        if self.moving || self.no_skip {
-            self.gate.sample(&self.reference.bands(reference));
-        }
-    }
-
-    #[inline]
     fn end_block(&mut self) {
-        self.bank.flush_tiny();
-        self.in_block = 0;
-        let mut block = Block {
-            energy: self.block_energy(),
-            floor: [1.0; BANDS],
-            moving: self.moving,
-        };
-        if self.moving && self.reference.is_live() {
-            self.reference.flush_tiny();
-            block.floor = self.gate.block(self.per_sample);
-        } else if self.moving {
-            block.floor = [self.blind_margin; BANDS];
+        let energy = self.block_energy();
+        let mut block = Block { energy, floor: [1.0; BANDS], moving: self.moving };
+        if self.moving || self.no_skip {
+            let floor = self.gate.block(&self.reference.energy(&self.pending), self.per_sample);
+            if self.moving {
+                let blind = [self.blind_margin; BANDS];
+                block.floor = if self.reference.is_live() { floor } else { blind };
+            }
         }
-        if self.scale.is_some() {
+        self.pending.clear();
+        if !self.learning {
             self.decide(&block);
         }
         self.reference.end_block(self.per_sample);
@@ -290,12 +267,10 @@ impl SlipDetector {
         }
     }
 
-    /// Mean energy of each band in the block that ends.
+    /// Runs the bands over the block: the mean energy of each.
     #[inline]
     fn block_energy(&mut self) -> [f32; BANDS] {
-        let energy = of_bands(&self.sums).map(|sum| sum * self.per_sample);
-        self.sums = [0.0; LANES];
-        energy
+        of_bands(&self.bank.energy(&self.pending, &self.scale)).map(|sum| sum * self.per_sample)
     }
 
     fn unscaled(&self, energy: &[f32; BANDS]) -> [f32; BANDS] {
@@ -309,7 +284,8 @@ impl SlipDetector {
     #[cold]
     fn rescale(&mut self) {
         let Some(floor) = self.floor.energy() else { return };
-        self.scale = Some(reciprocal_rms(floor));
+        self.scale = reciprocal_rms(floor);
+        self.learning = false;
         self.gate.rescale(&floor);
     }
 
@@ -332,190 +308,9 @@ impl SlipDetector {
     }
 }
 
-/// From the statistic to the slip state: thresholds, hysteresis, release.
-#[derive(Clone, Copy, Debug)]
-struct Decision {
-    gross: f32,
-    release: f32,
-    release_len: u32,
-    quiet_run: u32,
-    state: SlipState,
-    /// The lower one of the last two blocks: the front of a tap may reach the stylus a block before the reference.
-    statistic: f32,
-    before: f32,
-    /// The highest statistic of the last milliseconds, decaying half as fast as the energy does at rest.
-    recent_peak: f32,
-    peak_decay: f32,
-}
-
-impl Decision {
-    fn new(config: &DetectorConfig, block_s: f32, blocks_hz: f32) -> Self {
-        Self {
-            gross: config.gross,
-            release: config.release,
-            release_len: samples(config.release_ms, blocks_hz),
-            quiet_run: 0,
-            state: SlipState::Quiet,
-            statistic: 0.0,
-            before: 0.0,
-            recent_peak: 0.0,
-            peak_decay: libm::expf(-block_s / (2e-3 * config.envelope_ms)),
-        }
-    }
-
-    fn reset(&mut self) {
-        self.quiet_run = 0;
-        self.state = SlipState::Quiet;
-        self.statistic = 0.0;
-        self.before = 0.0;
-        self.recent_peak = 0.0;
-    }
-
-    #[inline]
-    fn step(&mut self, now: f32, vibration: f32) {
-        let statistic = now.min(self.before);
-        self.before = now;
-        self.statistic = statistic;
-        self.recent_peak = statistic.max(self.recent_peak * self.peak_decay);
-        if statistic > 1.0 {
-            self.quiet_run = 0;
-            if vibration > self.gross {
-                self.state = SlipState::Gross;
-            } else if self.state == SlipState::Quiet {
-                self.state = SlipState::Incipient;
-            }
-        } else if statistic >= self.release {
-            self.quiet_run = 0;
-        } else {
-            self.quiet_run = self.quiet_run.saturating_add(1);
-            if self.quiet_run >= self.release_len {
-                self.state = SlipState::Quiet;
-            }
-        }
-    }
-}
-
-#[inline]
-fn scaled(y: &[f32; LANES], scale: &[f32; LANES]) -> [f32; LANES] {
-    core::array::from_fn(|b| y[b] * scale[b])
-}
-
 fn reciprocal_rms(energy: [f32; BANDS]) -> [f32; LANES] {
     padded(energy.map(|e| 1.0 / libm::sqrtf(e)), 0.0)
 }
 
 #[cfg(test)]
-mod tests {
-    extern crate std;
-    use super::{DetectorConfig, KnownFloors, MotionInput, SlipDetector, SlipState, TestKind};
-    use crate::floor::FloorConfig;
-
-    /// Uniform noise of deviation 0.1 um, seeded.
-    fn noise(seed: u32) -> impl FnMut() -> f32 {
-        let mut state = seed;
-        move || {
-            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-            let unit = f64::from(state) / f64::from(u32::MAX) - 0.5;
-            #[expect(clippy::cast_possible_truncation, reason = "test signal")]
-            let x = (unit * 3.4641e-7) as f32;
-            x
-        }
-    }
-
-    fn detector(rate_hz: f32) -> SlipDetector {
-        let known = KnownFloors::default();
-        SlipDetector::new(&DetectorConfig::default(), FloorConfig::default(), known, rate_hz)
-            .unwrap()
-    }
-
-    #[test]
-    fn rest_is_quiet_and_a_texture_is_gross_slip_within_milliseconds() {
-        for rate in [1000_u16, 2200, 10_000, 20_000] {
-            let mut detector = detector(f32::from(rate));
-            let mut noise = noise(7);
-            for _ in 0..20 * u32::from(rate) {
-                if let Some((_, state)) = detector.step(1e-3 + noise(), &MotionInput::default()) {
-                    assert_eq!(state, SlipState::Quiet, "at {rate} Hz");
-                }
-            }
-            assert!(!detector.is_learning());
-            let mut found = None;
-            for i in 0..rate {
-                let phase = core::f32::consts::TAU * 250.0 * f32::from(i) / f32::from(rate);
-                let verdict = detector
-                    .step(1e-3 + 3e-6 * libm::sinf(phase) + noise(), &MotionInput::default());
-                if verdict.is_some_and(|(_, state)| state == SlipState::Gross) {
-                    found = Some(f32::from(i) / f32::from(rate));
-                    break;
-                }
-            }
-            assert!(found.unwrap() < 0.006, "at {rate} Hz: {found:?}");
-        }
-    }
-
-    /// A tone of 5 um on stylus and reference is motion; the same on the stylus alone is a slip.
-    #[test]
-    fn what_the_reference_shows_too_is_motion() {
-        for test in [TestKind::Fused, TestKind::Energy, TestKind::Cusum, TestKind::Glrt] {
-            let config = DetectorConfig { test, ..DetectorConfig::default() };
-            let known = KnownFloors::default();
-            let detector = SlipDetector::new(&config, FloorConfig::default(), known, 1e4).unwrap();
-            let (mut detector, mut noise) = (detector, noise(5));
-            let mut run = |stylus_m: f32, reference_m: f32| {
-                let mut worst = 0.0_f32;
-                for i in 0..10_000_u16 {
-                    // Swells within 0.1 s, as motion does.
-                    let swell = (f32::from(i) / 1000.0).min(1.0);
-                    let tone = swell * libm::sinf(0.1 * f32::from(i));
-                    let reference = Some(reference_m * tone + 0.5 * noise());
-                    let motion = MotionInput { reference, commanded: false };
-                    let verdict = detector.step(stylus_m * tone + noise(), &motion);
-                    worst = worst.max(verdict.map_or(0.0, |(statistic, _)| statistic));
-                }
-                (worst, detector.is_moving())
-            };
-            assert!(run(0.0, 0.0).0 < 1.0, "{test:?}: rest");
-            let (motion, moving) = run(5e-6, 5e-6);
-            assert!(motion < 1.0 && moving, "{test:?}: motion {motion}");
-            run(0.0, 0.0);
-            assert!(run(5e-6, 0.0).0 > 1.0, "{test:?}: slip");
-        }
-    }
-
-    #[test]
-    fn a_slip_ends_after_the_release_time() {
-        let mut detector = detector(1000.0);
-        let mut noise = noise(3);
-        for _ in 0..1000 {
-            detector.step(noise(), &MotionInput::default());
-        }
-        for i in 0..100_u16 {
-            detector.step(noise() + if i % 4 < 2 { 3e-6 } else { -3e-6 }, &MotionInput::default());
-        }
-        let mut lasted = 0_u32;
-        while detector
-            .step(noise(), &MotionInput::default())
-            .is_some_and(|(_, state)| state != SlipState::Quiet)
-        {
-            lasted += 1;
-        }
-        assert!((50..200).contains(&lasted), "{lasted} ms");
-    }
-
-    #[test]
-    fn an_offset_does_not_look_like_a_step_when_the_filters_start() {
-        let mut detector = detector(20_000.0);
-        let mut noise = noise(11);
-        for _ in 0..20_000 {
-            detector.step(noise(), &MotionInput::default());
-        }
-        for start in 0..50_u8 {
-            detector.prime();
-            let offset = 1e-4 * f32::from(start);
-            for _ in 0..2000 {
-                let verdict = detector.step(offset + noise(), &MotionInput::default());
-                assert!(verdict.is_none_or(|(statistic, _)| statistic < 1.0), "start {start}");
-            }
-        }
-    }
-}
+mod tests;

@@ -59,6 +59,22 @@ impl<const N: usize> FilterBank<N> {
         self.low_pass.low(&self.high_pass.high(&[x; N]))
     }
 
+    /// Takes a block of samples: the sum of squares of each band signal times its `scale`, where `offset` is taken off each sample
+    /// before. States that have decayed below any signal are set to zero at its end.
+    #[inline]
+    pub fn energy(&mut self, block: &[f32], offset: f32, scale: &[f32; N]) -> [f32; N] {
+        let mut sums = [0.0; N];
+        for x in block {
+            let y = self.step(x - offset);
+            for ((sum, y), scale) in sums.iter_mut().zip(y).zip(scale) {
+                let scaled = y * scale;
+                *sum += scaled * scaled;
+            }
+        }
+        self.flush_tiny();
+        sums
+    }
+
     /// Sets states that have decayed below any signal to zero: subnormal numbers are slow on many processors. From
     /// 1e-18 it takes at least ten time constants of a filter to get there, so once in some samples is enough.
     #[inline]

@@ -94,7 +94,7 @@ impl<const N: usize> SvfLanes<N> {
     }
 
     /// Low-pass outputs of the lanes for the inputs `x`.
-    #[inline]
+    #[inline(always)]
     pub fn low(&mut self, x: &[f32; N]) -> [f32; N] {
         let mut low = [0.0; N];
         for i in 0..N {
@@ -104,7 +104,7 @@ impl<const N: usize> SvfLanes<N> {
     }
 
     /// High-pass outputs of the lanes for the inputs `x`.
-    #[inline]
+    #[inline(always)]
     pub fn high(&mut self, x: &[f32; N]) -> [f32; N] {
         let mut high = [0.0; N];
         for i in 0..N {

@@ -1,0 +1,111 @@
+extern crate std;
+use super::{DetectorConfig, KnownFloors, MotionInput, SlipDetector, SlipState, TestKind};
+use crate::floor::FloorConfig;
+
+/// Uniform noise of deviation 0.1 um, seeded.
+fn noise(seed: u32) -> impl FnMut() -> f32 {
+    let mut state = seed;
+    move || {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        let unit = f64::from(state) / f64::from(u32::MAX) - 0.5;
+        #[expect(clippy::cast_possible_truncation, reason = "test signal")]
+        let x = (unit * 3.4641e-7) as f32;
+        x
+    }
+}
+
+fn detector(rate_hz: f32) -> SlipDetector {
+    let known = KnownFloors::default();
+    SlipDetector::new(&DetectorConfig::default(), FloorConfig::default(), known, rate_hz).unwrap()
+}
+
+#[test]
+fn rest_is_quiet_and_a_texture_is_gross_slip_within_milliseconds() {
+    for rate in [1000_u16, 2200, 10_000, 20_000] {
+        let mut detector = detector(f32::from(rate));
+        let mut noise = noise(7);
+        for _ in 0..20 * u32::from(rate) {
+            if let Some((_, state)) = detector.step(1e-3 + noise(), &MotionInput::default()) {
+                assert_eq!(state, SlipState::Quiet, "at {rate} Hz");
+            }
+        }
+        assert!(!detector.is_learning());
+        let mut found = None;
+        for i in 0..rate {
+            let phase = core::f32::consts::TAU * 250.0 * f32::from(i) / f32::from(rate);
+            let verdict =
+                detector.step(1e-3 + 3e-6 * libm::sinf(phase) + noise(), &MotionInput::default());
+            if verdict.is_some_and(|(_, state)| state == SlipState::Gross) {
+                found = Some(f32::from(i) / f32::from(rate));
+                break;
+            }
+        }
+        assert!(found.unwrap() < 0.006, "at {rate} Hz: {found:?}");
+    }
+}
+
+/// A tone of 5 um on stylus and reference is motion; the same on the stylus alone is a slip.
+#[test]
+fn what_the_reference_shows_too_is_motion() {
+    for test in [TestKind::Fused, TestKind::Energy, TestKind::Cusum, TestKind::Glrt] {
+        let config = DetectorConfig { test, ..DetectorConfig::default() };
+        let known = KnownFloors::default();
+        let detector = SlipDetector::new(&config, FloorConfig::default(), known, 1e4).unwrap();
+        let (mut detector, mut noise) = (detector, noise(5));
+        let mut run = |stylus_m: f32, reference_m: f32| {
+            let mut worst = 0.0_f32;
+            for i in 0..10_000_u16 {
+                // Swells within 0.1 s, as motion does.
+                let swell = (f32::from(i) / 1000.0).min(1.0);
+                let tone = swell * libm::sinf(0.1 * f32::from(i));
+                let reference = Some(reference_m * tone + 0.5 * noise());
+                let motion = MotionInput { reference, commanded: false };
+                let verdict = detector.step(stylus_m * tone + noise(), &motion);
+                worst = worst.max(verdict.map_or(0.0, |(statistic, _)| statistic));
+            }
+            (worst, detector.is_moving())
+        };
+        assert!(run(0.0, 0.0).0 < 1.0, "{test:?}: rest");
+        let (motion, moving) = run(5e-6, 5e-6);
+        assert!(motion < 1.0 && moving, "{test:?}: motion {motion}");
+        run(0.0, 0.0);
+        assert!(run(5e-6, 0.0).0 > 1.0, "{test:?}: slip");
+    }
+}
+
+#[test]
+fn a_slip_ends_after_the_release_time() {
+    let mut detector = detector(1000.0);
+    let mut noise = noise(3);
+    for _ in 0..1000 {
+        detector.step(noise(), &MotionInput::default());
+    }
+    for i in 0..100_u16 {
+        detector.step(noise() + if i % 4 < 2 { 3e-6 } else { -3e-6 }, &MotionInput::default());
+    }
+    let mut lasted = 0_u32;
+    while detector
+        .step(noise(), &MotionInput::default())
+        .is_some_and(|(_, state)| state != SlipState::Quiet)
+    {
+        lasted += 1;
+    }
+    assert!((50..200).contains(&lasted), "{lasted} ms");
+}
+
+#[test]
+fn an_offset_does_not_look_like_a_step_when_the_filters_start() {
+    let mut detector = detector(20_000.0);
+    let mut noise = noise(11);
+    for _ in 0..20_000 {
+        detector.step(noise(), &MotionInput::default());
+    }
+    for start in 0..50_u8 {
+        detector.prime();
+        let offset = 1e-4 * f32::from(start);
+        for _ in 0..2000 {
+            let verdict = detector.step(offset + noise(), &MotionInput::default());
+            assert!(verdict.is_none_or(|(statistic, _)| statistic < 1.0), "start {start}");
+        }
+    }
+}
