@@ -5,7 +5,7 @@
 
 mod evidence;
 mod force;
-mod sleep;
+mod rest;
 
 use crate::{
     config::{ConfigError, PipelineConfig, Signal},
@@ -25,6 +25,7 @@ use crate::{
     velocity::VelocityMeter,
 };
 use force::SlipNews;
+use rest::Rest;
 
 /// The whole signal path of one gripper. `W` holds the weights of the network.
 #[derive(Clone, Debug)]
@@ -42,8 +43,7 @@ pub struct Pipeline<W> {
     slip: Option<Slip>,
     scene: Scene,
     decides: bool,
-    /// A sample like the last one changes nothing: see [`Pipeline::sleeps_through`].
-    asleep: bool,
+    rest: Rest,
     gap: Micros,
     evidence_every: Micros,
     counters: StageCounters,
@@ -100,7 +100,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             slip: None,
             scene: Scene::Idle,
             decides: false,
-            asleep: false,
+            rest: Rest::Awake,
             gap: Micros((period_us * 5).max(10_000)),
             evidence_every: Micros(1000),
             counters: StageCounters::default(),
@@ -121,8 +121,13 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         self.counters.samples += 1;
         let before = self.health.health();
         let plain = self.health.passes(sample);
-        if plain && self.sleeps_through(sample) {
-            return self.unchanged(sample.t);
+        match self.rest_of(sample) {
+            Rest::Idle if plain => {
+                self.last_t = Some(sample.t);
+                return self.unchanged(sample.t);
+            }
+            Rest::Holding if plain => return self.hold(sample, taxels),
+            _ => {}
         }
         let mended;
         let sample = if plain {
@@ -138,26 +143,36 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
 
     /// Every stage after the sensor's health: `sample` is safe to compute with, `ailed` says whether the one before was not.
     fn look(&mut self, sample: &Sample, taxels: &[f32], ailed: bool) -> Step {
-        let dt = self.last_t.map_or(Micros(0), |last| sample.t.since(last));
-        self.last_t = Some(sample.t);
-        let scene = self.enter_scene(sample, dt);
+        let dt = self.since_last(sample.t);
+        self.enter_scene(sample, dt);
         if ailed && self.health.health() == Health::Good {
             // A sensor may come back with another zero, which is no slip.
             self.detector.prime();
         }
         let felt = self.detect(sample);
         let told = self.join(sample, taxels, felt);
-        let event = self.slip_event(scene, sample, told);
+        self.conclude(sample, dt, felt, told)
+    }
+
+    /// The step of a sample on which the methods have spoken.
+    fn conclude(
+        &mut self,
+        sample: &Sample,
+        dt: Micros,
+        felt: Option<(f32, SlipState)>,
+        told: Option<Told>,
+    ) -> Step {
+        let event = self.slip_event(sample, told);
         let statistic = told.map_or(0.0, |told| told.statistic);
         if self.slip.is_some() || self.config.no_skip {
             self.feel(felt);
             let believed = self.fusion.believed_travel(sample.travel_m);
-            let step = Step { scene, statistic, event, ..self.unchanged(sample.t) };
+            let step = Step { statistic, event, ..self.unchanged(sample.t) };
             return self.follow(&Sample { travel_m: believed, ..*sample }, dt, step);
         }
         let command = self.command(sample, dt, SlipNews::default());
-        self.asleep = self.may_sleep();
-        Step { scene, statistic, event, command, ..self.unchanged(sample.t) }
+        self.rest = self.rest_after();
+        Step { statistic, event, command, ..self.unchanged(sample.t) }
     }
 
     /// Adds to the `step` of a slip what is known of it, and the command.
@@ -165,12 +180,18 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         self.observe(sample, &mut step);
         let news = self.slip_news(sample, &step);
         step.command = self.command(sample, dt, news);
-        self.asleep = false;
+        self.rest = Rest::Awake;
         step
     }
 
+    /// Time since the sample before; the next one counts from this.
+    #[inline]
+    fn since_last(&mut self, t: Micros) -> Micros {
+        self.last_t.replace(t).map_or(Micros(0), |last| t.since(last))
+    }
+
     /// The scene of this sample; where it differs from the last one, the stages that start afresh do so.
-    fn enter_scene(&mut self, sample: &Sample, dt: Micros) -> Scene {
+    fn enter_scene(&mut self, sample: &Sample, dt: Micros) {
         let touching = self.contact.update(sample.normal_force_n);
         let grip = self.grip.map_or(GripState::Holding, |grip| grip.state());
         let closing = matches!(grip, GripState::Closing | GripState::Settling);
@@ -190,7 +211,6 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             false if closing => Scene::Moving,
             false => Scene::Idle,
         };
-        self.scene
     }
 
     /// Statistic and state of the slip detector, where the scene needs it: while the floor is being
@@ -201,23 +221,26 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         }
         let learning = self.detector.is_learning();
         let trusted = self.health.health() == Health::Good;
-        let motion = MotionInput {
-            reference: sample.reference,
-            commanded: sample.motion.is_some_and(|motion| motion != 0.0),
-        };
         // The silence of a dead sensor is no noise floor.
         if self.decides || (learning && trusted) {
-            self.counters.bands += 1;
-            let verdict = self.detector.step(sample.stylus, &motion);
-            self.counters.gate += u64::from(self.detector.is_moving() || self.config.no_skip);
+            let verdict = self.feel_for_slip(sample);
             return (self.decides && trusted).then_some(verdict).flatten();
         }
         if self.config.no_skip && !learning {
             self.counters.bands += 1;
             self.counters.gate += 1;
-            self.detector.step_unheard(sample.stylus, &motion);
+            self.detector.step_unheard(sample.stylus, &motion_of(sample));
         }
         None
+    }
+
+    /// Statistic and state of the slip detector.
+    #[inline]
+    fn feel_for_slip(&mut self, sample: &Sample) -> Option<(f32, SlipState)> {
+        self.counters.bands += 1;
+        let verdict = self.detector.step(sample.stylus, &motion_of(sample));
+        self.counters.gate += u64::from(self.detector.is_moving() || self.config.no_skip);
+        verdict
     }
 
     /// What stylus, travel and pressure say together, where the scene needs it.
@@ -249,12 +272,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
     }
 
     #[inline]
-    fn slip_event(
-        &mut self,
-        scene: Scene,
-        sample: &Sample,
-        told: Option<Told>,
-    ) -> Option<SlipEvent> {
+    fn slip_event(&mut self, sample: &Sample, told: Option<Told>) -> Option<SlipEvent> {
         let state = told.map_or(SlipState::Quiet, |told| told.state);
         let method = told.map_or(Method::Stylus, |told| told.method);
         match (&mut self.slip, state) {
@@ -276,7 +294,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
                 slip.gross = true;
                 Some(SlipEvent::Slip { phase: Phase::Gross, first: false, method })
             }
-            (Some(slip), SlipState::Quiet) if scene == Scene::Slipping => {
+            (Some(slip), SlipState::Quiet) if self.scene == Scene::Slipping => {
                 let duration = sample.t.since(slip.since);
                 self.slip = None;
                 self.fusion.slip_ended();
@@ -325,5 +343,14 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
     #[must_use]
     pub fn health_counters(&self) -> HealthCounters {
         self.health.counters()
+    }
+}
+
+/// What a sample tells of the robot's motion.
+#[inline]
+fn motion_of(sample: &Sample) -> MotionInput {
+    MotionInput {
+        reference: sample.reference,
+        commanded: sample.motion.is_some_and(|motion| motion != 0.0),
     }
 }
