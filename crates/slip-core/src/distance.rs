@@ -274,8 +274,8 @@ impl MovedDistance {
             self.advanced_at = t;
             return;
         };
-        #[expect(clippy::cast_possible_truncation, reason = "a step of time")]
-        let dt_s = t.since(last_t).as_seconds() as f32;
+        #[expect(clippy::cast_precision_loss, reason = "a step of time")]
+        let dt_s = 1e-6 * t.since(last_t).0 as f32;
         let mut dx_m = position_m - last_m;
         self.watch_frozen(t, dx_m, others_gross);
         if dx_m.abs() > self.config.max_speed_m_s * dt_s + 4.0 * self.config.resolution_m {

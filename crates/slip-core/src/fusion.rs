@@ -51,6 +51,17 @@ pub struct Fusion {
     travel: MovedDistance,
     pressure: PressurePattern<MAX_TAXELS>,
     healths: (TravelHealth, PressureHealth),
+    put_by: PutBy,
+}
+
+/// Most readings of the travel that are put by: those of a block of the stylus at 50 kHz.
+const MOST: usize = 25;
+
+/// Readings of the travel (m) with their times, not yet looked at.
+#[derive(Clone, Copy, Debug)]
+struct PutBy {
+    readings: [(Micros, f32); MOST],
+    len: usize,
 }
 
 impl Fusion {
@@ -69,6 +80,7 @@ impl Fusion {
             travel: MovedDistance::new(travel)?,
             pressure: PressurePattern::new(pressure)?,
             healths: Default::default(),
+            put_by: PutBy { readings: [(Micros(0), 0.0); MOST], len: 0 },
         })
     }
 
@@ -121,10 +133,34 @@ impl Fusion {
             || (self.uses(Method::Pressure) && self.pressure.changing(t, CHANGED_WITHIN))
     }
 
+    /// Puts a reading of the travel (m, finite) by until the next call of [`Fusion::watch`] or [`Fusion::catch_up`]: the fingers
+    /// are still and no other method sees a gross slip. A reading for which there is no room is looked at, with those before it.
+    #[inline]
+    pub fn put_by(&mut self, t: Micros, travel_m: f32) {
+        if self.put_by.len == MOST {
+            self.catch_up();
+        }
+        if let Some(place) = self.put_by.readings.get_mut(self.put_by.len) {
+            *place = (t, travel_m);
+            self.put_by.len += 1;
+        }
+    }
+
+    /// Looks at the readings that were put by.
+    #[inline]
+    pub fn catch_up(&mut self) {
+        let (fingers, others_gross) = (Fingers::Still, false);
+        for &(t, travel_m) in self.put_by.readings.get(..self.put_by.len).unwrap_or(&[]) {
+            self.travel.step(TravelReading { t, travel_m, fingers, others_gross });
+        }
+        self.put_by.len = 0;
+    }
+
     /// Takes the channels of the next sample. `decides` says whether an object is held; what is seen otherwise only costs
     /// time, and [`Fusion::prime`] forgets it.
     #[inline]
-    pub fn step(&mut self, seen: &Channels<'_>, decides: bool) -> Option<Told> {
+    pub fn watch(&mut self, seen: &Channels<'_>, decides: bool) {
+        self.catch_up();
         if let Some(travel_m) = seen.travel_m {
             let stylus_gross = seen.stylus.is_some_and(|(_, state)| state == SlipState::Gross);
             self.travel.step(TravelReading {
@@ -137,11 +173,13 @@ impl Fusion {
         if !seen.taxels.is_empty() {
             self.pressure.step(seen.t, seen.taxels, decides);
         }
-        if !decides {
-            return None;
-        }
+    }
+
+    /// What the methods say together, with the statistic and state of the `stylus`, where it is heard.
+    #[inline]
+    pub fn tell(&mut self, stylus: Option<(f32, SlipState)>) -> Option<Told> {
         self.healths = (self.travel.health(), self.pressure.health());
-        self.join(seen.stylus)
+        self.join(stylus)
     }
 
     #[inline]
@@ -207,7 +245,8 @@ mod tests {
             fingers: Fingers::Still,
             stylus: Some(stylus),
         };
-        fusion.step(&seen, true)
+        fusion.watch(&seen, true);
+        fusion.tell(seen.stylus)
     }
 
     fn first(methods: Methods) -> (u16, Method) {
@@ -237,7 +276,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_is_said_where_no_object_is_held() {
+    fn what_is_watched_where_no_object_is_held_is_forgotten() {
         let mut fusion = fusion(Methods::ALL);
         for i in 0..500_u16 {
             let seen = Channels {
@@ -247,7 +286,7 @@ mod tests {
                 fingers: Fingers::Moving,
                 stylus: None,
             };
-            assert_eq!(fusion.step(&seen, false), None);
+            fusion.watch(&seen, false);
         }
         fusion.prime();
         assert_eq!(said(&mut fusion, 501).unwrap().method, Method::Stylus);

@@ -41,6 +41,8 @@ pub struct Pipeline<W> {
     grip: Option<GripController>,
     last_t: Option<Micros>,
     slip: Option<Slip>,
+    /// What the methods said when they were last asked.
+    told: Option<Told>,
     scene: Scene,
     decides: bool,
     rest: Rest,
@@ -98,6 +100,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             grip: config.grip.map(GripController::new),
             last_t: None,
             slip: None,
+            told: None,
             scene: Scene::Idle,
             decides: false,
             rest: Rest::Awake,
@@ -126,7 +129,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
                 self.last_t = Some(sample.t);
                 return self.unchanged(sample.t);
             }
-            Rest::Holding if plain => return self.hold(sample, taxels),
+            Rest::Holding if plain && taxels.is_empty() => return self.hold(sample),
             _ => {}
         }
         let mended;
@@ -144,6 +147,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
     /// Every stage after the sensor's health: `sample` is safe to compute with, `ailed` says whether the one before was not.
     fn look(&mut self, sample: &Sample, taxels: &[f32], ailed: bool) -> Step {
         let dt = self.since_last(sample.t);
+        self.fusion.catch_up();
         self.enter_scene(sample, dt);
         if ailed && self.health.health() == Health::Good {
             // A sensor may come back with another zero, which is no slip.
@@ -260,7 +264,16 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         let fingers = if self.decides { Fingers::Still } else { Fingers::Moving };
         let seen =
             Channels { t: sample.t, travel_m: sample.travel_m, taxels, fingers, stylus: felt };
-        self.fusion.step(&seen, self.decides)
+        self.fusion.watch(&seen, self.decides);
+        if !self.decides {
+            return None;
+        }
+        // Before a slip the methods are asked when the stylus has news, or an array; the travel waits for them.
+        let in_block = felt.is_some() && self.detector.in_block();
+        if !in_block || self.slip.is_some() || !taxels.is_empty() {
+            self.told = self.fusion.tell(felt);
+        }
+        self.told
     }
 
     /// Remembers whether the stylus sees the slip that goes on.

@@ -163,6 +163,13 @@ impl SlipDetector {
         self.moving
     }
 
+    /// Whether a block is being filled: only its end can change the state.
+    #[must_use]
+    #[inline]
+    pub fn in_block(&self) -> bool {
+        !self.pending.stylus().is_empty()
+    }
+
     /// What the tests see now, each before its threshold.
     #[must_use]
     pub fn levels(&self) -> Levels {

@@ -8,7 +8,7 @@
 use super::Pipeline;
 use crate::{
     detector::SlipState, event::Step, fusion::Told, health::Health, methods::Method,
-    sample::Sample, scene::Scene,
+    sample::Sample, scene::Scene, units::Micros,
 };
 
 /// What a sample like the last one needs.
@@ -52,20 +52,36 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         }
     }
 
-    /// The step of a sample at which the object is still held.
-    pub(super) fn hold(&mut self, sample: &Sample, taxels: &[f32]) -> Step {
+    /// The step of a sample without taxels at which the object is still held.
+    pub(super) fn hold(&mut self, sample: &Sample) -> Step {
         let dt = self.since_last(sample.t);
         let felt = self.feel_for_slip(sample);
-        let told = self.join(sample, taxels, felt);
         if self.detector.is_moving() {
             self.rest = Rest::Awake;
         }
+        if !(felt.is_some() && self.detector.in_block()) {
+            return self.ask(sample, dt, felt);
+        }
+        if let Some(travel_m) = sample.travel_m {
+            self.counters.methods += 1;
+            self.fusion.put_by(sample.t, travel_m);
+        }
+        let statistic = self.told.map_or(0.0, |told| told.statistic);
+        Step { statistic, ..self.unchanged(sample.t) }
+    }
+
+    /// The same where the stylus has news.
+    #[inline(never)]
+    fn ask(&mut self, sample: &Sample, dt: Micros, felt: Option<(f32, SlipState)>) -> Step {
+        let told = self.join(sample, &[], felt);
         match told {
-            Some(Told { state: SlipState::Quiet, statistic, .. }) => {
-                Step { statistic, ..self.unchanged(sample.t) }
+            Some(Told { state: SlipState::Incipient | SlipState::Gross, .. }) => {
+                self.conclude(sample, dt, felt, told)
             }
-            None => self.unchanged(sample.t),
-            Some(_) => self.conclude(sample, dt, felt, told),
+            _ => Step {
+                statistic: told.map_or(0.0, |told| told.statistic),
+                ..self.unchanged(sample.t)
+            },
         }
     }
 }
