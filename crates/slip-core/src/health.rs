@@ -197,7 +197,7 @@ impl HealthCheck {
             && self.bad_run == 0
             && sample.t > last_t
             && x.abs() < self.config.range
-            && step <= self.longest_step()
+            && self.is_usual(step)
             && x.to_bits() != last.to_bits()
             && self.others_pass(sample);
         if plain {
@@ -211,10 +211,10 @@ impl HealthCheck {
         plain
     }
 
-    /// The longest step that is no glitch (signal unit).
+    /// Whether a step (signal unit) can be one of the surface.
     #[inline]
-    fn longest_step(&self) -> f32 {
-        self.usual.map_or(f32::MAX, UsualStep::limit).min(self.config.max_step)
+    fn is_usual(&self, step: f32) -> bool {
+        step <= self.config.max_step && self.usual.is_none_or(|usual| step <= usual.limit())
     }
 
     /// Whether no channel beside the stylus has an unusable reading.
@@ -272,7 +272,7 @@ impl HealthCheck {
         }
         // A real step stays; a lone spike is gone after a sample or two.
         let step = (x - last).abs();
-        if step > self.longest_step() && self.bad_run < self.config.max_bad_run {
+        if !self.is_usual(step) && self.bad_run < self.config.max_bad_run {
             self.counters.glitches += 1;
             self.bad_run += 1;
             return last;

@@ -120,6 +120,30 @@ mod tests {
     }
 
     #[test]
+    fn a_block_gives_what_its_samples_give() {
+        let bands = [Band { low_hz: 20.0, high_hz: 400.0 }, Band { low_hz: 250.0, high_hz: 700.0 }];
+        let mut blocks = FilterBank::new(&bands, 10_000.0).unwrap();
+        let mut single = blocks;
+        let scale = [3.0_f32, 0.5];
+        let wave = |i: u16| 1e-6 * libm::cosf(f32::from(i) * 0.37) + 2e-7 * f32::from(i % 13);
+        let mut at = 0_u16;
+        for len in (1..40_u16).cycle().take(400) {
+            let block: std::vec::Vec<f32> = (at..at + len).map(|i| 1e-3 + wave(i)).collect();
+            at = (at + len) % 10_000;
+            let mut expected = [0.0_f32; 2];
+            for x in &block {
+                let y = single.step(x - 1e-3);
+                for b in 0..2 {
+                    expected[b] += (y[b] * scale[b]) * (y[b] * scale[b]);
+                }
+            }
+            single.flush_tiny();
+            assert_eq!(blocks.energy(&block, 1e-3, &scale), expected);
+            assert!(expected[0] > 0.0);
+        }
+    }
+
+    #[test]
     fn upper_corner_follows_a_low_sample_rate() {
         assert!(FilterBank::new(&[Band { low_hz: 100.0, high_hz: 3000.0 }], 1000.0).is_ok());
         let error =
