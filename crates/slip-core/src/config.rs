@@ -1,6 +1,7 @@
 //! A plain configuration in, a checked one or the name of the wrong value out.
 
 use crate::{
+    confidence::TAIL_RANGE,
     detector::{BANDS, DetectorConfig, KnownFloors, SlipDetector},
     distance::DistanceConfig,
     filter::{CornerError, MAX_CORNER},
@@ -147,6 +148,7 @@ impl PipelineConfig {
         ConfigError::within("detector.cusum_threshold", d.cusum_threshold, 1.0, 1e9)?;
         ConfigError::within("detector.cusum_ratio", d.cusum_ratio, 1.1, 1e6)?;
         ConfigError::within("detector.glrt_threshold", d.glrt_threshold, 1.0, 1e9)?;
+        ConfigError::within("detector.tail", d.tail, TAIL_RANGE.0, TAIL_RANGE.1)?;
         for gain in d.gate.gain {
             ConfigError::within("detector.gate.gain", gain, 0.0, 1e30)?;
         }

@@ -4,6 +4,7 @@
 //! E_sc, estimator and controller. `no_std`, no allocation, no panic; time comes with the samples.
 #![no_std]
 
+pub mod confidence;
 pub mod config;
 pub mod detector;
 pub mod distance;

@@ -4,6 +4,7 @@
 //! clock; the same samples give the same steps everywhere.
 
 use crate::{
+    confidence::confidence,
     config::{ConfigError, PipelineConfig, Signal},
     detector::{KnownFloors, MotionInput, SlipDetector, SlipState},
     distance::Fingers,
@@ -248,6 +249,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
     ) -> Option<SlipEvent> {
         let state = told.map_or(SlipState::Quiet, |told| told.state);
         let method = told.map_or(Method::Stylus, |told| told.method);
+        let sure = || confidence(told.map_or(0.0, |t| t.statistic), self.config.detector.tail);
         match (&mut self.slip, state) {
             (None, SlipState::Incipient | SlipState::Gross) => {
                 let gross = state == SlipState::Gross;
@@ -261,11 +263,12 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
                     next_evidence: sample.t.plus(self.evidence_every),
                 });
                 let phase = if gross { Phase::Gross } else { Phase::Incipient };
-                Some(SlipEvent::Slip { phase, first: true, method })
+                Some(SlipEvent::Slip { phase, first: true, method, confidence: sure() })
             }
             (Some(slip), SlipState::Gross) if !slip.gross => {
                 slip.gross = true;
-                Some(SlipEvent::Slip { phase: Phase::Gross, first: false, method })
+                let confidence = sure();
+                Some(SlipEvent::Slip { phase: Phase::Gross, first: false, method, confidence })
             }
             (Some(slip), SlipState::Quiet) if scene == Scene::Slipping => {
                 let duration = sample.t.since(slip.since);
