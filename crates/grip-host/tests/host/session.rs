@@ -56,6 +56,32 @@ fn a_recording_replays_identically_at_every_rate() {
     }
 }
 
+/// The virtual gripper tells truthfully when its fingers travel, and the answer to a slip is no motion.
+#[test]
+#[expect(clippy::cast_precision_loss, reason = "a count of samples")]
+fn motion_comes_from_the_gripper_and_is_recorded() {
+    let (lines, recording) = grasp(&scene(60.0), &HostConfig::default());
+    let recording = parse_csv(Path::new("x.csv"), &recording, &CsvOptions::default()).unwrap();
+    let with =
+        |motion: f32| recording.samples.iter().filter(move |sample| sample.motion == Some(motion));
+    // Still while the floor is learned, 100 ms of travel and 100 ms of pressing up to 2 N as commanded, still again.
+    let moving: Vec<f64> = with(1.0).map(|sample| sample.t.as_seconds()).collect();
+    let (first, last) = (moving[0], moving[moving.len() - 1]);
+    assert!(first > 0.2 && (0.15..0.3).contains(&(last - first)), "{first} to {last} s");
+    assert!((moving.len() as f64 * 1e-4 - (last - first)).abs() < 0.01, "in one piece");
+    let slip: serde_json::Value = lines
+        .iter()
+        .map(|line| serde_json::from_str(line).unwrap())
+        .find(|line: &serde_json::Value| line["type"] == "slip")
+        .unwrap();
+    let slip_s = slip["t_s"].as_f64().unwrap();
+    assert!(
+        with(0.0).filter(|s| s.t.as_seconds() > slip_s).count() > 1000,
+        "the answer is no motion"
+    );
+    assert!(slip_s > last);
+}
+
 /// A gripper that is weaker than the configuration asks for; its limit in the configuration of the replay gives the same.
 #[test]
 fn the_limit_of_the_gripper_stands() {

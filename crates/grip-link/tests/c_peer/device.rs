@@ -136,6 +136,7 @@ pub(crate) fn step(device: &mut DeviceLink, line: &str) -> Vec<String> {
         "estop" => device.estop(tick),
         "travel" => device.report_travel(word[2].parse().unwrap()),
         "force" => device.report_force(word[2].parse().unwrap()),
+        "motion" => device.report_motion(tick, word[2] == "1"),
         "alive" => return vec![format!("alive {}", u8::from(device.take_alive()))],
         "log" => {
             let text = String::from_utf8(unhex(word[3])).unwrap();
