@@ -12,7 +12,9 @@ use crate::{
 use grip_link::{
     frame::MAX_WIRE,
     host::{CloseReason, GripCommand, HostConfig as LinkSettings, HostEvent, HostLink, HostState},
-    message::{ChannelKind, Config, DeviceState, Kind, LossAction, Row, SampleFormat, Samples},
+    message::{
+        ChannelKind, Config, DeviceState, Kind, Layout, LossAction, Row, SampleFormat, Samples,
+    },
 };
 use slip_core::{
     ConfigError, Pipeline, PipelineConfig, Sample, Step,
@@ -229,6 +231,15 @@ impl Session {
     #[must_use]
     pub fn link(&self) -> &HostLink {
         &self.link
+    }
+
+    /// Taxels of the gripper's array that its rows carry, as many as are looked at; 0 where there is none.
+    #[must_use]
+    pub fn taxels(&self) -> usize {
+        let Some((ident, config)) = self.link.ident().zip(self.link.in_force()) else { return 0 };
+        Layout::new(ident.channels(), config.channel_mask)
+            .column(ChannelKind::PressureArray)
+            .map_or(0, |column| usize::from(column.count).min(MAX_TAXELS))
     }
 
     /// The last step.

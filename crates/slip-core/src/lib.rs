@@ -8,6 +8,7 @@ pub mod confidence;
 pub mod config;
 pub mod detector;
 pub mod distance;
+pub mod drift;
 pub mod esc;
 pub mod estimate;
 pub mod event;

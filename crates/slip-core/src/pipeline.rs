@@ -8,6 +8,7 @@ use crate::{
     config::{ConfigError, PipelineConfig, Signal},
     detector::{KnownFloors, MotionInput, SlipDetector, SlipState},
     distance::Fingers,
+    drift::Hold,
     estimate::{Estimator, ForceEstimate},
     event::{Phase, SlipEvent, Step},
     features::Features,
@@ -124,8 +125,9 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         let Some(sample) = self.health.check(sample) else { return self.unchanged(sample.t) };
         let dt = self.last_t.map_or(Micros(0), |last| sample.t.since(last));
         self.last_t = Some(sample.t);
-        let recovered = before != Health::Good && self.health.health() == Health::Good;
         let scene = self.enter_scene(&sample, dt);
+        self.health.watch_drift(&sample, self.hold());
+        let recovered = before != Health::Good && self.health.health() == Health::Good;
         if recovered {
             // A sensor may come back with another zero, which is no slip.
             self.detector.prime();
@@ -176,6 +178,16 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             false => Scene::Idle,
         };
         self.scene
+    }
+
+    /// What the hand does, for the drift of the stylus.
+    #[inline]
+    fn hold(&self) -> Hold {
+        match self.slip {
+            Some(_) => Hold::Slipping,
+            None if self.decides => Hold::Still,
+            None => Hold::None,
+        }
     }
 
     /// Statistic and state of the slip detector, where the scene needs it: while the floor is being
