@@ -1,6 +1,6 @@
 //! The command line of gripctl. The names are a contract.
 
-use clap::{Args, Parser, Subcommand};
+use clap::{ArgGroup, Args, Parser, Subcommand};
 use std::path::PathBuf;
 
 /// Simulate, replay, score and train.
@@ -103,10 +103,10 @@ pub(crate) struct ReplayArgs {
 }
 
 #[derive(Debug, Args)]
+#[command(group(ArgGroup::new("source").required(true).args(["file", "port"])))]
 pub(crate) struct CalibrateArgs {
     /// A recording (.csv) of the gripper at rest or holding something that does not slip; with the robot moving for a part of it, where
     /// there is a reference. `gripd --dry-run --record FILE` makes one.
-    #[arg(required_unless_present = "port", conflicts_with = "port")]
     pub(crate) file: Option<PathBuf>,
     /// Measure at a gripper instead: a serial device, `auto`, or `sim` with an optional `:SCENE`. Nothing is commanded.
     #[arg(long, value_name = "PORT")]

@@ -9,8 +9,8 @@
 //! ```
 //!
 //! It is 1/e = 0.368 at the threshold and goes to 1 for a strong slip. It says how hard the event is to explain by noise, knows nothing of
-//! how often objects slip, and is as good as the threshold: where the interval does not hold, confidences are too high. `tail` is measured by `gripctl calibrate` (the heaviest of its tests); the default is
-//! below every tail that the simulated robot showed, so it errs to the low side.
+//! how often objects slip, and is as good as the threshold: where the interval does not hold, confidences are too high. `tail` is measured by `gripctl calibrate`; the default lies below
+//! that of the simulated robot, so it errs to the low side.
 
 /// Range of the tail: below it the mean of the noise would not exist, above it x^-tail is a step.
 pub const TAIL_RANGE: (f32, f32) = (1.0, 50.0);

@@ -113,11 +113,15 @@ fn a_force_of_zero_does_not_change_the_calibration() {
 #[test]
 fn a_gripper_is_calibrated_where_it_is() {
     let folder = tempfile::tempdir().unwrap();
-    let args = ["calibrate", "--port", "sim", "--rest-s", "9", "--interval", "20", "-o", "cal.toml"];
+    let args =
+        ["calibrate", "--port", "sim", "--rest-s", "9", "--interval", "20", "-o", "cal.toml"];
     let live = gripctl(folder.path(), &[&args[..], &["--json"]].concat());
     assert!([0, 3].contains(&live.code), "{live:?}");
     let line = live.json().pop().unwrap();
-    assert!(number(&line["evidence"], "rest_s") > 5.0 && line["sample_rate_hz"] == 10_000.0, "{line}");
+    assert!(
+        number(&line["evidence"], "rest_s") > 5.0 && line["sample_rate_hz"] == 10_000.0,
+        "{line}"
+    );
     assert!(number(&line["evidence"], "interval_low_s") > 0.5, "{line}");
     assert!(live.err.contains("keep robot and gripper still"), "{}", live.err);
     // The same file is taken by a replay at the same rate.
@@ -143,5 +147,5 @@ fn a_measurement_that_cannot_be_trusted_leaves_no_file() {
     refuse(&["--port", "sim", "--rest-s", "0"], 2, &["--rest-s 0"]);
     refuse(&["--port", "sim", "--interval", "0"], 2, &["--interval 0"]);
     refuse(&["--port", "sim", "x.csv"], 2, &["cannot be used with"]);
-    refuse(&[], 2, &["required"]);
+    refuse(&[], 2, &["required", "--port <PORT>"]);
 }

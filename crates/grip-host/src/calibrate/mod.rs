@@ -61,8 +61,8 @@ pub struct Calibration {
     pub thresholds: [f32; BANDS],
     /// Threshold of the cumulative sum.
     pub cusum_threshold: f32,
-    /// How fast false alarms get rarer above the thresholds, for the confidence of events: the heaviest tail of the tests, one standard
-    /// error to the heavy side. Absent where the recording was too short.
+    /// How fast false alarms get rarer above the thresholds, for the confidence of events: the tail of the highest level over its threshold in
+    /// each second, one standard error to the heavy side. Absent where the recording was too short.
     #[serde(default)]
     pub tail: Option<f32>,
     /// What it was made from.
@@ -391,7 +391,7 @@ fn set_thresholds(calibration: &mut Calibration, seconds: &[[f32; TESTS]]) {
         alarms += judged.iter().filter(|s| exceeds(s, &limits)).count() as u64;
     }
     let limits = thresholds(seconds, interval_s);
-    calibration.tail = heaviest(seconds);
+    calibration.tail = statistic_tail(seconds, &limits);
     if let Some((cusum, bands)) = limits.split_last() {
         calibration.cusum_threshold = *cusum;
         calibration.thresholds.copy_from_slice(bands);
@@ -433,11 +433,14 @@ fn thresholds(seconds: &[[f32; TESTS]], interval_s: f64) -> [f32; TESTS] {
     })
 }
 
-/// The smallest tail index of the tests.
-fn heaviest(seconds: &[[f32; TESTS]]) -> Option<f32> {
-    let tails = (0..TESTS).filter_map(|test| Tail::of(&peaks(seconds, test), seconds.len()));
-    let index = tails.map(|tail| tail.careful_index()).reduce(f64::min)?;
-    #[expect(clippy::cast_possible_truncation, reason = "within the range")]
-    let index = (index as f32).clamp(TAIL_RANGE.0, TAIL_RANGE.1);
-    Some(index)
+/// The tail index of what decides, the highest level over its threshold.
+fn statistic_tail(seconds: &[[f32; TESTS]], limits: &[f32; TESTS]) -> Option<f32> {
+    let statistic = |second: &[f32; TESTS]| {
+        second.iter().zip(limits).map(|(level, limit)| level / limit).fold(0.0, f32::max)
+    };
+    let mut peaks: Vec<f32> = seconds.iter().map(statistic).filter(|x| *x > 0.0).collect();
+    peaks.sort_by(f32::total_cmp);
+    #[expect(clippy::cast_possible_truncation, reason = "limited to the range of a tail")]
+    let index = Tail::of(&peaks, seconds.len())?.careful_index() as f32;
+    Some(index.clamp(TAIL_RANGE.0, TAIL_RANGE.1))
 }

@@ -1,6 +1,10 @@
 //! A session and a virtual gripper that exchange bytes in simulated time.
 
-use grip_host::{HostConfig, News, model, replay, report::EventLog, trial};
+use grip_host::{
+    HostConfig, News, model, replay,
+    report::{EventLine, EventLog},
+    trial,
+};
 use grip_record::{Channel, ChannelSet, CsvOptions, CsvWriter, StylusKind, parse_csv};
 use grip_sim::Scene;
 use slip_core::{Sample, units::Micros};
@@ -80,6 +84,24 @@ fn motion_comes_from_the_gripper_and_is_recorded() {
         "the answer is no motion"
     );
     assert!(slip_s > last);
+}
+
+/// Pads that give way by 30 um/N under forces of 2 to 30 N, for some seconds of holding; and a gripper whose stylus does not drift.
+#[test]
+fn holding_is_no_drift() {
+    let text = "name = \"soft\"\nmass_kg = 1.0\nfriction = 0.25\n[pad]\nsink_um_n = 30.0\n";
+    let scene = Scene::from_toml(text).unwrap();
+    let config = HostConfig::default();
+    let estimator = model::default_estimator().unwrap();
+    let mut told = Vec::new();
+    let mut tell = |news: News<'_>| {
+        if let News::Event(line @ EventLine::Health { .. }) = news {
+            told.push(line);
+        }
+    };
+    let outcome = trial::grasp(&scene, &config, estimator, Micros(6_000_000), &mut tell).unwrap();
+    assert!(outcome.held() && outcome.slips > 0, "{outcome:?}");
+    assert_eq!(told, []);
 }
 
 /// A gripper that is weaker than the configuration asks for; its limit in the configuration of the replay gives the same.
