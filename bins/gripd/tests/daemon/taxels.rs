@@ -26,9 +26,9 @@ fn device() -> DeviceLink {
         tick_hz: 1_000_000,
         limits: Limits {
             rate_max_hz: 10_000,
-            force_max_mn: 20_000,
-            slew_max_mn_s: 400_000,
-            hold_cap_mn: 20_000,
+            force_max_mn: 60_000,
+            slew_max_mn_s: 2_000_000,
+            hold_cap_mn: 60_000,
             travel_min_um: 0,
             travel_max_um: 50_000,
         },
