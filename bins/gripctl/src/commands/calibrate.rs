@@ -42,7 +42,9 @@ pub(crate) fn run(args: &CalibrateArgs) -> anyhow::Result<Exit> {
         tell(&calibration)?;
     }
     if lost > 0 {
-        eprintln!("gripctl: {lost} samples were lost on the way; the calibration leaves them out");
+        eprintln!(
+            "gripctl: {lost} samples were lost on the way; the gaps can only raise the thresholds: measure again on an idle computer"
+        );
         return Ok(Exit::DataLost);
     }
     Ok(Exit::Done)
