@@ -43,7 +43,7 @@ struct Seen {
     first: bool,
     ended: bool,
     estimates: u32,
-    health: [bool; 4],
+    health: [bool; 5],
 }
 
 impl Seen {
@@ -53,7 +53,8 @@ impl Seen {
         self.first |= matches!(step.event, Some(SlipEvent::Slip { first: true, .. }));
         self.ended |= matches!(step.event, Some(SlipEvent::Ended { .. }));
         self.estimates += u32::from(step.estimate.is_some());
-        let healths = [Health::Good, Health::Frozen, Health::Saturated, Health::Failed];
+        let healths =
+            [Health::Good, Health::Frozen, Health::Saturated, Health::Failed, Health::Drifting];
         self.health[healths.iter().position(|health| *health == step.health).unwrap()] = true;
     }
 }
@@ -68,6 +69,13 @@ fn failing_stylus() -> Vec<Sample> {
         );
         samples.extend(signals.stretch(300, 3.0, 0.0));
     }
+    // 100 um/s.
+    let drift = signals.stretch(40_000, 3.0, 0.0);
+    samples.extend(
+        (0_u16..)
+            .zip(drift)
+            .map(|(at, sample)| Sample { stylus: sample.stylus + 1e-8 * f32::from(at), ..sample }),
+    );
     let spikes = signals.stretch(500, 3.0, 0.0);
     samples.extend(spikes.iter().enumerate().map(|(at, sample)| match at % 4 {
         0 => Sample { stylus: sample.stylus + 2e-3, ..*sample },
@@ -99,7 +107,7 @@ fn the_pipeline_allocates_nothing_on_sensor_faults() {
         let samples = failing_stylus();
         let heap = heap_calls(|| samples.iter().for_each(|s| seen.note(&pipeline.handle(s))));
         assert_eq!(heap, 0, "no_skip {no_skip}");
-        assert_eq!(seen.health, [true; 4], "{seen:?}");
+        assert_eq!(seen.health, [true; 5], "{seen:?}");
         let faults = pipeline.health_counters();
         assert!(faults.not_finite > 0 && faults.saturated > 0, "{faults:?}");
         assert!(faults.glitches > 0 && faults.other_channels > 0, "{faults:?}");

@@ -860,6 +860,12 @@ void gl_report_force(gl_link *l, int32_t force_mn) {
   l->measured_mn = force_mn;
 }
 
+void gl_report_motion(gl_link *l, uint64_t tick, bool moving) {
+  if (!l->has_motion || l->moving != moving) l->status_due = tick;
+  l->has_motion = true;
+  l->moving = moving;
+}
+
 gl_drive gl_drive_at(gl_link *l, uint64_t tick) {
   l->ran |= RAN_CONTROL;
   return step(l, tick);
@@ -928,7 +934,8 @@ gl_status_report gl_status_now(const gl_link *l, uint64_t tick) {
   s.age_us = g->has_last ? age_us(since(tick, g->last_tick), l->ident.tick_hz) : UINT32_MAX;
   s.flags = (uint16_t)((l->sampling ? GL_SAMPLING : 0) | (l->dropped_seen != l->batches.dropped_rows ? GL_DROPPING : 0) |
                        (g->goal.kind == GL_DRIVE_PASSIVE ? GL_IS_PASSIVE : 0) | (g->goal.kind == GL_DRIVE_OPEN ? GL_IS_OPEN : 0) |
-                       (g->has_last ? 0 : GL_NO_COMMAND));
+                       (g->has_last ? 0 : GL_NO_COMMAND) | (l->has_motion ? GL_TELLS_MOTION : 0) |
+                       (l->has_motion && l->moving ? GL_IS_MOVING : 0));
   s.rejected = l->rejected;
   return s;
 }

@@ -83,7 +83,10 @@ enum gl_clamp {
   GL_CLAMP_FORCE = 1, GL_CLAMP_SLEW = 2, GL_CLAMP_TTL = 4, GL_CLAMP_REJECTED = 8, GL_CLAMP_HOLD_CAP = 16, GL_CLAMP_TRAVEL = 32
 };
 /* Bits of STATUS.flags. */
-enum gl_status_flag { GL_SAMPLING = 1, GL_DROPPING = 2, GL_IS_PASSIVE = 4, GL_IS_OPEN = 8, GL_NO_COMMAND = 16 };
+enum gl_status_flag {
+  GL_SAMPLING = 1, GL_DROPPING = 2, GL_IS_PASSIVE = 4, GL_IS_OPEN = 8, GL_NO_COMMAND = 16, GL_TELLS_MOTION = 32,
+  GL_IS_MOVING = 64
+};
 
 /* ---- decoder: bytes in any chunking -> frames ---- */
 
@@ -302,7 +305,7 @@ typedef struct {
   uint8_t reply_first, reply_used, note_first, note_used;
   uint16_t notes_dropped;
   gl_state state;
-  bool estop, armed, sampling, has_measured, samples_next;
+  bool estop, armed, sampling, has_measured, has_motion, moving, samples_next;
   uint8_t ran;
   uint16_t fault, cleared, seq, session, rejected;
   int32_t measured_mn;
@@ -331,6 +334,9 @@ void gl_latch_estop(gl_link *link, uint64_t tick);
 void gl_report_travel(gl_link *link, int32_t position_um);
 /* Measured force for STATUS; without it STATUS tells the force set. */
 void gl_report_force(gl_link *link, int32_t force_mn);
+/* Whether the fingers travel freely or the arm is known to move, for STATUS. Fingers that press on something do not move, however
+   the force changes: a host hears less well in motion. */
+void gl_report_motion(gl_link *link, uint64_t tick, bool moving);
 /* Whether control, link and (while sampling) samples all ran since the last true: feed the watchdog then only (R9). */
 bool gl_take_alive(gl_link *link);
 /* Writes a LOG of at most 255 bytes of UTF-8 to out[GL_MAX_WIRE]; its length, 0 without a session. */

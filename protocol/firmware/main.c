@@ -69,6 +69,7 @@ static void sampling_task(uint64_t now) {
     sensors_push(&probes, &link, next_sample, &seen);
     if (gl_is_sampling(&link)) raise_once(now, sensors_judge(&probes, &seen));
   }
+  gl_report_motion(&link, now, world.gap_m > 0.0f && world.target_n > 0.0f);
   gl_report_force(&link, (int32_t)(1000.0f * world.applied_n + 0.5f));
   if (world.object == OBJECT_DROPPED && world.target_n > 0.0f) raise_once(now, GL_FAULT_OBJECT_LOST);
 }

@@ -1,6 +1,6 @@
 //! The command line of gripctl. The names are a contract.
 
-use clap::{Args, Parser, Subcommand};
+use clap::{ArgGroup, Args, Parser, Subcommand};
 use std::path::PathBuf;
 
 /// Simulate, replay, score and train.
@@ -21,7 +21,7 @@ pub(crate) enum Command {
     Sim(SimArgs),
     /// Run a recording through the pipeline: events and estimates.
     Replay(ReplayArgs),
-    /// Measure noise floor, motion gate and thresholds on a recording without slip.
+    /// Measure noise floor, motion gate and thresholds on a recording without slip, or at a gripper.
     Calibrate(CalibrateArgs),
     /// Score a folder of labelled recordings: latency, misses, false alarms.
     Score(ScoreArgs),
@@ -103,10 +103,26 @@ pub(crate) struct ReplayArgs {
 }
 
 #[derive(Debug, Args)]
+#[command(group(ArgGroup::new("source").required(true).args(["file", "port"])))]
 pub(crate) struct CalibrateArgs {
     /// A recording (.csv) of the gripper at rest or holding something that does not slip; with the robot moving for a part of it, where
     /// there is a reference. `gripd --dry-run --record FILE` makes one.
-    pub(crate) file: PathBuf,
+    pub(crate) file: Option<PathBuf>,
+    /// Measure at a gripper instead: a serial device, `auto`, or `sim` with an optional `:SCENE`. Nothing is commanded.
+    #[arg(long, value_name = "PORT")]
+    pub(crate) port: Option<String>,
+    /// Bits per second of the serial line; USB devices ignore it.
+    #[arg(long, value_name = "N", requires = "port", value_parser = clap::value_parser!(u32).range(1..))]
+    pub(crate) baud: Option<u32>,
+    /// Seed of the simulated scene.
+    #[arg(long, value_name = "N", requires = "port")]
+    pub(crate) seed: Option<u64>,
+    /// Rest to measure at the gripper (s); the longer, the surer.
+    #[arg(long, value_name = "S", default_value_t = 60.0, allow_negative_numbers = true)]
+    pub(crate) rest_s: f64,
+    /// Motion to measure after it (s): the robot moves as in work, without slip. On a terminal gripctl asks for it.
+    #[arg(long, value_name = "S", requires = "port", allow_negative_numbers = true)]
+    pub(crate) motion_s: Option<f64>,
     #[command(flatten)]
     pub(crate) csv: CsvArgs,
     /// Wanted mean time between false alarms (s).

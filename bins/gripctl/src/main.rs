@@ -1,6 +1,7 @@
 //! The toolbox of the slip-detection workspace.
 
 mod cli;
+mod clock;
 mod commands;
 mod output;
 

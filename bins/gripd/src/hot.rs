@@ -5,10 +5,7 @@ use crate::{
     notes::{Note, Outbox, Status},
 };
 use anyhow::{Context as _, anyhow};
-use core::{
-    hash::{BuildHasher as _, Hasher as _},
-    sync::atomic::{AtomicBool, Ordering},
-};
+use core::sync::atomic::{AtomicBool, Ordering};
 use grip_host::{
     News, Session,
     session::{SessionCounters, explain},
@@ -17,10 +14,9 @@ use grip_link::{
     frame::MAX_WIRE,
     host::{CloseReason, HostEvent, LossCount},
 };
+use grip_port::{Line, nonce};
 use hdrhistogram::Histogram;
-use serialport::SerialPort;
 use slip_core::{health::HealthCounters, stages::StageCounters};
-use std::{collections::hash_map::RandomState, io};
 
 /// The status is sent to the service thread this often (us).
 const STATUS_EVERY_US: u64 = 50_000;
@@ -67,27 +63,14 @@ impl Hot {
     }
 
     /// Runs until `stop` is set, the duration is over or the link ends.
-    pub(crate) fn run(
-        &mut self,
-        mut port: Box<dyn SerialPort>,
-        stop: &AtomicBool,
-    ) -> anyhow::Result<()> {
+    pub(crate) fn run(&mut self, mut line: Line, stop: &AtomicBool) -> anyhow::Result<()> {
         self.session.open(self.clock.now_us(), nonce())?;
         let mut input = [0; 4096];
         while !stop.load(Ordering::Relaxed) && self.clock.now_us() < self.end_us {
-            self.transmit(port.as_mut())?;
-            let count = match port.read(&mut input) {
-                Ok(0) => return Err(anyhow!("the port was closed: the gripper was unplugged")),
-                Ok(count) => count,
-                Err(error) if error.kind() == io::ErrorKind::TimedOut => 0,
-                Err(error) if error.kind() == io::ErrorKind::Interrupted => continue,
-                Err(error) => {
-                    return Err(error).context("the port failed: the gripper was unplugged");
-                }
-            };
+            self.transmit(&mut line)?;
+            let count = line.read(&mut input)?;
             let received_ns = self.clock.now_ns();
-            let closed =
-                self.turn(port.as_mut(), input.get(..count).unwrap_or(&[]), received_ns)?;
+            let closed = self.turn(&mut line, input.get(..count).unwrap_or(&[]), received_ns)?;
             if let Some(reason) = closed {
                 return Err(anyhow!(explain(&reason)));
             }
@@ -98,22 +81,28 @@ impl Hot {
     /// Takes bytes and writes the command they lead to. Gives the reason where the link closed.
     fn turn(
         &mut self,
-        port: &mut dyn SerialPort,
+        line: &mut Line,
         bytes: &[u8],
         received_ns: u64,
     ) -> anyhow::Result<Option<CloseReason>> {
         let mut out = [0; MAX_WIRE];
-        let mut closed = None;
+        let (mut closed, mut configured) = (None, false);
         let Self { session, outbox, .. } = self;
         let command =
             session.receive(received_ns / 1000, bytes, &mut out, &mut |news| match news {
-                News::Step { sample, .. } => outbox.sample(sample),
+                News::Step { sample, taxels, .. } => outbox.sample(sample, taxels),
                 News::Event(line) => outbox.note(Note::Event(line)),
                 News::Link(HostEvent::Closed(reason)) => closed = Some(*reason),
-                News::Link(event) => outbox.link(event),
+                News::Link(event) => {
+                    configured |= matches!(event, HostEvent::Configured { .. });
+                    outbox.link(event);
+                }
             })?;
+        if configured {
+            outbox.set_taxels(session.taxels());
+        }
         if let Some(len) = command {
-            port.write_all(out.get(..len).unwrap_or(&out)).context("cannot write to the port")?;
+            line.write(out.get(..len).unwrap_or(&out))?;
             let taken = self.clock.now_ns().saturating_sub(received_ns);
             self.latency_ns.saturating_record(taken);
         }
@@ -125,10 +114,10 @@ impl Hot {
     }
 
     /// Writes what the link itself has to say, one frame a write.
-    fn transmit(&mut self, port: &mut dyn SerialPort) -> anyhow::Result<()> {
+    fn transmit(&mut self, line: &mut Line) -> anyhow::Result<()> {
         let mut out = [0; MAX_WIRE];
         while let Some(len) = self.session.poll_transmit(self.clock.now_us(), &mut out) {
-            port.write_all(out.get(..len).unwrap_or(&out)).context("cannot write to the port")?;
+            line.write(out.get(..len).unwrap_or(&out))?;
         }
         Ok(())
     }
@@ -164,10 +153,4 @@ impl Hot {
             bad_frames: self.session.link().counters().crc,
         }
     }
-}
-
-/// A number that differs from start to start, never 0.
-fn nonce() -> u16 {
-    let random = RandomState::new().build_hasher().finish();
-    u16::try_from(random % 0xFFFF).unwrap_or(0) + 1
 }

@@ -4,10 +4,8 @@ mod cli;
 mod clock;
 mod hot;
 mod notes;
-mod port;
 mod service;
 mod settings;
-mod sim;
 mod summary;
 
 use anyhow::Context as _;
@@ -19,8 +17,8 @@ use grip_host::{
     Session, SessionOptions,
     exit::{self, Exit},
 };
+use grip_port::Source;
 use hot::Hot;
-use port::Source;
 use service::Service;
 use settings::Settings;
 use std::{io, process::ExitCode, sync::Arc, thread};
@@ -50,15 +48,15 @@ fn run(cli: &Cli) -> anyhow::Result<Exit> {
     let options = SessionOptions { dry_run: cli.dry_run, no_skip: cli.no_skip };
     let session = Session::new(settings.config.clone(), settings.estimator()?, options)?;
     let clock = Clock::start();
-    let source = Source::open(&settings, clock)?;
-    let port = source.port()?;
+    let source = Source::open(&settings.port_args(), move || clock.now_us())?;
+    let line = source.line()?;
     let (notes, inbox) = notes::channel(cli.record.is_some());
     let mut service = Service::new(cli, inbox)?;
     let mut hot = Hot::new(session, clock, notes, cli.duration)?;
     let dropped = service.dropped();
     let printing =
         thread::Builder::new().name("service".to_owned()).spawn(move || service.run())?;
-    let ended = hot.run(port, &stop);
+    let ended = hot.run(line, &stop);
     // The service prints what is left and returns once the other end of its rings is gone.
     let report = hot.finish();
     let printed = printing.join().map_err(|_| anyhow::anyhow!("the service thread failed"))?;

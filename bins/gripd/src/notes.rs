@@ -19,6 +19,8 @@ use std::sync::Arc;
 
 /// Room for 1.6 s of samples at 20 kHz.
 const SAMPLES: usize = 32_768;
+/// Room for their taxels, 16 with each sample: 2 MB, of which memory is taken only where it is written.
+const TAXELS: usize = 16 * SAMPLES;
 const NOTES: usize = 1024;
 
 /// Something for the service thread to tell.
@@ -48,11 +50,63 @@ pub(crate) struct Status {
     pub(crate) rate_hz: u32,
 }
 
+/// A sample on its way to the file.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Recorded {
+    pub(crate) sample: Sample,
+    /// Values of its frame, which stand in the ring of the taxels; 0 where no frame came.
+    pub(crate) frame: usize,
+    /// Taxels of the gripper's array.
+    pub(crate) columns: usize,
+}
+
+/// Where samples and their frames go in.
+#[derive(Debug)]
+struct SamplesIn {
+    samples: Producer<Recorded>,
+    taxels: Producer<f32>,
+    columns: usize,
+}
+
+/// Where they come out.
+#[derive(Debug)]
+pub(crate) struct SamplesOut {
+    samples: Consumer<Recorded>,
+    taxels: Consumer<f32>,
+}
+
+impl SamplesIn {
+    /// Whether sample and frame found room.
+    fn push(&mut self, sample: &Sample, frame: &[f32]) -> bool {
+        if self.samples.is_full() || self.taxels.slots() < frame.len() {
+            return false;
+        }
+        // The frame first: the sample tells the other end that it is there.
+        for value in frame {
+            if self.taxels.push(*value).is_err() {
+                return false;
+            }
+        }
+        let recorded = Recorded { sample: *sample, frame: frame.len(), columns: self.columns };
+        self.samples.push(recorded).is_ok()
+    }
+}
+
+impl SamplesOut {
+    /// The next sample; its frame is written to `frame`.
+    pub(crate) fn pop(&mut self, frame: &mut Vec<f32>) -> Option<Recorded> {
+        let recorded = self.samples.pop().ok()?;
+        frame.clear();
+        frame.extend((0..recorded.frame).map_while(|_| self.taxels.pop().ok()));
+        Some(recorded)
+    }
+}
+
 /// The hot end.
 #[derive(Debug)]
 pub(crate) struct Outbox {
     notes: Producer<Note>,
-    samples: Option<Producer<Sample>>,
+    samples: Option<SamplesIn>,
     dropped: Arc<Dropped>,
 }
 
@@ -60,7 +114,7 @@ pub(crate) struct Outbox {
 #[derive(Debug)]
 pub(crate) struct Inbox {
     pub(crate) notes: Consumer<Note>,
-    pub(crate) samples: Option<Consumer<Sample>>,
+    pub(crate) samples: Option<SamplesOut>,
     pub(crate) dropped: Arc<Dropped>,
 }
 
@@ -83,7 +137,14 @@ impl Dropped {
 
 pub(crate) fn channel(record: bool) -> (Outbox, Inbox) {
     let (note_in, note_out) = RingBuffer::new(NOTES);
-    let (sample_in, sample_out) = record.then(|| RingBuffer::new(SAMPLES)).unzip();
+    let (sample_in, sample_out) = record
+        .then(|| {
+            let (samples, samples_out) = RingBuffer::new(SAMPLES);
+            let (taxels, taxels_out) = RingBuffer::new(TAXELS);
+            let out = SamplesOut { samples: samples_out, taxels: taxels_out };
+            (SamplesIn { samples, taxels, columns: 0 }, out)
+        })
+        .unzip();
     let dropped = Arc::new(Dropped::default());
     let outbox = Outbox { notes: note_in, samples: sample_in, dropped: Arc::clone(&dropped) };
     (outbox, Inbox { notes: note_out, samples: sample_out, dropped })
@@ -116,9 +177,17 @@ impl Outbox {
         }
     }
 
-    pub(crate) fn sample(&mut self, sample: &Sample) {
+    /// The gripper has an array of `count` taxels.
+    pub(crate) fn set_taxels(&mut self, count: usize) {
+        if let Some(samples) = &mut self.samples {
+            samples.columns = count;
+        }
+    }
+
+    /// A sample and the frame of the taxel array that came with it.
+    pub(crate) fn sample(&mut self, sample: &Sample, frame: &[f32]) {
         if let Some(samples) = &mut self.samples
-            && samples.push(*sample).is_err()
+            && !samples.push(sample, frame)
         {
             self.dropped.samples.fetch_add(1, Ordering::Relaxed);
         }

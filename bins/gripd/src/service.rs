@@ -2,7 +2,7 @@
 
 use crate::{
     cli::Cli,
-    notes::{Dropped, Inbox, Note, Status},
+    notes::{Dropped, Inbox, Note, Recorded, Status},
 };
 use anyhow::Context as _;
 use core::time::Duration;
@@ -11,8 +11,7 @@ use grip_link::{
     host::HostState,
     message::{Clamped, EventKind, FaultCode},
 };
-use grip_record::{Channel, ChannelSet, CsvWriter, StylusKind};
-use slip_core::Sample;
+use grip_record::{ChannelSet, CsvWriter, StylusKind};
 use std::{
     fs::File,
     io::{self, BufWriter, IsTerminal as _, Write as _},
@@ -35,6 +34,8 @@ pub(crate) struct Service {
     /// The last event of the gripper, so that a thousand equal ones a second are told once.
     device_event: Option<(EventKind, FaultCode)>,
     recording: Option<Recording>,
+    /// The frame that is being written.
+    frame: Vec<f32>,
     failure: Option<anyhow::Error>,
 }
 
@@ -60,6 +61,7 @@ impl Service {
             degraded: 0,
             device_event: None,
             recording,
+            frame: Vec::new(),
             failure,
         })
     }
@@ -107,9 +109,9 @@ impl Service {
 
     fn record(&mut self) -> anyhow::Result<()> {
         let Some(samples) = &mut self.inbox.samples else { return Ok(()) };
-        while let Ok(sample) = samples.pop() {
+        while let Some(recorded) = samples.pop(&mut self.frame) {
             if let Some(recording) = &mut self.recording {
-                recording.write(&sample)?;
+                recording.write(&recorded, &self.frame)?;
             }
         }
         Ok(())
@@ -236,20 +238,19 @@ impl Recording {
         Ok(Self { file, out: Some(out), writer: None })
     }
 
-    /// Every channel has a column, used or not: a sensor may be silent at the first sample, and a replay knows
+    /// Every channel and every taxel has a column, used or not: a sensor may be silent at the first sample, and a replay knows
     /// by the column of the normal force that a controller ran.
-    fn write(&mut self, sample: &Sample) -> anyhow::Result<()> {
+    fn write(&mut self, recorded: &Recorded, frame: &[f32]) -> anyhow::Result<()> {
         let name = || format!("cannot write the recording {}", self.file.display());
         if let Some(out) = self.out.take() {
             if out.metadata().with_context(name)?.is_file() {
                 out.set_len(0).with_context(name)?;
             }
-            let channels = ChannelSet::new(StylusKind::Displacement);
-            let channels = Channel::ALL.into_iter().fold(channels, ChannelSet::with);
+            let channels = ChannelSet::all(StylusKind::Displacement).with_taxels(recorded.columns);
             self.writer = Some(CsvWriter::new(BufWriter::new(out), &channels).with_context(name)?);
         }
         match &mut self.writer {
-            Some(writer) => writer.write(sample).with_context(name),
+            Some(writer) => writer.write_with(&recorded.sample, frame).with_context(name),
             None => Ok(()),
         }
     }

@@ -1,12 +1,9 @@
 //! Flags, environment and configuration file, in this order, made into settings.
 
 use crate::cli::Cli;
-use anyhow::Context as _;
-use grip_host::{HostConfig, HostEstimator, ModelError, exit::WrongArgument, model, scene};
+use grip_host::{HostConfig, HostEstimator, ModelError, exit::WrongArgument, model};
+use grip_port::{DEFAULT_BAUD, PortArgs};
 use std::path::PathBuf;
-
-/// Bits per second where nothing is said: 10 kHz of three channels need 1.5 Mbit/s.
-const DEFAULT_BAUD: u32 = 2_000_000;
 
 /// What the daemon runs with.
 #[derive(Debug)]
@@ -70,18 +67,8 @@ impl Settings {
         format!("{file}\nmodel: {model}")
     }
 
-    /// The scene and its seed, where the port is the simulator.
-    pub(crate) fn scene(&self) -> anyhow::Result<Option<grip_sim::Scene>> {
-        let Some(rest) = self.port.strip_prefix("sim") else { return Ok(None) };
-        let name = match rest.strip_prefix(':') {
-            Some(name) => name,
-            None if rest.is_empty() => "default",
-            None => return Ok(None),
-        };
-        let scene = scene::load(name).with_context(|| format!("--port {}", self.port))?;
-        Ok(Some(match self.seed {
-            Some(seed) => scene.reseeded(seed)?,
-            None => scene,
-        }))
+    /// The port and what belongs to it.
+    pub(crate) fn port_args(&self) -> PortArgs<'_> {
+        PortArgs { name: &self.port, baud: self.baud, seed: self.seed }
     }
 }

@@ -5,6 +5,7 @@ pub mod config;
 pub mod esc;
 pub mod exit;
 pub mod model;
+pub mod motion;
 pub mod poisson;
 pub mod profile;
 pub mod replay;

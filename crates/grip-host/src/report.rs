@@ -20,6 +20,8 @@ pub enum EventLine {
         method: &'static str,
         /// Statistic over its threshold.
         statistic: f32,
+        /// Probability (0 to 1) that noise alone would not reach this statistic within the stated false-alarm interval.
+        confidence: f32,
         /// What is known of the slip.
         #[serde(flatten)]
         evidence: EvidenceFields,
@@ -171,7 +173,7 @@ impl EventLog {
 
     fn slip_line(&mut self, event: SlipEvent, t_s: f64, step: &Step) -> EventLine {
         match event {
-            SlipEvent::Slip { phase, first, method } => {
+            SlipEvent::Slip { phase, first, method, confidence } => {
                 if first {
                     self.slips += 1;
                     self.features = None;
@@ -180,7 +182,8 @@ impl EventLog {
                 }
                 let evidence = EvidenceFields::new(self, step);
                 let (phase, method) = (phase.name(), method.name());
-                EventLine::Slip { t_s, phase, method, statistic: step.statistic, evidence }
+                let statistic = step.statistic;
+                EventLine::Slip { t_s, phase, method, statistic, confidence, evidence }
             }
             SlipEvent::Ended { duration } => {
                 let evidence = EvidenceFields::new(self, step);
@@ -193,8 +196,9 @@ impl EventLog {
 impl core::fmt::Display for EventLine {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         match self {
-            Self::Slip { t_s, phase, method, statistic, evidence } => {
-                write!(f, "{t_s:10.4} s  slip ({phase}, by {method}), statistic {statistic:.1}")?;
+            Self::Slip { t_s, phase, method, statistic, confidence, evidence } => {
+                write!(f, "{t_s:10.4} s  slip ({phase}, by {method}), statistic {statistic:.1}, ")?;
+                write_confidence(f, *confidence)?;
                 evidence.write(f)
             }
             Self::SlipEnd { t_s, duration_s, evidence } => {
@@ -206,6 +210,14 @@ impl core::fmt::Display for EventLine {
             }
         }
     }
+}
+
+/// In percent, never rounded up to certainty.
+fn write_confidence(f: &mut core::fmt::Formatter<'_>, confidence: f32) -> core::fmt::Result {
+    if confidence > 0.999 {
+        return write!(f, "confidence > 99.9 %");
+    }
+    write!(f, "confidence {:.0} %", (100.0 * confidence).floor())
 }
 
 impl EvidenceFields {
@@ -273,8 +285,12 @@ mod tests {
     #[test]
     fn json_has_the_names_of_the_contract() {
         let mut log = EventLog::default();
-        let event =
-            SlipEvent::Slip { phase: Phase::Incipient, first: true, method: Method::Travel };
+        let event = SlipEvent::Slip {
+            phase: Phase::Incipient,
+            first: true,
+            method: Method::Travel,
+            confidence: 0.5,
+        };
         let [None, None, None, Some(line)] = log.lines(&step(1_500_000, Some(event))) else {
             panic!()
         };
@@ -282,7 +298,8 @@ mod tests {
         assert_eq!(json["type"], "slip");
         assert_eq!(json["phase"], "incipient");
         assert_eq!((&json["method"], &json["t_s"]), (&"travel".into(), &1.5.into()));
-        assert_eq!(json["command_n"], 2.5);
+        assert_eq!((&json["command_n"], &json["confidence"]), (&2.5.into(), &0.5.into()));
+        assert!(line.to_string().contains("statistic 1.5, confidence 50 %"), "{line}");
         assert!(json["esc_w"].is_null() && json["estimate_n"].is_null());
         assert_eq!(log.slips(), 1);
     }
@@ -290,7 +307,12 @@ mod tests {
     #[test]
     fn a_slip_that_turns_gross_counts_once_and_health_is_told_on_change() {
         let mut log = EventLog::default();
-        let slip = |phase, first| SlipEvent::Slip { phase, first, method: Method::Stylus };
+        let slip = |phase, first| SlipEvent::Slip {
+            phase,
+            first,
+            method: Method::Stylus,
+            confidence: 0.5,
+        };
         log.lines(&step(1, Some(slip(Phase::Incipient, true))));
         log.lines(&step(2, Some(slip(Phase::Gross, false))));
         assert_eq!(log.slips(), 1);

@@ -6,12 +6,15 @@
 use crate::{
     config::HostConfig,
     model::HostEstimator,
+    motion::OwnMotion,
     report::{EventLine, EventLog},
 };
 use grip_link::{
     frame::MAX_WIRE,
     host::{CloseReason, GripCommand, HostConfig as LinkSettings, HostEvent, HostLink, HostState},
-    message::{ChannelKind, Config, DeviceState, Kind, LossAction, Row, SampleFormat, Samples},
+    message::{
+        ChannelKind, Config, DeviceState, Kind, Layout, LossAction, Row, SampleFormat, Samples,
+    },
 };
 use slip_core::{
     ConfigError, Pipeline, PipelineConfig, Sample, Step,
@@ -86,6 +89,7 @@ pub struct Session {
     estimator: HostEstimator,
     pipeline: Option<Pipeline<Box<[f32]>>>,
     tick_hz: u64,
+    motion: OwnMotion,
     log: EventLog,
     latest: Option<Step>,
     cause_sample: u32,
@@ -110,6 +114,7 @@ impl Session {
             estimator,
             pipeline: None,
             tick_hz: 1_000_000,
+            motion: OwnMotion::new(!options.dry_run),
             log: EventLog::default(),
             latest: None,
             cause_sample: 0,
@@ -137,20 +142,26 @@ impl Session {
         tell: &mut dyn FnMut(News<'_>),
     ) -> Result<Option<usize>, SessionError> {
         let mut fresh = false;
-        let Self { link, pipeline, log, latest, counters, tick_hz, cause_sample, .. } = self;
+        let Self { link, pipeline, log, latest, counters, tick_hz, cause_sample, motion, .. } =
+            self;
         let (mut configured, mut lost) = (false, false);
         while let Some(event) = link.receive(now_us, &mut bytes) {
             match &event {
                 HostEvent::Samples { samples, .. } => {
                     let Some(pipeline) = pipeline else { continue };
-                    let mut path = Path { pipeline, log, latest, tick_hz: *tick_hz };
+                    let mut path =
+                        Path { pipeline, log, latest, tick_hz: *tick_hz, motion: *motion };
                     *cause_sample = path.batch(samples, counters, tell);
                     fresh = true;
                 }
                 HostEvent::Configured { .. } => configured = true,
-                HostEvent::Status(status) => lost = status.state == DeviceState::LossAction,
+                HostEvent::Status(status) => {
+                    lost = status.state == DeviceState::LossAction;
+                    motion.hear(status);
+                }
                 HostEvent::Rebooted { .. } | HostEvent::Identified { rebooted: true } => {
                     *pipeline = None;
+                    motion.forget();
                 }
                 _ => {}
             }
@@ -222,6 +233,15 @@ impl Session {
         &self.link
     }
 
+    /// Taxels of the gripper's array that its rows carry, as many as are looked at; 0 where there is none.
+    #[must_use]
+    pub fn taxels(&self) -> usize {
+        let Some((ident, config)) = self.link.ident().zip(self.link.in_force()) else { return 0 };
+        Layout::new(ident.channels(), config.channel_mask)
+            .column(ChannelKind::PressureArray)
+            .map_or(0, |column| usize::from(column.count).min(MAX_TAXELS))
+    }
+
     /// The last step.
     #[must_use]
     pub fn latest(&self) -> Option<&Step> {
@@ -255,6 +275,7 @@ struct Path<'a> {
     log: &'a mut EventLog,
     latest: &'a mut Option<Step>,
     tick_hz: u64,
+    motion: OwnMotion,
 }
 
 impl Path<'_> {
@@ -267,7 +288,8 @@ impl Path<'_> {
     ) -> u32 {
         let mut last = 0;
         for row in samples {
-            let sample = sample_of(&row, self.tick_hz);
+            let motion = self.motion.now(self.pipeline.grip_state());
+            let sample = Sample { motion, ..sample_of(&row, self.tick_hz) };
             let mut frame = [f32::NAN; MAX_TAXELS];
             let taxels = taxels_of(&row, &mut frame);
             let step = self.pipeline.handle_with(&sample, taxels);

@@ -79,6 +79,12 @@ impl Actuator {
         self.gap_m
     }
 
+    /// Whether the fingers travel towards the object while the force aimed at is `target_n` (N).
+    #[must_use]
+    pub fn travels(&self, target_n: f64) -> bool {
+        self.gap_m > 0.0 && target_n > 0.0
+    }
+
     /// The object is gone: the force drops to nothing and stays there.
     pub fn lose_object(&mut self) {
         self.setpoint_n = 0.0;

@@ -1,8 +1,10 @@
 //! A plain configuration in, a checked one or the name of the wrong value out.
 
 use crate::{
+    confidence::TAIL_RANGE,
     detector::{BANDS, DetectorConfig, KnownFloors, SlipDetector},
     distance::DistanceConfig,
+    drift::DriftConfig,
     filter::{CornerError, MAX_CORNER},
     floor::FloorConfig,
     fusion,
@@ -83,7 +85,14 @@ impl PipelineConfig {
             // The resolution of a count is 1/sqrt(12) rms.
             Signal::Vibration => (
                 FloorConfig { min_rms: 0.29, ..FloorConfig::default() },
-                HealthConfig { range: 1e9, max_step: 1e9, frozen_ms: 500.0, max_bad_run: 8 },
+                HealthConfig {
+                    range: 1e9,
+                    max_step: 1e9,
+                    frozen_ms: 500.0,
+                    max_bad_run: 8,
+                    // In unknown units no shift can be called too far.
+                    drift: DriftConfig { limit: 1e9, per_newton: 0.0 },
+                },
             ),
         };
         Self {
@@ -147,6 +156,7 @@ impl PipelineConfig {
         ConfigError::within("detector.cusum_threshold", d.cusum_threshold, 1.0, 1e9)?;
         ConfigError::within("detector.cusum_ratio", d.cusum_ratio, 1.1, 1e6)?;
         ConfigError::within("detector.glrt_threshold", d.glrt_threshold, 1.0, 1e9)?;
+        ConfigError::within("detector.tail", d.tail, TAIL_RANGE.0, TAIL_RANGE.1)?;
         for gain in d.gate.gain {
             ConfigError::within("detector.gate.gain", gain, 0.0, 1e30)?;
         }
@@ -161,6 +171,9 @@ impl PipelineConfig {
         ConfigError::within("health.range", self.health.range, 1e-9, 1e12)?;
         ConfigError::within("health.max_step", self.health.max_step, 1e-9, 1e12)?;
         ConfigError::within("health.frozen_ms", self.health.frozen_ms, 1.0, 1e6)?;
+        let drift = self.health.drift;
+        ConfigError::within("health.drift.limit", drift.limit, 1e-9, 1e12)?;
+        ConfigError::within("health.drift.per_newton", drift.per_newton, 0.0, 1e12)?;
         if self.health.max_bad_run == 0 {
             return Err(ConfigError::Range {
                 name: "health.max_bad_run",

@@ -43,6 +43,9 @@ pub enum SlipEvent {
         first: bool,
         /// Which method spoke.
         method: Method,
+        /// Probability that noise alone would not reach this statistic within the stated false-alarm interval; see
+        /// [`confidence`](crate::confidence).
+        confidence: f32,
     },
     /// The slip has ended.
     Ended {

@@ -1,10 +1,14 @@
 //! Raw samples in; samples that are safe to compute with, and a verdict on the sensor, out.
 //!
 //! A reading that is not a number, beyond the sensor's range or a lone spike is counted and replaced by the
-//! last good one; it never reaches a filter. Too many of them, or a value that no longer changes, turn the
-//! sensor's health, which stops the slip reflex: a dead sensor must not move the fingers.
+//! last good one; it never reaches a filter. Too many of them, a value that no longer changes, or a mean that drifts while an
+//! object is held, turn the sensor's health, which stops the slip reflex: a dead sensor must not move the fingers.
 
-use crate::{sample::Sample, units::Micros};
+use crate::{
+    drift::{DriftConfig, DriftWatch, Hold},
+    sample::Sample,
+    units::Micros,
+};
 
 /// What is believed of the stylus.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,11 +26,19 @@ pub struct HealthConfig {
     pub frozen_ms: f32,
     /// Bad readings in a row after which the stylus counts as failed.
     pub max_bad_run: u32,
+    /// How far the mean may move while an object is held.
+    pub drift: DriftConfig,
 }
 
 impl Default for HealthConfig {
     fn default() -> Self {
-        Self { range: 5e-3, max_step: 1e-3, frozen_ms: 50.0, max_bad_run: 8 }
+        Self {
+            range: 5e-3,
+            max_step: 1e-3,
+            frozen_ms: 50.0,
+            max_bad_run: 8,
+            drift: DriftConfig::default(),
+        }
     }
 }
 
@@ -42,6 +54,8 @@ pub enum Health {
     Saturated,
     /// Too many unusable readings in a row.
     Failed,
+    /// The mean moves further than a change of grip force explains; see [`drift`](crate::drift).
+    Drifting,
 }
 
 impl Health {
@@ -53,6 +67,7 @@ impl Health {
             Self::Frozen => "frozen",
             Self::Saturated => "saturated",
             Self::Failed => "failed",
+            Self::Drifting => "drifting",
         }
     }
 }
@@ -138,7 +153,10 @@ pub struct HealthCheck {
     changed_at: Micros,
     bad_run: u32,
     saturated_run: u32,
-    health: Health,
+    /// As far as single readings tell.
+    readings: Health,
+    drift: DriftWatch,
+    drifting: bool,
     counters: HealthCounters,
 }
 
@@ -160,7 +178,9 @@ impl HealthCheck {
             changed_at: Micros(0),
             bad_run: 0,
             saturated_run: 0,
-            health: Health::Good,
+            readings: Health::Good,
+            drift: DriftWatch::new(config.drift),
+            drifting: false,
             counters: HealthCounters::default(),
         }
     }
@@ -180,8 +200,21 @@ impl HealthCheck {
 
     /// The state of the stylus after the last sample.
     #[must_use]
+    #[inline]
     pub fn health(&self) -> Health {
-        self.health
+        match self.readings {
+            Health::Good if self.drifting => Health::Drifting,
+            readings => readings,
+        }
+    }
+
+    /// Looks for drift in a checked sample; `hold` is what the hand does at that time.
+    #[inline]
+    pub fn watch_drift(&mut self, sample: &Sample, hold: Hold) {
+        let hold = if self.readings == Health::Good { hold } else { Hold::None };
+        let drifts = self.drift.step(sample.t, (sample.stylus, sample.normal_force_n), hold);
+        self.counters.failures += u64::from(drifts && !self.drifting);
+        self.drifting = drifts;
     }
 
     /// Takes a sample in which nothing is to be mended, reported or counted; `false` where there may be
@@ -193,7 +226,7 @@ impl HealthCheck {
         let x = sample.stylus;
         let step = (x - last).abs();
         // NaN fails every comparison.
-        let plain = self.health == Health::Good
+        let plain = self.health() == Health::Good
             && self.bad_run == 0
             && sample.t > last_t
             && x.abs() < self.config.range
@@ -241,9 +274,9 @@ impl HealthCheck {
         }
         let stylus = self.stylus(sample);
         self.last = Some((sample.t, stylus));
-        let before = self.health;
-        self.health = self.judge(sample.t);
-        if before == Health::Good && self.health != Health::Good {
+        let before = self.health();
+        self.readings = self.judge(sample.t);
+        if before == Health::Good && self.readings != Health::Good {
             self.counters.failures += 1;
         }
         Some(Sample {
@@ -313,7 +346,7 @@ impl HealthCheck {
         } else if self.bad_run == 0 && t.since(self.changed_at) > self.frozen_after {
             Health::Frozen
         } else if self.bad_run > 0 {
-            self.health
+            self.readings
         } else {
             Health::Good
         }

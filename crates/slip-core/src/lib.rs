@@ -4,9 +4,11 @@
 //! E_sc, estimator and controller. `no_std`, no allocation, no panic; time comes with the samples.
 #![no_std]
 
+pub mod confidence;
 pub mod config;
 pub mod detector;
 pub mod distance;
+pub mod drift;
 pub mod esc;
 pub mod estimate;
 pub mod event;

@@ -8,9 +8,11 @@ mod force;
 mod rest;
 
 use crate::{
+    confidence::confidence,
     config::{ConfigError, PipelineConfig, Signal},
     detector::{KnownFloors, MotionInput, SlipDetector, SlipState},
     distance::Fingers,
+    drift::Hold,
     estimate::Estimator,
     event::{Phase, SlipEvent, Step},
     fusion::{Channels, Fusion, Told},
@@ -149,10 +151,16 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         let dt = self.since_last(sample.t);
         self.fusion.catch_up();
         self.enter_scene(sample, dt);
+        self.health.watch_drift(sample, self.hand());
         if ailed && self.health.health() == Health::Good {
             // A sensor may come back with another zero, which is no slip.
             self.detector.prime();
         }
+        self.examine(sample, taxels, dt)
+    }
+
+    /// Every stage of the scene.
+    fn examine(&mut self, sample: &Sample, taxels: &[f32], dt: Micros) -> Step {
         let felt = self.detect(sample);
         let told = self.join(sample, taxels, felt);
         self.conclude(sample, dt, felt, told)
@@ -215,6 +223,16 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             false if closing => Scene::Moving,
             false => Scene::Idle,
         };
+    }
+
+    /// What the hand does, for the drift of the stylus.
+    #[inline]
+    fn hand(&self) -> Hold {
+        match self.slip {
+            Some(_) => Hold::Slipping,
+            None if self.decides => Hold::Still,
+            None => Hold::None,
+        }
     }
 
     /// Statistic and state of the slip detector, where the scene needs it: while the floor is being
@@ -288,6 +306,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
     fn slip_event(&mut self, sample: &Sample, told: Option<Told>) -> Option<SlipEvent> {
         let state = told.map_or(SlipState::Quiet, |told| told.state);
         let method = told.map_or(Method::Stylus, |told| told.method);
+        let sure = || confidence(told.map_or(0.0, |t| t.statistic), self.config.detector.tail);
         match (&mut self.slip, state) {
             (None, SlipState::Incipient | SlipState::Gross) => {
                 let gross = state == SlipState::Gross;
@@ -301,11 +320,12 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
                     next_evidence: sample.t.plus(self.evidence_every),
                 });
                 let phase = if gross { Phase::Gross } else { Phase::Incipient };
-                Some(SlipEvent::Slip { phase, first: true, method })
+                Some(SlipEvent::Slip { phase, first: true, method, confidence: sure() })
             }
             (Some(slip), SlipState::Gross) if !slip.gross => {
                 slip.gross = true;
-                Some(SlipEvent::Slip { phase: Phase::Gross, first: false, method })
+                let confidence = sure();
+                Some(SlipEvent::Slip { phase: Phase::Gross, first: false, method, confidence })
             }
             (Some(slip), SlipState::Quiet) if self.scene == Scene::Slipping => {
                 let duration = sample.t.since(slip.since);

@@ -64,6 +64,7 @@ impl Player {
             "estop" => device.estop(tick),
             "travel" => device.report_travel(words[0].parse().unwrap()),
             "force" => device.report_force(words[0].parse().unwrap()),
+            "motion" => device.report_motion(tick, words[0] == "1"),
             "alive" => return vec![format!("alive {}", u8::from(device.take_alive()))],
             "log" => return vec![self.log(tick, words)],
             other => panic!("no such command: {other}"),

@@ -123,6 +123,7 @@ int peer_device(void) {
     else if (strcmp(word[0], "estop") == 0) gl_latch_estop(&link, tick);
     else if (strcmp(word[0], "travel") == 0) gl_report_travel(&link, (int32_t)strtol(first, NULL, 10));
     else if (strcmp(word[0], "force") == 0) gl_report_force(&link, (int32_t)strtol(first, NULL, 10));
+    else if (strcmp(word[0], "motion") == 0) gl_report_motion(&link, tick, first[0] == '1');
     else if (strcmp(word[0], "alive") == 0) printf("alive %d\n", gl_take_alive(&link));
     else if (strcmp(word[0], "log") == 0 && n == 4) {
       uint8_t out[GL_MAX_WIRE];

@@ -1,14 +1,18 @@
-//! `gripctl calibrate`: floor, gate and thresholds from a recording without slip.
+//! `gripctl calibrate`: floor, gate and thresholds from a recording without slip, or from a gripper.
 
-use super::{csv_options, host_config};
+use super::{
+    csv_options, host_config,
+    measure::{Measured, measure},
+};
 use crate::{cli::CalibrateArgs, output};
 use anyhow::Context as _;
 use grip_host::{
-    calibrate::{Calibration, CalibrationError, calibrate},
+    calibrate::{Calibration, calibrate, check_interval},
     exit::{Exit, WrongArgument},
 };
 use grip_record::read_csv;
 use serde::Serialize;
+use std::path::Path;
 
 #[derive(Serialize)]
 #[serde(tag = "type", rename = "calibration")]
@@ -19,12 +23,16 @@ struct Line<'a> {
 
 pub(crate) fn run(args: &CalibrateArgs) -> anyhow::Result<Exit> {
     let config = host_config(args.config.as_deref())?;
-    let recording = read_csv(&args.file, &csv_options(&args.csv)?)?;
-    let calibration =
-        calibrate(&recording, &config, args.interval).map_err(|error| match error {
-            CalibrationError::Interval(_) => WrongArgument(error.to_string()).into(),
-            error => anyhow::Error::new(error).context(args.file.display().to_string()),
-        })?;
+    check_interval(args.interval).map_err(|error| WrongArgument(error.to_string()))?;
+    let (Measured { recording, lost }, place) = match (&args.port, &args.file) {
+        (Some(port), _) => (measure(port, args, &config)?, port.clone()),
+        (None, file) => {
+            let file = file.as_deref().unwrap_or(Path::new(""));
+            let recording = read_csv(file, &csv_options(&args.csv)?)?;
+            (Measured { recording, lost: 0 }, file.display().to_string())
+        }
+    };
+    let calibration = calibrate(&recording, &config, args.interval).context(place)?;
     let text = toml::to_string(&calibration)?;
     std::fs::write(&args.output, text)
         .with_context(|| format!("cannot write {}", args.output.display()))?;
@@ -32,6 +40,12 @@ pub(crate) fn run(args: &CalibrateArgs) -> anyhow::Result<Exit> {
         output::json(&Line { calibration: &calibration })?;
     } else {
         tell(&calibration)?;
+    }
+    if lost > 0 {
+        eprintln!(
+            "gripctl: {lost} samples were lost on the way; the gaps can only raise the thresholds: measure again on an idle computer"
+        );
+        return Ok(Exit::DataLost);
     }
     Ok(Exit::Done)
 }

@@ -5,6 +5,7 @@ pub(crate) mod esc;
 pub(crate) mod eval;
 pub(crate) mod generate;
 pub(crate) mod grasp;
+mod measure;
 pub(crate) mod ports;
 pub(crate) mod profile;
 mod profile_plot;

@@ -84,3 +84,68 @@ fn floors_that_cannot_be_trusted_are_refused() {
     let args = ["replay", "short.csv", "--calibration", "bad.toml"];
     gripctl(folder.path(), &args).refused(2, &["bad.toml", "line 1"]);
 }
+
+/// An open hand has the noise of a closed one, though a gripper that holds nothing listens to no slip.
+#[test]
+fn a_force_of_zero_does_not_change_the_calibration() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = recording(60, |_| 0.1, 3);
+    let open: String = text
+        .lines()
+        .map(|row| match row.starts_with('t') {
+            true => format!("{row},force_n\n"),
+            false => format!("{row},0.01\n"),
+        })
+        .collect();
+    put(folder.path(), "bare.csv", &text);
+    put(folder.path(), "open.csv", &open);
+    let made = |file: &str| {
+        let args = ["calibrate", file, "-o", "cal.toml", "--interval", "60", "--json"];
+        gripctl(folder.path(), &args).done().json().pop().unwrap()
+    };
+    let bare = made("bare.csv");
+    assert_eq!(made("open.csv"), bare);
+    assert!(bare["thresholds"].as_array().unwrap().iter().any(|h| h.as_f64().unwrap() > 4.0));
+    let tail = number(&bare, "tail");
+    assert!((1.0..50.0).contains(&tail), "{tail}");
+}
+
+#[test]
+fn a_gripper_is_calibrated_where_it_is() {
+    let folder = tempfile::tempdir().unwrap();
+    let args =
+        ["calibrate", "--port", "sim", "--rest-s", "9", "--interval", "20", "-o", "cal.toml"];
+    let live = gripctl(folder.path(), &[&args[..], &["--json"]].concat());
+    assert!([0, 3].contains(&live.code), "{live:?}");
+    let line = live.json().pop().unwrap();
+    assert!(
+        number(&line["evidence"], "rest_s") > 5.0 && line["sample_rate_hz"] == 10_000.0,
+        "{line}"
+    );
+    assert!(number(&line["evidence"], "interval_low_s") > 0.5, "{line}");
+    assert!(live.err.contains("keep robot and gripper still"), "{}", live.err);
+    // The same file is taken by a replay at the same rate.
+    let mut rows = String::from("t_s,stylus,force_n\n");
+    for i in 0..2000_u32 {
+        writeln!(rows, "{:.4},{:e},0.0", f64::from(i) * 1e-4, 1e-8 * f64::from(i * 7 % 5)).unwrap();
+    }
+    put(folder.path(), "x.csv", &rows);
+    gripctl(folder.path(), &["replay", "x.csv", "--calibration", "cal.toml"]).done();
+}
+
+#[test]
+fn a_measurement_that_cannot_be_trusted_leaves_no_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let refuse = |args: &[&str], code: i32, words: &[&str]| {
+        gripctl(folder.path(), &[&["calibrate", "-o", "cal.toml"], args].concat())
+            .refused(code, words);
+        assert!(!folder.path().join("cal.toml").exists());
+    };
+    refuse(&["--port", "sim", "--rest-s", "2"], 1, &["sim: ", "too short", "at least 5 s"]);
+    refuse(&["--port", "sim:nope"], 2, &["--port sim:nope", "built in are"]);
+    refuse(&["--port", "./none"], 1, &["./none: there is no such port"]);
+    refuse(&["--port", "sim", "--rest-s", "0"], 2, &["--rest-s 0"]);
+    refuse(&["--port", "sim", "--interval", "0"], 2, &["--interval 0"]);
+    refuse(&["--port", "sim", "x.csv"], 2, &["cannot be used with"]);
+    refuse(&[], 2, &["required", "--port <PORT>"]);
+}

@@ -8,8 +8,8 @@ use slip_core::PipelineConfig;
 use std::{fs, io::Read as _, os::unix::fs::symlink, path::Path, process::Stdio};
 
 /// The event lines that a replay of `recording` prints.
-fn replayed(recording: &Recording, no_skip: bool) -> Vec<String> {
-    let config = replay::pipeline_config(recording, &HostConfig::default(), false);
+fn replayed(recording: &Recording, config: &HostConfig, no_skip: bool) -> Vec<String> {
+    let config = replay::pipeline_config(recording, config, false);
     let config = PipelineConfig { no_skip, ..config };
     let estimator = model::default_estimator().unwrap();
     let steps = replay::Replay::new(recording, config, Some(estimator)).unwrap();
@@ -22,7 +22,7 @@ fn replayed(recording: &Recording, no_skip: bool) -> Vec<String> {
 
 /// The recording gives the very lines that were printed, however often and however thoroughly it is replayed. Where the
 /// machine was too busy to record every sample there is nothing to compare.
-fn replays_identically(file: &Path, ran: &Ran) {
+pub(crate) fn replays_identically(file: &Path, ran: &Ran, config: &HostConfig) {
     let mut printed: Vec<&str> = ran.out.lines().collect();
     let summary: Value = serde_json::from_str(printed.pop().unwrap()).unwrap();
     let recording = read_csv(file, &CsvOptions::default()).unwrap();
@@ -32,7 +32,7 @@ fn replays_identically(file: &Path, ran: &Ran) {
     }
     assert_eq!(summary["samples"], recording.samples.len());
     for no_skip in [false, false, true] {
-        assert_eq!(replayed(&recording, no_skip), printed, "no_skip: {no_skip}");
+        assert_eq!(replayed(&recording, config, no_skip), printed, "no_skip: {no_skip}");
     }
 }
 
@@ -94,7 +94,7 @@ fn the_object_is_held_and_every_line_is_as_agreed() {
     let mut lines = ran.json();
     check_summary(&lines.pop().unwrap(), ran.code);
     check_events(&lines);
-    replays_identically(&file, &ran);
+    replays_identically(&file, &ran, &HostConfig::default());
 }
 
 /// A gripper that feels only with its stylus, at a low limit of force: the recording still says that a controller ran.
@@ -111,7 +111,7 @@ fn a_gripper_without_other_sensors_replays_identically() {
         "{}",
         ran.out
     );
-    replays_identically(&folder.path().join("run.csv"), &ran);
+    replays_identically(&folder.path().join("run.csv"), &ran, &HostConfig::default());
 }
 
 #[test]

@@ -5,3 +5,4 @@ mod live;
 mod ports;
 mod refusals;
 mod run;
+mod taxels;

@@ -1,6 +1,10 @@
 //! A session and a virtual gripper that exchange bytes in simulated time.
 
-use grip_host::{HostConfig, News, model, replay, report::EventLog, trial};
+use grip_host::{
+    HostConfig, News, model, replay,
+    report::{EventLine, EventLog},
+    trial,
+};
 use grip_record::{Channel, ChannelSet, CsvOptions, CsvWriter, StylusKind, parse_csv};
 use grip_sim::Scene;
 use slip_core::{Sample, units::Micros};
@@ -54,6 +58,51 @@ fn a_recording_replays_identically_at_every_rate() {
         assert!(lines.iter().any(|line| line.contains("\"slip\"")), "{rate_hz} Hz: {lines:?}");
         assert_eq!(replayed(&recording, &config), lines, "{rate_hz} Hz");
     }
+}
+
+/// The virtual gripper tells truthfully when its fingers travel, and the answer to a slip is no motion.
+#[test]
+#[expect(clippy::cast_precision_loss, reason = "a count of samples")]
+fn motion_comes_from_the_gripper_and_is_recorded() {
+    let (lines, recording) = grasp(&scene(60.0), &HostConfig::default());
+    let recording = parse_csv(Path::new("x.csv"), &recording, &CsvOptions::default()).unwrap();
+    let with =
+        |motion: f32| recording.samples.iter().filter(move |sample| sample.motion == Some(motion));
+    // Still while the floor is learned (200 ms), 100 ms of travel up to the contact, still again.
+    let moving: Vec<f64> = with(1.0).map(|sample| sample.t.as_seconds()).collect();
+    let (first, last) = (moving[0], moving[moving.len() - 1]);
+    assert!((0.15..0.3).contains(&first), "{first} s");
+    assert!((0.1..0.15).contains(&(last - first)), "{first} to {last} s");
+    assert!((moving.len() as f64 * 1e-4 - (last - first)).abs() < 0.01, "in one piece");
+    let slip: serde_json::Value = lines
+        .iter()
+        .map(|line| serde_json::from_str(line).unwrap())
+        .find(|line: &serde_json::Value| line["type"] == "slip")
+        .unwrap();
+    let slip_s = slip["t_s"].as_f64().unwrap();
+    assert!(
+        with(0.0).filter(|s| s.t.as_seconds() > slip_s).count() > 1000,
+        "the answer is no motion"
+    );
+    assert!(slip_s > last);
+}
+
+/// Pads that give way by 30 um/N under forces of 2 to 30 N, for some seconds of holding; and a gripper whose stylus does not drift.
+#[test]
+fn holding_is_no_drift() {
+    let text = "name = \"soft\"\nmass_kg = 1.0\nfriction = 0.25\n[pad]\nsink_um_n = 30.0\n";
+    let scene = Scene::from_toml(text).unwrap();
+    let config = HostConfig::default();
+    let estimator = model::default_estimator().unwrap();
+    let mut told = Vec::new();
+    let mut tell = |news: News<'_>| {
+        if let News::Event(line @ EventLine::Health { .. }) = news {
+            told.push(line);
+        }
+    };
+    let outcome = trial::grasp(&scene, &config, estimator, Micros(6_000_000), &mut tell).unwrap();
+    assert!(outcome.held() && outcome.slips > 0, "{outcome:?}");
+    assert_eq!(told, []);
 }
 
 /// A gripper that is weaker than the configuration asks for; its limit in the configuration of the replay gives the same.

@@ -86,6 +86,7 @@ pub struct DeviceLink {
     pub(super) sampling: bool,
     pub(super) ran: u8,
     pub(super) measured_mn: Option<i32>,
+    pub(super) moving: Option<bool>,
     pub(super) status_due: u64,
     pub(super) stats_due: u64,
     pub(super) announce_due: u64,
@@ -121,6 +122,7 @@ impl DeviceLink {
             sampling: false,
             ran: 0,
             measured_mn: None,
+            moving: None,
             status_due: 0,
             stats_due: 0,
             announce_due: 0,
@@ -231,6 +233,14 @@ impl DeviceLink {
     /// Measured grip force \[mN\] for STATUS; without it STATUS tells the force set.
     pub const fn report_force(&mut self, force_mn: i32) {
         self.measured_mn = Some(force_mn);
+    }
+
+    /// Whether the fingers travel freely or the arm is known to move, for STATUS; until the first report STATUS says nothing about
+    /// motion. Fingers that press on something do not move, however the force changes: a host hears less well in motion.
+    pub fn report_motion(&mut self, tick: u64, moving: bool) {
+        if self.moving.replace(moving) != Some(moving) {
+            self.status_due = tick;
+        }
     }
 
     /// What the actuator is to do at this tick.

@@ -104,7 +104,9 @@ impl DeviceLink {
             .with(StatusFlags::DROPPING, self.dropped_seen != self.batches.dropped_rows())
             .with(StatusFlags::PASSIVE, goal == Drive::Passive)
             .with(StatusFlags::OPEN, goal == Drive::Open)
-            .with(StatusFlags::NO_COMMAND, self.guard.last().is_none());
+            .with(StatusFlags::NO_COMMAND, self.guard.last().is_none())
+            .with(StatusFlags::MOTION, self.moving.is_some())
+            .with(StatusFlags::MOVING, self.moving == Some(true));
         Status {
             last_cmd_id,
             state: self.state,

@@ -147,6 +147,10 @@ impl StatusFlags {
     pub const OPEN: Self = Self(8);
     /// b4: no command was accepted since CONFIG; `last_cmd_id` and `age` mean nothing.
     pub const NO_COMMAND: Self = Self(16);
+    /// b5: the gripper tells its motion, so that a missing `MOVING` means standing still.
+    pub const MOTION: Self = Self(32);
+    /// b6: the fingers travel without pressing on anything, or the gripper knows that the arm moves.
+    pub const MOVING: Self = Self(64);
 
     /// Whether all bits of `other` are set.
     #[must_use]

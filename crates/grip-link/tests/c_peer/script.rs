@@ -98,6 +98,10 @@ impl Author {
                 let mn = self.pick([0, 700, 20_500, -3]);
                 self.write(&format!("force {tick} {mn}"));
             }
+            16..=21 => {
+                let moving = self.below(2);
+                self.write(&format!("motion {tick} {moving}"));
+            }
             _ => {
                 let text = self.pick(["", "68656c6420c2b5", "61"]);
                 let text =

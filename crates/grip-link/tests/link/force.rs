@@ -4,10 +4,10 @@ use crate::targets::gripper::{CONFIG, hello, ident, idle, wire};
 use grip_link::device::{
     DeviceConfig, DeviceConfigError, DeviceEvent, DeviceLink, Drive, RowError,
 };
-use grip_link::frame::{Direction, Header};
+use grip_link::frame::{Direction, Header, MAX_WIRE};
 use grip_link::message::{
     Config, DeviceState, FaultCode, ForceClamp, Grip, GripMode, Ident, Kind, Limits, LossAction,
-    Reaction, Versions,
+    Reaction, StatusFlags, Versions,
 };
 use proptest::prelude::{ProptestConfig, any, prop, proptest};
 use proptest::{prop_assert, prop_assert_eq};
@@ -307,6 +307,24 @@ fn travel_end_stops_the_rise() {
     assert_eq!(rig.run(20, Some(500)), Drive::Force(500), "lower is possible");
     rig.device.report_travel(20_000);
     assert_eq!(rig.run(50, Some(9000)), Drive::Force(9000));
+}
+
+#[test]
+fn motion_is_told_at_once_and_only_where_the_firmware_reports_it() {
+    let mut rig = Rig::new(&CONFIG);
+    rig.run(10, Some(1000));
+    let motion = StatusFlags::MOTION.with(StatusFlags::MOVING, true);
+    let told = |rig: &Rig| rig.device.status(rig.tick).flags.0 & motion.0;
+    assert_eq!(told(&rig), 0, "nothing is known");
+    rig.device.report_motion(rig.tick, false);
+    assert_eq!(told(&rig), StatusFlags::MOTION.0);
+    let mut out = [0; MAX_WIRE];
+    while rig.device.poll_transmit(rig.tick, &mut out).is_some() {}
+    rig.device.report_motion(rig.tick, false);
+    assert_eq!(rig.device.poll_transmit(rig.tick, &mut out), None, "no news");
+    rig.device.report_motion(rig.tick, true);
+    assert_eq!(told(&rig), motion.0);
+    assert!(rig.device.poll_transmit(rig.tick, &mut out).is_some(), "a STATUS is due");
 }
 
 #[test]

@@ -111,7 +111,7 @@ impl Script {
     }
 
     fn firmware(&mut self) {
-        match self.dice.below(14) {
+        match self.dice.below(16) {
             0..5 => self.say("alive", ""),
             5..8 => {
                 let at = self.dice.pick(&[-1, 0, 50_000, 50_001]);
@@ -126,6 +126,10 @@ impl Script {
                 self.say("fault", &format!("{fault:04x}"));
             }
             11 => self.say("estop", ""),
+            12..14 => {
+                let moving = self.dice.below(2);
+                self.say("motion", &moving.to_string());
+            }
             _ => {
                 let len = self.dice.below(40) + 1;
                 let text: Vec<u8> =

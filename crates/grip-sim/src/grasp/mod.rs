@@ -198,6 +198,12 @@ impl Grasp {
         self.truth
     }
 
+    /// Whether the fingers travel while the force aimed at is `target_n` (N); pressing on the object is no travel.
+    #[must_use]
+    pub fn fingers_travel(&self, target_n: f64) -> bool {
+        self.drive.travels(target_n)
+    }
+
     /// Limits the slew of the force (N/s); the drive's own limit stays.
     pub fn set_slew(&mut self, slew_n_s: f64) {
         self.drive.set_slew(slew_n_s);

@@ -175,6 +175,8 @@ impl VirtualMcu {
             *target_n
         });
         let sample = Sample { stylus: watch::broken(self.stylus_fault, sample.stylus), ..sample };
+        let moving = self.grasp.fingers_travel(self.target_n);
+        self.link.report_motion(self.tick(sample.t), moving);
         if self.hung != Some(Task::Sampling) {
             self.push(&sample);
             self.judge(&sample);

@@ -71,6 +71,9 @@ pub struct DetectorConfig {
     pub cusum_ratio: f32,
     /// Log-likelihood ratio at which the generalised likelihood ratio is a slip.
     pub glrt_threshold: f32,
+    /// How fast false alarms get rarer above the thresholds: their rate falls as statistic^-tail; 1 to 50. Only the confidence of an
+    /// event depends on it.
+    pub tail: f32,
     /// Fraction of the thresholds below which the statistic must stay for the slip to end.
     pub release: f32,
     /// How long it must stay there (ms).
@@ -97,6 +100,7 @@ impl Default for DetectorConfig {
             cusum_threshold: 22.0,
             cusum_ratio: 6.0,
             glrt_threshold: 25.0,
+            tail: 4.0,
             release: 0.25,
             release_ms: 50.0,
             gate: GateConfig::default(),

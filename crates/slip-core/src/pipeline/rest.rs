@@ -7,7 +7,7 @@
 
 use super::Pipeline;
 use crate::{
-    detector::SlipState, event::Step, fusion::Told, health::Health, methods::Method,
+    detector::SlipState, drift::Hold, event::Step, fusion::Told, health::Health, methods::Method,
     sample::Sample, scene::Scene, units::Micros,
 };
 
@@ -55,6 +55,11 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
     /// The step of a sample without taxels at which the object is still held.
     pub(super) fn hold(&mut self, sample: &Sample) -> Step {
         let dt = self.since_last(sample.t);
+        self.health.watch_drift(sample, Hold::Still);
+        if self.health.health() != Health::Good {
+            self.rest = Rest::Awake;
+            return self.examine(sample, &[], dt);
+        }
         let felt = self.feel_for_slip(sample);
         if self.detector.is_moving() {
             self.rest = Rest::Awake;

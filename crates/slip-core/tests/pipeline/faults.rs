@@ -136,6 +136,48 @@ fn a_fault_in_a_slip_stops_the_rise_and_the_next_slip_is_found() {
     }
 }
 
+/// 50 um/s, reached within a second, for 5 s; then back at its place.
+#[test]
+fn a_drifting_stylus_moves_nothing_and_comes_back_after_three_calm_seconds() {
+    let mut grip = holding(12.0);
+    let held = grip.command_n;
+    let mut told_s = None;
+    for i in 0..50_000_u16 {
+        let t = 1e-4 * f32::from(i);
+        // Without a kink, which would be a jerk that the detector hears.
+        let drift = 5e-5 * if t < 1.0 { 0.5 * t * t } else { t - 0.5 };
+        let step = grip.step(|sample| Sample { stylus: sample.stylus + drift, ..sample });
+        assert!(step.event.is_none() && step.command.unwrap().0 <= held, "{step:?}");
+        if step.health == Health::Drifting {
+            told_s = told_s.or(Some(step.t.as_seconds()));
+        }
+    }
+    assert!((2.6..5.5).contains(&told_s.unwrap()), "100 um are passed after 2.6 s: {told_s:?}");
+    let good = |grip: &mut Loop| grip.step(|sample| sample).health == Health::Good;
+    assert!(grip.run_until(7.5).is_empty() && !good(&mut grip), "not yet calm");
+    assert!(grip.run_until(11.0).is_empty() && good(&mut grip));
+    assert_eq!(grip.pipeline.health_counters().failures, 1);
+    assert!(grip.command_n <= held);
+    let events = grip.run_until(12.05);
+    assert!(is_first_slip(events.first().unwrap().event) && grip.command_n > held, "{events:?}");
+}
+
+/// The pads give way by 30 um/N under a force that comes and goes, as far as the reflex may drive it.
+#[test]
+fn a_change_of_grip_is_no_drift() {
+    let mut grip = holding(60.0);
+    for i in 0..100_000_u32 {
+        let wave = (core::f64::consts::TAU * f64::from(i) / 160_000.0).sin();
+        let more = (20.0 * wave * wave) as f32;
+        let step = grip.step(|sample| Sample {
+            stylus: sample.stylus + 3e-5 * more,
+            normal_force_n: sample.normal_force_n.map(|force| force + more),
+            ..sample
+        });
+        assert!(step.health == Health::Good && step.event.is_none(), "{step:?}");
+    }
+}
+
 /// The floor is the noise of the sensor, not the silence of a dead one.
 #[test]
 fn a_sensor_that_wakes_late_teaches_no_false_floor() {

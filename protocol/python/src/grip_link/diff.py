@@ -139,6 +139,8 @@ def device_line(link: DeviceLink, line: str) -> Iterator[str]:
         link.report_travel(int(first))
     elif name == "force":
         link.report_force(int(first))
+    elif name == "motion":
+        link.report_motion(tick, first == "1")
     elif name == "alive":
         yield f"alive {link.take_alive():d}"
     elif name == "log":

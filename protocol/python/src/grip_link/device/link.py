@@ -92,6 +92,7 @@ class DeviceLink:
         self._cleared = FaultCode.NONE
         self._ran: set[str] = set()
         self._measured_mn: Optional[int] = None
+        self._moving: Optional[bool] = None
         self._status_due = self._stats_due = self._announce_due = 0
         self._samples_next = False
         self._dropped_seen = 0
@@ -131,6 +132,15 @@ class DeviceLink:
     def report_force(self, force_mn: int) -> None:
         """Measured grip force [mN] for STATUS; without it STATUS tells the force set."""
         self._measured_mn = force_mn
+
+    def report_motion(self, tick: int, moving: bool) -> None:
+        """Whether the fingers travel freely or the arm is known to move, for STATUS; until then STATUS says nothing of motion.
+
+        Fingers that press on something do not move, however the force changes: a host hears less well in motion.
+        """
+        if self._moving is not moving:
+            self._status_due = tick
+        self._moving = moving
 
     def push(self, tick: int, row: Sequence[Union[int, float]], sample_format: Optional[SampleFormat] = None) -> None:
         """Appends a row: i16 steps (-32768 = no reading) or, if CONFIG asked for f32, values in their units.
@@ -456,6 +466,8 @@ class DeviceLink:
             | (StatusFlags.PASSIVE if guard.goal.kind is DriveKind.PASSIVE else 0)
             | (StatusFlags.OPEN if guard.goal.kind is DriveKind.OPEN else 0)
             | (StatusFlags.NO_COMMAND if last is None else 0)
+            | (StatusFlags.MOTION if self._moving is not None else 0)
+            | (StatusFlags.MOVING if self._moving else 0)
         )
         return Status(
             last[0] if last else 0,

@@ -205,3 +205,5 @@ class StatusFlags(IntFlag):
     PASSIVE = 4
     OPEN = 8
     NO_COMMAND = 16
+    MOTION = 32
+    MOVING = 64

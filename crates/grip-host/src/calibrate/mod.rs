@@ -9,15 +9,19 @@
 //! 4. What was achieved: thresholds from one half of the seconds, alarms counted on the other half, both ways. The rate is
 //!    quoted with its Poisson interval and never beyond the length of the recording.
 
+mod tail;
+
 use crate::{config::HostConfig, poisson, replay};
 use grip_record::{Channel, Recording, StylusKind};
 use serde::{Deserialize, Serialize};
 use slip_core::{
-    ConfigError, Pipeline, PipelineConfig,
+    ConfigError, Pipeline, PipelineConfig, Sample,
+    confidence::TAIL_RANGE,
     detector::{BANDS, RestMeter},
     health::Health,
     units::Hertz,
 };
+use tail::Tail;
 
 /// Times the mean ratio of motion at stylus and reference that the gate takes for granted; the thresholds stand on top of it.
 const MARGIN: f32 = 0.5;
@@ -57,6 +61,10 @@ pub struct Calibration {
     pub thresholds: [f32; BANDS],
     /// Threshold of the cumulative sum.
     pub cusum_threshold: f32,
+    /// How fast false alarms get rarer above the thresholds, for the confidence of events: the tail of the highest level over its threshold in
+    /// each second, one standard error to the heavy side. Absent where the recording was too short.
+    #[serde(default)]
+    pub tail: Option<f32>,
     /// What it was made from.
     pub evidence: Evidence,
 }
@@ -124,6 +132,17 @@ pub enum CalibrationError {
     Config(#[from] ConfigError),
 }
 
+/// Checks a wanted mean time between false alarms (s) before anything is measured for it.
+///
+/// # Errors
+/// [`CalibrationError::Interval`] outside of 1 to 1e9 s.
+pub fn check_interval(interval_s: f64) -> Result<(), CalibrationError> {
+    if (1.0..=1e9).contains(&interval_s) {
+        return Ok(());
+    }
+    Err(CalibrationError::Interval(interval_s))
+}
+
 /// Calibrates the detector of `config` on a recording that holds no slip.
 ///
 /// # Errors
@@ -133,9 +152,7 @@ pub fn calibrate(
     config: &HostConfig,
     interval_s: f64,
 ) -> Result<Calibration, CalibrationError> {
-    if !(1.0..=1e9).contains(&interval_s) {
-        return Err(CalibrationError::Interval(interval_s));
-    }
+    check_interval(interval_s)?;
     let pipeline = replay::pipeline_config(recording, config, true);
     let moving = motion(recording, pipeline)?;
     let (floor, rest_s) = rest_floor(recording, pipeline, &moving)?;
@@ -153,6 +170,7 @@ pub fn calibrate(
         gain,
         thresholds: [1e9; BANDS],
         cusum_threshold: 1e9,
+        tail: None,
         evidence: Evidence {
             wanted_interval_s: interval_s,
             rest_s,
@@ -181,6 +199,7 @@ impl Calibration {
             band.threshold = threshold;
         }
         detector.cusum_threshold = self.cusum_threshold;
+        detector.tail = self.tail.unwrap_or(detector.tail);
         detector.gate.gain = self.gain.unwrap_or(detector.gate.gain);
         PipelineConfig {
             detector,
@@ -197,6 +216,12 @@ impl Calibration {
     }
 }
 
+/// A sample as of a held object, whatever is between the fingers: an open hand has the same noise, and a detector does not listen to
+/// it otherwise.
+fn heard(sample: &Sample) -> Sample {
+    Sample { normal_force_n: None, ..*sample }
+}
+
 /// Which samples lie in motion. Checks the health of the stylus on the way.
 fn motion(recording: &Recording, config: PipelineConfig) -> Result<Vec<bool>, CalibrationError> {
     let mut pipeline = Bare::new(config, None)?;
@@ -205,7 +230,7 @@ fn motion(recording: &Recording, config: PipelineConfig) -> Result<Vec<bool>, Ca
         .samples
         .iter()
         .map(|sample| {
-            let step = pipeline.handle(sample);
+            let step = pipeline.handle(&heard(sample));
             if step.health != Health::Good {
                 worst = step.health;
             }
@@ -314,7 +339,7 @@ fn reference_floor(
 ) -> Result<Option<[f32; 2]>, CalibrationError> {
     let mut pipeline = Bare::new(config, None)?;
     recording.samples.iter().for_each(|sample| {
-        pipeline.handle(sample);
+        pipeline.handle(&heard(sample));
     });
     Ok(pipeline.detector().reference_floor())
 }
@@ -328,7 +353,7 @@ fn levels(
     let mut seconds: Vec<[f32; TESTS]> = Vec::new();
     let first = recording.samples.first().map_or(0.0, |s| s.t.as_seconds());
     for sample in &recording.samples {
-        pipeline.handle(sample);
+        pipeline.handle(&heard(sample));
         let at = sample.t.as_seconds() - first - START_S;
         if at < 0.0 {
             continue;
@@ -366,6 +391,7 @@ fn set_thresholds(calibration: &mut Calibration, seconds: &[[f32; TESTS]]) {
         alarms += judged.iter().filter(|s| exceeds(s, &limits)).count() as u64;
     }
     let limits = thresholds(seconds, interval_s);
+    calibration.tail = statistic_tail(seconds, &limits);
     if let Some((cusum, bands)) = limits.split_last() {
         calibration.cusum_threshold = *cusum;
         calibration.thresholds.copy_from_slice(bands);
@@ -383,62 +409,38 @@ fn set_thresholds(calibration: &mut Calibration, seconds: &[[f32; TESTS]]) {
     evidence.extrapolation = tests * interval_s / judged_s.max(1.0);
 }
 
+/// Peaks of a test in rising order, from the seconds in which it was heard.
+fn peaks(seconds: &[[f32; TESTS]], test: usize) -> Vec<f32> {
+    let mut peaks: Vec<f32> =
+        seconds.iter().filter_map(|s| s.get(test).copied()).filter(|x| *x > 0.0).collect();
+    peaks.sort_by(f32::total_cmp);
+    peaks
+}
+
+/// The level of each test that the peaks of single seconds exceed once in [`TESTS`] times `interval_s`.
 fn thresholds(seconds: &[[f32; TESTS]], interval_s: f64) -> [f32; TESTS] {
+    #[expect(clippy::cast_precision_loss, reason = "7")]
+    let wanted_s = TESTS as f64 * interval_s;
     core::array::from_fn(|test| {
-        let mut peaks: Vec<f32> =
-            seconds.iter().filter_map(|s| s.get(test).copied()).filter(|x| *x > 0.0).collect();
-        peaks.sort_by(f32::total_cmp);
-        threshold(&peaks, seconds.len(), interval_s).max(LEAST)
+        let peaks = peaks(seconds, test);
+        let level = match (Tail::of(&peaks, seconds.len()), peaks.last()) {
+            (Some(tail), _) => tail.level(wanted_s),
+            // Too few for a tail.
+            (None, Some(highest)) => 2.0 * highest,
+            (None, None) => LEAST,
+        };
+        level.max(LEAST)
     })
 }
 
-/// The level that ordered peaks of single seconds, of `seconds` in all, exceed once in [`TESTS`] times `interval_s`.
-fn threshold(peaks: &[f32], seconds: usize, interval_s: f64) -> f32 {
-    let tail = peaks.len() / 10;
-    let Some((&start, tail)) =
-        peaks.get(peaks.len().saturating_sub(tail + 1)..).and_then(<[f32]>::split_first)
-    else {
-        return LEAST;
+/// The tail index of what decides, the highest level over its threshold.
+fn statistic_tail(seconds: &[[f32; TESTS]], limits: &[f32; TESTS]) -> Option<f32> {
+    let statistic = |second: &[f32; TESTS]| {
+        second.iter().zip(limits).map(|(level, limit)| level / limit).fold(0.0, f32::max)
     };
-    if tail.is_empty() {
-        return 2.0 * start;
-    }
-    #[expect(clippy::cast_precision_loss, reason = "counts of seconds")]
-    let (count, seconds, tests) = (tail.len() as f64, seconds as f64, TESTS as f64);
-    let mean_log = tail.iter().map(|x| f64::from(x / start).ln()).sum::<f64>() / count;
-    // P(peak > h) in a second = count/seconds (start/h)^(1/mean_log) = 1 / (tests interval)
-    let factor = (count / seconds * tests * interval_s).max(1.0).powf(mean_log);
-    #[expect(clippy::cast_possible_truncation, reason = "a threshold")]
-    let level = (f64::from(start) * factor).min(1e9) as f32;
-    level
-}
-
-#[cfg(test)]
-mod tests {
-    use super::threshold;
-
-    /// Peaks of a known Pareto tail: the level exceeded with a known probability comes out.
-    #[test]
-    fn a_pareto_tail_is_continued_to_its_quantile() {
-        let mut state = 9_u32;
-        let mut uniform = || {
-            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-            (f64::from(state) + 1.0) / 4_294_967_297.0
-        };
-        #[expect(clippy::cast_possible_truncation, reason = "test data")]
-        let mut peaks: Vec<f32> =
-            (0..20_000).map(|_| (3.0 * uniform().powf(-0.125)) as f32).collect();
-        peaks.sort_by(f32::total_cmp);
-        // P(X > h) = (3/h)^8 = 1/(7 * 600): h = 3 * 4200^(1/8) = 8.51.
-        let h = threshold(&peaks, 20_000, 600.0);
-        assert!((h / 8.51 - 1.0).abs() < 0.06, "{h}");
-    }
-
-    #[test]
-    fn a_longer_interval_never_gets_a_lower_threshold() {
-        let peaks = [2.0, 2.1, 2.2, 2.5, 2.6, 2.7, 2.9, 3.0, 3.3, 4.4, 4.5, 4.6];
-        let levels = [10.0, 100.0, 1e3, 1e6].map(|t| threshold(&peaks, 12, t));
-        assert!(levels.windows(2).all(|pair| pair[0] <= pair[1]), "{levels:?}");
-        assert!(levels[3] < 1e9 && levels[3].is_finite());
-    }
+    let mut peaks: Vec<f32> = seconds.iter().map(statistic).filter(|x| *x > 0.0).collect();
+    peaks.sort_by(f32::total_cmp);
+    #[expect(clippy::cast_possible_truncation, reason = "limited to the range of a tail")]
+    let index = Tail::of(&peaks, seconds.len())?.careful_index() as f32;
+    Some(index.clamp(TAIL_RANGE.0, TAIL_RANGE.1))
 }

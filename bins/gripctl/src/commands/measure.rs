@@ -1,0 +1,176 @@
+//! A port in; a recording of its gripper at rest, and in motion where that is wanted, out. Nothing is commanded.
+
+use super::checked;
+use crate::{cli::CalibrateArgs, clock::Clock};
+use anyhow::anyhow;
+use core::sync::atomic::{AtomicBool, Ordering};
+use grip_host::{
+    HostConfig, News, Session, SessionOptions, exit::WrongArgument, model, session::explain,
+};
+use grip_link::{
+    frame::MAX_WIRE,
+    host::{CloseReason, HostEvent},
+};
+use grip_port::{DEFAULT_BAUD, Line, PortArgs, Source, nonce};
+use grip_record::{Channel, ChannelSet, Notes, Recording, StylusKind};
+use slip_core::Sample;
+use std::{
+    io::{self, IsTerminal as _},
+    sync::Arc,
+    thread,
+};
+
+/// Longest measurement (s): an hour at 20 kHz still fits the memory of a small computer.
+const LONGEST_S: f64 = 3600.0;
+/// No sample for so long ends the measurement (us).
+const PATIENCE_US: u64 = 5_000_000;
+
+/// What was measured, and what was lost on the way.
+#[derive(Debug)]
+pub(crate) struct Measured {
+    pub(crate) recording: Recording,
+    pub(crate) lost: u64,
+}
+
+/// Measures at `port` as `args` say.
+pub(crate) fn measure(
+    port: &str,
+    args: &CalibrateArgs,
+    config: &HostConfig,
+) -> anyhow::Result<Measured> {
+    let rest_s = seconds("--rest-s", args.rest_s)?;
+    let motion_s = args.motion_s.map(|s| seconds("--motion-s", s)).transpose()?;
+    let options = SessionOptions { dry_run: true, ..SessionOptions::default() };
+    let session = Session::new(config.clone(), model::default_estimator()?, options)?;
+    let clock = Clock::start();
+    let baud = args.baud.or(config.baud).unwrap_or(DEFAULT_BAUD);
+    let port = PortArgs { name: port, baud, seed: args.seed };
+    let source = Source::open(&port, move || clock.now_us())?;
+    let stop = Arc::new(AtomicBool::new(false));
+    for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
+        signal_hook::flag::register(signal, Arc::clone(&stop))?;
+    }
+    let mut meter = Meter { session, line: source.line()?, clock, stop, samples: Vec::new() };
+    meter.session.open(clock.now_us(), nonce())?;
+    eprintln!(
+        "gripctl: measuring {rest_s:.0} s of rest: keep robot and gripper still; what is held must not slip"
+    );
+    meter.run(rest_s, None)?;
+    if let Some(motion_s) = motion_s {
+        meter.wait_for_motion(motion_s)?;
+        meter.run(motion_s, Some(1.0))?;
+    }
+    let measured = meter.finish()?;
+    source.close()?;
+    Ok(measured)
+}
+
+fn seconds(flag: &str, value: f64) -> Result<f64, WrongArgument> {
+    match checked(flag, value, false)? {
+        value if value <= LONGEST_S => Ok(value),
+        value => Err(WrongArgument(format!("{flag} {value}: expected at most {LONGEST_S} s"))),
+    }
+}
+
+/// The gripper that is being listened to.
+struct Meter {
+    session: Session,
+    line: Line,
+    clock: Clock,
+    stop: Arc<AtomicBool>,
+    samples: Vec<Sample>,
+}
+
+impl Meter {
+    /// Listens until there are `wanted_s` more of samples; `motion` overrides what the gripper says of it.
+    fn run(&mut self, wanted_s: f64, motion: Option<f32>) -> anyhow::Result<()> {
+        let mut first = None;
+        let mut heard_us = self.clock.now_us();
+        loop {
+            let from = self.samples.len();
+            self.turn(motion)?;
+            let now_us = self.clock.now_us();
+            if self.samples.len() > from {
+                heard_us = now_us;
+            } else if now_us.saturating_sub(heard_us) > PATIENCE_US {
+                return Err(anyhow!("no samples came for {} s", PATIENCE_US / 1_000_000));
+            }
+            let Some(last) = self.samples.last().map(|sample| sample.t) else { continue };
+            let begin = *first.get_or_insert(last);
+            if self.samples.len() > from && last.since(begin).as_seconds() >= wanted_s {
+                return Ok(());
+            }
+        }
+    }
+
+    /// Asks for motion: on a terminal it waits for Enter, listening meanwhile so that the link stays open.
+    fn wait_for_motion(&mut self, motion_s: f64) -> anyhow::Result<()> {
+        if !io::stdin().is_terminal() {
+            eprintln!("gripctl: now {motion_s:.0} s of motion, as in work; nothing may slip");
+            return Ok(());
+        }
+        eprintln!(
+            "gripctl: let the robot move as in work for {motion_s:.0} s, nothing may slip; press Enter when it moves"
+        );
+        let ready = Arc::new(AtomicBool::new(false));
+        let entered = Arc::clone(&ready);
+        thread::spawn(move || {
+            // A closed standard input starts the motion as well.
+            let _ = io::stdin().read_line(&mut String::new());
+            entered.store(true, Ordering::Relaxed);
+        });
+        let kept = self.samples.len();
+        while !ready.load(Ordering::Relaxed) {
+            self.turn(None)?;
+            self.samples.truncate(kept);
+        }
+        Ok(())
+    }
+
+    /// One look at the line.
+    fn turn(&mut self, motion: Option<f32>) -> anyhow::Result<()> {
+        if self.stop.load(Ordering::Relaxed) {
+            return Err(anyhow!("interrupted; nothing was written"));
+        }
+        let Self { session, line, clock, samples, .. } = self;
+        let mut out = [0; MAX_WIRE];
+        while let Some(len) = session.poll_transmit(clock.now_us(), &mut out) {
+            line.write(out.get(..len).unwrap_or(&out))?;
+        }
+        let mut input = [0; 4096];
+        let count = line.read(&mut input)?;
+        let mut closed: Option<CloseReason> = None;
+        let bytes = input.get(..count).unwrap_or(&[]);
+        session.receive(clock.now_us(), bytes, &mut out, &mut |news| match news {
+            News::Step { sample, .. } => {
+                samples.push(Sample { motion: motion.or(sample.motion), ..*sample });
+            }
+            News::Link(HostEvent::Closed(reason)) => closed = Some(*reason),
+            News::Event(_) | News::Link(_) => {}
+        })?;
+        closed.map_or(Ok(()), |reason| Err(anyhow!(explain(&reason))))
+    }
+
+    fn finish(self) -> anyhow::Result<Measured> {
+        let link = self.session.link();
+        let config = link.in_force().ok_or_else(|| anyhow!("the gripper has lost its settings"))?;
+        #[expect(clippy::cast_precision_loss, reason = "rates are below 2^24")]
+        let rate_hz = config.sample_rate_hz as f32;
+        let present =
+            |channel: &Channel| self.samples.iter().any(|sample| channel.reading(sample).is_some());
+        let channels = Channel::ALL
+            .into_iter()
+            .filter(present)
+            .fold(ChannelSet::new(StylusKind::Displacement), ChannelSet::with);
+        let lost = link.loss().lost;
+        let recording = Recording {
+            name: "live".to_owned(),
+            channels,
+            samples: self.samples,
+            taxels: None,
+            rate_hz,
+            notes: Notes::default(),
+        };
+        Ok(Measured { recording, lost })
+    }
+}
