@@ -1,6 +1,7 @@
 //! Model cards on disk: where they lie, how they are read and written.
 
 use anyhow::Context as _;
+use grip_host::exit::WrongArgument;
 use mlp::export::card::Card;
 use mlp::train::{DataSet, Fit, FitConfig};
 use std::path::{Path, PathBuf};
@@ -8,6 +9,22 @@ use std::path::{Path, PathBuf};
 /// The card that lies beside the file `path`: `force.json` and `force.c` have `force.card.json`.
 pub(super) fn path_beside(path: &Path) -> PathBuf {
     path.with_extension("card.json")
+}
+
+/// `--card`, or the place beside `path`; never that of a file in `taken`.
+pub(super) fn path(
+    given: Option<&Path>,
+    path: &Path,
+    taken: &[&Path],
+) -> Result<PathBuf, WrongArgument> {
+    let card = given.map_or_else(|| path_beside(path), Path::to_owned);
+    if taken.contains(&card.as_path()) {
+        return Err(WrongArgument(format!(
+            "--card {}: that file is written or read already",
+            card.display()
+        )));
+    }
+    Ok(card)
 }
 
 /// The first of `paths` that holds the card of the model with the contents `text`.

@@ -33,6 +33,10 @@ pub(crate) fn run(args: &ExportArgs) -> anyhow::Result<Exit> {
         ExportFormat::C => c_files(args, &file, &origin)?,
         ExportFormat::Onnx => (onnx_file(args, &file, &origin)?, None),
     };
+    let beside = outputs.first().map_or(args.model.as_path(), |output| &output.path);
+    let taken: Vec<&Path> = outputs.iter().map(|output| output.path.as_path()).collect();
+    let taken = [&taken[..], &[&args.model]].concat();
+    let card_path = card::path(args.card.as_deref(), beside, &taken)?;
     for output in &outputs {
         std::fs::write(&output.path, &output.bytes)
             .with_context(|| format!("cannot write {}", output.path.display()))?;
@@ -41,8 +45,6 @@ pub(crate) fn run(args: &ExportArgs) -> anyhow::Result<Exit> {
     let files = outputs.iter().map(|output| CardFile::new(&file_name(&output.path), &output.bytes));
     let export =
         CardExport { kind: kind.to_owned(), files: files.collect(), verified: verified.clone() };
-    let beside = outputs.first().map_or(args.model.as_path(), |output| &output.path);
-    let card_path = args.card.clone().unwrap_or_else(|| card::path_beside(beside));
     let known = card::known(&[&card_path, &card::path_beside(&args.model)], &text);
     let card = known.unwrap_or_else(|| mlp::export::card::Card::new(&file, &origin, &text));
     card::write(&card_path, &card.with_export(export))?;

@@ -35,6 +35,7 @@ struct Result {
 pub(crate) fn run(args: &TrainArgs) -> anyhow::Result<Exit> {
     let algorithm = algorithm(args)?;
     let (inputs, targets) = (specs(&args.inputs)?, specs(&args.target)?);
+    let card_path = card::path(args.card.as_deref(), &args.output, &[&args.output, &args.data])?;
     let load = |file: &std::path::Path| -> anyhow::Result<DataSet> {
         Ok(DataSet::from_csv(&file.display().to_string(), &read(file)?, &inputs, &targets)?)
     };
@@ -70,7 +71,6 @@ pub(crate) fn run(args: &TrainArgs) -> anyhow::Result<Exit> {
     let text = fit.file.to_json()?;
     std::fs::write(&args.output, &text)
         .with_context(|| format!("cannot write {}", args.output.display()))?;
-    let card_path = args.card.clone().unwrap_or_else(|| card::path_beside(&args.output));
     let name = args.output.display().to_string();
     card::write(&card_path, &card::trained((&name, &text), &fit, &config, &data, test.as_ref()))?;
     report(args, &algorithm, &fit, cpu)?;

@@ -39,7 +39,8 @@ fn compiles(folder: &Path, compiler: &str, options: &[&str], file: &str) -> bool
         eprintln!("left out: no {compiler}");
         return false;
     }
-    let strict = ["-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-Wconversion", "-Wshadow"];
+    let strict =
+        ["-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-Wconversion", "-Wshadow"];
     let args = [&strict[..], options, &["-c", file, "-o", "out.o"]].concat();
     let done = Command::new(compiler).current_dir(folder).args(args).output().unwrap();
     assert!(done.status.success(), "{compiler}: {}", String::from_utf8_lossy(&done.stderr));
@@ -63,11 +64,16 @@ fn c_code_agrees_with_the_model_and_compiles_everywhere() {
         assert!(!text.contains("alloc"), "{text}");
     }
     let header = fs::read_to_string(folder.path().join("force.h")).unwrap();
-    for part in ["force_predict", "FORCE_INPUTS 2", "FORCE_IN_TRIAL_FORCE_N = 1", "m/s^2", "0.017626667"] {
+    for part in
+        ["force_predict", "FORCE_INPUTS 2", "FORCE_IN_TRIAL_FORCE_N = 1", "m/s^2", "0.017626667"]
+    {
         assert!(header.contains(part), "no {part} in {header}");
     }
     let header = fs::read_to_string(folder.path().join("2-other.h")).unwrap();
-    assert!(header.contains("M_2_OTHER_IN_F_N_2 = 2") && header.contains("m_2_other_predict"), "{header}");
+    assert!(
+        header.contains("M_2_OTHER_IN_F_N_2 = 2") && header.contains("m_2_other_predict"),
+        "{header}"
+    );
 }
 
 #[test]
@@ -80,28 +86,41 @@ fn a_card_goes_with_the_model_and_its_exports() {
     for (name, seed) in [("rows.csv", "1"), ("test.csv", "2")] {
         gripctl(folder.path(), &["generate", "-o", name, "--rows", "80", "--seed", seed]).done();
     }
-    let columns = ["--inputs", "slip_acceleration_m_s2,trial_force_n:ln", "--target", "adequate_force_n:ln"];
-    let args = ["train", "rows.csv", "--test", "test.csv", "--epochs", "20", "--hidden", "4", "--seed", "3", "--json", "-o", "m.json"];
-    let result = gripctl(folder.path(), &[&args[..], &columns].concat()).done().json().pop().unwrap();
+    let columns =
+        ["--inputs", "slip_acceleration_m_s2,trial_force_n:ln", "--target", "adequate_force_n:ln"];
+    let args = [
+        "train", "rows.csv", "--test", "test.csv", "--epochs", "20", "--hidden", "4", "--seed",
+        "3", "--json", "-o", "m.json",
+    ];
+    let result =
+        gripctl(folder.path(), &[&args[..], &columns].concat()).done().json().pop().unwrap();
     let trained = card("m.card.json");
-    assert_eq!((&trained["data"]["train"]["rows"], &trained["data"]["test"]["rows"]), (&80.into(), &80.into()));
+    assert_eq!(
+        (&trained["data"]["train"]["rows"], &trained["data"]["test"]["rows"]),
+        (&80.into(), &80.into())
+    );
     assert_eq!(trained["training"]["seed"], 3, "{trained}");
     assert_eq!(trained["metrics"]["test"]["mse"], result["test_mse"]);
     assert_eq!(trained["metrics"]["train"]["within_10pct"], result["train_within_10pct"]);
-    let model: serde_json::Value = serde_json::from_str(&fs::read_to_string(path("m.json")).unwrap()).unwrap();
+    let model: serde_json::Value =
+        serde_json::from_str(&fs::read_to_string(path("m.json")).unwrap()).unwrap();
     assert_eq!(trained["data"]["train"]["sha256"], model["training"]["data_sha256"]);
     assert_eq!(trained["inputs"], model["inputs"]);
 
     gripctl(folder.path(), &["export", "m.json", "--format", "onnx", "-o", "net.onnx"]).done();
     let args = ["export", "m.json", "--format", "c", "--verify", "--prefix", "grip"];
     let out = gripctl(folder.path(), &args).done().out;
-    assert!(out.contains("verified") && out.contains("m.c and m.h written, card in m.card.json"), "{out}");
+    assert!(
+        out.contains("verified") && out.contains("m.c and m.h written, card in m.card.json"),
+        "{out}"
+    );
     let exported = card("m.card.json");
     assert_eq!((&exported["data"], &exported["metrics"]), (&trained["data"], &trained["metrics"]));
     assert_eq!(exported["exports"][0]["kind"], "c99");
     assert_eq!(card("net.card.json")["exports"][0]["files"][0]["file"], "net.onnx");
     // Of a model that came without its card, only what its file says.
-    gripctl(folder.path(), &["export", "force.json", "--format", "onnx", "--card", "c.json"]).done();
+    gripctl(folder.path(), &["export", "force.json", "--format", "onnx", "--card", "c.json"])
+        .done();
     let bare = card("c.json");
     assert!(bare["data"]["test"].is_null() && bare["training"]["precision"].is_null(), "{bare}");
     assert_eq!(bare["data"]["train"]["rows"], 4000);
@@ -118,15 +137,19 @@ fn what_can_not_be_exported_is_refused_and_writes_nothing() {
     refuse(&["foreign.json", "--format", "c"], 2, &["foreign.json", "mlp-model"]);
     refuse(&["force.json", "--format", "pickle"], 2, &["pickle", "c, onnx"]);
     refuse(&["force.json"], 2, &["--format"]);
+    refuse(&["force.json", "--format", "c", "--card", "force.json"], 2, &["--card force.json"]);
     refuse(&["force.json", "--format", "c", "--prefix", "1x"], 2, &["--prefix", "\"1x\""]);
     refuse(&["force.json", "--format", "onnx", "--verify"], 2, &["--verify", "--format c"]);
     refuse(&["force.json", "--format", "onnx", "-o", "force.json"], 2, &["force.json", "no name"]);
     refuse(&["force.json", "--format", "c", "-o", "x.onnx"], 2, &["x.onnx", ".c or .h"]);
     refuse(&["force.json", "--format", "c", "-o", "gone/x.c"], 1, &["cannot write gone/x.c"]);
-    for (compiler, words) in [("no-such-cc", "`no-such-cc` cannot be run"), ("false", "refused the C code")] {
+    for (compiler, words) in
+        [("no-such-cc", "`no-such-cc` cannot be run"), ("false", "refused the C code")]
+    {
         let mut command = Command::new(env!("CARGO_BIN_EXE_gripctl"));
         let args = ["export", "force.json", "--format", "c", "--verify"];
-        let run = command.current_dir(folder.path()).args(args).env("CC", compiler).output().unwrap();
+        let run =
+            command.current_dir(folder.path()).args(args).env("CC", compiler).output().unwrap();
         let said = String::from_utf8_lossy(&run.stderr).into_owned();
         assert!(run.status.code() == Some(1) && said.contains(words), "{said}");
     }

@@ -54,10 +54,10 @@ pub fn message(file: &ModelFile, origin: &str) -> Result<ModelProto, ExportError
         if at == 0 {
             silence(&mut rows, &constant);
         }
-        current = graph.layer(at + 1, current, &rows, &layer.biases);
+        current = graph.layer(at + 1, &current, &rows, &layer.biases);
         current = graph.activate(at + 1, current, layer.activation);
     }
-    graph.unscale(current, model.targets().axes());
+    graph.unscale(&current, model.targets().axes());
     let (inputs, outputs) = (file.inputs.len(), file.targets.len());
     Ok(ModelProto {
         ir_version: IR_VERSION,
@@ -166,18 +166,12 @@ impl Graph {
         self.node("Div", &[&current, &half], "features_scaled")
     }
 
-    fn layer(
-        &mut self,
-        number: usize,
-        current: String,
-        rows: &[Vec<f32>],
-        biases: &[f32],
-    ) -> String {
+    fn layer(&mut self, number: usize, current: &str, rows: &[Vec<f32>], biases: &[f32]) -> String {
         let flat: Vec<f32> = rows.iter().flatten().copied().collect();
         let from = rows.first().map_or(0, Vec::len);
         let weights = self.floats(&format!("weights_{number}"), &[rows.len(), from], &flat);
         let biases = self.floats(&format!("biases_{number}"), &[biases.len()], biases);
-        let output = self.node("Gemm", &[&current, &weights, &biases], &format!("sums_{number}"));
+        let output = self.node("Gemm", &[current, &weights, &biases], &format!("sums_{number}"));
         if let Some(gemm) = self.nodes.last_mut() {
             // One row of weights per neuron.
             gemm.attribute.push(AttributeProto { name: "transB".to_owned(), i: 1, kind: 2 });
@@ -195,12 +189,12 @@ impl Graph {
         self.node(operator, &[&current], &format!("values_{number}"))
     }
 
-    fn unscale(&mut self, current: String, axes: &[Axis]) {
+    fn unscale(&mut self, current: &str, axes: &[Axis]) {
         let middle: Vec<f32> = axes.iter().map(|axis| axis.low() + axis.half_span()).collect();
         let half: Vec<f32> = axes.iter().map(Axis::half_span).collect();
         let half = self.floats("targets_half_range", &[1, axes.len()], &half);
         let middle = self.floats("targets_middle", &[1, axes.len()], &middle);
-        let current = self.node("Mul", &[&current, &half], "targets_centred");
+        let current = self.node("Mul", &[current, &half], "targets_centred");
         let logarithmic = axes.iter().any(|axis| axis.transform() == Transform::Ln);
         let name = if logarithmic { "targets_log" } else { "targets" };
         let current = self.node("Add", &[&current, &middle], name);
