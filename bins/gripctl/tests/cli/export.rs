@@ -26,10 +26,16 @@ const OTHER: &str = r#"{
   "training": null
 }"#;
 
+/// A compiler without a C library: `bare/math.h` declares what a logarithmic model needs of one.
+const BARE: [&str; 4] = ["-ffreestanding", "-Ibare", "-Wdouble-promotion", "-O2"];
+
 fn folder() -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("force.json"), MODEL).unwrap();
     fs::write(folder.path().join("2-other.json"), OTHER).unwrap();
+    fs::create_dir(folder.path().join("bare")).unwrap();
+    let math = "float logf(float x);\nfloat expf(float x);\n";
+    fs::write(folder.path().join("bare/math.h"), math).unwrap();
     folder
 }
 
@@ -58,7 +64,9 @@ fn c_code_agrees_with_the_model_and_compiles_everywhere() {
         let (found, bound) = (number(verified, "largest_difference"), number(verified, "bound"));
         assert!(found <= bound && bound < 1e-2, "{result}");
         assert!(compiles(folder.path(), "cc", &["-Os"], source), "the tests need a C compiler");
-        let m4 = ["-mcpu=cortex-m4", "-mthumb", "-mfloat-abi=hard", "-mfpu=fpv4-sp-d16", "-O2"];
+        let m4 =
+            [&["-mcpu=cortex-m4", "-mthumb", "-mfloat-abi=hard", "-mfpu=fpv4-sp-d16"][..], &BARE];
+        let m4 = m4.concat();
         compiles(folder.path(), "arm-none-eabi-gcc", &m4, source);
         let text = fs::read_to_string(folder.path().join(source)).unwrap();
         assert!(!text.contains("alloc"), "{text}");
@@ -154,6 +162,6 @@ fn what_can_not_be_exported_is_refused_and_writes_nothing() {
         assert!(run.status.code() == Some(1) && said.contains(words), "{said}");
     }
     let files = fs::read_dir(folder.path()).unwrap().count();
-    assert_eq!(files, 3, "only the models are there");
+    assert_eq!(files, 4, "only the models and a folder are there");
     assert_eq!(fs::read_to_string(folder.path().join("force.json")).unwrap(), MODEL);
 }
