@@ -24,8 +24,9 @@ pub(crate) const DENOMINATOR: [f32; 4] =
 /// With `n = x P(x^2)` and `q = Q(x^2)`, `n / q` approximates `tanh(x / 2)` (relative error 7e-9 over
 /// `1 / cosh x`) and `tanh x = 2 n q / (n^2 + q^2)`. The detour by half the argument costs three operations and
 /// saves four, and it damps the rounding of `n` and `q` by `1 / cosh x`: a rational function of degrees 9 and 8
-/// for `tanh x` itself stays at 4.8 ulp fused and 5.2 ulp without fused multiply-add. `P` and `Q` are summed in pairs
-/// (Estrin) and the sign is put back last, because in a single forward pass each operation waits for the one before.
+/// for `tanh x` itself stays at 4.8 ulp fused and 5.2 ulp without fused multiply-add. The first terms of `Q` are summed in
+/// pairs, so that it takes no longer than `n`, and the sign is put back last: in a single forward pass each operation waits for the
+/// one before. (Summing `P` in pairs too costs 0.4 ulp.)
 #[must_use]
 #[inline(always)]
 pub fn rational(x: f32) -> f32 {
@@ -36,8 +37,8 @@ pub fn rational(x: f32) -> f32 {
     let fourth = square * square;
     let [p0, p1, p2] = NUMERATOR;
     let [q0, q1, q2, q3] = DENOMINATOR;
-    let n = size * ((p1 * square + p0) + p2 * fourth);
-    let q = (q1 * square + q0) + (q3 * square + q2) * fourth;
+    let n = size * ((p2 * square + p1) * square + p0);
+    let q = ((q3 * square + q2) * fourth + q1 * square) + q0;
     let y = (n * (q + q)) / (n * n + q * q);
     (if y > 1.0 { 1.0 } else { y }).copysign(x)
 }

@@ -243,8 +243,8 @@ fn tanh() -> String {
         "\n/* tanh x = 2nq / (n^2 + q^2), where n/q approximates tanh(x/2): within 3.5 units in the last place. */\n\
          static float rational_tanh(float x)\n{{\n    float size = x < 0.0f ? -x : x;\n    size = size > {limit} ? {limit} : size;\n    \
          const float square = size * size;\n    const float fourth = square * square;\n    \
-         const float n = size * (({p1} * square + {p0}) + {p2} * fourth);\n    \
-         const float q = ({q1} * square + {q0}) + ({q3} * square + {q2}) * fourth;\n    \
+         const float n = size * (({p2} * square + {p1}) * square + {p0});\n    \
+         const float q = (({q3} * square + {q2}) * fourth + {q1} * square) + {q0};\n    \
          float y = (n * (q + q)) / (n * n + q * q);\n    y = y > 1.0f ? 1.0f : y;\n    return x < 0.0f ? -y : y;\n}}\n"
     )
 }
