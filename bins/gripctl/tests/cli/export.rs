@@ -142,7 +142,7 @@ fn what_can_not_be_exported_is_refused_and_writes_nothing() {
         gripctl(folder.path(), &[&["export"], args].concat()).refused(code, words);
     };
     refuse(&["gone.json", "--format", "c"], 2, &["gone.json", "No such file"]);
-    refuse(&["foreign.json", "--format", "c"], 2, &["foreign.json", "mlp-model"]);
+    refuse(&["foreign.json", "--format", "c"], 2, &["foreign.json", "no model file"]);
     refuse(&["force.json", "--format", "pickle"], 2, &["pickle", "c, onnx"]);
     refuse(&["force.json"], 2, &["--format"]);
     refuse(&["force.json", "--format", "c", "--card", "force.json"], 2, &["--card force.json"]);
