@@ -37,6 +37,8 @@ pub(crate) enum Command {
     Train(TrainArgs),
     /// Evaluate a model file on a CSV file.
     Eval(EvalArgs),
+    /// Write a model file as C99 source or as an ONNX graph.
+    Export(ExportArgs),
 }
 
 #[derive(Debug, Args)]
@@ -345,6 +347,9 @@ pub(crate) struct TrainArgs {
     /// Where to write the model.
     #[arg(short, long)]
     pub(crate) output: PathBuf,
+    /// Where to write the model card: MODEL.card.json beside the model otherwise.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) card: Option<PathBuf>,
     /// One JSON object a line.
     #[arg(long)]
     pub(crate) json: bool,
@@ -359,4 +364,53 @@ pub(crate) struct EvalArgs {
     /// One JSON object a line.
     #[arg(long)]
     pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct ExportArgs {
+    /// The model file.
+    pub(crate) model: PathBuf,
+    /// What to write.
+    #[arg(long, value_enum)]
+    pub(crate) format: ExportFormat,
+    /// Where to write, a file or a folder: beside the model otherwise. C gets a source and a header of this name.
+    #[arg(short, long, value_name = "PATH")]
+    pub(crate) output: Option<PathBuf>,
+    /// How the names of the C code begin; made from the file name otherwise.
+    #[arg(long)]
+    pub(crate) prefix: Option<String>,
+    /// Compile the C code with `cc` (or CC) and compare its answers with this program's before anything is written.
+    #[arg(long)]
+    pub(crate) verify: bool,
+    /// Where to write the model card: PATH.card.json beside the export otherwise.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) card: Option<PathBuf>,
+    /// One JSON object a line.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// What a model is exported as.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub(crate) enum ExportFormat {
+    /// C99 header and source in single precision, without heap.
+    C,
+    /// ONNX, operator set 17.
+    Onnx,
+}
+
+impl ExportFormat {
+    pub(crate) fn kind(self) -> &'static str {
+        match self {
+            Self::C => "c99",
+            Self::Onnx => "onnx",
+        }
+    }
+
+    pub(crate) fn extension(self) -> &'static str {
+        match self {
+            Self::C => "c",
+            Self::Onnx => "onnx",
+        }
+    }
 }

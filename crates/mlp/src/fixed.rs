@@ -1,11 +1,11 @@
 //! `I` scaled inputs in, `O` scaled outputs out, through one or two hidden layers of sizes known at compile time.
 
 use crate::activation::{Activation, Number};
-use crate::network::{ShapeError, check_finite};
+use crate::network::{LANES, ShapeError, check_finite, joined};
 
 /// One layer of weights with `I` inputs and `O` neurons: `f(W input + b)`.
 ///
-/// Every sum starts at the bias and runs over the inputs in order.
+/// Sums run in the order that [`Network`](crate::Network) tells.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Dense<const I: usize, const O: usize> {
     /// Column by column, so that one input advances all sums together.
@@ -39,23 +39,69 @@ impl<const I: usize, const O: usize> Dense<I, O> {
         })
     }
 
+    /// Four neurons at a time go through whole vectors; the last ones beside zeros, a last single one alone.
     #[inline(always)]
     fn sums<N: Number>(&self, input: &[N; I]) -> [N; O] {
         let mut sums = [N::ZERO; O];
-        for (sum, bias) in sums.iter_mut().zip(&self.biases) {
-            *sum = N::from_weight(*bias);
+        for at in 0..O / 4 {
+            let four = self.sums_of(input, |column| {
+                column.as_chunks::<4>().0.get(at).copied().unwrap_or([0.0; 4])
+            });
+            if let Some(place) = sums.as_chunks_mut::<4>().0.get_mut(at) {
+                *place = four;
+            }
         }
-        for (column, x) in self.weights.iter().zip(input) {
-            for (sum, weight) in sums.iter_mut().zip(column) {
-                *sum = *sum + N::from_weight(*weight) * *x;
+        let rest = sums.as_chunks_mut::<4>().1;
+        if let [sum] = rest {
+            [*sum] = self.sums_of(input, |column| [column.last().copied().unwrap_or(0.0)]);
+        } else if !rest.is_empty() {
+            for (sum, y) in rest.iter_mut().zip(self.sums_of(input, padded_end)) {
+                *sum = y;
             }
         }
         sums
     }
 
+    /// Weighted sums of the `W` neurons that `pick` takes out of a column, in the order that
+    /// [`Network`](crate::Network) tells.
+    #[inline(always)]
+    fn sums_of<N: Number, const W: usize>(
+        &self,
+        input: &[N; I],
+        pick: impl Fn(&[f32; O]) -> [f32; W],
+    ) -> [N; W] {
+        let mut lanes = [[N::NOTHING; W]; LANES];
+        for (sum, bias) in lanes[0].iter_mut().zip(pick(&self.biases)) {
+            *sum = N::from_weight(bias);
+        }
+        let add = |lane: &mut [N; W], column: &[f32; O], x: N| {
+            for (sum, weight) in lane.iter_mut().zip(pick(column)) {
+                *sum = *sum + N::from_weight(weight) * x;
+            }
+        };
+        let (columns, last_columns) = self.weights.as_chunks::<LANES>();
+        let (inputs, last_inputs) = input.as_chunks::<LANES>();
+        for (columns, xs) in columns.iter().zip(inputs) {
+            for ((lane, column), x) in lanes.iter_mut().zip(columns).zip(xs) {
+                add(lane, column, *x);
+            }
+        }
+        for ((lane, column), x) in lanes.iter_mut().zip(last_columns).zip(last_inputs) {
+            add(lane, column, *x);
+        }
+        let [mut a, b, c, d] = lanes;
+        for (((a, b), c), d) in a.iter_mut().zip(b).zip(c).zip(d) {
+            *a = joined([*a, b, c, d]);
+        }
+        a
+    }
+
     /// The outputs for `input`, with [`rational`](crate::tanh::rational) for tanh.
+    ///
+    /// Never inlined: outputs that pass through memory do so as whole vectors; inlined, compilers split them into the pairs
+    /// in which the next layer joins its lanes.
     #[must_use]
-    #[inline]
+    #[inline(never)]
     pub fn forward(&self, input: &[f32; I]) -> [f32; O] {
         let mut sums = self.sums(input);
         self.activation.apply(&mut sums);
@@ -77,6 +123,16 @@ impl<const I: usize, const O: usize> Dense<I, O> {
         self.activation.apply_double(&mut sums);
         sums
     }
+}
+
+/// The last values of `column`, as many as do not fill four, and zeros.
+#[inline(always)]
+fn padded_end<const O: usize>(column: &[f32; O]) -> [f32; 4] {
+    let mut four = [0.0; 4];
+    for (place, weight) in four.iter_mut().zip(column.as_chunks::<4>().1) {
+        *place = *weight;
+    }
+    four
 }
 
 /// A network with one hidden layer whose sizes are known at compile time.

@@ -29,10 +29,12 @@
 //! ```
 //!
 //! With the feature `train` (std) the module `train` adds data sets, full-batch trainers and the
-//! model file.
+//! model file; with `export` the module `export` writes a model as C, as ONNX and as a model card.
 #![cfg_attr(not(any(test, feature = "train")), no_std)]
 
 pub mod activation;
+#[cfg(feature = "export")]
+pub mod export;
 pub mod fixed;
 pub mod model;
 pub mod network;

@@ -98,6 +98,9 @@ pub(crate) fn check_finite(weights: &[f32]) -> Result<(), ShapeError> {
 ///
 /// Layer `k` computes `x_k = f_k(W_k x_(k-1) + b_k)`. `W` holds for each layer the matrix row by row (one
 /// row per neuron), then the biases. It may be a `&'static [f32]` in flash or a `Box<[f32]>`.
+///
+/// A weighted sum runs in four lanes `a`, `b`, `c`, `d`: lane `a` starts at the bias, input `i` goes to lane `i mod 4`, and the sum
+/// is `(a + c) + (b + d)`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Network<W> {
     sizes: [usize; MAX_LAYERS + 1],
@@ -234,35 +237,33 @@ impl<W: AsRef<[f32]>> Network<W> {
     }
 }
 
-/// Neurons whose sums advance side by side, so that one does not wait for its own last addition.
-const ABREAST: usize = 8;
+/// Partial sums of a neuron, so that one addition does not wait for the one before.
+pub(crate) const LANES: usize = 4;
 
-/// Each sum starts at the bias and runs over the inputs in order. `from` is not empty.
+/// The sum of a neuron from its partial sums.
+#[inline(always)]
+pub(crate) fn joined<N: Number>([a, b, c, d]: [N; LANES]) -> N {
+    (a + c) + (b + d)
+}
+
+/// The weighted sums of a layer. `from` is not empty.
 #[inline(always)]
 fn weighted_sums<N: Number>((matrix, biases): (&[f32], &[f32]), from: &[N], to: &mut [N]) {
-    let width = from.len().max(1);
-    let mut groups = matrix.chunks_exact(ABREAST * width);
-    let (whole, rest) = to.as_chunks_mut::<ABREAST>();
-    let (whole_biases, rest_biases) = biases.as_chunks::<ABREAST>();
-    for ((sums, biases), rows) in whole.iter_mut().zip(whole_biases).zip(&mut groups) {
-        let mut group = [N::ZERO; ABREAST];
-        for (sum, bias) in group.iter_mut().zip(biases) {
-            *sum = N::from_weight(*bias);
-        }
-        for (input, x) in from.iter().enumerate() {
-            let column = rows.get(input..).unwrap_or(&[]).iter().step_by(width);
-            for (sum, weight) in group.iter_mut().zip(column) {
-                *sum = *sum + N::from_weight(*weight) * *x;
+    let rows = matrix.chunks_exact(from.len().max(1)).zip(biases);
+    let (whole, rest) = from.as_chunks::<LANES>();
+    for (sum, (row, bias)) in to.iter_mut().zip(rows) {
+        let mut lanes = [N::NOTHING; LANES];
+        lanes[0] = N::from_weight(*bias);
+        let (weights, last) = row.as_chunks::<LANES>();
+        for (weights, xs) in weights.iter().zip(whole) {
+            for ((lane, weight), x) in lanes.iter_mut().zip(weights).zip(xs) {
+                *lane = *lane + N::from_weight(*weight) * *x;
             }
         }
-        *sums = group;
-    }
-    let rows = groups.remainder().chunks_exact(width).zip(rest_biases);
-    for (sum, (row, bias)) in rest.iter_mut().zip(rows) {
-        *sum = N::from_weight(*bias);
-        for (weight, x) in row.iter().zip(from) {
-            *sum = *sum + N::from_weight(*weight) * *x;
+        for ((lane, weight), x) in lanes.iter_mut().zip(last).zip(rest) {
+            *lane = *lane + N::from_weight(*weight) * *x;
         }
+        *sum = joined(lanes);
     }
 }
 

@@ -112,7 +112,7 @@ pub enum ScaleError {
 
 /// One column with what scaling needs worked out: `scaled = (T(raw) - low) * gain - 1`.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Axis {
+pub(crate) struct Axis {
     column: Column,
     low: f32,
     half_span: f32,
@@ -166,6 +166,36 @@ impl Axis {
     }
 }
 
+/// What exports write out.
+#[cfg(feature = "export")]
+impl Axis {
+    pub(crate) fn transform(&self) -> Transform {
+        self.column.transform
+    }
+
+    /// Whether everything is scaled to 0 and comes back as the minimum.
+    pub(crate) fn is_constant(&self) -> bool {
+        self.gain == 0.0
+    }
+
+    pub(crate) fn minimum(&self) -> f32 {
+        self.column.min
+    }
+
+    /// The transformed minimum.
+    pub(crate) fn low(&self) -> f32 {
+        self.low
+    }
+
+    pub(crate) fn half_span(&self) -> f32 {
+        self.half_span
+    }
+
+    pub(crate) fn gain(&self) -> f32 {
+        self.gain
+    }
+}
+
 /// Linear maps of up to [`MAX_IO`] columns to `[-1, 1]` over the training range.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scaler {
@@ -189,7 +219,7 @@ impl Scaler {
         Ok(scaler)
     }
 
-    fn axes(&self) -> &[Axis] {
+    pub(crate) fn axes(&self) -> &[Axis] {
         self.axes.get(..self.columns).unwrap_or(&self.axes)
     }
 

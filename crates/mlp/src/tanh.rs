@@ -19,26 +19,28 @@ pub(crate) const NUMERATOR: [f32; 3] = [0.922_147_4, 0.027_452_586, 0.000_105_29
 pub(crate) const DENOMINATOR: [f32; 4] =
     [1.844_294_8, 0.208_596_32, 0.002_224_575_5, 2.264_456_3e-6];
 
-/// The hyperbolic tangent as a rational function, in 17 operations.
+/// The hyperbolic tangent as a rational function, in 19 operations.
 ///
 /// With `n = x P(x^2)` and `q = Q(x^2)`, `n / q` approximates `tanh(x / 2)` (relative error 7e-9 over
 /// `1 / cosh x`) and `tanh x = 2 n q / (n^2 + q^2)`. The detour by half the argument costs three operations and
 /// saves four, and it damps the rounding of `n` and `q` by `1 / cosh x`: a rational function of degrees 9 and 8
-/// for `tanh x` itself stays at 4.8 ulp fused and 5.2 ulp without fused multiply-add.
+/// for `tanh x` itself stays at 4.8 ulp fused and 5.2 ulp without fused multiply-add. The first terms of `Q` are summed in
+/// pairs, so that it takes no longer than `n`, and the sign is put back last: in a single forward pass each operation waits for the
+/// one before. (Summing `P` in pairs too costs 0.4 ulp.)
 #[must_use]
 #[inline(always)]
 pub fn rational(x: f32) -> f32 {
+    let size = x.abs();
     // Not `clamp` or `min`, so that NaN stays.
-    let x = if x > LIMIT { LIMIT } else { x };
-    let x = if x < -LIMIT { -LIMIT } else { x };
-    let square = x * x;
+    let size = if size > LIMIT { LIMIT } else { size };
+    let square = size * size;
+    let fourth = square * square;
     let [p0, p1, p2] = NUMERATOR;
     let [q0, q1, q2, q3] = DENOMINATOR;
-    let n = x * ((p2 * square + p1) * square + p0);
-    let q = ((q3 * square + q2) * square + q1) * square + q0;
+    let n = size * ((p2 * square + p1) * square + p0);
+    let q = ((q3 * square + q2) * fourth + q1 * square) + q0;
     let y = (n * (q + q)) / (n * n + q * q);
-    let y = if y > 1.0 { 1.0 } else { y };
-    if y < -1.0 { -1.0 } else { y }
+    (if y > 1.0 { 1.0 } else { y }).copysign(x)
 }
 
 /// The hyperbolic tangent to 0.501 ulp: [`double`], rounded. Two to four times as slow as [`rational`]; on a

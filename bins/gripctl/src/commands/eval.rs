@@ -1,10 +1,10 @@
 //! `gripctl eval`: a model file against rows of data.
 
-use super::read;
+use super::{model_file, read};
 use crate::{cli::EvalArgs, output};
 use anyhow::Context as _;
 use grip_host::{ModelError, exit::Exit};
-use mlp::train::{DataSet, ModelFile, evaluate};
+use mlp::train::{DataSet, evaluate};
 use serde::Serialize;
 
 #[derive(Serialize)]
@@ -18,12 +18,11 @@ struct Result {
 }
 
 pub(crate) fn run(args: &EvalArgs) -> anyhow::Result<Exit> {
-    let name = args.model.display().to_string();
-    let text = std::fs::read_to_string(&args.model)
-        .map_err(|source| ModelError::Read { file: args.model.clone(), source })?;
-    let fault = |fault| ModelError::File { file: name.clone(), fault };
-    let file = ModelFile::from_json(&text).map_err(fault)?;
-    let model = file.model().map_err(fault)?;
+    let (file, _) = model_file(&args.model)?;
+    let model = file.model().map_err(|fault| {
+        let file = args.model.display().to_string();
+        ModelError::File { file, fault }
+    })?;
     let (inputs, targets) = file.specs();
     let data_name = args.data.display().to_string();
     let data = DataSet::from_csv(&data_name, &read(&args.data)?, &inputs, &targets)?;

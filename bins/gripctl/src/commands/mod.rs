@@ -1,8 +1,11 @@
 //! One file per command; each takes its arguments and gives the exit code of the contract.
 
 pub(crate) mod calibrate;
+mod card;
 pub(crate) mod esc;
 pub(crate) mod eval;
+pub(crate) mod export;
+mod export_verify;
 pub(crate) mod generate;
 pub(crate) mod grasp;
 mod measure;
@@ -21,6 +24,7 @@ use grip_host::{
     HostConfig, HostConfigError, HostEstimator, ModelError, exit::WrongArgument, model,
 };
 use grip_record::CsvOptions;
+use mlp::train::ModelFile;
 use std::path::Path;
 
 fn csv_options(args: &CsvArgs) -> anyhow::Result<CsvOptions> {
@@ -63,4 +67,13 @@ fn checked(flag: &str, value: f64, zero: bool) -> Result<f64, WrongArgument> {
 
 fn read(file: &Path) -> anyhow::Result<Vec<u8>> {
     std::fs::read(file).with_context(|| format!("cannot read {}", file.display()))
+}
+
+/// A model file and its text.
+fn model_file(file: &Path) -> Result<(ModelFile, String), ModelError> {
+    let text = std::fs::read_to_string(file)
+        .map_err(|source| ModelError::Read { file: file.to_owned(), source })?;
+    let content = ModelFile::from_json(&text)
+        .map_err(|fault| ModelError::File { file: file.display().to_string(), fault })?;
+    Ok((content, text))
 }

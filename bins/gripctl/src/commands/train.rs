@@ -1,6 +1,6 @@
 //! `gripctl train`: a network from rows of data.
 
-use super::read;
+use super::{card, read};
 use crate::{cli::TrainArgs, output};
 use anyhow::Context as _;
 use core::time::Duration;
@@ -35,6 +35,7 @@ struct Result {
 pub(crate) fn run(args: &TrainArgs) -> anyhow::Result<Exit> {
     let algorithm = algorithm(args)?;
     let (inputs, targets) = (specs(&args.inputs)?, specs(&args.target)?);
+    let card_path = card::path(args.card.as_deref(), &args.output, &[&args.output, &args.data])?;
     let load = |file: &std::path::Path| -> anyhow::Result<DataSet> {
         Ok(DataSet::from_csv(&file.display().to_string(), &read(file)?, &inputs, &targets)?)
     };
@@ -67,8 +68,11 @@ pub(crate) fn run(args: &TrainArgs) -> anyhow::Result<Exit> {
         .collect();
     let cpu = cpu_time()?.saturating_sub(cpu_before);
     let fit = fitting.finish(runs, test.as_ref())?;
-    std::fs::write(&args.output, fit.file.to_json()?)
+    let text = fit.file.to_json()?;
+    std::fs::write(&args.output, &text)
         .with_context(|| format!("cannot write {}", args.output.display()))?;
+    let name = args.output.display().to_string();
+    card::write(&card_path, &card::trained((&name, &text), &fit, &config, &data, test.as_ref()))?;
     report(args, &algorithm, &fit, cpu)?;
     Ok(Exit::Done)
 }
@@ -187,5 +191,7 @@ fn report(args: &TrainArgs, algorithm: &Algorithm, fit: &Fit, cpu: Duration) -> 
             100.0 * within
         ))?;
     }
-    Ok(output::line(&format!("model written to {}", args.output.display()))?)
+    let card_path = args.card.clone().unwrap_or_else(|| card::path_beside(&args.output));
+    let (model, card) = (args.output.display(), card_path.display());
+    Ok(output::line(&format!("model written to {model}, its card to {card}"))?)
 }

@@ -1,0 +1,56 @@
+//! Model cards on disk: where they lie, how they are read and written.
+
+use anyhow::Context as _;
+use grip_host::exit::WrongArgument;
+use mlp::export::card::Card;
+use mlp::train::{DataSet, Fit, FitConfig};
+use std::path::{Path, PathBuf};
+
+/// The card that lies beside the file `path`: `force.json` and `force.c` have `force.card.json`.
+pub(super) fn path_beside(path: &Path) -> PathBuf {
+    path.with_extension("card.json")
+}
+
+/// `--card`, or the place beside `path`; never that of a file in `taken`.
+pub(super) fn path(
+    given: Option<&Path>,
+    path: &Path,
+    taken: &[&Path],
+) -> Result<PathBuf, WrongArgument> {
+    let card = given.map_or_else(|| path_beside(path), Path::to_owned);
+    if taken.contains(&card.as_path()) {
+        return Err(WrongArgument(format!(
+            "--card {}: that file is written or read already",
+            card.display()
+        )));
+    }
+    Ok(card)
+}
+
+/// The first of `paths` that holds the card of the model with the contents `text`.
+pub(super) fn known(paths: &[&Path], text: &str) -> Option<Card> {
+    let read = |path: &&Path| Card::from_json(&std::fs::read_to_string(path).ok()?);
+    paths.iter().filter_map(read).find(|card| card.is_of(text))
+}
+
+pub(super) fn write(path: &Path, card: &Card) -> anyhow::Result<()> {
+    std::fs::write(path, card.to_json()?)
+        .with_context(|| format!("cannot write {}", path.display()))
+}
+
+/// The card of a model that has just been trained: `name` and `text` are its file.
+pub(super) fn trained(
+    (name, text): (&str, &str),
+    fit: &Fit,
+    config: &FitConfig,
+    train: &DataSet,
+    test: Option<&DataSet>,
+) -> Card {
+    let card = Card::new(&fit.file, name, text).with_settings(config).with_train(train, &fit.train);
+    match (test, &fit.test) {
+        (Some(rows), Some(errors)) => {
+            card.with_test(rows, errors).with_split("a file of its own for the test rows")
+        }
+        _ => card.with_split("none: no test rows"),
+    }
+}

@@ -1,0 +1,162 @@
+//! A model and features in; how far another implementation in `f32` may differ from ours out.
+//!
+//! Differences are told in scaled units (the training range of a target is 2 wide), so that targets of any unit and both
+//! transforms compare. The bound adds up the worst roundings of both implementations: each operation and each of `logf`,
+//! `expf` and tanh may be 2^-22 off (two units in the last place, four at the start of a binade), errors grow through a layer with the largest row sum of
+//! its weights, and tanh and the logistic function keep them below the width of their range. It holds for sums in any order.
+
+use crate::activation::Activation;
+use crate::model::Model;
+use crate::network::weight_count;
+use crate::scaler::{Axis, Transform};
+
+/// Relative error of one operation.
+const UNIT: f64 = 1.0 / 4_194_304.0;
+
+/// The scaled difference of `left` and `right`, both raw values of target `target`; 0 where there is no such target or it is
+/// constant, and for results of a logarithmic target too small for normal numbers.
+#[must_use]
+pub fn difference<W: AsRef<[f32]>>(model: &Model<W>, target: usize, left: f32, right: f32) -> f64 {
+    let Some(axis) = model.targets().axes().get(target) else { return 0.0 };
+    if axis.is_constant() {
+        return f64::from((left - right).abs());
+    }
+    let span = f64::from(axis.half_span());
+    match axis.transform() {
+        Transform::Identity => ((f64::from(left) - f64::from(right)) / span).abs(),
+        Transform::Ln if left.max(right) < 2.0 * f32::MIN_POSITIVE => 0.0,
+        Transform::Ln => ((f64::from(left).ln() - f64::from(right).ln()) / span).abs(),
+    }
+}
+
+/// The largest [`difference`] of each target that rounding explains for the features `raw`, which must have an answer.
+#[must_use]
+pub fn bounds<W: AsRef<[f32]>>(model: &Model<W>, raw: &[f32]) -> Vec<f64> {
+    let mut state = State { size: 0.0, error: 0.0 };
+    for (axis, &value) in model.inputs().axes().iter().zip(raw) {
+        state = state.joined(scaled(axis, value));
+    }
+    let network = model.network();
+    let mut weights = network.weights();
+    for (pair, activation) in network.sizes().windows(2).zip(network.activations()) {
+        let &[from, to] = pair else { continue };
+        let (layer, rest) = weights.split_at(weight_count(pair));
+        weights = rest;
+        let (matrix, biases) = layer.split_at(from * to);
+        state = state.through(matrix, biases).after(*activation);
+    }
+    let error = |axis: &Axis| match axis.is_constant() {
+        true => UNIT * f64::from(axis.minimum().abs()),
+        false => state.error + UNIT * unscaling(axis, state.size),
+    };
+    model.targets().axes().iter().map(error).collect()
+}
+
+/// Largest size of the values of a layer, and largest difference of two computations of one.
+#[derive(Debug, Clone, Copy)]
+struct State {
+    size: f64,
+    error: f64,
+}
+
+impl State {
+    fn joined(self, other: Self) -> Self {
+        Self { size: self.size.max(other.size), error: self.error.max(other.error) }
+    }
+
+    fn through(self, matrix: &[f32], biases: &[f32]) -> Self {
+        let from = matrix.len() / biases.len().max(1);
+        let sum = |row: &[f32]| row.iter().map(|weight| f64::from(weight.abs())).sum::<f64>();
+        let heaviest = matrix.chunks_exact(from.max(1)).map(sum).fold(0.0, f64::max);
+        let bias = biases.iter().map(|bias| f64::from(bias.abs())).fold(0.0, f64::max);
+        let size = heaviest * self.size + bias;
+        // As many roundings of 2^-24 in a sum as it has terms, in both computations.
+        let roundings = 0.5 * f64::from(u32::try_from(from + 1).unwrap_or(u32::MAX)) * UNIT * size;
+        Self { size, error: heaviest * self.error + roundings }
+    }
+
+    fn after(self, activation: Activation) -> Self {
+        match activation {
+            Activation::Linear | Activation::Relu => self,
+            Activation::Tanh => Self { size: 1.0, error: self.error.min(2.0) + 2.0 * UNIT },
+            Activation::Logistic => {
+                Self { size: 1.0, error: (0.25 * self.error).min(1.0) + 2.0 * UNIT }
+            }
+        }
+    }
+}
+
+fn scaled(axis: &Axis, raw: f32) -> State {
+    if axis.is_constant() {
+        return State { size: 0.0, error: 0.0 };
+    }
+    let raw = f64::from(raw);
+    let value = if axis.transform() == Transform::Ln { raw.ln() } else { raw };
+    let (low, half_span) = (f64::from(axis.low()), f64::from(axis.half_span()));
+    let size = ((value - low) / half_span - 1.0).abs();
+    State { size, error: UNIT * ((value.abs() + low.abs()) / half_span + size + 2.0) }
+}
+
+/// Roundings of the way back to a raw value, in units of [`UNIT`] and scaled.
+fn unscaling(axis: &Axis, size: f64) -> f64 {
+    let exponential = if axis.transform() == Transform::Ln { 1.0 } else { 0.0 };
+    2.0 * (f64::from(axis.low().abs()) + exponential) / f64::from(axis.half_span())
+        + 2.0 * size
+        + 4.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::network::Network;
+    use crate::scaler::{Column, Scaler};
+
+    fn model(activation: Activation, transform: Transform) -> Model<Vec<f32>> {
+        let sizes = [2, 9, 1];
+        let weights: Vec<f32> =
+            (0..weight_count(&sizes)).map(|at| (at as f32 * 1.7).sin()).collect();
+        let network = Network::new(&sizes, &[activation, Activation::Linear], weights).unwrap();
+        let column = Column { transform, min: 0.5, max: 40.0 };
+        let inputs = Scaler::new(&[column; 2]).unwrap();
+        Model::new(network, inputs, Scaler::new(&[column]).unwrap()).unwrap()
+    }
+
+    #[test]
+    fn rational_and_exact_tanh_agree_within_the_bound_and_the_bound_is_small() {
+        for activation in Activation::ALL {
+            for transform in [Transform::Identity, Transform::Ln] {
+                let model = model(activation, transform);
+                let mut worst = 0.0_f64;
+                for step in 0..200_u16 {
+                    let raw = [0.5 + 0.19 * f32::from(step), 40.0 - 0.15 * f32::from(step)];
+                    let [a, b] = raw.map(|x| model.inputs().scaled(0, x).unwrap());
+                    let mut exact = [0.0];
+                    model.network().forward_exact(&[a, b], &mut exact).unwrap();
+                    let exact = model.targets().raw(0, exact[0]).unwrap();
+                    let ours = model.estimate(&raw).unwrap().value;
+                    let allowed = bounds(&model, &raw)[0];
+                    let found = difference(&model, 0, ours, exact);
+                    assert!(
+                        found <= allowed,
+                        "{activation} {transform} {raw:?}: {found} {allowed}"
+                    );
+                    worst = worst.max(allowed);
+                }
+                assert!(worst < 1e-4, "{activation} {transform}: {worst}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_wrong_weight_exceeds_the_bound() {
+        let model = model(Activation::Tanh, Transform::Identity);
+        let mut weights = model.network().weights().to_vec();
+        weights[20] += 1e-3;
+        let activations = [Activation::Tanh, Activation::Linear];
+        let other = Network::new(&[2, 9, 1], &activations, weights).unwrap();
+        let other = Model::new(other, model.inputs().clone(), model.targets().clone()).unwrap();
+        let raw = [12.0, 3.0];
+        let [left, right] = [&model, &other].map(|model| model.estimate(&raw).unwrap().value);
+        assert!(difference(&model, 0, left, right) > bounds(&model, &raw)[0], "{left} {right}");
+    }
+}

@@ -1,0 +1,245 @@
+//! A model file in, the bytes of an ONNX model out.
+//!
+//! ```text
+//! features [N, inputs] -> (Log of the logarithmic ones) -> Sub -> Div -> Gemm -> Tanh | Sigmoid | Relu -> ... -> Mul -> Add
+//!     -> (Exp of the logarithmic ones) -> targets [N, outputs]
+//!     -> GreaterOrEqual, LessOrEqual, And -> in_range [N, inputs]
+//! ```
+//! Both are raw values. `in_range` tells for each feature whether the training rows covered it. A model with logarithmic and other
+//! columns takes the logarithm of all and picks with Where. A feature that was constant in training has no influence: its weights
+//! in the first layer are written as zeros. Operator set 17; names, units and ranges stand in `metadata_props`.
+
+use prost::Message as _;
+use serde_json::json;
+
+use super::ExportError;
+use super::proto::{
+    AttributeProto, BOOL, Dimension, FLOAT, GraphProto, Length, ModelProto, NodeProto,
+    OperatorSetIdProto, StringStringEntryProto, TensorProto, TensorShapeProto, TensorType,
+    TypeProto, ValueInfoProto,
+};
+use crate::activation::Activation;
+use crate::scaler::{Axis, Transform};
+use crate::train::ModelFile;
+use crate::train::file::FileColumn;
+
+/// Version of the file format, that of ONNX 1.12.
+pub const IR_VERSION: i64 = 8;
+
+/// Version of the operator set, that of ONNX 1.12: every runtime since 2022 has it.
+pub const OPSET: i64 = 17;
+
+/// Writes `file` as ONNX. `origin` says in the file where the model comes from.
+///
+/// # Errors
+/// [`ExportError::File`] when `file` holds no valid model.
+pub fn bytes(file: &ModelFile, origin: &str) -> Result<Vec<u8>, ExportError> {
+    Ok(message(file, origin)?.encode_to_vec())
+}
+
+/// The same before it is encoded.
+///
+/// # Errors
+/// As [`bytes`].
+pub fn message(file: &ModelFile, origin: &str) -> Result<ModelProto, ExportError> {
+    let model = file.model()?;
+    let mut graph = Graph::default();
+    let features = "features".to_owned();
+    graph.range(&file.inputs);
+    let mut current = graph.scale(features.clone(), model.inputs().axes());
+    let constant: Vec<bool> = model.inputs().axes().iter().map(Axis::is_constant).collect();
+    for (at, layer) in file.layers.iter().enumerate() {
+        let row = |row: &Vec<f32>| row.clone();
+        let mut rows: Vec<Vec<f32>> = layer.weights.iter().map(row).collect();
+        if at == 0 {
+            silence(&mut rows, &constant);
+        }
+        current = graph.layer(at + 1, &current, &rows, &layer.biases);
+        current = graph.activate(at + 1, current, layer.activation);
+    }
+    graph.unscale(&current, model.targets().axes());
+    let (inputs, outputs) = (file.inputs.len(), file.targets.len());
+    Ok(ModelProto {
+        ir_version: IR_VERSION,
+        opset_import: vec![OperatorSetIdProto { domain: String::new(), version: OPSET }],
+        producer_name: "gripctl".to_owned(),
+        producer_version: env!("CARGO_PKG_VERSION").to_owned(),
+        doc_string: format!("{origin}: raw features in, raw targets out"),
+        graph: Some(GraphProto {
+            node: graph.nodes,
+            name: "model".to_owned(),
+            initializer: graph.constants,
+            input: vec![value(&features, FLOAT, inputs, &told(&file.inputs))],
+            output: vec![
+                value("targets", FLOAT, outputs, &told(&file.targets)),
+                value("in_range", BOOL, inputs, "whether the training rows covered each feature"),
+            ],
+        }),
+        metadata_props: metadata(file, origin),
+    })
+}
+
+/// Zeros in the columns of features that were constant.
+fn silence(rows: &mut [Vec<f32>], constant: &[bool]) {
+    for row in rows {
+        for (weight, _) in row.iter_mut().zip(constant).filter(|(_, constant)| **constant) {
+            *weight = 0.0;
+        }
+    }
+}
+
+#[derive(Debug, Default)]
+struct Graph {
+    nodes: Vec<NodeProto>,
+    constants: Vec<TensorProto>,
+}
+
+impl Graph {
+    /// Adds an operation and returns the name of its output, which is also that of the operation.
+    fn node(&mut self, operator: &str, inputs: &[&str], output: &str) -> String {
+        self.nodes.push(NodeProto {
+            input: inputs.iter().map(ToString::to_string).collect(),
+            output: vec![output.to_owned()],
+            name: format!("{output}_{}", operator.to_lowercase()),
+            op_type: operator.to_owned(),
+            attribute: Vec::new(),
+        });
+        output.to_owned()
+    }
+
+    fn floats(&mut self, name: &str, dims: &[usize], values: &[f32]) -> String {
+        let bytes = values.iter().flat_map(|value| value.to_le_bytes()).collect();
+        self.constant(name, dims, FLOAT, bytes)
+    }
+
+    fn constant(&mut self, name: &str, dims: &[usize], kind: i32, bytes: Vec<u8>) -> String {
+        self.constants.push(TensorProto {
+            dims: dims.iter().map(|&length| integer(length)).collect(),
+            data_type: kind,
+            name: name.to_owned(),
+            raw_data: bytes,
+        });
+        name.to_owned()
+    }
+
+    fn range(&mut self, columns: &[FileColumn]) {
+        let dims = [1, columns.len()];
+        let lowest: Vec<f32> = columns.iter().map(|column| column.min).collect();
+        let highest: Vec<f32> = columns.iter().map(|column| column.max).collect();
+        let lowest = self.floats("lowest", &dims, &lowest);
+        let highest = self.floats("highest", &dims, &highest);
+        self.node("GreaterOrEqual", &["features", &lowest], "not_below");
+        self.node("LessOrEqual", &["features", &highest], "not_above");
+        self.node("And", &["not_below", "not_above"], "in_range");
+    }
+
+    /// `operator` (Log or Exp) on the logarithmic columns of `current`; `current` itself where there are none.
+    fn transform(
+        &mut self,
+        operator: &str,
+        current: String,
+        axes: &[Axis],
+        output: &str,
+    ) -> String {
+        let logarithmic: Vec<bool> =
+            axes.iter().map(|axis| axis.transform() == Transform::Ln).collect();
+        if !logarithmic.contains(&true) {
+            return current;
+        }
+        if !logarithmic.contains(&false) {
+            return self.node(operator, &[&current], output);
+        }
+        let all = self.node(operator, &[&current], &format!("{output}_all"));
+        let bytes = logarithmic.iter().map(|&flag| u8::from(flag)).collect();
+        let mask = self.constant(&format!("{output}_mask"), &[1, axes.len()], BOOL, bytes);
+        self.node("Where", &[&mask, &all, &current], output)
+    }
+
+    fn scale(&mut self, features: String, axes: &[Axis]) -> String {
+        let current = self.transform("Log", features, axes, "features_log");
+        let middle: Vec<f32> = axes.iter().map(|axis| axis.low() + axis.half_span()).collect();
+        let half = |axis: &Axis| if axis.is_constant() { 1.0 } else { axis.half_span() };
+        let half: Vec<f32> = axes.iter().map(half).collect();
+        let middle = self.floats("features_middle", &[1, axes.len()], &middle);
+        let half = self.floats("features_half_range", &[1, axes.len()], &half);
+        let current = self.node("Sub", &[&current, &middle], "features_centred");
+        self.node("Div", &[&current, &half], "features_scaled")
+    }
+
+    fn layer(&mut self, number: usize, current: &str, rows: &[Vec<f32>], biases: &[f32]) -> String {
+        let flat: Vec<f32> = rows.iter().flatten().copied().collect();
+        let from = rows.first().map_or(0, Vec::len);
+        let weights = self.floats(&format!("weights_{number}"), &[rows.len(), from], &flat);
+        let biases = self.floats(&format!("biases_{number}"), &[biases.len()], biases);
+        let output = self.node("Gemm", &[current, &weights, &biases], &format!("sums_{number}"));
+        if let Some(gemm) = self.nodes.last_mut() {
+            // One row of weights per neuron.
+            gemm.attribute.push(AttributeProto { name: "transB".to_owned(), i: 1, kind: 2 });
+        }
+        output
+    }
+
+    fn activate(&mut self, number: usize, current: String, activation: Activation) -> String {
+        let operator = match activation {
+            Activation::Linear => return current,
+            Activation::Tanh => "Tanh",
+            Activation::Logistic => "Sigmoid",
+            Activation::Relu => "Relu",
+        };
+        self.node(operator, &[&current], &format!("values_{number}"))
+    }
+
+    fn unscale(&mut self, current: &str, axes: &[Axis]) {
+        let middle: Vec<f32> = axes.iter().map(|axis| axis.low() + axis.half_span()).collect();
+        let half: Vec<f32> = axes.iter().map(Axis::half_span).collect();
+        let half = self.floats("targets_half_range", &[1, axes.len()], &half);
+        let middle = self.floats("targets_middle", &[1, axes.len()], &middle);
+        let current = self.node("Mul", &[current, &half], "targets_centred");
+        let logarithmic = axes.iter().any(|axis| axis.transform() == Transform::Ln);
+        let name = if logarithmic { "targets_log" } else { "targets" };
+        let current = self.node("Add", &[&current, &middle], name);
+        self.transform("Exp", current, axes, "targets");
+    }
+}
+
+fn integer(length: usize) -> i64 {
+    i64::try_from(length).unwrap_or(i64::MAX)
+}
+
+/// A matrix of any number of rows.
+fn value(name: &str, kind: i32, columns: usize, what: &str) -> ValueInfoProto {
+    let dim = |length| Dimension { value: Some(length) };
+    let dim = vec![dim(Length::Name("N".to_owned())), dim(Length::Value(integer(columns)))];
+    let tensor = TensorType { elem_type: kind, shape: Some(TensorShapeProto { dim }) };
+    ValueInfoProto {
+        name: name.to_owned(),
+        r#type: Some(TypeProto { tensor_type: Some(tensor) }),
+        doc_string: what.to_owned(),
+    }
+}
+
+/// Names, units and ranges in words.
+fn told(columns: &[FileColumn]) -> String {
+    let tell = |column: &FileColumn| {
+        format!("{} [{}] {} to {}", column.name, column.unit, column.min, column.max)
+    };
+    columns.iter().map(tell).collect::<Vec<_>>().join("; ")
+}
+
+/// Columns and training note as JSON texts, as they stand in the model file.
+fn metadata(file: &ModelFile, origin: &str) -> Vec<StringStringEntryProto> {
+    let entry = |key: &str, value: String| StringStringEntryProto { key: key.to_owned(), value };
+    let mut entries = vec![
+        entry("origin", origin.to_owned()),
+        entry("inputs", json!(file.inputs).to_string()),
+        entry("targets", json!(file.targets).to_string()),
+    ];
+    if let Some(note) = &file.training {
+        entries.push(entry("training", json!(note).to_string()));
+    }
+    entries
+}
+
+#[cfg(test)]
+#[path = "onnx_tests.rs"]
+mod tests;

@@ -1,0 +1,125 @@
+"""Exports models as ONNX and compares onnxruntime with the networks computed from the model files.
+
+Usage: onnx_check.py GRIPCTL FOLDER MODEL.json...; more models of other shapes are made up. Fails beyond BOUND.
+"""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy
+import onnx
+import onnxruntime
+
+# Largest difference in scaled units (the training range of a target is 2), divided by 1 + the size of the value.
+BOUND = 2e-5
+
+FUNCTIONS = {
+    "tanh": numpy.tanh,
+    "linear": lambda x: x,
+    "logistic": lambda x: 1 / (1 + numpy.exp(-x)),
+    "relu": lambda x: numpy.maximum(x, 0),
+}
+
+
+def made_up(sizes, activations, logarithms):
+    """A model with repeatable weights; column i is logarithmic where logarithms[i % len] is, column 3 is constant."""
+    random = numpy.random.default_rng(sum(sizes))
+
+    def columns(kind, count):
+        return [
+            {
+                "name": f"{kind}_{i}", "unit": "N", "min": 0.25, "max": 0.25 if i == 3 else 30.0,
+                "transform": "ln" if logarithms[i % len(logarithms)] else "identity",
+            }
+            for i in range(count)
+        ]
+
+    layers = [
+        {
+            "activation": activation,
+            "weights": random.normal(0, 0.6, (after, before)).astype(numpy.float32).tolist(),
+            "biases": random.normal(0, 0.3, after).astype(numpy.float32).tolist(),
+        }
+        for before, after, activation in zip(sizes, sizes[1:], activations)
+    ]
+    return {
+        "format": "mlp-model", "version": 1, "inputs": columns("input", sizes[0]), "targets": columns("target", sizes[-1]),
+        "layers": layers, "training": None,
+    }
+
+
+def scaling(columns):
+    """Mask of logarithmic columns, lower limits and half ranges after the logarithm."""
+    mask = numpy.array([column["transform"] == "ln" for column in columns])
+    low, high = (numpy.array([column[key] for column in columns], dtype=numpy.float64) for key in ("min", "max"))
+    low[mask], high[mask] = numpy.log(low[mask]), numpy.log(high[mask])
+    return mask, low, (high - low) / 2
+
+
+def reference(model, raw):
+    """Scaled outputs in double precision."""
+    mask, low, half = scaling(model["inputs"])
+    x = raw.astype(numpy.float64)
+    x[:, mask] = numpy.log(x[:, mask])
+    x = numpy.where(half == 0, 0, (x - low) / numpy.where(half == 0, 1, half) - 1)
+    for layer in model["layers"]:
+        x = FUNCTIONS[layer["activation"]](x @ numpy.array(layer["weights"]).T + numpy.array(layer["biases"]))
+    return x
+
+
+def scaled(columns, raw):
+    mask, low, half = scaling(columns)
+    y = raw.astype(numpy.float64)
+    y[:, mask] = numpy.log(y[:, mask])
+    return numpy.where(half == 0, 0, (y - low) / numpy.where(half == 0, 1, half) - 1)
+
+
+def check(gripctl, path):
+    """Largest difference of one model, relative to 1 + the size of the scaled value."""
+    exported = path.with_suffix(".onnx")
+    subprocess.run([gripctl, "export", path, "--format", "onnx"], check=True, stdout=subprocess.DEVNULL)
+    onnx.checker.check_model(str(exported), full_check=True)
+    session = onnxruntime.InferenceSession(str(exported), providers=["CPUExecutionProvider"])
+    model = json.loads(path.read_text())
+    metadata = session.get_modelmeta().custom_metadata_map
+    assert [column["unit"] for column in json.loads(metadata["inputs"])] == [column["unit"] for column in model["inputs"]]
+
+    low, high = (numpy.array([column[key] for column in model["inputs"]]) for key in ("min", "max"))
+    random = numpy.random.default_rng(1)
+    raw = (low + (high - low) * random.random((4000, len(low)))).astype(numpy.float32)
+    beyond = raw[:500] * numpy.float32(1.5)
+    mask = scaling(model["inputs"])[0]
+    beyond[:, mask] = numpy.abs(beyond[:, mask])
+    raw = numpy.concatenate([raw, beyond])
+    targets, in_range = session.run(["targets", "in_range"], {"features": raw})
+    lowest, highest = low.astype(numpy.float32), high.astype(numpy.float32)
+    assert (in_range == ((raw >= lowest) & (raw <= highest))).all(), f"{path}: in_range"
+    assert targets.shape == (len(raw), len(model["targets"])) and targets.dtype == numpy.float32
+    expected = reference(model, raw)
+    expected[:, scaling(model["targets"])[2] == 0] = 0
+    found = scaled(model["targets"], targets)
+    return float(numpy.max(numpy.abs(found - expected) / (1 + numpy.abs(expected))))
+
+
+def main():
+    gripctl, folder = sys.argv[1], Path(sys.argv[2])
+    models = {Path(name).stem: json.loads(Path(name).read_text()) for name in sys.argv[3:]}
+    models["line"] = made_up([1, 1], ["linear"], [False])
+    models["small"] = made_up([2, 10, 1], ["tanh", "linear"], [False, True])
+    models["positive"] = made_up([5, 7, 4], ["relu", "logistic"], [True])
+    models["deep"] = made_up([16, 32, 16, 8, 2], ["tanh", "logistic", "relu", "linear"], [True, False, False])
+    failed = 0
+    for name, model in models.items():
+        path = folder / f"{name}.json"
+        path.write_text(json.dumps(model))
+        difference = check(gripctl, path)
+        failed += not difference <= BOUND
+        print(f"{name}: largest difference {difference:.1e} (bound {BOUND:.0e})")
+    print(f"onnxruntime {onnxruntime.__version__}: {len(models) - failed} passed, {failed} failed")
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
