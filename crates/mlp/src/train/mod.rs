@@ -22,6 +22,7 @@ pub mod real;
 pub mod run;
 pub mod scaling;
 pub mod setting;
+pub mod split;
 pub mod topology;
 pub mod trainer;
 mod vector;
@@ -37,6 +38,7 @@ pub use real::Real;
 pub use run::{Run, RunConfig, Stop, Training, run};
 pub use scaling::Scaling;
 pub use setting::SettingError;
+pub use split::{Split, SplitError};
 pub use topology::Topology;
 pub use trainer::{Algorithm, Finish, StepReport, Trainer};
 
