@@ -22,6 +22,7 @@ fn main() -> ExitCode {
         Command::Generate(args) => commands::generate::run(&args),
         Command::Train(args) => commands::train::run(&args),
         Command::Eval(args) => commands::eval::run(&args),
+        Command::Study(args) => commands::study::run(&args),
     };
     match result {
         Ok(exit) => exit.into(),

@@ -143,7 +143,7 @@ fn specs(names: &[String]) -> anyhow::Result<Vec<ColumnSpec>> {
 }
 
 /// Processor time of this process, all threads.
-fn cpu_time() -> anyhow::Result<Duration> {
+pub(super) fn cpu_time() -> anyhow::Result<Duration> {
     let time = rustix::time::clock_gettime(rustix::time::ClockId::ProcessCPUTime);
     Ok(Duration::new(u64::try_from(time.tv_sec)?, u32::try_from(time.tv_nsec)?))
 }

@@ -48,7 +48,7 @@ pub struct Curve {
 }
 
 /// One net on one draw of rows.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub(super) struct Trained {
     pub(super) summary: Summary,
     pub(super) scores: Scores,
