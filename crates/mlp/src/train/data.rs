@@ -6,7 +6,7 @@ use sha2::{Digest, Sha256};
 
 use super::column::ColumnSpec;
 use super::csv_file::{CsvFile, Row};
-use super::scaling::Scaling;
+use super::scaling::{Method, Scaling};
 use crate::scaler::{MAX_IO, Transform};
 
 /// Where in a file something is wrong.
@@ -298,16 +298,25 @@ impl DataSet {
             .zip(self.target_values.chunks_exact(self.targets.len()))
     }
 
-    /// Limits of the feature columns over the rows.
+    /// Limits of the feature columns over the rows, for min-max.
     #[must_use]
     pub fn input_scalings(&self) -> Vec<Scaling> {
-        scalings(&self.inputs, &self.input_values)
+        self.scalings(Method::MinMax).0
     }
 
-    /// Limits of the target columns over the rows.
+    /// Limits of the target columns over the rows, for min-max.
     #[must_use]
     pub fn target_scalings(&self) -> Vec<Scaling> {
-        scalings(&self.targets, &self.target_values)
+        self.scalings(Method::MinMax).1
+    }
+
+    /// Limits of feature and target columns over the rows, scaled by `method`.
+    #[must_use]
+    pub fn scalings(&self, method: Method) -> (Vec<Scaling>, Vec<Scaling>) {
+        (
+            scalings(method, &self.inputs, &self.input_values),
+            scalings(method, &self.targets, &self.target_values),
+        )
     }
 
     /// All rows scaled. Limits come from the training rows, whichever rows these are.
@@ -388,9 +397,11 @@ fn check_values(name: &str, specs: &[ColumnSpec], values: &[f64]) -> Result<(), 
     Ok(())
 }
 
-fn scalings(specs: &[ColumnSpec], values: &[f64]) -> Vec<Scaling> {
+fn scalings(method: Method, specs: &[ColumnSpec], values: &[f64]) -> Vec<Scaling> {
     let column = |at: usize| values.iter().copied().skip(at).step_by(specs.len());
-    specs.iter().enumerate().map(|(at, spec)| Scaling::of(spec.transform, column(at))).collect()
+    let scaling =
+        |(at, spec): (usize, &ColumnSpec)| Scaling::by(method, spec.transform, column(at));
+    specs.iter().enumerate().map(scaling).collect()
 }
 
 fn scale_all(scalings: &[Scaling], values: &[f64]) -> Vec<f64> {

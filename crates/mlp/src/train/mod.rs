@@ -36,7 +36,7 @@ pub use metrics::{EvaluateError, Evaluation, evaluate};
 pub use objective::{NetworkObjective, Objective};
 pub use real::Real;
 pub use run::{Run, RunConfig, Stop, Training, run};
-pub use scaling::Scaling;
+pub use scaling::{Method, Scaling};
 pub use setting::SettingError;
 pub use split::{Split, SplitError};
 pub use topology::Topology;
