@@ -307,7 +307,7 @@ mod tests {
         for text in ["train", "test", "first", "second"] {
             assert!(svg.contains(&format!(">{text}<")), "{text} is missing in {svg}");
         }
-        for colour in ["#0072B2", "#D55E00"] {
+        for colour in ["#0072b2", "#d55e00"] {
             assert!(svg.matches(colour).count() >= 2, "{colour} in {svg}");
         }
     }

@@ -60,7 +60,7 @@ fn write(folder: &Path, report: &Report) -> anyhow::Result<()> {
         fs::write(&path, bytes).with_context(|| format!("cannot write {}", path.display()))
     };
     file("report.html", report.html()?.as_bytes())?;
-    file("study.json", format!("{:#}\n", report.json()).as_bytes())?;
+    file("study.json", format!("{}\n", report.json()).as_bytes())?;
     let figures = report.figures();
     let bar = progress(figures.len(), "figures");
     figures.par_iter().try_for_each(|figure| {

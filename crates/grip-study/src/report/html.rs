@@ -6,6 +6,7 @@ use grip_plot::PlotError;
 const STYLE: &str = "\
 body{font:16px/1.5 'DejaVu Sans',Verdana,sans-serif;color:#222;max-width:66rem;margin:2rem auto;padding:0 1rem}\
 h1{font-size:1.6rem}h2{font-size:1.25rem;margin-top:2.5rem;border-bottom:1px solid #bbb}\
+h3{font-size:1rem;margin:1.2rem 0 .2rem}\
 table{border-collapse:collapse;font-size:.85rem;margin:.4rem 0 1.2rem}\
 caption{text-align:left;font-weight:bold;padding:.4rem 0}\
 th,td{padding:.15rem .6rem;border-bottom:1px solid #ddd;text-align:right;font-variant-numeric:tabular-nums}\
@@ -47,6 +48,7 @@ pub(super) fn page(report: &Report) -> Result<String, PlotError> {
 
 fn add(page: &mut String, block: &Block) -> Result<(), PlotError> {
     match block {
+        Block::Heading(title) => page.push_str(&format!("<h3>{}</h3>\n", escaped(title))),
         Block::Text(text) => page.push_str(&paragraph(text)),
         Block::Table(table) => page.push_str(&table_html(table)),
         Block::Figure(figure) => {

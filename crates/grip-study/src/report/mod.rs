@@ -24,6 +24,8 @@ pub struct Figure {
 /// A part of a section.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Block {
+    /// A heading inside a section.
+    Heading(String),
     /// A paragraph.
     Text(String),
     /// A table.

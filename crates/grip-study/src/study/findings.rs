@@ -23,6 +23,8 @@ pub struct Distance {
 }
 
 /// What the study says.
+///
+/// The published test figures are 38, 35, 41 and 40 divided by 59.4.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Findings {
     /// What brings the nets near the published figures.
@@ -76,7 +78,7 @@ impl Findings {
         let distances = distances(study);
         let findings = Self { distances, ..Self::default() };
         Self {
-            explains: [paper(study), nearest(study, &findings.distances), Some(test_size())]
+            explains: [nearest(study, &findings.distances), paper(study), Some(test_size())]
                 .into_iter()
                 .flatten()
                 .collect(),
@@ -129,17 +131,23 @@ fn distance(result: &ConditionResult, tolerance: Tolerance) -> Distance {
 fn paper(study: &Study) -> Option<String> {
     let result = study.result("paper")?;
     let near = distance(result, Tolerance::Relative10);
+    let kind = Tolerance::ALL
+        .into_iter()
+        .min_by(|a, b| distance(result, *a).points.total_cmp(&distance(result, *b).points))?;
     Some(format!(
         "A fixed trial force of 2 N, 3 % noise on the slip speed, and speed and E_sc as printed as the only features: {} of \
          unseen answers lie within 10 % of the adequate force (published test figures: {}), {} of the training answers \
-         (published: {}). The eight figures differ by {:.0} points on average. No learner could exceed about {} % here: the \
-         noise of the speed sets the limit, and the larger forces suffer most, because f = kappa F / (1 - v^2 / 2gd) \
+         (published: {}). The eight figures differ by {:.0} points on average; where answers {} count, by {:.0} ({} of \
+         unseen answers). No learner could exceed about {} % within 10 %: the noise of the speed sets the limit, and the larger forces suffer most, because f = kappa F / (1 - v^2 / 2gd) \
          amplifies it as v nears free fall.",
         shares(four(result), unseen),
         published(1),
         shares(four(result), |net| net.mean(|scores| scores.train.within_10pct())),
         published(0),
         near.points,
+        kind.title(),
+        distance(result, kind).points,
+        shares(four(result), |net| net.mean(|scores| scores.unseen.share(kind))),
         percent(result.ceiling.within_10pct),
     ))
 }
@@ -153,35 +161,38 @@ fn published(which: usize) -> String {
 }
 
 fn nearest(study: &Study, distances: &[Distance]) -> Option<String> {
-    let usual: Vec<&Distance> = distances
-        .iter()
-        .filter(|distance| distance.tolerance == Tolerance::Relative10.key())
-        .collect();
-    let [first, ..] = usual.as_slice() else { return None };
-    let close: Vec<String> = usual
-        .iter()
-        .filter(|distance| distance.points <= 12.0)
-        .map(|distance| format!("{} ({:.0})", distance.title, distance.points))
-        .collect();
-    let all = study.results.len();
-    Some(if close.is_empty() {
-        format!(
-            "None of the {all} conditions comes within 12 points of the published figures on average when an answer within \
-             10 % counts; the nearest, {}, is {:.0} points away.",
-            first.title, first.points
-        )
-    } else {
-        format!(
-            "Of the {all} conditions {} within 12 points of the published figures on average when an answer within 10 % \
-             counts: {}.",
-            if close.len() == 1 { "one comes" } else { "these come" },
-            close.join("; ")
-        )
-    })
+    let fixed = |distance: &&Distance| {
+        study.result(distance.condition).is_some_and(|result| result.condition.fixed_force())
+    };
+    let noise = |distance: &Distance| {
+        study.result(distance.condition).map_or(f64::NAN, |result| result.condition.speed_noise)
+    };
+    let first = distances.first()?;
+    let near = distances.get(..20).unwrap_or(distances);
+    let noises = near.iter().map(noise);
+    let (low, high) = (noises.clone().fold(1.0, f64::min), noises.fold(0.0, f64::max));
+    let other = distances.iter().find(|distance| !fixed(distance));
+    let usual = distances.iter().find(|d| d.tolerance == Tolerance::Relative10.key())?;
+    Some(format!(
+        "Every condition was held against the eight published figures by every definition of a correct answer. The {} nearest          pairs differ by {:.0} to {:.0} points on average; {} of them have a fixed trial force, with {} % noise on the slip          speed. The nearest of all: {}, answers {}. {}When only answers within 10 % count, the nearest ({}) is {:.0} points \
+         away.",
+        near.len(),
+        first.points,
+        near.last()?.points,
+        near.iter().filter(fixed).count(),
+        span(low, high),
+        first.title,
+        first.tolerance_title,
+        other.map_or_else(String::new, |other| format!(
+            "The nearest without a fixed force ({}, {}) is {:.0} points away. ",
+            other.title, other.tolerance_title, other.points
+        )),
+        usual.title,
+        usual.points,
+    ))
 }
 
 fn test_size() -> String {
-    // 38, 35, 41 and 40 of 59.4 give the published test figures.
     let share: f64 = 0.65;
     let points = 100.0 * (share * (1.0 - share) / 60.0).sqrt();
     format!(
@@ -192,10 +203,16 @@ fn test_size() -> String {
 
 fn clean(study: &Study) -> Option<String> {
     let (clean, rough) = (study.result("fixed-0")?, study.result("fixed-6")?);
+    let gd = |result: &ConditionResult| result.nets.first().map(unseen);
+    let descent = if gd(clean)? < 0.5 {
+        "Plain descent is far behind even without noise: a rate of 0.01 for 1000 epochs, not the data, is its limit, and the \
+         published 59 and 64 % ask for a wider definition of correct, a higher rate or more epochs."
+    } else {
+        "Plain descent follows."
+    };
     Some(format!(
-        "The nets alone: without noise the same fixed force lets {} of unseen answers be right, and any learner could be \
-         right in {} %; with 6 % noise on the speed {}, at most {} %. So the level of the published figures is that of the \
-         measurement noise, unless their trainings ended early.",
+        "The nets: without noise the same fixed force lets {} of unseen answers be within 10 %, and any learner could be right \
+         in {} %; with 6 % noise on the speed {}, at most {} %. The level of the better trainers is that of the noise. {descent}",
         shares(four(clean), unseen),
         percent(clean.ceiling.within_10pct),
         shares(four(rough), unseen),
@@ -242,8 +259,9 @@ fn rows(study: &Study) -> Option<String> {
 fn tolerance(study: &Study) -> Option<String> {
     let result = study.result("paper")?;
     let of = |tolerance: Tolerance| {
-        let all = four(result).iter().map(|net| net.mean(|scores| scores.unseen.share(tolerance)));
-        (all.clone().fold(1.0, f64::min), all.fold(0.0, f64::max))
+        let all: Vec<f64> =
+            four(result).iter().map(|net| net.mean(|s| s.unseen.share(tolerance))).collect();
+        (all.iter().copied().fold(1.0, f64::min), all.iter().copied().fold(0.0, f64::max))
     };
     let parts: Vec<String> = Tolerance::ALL
         .into_iter()
