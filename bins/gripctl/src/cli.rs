@@ -34,7 +34,7 @@ pub(crate) enum Command {
     /// Generate training data for the force estimate.
     Generate(GenerateArgs),
     /// Train a network on a CSV file.
-    Train(TrainArgs),
+    Train(Box<TrainArgs>),
     /// Evaluate a model file on a CSV file.
     Eval(EvalArgs),
     /// Repeat the study of the four nets on simulated grasps and explain it: tables, curves, report.

@@ -174,8 +174,10 @@ fn nearest(study: &Study, distances: &[Distance]) -> Option<String> {
     let other = distances.iter().find(|distance| !fixed(distance));
     let usual = distances.iter().find(|d| d.tolerance == Tolerance::Relative10.key())?;
     Some(format!(
-        "Every condition was held against the eight published figures by every definition of a correct answer. The {} nearest          pairs differ by {:.0} to {:.0} points on average; {} of them have a fixed trial force, with {} % noise on the slip          speed. The nearest of all: {}, answers {}. {}When only answers within 10 % count, the nearest ({}) is {:.0} points \
-         away.",
+        "Every condition was held against the eight published figures by every definition of a correct answer. The {} \
+         nearest pairs differ by {:.0} to {:.0} points on average; {} of them have a fixed trial force, with {} % noise on \
+         the slip speed. The nearest of all: {}, correct if {}. {}When only answers within 10 % count, the nearest ({}) is \
+         {:.0} points away.",
         near.len(),
         first.points,
         near.last()?.points,

@@ -1,8 +1,8 @@
 use super::*;
 use crate::Report;
+use core::sync::atomic::{AtomicUsize, Ordering};
 use rayon::ThreadPoolBuilder;
 use serde_json::Value;
-use std::sync::atomic::{AtomicUsize, Ordering};
 
 fn tiny() -> StudyConfig {
     let conditions = ["paper", "varied-0", "default"].map(|name| Condition::named(name).unwrap());

@@ -400,7 +400,7 @@ fn check_values(name: &str, specs: &[ColumnSpec], values: &[f64]) -> Result<(), 
 fn scalings(method: Method, specs: &[ColumnSpec], values: &[f64]) -> Vec<Scaling> {
     let column = |at: usize| values.iter().copied().skip(at).step_by(specs.len());
     let scaling =
-        |(at, spec): (usize, &ColumnSpec)| Scaling::by(method, spec.transform, column(at));
+        |(at, spec): (usize, &ColumnSpec)| Scaling::by(method, spec.transform, &column(at));
     specs.iter().enumerate().map(scaling).collect()
 }
 

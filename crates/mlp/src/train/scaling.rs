@@ -69,7 +69,7 @@ impl Scaling {
     pub fn by(
         method: Method,
         transform: Transform,
-        values: impl Iterator<Item = f64> + Clone,
+        values: &(impl Iterator<Item = f64> + Clone),
     ) -> Self {
         let limits = Self::of(transform, values.clone());
         if method == Method::MinMax {
@@ -94,7 +94,7 @@ impl Scaling {
     }
 
     /// Gain and offset that turn a value scaled to -1..1 into this scaling's.
-    fn from_min_max(&self) -> [f64; 2] {
+    fn over_min_max(&self) -> [f64; 2] {
         let (low, span) = self.low_and_span();
         match self.moments {
             None => [1.0, 0.0],
@@ -156,7 +156,7 @@ pub fn as_min_max(
             weights[first.start..first.end()].split_at_mut(first.from * first.to);
         for (row, bias) in matrix.chunks_exact_mut(first.from).zip(biases) {
             for (weight, [gain, offset]) in
-                row.iter_mut().zip(inputs.iter().map(Scaling::from_min_max))
+                row.iter_mut().zip(inputs.iter().map(Scaling::over_min_max))
             {
                 *bias += *weight * offset;
                 *weight *= gain;
@@ -166,7 +166,7 @@ pub fn as_min_max(
     if let Some(last) = topology.layers().next_back() {
         let (matrix, biases) = weights[last.start..last.end()].split_at_mut(last.from * last.to);
         let rows = matrix.chunks_exact_mut(last.from).zip(biases);
-        for ((row, bias), [gain, offset]) in rows.zip(targets.iter().map(Scaling::from_min_max)) {
+        for ((row, bias), [gain, offset]) in rows.zip(targets.iter().map(Scaling::over_min_max)) {
             // A constant target is met by its limits alone.
             let inverse = if gain == 0.0 { 0.0 } else { 1.0 / gain };
             row.iter_mut().for_each(|weight| *weight *= inverse);
@@ -199,19 +199,19 @@ mod tests {
     fn z_scores_have_mean_zero_and_deviation_one() {
         let values = [1.0, 2.0, 4.0, 8.0, 1000.0];
         for transform in [Transform::Identity, Transform::Ln] {
-            let scaling = Scaling::by(Method::ZScore, transform, values.into_iter());
+            let scaling = Scaling::by(Method::ZScore, transform, &values.into_iter());
             let scaled = values.map(|value| scaling.scaled(value));
             let square: f64 = scaled.iter().map(|z| z * z).sum();
             assert!(scaled.iter().sum::<f64>().abs() < 1e-12 && (square / 5.0 - 1.0).abs() < 1e-12);
-            let limits = Scaling::by(Method::MinMax, transform, values.into_iter());
+            let limits = Scaling::by(Method::MinMax, transform, &values.into_iter());
             assert_eq!(limits, Scaling::of(transform, values));
-            let [gain, offset] = scaling.from_min_max();
+            let [gain, offset] = scaling.over_min_max();
             for value in values {
                 let folded = gain * limits.scaled(value) + offset;
                 assert!((folded - scaling.scaled(value)).abs() < 1e-12, "{value}");
             }
         }
-        let constant = Scaling::by(Method::ZScore, Transform::Identity, [3.0, 3.0].into_iter());
+        let constant = Scaling::by(Method::ZScore, Transform::Identity, &[3.0, 3.0].into_iter());
         assert_eq!(constant.scaled(5.0), 0.0);
         assert_eq!("z-score".parse(), Ok(Method::ZScore));
         let error = "robust".parse::<Method>().unwrap_err();
