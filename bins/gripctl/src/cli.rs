@@ -34,11 +34,13 @@ pub(crate) enum Command {
     /// Generate training data for the force estimate.
     Generate(GenerateArgs),
     /// Train a network on a CSV file.
-    Train(TrainArgs),
+    Train(Box<TrainArgs>),
     /// Evaluate a model file on a CSV file.
     Eval(EvalArgs),
     /// Write a model file as C99 source or as an ONNX graph.
     Export(ExportArgs),
+    /// Repeat the study of the four nets on simulated grasps and explain it: tables, curves, report.
+    Study(StudyArgs),
 }
 
 #[derive(Debug, Args)]
@@ -323,6 +325,9 @@ pub(crate) struct TrainArgs {
     /// Precision of the training: f32 or f64; the saved model is f32.
     #[arg(long, value_name = "PRECISION", default_value = "f64")]
     pub(crate) precision: String,
+    /// What the training makes of the columns: min-max (-1 to 1) or z-score (mean 0, deviation 1), after any logarithm.
+    #[arg(long, value_name = "SCALER", default_value = "min-max")]
+    pub(crate) scaler: String,
     /// Penalty on large weights, in scaled units: decay / 2 times the sum of their squares is added to the error.
     #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
     pub(crate) decay: f64,
@@ -344,6 +349,8 @@ pub(crate) struct TrainArgs {
     /// Rows for the test error.
     #[arg(long, value_name = "FILE")]
     pub(crate) test: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) split: SplitArgs,
     /// Where to write the model.
     #[arg(short, long)]
     pub(crate) output: PathBuf,
@@ -353,6 +360,30 @@ pub(crate) struct TrainArgs {
     /// One JSON object a line.
     #[arg(long)]
     pub(crate) json: bool,
+}
+
+/// Which rows are kept away from the training.
+#[derive(Debug, Args)]
+pub(crate) struct SplitArgs {
+    /// Keep rows together that have the same text in this column (an object, a grasp, a session): with --holdout, --validation
+    /// and --folds none of its groups stands on both sides.
+    #[arg(long, value_name = "COLUMN")]
+    pub(crate) split_by: Option<String>,
+    /// Hold this share of the rows out and test on them.
+    #[arg(long, value_name = "SHARE", conflicts_with = "test", allow_negative_numbers = true)]
+    pub(crate) holdout: Option<f64>,
+    /// Hold this share of the training rows out to stop by: the weights that are best on them are kept.
+    #[arg(long, value_name = "SHARE", allow_negative_numbers = true)]
+    pub(crate) validation: Option<f64>,
+    /// Epochs without a better validation error before training stops.
+    #[arg(long, value_name = "EPOCHS", default_value_t = 6, requires = "validation")]
+    pub(crate) patience: usize,
+    /// Cross-validate first: train K times on K-1 of K parts, test on the part left out. The model still comes from all training rows.
+    #[arg(long, value_name = "K")]
+    pub(crate) folds: Option<usize>,
+    /// Seed of the splits.
+    #[arg(long, default_value_t = 0)]
+    pub(crate) split_seed: u64,
 }
 
 #[derive(Debug, Args)]
@@ -413,4 +444,20 @@ impl ExportFormat {
             Self::Onnx => "onnx",
         }
     }
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct StudyArgs {
+    /// Folder for report.html (everything on one page), study.json (every number) and figures/*.png.
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: PathBuf,
+    /// A look in seconds instead of the whole: seven conditions, three starts, one draw of rows, 300 epochs.
+    #[arg(long)]
+    pub(crate) quick: bool,
+    /// Seed of rows and starts; the same seed gives the same study on any number of threads.
+    #[arg(long, default_value_t = 1)]
+    pub(crate) seed: u64,
+    /// One JSON object a line.
+    #[arg(long)]
+    pub(crate) json: bool,
 }

@@ -24,6 +24,7 @@ fn main() -> ExitCode {
         Command::Train(args) => commands::train::run(&args),
         Command::Eval(args) => commands::eval::run(&args),
         Command::Export(args) => commands::export::run(&args),
+        Command::Study(args) => commands::study::run(&args),
     };
     match result {
         Ok(exit) => exit.into(),

@@ -1,1 +1,38 @@
 //! Training data in, comparisons of learners out: the study of the four nets, and what lies beyond them.
+//!
+//! ```text
+//! grip_sim rows -> Condition::sets -> a learner -> Sets::score -> Section of a Report -> HTML, JSON, figures
+//! ```
+//! [`study`] trains the four nets of the source study and two more under every [`Condition`] and says what explains the
+//! published figures. Any other learner is compared on the same rows by the same rules:
+//!
+//! ```
+//! use grip_study::{Cell, Condition, Section, Table, comparison};
+//!
+//! let condition = Condition::named("paper").ok_or("no such condition")?;
+//! let sets = condition.sets(1, 0)?;
+//! // A learner that always answers 10 N.
+//! let scores = sets.score(|_features| 10.0);
+//! let mut table = Table::new("constant", "A constant answer", comparison::COLUMNS);
+//! table.push(comparison::row("always 10 N", &scores));
+//! let section = Section::new("constants", "Constant answers").with(table);
+//! # assert!(section.json().to_string().contains("always 10 N"));
+//! # let _ = Cell::Empty;
+//! # Ok::<(), Box<dyn core::error::Error>>(())
+//! ```
+//! Nothing here reads a clock or a file; randomness comes from seeds, and the number of threads changes no result.
+
+pub mod comparison;
+pub mod condition;
+pub mod error;
+pub mod report;
+pub mod score;
+pub mod sets;
+pub mod study;
+
+pub use condition::{Condition, Features};
+pub use error::StudyError;
+pub use report::{Cell, Figure, Report, Section, Table};
+pub use score::{Score, Tolerance, score};
+pub use sets::{Scores, Sets};
+pub use study::{Study, StudyConfig};

@@ -7,8 +7,8 @@ mod tests {
 
     use mlp::train::trainer::{GradientDescentConfig, MomentumConfig, MomentumForm};
     use mlp::train::{
-        Algorithm, Choice, DataSet, Fit, FitConfig, FitError, Fitting, ModelFile, NetworkObjective,
-        Patterns, RunConfig, Stop, Topology, Training, fit, run,
+        Algorithm, Choice, DataSet, Fit, FitConfig, FitError, Fitting, Method, ModelFile,
+        NetworkObjective, Patterns, RunConfig, Stop, Topology, Training, fit, run,
     };
     use mlp::{Activation, Coverage};
     use proptest::prelude::*;
@@ -51,6 +51,23 @@ mod tests {
         };
         let run = RunConfig { epochs, ..RunConfig::default() };
         FitConfig { algorithm, run, hidden: vec![6], repeats: 3, ..FitConfig::default() }
+    }
+
+    /// The saved model, whose limits are min-max, makes the very errors that the training saw in z-scores.
+    #[test]
+    fn z_scores_are_folded_into_the_saved_weights() {
+        let data = grasps(0.0);
+        let config = FitConfig { scaler: Method::ZScore, ..config("lm", 60) };
+        let fit = fit(&data, None, Some(&grasps(0.4)), &config).unwrap();
+        let Some([_, deviation]) = data.scalings(Method::ZScore).1[0].moments else {
+            panic!("no z-score");
+        };
+        let seen = fit.runs[fit.chosen].mse * deviation * deviation;
+        let saved = fit.train.mse;
+        assert!((saved / seen - 1.0).abs() < 1e-2, "{saved} saved, {seen} seen");
+        assert!(fit.train.scaled_mse < 1e-4 && fit.test.unwrap().scaled_mse < 1e-3);
+        let text = fit.file.to_json().unwrap();
+        assert_eq!(ModelFile::from_json(&text).unwrap().inputs[0].min, 0.01);
     }
 
     fn train(algorithm: &str, epochs: usize) -> Fit {

@@ -47,10 +47,26 @@ pub(super) fn trained(
     test: Option<&DataSet>,
 ) -> Card {
     let card = Card::new(&fit.file, name, text).with_settings(config).with_train(train, &fit.train);
+    let split = split(fit, test.is_some());
     match (test, &fit.test) {
-        (Some(rows), Some(errors)) => {
-            card.with_test(rows, errors).with_split("a file of its own for the test rows")
-        }
-        _ => card.with_split("none: no test rows"),
+        (Some(rows), Some(errors)) => card.with_test(rows, errors).with_split(&split),
+        _ => card.with_split(&split),
     }
+}
+
+/// How rows were kept away from the training, in words.
+fn split(fit: &Fit, tested: bool) -> String {
+    let Some(note) = fit.file.training.as_ref().and_then(|training| training.split.as_ref()) else {
+        let words =
+            if tested { "a file of its own for the test rows" } else { "none: no test rows" };
+        return words.to_owned();
+    };
+    let share = |share: Option<f64>, name: &str| {
+        share.map(|share| format!("{share} of the rows for {name}"))
+    };
+    let parts = [share(note.holdout, "the test"), share(note.validation, "validation")];
+    let by =
+        note.by.as_ref().map_or_else(|| "row".to_owned(), |column| format!("group of {column}"));
+    let parts: Vec<String> = parts.into_iter().flatten().collect();
+    format!("{}, by {by}, seed {}", parts.join(", "), note.seed)
 }

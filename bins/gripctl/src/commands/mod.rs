@@ -16,6 +16,7 @@ pub(crate) mod replay;
 pub(crate) mod score;
 mod score_curve;
 pub(crate) mod sim;
+pub(crate) mod study;
 pub(crate) mod train;
 
 use crate::cli::CsvArgs;

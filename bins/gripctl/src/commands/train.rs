@@ -1,6 +1,9 @@
 //! `gripctl train`: a network from rows of data.
 
-use super::{card, read};
+mod folds;
+mod rows;
+
+use super::card;
 use crate::{cli::TrainArgs, output};
 use anyhow::Context as _;
 use core::time::Duration;
@@ -11,6 +14,7 @@ use mlp::train::{
     trainer::MomentumForm,
 };
 use rayon::iter::{IntoParallelIterator as _, ParallelIterator as _};
+use rows::Parts;
 use serde::Serialize;
 
 #[derive(Serialize)]
@@ -30,18 +34,50 @@ struct Result {
     repeats: usize,
     gradient_evaluations: usize,
     repeats_scaled_mse: Vec<f64>,
+    #[serde(flatten)]
+    rows: Rows,
+}
+
+/// Rows of each kind.
+#[derive(Serialize)]
+struct Rows {
+    train_rows: usize,
+    validation_rows: Option<usize>,
+    test_rows: Option<usize>,
 }
 
 pub(crate) fn run(args: &TrainArgs) -> anyhow::Result<Exit> {
-    let algorithm = algorithm(args)?;
-    let (inputs, targets) = (specs(&args.inputs)?, specs(&args.target)?);
+    let config = fit_config(args)?;
     let card_path = card::path(args.card.as_deref(), &args.output, &[&args.output, &args.data])?;
-    let load = |file: &std::path::Path| -> anyhow::Result<DataSet> {
-        Ok(DataSet::from_csv(&file.display().to_string(), &read(file)?, &inputs, &targets)?)
+    let parts = Parts::read(args, (&specs(&args.inputs)?, &specs(&args.target)?))?;
+    if let Some(folds) = args.split.folds {
+        folds::run(args, &config, &parts.train, folds)?;
+    }
+    let (train, validation) = parts.for_training(&args.split)?;
+    let cpu_before = cpu_time()?;
+    let mut fit = fit(&train, validation.as_ref(), parts.test.as_ref(), &config)?;
+    let cpu = cpu_time()?.saturating_sub(cpu_before);
+    if let Some(note) = &mut fit.file.training {
+        note.split = rows::note(&args.split);
+    }
+    let text = fit.file.to_json()?;
+    std::fs::write(&args.output, &text)
+        .with_context(|| format!("cannot write {}", args.output.display()))?;
+    let name = args.output.display().to_string();
+    let trained = card::trained((&name, &text), &fit, &config, &train, parts.test.as_ref());
+    card::write(&card_path, &trained)?;
+    let rows = Rows {
+        train_rows: train.rows(),
+        validation_rows: validation.map(|rows| rows.rows()),
+        test_rows: parts.test.map(|rows| rows.rows()),
     };
-    let data = load(&args.data)?;
-    let test = args.test.as_deref().map(load).transpose()?;
-    let config = FitConfig {
+    report(args, &fit, rows, cpu)?;
+    Ok(Exit::Done)
+}
+
+fn fit_config(args: &TrainArgs) -> anyhow::Result<FitConfig> {
+    let algorithm = algorithm(args)?;
+    Ok(FitConfig {
         hidden: args.hidden.clone(),
         algorithm,
         run: RunConfig {
@@ -49,32 +85,34 @@ pub(crate) fn run(args: &TrainArgs) -> anyhow::Result<Exit> {
             goal: args.goal,
             min_gradient: algorithm.min_gradient(),
             time_limit: time_limit(args)?,
+            max_fail: args.split.patience,
             ..RunConfig::default()
         },
         seed: args.seed,
         repeats: args.repeats,
         precision: precision(&args.precision)?,
         decay: args.decay,
+        scaler: args.scaler.parse().map_err(|error| WrongArgument(format!("--scaler: {error}")))?,
         ..FitConfig::default()
-    };
-    let fitting =
-        Fitting::new(&data, None, &config).map_err(|error| WrongArgument(error.to_string()))?;
-    let cpu_before = cpu_time()?;
+    })
+}
+
+/// Trains from every start, in parallel.
+fn fit(
+    train: &DataSet,
+    validation: Option<&DataSet>,
+    test: Option<&DataSet>,
+    config: &FitConfig,
+) -> anyhow::Result<Fit> {
+    let fitting = Fitting::new(train, validation, config)
+        .map_err(|error| WrongArgument(error.to_string()))?;
     let start = monotonic();
-    let runs = (0..args.repeats)
+    let runs = (0..config.repeats)
         .into_par_iter()
-        .progress_with(progress(args.repeats))
+        .progress_with(progress(config.repeats))
         .map(|repeat| fitting.run_timed(repeat, &|| monotonic().saturating_sub(start)))
         .collect();
-    let cpu = cpu_time()?.saturating_sub(cpu_before);
-    let fit = fitting.finish(runs, test.as_ref())?;
-    let text = fit.file.to_json()?;
-    std::fs::write(&args.output, &text)
-        .with_context(|| format!("cannot write {}", args.output.display()))?;
-    let name = args.output.display().to_string();
-    card::write(&card_path, &card::trained((&name, &text), &fit, &config, &data, test.as_ref()))?;
-    report(args, &algorithm, &fit, cpu)?;
-    Ok(Exit::Done)
+    Ok(fitting.finish(runs, test)?)
 }
 
 /// A bar on a terminal, nothing elsewhere and nothing for a single run.
@@ -147,15 +185,15 @@ fn specs(names: &[String]) -> anyhow::Result<Vec<ColumnSpec>> {
 }
 
 /// Processor time of this process, all threads.
-fn cpu_time() -> anyhow::Result<Duration> {
+pub(super) fn cpu_time() -> anyhow::Result<Duration> {
     let time = rustix::time::clock_gettime(rustix::time::ClockId::ProcessCPUTime);
     Ok(Duration::new(u64::try_from(time.tv_sec)?, u32::try_from(time.tv_nsec)?))
 }
 
-fn report(args: &TrainArgs, algorithm: &Algorithm, fit: &Fit, cpu: Duration) -> anyhow::Result<()> {
+fn report(args: &TrainArgs, fit: &Fit, rows: Rows, cpu: Duration) -> anyhow::Result<()> {
     let run = fit.runs.get(fit.chosen).context("no run was chosen")?;
     let result = Result {
-        algorithm: algorithm.name(),
+        algorithm: algorithm(args)?.name(),
         epochs: run.epochs,
         train_mse: fit.train.mse,
         test_mse: fit.test.as_ref().map(|test| test.mse),
@@ -169,6 +207,7 @@ fn report(args: &TrainArgs, algorithm: &Algorithm, fit: &Fit, cpu: Duration) -> 
         repeats: args.repeats,
         gradient_evaluations: run.gradient_evaluations,
         repeats_scaled_mse: fit.runs.iter().map(|run| run.mse).collect(),
+        rows,
     };
     if args.json {
         return output::json(&result);
@@ -178,7 +217,8 @@ fn report(args: &TrainArgs, algorithm: &Algorithm, fit: &Fit, cpu: Duration) -> 
         result.algorithm, result.epochs, result.stop, result.seed, result.repeats, result.cpu_s
     ))?;
     output::line(&format!(
-        "train: mse {:.6} (target unit squared), {:.6} (scaled), within 10 %: {:.1} %",
+        "train: {} rows, mse {:.6} (target unit squared), {:.6} (scaled), within 10 %: {:.1} %",
+        result.rows.train_rows,
         result.train_mse,
         result.train_scaled_mse,
         100.0 * result.train_within_10pct
@@ -187,7 +227,8 @@ fn report(args: &TrainArgs, algorithm: &Algorithm, fit: &Fit, cpu: Duration) -> 
         (result.test_mse, result.test_scaled_mse, result.test_within_10pct)
     {
         output::line(&format!(
-            "test:  mse {mse:.6} (target unit squared), {scaled:.6} (scaled), within 10 %: {:.1} %",
+            "test:  {} rows, mse {mse:.6} (target unit squared), {scaled:.6} (scaled), within 10 %: {:.1} %",
+            result.rows.test_rows.unwrap_or(0),
             100.0 * within
         ))?;
     }

@@ -11,4 +11,6 @@ mod replay;
 mod run;
 mod score;
 mod sim;
+mod splits;
+mod study;
 mod surfaces;

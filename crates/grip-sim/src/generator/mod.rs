@@ -14,13 +14,17 @@
 //! the onset of gross slip on; [`Source::Stretch`] draws any stretch of a slip, braking included. Objects: m log-uniform 0.2 to 1 kg, mu_k uniform 0.2 to 0.5, Ra one of the grades
 //! N4 to N12 (ISO 1302), surface as in [`crate::surface`].
 
+mod passed;
 mod simulated;
 mod stretch;
+
+pub use passed::Readings;
 
 use crate::GRAVITY_M_S2;
 use crate::random::{self, Purpose};
 use crate::scene::{Object, SceneError};
 use crate::surface::{Surface, mean_spacing};
+use passed::Passed;
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
@@ -145,6 +149,8 @@ pub struct Row {
     pub mean_slope: f64,
     /// Scattered energy of vibration as printed, n F v tan(sum cot(delta_i / s_i)) (W), in plain f64.
     pub esc_literal_w: f64,
+    /// The other readings of it, which no CSV column holds.
+    pub readings: Readings,
     /// True needed force m g / (2 mu_k) (N).
     pub needed_force_n: f64,
     /// kappa times the needed force (N): the target.
@@ -250,7 +256,8 @@ impl GeneratorConfig {
             slip_acceleration_m_s2: slip.gained_m_s * speed_error / slip.time_s,
             irregularities: passed.count,
             mean_slope: passed.slope_sum / f64::from(passed.count.max(1)),
-            esc_literal_w: f64::from(passed.count) * force * speed * passed.cot_sum.tan(),
+            esc_literal_w: passed.literal_w(force, speed),
+            readings: passed.readings(force, speed),
             needed_force_n: object.force_needed_n(),
             adequate_force_n: self.safety * object.force_needed_n(),
         }
@@ -302,35 +309,6 @@ fn closed_form(object: Object, trial_n: f64, travel_m: f64) -> Slip {
         time_s: speed_m_s / acceleration,
         force_n: trial_n,
         start_m: 0.0,
-    }
-}
-
-/// The irregularities whose peak the stylus passed.
-#[derive(Clone, Copy, Debug, Default)]
-struct Passed {
-    count: u32,
-    slope_sum: f64,
-    cot_sum: f64,
-}
-
-impl Passed {
-    fn between(surface: &Surface, start_m: f64, end_m: f64) -> Self {
-        let mut passed = Self::default();
-        let mut begin = 0.0;
-        for asperity in (0..).map(|index| surface.asperity(index)) {
-            let peak = begin + 0.5 * asperity.spacing_m;
-            begin += asperity.spacing_m;
-            if peak > end_m {
-                return passed;
-            }
-            if peak >= start_m {
-                let slope = asperity.delta_m / asperity.spacing_m;
-                passed.count += 1;
-                passed.slope_sum += slope;
-                passed.cot_sum += 1.0 / slope.tan();
-            }
-        }
-        passed
     }
 }
 

@@ -53,6 +53,35 @@ fn irregularities_match_travel_over_spacing() {
     assert!(rows.iter().all(|row| row.esc_literal_w.is_finite() && row.mean_slope < 0.5));
 }
 
+/// Shallow, equal irregularities: slope power over n times contact time is twice the lift work, and the sum of
+/// the listed asperities is what the row holds.
+#[test]
+fn readings_are_those_of_the_listed_irregularities() {
+    let surface = Surface::new(1.6e-6, 200e-6, 9);
+    let passed = Passed::between(&surface, 0.0, 2e-3);
+    let (force, speed) = (2.0, 0.1);
+    let mut begin = 0.0;
+    let mut sums = slip_core::esc::EscSums::default();
+    for asperity in (0..u64::from(passed.count)).map(|index| surface.asperity(index)) {
+        assert!(begin + 0.5 * asperity.spacing_m <= 2e-3);
+        begin += asperity.spacing_m;
+        assert!(sums.push(asperity.delta_m, asperity.spacing_m));
+    }
+    let readings = passed.readings(force, speed);
+    let own = [
+        passed.literal_w(force, speed),
+        readings.arc_cot_w,
+        readings.slope_power_w,
+        readings.lift_work_j,
+        readings.viscous_work_j,
+    ];
+    let trial = slip_core::esc::Trial::new(force, speed);
+    for (reading, own) in slip_core::esc::Reading::ALL.into_iter().zip(own) {
+        let exact = sums.value(reading, &trial).unwrap().value;
+        assert!((own / exact - 1.0).abs() < 1e-6, "{}: {own} {exact}", reading.name());
+    }
+}
+
 #[test]
 fn speed_noise_has_the_size_asked_for() {
     let clean = generate(GeneratorConfig::default(), 2000);

@@ -86,6 +86,11 @@ impl Row<'_> {
         }
     }
 
+    /// The text in field `at`.
+    pub(super) fn text(&self, at: usize) -> &str {
+        self.fields.get(at).unwrap_or_default()
+    }
+
     /// Where the field of column `name` stands.
     pub(super) fn place(&self, name: &str) -> Place {
         Place { file: self.file.to_owned(), line: self.line, column: name.to_owned() }

@@ -6,7 +6,7 @@ use sha2::{Digest, Sha256};
 
 use super::column::ColumnSpec;
 use super::csv_file::{CsvFile, Row};
-use super::scaling::Scaling;
+use super::scaling::{Method, Scaling};
 use crate::scaler::{MAX_IO, Transform};
 
 /// Where in a file something is wrong.
@@ -101,6 +101,32 @@ pub enum DataSetError {
         /// The value as text.
         value: String,
     },
+    /// A row without a label in the column that groups the rows.
+    #[error("{place}: a label is needed to split by it")]
+    NoLabel {
+        /// Where it should stand.
+        place: Place,
+    },
+    /// Values that do not divide into rows.
+    #[error("{name}: {inputs} input and {targets} target values are no rows of {columns} columns")]
+    Ragged {
+        /// Name of the data.
+        name: String,
+        /// Input values given.
+        inputs: usize,
+        /// Target values given.
+        targets: usize,
+        /// Columns of a row.
+        columns: usize,
+    },
+    /// A row that the data set has not.
+    #[error("row {row} of {rows} (counted from 0)")]
+    NoSuchRow {
+        /// Asked for.
+        row: usize,
+        /// Rows there are.
+        rows: usize,
+    },
     /// The bytes are no CSV text.
     #[error("{file}, line {line}: {message}")]
     Malformed {
@@ -127,6 +153,8 @@ pub struct DataSet {
     rows: usize,
     input_values: Vec<f64>,
     target_values: Vec<f64>,
+    /// One label a row, or none at all.
+    labels: Vec<String>,
 }
 
 impl DataSet {
@@ -140,30 +168,120 @@ impl DataSet {
         inputs: &[ColumnSpec],
         targets: &[ColumnSpec],
     ) -> Result<Self, DataSetError> {
+        Self::from_grouped_csv(file, bytes, (inputs, targets), None)
+    }
+
+    /// The same for the columns `(inputs, targets)`, and of each row the text in the column `group` (an object, a
+    /// grasp, a session): rows with the same one stay together in a [split](super::split).
+    ///
+    /// # Errors
+    /// Any [`DataSetError`]; the first fault ends the reading.
+    pub fn from_grouped_csv(
+        file: &str,
+        bytes: &[u8],
+        (inputs, targets): (&[ColumnSpec], &[ColumnSpec]),
+        group: Option<&str>,
+    ) -> Result<Self, DataSetError> {
         check_columns(inputs, targets)?;
         let mut csv = CsvFile::open(file, bytes)?;
         let places = |specs: &[ColumnSpec], csv: &CsvFile<'_>| {
             specs.iter().map(|spec| csv.column(&spec.name)).collect::<Result<Vec<_>, _>>()
         };
         let (input_places, target_places) = (places(inputs, &csv)?, places(targets, &csv)?);
-        let mut data = Self {
-            file: file.to_owned(),
-            sha256: hexadecimal(&Sha256::digest(bytes)),
-            inputs: inputs.to_vec(),
-            targets: targets.to_vec(),
-            rows: 0,
-            input_values: Vec::new(),
-            target_values: Vec::new(),
-        };
+        let group = group.map(|name| Ok((csv.column(name)?, name))).transpose()?;
+        let hash = hexadecimal(&Sha256::digest(bytes));
+        let mut data = Self::empty(file, hash, inputs, targets);
         while let Some(row) = csv.next_row()? {
             read_fields(&row, &input_places, inputs, &mut data.input_values)?;
             read_fields(&row, &target_places, targets, &mut data.target_values)?;
+            if let Some((at, name)) = group {
+                data.labels.push(read_label(&row, at, name)?);
+            }
             data.rows += 1;
         }
         if data.rows == 0 {
             return Err(DataSetError::NoRows { file: file.to_owned() });
         }
         Ok(data)
+    }
+
+    /// Data that was computed instead of read: `values` holds features and targets, both row by row. `name` is used in
+    /// messages, with the number of the row (from 1) as the line. The hash is that of the values' bytes, little-endian.
+    ///
+    /// # Errors
+    /// [`DataSetError::Columns`], [`DataSetError::Repeated`], [`DataSetError::Ragged`], [`DataSetError::NoRows`],
+    /// [`DataSetError::NotANumber`] and [`DataSetError::LogOfNonPositive`].
+    pub fn from_values(
+        name: &str,
+        inputs: &[ColumnSpec],
+        targets: &[ColumnSpec],
+        values: (Vec<f64>, Vec<f64>),
+    ) -> Result<Self, DataSetError> {
+        check_columns(inputs, targets)?;
+        let (input_values, target_values) = values;
+        let rows = input_values.len() / inputs.len();
+        if input_values.len() != rows * inputs.len() || target_values.len() != rows * targets.len()
+        {
+            return Err(DataSetError::Ragged {
+                name: name.to_owned(),
+                inputs: input_values.len(),
+                targets: target_values.len(),
+                columns: inputs.len() + targets.len(),
+            });
+        }
+        if rows == 0 {
+            return Err(DataSetError::NoRows { file: name.to_owned() });
+        }
+        for (specs, values) in [(inputs, &input_values), (targets, &target_values)] {
+            check_values(name, specs, values)?;
+        }
+        let mut hash = Sha256::new();
+        input_values.iter().chain(&target_values).for_each(|v| hash.update(v.to_le_bytes()));
+        let data = Self::empty(name, hexadecimal(&hash.finalize()), inputs, targets);
+        Ok(Self { rows, input_values, target_values, ..data })
+    }
+
+    fn empty(file: &str, sha256: String, inputs: &[ColumnSpec], targets: &[ColumnSpec]) -> Self {
+        Self {
+            file: file.to_owned(),
+            sha256,
+            inputs: inputs.to_vec(),
+            targets: targets.to_vec(),
+            rows: 0,
+            input_values: Vec::new(),
+            target_values: Vec::new(),
+            labels: Vec::new(),
+        }
+    }
+
+    /// The given rows, counted from 0, in the given order. Name and hash stay those of the whole.
+    ///
+    /// # Errors
+    /// [`DataSetError::NoRows`] and [`DataSetError::NoSuchRow`].
+    pub fn subset(&self, rows: &[usize]) -> Result<Self, DataSetError> {
+        if rows.is_empty() {
+            return Err(DataSetError::NoRows { file: self.file.clone() });
+        }
+        let mut part = Self::empty(&self.file, self.sha256.clone(), &self.inputs, &self.targets);
+        part.rows = rows.len();
+        for &row in rows {
+            let (Some(inputs), Some(targets)) = (
+                self.input_values.chunks_exact(self.inputs.len()).nth(row),
+                self.target_values.chunks_exact(self.targets.len()).nth(row),
+            ) else {
+                return Err(DataSetError::NoSuchRow { row, rows: self.rows });
+            };
+            part.input_values.extend_from_slice(inputs);
+            part.target_values.extend_from_slice(targets);
+            part.labels.extend(self.labels.get(row).cloned());
+        }
+        Ok(part)
+    }
+
+    /// The label of each row, or none where no column of labels was read.
+    #[must_use]
+    pub fn labels(&self) -> &[String] {
+        &self.labels
     }
 
     /// Number of rows, at least 1.
@@ -180,16 +298,25 @@ impl DataSet {
             .zip(self.target_values.chunks_exact(self.targets.len()))
     }
 
-    /// Limits of the feature columns over the rows.
+    /// Limits of the feature columns over the rows, for min-max.
     #[must_use]
     pub fn input_scalings(&self) -> Vec<Scaling> {
-        scalings(&self.inputs, &self.input_values)
+        self.scalings(Method::MinMax).0
     }
 
-    /// Limits of the target columns over the rows.
+    /// Limits of the target columns over the rows, for min-max.
     #[must_use]
     pub fn target_scalings(&self) -> Vec<Scaling> {
-        scalings(&self.targets, &self.target_values)
+        self.scalings(Method::MinMax).1
+    }
+
+    /// Limits of feature and target columns over the rows, scaled by `method`.
+    #[must_use]
+    pub fn scalings(&self, method: Method) -> (Vec<Scaling>, Vec<Scaling>) {
+        (
+            scalings(method, &self.inputs, &self.input_values),
+            scalings(method, &self.targets, &self.target_values),
+        )
     }
 
     /// All rows scaled. Limits come from the training rows, whichever rows these are.
@@ -244,9 +371,37 @@ fn read_fields(
     Ok(())
 }
 
-fn scalings(specs: &[ColumnSpec], values: &[f64]) -> Vec<Scaling> {
+fn read_label(row: &Row<'_>, at: usize, name: &str) -> Result<String, DataSetError> {
+    match row.text(at) {
+        "" => Err(DataSetError::NoLabel { place: row.place(name) }),
+        label => Ok(label.to_owned()),
+    }
+}
+
+/// What [`read_fields`] asks of the fields of a file.
+fn check_values(name: &str, specs: &[ColumnSpec], values: &[f64]) -> Result<(), DataSetError> {
+    let place = |at: usize, spec: &ColumnSpec| Place {
+        file: name.to_owned(),
+        line: (at / specs.len() + 1) as u64,
+        column: spec.name.clone(),
+    };
+    for (at, (value, spec)) in values.iter().zip(specs.iter().cycle()).enumerate() {
+        let (single, text) = (super::rounded(*value), value.to_string());
+        if !single.is_finite() {
+            return Err(DataSetError::NotANumber { place: place(at, spec), text });
+        }
+        if !spec.transform.accepts(single) {
+            return Err(DataSetError::LogOfNonPositive { place: place(at, spec), value: text });
+        }
+    }
+    Ok(())
+}
+
+fn scalings(method: Method, specs: &[ColumnSpec], values: &[f64]) -> Vec<Scaling> {
     let column = |at: usize| values.iter().copied().skip(at).step_by(specs.len());
-    specs.iter().enumerate().map(|(at, spec)| Scaling::of(spec.transform, column(at))).collect()
+    let scaling =
+        |(at, spec): (usize, &ColumnSpec)| Scaling::by(method, spec.transform, &column(at));
+    specs.iter().enumerate().map(scaling).collect()
 }
 
 fn scale_all(scalings: &[Scaling], values: &[f64]) -> Vec<f64> {
@@ -258,89 +413,5 @@ fn hexadecimal(digest: &[u8]) -> String {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn specs(texts: &[&str]) -> Vec<ColumnSpec> {
-        texts.iter().map(|text| text.parse().unwrap()).collect()
-    }
-
-    fn read(csv: &str, inputs: &[&str], targets: &[&str]) -> Result<DataSet, DataSetError> {
-        DataSet::from_csv("grasps.csv", csv.as_bytes(), &specs(inputs), &specs(targets))
-    }
-
-    fn message(csv: &str, inputs: &[&str]) -> String {
-        read(csv, inputs, &["f_n"]).unwrap_err().to_string()
-    }
-
-    #[test]
-    fn columns_are_found_by_name_and_scaled() {
-        let csv = "\u{feff}f_n, note ,v_m_s\n1,a,0.1\r\n\n3,\"b,c\",0.3\n2,,0.2\n";
-        let data = read(csv, &["v_m_s"], &["f_n:ln"]).unwrap();
-        assert_eq!(data.rows(), 3);
-        let raw: Vec<_> = data.iter().map(|(x, y)| (x.to_vec(), y.to_vec())).collect();
-        assert_eq!(raw[1], (vec![0.3], vec![3.0]));
-        let patterns = data.patterns(&data.input_scalings(), &data.target_scalings());
-        let expected = [-1.0, 1.0, 2.0 * 2_f64.ln() / 3_f64.ln() - 1.0];
-        for (scaled, expected) in patterns.targets.iter().zip(expected) {
-            assert!((scaled - expected).abs() < 1e-15, "{scaled} {expected}");
-        }
-    }
-
-    #[test]
-    fn the_hash_is_that_of_the_bytes() {
-        let data = read("x,y\n1,2\n", &["x"], &["y"]).unwrap();
-        // As `printf 'x,y\n1,2\n' | sha256sum` says.
-        let known = "81bf9fa83c6f7f151bd491a98cd7d933de3965289e3ebd77c6c425f7eaa16392";
-        assert_eq!(data.sha256, known);
-    }
-
-    #[test]
-    fn messages_say_where_and_what() {
-        assert_eq!(
-            message("v,f_n\n1,2\n", &["speed"]),
-            "grasps.csv: no column \"speed\" (there are: v, f_n)"
-        );
-        assert_eq!(
-            message("v,f_n\n1,2\n\nfast,3\n", &["v"]),
-            "grasps.csv, line 4, column \"v\": \"fast\" is not a finite number"
-        );
-        assert_eq!(
-            message("v,f_n\n1,2\n3\n", &["v"]),
-            "grasps.csv, line 3: 1 fields where the header has 2"
-        );
-        assert_eq!(
-            message("v,f_n\n0.5,2\n0,3\n", &["v:ln"]),
-            "grasps.csv, line 3, column \"v\": the logarithm needs a value above 0, this is 0"
-        );
-        assert_eq!(message("v,v,f_n\n1,1,1\n", &["v"]), "grasps.csv: several columns \"v\"");
-        assert_eq!(message("v,f_n\n", &["v"]), "grasps.csv: no rows below the header");
-        assert_eq!(message("", &["v"]), "grasps.csv: no header row");
-        assert_eq!(message("v,f_n\n1,1\n", &["f_n"]), "column \"f_n\" is used twice");
-        assert!(matches!(
-            read("x,y\n1,2\n", &[], &["y"]),
-            Err(DataSetError::Columns { kind: "input", given: 0 })
-        ));
-    }
-
-    #[test]
-    fn what_is_not_finite_is_refused() {
-        for text in ["NaN", "nan", "inf", "-inf", "1e999", "1e39", "", "1,5"] {
-            let csv = format!("v,f_n\n\"{text}\",1\n");
-            let error = read(&csv, &["v"], &["f_n"]).unwrap_err();
-            assert!(matches!(error, DataSetError::NotANumber { .. }), "{text}: {error}");
-        }
-    }
-
-    #[test]
-    fn bytes_that_are_no_text_are_refused() {
-        let error = DataSet::from_csv(
-            "grasps.csv",
-            b"v,f_n\n1,2\n\xff\xfe,3\n",
-            &specs(&["v"]),
-            &specs(&["f_n"]),
-        )
-        .unwrap_err();
-        assert!(matches!(error, DataSetError::Malformed { line: 3, .. }), "{error:?}");
-    }
-}
+#[path = "data_tests.rs"]
+mod tests;

@@ -157,6 +157,22 @@ pub struct TrainingNote {
     pub test_mse: Option<f64>,
     /// Test error in scaled units squared.
     pub test_scaled_mse: Option<f64>,
+    /// How rows of the training file were kept away from the training, if any were.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub split: Option<SplitNote>,
+}
+
+/// How the rows of one file were split. `data_sha256` of the [`TrainingNote`] is that of the whole file.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct SplitNote {
+    /// Column whose groups of equal text stayed together; rows were split one by one without it.
+    pub by: Option<String>,
+    /// Seed of the split.
+    pub seed: u64,
+    /// Share of the rows that was asked for as test rows.
+    pub holdout: Option<f64>,
+    /// Share of the remaining rows that was asked for as validation rows.
+    pub validation: Option<f64>,
 }
 
 /// Contents of a model file.

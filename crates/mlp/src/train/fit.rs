@@ -9,7 +9,7 @@ use super::metrics::{EvaluateError, Evaluation, evaluate};
 use super::objective::{NetworkObjective, Objective, count};
 use super::real::Real;
 use super::run::{Run, RunConfig, Training, run};
-use super::scaling::Scaling;
+use super::scaling::{Method, Scaling, as_min_max};
 use super::setting::SettingError;
 use super::topology::Topology;
 use super::trainer::Algorithm;
@@ -55,6 +55,8 @@ pub struct FitConfig {
     pub precision: Precision,
     /// Penalty `decay / 2 * sum w^2` on the weights without the biases, in scaled units. Default 0.
     pub decay: f64,
+    /// What the training sees of the columns; the saved model has min-max limits in any case. Default min-max.
+    pub scaler: Method,
 }
 
 impl Default for FitConfig {
@@ -68,6 +70,7 @@ impl Default for FitConfig {
             choice: Choice::Best,
             precision: Precision::Double,
             decay: 0.0,
+            scaler: Method::MinMax,
         }
     }
 }
@@ -204,7 +207,7 @@ impl<'a> Fitting<'a> {
         let topology =
             Topology::regression(train.inputs.len(), &config.hidden, train.targets.len())?;
         check_weights(&config.algorithm, topology.weights())?;
-        let (inputs, targets) = (train.input_scalings(), train.target_scalings());
+        let (inputs, targets) = train.scalings(config.scaler);
         let scaled = |data: &DataSet| {
             check_columns(train, data)?;
             Ok::<_, FitError>(data.patterns(&inputs, &targets))
@@ -247,7 +250,7 @@ impl<'a> Fitting<'a> {
             &super::file::columns(&self.train.inputs, &self.inputs),
             &super::file::columns(&self.train.targets, &self.targets),
             &self.topology,
-            &runs[chosen].weights,
+            &as_min_max(&self.topology, &runs[chosen].weights, &self.inputs, &self.targets),
         );
         let model = file.model()?;
         let train = self.evaluate(&model, self.train)?;
@@ -264,6 +267,7 @@ impl<'a> Fitting<'a> {
             train_scaled_mse: train.scaled_mse,
             test_mse: test.as_ref().map(|test| test.mse),
             test_scaled_mse: test.as_ref().map(|test| test.scaled_mse),
+            split: None,
         });
         Ok(Fit { file, model, runs, chosen, train, test })
     }

@@ -22,6 +22,7 @@ pub mod real;
 pub mod run;
 pub mod scaling;
 pub mod setting;
+pub mod split;
 pub mod topology;
 pub mod trainer;
 mod vector;
@@ -35,8 +36,9 @@ pub use metrics::{EvaluateError, Evaluation, evaluate};
 pub use objective::{NetworkObjective, Objective};
 pub use real::Real;
 pub use run::{Run, RunConfig, Stop, Training, run};
-pub use scaling::Scaling;
+pub use scaling::{Method, Scaling};
 pub use setting::SettingError;
+pub use split::{Split, SplitError};
 pub use topology::Topology;
 pub use trainer::{Algorithm, Finish, StepReport, Trainer};
 

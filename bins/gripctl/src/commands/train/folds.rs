@@ -1,0 +1,105 @@
+//! Cross-validation: every part of the rows is the test of a model that never saw it.
+
+use super::rows;
+use crate::{cli::TrainArgs, output};
+use mlp::train::{DataSet, FitConfig, Split};
+use serde::Serialize;
+
+#[derive(Serialize)]
+#[serde(tag = "type", rename = "fold")]
+struct Fold {
+    fold: usize,
+    folds: usize,
+    train_rows: usize,
+    test_rows: usize,
+    train_mse: f64,
+    test_mse: f64,
+    test_scaled_mse: f64,
+    test_within_10pct: f64,
+}
+
+/// Over all rows, each tested once.
+#[derive(Serialize)]
+#[serde(tag = "type", rename = "folds")]
+struct Total {
+    folds: usize,
+    rows: usize,
+    test_mse: f64,
+    /// Standard deviation between the folds.
+    test_mse_deviation: f64,
+    test_within_10pct: f64,
+}
+
+pub(super) fn run(
+    args: &TrainArgs,
+    config: &FitConfig,
+    data: &DataSet,
+    folds: usize,
+) -> anyhow::Result<()> {
+    let splits = Split::folds(data, folds, args.split.split_seed)
+        .map_err(|error| rows::wrong("--folds", &folds, &error))?;
+    let mut all = Vec::new();
+    for (at, split) in splits.iter().enumerate() {
+        let (train, test) = split.of(data)?;
+        let (train, validation) = rows::for_training(&train, &args.split)?;
+        let fit = super::fit(&train, validation.as_ref(), Some(&test), config)?;
+        let Some(tested) = &fit.test else { continue };
+        let fold = Fold {
+            fold: at + 1,
+            folds,
+            train_rows: train.rows(),
+            test_rows: test.rows(),
+            train_mse: fit.train.mse,
+            test_mse: tested.mse,
+            test_scaled_mse: tested.scaled_mse,
+            test_within_10pct: tested.within_fraction(0.1),
+        };
+        tell(args, &fold)?;
+        all.push(fold);
+    }
+    tell_total(args, &total(&all))
+}
+
+fn total(all: &[Fold]) -> Total {
+    let rows: usize = all.iter().map(|fold| fold.test_rows).sum();
+    let mean = |of: &dyn Fn(&Fold) -> f64| {
+        all.iter().map(|fold| fold.test_rows as f64 * of(fold)).sum::<f64>() / rows as f64
+    };
+    let test_mse = mean(&|fold| fold.test_mse);
+    Total {
+        folds: all.len(),
+        rows,
+        test_mse,
+        test_mse_deviation: mean(&|fold| (fold.test_mse - test_mse).powi(2)).sqrt(),
+        test_within_10pct: mean(&|fold| fold.test_within_10pct),
+    }
+}
+
+fn tell(args: &TrainArgs, fold: &Fold) -> anyhow::Result<()> {
+    if args.json {
+        return output::json(fold);
+    }
+    Ok(output::line(&format!(
+        "fold {} of {}: {} rows, tested on {}: mse {:.6} (target unit squared), within 10 %: {:.1} %",
+        fold.fold,
+        fold.folds,
+        fold.train_rows,
+        fold.test_rows,
+        fold.test_mse,
+        100.0 * fold.test_within_10pct
+    ))?)
+}
+
+fn tell_total(args: &TrainArgs, total: &Total) -> anyhow::Result<()> {
+    if args.json {
+        return output::json(total);
+    }
+    Ok(output::line(&format!(
+        "{} folds: {} rows each tested once: mse {:.6} +- {:.6} between folds, within 10 %: {:.1} %",
+        total.folds,
+        total.rows,
+        total.test_mse,
+        total.test_mse_deviation,
+        100.0 * total.test_within_10pct
+    ))?)
+}

@@ -1,0 +1,84 @@
+//! Arguments in, rows to train on, to stop by and to test on out.
+
+use crate::{
+    cli::{SplitArgs, TrainArgs},
+    commands::read,
+};
+use grip_host::exit::WrongArgument;
+use mlp::train::{ColumnSpec, DataSet, Split, SplitError, file::SplitNote};
+
+/// The rows of the training file without those held out, and the test rows from wherever they come.
+pub(super) struct Parts {
+    pub(super) train: DataSet,
+    pub(super) test: Option<DataSet>,
+}
+
+impl Parts {
+    /// Reads the files and holds out the test rows.
+    pub(super) fn read(
+        args: &TrainArgs,
+        columns: (&[ColumnSpec], &[ColumnSpec]),
+    ) -> anyhow::Result<Self> {
+        let split = &args.split;
+        if split.split_by.is_some()
+            && [split.holdout, split.validation].iter().all(Option::is_none)
+            && split.folds.is_none()
+        {
+            let message = "--split-by goes with --holdout, --validation or --folds only";
+            return Err(WrongArgument(message.to_owned()).into());
+        }
+        let name = args.data.display().to_string();
+        let group = split.split_by.as_deref();
+        let train = DataSet::from_grouped_csv(&name, &read(&args.data)?, columns, group)?;
+        if let Some(share) = split.holdout {
+            let parts = Split::holdout(&train, share, split.split_seed)
+                .map_err(|error| wrong("--holdout", &share, &error))?;
+            let (train, test) = parts.of(&train)?;
+            return Ok(Self { train, test: Some(test) });
+        }
+        let test = args.test.as_deref().map(|file| {
+            let name = file.display().to_string();
+            anyhow::Ok(DataSet::from_csv(&name, &read(file)?, columns.0, columns.1)?)
+        });
+        Ok(Self { train, test: test.transpose()? })
+    }
+
+    /// The rows to train on, and those to stop by.
+    pub(super) fn for_training(
+        &self,
+        split: &SplitArgs,
+    ) -> anyhow::Result<(DataSet, Option<DataSet>)> {
+        for_training(&self.train, split)
+    }
+}
+
+/// Holds out validation rows, where some are asked for.
+pub(super) fn for_training(
+    rows: &DataSet,
+    split: &SplitArgs,
+) -> anyhow::Result<(DataSet, Option<DataSet>)> {
+    let Some(share) = split.validation else { return Ok((rows.clone(), None)) };
+    let parts = Split::holdout(rows, share, split.split_seed)
+        .map_err(|error| wrong("--validation", &share, &error))?;
+    let (train, validation) = parts.of(rows)?;
+    Ok((train, Some(validation)))
+}
+
+pub(super) fn wrong(
+    flag: &str,
+    value: &dyn core::fmt::Display,
+    error: &SplitError,
+) -> WrongArgument {
+    WrongArgument(format!("{flag} {value}: {error}"))
+}
+
+/// What the model file says of the split, if there was one.
+pub(super) fn note(split: &SplitArgs) -> Option<SplitNote> {
+    let SplitArgs { split_by, holdout, validation, split_seed, .. } = split;
+    (holdout.is_some() || validation.is_some()).then(|| SplitNote {
+        by: split_by.clone(),
+        seed: *split_seed,
+        holdout: *holdout,
+        validation: *validation,
+    })
+}

@@ -1,0 +1,105 @@
+//! `gripctl train` with rows kept away from the training: by share, by group, by folds.
+
+use crate::run::{Ran, gripctl, number};
+use std::{fs, path::Path};
+
+/// Four stretches of each of 30 objects.
+fn rows() -> String {
+    let mut csv = String::from("object,x,y\n");
+    for row in 0..120 {
+        let x = f64::from(row % 40) / 40.0;
+        csv.push_str(&format!("o{},{x},{}\n", row / 4, x * x + 1.0));
+    }
+    csv
+}
+
+fn train(folder: &Path, more: &[&str]) -> Ran {
+    let args = [
+        &["train", "d.csv", "--inputs", "x", "--target", "y", "--json", "--epochs", "60"][..],
+        &["--hidden", "4", "-o", "m.json"],
+        more,
+    ];
+    gripctl(folder, &args.concat())
+}
+
+fn folder() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("d.csv"), rows()).unwrap();
+    folder
+}
+
+#[test]
+fn a_share_is_held_out_and_told() {
+    let folder = folder();
+    let more =
+        ["--holdout", "0.2", "--validation", "0.25", "--split-by", "object", "--split-seed", "3"];
+    let result = train(folder.path(), &more).done().json().pop().unwrap();
+    assert_eq!(
+        [&result["train_rows"], &result["validation_rows"], &result["test_rows"]],
+        [72, 24, 24],
+        "{result}"
+    );
+    assert!(number(&result, "test_mse") >= 0.0);
+    let model = fs::read_to_string(folder.path().join("m.json")).unwrap();
+    let model: serde_json::Value = serde_json::from_str(&model).unwrap();
+    let split = &model["training"]["split"];
+    assert_eq!((&split["by"], &split["seed"]), (&"object".into(), &3.into()), "{split}");
+    assert_eq!((&split["holdout"], &split["validation"]), (&0.2.into(), &0.25.into()), "{split}");
+    gripctl(folder.path(), &["eval", "m.json", "d.csv", "--json"]).done();
+    let again = train(folder.path(), &more).done().json().pop().unwrap();
+    assert_eq!(again["test_mse"], result["test_mse"]);
+    let other = ["--holdout", "0.2", "--split-by", "object", "--split-seed", "4"];
+    let other = train(folder.path(), &other).done().json().pop().unwrap();
+    assert_ne!(other["test_mse"], result["test_mse"]);
+}
+
+#[test]
+fn folds_test_every_row_once_and_the_model_still_comes() {
+    let folder = folder();
+    let lines = train(folder.path(), &["--folds", "4", "--split-by", "object"]).done().json();
+    assert_eq!(lines.len(), 6, "{lines:?}");
+    for (at, fold) in lines[..4].iter().enumerate() {
+        assert_eq!((&fold["type"], &fold["fold"]), (&"fold".into(), &(at + 1).into()));
+        assert_eq!(number(fold, "train_rows") + number(fold, "test_rows"), 120.0, "{fold}");
+    }
+    assert_eq!((&lines[4]["type"], &lines[4]["rows"]), (&"folds".into(), &120.into()));
+    assert_eq!((&lines[5]["type"], &lines[5]["train_rows"]), (&"result".into(), &120.into()));
+    let mean =
+        lines[..4].iter().map(|f| number(f, "test_mse") * number(f, "test_rows")).sum::<f64>();
+    assert!((mean / 120.0 - number(&lines[4], "test_mse")).abs() < 1e-12, "{lines:?}");
+    let text = [
+        &["train", "d.csv", "--inputs", "x", "--target", "y", "-o", "m.json"][..],
+        &["--folds", "3"],
+    ];
+    let out = gripctl(folder.path(), &text.concat()).done().out;
+    assert!(out.contains("fold 3 of 3") && out.contains("120 rows each tested once"), "{out}");
+}
+
+#[test]
+fn what_cannot_be_split_is_refused() {
+    let folder = folder();
+    let refuse = |more: &[&str], code: i32, words: &[&str]| {
+        train(folder.path(), more).refused(code, words);
+    };
+    refuse(&["--holdout", "1.5"], 2, &["--holdout 1.5", "between 0 and 1"]);
+    refuse(&["--validation", "nan"], 2, &["--validation NaN", "between 0 and 1"]);
+    refuse(&["--folds", "1"], 2, &["--folds 1", "at least 2"]);
+    refuse(&["--folds", "31", "--split-by", "object"], 2, &["--folds 31", "30 groups", "31 parts"]);
+    refuse(&["--split-by", "object"], 2, &["--split-by goes with"]);
+    refuse(
+        &["--holdout", "0.2", "--split-by", "grasp"],
+        1,
+        &["no column \"grasp\"", "object, x, y"],
+    );
+    fs::write(folder.path().join("d.csv"), "object,x,y\na,1,2\n,2,3\n").unwrap();
+    refuse(
+        &["--holdout", "0.5", "--split-by", "object"],
+        1,
+        &["line 3, column \"object\"", "a label"],
+    );
+    for more in [&["--holdout", "0.2", "--test", "d.csv"][..], &["--patience", "3"]] {
+        let ran = train(folder.path(), more);
+        assert_eq!(ran.code, 2, "{ran:?}");
+        assert!(ran.err.contains("--holdout") || ran.err.contains("--validation"), "{ran:?}");
+    }
+}

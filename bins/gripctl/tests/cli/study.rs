@@ -1,0 +1,60 @@
+//! `gripctl study`: a report, its numbers and its figures.
+
+use crate::run::{gripctl, number};
+use serde_json::Value;
+use std::{fs, path::Path};
+
+fn read(folder: &Path, name: &str) -> String {
+    fs::read_to_string(folder.join(name)).unwrap()
+}
+
+fn numbers(folder: &Path) -> Value {
+    serde_json::from_str(&read(folder, "s/study.json")).unwrap()
+}
+
+#[test]
+fn a_quick_study_writes_a_page_its_numbers_and_its_figures() {
+    let folder = tempfile::tempdir().unwrap();
+    let args = ["study", "--quick", "--json", "--out", "s", "--seed", "3"];
+    let told = gripctl(folder.path(), &args).done().json();
+    let [summary] = told.as_slice() else { panic!("one line: {told:?}") };
+    assert_eq!((&summary["type"], &summary["conditions"]), (&"study".into(), &7.into()));
+    let json = numbers(folder.path());
+    assert_eq!((&json["type"], &json["seed"]), (&"study".into(), &3.into()));
+    let paper = &json["results"].as_array().unwrap()[1];
+    assert_eq!(paper["condition"], "paper");
+    let scores = &paper["nets"][2]["scores"][0]["unseen"]["correct"][1];
+    assert_eq!(&summary["unseen_within_10pct"]["paper"]["rprop"], scores);
+    assert_eq!(
+        summary["unseen_within_10pct"]["paper"]["best_possible"],
+        paper["ceiling"]["within_10pct"]
+    );
+    assert!(number(summary, "paper_difference_points") > 0.0);
+    let html = read(folder.path(), "s/report.html");
+    for text in ["Table 1.", "Table 2.", "Fig. 3.", "Fig. 6.", "Fig. 7.", "All conditions", "<svg"]
+    {
+        assert!(html.contains(text), "no {text}");
+    }
+    for outside in ["src=", "<script", "<link", "@import", "href=\"http"] {
+        assert!(!html.contains(outside), "{outside} in the report");
+    }
+    let figures: Vec<_> = fs::read_dir(folder.path().join("s/figures")).unwrap().collect();
+    assert_eq!(figures.len(), html.matches("<figure").count());
+    assert_eq!(summary["figures"], figures.len());
+    for figure in figures {
+        assert!(fs::read(figure.unwrap().path()).unwrap().starts_with(b"\x89PNG"));
+    }
+    // The same seed gives the same numbers, in words too.
+    let text = gripctl(folder.path(), &["study", "--quick", "--out", "s", "--seed", "3"]).done();
+    assert_eq!(numbers(folder.path()), json);
+    assert!(text.out.contains("report s/report.html") && text.err.is_empty(), "{text:?}");
+}
+
+#[test]
+fn what_cannot_be_written_is_said_before_the_work() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("file"), "mine").unwrap();
+    gripctl(folder.path(), &["study", "--out", "file"]).refused(1, &["cannot make file"]);
+    assert_eq!(read(folder.path(), "file"), "mine");
+    gripctl(folder.path(), &["study"]).refused(2, &["--out"]);
+}

@@ -1,0 +1,41 @@
+//! What can go wrong between rows and report.
+
+/// Why there is no result.
+#[derive(Debug, thiserror::Error)]
+pub enum StudyError {
+    /// The simulator refused the condition.
+    #[error("rows of the simulator")]
+    Rows(#[from] grip_sim::GeneratorError),
+    /// The rows are no data set.
+    #[error(transparent)]
+    Data(#[from] mlp::train::DataSetError),
+    /// A condition names its columns wrongly.
+    #[error(transparent)]
+    Column(#[from] mlp::train::ColumnSpecError),
+    /// A condition asks for a column that a trial grasp has not.
+    #[error("a trial grasp has no column \"{0}\"")]
+    NoColumn(String),
+    /// No training came to an end.
+    #[error("condition {condition}, {learner}: {source}")]
+    Fit {
+        /// Name of the condition.
+        condition: &'static str,
+        /// Which learner.
+        learner: &'static str,
+        /// Why.
+        source: mlp::train::FitError,
+    },
+    /// A setting of the study that can not work.
+    #[error("{name} is {value}: it must be {range}")]
+    Setting {
+        /// Name of the field.
+        name: &'static str,
+        /// Its value.
+        value: usize,
+        /// What is possible.
+        range: &'static str,
+    },
+    /// A chart could not be drawn.
+    #[error(transparent)]
+    Plot(#[from] grip_plot::PlotError),
+}

@@ -1,0 +1,134 @@
+use super::*;
+
+fn specs(texts: &[&str]) -> Vec<ColumnSpec> {
+    texts.iter().map(|text| text.parse().unwrap()).collect()
+}
+
+fn read(csv: &str, inputs: &[&str], targets: &[&str]) -> Result<DataSet, DataSetError> {
+    DataSet::from_csv("grasps.csv", csv.as_bytes(), &specs(inputs), &specs(targets))
+}
+
+fn message(csv: &str, inputs: &[&str]) -> String {
+    read(csv, inputs, &["f_n"]).unwrap_err().to_string()
+}
+
+#[test]
+fn columns_are_found_by_name_and_scaled() {
+    let csv = "\u{feff}f_n, note ,v_m_s\n1,a,0.1\r\n\n3,\"b,c\",0.3\n2,,0.2\n";
+    let data = read(csv, &["v_m_s"], &["f_n:ln"]).unwrap();
+    assert_eq!(data.rows(), 3);
+    let raw: Vec<_> = data.iter().map(|(x, y)| (x.to_vec(), y.to_vec())).collect();
+    assert_eq!(raw[1], (vec![0.3], vec![3.0]));
+    let patterns = data.patterns(&data.input_scalings(), &data.target_scalings());
+    let expected = [-1.0, 1.0, 2.0 * 2_f64.ln() / 3_f64.ln() - 1.0];
+    for (scaled, expected) in patterns.targets.iter().zip(expected) {
+        assert!((scaled - expected).abs() < 1e-15, "{scaled} {expected}");
+    }
+}
+
+#[test]
+fn the_hash_is_that_of_the_bytes() {
+    let data = read("x,y\n1,2\n", &["x"], &["y"]).unwrap();
+    // As `printf 'x,y\n1,2\n' | sha256sum` says.
+    let known = "81bf9fa83c6f7f151bd491a98cd7d933de3965289e3ebd77c6c425f7eaa16392";
+    assert_eq!(data.sha256, known);
+}
+
+#[test]
+fn messages_say_where_and_what() {
+    assert_eq!(
+        message("v,f_n\n1,2\n", &["speed"]),
+        "grasps.csv: no column \"speed\" (there are: v, f_n)"
+    );
+    assert_eq!(
+        message("v,f_n\n1,2\n\nfast,3\n", &["v"]),
+        "grasps.csv, line 4, column \"v\": \"fast\" is not a finite number"
+    );
+    assert_eq!(
+        message("v,f_n\n1,2\n3\n", &["v"]),
+        "grasps.csv, line 3: 1 fields where the header has 2"
+    );
+    assert_eq!(
+        message("v,f_n\n0.5,2\n0,3\n", &["v:ln"]),
+        "grasps.csv, line 3, column \"v\": the logarithm needs a value above 0, this is 0"
+    );
+    assert_eq!(message("v,v,f_n\n1,1,1\n", &["v"]), "grasps.csv: several columns \"v\"");
+    assert_eq!(message("v,f_n\n", &["v"]), "grasps.csv: no rows below the header");
+    assert_eq!(message("", &["v"]), "grasps.csv: no header row");
+    assert_eq!(message("v,f_n\n1,1\n", &["f_n"]), "column \"f_n\" is used twice");
+    assert!(matches!(
+        read("x,y\n1,2\n", &[], &["y"]),
+        Err(DataSetError::Columns { kind: "input", given: 0 })
+    ));
+}
+
+#[test]
+fn what_is_not_finite_is_refused() {
+    for text in ["NaN", "nan", "inf", "-inf", "1e999", "1e39", "", "1,5"] {
+        let csv = format!("v,f_n\n\"{text}\",1\n");
+        let error = read(&csv, &["v"], &["f_n"]).unwrap_err();
+        assert!(matches!(error, DataSetError::NotANumber { .. }), "{text}: {error}");
+    }
+}
+
+#[test]
+fn bytes_that_are_no_text_are_refused() {
+    let error = DataSet::from_csv(
+        "grasps.csv",
+        b"v,f_n\n1,2\n\xff\xfe,3\n",
+        &specs(&["v"]),
+        &specs(&["f_n"]),
+    )
+    .unwrap_err();
+    assert!(matches!(error, DataSetError::Malformed { line: 3, .. }), "{error:?}");
+}
+
+#[test]
+fn labels_are_read_beside_the_numbers() {
+    let csv = "grasp,v,f_n\na 1,1,2\nb,2,3\na 1,3,4\n";
+    let columns = (&specs(&["v"])[..], &specs(&["f_n"])[..]);
+    let read = |csv: &str, group| {
+        DataSet::from_grouped_csv("grasps.csv", csv.as_bytes(), columns, Some(group))
+    };
+    let data = read(csv, "grasp").unwrap();
+    assert_eq!(data.labels(), ["a 1", "b", "a 1"]);
+    let part = data.subset(&[2, 0]).unwrap();
+    assert_eq!((part.rows(), part.labels().len(), &part.sha256), (2, 2, &data.sha256));
+    assert_eq!(part.iter().next().unwrap(), (&[3.0][..], &[4.0][..]));
+    let error = data.subset(&[1, 3]).unwrap_err();
+    assert_eq!(error, DataSetError::NoSuchRow { row: 3, rows: 3 });
+    assert!(matches!(data.subset(&[]), Err(DataSetError::NoRows { .. })));
+    assert_eq!(
+        read("grasp,v,f_n\na,1,2\n ,2,3\n", "grasp").unwrap_err().to_string(),
+        "grasps.csv, line 3, column \"grasp\": a label is needed to split by it"
+    );
+    assert_eq!(
+        read(csv, "object").unwrap_err().to_string(),
+        "grasps.csv: no column \"object\" (there are: grasp, v, f_n)"
+    );
+    // A column may label and be a feature.
+    assert_eq!(read(csv, "v").unwrap().labels(), ["1", "2", "3"]);
+}
+
+#[test]
+fn computed_values_are_checked_like_fields() {
+    let make = |inputs: &[f64], targets: &[f64]| {
+        let values = (inputs.to_vec(), targets.to_vec());
+        DataSet::from_values("rows", &specs(&["v", "n:ln"]), &specs(&["f_n"]), values)
+    };
+    let data = make(&[0.1, 1.0, 0.2, 2.0], &[3.0, 4.0]).unwrap();
+    assert_eq!((data.rows(), data.labels().len()), (2, 0));
+    let file = read("v,n,f_n\n0.1,1,3\n0.2,2,4\n", &["v", "n:ln"], &["f_n"]).unwrap();
+    assert!(data.iter().eq(file.iter()));
+    assert_eq!(data.input_scalings(), file.input_scalings());
+    for (inputs, targets) in [(&[0.1, 1.0, 0.2][..], &[3.0][..]), (&[0.1, 1.0], &[3.0, 4.0])] {
+        assert!(matches!(make(inputs, targets), Err(DataSetError::Ragged { columns: 3, .. })));
+    }
+    assert!(matches!(make(&[], &[]), Err(DataSetError::NoRows { .. })));
+    for bad in [f64::NAN, f64::INFINITY, 1e39] {
+        let error = make(&[0.1, 1.0, bad, 2.0], &[3.0, 4.0]).unwrap_err();
+        assert!(error.to_string().starts_with("rows, line 2, column \"v\""), "{error}");
+    }
+    let error = make(&[0.1, 0.0], &[3.0]).unwrap_err();
+    assert!(matches!(error, DataSetError::LogOfNonPositive { .. }), "{error}");
+}
