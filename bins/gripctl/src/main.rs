@@ -21,6 +21,7 @@ fn main() -> ExitCode {
         Command::Grasp(args) => commands::grasp::run(&args),
         Command::Generate(args) => commands::generate::run(&args),
         Command::Train(args) => commands::train::run(&args),
+        Command::Search(args) => commands::search::run(&args),
         Command::Eval(args) => commands::eval::run(&args),
     };
     match result {

@@ -1,6 +1,8 @@
 //! One file per command; each takes its arguments and gives the exit code of the contract.
 
 pub(crate) mod calibrate;
+mod clock;
+mod columns;
 pub(crate) mod esc;
 pub(crate) mod eval;
 pub(crate) mod generate;
@@ -11,8 +13,10 @@ mod profile_plot;
 pub(crate) mod replay;
 pub(crate) mod score;
 mod score_curve;
+pub(crate) mod search;
 pub(crate) mod sim;
 pub(crate) mod train;
+mod train_beyond;
 
 use crate::cli::CsvArgs;
 use anyhow::Context as _;

@@ -1,14 +1,17 @@
 //! `gripctl train`: a network from rows of data.
 
-use super::read;
+use super::{clock, columns::Columns, train_beyond};
 use crate::{cli::TrainArgs, output};
 use anyhow::Context as _;
 use core::time::Duration;
 use grip_host::exit::{Exit, WrongArgument};
 use indicatif::{ParallelProgressIterator as _, ProgressBar, ProgressStyle};
-use mlp::train::{
-    Algorithm, ColumnSpec, DataSet, Fit, FitConfig, Precision, RunConfig, fit::Fitting,
-    trainer::MomentumForm,
+use mlp::{
+    Activation,
+    train::{
+        Algorithm, DataSet, Fit, FitConfig, Precision, RunConfig, fit::Fitting,
+        trainer::MomentumForm,
+    },
 };
 use rayon::iter::{IntoParallelIterator as _, ParallelIterator as _};
 use serde::Serialize;
@@ -33,15 +36,26 @@ struct Result {
 }
 
 pub(crate) fn run(args: &TrainArgs) -> anyhow::Result<Exit> {
+    let config = config(args)?;
+    let columns = Columns::new(&args.columns)?;
+    let data = columns.load(&args.data)?;
+    let test = args.test.as_deref().map(|file| columns.load(file)).transpose()?;
+    match args.model.as_str() {
+        "mlp" => network(args, &config, &data, test.as_ref()),
+        "ensemble" => train_beyond::ensemble(args, config, &data, test.as_ref()),
+        "svr" => train_beyond::svr(args, &data, test.as_ref()),
+        other => {
+            let message = format!("--model {other}: expected mlp, ensemble or svr");
+            Err(WrongArgument(message).into())
+        }
+    }
+}
+
+fn config(args: &TrainArgs) -> anyhow::Result<FitConfig> {
     let algorithm = algorithm(args)?;
-    let (inputs, targets) = (specs(&args.inputs)?, specs(&args.target)?);
-    let load = |file: &std::path::Path| -> anyhow::Result<DataSet> {
-        Ok(DataSet::from_csv(&file.display().to_string(), &read(file)?, &inputs, &targets)?)
-    };
-    let data = load(&args.data)?;
-    let test = args.test.as_deref().map(load).transpose()?;
-    let config = FitConfig {
+    Ok(FitConfig {
         hidden: args.hidden.clone(),
+        activation: activation(&args.activation)?,
         algorithm,
         run: RunConfig {
             epochs: args.epochs,
@@ -55,21 +69,29 @@ pub(crate) fn run(args: &TrainArgs) -> anyhow::Result<Exit> {
         precision: precision(&args.precision)?,
         decay: args.decay,
         ..FitConfig::default()
-    };
+    })
+}
+
+fn network(
+    args: &TrainArgs,
+    config: &FitConfig,
+    data: &DataSet,
+    test: Option<&DataSet>,
+) -> anyhow::Result<Exit> {
     let fitting =
-        Fitting::new(&data, None, &config).map_err(|error| WrongArgument(error.to_string()))?;
-    let cpu_before = cpu_time()?;
-    let start = monotonic();
+        Fitting::new(data, None, config).map_err(|error| WrongArgument(error.to_string()))?;
+    let cpu_before = clock::processor()?;
+    let start = clock::monotonic();
     let runs = (0..args.repeats)
         .into_par_iter()
         .progress_with(progress(args.repeats))
-        .map(|repeat| fitting.run_timed(repeat, &|| monotonic().saturating_sub(start)))
+        .map(|repeat| fitting.run_timed(repeat, &|| clock::monotonic().saturating_sub(start)))
         .collect();
-    let cpu = cpu_time()?.saturating_sub(cpu_before);
-    let fit = fitting.finish(runs, test.as_ref())?;
+    let cpu = clock::processor()?.saturating_sub(cpu_before);
+    let fit = fitting.finish(runs, test)?;
     std::fs::write(&args.output, fit.file.to_json()?)
         .with_context(|| format!("cannot write {}", args.output.display()))?;
-    report(args, &algorithm, &fit, cpu)?;
+    report(args, &config.algorithm, &fit, cpu)?;
     Ok(Exit::Done)
 }
 
@@ -129,23 +151,12 @@ fn time_limit(args: &TrainArgs) -> anyhow::Result<Option<Duration>> {
     Ok(limit.map_err(|error| WrongArgument(format!("--time-limit: {error}")))?)
 }
 
-fn monotonic() -> Duration {
-    let time = rustix::time::clock_gettime(rustix::time::ClockId::Monotonic);
-    // Since the machine started: neither part is negative.
-    Duration::new(time.tv_sec.unsigned_abs(), u32::try_from(time.tv_nsec).unwrap_or(0))
-}
-
-fn specs(names: &[String]) -> anyhow::Result<Vec<ColumnSpec>> {
-    names
-        .iter()
-        .map(|name| name.parse().map_err(|error| WrongArgument(format!("{error}")).into()))
-        .collect()
-}
-
-/// Processor time of this process, all threads.
-fn cpu_time() -> anyhow::Result<Duration> {
-    let time = rustix::time::clock_gettime(rustix::time::ClockId::ProcessCPUTime);
-    Ok(Duration::new(u64::try_from(time.tv_sec)?, u32::try_from(time.tv_nsec)?))
+/// Hidden neurons that are linear would be no network.
+fn activation(name: &str) -> anyhow::Result<Activation> {
+    let known = name.parse().ok().filter(|activation| *activation != Activation::Linear);
+    known.ok_or_else(|| {
+        WrongArgument(format!("--activation {name}: expected tanh, logistic or relu")).into()
+    })
 }
 
 fn report(args: &TrainArgs, algorithm: &Algorithm, fit: &Fit, cpu: Duration) -> anyhow::Result<()> {
