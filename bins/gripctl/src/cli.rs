@@ -299,7 +299,8 @@ pub(crate) struct TrainArgs {
     pub(crate) data: PathBuf,
     #[command(flatten)]
     pub(crate) columns: ColumnArgs,
-    /// What to train: mlp, one network; ensemble, several whose spread is an uncertainty; svr, a support vector regression.
+    /// What to train: mlp, one network; ensemble, several whose spread is an uncertainty; svr, a support
+    /// vector regression, which leaves the options of networks aside.
     #[arg(long, default_value = "mlp")]
     pub(crate) model: String,
     #[command(flatten)]

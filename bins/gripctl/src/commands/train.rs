@@ -37,6 +37,17 @@ struct Result {
 
 pub(crate) fn run(args: &TrainArgs) -> anyhow::Result<Exit> {
     let config = config(args)?;
+    let beyond = &args.beyond;
+    for (option, given, model) in [
+        ("--bagging", beyond.bagging, "ensemble"),
+        ("--svr-c", beyond.svr_c.is_some(), "svr"),
+        ("--svr-gamma", beyond.svr_gamma.is_some(), "svr"),
+    ] {
+        if given && args.model != model {
+            let message = format!("{option} goes with --model {model} only");
+            return Err(WrongArgument(message).into());
+        }
+    }
     let columns = Columns::new(&args.columns)?;
     let data = columns.load(&args.data)?;
     let test = args.test.as_deref().map(|file| columns.load(file)).transpose()?;

@@ -146,6 +146,8 @@ fn impossible_searches_and_learners_are_refused() {
     train(&["--model", "ensemble", "--members", "1"], &["members is 1", "2 to 100"]);
     train(&["--model", "svr", "--svr-c", "0"], &["c is 0", "positive"]);
     train(&["--model", "svr", "--svr-epsilon", "nan"], &["epsilon", "NaN"]);
+    train(&["--bagging"], &["--bagging", "--model ensemble"]);
+    train(&["--svr-gamma", "1"], &["--svr-gamma", "--model svr"]);
     train(&["--activation", "linear"], &["--activation linear", "tanh, logistic or relu"]);
 }
 
