@@ -39,6 +39,8 @@ pub(crate) enum Command {
     Search(SearchArgs),
     /// Evaluate a model file on a CSV file.
     Eval(EvalArgs),
+    /// Repeat the study of the four nets on simulated grasps and explain it: tables, curves, report.
+    Study(StudyArgs),
 }
 
 #[derive(Debug, Args)]
@@ -422,6 +424,22 @@ pub(crate) struct EvalArgs {
     pub(crate) model: PathBuf,
     /// The rows.
     pub(crate) data: PathBuf,
+    /// One JSON object a line.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct StudyArgs {
+    /// Folder for report.html (everything on one page), study.json (every number) and figures/*.png.
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: PathBuf,
+    /// A look in seconds instead of the whole: seven conditions, three starts, one draw of rows, 300 epochs.
+    #[arg(long)]
+    pub(crate) quick: bool,
+    /// Seed of rows and starts; the same seed gives the same study on any number of threads.
+    #[arg(long, default_value_t = 1)]
+    pub(crate) seed: u64,
     /// One JSON object a line.
     #[arg(long)]
     pub(crate) json: bool,

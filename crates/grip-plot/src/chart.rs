@@ -47,7 +47,8 @@ pub enum Mark {
     Triangles,
     /// Triangles, tip down.
     TrianglesDown,
-    /// Bars from zero; each point is one bar, named by its label.
+    /// Bars from zero; each point is one bar, named by its label. Several layers of bars with the same labels stand
+    /// beside each other.
     Bars,
 }
 
@@ -126,8 +127,10 @@ pub enum PlotError {
         /// Second number of the point.
         y: f64,
     },
-    /// Bars stand on an axis of names, so they share a chart with nothing else.
-    #[error("the chart \"{0}\" mixes bars with other layers, or puts them on a logarithmic axis")]
+    /// Bars stand on an axis of names, so they share a chart with nothing but bars of the same names.
+    #[error(
+        "the chart \"{0}\" mixes bars with other layers or names, or puts them on a logarithmic axis"
+    )]
     MixedBars(String),
     /// The name of the file says neither .svg nor .png.
     #[error("{0}: a chart is written as .svg or .png")]
@@ -191,13 +194,19 @@ impl Chart {
             .map_err(|source| PlotError::Write { file: file.display().to_string(), source })
     }
 
+    /// Whether all layers are bars of the same names on evenly divided axes.
+    fn bars_alike(&self) -> bool {
+        let linear = [&self.x, &self.y].iter().all(|axis| axis.scale == Scale::Linear);
+        let names = self.layers.first().map(|layer| &layer.labels);
+        let alike = |layer: &Layer| layer.mark == Mark::Bars && Some(&layer.labels) == names;
+        linear && self.layers.iter().all(alike)
+    }
+
     fn check(&self) -> Result<(), PlotError> {
         if self.layers.iter().all(|layer| layer.points.is_empty()) {
             return Err(PlotError::Empty(self.title.clone()));
         }
-        let bars = self.layers.iter().filter(|layer| layer.mark == Mark::Bars).count();
-        let log = [&self.x, &self.y].iter().any(|axis| axis.scale == Scale::Log);
-        if bars > 0 && (self.layers.len() > 1 || log) {
+        if self.layers.iter().any(|layer| layer.mark == Mark::Bars) && !self.bars_alike() {
             return Err(PlotError::MixedBars(self.title.clone()));
         }
         let fits = |value: f64, axis: &Axis| {
@@ -281,6 +290,25 @@ mod tests {
         assert!(matches!(nan.svg(), Err(PlotError::OffAxis { .. })));
         let bars = Layer::bars("heights", vec![("a".to_owned(), 1.0), ("b".to_owned(), 2.0)]);
         assert!(empty.clone().with(bars.clone()).svg().unwrap().contains("<rect"));
-        assert!(matches!(chart().with(bars).svg(), Err(PlotError::MixedBars(_))));
+        assert!(matches!(chart().with(bars.clone()).svg(), Err(PlotError::MixedBars(_))));
+        let others = Layer::bars("others", vec![("a".to_owned(), 1.0)]);
+        assert!(matches!(empty.with(bars).with(others).svg(), Err(PlotError::MixedBars(_))));
+    }
+
+    #[test]
+    fn layers_of_bars_stand_beside_each_other() {
+        let bars = |name: &str, a: f64, b: f64| {
+            Layer::bars(name, vec![("first".to_owned(), a), ("second".to_owned(), b)])
+        };
+        let chart = Chart::new("errors", Axis::linear(""), Axis::linear("MSE"))
+            .with(bars("train", 1.0, 2.0))
+            .with(bars("test", 3.0, 4.0));
+        let svg = chart.svg().unwrap();
+        for text in ["train", "test", "first", "second"] {
+            assert!(svg.contains(&format!(">{text}<")), "{text} is missing in {svg}");
+        }
+        for colour in ["#0072B2", "#D55E00"] {
+            assert!(svg.matches(colour).count() >= 2, "{colour} in {svg}");
+        }
     }
 }

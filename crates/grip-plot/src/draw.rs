@@ -24,13 +24,14 @@ pub(crate) fn png(chart: &Chart) -> Result<Vec<u8>, String> {
 }
 
 fn picture(chart: &Chart) -> (Vec<Plot>, Layout) {
-    let plots: Vec<Plot> = chart
+    let layers: Vec<Plot> = chart
         .layers
         .iter()
         .zip(COLOURS.iter().cycle())
         .filter(|(layer, _)| !layer.points.is_empty())
         .map(|(layer, colour)| plot(chart, layer, colour))
         .collect();
+    let plots = grouped_bars(chart).map_or(layers, |bars| vec![bars]);
     let layout = Layout::auto_from_plots(&plots)
         .with_title(chart.title.as_str())
         .with_x_label(chart.x.label.as_str())
@@ -88,6 +89,23 @@ fn place(value: f64, axis: &Axis) -> f64 {
         Scale::Linear => value,
         Scale::Log => value.log10(),
     }
+}
+
+/// Several layers of bars as one plot; their labels are the same.
+fn grouped_bars(chart: &Chart) -> Option<Plot> {
+    let first = chart.layers.first().filter(|layer| layer.mark == Mark::Bars)?;
+    if chart.layers.len() < 2 {
+        return None;
+    }
+    let mut bars = BarPlot::new();
+    for (at, label) in first.labels.iter().enumerate() {
+        let heights =
+            chart.layers.iter().zip(COLOURS.iter().cycle()).filter_map(|(layer, colour)| {
+                layer.points.get(at).map(|(_, height)| (*height, *colour))
+            });
+        bars = bars.with_group(label.as_str(), heights);
+    }
+    Some(bars.with_legend(chart.layers.iter().map(|layer| layer.name.as_str()).collect()).into())
 }
 
 fn plot(chart: &Chart, layer: &Layer, colour: &str) -> Plot {

@@ -29,9 +29,11 @@ pub mod outlook;
 pub mod report;
 pub mod score;
 pub mod sets;
+pub mod study;
 
 pub use condition::{Condition, Features};
 pub use error::StudyError;
 pub use report::{Cell, Figure, Report, Section, Table};
 pub use score::{Score, Tolerance, score};
 pub use sets::{Scores, Sets};
+pub use study::{Study, StudyConfig};

@@ -15,6 +15,7 @@ pub(crate) mod score;
 mod score_curve;
 pub(crate) mod search;
 pub(crate) mod sim;
+pub(crate) mod study;
 pub(crate) mod train;
 mod train_beyond;
 

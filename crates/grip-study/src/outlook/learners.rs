@@ -31,6 +31,19 @@ impl Default for LearnersConfig {
     }
 }
 
+impl LearnersConfig {
+    /// A look in seconds: two starts, four members, a search of a few genomes.
+    #[must_use]
+    pub fn quick() -> Self {
+        let run = RunConfig { epochs: 200, max_fail: 40, ..RunConfig::default() };
+        let fit = FitConfig { run, repeats: 2, ..FitConfig::default() };
+        let own = FitConfig { run: RunConfig { epochs: 100, ..run }, ..fit.clone() };
+        let search =
+            SearchConfig { generations: 3, population: 8, fit: own, ..SearchConfig::default() };
+        Self { fit, members: 4, search }
+    }
+}
+
 /// A trained learner.
 pub struct Learner {
     /// Its name.

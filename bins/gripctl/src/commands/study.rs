@@ -1,0 +1,131 @@
+//! `gripctl study`: the study of the four nets on simulated grasps, as a report.
+
+use crate::{cli::StudyArgs, output};
+use anyhow::Context as _;
+use grip_host::exit::Exit;
+use grip_study::{
+    Condition, Report, Section, StudyConfig,
+    outlook::{LearnersConfig, chapter, chapter::CONDITIONS, learners},
+    study::{self, ConditionResult, Findings, Study},
+};
+use indicatif::{ProgressBar, ProgressStyle};
+use rayon::iter::{IntoParallelRefIterator as _, ParallelIterator as _};
+use serde::Serialize;
+use serde_json::{Map, Value, json};
+use std::{fs, path::Path};
+
+/// What came out, in one line.
+#[derive(Serialize)]
+#[serde(tag = "type", rename = "study")]
+struct Summary {
+    report: String,
+    numbers: String,
+    figures: usize,
+    conditions: usize,
+    trainings: usize,
+    seed: u64,
+    /// Mean difference from the published figures under the paper-like condition, percentage points.
+    paper_difference_points: Option<f64>,
+    /// Shares of unseen answers within 10 %, by condition and trainer.
+    unseen_within_10pct: Map<String, Value>,
+    cpu_s: f64,
+}
+
+pub(crate) fn run(args: &StudyArgs) -> anyhow::Result<Exit> {
+    // Before the work, so that a folder that cannot be written is told at once.
+    let figures = args.out.join("figures");
+    fs::create_dir_all(&figures).with_context(|| format!("cannot make {}", figures.display()))?;
+    let config =
+        if args.quick { StudyConfig::quick(args.seed) } else { StudyConfig::full(args.seed) };
+    let bar = progress(config.trainings(), "trainings");
+    let study = study::run(&config, &|| bar.inc(1))?;
+    bar.finish_and_clear();
+    let mut report = study.report();
+    report.push(beyond(args)?);
+    write(&args.out, &report)?;
+    tell(args, &study, &report)?;
+    Ok(Exit::Done)
+}
+
+/// Learners beyond the four nets on the same rows.
+fn beyond(args: &StudyArgs) -> anyhow::Result<Section> {
+    let names = if args.quick { &CONDITIONS[..1] } else { &CONDITIONS[..] };
+    let conditions: Vec<Condition> =
+        names.iter().filter_map(|name| Condition::named(name)).collect();
+    let mut config = if args.quick { LearnersConfig::quick() } else { LearnersConfig::default() };
+    config.fit.seed = args.seed;
+    config.search.seed = args.seed;
+    let bar = progress(conditions.len() * learners::count(), "learners");
+    let section = chapter(&conditions, (args.seed, &config), &|_| bar.inc(1))?;
+    bar.finish_and_clear();
+    Ok(section)
+}
+
+fn progress(length: usize, what: &str) -> ProgressBar {
+    let bar = ProgressBar::new(length as u64);
+    match ProgressStyle::with_template(&format!("{{bar:30}} {{pos}}/{{len}} {what}, {{eta}} left"))
+    {
+        Ok(style) => bar.with_style(style),
+        Err(_) => bar,
+    }
+}
+
+fn write(folder: &Path, report: &Report) -> anyhow::Result<()> {
+    let file = |name: &str, bytes: &[u8]| {
+        let path = folder.join(name);
+        fs::write(&path, bytes).with_context(|| format!("cannot write {}", path.display()))
+    };
+    file("report.html", report.html()?.as_bytes())?;
+    file("study.json", format!("{:#}\n", report.json()).as_bytes())?;
+    let figures = report.figures();
+    let bar = progress(figures.len(), "figures");
+    figures.par_iter().try_for_each(|figure| {
+        file(&format!("figures/{}.png", figure.id), &figure.chart.png()?)?;
+        bar.inc(1);
+        anyhow::Ok(())
+    })?;
+    bar.finish_and_clear();
+    Ok(())
+}
+
+fn tell(args: &StudyArgs, study: &Study, report: &Report) -> anyhow::Result<()> {
+    let findings = Findings::of(study);
+    let paper = findings
+        .distances
+        .iter()
+        .find(|distance| distance.condition == "paper" && distance.tolerance == "within_10pct");
+    let summary = Summary {
+        report: args.out.join("report.html").display().to_string(),
+        numbers: args.out.join("study.json").display().to_string(),
+        figures: report.figures().len(),
+        conditions: study.results.len(),
+        trainings: study.config.trainings(),
+        seed: args.seed,
+        paper_difference_points: paper.map(|distance| distance.points),
+        unseen_within_10pct: study.results.iter().map(shares).collect(),
+        cpu_s: super::clock::processor()?.as_secs_f64(),
+    };
+    if args.json {
+        return output::json(&summary);
+    }
+    for text in findings.explains.iter().chain(&findings.explains_not).chain(&findings.beyond) {
+        output::line(&format!("- {text}"))?;
+    }
+    Ok(output::line(&format!(
+        "\n{} trainings under {} conditions, {:.1} s of processor time; report {}, numbers {}, {} figures beside them",
+        summary.trainings,
+        summary.conditions,
+        summary.cpu_s,
+        summary.report,
+        summary.numbers,
+        summary.figures
+    ))?)
+}
+
+fn shares(result: &ConditionResult) -> (String, Value) {
+    let of = |net: &study::NetResult| net.mean(|scores| scores.unseen.within_10pct());
+    let mut shares: Map<String, Value> =
+        result.nets.iter().map(|net| (net.trainer.to_lowercase(), json!(of(net)))).collect();
+    shares.insert("best_possible".to_owned(), json!(result.ceiling.within_10pct));
+    (result.condition.name.to_owned(), Value::Object(shares))
+}

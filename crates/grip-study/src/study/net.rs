@@ -1,0 +1,71 @@
+//! The nets of the study: one shape, one trainer each.
+
+use mlp::train::{
+    Algorithm,
+    trainer::{
+        GradientDescentConfig, LbfgsConfig, LevenbergMarquardtConfig, MomentumConfig, RpropConfig,
+        ScgConfig,
+    },
+};
+
+/// Hidden neurons of every net (tanh); the output is linear.
+pub const HIDDEN: usize = 10;
+
+/// A net and, where the source study has it, what that reports of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Net {
+    /// `M1` to `M4` as in the study, or the trainer's name.
+    pub name: &'static str,
+    /// Name of the trainer as people write it.
+    pub trainer: &'static str,
+    /// Number of its error curve: Fig. 3 to 6 as in the study.
+    pub figure: &'static str,
+    /// Published shares of correct answers, training and test rows, 0 to 1.
+    pub published: Option<[f64; 2]>,
+}
+
+/// M1 to M4 and two more.
+pub const NETS: [Net; 6] = [
+    Net { name: "M1", trainer: "GD", figure: "3", published: Some([0.53, 0.64]) },
+    Net { name: "M2", trainer: "GDM", figure: "4", published: Some([0.51, 0.59]) },
+    Net { name: "M3", trainer: "RPROP", figure: "5", published: Some([0.63, 0.69]) },
+    Net { name: "M4", trainer: "SCG", figure: "6", published: Some([0.56, 0.67]) },
+    Net { name: "LM", trainer: "LM", figure: "6a", published: None },
+    Net { name: "LBFGS", trainer: "L-BFGS", figure: "6b", published: None },
+];
+
+impl Net {
+    /// Its trainer with the usual settings (MATLAB's for M1 to M4).
+    #[must_use]
+    pub fn algorithm(&self) -> Algorithm {
+        match self.trainer {
+            "GD" => Algorithm::Gd(GradientDescentConfig::default()),
+            "GDM" => Algorithm::Gdm(MomentumConfig::default()),
+            "SCG" => Algorithm::Scg(ScgConfig::default()),
+            "LM" => Algorithm::Lm(LevenbergMarquardtConfig::default()),
+            "L-BFGS" => Algorithm::Lbfgs(LbfgsConfig::default()),
+            _ => Algorithm::Rprop(RpropConfig::default()),
+        }
+    }
+
+    /// Name and trainer: `M3 RPROP`.
+    #[must_use]
+    pub fn title(&self) -> String {
+        if self.published.is_some() {
+            format!("{} {}", self.name, self.trainer)
+        } else {
+            self.trainer.to_owned()
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_net_has_its_own_trainer() {
+        let names: Vec<&str> = NETS.iter().map(|net| net.algorithm().name()).collect();
+        assert_eq!(names, ["gd", "gdm", "rprop", "scg", "lm", "lbfgs"]);
+    }
+}

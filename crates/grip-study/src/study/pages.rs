@@ -1,0 +1,393 @@
+//! A study in, its report out: findings, the table of all conditions, then each condition with Tables 1 and 2 and
+//! Figs. 3 to 7.
+
+use super::{ConditionResult, Findings, NETS, NetResult, Study};
+use crate::report::Block;
+use crate::{
+    Cell, Figure, Report, Score, Section, Table, Tolerance,
+    condition::{DEFAULT, Group},
+};
+use grip_plot::{Axis, Chart, Layer, Mark};
+use serde_json::{Value, json};
+
+/// Conditions that stand unfolded.
+const SHOWN: [&str; 2] = ["paper", DEFAULT.name];
+
+impl Study {
+    /// The report. Other comparisons may be pushed behind its sections.
+    #[must_use]
+    pub fn report(&self) -> Report {
+        let findings = Findings::of(self);
+        let mut report = Report {
+            title: "The study of the four nets, repeated and explained".to_owned(),
+            ..Report::default()
+        };
+        report.summary = summary(&findings);
+        report.fields = self.fields(&findings);
+        report.push(explanation(&findings));
+        report.push(overview(self));
+        for name in SHOWN {
+            if let Some(result) = self.result(name) {
+                report.push(condition_section(self, result));
+            }
+        }
+        for group in Group::ALL {
+            if let Some(section) = group_section(self, group) {
+                report.push(section);
+            }
+        }
+        report.push(method(self));
+        report
+    }
+
+    fn fields(&self, findings: &Findings) -> serde_json::Map<String, Value> {
+        let config = &self.config;
+        let results: Vec<Value> = self.results.iter().map(result_json).collect();
+        let fields = json!({
+            "type": "study",
+            "seed": config.seed,
+            "repeats": config.repeats,
+            "draws": config.draws,
+            "epochs": config.epochs,
+            "tolerances": Tolerance::ALL.map(Tolerance::key),
+            "findings": findings,
+            "results": results,
+        });
+        match fields {
+            Value::Object(fields) => fields,
+            _ => serde_json::Map::new(),
+        }
+    }
+}
+
+fn result_json(result: &ConditionResult) -> Value {
+    let condition = &result.condition;
+    json!({
+        "condition": condition.name,
+        "title": condition.title(),
+        "group": condition.group.title(),
+        "inputs": condition.features.inputs,
+        "target": condition.features.target,
+        "speed_noise": condition.speed_noise,
+        "force_noise": condition.force_noise,
+        "train_rows": condition.train_rows,
+        "test_rows": condition.test_rows,
+        "ceiling": result.ceiling,
+        "nets": result.nets,
+    })
+}
+
+fn summary(findings: &Findings) -> Vec<String> {
+    [&findings.explains, &findings.explains_not, &findings.beyond]
+        .into_iter()
+        .filter_map(|part| part.first().cloned())
+        .collect()
+}
+
+fn explanation(findings: &Findings) -> Section {
+    let mut section =
+        Section::new("explanation", "What explains the published figures, and what does not");
+    for (title, part) in [
+        ("What does:", &findings.explains),
+        ("What does not:", &findings.explains_not),
+        ("What reaches further:", &findings.beyond),
+    ] {
+        if !part.is_empty() {
+            section = section.with(title);
+            section = part.iter().fold(section, |section, text| section.with(text.as_str()));
+        }
+    }
+    let mut table = Table::new(
+        "distances",
+        "Nearest to the published figures: mean difference over the eight of them, in percentage points",
+        &["condition", "an answer is correct", "difference", "this run minus the study"],
+    );
+    for distance in findings.distances.iter().take(20) {
+        table.push(vec![
+            Cell::text(&distance.title),
+            Cell::text(distance.tolerance_title),
+            Cell::Number(distance.points),
+            Cell::Number(distance.offset),
+        ]);
+    }
+    section.with(table)
+}
+
+fn heads(first: &str, last: &[&str]) -> Vec<String> {
+    let nets = NETS.iter().map(super::Net::title);
+    core::iter::once(first.to_owned())
+        .chain(nets)
+        .chain(last.iter().map(|l| (*l).to_owned()))
+        .collect()
+}
+
+fn overview(study: &Study) -> Section {
+    let draws = study.config.draws;
+    let caption = |rows: &str| {
+        format!(
+            "Answers within 10 % of the adequate force on {rows}, percent, mean of {draws} draws of rows"
+        )
+    };
+    let mut unseen = Table::new(
+        "all-unseen",
+        caption("2000 unseen rows"),
+        &heads("condition", &["best possible", "± over draws (RPROP)"]),
+    );
+    let mut train = Table::new("all-train", caption("the training rows"), &heads("condition", &[]));
+    let mut test = Table::new("all-test", caption("the small test set"), &heads("condition", &[]));
+    for result in &study.results {
+        let row = |of: fn(&crate::Scores) -> f64| {
+            let shares = result.nets.iter().map(|net| Cell::Percent(net.mean(of)));
+            core::iter::once(Cell::text(result.condition.title())).chain(shares).collect::<Vec<_>>()
+        };
+        let mut cells = row(|scores| scores.unseen.within_10pct());
+        cells.push(Cell::Percent(result.ceiling.within_10pct));
+        let spread = result.nets.get(2).map(|net| net.deviation(|s| s.unseen.within_10pct()));
+        cells.extend(spread.map(Cell::Percent));
+        unseen.push(cells);
+        train.push(row(|scores| scores.train.within_10pct()));
+        test.push(row(|scores| scores.test.within_10pct()));
+    }
+    let mut section = Section::new("conditions", "All conditions").with(
+        "v: slip speed after 2 mm; T: contact time; a: mean acceleration of the slip; F: trial force; f: adequate force, the \
+         target unless ln f is named. The best possible answer is an estimate from below (see the method).",
+    );
+    section = section.with(unseen);
+    if let Some(figure) = noise_figure(study) {
+        section = section.with(figure);
+    }
+    let tables = vec![train.into(), test.into(), ceilings(study).into()];
+    section.with(Block::Folded {
+        title: "Training rows, test rows, ceilings".to_owned(),
+        blocks: tables,
+    })
+}
+
+fn ceilings(study: &Study) -> Table {
+    let mut table = Table::new(
+        "ceilings",
+        "Best possible answers within 10 %, percent",
+        &["condition", "closed form", "neighbours", "found by", "the higher"],
+    );
+    for result in &study.results {
+        let ceiling = &result.ceiling;
+        table.push(vec![
+            Cell::text(result.condition.title()),
+            ceiling.closed_form.map_or(Cell::Empty, Cell::Percent),
+            Cell::Percent(ceiling.neighbours),
+            Cell::text(&ceiling.neighbours_by),
+            Cell::Percent(ceiling.within_10pct),
+        ]);
+    }
+    table
+}
+
+/// Shares against the noise of the speed, where there are at least two conditions that differ in it alone.
+fn noise_figure(study: &Study) -> Option<Figure> {
+    let results: Vec<&ConditionResult> =
+        study.results.iter().filter(|result| result.condition.group == Group::SpeedNoise).collect();
+    if results.len() < 2 {
+        return None;
+    }
+    let line = |of: &dyn Fn(&ConditionResult) -> f64| -> Vec<(f64, f64)> {
+        results.iter().map(|r| (100.0 * r.condition.speed_noise, 100.0 * of(r))).collect()
+    };
+    let mut chart = Chart::new(
+        "Fixed trial force: what the noise of the speed leaves",
+        Axis::linear("noise of the slip speed (%)"),
+        Axis::linear("unseen answers within 10 % (%)"),
+    );
+    for (at, net) in NETS.iter().enumerate() {
+        let share = |r: &ConditionResult| {
+            r.nets.get(at).map_or(f64::NAN, |n| n.mean(|s| s.unseen.within_10pct()))
+        };
+        chart = chart.with(Layer::line(net.title(), line(&share)));
+    }
+    let ceiling = line(&|r| r.ceiling.within_10pct);
+    let chart = chart.with(Layer::line("best possible", ceiling).drawn_as(Mark::DashedLine));
+    let caption = "v and E_sc as printed; the published test figures are 59 to 69 %.".to_owned();
+    Some(Figure { id: "noise".to_owned(), caption, chart })
+}
+
+fn condition_section(study: &Study, result: &ConditionResult) -> Section {
+    let name = result.condition.name;
+    let mut section = Section::new(name, format!("{}: {}", lead(name), result.condition.title()));
+    for block in condition_blocks(study, result) {
+        section = section.with(block);
+    }
+    section
+}
+
+fn lead(name: &str) -> &'static str {
+    if name == DEFAULT.name { "The shipped features" } else { "The paper-like condition" }
+}
+
+fn group_section(study: &Study, group: Group) -> Option<Section> {
+    let results: Vec<&ConditionResult> = study
+        .results
+        .iter()
+        .filter(|r| r.condition.group == group && !SHOWN.contains(&r.condition.name))
+        .collect();
+    if results.is_empty() {
+        return None;
+    }
+    let id = format!("group-{}", group as usize + 1);
+    let section = Section::new(id, format!("Tables and figures: {}", group.title()));
+    Some(results.into_iter().fold(section, |section, result| {
+        section.with(Block::Folded {
+            title: result.condition.title(),
+            blocks: condition_blocks(study, result),
+        })
+    }))
+}
+
+fn condition_blocks(study: &Study, result: &ConditionResult) -> Vec<Block> {
+    let mut blocks = vec![table_1(study, result).into()];
+    for (net, found) in NETS.iter().zip(&result.nets) {
+        blocks.extend(curve_figure(result, net, found).map(Block::from));
+    }
+    blocks.push(fig_7(result).into());
+    blocks.push(table_2(result).into());
+    blocks
+}
+
+fn table_1(study: &Study, result: &ConditionResult) -> Table {
+    let caption = format!(
+        "Table 1. Training on {} rows, {} starts, the run nearest the average; mean squared errors in scaled units",
+        result.condition.train_rows, study.config.repeats
+    );
+    let mut table = Table::new(
+        format!("table-1-{}", result.condition.name),
+        caption,
+        &[
+            "net",
+            "epochs",
+            "gradients",
+            "ended because",
+            "seed",
+            "MSE train",
+            "MSE test",
+            "mean of all",
+            "deviation",
+            "best",
+            "worst",
+        ],
+    );
+    for (net, found) in NETS.iter().zip(&result.nets) {
+        let summary = &found.summary;
+        table.push(vec![
+            Cell::text(net.title()),
+            Cell::Count(summary.epochs),
+            Cell::Count(summary.gradients),
+            Cell::text(&summary.stop),
+            Cell::text(summary.seed.to_string()),
+            Cell::Number(summary.mse),
+            Cell::Number(summary.test_mse),
+            Cell::Number(summary.mean),
+            Cell::Number(summary.deviation),
+            Cell::Number(summary.best),
+            Cell::Number(summary.worst),
+        ]);
+    }
+    table
+}
+
+/// Nothing where no error can stand on a logarithmic axis.
+fn curve_figure(result: &ConditionResult, net: &super::Net, found: &NetResult) -> Option<Figure> {
+    let points = |errors: &[f64]| -> Vec<(f64, f64)> {
+        let all = found.curve.epoch.iter().zip(errors);
+        all.filter(|(epoch, error)| **epoch > 0 && **error > 0.0 && error.is_finite())
+            .map(|(epoch, error)| (*epoch as f64, *error))
+            .collect()
+    };
+    let (train, test) = (points(&found.curve.train), points(&found.curve.test));
+    if train.is_empty() && test.is_empty() {
+        return None;
+    }
+    let title = format!("Fig. {}. {}: error against epoch", net.figure, net.title());
+    let chart = Chart::new(title, Axis::log("epoch"), Axis::log("MSE (scaled)"))
+        .with(Layer::line("training rows", train))
+        .with(Layer::line("test rows", test));
+    let caption =
+        format!("{}. The test rows had no part in the training.", result.condition.title());
+    Some(Figure { id: format!("fig-{}-{}", net.figure, result.condition.name), caption, chart })
+}
+
+fn fig_7(result: &ConditionResult) -> Figure {
+    let bars = |name: &str, of: fn(&NetResult) -> f64| {
+        let heights = NETS.iter().zip(&result.nets).map(|(net, found)| (net.title(), of(found)));
+        Layer::bars(name, heights.filter(|(_, height)| height.is_finite()).collect())
+    };
+    let chart = Chart::new(
+        "Fig. 7. Mean squared error on training and test rows",
+        Axis::linear(""),
+        Axis::linear("MSE (scaled)"),
+    )
+    .with(bars("training rows", |found| found.summary.mse))
+    .with(bars("test rows", |found| found.summary.test_mse));
+    Figure {
+        id: format!("fig-7-{}", result.condition.name),
+        caption: result.condition.title(),
+        chart,
+    }
+}
+
+fn table_2(result: &ConditionResult) -> Table {
+    let caption = format!(
+        "Table 2. Correct answers of the run of Table 1, percent, by every definition of correct; {}",
+        result.condition.title()
+    );
+    let mut columns = vec!["net", "rows"];
+    columns.extend(Tolerance::ALL.map(Tolerance::title));
+    columns.extend(["MSE (N²)", "published"]);
+    let mut table = Table::new(format!("table-2-{}", result.condition.name), caption, &columns);
+    for (net, found) in NETS.iter().zip(&result.nets) {
+        let Some(scores) = found.scores.first() else { continue };
+        let published =
+            |which: usize| net.published.map_or(Cell::Empty, |shares| Cell::Percent(shares[which]));
+        table.push(score_row(&net.title(), "training", &scores.train, published(0)));
+        table.push(score_row("", "test", &scores.test, published(1)));
+        table.push(score_row("", "unseen", &scores.unseen, Cell::Empty));
+    }
+    table
+}
+
+fn score_row(net: &str, rows: &str, score: &Score, published: Cell) -> Vec<Cell> {
+    let mut cells = vec![Cell::text(net), Cell::text(format!("{rows} ({})", score.rows))];
+    cells.extend(score.correct.map(Cell::Percent));
+    cells.extend([Cell::Number(score.mse), published]);
+    cells
+}
+
+fn method(study: &Study) -> Section {
+    let config = &study.config;
+    Section::new("method", "How it was done")
+        .with(
+            "Data: the source study does not publish its rows, so they come from the simulator. An object of 0.2 to 1 kg \
+             (log-uniform) with friction 0.2 to 0.5 (uniform) between two fingers slips by d = 2 mm under a trial force F \
+             that does not hold it; a = g (1 - F/F_req), v = sqrt(2ad), T = v/a, adequate force f = 1.2 F_req. The surface \
+             has a roughness grade from N4 to N12, RSm = 200 um (Ra / 1.6 um)^0.5 times a log-normal factor (0.35), heights \
+             3.5 Ra (log-normal 0.3), spacings RSm (log-normal 0.2). Fixed means F = 2 N, varied 0.1 to 0.95 of F_req. \
+             Noise is normal and relative; E_sc is computed from the noisy v and F and the exact irregularities.",
+        )
+        .with(format!(
+            "Nets: 10 tanh neurons, one linear output, inputs and target scaled to -1..1 on the training rows, Nguyen-Widrow \
+             starts, full batch, {} epochs, f64, saved in f32. Trainers have the usual settings (GD and GDM rate 0.01; GDM \
+             momentum 0.9 in the averaged form; RPROP 0.07, 1.2, 0.5, 50; SCG sigma 5e-5, lambda 5e-7). No validation rows. \
+             {} starts each; of these the run whose training error is nearest the average is reported. {} independent draws \
+             of rows: Tables 1 and 2 and the figures show the first, tables of all conditions the mean. Seed {}.",
+            config.epochs, config.repeats, config.draws, config.seed
+        ))
+        .with(format!(
+            "Best possible answers: the higher of two estimates, both made on rows that had no part in making them. Closed \
+             form: f = kappa F / (1 - a/g) from the noisy measurements. Neighbours: among {} other rows those with the \
+             nearest features, and the answer that is within 10 % of most of them; the number of neighbours and the subset \
+             of the features are chosen on other rows than those counted. Three or more features are too many for it, there \
+             the closed form counts.",
+            config.known_rows
+        ))
+        .with(
+            "Not covered: validation stops, other net sizes, errors of the travel d, friction that changes while sliding, a \
+             trial force chosen by a person. Any of these may have shaped the published figures.",
+        )
+}
