@@ -80,7 +80,7 @@ mod tests {
 
     #[test]
     fn the_chapter_has_a_row_for_each_learner_and_the_shipped_features_win() {
-        let run = RunConfig { epochs: 60, ..RunConfig::default() };
+        let run = RunConfig { epochs: 300, max_fail: 50, ..RunConfig::default() };
         let fit = FitConfig { run, repeats: 1, ..FitConfig::default() };
         let search = SearchConfig {
             generations: 1,
