@@ -44,6 +44,17 @@ impl Genome {
         })
     }
 
+    /// The genes with the first of those that stand for the same thing, so that equal genomes have equal genes.
+    #[must_use]
+    pub fn canonical(genes: &[usize]) -> Vec<usize> {
+        let mut genes = genes.to_vec();
+        if let Some(second) = genes.get_mut(1) {
+            let width = SECOND.get(*second);
+            *second = SECOND.iter().position(|known| Some(known) == width).unwrap_or(*second);
+        }
+        genes
+    }
+
     /// `base` with the shape, rule and decay of this genome.
     #[must_use]
     pub fn config(&self, base: &FitConfig) -> FitConfig {
@@ -87,6 +98,14 @@ mod tests {
             assert_eq!(Genome::from_genes(&genes), None);
         }
         assert_eq!(Genome::from_genes(&[0; 4]), None);
+    }
+
+    #[test]
+    fn equal_genomes_have_equal_canonical_genes() {
+        let genes = [[5, 0, 1, 3, 2], [5, 3, 1, 3, 2], [5, 4, 1, 3, 2]];
+        let canonical = genes.map(|genes| Genome::canonical(&genes));
+        assert_eq!(canonical, [[5, 0, 1, 3, 2], [5, 0, 1, 3, 2], [5, 4, 1, 3, 2]]);
+        assert_eq!(Genome::from_genes(&genes[1]), Genome::from_genes(&canonical[1]));
     }
 
     #[test]

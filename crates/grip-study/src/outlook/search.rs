@@ -171,10 +171,11 @@ impl Fitness for Trial<'_> {
         chromosome: &FitnessChromosome<Self>,
         _: &FitnessGenotype<Self>,
     ) -> Option<FitnessValue> {
-        let known = self.0.tried().candidates.get(&chromosome.genes).cloned();
+        let genes = Genome::canonical(&chromosome.genes);
+        let known = self.0.tried().candidates.get(&genes).cloned();
         let candidate = known.unwrap_or_else(|| {
-            let candidate = self.0.candidate(&chromosome.genes);
-            self.0.tried().candidates.insert(chromosome.genes.clone(), candidate.clone());
+            let candidate = self.0.candidate(&genes);
+            self.0.tried().candidates.insert(genes, candidate.clone());
             candidate
         });
         candidate.map(|candidate| millionths(candidate.cost.max(1e-300).ln()))
@@ -299,7 +300,12 @@ mod tests {
         let last = found.generations[found.generations.len() - 1];
         assert_eq!((last.done, found.generations.len()), (4, 4));
         assert!(found.best().unwrap().cost <= last.cost && last.cost <= first);
-        assert!(found.candidates.windows(2).all(|pair| pair[0].cost <= pair[1].cost));
+        assert!(
+            found
+                .candidates
+                .windows(2)
+                .all(|pair| { pair[0].cost <= pair[1].cost && pair[0].genome != pair[1].genome })
+        );
         assert_eq!(found.candidates, find(&config()).candidates);
         let other = find(&SearchConfig { seed: 9, ..config() });
         assert_ne!(found.candidates, other.candidates);
