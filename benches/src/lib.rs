@@ -8,7 +8,7 @@
 //! cargo bench -p slip-benches --bench training    one epoch of training
 //! cargo bench -p slip-benches --bench peers       our side of scripts/network-peers.sh
 //! cargo bench -p slip-benches --bench latency     p50 to max beside the stated limits
-//! cargo run --release -p slip-benches --bin accuracy          time against error: E_sc, filters, tanh, forward passes
+//! cargo run --release -p slip-benches --bin accuracy          time against error: E_sc, filters, tanh, forward passes, trainers
 //! cargo run --release -p slip-benches --bin esc-containment   every enclosure of E_sc holds the exact value
 //! cargo run --release -p slip-benches --bin soak              drift of every streaming state over 1e9 steps
 //! cargo run --release -p slip-benches --bin esc-readings      readings of E_sc against simulated dissipation
@@ -23,6 +23,7 @@ pub mod containment;
 pub mod detection;
 pub mod exact;
 pub mod frames;
+pub mod learning;
 pub mod link_faults;
 pub mod networks;
 pub mod peers;

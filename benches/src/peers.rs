@@ -40,9 +40,7 @@ pub fn surface() -> Result<Case, ShapeError> {
         patterns.inputs.extend([x, y]);
         patterns.targets.push(smooth + 0.08 * uniform(&mut rng));
     }
-    let topology = Topology::regression(2, &[10], 1)?;
-    let weights = nguyen_widrow(&topology, 1);
-    Ok(Case { name: "surface2", topology, patterns, weights })
+    Ok(Case::rounded("surface2", Topology::regression(2, &[10], 1)?, &patterns))
 }
 
 /// Made-up rows in the shape of Proben1's building1: 2104 rows, 14-16-3.
@@ -59,12 +57,22 @@ pub fn building() -> Result<Case, ShapeError> {
         patterns.targets.extend(targets);
         patterns.inputs.extend(row);
     }
-    let topology = Topology::regression(14, &[16], 3)?;
-    let weights = nguyen_widrow(&topology, 1);
-    Ok(Case { name: "building1", topology, patterns, weights })
+    Ok(Case::rounded("building1", Topology::regression(14, &[16], 3)?, &patterns))
+}
+
+/// The nearest number of nine decimals, so that what is written is what we train on.
+fn nine_decimals(values: &[f64]) -> Vec<f64> {
+    values.iter().map(|value| (value * 1e9).round() / 1e9).collect()
 }
 
 impl Case {
+    fn rounded(name: &'static str, topology: Topology, patterns: &Patterns) -> Self {
+        let weights = nine_decimals(&nguyen_widrow(&topology, 1));
+        let inputs = nine_decimals(&patterns.inputs);
+        let patterns = Patterns { inputs, targets: nine_decimals(&patterns.targets) };
+        Self { name, topology, patterns, weights }
+    }
+
     /// The rows as FANN reads them: a line of counts, then inputs and targets on alternate lines.
     #[must_use]
     pub fn fann(&self) -> String {
@@ -81,17 +89,18 @@ impl Case {
         text
     }
 
-    /// The starting weights, neuron by neuron: its weights, then its bias.
+    /// Weights in flat order, neuron by neuron: its weights, then its bias.
     #[must_use]
-    pub fn weights_by_neuron(&self) -> String {
+    pub fn by_neuron(&self, weights: &[f64]) -> String {
         let mut text = String::new();
         for layer in self.topology.layers() {
             for neuron in 0..layer.to {
                 let row = layer.start + neuron * layer.from;
-                for weight in &self.weights[row..row + layer.from] {
-                    let _infallible = writeln!(text, "{weight:.9}");
+                for weight in
+                    weights[row..row + layer.from].iter().chain([&weights[layer.biases() + neuron]])
+                {
+                    let _infallible = writeln!(text, "{weight}");
                 }
-                let _infallible = writeln!(text, "{:.9}", self.weights[layer.biases() + neuron]);
             }
         }
         text

@@ -12,6 +12,8 @@ WANTED = (
     ("rprop building1 f32 AVX-512", "fann rprop building1", 25.0),
     ("rprop building1 f32 AVX2", "fann rprop building1", 25.0),
     ("rprop building1 f32 AVX-512", "torch rprop building1", 20.0),
+    ("rprop building1 f32 AVX2", "torch rprop building1", 20.0),
+    ("rprop building1 f32 AVX-512", "scikit-learn lbfgs building1", None),
     ("rprop surface2 f32 AVX-512", "torch rprop surface2", None),
     ("rprop surface2 f32 AVX-512", "scikit-learn lbfgs surface2", None),
     ("forward 2-10-1 throughput", "fann forward 2-10-1 throughput", 3.0),

@@ -1,13 +1,14 @@
 //! Ways to compute the same thing in; time and error of each, as table, JSON and chart, out.
 //!
 //! A [`Panel`] is one question ("tan S for a hundred irregularities") with its [`Row`]s. A new one is a function that
-//! returns a panel, named in [`panels`].
+//! returns a panel, named in one of [`GROUPS`].
 
 mod esc;
 mod filters;
 mod networks;
+mod trainers;
 
-use std::borrow::Cow;
+use std::{borrow::Cow, path::Path};
 
 use grip_plot::{Axis, Chart, Layer, Mark, PlotError};
 use serde::Serialize;
@@ -55,13 +56,30 @@ pub(crate) struct Candidate<'a> {
     pub(crate) work: Box<dyn FnMut() -> f64 + 'a>,
 }
 
-/// Every panel there is.
+/// Groups of panels.
+pub const GROUPS: [&str; 4] = ["esc", "filters", "networks", "trainers"];
+
+/// The panels of a group of [`GROUPS`]. `data` is the folder of real data, without which the panel of building1 is left
+/// out and surface2 is drawn from its formula.
 #[must_use]
-pub fn panels(clock: Clock<'_>) -> Vec<Panel> {
-    let mut panels = esc::panels(clock);
-    panels.extend(filters::panels(clock));
-    panels.extend(networks::panels(clock));
-    panels
+pub fn panels(group: &str, clock: Clock<'_>, data: Option<&Path>) -> Vec<Panel> {
+    match group {
+        "esc" => esc::panels(clock),
+        "filters" => filters::panels(clock),
+        "networks" => networks::panels(clock),
+        "trainers" => trainers::panels(clock, data),
+        _ => Vec::new(),
+    }
+}
+
+/// Marks the rows that no other one beats in both time and largest error.
+fn rank(rows: &mut [Row]) {
+    let others = rows.to_vec();
+    for row in rows {
+        row.pareto = !others.iter().any(|other| {
+            other.ns <= row.ns && other.max <= row.max && (other.ns < row.ns || other.max < row.max)
+        });
+    }
 }
 
 impl Panel {
@@ -99,14 +117,7 @@ impl Panel {
                 }
             })
             .collect();
-        let others = rows.clone();
-        for row in &mut rows {
-            row.pareto = !others.iter().any(|other| {
-                other.ns <= row.ns
-                    && other.max <= row.max
-                    && (other.ns < row.ns || other.max < row.max)
-            });
-        }
+        rank(&mut rows);
         Self { rows, ..self }
     }
 

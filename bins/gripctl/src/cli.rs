@@ -33,8 +33,10 @@ pub(crate) enum Command {
     Grasp(GraspArgs),
     /// Generate training data for the force estimate.
     Generate(GenerateArgs),
-    /// Train a network on a CSV file.
+    /// Train a network, an ensemble or a support vector regression on a CSV file.
     Train(Box<TrainArgs>),
+    /// Search for the shape, activation and training of a network with a genetic algorithm.
+    Search(SearchArgs),
     /// Evaluate a model file on a CSV file.
     Eval(EvalArgs),
     /// Write a model file as C99 source or as an ONNX graph.
@@ -300,19 +302,35 @@ pub(crate) struct GenerateArgs {
     pub(crate) force_noise: f64,
 }
 
+/// Which columns a learner sees.
 #[derive(Debug, Args)]
-pub(crate) struct TrainArgs {
-    /// Training rows.
-    pub(crate) data: PathBuf,
+pub(crate) struct ColumnArgs {
     /// Input columns; `name:ln` takes the logarithm.
     #[arg(long, value_delimiter = ',', required = true)]
     pub(crate) inputs: Vec<String>,
     /// Target columns; `name:ln` takes the logarithm.
     #[arg(long, value_delimiter = ',', required = true)]
     pub(crate) target: Vec<String>,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct TrainArgs {
+    /// Training rows.
+    pub(crate) data: PathBuf,
+    #[command(flatten)]
+    pub(crate) columns: ColumnArgs,
+    /// What to train: mlp, one network; ensemble, several whose spread is an uncertainty; svr, a support
+    /// vector regression, which leaves the options of networks aside.
+    #[arg(long, default_value = "mlp")]
+    pub(crate) model: String,
+    #[command(flatten)]
+    pub(crate) beyond: BeyondArgs,
     /// Neurons of the hidden layers.
     #[arg(long, value_delimiter = ',', default_value = "10")]
     pub(crate) hidden: Vec<usize>,
+    /// Function of the hidden neurons: tanh, logistic or relu.
+    #[arg(long, default_value = "tanh")]
+    pub(crate) activation: String,
     /// gd, gdm, gdx, rprop, scg, lbfgs or lm.
     #[arg(long, default_value = "rprop")]
     pub(crate) algorithm: String,
@@ -384,6 +402,70 @@ pub(crate) struct SplitArgs {
     /// Seed of the splits.
     #[arg(long, default_value_t = 0)]
     pub(crate) split_seed: u64,
+}
+
+/// Options of ensembles and support vector regressions.
+#[derive(Debug, Args)]
+pub(crate) struct BeyondArgs {
+    /// Networks of an ensemble.
+    #[arg(long, value_name = "N", default_value_t = 10)]
+    pub(crate) members: usize,
+    /// Each network of an ensemble sees as many rows drawn with replacement.
+    #[arg(long)]
+    pub(crate) bagging: bool,
+    /// Price of errors of a support vector regression, in scaled units [default: the best of 1, 10 and 100 on a fifth of the rows].
+    #[arg(long, value_name = "C", allow_negative_numbers = true)]
+    pub(crate) svr_c: Option<f64>,
+    /// Narrowness of its kernel [default: the best of 0.03, 0.1, 0.3, 1 and 3 on a fifth of the rows].
+    #[arg(long, value_name = "GAMMA", allow_negative_numbers = true)]
+    pub(crate) svr_gamma: Option<f64>,
+    /// Error that costs it nothing, in scaled units.
+    #[arg(long, value_name = "EPS", default_value_t = 0.01, allow_negative_numbers = true)]
+    pub(crate) svr_epsilon: f64,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct SearchArgs {
+    /// Rows to train and to validate on.
+    pub(crate) data: PathBuf,
+    #[command(flatten)]
+    pub(crate) columns: ColumnArgs,
+    /// Column of labels (an object, a grasp, a session); rows with the same one are never on both sides.
+    #[arg(long, value_name = "COLUMN")]
+    pub(crate) group: Option<String>,
+    /// Share of the rows that judges the candidates.
+    #[arg(long, value_name = "SHARE", default_value_t = 0.25, allow_negative_numbers = true)]
+    pub(crate) holdout: f64,
+    /// Generations after the first population.
+    #[arg(long, default_value_t = 12)]
+    pub(crate) generations: usize,
+    /// Networks in a population.
+    #[arg(long, default_value_t = 24)]
+    pub(crate) population: usize,
+    /// Seed of the search, of the rows held out and of the first start.
+    #[arg(long, default_value_t = 0)]
+    pub(crate) seed: u64,
+    /// Most epochs of a training.
+    #[arg(long, default_value_t = 300)]
+    pub(crate) epochs: usize,
+    /// Starts of each candidate.
+    #[arg(long, default_value_t = 3)]
+    pub(crate) repeats: usize,
+    /// Relative error that one more weight must earn.
+    #[arg(long, value_name = "SHARE", default_value_t = 0.001, allow_negative_numbers = true)]
+    pub(crate) size_cost: f64,
+    /// Rows for the test error of the network found.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) test: Option<PathBuf>,
+    /// Train every other kind of learner on the same rows as well, and judge all on the test rows (needs --test).
+    #[arg(long, requires = "test")]
+    pub(crate) compare: bool,
+    /// Where to write the model.
+    #[arg(short, long)]
+    pub(crate) output: PathBuf,
+    /// One JSON object a line.
+    #[arg(long)]
+    pub(crate) json: bool,
 }
 
 #[derive(Debug, Args)]

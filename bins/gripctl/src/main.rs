@@ -22,6 +22,7 @@ fn main() -> ExitCode {
         Command::Grasp(args) => commands::grasp::run(&args),
         Command::Generate(args) => commands::generate::run(&args),
         Command::Train(args) => commands::train::run(&args),
+        Command::Search(args) => commands::search::run(&args),
         Command::Eval(args) => commands::eval::run(&args),
         Command::Export(args) => commands::export::run(&args),
         Command::Study(args) => commands::study::run(&args),

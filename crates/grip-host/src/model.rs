@@ -69,6 +69,11 @@ fn explain(fault: &FileError) -> String {
             "the model file has version {found}, this program reads version {}; train the model again with `gripctl train`",
             mlp::train::file::VERSION
         ),
+        FileError::Format { found: Some(kind) } if kind.ends_with("-model") => {
+            format!(
+                "this is of the kind {kind}; only a single network (mlp-model) runs in real time"
+            )
+        }
         FileError::Version { found: None } | FileError::Format { .. } => {
             "this is no model file; `gripctl train` writes one".to_owned()
         }

@@ -25,6 +25,7 @@
 pub mod comparison;
 pub mod condition;
 pub mod error;
+pub mod outlook;
 pub mod report;
 pub mod score;
 pub mod sets;

@@ -5,10 +5,13 @@
 mod tests {
     use core::time::Duration;
 
-    use mlp::train::trainer::{GradientDescentConfig, ScgConfig};
+    use mlp::Activation;
+    use mlp::train::trainer::{
+        Damping, GradientDescentConfig, LevenbergMarquardtConfig, ScgConfig,
+    };
     use mlp::train::{
-        Algorithm, DataSet, FitConfig, FitError, Fitting, NetworkObjective, Patterns, Precision,
-        Real, Run, RunConfig, Stop, Topology, Training, fit, init::nguyen_widrow, run,
+        Algorithm, DataSet, FitConfig, FitError, Fitting, ModelFile, NetworkObjective, Patterns,
+        Precision, Real, Run, RunConfig, Stop, Topology, Training, fit, init::nguyen_widrow, run,
     };
 
     fn topology() -> Topology {
@@ -172,16 +175,116 @@ mod tests {
         }
     }
 
+    fn million<T: Real>(algorithm: Algorithm, patterns: &Patterns) -> Run {
+        let mut objective = NetworkObjective::<T>::new(&topology(), patterns).unwrap();
+        let mut trainer = algorithm.trainer(start().len());
+        let weights = start().into_iter().map(T::of).collect();
+        let config = RunConfig { epochs: 2, ..RunConfig::default() };
+        run(Training::new(trainer.as_mut(), &mut objective), weights, &config)
+    }
+
     #[test]
     fn a_million_rows() {
         let patterns = rows(1_000_000);
-        let mut objective = NetworkObjective::<f32>::new(&topology(), &patterns).unwrap();
-        let mut trainer = Algorithm::all()[2].trainer(start().len());
-        let weights = start().iter().map(|&w| Real::of(w)).collect();
-        let config = RunConfig { epochs: 3, ..RunConfig::default() };
+        for algorithm in Algorithm::all() {
+            for run in [million::<f32>(algorithm, &patterns), million::<f64>(algorithm, &patterns)]
+            {
+                let name = algorithm.name();
+                assert_eq!((run.stop, run.history.len()), (Stop::Epochs, 3), "{name}");
+                assert!(run.mse.is_finite() && run.mse < run.history[0], "{name}: {}", run.mse);
+                assert!(run.weights.iter().all(|w| w.is_finite()), "{name}");
+            }
+        }
+    }
+
+    #[test]
+    fn duplicate_rows_train_in_both_precisions() {
+        let once = rows(3);
+        let often = Patterns { inputs: once.inputs.repeat(100), targets: once.targets.repeat(100) };
+        each(&often, &start(), |name, run| {
+            assert!(run.mse <= run.history[0], "{name}: {} {}", run.mse, run.history[0]);
+        });
+    }
+
+    /// Neurons without an upper limit: the sums overflow f32, which is divergence and nothing worse.
+    #[test]
+    fn huge_inputs_of_neurons_without_a_limit() {
+        let mut patterns = rows(50);
+        patterns.inputs.iter_mut().step_by(2).for_each(|x| *x *= 1e30);
+        let topology = Topology::with_hidden(2, (&[4], Activation::Relu), 1).unwrap();
+        for algorithm in Algorithm::all() {
+            for stop in [
+                relu::<f32>(&topology, algorithm, &patterns),
+                relu::<f64>(&topology, algorithm, &patterns),
+            ] {
+                let (run, finite) = stop;
+                assert!(finite, "{} {}: weights that are not finite", algorithm.name(), run.stop);
+                let told = run.mse.is_finite() || matches!(run.stop, Stop::Diverged { .. });
+                assert!(told, "{}: {} {}", algorithm.name(), run.mse, run.stop);
+            }
+        }
+    }
+
+    fn relu<T: Real>(topology: &Topology, algorithm: Algorithm, rows: &Patterns) -> (Run, bool) {
+        let mut objective = NetworkObjective::<T>::new(topology, rows).unwrap();
+        let weights: Vec<T> = nguyen_widrow(topology, 3).into_iter().map(T::of).collect();
+        let mut trainer = algorithm.trainer(weights.len());
+        let config = RunConfig { epochs: 200, ..RunConfig::default() };
         let run = run(Training::new(trainer.as_mut(), &mut objective), weights, &config);
-        assert_eq!((run.stop, run.history.len()), (Stop::Epochs, 4));
-        assert!(run.mse.is_finite());
+        let finite = run.weights.iter().all(|w| w.is_finite());
+        (run, finite)
+    }
+
+    /// Damping that starts at its limit or leaps over it.
+    #[test]
+    fn the_damping_of_levenberg_and_marquardt_does_not_overflow() {
+        let usual = LevenbergMarquardtConfig::default();
+        for damping in [Damping::Factors, Damping::Gain] {
+            for config in [
+                LevenbergMarquardtConfig { damping, mu: f64::MAX, max: f64::MAX, ..usual },
+                LevenbergMarquardtConfig { damping, increase: 1e300, max: f64::MAX, ..usual },
+                LevenbergMarquardtConfig { damping, mu: f64::MIN_POSITIVE, ..usual },
+            ] {
+                let wild = Algorithm::Lm(config);
+                for run in [
+                    train::<f32>(wild, &rows(50), &start()),
+                    train::<f64>(wild, &rows(50), &start()),
+                ] {
+                    assert!(run.mse.is_finite() && run.mse <= run.history[0], "{config:?}");
+                    assert!(run.weights.iter().all(|w| w.is_finite()), "{config:?}");
+                }
+            }
+        }
+    }
+
+    /// Whatever is saved is finite; otherwise the error says why nothing is.
+    #[test]
+    fn weights_that_are_not_finite_are_never_saved() {
+        let csv = "a,b,y\n1e30,1,1e30\n-1e30,2,-1e30\n5e29,3,2\n0,4,1e-30\n1e38,5,3e38\n";
+        let mut saved = 0;
+        for activation in [Activation::Tanh, Activation::Logistic, Activation::Relu] {
+            for algorithm in Algorithm::all()
+                .into_iter()
+                .chain([Algorithm::Gd(GradientDescentConfig { rate: 1e30 })])
+            {
+                for precision in [Precision::Single, Precision::Double] {
+                    let config =
+                        FitConfig { algorithm, precision, activation, ..FitConfig::default() };
+                    if let Ok(fit) = fit(&data(csv), None, None, &config) {
+                        let text = fit.file.to_json().unwrap();
+                        let back = ModelFile::from_json(&text).unwrap();
+                        let mut values = back
+                            .layers
+                            .iter()
+                            .flat_map(|layer| layer.weights.iter().flatten().chain(&layer.biases));
+                        let name = algorithm.name();
+                        assert!(values.all(|w| w.is_finite()), "{name} {activation}");
+                        saved += 1;
+                    }
+                }
+            }
+        }
+        assert!(saved >= 42, "only {saved} of 48 trainings gave a model");
     }
 
     #[test]

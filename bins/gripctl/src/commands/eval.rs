@@ -1,10 +1,14 @@
-//! `gripctl eval`: a model file against rows of data.
+//! `gripctl eval`: a model file of any kind against rows of data.
 
-use super::{model_file, read};
+use super::read;
 use crate::{cli::EvalArgs, output};
 use anyhow::Context as _;
 use grip_host::{ModelError, exit::Exit};
-use mlp::train::{DataSet, evaluate};
+use grip_study::outlook::{Ensemble, Predict, Score, Svr, ensemble, score, svr};
+use mlp::{
+    Column, Model,
+    train::{ColumnSpec, DataSet, ModelFile, Scaling, evaluate, file::FileColumn},
+};
 use serde::Serialize;
 
 #[derive(Serialize)]
@@ -14,37 +18,91 @@ struct Result {
     mse: f64,
     scaled_mse: f64,
     within_10pct: f64,
-    extrapolated: usize,
+    /// Unknown for ensembles and support vector regressions.
+    extrapolated: Option<usize>,
 }
 
 pub(crate) fn run(args: &EvalArgs) -> anyhow::Result<Exit> {
-    let (file, _) = model_file(&args.model)?;
-    let model = file.model().map_err(|fault| {
-        let file = args.model.display().to_string();
-        ModelError::File { file, fault }
-    })?;
-    let (inputs, targets) = file.specs();
-    let data_name = args.data.display().to_string();
-    let data = DataSet::from_csv(&data_name, &read(&args.data)?, &inputs, &targets)?;
-    let evaluation = evaluate(&model, &data).context(data_name)?;
-    let result = Result {
+    let text = std::fs::read_to_string(&args.model)
+        .map_err(|source| ModelError::Read { file: args.model.clone(), source })?;
+    let fault = |fault| ModelError::File { file: args.model.display().to_string(), fault };
+    let load = |(inputs, targets): (Vec<ColumnSpec>, Vec<ColumnSpec>)| -> anyhow::Result<DataSet> {
+        let name = args.data.display().to_string();
+        Ok(DataSet::from_csv(&name, &read(&args.data)?, &inputs, &targets)?)
+    };
+    let result = match Kind::of(&text) {
+        Kind::Svr => {
+            let svr = Svr::from_json(&text).map_err(fault)?;
+            scored(&svr, &load(svr.specs())?, &svr.targets)?
+        }
+        Kind::Ensemble => {
+            let ensemble = Ensemble::from_json(&text).map_err(fault)?;
+            scored(&ensemble, &load(ensemble.specs())?, ensemble.targets())?
+        }
+        Kind::Network => {
+            let file = ModelFile::from_json(&text).map_err(fault)?;
+            evaluated(&file.model().map_err(fault)?, &load(file.specs())?)?
+        }
+    };
+    report(args, &result)?;
+    Ok(Exit::Done)
+}
+
+/// What a model file holds.
+enum Kind {
+    Network,
+    Ensemble,
+    Svr,
+}
+
+impl Kind {
+    /// By the field `format`; what has none is left to the reader of networks, who says what is wrong with it.
+    fn of(text: &str) -> Self {
+        #[derive(serde::Deserialize)]
+        struct Head {
+            format: String,
+        }
+        match serde_json::from_str::<Head>(text).map(|head| head.format).as_deref() {
+            Ok(svr::FORMAT) => Self::Svr,
+            Ok(ensemble::FORMAT) => Self::Ensemble,
+            _ => Self::Network,
+        }
+    }
+}
+
+fn evaluated(model: &Model<Box<[f32]>>, data: &DataSet) -> anyhow::Result<Result> {
+    let evaluation = evaluate(model, data).with_context(|| data.file.clone())?;
+    Ok(Result {
         rows: evaluation.rows,
         mse: evaluation.mse,
         scaled_mse: evaluation.scaled_mse,
         within_10pct: evaluation.within_fraction(0.1),
-        extrapolated: evaluation.extrapolated,
+        extrapolated: Some(evaluation.extrapolated),
+    })
+}
+
+fn scored(learner: &dyn Predict, data: &DataSet, targets: &[FileColumn]) -> anyhow::Result<Result> {
+    let column = |column: &FileColumn| {
+        let &FileColumn { transform, min, max, .. } = column;
+        Scaling::from(Column { transform, min, max })
     };
+    let limits: Vec<Scaling> = targets.iter().map(column).collect();
+    let Score { rows, mse, scaled_mse, within_10pct } = score(learner, data, &limits)?;
+    Ok(Result { rows, mse, scaled_mse, within_10pct, extrapolated: None })
+}
+
+fn report(args: &EvalArgs, result: &Result) -> anyhow::Result<()> {
     if args.json {
-        output::json(&result)?;
-    } else {
-        output::line(&format!(
-            "{} rows: mean squared error {:.6} (target unit squared), {:.6} (scaled); within 10 % of the target: {:.1} %; {} rows outside the training range",
-            result.rows,
-            result.mse,
-            result.scaled_mse,
-            100.0 * result.within_10pct,
-            result.extrapolated
-        ))?;
+        return output::json(result);
     }
-    Ok(Exit::Done)
+    let outside = result
+        .extrapolated
+        .map_or(String::new(), |rows| format!("; {rows} rows outside the training range"));
+    Ok(output::line(&format!(
+        "{} rows: mean squared error {:.6} (target unit squared), {:.6} (scaled); within 10 % of the target: {:.1} %{outside}",
+        result.rows,
+        result.mse,
+        result.scaled_mse,
+        100.0 * result.within_10pct,
+    ))?)
 }

@@ -2,6 +2,8 @@
 
 pub(crate) mod calibrate;
 mod card;
+mod clock;
+mod columns;
 pub(crate) mod esc;
 pub(crate) mod eval;
 pub(crate) mod export;
@@ -15,9 +17,11 @@ mod profile_plot;
 pub(crate) mod replay;
 pub(crate) mod score;
 mod score_curve;
+pub(crate) mod search;
 pub(crate) mod sim;
 pub(crate) mod study;
 pub(crate) mod train;
+mod train_beyond;
 
 use crate::cli::CsvArgs;
 use anyhow::Context as _;

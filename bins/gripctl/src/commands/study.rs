@@ -4,7 +4,8 @@ use crate::{cli::StudyArgs, output};
 use anyhow::Context as _;
 use grip_host::exit::Exit;
 use grip_study::{
-    Report, StudyConfig,
+    Condition, Report, Section, StudyConfig,
+    outlook::{LearnersConfig, chapter, chapter::CONDITIONS, learners},
     study::{self, ConditionResult, Findings, Study},
 };
 use indicatif::{ProgressBar, ProgressStyle};
@@ -39,10 +40,25 @@ pub(crate) fn run(args: &StudyArgs) -> anyhow::Result<Exit> {
     let bar = progress(config.trainings(), "trainings");
     let study = study::run(&config, &|| bar.inc(1))?;
     bar.finish_and_clear();
-    let report = study.report();
+    let mut report = study.report();
+    report.push(beyond(args)?);
     write(&args.out, &report)?;
     tell(args, &study, &report)?;
     Ok(Exit::Done)
+}
+
+/// Learners beyond the four nets on the same rows.
+fn beyond(args: &StudyArgs) -> anyhow::Result<Section> {
+    let names = if args.quick { &CONDITIONS[..1] } else { &CONDITIONS[..] };
+    let conditions: Vec<Condition> =
+        names.iter().filter_map(|name| Condition::named(name)).collect();
+    let mut config = if args.quick { LearnersConfig::quick() } else { LearnersConfig::default() };
+    config.fit.seed = args.seed;
+    config.search.seed = args.seed;
+    let bar = progress(conditions.len() * learners::count(), "learners");
+    let section = chapter(&conditions, (args.seed, &config), &|_| bar.inc(1))?;
+    bar.finish_and_clear();
+    Ok(section)
 }
 
 fn progress(length: usize, what: &str) -> ProgressBar {
@@ -87,7 +103,7 @@ fn tell(args: &StudyArgs, study: &Study, report: &Report) -> anyhow::Result<()> 
         seed: args.seed,
         paper_difference_points: paper.map(|distance| distance.points),
         unseen_within_10pct: study.results.iter().map(shares).collect(),
-        cpu_s: super::train::cpu_time()?.as_secs_f64(),
+        cpu_s: super::clock::processor()?.as_secs_f64(),
     };
     if args.json {
         return output::json(&summary);

@@ -3,15 +3,18 @@
 mod folds;
 mod rows;
 
-use super::card;
+use super::{card, clock, columns::Columns, train_beyond};
 use crate::{cli::TrainArgs, output};
 use anyhow::Context as _;
 use core::time::Duration;
 use grip_host::exit::{Exit, WrongArgument};
 use indicatif::{ParallelProgressIterator as _, ProgressBar, ProgressStyle};
-use mlp::train::{
-    Algorithm, ColumnSpec, DataSet, Fit, FitConfig, Precision, RunConfig, fit::Fitting,
-    trainer::MomentumForm,
+use mlp::{
+    Activation,
+    train::{
+        Algorithm, DataSet, Fit, FitConfig, Precision, RunConfig, fit::Fitting,
+        trainer::MomentumForm,
+    },
 };
 use rayon::iter::{IntoParallelIterator as _, ParallelIterator as _};
 use rows::Parts;
@@ -48,15 +51,52 @@ struct Rows {
 
 pub(crate) fn run(args: &TrainArgs) -> anyhow::Result<Exit> {
     let config = fit_config(args)?;
+    refuse_options_of_other_models(args)?;
+    let columns = Columns::new(&args.columns)?;
+    match args.model.as_str() {
+        "mlp" => network(args, &config, &columns),
+        "ensemble" => {
+            let parts = Parts::read(args, &columns)?;
+            train_beyond::ensemble(args, config, &parts.train, parts.test.as_ref())
+        }
+        "svr" => {
+            let parts = Parts::read(args, &columns)?;
+            train_beyond::svr(args, &parts.train, parts.test.as_ref())
+        }
+        other => {
+            let message = format!("--model {other}: expected mlp, ensemble or svr");
+            Err(WrongArgument(message).into())
+        }
+    }
+}
+
+fn refuse_options_of_other_models(args: &TrainArgs) -> anyhow::Result<()> {
+    let (beyond, split) = (&args.beyond, &args.split);
+    for (option, given, model) in [
+        ("--bagging", beyond.bagging, "ensemble"),
+        ("--svr-c", beyond.svr_c.is_some(), "svr"),
+        ("--svr-gamma", beyond.svr_gamma.is_some(), "svr"),
+        ("--validation", split.validation.is_some(), "mlp"),
+        ("--folds", split.folds.is_some(), "mlp"),
+        ("--card", args.card.is_some(), "mlp"),
+    ] {
+        if given && args.model != model {
+            return Err(WrongArgument(format!("{option} goes with --model {model} only")).into());
+        }
+    }
+    Ok(())
+}
+
+fn network(args: &TrainArgs, config: &FitConfig, columns: &Columns) -> anyhow::Result<Exit> {
     let card_path = card::path(args.card.as_deref(), &args.output, &[&args.output, &args.data])?;
-    let parts = Parts::read(args, (&specs(&args.inputs)?, &specs(&args.target)?))?;
+    let parts = Parts::read(args, columns)?;
     if let Some(folds) = args.split.folds {
-        folds::run(args, &config, &parts.train, folds)?;
+        folds::run(args, config, &parts.train, folds)?;
     }
     let (train, validation) = parts.for_training(&args.split)?;
-    let cpu_before = cpu_time()?;
-    let mut fit = fit(&train, validation.as_ref(), parts.test.as_ref(), &config)?;
-    let cpu = cpu_time()?.saturating_sub(cpu_before);
+    let cpu_before = clock::processor()?;
+    let mut fit = fit(&train, validation.as_ref(), parts.test.as_ref(), config)?;
+    let cpu = clock::processor()?.saturating_sub(cpu_before);
     if let Some(note) = &mut fit.file.training {
         note.split = rows::note(&args.split);
     }
@@ -64,7 +104,7 @@ pub(crate) fn run(args: &TrainArgs) -> anyhow::Result<Exit> {
     std::fs::write(&args.output, &text)
         .with_context(|| format!("cannot write {}", args.output.display()))?;
     let name = args.output.display().to_string();
-    let trained = card::trained((&name, &text), &fit, &config, &train, parts.test.as_ref());
+    let trained = card::trained((&name, &text), &fit, config, &train, parts.test.as_ref());
     card::write(&card_path, &trained)?;
     let rows = Rows {
         train_rows: train.rows(),
@@ -79,6 +119,7 @@ fn fit_config(args: &TrainArgs) -> anyhow::Result<FitConfig> {
     let algorithm = algorithm(args)?;
     Ok(FitConfig {
         hidden: args.hidden.clone(),
+        activation: activation(&args.activation)?,
         algorithm,
         run: RunConfig {
             epochs: args.epochs,
@@ -106,11 +147,11 @@ fn fit(
 ) -> anyhow::Result<Fit> {
     let fitting = Fitting::new(train, validation, config)
         .map_err(|error| WrongArgument(error.to_string()))?;
-    let start = monotonic();
+    let start = clock::monotonic();
     let runs = (0..config.repeats)
         .into_par_iter()
         .progress_with(progress(config.repeats))
-        .map(|repeat| fitting.run_timed(repeat, &|| monotonic().saturating_sub(start)))
+        .map(|repeat| fitting.run_timed(repeat, &|| clock::monotonic().saturating_sub(start)))
         .collect();
     Ok(fitting.finish(runs, test)?)
 }
@@ -171,23 +212,12 @@ fn time_limit(args: &TrainArgs) -> anyhow::Result<Option<Duration>> {
     Ok(limit.map_err(|error| WrongArgument(format!("--time-limit: {error}")))?)
 }
 
-fn monotonic() -> Duration {
-    let time = rustix::time::clock_gettime(rustix::time::ClockId::Monotonic);
-    // Since the machine started: neither part is negative.
-    Duration::new(time.tv_sec.unsigned_abs(), u32::try_from(time.tv_nsec).unwrap_or(0))
-}
-
-fn specs(names: &[String]) -> anyhow::Result<Vec<ColumnSpec>> {
-    names
-        .iter()
-        .map(|name| name.parse().map_err(|error| WrongArgument(format!("{error}")).into()))
-        .collect()
-}
-
-/// Processor time of this process, all threads.
-pub(super) fn cpu_time() -> anyhow::Result<Duration> {
-    let time = rustix::time::clock_gettime(rustix::time::ClockId::ProcessCPUTime);
-    Ok(Duration::new(u64::try_from(time.tv_sec)?, u32::try_from(time.tv_nsec)?))
+/// Hidden neurons that are linear would be no network.
+fn activation(name: &str) -> anyhow::Result<Activation> {
+    let known = name.parse().ok().filter(|activation| *activation != Activation::Linear);
+    known.ok_or_else(|| {
+        WrongArgument(format!("--activation {name}: expected tanh, logistic or relu")).into()
+    })
 }
 
 fn report(args: &TrainArgs, fit: &Fit, rows: Rows, cpu: Duration) -> anyhow::Result<()> {

@@ -58,6 +58,99 @@ fn every_algorithm_trains_a_model_that_evaluates_as_it_said() {
     assert!(errors[4] < 1e-3 && errors[4] < errors[0], "{errors:?}");
 }
 
+/// Ensembles and support vector regressions: the result line, the file, `eval` of it, and no place in the pipeline.
+#[test]
+fn learners_beyond_one_network_evaluate_as_they_said() {
+    let folder = folder_with_rows();
+    for (model, more) in [
+        ("ensemble", &["--members", "3", "--epochs", "60", "--algorithm", "scg"][..]),
+        ("ensemble", &["--members", "3", "--epochs", "60", "--algorithm", "scg", "--bagging"]),
+        ("svr", &["--svr-c", "10"]),
+        ("svr", &["--svr-c", "100", "--svr-gamma", "0.3"]),
+    ] {
+        let more = [&["--model", model, "--test", "test.csv"], more].concat();
+        let result = train(folder.path(), "b.json", &more).done().json().pop().unwrap();
+        assert_eq!((&result["type"], &result["model"]), (&"result".into(), &model.into()));
+        for (data, name) in [("rows.csv", "train_mse"), ("test.csv", "test_mse")] {
+            let eval = gripctl(folder.path(), &["eval", "b.json", data, "--json"]).done();
+            let (told, found) = (number(&result, name), number(&eval.json()[0], "mse"));
+            assert!(told > 0.0 && (found / told - 1.0).abs() < 1e-6, "{name}: {told} and {found}");
+        }
+        assert!(number(&result, "test_within_10pct") > 0.5, "{result}");
+        let first = fs::read(folder.path().join("b.json")).unwrap();
+        train(folder.path(), "b.json", &more).done();
+        assert!(first == fs::read(folder.path().join("b.json")).unwrap(), "{model}: same seed");
+        gripctl(folder.path(), &["grasp", "--trials", "1", "--model", "b.json"])
+            .refused(2, &["b.json", &format!("{model}-model"), "single network"]);
+    }
+}
+
+#[test]
+fn other_activations_train_models_that_serve() {
+    let folder = folder_with_rows();
+    for activation in ["logistic", "relu"] {
+        let more = ["--activation", activation, "--algorithm", "scg", "--epochs", "80"];
+        let result = train(folder.path(), "a.json", &more).done().json().pop().unwrap();
+        let eval = gripctl(folder.path(), &["eval", "a.json", "rows.csv", "--json"]).done();
+        let (told, found) = (number(&result, "train_mse"), number(&eval.json()[0], "mse"));
+        assert!((found / told - 1.0).abs() < 1e-9, "{activation}: {told} and {found}");
+        let text = fs::read_to_string(folder.path().join("a.json")).unwrap();
+        assert!(text.contains(&format!("\"{activation}\"")), "{text}");
+    }
+}
+
+#[test]
+fn a_search_tells_its_best_networks_and_writes_the_first() {
+    let folder = folder_with_rows();
+    let search = |seed: &str, more: &[&str]| {
+        let args = ["search", "rows.csv", "-o", "s.json", "--json", "--generations", "2"];
+        let small = ["--population", "6", "--epochs", "30", "--repeats", "1", "--seed", seed];
+        gripctl(folder.path(), &[&args[..], &COLUMNS, &small, more].concat())
+    };
+    let ran = search("3", &["--test", "test.csv", "--group", "object"]).done();
+    let mut lines = ran.json();
+    let result = lines.pop().unwrap();
+    assert!(!lines.is_empty() && lines.len() <= 10, "{}", ran.out);
+    let costs: Vec<f64> = lines.iter().map(|line| number(line, "cost")).collect();
+    assert!(costs.windows(2).all(|pair| pair[0] <= pair[1]), "{costs:?}");
+    assert_eq!((&lines[0]["type"], &lines[0]["rank"]), (&"candidate".into(), &1.into()));
+    assert_eq!((&result["type"], &result["hidden"]), (&"result".into(), &lines[0]["hidden"]));
+    assert_eq!(result["rows"], serde_json::json!([150, 50]));
+    let eval = gripctl(folder.path(), &["eval", "s.json", "test.csv", "--json"]).done().json();
+    let (told, found) = (number(&result, "test_mse"), number(&eval[0], "mse"));
+    assert!((found / told - 1.0).abs() < 1e-9, "{told} and {found}");
+    let again = search("3", &["--test", "test.csv", "--group", "object"]).done();
+    assert_eq!(lines, again.json()[..lines.len()]);
+    assert_ne!(lines, search("4", &[]).done().json()[..lines.len().min(3)]);
+}
+
+#[test]
+fn impossible_searches_and_learners_are_refused() {
+    let folder = folder_with_rows();
+    let refused = |args: &[&str], code: i32, words: &[&str]| {
+        gripctl(folder.path(), &[args, &COLUMNS].concat()).refused(code, words);
+        assert!(!folder.path().join("n.json").exists(), "a model of {words:?}");
+    };
+    let search = |more: &[&str], words: &[&str]| {
+        refused(&[&["search", "rows.csv", "-o", "n.json"], more].concat(), 2, words);
+    };
+    search(&["--population", "2"], &["2 genomes in a population", "4 or more"]);
+    search(&["--generations", "0"], &["0 generations"]);
+    search(&["--holdout", "1"], &["--holdout", "between 0 and 1"]);
+    search(&["--size-cost", "-1"], &["size_cost", "-1"]);
+    search(&["--compare"], &["--test"]);
+    let train = |more: &[&str], words: &[&str]| {
+        refused(&[&["train", "rows.csv", "-o", "n.json"], more].concat(), 2, words);
+    };
+    train(&["--model", "tree"], &["--model tree", "mlp, ensemble or svr"]);
+    train(&["--model", "ensemble", "--members", "1"], &["members is 1", "2 to 100"]);
+    train(&["--model", "svr", "--svr-c", "0"], &["c is 0", "positive"]);
+    train(&["--model", "svr", "--svr-epsilon", "nan"], &["epsilon", "NaN"]);
+    train(&["--bagging"], &["--bagging", "--model ensemble"]);
+    train(&["--svr-gamma", "1"], &["--svr-gamma", "--model svr"]);
+    train(&["--activation", "linear"], &["--activation linear", "tanh, logistic or relu"]);
+}
+
 #[test]
 fn a_trained_model_serves_the_pipeline() {
     let folder = folder_with_rows();

@@ -13,6 +13,7 @@ use super::scaling::{Method, Scaling, as_min_max};
 use super::setting::SettingError;
 use super::topology::Topology;
 use super::trainer::Algorithm;
+use crate::activation::Activation;
 use crate::model::Model;
 use crate::network::ShapeError;
 
@@ -39,8 +40,10 @@ pub enum Precision {
 /// What to train and how.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FitConfig {
-    /// Neurons of each hidden layer (tanh); outputs are linear. Default one layer of 10.
+    /// Neurons of each hidden layer; outputs are linear. Default one layer of 10.
     pub hidden: Vec<usize>,
+    /// Function of the hidden neurons. Default tanh.
+    pub activation: Activation,
     /// Training rule. Default RPROP.
     pub algorithm: Algorithm,
     /// Stop rules.
@@ -63,6 +66,7 @@ impl Default for FitConfig {
     fn default() -> Self {
         Self {
             hidden: vec![10],
+            activation: Activation::Tanh,
             algorithm: Algorithm::Rprop(super::trainer::RpropConfig::default()),
             run: RunConfig::default(),
             seed: 0,
@@ -204,8 +208,8 @@ impl<'a> Fitting<'a> {
         }
         config.algorithm.check()?;
         config.run.check()?;
-        let topology =
-            Topology::regression(train.inputs.len(), &config.hidden, train.targets.len())?;
+        let hidden = (&config.hidden[..], config.activation);
+        let topology = Topology::with_hidden(train.inputs.len(), hidden, train.targets.len())?;
         check_weights(&config.algorithm, topology.weights())?;
         let (inputs, targets) = train.scalings(config.scaler);
         let scaled = |data: &DataSet| {
@@ -219,6 +223,12 @@ impl<'a> Fitting<'a> {
             Precision::Double => Rows::Double(Pair::new(&topology, &rows, validation, decay)?),
         };
         Ok(Self { train, config, inputs, targets, topology, rows })
+    }
+
+    /// Number of weights and biases of the network.
+    #[must_use]
+    pub fn weights(&self) -> usize {
+        self.topology.weights()
     }
 
     /// Trains from the starting weights of seed `config.seed + repeat`, without a clock: a time limit never ends it.

@@ -26,9 +26,21 @@ impl Topology {
     /// # Errors
     /// As [`Topology::new`].
     pub fn regression(inputs: usize, hidden: &[usize], outputs: usize) -> Result<Self, ShapeError> {
+        Self::with_hidden(inputs, (hidden, Activation::Tanh), outputs)
+    }
+
+    /// Hidden layers of these widths with one function for all of them, and linear outputs.
+    ///
+    /// # Errors
+    /// As [`Topology::new`].
+    pub fn with_hidden(
+        inputs: usize,
+        (widths, activation): (&[usize], Activation),
+        outputs: usize,
+    ) -> Result<Self, ShapeError> {
         let sizes: Vec<usize> =
-            core::iter::once(inputs).chain(hidden.iter().copied()).chain([outputs]).collect();
-        let mut activations = vec![Activation::Tanh; hidden.len()];
+            core::iter::once(inputs).chain(widths.iter().copied()).chain([outputs]).collect();
+        let mut activations = vec![activation; widths.len()];
         activations.push(Activation::Linear);
         Self::new(&sizes, &activations)
     }

@@ -2,10 +2,10 @@
 
 use crate::{
     cli::{SplitArgs, TrainArgs},
-    commands::read,
+    commands::columns::Columns,
 };
 use grip_host::exit::WrongArgument;
-use mlp::train::{ColumnSpec, DataSet, Split, SplitError, file::SplitNote};
+use mlp::train::{DataSet, Split, SplitError, file::SplitNote};
 
 /// The rows of the training file without those held out, and the test rows from wherever they come.
 pub(super) struct Parts {
@@ -15,10 +15,7 @@ pub(super) struct Parts {
 
 impl Parts {
     /// Reads the files and holds out the test rows.
-    pub(super) fn read(
-        args: &TrainArgs,
-        columns: (&[ColumnSpec], &[ColumnSpec]),
-    ) -> anyhow::Result<Self> {
+    pub(super) fn read(args: &TrainArgs, columns: &Columns) -> anyhow::Result<Self> {
         let split = &args.split;
         if split.split_by.is_some()
             && [split.holdout, split.validation].iter().all(Option::is_none)
@@ -27,20 +24,15 @@ impl Parts {
             let message = "--split-by goes with --holdout, --validation or --folds only";
             return Err(WrongArgument(message.to_owned()).into());
         }
-        let name = args.data.display().to_string();
-        let group = split.split_by.as_deref();
-        let train = DataSet::from_grouped_csv(&name, &read(&args.data)?, columns, group)?;
+        let train = columns.load_grouped(&args.data, split.split_by.as_deref())?;
         if let Some(share) = split.holdout {
             let parts = Split::holdout(&train, share, split.split_seed)
                 .map_err(|error| wrong("--holdout", &share, &error))?;
             let (train, test) = parts.of(&train)?;
             return Ok(Self { train, test: Some(test) });
         }
-        let test = args.test.as_deref().map(|file| {
-            let name = file.display().to_string();
-            anyhow::Ok(DataSet::from_csv(&name, &read(file)?, columns.0, columns.1)?)
-        });
-        Ok(Self { train, test: test.transpose()? })
+        let test = args.test.as_deref().map(|file| columns.load(file)).transpose()?;
+        Ok(Self { train, test })
     }
 
     /// The rows to train on, and those to stop by.

@@ -1,0 +1,158 @@
+//! A folder of real data in, or none; the regression sets on which trainers are compared out.
+
+use std::{fs, io, path::Path};
+
+use mlp::{
+    ShapeError,
+    train::{ColumnSpec, ColumnSpecError, DataSet, DataSetError, Patterns, Topology},
+};
+use rand_chacha::{ChaCha8Rng, rand_core::SeedableRng as _};
+use rand_distr::{Distribution as _, Normal, NormalError, Uniform, uniform};
+
+/// A network, rows to train it on, and rows it never sees.
+#[derive(Clone, Debug)]
+pub struct Parts {
+    /// Its name.
+    pub name: &'static str,
+    /// Where the rows come from.
+    pub source: &'static str,
+    /// Shape: tanh, then linear.
+    pub topology: Topology,
+    /// Rows to train on.
+    pub train: Patterns,
+    /// Rows that decide which epoch is kept, if there are any.
+    pub validation: Option<Patterns>,
+    /// Rows for the error.
+    pub test: Patterns,
+}
+
+/// Why there is no set.
+#[derive(Debug, thiserror::Error)]
+pub enum LearningError {
+    /// A file that cannot be read.
+    #[error("{file}: {source}")]
+    Read {
+        /// The file.
+        file: String,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// A file that is no data set.
+    #[error(transparent)]
+    Data(#[from] DataSetError),
+    /// A name that is no column.
+    #[error(transparent)]
+    Column(#[from] ColumnSpecError),
+    /// A shape that is none.
+    #[error(transparent)]
+    Shape(#[from] ShapeError),
+    /// Noise that cannot be drawn.
+    #[error(transparent)]
+    Noise(#[from] NormalError),
+    /// A range that cannot be drawn from.
+    #[error(transparent)]
+    Range(#[from] uniform::Error),
+}
+
+/// The surface of two inputs, 2-10-1: the rows in `data/learning`, or rows drawn from the same formula. Targets are scaled
+/// to [-1, 1] over the training rows.
+///
+/// # Errors
+/// [`LearningError`] where a file is missing or broken.
+pub fn surface2(data: Option<&Path>) -> Result<Parts, LearningError> {
+    let (inputs, targets) = (specs(&["x1", "x2"])?, specs(&["y"])?);
+    let read = |part: &str, seed: u64, rows: usize| match data {
+        Some(folder) => read(folder, &format!("surface2_{part}.csv"), (&inputs, &targets)),
+        None => {
+            let bytes = surface_rows(rows, seed)?;
+            Ok(DataSet::from_csv("surface2", bytes.as_bytes(), &inputs, &targets)?)
+        }
+    };
+    let (train, test) = (read("train", 1, 100)?, read("test", 2, 60)?);
+    let limits = train.target_scalings();
+    let patterns = |part: &DataSet| Patterns {
+        inputs: part.iter().flat_map(|(x, _)| x.to_vec()).collect(),
+        targets: part.patterns(&part.input_scalings(), &limits).targets,
+    };
+    Ok(Parts {
+        name: "surface2",
+        source: if data.is_some() { "rows of GRIP_DATA" } else { "rows drawn from its formula" },
+        topology: Topology::regression(2, &[10], 1)?,
+        train: patterns(&train),
+        validation: None,
+        test: patterns(&test),
+    })
+}
+
+/// The real set building1 of Proben1, 14-16-3, its own partition, values as they are.
+///
+/// # Errors
+/// [`LearningError`] where a file is missing or broken.
+pub fn building1(data: &Path) -> Result<Parts, LearningError> {
+    let names: Vec<String> = (1..=14).map(|at| format!("x{at}")).collect();
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    let (inputs, targets) = (specs(&names)?, specs(&["energy", "hot_water", "cold_water"])?);
+    let part = |name: &str| {
+        let rows = read(data, &format!("building1_{name}.csv"), (&inputs, &targets))?;
+        Ok::<_, LearningError>(Patterns {
+            inputs: rows.iter().flat_map(|(x, _)| x.to_vec()).collect(),
+            targets: rows.iter().flat_map(|(_, y)| y.to_vec()).collect(),
+        })
+    };
+    Ok(Parts {
+        name: "building1",
+        source: "rows of GRIP_DATA",
+        topology: Topology::regression(14, &[16], 3)?,
+        train: part("train")?,
+        validation: Some(part("valid")?),
+        test: part("test")?,
+    })
+}
+
+fn specs(names: &[&str]) -> Result<Vec<ColumnSpec>, ColumnSpecError> {
+    names.iter().map(|name| name.parse()).collect()
+}
+
+fn read(
+    data: &Path,
+    name: &str,
+    (inputs, targets): (&[ColumnSpec], &[ColumnSpec]),
+) -> Result<DataSet, LearningError> {
+    let file = data.join("learning").join(name);
+    let bytes = fs::read(&file)
+        .map_err(|source| LearningError::Read { file: file.display().to_string(), source })?;
+    Ok(DataSet::from_csv(name, &bytes, inputs, targets)?)
+}
+
+/// y = 0.6 sin(pi x1) x2 + 0.4 cos(2.5 x2) + 0.3 x1 + N(0, 0.05), inputs evenly from [-1, 1).
+fn surface_rows(rows: usize, seed: u64) -> Result<String, LearningError> {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let (place, noise) = (Uniform::new(-1.0, 1.0)?, Normal::new(0.0, 0.05)?);
+    let mut csv = String::from("x1,x2,y\n");
+    for _ in 0..rows {
+        let [x, y]: [f64; 2] = [(); 2].map(|()| place.sample(&mut rng));
+        let smooth = 0.6 * (core::f64::consts::PI * x).sin() * y + 0.4 * (2.5 * y).cos() + 0.3 * x;
+        csv.push_str(&format!("{x},{y},{}\n", smooth + noise.sample(&mut rng)));
+    }
+    Ok(csv)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{LearningError, building1, surface2};
+    use std::path::Path;
+
+    #[test]
+    fn without_data_the_surface_is_drawn_and_building1_is_missed() {
+        let parts = surface2(None).unwrap();
+        assert_eq!((parts.train.targets.len(), parts.test.targets.len()), (100, 60));
+        let range = parts
+            .train
+            .targets
+            .iter()
+            .fold((1.0_f64, -1.0_f64), |(low, high), &y| (low.min(y), high.max(y)));
+        assert!((range.0 + 1.0).abs() < 1e-12 && (range.1 - 1.0).abs() < 1e-12, "{range:?}");
+        let missing = building1(Path::new("no such folder"));
+        assert!(matches!(missing, Err(LearningError::Read { .. })), "{missing:?}");
+    }
+}

@@ -1,0 +1,272 @@
+//! `gripctl search`: the network that a genetic algorithm finds for rows of data.
+
+use super::{clock, columns::Columns};
+use crate::{cli::SearchArgs, output};
+use anyhow::Context as _;
+use grip_host::exit::{Exit, WrongArgument};
+use grip_study::outlook::{
+    Candidate, Comparison, LearnersConfig, OutlookError, Search, SearchConfig, Sets, compare,
+    learners::count, search::Generation,
+};
+use indicatif::{ProgressBar, ProgressStyle};
+use mlp::train::{DataSet, Fit, split::Split};
+use serde::Serialize;
+
+/// Candidates that are told.
+const SHOWN: usize = 10;
+
+#[derive(Serialize)]
+#[serde(tag = "type", rename = "candidate")]
+struct Line<'a> {
+    rank: usize,
+    hidden: &'a [usize],
+    activation: &'static str,
+    algorithm: &'static str,
+    decay: f64,
+    weights: usize,
+    validation_scaled_mse: f64,
+    best_scaled_mse: f64,
+    cost: f64,
+}
+
+/// Names shared with the result line of `train` mean the same.
+#[derive(Serialize)]
+#[serde(tag = "type", rename = "result")]
+struct Result<'a> {
+    algorithm: &'static str,
+    epochs: usize,
+    train_mse: f64,
+    test_mse: Option<f64>,
+    stop: String,
+    cpu_s: f64,
+    train_scaled_mse: f64,
+    validation_scaled_mse: f64,
+    test_scaled_mse: Option<f64>,
+    train_within_10pct: f64,
+    test_within_10pct: Option<f64>,
+    seed: u64,
+    hidden: &'a [usize],
+    activation: &'static str,
+    decay: f64,
+    weights: usize,
+    tried: usize,
+    failed: usize,
+    rows: [usize; 2],
+}
+
+#[derive(Serialize)]
+#[serde(tag = "type", rename = "comparison")]
+struct Compared<'a> {
+    #[serde(flatten)]
+    learner: &'a Comparison,
+}
+
+pub(crate) fn run(args: &SearchArgs) -> anyhow::Result<Exit> {
+    let columns = Columns::new(&args.columns)?;
+    let data = columns.load_grouped(&args.data, args.group.as_deref())?;
+    let test = args.test.as_deref().map(|file| columns.load(file)).transpose()?;
+    let split = Split::holdout(&data, args.holdout, args.seed)
+        .map_err(|error| WrongArgument(format!("--holdout: {error}")))?;
+    let (train, validation) = split.of(&data)?;
+    let config = config(args);
+    let before = clock::processor()?;
+    let bar = bar(args.generations, "generations, {msg}");
+    let told = |generation: Generation| {
+        bar.set_position(generation.done as u64);
+        bar.set_message(format!(
+            "{} networks, least cost {:.3e}",
+            generation.tried, generation.cost
+        ));
+    };
+    let found =
+        grip_study::outlook::search(&train, &validation, &config, &told).map_err(explain)?;
+    bar.finish_and_clear();
+    let fit = found.train_best((&train, &validation), test.as_ref(), &config)?;
+    let cpu_s = clock::processor()?.saturating_sub(before).as_secs_f64();
+    std::fs::write(&args.output, fit.file.to_json()?)
+        .with_context(|| format!("cannot write {}", args.output.display()))?;
+    report(args, &found, &fit, (&train, &validation, cpu_s))?;
+    if let (true, Some(test)) = (args.compare, &test) {
+        let sets = Sets { train: &train, validation: &validation, test };
+        others(args, sets, config)?;
+    }
+    if !args.json {
+        output::line(&format!("model written to {}", args.output.display()))?;
+    }
+    Ok(Exit::Done)
+}
+
+fn config(args: &SearchArgs) -> SearchConfig {
+    let mut config = SearchConfig {
+        generations: args.generations,
+        population: args.population,
+        seed: args.seed,
+        size_cost: args.size_cost,
+        ..SearchConfig::default()
+    };
+    config.fit.seed = args.seed;
+    config.fit.repeats = args.repeats;
+    config.fit.run.epochs = args.epochs;
+    config
+}
+
+/// Settings out of range are wrong arguments.
+fn explain(error: OutlookError) -> anyhow::Error {
+    match error {
+        OutlookError::Setting(error) => WrongArgument(error.to_string()).into(),
+        OutlookError::Fit(error) => WrongArgument(error.to_string()).into(),
+        error @ OutlookError::Count { .. } => WrongArgument(error.to_string()).into(),
+        other => other.into(),
+    }
+}
+
+/// Drawn on a terminal only.
+fn bar(length: usize, what: &str) -> ProgressBar {
+    let bar = ProgressBar::new(length as u64);
+    match ProgressStyle::with_template(&format!("{{bar:30}} {{pos}}/{{len}} {what}")) {
+        Ok(style) => bar.with_style(style),
+        Err(_) => bar,
+    }
+}
+
+fn report(
+    args: &SearchArgs,
+    found: &Search,
+    fit: &Fit,
+    (train, validation, cpu_s): (&DataSet, &DataSet, f64),
+) -> anyhow::Result<()> {
+    if !args.json {
+        output::line(&format!(
+            "{} networks tried on {} rows, judged on {} others; {cpu_s:.1} s of processor time",
+            found.candidates.len() + found.failed,
+            train.rows(),
+            validation.rows()
+        ))?;
+        output::line(
+            "rank  hidden    activation  trainer   decay  weights  validation mse (scaled)      cost",
+        )?;
+    }
+    for (at, candidate) in found.candidates.iter().take(SHOWN).enumerate() {
+        told(args, at + 1, candidate)?;
+    }
+    result(args, found, fit, ([train.rows(), validation.rows()], cpu_s))
+}
+
+fn told(args: &SearchArgs, rank: usize, candidate: &Candidate) -> anyhow::Result<()> {
+    let Candidate { genome, weights, validation_mse, best_mse, cost, .. } = candidate;
+    if args.json {
+        return output::json(&Line {
+            rank,
+            hidden: &genome.hidden,
+            activation: genome.activation.name(),
+            algorithm: genome.algorithm.name(),
+            decay: genome.decay,
+            weights: *weights,
+            validation_scaled_mse: *validation_mse,
+            best_scaled_mse: *best_mse,
+            cost: *cost,
+        });
+    }
+    let widths: Vec<String> = genome.hidden.iter().map(ToString::to_string).collect();
+    Ok(output::line(&format!(
+        "{rank:4}  {:8}  {:10}  {:7}  {:6e}  {weights:7}  {validation_mse:23.4e}  {cost:8.2e}",
+        widths.join("-"),
+        genome.activation.name(),
+        genome.algorithm.name(),
+        genome.decay
+    ))?)
+}
+
+fn result(
+    args: &SearchArgs,
+    found: &Search,
+    fit: &Fit,
+    (rows, cpu_s): ([usize; 2], f64),
+) -> anyhow::Result<()> {
+    let best = found.best()?;
+    let run = fit.runs.first().context("no run was chosen")?;
+    let test = fit.test.as_ref();
+    let result = Result {
+        algorithm: best.genome.algorithm.name(),
+        epochs: run.best_epoch,
+        train_mse: fit.train.mse,
+        test_mse: test.map(|test| test.mse),
+        stop: run.stop.to_string(),
+        cpu_s,
+        train_scaled_mse: fit.train.scaled_mse,
+        validation_scaled_mse: best.best_mse,
+        test_scaled_mse: test.map(|test| test.scaled_mse),
+        train_within_10pct: fit.train.within_fraction(0.1),
+        test_within_10pct: test.map(|test| test.within_fraction(0.1)),
+        seed: best.best_seed,
+        hidden: &best.genome.hidden,
+        activation: best.genome.activation.name(),
+        decay: best.genome.decay,
+        weights: best.weights,
+        tried: found.candidates.len() + found.failed,
+        failed: found.failed,
+        rows,
+    };
+    if args.json {
+        return output::json(&result);
+    }
+    output::line(&format!(
+        "best: {}, epoch {} ({}), seed {}",
+        best.genome, result.epochs, result.stop, result.seed
+    ))?;
+    output::line(&format!(
+        "train: mse {:.6} (target unit squared), {:.6} (scaled), within 10 %: {:.1} %",
+        result.train_mse,
+        result.train_scaled_mse,
+        100.0 * result.train_within_10pct
+    ))?;
+    if let (Some(mse), Some(scaled), Some(within)) =
+        (result.test_mse, result.test_scaled_mse, result.test_within_10pct)
+    {
+        output::line(&format!(
+            "test:  mse {mse:.6} (target unit squared), {scaled:.6} (scaled), within 10 %: {:.1} %",
+            100.0 * within
+        ))?;
+    }
+    Ok(())
+}
+
+/// Every learner on the same rows.
+fn others(args: &SearchArgs, sets: Sets<'_>, search: SearchConfig) -> anyhow::Result<()> {
+    let mut config = LearnersConfig { search, ..LearnersConfig::default() };
+    config.fit.seed = args.seed;
+    let bar = bar(count(), "learners, {msg}");
+    let done = |name: &str| {
+        bar.inc(1);
+        bar.set_message(name.to_owned());
+    };
+    let rows = compare(sets, &config, &clock::monotonic, &done).map_err(explain)?;
+    bar.finish_and_clear();
+    if args.json {
+        return rows.iter().try_for_each(|learner| output::json(&Compared { learner }));
+    }
+    output::line("")?;
+    output::line(
+        "learner                          size    train mse     test mse  within 10 %  chosen",
+    )?;
+    for row in &rows {
+        output::line(&format!(
+            "{:28} {:8} {:12.4e} {:12.4e} {:10.1} %  {}",
+            row.name,
+            row.size,
+            row.train.mse,
+            row.test.mse,
+            100.0 * row.test.within_10pct,
+            row.detail
+        ))?;
+        if let Some(spread) = row.uncertainty {
+            output::line(&format!(
+                "{:28} spread {:.3e} (rms), {:.1} % of the test values within two of it",
+                "",
+                spread.spread,
+                100.0 * spread.within_two
+            ))?;
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,164 @@
+//! `gripctl train --model ensemble|svr`: learners beyond one network from rows of data.
+
+use super::clock;
+use crate::{cli::TrainArgs, output};
+use anyhow::Context as _;
+use core::time::Duration;
+use grip_host::exit::{Exit, WrongArgument};
+use grip_study::outlook::{
+    Ensemble, EnsembleConfig, OutlookError, Predict, Sampling, Score, Svr, SvrConfig, score,
+};
+use mlp::train::{DataSet, FitConfig, split::Split};
+use serde::Serialize;
+
+/// Names shared with the result line of networks mean the same.
+#[derive(Serialize)]
+#[serde(tag = "type", rename = "result")]
+struct Result<'a> {
+    model: &'a str,
+    algorithm: &'a str,
+    epochs: usize,
+    train_mse: f64,
+    test_mse: Option<f64>,
+    stop: String,
+    cpu_s: f64,
+    train_scaled_mse: f64,
+    test_scaled_mse: Option<f64>,
+    train_within_10pct: f64,
+    test_within_10pct: Option<f64>,
+    support_vectors: Option<usize>,
+    members: Option<usize>,
+}
+
+pub(crate) fn ensemble(
+    args: &TrainArgs,
+    fit: FitConfig,
+    data: &DataSet,
+    test: Option<&DataSet>,
+) -> anyhow::Result<Exit> {
+    if args.time_limit.is_some() {
+        return Err(WrongArgument("--time-limit goes with --model mlp only".to_owned()).into());
+    }
+    let before = clock::processor()?;
+    let sampling = if args.beyond.bagging { Sampling::Bagging } else { Sampling::Starts };
+    let config = EnsembleConfig { members: args.beyond.members, sampling, fit };
+    let ensemble = Ensemble::fit(data, None, &config).map_err(explain)?;
+    let cpu = clock::processor()?.saturating_sub(before);
+    write(args, &ensemble.to_json()?)?;
+    let notes = ensemble.members().iter().filter_map(|file| file.training.as_ref());
+    let result = Result {
+        model: "ensemble",
+        epochs: notes.map(|note| note.epochs).sum(),
+        members: Some(config.members),
+        stop: format!("{} networks trained", config.members),
+        ..scored(&ensemble, (data, test), config.fit.algorithm.name(), cpu)?
+    };
+    report(args, &result)
+}
+
+pub(crate) fn svr(
+    args: &TrainArgs,
+    data: &DataSet,
+    test: Option<&DataSet>,
+) -> anyhow::Result<Exit> {
+    let before = clock::processor()?;
+    let config = svr_config(args, data)?;
+    let svr = Svr::fit(data, &config).map_err(explain)?;
+    let cpu = clock::processor()?.saturating_sub(before);
+    write(args, &svr.to_json()?)?;
+    let result = Result {
+        model: "svr",
+        support_vectors: Some(svr.support_vectors()),
+        stop: format!("c {}, gamma {}, epsilon {}", config.c, config.gamma, config.epsilon),
+        ..scored(&svr, (data, test), "svr", cpu)?
+    };
+    report(args, &result)
+}
+
+/// What is not given is chosen on a fifth of the rows, and then all rows are fitted.
+fn svr_config(args: &TrainArgs, data: &DataSet) -> anyhow::Result<SvrConfig> {
+    let beyond = &args.beyond;
+    let given = SvrConfig { epsilon: beyond.svr_epsilon, ..SvrConfig::default() };
+    if let (Some(c), Some(gamma)) = (beyond.svr_c, beyond.svr_gamma) {
+        return Ok(SvrConfig { c, gamma, ..given });
+    }
+    let mut grid: Vec<SvrConfig> = Vec::new();
+    for tried in SvrConfig::grid() {
+        let c = beyond.svr_c.unwrap_or(tried.c);
+        let config = SvrConfig { c, gamma: beyond.svr_gamma.unwrap_or(tried.gamma), ..given };
+        if !grid.contains(&config) {
+            grid.push(config);
+        }
+    }
+    let (train, held_out) = Split::holdout(data, 0.2, args.seed)?.of(data)?;
+    Ok(Svr::choose(&train, &held_out, &grid).map_err(explain)?.config)
+}
+
+/// Settings out of range are wrong arguments.
+fn explain(error: OutlookError) -> anyhow::Error {
+    match error {
+        OutlookError::Setting(error) => WrongArgument(error.to_string()).into(),
+        OutlookError::Fit(error) => WrongArgument(error.to_string()).into(),
+        error @ OutlookError::Count { .. } => WrongArgument(error.to_string()).into(),
+        other => other.into(),
+    }
+}
+
+fn scored<'a>(
+    learner: &dyn Predict,
+    (data, test): (&DataSet, Option<&DataSet>),
+    algorithm: &'a str,
+    cpu: Duration,
+) -> anyhow::Result<Result<'a>> {
+    let limits = data.target_scalings();
+    let train = score(learner, data, &limits)?;
+    let test: Option<Score> = test.map(|test| score(learner, test, &limits)).transpose()?;
+    Ok(Result {
+        model: "",
+        algorithm,
+        epochs: 0,
+        train_mse: train.mse,
+        test_mse: test.map(|test| test.mse),
+        stop: String::new(),
+        cpu_s: cpu.as_secs_f64(),
+        train_scaled_mse: train.scaled_mse,
+        test_scaled_mse: test.map(|test| test.scaled_mse),
+        train_within_10pct: train.within_10pct,
+        test_within_10pct: test.map(|test| test.within_10pct),
+        support_vectors: None,
+        members: None,
+    })
+}
+
+fn write(args: &TrainArgs, text: &str) -> anyhow::Result<()> {
+    std::fs::write(&args.output, text)
+        .with_context(|| format!("cannot write {}", args.output.display()))
+}
+
+fn report(args: &TrainArgs, result: &Result<'_>) -> anyhow::Result<Exit> {
+    if args.json {
+        output::json(result)?;
+        return Ok(Exit::Done);
+    }
+    let vectors =
+        result.support_vectors.map_or(String::new(), |n| format!(", {n} support vectors"));
+    output::line(&format!(
+        "{}: {}{vectors}; {:.2} s of processor time",
+        result.model, result.stop, result.cpu_s
+    ))?;
+    line("train:", result.train_mse, result.train_scaled_mse, result.train_within_10pct)?;
+    if let (Some(mse), Some(scaled), Some(within)) =
+        (result.test_mse, result.test_scaled_mse, result.test_within_10pct)
+    {
+        line("test: ", mse, scaled, within)?;
+    }
+    output::line(&format!("model written to {}", args.output.display()))?;
+    Ok(Exit::Done)
+}
+
+fn line(part: &str, mse: f64, scaled: f64, within: f64) -> std::io::Result<()> {
+    output::line(&format!(
+        "{part} mse {mse:.6} (target unit squared), {scaled:.6} (scaled), within 10 %: {:.1} %",
+        100.0 * within
+    ))
+}

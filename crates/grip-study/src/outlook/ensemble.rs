@@ -1,0 +1,319 @@
+//! Rows of data and one setting in, several nets with the mean and the spread of their answers out.
+
+use mlp::train::{
+    ColumnSpec, DataSet, FileError, Fit, FitConfig, ModelFile, SettingError, file::FileColumn, fit,
+};
+use mlp::{Model, PredictError, ShapeError};
+use rand_chacha::ChaCha8Rng;
+use rand_core::{Rng as _, SeedableRng as _};
+use rayon::iter::{IntoParallelIterator as _, ParallelIterator as _};
+use serde::{Deserialize, Serialize};
+
+use super::score::{OutlookError, Predict, Spread};
+
+/// Value of the field `format`.
+pub const FORMAT: &str = "ensemble-model";
+
+/// Value of the field `version` that is read and written.
+pub const VERSION: u64 = 1;
+
+/// What makes the members differ.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Sampling {
+    /// Other starting weights on the same rows.
+    #[default]
+    Starts,
+    /// Other starting weights, and as many rows drawn with replacement (Breiman's bagging).
+    Bagging,
+}
+
+/// What to train.
+#[derive(Debug, Clone, PartialEq)]
+pub struct EnsembleConfig {
+    /// Number of nets, 2 to 100. Default 10.
+    pub members: usize,
+    /// What makes them differ. Default the starts.
+    pub sampling: Sampling,
+    /// Each net; its seed counts up from member to member, in steps of its repeats.
+    pub fit: FitConfig,
+}
+
+impl Default for EnsembleConfig {
+    fn default() -> Self {
+        Self { members: 10, sampling: Sampling::Starts, fit: FitConfig::default() }
+    }
+}
+
+impl EnsembleConfig {
+    /// Whether the number of members is possible.
+    ///
+    /// # Errors
+    /// [`SettingError`] outside 2 to 100.
+    pub fn check(&self) -> Result<(), SettingError> {
+        if (2..=100).contains(&self.members) {
+            return Ok(());
+        }
+        let value = self.members as f64;
+        Err(SettingError { name: "members", value, range: "2 to 100" })
+    }
+}
+
+/// Several nets for the same columns.
+#[derive(Debug, Clone)]
+pub struct Ensemble {
+    files: Vec<ModelFile>,
+    models: Vec<Model<Box<[f32]>>>,
+}
+
+#[derive(Serialize)]
+struct Written<'a> {
+    format: &'static str,
+    version: u64,
+    members: &'a [ModelFile],
+}
+
+#[derive(Deserialize)]
+struct Read {
+    members: Vec<serde_json::Value>,
+}
+
+#[derive(Deserialize)]
+struct Head {
+    format: Option<String>,
+    version: Option<u64>,
+}
+
+impl Ensemble {
+    /// Trains the members, in parallel.
+    ///
+    /// # Errors
+    /// [`OutlookError::Setting`] outside 2 to 100 members; [`OutlookError::Fit`] where a member can not be trained.
+    pub fn fit(
+        train: &DataSet,
+        validation: Option<&DataSet>,
+        config: &EnsembleConfig,
+    ) -> Result<Self, OutlookError> {
+        config.check()?;
+        let fits: Vec<Fit> = (0..config.members)
+            .into_par_iter()
+            .map(|member| Self::member(train, validation, config, member))
+            .collect::<Result<_, _>>()?;
+        let (files, models) = fits.into_iter().map(|fit| (fit.file, fit.model)).unzip();
+        Ok(Self { files, models })
+    }
+
+    fn member(
+        train: &DataSet,
+        validation: Option<&DataSet>,
+        config: &EnsembleConfig,
+        member: usize,
+    ) -> Result<Fit, OutlookError> {
+        let first = (member * config.fit.repeats) as u64;
+        let own = FitConfig { seed: config.fit.seed.wrapping_add(first), ..config.fit.clone() };
+        match config.sampling {
+            Sampling::Starts => Ok(fit(train, validation, None, &own)?),
+            Sampling::Bagging => {
+                let drawn = train.subset(&drawn(train.rows(), own.seed))?;
+                Ok(fit(&drawn, validation, None, &own)?)
+            }
+        }
+    }
+
+    /// The members' files.
+    #[must_use]
+    pub fn members(&self) -> &[ModelFile] {
+        &self.files
+    }
+
+    /// Weights of all members.
+    #[must_use]
+    pub fn weights(&self) -> usize {
+        let layer = |file: &ModelFile| -> usize {
+            file.layers
+                .iter()
+                .map(|l| l.biases.len() + l.weights.iter().map(Vec::len).sum::<usize>())
+                .sum()
+        };
+        self.files.iter().map(layer).sum()
+    }
+
+    /// The column specs with which a CSV file is read for it.
+    #[must_use]
+    pub fn specs(&self) -> (Vec<ColumnSpec>, Vec<ColumnSpec>) {
+        self.files.first().map_or_else(Default::default, ModelFile::specs)
+    }
+
+    /// Targets with their ranges.
+    #[must_use]
+    pub fn targets(&self) -> &[FileColumn] {
+        self.files.first().map_or(&[], |file| &file.targets)
+    }
+
+    /// The text of its file: the members' files in a list.
+    ///
+    /// # Errors
+    /// [`FileError::Json`].
+    pub fn to_json(&self) -> Result<String, FileError> {
+        let written = Written { format: FORMAT, version: VERSION, members: &self.files };
+        serde_json::to_string_pretty(&written).map_err(|error| json_error(&error))
+    }
+
+    /// Reads the text of a file.
+    ///
+    /// # Errors
+    /// Any [`FileError`] of the file or a member; [`FileError::Shape`] where a member has other columns than the first.
+    pub fn from_json(text: &str) -> Result<Self, FileError> {
+        check_head(text, FORMAT, VERSION)?;
+        let read: Read = serde_json::from_str(text).map_err(|error| json_error(&error))?;
+        let files = read
+            .members
+            .iter()
+            .map(|member| ModelFile::from_json(&member.to_string()))
+            .collect::<Result<Vec<_>, _>>()?;
+        let Some(first) = files.first() else {
+            return Err(ShapeError::Layers { given: 0 }.into());
+        };
+        if files.iter().any(|file| file.specs() != first.specs()) {
+            let (needed, given) = (first.inputs.len(), 0);
+            return Err(ShapeError::Inputs { needed, given }.into());
+        }
+        let models = files.iter().map(ModelFile::model).collect::<Result<_, _>>()?;
+        Ok(Self { files, models })
+    }
+}
+
+impl Predict for Ensemble {
+    fn predict(&self, inputs: &[f64], outputs: &mut [f64]) -> Result<(), PredictError> {
+        let spread = self.spread(inputs)?;
+        let (needed, given) = (spread.len(), outputs.len());
+        if needed != given {
+            return Err(ShapeError::Outputs { needed, given }.into());
+        }
+        outputs.iter_mut().zip(spread).for_each(|(output, spread)| *output = spread.mean);
+        Ok(())
+    }
+
+    fn spread(&self, inputs: &[f64]) -> Result<Vec<Spread>, PredictError> {
+        let targets = self.files.first().map_or(0, |file| file.targets.len());
+        let mut answers = vec![0.0; targets];
+        let (mut sums, mut squares) = (vec![0.0; targets], vec![0.0; targets]);
+        for (done, model) in self.models.iter().enumerate() {
+            Predict::predict(model, inputs, &mut answers)?;
+            for ((sum, square), answer) in sums.iter_mut().zip(&mut squares).zip(&answers) {
+                // Welford's update: no difference of large sums.
+                let step = answer - *sum;
+                *sum += step / (done + 1) as f64;
+                *square += step * (answer - *sum);
+            }
+        }
+        let others = (self.models.len().max(2) - 1) as f64;
+        let spread =
+            |(mean, square): (f64, f64)| Spread { mean, deviation: (square / others).sqrt() };
+        Ok(sums.into_iter().zip(squares).map(spread).collect())
+    }
+}
+
+/// As many rows as there are, with replacement.
+fn drawn(rows: usize, seed: u64) -> Vec<usize> {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    // The modulo favours low numbers by less than 2^-40.
+    let mut draw = || usize::try_from(rng.next_u64() % rows as u64).unwrap_or(0);
+    (0..rows).map(|_| draw()).collect()
+}
+
+pub(super) fn check_head(text: &str, format: &str, version: u64) -> Result<(), FileError> {
+    let head: Head = serde_json::from_str(text).map_err(|error| json_error(&error))?;
+    if head.format.as_deref() != Some(format) {
+        return Err(FileError::Format { found: head.format });
+    }
+    if head.version != Some(version) {
+        return Err(FileError::Version { found: head.version });
+    }
+    Ok(())
+}
+
+pub(super) fn json_error(error: &serde_json::Error) -> FileError {
+    let message = error.to_string();
+    FileError::Json { line: error.line(), column: error.column(), message }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::outlook::{score, testing};
+    use mlp::train::RunConfig;
+
+    fn config(sampling: Sampling) -> EnsembleConfig {
+        let run = RunConfig { epochs: 150, ..RunConfig::default() };
+        let fit = FitConfig { hidden: vec![6], run, seed: 3, ..FitConfig::default() };
+        EnsembleConfig { members: 6, sampling, fit }
+    }
+
+    /// The squared error of a mean is never above the mean squared error of its members.
+    #[test]
+    fn the_mean_is_no_worse_than_the_average_member() {
+        let (train, test) = (testing::surface(80, 1), testing::surface(60, 2));
+        let limits = train.target_scalings();
+        for sampling in [Sampling::Starts, Sampling::Bagging] {
+            let ensemble = Ensemble::fit(&train, None, &config(sampling)).unwrap();
+            let error = |learner: &dyn Predict| score(learner, &test, &limits).unwrap().mse;
+            let members: f64 = ensemble.models.iter().map(|model| error(model)).sum::<f64>() / 6.0;
+            let joint = error(&ensemble);
+            assert!(joint < members, "{sampling:?}: {joint} {members}");
+            assert!(joint > 0.0 && ensemble.weights() == 6 * 25);
+        }
+    }
+
+    #[test]
+    fn the_spread_is_wide_where_no_rows_were() {
+        let train = testing::surface(80, 1);
+        let ensemble = Ensemble::fit(&train, None, &config(Sampling::Bagging)).unwrap();
+        let [inside, outside] =
+            [[0.1, 0.2], [3.0, -3.0]].map(|row| ensemble.spread(&row).unwrap()[0]);
+        assert!(inside.deviation > 0.0 && outside.deviation > 4.0 * inside.deviation);
+    }
+
+    #[test]
+    fn mean_and_deviation_are_those_of_the_members() {
+        let train = testing::surface(40, 1);
+        let ensemble = Ensemble::fit(&train, None, &config(Sampling::Starts)).unwrap();
+        let answers: Vec<f64> = ensemble
+            .models
+            .iter()
+            .map(|model| f64::from(model.estimate(&[0.3, -0.4]).unwrap().value))
+            .collect();
+        let mean = answers.iter().sum::<f64>() / 6.0;
+        let variance = answers.iter().map(|a| (a - mean).powi(2)).sum::<f64>() / 5.0;
+        let spread = ensemble.spread(&[0.3_f32, -0.4].map(f64::from)).unwrap()[0];
+        assert!((spread.mean - mean).abs() < 1e-12, "{spread:?} {mean}");
+        assert!((spread.deviation - variance.sqrt()).abs() < 1e-12, "{spread:?} {variance}");
+    }
+
+    #[test]
+    fn equal_seeds_give_equal_members_and_files_come_back() {
+        let train = testing::surface(40, 1);
+        let fit = |seed: u64| {
+            let config = config(Sampling::Bagging);
+            let fit = FitConfig { seed, ..config.fit.clone() };
+            Ensemble::fit(&train, None, &EnsembleConfig { fit, ..config }).unwrap()
+        };
+        let text = fit(3).to_json().unwrap();
+        assert_eq!(text, fit(3).to_json().unwrap());
+        assert_ne!(text, fit(4).to_json().unwrap());
+        let back = Ensemble::from_json(&text).unwrap();
+        assert_eq!(back.files, fit(3).files);
+        assert_eq!(back.spread(&[0.5, 0.5]).unwrap(), fit(3).spread(&[0.5, 0.5]).unwrap());
+        for broken in ["{}", r#"{"format":"ensemble-model","version":1,"members":[]}"#, "[1"] {
+            assert!(Ensemble::from_json(broken).is_err(), "{broken}");
+        }
+    }
+
+    #[test]
+    fn numbers_of_members_have_limits() {
+        for members in [0, 1, 101] {
+            let config = EnsembleConfig { members, ..EnsembleConfig::default() };
+            let error = Ensemble::fit(&testing::surface(9, 1), None, &config).unwrap_err();
+            assert!(error.to_string().contains("2 to 100"), "{error}");
+        }
+    }
+}

@@ -1,0 +1,204 @@
+//! Any learner and a data set in, the errors of its predictions out.
+
+use mlp::train::split::SplitError;
+use mlp::train::{DataSet, DataSetError, FileError, FitError, Scaling, SettingError};
+use mlp::{Model, PredictError};
+
+/// What turns the raw features of a row into raw targets.
+pub trait Predict {
+    /// Writes the prediction for `inputs` (raw, in the order of the training columns) to `outputs`.
+    ///
+    /// # Errors
+    /// [`PredictError`] where a slice has the wrong length, or a feature or the answer is not finite.
+    fn predict(&self, inputs: &[f64], outputs: &mut [f64]) -> Result<(), PredictError>;
+
+    /// Mean and spread of each target; empty for a learner that has no spread.
+    ///
+    /// # Errors
+    /// As [`Predict::predict`].
+    fn spread(&self, _inputs: &[f64]) -> Result<Vec<Spread>, PredictError> {
+        Ok(Vec::new())
+    }
+}
+
+/// A mean and the standard deviation of several answers around it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Spread {
+    /// Mean, in the raw unit of the target.
+    pub mean: f64,
+    /// Standard deviation (with one answer less in the denominator).
+    pub deviation: f64,
+}
+
+impl<W: AsRef<[f32]>> Predict for Model<W> {
+    fn predict(&self, inputs: &[f64], outputs: &mut [f64]) -> Result<(), PredictError> {
+        let inputs: Vec<f32> = inputs.iter().map(|&value| rounded(value)).collect();
+        let mut answer = vec![0.0_f32; outputs.len()];
+        Self::predict(self, &inputs, &mut answer)?;
+        outputs.iter_mut().zip(answer).for_each(|(output, value)| *output = value.into());
+        Ok(())
+    }
+}
+
+#[expect(clippy::cast_possible_truncation, reason = "models take f32")]
+fn rounded(value: f64) -> f32 {
+    value as f32
+}
+
+/// Errors of a learner over the rows of a data set.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+pub struct Score {
+    /// Number of rows.
+    pub rows: usize,
+    /// Mean squared error over rows and targets in raw units squared.
+    pub mse: f64,
+    /// The same in units scaled to [-1, 1] over the training rows, after the transform of the target.
+    pub scaled_mse: f64,
+    /// Share of values predicted within 10 % of the target, 0 to 1.
+    pub within_10pct: f64,
+}
+
+/// Why there is no learner or no score.
+#[derive(Debug, thiserror::Error)]
+pub enum OutlookError {
+    /// Nets can not be trained on these rows or with these settings.
+    #[error(transparent)]
+    Fit(#[from] FitError),
+    /// Rows that do not fit.
+    #[error(transparent)]
+    Data(#[from] DataSetError),
+    /// A setting out of its range.
+    #[error(transparent)]
+    Setting(#[from] SettingError),
+    /// Rows that can not be split.
+    #[error(transparent)]
+    Split(#[from] SplitError),
+    /// A condition of the study without rows.
+    #[error(transparent)]
+    Study(#[from] crate::StudyError),
+    /// Text of a file that is none of its kind.
+    #[error(transparent)]
+    File(#[from] FileError),
+    /// Data with other columns than the training rows.
+    #[error("{file} has other columns than the training rows")]
+    OtherColumns {
+        /// Name of the file.
+        file: String,
+    },
+    /// No prediction for a row.
+    #[error("{file}, row {row}: {source}")]
+    Predict {
+        /// Name of the file.
+        file: String,
+        /// Row of data, counted from 1.
+        row: usize,
+        /// Why.
+        source: PredictError,
+    },
+    /// A number of something that is too small or too large.
+    #[error("{given} {what}: {range} are possible")]
+    Count {
+        /// What is counted.
+        what: &'static str,
+        /// Number asked for.
+        given: usize,
+        /// What is possible.
+        range: &'static str,
+    },
+    /// The support vector machine gave up.
+    #[error("support vector regression: {message}")]
+    Svr {
+        /// What it said.
+        message: String,
+    },
+    /// The genetic algorithm refused its settings.
+    #[error("search: {message}")]
+    Search {
+        /// What it said.
+        message: String,
+    },
+    /// No candidate of a search trained to a finite error.
+    #[error("none of {candidates} candidates reached a finite validation error")]
+    NoCandidate {
+        /// Candidates tried.
+        candidates: usize,
+    },
+}
+
+/// Lets `learner` predict every row of `data`; `targets` are the limits of the training rows.
+///
+/// # Errors
+/// [`OutlookError::OtherColumns`] where the numbers of targets differ; [`OutlookError::Predict`] for the first row without
+/// a prediction.
+pub fn score(
+    learner: &dyn Predict,
+    data: &DataSet,
+    targets: &[Scaling],
+) -> Result<Score, OutlookError> {
+    if targets.len() != data.targets.len() {
+        return Err(OutlookError::OtherColumns { file: data.file.clone() });
+    }
+    let mut outputs = vec![0.0; targets.len()];
+    let (mut squares, mut scaled_squares, mut within) = (0.0, 0.0, 0.0);
+    for (at, (inputs, wanted)) in data.iter().enumerate() {
+        learner.predict(inputs, &mut outputs).map_err(|source| OutlookError::Predict {
+            file: data.file.clone(),
+            row: at + 1,
+            source,
+        })?;
+        for ((&predicted, &wanted), scaling) in outputs.iter().zip(wanted).zip(targets) {
+            squares += (predicted - wanted).powi(2);
+            scaled_squares += (scaling.scaled(predicted) - scaling.scaled(wanted)).powi(2);
+            within += f64::from((predicted - wanted).abs() <= 0.1 * wanted.abs());
+        }
+    }
+    let values = (data.rows() * targets.len()) as f64;
+    Ok(Score {
+        rows: data.rows(),
+        mse: squares / values,
+        scaled_mse: scaled_squares / values,
+        within_10pct: within / values,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use mlp::train::{FitConfig, fit};
+
+    struct Constant(f64);
+
+    impl Predict for Constant {
+        fn predict(&self, _: &[f64], outputs: &mut [f64]) -> Result<(), PredictError> {
+            outputs.fill(self.0);
+            Ok(())
+        }
+    }
+
+    fn data(csv: &str) -> DataSet {
+        let spec = |text: &str| vec![text.parse().unwrap()];
+        DataSet::from_csv("t.csv", csv.as_bytes(), &spec("x"), &spec("y:ln")).unwrap()
+    }
+
+    #[test]
+    fn hand_computed_errors() {
+        let rows = data("x,y\n1,1\n2,2\n3,4\n");
+        let got = score(&Constant(2.0), &rows, &rows.target_scalings()).unwrap();
+        // Raw errors 1, 0, 2; scaled by ln over 1 to 4: 1, 0, 1.
+        assert!((got.mse - 5.0 / 3.0).abs() < 1e-12 && (got.scaled_mse - 2.0 / 3.0).abs() < 1e-12);
+        assert!((got.within_10pct - 1.0 / 3.0).abs() < 1e-12, "{got:?}");
+        let none = score(&Constant(2.0), &rows, &[]);
+        assert!(matches!(none, Err(OutlookError::OtherColumns { .. })));
+    }
+
+    /// The same errors as the evaluation of model files.
+    #[test]
+    fn a_model_scores_as_it_evaluates() {
+        let rows = data("x,y\n1,1\n2,2\n3,4\n4,3\n5,2.5\n");
+        let fit = fit(&rows, None, None, &FitConfig::default()).unwrap();
+        let got = score(&fit.model, &rows, &rows.target_scalings()).unwrap();
+        assert!((got.mse / fit.train.mse - 1.0).abs() < 1e-9);
+        assert!((got.scaled_mse / fit.train.scaled_mse - 1.0).abs() < 1e-6);
+        assert!((got.within_10pct - fit.train.within_fraction(0.1)).abs() < 1e-12);
+    }
+}
