@@ -97,7 +97,7 @@ fn grasp(plan: &[(Stretch, usize)], seed: u32) -> Vec<Sample> {
     let learned = [(Stretch::Open, 2200), (Stretch::Held, 3000)];
     let stretches = learned.iter().chain(plan);
     stretches
-        .flat_map(|&(stretch, len)| std::iter::repeat_n(stretch, len))
+        .flat_map(|&(stretch, len)| core::iter::repeat_n(stretch, len))
         .map(|stretch| gripper.sample(stretch))
         .collect()
 }
