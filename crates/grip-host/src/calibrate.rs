@@ -3,13 +3,11 @@
 //! 1. Floor: mean energy of each band while the reference shows no motion (all of it, where there is no reference).
 //! 2. Gate: mean energy of each band in motion, floor taken off, over that of the reference, times one half.
 //! 3. Thresholds: with the two in force, the highest level of each test in each second. The tail above its 90 % quantile is
-//!    taken for a Pareto tail, P(X > x) ~ x^-a with Hill's estimate of a (B. M. Hill, Ann. Statist. 3 (1975)), which is heavier than
-//!    the exponential tail of Gaussian noise, and continued to the wanted interval. Each test gets an equal share of
-//!    the alarms.
+//!    continued to the wanted interval ([`tail`]). Each test gets an equal share of the alarms.
 //! 4. What was achieved: thresholds from one half of the seconds, alarms counted on the other half, both ways. The rate is
 //!    quoted with its Poisson interval and never beyond the length of the recording.
 
-use crate::{config::HostConfig, poisson, replay};
+use crate::{config::HostConfig, poisson, replay, tail};
 use grip_record::{Channel, Recording, StylusKind};
 use serde::{Deserialize, Serialize};
 use slip_core::{
@@ -394,23 +392,11 @@ fn thresholds(seconds: &[[f32; TESTS]], interval_s: f64) -> [f32; TESTS] {
 
 /// The level that ordered peaks of single seconds, of `seconds` in all, exceed once in [`TESTS`] times `interval_s`.
 fn threshold(peaks: &[f32], seconds: usize, interval_s: f64) -> f32 {
-    let tail = peaks.len() / 10;
-    let Some((&start, tail)) =
-        peaks.get(peaks.len().saturating_sub(tail + 1)..).and_then(<[f32]>::split_first)
-    else {
-        return LEAST;
-    };
-    if tail.is_empty() {
-        return 2.0 * start;
-    }
     #[expect(clippy::cast_precision_loss, reason = "counts of seconds")]
-    let (count, seconds, tests) = (tail.len() as f64, seconds as f64, TESTS as f64);
-    let mean_log = tail.iter().map(|x| f64::from(x / start).ln()).sum::<f64>() / count;
-    // P(peak > h) in a second = count/seconds (start/h)^(1/mean_log) = 1 / (tests interval)
-    let factor = (count / seconds * tests * interval_s).max(1.0).powf(mean_log);
+    let passes = seconds as f64 / (TESTS as f64 * interval_s);
+    let level = tail::continued(peaks, peaks.len() / 10, passes);
     #[expect(clippy::cast_possible_truncation, reason = "a threshold")]
-    let level = (f64::from(start) * factor).min(1e9) as f32;
-    level
+    level.map_or(LEAST, |level| level.min(1e9) as f32)
 }
 
 #[cfg(test)]
