@@ -50,7 +50,7 @@ const INTERVALS: f64 = 10.0;
 /// Any detector with its threshold.
 #[derive(Clone, Debug)]
 pub enum Detector {
-    /// The pipeline; all of its thresholds are `factor` times the configured ones.
+    /// The pipeline; all of its thresholds are `factor` times the configured ones, the level at which a slip ends is as configured.
     Ours {
         /// The pipeline.
         ours: Box<Ours>,
@@ -105,6 +105,8 @@ fn scaled(test: TestKind, rate_hz: f32, factor: f32) -> PipelineConfig {
     for band in octaves.chain([&mut detector.shear, &mut detector.vibration]) {
         band.threshold *= factor;
     }
+    // The level at which a slip ends stays: a share of a low threshold could lie below the noise, and no slip would ever end.
+    detector.release = (detector.release / factor).clamp(0.01, 1.0);
     detector.cusum_threshold *= factor;
     detector.glrt_threshold *= factor;
     config
