@@ -50,7 +50,7 @@ pub struct Least {
     pub alone_ms: [f64; BANDS],
     /// By all bands together (ms).
     pub together_ms: f64,
-    /// Signal over noise (energy) of each band in the first 10 ms of gross slip.
+    /// Signal over noise (energy) of each band in the first 10 ms of gross slip; NaN for a band that the rate does not carry.
     pub snr: [f64; BANDS],
 }
 
@@ -160,7 +160,12 @@ fn one(hand: &mut Hand, rate_hz: f64, (noise, interval_s): (&[f64; BANDS], f64))
         }
     }
     hand.end_slip();
-    least.snr = least.snr.map(|sum| sum / first_pieces);
+    least.snr =
+        core::array::from_fn(
+            |b| {
+                if widths[b] > 0.0 { least.snr[b] / first_pieces } else { f64::NAN }
+            },
+        );
     Some(least)
 }
 
@@ -212,7 +217,7 @@ mod tests {
         let robot = RobotConfig { rate_hz: 1000.0, ..RobotConfig::default() };
         let slips = Slips { ra_um: 1.6, moving: false, count: 20, seed: 3 };
         for least in simulated(robot, slips, 3600.0) {
-            assert!(least.alone_ms[BANDS - 1].is_infinite());
+            assert!(least.alone_ms[BANDS - 1].is_infinite() && least.snr[BANDS - 1].is_nan());
         }
     }
 }

@@ -264,7 +264,7 @@ fn made<'a>(
 
 #[cfg(test)]
 mod tests {
-    use super::{Alarm, CONTESTANTS, deaf, thresholds};
+    use super::{Alarm, CONTESTANTS, deaf, threshold};
     use crate::detection::{Hand, RobotConfig};
 
     /// The statistic is in the unit of the threshold, whatever the threshold.
@@ -287,17 +287,15 @@ mod tests {
         assert!(seen.iter().all(|level| *level > 0.0), "{seen:?}");
     }
 
+    /// Levels 1 to 3600, one a second for an hour: counted where there are ten intervals, continued beyond, never lower.
     #[test]
     fn rarer_alarms_need_higher_thresholds_and_short_runs_say_so() {
-        let working =
-            thresholds(RobotConfig::default(), (1.0 / 6.0, 40), &[360.0, 60.0, 6.0]).unwrap();
-        assert_eq!(working.len(), 3 * CONTESTANTS.len());
-        for three in working.chunks(3) {
-            assert!(
-                three.windows(2).all(|pair| pair[0].threshold <= pair[1].threshold),
-                "{three:?}"
-            );
-            assert_eq!([false, false, true], [0, 1, 2].map(|i| three[i].continued));
-        }
+        let seconds: Vec<f32> = (1..=3600_u16).map(f32::from).collect();
+        let (often, counted) = threshold(&seconds, 60.0);
+        assert!((often - 3540.0).abs() < 1.5 && !counted, "{often}");
+        assert_eq!(seconds.iter().filter(|level| f64::from(**level) > often).count(), 60);
+        let (seldom, continued) = threshold(&seconds, 1.0);
+        assert!(seldom > often && seldom < 4000.0 && continued, "{seldom}");
+        assert!(threshold(&seconds, 0.1).0 > seldom);
     }
 }
