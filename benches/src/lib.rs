@@ -11,6 +11,7 @@
 //! cargo run --release -p slip-benches --bin accuracy          time against error: E_sc, filters, tanh, forward passes, trainers
 //! cargo run --release -p slip-benches --bin esc-containment   every enclosure of E_sc holds the exact value
 //! cargo run --release -p slip-benches --bin soak              drift of every streaming state over 1e9 steps
+//! cargo run --release -p slip-benches --bin detectors         run time against latency of every detector at stated false-alarm rates
 //! cargo run --release -p slip-benches --bin esc-readings      readings of E_sc against simulated dissipation
 //! cargo test  -p slip-benches                     nothing is allocated on these paths
 //! cargo run --release -p slip-benches --bin link-faults   nine kinds of line faults, counted

@@ -1,11 +1,12 @@
 //! Latency and misses of the shipped detector and of older ones on simulated slips, robot still and moving.
 #![expect(clippy::print_stdout, reason = "a program that prints its result")]
 #![expect(clippy::expect_used, reason = "the configuration was checked before the run")]
-#![expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "places in a list")]
 
 use clap::Parser;
 use serde_json::json;
-use slip_benches::detection::{Alarm, Ours, Peer, RobotConfig, Slips, Trial, null_run, slips};
+use slip_benches::detection::{
+    Alarm, Latency, Ours, Peer, RobotConfig, Slips, Trial, null_run, quantile, slips,
+};
 use slip_core::{PipelineConfig, Signal, detector::TestKind, units::Hertz};
 
 /// Slips objects of three roughnesses.
@@ -78,18 +79,7 @@ fn table<A: Alarm>(args: &Args, name: &str, make: &(dyn Fn() -> A + Sync)) {
 }
 
 fn line(args: &Args, (name, slip): (&str, Slips), trials: &[Trial]) {
-    let mut ms: Vec<f64> = trials
-        .iter()
-        .filter_map(|trial| match trial {
-            Trial::Found(ms) => Some(*ms),
-            Trial::Missed => Some(f64::INFINITY),
-            Trial::Early => None,
-        })
-        .collect();
-    ms.sort_by(f64::total_cmp);
-    let count = |kind: Trial| trials.iter().filter(|trial| **trial == kind).count();
-    let (missed, early) = (count(Trial::Missed), count(Trial::Early));
-    let (median, late) = (quantile(&ms, 0.5), quantile(&ms, 0.95));
+    let Latency { p50: median, p95: late, missed, early, .. } = Latency::of(trials);
     let robot = if slip.moving { "moving" } else { "still" };
     if args.json {
         let finite = |x: f64| x.is_finite().then_some(x);
@@ -105,10 +95,4 @@ fn line(args: &Args, (name, slip): (&str, Slips), trials: &[Trial]) {
             trials.len()
         );
     }
-}
-
-/// The value at the place nearest to `q` of an ordered list; infinity of none.
-fn quantile(ordered: &[f64], q: f64) -> f64 {
-    let place = (ordered.len().saturating_sub(1) as f64 * q).round() as usize;
-    ordered.get(place).copied().unwrap_or(f64::INFINITY)
 }

@@ -5,12 +5,19 @@
     reason = "counts of samples and places in lists, all small and not negative"
 )]
 
+pub mod bound;
+pub mod contest;
+mod cost;
+mod latency;
 mod ours;
 mod peers;
+pub mod report;
 mod robot;
 mod trials;
 
+pub use cost::cost;
+pub use latency::{Latency, quantile};
 pub use ours::Ours;
 pub use peers::Peer;
 pub use robot::{Hand, RobotConfig};
-pub use trials::{Alarm, NullRun, Slips, Trial, null_run, slips};
+pub use trials::{Alarm, NullRun, Slips, Trial, null_run, null_runs, slips, slips_of_all};

@@ -16,7 +16,7 @@ const HOLD: u32 = 1000;
 
 #[derive(Clone, Debug)]
 enum Rule {
-    Fft { block: Vec<f64>, bins: core::ops::RangeInclusive<usize> },
+    Fft { block: Vec<f64>, bins: Vec<Bin> },
     HighPass { share: f64, mean: Option<f64>, by_force: bool },
 }
 
@@ -36,7 +36,8 @@ impl Peer {
         let bin = rate_hz / BLOCK as f64;
         let first = (60.0 / bin).ceil().max(1.0) as usize;
         let last = ((125.0 / bin).floor() as usize).max(first);
-        Self::new(Rule::Fft { block: Vec::with_capacity(BLOCK), bins: first..=last }, threshold)
+        let bins = (first..=last).map(Bin::new).collect();
+        Self::new(Rule::Fft { block: Vec::with_capacity(BLOCK), bins }, threshold)
     }
 
     /// The high-passed signal over the force.
@@ -65,7 +66,7 @@ impl Alarm for Peer {
             Rule::Fft { block, bins } => {
                 block.push(x);
                 if block.len() == BLOCK {
-                    self.statistic = bins.clone().map(|bin| energy(block, bin)).sum();
+                    self.statistic = bins.iter().map(|bin| bin.energy(block)).sum();
                     block.clear();
                 }
             }
@@ -88,29 +89,56 @@ impl Alarm for Peer {
     }
 }
 
-/// Energy of one bin of the discrete Fourier transform of the block, its mean taken off, under a Hann window.
-fn energy(block: &[f64], bin: usize) -> f64 {
-    let mean = block.iter().sum::<f64>() / block.len() as f64;
-    let (mut re, mut im) = (0.0, 0.0);
-    for (i, x) in block.iter().enumerate() {
-        let turn = TAU * i as f64 / block.len() as f64;
-        let value = (x - mean) * 0.5 * (1.0 - turn.cos());
-        re += value * (turn * bin as f64).cos();
-        im += value * (turn * bin as f64).sin();
+/// One bin of the discrete Fourier transform under a Hann window: the weights of its real and imaginary part.
+#[derive(Clone, Debug)]
+struct Bin {
+    weights: Vec<[f64; 2]>,
+    sums: [f64; 2],
+}
+
+impl Bin {
+    fn new(bin: usize) -> Self {
+        let weights: Vec<[f64; 2]> = (0..BLOCK)
+            .map(|i| {
+                let turn = TAU * i as f64 / BLOCK as f64;
+                let window = 0.5 * (1.0 - turn.cos());
+                [window * (turn * bin as f64).cos(), window * (turn * bin as f64).sin()]
+            })
+            .collect();
+        let sums = [0, 1].map(|part| weights.iter().map(|weight| weight[part]).sum());
+        Self { weights, sums }
     }
-    re * re + im * im
+
+    /// Energy of a block in this bin, its mean taken off.
+    fn energy(&self, block: &[f64]) -> f64 {
+        let (mut sum, mut re, mut im) = (0.0, 0.0, 0.0);
+        // About the first sample, so that a large offset costs no digits.
+        let first = block.first().copied().unwrap_or(0.0);
+        for (x, [cos, sin]) in block.iter().zip(&self.weights) {
+            let x = x - first;
+            sum += x;
+            re += x * cos;
+            im += x * sin;
+        }
+        let mean = sum / block.len() as f64;
+        let [re, im] = [re - mean * self.sums[0], im - mean * self.sums[1]];
+        re * re + im * im
+    }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::energy;
+    use super::Bin;
 
     #[test]
     fn a_tone_shows_in_its_bin() {
         let tone: Vec<f64> =
             (0..128).map(|i| (core::f64::consts::TAU * 8.0 * f64::from(i) / 128.0).sin()).collect();
         // A Hann window halves the amplitude of its bin: (128/2 * 1/2)^2.
-        assert!((energy(&tone, 8) - 1024.0).abs() < 1.0, "{}", energy(&tone, 8));
-        assert!(energy(&tone, 12) < 1e-9);
+        let energy = |bin| Bin::new(bin).energy(&tone);
+        assert!((energy(8) - 1024.0).abs() < 1.0, "{}", energy(8));
+        assert!(energy(12) < 1e-9);
+        let lifted: Vec<f64> = tone.iter().map(|x| x + 1e3).collect();
+        assert!((Bin::new(8).energy(&lifted) - 1024.0).abs() < 1.0);
     }
 }

@@ -83,10 +83,21 @@ impl Hand {
         }
     }
 
+    /// Samples per second.
+    #[must_use]
+    pub fn rate_hz(&self) -> f64 {
+        self.config.rate_hz
+    }
+
     /// How strongly the robot moves now.
     #[must_use]
     pub fn envelope(&self) -> f64 {
         self.motion.envelope()
+    }
+
+    /// Height of the object under the stylus (m), without noise and motion.
+    pub fn height_m(&mut self) -> f64 {
+        self.offset_m + self.surface.height(self.at_m)
     }
 
     /// One draw of the uniform distribution over 0 to 1.
@@ -131,7 +142,7 @@ impl Hand {
             slip.elapsed_s += 1.0 / self.config.rate_hz;
             self.at_m = slip.position_m();
         }
-        let height = self.offset_m + self.surface.height(self.at_m);
+        let height = self.height_m();
         let motion = self.motion.next_sample();
         let noise: f64 = StandardNormal.sample(&mut self.rng);
         Sample {

@@ -29,6 +29,8 @@ pub struct NullRun {
     pub alarms: u64,
     /// Seed of the robot and time of each alarm (s).
     pub places: Vec<(u64, f64)>,
+    /// Highest statistic of each second.
+    pub seconds: Vec<f64>,
     /// Highest statistic of each minute.
     pub peaks: Vec<f64>,
     /// Highest level of each test in each minute.
@@ -47,50 +49,98 @@ pub fn null_run<A: Alarm>(
     seed: u64,
     make: impl Fn() -> A + Sync,
 ) -> NullRun {
-    let pieces = (hours * 3600.0 / PIECE_S).ceil().max(1.0) as u64;
-    let runs: Vec<NullRun> =
-        (0..pieces).into_par_iter().map(|piece| null_piece(robot, seed + piece, make())).collect();
-    let mut total = NullRun::default();
-    for run in runs {
-        total.hours += run.hours;
-        total.alarms += run.alarms;
-        total.places.extend(run.places);
-        total.peaks.extend(run.peaks);
-        total.levels.extend(run.levels);
-    }
-    total
+    null_runs(robot, hours, seed, || vec![make()]).pop().unwrap_or_default()
 }
 
-fn null_piece<A: Alarm>(robot: RobotConfig, seed: u64, mut alarm: A) -> NullRun {
-    let mut hand = Hand::new(robot, 1.6, seed);
-    let samples = |s: f64| (s * robot.rate_hz) as u64;
-    for _ in 0..samples(WARM_UP_S) {
-        alarm.step(&hand.sample());
-    }
-    let mut run = NullRun { hours: PIECE_S / 3600.0, ..NullRun::default() };
-    let mut on = false;
-    let minute = samples(60.0);
-    let mut peak = 0.0_f64;
-    let mut levels = [0.0_f64; 7];
-    for i in 1..=samples(PIECE_S) {
-        let now = alarm.step(&hand.sample());
-        if now && !on {
-            run.alarms += 1;
-            run.places.push((seed, WARM_UP_S + i as f64 / robot.rate_hz));
+/// The same for several detectors that get the same samples: one result for each that `make` gives.
+pub fn null_runs<A: Alarm>(
+    robot: RobotConfig,
+    hours: f64,
+    seed: u64,
+    make: impl Fn() -> Vec<A> + Sync,
+) -> Vec<NullRun> {
+    let pieces = (hours * 3600.0 / PIECE_S).ceil().max(1.0) as u64;
+    let runs: Vec<Vec<NullRun>> =
+        (0..pieces).into_par_iter().map(|piece| null_piece(robot, seed + piece, make())).collect();
+    let mut runs = runs.into_iter();
+    let mut totals = runs.next().unwrap_or_default();
+    for piece in runs {
+        for (total, run) in totals.iter_mut().zip(piece) {
+            total.hours += run.hours;
+            total.alarms += run.alarms;
+            total.places.extend(run.places);
+            total.seconds.extend(run.seconds);
+            total.peaks.extend(run.peaks);
+            total.levels.extend(run.levels);
         }
-        on = now;
-        peak = peak.max(alarm.statistic());
-        for (most, level) in levels.iter_mut().zip(alarm.levels()) {
+    }
+    totals
+}
+
+/// A detector in a run without slip, and what it has shown.
+struct Watched<A> {
+    alarm: A,
+    on: bool,
+    second: f64,
+    minute: f64,
+    levels: [f64; 7],
+    run: NullRun,
+}
+
+impl<A: Alarm> Watched<A> {
+    fn new(alarm: A) -> Self {
+        let run = NullRun { hours: PIECE_S / 3600.0, ..NullRun::default() };
+        Self { alarm, on: false, second: 0.0, minute: 0.0, levels: [0.0; 7], run }
+    }
+
+    /// Takes a sample; true where an alarm begins.
+    fn step(&mut self, sample: &Sample) -> bool {
+        let before = core::mem::replace(&mut self.on, self.alarm.step(sample));
+        self.second = self.second.max(self.alarm.statistic());
+        for (most, level) in self.levels.iter_mut().zip(self.alarm.levels()) {
             *most = most.max(level);
         }
-        if i % minute == 0 {
-            run.peaks.push(peak);
-            run.levels.push(levels);
-            peak = 0.0;
-            levels = [0.0; 7];
+        self.on && !before
+    }
+
+    fn end_second(&mut self) {
+        let second = core::mem::take(&mut self.second);
+        self.minute = self.minute.max(second);
+        self.run.seconds.push(second);
+    }
+
+    fn end_minute(&mut self) {
+        self.run.peaks.push(core::mem::take(&mut self.minute));
+        self.run.levels.push(core::mem::take(&mut self.levels));
+    }
+}
+
+fn null_piece<A: Alarm>(robot: RobotConfig, seed: u64, alarms: Vec<A>) -> Vec<NullRun> {
+    let mut hand = Hand::new(robot, 1.6, seed);
+    let samples = |s: f64| (s * robot.rate_hz) as u64;
+    let mut watched: Vec<_> = alarms.into_iter().map(Watched::new).collect();
+    for _ in 0..samples(WARM_UP_S) {
+        let sample = hand.sample();
+        for watched in &mut watched {
+            watched.alarm.step(&sample);
         }
     }
-    run
+    for i in 1..=samples(PIECE_S) {
+        let sample = hand.sample();
+        for watched in &mut watched {
+            if watched.step(&sample) {
+                watched.run.alarms += 1;
+                watched.run.places.push((seed, WARM_UP_S + i as f64 / robot.rate_hz));
+            }
+        }
+        if i % samples(1.0) == 0 {
+            watched.iter_mut().for_each(Watched::end_second);
+        }
+        if i % samples(60.0) == 0 {
+            watched.iter_mut().for_each(Watched::end_minute);
+        }
+    }
+    watched.into_iter().map(|watched| watched.run).collect()
 }
 
 /// The outcome of one slip.
@@ -122,9 +172,9 @@ const SESSION: u64 = 20;
 /// Robot before the first slip (s).
 const BEFORE_S: f64 = 6.0;
 /// Gross slip after which it is missed (s).
-const LATE_S: f64 = 0.2;
+pub(super) const LATE_S: f64 = 0.2;
 /// The robot counts as moving from this part of full motion on.
-const MOVES: f64 = 0.25;
+pub(super) const MOVES: f64 = 0.25;
 
 /// Lets `slips.count` objects slip, twenty with each robot.
 pub fn slips<A: Alarm>(
@@ -132,45 +182,85 @@ pub fn slips<A: Alarm>(
     slips: Slips,
     make: impl Fn() -> A + Sync,
 ) -> Vec<Trial> {
-    let level = if slips.moving { robot.level } else { 0.0 };
-    let taps_per_s = if slips.moving { robot.taps_per_s } else { 0.0 };
-    let robot = RobotConfig { level, taps_per_s, ..robot };
-    (0..slips.count.div_ceil(SESSION))
-        .into_par_iter()
-        .flat_map_iter(|session| slip_session(robot, slips, slips.seed + session, make()))
-        .collect()
+    slips_of_all(robot, slips, || vec![make()]).pop().unwrap_or_default()
 }
 
-fn slip_session<A: Alarm>(robot: RobotConfig, slips: Slips, seed: u64, mut alarm: A) -> Vec<Trial> {
+/// The same for several detectors that get the same samples: the trials of each that `make` gives.
+pub fn slips_of_all<A: Alarm>(
+    robot: RobotConfig,
+    slips: Slips,
+    make: impl Fn() -> Vec<A> + Sync,
+) -> Vec<Vec<Trial>> {
+    let robot = slips.robot(robot);
+    let sessions: Vec<Vec<Vec<Trial>>> = (0..slips.count.div_ceil(SESSION))
+        .into_par_iter()
+        .map(|session| slip_session(robot, slips, slips.seed + session, make()))
+        .collect();
+    let mut sessions = sessions.into_iter();
+    let mut totals = sessions.next().unwrap_or_default();
+    for session in sessions {
+        for (total, trials) in totals.iter_mut().zip(session) {
+            total.extend(trials);
+        }
+    }
+    totals
+}
+
+impl Slips {
+    /// `robot`, kept still where the slips are those of a still one.
+    #[must_use]
+    pub fn robot(&self, robot: RobotConfig) -> RobotConfig {
+        let level = if self.moving { robot.level } else { 0.0 };
+        let taps_per_s = if self.moving { robot.taps_per_s } else { 0.0 };
+        RobotConfig { level, taps_per_s, ..robot }
+    }
+}
+
+fn slip_session<A: Alarm>(
+    robot: RobotConfig,
+    slips: Slips,
+    seed: u64,
+    mut alarms: Vec<A>,
+) -> Vec<Vec<Trial>> {
     let mut hand = Hand::new(robot, slips.ra_um, seed);
     let samples = |s: f64| (s * robot.rate_hz) as u64;
+    let mut all: Vec<Vec<Trial>> = alarms.iter().map(|_| Vec::new()).collect();
+    let step_all = |hand: &mut Hand, alarms: &mut Vec<A>| {
+        let sample = hand.sample();
+        for alarm in alarms {
+            alarm.step(&sample);
+        }
+    };
     for _ in 0..samples(BEFORE_S) {
-        alarm.step(&hand.sample());
+        step_all(&mut hand, &mut alarms);
     }
-    let mut trials = Vec::new();
     for _ in 0..SESSION {
         for _ in 0..samples(1.0 + hand.uniform()) {
-            alarm.step(&hand.sample());
+            step_all(&mut hand, &mut alarms);
         }
         while slips.moving && hand.envelope() < MOVES {
-            alarm.step(&hand.sample());
+            step_all(&mut hand, &mut alarms);
         }
-        trials.push(one_slip(&mut hand, &mut alarm, robot.rate_hz));
+        let trials = one_slip(&mut hand, &mut alarms, robot.rate_hz);
+        all.iter_mut().zip(trials).for_each(|(all, trial)| all.push(trial));
         hand.end_slip();
     }
-    trials
+    all
 }
 
-fn one_slip<A: Alarm>(hand: &mut Hand, alarm: &mut A, rate_hz: f64) -> Trial {
+fn one_slip<A: Alarm>(hand: &mut Hand, alarms: &mut [A], rate_hz: f64) -> Vec<Trial> {
     hand.begin_slip();
-    let mut outcome = Trial::Missed;
+    let mut outcomes = vec![Trial::Missed; alarms.len()];
     let count = ((INCIPIENT_S + LATE_S) * rate_hz) as u64;
     for i in 1..=count {
-        let now = alarm.step(&hand.sample());
-        if now && outcome == Trial::Missed {
-            let t = i as f64 / rate_hz - INCIPIENT_S;
-            outcome = if i == 1 { Trial::Early } else { Trial::Found(1e3 * t) };
+        let sample = hand.sample();
+        for (alarm, outcome) in alarms.iter_mut().zip(&mut outcomes) {
+            let now = alarm.step(&sample);
+            if now && *outcome == Trial::Missed {
+                let t = i as f64 / rate_hz - INCIPIENT_S;
+                *outcome = if i == 1 { Trial::Early } else { Trial::Found(1e3 * t) };
+            }
         }
     }
-    outcome
+    outcomes
 }

@@ -13,6 +13,7 @@ pub mod report;
 pub mod scene;
 pub mod score;
 pub mod session;
+pub mod tail;
 pub mod trial;
 
 pub use config::{HostConfig, HostConfigError, LinkConfig};

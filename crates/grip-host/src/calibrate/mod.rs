@@ -3,15 +3,11 @@
 //! 1. Floor: mean energy of each band while the reference shows no motion (all of it, where there is no reference).
 //! 2. Gate: mean energy of each band in motion, floor taken off, over that of the reference, times one half.
 //! 3. Thresholds: with the two in force, the highest level of each test in each second. The tail above its 90 % quantile is
-//!    taken for a Pareto tail, P(X > x) ~ x^-a with Hill's estimate of a (B. M. Hill, Ann. Statist. 3 (1975)), which is heavier than
-//!    the exponential tail of Gaussian noise, and continued to the wanted interval. Each test gets an equal share of
-//!    the alarms.
+//!    continued to the wanted interval ([`tail`](crate::tail)). Each test gets an equal share of the alarms.
 //! 4. What was achieved: thresholds from one half of the seconds, alarms counted on the other half, both ways. The rate is
 //!    quoted with its Poisson interval and never beyond the length of the recording.
 
-mod tail;
-
-use crate::{config::HostConfig, poisson, replay};
+use crate::{config::HostConfig, poisson, replay, tail::Tail};
 use grip_record::{Channel, Recording, StylusKind};
 use serde::{Deserialize, Serialize};
 use slip_core::{
@@ -21,7 +17,6 @@ use slip_core::{
     health::Health,
     units::Hertz,
 };
-use tail::Tail;
 
 /// Times the mean ratio of motion at stylus and reference that the gate takes for granted; the thresholds stand on top of it.
 const MARGIN: f32 = 0.5;
@@ -423,7 +418,7 @@ fn thresholds(seconds: &[[f32; TESTS]], interval_s: f64) -> [f32; TESTS] {
     let wanted_s = TESTS as f64 * interval_s;
     core::array::from_fn(|test| {
         let peaks = peaks(seconds, test);
-        let level = match (Tail::of(&peaks, seconds.len()), peaks.last()) {
+        let level = match (tail_of(&peaks, seconds.len()), peaks.last()) {
             (Some(tail), _) => tail.level(wanted_s),
             // Too few for a tail.
             (None, Some(highest)) => 2.0 * highest,
@@ -431,6 +426,11 @@ fn thresholds(seconds: &[[f32; TESTS]], interval_s: f64) -> [f32; TESTS] {
         };
         level.max(LEAST)
     })
+}
+
+/// The tail above the 90 % quantile.
+fn tail_of(peaks: &[f32], seconds: usize) -> Option<Tail> {
+    Tail::of(peaks, peaks.len() / 10, seconds)
 }
 
 /// The tail index of what decides, the highest level over its threshold.
@@ -441,6 +441,6 @@ fn statistic_tail(seconds: &[[f32; TESTS]], limits: &[f32; TESTS]) -> Option<f32
     let mut peaks: Vec<f32> = seconds.iter().map(statistic).filter(|x| *x > 0.0).collect();
     peaks.sort_by(f32::total_cmp);
     #[expect(clippy::cast_possible_truncation, reason = "limited to the range of a tail")]
-    let index = Tail::of(&peaks, seconds.len())?.careful_index() as f32;
+    let index = tail_of(&peaks, seconds.len())?.careful_index() as f32;
     Some(index.clamp(TAIL_RANGE.0, TAIL_RANGE.1))
 }

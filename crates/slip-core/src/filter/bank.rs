@@ -20,6 +20,9 @@ pub struct Band {
 }
 
 /// `N` band-passes, each a second-order Butterworth high-pass followed by a low-pass.
+///
+/// Against the same bands in `f64`, a million samples with an offset of half of full scale, drift, noise and textures at 1 to 20 kHz:
+/// an error of each band signal below 3e-7 + 1e-8 rate/`low_hz` of full scale (test `every_band_follows_its_reference_at_every_rate`).
 #[derive(Clone, Copy, Debug)]
 pub struct FilterBank<const N: usize> {
     high_pass: SvfLanes<N>,
