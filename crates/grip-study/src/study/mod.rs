@@ -51,7 +51,7 @@ impl StudyConfig {
         Self {
             seed,
             repeats: 20,
-            draws: 3,
+            draws: 2,
             epochs: 1000,
             known_rows: 50_000,
             conditions: condition::ALL.to_vec(),
