@@ -132,6 +132,7 @@ fn stages_in(
         observation: end.observation - start.observation,
         inferences: end.inferences - start.inferences,
         refused_estimates: end.refused_estimates - start.refused_estimates,
+        floor_lowered: end.floor_lowered - start.floor_lowered,
     })
 }
 

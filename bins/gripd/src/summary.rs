@@ -31,6 +31,7 @@ pub(crate) struct Summary {
     unusable_readings: u64,
     unrecorded_samples: u64,
     untold_notes: u64,
+    floor_lowered: u64,
     stages: Stages,
 }
 
@@ -46,6 +47,8 @@ struct Latency {
 #[derive(Debug, Serialize)]
 struct Stages {
     bands: u64,
+    gate: u64,
+    methods: u64,
     observation: u64,
     inferences: u64,
     refused_estimates: u64,
@@ -78,8 +81,11 @@ impl Summary {
             unusable_readings: health.unusable(),
             unrecorded_samples: dropped.samples(),
             untold_notes: dropped.notes(),
+            floor_lowered: report.stages.floor_lowered,
             stages: Stages {
                 bands: report.stages.bands,
+                gate: report.stages.gate,
+                methods: report.stages.methods,
                 observation: report.stages.observation,
                 inferences: report.stages.inferences,
                 refused_estimates: report.stages.refused_estimates,
@@ -108,6 +114,13 @@ impl Summary {
             out,
             "latency from frame to command: p50 {p50:.1} us, p99 {p99:.1} us, max {max:.1} us"
         )?;
+        if self.floor_lowered > 0 {
+            writeln!(
+                out,
+                "the noise floor was lowered {} times: it had been learned in motion",
+                self.floor_lowered
+            )?;
+        }
         if self.unrecorded_samples + self.untold_notes > 0 {
             writeln!(
                 out,

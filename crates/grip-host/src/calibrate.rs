@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 use slip_core::{
     ConfigError, Pipeline, PipelineConfig, Sample,
     confidence::TAIL_RANGE,
-    detector::{BANDS, RestMeter},
+    detector::{BANDS, DetectorConfig, RestMeter},
     health::Health,
     units::Hertz,
 };
@@ -33,8 +33,11 @@ const UNUSABLE: f64 = 1e-3;
 const START_S: f64 = 1.5;
 /// Tests that have a threshold: the energy of each band and the cumulative sum.
 const TESTS: usize = BANDS + 1;
-/// No threshold is set below this.
+/// No threshold is set below this; where the recording had too little motion, none below its default, since motion may do what rest
+/// does not.
 const LEAST: f32 = 4.0;
+/// A release level this far below the threshold is the least that ends a slip in good time.
+const MOST_RELEASE: f32 = 0.8;
 
 type Bare = Pipeline<&'static [f32]>;
 
@@ -178,7 +181,8 @@ pub fn calibrate(
         },
     };
     let seconds = levels(recording, calibration.apply(pipeline))?;
-    set_thresholds(&mut calibration, &seconds);
+    let defaults = thresholds_of(&pipeline.detector);
+    set_thresholds(&mut calibration, &seconds, &defaults);
     Ok(calibration)
 }
 
@@ -187,6 +191,7 @@ impl Calibration {
     #[must_use]
     pub fn apply(&self, config: PipelineConfig) -> PipelineConfig {
         let mut detector = config.detector;
+        detector.release = self.release(&detector);
         let [shear, vibration, a, b, c, d] = self.thresholds;
         detector.shear.threshold = shear;
         detector.vibration.threshold = vibration;
@@ -202,6 +207,16 @@ impl Calibration {
             known_reference: self.reference_floor,
             ..config
         }
+    }
+
+    /// The share of the thresholds at which the energy of shear or vibration is as high as at the release level of `detector`: lower thresholds
+    /// must not take the release level down into the noise, where no slip would end.
+    fn release(&self, detector: &DetectorConfig) -> f32 {
+        let [shear, vibration, ..] = self.thresholds;
+        let lowered = (detector.shear.threshold / shear)
+            .max(detector.vibration.threshold / vibration)
+            .max(1.0);
+        (detector.release * lowered).min(MOST_RELEASE.max(detector.release))
     }
 
     /// Whether it was made at `rate` (within 1 %) and for the same kind of stylus.
@@ -373,8 +388,20 @@ fn levels(
     Ok(seconds)
 }
 
-fn set_thresholds(calibration: &mut Calibration, seconds: &[[f32; TESTS]]) {
+/// The threshold of each test.
+fn thresholds_of(detector: &DetectorConfig) -> [f32; TESTS] {
+    let [shear, vibration, a, b, c, d] = detector.bands().map(|band| band.threshold);
+    [shear, vibration, a, b, c, d, detector.cusum_threshold]
+}
+
+fn set_thresholds(
+    calibration: &mut Calibration,
+    seconds: &[[f32; TESTS]],
+    defaults: &[f32; TESTS],
+) {
     let interval_s = calibration.evidence.wanted_interval_s;
+    let moved = calibration.gain.is_some();
+    let thresholds = |seconds: &[[f32; TESTS]]| thresholds(seconds, interval_s, (defaults, moved));
     let half = |odd: usize| -> Vec<[f32; TESTS]> {
         seconds.iter().enumerate().filter(|(i, _)| i % 2 == odd).map(|(_, s)| *s).collect()
     };
@@ -382,10 +409,10 @@ fn set_thresholds(calibration: &mut Calibration, seconds: &[[f32; TESTS]]) {
         |s: &&[f32; TESTS], limits: &[f32; TESTS]| s.iter().zip(limits).any(|(x, h)| x > h);
     let mut alarms = 0;
     for (made, judged) in [(half(0), half(1)), (half(1), half(0))] {
-        let limits = thresholds(&made, interval_s);
+        let limits = thresholds(&made);
         alarms += judged.iter().filter(|s| exceeds(s, &limits)).count() as u64;
     }
-    let limits = thresholds(seconds, interval_s);
+    let limits = thresholds(seconds);
     calibration.tail = statistic_tail(seconds, &limits);
     if let Some((cusum, bands)) = limits.split_last() {
         calibration.cusum_threshold = *cusum;
@@ -412,8 +439,13 @@ fn peaks(seconds: &[[f32; TESTS]], test: usize) -> Vec<f32> {
     peaks
 }
 
-/// The level of each test that the peaks of single seconds exceed once in [`TESTS`] times `interval_s`.
-fn thresholds(seconds: &[[f32; TESTS]], interval_s: f64) -> [f32; TESTS] {
+/// The level of each test that the peaks of single seconds exceed once in [`TESTS`] times `interval_s`; where nothing `moved`, at least its
+/// default.
+fn thresholds(
+    seconds: &[[f32; TESTS]],
+    interval_s: f64,
+    (defaults, moved): (&[f32; TESTS], bool),
+) -> [f32; TESTS] {
     #[expect(clippy::cast_precision_loss, reason = "7")]
     let wanted_s = TESTS as f64 * interval_s;
     core::array::from_fn(|test| {
@@ -422,9 +454,9 @@ fn thresholds(seconds: &[[f32; TESTS]], interval_s: f64) -> [f32; TESTS] {
             (Some(tail), _) => tail.level(wanted_s),
             // Too few for a tail.
             (None, Some(highest)) => 2.0 * highest,
-            (None, None) => LEAST,
+            (None, None) => defaults[test],
         };
-        level.max(LEAST)
+        level.max(if moved { LEAST } else { defaults[test] })
     })
 }
 

@@ -2,8 +2,9 @@
 
 use serde::Serialize;
 use slip_core::{
-    SlipEvent, Step, distance::TravelHealth, esc::Flags, estimate::ForceEstimate,
-    features::Features, health::Health, pressure::PressureHealth, velocity::Velocity,
+    SlipEvent, Step, detector::ReferenceHealth, distance::TravelHealth, esc::Flags,
+    estimate::ForceEstimate, features::Features, health::Health, pressure::PressureHealth,
+    velocity::Velocity,
 };
 
 /// One event, as it is printed.
@@ -122,6 +123,7 @@ pub struct EventLog {
     velocity: Option<Velocity>,
     estimate: Option<ForceEstimate>,
     health: Health,
+    reference_health: ReferenceHealth,
     travel_health: TravelHealth,
     pressure_health: PressureHealth,
     slips: u64,
@@ -142,7 +144,7 @@ impl EventLog {
 
     /// The lines a step leads to: at most one on the health of each sensor and one on slip.
     #[inline]
-    pub fn lines(&mut self, step: &Step) -> [Option<EventLine>; 4] {
+    pub fn lines(&mut self, step: &Step) -> [Option<EventLine>; 5] {
         if step.features.is_some() {
             self.features = step.features;
             self.estimate = step.estimate;
@@ -151,7 +153,7 @@ impl EventLog {
             self.velocity = step.velocity;
         }
         let t_s = step.t.as_seconds();
-        let mut lines = [None; 4];
+        let mut lines = [None; 5];
         if step.health != self.health {
             self.health = step.health;
             lines[0] =
@@ -167,7 +169,12 @@ impl EventLog {
             let health = step.pressure_health.name();
             lines[2] = Some(EventLine::Health { t_s, channel: "pressure", health });
         }
-        lines[3] = step.event.map(|event| self.slip_line(event, t_s, step));
+        if step.reference_health != self.reference_health {
+            self.reference_health = step.reference_health;
+            let health = step.reference_health.name();
+            lines[3] = Some(EventLine::Health { t_s, channel: "reference", health });
+        }
+        lines[4] = step.event.map(|event| self.slip_line(event, t_s, step));
         lines
     }
 
@@ -258,6 +265,7 @@ mod tests {
     use super::{EventLine, EventLog};
     use slip_core::{
         Phase, SlipEvent, Step,
+        detector::ReferenceHealth,
         distance::TravelHealth,
         health::Health,
         methods::Method,
@@ -277,6 +285,7 @@ mod tests {
             estimate: None,
             command: Some(Newtons(2.5)),
             health: Health::Good,
+            reference_health: ReferenceHealth::Good,
             travel_health: TravelHealth::Good,
             pressure_health: PressureHealth::Good,
         }
@@ -291,7 +300,7 @@ mod tests {
             method: Method::Travel,
             confidence: 0.5,
         };
-        let [None, None, None, Some(line)] = log.lines(&step(1_500_000, Some(event))) else {
+        let [None, None, None, None, Some(line)] = log.lines(&step(1_500_000, Some(event))) else {
             panic!()
         };
         let json: serde_json::Value = serde_json::to_value(line).unwrap();
@@ -317,14 +326,17 @@ mod tests {
         log.lines(&step(2, Some(slip(Phase::Gross, false))));
         assert_eq!(log.slips(), 1);
         let frozen = Step { health: Health::Frozen, ..step(3, None) };
-        let [line, None, None, None] = log.lines(&frozen) else { panic!() };
+        let [line, None, None, None, None] = log.lines(&frozen) else { panic!() };
         assert_eq!(
             line,
             Some(EventLine::Health { t_s: 3e-6, channel: "stylus", health: "frozen" })
         );
-        assert_eq!(log.lines(&frozen), [None; 4]);
+        assert_eq!(log.lines(&frozen), [None; 5]);
         let jumped = Step { travel_health: TravelHealth::Jumped, ..frozen };
-        let [None, Some(line), None, None] = log.lines(&jumped) else { panic!() };
+        let [None, Some(line), None, None, None] = log.lines(&jumped) else { panic!() };
         assert_eq!(line, EventLine::Health { t_s: 3e-6, channel: "travel", health: "jumped" });
+        let lost = Step { reference_health: ReferenceHealth::Lost, ..jumped };
+        let [None, None, None, Some(line), None] = log.lines(&lost) else { panic!() };
+        assert_eq!(line, EventLine::Health { t_s: 3e-6, channel: "reference", health: "lost" });
     }
 }

@@ -1,6 +1,7 @@
 //! What the pipeline has to say about a sample.
 
 use crate::{
+    detector::ReferenceHealth,
     distance::TravelHealth,
     estimate::ForceEstimate,
     features::Features,
@@ -75,6 +76,8 @@ pub struct Step {
     pub command: Option<Newtons>,
     /// State of the stylus.
     pub health: Health,
+    /// State of the motion reference while an object was last held.
+    pub reference_health: ReferenceHealth,
     /// State of the travel channel while an object was last held.
     pub travel_health: TravelHealth,
     /// State of the taxel array while an object was last held.

@@ -349,6 +349,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             estimate: None,
             command: self.grip.map(|grip| Newtons(grip.command_n())),
             health: self.health.health(),
+            reference_health: self.detector.reference_health(),
             travel_health: self.fusion.healths().0,
             pressure_health: self.fusion.healths().1,
         }
@@ -369,7 +370,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
     /// How often each stage ran.
     #[must_use]
     pub fn stage_counters(&self) -> StageCounters {
-        self.counters
+        StageCounters { floor_lowered: self.detector.floor_lowered().into(), ..self.counters }
     }
 
     /// Unusable readings so far.

@@ -17,4 +17,6 @@ pub struct StageCounters {
     pub inferences: u64,
     /// Answers the network could not give.
     pub refused_estimates: u64,
+    /// Times a quieter second has lowered the noise floor.
+    pub floor_lowered: u64,
 }

@@ -56,7 +56,11 @@ fn tell(calibration: &Calibration) -> anyhow::Result<()> {
         "floor from {:.1} s of rest, gate from {:.1} s of motion{}",
         evidence.rest_s,
         evidence.motion_s,
-        if calibration.gain.is_some() { "" } else { " (too little: the default gate stays)" }
+        if calibration.gain.is_some() {
+            ""
+        } else {
+            " (too little: the default gate stays, and no threshold goes below its default)"
+        }
     ))?;
     output::line(&format!(
         "thresholds: bands {thresholds:.1?}, cumulative sum {cusum_threshold:.1}"

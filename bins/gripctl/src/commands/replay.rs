@@ -16,6 +16,8 @@ struct Summary {
     slips: u64,
     duration_s: f64,
     unusable: u64,
+    /// Times a quieter second has lowered the floor: it had been learned in motion.
+    floor_lowered: u64,
 }
 
 pub(crate) fn run(args: &ReplayArgs) -> anyhow::Result<Exit> {
@@ -58,18 +60,20 @@ pub(crate) fn run(args: &ReplayArgs) -> anyhow::Result<Exit> {
         slips: log.slips(),
         duration_s: last - first,
         unusable: health.unusable(),
+        floor_lowered: replay.stage_counters().floor_lowered,
     };
     if args.json {
         output::json(&summary)?;
     } else {
         output::line(&format!(
-            "{} samples in {:.3} s at {:.1} Hz, {} gaps, {} unusable readings, {} slips",
+            "{} samples in {:.3} s at {:.1} Hz, {} gaps, {} unusable readings, {} slips, floor lowered {} times",
             summary.samples,
             summary.duration_s,
             recording.rate_hz,
             summary.lost,
             summary.unusable,
-            summary.slips
+            summary.slips,
+            summary.floor_lowered
         ))?;
     }
     Ok(if summary.lost > 0 { Exit::DataLost } else { Exit::Done })

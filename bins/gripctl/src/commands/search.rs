@@ -29,7 +29,7 @@ struct Line<'a> {
     cost: f64,
 }
 
-/// Names shared with the result line of `train` mean the same.
+/// Names shared with the result line of `train` mean the same; `epochs` is the one whose weights were kept.
 #[derive(Serialize)]
 #[serde(tag = "type", rename = "result")]
 struct Result<'a> {

@@ -62,6 +62,7 @@ pub(crate) fn svr(
     test: Option<&DataSet>,
 ) -> anyhow::Result<Exit> {
     let before = clock::processor()?;
+    Svr::check_rows(data).map_err(explain)?;
     let config = svr_config(args, data)?;
     let svr = Svr::fit(data, &config).map_err(explain)?;
     let cpu = clock::processor()?.saturating_sub(before);

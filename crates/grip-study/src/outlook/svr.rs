@@ -106,10 +106,7 @@ impl Svr {
     /// [`OutlookError::Setting`]; [`OutlookError::Count`] above [`MAX_ROWS`]; [`OutlookError::Svr`].
     pub fn fit(train: &DataSet, config: &SvrConfig) -> Result<Self, OutlookError> {
         config.check()?;
-        if train.rows() > MAX_ROWS {
-            let what = "rows for support vector regression";
-            return Err(OutlookError::Count { what, given: train.rows(), range: "1 to 5000" });
-        }
+        Self::check_rows(train)?;
         let (inputs, targets) = (train.input_scalings(), train.target_scalings());
         let patterns = train.patterns(&inputs, &targets);
         let machines = (0..targets.len())
@@ -124,6 +121,18 @@ impl Svr {
             config: *config,
             machines,
         })
+    }
+
+    /// Whether there are few enough rows, before any work is done on them.
+    ///
+    /// # Errors
+    /// [`OutlookError::Count`] above [`MAX_ROWS`].
+    pub fn check_rows(rows: &DataSet) -> Result<(), OutlookError> {
+        if rows.rows() > MAX_ROWS {
+            let what = "rows for support vector regression";
+            return Err(OutlookError::Count { what, given: rows.rows(), range: "1 to 5000" });
+        }
+        Ok(())
     }
 
     /// Fits every combination of `grid` on the training rows and keeps the one with the least scaled error on the

@@ -17,7 +17,7 @@ pub use config::{BANDS, BandThreshold, DetectorConfig, TestKind};
 pub use cusum::Cusum;
 pub use gate::GateConfig;
 pub use glrt::Glrt;
-pub use reference::MotionInput;
+pub use reference::{MotionInput, ReferenceHealth};
 pub use rest::RestMeter;
 pub use slip::{KnownFloors, Levels, SlipDetector, SlipState};
 pub use test::{Block, EnergyTest, SequentialTest};

@@ -15,6 +15,30 @@ use crate::{
     floor::{Floor, FloorConfig},
 };
 
+/// State of the motion reference.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ReferenceHealth {
+    /// Its readings are used, or there has never been one.
+    #[default]
+    Good,
+    /// One value for a quarter of a second, where its noise was seen before.
+    Frozen,
+    /// No usable reading for a quarter of a second, where there were some before.
+    Lost,
+}
+
+impl ReferenceHealth {
+    /// The name used in output lines.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Good => "good",
+            Self::Frozen => "frozen",
+            Self::Lost => "lost",
+        }
+    }
+}
+
 /// What is known of the robot's motion at a sample.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct MotionInput {
@@ -30,6 +54,8 @@ const MEAN_S: f32 = 0.01;
 const SLOW_S: f32 = 1.5e-3;
 /// Noise is white within this factor. A quiet level with more energy at low frequencies was learned in motion.
 const COLOURED: f32 = 4.0;
+/// Time without another reading after which the reference cannot be believed (ms): coarse converters repeat a value for some time.
+const DEAD_MS: f32 = 250.0;
 /// Smallest noise of a reference that is believed (own unit, rms).
 const MIN_RMS: f32 = 1e-12;
 
@@ -50,6 +76,12 @@ pub(super) struct Reference {
     hold_len: u32,
     hold: u32,
     live: bool,
+    last: f32,
+    /// Samples since the reading last changed, and since there was one.
+    unchanged: u32,
+    absent: u32,
+    dead_len: u32,
+    health: ReferenceHealth,
 }
 
 impl Reference {
@@ -79,13 +111,19 @@ impl Reference {
             hold_len: samples(gate.hold_ms, rate_hz),
             hold: 0,
             live: false,
+            last: 0.0,
+            unchanged: 0,
+            absent: 0,
+            dead_len: samples(DEAD_MS, rate_hz),
+            health: ReferenceHealth::Good,
         })
     }
 
     /// Whether the robot moves. Takes the next readings.
     #[inline]
     pub(super) fn watch(&mut self, motion: &MotionInput) -> bool {
-        self.live = motion.reference.is_some();
+        self.judge(motion.reference);
+        self.live = motion.reference.is_some() && self.health == ReferenceHealth::Good;
         if let Some(r) = motion.reference {
             let mean = *self.mean.get_or_insert(r);
             let distance = r - mean;
@@ -101,7 +139,36 @@ impl Reference {
             self.hold = self.hold_len;
         }
         self.hold = self.hold.saturating_sub(1);
-        self.hold > 0 || self.doubtful
+        self.hold > 0 || self.doubtful || self.health != ReferenceHealth::Good
+    }
+
+    /// Whether the channel still says anything, once its noise is known.
+    #[inline]
+    fn judge(&mut self, reading: Option<f32>) {
+        if self.limits2[0] == f32::INFINITY {
+            return;
+        }
+        match reading {
+            Some(r) if r.to_bits() == self.last.to_bits() => {
+                self.unchanged = self.unchanged.saturating_add(1);
+                self.absent = 0;
+            }
+            Some(r) => (self.last, self.unchanged, self.absent) = (r, 0, 0),
+            None => self.absent = self.absent.saturating_add(1),
+        }
+        self.health = if self.absent > self.dead_len {
+            ReferenceHealth::Lost
+        } else if self.unchanged > self.dead_len {
+            ReferenceHealth::Frozen
+        } else {
+            ReferenceHealth::Good
+        };
+    }
+
+    /// State of the channel.
+    #[inline]
+    pub(super) fn health(&self) -> ReferenceHealth {
+        self.health
     }
 
     /// Whether the last sample had a usable reading.
@@ -129,6 +196,9 @@ impl Reference {
     /// Everything but the floor begins with the next reading, after a gap in time.
     pub(super) fn restart(&mut self) {
         self.mean = None;
+        self.unchanged = 0;
+        self.absent = 0;
+        self.health = ReferenceHealth::Good;
         self.hold = 0;
         self.slow = 0.0;
         self.sums = [0.0; 2];

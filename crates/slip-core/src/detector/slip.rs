@@ -17,7 +17,7 @@ use super::{
     lanes::{LANES, Lanes, of_bands, padded},
     pending::Pending,
     primed::PrimedBank,
-    reference::{MotionInput, Reference},
+    reference::{MotionInput, Reference, ReferenceHealth},
     test::{Block, EnergyTest, SequentialTest},
 };
 use crate::{
@@ -154,6 +154,14 @@ impl SlipDetector {
     #[must_use]
     pub fn floor_lowered(&self) -> u32 {
         self.floor.lowered()
+    }
+
+    /// State of the motion reference. Where it is not good, the robot is taken to move, and the floor of every band is raised by
+    /// `blind_margin`.
+    #[must_use]
+    #[inline]
+    pub fn reference_health(&self) -> ReferenceHealth {
+        self.reference.health()
     }
 
     /// Whether the robot moves, by command or by its reference.
