@@ -1,7 +1,6 @@
 //! The toolbox of the slip-detection workspace.
 
 mod cli;
-mod clock;
 mod commands;
 mod output;
 

@@ -30,3 +30,11 @@ pub(crate) fn is_closed_pipe(error: &anyhow::Error) -> bool {
 pub(crate) fn or_dash(value: Option<f64>, digits: usize) -> String {
     value.map_or_else(|| "-".to_owned(), |value| format!("{value:.digits$}"))
 }
+
+/// The errors of a learner on some rows, after what `of` says of them.
+pub(crate) fn errors(of: &str, mse: f64, scaled: f64, within_10pct: f64) -> io::Result<()> {
+    line(&format!(
+        "{of} mse {mse:.6} (target unit squared), {scaled:.6} (scaled), within 10 %: {:.1} %",
+        100.0 * within_10pct
+    ))
+}

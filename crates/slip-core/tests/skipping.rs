@@ -71,7 +71,11 @@ impl Gripper {
             ..Sample::stylus(Micros(self.t), 1e-3 + 1e-7 * self.noise.next())
         };
         match stretch {
-            Stretch::Open => sample.normal_force_n = Some(0.01 * self.noise.next()),
+            Stretch::Open => {
+                sample.normal_force_n = Some(0.01 * self.noise.next());
+                // The roller turns freely.
+                self.travel_m += 2e-5;
+            }
             Stretch::Texture(height_m) => sample.stylus += height_m * libm::sinf(self.phase),
             Stretch::Sliding(speed_m_s) => self.travel_m += 1e-4 * speed_m_s,
             Stretch::Motion => {
@@ -154,6 +158,7 @@ fn the_grasps_pass_through_every_scene() {
         (Stretch::Motion, 400),
         (Stretch::Held, 6000),
         (Stretch::Sliding(0.05), 300),
+        (Stretch::Held, 2000),
         (Stretch::Open, 2000),
     ];
     let config = PipelineConfig::gripping(Hertz(10_000.0));

@@ -1,8 +1,9 @@
-//! Nothing in, the time that a training took out.
+//! The clocks of the toolbox: nothing in, time out. Everything else is told the time.
 
 use core::time::Duration;
 use rustix::time::{ClockId, clock_gettime};
 
+/// Time since the machine started.
 pub(crate) fn monotonic() -> Duration {
     let time = clock_gettime(ClockId::Monotonic);
     // Since the machine started: neither part is negative.
@@ -13,4 +14,9 @@ pub(crate) fn monotonic() -> Duration {
 pub(crate) fn processor() -> anyhow::Result<Duration> {
     let time = clock_gettime(ClockId::ProcessCPUTime);
     Ok(Duration::new(u64::try_from(time.tv_sec)?, u32::try_from(time.tv_nsec)?))
+}
+
+/// Microseconds since the machine started.
+pub(crate) fn now_us() -> u64 {
+    u64::try_from(monotonic().as_micros()).unwrap_or(u64::MAX)
 }

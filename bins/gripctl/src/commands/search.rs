@@ -214,19 +214,12 @@ fn result(
         "best: {}, epoch {} ({}), seed {}",
         best.genome, result.epochs, result.stop, result.seed
     ))?;
-    output::line(&format!(
-        "train: mse {:.6} (target unit squared), {:.6} (scaled), within 10 %: {:.1} %",
-        result.train_mse,
-        result.train_scaled_mse,
-        100.0 * result.train_within_10pct
-    ))?;
+    let Result { train_mse, train_scaled_mse, train_within_10pct, .. } = result;
+    output::errors("train:", train_mse, train_scaled_mse, train_within_10pct)?;
     if let (Some(mse), Some(scaled), Some(within)) =
         (result.test_mse, result.test_scaled_mse, result.test_within_10pct)
     {
-        output::line(&format!(
-            "test:  mse {mse:.6} (target unit squared), {scaled:.6} (scaled), within 10 %: {:.1} %",
-            100.0 * within
-        ))?;
+        output::errors("test: ", mse, scaled, within)?;
     }
     Ok(())
 }

@@ -246,21 +246,13 @@ fn report(args: &TrainArgs, fit: &Fit, rows: Rows, cpu: Duration) -> anyhow::Res
         "{}: {} epochs ({}), seed {}, best of {}; {:.2} s of processor time",
         result.algorithm, result.epochs, result.stop, result.seed, result.repeats, result.cpu_s
     ))?;
-    output::line(&format!(
-        "train: {} rows, mse {:.6} (target unit squared), {:.6} (scaled), within 10 %: {:.1} %",
-        result.rows.train_rows,
-        result.train_mse,
-        result.train_scaled_mse,
-        100.0 * result.train_within_10pct
-    ))?;
+    let of = format!("train: {} rows,", result.rows.train_rows);
+    output::errors(&of, result.train_mse, result.train_scaled_mse, result.train_within_10pct)?;
     if let (Some(mse), Some(scaled), Some(within)) =
         (result.test_mse, result.test_scaled_mse, result.test_within_10pct)
     {
-        output::line(&format!(
-            "test:  {} rows, mse {mse:.6} (target unit squared), {scaled:.6} (scaled), within 10 %: {:.1} %",
-            result.rows.test_rows.unwrap_or(0),
-            100.0 * within
-        ))?;
+        let of = format!("test:  {} rows,", result.rows.test_rows.unwrap_or(0));
+        output::errors(&of, mse, scaled, within)?;
     }
     let card_path = args.card.clone().unwrap_or_else(|| card::path_beside(&args.output));
     let (model, card) = (args.output.display(), card_path.display());

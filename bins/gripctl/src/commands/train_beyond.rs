@@ -147,19 +147,12 @@ fn report(args: &TrainArgs, result: &Result<'_>) -> anyhow::Result<Exit> {
         "{}: {}{vectors}; {:.2} s of processor time",
         result.model, result.stop, result.cpu_s
     ))?;
-    line("train:", result.train_mse, result.train_scaled_mse, result.train_within_10pct)?;
+    output::errors("train:", result.train_mse, result.train_scaled_mse, result.train_within_10pct)?;
     if let (Some(mse), Some(scaled), Some(within)) =
         (result.test_mse, result.test_scaled_mse, result.test_within_10pct)
     {
-        line("test: ", mse, scaled, within)?;
+        output::errors("test: ", mse, scaled, within)?;
     }
     output::line(&format!("model written to {}", args.output.display()))?;
     Ok(Exit::Done)
-}
-
-fn line(part: &str, mse: f64, scaled: f64, within: f64) -> std::io::Result<()> {
-    output::line(&format!(
-        "{part} mse {mse:.6} (target unit squared), {scaled:.6} (scaled), within 10 %: {:.1} %",
-        100.0 * within
-    ))
 }
