@@ -89,7 +89,11 @@ mod tests {
         let Some(parts) = parts() else { return };
         for variant in RpropVariant::ALL {
             let errors = errors::<f32>(&parts, variant, 2);
-            assert!(errors.iter().all(|error| *error < 1.36 + 0.63), "{}: {errors:?}", variant.name());
+            assert!(
+                errors.iter().all(|error| *error < 1.36 + 0.63),
+                "{}: {errors:?}",
+                variant.name()
+            );
         }
     }
 }
