@@ -3,5 +3,7 @@
 //! One hot thread is paced by the data; what it has to tell goes as [`Item`]s through bounded rings to threads that may wait.
 
 mod item;
+pub mod rings;
 
-pub use item::{Beginning, ClientCommand, Item, LinkNote, State};
+pub use grip_host::session::{Beginning, ClientCommand};
+pub use item::{Item, LinkNote, State};
