@@ -27,6 +27,8 @@ pub struct HostConfig {
     pub port: Option<String>,
     /// Bits per second of the serial line; USB devices ignore it.
     pub baud: Option<u32>,
+    /// Which USB port `auto` means.
+    pub usb: UsbFilter,
     /// Model file that replaces the embedded network.
     pub model: Option<PathBuf>,
     /// Calibration file: floor, gate and thresholds of this gripper.
@@ -61,6 +63,7 @@ impl Default for HostConfig {
         Self {
             port: None,
             baud: None,
+            usb: UsbFilter::ANY,
             model: None,
             calibration: None,
             calibrated: None,
@@ -87,6 +90,25 @@ pub fn esc_reading(name: &str) -> Result<Reading, String> {
         let names: Vec<&str> = Reading::ALL.iter().map(|reading| reading.name()).collect();
         format!("expected one of {}", names.join(", "))
     })
+}
+
+/// Which USB serial port `auto` means; what is absent fits every port.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct UsbFilter {
+    /// Vendor.
+    pub vid: Option<u16>,
+    /// Product.
+    pub pid: Option<u16>,
+    /// Serial number; `*` stands for any characters.
+    pub serial: Option<String>,
+    /// Name of the product; `*` stands for any characters.
+    pub product: Option<String>,
+}
+
+impl UsbFilter {
+    /// Fits every USB serial port.
+    pub const ANY: Self = Self { vid: None, pid: None, serial: None, product: None };
 }
 
 /// What is asked of the microcontroller when the link is set up.

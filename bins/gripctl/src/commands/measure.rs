@@ -11,7 +11,7 @@ use grip_link::{
     frame::MAX_WIRE,
     host::{CloseReason, HostEvent},
 };
-use grip_port::{DEFAULT_BAUD, Line, PortArgs, Source, nonce};
+use grip_port::{DEFAULT_BAUD, Line, PortArgs, READ_TIMEOUT, Source, nonce};
 use grip_record::{Channel, ChannelSet, Notes, Recording, StylusKind};
 use slip_core::Sample;
 use std::{
@@ -44,8 +44,8 @@ pub(crate) fn measure(
     let session = Session::new(config.clone(), model::default_estimator()?, options)?;
     let clock = Clock::start();
     let baud = args.baud.or(config.baud).unwrap_or(DEFAULT_BAUD);
-    let port = PortArgs { name: port, baud, seed: args.seed };
-    let source = Source::open(&port, move || clock.now_us())?;
+    let port = PortArgs { name: port, baud, seed: args.seed, usb: &config.usb };
+    let mut source = Source::open(&port, move || clock.now_us())?;
     let stop = Arc::new(AtomicBool::new(false));
     for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
         signal_hook::flag::register(signal, Arc::clone(&stop))?;
@@ -135,10 +135,10 @@ impl Meter {
         let Self { session, line, clock, samples, .. } = self;
         let mut out = [0; MAX_WIRE];
         while let Some(len) = session.poll_transmit(clock.now_us(), &mut out) {
-            line.write(out.get(..len).unwrap_or(&out))?;
+            line.write_frame(out.get(..len).unwrap_or(&out))?;
         }
         let mut input = [0; 4096];
-        let count = line.read(&mut input)?;
+        let count = line.read(&mut input, READ_TIMEOUT)?;
         let mut closed: Option<CloseReason> = None;
         let bytes = input.get(..count).unwrap_or(&[]);
         session.receive(clock.now_us(), bytes, &mut out, &mut |news| match news {
