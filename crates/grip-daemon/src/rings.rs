@@ -146,7 +146,7 @@ impl Drops {
 /// The two ends of a set of rings.
 #[must_use]
 pub fn rings(sizes: Sizes) -> (Outbox, Inbox) {
-    let tokens = RingBuffer::new(sizes.samples + 3 * sizes.frames + 4 * RARE);
+    let tokens = RingBuffer::new(sizes.samples + 5 * sizes.frames + 4 * RARE);
     let began = RingBuffer::new(BEGINNINGS);
     let samples = RingBuffer::new(sizes.samples);
     let taxels = RingBuffer::new(TAXELS * sizes.samples);
@@ -154,7 +154,8 @@ pub fn rings(sizes: Sizes) -> (Outbox, Inbox) {
     let events = RingBuffer::new(RARE);
     let commands = RingBuffer::new(sizes.frames);
     let clients = RingBuffer::new(RARE);
-    let links = RingBuffer::new(RARE);
+    // The gripper tells its state with every frame.
+    let links = RingBuffer::new(RARE + sizes.frames);
     let chunks = RingBuffer::new(2 * sizes.frames);
     let bytes = RingBuffer::new(sizes.wire);
     let drops = Arc::new(Drops::default());

@@ -72,6 +72,8 @@ pub enum News<'a> {
     Gripper {
         /// What it told.
         ident: &'a Ident,
+        /// Whether it has restarted since it was seen last.
+        rebooted: bool,
         /// Whether it is another one than the session is for: the link is closed, nothing was commanded.
         other: bool,
     },
@@ -118,6 +120,8 @@ pub struct Session {
     motion: OwnMotion,
     log: EventLog,
     latest: Option<Step>,
+    /// The last measured normal force (N).
+    applied_n: Option<f32>,
     cause_sample: u32,
     counters: SessionCounters,
     /// Rows lost before the link was opened last.
@@ -127,7 +131,8 @@ pub struct Session {
 /// What has to be done once the bytes are taken.
 #[derive(Clone, Copy, Debug, Default)]
 struct Due {
-    identified: bool,
+    /// Whether the gripper that told who it is has restarted.
+    identified: Option<bool>,
     configured: bool,
     lost: bool,
     fresh: bool,
@@ -157,6 +162,7 @@ impl Session {
             motion: OwnMotion::new(!options.dry_run),
             log: EventLog::default(),
             latest: None,
+            applied_n: None,
             cause_sample: 0,
             counters: SessionCounters::default(),
             lost_before: 0,
@@ -189,8 +195,8 @@ impl Session {
         tell: &mut dyn FnMut(News<'_>),
     ) -> Result<Option<usize>, SessionError> {
         let due = self.take(now_us, bytes, tell);
-        if due.identified {
-            self.meet(tell);
+        if let Some(rebooted) = due.identified {
+            self.meet(rebooted, tell);
         }
         if due.configured {
             let carried = self.carried(false);
@@ -205,14 +211,14 @@ impl Session {
     /// Runs the bytes through link and pipeline.
     fn take(&mut self, now_us: u64, mut bytes: &[u8], tell: &mut dyn FnMut(News<'_>)) -> Due {
         let mut due = Due::default();
-        let Self { link, pipeline, log, latest, counters, tick_hz, cause_sample, motion, .. } =
-            self;
+        let Self { link, pipeline, log, latest, applied_n, .. } = self;
+        let Self { counters, tick_hz, cause_sample, motion, .. } = self;
         while let Some(event) = link.receive(now_us, &mut bytes) {
             match &event {
                 HostEvent::Samples { samples, .. } => {
                     let Some(pipeline) = pipeline else { continue };
-                    let mut path =
-                        Path { pipeline, log, latest, tick_hz: *tick_hz, motion: *motion };
+                    let (tick_hz, motion) = (*tick_hz, *motion);
+                    let mut path = Path { pipeline, log, latest, applied_n, tick_hz, motion };
                     *cause_sample = path.batch(samples, counters, tell);
                     due.fresh = true;
                 }
@@ -227,7 +233,7 @@ impl Session {
                     motion.forget();
                 }
                 HostEvent::Identified { rebooted } => {
-                    due.identified = true;
+                    due.identified = Some(*rebooted);
                     if *rebooted {
                         *pipeline = None;
                         motion.forget();
@@ -243,10 +249,10 @@ impl Session {
     }
 
     /// A gripper told who it is. Another one than this session is for is left alone.
-    fn meet(&mut self, tell: &mut dyn FnMut(News<'_>)) {
+    fn meet(&mut self, rebooted: bool, tell: &mut dyn FnMut(News<'_>)) {
         let Some(ident) = self.link.ident() else { return };
         let other = *self.uid.get_or_insert(ident.uid) != ident.uid;
-        tell(News::Gripper { ident, other });
+        tell(News::Gripper { ident, rebooted, other });
         if other {
             self.link.close();
         }
@@ -370,6 +376,12 @@ impl Session {
     #[must_use]
     pub fn latest(&self) -> Option<&Step> {
         self.latest.as_ref()
+    }
+
+    /// The normal force (N) that was measured with the last sample; `None` where no sensor tells.
+    #[must_use]
+    pub fn applied_n(&self) -> Option<f32> {
+        self.applied_n
     }
 
     /// What was printed so far.

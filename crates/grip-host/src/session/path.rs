@@ -11,6 +11,7 @@ pub(super) struct Path<'a> {
     pub(super) pipeline: &'a mut Pipeline<Arc<[f32]>>,
     pub(super) log: &'a mut EventLog,
     pub(super) latest: &'a mut Option<Step>,
+    pub(super) applied_n: &'a mut Option<f32>,
     pub(super) tick_hz: u64,
     pub(super) motion: OwnMotion,
 }
@@ -36,6 +37,7 @@ impl Path<'_> {
             }
             tell(News::Step { index: row.index, sample: &sample, taxels, step: &step });
             *self.latest = Some(step);
+            *self.applied_n = sample.normal_force_n;
             last = row.index;
         }
         last
