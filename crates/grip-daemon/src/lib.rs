@@ -2,6 +2,19 @@
 //!
 //! One hot thread is paced by the data; what it has to tell goes as [`Item`]s through bounded rings to threads that may wait.
 
+pub mod board;
+pub mod counters;
+pub mod dump;
+pub mod exposition;
+pub mod http;
 mod item;
+pub mod latency;
+pub mod log;
+pub mod metrics;
+pub mod pages;
+pub mod status;
 
+pub use board::Board;
+pub use counters::HotCounters;
 pub use item::{Beginning, ClientCommand, Item, LinkNote, State};
+pub use latency::Latency;

@@ -1,6 +1,7 @@
 //! The name of recordings with its places in; the name of one file out.
 
 use super::address::Uid;
+use crate::utc;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
@@ -65,7 +66,7 @@ impl RecordTemplate {
     pub fn file(&self, name: &RecordName) -> PathBuf {
         let text = fill(&self.0, |place| {
             Some(match place {
-                "start" => utc(name.start_s),
+                "start" => utc::compact(name.start_s),
                 "uid" => name.uid.map_or_else(|| "unknown".to_owned(), |uid| uid.to_string()),
                 "n" => format!("{:04}", name.n),
                 _ => return None,
@@ -95,21 +96,6 @@ fn fill(text: &str, value: impl Fn(&str) -> Option<String>) -> Result<String, Te
     Ok(filled)
 }
 
-/// `20261121T225908Z` of seconds since 1970. Days to dates by eras of 400 years that begin in March.
-fn utc(seconds: u64) -> String {
-    let (days, second) = (seconds / 86_400, seconds % 86_400);
-    let (hour, minute, second) = (second / 3600, second / 60 % 60, second % 60);
-    let shifted = days + 719_468;
-    let (era, day) = (shifted / 146_097, shifted % 146_097);
-    let year = (day - day / 1460 + day / 36_524 - day / 146_096) / 365;
-    let day = day - (365 * year + year / 4 - year / 100);
-    let month = (5 * day + 2) / 153;
-    let day = day - (153 * month + 2) / 5 + 1;
-    let (month, next) = if month < 10 { (month + 3, 0) } else { (month - 9, 1) };
-    let year = 400 * era + year + next;
-    format!("{year:04}{month:02}{day:02}T{hour:02}{minute:02}{second:02}Z")
-}
-
 impl TryFrom<String> for RecordTemplate {
     type Error = TemplateError;
 
@@ -126,7 +112,7 @@ impl From<RecordTemplate> for String {
 
 #[cfg(test)]
 mod tests {
-    use super::{RecordName, RecordTemplate, TemplateError, utc};
+    use super::{RecordName, RecordTemplate, TemplateError};
 
     #[test]
     fn places_are_filled() {
@@ -136,20 +122,6 @@ mod tests {
         assert_eq!(file.to_str(), Some("/var/lib/gripd/unknown-20261121T225908Z-0003.mcap"));
         assert!(template.tells_files_apart());
         assert!(!RecordTemplate::new("run.csv").unwrap().tells_files_apart());
-    }
-
-    #[test]
-    fn dates_are_those_of_the_calendar() {
-        for (seconds, text) in [
-            (0, "19700101T000000Z"),
-            (951_782_400, "20000229T000000Z"),
-            (951_868_799, "20000229T235959Z"),
-            (951_868_800, "20000301T000000Z"),
-            (1_709_164_800, "20240229T000000Z"),
-            (4_107_542_400, "21000301T000000Z"),
-        ] {
-            assert_eq!(utc(seconds), text);
-        }
     }
 
     #[test]
