@@ -1,6 +1,6 @@
 //! One connection without its socket: bytes and the time in, the answer and the end of patience out.
 
-use super::request::{Parsed, Refusal, parse};
+use super::request::{Page, Parsed, Refusal, parse};
 
 /// What a client may cost.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -37,6 +37,8 @@ pub struct Exchange {
     request: Vec<u8>,
     answer: Vec<u8>,
     sent: usize,
+    /// Whether the client has sent its last byte.
+    heard: bool,
 }
 
 impl Exchange {
@@ -50,16 +52,12 @@ impl Exchange {
             request: Vec::new(),
             answer: Vec::new(),
             sent: 0,
+            heard: false,
         }
     }
 
     /// Takes bytes. `page` gives media type and text of a path, or why there is none; it is asked at most once.
-    pub fn receive(
-        &mut self,
-        now_us: u64,
-        bytes: &[u8],
-        page: &mut dyn FnMut(&str) -> Result<(&'static str, String), Refusal>,
-    ) {
+    pub fn receive(&mut self, now_us: u64, bytes: &[u8], page: &mut dyn FnMut(&str) -> Page) {
         if self.stage != Stage::Reading {
             return;
         }
@@ -72,10 +70,10 @@ impl Exchange {
             Parsed::Refused(refusal) => self.refuse(now_us, refusal),
             Parsed::Page { path, head } => match page(path) {
                 Ok((media_type, text)) => {
-                    self.answer(now_us, (200, "OK"), media_type, "", text.len());
-                    if !head {
-                        self.answer.extend(text.as_bytes());
-                    }
+                    let len = text.len();
+                    let fields = format!("Content-Type: {media_type}\r\nContent-Length: {len}");
+                    let text = if head { "" } else { text.as_str() };
+                    self.answer(now_us, (200, "OK"), &fields, text);
                 }
                 Err(refusal) => self.refuse(now_us, refusal),
             },
@@ -86,25 +84,18 @@ impl Exchange {
     pub fn refuse(&mut self, now_us: u64, refusal: Refusal) {
         let (code, words) = refusal.status();
         let text = format!("{code} {words}\n");
-        let allow = if refusal == Refusal::Method { "Allow: GET, HEAD\r\n" } else { "" };
-        self.answer(now_us, (code, words), "text/plain; charset=utf-8", allow, text.len());
-        self.answer.extend(text.as_bytes());
+        let allow = if refusal == Refusal::Method { "\r\nAllow: GET, HEAD" } else { "" };
+        let len = text.len();
+        let fields =
+            format!("Content-Type: text/plain; charset=utf-8\r\nContent-Length: {len}{allow}");
+        self.answer(now_us, (code, words), &fields, &text);
     }
 
-    fn answer(
-        &mut self,
-        now_us: u64,
-        (code, words): (u16, &str),
-        media_type: &str,
-        field: &str,
-        len: usize,
-    ) {
+    fn answer(&mut self, now_us: u64, (code, words): (u16, &str), fields: &str, body: &str) {
         self.stage = Stage::Answering;
         self.deadline_us = now_us.saturating_add(self.limits.answer_us);
-        self.answer = format!(
-            "HTTP/1.1 {code} {words}\r\nContent-Type: {media_type}\r\nContent-Length: {len}\r\n{field}Cache-Control: no-store\r\nConnection: close\r\n\r\n"
-        )
-        .into_bytes();
+        let end = "Cache-Control: no-store\r\nConnection: close\r\n\r\n";
+        self.answer = format!("HTTP/1.1 {code} {words}\r\n{fields}\r\n{end}{body}").into_bytes();
     }
 
     /// Bytes that wait to be sent.
@@ -118,13 +109,14 @@ impl Exchange {
         self.sent += count;
         let done = self.stage == Stage::Answering && self.to_send().is_empty();
         if done {
-            self.stage = Stage::Draining;
+            self.stage = if self.heard { Stage::Over } else { Stage::Draining };
         }
         done
     }
 
     /// The client sends nothing more.
     pub fn hung_up(&mut self) {
+        self.heard = true;
         if self.stage != Stage::Answering {
             self.stage = Stage::Over;
         }
@@ -145,6 +137,12 @@ impl Exchange {
             Stage::Reading => self.refuse(now_us, Refusal::Timeout),
             _ => self.stage = Stage::Over,
         }
+    }
+
+    /// Whether more bytes may come.
+    #[must_use]
+    pub fn listens(&self) -> bool {
+        !self.heard && !self.is_over()
     }
 
     /// Whether the socket can be closed.
@@ -186,9 +184,8 @@ mod tests {
         assert!(text.ends_with("\r\nConnection: close\r\n\r\nall is well\n"), "{text}");
         exchange.hung_up();
         assert!(!exchange.is_over(), "a client may close its sending side and read on");
+        assert!(!exchange.listens(), "and wakes nobody any more");
         assert!(!exchange.was_sent(10) && exchange.was_sent(text.len() - 10));
-        assert!(!exchange.is_over());
-        exchange.hung_up();
         assert!(exchange.is_over());
     }
 
@@ -198,6 +195,10 @@ mod tests {
         exchange.receive(0, b"HEAD /x HTTP/1.1\r\n\r\n", &mut page);
         let text = answer(&exchange);
         assert!(text.contains("Content-Length: 12\r\n") && text.ends_with("\r\n\r\n"), "{text}");
+        assert!(exchange.was_sent(text.len()) && !exchange.is_over(), "what comes is thrown away");
+        exchange.receive(1, b"more", &mut page);
+        exchange.hung_up();
+        assert!(exchange.is_over());
     }
 
     #[test]

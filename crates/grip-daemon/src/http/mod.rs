@@ -8,5 +8,5 @@ mod request;
 mod server;
 
 pub use exchange::{Exchange, Limits};
-pub use request::{Parsed, Refusal, parse};
-pub use server::{HttpServer, Page, ServeError};
+pub use request::{Page, Parsed, Refusal, parse};
+pub use server::{HttpServer, Interest, ServeError};

@@ -37,6 +37,9 @@ pub enum Refusal {
     Version,
 }
 
+/// Media type and text of a page, or why there is none.
+pub type Page = Result<(&'static str, String), Refusal>;
+
 impl Refusal {
     /// Status code and its usual words.
     #[must_use]

@@ -2,7 +2,7 @@
 
 use super::{
     exchange::{Exchange, Limits},
-    request::Refusal,
+    request::{Page, Refusal},
 };
 use core::net::SocketAddr;
 use std::{
@@ -15,9 +15,6 @@ use std::{
 const MOST: usize = 16;
 /// Accepted in one turn, so that a flood leaves time for other work.
 const AT_ONCE: usize = 32;
-
-/// Media type and text of a page, or why there is none.
-pub type Page = Result<(&'static str, String), Refusal>;
 
 /// Why a server does not start.
 #[derive(Debug, thiserror::Error)]
@@ -33,6 +30,17 @@ pub enum ServeError {
         /// What the system said.
         source: io::Error,
     },
+}
+
+/// A descriptor and what it waits for.
+#[derive(Clone, Copy, Debug)]
+pub struct Interest<'a> {
+    /// The descriptor.
+    pub fd: BorrowedFd<'a>,
+    /// Bytes to read, or connections.
+    pub read: bool,
+    /// Room to write.
+    pub write: bool,
 }
 
 /// The server.
@@ -86,11 +94,13 @@ impl HttpServer {
         (self.connections.len(), self.refused)
     }
 
-    /// What `poll` should look at: descriptor, and whether there is something to send.
-    pub fn descriptors(&self) -> impl Iterator<Item = (BorrowedFd<'_>, bool)> {
-        let connections = self.connections.iter();
-        core::iter::once((self.listener.as_fd(), false)).chain(connections.map(|connection| {
-            (connection.stream.as_fd(), !connection.exchange.to_send().is_empty())
+    /// What `poll` should wake for. A client that has sent its last byte is no longer listened to, or it would wake without end.
+    pub fn interests(&self) -> impl Iterator<Item = Interest<'_>> {
+        let listener = Interest { fd: self.listener.as_fd(), read: true, write: false };
+        core::iter::once(listener).chain(self.connections.iter().map(|connection| Interest {
+            fd: connection.stream.as_fd(),
+            read: connection.exchange.listens(),
+            write: !connection.exchange.to_send().is_empty(),
         }))
     }
 

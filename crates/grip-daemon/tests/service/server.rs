@@ -145,6 +145,8 @@ fn a_client_that_never_reads_is_left_after_its_time() {
         rig.turn();
     }
     assert_eq!(rig.server.counts().0, 1, "it may still take its time");
+    assert_eq!(rig.server.interests().count(), 2);
+    assert!(rig.server.interests().all(|interest| interest.read));
     rig.now_us = Limits::default().request_us + Limits::default().answer_us;
     rig.settle(0);
 }
