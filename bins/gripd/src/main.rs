@@ -37,7 +37,7 @@ fn main() -> ExitCode {
 fn run(cli: &Cli) -> anyhow::Result<Exit> {
     let settings = Settings::new(cli)?;
     if cli.check_config {
-        eprintln!("{}", settings.origin());
+        eprintln!("{}", settings.origin()?);
         return Ok(Exit::Done);
     }
     let stop = Arc::new(AtomicBool::new(false));
