@@ -110,7 +110,7 @@ fn skips_the_session(role: Role, session: Option<u16>, header: &Header) -> bool 
                 || (header.kind == Kind::ESTOP && header.session == 0)
         }
         Role::Host => header.kind == Kind::IDENT && header.session == 0,
-        Role::Client => false,
+        Role::Tap => false,
     }
 }
 
@@ -123,7 +123,7 @@ fn accept(role: Role, session: Option<u16>, header: &Header) -> Result<(), Fault
     if header.version != PROTOCOL && !any_version {
         return Err(Fault::Version(header.version));
     }
-    let mine = role == Role::Client
+    let mine = role == Role::Tap
         || skips_the_session(role, session, header)
         || session == Some(header.session);
     if mine { Ok(()) } else { Err(Fault::Stale(header.session)) }
@@ -149,7 +149,7 @@ fn known(role: Role, header: &Header) -> Result<(), Fault> {
     let types: &[u8] = match role {
         Role::Device => &[0x01, 0x03, 0x04, 0x05, 0x06, 0x10, 0x11, 0x12, 0x13],
         Role::Host => &[0x81, 0x83, 0x86, 0x8E, 0x8F, 0x90, 0x91, 0x92, 0x93, 0x94],
-        Role::Client => return Ok(()),
+        Role::Tap => return Ok(()),
     };
     if types.contains(&header.kind.0) { Ok(()) } else { Err(Fault::UnknownKind(*header)) }
 }
