@@ -2,6 +2,8 @@
 //!
 //! One hot thread is paced by the data; what it has to tell goes as [`Item`]s through bounded rings to threads that may wait.
 
+pub mod client;
+pub mod clients;
 mod item;
 
 pub use item::{Beginning, ClientCommand, Item, LinkNote, State};

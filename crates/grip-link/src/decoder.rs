@@ -5,7 +5,7 @@
 //! block (494 bytes); the memory never grows.
 //!
 //! Session rule: a device takes HELLO of any other session and ESTOP of session 0; a host takes IDENT of session 0; these
-//! skip the sequence check. A daemon takes SUBSCRIBE of any other session. Every other frame must bear the open session. Sequence rule: the first frame of a
+//! skip the sequence check. A daemon takes SUBSCRIBE of any other session, a client NOTICE of session 0. Every other frame must bear the open session. Sequence rule: the first frame of a
 //! session sets the number; then one that lies 0..=255 behind the newest is a duplicate and dropped, any other is taken and the
 //! numbers skipped are counted as a gap. Frames of unknown type count in the sequence.
 
@@ -171,7 +171,8 @@ pub struct Decoder {
 
 impl Decoder {
     /// A decoder without a session: until [`Decoder::open_session`] a device takes HELLO and ESTOP only, a host nothing
-    /// but an IDENT of session 0, a daemon SUBSCRIBE only, a client nothing.
+    /// but an IDENT of session 0, a daemon SUBSCRIBE only, a client nothing
+    /// but a NOTICE of session 0.
     #[must_use]
     pub const fn new(role: Role) -> Self {
         Self {
@@ -313,7 +314,8 @@ impl Decoder {
             Role::Device => header.kind == Kind::ESTOP && header.session == 0,
             Role::Host => header.kind == Kind::IDENT && header.session == 0,
             Role::Daemon => header.kind == Kind::SUBSCRIBE && other,
-            Role::Tap | Role::Client => false,
+            Role::Client => header.kind == Kind::NOTICE && header.session == 0,
+            Role::Tap => false,
         };
         if outside_session {
             return Ok(());

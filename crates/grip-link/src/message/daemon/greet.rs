@@ -1,8 +1,8 @@
 //! SUBSCRIBE and WELCOME: a client says what it wants to hear, the daemon who it is.
 
 use super::RealTime;
-use crate::message::wire::{PayloadError, Reader, Writer};
 use crate::message::Versions;
+use crate::message::wire::{PayloadError, Reader, Writer};
 
 /// What a client wants to hear, as bits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

@@ -160,6 +160,7 @@ impl<'a> Rows<'a> {
     }
 
     /// The rows in order.
+    #[must_use]
     pub fn iter(&self) -> impl ExactSizeIterator<Item = RowOfSample<'a>> {
         let header = self.header;
         self.bytes.chunks_exact(header.row_bytes()).enumerate().map(move |(k, bytes)| {
