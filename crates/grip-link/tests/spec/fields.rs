@@ -21,7 +21,7 @@ pub(crate) fn frames() -> Vec<Vector> {
     let made = rows::<7>("valid.tsv").into_iter();
     made.filter(|row| row[1] == "both" && row[2] != "cobs")
         .map(|[case, _, way, name, head, fields, wire]| {
-            let role = if way == "to_device" { Role::Device } else { Role::Client };
+            let role = if way == "to_device" { Role::Device } else { Role::Tap };
             let session = head.split("session=").nth(1).unwrap().parse().unwrap();
             let mut decoder = Decoder::new(role);
             decoder.open_session(session, None);
