@@ -123,7 +123,6 @@ impl<'a> CdrWriter<'a> {
     /// Appends a `builtin_interfaces/Time`: nanoseconds since 1970. From 2038 on, which its seconds cannot say, the last there is.
     pub fn time(&mut self, ns: u64) -> &mut Self {
         let seconds = i32::try_from(ns / 1_000_000_000).unwrap_or(i32::MAX);
-        #[expect(clippy::cast_possible_truncation, reason = "below 1e9")]
         let nanos = (ns % 1_000_000_000) as u32;
         self.i32(seconds).u32(nanos)
     }

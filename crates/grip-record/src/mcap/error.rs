@@ -68,16 +68,19 @@ pub enum McapError {
 
 /// Why a recording cannot be written on.
 #[derive(Debug, thiserror::Error)]
-#[error("the recording cannot be written: {0}")]
+#[error("the recording cannot be written: {}", cause(.0))]
 pub struct McapWriteError(#[from] pub(super) mcap::McapError);
 
-impl McapWriteError {
-    /// What the operating system said, where it was asked.
-    #[must_use]
-    pub fn io(&self) -> Option<&io::Error> {
-        match &self.0 {
-            mcap::McapError::Io(error) => Some(error),
-            _ => None,
-        }
+/// What the operating system said, where it was asked.
+fn cause(error: &mcap::McapError) -> String {
+    match error {
+        mcap::McapError::Io(error) => error.to_string(),
+        other => other.to_string(),
+    }
+}
+
+impl From<io::Error> for McapWriteError {
+    fn from(error: io::Error) -> Self {
+        Self(error.into())
     }
 }
