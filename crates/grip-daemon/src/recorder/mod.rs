@@ -248,12 +248,12 @@ impl Recorder {
     }
 
     /// Another configuration, model or calibration is in force from the next [`Item::Began`] on: it replaces the one of its name.
-    pub fn attach(&mut self, file: Attached, now_us: u64) {
+    pub fn attach(&mut self, file: &Attached, now_us: u64) {
         let attached = &mut self.standing.about.attached;
         attached.retain(|other| other.name != file.name);
         attached.push(file.clone());
         if let Output::Mcap(tape) = &mut self.output
-            && let Err(source) = tape.attach(now_us, &file)
+            && let Err(source) = tape.attach(now_us, file)
         {
             let error = tape.error(source);
             self.stop(error, now_us);
