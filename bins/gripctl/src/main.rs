@@ -14,6 +14,8 @@ fn main() -> ExitCode {
         Command::Ports(args) => commands::ports::run(&args),
         Command::Sim(args) => commands::sim::run(&args),
         Command::Replay(args) => commands::replay::run(&args),
+        Command::Recover(args) => commands::recover::run(&args),
+        Command::Csv(args) => commands::csv::run(&args),
         Command::Calibrate(args) => commands::calibrate::run(&args),
         Command::Score(args) => commands::score::run(&args),
         Command::Profile(args) => commands::profile::run(&args),

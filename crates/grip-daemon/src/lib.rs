@@ -15,6 +15,7 @@ pub mod latency;
 pub mod log;
 pub mod metrics;
 pub mod pages;
+pub mod recorder;
 pub mod rings;
 pub mod status;
 pub mod supply;
