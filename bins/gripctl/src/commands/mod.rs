@@ -4,6 +4,7 @@ pub(crate) mod calibrate;
 mod card;
 mod clock;
 mod columns;
+pub(crate) mod doctor;
 pub(crate) mod esc;
 pub(crate) mod eval;
 pub(crate) mod export;
