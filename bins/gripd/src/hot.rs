@@ -91,6 +91,7 @@ impl Hot {
         let command =
             session.receive(received_ns / 1000, bytes, &mut out, &mut |news| match news {
                 News::Step { sample, taxels, .. } => outbox.sample(sample, taxels),
+                News::Began(_) | News::Gripper { .. } => {}
                 News::Event(line) => outbox.note(Note::Event(line)),
                 News::Link(HostEvent::Closed(reason)) => closed = Some(*reason),
                 News::Link(event) => {

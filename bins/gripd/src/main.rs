@@ -45,7 +45,7 @@ fn run(cli: &Cli) -> anyhow::Result<Exit> {
         signal_hook::flag::register(signal, Arc::clone(&stop))
             .context("cannot take over Ctrl-C")?;
     }
-    let options = SessionOptions { dry_run: cli.dry_run, no_skip: cli.no_skip };
+    let options = SessionOptions { dry_run: cli.dry_run, no_skip: cli.no_skip, uid: None };
     let session = Session::new(settings.config.clone(), settings.estimator()?, options)?;
     let clock = Clock::start();
     let mut source = Source::open(&settings.port_args(), move || clock.now_us())?;

@@ -2,7 +2,13 @@
 //!
 //! One hot thread is paced by the data; what it has to tell goes as [`Item`]s through bounded rings to threads that may wait.
 
+pub mod counters;
+pub mod hot;
 mod item;
+pub mod latency;
 pub mod realtime;
+pub mod rings;
+pub mod supply;
 
-pub use item::{Beginning, ClientCommand, Item, LinkNote, State};
+pub use grip_host::session::{Beginning, ClientCommand};
+pub use item::{Item, LinkNote, State};

@@ -176,7 +176,9 @@ pub fn describe(port: &PortInfo) -> String {
     format!("{}{}{}", port.path.display(), usb.unwrap_or_default(), by_id.unwrap_or_default())
 }
 
-fn describe_usb(usb: &UsbPort) -> String {
+/// The same of its USB side: ids, names, where it is plugged in.
+#[must_use]
+pub fn describe_usb(usb: &UsbPort) -> String {
     let words = [&usb.manufacturer, &usb.product];
     let words: String = words.into_iter().flatten().map(|word| format!(" {word}")).collect();
     let serial = usb

@@ -12,7 +12,7 @@ mod simulator;
 mod source;
 
 pub use error::PortError;
-pub use find::{Backoff, Finder, Wanted, describe};
+pub use find::{Backoff, Finder, Wanted, describe, describe_usb};
 pub use line::{Line, LineCounters, LineKind, Written, least_interval_us, nonce};
 pub use open::check_baud;
 pub use places::{Places, PortInfo, UsbPort};

@@ -146,7 +146,7 @@ impl Meter {
                 samples.push(Sample { motion: motion.or(sample.motion), ..*sample });
             }
             News::Link(HostEvent::Closed(reason)) => closed = Some(*reason),
-            News::Event(_) | News::Link(_) => {}
+            _ => {}
         })?;
         closed.map_or(Ok(()), |reason| Err(anyhow!(explain(&reason))))
     }
