@@ -3,10 +3,9 @@
 //! A program of its own, so that what is installed carries neither the generators nor a hidden command.
 
 #[path = "../../../bins/gripctl/src/cli.rs"]
-#[expect(dead_code, reason = "only the names of the arguments are wanted here")]
+#[expect(dead_code, reason = "of the command line only the names are wanted here")]
 mod gripctl;
 #[path = "../../../bins/gripd/src/cli.rs"]
-#[expect(dead_code, reason = "only the names of the arguments are wanted here")]
 mod gripd;
 
 use anyhow::Context as _;
@@ -74,7 +73,9 @@ mod tests {
             let name = command.get_name();
             let page = read(&format!("man/gripctl-{name}.1"));
             assert!(page.contains(".SH SYNOPSIS"), "{name}");
-            assert!(read("zsh/_gripctl").contains(name) && read("fish/gripctl.fish").contains(name));
+            assert!(
+                read("zsh/_gripctl").contains(name) && read("fish/gripctl.fish").contains(name)
+            );
         }
     }
 }

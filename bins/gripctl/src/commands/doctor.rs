@@ -49,13 +49,13 @@ pub(crate) fn run(args: &DoctorArgs) -> anyhow::Result<Exit> {
     let processes = Processes::read(&system);
     let mut report = Report { json: args.json, counts: [0; 3] };
     let config = report.configuration(args)?;
-    report.all(machine::findings(&system))?;
+    report.all(&machine::findings(&system))?;
     let folder = args.folder.clone().unwrap_or_else(|| {
         let state = PathBuf::from(STATE_FOLDER);
         if state.is_dir() { state } else { ".".into() }
     });
-    report.all(storage::findings(&folder))?;
-    report.all(processes::findings(&system, &processes))?;
+    report.all(&storage::findings(&folder))?;
+    report.all(&processes::findings(&system, &processes))?;
     report.port(args, &config, &Room { system, processes, seconds })?;
     report.end()
 }
@@ -86,7 +86,7 @@ impl Report {
         if self.json { output::json(finding) } else { Ok(output::line(&finding.to_string())?) }
     }
 
-    fn all(&mut self, findings: Vec<Finding>) -> anyhow::Result<()> {
+    fn all(&mut self, findings: &[Finding]) -> anyhow::Result<()> {
         findings.iter().try_for_each(|finding| self.add(finding))
     }
 
@@ -134,13 +134,13 @@ impl Report {
         }
         let wish = gripper::Wish { name: &name, args, config, seconds: room.seconds };
         let findings = gripper::findings(&wish);
-        self.all(findings)
+        self.all(&findings)
     }
 
     /// Whether the port may be opened, and nobody has it open.
     fn access(&mut self, path: &Path, room: &Room) -> anyhow::Result<bool> {
         let access = Access::look(&room.system, &room.processes, path);
-        self.all(access.findings)?;
+        self.all(&access.findings)?;
         Ok(access.free)
     }
 

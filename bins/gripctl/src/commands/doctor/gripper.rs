@@ -17,8 +17,8 @@ use grip_link::{
 };
 use grip_port::{DEFAULT_BAUD, Line, PortArgs, READ_TIMEOUT, Source, nonce};
 
-/// Longest wait for the first sample (s): a board that restarts when its port is opened needs some of it.
-const PATIENCE_S: f64 = 6.0;
+/// Longest wait for the first sample (us): a board that restarts when its port is opened needs some of it.
+const PATIENCE_US: u64 = 6_000_000;
 
 /// What is to be listened to.
 #[derive(Clone, Copy, Debug)]
@@ -84,8 +84,8 @@ impl Heard {
             let count = line.read(&mut input, READ_TIMEOUT)?;
             let now_us = clock.now_us();
             self.take(now_us, input.get(..count).unwrap_or(&[]), &mut out)?;
-            if self.arrivals.rate_hz().is_none() && now_us > (PATIENCE_S * 1e6) as u64 {
-                return Err(anyhow!("no samples came for {PATIENCE_S} s"));
+            if self.arrivals.rate_hz().is_none() && now_us > PATIENCE_US {
+                return Err(anyhow!("no samples came for {} s", PATIENCE_US / 1_000_000));
             }
         }
         Ok(())
@@ -97,7 +97,7 @@ impl Heard {
         self.session.receive(now_us, bytes, out, &mut |news| match news {
             News::Step { .. } => samples += 1,
             News::Link(HostEvent::Closed(reason)) => closed.set(Some(*reason)),
-            News::Event(_) | News::Link(_) => {}
+            _ => {}
         })?;
         self.arrivals.push(now_us, samples);
         closed.get().map_or(Ok(()), |reason| Err(anyhow!(explain(&reason))))
