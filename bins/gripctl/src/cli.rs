@@ -17,6 +17,8 @@ pub(crate) struct Cli {
 pub(crate) enum Command {
     /// List the serial ports of this computer.
     Ports(PortsArgs),
+    /// Say what keeps a gripper from working well, and the command that mends it.
+    Doctor(DoctorArgs),
     /// Run a virtual gripper on a pseudo-terminal.
     Sim(SimArgs),
     /// Run a recording through the pipeline: events and estimates.
@@ -51,6 +53,30 @@ pub(crate) enum Command {
 
 #[derive(Debug, Args)]
 pub(crate) struct PortsArgs {
+    /// One JSON object a line.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// Looks at the configuration, this computer, its disk and the port; where nobody holds the port, attaches to the gripper for some
+/// seconds without commanding any force, and measures. Exit codes: 0 no fault, 1 a fault, 2 wrong arguments.
+#[derive(Debug, Args)]
+pub(crate) struct DoctorArgs {
+    /// The gripper: a serial device, `auto`, or `sim` with an optional `:SCENE`; that of the configuration otherwise, or the only USB
+    /// serial port.
+    pub(crate) port: Option<String>,
+    /// Bits per second of the serial line; USB devices ignore it.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub(crate) baud: Option<u32>,
+    /// Configuration file, instead of the one that gripd would find.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) config: Option<PathBuf>,
+    /// Folder of recordings, whose space and speed are measured: /var/lib/gripd if there is one, or the current one.
+    #[arg(long, value_name = "DIR")]
+    pub(crate) folder: Option<PathBuf>,
+    /// How long to listen to the gripper (s).
+    #[arg(long, value_name = "S", default_value_t = 3.0, allow_negative_numbers = true)]
+    pub(crate) seconds: f64,
     /// One JSON object a line.
     #[arg(long)]
     pub(crate) json: bool,

@@ -16,6 +16,7 @@ pub mod log;
 pub mod metrics;
 pub mod pages;
 pub mod recorder;
+pub mod realtime;
 pub mod rings;
 pub mod status;
 pub mod supply;

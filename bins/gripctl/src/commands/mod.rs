@@ -5,6 +5,7 @@ mod card;
 mod clock;
 mod columns;
 pub(crate) mod csv;
+pub(crate) mod doctor;
 pub(crate) mod esc;
 pub(crate) mod eval;
 pub(crate) mod export;
