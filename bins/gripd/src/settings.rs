@@ -101,7 +101,7 @@ impl Settings {
 
     /// The port and what belongs to it.
     pub(crate) fn port_args(&self) -> PortArgs<'_> {
-        PortArgs { name: &self.port, baud: self.baud, seed: self.seed }
+        PortArgs { name: &self.port, baud: self.baud, seed: self.seed, usb: &self.config.usb }
     }
 }
 

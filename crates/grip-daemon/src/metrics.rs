@@ -115,7 +115,7 @@ fn pipeline(state: &State, page: &mut Exposition) {
     if let Some(now) = state.grip {
         let grips = [GripState::Open, GripState::Closing, GripState::Settling, GripState::Holding]
             .into_iter()
-            .chain([GripState::Slipping, GripState::Fault])
+            .chain([GripState::Slipping, GripState::Fault, GripState::Released])
             .map(|grip| (grip_state_name(grip), u8::from(grip == now)));
         page.each(Gauge, ("gripd_grip_state", "1 for the state of the grip."), "state", grips);
     }
@@ -176,6 +176,7 @@ pub fn grip_state_name(state: GripState) -> &'static str {
         GripState::Holding => "holding",
         GripState::Slipping => "slipping",
         GripState::Fault => "fault",
+        GripState::Released => "released",
     }
 }
 
