@@ -17,6 +17,8 @@ pub(crate) struct Cli {
 pub(crate) enum Command {
     /// List the serial ports of this computer.
     Ports(PortsArgs),
+    /// Ask a running gripd how it does: link, rate, losses, latency, grip, events.
+    Status(StatusArgs),
     /// Run a virtual gripper on a pseudo-terminal.
     Sim(SimArgs),
     /// Run a recording through the pipeline: events and estimates.
@@ -47,6 +49,22 @@ pub(crate) enum Command {
 
 #[derive(Debug, Args)]
 pub(crate) struct PortsArgs {
+    /// One JSON object a line.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct StatusArgs {
+    /// Where gripd listens: `tcp:ADDRESS:PORT` or `unix:PATH`.
+    #[arg(default_value = grip_daemon::clients::Listen::DEFAULT)]
+    pub(crate) address: grip_daemon::clients::Listen,
+    /// Ask again every second until it is stopped.
+    #[arg(long, conflicts_with = "events")]
+    pub(crate) watch: bool,
+    /// Show slips and news as they come, until it is stopped.
+    #[arg(long)]
+    pub(crate) events: bool,
     /// One JSON object a line.
     #[arg(long)]
     pub(crate) json: bool,

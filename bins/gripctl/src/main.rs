@@ -12,6 +12,7 @@ use std::process::ExitCode;
 fn main() -> ExitCode {
     let result = match Cli::parse().command {
         Command::Ports(args) => commands::ports::run(&args),
+        Command::Status(args) => commands::status::run(&args),
         Command::Sim(args) => commands::sim::run(&args),
         Command::Replay(args) => commands::replay::run(&args),
         Command::Calibrate(args) => commands::calibrate::run(&args),
