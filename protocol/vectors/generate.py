@@ -77,8 +77,8 @@ FIELDS.update({
         ("host_us", "Q"), ("rate", "f"), ("samples", "Q"), ("lost", "Q"), ("too_long", "I"), ("cobs", "I"), ("length", "I"),
         ("crc", "I"), ("useless", "I"), ("gap", "I"), ("dropped_service", "Q"), ("dropped_recorder", "Q"),
         ("dropped_clients", "I"), ("clients", "H"), ("link", "B"), ("recording", "B"), ("p50", "f"), ("p99", "f"),
-        ("longest", "f"), ("recorded", "Q"), ("idle", "Q"), ("moving", "Q"), ("holding", "Q"), ("slipping", "Q"),
-        ("slips", "I"), ("attached", "I"), ("commands", "Q"),
+        ("longest", "f"), ("recorded", "Q"), ("bands", "Q"), ("gate", "Q"), ("methods", "Q"), ("observation", "Q"),
+        ("slips", "I"), ("reconnects", "I"), ("commands", "Q"),
     ],
     "GRIPPER": [
         ("uid", "16s"), ("boot_id", "I"), ("rate_hz", "I"), ("force_max", "f"), ("link", "B"), ("taxels", "B"), (None, "H"),

@@ -15,6 +15,7 @@ pub mod score;
 pub mod session;
 pub mod tail;
 pub mod trial;
+pub mod utc;
 
 pub use config::{HostConfig, HostConfigError, LinkConfig};
 pub use model::{HostEstimator, ModelError};

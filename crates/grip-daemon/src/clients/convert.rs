@@ -136,6 +136,7 @@ fn grip(grip: GripState) -> GripStage {
         GripState::Holding => GripStage::Holding,
         GripState::Slipping => GripStage::Slipping,
         GripState::Fault => GripStage::Fault,
+        GripState::Released => GripStage::Released,
     }
 }
 

@@ -86,12 +86,12 @@ pub(crate) struct HealthReport {
     pub(crate) latency_p50_us: Option<f32>,
     pub(crate) latency_p99_us: Option<f32>,
     pub(crate) latency_max_us: Option<f32>,
-    pub(crate) samples_idle: u64,
-    pub(crate) samples_moving: u64,
-    pub(crate) samples_holding: u64,
-    pub(crate) samples_slipping: u64,
+    pub(crate) stage_bands: u64,
+    pub(crate) stage_gate: u64,
+    pub(crate) stage_methods: u64,
+    pub(crate) stage_observation: u64,
     pub(crate) slips: u32,
-    pub(crate) attached: u32,
+    pub(crate) reconnects: u32,
     pub(crate) commands: u64,
 }
 
@@ -214,7 +214,7 @@ impl StateReport {
 
 impl HealthReport {
     fn of(health: &Health) -> Self {
-        let [samples_idle, samples_moving, samples_holding, samples_slipping] = health.stages;
+        let [stage_bands, stage_gate, stage_methods, stage_observation] = health.stages;
         Self {
             rate_hz: health.rate_hz,
             samples: health.samples,
@@ -234,12 +234,12 @@ impl HealthReport {
             latency_p50_us: health.latency.p50_us,
             latency_p99_us: health.latency.p99_us,
             latency_max_us: health.latency.max_us,
-            samples_idle,
-            samples_moving,
-            samples_holding,
-            samples_slipping,
+            stage_bands,
+            stage_gate,
+            stage_methods,
+            stage_observation,
             slips: health.slips,
-            attached: health.attached,
+            reconnects: health.reconnects,
             commands: health.commands,
         }
     }

@@ -116,12 +116,12 @@ fn figures(health: &HealthReport) -> Vec<String> {
             health.dropped_service, health.dropped_recorder, health.dropped_clients
         ),
         format!(
-            "also       {} clients, recording {} ({} bytes), {} slips, attached {} times, {} force commands",
+            "also       {} clients, recording {} ({} bytes), {} slips, {} lines reopened, {} force commands",
             health.clients,
             health.recording,
             health.recorded_bytes,
             health.slips,
-            health.attached,
+            health.reconnects,
             health.commands
         ),
     ]
