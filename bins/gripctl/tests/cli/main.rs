@@ -12,5 +12,6 @@ mod run;
 mod score;
 mod sim;
 mod splits;
+mod status;
 mod study;
 mod surfaces;

@@ -224,6 +224,12 @@ impl Clients {
         self.roster.clients.len()
     }
 
+    /// Clients that have a session.
+    #[must_use]
+    pub fn subscribed(&self) -> usize {
+        self.roster.clients.iter().filter(|client| client.session.is_subscribed()).count()
+    }
+
     /// Whether somebody wants samples.
     #[must_use]
     pub fn wants_samples(&self) -> bool {
