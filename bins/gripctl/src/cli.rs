@@ -19,6 +19,8 @@ pub(crate) enum Command {
     Ports(PortsArgs),
     /// Say what keeps a gripper from working well, and the command that mends it.
     Doctor(DoctorArgs),
+    /// Ask a running gripd how it does: link, rate, losses, latency, grip, events.
+    Status(StatusArgs),
     /// Run a virtual gripper on a pseudo-terminal.
     Sim(SimArgs),
     /// Run a recording through the pipeline: events and estimates.
@@ -77,6 +79,22 @@ pub(crate) struct DoctorArgs {
     /// How long to listen to the gripper (s).
     #[arg(long, value_name = "S", default_value_t = 3.0, allow_negative_numbers = true)]
     pub(crate) seconds: f64,
+    /// One JSON object a line.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct StatusArgs {
+    /// Where gripd listens: `tcp:ADDRESS:PORT` or `unix:PATH`.
+    #[arg(default_value = grip_daemon::clients::Listen::DEFAULT)]
+    pub(crate) address: grip_daemon::clients::Listen,
+    /// Ask again every second until it is stopped.
+    #[arg(long, conflicts_with = "events")]
+    pub(crate) watch: bool,
+    /// Show slips and news as they come, until it is stopped.
+    #[arg(long)]
+    pub(crate) events: bool,
     /// One JSON object a line.
     #[arg(long)]
     pub(crate) json: bool,

@@ -23,6 +23,7 @@ pub(crate) mod score;
 mod score_curve;
 pub(crate) mod search;
 pub(crate) mod sim;
+pub(crate) mod status;
 pub(crate) mod study;
 pub(crate) mod train;
 mod train_beyond;

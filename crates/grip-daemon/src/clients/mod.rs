@@ -7,11 +7,13 @@
 
 mod batch;
 mod convert;
+mod figures;
 mod listen;
 mod outbox;
 mod roster;
 mod session;
 
+pub use figures::health;
 pub(crate) use listen::Stream;
 pub use listen::{Listen, ListenError, ListenSyntax, REMOTE_WARNING};
 pub use outbox::Class;
@@ -120,6 +122,8 @@ pub struct ClientCounters {
     pub dropped: u64,
     /// Commands taken.
     pub commands: u64,
+    /// Commands not allowed or not understood.
+    pub bad_commands: u64,
     /// Errors of the listening socket.
     pub accept_errors: u64,
 }
@@ -158,7 +162,23 @@ pub struct Clients {
     known: Known,
     commands: VecDeque<ClientCommand>,
     counters: ClientCounters,
-    dropped_by_gone: u64,
+    of_gone: Blame,
+}
+
+/// What is counted with each client.
+#[derive(Clone, Copy, Debug, Default)]
+struct Blame {
+    dropped: u64,
+    bad_commands: u64,
+}
+
+impl Blame {
+    fn and(self, session: &ClientSession) -> Self {
+        Self {
+            dropped: self.dropped.saturating_add(session.dropped().into()),
+            bad_commands: self.bad_commands.saturating_add(session.bad_commands().into()),
+        }
+    }
 }
 
 impl Clients {
@@ -180,7 +200,7 @@ impl Clients {
             known: Known::default(),
             commands: VecDeque::with_capacity(MOST_COMMANDS),
             counters: ClientCounters::default(),
-            dropped_by_gone: 0,
+            of_gone: Blame::default(),
         })
     }
 
@@ -204,6 +224,12 @@ impl Clients {
         self.roster.clients.len()
     }
 
+    /// Clients that have a session.
+    #[must_use]
+    pub fn subscribed(&self) -> usize {
+        self.roster.clients.iter().filter(|client| client.session.is_subscribed()).count()
+    }
+
     /// Whether somebody wants samples.
     #[must_use]
     pub fn wants_samples(&self) -> bool {
@@ -218,9 +244,10 @@ impl Clients {
     /// What happened so far.
     #[must_use]
     pub fn counters(&self) -> ClientCounters {
-        let now = self.roster.clients.iter().map(|client| u64::from(client.session.dropped()));
-        let dropped = now.fold(self.dropped_by_gone, u64::saturating_add);
-        ClientCounters { dropped, ..self.counters }
+        let here = self.roster.clients.iter();
+        let Blame { dropped, bad_commands } =
+            here.fold(self.of_gone, |sum, client| sum.and(&client.session));
+        ClientCounters { dropped, bad_commands, ..self.counters }
     }
 
     /// WELCOME says so from now on; clients that are here already are not told.
@@ -398,17 +425,17 @@ impl Clients {
     /// Closes the connections that have ended.
     fn sweep(&mut self) {
         let before = self.count();
-        let (mut sent_away, mut dropped) = (0_u64, 0_u64);
+        let (mut sent_away, mut of_gone) = (0_u64, self.of_gone);
         self.roster.clients.retain(|client| {
             let ends = client.session.goodbye().is_some();
             sent_away += u64::from(ends);
             if client.gone || ends {
-                dropped += u64::from(client.session.dropped());
+                of_gone = of_gone.and(&client.session);
             }
             !client.gone && !ends
         });
         self.counters.sent_away = self.counters.sent_away.saturating_add(sent_away);
-        self.dropped_by_gone = self.dropped_by_gone.saturating_add(dropped);
+        self.of_gone = of_gone;
         if self.count() < before {
             self.roster.regroup();
         }

@@ -54,6 +54,7 @@ pub struct ClientSession {
     seq: u16,
     subscription: Option<Subscribe>,
     malformed: u32,
+    bad_commands: u32,
     goodbye: Option<Goodbye>,
     since_us: u64,
     progress_us: u64,
@@ -73,6 +74,7 @@ impl ClientSession {
             seq: 0,
             subscription: None,
             malformed: 0,
+            bad_commands: 0,
             goodbye: None,
             since_us: now_us,
             progress_us: now_us,
@@ -121,6 +123,7 @@ impl ClientSession {
         match parsed {
             Err(_) => {
                 self.malformed = self.malformed.saturating_add(1);
+                self.blame(header);
                 if header.session != 0 {
                     self.refuse(header, NackReason::Malformed);
                 }
@@ -136,6 +139,7 @@ impl ClientSession {
                     Some(Asked::Command(command))
                 }
                 Err(reason) => {
+                    self.blame(header);
                     self.refuse(header, reason);
                     None
                 }
@@ -170,6 +174,11 @@ impl ClientSession {
             let ack = Ack { kind, seq };
             self.message(Class::Answers, Kind::ACK, |out| ack.write(out));
         }
+    }
+
+    fn blame(&mut self, header: &Header) {
+        let bad = u32::from(header.kind == Kind::COMMAND);
+        self.bad_commands = self.bad_commands.saturating_add(bad);
     }
 
     fn refuse(&mut self, header: &Header, reason: NackReason) {
@@ -328,6 +337,12 @@ impl ClientSession {
     #[must_use]
     pub const fn malformed(&self) -> u32 {
         self.malformed
+    }
+
+    /// Commands that were not allowed or could not be read.
+    #[must_use]
+    pub const fn bad_commands(&self) -> u32 {
+        self.bad_commands
     }
 
     /// Frames dropped because it was too slow.

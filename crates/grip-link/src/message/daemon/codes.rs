@@ -105,7 +105,7 @@ open_codes! {
         4 => Holding "holding" "an object is held.",
         5 => Slipping "slipping" "a slip is being stopped.",
         6 => Fault "fault" "the stylus cannot be trusted, the force stays.",
-        7 => Released "released" "told to let go.",
+        7 => Released "released" "let go by a client, until it is told to grasp.",
     }
 }
 

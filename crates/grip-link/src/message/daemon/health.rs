@@ -59,9 +59,9 @@ pub struct Latency {
 /// | 75 | 1 | u8 | [`Recording`] code | |
 /// | 76 | 12 | f32\[3\] | latency: p50, p99, largest | us |
 /// | 88 | 8 | u64 | bytes recorded | |
-/// | 96 | 32 | u64\[4\] | samples in scene idle, moving, holding, slipping | |
+/// | 96 | 32 | u64\[4\] | samples through bands, gate, methods, observation | |
 /// | 128 | 4 | u32 | slips | |
-/// | 132 | 4 | u32 | times that a gripper was attached | |
+/// | 132 | 4 | u32 | lines opened after the first | |
 /// | 136 | 8 | u64 | force commands written | |
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Health {
@@ -87,12 +87,12 @@ pub struct Health {
     pub latency: Latency,
     /// Bytes recorded.
     pub recorded_bytes: u64,
-    /// Samples in each scene: idle, moving, holding, slipping.
+    /// Samples that went through the bands of the detector, its gate, the other methods, and the measurement of slips.
     pub stages: [u64; 4],
     /// Slips.
     pub slips: u32,
-    /// Times that a gripper was attached.
-    pub attached: u32,
+    /// Lines opened after the first.
+    pub reconnects: u32,
     /// Force commands written.
     pub commands: u64,
 }
@@ -113,7 +113,7 @@ impl Default for Health {
             recorded_bytes: 0,
             stages: [0; 4],
             slips: 0,
-            attached: 0,
+            reconnects: 0,
             commands: 0,
         }
     }
@@ -167,7 +167,7 @@ impl Health {
             recorded_bytes: r.u64()?,
             stages: [r.u64()?, r.u64()?, r.u64()?, r.u64()?],
             slips: r.u32()?,
-            attached: r.u32()?,
+            reconnects: r.u32()?,
             commands: r.u64()?,
         })
     }
@@ -183,8 +183,8 @@ impl Health {
         let w = w.u16(self.clients).u8(self.link.code()).u8(self.recording.code());
         let Latency { p50_us, p99_us, max_us } = self.latency;
         let w = w.maybe(p50_us).maybe(p99_us).maybe(max_us).u64(self.recorded_bytes);
-        let [idle, moving, holding, slipping] = self.stages;
-        let w = w.u64(idle).u64(moving).u64(holding).u64(slipping);
-        w.u32(self.slips).u32(self.attached).u64(self.commands).finish()
+        let [bands, gate, methods, observation] = self.stages;
+        let w = w.u64(bands).u64(gate).u64(methods).u64(observation);
+        w.u32(self.slips).u32(self.reconnects).u64(self.commands).finish()
     }
 }
