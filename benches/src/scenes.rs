@@ -8,7 +8,7 @@ use slip_core::{
 };
 
 /// The pipeline of a host.
-pub type HostPipeline = Pipeline<Box<[f32]>>;
+pub type HostPipeline = Pipeline<std::sync::Arc<[f32]>>;
 
 /// Samples of a measured stretch: one second.
 pub const STRETCH: usize = 10_000;

@@ -14,7 +14,7 @@ use grip_link::{
     frame::MAX_WIRE,
     host::{CloseReason, HostEvent, LossCount},
 };
-use grip_port::{Line, nonce};
+use grip_port::{Line, READ_TIMEOUT, nonce};
 use hdrhistogram::Histogram;
 use slip_core::{health::HealthCounters, stages::StageCounters};
 
@@ -68,7 +68,7 @@ impl Hot {
         let mut input = [0; 4096];
         while !stop.load(Ordering::Relaxed) && self.clock.now_us() < self.end_us {
             self.transmit(&mut line)?;
-            let count = line.read(&mut input)?;
+            let count = line.read(&mut input, READ_TIMEOUT)?;
             let received_ns = self.clock.now_ns();
             let closed = self.turn(&mut line, input.get(..count).unwrap_or(&[]), received_ns)?;
             if let Some(reason) = closed {
@@ -91,6 +91,7 @@ impl Hot {
         let command =
             session.receive(received_ns / 1000, bytes, &mut out, &mut |news| match news {
                 News::Step { sample, taxels, .. } => outbox.sample(sample, taxels),
+                News::Began(_) | News::Gripper { .. } => {}
                 News::Event(line) => outbox.note(Note::Event(line)),
                 News::Link(HostEvent::Closed(reason)) => closed = Some(*reason),
                 News::Link(event) => {
@@ -102,7 +103,7 @@ impl Hot {
             outbox.set_taxels(session.taxels());
         }
         if let Some(len) = command {
-            line.write(out.get(..len).unwrap_or(&out))?;
+            line.write_command(out.get(..len).unwrap_or(&out))?;
             let taken = self.clock.now_ns().saturating_sub(received_ns);
             self.latency_ns.saturating_record(taken);
         }
@@ -117,7 +118,7 @@ impl Hot {
     fn transmit(&mut self, line: &mut Line) -> anyhow::Result<()> {
         let mut out = [0; MAX_WIRE];
         while let Some(len) = self.session.poll_transmit(self.clock.now_us(), &mut out) {
-            line.write(out.get(..len).unwrap_or(&out))?;
+            line.write_frame(out.get(..len).unwrap_or(&out))?;
         }
         Ok(())
     }

@@ -37,7 +37,7 @@ fn main() -> ExitCode {
 fn run(cli: &Cli) -> anyhow::Result<Exit> {
     let settings = Settings::new(cli)?;
     if cli.check_config {
-        eprintln!("{}", settings.origin());
+        eprintln!("{}", settings.origin()?);
         return Ok(Exit::Done);
     }
     let stop = Arc::new(AtomicBool::new(false));
@@ -45,10 +45,10 @@ fn run(cli: &Cli) -> anyhow::Result<Exit> {
         signal_hook::flag::register(signal, Arc::clone(&stop))
             .context("cannot take over Ctrl-C")?;
     }
-    let options = SessionOptions { dry_run: cli.dry_run, no_skip: cli.no_skip };
+    let options = SessionOptions { dry_run: cli.dry_run, no_skip: cli.no_skip, uid: None };
     let session = Session::new(settings.config.clone(), settings.estimator()?, options)?;
     let clock = Clock::start();
-    let source = Source::open(&settings.port_args(), move || clock.now_us())?;
+    let mut source = Source::open(&settings.port_args(), move || clock.now_us())?;
     let line = source.line()?;
     let (notes, inbox) = notes::channel(cli.record.is_some());
     let mut service = Service::new(cli, inbox)?;

@@ -1,12 +1,15 @@
 //! The nouns that leave the hot thread, in the order in which things happened.
 
-use grip_host::report::EventLine;
+use grip_host::{
+    report::EventLine,
+    session::{Beginning, ClientCommand},
+};
 use grip_link::{
     host::{CloseReason, HostState},
     message::{Clamped, Event as DeviceEvent, Grip, Nack, Status},
 };
 use slip_core::{
-    PipelineConfig, Sample,
+    Sample,
     detector::ReferenceHealth,
     distance::TravelHealth,
     esc::Esc,
@@ -85,17 +88,6 @@ pub enum Item<'a> {
     },
 }
 
-/// What a pipeline begins with: enough to repeat it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Beginning {
-    /// Its settings, with the limits that the gripper has put in force.
-    pub config: PipelineConfig,
-    /// Force (N) at which the controller takes over a grip of the pipeline before it; `None` where the fingers may be open.
-    pub carried_n: Option<f32>,
-    /// Taxels of the gripper's array; 0 where there is none.
-    pub taxels: usize,
-}
-
 /// The pipeline after a frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct State {
@@ -127,21 +119,6 @@ pub struct State {
     pub lost: u64,
     /// Sample rate in force (Hz).
     pub rate_hz: u32,
-}
-
-/// What a client may ask for where the configuration allows it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum ClientCommand {
-    /// Hold with at least this force (N), within the limits in force; the answer to a slip stays free to press harder.
-    AtLeast(f32),
-    /// Let go: the fingers open until [`ClientCommand::Grasp`].
-    Release,
-    /// Close again after a release.
-    Grasp,
-    /// Stop in software; latched by the gripper. Not a safety function.
-    Stop,
-    /// Clear the fault with this code.
-    ClearFault(u16),
 }
 
 /// What the link tells, as far as people and programs want to know it.

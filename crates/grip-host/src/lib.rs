@@ -17,6 +17,7 @@ pub mod session;
 pub mod tail;
 pub mod tape;
 pub mod trial;
+pub mod utc;
 
 pub use config::{HostConfig, HostConfigError, LinkConfig};
 pub use model::{HostEstimator, ModelError};

@@ -5,10 +5,13 @@ use slip_core::{
     estimate::{Estimator, EstimatorError},
     features::Feature,
 };
-use std::path::{Path, PathBuf};
+use std::{
+    path::{Path, PathBuf},
+    sync::Arc,
+};
 
-/// An estimator that owns its weights.
-pub type HostEstimator = Estimator<Box<[f32]>>;
+/// An estimator whose weights are shared: a copy of it allocates nothing.
+pub type HostEstimator = Estimator<Arc<[f32]>>;
 
 /// The model that is used where no other is named.
 const DEFAULT: &str = include_str!("../models/default.json");
@@ -95,6 +98,12 @@ pub fn read_estimator(file: &Path) -> Result<HostEstimator, ModelError> {
     parse_estimator(&file.display().to_string(), &text)
 }
 
+/// The text of the embedded model.
+#[must_use]
+pub const fn default_text() -> &'static str {
+    DEFAULT
+}
+
 /// The embedded model.
 ///
 /// # Errors
@@ -123,7 +132,7 @@ pub fn parse_estimator(file: &str, text: &str) -> Result<HostEstimator, ModelErr
         let (target, unit) = (target.name.clone(), target.unit.clone());
         return Err(ModelError::Target { file, target, unit });
     }
-    let model = content.model().map_err(fault)?;
+    let model = content.model_in().map_err(fault)?;
     Estimator::new(model, &features).map_err(|source| ModelError::Shape { file, source })
 }
 

@@ -6,6 +6,7 @@ use slip_core::{
     ConfigError, Pipeline, PipelineConfig, Sample, Signal, Step, health::HealthCounters,
     stages::StageCounters, units::Hertz,
 };
+use std::sync::Arc;
 
 /// A step of 50 us or more, rounded to 1 us, is off by at most this.
 const RATE_TOLERANCE: f32 = 0.02;
@@ -55,7 +56,7 @@ fn sample_rate(recording: &Recording, config: &HostConfig) -> f32 {
 pub struct Replay<'a> {
     samples: core::iter::Enumerate<core::slice::Iter<'a, Sample>>,
     taxels: Option<&'a Taxels>,
-    pipeline: Pipeline<Box<[f32]>>,
+    pipeline: Pipeline<Arc<[f32]>>,
 }
 
 impl<'a> Replay<'a> {

@@ -2,7 +2,7 @@
 
 use grip_host::{exit::WrongArgument, scene::SceneFileError};
 use grip_sim::{SceneError, mcu::DeviceConfigError, pty::PtyError};
-use serialport::ErrorKind;
+use rustix::io::Errno;
 use std::{io, path::Path};
 
 /// Why a port cannot be opened or used.
@@ -36,7 +36,10 @@ pub enum PortError {
     Thread(#[source] Option<io::Error>),
     /// The serial ports cannot be listed.
     #[error("cannot list the serial ports: {0}")]
-    List(#[source] serialport::Error),
+    List(#[source] io::Error),
+    /// No port fits, or the chosen one is gone: it may come.
+    #[error("{0}")]
+    Absent(String),
     /// The port cannot be opened.
     #[error("{path}: {advice}")]
     Open {
@@ -44,6 +47,8 @@ pub enum PortError {
         path: String,
         /// What is wrong and what helps.
         advice: String,
+        /// What the system said.
+        reason: io::ErrorKind,
     },
     /// The other end is gone.
     #[error("the port was closed: the gripper was unplugged")]
@@ -57,24 +62,54 @@ pub enum PortError {
 }
 
 impl PortError {
+    /// Whether the same try may succeed later without anybody changing settings: the port may be plugged in, let go by another program, or
+    /// get its group from udev a moment after it came.
+    #[must_use]
+    pub fn is_temporary(&self) -> bool {
+        match self {
+            Self::Absent(_) | Self::Closed | Self::Read(_) | Self::Write(_) => true,
+            Self::Open { reason, .. } => matches!(
+                reason,
+                io::ErrorKind::NotFound
+                    | io::ErrorKind::PermissionDenied
+                    | io::ErrorKind::ResourceBusy
+            ),
+            _ => false,
+        }
+    }
+
     /// What the system's refusal to open `path` means.
-    pub(crate) fn refused(path: &str, error: &serialport::Error) -> Self {
-        let advice = match error.kind() {
-            ErrorKind::NoDevice | ErrorKind::Io(io::ErrorKind::NotFound)
-                if !Path::new(path).exists() =>
-            {
-                "there is no such port; `gripctl ports` lists those there are".to_owned()
-            }
-            ErrorKind::Io(io::ErrorKind::PermissionDenied) => {
-                "access denied; add your user to the group of the device (often dialout) and log in again".to_owned()
-            }
-            ErrorKind::NoDevice | ErrorKind::Io(io::ErrorKind::ResourceBusy) => {
-                "the port is busy: another program holds it (ModemManager, a serial monitor, another gripd?)".to_owned()
-            }
-            _ => format!(
-                "no serial port, or one that cannot be set up ({error}); `gripctl ports` lists those there are"
+    pub(crate) fn refused(path: &Path, error: Errno) -> Self {
+        let (reason, advice) = match error {
+            Errno::NOENT | Errno::NODEV | Errno::NXIO | Errno::IO => (
+                io::ErrorKind::NotFound,
+                "there is no such port; `gripctl ports` lists those there are".to_owned(),
+            ),
+            Errno::ACCESS | Errno::PERM => (
+                io::ErrorKind::PermissionDenied,
+                "access denied; add your user to the group of the device (often dialout) and log in again; `gripctl doctor` names it".to_owned(),
+            ),
+            // What TIOCEXCL and the lock of another program give.
+            Errno::BUSY | Errno::AGAIN => (
+                io::ErrorKind::ResourceBusy,
+                "the port is busy: another program holds it (ModemManager, a serial monitor, another gripd?); `gripctl doctor` names it".to_owned(),
+            ),
+            _ => (
+                io::Error::from(error).kind(),
+                format!(
+                    "no serial port, or one that cannot be set up ({error}); `gripctl ports` lists those there are"
+                ),
             ),
         };
-        Self::Open { path: path.to_owned(), advice }
+        Self::Open { path: path.display().to_string(), advice, reason }
+    }
+
+    /// The driver of `path` does not do the baud rate `wanted`, but `given` if anything.
+    pub(crate) fn baud(path: &Path, wanted: u32, given: Option<u32>) -> Self {
+        let given = given.map_or_else(String::new, |given| format!(" (it offers {given})"));
+        let advice = format!(
+            "its driver cannot do {wanted} bits per second{given}; choose another --baud, and set the gripper to it"
+        );
+        Self::Open { path: path.display().to_string(), advice, reason: io::ErrorKind::InvalidInput }
     }
 }

@@ -1,54 +1,286 @@
-//! An open serial line: bytes in and out, with the errors a person can use.
+//! Frames in, bytes of the gripper out: an open line, which never waits longer than it is told to.
+//!
+//! Reading waits in poll(2); writing does not wait at all. What the system does not take of a frame is kept, one frame at most, and goes
+//! on before anything else, so that frames are never mixed.
 
 use crate::PortError;
 use core::{
-    fmt,
     hash::{BuildHasher as _, Hasher as _},
+    time::Duration,
 };
-use serialport::SerialPort;
+use grip_link::frame::MAX_WIRE;
+use rustix::{
+    event::{PollFd, PollFlags, Timespec, poll},
+    fs::{OFlags, fcntl_getfl, fcntl_setfl},
+    io::{Errno, read, write},
+    termios::ioctl_tiocnxcl,
+};
 use std::{
     collections::hash_map::RandomState,
-    io::{self, Read as _, Write as _},
+    os::fd::{AsFd, BorrowedFd, OwnedFd},
 };
 
-/// A line that this process alone holds.
-pub struct Line(Box<dyn SerialPort>);
+/// What stands between this program and the gripper.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LineKind {
+    /// A gripper that is a USB serial device itself (ttyACM): as fast as USB, whatever the baud rate says.
+    UsbDevice,
+    /// A UART, on this computer or behind a USB converter: the baud rate is its speed.
+    Uart,
+    /// A pseudo-terminal: as fast as the processor.
+    Pty,
+    /// A socket or pipe, for benches and tests.
+    Socket,
+}
 
-impl fmt::Debug for Line {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_tuple("Line").field(&self.0.name()).finish()
-    }
+/// What became of a frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Written {
+    /// The system has taken all of it.
+    Whole,
+    /// The system has taken its beginning; the rest is kept and goes on by itself.
+    Begun,
+    /// The line is full: the command is kept and goes out next, unless a newer one takes its place.
+    Waiting,
+    /// The line is full, or the frame is longer than any of the protocol: nothing of it will go out.
+    Refused,
+}
+
+/// What did not go smoothly on a line.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct LineCounters {
+    /// Frames of which the system took only the beginning at first.
+    pub begun: u64,
+    /// Commands that were replaced by a newer one before their first byte went out.
+    pub replaced: u64,
+    /// Frames that were refused.
+    pub refused: u64,
+}
+
+/// An open line that this process alone holds.
+#[derive(Debug)]
+pub struct Line {
+    fd: OwnedFd,
+    kind: LineKind,
+    baud: u32,
+    latency_timer_ms: Option<u16>,
+    exclusive: bool,
+    rest: Kept,
+    waiting: Kept,
+    counters: LineCounters,
+}
+
+/// What is known of a line once it is set up.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Setup {
+    pub(crate) kind: LineKind,
+    pub(crate) baud: u32,
+    pub(crate) latency_timer_ms: Option<u16>,
+    /// Whether the driver was told to refuse others, and must be told when that ends.
+    pub(crate) exclusive: bool,
 }
 
 impl Line {
-    pub(crate) fn new(port: Box<dyn SerialPort>) -> Self {
-        Self(port)
-    }
-
-    /// Reads what has come into `input`: its length, 0 where nothing came within 2 ms or a signal ended the wait.
-    ///
-    /// # Errors
-    /// Where the other end is gone.
-    pub fn read(&mut self, input: &mut [u8]) -> Result<usize, PortError> {
-        match self.0.read(input) {
-            Ok(0) => Err(PortError::Closed),
-            Ok(count) => Ok(count),
-            Err(error)
-                if matches!(error.kind(), io::ErrorKind::TimedOut | io::ErrorKind::Interrupted) =>
-            {
-                Ok(0)
-            }
-            Err(error) => Err(PortError::Read(error)),
+    pub(crate) fn new(fd: OwnedFd, setup: Setup) -> Self {
+        let Setup { kind, baud, latency_timer_ms, exclusive } = setup;
+        Self {
+            fd,
+            kind,
+            baud,
+            latency_timer_ms,
+            exclusive,
+            rest: Kept::EMPTY,
+            waiting: Kept::EMPTY,
+            counters: LineCounters::default(),
         }
     }
 
-    /// Writes a whole frame with as few writes as the line allows.
+    /// A line over a stream that is open already, such as one end of a socket pair; it is made non-blocking.
     ///
     /// # Errors
-    /// Where the line does not take it.
-    pub fn write(&mut self, frame: &[u8]) -> Result<(), PortError> {
-        self.0.write_all(frame).map_err(PortError::Write)
+    /// [`PortError::Read`] where the stream cannot be made so.
+    pub fn from_fd(fd: OwnedFd) -> Result<Self, PortError> {
+        fcntl_getfl(&fd)
+            .and_then(|flags| fcntl_setfl(&fd, flags | OFlags::NONBLOCK))
+            .map_err(|error| PortError::Read(error.into()))?;
+        let setup =
+            Setup { kind: LineKind::Socket, baud: 0, latency_timer_ms: None, exclusive: false };
+        Ok(Self::new(fd, setup))
     }
+
+    /// Reads what has come into `input`: its length, 0 where nothing came within `timeout` or the wait ended early. Meanwhile what is kept
+    /// of earlier frames goes out as soon as the line takes it. Allocates nothing.
+    ///
+    /// # Errors
+    /// [`PortError::Closed`] where the other end is gone; the line must then be dropped at once, or the device comes back under another
+    /// name. [`PortError::Read`] or [`PortError::Write`] for anything else.
+    pub fn read(&mut self, input: &mut [u8], timeout: Duration) -> Result<usize, PortError> {
+        let wanted = if self.is_clear() { PollFlags::IN } else { PollFlags::IN | PollFlags::OUT };
+        let mut polled = [PollFd::new(&self.fd, wanted)];
+        match poll(&mut polled, Some(&timespec(timeout))) {
+            Ok(0) | Err(Errno::INTR) => return Ok(0),
+            Ok(_) => {}
+            Err(error) => return Err(PortError::Read(error.into())),
+        }
+        let seen = polled.iter().fold(PollFlags::empty(), |seen, fd| seen | fd.revents());
+        if seen.contains(PollFlags::OUT) && !seen.contains(PollFlags::HUP) {
+            self.resume()?;
+        }
+        if seen.contains(PollFlags::IN) {
+            return self.take(input);
+        }
+        if seen.intersects(PollFlags::HUP | PollFlags::ERR | PollFlags::NVAL) {
+            return Err(PortError::Closed);
+        }
+        Ok(0)
+    }
+
+    fn take(&self, input: &mut [u8]) -> Result<usize, PortError> {
+        if input.is_empty() {
+            return Ok(0);
+        }
+        match read(&self.fd, input) {
+            Ok(0) => Err(PortError::Closed),
+            Ok(count) => Ok(count),
+            Err(Errno::AGAIN | Errno::INTR) => Ok(0),
+            Err(error) if is_gone(error) => Err(PortError::Closed),
+            Err(error) => Err(PortError::Read(error.into())),
+        }
+    }
+
+    /// Writes a frame with one write, without waiting. A frame that cannot be begun because the line is full is refused and counted:
+    /// requests are repeated by the link. Allocates nothing.
+    ///
+    /// # Errors
+    /// As [`Line::read`].
+    pub fn write_frame(&mut self, frame: &[u8]) -> Result<Written, PortError> {
+        self.resume()?;
+        let written = if self.is_clear() && frame.len() <= MAX_WIRE {
+            self.begin(frame)?
+        } else {
+            Written::Refused
+        };
+        self.counters.refused += u64::from(written == Written::Refused);
+        Ok(written)
+    }
+
+    /// Writes a force command, of which only the newest matters: where the line is full it is kept, and takes the place of one that is
+    /// kept already. Allocates nothing.
+    ///
+    /// # Errors
+    /// As [`Line::read`].
+    pub fn write_command(&mut self, frame: &[u8]) -> Result<Written, PortError> {
+        if frame.len() > MAX_WIRE {
+            self.counters.refused += 1;
+            return Ok(Written::Refused);
+        }
+        // A command that still waits is older than this one.
+        self.counters.replaced += u64::from(!self.waiting.is_empty());
+        self.waiting = Kept::EMPTY;
+        self.resume()?;
+        let written = if self.is_clear() { self.begin(frame)? } else { Written::Refused };
+        if written == Written::Refused {
+            self.waiting.keep(frame);
+            return Ok(Written::Waiting);
+        }
+        Ok(written)
+    }
+
+    /// Goes on with the frame that was begun, then with the command that waits.
+    fn resume(&mut self) -> Result<(), PortError> {
+        if !self.rest.is_empty() {
+            let taken = self.push(self.rest.bytes())?;
+            self.rest.start += taken;
+        }
+        if self.rest.is_empty() && !self.waiting.is_empty() {
+            let command = core::mem::replace(&mut self.waiting, Kept::EMPTY);
+            if self.begin(command.bytes())? == Written::Refused {
+                self.waiting = command;
+            }
+        }
+        Ok(())
+    }
+
+    /// Writes to a line on which nothing is kept.
+    fn begin(&mut self, frame: &[u8]) -> Result<Written, PortError> {
+        let taken = self.push(frame)?;
+        if taken >= frame.len() {
+            return Ok(Written::Whole);
+        }
+        if taken == 0 {
+            return Ok(Written::Refused);
+        }
+        self.rest.keep(frame.get(taken..).unwrap_or(&[]));
+        self.counters.begun += 1;
+        Ok(Written::Begun)
+    }
+
+    fn push(&self, bytes: &[u8]) -> Result<usize, PortError> {
+        match write(&self.fd, bytes) {
+            Ok(count) => Ok(count),
+            Err(Errno::AGAIN | Errno::INTR) => Ok(0),
+            Err(error) if is_gone(error) => Err(PortError::Closed),
+            Err(error) => Err(PortError::Write(error.into())),
+        }
+    }
+
+    /// Whether nothing is kept: neither the rest of a frame nor a command.
+    #[must_use]
+    pub fn is_clear(&self) -> bool {
+        self.rest.is_empty() && self.waiting.is_empty()
+    }
+
+    /// What did not go smoothly so far.
+    #[must_use]
+    pub fn counters(&self) -> LineCounters {
+        self.counters
+    }
+
+    /// What kind of line this is.
+    #[must_use]
+    pub fn kind(&self) -> LineKind {
+        self.kind
+    }
+
+    /// How long an FTDI converter holds bytes back (ms), read back after setting it to 1; `None` on anything else. More than 1 delays
+    /// the answer to a slip by as much.
+    #[must_use]
+    pub fn latency_timer_ms(&self) -> Option<u16> {
+        self.latency_timer_ms
+    }
+
+    /// The least time between two commands of `wire_bytes` (us), so that they take at most half of the line; 0 where the baud rate means
+    /// nothing.
+    #[must_use]
+    pub fn least_interval_us(&self, wire_bytes: usize) -> u64 {
+        match self.kind {
+            LineKind::Uart => least_interval_us(self.baud, wire_bytes),
+            LineKind::UsbDevice | LineKind::Pty | LineKind::Socket => 0,
+        }
+    }
+}
+
+/// For waiting on the line together with other things; bytes pass through [`Line`] alone.
+impl AsFd for Line {
+    fn as_fd(&self) -> BorrowedFd<'_> {
+        self.fd.as_fd()
+    }
+}
+
+impl Drop for Line {
+    fn drop(&mut self) {
+        if self.exclusive {
+            // The device may be gone, and the mark with it.
+            let _ = ioctl_tiocnxcl(&self.fd);
+        }
+    }
+}
+
+/// The least time between frames of `wire_bytes` (us) that leaves half of a line of `baud` bits per second free; a byte takes ten bits.
+#[must_use]
+pub fn least_interval_us(baud: u32, wire_bytes: usize) -> u64 {
+    let bits = u64::try_from(wire_bytes).unwrap_or(u64::MAX).saturating_mul(10);
+    bits.saturating_mul(2_000_000).div_ceil(u64::from(baud.max(1)))
 }
 
 /// A session number that differs from start to start, never 0.
@@ -57,3 +289,47 @@ pub fn nonce() -> u16 {
     let random = RandomState::new().build_hasher().finish();
     u16::try_from(random % 0xFFFF).unwrap_or(0) + 1
 }
+
+/// Bytes that the system has not taken yet.
+#[derive(Clone, Copy, Debug)]
+struct Kept {
+    bytes: [u8; MAX_WIRE],
+    start: usize,
+    end: usize,
+}
+
+impl Kept {
+    const EMPTY: Self = Self { bytes: [0; MAX_WIRE], start: 0, end: 0 };
+
+    fn is_empty(&self) -> bool {
+        self.start >= self.end
+    }
+
+    fn bytes(&self) -> &[u8] {
+        self.bytes.get(self.start..self.end).unwrap_or(&[])
+    }
+
+    fn keep(&mut self, bytes: &[u8]) {
+        for (to, from) in self.bytes.iter_mut().zip(bytes) {
+            *to = *from;
+        }
+        (self.start, self.end) = (0, bytes.len().min(MAX_WIRE));
+    }
+}
+
+/// Whether an error means that nobody is at the other end any more: a device that was unplugged, a terminal or socket that was closed.
+fn is_gone(error: Errno) -> bool {
+    matches!(
+        error,
+        Errno::IO | Errno::NXIO | Errno::NODEV | Errno::PIPE | Errno::CONNRESET | Errno::NOTCONN
+    )
+}
+
+fn timespec(time: Duration) -> Timespec {
+    // At most what every width holds; the wait may end early anyway.
+    let tv_sec = i64::try_from(time.as_secs()).unwrap_or(i64::MAX).min(1_000_000);
+    Timespec { tv_sec, tv_nsec: time.subsec_nanos().into() }
+}
+
+#[cfg(test)]
+mod tests;

@@ -3,6 +3,7 @@
 //! ```text
 //! Open --grasp()--> Closing --trial force reached--> Settling --settle_ms--> Holding <--> Slipping
 //!                Holding, Slipping --sensor not good--> Fault --good again--> Holding
+//!                any --release()--> Released --close_again()--> Open
 //! ```
 //!
 //! On a slip the reflex raises the force at once by [`GripConfig::reflex_step`] and, while the slip goes
@@ -10,7 +11,7 @@
 //! has moved yet, the first step is all. As soon as there is an estimate it takes over: braking at
 //! `brake_gain` times the estimate until the slip ends, then falling slowly to the estimate itself.
 //! The command never exceeds `f_max_n`, never rises faster than `slew_n_s`, and rises only while closing
-//! to the trial force or on slip evidence from a good sensor.
+//! to the trial force, on slip evidence from a good sensor, or towards a force that somebody asked for with [`GripController::at_least`].
 
 /// Forces and rates of the controller; every force is the normal force of one finger.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -82,6 +83,8 @@ pub enum GripState {
     Slipping,
     /// The stylus cannot be trusted: the force stays as it is.
     Fault,
+    /// Told to let go: no force, whatever slips.
+    Released,
 }
 
 /// A slip as the controller sees it.
@@ -120,6 +123,8 @@ pub struct GripController {
     state: GripState,
     command_n: f32,
     hold_n: f32,
+    /// Force that somebody asked for (N).
+    least_n: f32,
     settle_s: f32,
     slip: SlipGrip,
 }
@@ -145,8 +150,43 @@ impl GripController {
             state: GripState::Open,
             command_n: 0.0,
             hold_n: 0.0,
+            least_n: 0.0,
             settle_s: 0.0,
             slip: SlipGrip::default(),
+        }
+    }
+
+    /// A controller that goes on holding with `force_n` (N), which another one has commanded before it; at most `f_max_n`. A force
+    /// that is not above 0 is no grip: the fingers are open.
+    #[must_use]
+    pub fn holding(config: GripConfig, force_n: f32) -> Self {
+        let mut grip = Self::new(config);
+        if force_n > 0.0 {
+            grip.command_n = force_n.min(config.f_max_n);
+            grip.hold(grip.command_n);
+        }
+        grip
+    }
+
+    /// Holds with at least `force_n` (N) from now on, as far as `f_max_n` allows; 0 takes that back. The rise is that of closing fingers.
+    /// A force below 0 or not a number changes nothing.
+    pub fn at_least(&mut self, force_n: f32) {
+        if force_n >= 0.0 {
+            self.least_n = force_n.min(self.config.f_max_n);
+        }
+    }
+
+    /// Lets go of the object, until [`GripController::close_again`].
+    pub fn release(&mut self) {
+        self.state = GripState::Released;
+        self.command_n = 0.0;
+        self.hold_n = 0.0;
+    }
+
+    /// Ends a release: the fingers may be closed again.
+    pub fn close_again(&mut self) {
+        if self.state == GripState::Released {
+            self.state = GripState::Open;
         }
     }
 
@@ -180,7 +220,9 @@ impl GripController {
     #[must_use]
     #[inline]
     pub fn is_steady(&self) -> bool {
-        self.state == GripState::Holding && self.command_n <= self.hold_n
+        self.state == GripState::Holding
+            && self.command_n <= self.hold_n.max(self.least_n)
+            && self.command_n >= self.least_n
     }
 
     /// The command after the next sample (N), within [0, `f_max_n`].
@@ -195,14 +237,18 @@ impl GripController {
             return self.command_n;
         }
         match self.state {
-            GripState::Open => {}
+            GripState::Open | GripState::Released => {}
             GripState::Closing => self.close(dt_s, input.applied_n),
             GripState::Settling => self.settle(dt_s),
             GripState::Fault => self.hold(self.command_n),
             GripState::Holding if input.slip != SlipNow::No => self.begin_slip(dt_s),
+            GripState::Holding if self.command_n < self.least_n => {
+                self.raise_towards(self.least_n, self.config.close_rate_n_s, dt_s);
+            }
             GripState::Holding => {
                 let fall = self.config.backoff_n_s * dt_s;
-                self.command_n = (self.command_n - fall).max(self.hold_n.min(self.command_n));
+                let kept = self.hold_n.max(self.least_n).min(self.command_n);
+                self.command_n = (self.command_n - fall).max(kept);
             }
             GripState::Slipping if input.slip != SlipNow::No => self.brake(dt_s, input),
             GripState::Slipping => self.end_slip(),
@@ -319,6 +365,58 @@ mod tests {
         let mut grip = GripController::new(GripConfig::default());
         for _ in 0..1000 {
             assert_eq!(grip.step(&slipping(1e-3, Some(10.0))), 0.0);
+        }
+    }
+
+    #[test]
+    fn a_wish_raises_within_the_limits_and_is_taken_back_slowly() {
+        let mut grip = holding();
+        for (wish, then) in [(10.0, 10.0), (f32::NAN, 10.0), (-3.0, 10.0), (1e9, 60.0)] {
+            grip.at_least(wish);
+            let before = grip.command_n();
+            assert!(grip.step(&calm()) <= before + 20.0 * DT_S + 1e-4);
+            for _ in 0..3000 {
+                grip.step(&calm());
+            }
+            assert_eq!((grip.command_n(), grip.is_steady()), (then, true), "{wish}");
+        }
+        grip.at_least(0.0);
+        assert!(!grip.is_steady());
+        assert!(grip.step(&calm()) > 59.9);
+        for _ in 0..3000 {
+            grip.step(&calm());
+        }
+        assert_eq!((grip.command_n(), grip.is_steady()), (2.0, true));
+    }
+
+    #[test]
+    fn a_release_holds_until_it_is_ended_whatever_slips() {
+        let mut grip = holding();
+        grip.release();
+        for _ in 0..100 {
+            grip.grasp(Some(5.0));
+            assert_eq!(grip.step(&slipping(1e-3, Some(10.0))), 0.0);
+        }
+        assert_eq!(grip.state(), GripState::Released);
+        grip.close_again();
+        grip.grasp(None);
+        for _ in 0..300 {
+            grip.step(&calm());
+        }
+        assert_eq!((grip.state(), grip.command_n()), (GripState::Holding, 2.0));
+    }
+
+    #[test]
+    fn a_grip_is_carried_on_within_the_limit_and_nothing_is_no_grip() {
+        for (carried, state, command_n) in [
+            (7.0, GripState::Holding, 7.0),
+            (1e6, GripState::Holding, 60.0),
+            (0.0, GripState::Open, 0.0),
+            (-2.0, GripState::Open, 0.0),
+            (f32::NAN, GripState::Open, 0.0),
+        ] {
+            let mut grip = GripController::holding(GripConfig::default(), carried);
+            assert_eq!((grip.state(), grip.step(&calm())), (state, command_n), "{carried}");
         }
     }
 

@@ -113,6 +113,21 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         })
     }
 
+    /// The same where another pipeline has held the object before: the controller goes on with `carried_n` (N), where that is a force above 0.
+    ///
+    /// # Errors
+    /// As [`Pipeline::new`].
+    pub fn resumed(
+        config: PipelineConfig,
+        estimator: Option<Estimator<W>>,
+        carried_n: Option<f32>,
+    ) -> Result<Self, ConfigError> {
+        let mut pipeline = Self::new(config, estimator)?;
+        pipeline.grip =
+            config.grip.map(|config| GripController::holding(config, carried_n.unwrap_or(0.0)));
+        Ok(pipeline)
+    }
+
     /// Takes one sample and says what it led to. A sample that is not later than the one before is counted and changes nothing.
     #[inline]
     pub fn handle(&mut self, sample: &Sample) -> Step {
@@ -206,7 +221,8 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
     fn enter_scene(&mut self, sample: &Sample, dt: Micros) {
         let touching = self.contact.update(sample.normal_force_n);
         let grip = self.grip.map_or(GripState::Holding, |grip| grip.state());
-        let closing = matches!(grip, GripState::Closing | GripState::Settling);
+        let closing =
+            matches!(grip, GripState::Closing | GripState::Settling | GripState::Released);
         let decides = self.slip.is_some() || (touching && !closing);
         let wakes = decides && !self.decides;
         if wakes || dt > self.gap {

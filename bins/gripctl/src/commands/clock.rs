@@ -16,7 +16,16 @@ pub(crate) fn processor() -> anyhow::Result<Duration> {
     Ok(Duration::new(u64::try_from(time.tv_sec)?, u32::try_from(time.tv_nsec)?))
 }
 
-/// Microseconds since the machine started.
-pub(crate) fn now_us() -> u64 {
-    u64::try_from(monotonic().as_micros()).unwrap_or(u64::MAX)
+/// Microseconds since it was started.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Clock(Duration);
+
+impl Clock {
+    pub(crate) fn start() -> Self {
+        Self(monotonic())
+    }
+
+    pub(crate) fn now_us(self) -> u64 {
+        u64::try_from(monotonic().saturating_sub(self.0).as_micros()).unwrap_or(u64::MAX)
+    }
 }

@@ -1,6 +1,6 @@
 //! A port in; a recording of its gripper at rest, and in motion where that is wanted, out. Nothing is commanded.
 
-use super::{checked, clock};
+use super::{checked, clock::Clock};
 use crate::cli::CalibrateArgs;
 use anyhow::anyhow;
 use core::sync::atomic::{AtomicBool, Ordering};
@@ -11,7 +11,7 @@ use grip_link::{
     frame::MAX_WIRE,
     host::{CloseReason, HostEvent},
 };
-use grip_port::{DEFAULT_BAUD, Line, PortArgs, Source, nonce};
+use grip_port::{DEFAULT_BAUD, Line, PortArgs, READ_TIMEOUT, Source, nonce};
 use grip_record::{Channel, ChannelSet, Notes, Recording, StylusKind};
 use slip_core::Sample;
 use std::{
@@ -42,15 +42,16 @@ pub(crate) fn measure(
     let motion_s = args.motion_s.map(|s| seconds("--motion-s", s)).transpose()?;
     let options = SessionOptions { dry_run: true, ..SessionOptions::default() };
     let session = Session::new(config.clone(), model::default_estimator()?, options)?;
+    let clock = Clock::start();
     let baud = args.baud.or(config.baud).unwrap_or(DEFAULT_BAUD);
-    let port = PortArgs { name: port, baud, seed: args.seed };
-    let source = Source::open(&port, clock::now_us)?;
+    let port = PortArgs { name: port, baud, seed: args.seed, usb: &config.usb };
+    let mut source = Source::open(&port, move || clock.now_us())?;
     let stop = Arc::new(AtomicBool::new(false));
     for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
         signal_hook::flag::register(signal, Arc::clone(&stop))?;
     }
-    let mut meter = Meter { session, line: source.line()?, stop, samples: Vec::new() };
-    meter.session.open(clock::now_us(), nonce())?;
+    let mut meter = Meter { session, line: source.line()?, clock, stop, samples: Vec::new() };
+    meter.session.open(clock.now_us(), nonce())?;
     eprintln!(
         "gripctl: measuring {rest_s:.0} s of rest: keep robot and gripper still; what is held must not slip"
     );
@@ -75,6 +76,7 @@ fn seconds(flag: &str, value: f64) -> Result<f64, WrongArgument> {
 struct Meter {
     session: Session,
     line: Line,
+    clock: Clock,
     stop: Arc<AtomicBool>,
     samples: Vec<Sample>,
 }
@@ -83,11 +85,11 @@ impl Meter {
     /// Listens until there are `wanted_s` more of samples; `motion` overrides what the gripper says of it.
     fn run(&mut self, wanted_s: f64, motion: Option<f32>) -> anyhow::Result<()> {
         let mut first = None;
-        let mut heard_us = clock::now_us();
+        let mut heard_us = self.clock.now_us();
         loop {
             let from = self.samples.len();
             self.turn(motion)?;
-            let now_us = clock::now_us();
+            let now_us = self.clock.now_us();
             if self.samples.len() > from {
                 heard_us = now_us;
             } else if now_us.saturating_sub(heard_us) > PATIENCE_US {
@@ -130,21 +132,21 @@ impl Meter {
         if self.stop.load(Ordering::Relaxed) {
             return Err(anyhow!("interrupted; nothing was written"));
         }
-        let Self { session, line, samples, .. } = self;
+        let Self { session, line, clock, samples, .. } = self;
         let mut out = [0; MAX_WIRE];
-        while let Some(len) = session.poll_transmit(clock::now_us(), &mut out) {
-            line.write(out.get(..len).unwrap_or(&out))?;
+        while let Some(len) = session.poll_transmit(clock.now_us(), &mut out) {
+            line.write_frame(out.get(..len).unwrap_or(&out))?;
         }
         let mut input = [0; 4096];
-        let count = line.read(&mut input)?;
+        let count = line.read(&mut input, READ_TIMEOUT)?;
         let mut closed: Option<CloseReason> = None;
         let bytes = input.get(..count).unwrap_or(&[]);
-        session.receive(clock::now_us(), bytes, &mut out, &mut |news| match news {
+        session.receive(clock.now_us(), bytes, &mut out, &mut |news| match news {
             News::Step { sample, .. } => {
                 samples.push(Sample { motion: motion.or(sample.motion), ..*sample });
             }
             News::Link(HostEvent::Closed(reason)) => closed = Some(*reason),
-            News::Event(_) | News::Link(_) => {}
+            _ => {}
         })?;
         closed.map_or(Ok(()), |reason| Err(anyhow!(explain(&reason))))
     }

@@ -1,66 +1,57 @@
-//! `gripctl ports`: the serial ports of this computer.
+//! `gripctl ports`: the serial ports of this computer, as `--port auto` sees them.
 
 use crate::{cli::PortsArgs, output};
-use anyhow::Context as _;
 use grip_host::exit::Exit;
+use grip_port::{Places, PortError, PortInfo, describe};
 use serde::Serialize;
-use serialport::SerialPortType;
+use std::path::PathBuf;
 
 #[derive(Serialize)]
 struct Port {
-    port: String,
+    port: PathBuf,
+    by_id: Option<PathBuf>,
     kind: &'static str,
+    driver: Option<String>,
     vid: Option<String>,
     pid: Option<String>,
     serial_number: Option<String>,
     product: Option<String>,
     manufacturer: Option<String>,
+    socket: Option<String>,
+    speed_mbit: Option<f64>,
 }
 
 pub(crate) fn run(args: &PortsArgs) -> anyhow::Result<Exit> {
-    let ports = serialport::available_ports().context("cannot list the serial ports")?;
+    let ports = Places::default().ports().map_err(PortError::List)?;
     if ports.is_empty() && !args.json {
         eprintln!("no serial port found");
     }
     for port in ports {
-        let port = describe(port);
         if args.json {
-            output::json(&port)?;
+            output::json(&Port::from(port))?;
         } else {
-            let id = port
-                .vid
-                .zip(port.pid)
-                .map_or_else(String::new, |(vid, pid)| format!(" {vid}:{pid}"));
-            let words = [port.manufacturer, port.product, port.serial_number];
-            let words: Vec<String> = words.into_iter().flatten().collect();
-            output::line(&format!("{:20} {}{id} {}", port.port, port.kind, words.join(" ")))?;
+            output::line(&describe(&port))?;
         }
     }
     Ok(Exit::Done)
 }
 
-fn describe(info: serialport::SerialPortInfo) -> Port {
-    let mut port = Port {
-        port: info.port_name,
-        kind: "unknown",
-        vid: None,
-        pid: None,
-        serial_number: None,
-        product: None,
-        manufacturer: None,
-    };
-    match info.port_type {
-        SerialPortType::UsbPort(usb) => {
-            port.kind = "usb";
-            port.vid = Some(format!("{:04x}", usb.vid));
-            port.pid = Some(format!("{:04x}", usb.pid));
-            port.serial_number = usb.serial_number;
-            port.product = usb.product;
-            port.manufacturer = usb.manufacturer;
+impl From<PortInfo> for Port {
+    fn from(info: PortInfo) -> Self {
+        let PortInfo { path, by_id, driver, usb } = info;
+        let hex = |id: u16| format!("{id:04x}");
+        Self {
+            port: path,
+            by_id,
+            kind: if usb.is_some() { "usb" } else { "other" },
+            driver,
+            vid: usb.as_ref().map(|usb| hex(usb.vid)),
+            pid: usb.as_ref().map(|usb| hex(usb.pid)),
+            speed_mbit: usb.as_ref().and_then(|usb| usb.speed_mbit),
+            socket: usb.as_ref().map(|usb| usb.socket.clone()),
+            serial_number: usb.as_ref().and_then(|usb| usb.serial.clone()),
+            product: usb.as_ref().and_then(|usb| usb.product.clone()),
+            manufacturer: usb.and_then(|usb| usb.manufacturer),
         }
-        SerialPortType::PciPort => port.kind = "pci",
-        SerialPortType::BluetoothPort => port.kind = "bluetooth",
-        SerialPortType::Unknown => {}
     }
-    port
 }

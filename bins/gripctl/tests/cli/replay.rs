@@ -14,7 +14,7 @@ fn record_grasp(scene_name: &str, seed: u64, file: &Path) -> Vec<String> {
     let mut tell = |news: News<'_>| match news {
         News::Step { sample, .. } => samples.push(*sample),
         News::Event(line) => lines.push(serde_json::to_string(&line).unwrap()),
-        News::Link(_) => {}
+        _ => {}
     };
     let estimator = model::default_estimator().unwrap();
     trial::grasp(&scene, &HostConfig::default(), estimator, Micros(2_000_000), &mut tell).unwrap();

@@ -23,7 +23,7 @@ fn grasp(scene: &Scene, config: &HostConfig) -> (Vec<String>, Vec<u8>) {
     let mut tell = |news: News<'_>| match news {
         News::Step { sample, .. } => samples.push(*sample),
         News::Event(line) => lines.push(serde_json::to_string(&line).unwrap()),
-        News::Link(_) => {}
+        _ => {}
     };
     let estimator = model::default_estimator().unwrap();
     let outcome = trial::grasp(scene, config, estimator, Micros(2_000_000), &mut tell).unwrap();

@@ -255,6 +255,14 @@ impl ModelFile {
     /// # Errors
     /// Any [`FileError`] but those of reading, when the contents are no valid model.
     pub fn model(&self) -> Result<Model<Box<[f32]>>, FileError> {
+        self.model_in()
+    }
+
+    /// The same with the weights in another kind of memory, for example shared.
+    ///
+    /// # Errors
+    /// As [`ModelFile::model`].
+    pub fn model_in<W: AsRef<[f32]> + From<Vec<f32>>>(&self) -> Result<Model<W>, FileError> {
         let mut sizes = vec![self.inputs.len()];
         let mut weights = Vec::new();
         for (at, layer) in self.layers.iter().enumerate() {
@@ -268,7 +276,7 @@ impl ModelFile {
         }
         let activations: Vec<Activation> =
             self.layers.iter().map(|layer| layer.activation).collect();
-        let network = Network::new(&sizes, &activations, weights.into_boxed_slice())?;
+        let network = Network::new(&sizes, &activations, weights.into())?;
         let (inputs, targets) = (scaler("input", &self.inputs)?, scaler("target", &self.targets)?);
         Ok(Model::new(network, inputs, targets)?)
     }

@@ -1,6 +1,6 @@
 //! What is known of the slip in, the commanded force out.
 
-use super::Pipeline;
+use super::{Pipeline, rest::Rest};
 use crate::{
     event::Step,
     grip::{GripInput, SlipNow},
@@ -30,6 +30,30 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             moved_m: self.observation.moved_m(sample),
             // An answer from outside the range the network knows must not move the fingers.
             estimate_n: step.estimate.filter(|e| !e.extrapolated).map(|e| e.force_n),
+        }
+    }
+
+    /// Holds with at least `force_n` (N) from the next sample on; see [`GripController::at_least`](crate::grip::GripController::at_least).
+    pub fn at_least(&mut self, force_n: f32) {
+        self.rest = Rest::Awake;
+        if let Some(grip) = &mut self.grip {
+            grip.at_least(force_n);
+        }
+    }
+
+    /// Lets go of the object, until [`Pipeline::close_again`].
+    pub fn release(&mut self) {
+        self.rest = Rest::Awake;
+        if let Some(grip) = &mut self.grip {
+            grip.release();
+        }
+    }
+
+    /// Ends a release: the fingers close to the trial force.
+    pub fn close_again(&mut self) {
+        self.rest = Rest::Awake;
+        if let Some(grip) = &mut self.grip {
+            grip.close_again();
         }
     }
 

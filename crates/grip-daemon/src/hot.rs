@@ -1,0 +1,472 @@
+//! The hot thread: read -> decode -> pipeline -> write, paced by the data.
+//!
+//! Once a gripper is attached nothing here allocates, locks, logs or waits for anything but bytes; what there is to tell goes into rings.
+//! Lines come from another thread, which finds and opens them, and go back to it when they are lost.
+
+use crate::{
+    counters::HotCounters,
+    item::{Item, LinkNote, State},
+    rings::Outbox,
+};
+use core::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use grip_host::{
+    HostConfig, HostEstimator, News, Session, SessionError,
+    session::{ClientCommand, explain},
+};
+use grip_link::{
+    frame::MAX_WIRE,
+    host::{CloseReason, HostEvent, HostState},
+    message::{EventKind, Grip},
+};
+use grip_port::{Line, PortError, READ_TIMEOUT, nonce};
+use rtrb::{Consumer, Producer};
+use rustix::event::{Timespec, poll};
+use std::sync::Arc;
+
+/// Counters are copied this often (us).
+const PULSE_EVERY_US: u64 = 250_000;
+/// Without clients and recording, states are told this often (us).
+const STATE_EVERY_US: u64 = 20_000;
+/// Bytes read at once.
+const INPUT: usize = 4096;
+
+/// Why the loop cannot go on.
+#[derive(Debug, thiserror::Error)]
+pub enum HotError {
+    /// The link closed before a gripper was ever attached, and the loop was not told to be patient.
+    #[error("{}", explain(.0))]
+    Closed(CloseReason),
+    /// The settings do not fit the gripper.
+    #[error(transparent)]
+    Session(#[from] SessionError),
+}
+
+/// Why a turn ended early.
+#[derive(Debug)]
+enum Break {
+    /// The line is of no use any more.
+    Line,
+    /// The session cannot go on.
+    Session(SessionError),
+}
+
+impl From<PortError> for Break {
+    /// What the system says of a line that is gone helps nobody: it is looked for again, and the search says why it is not found.
+    fn from(_: PortError) -> Self {
+        Self::Line
+    }
+}
+
+impl From<SessionError> for Break {
+    fn from(error: SessionError) -> Self {
+        Self::Session(error)
+    }
+}
+
+/// What other threads see and say; none of it is waited for.
+#[derive(Debug, Default)]
+pub struct Shared {
+    /// Set to end the loop.
+    pub stop: AtomicBool,
+    /// Turns of the loop so far: it lives while this advances.
+    pub beat: AtomicU64,
+    /// Whether somebody wants every sample and state beside the recorder.
+    pub wants_samples: AtomicBool,
+}
+
+/// Settings on their way in, and what they replaced on its way back.
+#[derive(Debug)]
+pub struct Settings {
+    /// The configuration.
+    pub config: HostConfig,
+    /// The network.
+    pub estimator: HostEstimator,
+    /// Why they were refused; the settings are then those that came in.
+    pub refused: Option<SessionError>,
+}
+
+/// A line that was lost: it is closed by the thread that opened it.
+#[derive(Debug)]
+pub struct Lost {
+    /// The line.
+    pub line: Line,
+    /// Whether a gripper was attached over it.
+    pub attached: bool,
+    /// Whether another gripper than the right one answered on it.
+    pub other: bool,
+}
+
+/// The ends of the rings that lead to and from the loop.
+#[derive(Debug)]
+pub struct Ends {
+    /// Open lines.
+    pub lines: Consumer<Line>,
+    /// Lines that were lost.
+    pub lost: Producer<Lost>,
+    /// Settings to put in force.
+    pub settings: Consumer<Box<Settings>>,
+    /// Settings that were replaced.
+    pub replaced: Producer<Box<Settings>>,
+    /// Commands of clients.
+    pub commands: Consumer<ClientCommand>,
+    /// To the service thread.
+    pub service: Outbox,
+    /// To the recorder.
+    pub recorder: Option<Outbox>,
+    /// Copies of the counters.
+    pub pulses: Producer<HotCounters>,
+    /// What is shared.
+    pub shared: Arc<Shared>,
+}
+
+/// How the loop behaves.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct HotOptions {
+    /// Time at which it ends (us).
+    pub end_us: u64,
+    /// Waits for a gripper that is not there yet, instead of giving up.
+    pub patient: bool,
+}
+
+/// The loop and its memory. `C` gives monotonic nanoseconds since the start of the daemon.
+#[derive(Debug)]
+pub struct Hot<C> {
+    session: Session,
+    clock: C,
+    options: HotOptions,
+    ends: Ends,
+    counters: HotCounters,
+    pulse_us: u64,
+    state_us: u64,
+    commanded_us: u64,
+    attached: bool,
+    other: bool,
+}
+
+/// What a turn found out.
+#[derive(Clone, Copy, Debug, Default)]
+struct Turn {
+    closed: Option<CloseReason>,
+    degraded: bool,
+    identified: bool,
+    other: bool,
+    stepped: bool,
+}
+
+impl<C: Fn() -> u64> Hot<C> {
+    /// A loop that has no line yet.
+    #[must_use]
+    pub fn new(session: Session, clock: C, options: HotOptions, ends: Ends) -> Self {
+        Self {
+            session,
+            clock,
+            options,
+            ends,
+            counters: HotCounters::default(),
+            pulse_us: 0,
+            state_us: 0,
+            commanded_us: 0,
+            attached: false,
+            other: false,
+        }
+    }
+
+    fn now_us(&self) -> u64 {
+        (self.clock)() / 1000
+    }
+
+    /// Runs until it is told to stop or its time is over. A lost line is given back and the next one waited for.
+    ///
+    /// # Errors
+    /// Where a gripper cannot be worked with, or never answered and the loop is not patient.
+    pub fn run(&mut self) -> Result<(), HotError> {
+        let mut line: Option<Line> = None;
+        while !self.ends.shared.stop.load(Ordering::Relaxed) && self.now_us() < self.options.end_us
+        {
+            match &mut line {
+                None => line = self.next_line()?,
+                Some(open) => match self.turn(open) {
+                    Ok(None) => {}
+                    Ok(Some(reason)) => self.lose(line.take(), Some(reason))?,
+                    Err(Break::Line) => self.lose(line.take(), None)?,
+                    Err(Break::Session(error)) => return Err(error.into()),
+                },
+            }
+            self.between_frames();
+        }
+        // The last counts are what a summary is made of.
+        self.pulse(self.now_us());
+        Ok(())
+    }
+
+    /// The next line, opened for the session; waits a little where there is none.
+    fn next_line(&mut self) -> Result<Option<Line>, HotError> {
+        let Ok(line) = self.ends.lines.pop() else {
+            pause();
+            return Ok(None);
+        };
+        let now_us = self.now_us();
+        self.session.open(now_us, nonce())?;
+        self.note(now_us, LinkNote::PortOpened);
+        self.counters.reconnects += u64::from(self.attached);
+        (self.other, self.commanded_us) = (false, 0);
+        Ok(Some(line))
+    }
+
+    /// Gives a line back that is of no use any more.
+    fn lose(&mut self, line: Option<Line>, reason: Option<CloseReason>) -> Result<(), HotError> {
+        let now_us = self.now_us();
+        self.session.close();
+        self.note(now_us, LinkNote::PortLost);
+        if let Some(line) = line {
+            let lost = Lost { line, attached: self.attached, other: self.other };
+            // Room for as many as there can be; a line that did not fit would be closed here.
+            drop(self.ends.lost.push(lost));
+        }
+        match reason {
+            Some(reason) if !self.attached && !self.options.patient => {
+                Err(HotError::Closed(reason))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Takes what the line has and writes the command it leads to. Gives the reason where the link closed.
+    fn turn(&mut self, line: &mut Line) -> Result<Option<CloseReason>, Break> {
+        self.transmit(line)?;
+        let mut input = [0; INPUT];
+        let count = line.read(&mut input, READ_TIMEOUT)?;
+        let received_ns = (self.clock)();
+        let turn = self.receive(line, input.get(..count).unwrap_or(&[]), received_ns)?;
+        self.attached |= turn.identified && !turn.other;
+        self.other |= turn.other;
+        self.counters.degraded += u64::from(turn.degraded);
+        self.counters.turns += 1;
+        self.ends.shared.beat.store(self.counters.turns, Ordering::Relaxed);
+        let now_us = received_ns / 1000;
+        if turn.stepped {
+            self.tell_state(now_us);
+        }
+        if now_us >= self.pulse_us {
+            self.pulse(now_us);
+        }
+        Ok(turn.closed)
+    }
+
+    /// Runs bytes through the session and writes the command.
+    fn receive(&mut self, line: &mut Line, bytes: &[u8], received_ns: u64) -> Result<Turn, Break> {
+        let host_us = received_ns / 1000;
+        let mut out = [0; MAX_WIRE];
+        let mut turn = Turn::default();
+        self.counters.rx_bytes += bytes.len() as u64;
+        if !bytes.is_empty() {
+            let item = Item::Wire { host_us, to_device: false, bytes };
+            put(&mut self.ends, &item);
+        }
+        let Self { session, ends, .. } = self;
+        let command = session
+            .receive(host_us, bytes, &mut out, &mut |news| turn.take(ends, host_us, &news))?;
+        let Some(len) = command else { return Ok(turn) };
+        let frame = out.get(..len).unwrap_or(&out);
+        if !self.is_due(line, len, host_us) {
+            return Ok(turn);
+        }
+        line.write_command(frame)?;
+        let taken_ns = (self.clock)().saturating_sub(received_ns);
+        self.counters.latency.record(taken_ns);
+        self.told(host_us, frame);
+        if let Some(grip) = self.session.link().last_grip().copied() {
+            put(&mut self.ends, &Item::Command { host_us, grip: &grip });
+        }
+        Ok(turn)
+    }
+
+    /// Whether the line has room for another command: a slow one must not fill up with old ones. An answer to a slip waits as little as possible.
+    fn is_due(&mut self, line: &Line, len: usize, host_us: u64) -> bool {
+        let slips = self
+            .session
+            .link()
+            .last_grip()
+            .is_some_and(|grip| grip.flags & Grip::ANSWERS_SLIP != 0);
+        let interval_us = line.least_interval_us(len);
+        let interval_us = if slips { interval_us / 2 } else { interval_us };
+        let due = host_us >= self.commanded_us.saturating_add(interval_us);
+        if due {
+            self.commanded_us = host_us;
+        }
+        due
+    }
+
+    /// Bytes were written.
+    fn told(&mut self, host_us: u64, bytes: &[u8]) {
+        self.counters.tx_bytes += bytes.len() as u64;
+        put(&mut self.ends, &Item::Wire { host_us, to_device: true, bytes });
+    }
+
+    /// Writes what the link itself has to say, one frame a write.
+    fn transmit(&mut self, line: &mut Line) -> Result<(), PortError> {
+        let mut out = [0; MAX_WIRE];
+        let host_us = self.now_us();
+        while let Some(len) = self.session.poll_transmit(host_us, &mut out) {
+            let frame = out.get(..len).unwrap_or(&out);
+            line.write_frame(frame)?;
+            self.told(host_us, frame);
+        }
+        Ok(())
+    }
+
+    /// What other threads want, at the border of a frame.
+    fn between_frames(&mut self) {
+        while let Ok(command) = self.ends.commands.pop() {
+            let host_us = self.now_us();
+            if self.session.obey(host_us, command) {
+                put(&mut self.ends, &Item::Client { host_us, command });
+            }
+        }
+        while let Ok(mut settings) = self.ends.settings.pop() {
+            let host_us = self.now_us();
+            let Self { session, ends, .. } = self;
+            let Settings { config, estimator, refused } = &mut *settings;
+            let mut turn = Turn::default();
+            *refused =
+                session.swap(config, estimator, &mut |news| turn.take(ends, host_us, &news)).err();
+            // As many came in as can go back.
+            drop(self.ends.replaced.push(settings));
+        }
+    }
+
+    fn note(&mut self, host_us: u64, note: LinkNote) {
+        put(&mut self.ends, &Item::Link { host_us, note: &note });
+    }
+
+    /// Copies the counters for the service thread; where it has not taken the last ones, these come later.
+    fn pulse(&mut self, now_us: u64) {
+        self.pulse_us = now_us + PULSE_EVERY_US;
+        self.counters.host_us = now_us;
+        self.counters.read(&self.session);
+        self.counters.service_dropped = self.ends.service.drops().now().total();
+        self.counters.recorder_dropped =
+            self.ends.recorder.as_ref().map_or(0, |ring| ring.drops().now().total());
+        let _later = self.ends.pulses.push(self.counters);
+    }
+
+    /// The state after a frame: to the recorder always, to the service thread as often as somebody looks.
+    fn tell_state(&mut self, host_us: u64) {
+        let wanted = self.ends.shared.wants_samples.load(Ordering::Relaxed);
+        let due = host_us >= self.state_us;
+        if !(wanted || due || self.ends.recorder.is_some()) {
+            return;
+        }
+        let Some(state) = self.state() else { return };
+        let item = Item::State { host_us, state: &state };
+        if let Some(recorder) = &mut self.ends.recorder {
+            recorder.put(&item);
+        }
+        if wanted || due {
+            self.state_us = host_us + STATE_EVERY_US;
+            self.ends.service.put(&item);
+        }
+    }
+
+    fn state(&self) -> Option<State> {
+        let step = self.session.latest()?;
+        let (features, estimate) = self.session.log().evidence();
+        Some(State {
+            t: step.t,
+            scene: step.scene,
+            grip: self.session.grip_state(),
+            statistic: step.statistic,
+            command: step.command,
+            applied_n: self.session.applied_n(),
+            esc: features.and_then(|features| features.esc),
+            estimate,
+            health: step.health,
+            reference_health: step.reference_health,
+            travel_health: step.travel_health,
+            pressure_health: step.pressure_health,
+            lost: self.session.lost(),
+            rate_hz: self.session.link().in_force().map_or(0, |config| config.sample_rate_hz),
+        })
+    }
+
+    /// What the loop counted.
+    #[must_use]
+    pub fn counters(&self) -> &HotCounters {
+        &self.counters
+    }
+
+    /// The session, for a summary.
+    #[must_use]
+    pub fn session(&self) -> &Session {
+        &self.session
+    }
+}
+
+impl Turn {
+    /// Sends news on their way.
+    #[inline]
+    fn take(&mut self, ends: &mut Ends, host_us: u64, news: &News<'_>) {
+        match *news {
+            News::Step { index, sample, taxels, .. } => {
+                self.stepped = true;
+                let item = Item::Sample { host_us, index, sample, taxels };
+                if let Some(recorder) = &mut ends.recorder {
+                    recorder.put(&item);
+                }
+                if ends.shared.wants_samples.load(Ordering::Relaxed) {
+                    ends.service.put(&item);
+                }
+            }
+            News::Event(line) => put(ends, &Item::Event { host_us, line: &line }),
+            News::Began(beginning) => put(ends, &Item::Began { host_us, beginning }),
+            News::Gripper { ident, rebooted, other } => {
+                self.identified = true;
+                self.other |= other;
+                let note = if other {
+                    LinkNote::OtherGripper { uid: ident.uid }
+                } else {
+                    let (uid, boot_id) = (ident.uid, ident.boot_id);
+                    LinkNote::Identified { uid, boot_id, rebooted }
+                };
+                put(ends, &Item::Link { host_us, note: &note });
+            }
+            News::Link(event) => self.link(ends, host_us, event),
+        }
+    }
+
+    fn link(&mut self, ends: &mut Ends, host_us: u64, event: &HostEvent<'_>) {
+        let note = match *event {
+            HostEvent::State { to, .. } => {
+                self.degraded |= to == HostState::Degraded;
+                LinkNote::State(to)
+            }
+            HostEvent::Configured { clamped } => LinkNote::Configured(clamped),
+            HostEvent::Rebooted { .. } => LinkNote::Rebooted,
+            HostEvent::Status(status) => LinkNote::Status(status),
+            HostEvent::Event(event) if event.kind != EventKind::State => LinkNote::Device(event),
+            HostEvent::Refused(nack) => LinkNote::Refused(nack),
+            HostEvent::Closed(reason) => {
+                self.closed = Some(reason);
+                LinkNote::Closed(reason)
+            }
+            _ => return,
+        };
+        put(ends, &Item::Link { host_us, note: &note });
+    }
+}
+
+/// Waits a little for a line.
+fn pause() {
+    let timeout = Timespec { tv_sec: 0, tv_nsec: 2_000_000 };
+    // Ended early by a signal: the caller looks again all the same.
+    let _ended = poll(&mut [], Some(&timeout));
+}
+
+/// Puts an item into both sets of rings.
+#[inline]
+fn put(ends: &mut Ends, item: &Item<'_>) {
+    if let Some(recorder) = &mut ends.recorder {
+        recorder.put(item);
+    }
+    ends.service.put(item);
+}

@@ -1,0 +1,139 @@
+//! Where a gripper may be in; open lines to it, one after the other, out: the thread that finds ports, because that may take its time.
+
+use crate::hot::{Lost, Shared};
+use core::{sync::atomic::Ordering, time::Duration};
+use grip_host::exit::message;
+use grip_port::{Backoff, Line, PortError, Source};
+use rtrb::{Consumer, Producer};
+use rustix::event::{Timespec, poll};
+use std::sync::{Arc, mpsc::Sender};
+
+/// The thread looks this often whether it is to end, or a line was lost.
+const LOOK_EVERY: Duration = Duration::from_millis(10);
+
+/// What a person may want to know of the search.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum PortNews {
+    /// There is no line, and why; told once for each reason.
+    Waiting(String),
+    /// A line is open. FTDI adapters gather bytes for so long (ms) before they hand them over; `None` for others.
+    Opened {
+        /// What is known of the device, where it is a USB device.
+        device: Option<String>,
+        /// Time (ms) for which the adapter gathers bytes.
+        latency_timer_ms: Option<u16>,
+    },
+    /// The gripper that answered is another one.
+    Other,
+}
+
+/// The ends that lead to the hot loop and to the service thread.
+#[derive(Debug)]
+pub struct SupplyEnds {
+    /// Open lines to the loop.
+    pub lines: Producer<Line>,
+    /// Lines it has lost.
+    pub lost: Consumer<Lost>,
+    /// News for people.
+    pub news: Sender<PortNews>,
+    /// What is shared with the loop.
+    pub shared: Arc<Shared>,
+}
+
+/// Finds, opens and replaces lines.
+#[derive(Debug)]
+pub struct Supply {
+    source: Source,
+    patient: bool,
+    ends: SupplyEnds,
+    backoff: Backoff,
+    attached: bool,
+    /// The last reason that was told.
+    told: Option<String>,
+}
+
+impl Supply {
+    /// Lines from `source`. Where it is not `patient`, the first line must be had at once.
+    #[must_use]
+    pub fn new(source: Source, patient: bool, ends: SupplyEnds) -> Self {
+        Self { source, patient, ends, backoff: Backoff::default(), attached: false, told: None }
+    }
+
+    /// Runs until it is told to stop; gives the source back.
+    ///
+    /// # Errors
+    /// Where the first line cannot be had and nobody wants to wait, or the choice of the port is a mistake; the loop is then told to stop.
+    pub fn run(mut self) -> Result<Source, PortError> {
+        while !self.stops() {
+            match self.source.line() {
+                Ok(line) => self.lend(line),
+                Err(error) if self.waits_after(&error) => {
+                    self.tell_once(message(&error));
+                    let pause = self.backoff.pause();
+                    self.wait(pause);
+                }
+                Err(error) => {
+                    self.ends.shared.stop.store(true, Ordering::Relaxed);
+                    return Err(error);
+                }
+            }
+        }
+        Ok(self.source)
+    }
+
+    fn stops(&self) -> bool {
+        self.ends.shared.stop.load(Ordering::Relaxed)
+    }
+
+    fn waits_after(&self, error: &PortError) -> bool {
+        self.attached || (self.patient && error.is_temporary())
+    }
+
+    /// Hands a line over and waits until it comes back.
+    fn lend(&mut self, line: Line) {
+        self.told = None;
+        let device = self.source.finder().chosen().map(grip_port::describe_usb);
+        self.tell(PortNews::Opened { device, latency_timer_ms: line.latency_timer_ms() });
+        if self.ends.lines.push(line).is_err() {
+            return;
+        }
+        while !self.stops() {
+            if let Ok(Lost { line, attached, other }) = self.ends.lost.pop() {
+                drop(line);
+                self.attached |= attached;
+                if other {
+                    self.tell(PortNews::Other);
+                } else if attached {
+                    self.backoff.reset();
+                }
+                let pause = self.backoff.pause();
+                self.wait(pause);
+                return;
+            }
+            self.wait(LOOK_EVERY);
+        }
+    }
+
+    fn tell_once(&mut self, reason: String) {
+        if self.told.as_ref() != Some(&reason) {
+            self.tell(PortNews::Waiting(reason.clone()));
+            self.told = Some(reason);
+        }
+    }
+
+    fn tell(&self, news: PortNews) {
+        // Nobody listens any more: the program ends.
+        let _told = self.ends.news.send(news);
+    }
+
+    /// Waits, but not beyond the end of the program.
+    fn wait(&self, time: Duration) {
+        let mut left = time;
+        while !left.is_zero() && !self.stops() {
+            let slice = left.min(LOOK_EVERY);
+            let timeout = Timespec { tv_sec: 0, tv_nsec: i64::from(slice.subsec_nanos()) };
+            let _ended = poll(&mut [], Some(&timeout));
+            left -= slice;
+        }
+    }
+}

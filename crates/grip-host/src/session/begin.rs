@@ -1,0 +1,130 @@
+//! What a pipeline knows in; the beginning of the one that follows it out.
+
+use super::{News, Session, SessionError, limits::limited};
+use slip_core::{
+    Pipeline, PipelineConfig, detector::DetectorConfig, floor::FloorConfig, grip::GripState,
+    units::Hertz,
+};
+
+/// What a pipeline begins with: enough to repeat it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Beginning {
+    /// Its settings, with the limits that the gripper has put in force and what was known of the noise.
+    pub config: PipelineConfig,
+    /// Force (N) at which the controller takes over a grip of the pipeline before it; `None` where the fingers may be open.
+    pub carried_n: Option<f32>,
+    /// Force (N) that a client asked for; 0 where none did.
+    pub least_n: f32,
+    /// Whether a client had let go of the object.
+    pub released: bool,
+    /// Taxels of the gripper's array; 0 where there is none.
+    pub taxels: usize,
+}
+
+impl Beginning {
+    /// The pipeline that begins so.
+    ///
+    /// # Errors
+    /// Where a value of the configuration is outside its range.
+    pub fn pipeline<W: AsRef<[f32]>>(
+        &self,
+        estimator: slip_core::estimate::Estimator<W>,
+    ) -> Result<Pipeline<W>, slip_core::ConfigError> {
+        let mut pipeline = Pipeline::resumed(self.config, Some(estimator), self.carried_n)?;
+        pipeline.at_least(self.least_n);
+        if self.released {
+            pipeline.release();
+        }
+        Ok(pipeline)
+    }
+}
+
+/// What one pipeline leaves to the next.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Carried {
+    force_n: Option<f32>,
+    noise: Option<Noise>,
+}
+
+/// Noise at rest, and what it holds for.
+#[derive(Clone, Copy, Debug)]
+struct Noise {
+    config: PipelineConfig,
+    floor: Option<[f32; slip_core::detector::BANDS]>,
+    reference: Option<[f32; 2]>,
+}
+
+impl Noise {
+    /// `config` with this noise, where it holds for it and nothing better is known.
+    fn known_to(self, config: PipelineConfig) -> PipelineConfig {
+        let bands = |d: &DetectorConfig| (d.shear, d.vibration, d.octaves);
+        let learned = |f: &FloorConfig| *f;
+        let same = config.sample_rate == self.config.sample_rate
+            && config.signal == self.config.signal
+            && bands(&config.detector) == bands(&self.config.detector)
+            && learned(&config.floor) == learned(&self.config.floor);
+        if !same {
+            return config;
+        }
+        PipelineConfig {
+            known_floor: config.known_floor.or(self.floor),
+            known_reference: config.known_reference.or(self.reference),
+            ..config
+        }
+    }
+}
+
+impl Session {
+    /// What the pipeline that runs leaves to the next one. `held` says that no time passes between them; otherwise a gripper that
+    /// measures its force is asked what it holds.
+    pub(super) fn carried(&self, held: bool) -> Carried {
+        let Some((pipeline, begun)) = self.pipeline.as_ref().zip(self.begun.as_ref()) else {
+            return Carried::default();
+        };
+        let gripping = pipeline
+            .grip_state()
+            .is_some_and(|state| !matches!(state, GripState::Open | GripState::Released));
+        let told = held || !self.measures_force();
+        let force_n = self.latest.and_then(|step| step.command).map(|command| command.0);
+        let detector = pipeline.detector();
+        Carried {
+            force_n: force_n.filter(|_| gripping && told),
+            noise: Some(Noise {
+                config: begun.config,
+                floor: detector.floor(),
+                reference: detector.reference_floor(),
+            }),
+        }
+    }
+
+    /// Begins a pipeline with the settings and limits in force.
+    pub(super) fn begin(
+        &mut self,
+        carried: Carried,
+        tell: &mut dyn FnMut(News<'_>),
+    ) -> Result<(), SessionError> {
+        let sample_rate_hz = self.link.in_force().map_or(0, |config| config.sample_rate_hz);
+        self.tick_hz = self.link.ident().map_or(1_000_000, |ident| u64::from(ident.tick_hz.max(1)));
+        #[expect(clippy::cast_precision_loss, reason = "rates are below 2^24")]
+        let rate = Hertz(sample_rate_hz as f32);
+        self.config.check_signal(rate, false)?;
+        let mut config =
+            PipelineConfig { no_skip: self.options.no_skip, ..self.config.pipeline(rate) };
+        config.grip =
+            config.grip.zip(self.link.in_force()).map(|(grip, given)| limited(grip, given));
+        let beginning = Beginning {
+            config: carried.noise.map_or(config, |noise| noise.known_to(config)),
+            carried_n: carried.force_n,
+            least_n: self.wishes.least_n(),
+            released: self.wishes.released(),
+            taxels: self.taxels(),
+        };
+        let pipeline = beginning
+            .pipeline(self.estimator.clone())
+            .map_err(|source| SessionError::Pipeline { sample_rate_hz, source })?;
+        self.pipeline = Some(pipeline);
+        self.begun = Some(beginning);
+        tell(News::Began(&beginning));
+        Ok(())
+    }
+}

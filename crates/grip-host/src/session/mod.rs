@@ -1,0 +1,406 @@
+//! Bytes from a gripper and the time in; force commands for it, events and the state of the link out.
+//!
+//! Joins the link and the pipeline, sans-IO: the daemon drives it with a serial port and a clock, the
+//! grasp runs with a simulated gripper and simulated time, and both execute the same lines.
+
+mod begin;
+mod explain;
+mod limits;
+mod path;
+mod wishes;
+
+pub use begin::Beginning;
+pub use explain::explain;
+pub use wishes::ClientCommand;
+
+use crate::{
+    config::HostConfig,
+    model::HostEstimator,
+    motion::OwnMotion,
+    report::{EventLine, EventLog},
+};
+use grip_link::{
+    frame::MAX_WIRE,
+    host::{GripCommand, HostConfig as LinkSettings, HostEvent, HostLink, HostState},
+    message::{ChannelKind, DeviceState, GripMode, Ident, Layout},
+};
+use limits::device_config;
+use path::Path;
+use slip_core::{
+    ConfigError, Pipeline, Sample, Step, grip::GripState, health::HealthCounters,
+    pressure::MAX_TAXELS, stages::StageCounters,
+};
+use std::sync::Arc;
+use wishes::Wishes;
+
+/// How a session differs from the configuration file.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct SessionOptions {
+    /// Never sends a force command.
+    pub dry_run: bool,
+    /// Runs every stage in every scene.
+    pub no_skip: bool,
+    /// Only the gripper with this identity is commanded; where none is given, only the first one that answers.
+    pub uid: Option<[u8; 16]>,
+}
+
+/// Why a session cannot be set up, or cannot go on.
+#[derive(Debug, thiserror::Error)]
+pub enum SessionError {
+    /// The settings do not fit the sample rate the gripper works at.
+    #[error("the gripper samples at {sample_rate_hz} Hz: {source}")]
+    Pipeline {
+        /// The rate in force.
+        sample_rate_hz: u32,
+        /// What does not fit.
+        source: ConfigError,
+    },
+    /// The calibration was made for another rate or stylus.
+    #[error(transparent)]
+    Calibration(#[from] crate::config::HostConfigError),
+    /// The link settings are refused.
+    #[error("link: {0}")]
+    Link(#[from] grip_link::host::HostConfigError),
+}
+
+/// What happened, told while bytes are taken.
+#[derive(Debug)]
+pub enum News<'a> {
+    /// A pipeline begins: the next samples go through it.
+    Began(&'a Beginning),
+    /// A gripper told who it is.
+    Gripper {
+        /// What it told.
+        ident: &'a Ident,
+        /// Whether it has restarted since it was seen last.
+        rebooted: bool,
+        /// Whether it is another one than the session is for: the link is closed, nothing was commanded.
+        other: bool,
+    },
+    /// A sample was handled.
+    Step {
+        /// Number of its row on the device; wraps.
+        index: u32,
+        /// The sample.
+        sample: &'a Sample,
+        /// The frame of the taxel array that came with it, empty where none did.
+        taxels: &'a [f32],
+        /// What it led to.
+        step: &'a Step,
+    },
+    /// Something worth a line.
+    Event(EventLine),
+    /// Something about the link; never [`HostEvent::Samples`].
+    Link(&'a HostEvent<'a>),
+}
+
+/// Counts of a session.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct SessionCounters {
+    /// Samples handled.
+    pub samples: u64,
+    /// Force commands encoded.
+    pub commands: u64,
+}
+
+/// A conversation with one gripper.
+#[derive(Debug)]
+pub struct Session {
+    link: HostLink,
+    config: HostConfig,
+    options: SessionOptions,
+    estimator: HostEstimator,
+    pipeline: Option<Pipeline<Arc<[f32]>>>,
+    /// The gripper that the session is for, once it is known.
+    uid: Option<[u8; 16]>,
+    /// What the pipeline began with.
+    begun: Option<Beginning>,
+    wishes: Wishes,
+    tick_hz: u64,
+    motion: OwnMotion,
+    log: EventLog,
+    latest: Option<Step>,
+    /// The last measured normal force (N).
+    applied_n: Option<f32>,
+    cause_sample: u32,
+    counters: SessionCounters,
+    /// Rows lost before the link was opened last.
+    lost_before: u64,
+}
+
+/// What has to be done once the bytes are taken.
+#[derive(Clone, Copy, Debug, Default)]
+struct Due {
+    /// Whether the gripper that told who it is has restarted.
+    identified: Option<bool>,
+    configured: bool,
+    lost: bool,
+    fresh: bool,
+}
+
+impl Session {
+    /// A session that is not open yet.
+    ///
+    /// # Errors
+    /// Where the configuration does not give a possible CONFIG.
+    pub fn new(
+        config: HostConfig,
+        estimator: HostEstimator,
+        options: SessionOptions,
+    ) -> Result<Self, SessionError> {
+        let link = HostLink::new(LinkSettings::new(device_config(&config)))?;
+        Ok(Self {
+            link,
+            config,
+            options,
+            estimator,
+            pipeline: None,
+            uid: options.uid,
+            begun: None,
+            wishes: Wishes::default(),
+            tick_hz: 1_000_000,
+            motion: OwnMotion::new(!options.dry_run),
+            log: EventLog::default(),
+            latest: None,
+            applied_n: None,
+            cause_sample: 0,
+            counters: SessionCounters::default(),
+            lost_before: 0,
+        })
+    }
+
+    /// The port is open, for the first time or again. `nonce` is random and not 0.
+    ///
+    /// # Errors
+    /// Where `nonce` is 0.
+    pub fn open(&mut self, now_us: u64, nonce: u16) -> Result<(), SessionError> {
+        self.lost_before += self.link.loss().lost;
+        Ok(self.link.open(now_us, nonce)?)
+    }
+
+    /// The port is gone. The gripper holds by itself; what the pipeline knows is kept for when the port is back.
+    pub fn close(&mut self) {
+        self.link.close();
+    }
+
+    /// Takes received bytes (none, to let time go on) and writes the next force command to `out`, if there is one: its length.
+    ///
+    /// # Errors
+    /// Where the settings do not fit the rate the gripper works at.
+    pub fn receive(
+        &mut self,
+        now_us: u64,
+        bytes: &[u8],
+        out: &mut [u8; MAX_WIRE],
+        tell: &mut dyn FnMut(News<'_>),
+    ) -> Result<Option<usize>, SessionError> {
+        let due = self.take(now_us, bytes, tell);
+        if let Some(rebooted) = due.identified {
+            self.meet(rebooted, tell);
+        }
+        if due.configured {
+            let carried = self.carried(false);
+            self.begin(carried, tell)?;
+        }
+        if due.lost {
+            self.arm_again(now_us)?;
+        }
+        Ok(if due.fresh { self.command(now_us, out) } else { None })
+    }
+
+    /// Runs the bytes through link and pipeline.
+    fn take(&mut self, now_us: u64, mut bytes: &[u8], tell: &mut dyn FnMut(News<'_>)) -> Due {
+        let mut due = Due::default();
+        let Self { link, pipeline, log, latest, applied_n, .. } = self;
+        let Self { counters, tick_hz, cause_sample, motion, .. } = self;
+        while let Some(event) = link.receive(now_us, &mut bytes) {
+            match &event {
+                HostEvent::Samples { samples, .. } => {
+                    let Some(pipeline) = pipeline else { continue };
+                    let (tick_hz, motion) = (*tick_hz, *motion);
+                    let mut path = Path { pipeline, log, latest, applied_n, tick_hz, motion };
+                    *cause_sample = path.batch(samples, counters, tell);
+                    due.fresh = true;
+                }
+                HostEvent::Configured { .. } => due.configured = true,
+                HostEvent::Status(status) => {
+                    due.lost = status.state == DeviceState::LossAction;
+                    self.wishes.hear(status.state);
+                    motion.hear(status);
+                }
+                HostEvent::Rebooted { .. } => {
+                    *pipeline = None;
+                    motion.forget();
+                }
+                HostEvent::Identified { rebooted } => {
+                    due.identified = Some(*rebooted);
+                    if *rebooted {
+                        *pipeline = None;
+                        motion.forget();
+                    }
+                }
+                _ => {}
+            }
+            if !matches!(event, HostEvent::Samples { .. }) {
+                tell(News::Link(&event));
+            }
+        }
+        due
+    }
+
+    /// A gripper told who it is. Another one than this session is for is left alone.
+    fn meet(&mut self, rebooted: bool, tell: &mut dyn FnMut(News<'_>)) {
+        let Some(ident) = self.link.ident() else { return };
+        let other = *self.uid.get_or_insert(ident.uid) != ident.uid;
+        tell(News::Gripper { ident, rebooted, other });
+        if other {
+            self.link.close();
+        }
+    }
+
+    /// This program stalled so long that the gripper took the loss action, which is to hold: a new CONFIG lets it
+    /// take commands again.
+    fn arm_again(&mut self, now_us: u64) -> Result<(), SessionError> {
+        if matches!(self.link.state(), HostState::Stream | HostState::Degraded) {
+            self.link.reconfigure(now_us, device_config(&self.config))?;
+        }
+        Ok(())
+    }
+
+    /// The next frame of the link itself (requests, clock sync) or of a stop that was asked for: its length.
+    pub fn poll_transmit(&mut self, now_us: u64, out: &mut [u8; MAX_WIRE]) -> Option<usize> {
+        if self.wishes.stop_due(now_us) {
+            return self.link.estop(out);
+        }
+        self.link.poll_transmit(now_us, out)
+    }
+
+    /// Puts other settings in force, between two frames; what they replace is left in `config` and `estimator`. What is asked of the
+    /// gripper itself changes when it is attached next. The object stays held: the new pipeline goes on where the old one was.
+    ///
+    /// # Errors
+    /// Where they do not fit the rate the gripper works at; then the old ones stay in force.
+    pub fn swap(
+        &mut self,
+        config: &mut HostConfig,
+        estimator: &mut HostEstimator,
+        tell: &mut dyn FnMut(News<'_>),
+    ) -> Result<(), SessionError> {
+        let carried = self.carried(true);
+        core::mem::swap(&mut self.config, config);
+        core::mem::swap(&mut self.estimator, estimator);
+        if self.pipeline.is_none() {
+            return Ok(());
+        }
+        let begun = self.begin(carried, tell);
+        if begun.is_err() {
+            core::mem::swap(&mut self.config, config);
+            core::mem::swap(&mut self.estimator, estimator);
+        }
+        begun
+    }
+
+    /// Carries out what a client asks for, between two frames. `false` where it cannot be: nothing is held yet, or nothing is commanded.
+    pub fn obey(&mut self, now_us: u64, command: ClientCommand) -> bool {
+        if let ClientCommand::ClearFault(code) = command {
+            self.link.clear_fault(now_us, grip_link::message::FaultCode(code));
+            return true;
+        }
+        if command == ClientCommand::Stop {
+            self.wishes.stop(now_us);
+            return true;
+        }
+        match &mut self.pipeline {
+            Some(pipeline) if !self.options.dry_run => self.wishes.apply(command, pipeline),
+            _ => false,
+        }
+    }
+
+    /// Encodes the set point. Nothing is sent before the controller has closed the fingers: a command of
+    /// 0 N would drop what a gripper already holds. While samples are stale the link itself keeps the force from rising.
+    fn command(&mut self, now_us: u64, out: &mut [u8; MAX_WIRE]) -> Option<usize> {
+        let pipeline = self.pipeline.as_ref()?;
+        let state = pipeline.grip_state()?;
+        if self.options.dry_run || state == GripState::Open {
+            return None;
+        }
+        let force_n = self.latest?.command?.0;
+        let mode = if state == GripState::Released { GripMode::Open } else { GripMode::Force };
+        let command = GripCommand {
+            mode,
+            answers_slip: state == GripState::Slipping,
+            cause_sample: self.cause_sample,
+            ..GripCommand::newtons(force_n)?
+        };
+        let len = self.link.grip(now_us, &command, out)?;
+        self.counters.commands += 1;
+        Some(len)
+    }
+
+    /// The link, for its state, identity, clock and counters.
+    #[must_use]
+    pub fn link(&self) -> &HostLink {
+        &self.link
+    }
+
+    /// Rows lost since the session began, over all openings of the port.
+    #[must_use]
+    pub fn lost(&self) -> u64 {
+        self.lost_before + self.link.loss().lost
+    }
+
+    /// What the controller does; `None` before there is a pipeline.
+    #[must_use]
+    pub fn grip_state(&self) -> Option<GripState> {
+        self.pipeline.as_ref()?.grip_state()
+    }
+
+    /// Taxels of the gripper's array that its rows carry, as many as are looked at; 0 where there is none.
+    #[must_use]
+    pub fn taxels(&self) -> usize {
+        let Some((ident, config)) = self.link.ident().zip(self.link.in_force()) else { return 0 };
+        Layout::new(ident.channels(), config.channel_mask)
+            .column(ChannelKind::PressureArray)
+            .map_or(0, |column| usize::from(column.count).min(MAX_TAXELS))
+    }
+
+    /// Whether the rows carry the normal force.
+    fn measures_force(&self) -> bool {
+        self.link.ident().zip(self.link.in_force()).is_some_and(|(ident, config)| {
+            let layout = Layout::new(ident.channels(), config.channel_mask);
+            layout.column(ChannelKind::NormalForce).is_some()
+        })
+    }
+
+    /// The last step.
+    #[must_use]
+    pub fn latest(&self) -> Option<&Step> {
+        self.latest.as_ref()
+    }
+
+    /// The normal force (N) that was measured with the last sample; `None` where no sensor tells.
+    #[must_use]
+    pub fn applied_n(&self) -> Option<f32> {
+        self.applied_n
+    }
+
+    /// What was printed so far.
+    #[must_use]
+    pub fn log(&self) -> &EventLog {
+        &self.log
+    }
+
+    /// Counts so far.
+    #[must_use]
+    pub fn counters(&self) -> SessionCounters {
+        self.counters
+    }
+
+    /// Counts of the pipeline's stages and of unusable readings, once there is a pipeline.
+    #[must_use]
+    pub fn pipeline_counters(&self) -> Option<(StageCounters, HealthCounters)> {
+        self.pipeline
+            .as_ref()
+            .map(|pipeline| (pipeline.stage_counters(), pipeline.health_counters()))
+    }
+}

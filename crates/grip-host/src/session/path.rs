@@ -1,0 +1,76 @@
+//! Rows of a frame in, steps of the pipeline out.
+
+use super::{News, SessionCounters};
+use crate::{motion::OwnMotion, report::EventLog};
+use grip_link::message::{ChannelKind, Row, Samples};
+use slip_core::{Pipeline, Sample, Step, pressure::MAX_TAXELS, units::Micros};
+use std::sync::Arc;
+
+/// The part of a session that samples run through.
+pub(super) struct Path<'a> {
+    pub(super) pipeline: &'a mut Pipeline<Arc<[f32]>>,
+    pub(super) log: &'a mut EventLog,
+    pub(super) latest: &'a mut Option<Step>,
+    pub(super) applied_n: &'a mut Option<f32>,
+    pub(super) tick_hz: u64,
+    pub(super) motion: OwnMotion,
+}
+
+impl Path<'_> {
+    /// Handles a batch; gives the index of its last sample.
+    pub(super) fn batch(
+        &mut self,
+        samples: &Samples<'_>,
+        counters: &mut SessionCounters,
+        tell: &mut dyn FnMut(News<'_>),
+    ) -> u32 {
+        let mut last = 0;
+        for row in samples {
+            let motion = self.motion.now(self.pipeline.grip_state());
+            let sample = Sample { motion, ..sample_of(&row, self.tick_hz) };
+            let mut frame = [f32::NAN; MAX_TAXELS];
+            let taxels = taxels_of(&row, &mut frame);
+            let step = self.pipeline.handle_with(&sample, taxels);
+            counters.samples += 1;
+            for line in self.log.lines(&step).into_iter().flatten() {
+                tell(News::Event(line));
+            }
+            tell(News::Step { index: row.index, sample: &sample, taxels, step: &step });
+            *self.latest = Some(step);
+            *self.applied_n = sample.normal_force_n;
+            last = row.index;
+        }
+        last
+    }
+}
+
+/// The sample of a row; `NaN` in an optional channel means that there is no reading.
+fn sample_of(row: &Row<'_>, tick_hz: u64) -> Sample {
+    let channel = |kind| row.read(kind).filter(|value| !value.is_nan());
+    Sample {
+        t: Micros(micros(row.tick, tick_hz)),
+        stylus: row.read(ChannelKind::Stylus).unwrap_or(f32::NAN),
+        normal_force_n: channel(ChannelKind::NormalForce),
+        tangential_n: channel(ChannelKind::TangentialForce),
+        travel_m: channel(ChannelKind::Travel),
+        velocity_m_s: channel(ChannelKind::Velocity),
+        second_stylus: channel(ChannelKind::SecondStylus),
+        reference: channel(ChannelKind::Reference),
+        pressure: channel(ChannelKind::Pressure),
+        motion: None,
+    }
+}
+
+/// The frame of the taxel array in a row; empty where there is none, or where no taxel has a reading.
+fn taxels_of<'a>(row: &Row<'_>, frame: &'a mut [f32; MAX_TAXELS]) -> &'a [f32] {
+    let taxels = row.read_all(ChannelKind::PressureArray, frame);
+    if taxels.iter().all(|value| value.is_nan()) { &[] } else { taxels }
+}
+
+/// Ticks in microseconds, rounded down; exact for any tick count that fits.
+fn micros(tick: u64, tick_hz: u64) -> u64 {
+    if tick_hz == 1_000_000 {
+        return tick;
+    }
+    (tick / tick_hz).saturating_mul(1_000_000) + (tick % tick_hz) * 1_000_000 / tick_hz
+}

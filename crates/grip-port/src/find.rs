@@ -1,0 +1,231 @@
+//! The wish for a port in; the path of the one port it means out, also after it was unplugged. No other port is ever opened.
+
+use crate::{Line, Places, PortError, PortInfo, UsbPort};
+use core::time::Duration;
+use grip_host::{config::UsbConfig, exit::WrongArgument};
+use std::{
+    fmt::Write as _,
+    path::{Path, PathBuf},
+};
+
+/// Which port is wanted.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Wanted {
+    /// The one at this path: a device node, or a link to one.
+    Path(PathBuf),
+    /// The only USB serial port that fits.
+    Auto(UsbConfig),
+}
+
+/// Finds one port, and the same one again.
+///
+/// The first port that was opened is the chosen one. From then on only the same USB device counts, under whatever name it comes back;
+/// another device that turns up at the old name is left alone. A port that is not on USB is known by its path.
+#[derive(Debug)]
+pub struct Finder {
+    places: Places,
+    wanted: Wanted,
+    chosen: Option<UsbPort>,
+}
+
+impl Finder {
+    /// Looks for nothing yet.
+    #[must_use]
+    pub fn new(places: Places, wanted: Wanted) -> Self {
+        Self { places, wanted, chosen: None }
+    }
+
+    /// The path of the port that is wanted. Opens nothing.
+    ///
+    /// # Errors
+    /// [`PortError::Absent`] where it is not there (yet), [`PortError::Argument`] with a list where several fit.
+    pub fn find(&self) -> Result<PathBuf, PortError> {
+        match (&self.wanted, &self.chosen) {
+            (Wanted::Path(path), None) => Ok(path.clone()),
+            (Wanted::Path(path), Some(chosen)) => self.again(Some(path), chosen),
+            (Wanted::Auto(_), Some(chosen)) => self.again(None, chosen),
+            (Wanted::Auto(filter), None) => self.only(filter),
+        }
+    }
+
+    /// Finds and opens the port; it is the chosen one from now on.
+    ///
+    /// # Errors
+    /// As [`Finder::find`] and [`Line::open`]. Where [`PortError::is_temporary`] says so, a later try may succeed; see [`Backoff`].
+    pub fn open(&mut self, baud: u32) -> Result<Line, PortError> {
+        let path = self.find()?;
+        let info = self.places.look_up(&path);
+        let line = Line::open_in(&self.places, &path, baud)?;
+        if self.chosen.is_none() {
+            self.chosen = info.and_then(|info| info.usb);
+        }
+        Ok(line)
+    }
+
+    /// What USB says of the chosen port, once there is one.
+    #[must_use]
+    pub fn chosen(&self) -> Option<&UsbPort> {
+        self.chosen.as_ref()
+    }
+
+    fn only(&self, filter: &UsbConfig) -> Result<PathBuf, PortError> {
+        let ports = self.places.ports().map_err(PortError::List)?;
+        let mut fitting = ports.iter().filter(|port| fits(filter, port));
+        let Some(first) = fitting.next() else {
+            let others = ports.iter().filter(|port| port.usb.is_some()).count();
+            return Err(PortError::Absent(absent(filter, others)));
+        };
+        if fitting.next().is_none() {
+            return Ok(first.path.clone());
+        }
+        Err(PortError::Argument(WrongArgument(several(
+            ports.iter().filter(|port| fits(filter, port)),
+        ))))
+    }
+
+    /// The port of the chosen device, by its identity; of twins the one in the same socket.
+    fn again(&self, path: Option<&PathBuf>, chosen: &UsbPort) -> Result<PathBuf, PortError> {
+        let ports = self.places.ports().map_err(PortError::List)?;
+        let same = |port: &&PortInfo| port.usb.as_ref().is_some_and(|usb| usb.is_same(chosen));
+        let found: Vec<&PortInfo> = ports.iter().filter(same).collect();
+        let in_socket =
+            |port: &&&PortInfo| port.usb.as_ref().is_some_and(|usb| usb.socket == chosen.socket);
+        let found = match found.as_slice() {
+            [one] => Some(*one),
+            several => several.iter().find(in_socket).copied(),
+        };
+        if let Some(port) = found {
+            return Ok(port.path.clone());
+        }
+        // Without a serial number a device in another socket is known only by the name that the user gave.
+        if let Some(path) = path
+            && let Some(usb) = self.places.look_up(path).and_then(|port| port.usb)
+            && chosen.serial.is_none()
+            && (UsbPort { socket: chosen.socket.clone(), ..usb }).is_same(chosen)
+        {
+            return Ok(path.clone());
+        }
+        Err(PortError::Absent(format!(
+            "the gripper's port is gone ({}); plug it in again",
+            describe_usb(chosen)
+        )))
+    }
+}
+
+fn fits(filter: &UsbConfig, port: &PortInfo) -> bool {
+    let text = |pattern: &Option<String>, value: &Option<String>| match pattern {
+        None => true,
+        Some(pattern) => value.as_ref().is_some_and(|value| glob(pattern, value)),
+    };
+    port.usb.as_ref().is_some_and(|usb| {
+        filter.vid.is_none_or(|vid| vid == usb.vid)
+            && filter.pid.is_none_or(|pid| pid == usb.pid)
+            && text(&filter.serial, &usb.serial)
+            && text(&filter.product, &usb.product)
+    })
+}
+
+/// Whether `text` fits `pattern`, in which `*` stands for any characters.
+fn glob(pattern: &str, text: &str) -> bool {
+    let mut parts = pattern.split('*');
+    let first = parts.next().unwrap_or("");
+    let Some(mut rest) = text.strip_prefix(first) else { return false };
+    let Some(last) = parts.next_back() else { return rest.is_empty() };
+    for part in parts {
+        let Some((_, after)) = rest.split_once(part) else { return false };
+        rest = after;
+    }
+    rest.ends_with(last)
+}
+
+fn absent(filter: &UsbConfig, others: usize) -> String {
+    if others == 0 {
+        return "--port auto: no USB serial port found; plug the gripper in, or name the port"
+            .to_owned();
+    }
+    let UsbConfig { vid, pid, serial, product } = filter;
+    let mut wish = String::new();
+    let ids =
+        [("vid", vid), ("pid", pid)].map(|(name, id)| (name, id.map(|id| format!("{id:#06x}"))));
+    let texts = [("serial", serial), ("product", product)].map(|(name, text)| (name, text.clone()));
+    for (name, value) in ids.into_iter().chain(texts) {
+        if let Some(value) = value {
+            // Writing to a string does not fail.
+            let _ = write!(wish, " {name} {value}");
+        }
+    }
+    format!(
+        "--port auto: none of the {others} USB serial ports fits [usb]{wish} of the configuration; `gripctl ports` shows what they say of themselves"
+    )
+}
+
+fn several<'a>(ports: impl Iterator<Item = &'a PortInfo>) -> String {
+    let lines: Vec<String> = ports.map(|port| format!("\n  {}", describe(port))).collect();
+    format!(
+        "--port auto: {} USB serial ports fit; name one with --port, or tell it apart under [usb] in the configuration:{}",
+        lines.len(),
+        lines.concat()
+    )
+}
+
+/// One line that tells a port from others: its paths, its ids, its names and where it is plugged in.
+#[must_use]
+pub fn describe(port: &PortInfo) -> String {
+    let by_id = port.by_id.as_ref().map(|link| format!("  {}", link.display()));
+    let usb = port.usb.as_ref().map(|usb| format!("  {}", describe_usb(usb)));
+    format!("{}{}{}", port.path.display(), usb.unwrap_or_default(), by_id.unwrap_or_default())
+}
+
+/// The same of its USB side: ids, names, where it is plugged in.
+#[must_use]
+pub fn describe_usb(usb: &UsbPort) -> String {
+    let words = [&usb.manufacturer, &usb.product];
+    let words: String = words.into_iter().flatten().map(|word| format!(" {word}")).collect();
+    let serial = usb
+        .serial
+        .as_ref()
+        .map_or_else(|| ", no serial number".to_owned(), |serial| format!(", serial {serial}"));
+    format!("{:04x}:{:04x}{words}{serial}, socket {}", usb.vid, usb.pid, usb.socket)
+}
+
+/// Pauses between tries: 50 ms at first, twice as long each time, at most 2 s.
+#[derive(Clone, Copy, Debug)]
+pub struct Backoff(Duration);
+
+impl Backoff {
+    const FIRST: Duration = Duration::from_millis(50);
+    const LONGEST: Duration = Duration::from_secs(2);
+
+    /// The pause before the next try.
+    pub fn pause(&mut self) -> Duration {
+        let pause = self.0;
+        self.0 = (2 * pause).min(Self::LONGEST);
+        pause
+    }
+
+    /// It worked: the next pause is a short one again.
+    pub fn reset(&mut self) {
+        *self = Self::default();
+    }
+}
+
+impl Default for Backoff {
+    fn default() -> Self {
+        Self(Self::FIRST)
+    }
+}
+
+impl Wanted {
+    /// The wish of a user: `auto` with what the configuration says of USB, or a path.
+    #[must_use]
+    pub fn new(name: &str, usb: &UsbConfig) -> Self {
+        if name == "auto" {
+            Self::Auto(usb.clone())
+        } else {
+            Self::Path(Path::new(name).to_owned())
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;
