@@ -111,11 +111,7 @@ fn record(file: &Path, items: &[(u64, Kept)]) -> Result<u64, Box<dyn Error>> {
         wall_ns: 1_763_766_000_000_000_000,
         attached: vec![
             text(recording::CONFIG_NAME, "application/toml", "port = \"sim\"\n"),
-            text(
-                recording::MODEL_NAME,
-                "application/json",
-                model::default_text(),
-            ),
+            text(recording::MODEL_NAME, "application/json", model::default_text()),
         ],
         ..About::default()
     };

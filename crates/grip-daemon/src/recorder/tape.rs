@@ -203,13 +203,8 @@ impl Tape {
             ];
             self.writer.metadata("limits", &owned(limits))?;
         }
-        let record = pipeline_record(&beginning.config, &mut self.json).map_err(io::Error::from)?;
-        let record = PipelineRecord {
-            continued,
-            carried_n: beginning.carried_n,
-            taxels: u32::try_from(beginning.taxels).unwrap_or(u32::MAX),
-            ..record
-        };
+        let record = pipeline_record(beginning, &mut self.json).map_err(io::Error::from)?;
+        let record = PipelineRecord { continued, ..record };
         self.writer.write(host_us, &Record::Pipeline(record))
     }
 
