@@ -14,3 +14,4 @@ mod sim;
 mod splits;
 mod study;
 mod surfaces;
+mod tape;
