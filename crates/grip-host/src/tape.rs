@@ -4,6 +4,7 @@ use crate::{
     model::{HostEstimator, ModelError, default_estimator, parse_estimator},
     recording::{ABOUT, MODEL_NAME, PART, RUN, UNRECORDED, beginning, client_command},
     report::{EventLine, EventLog},
+    session::Beginning,
 };
 use grip_record::mcap::{ClientRecord, Entry, McapError, McapReader, PipelineRecord, Record};
 use serde::Deserialize;
@@ -118,6 +119,8 @@ pub struct Tape {
 /// One pipeline and its samples.
 #[derive(Debug)]
 struct Run {
+    /// As it was recorded.
+    begun: Beginning,
     pipeline: Pipeline<Arc<[f32]>>,
     first: Option<Micros>,
     last: Micros,
@@ -214,13 +217,16 @@ impl Tape {
         Ok(())
     }
 
-    /// A pipeline begins, or goes on in the next file.
+    /// A pipeline begins, or goes on in the next file. One that began while nothing was recorded begins in the middle too.
     fn begin(
         &mut self,
         place: &mut Place<'_>,
         record: &PipelineRecord<'_>,
     ) -> Result<(), TapeError> {
-        if record.continued && self.pipeline.is_some() {
+        let file = place.file;
+        let begun = beginning(record)
+            .map_err(|source| TapeError::Settings { file: file.to_owned(), source })?;
+        if record.continued && self.pipeline.as_ref().is_some_and(|run| run.begun == begun) {
             return Ok(());
         }
         if record.continued {
@@ -229,10 +235,8 @@ impl Tape {
                 "starts in the middle of a run: without the files before it the first events may differ".to_owned(),
             ));
         }
-        let file = place.file;
-        let mut begun = beginning(record)
-            .map_err(|source| TapeError::Settings { file: file.to_owned(), source })?;
-        let config = &mut begun.config;
+        let mut changed = begun;
+        let config = &mut changed.config;
         config.no_skip |= self.options.no_skip;
         config.grip = config.grip.filter(|_| !self.options.observe);
         config.observation.esc = self.options.esc.unwrap_or(config.observation.esc);
@@ -242,10 +246,10 @@ impl Tape {
             (None, None) => default_estimator()
                 .map_err(|source| TapeError::Model { file: file.to_owned(), source })?,
         };
-        let pipeline = begun
+        let pipeline = changed
             .pipeline(estimator)
             .map_err(|source| TapeError::Pipeline { file: file.to_owned(), source })?;
-        let run = Run { pipeline, first: None, last: Micros(0), index: 0 };
+        let run = Run { begun, pipeline, first: None, last: Micros(0), index: 0 };
         if let Some(ended) = self.pipeline.replace(run) {
             ended.count(&mut self.summary);
         }

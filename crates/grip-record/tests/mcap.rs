@@ -233,6 +233,22 @@ fn a_file_cut_off_anywhere_keeps_what_was_flushed() {
     assert_eq!(flushed_before as u32, count);
 }
 
+/// Without its index a file can be replayed, but no viewer takes it.
+#[test]
+fn a_lost_index_is_written_again() {
+    let whole = samples(60, 20);
+    let data_end = whole.windows(9).rposition(|w| w == [0x0f, 4, 0, 0, 0, 0, 0, 0, 0]).unwrap();
+    for len in (data_end + 9..whole.len()).step_by(5) {
+        let (saved, out) = recovered(whole.get(..len).unwrap()).unwrap();
+        assert_eq!((saved.messages, saved.cut_at, saved.holes.len()), (60, Some(len as u64), 0));
+        assert!(recovered(&out).unwrap().0.was_whole());
+    }
+    let mut bytes = whole.clone();
+    bytes[data_end + 40] ^= 1;
+    let (saved, _) = recovered(&bytes).unwrap();
+    assert_eq!((saved.messages, saved.was_whole()), (60, false), "a damaged index is no index");
+}
+
 #[test]
 fn damage_in_one_chunk_costs_that_chunk() {
     let whole = samples(400, 25);

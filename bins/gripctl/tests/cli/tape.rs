@@ -54,7 +54,9 @@ fn recordings_replay_to_the_recorded_lines_and_so_does_their_csv() {
     let folder = tempfile::tempdir().unwrap();
     let lines = record(&folder.path().join("run.mcap"), "default", 2500);
     assert!(lines.iter().any(|line| line.contains("\"slip\"")), "{lines:?}");
-    for args in [&["replay", "run.mcap", "--json"][..], &["replay", "run.mcap", "--json", "--no-skip"]] {
+    for args in
+        [&["replay", "run.mcap", "--json"][..], &["replay", "run.mcap", "--json", "--no-skip"]]
+    {
         let ran = gripctl(folder.path(), args).done();
         let mut printed: Vec<&str> = ran.out.lines().collect();
         let summary: serde_json::Value = serde_json::from_str(printed.pop().unwrap()).unwrap();
@@ -100,7 +102,11 @@ fn a_difference_is_shown_and_fails() {
     writer.finish().unwrap();
     let ran = gripctl(folder.path(), &["replay", "other.mcap", "--check"]);
     assert_eq!(ran.code, 1, "{ran:?}");
-    assert!(ran.err.contains("event 1 differs") && ran.err.contains("recorded: {\"type\":\"slip\"}"), "{}", ran.err);
+    assert!(
+        ran.err.contains("event 1 differs") && ran.err.contains("recorded: {\"type\":\"slip\"}"),
+        "{}",
+        ran.err
+    );
 }
 
 #[test]
@@ -110,7 +116,11 @@ fn a_cut_recording_is_recovered_in_place() {
     let lines = record(&file, "default", 2500);
     let whole = fs::read(&file).unwrap();
     let ran = gripctl(folder.path(), &["recover", "run.mcap"]).done();
-    assert!(ran.out.contains("run.mcap is whole") && fs::read(&file).unwrap() == whole, "{}", ran.out);
+    assert!(
+        ran.out.contains("run.mcap is whole") && fs::read(&file).unwrap() == whole,
+        "{}",
+        ran.out
+    );
     fs::write(&file, whole.get(..whole.len() / 2).unwrap()).unwrap();
     let ran = gripctl(folder.path(), &["replay", "run.mcap", "--check"]);
     assert_eq!(ran.code, 3, "{ran:?}");
@@ -119,7 +129,9 @@ fn a_cut_recording_is_recovered_in_place() {
     assert_eq!(ran.code, 3, "{ran:?}");
     let report = ran.json().pop().unwrap();
     assert_eq!((&report["whole"], &report["output"]), (&false.into(), &"run.mcap".into()));
-    assert!(report["messages"].as_u64().unwrap() > 2500 && report["lost_bytes"].as_u64().unwrap() > 0);
+    assert!(
+        report["messages"].as_u64().unwrap() > 2500 && report["lost_bytes"].as_u64().unwrap() > 0
+    );
     let ran = gripctl(folder.path(), &["replay", "run.mcap", "--json"]).done();
     let count = ran.out.lines().count() - 1;
     assert!(ran.out.lines().take(count).eq(lines.iter().take(count).map(String::as_str)));
@@ -138,7 +150,11 @@ fn a_damaged_recording_is_recovered_beside_it() {
     fs::write(&file, &bytes).unwrap();
     let ran = gripctl(folder.path(), &["recover", "run.mcap"]);
     assert_eq!(ran.code, 3, "{ran:?}");
-    assert!(ran.out.contains("damaged at byte") && ran.out.contains("run.recovered.mcap: saved"), "{}", ran.out);
+    assert!(
+        ran.out.contains("damaged at byte") && ran.out.contains("run.recovered.mcap: saved"),
+        "{}",
+        ran.out
+    );
     assert_eq!(fs::read(&file).unwrap(), bytes, "the damaged one stays");
     let ran = gripctl(folder.path(), &["recover", "run.recovered.mcap"]).done();
     assert!(ran.out.contains("is whole"), "{}", ran.out);
@@ -155,17 +171,26 @@ fn what_cannot_be_replayed_says_why() {
         (&["replay", "nowhere.mcap"], 1, "nowhere.mcap: cannot be read"),
         (&["replay", "run.mcap", "a.csv"], 2, "only .mcap files of one recording"),
         (&["replay", "a.csv", "--check"], 2, "a.csv has no events to compare with"),
-        (&["replay", "run.mcap", "--config", "x.toml"], 2, "--config: an .mcap recording has its own settings"),
+        (
+            &["replay", "run.mcap", "--config", "x.toml"],
+            2,
+            "--config: an .mcap recording has its own settings",
+        ),
         (&["replay", "run.mcap", "--check", "--observe"], 2, "--check with --observe"),
         (&["recover", "no.mcap"], 1, "no.mcap: is no MCAP file"),
         (&["recover", "run.mcap", "-o", "run.mcap"], 2, "-o names the recording itself"),
-        (&["csv", "run.mcap", "-o", "x.csv", "--pipeline", "2"], 1, "has 1 pipelines, and 2 was wanted"),
+        (
+            &["csv", "run.mcap", "-o", "x.csv", "--pipeline", "2"],
+            1,
+            "has 1 pipelines, and 2 was wanted",
+        ),
         (&["csv", "run.mcap", "-o", "nowhere/x.csv"], 1, "nowhere/x.csv"),
     ] {
         let ran = gripctl(folder.path(), args);
         assert_eq!(ran.code, code, "{args:?}: {ran:?}");
         assert!(ran.err.contains(words), "{args:?}: {}", ran.err);
     }
-    let left: Vec<_> = fs::read_dir(folder.path()).unwrap().map(|e| e.unwrap().file_name()).collect();
+    let left: Vec<_> =
+        fs::read_dir(folder.path()).unwrap().map(|e| e.unwrap().file_name()).collect();
     assert_eq!(left.len(), 3, "{left:?}");
 }
