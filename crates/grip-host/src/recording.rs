@@ -1,8 +1,10 @@
 //! Events and beginnings in, the records of an MCAP file out, and back: what daemon and toolbox must agree on.
 
-use crate::report::{EventLine, EvidenceFields};
-use grip_record::mcap::{EventRecord, PipelineRecord};
-use slip_core::PipelineConfig;
+use crate::{
+    report::{EventLine, EvidenceFields},
+    session::{Beginning, ClientCommand},
+};
+use grip_record::mcap::{ClientRecord, EventRecord, PipelineRecord};
 
 /// Name of the configuration among the attachments, with all layers merged.
 pub const CONFIG_NAME: &str = "gripd.toml";
@@ -74,26 +76,70 @@ fn with_evidence<'a>(record: EventRecord<'a>, evidence: &EvidenceFields) -> Even
 /// # Errors
 /// Never, for settings that a pipeline accepts.
 pub fn pipeline_record<'a>(
-    config: &PipelineConfig,
+    beginning: &Beginning,
     json: &'a mut Vec<u8>,
 ) -> Result<PipelineRecord<'a>, serde_json::Error> {
+    let Beginning { config, carried_n, least_n, released, taxels } = beginning;
     json.clear();
     serde_json::to_writer(&mut *json, config)?;
     let text = core::str::from_utf8(json).map_err(serde::ser::Error::custom)?;
     Ok(PipelineRecord {
         continued: false,
-        carried_n: None,
-        taxels: 0,
+        carried_n: *carried_n,
+        least_n: *least_n,
+        released: *released,
+        taxels: u32::try_from(*taxels).unwrap_or(u32::MAX),
         rate_hz: config.sample_rate.0,
         grips: config.grip.is_some(),
         config: text,
     })
 }
 
+/// What a recorded pipeline began with.
+///
+/// # Errors
+/// Where its settings are not those of this version.
+pub fn beginning(record: &PipelineRecord<'_>) -> Result<Beginning, serde_json::Error> {
+    Ok(Beginning {
+        config: serde_json::from_str(record.config)?,
+        carried_n: record.carried_n,
+        least_n: record.least_n,
+        released: record.released,
+        taxels: usize::try_from(record.taxels).unwrap_or(usize::MAX),
+    })
+}
+
+/// What a client's command is in a file.
+#[must_use]
+pub const fn client_record(command: ClientCommand) -> ClientRecord {
+    match command {
+        ClientCommand::AtLeast(force_n) => ClientRecord::AtLeast(force_n),
+        ClientCommand::Release => ClientRecord::Release,
+        ClientCommand::Grasp => ClientRecord::Grasp,
+        ClientCommand::Stop => ClientRecord::Stop,
+        ClientCommand::ClearFault(code) => ClientRecord::ClearFault(code),
+    }
+}
+
+/// The client's command that a file tells of.
+#[must_use]
+pub const fn client_command(record: ClientRecord) -> ClientCommand {
+    match record {
+        ClientRecord::AtLeast(force_n) => ClientCommand::AtLeast(force_n),
+        ClientRecord::Release => ClientCommand::Release,
+        ClientRecord::Grasp => ClientCommand::Grasp,
+        ClientRecord::Stop => ClientCommand::Stop,
+        ClientRecord::ClearFault(code) => ClientCommand::ClearFault(code),
+    }
+}
+
 #[cfg(test)]
 mod tests {
-    use super::{event_record, pipeline_record};
-    use crate::report::{EventLine, EvidenceFields};
+    use super::{beginning, event_record, pipeline_record};
+    use crate::{
+        report::{EventLine, EvidenceFields},
+        session::Beginning,
+    };
     use slip_core::{PipelineConfig, Signal, units::Hertz};
 
     #[test]
@@ -104,9 +150,12 @@ mod tests {
         config.detector.tail = 4.000_001;
         let mut json = Vec::new();
         for config in [config, PipelineConfig::observing(Signal::Vibration, Hertz(2200.0))] {
-            let record = pipeline_record(&config, &mut json).unwrap();
-            assert_eq!(record.grips, config.grip.is_some());
-            assert_eq!(serde_json::from_str::<PipelineConfig>(record.config).unwrap(), config);
+            for (carried_n, released) in [(None, true), (Some(7.25), false)] {
+                let begun = Beginning { config, carried_n, least_n: 0.1, released, taxels: 16 };
+                let record = pipeline_record(&begun, &mut json).unwrap();
+                assert_eq!(record.grips, config.grip.is_some());
+                assert_eq!(beginning(&record).unwrap(), begun);
+            }
         }
     }
 

@@ -2,15 +2,17 @@
 
 use crate::{
     model::{HostEstimator, ModelError, default_estimator, parse_estimator},
-    recording::{ABOUT, MODEL_NAME, PART, RUN, UNRECORDED},
+    recording::{ABOUT, MODEL_NAME, PART, RUN, UNRECORDED, beginning, client_command},
     report::{EventLine, EventLog},
+    session::Beginning,
 };
 use grip_record::mcap::{ClientRecord, Entry, McapError, McapReader, PipelineRecord, Record};
 use serde::Deserialize;
-use slip_core::{ConfigError, Pipeline, PipelineConfig, Sample, esc::Reading, units::Micros};
+use slip_core::{ConfigError, Pipeline, Sample, esc::Reading, units::Micros};
 use std::{
     collections::BTreeMap,
     path::{Path, PathBuf},
+    sync::Arc,
 };
 
 /// How a replay differs from the run that was recorded.
@@ -117,7 +119,9 @@ pub struct Tape {
 /// One pipeline and its samples.
 #[derive(Debug)]
 struct Run {
-    pipeline: Pipeline<Box<[f32]>>,
+    /// As it was recorded.
+    begun: Beginning,
+    pipeline: Pipeline<Arc<[f32]>>,
     first: Option<Micros>,
     last: Micros,
     index: u32,
@@ -213,13 +217,16 @@ impl Tape {
         Ok(())
     }
 
-    /// A pipeline begins, or goes on in the next file.
+    /// A pipeline begins, or goes on in the next file. One that began while nothing was recorded begins in the middle too.
     fn begin(
         &mut self,
         place: &mut Place<'_>,
         record: &PipelineRecord<'_>,
     ) -> Result<(), TapeError> {
-        if record.continued && self.pipeline.is_some() {
+        let file = place.file;
+        let begun = beginning(record)
+            .map_err(|source| TapeError::Settings { file: file.to_owned(), source })?;
+        if record.continued && self.pipeline.as_ref().is_some_and(|run| run.begun == begun) {
             return Ok(());
         }
         if record.continued {
@@ -228,10 +235,9 @@ impl Tape {
                 "starts in the middle of a run: without the files before it the first events may differ".to_owned(),
             ));
         }
-        let file = place.file;
-        let config: PipelineConfig = serde_json::from_str(record.config)
-            .map_err(|source| TapeError::Settings { file: file.to_owned(), source })?;
-        let mut config = PipelineConfig { no_skip: self.options.no_skip, ..config };
+        let mut changed = begun;
+        let config = &mut changed.config;
+        config.no_skip |= self.options.no_skip;
         config.grip = config.grip.filter(|_| !self.options.observe);
         config.observation.esc = self.options.esc.unwrap_or(config.observation.esc);
         let estimator = match (&self.options.estimator, &self.model) {
@@ -240,9 +246,10 @@ impl Tape {
             (None, None) => default_estimator()
                 .map_err(|source| TapeError::Model { file: file.to_owned(), source })?,
         };
-        let pipeline = take_over(config, estimator, record.carried_n)
+        let pipeline = changed
+            .pipeline(estimator)
             .map_err(|source| TapeError::Pipeline { file: file.to_owned(), source })?;
-        let run = Run { pipeline, first: None, last: Micros(0), index: 0 };
+        let run = Run { begun, pipeline, first: None, last: Micros(0), index: 0 };
         if let Some(ended) = self.pipeline.replace(run) {
             ended.count(&mut self.summary);
         }
@@ -271,24 +278,13 @@ impl Tape {
         }
     }
 
-    /// A client's command acts on the pipeline here, between the same samples as it did live.
+    /// A client's command acts on the pipeline here, between the same samples as it did live. What went to the gripper itself shows
+    /// in its samples.
     fn client(&mut self, command: ClientRecord) {
-        let Some(_run) = &mut self.pipeline else { return };
-        match command {
-            ClientRecord::AtLeast(_) | ClientRecord::Release | ClientRecord::Grasp => {}
-            // These go to the gripper; the pipeline sees their effect in the samples.
-            ClientRecord::Stop | ClientRecord::ClearFault(_) => {}
+        if let Some(run) = &mut self.pipeline {
+            client_command(command).apply(&mut run.pipeline);
         }
     }
-}
-
-/// A fresh pipeline whose controller takes over a grip of `carried_n` newtons, where there was one.
-fn take_over(
-    config: PipelineConfig,
-    estimator: HostEstimator,
-    _carried_n: Option<f32>,
-) -> Result<Pipeline<Box<[f32]>>, ConfigError> {
-    Pipeline::new(config, Some(estimator))
 }
 
 struct Place<'a> {

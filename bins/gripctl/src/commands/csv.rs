@@ -2,12 +2,15 @@
 
 use crate::{cli::CsvExportArgs, output};
 use anyhow::Context as _;
-use grip_host::exit::{Exit, WrongArgument};
+use grip_host::{
+    exit::{Exit, WrongArgument},
+    recording,
+};
 use grip_record::{
     ChannelSet, CsvWriter, StylusKind,
     mcap::{Entry, McapError, McapReader, PipelineRecord, Record, SampleRecord},
 };
-use slip_core::{PipelineConfig, Signal};
+use slip_core::Signal;
 use std::{
     fs::File,
     io::{BufWriter, Write as _},
@@ -85,13 +88,13 @@ impl Export<'_> {
         if !self.wanted() {
             return Ok(());
         }
-        let config: PipelineConfig = serde_json::from_str(begun.config)
+        let beginning = recording::beginning(begun)
             .with_context(|| format!("{}: the settings of its pipeline", file.display()))?;
-        let stylus = match config.signal {
+        let stylus = match beginning.config.signal {
             Signal::Displacement => StylusKind::Displacement,
             Signal::Vibration => StylusKind::Vibration,
         };
-        let channels = ChannelSet::all(stylus).with_taxels(usize::try_from(begun.taxels)?);
+        let channels = ChannelSet::all(stylus).with_taxels(beginning.taxels);
         let name = || format!("cannot write {}", self.args.output.display());
         let out = File::create(&self.args.output).with_context(name)?;
         self.writer = Some(CsvWriter::new(BufWriter::new(out), &channels).with_context(name)?);

@@ -16,3 +16,4 @@ mod splits;
 mod status;
 mod study;
 mod surfaces;
+mod tape;

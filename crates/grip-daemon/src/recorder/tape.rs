@@ -1,11 +1,13 @@
 //! Items in, one MCAP file out, with everything in it that a replay needs.
 
 use super::{About, RecorderError, link, name};
-use crate::{Beginning, ClientCommand, Item, State};
-use grip_host::recording::{ABOUT, PART, RUN, UNRECORDED, event_record, pipeline_record};
+use crate::{Beginning, Item, State};
+use grip_host::recording::{
+    ABOUT, PART, RUN, UNRECORDED, client_record, event_record, pipeline_record,
+};
 use grip_record::mcap::{
-    ClientRecord, CommandRecord, LinkRecord, McapWriteError, McapWriter, PipelineRecord, Record,
-    SampleRecord, StateRecord, WireRecord,
+    CommandRecord, LinkRecord, McapWriteError, McapWriter, PipelineRecord, Record, SampleRecord,
+    StateRecord, WireRecord,
 };
 use std::{
     collections::BTreeMap,
@@ -126,7 +128,7 @@ impl Tape {
                 self.writer.write(host_us, &Record::Command(record))
             }
             Item::Client { host_us, command } => {
-                self.writer.write(host_us, &Record::Client(client(command)))
+                self.writer.write(host_us, &Record::Client(client_record(command)))
             }
             Item::Link { host_us, note } => {
                 if let crate::LinkNote::Identified { uid, boot_id, .. } = note {
@@ -201,13 +203,8 @@ impl Tape {
             ];
             self.writer.metadata("limits", &owned(limits))?;
         }
-        let record = pipeline_record(&beginning.config, &mut self.json).map_err(io::Error::from)?;
-        let record = PipelineRecord {
-            continued,
-            carried_n: beginning.carried_n,
-            taxels: u32::try_from(beginning.taxels).unwrap_or(u32::MAX),
-            ..record
-        };
+        let record = pipeline_record(beginning, &mut self.json).map_err(io::Error::from)?;
+        let record = PipelineRecord { continued, ..record };
         self.writer.write(host_us, &Record::Pipeline(record))
     }
 
@@ -235,16 +232,6 @@ fn lock(out: &File) -> io::Result<()> {
 
 fn owned<const N: usize>(values: [(&str, String); N]) -> BTreeMap<String, String> {
     values.into_iter().map(|(name, value)| (name.to_owned(), value)).collect()
-}
-
-fn client(command: ClientCommand) -> ClientRecord {
-    match command {
-        ClientCommand::AtLeast(force_n) => ClientRecord::AtLeast(force_n),
-        ClientCommand::Release => ClientRecord::Release,
-        ClientCommand::Grasp => ClientRecord::Grasp,
-        ClientCommand::Stop => ClientRecord::Stop,
-        ClientCommand::ClearFault(code) => ClientRecord::ClearFault(code),
-    }
 }
 
 fn state_record(state: &State) -> StateRecord {

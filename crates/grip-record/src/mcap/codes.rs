@@ -9,7 +9,7 @@ use super::cdr::{CdrError, CdrReader};
 
 pub(super) const SCENES: [Scene; 4] = [Scene::Idle, Scene::Moving, Scene::Holding, Scene::Slipping];
 
-pub(super) const GRIPS: [Option<GripState>; 7] = [
+pub(super) const GRIPS: [Option<GripState>; 8] = [
     None,
     Some(GripState::Open),
     Some(GripState::Closing),
@@ -17,6 +17,7 @@ pub(super) const GRIPS: [Option<GripState>; 7] = [
     Some(GripState::Holding),
     Some(GripState::Slipping),
     Some(GripState::Fault),
+    Some(GripState::Released),
 ];
 
 pub(super) const STYLUS: [Health; 5] =

@@ -105,6 +105,7 @@ pub(super) struct RawReader<R> {
     chunk: Vec<u8>,
     at: usize,
     ended: bool,
+    finished: bool,
 }
 
 impl<R: Read> RawReader<R> {
@@ -125,6 +126,7 @@ impl<R: Read> RawReader<R> {
             chunk: Vec::new(),
             at: 0,
             ended: false,
+            finished: false,
         })
     }
 
@@ -193,6 +195,7 @@ impl<R: Read> RawReader<R> {
         let len = u64::from_le_bytes(len);
         if matches!(opcode, op::DATA_END | op::FOOTER) {
             self.ended = true;
+            self.read_end(opcode, len)?;
             return Ok(None);
         }
         if len > LONGEST || opcode == 0 {
@@ -208,6 +211,27 @@ impl<R: Read> RawReader<R> {
         }
         self.next = offset + head.len() as u64 + len;
         Ok(Some(opcode))
+    }
+
+    /// Whether the end of the data was followed by an index that is whole.
+    pub(super) fn finished(&self) -> bool {
+        self.finished
+    }
+
+    /// Bytes of the file up to where reading went.
+    pub(super) fn position(&self) -> u64 {
+        self.next
+    }
+
+    /// Reads what follows the data, whose last record has just begun, and checks it.
+    fn read_end(&mut self, opcode: u8, len: u64) -> Result<(), RawError> {
+        self.body.clear();
+        let read =
+            (&mut self.input).take(LONGEST).read_to_end(&mut self.body).map_err(RawError::Io)?;
+        self.next = self.offset + 9 + read as u64;
+        let data_end = usize::try_from(len).ok().filter(|_| opcode == op::DATA_END);
+        self.finished = data_end.and_then(|len| self.body.get(len..)).is_some_and(is_end);
+        Ok(())
     }
 
     /// Decompresses the chunk in `body` and checks it.
@@ -261,6 +285,21 @@ fn fill(input: &mut impl Read, out: &mut [u8]) -> io::Result<usize> {
         }
     }
     Ok(filled)
+}
+
+/// Whether the bytes after the data are an index with its checksum, the footer and the magic.
+fn is_end(bytes: &[u8]) -> bool {
+    // Opcode, length, place of the index, place of its offsets, checksum.
+    const FOOTER: usize = 9 + 8 + 8 + 4;
+    let whole = || {
+        let rest = bytes.strip_suffix(&MAGIC)?;
+        let footer = rest.get(rest.len().checked_sub(FOOTER)?..)?;
+        let (checked, crc) = rest.split_last_chunk::<4>()?;
+        let crc = u32::from_le_bytes(*crc);
+        let good = crc == 0 || crc == crc32fast::hash(checked);
+        Some(good && footer.first() == Some(&op::FOOTER))
+    };
+    whole().unwrap_or(false)
 }
 
 /// Opcode and place of the body of the record that begins at `from`.

@@ -190,6 +190,10 @@ pub struct PipelineRecord<'a> {
     pub continued: bool,
     /// Force (N) at which the controller takes over a grip.
     pub carried_n: Option<f32>,
+    /// Force (N) that a client asked for; 0 where none did.
+    pub least_n: f32,
+    /// Whether a client had let go of the object.
+    pub released: bool,
     /// Taxels of the gripper's array.
     pub taxels: u32,
     /// Samples per second.
@@ -412,6 +416,7 @@ impl ClientRecord {
 impl<'a> PipelineRecord<'a> {
     fn encode(&self, w: &mut CdrWriter<'_>) {
         w.bool(self.continued).bool(self.carried_n.is_some()).f32(short(self.carried_n));
+        w.f32(self.least_n).bool(self.released);
         w.u32(self.taxels).f32(self.rate_hz).bool(self.grips).text(self.config);
     }
 
@@ -420,6 +425,8 @@ impl<'a> PipelineRecord<'a> {
         Ok(Self {
             continued,
             carried_n: carries.then_some(carried_n),
+            least_n: r.f32()?,
+            released: r.bool()?,
             taxels: r.u32()?,
             rate_hz: r.f32()?,
             grips: r.bool()?,

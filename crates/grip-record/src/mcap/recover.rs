@@ -25,7 +25,7 @@ pub struct Recovered {
     pub span_ns: Option<(u64, u64)>,
     /// Places in the middle that were damaged and left out: the offset and what does not fit.
     pub holes: Vec<(u64, String)>,
-    /// Where the file ends too early, or where nothing more can be made out.
+    /// Where the file ends too early, or where nothing more can be made out; its length where only the index is missing or damaged.
     pub cut_at: Option<u64>,
 }
 
@@ -71,7 +71,10 @@ pub fn recover(
     };
     loop {
         match raw.advance().and_then(|place| place.map(|place| raw.record(&place)).transpose()) {
-            Ok(None) => break,
+            Ok(None) => {
+                copy.saved.cut_at = (!raw.finished()).then(|| raw.position());
+                break;
+            }
             Ok(Some(record)) => copy.take(record, raw.offset()).map_err(McapWriteError)?,
             Err(RawError::Damaged { offset, what, skippable: true }) => {
                 copy.saved.holes.push((offset, what));
