@@ -34,7 +34,7 @@ use std::{
 use table::Table;
 use tape::{Standing, Tape};
 
-/// What was taken is handed to the operating system at least this often (us).
+/// What was taken is handed to the operating system at least this often (us), unless other options are given.
 pub const FLUSH_US: u64 = 250_000;
 /// What was flushed is on the disk at least this often (us).
 pub const SYNC_US: u64 = 2_000_000;
@@ -43,14 +43,23 @@ const PAUSE_US: u64 = 10_000_000;
 const LONGEST_PAUSE_US: u64 = 640_000_000;
 
 /// How a recording is cut into files.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RecordingOptions {
     /// A file is ended when it has this many bytes; `None` for never. Of no effect on CSV.
     pub rotate_bytes: Option<u64>,
     /// A file is ended when it is this old (us); `None` for never. Of no effect on CSV.
     pub rotate_us: Option<u64>,
+    /// What was taken is handed to the operating system at least this often (us).
+    pub flush_us: u64,
     /// Whether raw bytes of the line are recorded too.
     pub wire: bool,
+}
+
+impl Default for RecordingOptions {
+    /// One file, flushed every [`FLUSH_US`], without raw bytes.
+    fn default() -> Self {
+        Self { rotate_bytes: None, rotate_us: None, flush_us: FLUSH_US, wire: false }
+    }
 }
 
 /// What a recording says of its origin. Times belong together: both clocks were read at once.
@@ -236,7 +245,7 @@ impl Recorder {
             }
             return;
         }
-        let outcome = if now_us.saturating_sub(self.flushed_us) >= FLUSH_US {
+        let outcome = if now_us.saturating_sub(self.flushed_us) >= self.options.flush_us {
             self.flushed_us = now_us;
             self.flush(now_us).and_then(|()| self.rotate(now_us))
         } else {
