@@ -150,7 +150,8 @@ struct Turn {
     scenes: [u64; 4],
     closed: Option<CloseReason>,
     degraded: bool,
-    identified: bool,
+    /// A gripper took the settings.
+    configured: bool,
     other: bool,
     stepped: bool,
 }
@@ -240,7 +241,7 @@ impl<C: Fn() -> u64> Hot<C> {
         let count = line.read(&mut input, READ_TIMEOUT)?;
         let received_ns = (self.clock)();
         let turn = self.receive(line, input.get(..count).unwrap_or(&[]), received_ns)?;
-        self.attached |= turn.identified && !turn.other;
+        self.attached |= turn.configured;
         self.other |= turn.other;
         self.counters.degraded += u64::from(turn.degraded);
         self.counters.turns += 1;
@@ -428,7 +429,6 @@ impl Turn {
             News::Event(line) => put(ends, &Item::Event { host_us, line: &line }),
             News::Began(beginning) => put(ends, &Item::Began { host_us, beginning }),
             News::Gripper { ident, rebooted, other } => {
-                self.identified = true;
                 self.other |= other;
                 let note = if other {
                     LinkNote::OtherGripper { uid: ident.uid }
@@ -448,7 +448,10 @@ impl Turn {
                 self.degraded |= to == HostState::Degraded;
                 LinkNote::State(to)
             }
-            HostEvent::Configured { clamped } => LinkNote::Configured(clamped),
+            HostEvent::Configured { clamped } => {
+                self.configured = true;
+                LinkNote::Configured(clamped)
+            }
             HostEvent::Rebooted { .. } => LinkNote::Rebooted,
             HostEvent::Status(status) => LinkNote::Status(status),
             HostEvent::Event(event) if event.kind != EventKind::State => LinkNote::Device(event),
