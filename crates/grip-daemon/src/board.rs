@@ -13,6 +13,8 @@ use std::{collections::VecDeque, path::PathBuf};
 
 /// Events that are remembered.
 const EVENTS: usize = 32;
+/// Counts over which the rate is taken.
+const COUNTS: usize = 5;
 
 /// What does not change while the daemon runs, or only with a reload.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -139,7 +141,8 @@ pub struct Board {
     pub recording: RecordingState,
     link: LinkBoard,
     counters: HotCounters,
-    before: HotCounters,
+    /// Host time (us) and samples of the last counts, the oldest first.
+    counts: VecDeque<(u64, u64)>,
     state: Option<(u64, State)>,
     events: VecDeque<(u64, EventLine)>,
     event_counts: EventCounts,
@@ -169,7 +172,14 @@ impl Board {
 
     /// Takes the counters of the hot thread.
     pub fn count(&mut self, counters: &HotCounters) {
-        self.before = core::mem::replace(&mut self.counters, *counters);
+        self.counters = *counters;
+        if self.counts.back().is_some_and(|(_, samples)| *samples > counters.samples) {
+            self.counts.clear();
+        }
+        if self.counts.len() == COUNTS {
+            self.counts.pop_front();
+        }
+        self.counts.push_back((counters.host_us, counters.samples));
     }
 
     fn event(&mut self, host_us: u64, line: EventLine) {
@@ -260,14 +270,15 @@ impl Board {
         self.client_commands
     }
 
-    /// Samples per second between the last two counts; `None` before there are two, and after the counters began anew.
+    /// Samples per second over the last five counts, which is about a second; `None` before there are two, and after the counters
+    /// began anew.
     #[must_use]
     pub fn rate_hz(&self) -> Option<f64> {
-        let us = self.counters.host_us.checked_sub(self.before.host_us).filter(|us| *us > 0)?;
-        let samples = self.counters.samples.checked_sub(self.before.samples)?;
+        let ((first_us, first), (last_us, last)) = self.counts.front().zip(self.counts.back())?;
+        let us = last_us.checked_sub(*first_us).filter(|us| *us > 0)?;
         #[expect(clippy::cast_precision_loss, reason = "counts of a second")]
-        let rate = samples as f64 * 1e6 / us as f64;
-        (self.before.host_us > 0).then_some(rate)
+        let rate = (last - first) as f64 * 1e6 / us as f64;
+        Some(rate)
     }
 
     /// Whether samples flow: what a health check wants to know.

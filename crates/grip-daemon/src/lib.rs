@@ -15,6 +15,8 @@ pub mod latency;
 pub mod log;
 pub mod metrics;
 pub mod pages;
+pub mod realtime;
+pub mod recorder;
 pub mod rings;
 pub mod status;
 pub mod supply;

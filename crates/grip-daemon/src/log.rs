@@ -7,7 +7,7 @@
 use core::fmt::{Display, Write as _};
 pub use grip_host::config::LogLevel;
 use grip_host::utc;
-use std::io::{self, Write};
+use std::io::{self, IsTerminal as _, Write};
 
 /// A sentence is told again after this time (us), with the number of times it came meanwhile.
 const QUIET_US: u64 = 10_000_000;
@@ -26,6 +26,16 @@ pub enum LogStyle {
 }
 
 impl LogStyle {
+    /// What the standard error of this program is.
+    #[must_use]
+    pub fn of_stderr() -> Self {
+        let stderr = io::stderr();
+        let journal = std::env::var("JOURNAL_STREAM").ok();
+        // Closed, or not to be asked: then it is no journal.
+        let file = rustix::fs::fstat(&stderr).ok().map(|stat| (stat.st_dev, stat.st_ino));
+        Self::of(stderr.is_terminal(), journal.as_deref(), file)
+    }
+
     /// What a standard error is: whether it is a terminal, what `JOURNAL_STREAM` says, and its device and inode.
     #[must_use]
     pub fn of(terminal: bool, journal: Option<&str>, stderr: Option<(u64, u64)>) -> Self {

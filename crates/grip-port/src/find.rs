@@ -1,12 +1,9 @@
 //! The wish for a port in; the path of the one port it means out, also after it was unplugged. No other port is ever opened.
 
 use crate::{Line, Places, PortError, PortInfo, UsbPort};
-use core::time::Duration;
-use grip_host::{config::UsbConfig, exit::WrongArgument};
-use std::{
-    fmt::Write as _,
-    path::{Path, PathBuf},
-};
+use core::{fmt::Write as _, time::Duration};
+use grip_host::{config::UsbFilter, exit::WrongArgument};
+use std::path::{Path, PathBuf};
 
 /// Which port is wanted.
 #[derive(Clone, Debug, PartialEq)]
@@ -14,7 +11,7 @@ pub enum Wanted {
     /// The one at this path: a device node, or a link to one.
     Path(PathBuf),
     /// The only USB serial port that fits.
-    Auto(UsbConfig),
+    Auto(UsbFilter),
 }
 
 /// Finds one port, and the same one again.
@@ -68,7 +65,7 @@ impl Finder {
         self.chosen.as_ref()
     }
 
-    fn only(&self, filter: &UsbConfig) -> Result<PathBuf, PortError> {
+    fn only(&self, filter: &UsbFilter) -> Result<PathBuf, PortError> {
         let ports = self.places.ports().map_err(PortError::List)?;
         let mut fitting = ports.iter().filter(|port| fits(filter, port));
         let Some(first) = fitting.next() else {
@@ -112,7 +109,7 @@ impl Finder {
     }
 }
 
-fn fits(filter: &UsbConfig, port: &PortInfo) -> bool {
+fn fits(filter: &UsbFilter, port: &PortInfo) -> bool {
     let text = |pattern: &Option<String>, value: &Option<String>| match pattern {
         None => true,
         Some(pattern) => value.as_ref().is_some_and(|value| glob(pattern, value)),
@@ -138,12 +135,12 @@ fn glob(pattern: &str, text: &str) -> bool {
     rest.ends_with(last)
 }
 
-fn absent(filter: &UsbConfig, others: usize) -> String {
+fn absent(filter: &UsbFilter, others: usize) -> String {
     if others == 0 {
         return "--port auto: no USB serial port found; plug the gripper in, or name the port"
             .to_owned();
     }
-    let UsbConfig { vid, pid, serial, product } = filter;
+    let UsbFilter { vid, pid, serial, product } = filter;
     let mut wish = String::new();
     let ids =
         [("vid", vid), ("pid", pid)].map(|(name, id)| (name, id.map(|id| format!("{id:#06x}"))));
@@ -218,7 +215,7 @@ impl Default for Backoff {
 impl Wanted {
     /// The wish of a user: `auto` with what the configuration says of USB, or a path.
     #[must_use]
-    pub fn new(name: &str, usb: &UsbConfig) -> Self {
+    pub fn new(name: &str, usb: &UsbFilter) -> Self {
         if name == "auto" {
             Self::Auto(usb.clone())
         } else {

@@ -2,7 +2,7 @@
 
 use crate::{Finder, Line, Places, PortError, Wanted, open::check_baud, simulator::Simulator};
 use core::time::Duration;
-use grip_host::{config::UsbConfig, scene};
+use grip_host::{config::UsbFilter, scene};
 use grip_sim::{Scene, Truth};
 
 /// Bits per second where nothing is said: 10 kHz of three channels need 1.5 Mbit/s.
@@ -21,7 +21,7 @@ pub struct PortArgs<'a> {
     /// Seed of the simulated scene, instead of its own.
     pub seed: Option<u64>,
     /// What `auto` looks for.
-    pub usb: &'a UsbConfig,
+    pub usb: &'a UsbFilter,
 }
 
 impl PortArgs<'_> {
@@ -108,12 +108,12 @@ mod tests {
     use super::{PortArgs, READ_TIMEOUT, Source};
     use crate::PortError;
     use grip_host::{
-        config::UsbConfig,
+        config::UsbFilter,
         exit::{Exit, message},
     };
 
     fn args(name: &str) -> PortArgs<'_> {
-        PortArgs { name, baud: super::DEFAULT_BAUD, seed: None, usb: &UsbConfig::ANY }
+        PortArgs { name, baud: super::DEFAULT_BAUD, seed: None, usb: &UsbFilter::ANY }
     }
 
     #[test]

@@ -3,6 +3,7 @@
 #![expect(clippy::unwrap_used, clippy::panic, reason = "test code")]
 
 mod calibrate;
+mod doctor;
 mod export;
 mod grasp;
 mod learn;
@@ -15,3 +16,4 @@ mod splits;
 mod status;
 mod study;
 mod surfaces;
+mod tape;

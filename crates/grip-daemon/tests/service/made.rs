@@ -7,7 +7,7 @@ use grip_daemon::{
 use grip_host::report::{EventLine, EvidenceFields};
 use grip_link::{
     host::HostState,
-    message::{DeviceState, Event, EventKind, FaultCode},
+    message::{DeviceState, Event, EventKind, FaultCode, ForceClamp, Status, StatusFlags},
 };
 use slip_core::{
     detector::ReferenceHealth,
@@ -35,6 +35,18 @@ pub(crate) const STATE: State = State {
     pressure_health: PressureHealth::Good,
     lost: 3,
     rate_hz: 10_000,
+};
+
+pub(crate) const STATUS: Status = Status {
+    last_cmd_id: 1,
+    state: DeviceState::Active,
+    clamp: ForceClamp(0),
+    fault: FaultCode::NONE,
+    applied_mn: 2500,
+    target_mn: 2500,
+    age_us: 5,
+    flags: StatusFlags(0),
+    rejected: 0,
 };
 
 pub(crate) fn slip(phase: &'static str, method: &'static str) -> EventLine {

@@ -126,3 +126,21 @@ fn a_link_that_closed_is_told_with_its_reason() {
     assert_eq!(board.events().count(), 32, "memory stays small");
     assert_eq!(board.event_counts().gross, [1, 1, 1000]);
 }
+
+#[test]
+fn the_documentation_has_every_metric_with_its_type_and_no_other() {
+    let guide = include_str!("../../../../docs/observability.md");
+    let documented = guide.lines().filter_map(|line| {
+        let (name, rest) = line.strip_prefix("| `gripd_")?.split_once("` | ")?;
+        Some(format!("gripd_{name} {}", rest.split(' ').next()?))
+    });
+    let board = made::board();
+    let note = LinkNote::Status(made::STATUS);
+    let mut full = board;
+    full.take(&Item::Link { host_us: 1, note: &note });
+    let text = page(&full);
+    let written = text.lines().filter_map(|line| line.strip_prefix("# TYPE ")).map(str::to_owned);
+    let (documented, written): (Vec<String>, Vec<String>) =
+        (documented.collect(), written.collect());
+    assert_eq!(documented, written, "in the order of the page");
+}

@@ -71,7 +71,7 @@ fn ports(config: &HostConfig, warn: &mut dyn FnMut(bool, &str)) {
     let port = config.port.as_deref();
     let named = port.is_some_and(|port| port != "auto");
     warn(
-        named && config.usb != super::UsbConfig::default(),
+        named && config.usb != super::UsbFilter::ANY,
         "[usb] chooses among ports only where port = \"auto\"",
     );
     let simulated = port.is_some_and(|port| port == "sim" || port.starts_with("sim:"));

@@ -85,21 +85,21 @@ impl Default for RealtimeConfig {
     }
 }
 
-/// Which USB serial ports `auto` takes; all of them where nothing is said.
+/// Which USB serial port `auto` means; what is absent fits every port.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
-pub struct UsbConfig {
+pub struct UsbFilter {
     /// Vendor.
     pub vid: Option<u16>,
-    /// Product number.
+    /// Product.
     pub pid: Option<u16>,
     /// Serial number; `*` stands for any characters.
     pub serial: Option<String>,
-    /// Product name; `*` stands for any characters.
+    /// Name of the product; `*` stands for any characters.
     pub product: Option<String>,
 }
 
-impl UsbConfig {
+impl UsbFilter {
     /// Fits every USB serial port.
     pub const ANY: Self = Self { vid: None, pid: None, serial: None, product: None };
 }

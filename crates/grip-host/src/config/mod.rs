@@ -11,7 +11,7 @@ mod template;
 pub use address::{AddressError, Listen, Uid};
 pub use change::{Change, NEEDS_RESTART, needs_restart};
 pub use error::{HostConfigError, Place, ValueError};
-pub use keys::{LinkConfig, LogLevel, RealtimeConfig, RealtimeMode, RecordingConfig, UsbConfig};
+pub use keys::{LinkConfig, LogLevel, RealtimeConfig, RealtimeMode, RecordingConfig, UsbFilter};
 pub use layers::{Layers, Setting};
 pub use template::{RecordName, RecordTemplate, TemplateError};
 
@@ -78,7 +78,7 @@ pub struct HostConfig {
     /// What is asked of the scheduler.
     pub realtime: RealtimeConfig,
     /// Which ports `auto` takes.
-    pub usb: UsbConfig,
+    pub usb: UsbFilter,
     /// How the noise floor is found.
     pub floor: FloorConfig,
     /// Bands and thresholds of the slip detector.
@@ -118,7 +118,7 @@ impl Default for HostConfig {
             link: LinkConfig::default(),
             recording: RecordingConfig::default(),
             realtime: RealtimeConfig::default(),
-            usb: UsbConfig::default(),
+            usb: UsbFilter::default(),
             floor: FloorConfig::default(),
             detector: DetectorConfig::default(),
             health: HealthConfig::default(),

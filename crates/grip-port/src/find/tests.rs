@@ -2,7 +2,7 @@ use super::{Backoff, Finder, Wanted, glob};
 use crate::{Places, PortError};
 use core::time::Duration;
 use grip_host::{
-    config::UsbConfig,
+    config::UsbFilter,
     exit::{Exit, message},
 };
 use grip_sim::Pty;
@@ -84,7 +84,7 @@ impl Tree {
         create_dir_all(&self.places.by_id).unwrap();
     }
 
-    fn auto(&self, filter: UsbConfig) -> Finder {
+    fn auto(&self, filter: UsbFilter) -> Finder {
         Finder::new(self.places.clone(), Wanted::Auto(filter))
     }
 
@@ -115,15 +115,15 @@ fn ports_are_described_as_the_kernel_and_udev_know_them() {
 #[test]
 fn auto_takes_the_only_port_that_fits_and_lists_several() {
     let tree = Tree::new();
-    let error = tree.auto(UsbConfig::ANY).find().unwrap_err();
+    let error = tree.auto(UsbFilter::ANY).find().unwrap_err();
     assert!(matches!(error, PortError::Absent(_)) && error.is_temporary(), "{error}");
     assert!(error.to_string().contains("plug the gripper in"), "{error}");
     let _first = tree.plug(&GRIPPER);
-    let found = tree.auto(UsbConfig::ANY).find().unwrap();
+    let found = tree.auto(UsbFilter::ANY).find().unwrap();
     assert_eq!(found, tree.places.dev.join("ttyACM0"));
     let twin = Device { name: "ttyACM1", socket: "1-3", serial: None, ..GRIPPER };
     let _second = tree.plug(&twin);
-    let error = tree.auto(UsbConfig::ANY).find().unwrap_err();
+    let error = tree.auto(UsbFilter::ANY).find().unwrap_err();
     assert_eq!(Exit::of(&error), Exit::WrongArguments);
     assert!(!error.is_temporary());
     let text = message(&error);
@@ -138,14 +138,14 @@ fn the_filter_of_the_configuration_decides() {
     let _first = tree.plug(&GRIPPER);
     let other = Device { name: "ttyUSB0", socket: "1-3", pid: 0x6001, serial: Some("FT-7") };
     let _second = tree.plug(&other);
-    let fits = |filter: UsbConfig| tree.auto(filter).find().map(|path| path.ends_with("ttyACM0"));
-    let serial = |pattern: &str| UsbConfig { serial: Some(pattern.into()), ..UsbConfig::ANY };
-    assert!(fits(UsbConfig { pid: Some(0x0043), ..UsbConfig::ANY }).unwrap());
-    assert!(!fits(UsbConfig { pid: Some(0x6001), ..UsbConfig::ANY }).unwrap());
+    let fits = |filter: UsbFilter| tree.auto(filter).find().map(|path| path.ends_with("ttyACM0"));
+    let serial = |pattern: &str| UsbFilter { serial: Some(pattern.into()), ..UsbFilter::ANY };
+    assert!(fits(UsbFilter { pid: Some(0x0043), ..UsbFilter::ANY }).unwrap());
+    assert!(!fits(UsbFilter { pid: Some(0x6001), ..UsbFilter::ANY }).unwrap());
     assert!(fits(serial("GRIP-*")).unwrap());
     assert!(!fits(serial("FT-7")).unwrap());
-    assert!(fits(UsbConfig { product: Some("*grip*".into()), ..serial("G*2") }).unwrap());
-    let error = fits(UsbConfig { vid: Some(0x1234), ..serial("x") }).unwrap_err().to_string();
+    assert!(fits(UsbFilter { product: Some("*grip*".into()), ..serial("G*2") }).unwrap());
+    let error = fits(UsbFilter { vid: Some(0x1234), ..serial("x") }).unwrap_err().to_string();
     for word in ["none of the 2", "vid 0x1234", "serial x", "gripctl ports"] {
         assert!(error.contains(word), "no {word:?} in {error}");
     }
@@ -159,7 +159,7 @@ fn a_device_that_comes_back_is_found_under_another_name_and_in_another_socket() 
         let mut finder = if by_name {
             tree.named(&tree.places.dev.join("ttyACM0"))
         } else {
-            tree.auto(UsbConfig::ANY)
+            tree.auto(UsbFilter::ANY)
         };
         drop(finder.open(BAUD).unwrap());
         assert_eq!(finder.chosen().unwrap().serial.as_deref(), Some("GRIP-0042"));
@@ -185,7 +185,7 @@ fn a_stranger_at_the_old_name_is_left_alone() {
         Device { serial: None, ..GRIPPER },
     ];
     for stranger in &strangers {
-        let mut finders = [tree.named(&path), tree.auto(UsbConfig::ANY)];
+        let mut finders = [tree.named(&path), tree.auto(UsbFilter::ANY)];
         let pty = tree.plug(&GRIPPER);
         for finder in &mut finders {
             drop(finder.open(BAUD).unwrap());
@@ -208,7 +208,7 @@ fn twins_without_serial_numbers_are_told_by_their_sockets() {
     let ours = Device { serial: None, ..GRIPPER };
     let twin = Device { name: "ttyACM1", socket: "1-3", serial: None, ..GRIPPER };
     let path = tree.places.dev.join("ttyACM0");
-    let (mut named, mut auto) = (tree.named(&path), tree.auto(UsbConfig::ANY));
+    let (mut named, mut auto) = (tree.named(&path), tree.auto(UsbFilter::ANY));
     let first = tree.plug(&ours);
     drop(named.open(BAUD).unwrap());
     drop(auto.open(BAUD).unwrap());
