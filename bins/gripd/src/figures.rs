@@ -29,14 +29,14 @@ pub(crate) fn clients(clients: &Clients, commands_lost: u64) -> ClientCounts {
         accepted: counters.accepted,
         refused: counters.refused,
         dropped: counters.dropped,
-        bad_commands: commands_lost,
+        bad_commands: counters.bad_commands.saturating_add(commands_lost),
     }
 }
 
 /// HEALTH; what only the sockets know is filled in by them.
 pub(crate) fn health(board: &Board, now_us: u64) -> Health {
     let counters = board.counters();
-    let frames = &counters.frames;
+    let (frames, stages) = (&counters.frames, &counters.stages);
     #[expect(clippy::cast_precision_loss, clippy::cast_possible_truncation, reason = "shown")]
     let us = |ns: u64| ns as f32 / 1000.0;
     let quantile = |q| counters.latency.quantile_ns(q).map(us);
@@ -80,7 +80,7 @@ pub(crate) fn health(board: &Board, now_us: u64) -> Health {
             max_us: Some(us(counters.latency.max_ns())),
         },
         recorded_bytes: board.recording.bytes,
-        stages: counters.scenes,
+        stages: [stages.bands, stages.gate, stages.methods, stages.observation],
         slips: u32::try_from(counters.slips).unwrap_or(u32::MAX),
         reconnects: u32::try_from(counters.reconnects).unwrap_or(u32::MAX),
         commands: counters.commands,

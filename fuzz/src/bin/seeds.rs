@@ -15,6 +15,8 @@ fn main() -> io::Result<()> {
     let mut seeds = Seeds::new();
     valid(&fs::read_to_string(here.join("../protocol/vectors/valid.tsv"))?, &mut seeds);
     invalid(&fs::read_to_string(here.join("../protocol/vectors/invalid.tsv"))?, &mut seeds);
+    clients(&fs::read_to_string(here.join("../protocol/vectors/clients.tsv"))?, &mut seeds);
+    refused(&fs::read_to_string(here.join("../protocol/vectors/clients-invalid.tsv"))?, &mut seeds);
     lives(&mut seeds);
     conversations(&mut seeds);
     let folder = here.join("seeds");
@@ -80,6 +82,44 @@ fn invalid(text: &str, seeds: &mut Seeds) {
                 [&[role, seed], stream.as_slice()].concat(),
             );
         }
+    }
+}
+
+/// Frames between daemon and clients: the first of each type for `messages`, all of a direction in a row for `decoder`.
+fn clients(text: &str, seeds: &mut Seeds) {
+    let mut streams = [Vec::new(), Vec::new()];
+    let mut types = Vec::new();
+    for row in rows(text) {
+        let [name, _, direction, kind, _, _, wire] = row[..] else { panic!("{row:?}") };
+        let wire = unhex(wire);
+        streams[usize::from(direction == "to_client")].extend(&wire);
+        let body = uncobs(&wire[1..wire.len() - 1]);
+        if !types.contains(&kind.to_owned()) {
+            types.push(kind.to_owned());
+            let payload = &body[8..body.len() - 4];
+            seeds.insert(("messages", name.to_owned()), [&body[1..2], payload].concat());
+        }
+    }
+    for (role, stream) in (0_u8..).zip(&streams) {
+        let part = &stream[..stream.len().min(3000)];
+        let name = format!("clients-{role}");
+        seeds.insert(("decoder", name), [&[LISTENS_TO_CLIENTS | role], part].concat());
+    }
+}
+
+/// Bit of the first byte of an input for `decoder`: a daemon or a client listens.
+const LISTENS_TO_CLIENTS: u8 = 1 << 4;
+
+/// What daemon and clients refuse, in a row.
+fn refused(text: &str, seeds: &mut Seeds) {
+    let mut all = [Vec::new(), Vec::new()];
+    for row in rows(text) {
+        let [_, role, _, wire, ..] = row[..] else { panic!("{row:?}") };
+        all[usize::from(role == "client")].extend(unhex(wire));
+    }
+    for (role, stream) in (0_u8..).zip(&all) {
+        let name = format!("clients-invalid-{role}");
+        seeds.insert(("decoder", name), [&[LISTENS_TO_CLIENTS | role], stream.as_slice()].concat());
     }
 }
 

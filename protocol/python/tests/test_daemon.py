@@ -120,10 +120,10 @@ class FakeDaemon(threading.Thread):
     def run(self) -> None:
         with self._listener, self._listener.accept()[0] as client:
             client.settimeout(10.0)
-            if self._greeting is not None:
-                client.sendall(self._greeting)
             decoder, sender = Decoder(Role.DAEMON), Sender(to_host=True)
             while data := client.recv(4096):
+                if self._greeting is not None:
+                    client.sendall(self._greeting)
                 for block in decoder.feed(data):
                     assert block.frame is not None and block.verdict is Verdict.OK
                     for wire in self._answers(decoder, sender, block.frame.header):

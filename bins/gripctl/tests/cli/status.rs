@@ -1,7 +1,10 @@
 //! `gripctl status` at a daemon's socket, at somebody else's, and at none.
 
 use crate::run::gripctl;
-use core::time::Duration;
+use core::{
+    sync::atomic::{AtomicBool, Ordering},
+    time::Duration,
+};
 use grip_daemon::clients::{About, Clients, ClientsConfig, Listen};
 use grip_daemon::{Item, LinkNote};
 use grip_host::report::{EventLine, EvidenceFields};
@@ -10,10 +13,7 @@ use grip_link::message::daemon::{Health, RealTime};
 use std::io::{Read as _, Write as _};
 use std::net::TcpListener;
 use std::path::Path;
-use std::sync::{
-    Arc,
-    atomic::{AtomicBool, Ordering},
-};
+use std::sync::Arc;
 use std::thread;
 
 fn here() -> &'static Path {

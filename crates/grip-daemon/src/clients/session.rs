@@ -2,7 +2,7 @@
 
 use super::outbox::{Class, Outbox, TOLD};
 use crate::ClientCommand;
-use grip_link::decoder::{Counters, Decoder, Role, Verdict};
+use grip_link::decoder::{Counters, Decoder, Fault, Role, Verdict};
 use grip_link::frame::{Direction, Frame, Header, MAX_PAYLOAD};
 use grip_link::message::daemon::{
     Command, Goodbye, Notice, NoticeKind, Operation, Subscribe, ToDaemon, Topics, Welcome,
@@ -97,7 +97,9 @@ impl ClientSession {
             let (header, parsed) = match self.decoder.next(&mut bytes) {
                 None => break,
                 Some(Verdict::Bad(fault)) => {
-                    let _counted = fault;
+                    if let Fault::UnknownKind(header) = fault {
+                        self.refuse(&header, NackReason::UnknownType);
+                    }
                     self.judge(now_us);
                     continue;
                 }

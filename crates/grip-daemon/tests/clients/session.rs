@@ -5,8 +5,8 @@ use grip_daemon::client::ClientLink;
 use grip_daemon::clients::{Asked, ClientSession, Terms};
 use grip_link::decoder::{Decoder, Role, Verdict};
 use grip_link::frame::{Direction, Header, MAX_WIRE, encode};
-use grip_link::message::daemon::{RealTime, Topics, Welcome, WelcomeFlags};
-use grip_link::message::{Kind, Versions};
+use grip_link::message::daemon::{RealTime, ToClient, Topics, Welcome, WelcomeFlags};
+use grip_link::message::{Kind, NackReason, Versions};
 use proptest::prelude::*;
 
 const TOKEN: u32 = 0x1234_5678;
@@ -108,4 +108,22 @@ fn a_client_of_another_version_gets_a_welcome_and_a_goodbye() {
     let mut input = session.outgoing();
     while decoder.next(&mut input).is_some() {}
     assert_eq!(decoder.counters().ok, 2);
+}
+
+#[test]
+fn a_request_of_the_serial_line_is_refused_as_unknown() {
+    let mut session = ClientSession::new(0, 8_192);
+    let greeting = ClientLink::new(7).subscribe(&crate::rig::wanted(Topics::ALL, 1));
+    let grip = wire(Kind::GRIP.0, 1, 7, &[0; 20]);
+    session.receive(1, &[greeting, grip].concat(), &terms(true), &mut |request| {
+        assert_eq!(request, Asked::Subscribed);
+    });
+    let mut refused = 0;
+    let mut link = ClientLink::new(7);
+    link.receive(session.outgoing(), &mut |message| {
+        let ToClient::Nack(nack) = message else { return };
+        assert_eq!((nack.kind, nack.reason, nack.seq), (Kind::GRIP, NackReason::UnknownType, 1));
+        refused += 1;
+    });
+    assert_eq!((refused, session.counters().unknown), (1, 1));
 }

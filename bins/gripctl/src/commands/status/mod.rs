@@ -6,7 +6,10 @@ mod text;
 use super::clock;
 use crate::{cli::StatusArgs, output};
 use anyhow::bail;
-use core::time::Duration;
+use core::{
+    sync::atomic::{AtomicBool, Ordering},
+    time::Duration,
+};
 use grip_daemon::client::Client;
 use grip_daemon::clients::Listen;
 use grip_host::exit::{Exit, WrongArgument};
@@ -14,10 +17,7 @@ use grip_link::message::daemon::{NoticeKind, Subscribe, ToClient, Topics};
 use grip_link::message::{Kind, Versions};
 use report::{EventReport, Report};
 use signal_hook::consts::{SIGINT, SIGTERM};
-use std::sync::{
-    Arc,
-    atomic::{AtomicBool, Ordering},
-};
+use std::sync::Arc;
 
 /// A daemon that is there answers within this time.
 const PATIENCE: Duration = Duration::from_secs(3);
@@ -54,8 +54,9 @@ pub(crate) fn run(args: &StatusArgs) -> anyhow::Result<Exit> {
 
 /// Another one for every program and start.
 fn nonce() -> u16 {
-    let mixed = clock::now_us() ^ u64::from(std::process::id()) << 7;
-    let [low, high, ..] = (mixed ^ mixed >> 16).to_le_bytes();
+    let now_us = clock::monotonic().as_micros();
+    let mixed = now_us ^ now_us >> 16 ^ u128::from(std::process::id()) << 7;
+    let [low, high, ..] = mixed.to_le_bytes();
     u16::from_le_bytes([low, high]).max(1)
 }
 
