@@ -19,7 +19,7 @@ pub(crate) struct Cli {
     /// Bits per second of the serial line; USB devices ignore it.
     #[arg(long, env = "GRIPD_BAUD", value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) baud: Option<u32>,
-    /// Configuration file, instead of ./gripd.toml, the user's or /etc/gripd/gripd.toml.
+    /// Configuration file; ./gripd.toml, the user's and /etc/gripd/gripd.toml are not read then.
     #[arg(long, env = "GRIPD_CONFIG", value_name = "FILE")]
     pub(crate) config: Option<PathBuf>,
     /// Model file, instead of the embedded network.
@@ -28,8 +28,20 @@ pub(crate) struct Cli {
     /// Show this reading of E_sc beside the literal one: literal, arc_cot, slope_power, lift_work or viscous_work.
     #[arg(long, value_name = "NAME", value_parser = grip_host::config::esc_reading)]
     pub(crate) esc: Option<slip_core::esc::Reading>,
+    /// Where clients may connect: tcp:IP:PORT, unix:PATH or off.
+    #[arg(long, env = "GRIPD_LISTEN", value_name = "ADDRESS")]
+    pub(crate) listen: Option<String>,
+    /// Where Prometheus may read /metrics, as IP:PORT; nowhere unless asked for.
+    #[arg(long, env = "GRIPD_METRICS", value_name = "ADDRESS")]
+    pub(crate) metrics: Option<String>,
+    /// Ask for real-time privileges: off, warn (go on without what is not granted) or strict.
+    #[arg(long, env = "GRIPD_REALTIME", value_name = "MODE")]
+    pub(crate) realtime: Option<String>,
+    /// How much to say on standard error: error, warn, info or debug.
+    #[arg(long, env = "GRIPD_LOG", value_name = "LEVEL")]
+    pub(crate) log_level: Option<String>,
     /// Record all samples (.csv); `gripctl replay` gives the same events from them.
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, env = "GRIPD_RECORD", value_name = "FILE")]
     pub(crate) record: Option<PathBuf>,
     /// Never send a force command.
     #[arg(long)]

@@ -37,7 +37,7 @@ fn main() -> ExitCode {
 fn run(cli: &Cli) -> anyhow::Result<Exit> {
     let settings = Settings::new(cli)?;
     if cli.check_config {
-        eprintln!("{}", settings.origin());
+        eprintln!("{}", settings.origin()?);
         return Ok(Exit::Done);
     }
     let stop = Arc::new(AtomicBool::new(false));
@@ -45,7 +45,11 @@ fn run(cli: &Cli) -> anyhow::Result<Exit> {
         signal_hook::flag::register(signal, Arc::clone(&stop))
             .context("cannot take over Ctrl-C")?;
     }
-    let options = SessionOptions { dry_run: cli.dry_run, no_skip: cli.no_skip, uid: None };
+    let options = SessionOptions {
+        dry_run: cli.dry_run,
+        no_skip: cli.no_skip,
+        uid: settings.config.uid.map(|uid| uid.0),
+    };
     let session = Session::new(settings.config.clone(), settings.estimator()?, options)?;
     let clock = Clock::start();
     let mut source = Source::open(&settings.port_args(), move || clock.now_us())?;

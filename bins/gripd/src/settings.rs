@@ -1,9 +1,17 @@
-//! Flags, environment and configuration file, in this order, made into settings.
+//! Flags, environment and configuration files, in this order, made into settings; and made again on a reload.
 
 use crate::cli::Cli;
-use grip_host::{HostConfig, HostEstimator, ModelError, exit::WrongArgument, model};
+use grip_host::{
+    HostConfig, HostConfigError, HostEstimator, ModelError,
+    config::{Change, Layers, Setting, advice, needs_restart},
+    exit::WrongArgument,
+    model,
+};
 use grip_port::{DEFAULT_BAUD, PortArgs};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+
+/// The longest value that --check-config shows (characters).
+const LONGEST: usize = 60;
 
 /// What the daemon runs with.
 #[derive(Debug)]
@@ -12,29 +20,28 @@ pub(crate) struct Settings {
     pub(crate) port: String,
     pub(crate) baud: u32,
     pub(crate) seed: Option<u64>,
-    file: Option<PathBuf>,
-    model: Option<PathBuf>,
+    layers: Layers,
+}
+
+/// Settings that a running daemon can take over, and what became of the rest.
+#[derive(Debug)]
+#[expect(dead_code, reason = "taken over on SIGHUP, which the daemon does not hear yet")]
+pub(crate) struct Reload {
+    /// The new settings; what needs a restart has its old value.
+    pub(crate) settings: Settings,
+    /// The network of the new settings.
+    pub(crate) estimator: HostEstimator,
+    /// Every key that differs in the files, also those that need a restart.
+    pub(crate) changes: Vec<Change>,
+    /// Which of them need one.
+    pub(crate) restart: Vec<&'static str>,
 }
 
 impl Settings {
+    /// Reads and checks everything but the model.
     pub(crate) fn new(cli: &Cli) -> anyhow::Result<Self> {
-        let user = std::env::var_os("XDG_CONFIG_HOME")
-            .map(PathBuf::from)
-            .or_else(|| Some(PathBuf::from(std::env::var_os("HOME")?).join(".config")));
-        let file = cli.config.clone().or_else(|| HostConfig::find(user.as_deref()));
-        let mut config =
-            file.as_deref().map_or_else(|| Ok(HostConfig::default()), HostConfig::read)?;
-        config.observation.esc = cli.esc.unwrap_or(config.observation.esc);
-        let model = cli.model.clone().or_else(|| config.model.clone());
-        let port = cli.port.clone().or_else(|| config.port.clone());
-        let settings = Self {
-            port: port.unwrap_or_default(),
-            baud: cli.baud.or(config.baud).unwrap_or(DEFAULT_BAUD),
-            seed: cli.seed,
-            file,
-            model,
-            config,
-        };
+        let layers = layers(cli)?;
+        let settings = Self::of(layers.resolve()?, layers, cli.seed);
         if cli.check_config {
             settings.estimator()?;
         } else if settings.port.is_empty() {
@@ -50,25 +57,106 @@ impl Settings {
         Ok(settings)
     }
 
-    pub(crate) fn estimator(&self) -> Result<HostEstimator, ModelError> {
-        self.model.as_deref().map_or_else(model::default_estimator, model::read_estimator)
+    fn of(config: HostConfig, layers: Layers, seed: Option<u64>) -> Self {
+        Self {
+            port: config.port.clone().unwrap_or_default(),
+            baud: config.baud.unwrap_or(DEFAULT_BAUD),
+            seed,
+            layers,
+            config,
+        }
     }
 
-    /// Where the settings come from, for --check-config.
-    pub(crate) fn origin(&self) -> String {
-        let file = self.file.as_ref().map_or_else(
-            || "no configuration file: all defaults".to_owned(),
-            |file| format!("{}: valid", file.display()),
-        );
-        let model = self
-            .model
-            .as_ref()
-            .map_or_else(|| "embedded model".to_owned(), |model| model.display().to_string());
-        format!("{file}\nmodel: {model}")
+    /// Reads everything again. On an error the settings in force stay as they are.
+    #[expect(dead_code, reason = "called on SIGHUP, which the daemon does not hear yet")]
+    pub(crate) fn reload(&self, cli: &Cli) -> anyhow::Result<Reload> {
+        let layers = layers(cli)?;
+        let new = layers.resolve()?;
+        let config = self.config.taking(&new)?;
+        let (changes, restart) = (self.config.diff(&new), needs_restart(&self.config, &new));
+        let settings = Self::of(config, layers, cli.seed);
+        Ok(Reload { estimator: settings.estimator()?, settings, changes, restart })
+    }
+
+    pub(crate) fn estimator(&self) -> Result<HostEstimator, ModelError> {
+        self.config.model.as_deref().map_or_else(model::default_estimator, model::read_estimator)
+    }
+
+    /// Where the settings come from and what looks unintended about them, for --check-config.
+    pub(crate) fn origin(&self) -> anyhow::Result<String> {
+        let mut files: Vec<String> =
+            self.layers.files().map(|file| format!("{}: valid\n", file.display())).collect();
+        files.reverse();
+        if files.is_empty() {
+            files.push("no configuration file\n".to_owned());
+        }
+        let model =
+            self.config.model.as_deref().map_or("embedded model".into(), Path::to_string_lossy);
+        let set = self.layers.settings()?;
+        let warnings = advice::warnings(&self.config, &set);
+        let warnings = warnings.iter().map(|warning| format!("\nwarning: {warning}"));
+        let set = table(&set);
+        Ok(format!("{}model: {model}{set}{}", files.concat(), warnings.collect::<String>()))
     }
 
     /// The port and what belongs to it.
     pub(crate) fn port_args(&self) -> PortArgs<'_> {
         PortArgs { name: &self.port, baud: self.baud, seed: self.seed, usb: &self.config.usb }
     }
+}
+
+/// The files, and the flags and variables on top of them.
+fn layers(cli: &Cli) -> Result<Layers, HostConfigError> {
+    let mut layers = match &cli.config {
+        Some(file) => Layers::file(file)?,
+        None => Layers::search(user_directory().as_deref())?,
+    };
+    let text = |path: &Path| path.to_string_lossy().into_owned();
+    let given: [(&str, &str, Option<toml::Value>); 9] = [
+        ("--port or GRIPD_PORT", "port", cli.port.clone().map(Into::into)),
+        ("--baud or GRIPD_BAUD", "baud", cli.baud.map(|baud| i64::from(baud).into())),
+        ("--model or GRIPD_MODEL", "model", cli.model.as_deref().map(|file| text(file).into())),
+        ("--listen or GRIPD_LISTEN", "listen", cli.listen.clone().map(Into::into)),
+        ("--metrics or GRIPD_METRICS", "metrics", cli.metrics.clone().map(Into::into)),
+        ("--record or GRIPD_RECORD", "record", cli.record.as_deref().map(|file| text(file).into())),
+        ("--realtime or GRIPD_REALTIME", "realtime.mode", cli.realtime.clone().map(Into::into)),
+        ("--log-level or GRIPD_LOG", "log_level", cli.log_level.clone().map(Into::into)),
+        ("--esc", "observation.esc", cli.esc.map(|reading| reading.name().into())),
+    ];
+    for (from, key, value) in given {
+        if let Some(value) = value {
+            layers.set(from, key, value);
+        }
+    }
+    Ok(layers)
+}
+
+fn user_directory() -> Option<PathBuf> {
+    std::env::var_os("XDG_CONFIG_HOME")
+        .filter(|folder| !folder.is_empty())
+        .map(PathBuf::from)
+        .or_else(|| Some(PathBuf::from(std::env::var_os("HOME")?).join(".config")))
+}
+
+/// A line for each value that is set: what it is, where it stands, what it replaces.
+fn table(set: &[Setting]) -> String {
+    let values: Vec<String> = set
+        .iter()
+        .map(|setting| {
+            let shown: String = setting.value.chars().take(LONGEST).collect();
+            let cut = if shown.len() < setting.value.len() { " ..." } else { "" };
+            format!("{} = {shown}{cut}", setting.key)
+        })
+        .collect();
+    let width = values.iter().map(|value| value.chars().count()).max().unwrap_or(0);
+    let lines = values.iter().zip(set).map(|(value, setting)| {
+        let replaces: Vec<String> = setting.replaces.iter().map(ToString::to_string).collect();
+        let over = if replaces.is_empty() {
+            String::new()
+        } else {
+            format!(", instead of {}", replaces.join(", "))
+        };
+        format!("\n  {value:width$}  {}{over}", setting.place)
+    });
+    lines.collect()
 }

@@ -142,7 +142,9 @@ mod tests {
     #[test]
     fn cumulative_counts_rise_to_all_but_the_longest() {
         let mut latency = Latency::default();
-        [0, 255, 256, 511, 512, 1_000_000, 2_000_000_000].map(|ns| latency.record(ns));
+        for ns in [0, 255, 256, 511, 512, 1_000_000, 2_000_000_000] {
+            latency.record(ns);
+        }
         let rows: Vec<(u64, u64)> = latency.cumulative().collect();
         assert_eq!((rows[0], rows[1], rows[2]), ((256, 2), (512, 4), (1024, 5)));
         assert_eq!((rows.len(), rows[22], latency.count()), (23, (1 << 30, 6), 7));

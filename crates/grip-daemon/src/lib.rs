@@ -2,13 +2,27 @@
 //!
 //! One hot thread is paced by the data; what it has to tell goes as [`Item`]s through bounded rings to threads that may wait.
 
+pub mod board;
+pub mod client;
+pub mod clients;
 pub mod counters;
+pub mod dump;
+pub mod exposition;
 pub mod hot;
+pub mod http;
 mod item;
 pub mod latency;
+pub mod log;
+pub mod metrics;
+pub mod pages;
+pub mod recorder;
 pub mod realtime;
 pub mod rings;
+pub mod status;
 pub mod supply;
 
+pub use board::Board;
+pub use counters::HotCounters;
 pub use grip_host::session::{Beginning, ClientCommand};
 pub use item::{Item, LinkNote, State};
+pub use latency::Latency;

@@ -13,5 +13,7 @@ mod run;
 mod score;
 mod sim;
 mod splits;
+mod status;
 mod study;
 mod surfaces;
+mod tape;

@@ -97,7 +97,7 @@ fn configurations_models_and_scenes() {
         refuse("c.toml", text, &["replay", "r.csv", "--config", "c.toml"], words);
         refuse("c.toml", text, &["grasp", "--trials", "1", "--config", "c.toml"], words);
     };
-    config("[grip]\nforce = 3\n", &["line 2, column 1", "`force`", "expected one of"]);
+    config("[grip]\nforce = 3\n", &["c.toml:2:1: unknown field `force`", "expected one of"]);
     config(
         "[grip]\nf_max_n = 5.0\ntrial_force_n = 7.0\n",
         &["c.toml:3:1: grip.trial_force_n = 7 is outside 0.01 to 5"],

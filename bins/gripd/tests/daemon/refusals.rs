@@ -35,11 +35,11 @@ fn arguments() {
 fn configurations() {
     let folder = tempfile::tempdir().unwrap();
     let cases: [(&str, &[&str]); 11] = [
-        ("[grip]\nf_max_n = 5.0\nforce = 3\n", &["line 3, column 1", "`force`", "expected one of"]),
-        ("gripper = 1\n", &["line 1, column 1", "`gripper`", "`port`, `baud`"]),
-        ("[grip]\nf_max_n = \"x\"\n", &["line 2, column 11", "expected f32"]),
-        ("[grip\n", &["line 1, column 6", "unclosed table"]),
-        ("[link]\nbatch = 300\n", &["line 2, column 9", "300"]),
+        ("[grip]\nf_max_n = 5.0\nforce = 3\n", &[":3:1: unknown field `force`", "expected one of"]),
+        ("gripper = 1\n", &[":1:1: unknown field `gripper`", "`port`, `baud`"]),
+        ("[grip]\nf_max_n = \"x\"\n", &[":2:11: ", "expected f32"]),
+        ("[grip\n", &[":1:6: unclosed table"]),
+        ("[link]\nbatch = 300\n", &[":2:9: ", "300"]),
         ("[grip]\nf_max_n = -3\n", &[":2:1: grip.f_max_n = -3 is outside 0.01 to 5000"]),
         ("[grip]\nf_max_n = nan\n", &[":2:1: grip.f_max_n = NaN is outside"]),
         ("[grip]\nf_max_n = 5.0\n  trial_force_n = 7.0\n", &[":3:3: grip.trial_force_n = 7"]),
@@ -66,7 +66,60 @@ fn configurations() {
     check("b.toml", &["b.toml", "UTF-8"]);
     fs::write(folder.path().join("good.toml"), "[grip]\nf_max_n = 10.0\n").unwrap();
     let ran = gripd(folder.path(), &["--check-config", "--config", "good.toml"]);
-    assert_eq!((ran.code, ran.err.as_str()), (0, "good.toml: valid\nmodel: embedded model\n"));
+    assert_eq!(
+        (ran.code, ran.err.as_str()),
+        (0, "good.toml: valid\nmodel: embedded model\n  grip.f_max_n = 10.0  good.toml:2:1\n")
+    );
+}
+
+#[test]
+fn layers_and_what_is_in_force() {
+    let folder = tempfile::tempdir().unwrap();
+    let user = folder.path().join(".config/gripd");
+    fs::create_dir_all(&user).unwrap();
+    fs::write(user.join("gripd.toml"), "baud = 1\n[grip]\nf_max_n = 9.0\n[usb]\nvid = 1\n")
+        .unwrap();
+    fs::write(folder.path().join("gripd.toml"), "[grip]\ntrial_force_n = 1.0\nf_max_n = 8.0\n")
+        .unwrap();
+    let ran = gripd(folder.path(), &["--check-config", "--port", "sim", "--baud", "9600"]);
+    let user_file = user.join("gripd.toml").display().to_string();
+    let expected = format!(
+        "gripd.toml: valid\n{user_file}: valid\nmodel: embedded model\n  baud = 9600               \
+         --baud or GRIPD_BAUD, instead of {user_file}:1:1\n  grip.f_max_n = 8.0        gripd.toml:3:1, instead \
+         of {user_file}:3:1\n  grip.trial_force_n = 1.0  gripd.toml:2:1\n  port = \"sim\"              \
+         --port or GRIPD_PORT\n  usb.vid = 1               {user_file}:5:1\n\
+         warning: [usb] chooses among ports only where port = \"auto\"\n"
+    );
+    assert_eq!((ran.code, ran.err.as_str()), (0, expected.as_str()));
+    // --config takes the place of both.
+    fs::write(folder.path().join("other.toml"), "").unwrap();
+    let ran = gripd(folder.path(), &["--check-config", "--config", "other.toml"]);
+    assert_eq!((ran.code, ran.err.as_str()), (0, "other.toml: valid\nmodel: embedded model\n"));
+    // A mistake is told where it stands, also below the file in force.
+    fs::write(user.join("gripd.toml"), "[grip]\nf_max_n = \"9\"\n").unwrap();
+    refuse(folder.path(), &["--port", "sim"], &[".config/gripd/gripd.toml:2:11: invalid type"]);
+    fs::write(user.join("gripd.toml"), "").unwrap();
+    let flag = ["--port", "sim", "--listen", "tcp:0.0.0.0:1"];
+    refuse(
+        folder.path(),
+        &flag,
+        &["--listen or GRIPD_LISTEN: listen = tcp:0.0.0.0:1 is open", "allow_remote"],
+    );
+    refuse(
+        folder.path(),
+        &["--port", "sim", "--realtime", "hard"],
+        &["--realtime or GRIPD_REALTIME: ", "`strict`"],
+    );
+    refuse(
+        folder.path(),
+        &["--port", "sim", "--log-level", "loud"],
+        &["--log-level or GRIPD_LOG: ", "`debug`"],
+    );
+    refuse(
+        folder.path(),
+        &["--port", "sim", "--metrics", "9747"],
+        &["--metrics or GRIPD_METRICS: ", "IP:PORT"],
+    );
 }
 
 #[test]

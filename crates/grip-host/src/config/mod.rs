@@ -1,6 +1,22 @@
-//! The text of a configuration file in, checked settings or the line and column of the mistake out.
+//! The texts of configuration files in, checked settings or the line and column of the mistake out.
+
+mod address;
+pub mod advice;
+mod change;
+mod error;
+mod keys;
+mod layers;
+mod template;
+
+pub use address::{AddressError, Listen, Uid};
+pub use change::{Change, NEEDS_RESTART, needs_restart};
+pub use error::{HostConfigError, Place, ValueError};
+pub use keys::{LinkConfig, LogLevel, RealtimeConfig, RealtimeMode, RecordingConfig, UsbFilter};
+pub use layers::{Layers, Setting};
+pub use template::{RecordName, RecordTemplate, TemplateError};
 
 use crate::calibrate::Calibration;
+use core::net::SocketAddr;
 use serde::{Deserialize, Serialize};
 use slip_core::{
     ConfigError, PipelineConfig, Signal,
@@ -27,8 +43,25 @@ pub struct HostConfig {
     pub port: Option<String>,
     /// Bits per second of the serial line; USB devices ignore it.
     pub baud: Option<u32>,
-    /// Which USB port `auto` means.
-    pub usb: UsbFilter,
+    /// The only gripper to talk to; any, where absent.
+    pub uid: Option<Uid>,
+    /// Where clients may connect.
+    pub listen: Listen,
+    /// Whether clients may command the gripper.
+    pub allow_commands: bool,
+    /// Whether addresses may be open to other computers.
+    pub allow_remote: bool,
+    /// Clients at a time, 1 to 1024.
+    pub max_clients: u16,
+    /// Where Prometheus reads; nowhere, where absent.
+    #[serde(deserialize_with = "address::socket")]
+    pub metrics: Option<SocketAddr>,
+    /// Names of the recordings; nothing is recorded where absent.
+    pub record: Option<RecordTemplate>,
+    /// Where the last frames and the state are written on a fault.
+    pub dump_dir: Option<PathBuf>,
+    /// How much is said on standard error.
+    pub log_level: LogLevel,
     /// Model file that replaces the embedded network.
     pub model: Option<PathBuf>,
     /// Calibration file: floor, gate and thresholds of this gripper.
@@ -40,6 +73,12 @@ pub struct HostConfig {
     pub methods: Vec<Method>,
     /// What is asked of the microcontroller.
     pub link: LinkConfig,
+    /// When recordings go on in another file.
+    pub recording: RecordingConfig,
+    /// What is asked of the scheduler.
+    pub realtime: RealtimeConfig,
+    /// Which ports `auto` takes.
+    pub usb: UsbFilter,
     /// How the noise floor is found.
     pub floor: FloorConfig,
     /// Bands and thresholds of the slip detector.
@@ -63,12 +102,23 @@ impl Default for HostConfig {
         Self {
             port: None,
             baud: None,
-            usb: UsbFilter::ANY,
+            uid: None,
+            listen: Listen::default(),
+            allow_commands: false,
+            allow_remote: false,
+            max_clients: 32,
+            metrics: None,
+            record: None,
+            dump_dir: None,
+            log_level: LogLevel::Info,
             model: None,
             calibration: None,
             calibrated: None,
             methods: Method::ALL.to_vec(),
             link: LinkConfig::default(),
+            recording: RecordingConfig::default(),
+            realtime: RealtimeConfig::default(),
+            usb: UsbFilter::default(),
             floor: FloorConfig::default(),
             detector: DetectorConfig::default(),
             health: HealthConfig::default(),
@@ -92,105 +142,23 @@ pub fn esc_reading(name: &str) -> Result<Reading, String> {
     })
 }
 
-/// Which USB serial port `auto` means; what is absent fits every port.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct UsbFilter {
-    /// Vendor.
-    pub vid: Option<u16>,
-    /// Product.
-    pub pid: Option<u16>,
-    /// Serial number; `*` stands for any characters.
-    pub serial: Option<String>,
-    /// Name of the product; `*` stands for any characters.
-    pub product: Option<String>,
-}
-
-impl UsbFilter {
-    /// Fits every USB serial port.
-    pub const ANY: Self = Self { vid: None, pid: None, serial: None, product: None };
-}
-
-/// What is asked of the microcontroller when the link is set up.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct LinkConfig {
-    /// Samples per second, 1,000 to 20,000.
-    pub sample_rate_hz: u32,
-    /// Samples per frame, 1 to 32.
-    pub batch: u8,
-    /// How long a command stays valid on the device (ms), 20 to 100.
-    pub ttl_ms: u16,
-}
-
-impl Default for LinkConfig {
-    fn default() -> Self {
-        Self { sample_rate_hz: 10_000, batch: 10, ttl_ms: 50 }
-    }
-}
-
-/// Why a configuration file is refused.
-#[derive(Debug, thiserror::Error)]
-pub enum HostConfigError {
-    /// The file cannot be read.
-    #[error("{}: the configuration cannot be read: {source}", file.display())]
-    Read {
-        /// The file.
-        file: PathBuf,
-        /// What the system said.
-        source: std::io::Error,
-    },
-    /// Not TOML, an unknown key, or a value of the wrong type.
-    #[error("{}: {message}", file.display())]
-    Parse {
-        /// The file.
-        file: PathBuf,
-        /// Line, column, the line itself and what is wrong with it.
-        message: String,
-    },
-    /// The calibration was made for another sample rate or another kind of stylus.
-    #[error(
-        "the calibration holds for {made_hz} Hz and {}, not for {rate_hz} Hz and {}: calibrate again",
-        stylus_name(*made_vibration),
-        stylus_name(*vibration)
-    )]
-    OtherSignal {
-        /// Rate it was made at.
-        made_hz: f32,
-        /// Whether it was made for uncalibrated vibration.
-        made_vibration: bool,
-        /// Rate it is to be used at.
-        rate_hz: f32,
-        /// Whether it is to be used for uncalibrated vibration.
-        vibration: bool,
-    },
-    /// A value outside its range.
-    #[error("{}:{line}:{column}: {source}", file.display())]
-    Value {
-        /// The file.
-        file: PathBuf,
-        /// Line of the value, from 1; 0 where the value is a default.
-        line: usize,
-        /// Column of the value, from 1; 0 where the value is a default.
-        column: usize,
-        /// The value and its range.
-        source: ConfigError,
-    },
-}
-
 impl HostConfig {
-    /// Reads and checks a file.
+    /// Reads and checks a file, without any other.
     ///
     /// # Errors
     /// Where the file cannot be read, is not TOML, has an unknown key or a value outside its range.
     pub fn read(file: &Path) -> Result<Self, HostConfigError> {
-        let text = std::fs::read_to_string(file)
-            .map_err(|source| HostConfigError::Read { file: file.to_owned(), source })?;
-        let config = Self::parse(file, &text)?;
-        match config.calibration.clone() {
-            Some(file) => config.with_calibration(&file),
-            None => Ok(config),
-        }
+        Layers::file(file)?.resolve()
+    }
+
+    /// Checks the text of a file; `file` is named in errors, and its folder is where relative paths begin.
+    ///
+    /// # Errors
+    /// As [`HostConfig::read`].
+    pub fn parse(file: &Path, text: &str) -> Result<Self, HostConfigError> {
+        let mut layers = Layers::default();
+        layers.push(file, text);
+        layers.resolve()
     }
 
     /// The same settings with the calibration in `file` in force.
@@ -198,13 +166,10 @@ impl HostConfig {
     /// # Errors
     /// Where the file cannot be read or is no calibration.
     pub fn with_calibration(self, file: &Path) -> Result<Self, HostConfigError> {
-        let text = std::fs::read_to_string(file)
-            .map_err(|source| HostConfigError::Read { file: file.to_owned(), source })?;
-        let calibrated: Calibration =
-            toml::from_str(&text).map_err(|error| HostConfigError::Parse {
-                file: file.to_owned(),
-                message: error.to_string().trim_end().to_owned(),
-            })?;
+        let text = layers::read(file, "calibration")?;
+        let name = file.display().to_string();
+        let calibrated: Calibration = toml::from_str(&text)
+            .map_err(|error| HostConfigError::of_toml(&name, &text, &error))?;
         calibrated
             .apply(PipelineConfig::observing(
                 Signal::Displacement,
@@ -212,10 +177,9 @@ impl HostConfig {
             ))
             .check()
             .map_err(|source| HostConfigError::Value {
-                file: file.to_owned(),
-                line: 0,
-                column: 0,
-                source,
+                place: Place { source: name, at: None },
+                inherited: false,
+                source: source.into(),
             })?;
         Ok(Self { calibrated: Some(calibrated), ..self })
     }
@@ -242,46 +206,41 @@ impl HostConfig {
         self.calibrated.map_or(config, |calibrated| calibrated.apply(config))
     }
 
-    /// Checks the text of a file; `file` is only named in errors.
-    ///
-    /// # Errors
-    /// As [`HostConfig::read`].
-    pub fn parse(file: &Path, text: &str) -> Result<Self, HostConfigError> {
-        let config: Self = toml::from_str(text).map_err(|error| HostConfigError::Parse {
-            file: file.to_owned(),
-            message: error.to_string().trim_end().to_owned(),
-        })?;
-        config.check().map_err(|source| {
-            let name = match source {
+    /// The first value that cannot be, by its key.
+    fn check(&self) -> Result<(), (&'static str, ValueError)> {
+        self.check_ranges().map_err(|source| {
+            let key = match source {
                 ConfigError::Range { name, .. } => name,
                 ConfigError::Corner(_) => "detector",
             };
-            let (line, column) = place(text, name).unwrap_or((0, 0));
-            HostConfigError::Value { file: file.to_owned(), line, column, source }
+            (key, source.into())
         })?;
-        Ok(config)
+        if self.listen.is_remote() && !self.allow_remote {
+            return Err(("listen", ValueError::ListenRemote(self.listen.clone())));
+        }
+        match self.metrics {
+            Some(address) if !address.ip().is_loopback() && !self.allow_remote => {
+                Err(("metrics", ValueError::MetricsRemote(address)))
+            }
+            _ => Ok(()),
+        }
     }
 
-    /// The first of `./gripd.toml`, the user's and the system's file that exists.
-    #[must_use]
-    pub fn find(user_directory: Option<&Path>) -> Option<PathBuf> {
-        let user = user_directory.map(|directory| directory.join("gripd/gripd.toml"));
-        [Some(PathBuf::from("gripd.toml")), user, Some(PathBuf::from("/etc/gripd/gripd.toml"))]
-            .into_iter()
-            .flatten()
-            .find(|file| file.is_file())
-    }
-
-    fn check(&self) -> Result<(), ConfigError> {
+    fn check_ranges(&self) -> Result<(), ConfigError> {
         let LinkConfig { sample_rate_hz, batch, ttl_ms } = self.link;
-        #[expect(clippy::cast_precision_loss, reason = "only shown and compared")]
-        let rate = sample_rate_hz as f32;
-        #[expect(clippy::cast_precision_loss, reason = "only shown and compared")]
-        let baud = self.baud.map_or(1.0, |baud| baud as f32);
-        ConfigError::within("baud", baud, 1.0, 1e9)?;
+        let RecordingConfig { max_mib, max_age_s, flush_ms } = self.recording;
+        let rate = shown(sample_rate_hz);
+        ConfigError::within("baud", self.baud.map_or(1.0, shown), 1.0, 1e9)?;
+        ConfigError::within("max_clients", f32::from(self.max_clients), 1.0, 1024.0)?;
         ConfigError::within("link.sample_rate_hz", rate, 1000.0, 20_000.0)?;
         ConfigError::within("link.batch", f32::from(batch), 1.0, 32.0)?;
         ConfigError::within("link.ttl_ms", f32::from(ttl_ms), 20.0, 100.0)?;
+        ConfigError::within("recording.max_mib", shown(max_mib), 1.0, 1_048_576.0)?;
+        ConfigError::within("recording.max_age_s", shown(max_age_s), 1.0, 31_536_000.0)?;
+        ConfigError::within("recording.flush_ms", shown(flush_ms), 50.0, 10_000.0)?;
+        ConfigError::within("realtime.priority", f32::from(self.realtime.priority), 1.0, 99.0)?;
+        let cpu = f32::from(self.realtime.cpu.unwrap_or(0));
+        ConfigError::within("realtime.cpu", cpu, 0.0, 1023.0)?;
         self.pipeline(Hertz(rate)).check()
     }
 
@@ -313,8 +272,9 @@ impl HostConfig {
     }
 }
 
-fn stylus_name(vibration: bool) -> &'static str {
-    if vibration { "vibration" } else { "displacement" }
+#[expect(clippy::cast_precision_loss, reason = "only shown and compared")]
+fn shown(number: u32) -> f32 {
+    number as f32
 }
 
 /// Line and column of the value `path` (dotted) in a TOML text, both from 1; of its innermost table that
@@ -332,10 +292,7 @@ pub(crate) fn place(text: &str, path: &str) -> Option<(usize, usize)> {
         let DeValue::Table(inner) = value.get_ref() else { break };
         table = inner;
     }
-    let before = text.get(..at?)?;
-    let line = before.matches('\n').count() + 1;
-    let column = before.chars().rev().take_while(|c| *c != '\n').count() + 1;
-    Some((line, column))
+    Some(error::line_and_column(text, at?))
 }
 
 #[cfg(test)]
@@ -353,17 +310,6 @@ mod tests {
     }
 
     #[test]
-    fn the_documented_file_lists_every_setting_with_its_default() {
-        let text = include_str!("../../../docs/gripd.toml");
-        assert_eq!(HostConfig::parse(Path::new("x"), text).unwrap(), HostConfig::default());
-        let all = toml::to_string(&HostConfig::default()).unwrap();
-        let keys = all.lines().filter_map(|line| line.split_once(" = ").map(|(key, _)| key));
-        for key in keys {
-            assert!(text.contains(&format!("{key} =")), "{key} is not documented");
-        }
-    }
-
-    #[test]
     fn the_default_can_be_written_and_read_back() {
         let text = toml::to_string(&HostConfig::default()).unwrap();
         assert_eq!(HostConfig::parse(Path::new("x"), &text).unwrap(), HostConfig::default());
@@ -372,14 +318,12 @@ mod tests {
     #[test]
     fn unknown_keys_and_wrong_types_name_line_and_column() {
         let text = error("[grip]\nf_max_n = 10.0\nforce = 3\n");
-        assert!(
-            text.contains("line 3, column 1") && text.contains("unknown field `force`"),
-            "{text}"
-        );
+        assert!(text.starts_with("gripd.toml:3:1: unknown field `force`, expected"), "{text}");
+        assert!(text.ends_with("\n3 | force = 3\n    ^^^^^"), "{text}");
         let text = error("port = 7\n");
-        assert!(text.contains("line 1, column 8"), "{text}");
+        assert!(text.starts_with("gripd.toml:1:8: "), "{text}");
         let text = error("[grip\n");
-        assert!(text.contains("line 1"), "{text}");
+        assert!(text.starts_with("gripd.toml:1:"), "{text}");
     }
 
     #[test]
@@ -391,7 +335,10 @@ mod tests {
         assert_eq!(text, "gripd.toml:2:11: detector.shear.low_hz = 500 is outside 0.001 to 90");
         assert_eq!(error("baud = 0\n"), "gripd.toml:1:1: baud = 0 is outside 1 to 1000000000");
         let error = HostConfig::parse(Path::new("x"), "[link]\nttl_ms = 5").unwrap_err();
-        assert!(matches!(error, HostConfigError::Value { line: 2, column: 1, .. }), "{error}");
+        let HostConfigError::Value { place, inherited: false, .. } = error else {
+            panic!("{error}")
+        };
+        assert_eq!(place.at, Some((2, 1)));
         assert!(HostConfig::parse(Path::new("x"), "[grip]\nf_max_n = nan").is_err());
     }
 

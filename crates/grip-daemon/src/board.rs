@@ -1,0 +1,319 @@
+//! Items and counters in; what is known of the daemon right now out: the one source of metrics, status and dumps.
+
+use crate::{
+    counters::HotCounters,
+    item::{Item, LinkNote, State},
+};
+use grip_host::report::EventLine;
+use grip_link::{
+    host::{CloseReason, HostState},
+    message::{DeviceState, FaultCode, Status as DeviceStatus},
+};
+use std::{collections::VecDeque, path::PathBuf};
+
+/// Events that are remembered.
+const EVENTS: usize = 32;
+/// Counts over which the rate is taken.
+const COUNTS: usize = 5;
+
+/// What does not change while the daemon runs, or only with a reload.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct About {
+    /// Version of the program.
+    pub version: String,
+    /// The port as it was asked for.
+    pub port: String,
+    /// Configuration files in force, the strongest first.
+    pub config_files: Vec<PathBuf>,
+    /// Reloads that were taken over, and that were refused.
+    pub reloads: (u64, u64),
+    /// What was asked of the system for real time.
+    pub grants: Vec<Grant>,
+    /// Whether no force command is ever sent.
+    pub dry_run: bool,
+}
+
+/// Something that was asked of the system for real time.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Grant {
+    /// What, for example `SCHED_FIFO 50`.
+    pub what: String,
+    /// Why not, where it was not granted.
+    pub refused: Option<String>,
+}
+
+/// What the sockets tell.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ClientCounts {
+    /// Clients connected now.
+    pub connected: u64,
+    /// Clients since the start.
+    pub accepted: u64,
+    /// Clients turned away because there were too many.
+    pub refused: u64,
+    /// Messages that slow clients did not get.
+    pub dropped: u64,
+    /// Commands that were not allowed or not understood.
+    pub bad_commands: u64,
+}
+
+/// What the recorder tells.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct RecordingState {
+    /// The file that is written; `None` where nothing is recorded.
+    pub file: Option<PathBuf>,
+    /// Bytes written since the start, over all files.
+    pub bytes: u64,
+    /// Files begun.
+    pub files: u64,
+    /// Items that were not recorded.
+    pub dropped: u64,
+    /// Why the recording stopped, where it did.
+    pub failure: Option<String>,
+}
+
+/// Events seen, by kind.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct EventCounts {
+    /// Slips noticed as incipient, by method: stylus, travel, pressure.
+    pub incipient: [u64; 3],
+    /// Slips noticed as, or turned, gross.
+    pub gross: [u64; 3],
+    /// Slips that ended.
+    pub ended: u64,
+    /// Changes of a sensor's health.
+    pub health: u64,
+}
+
+/// Names of the methods in the order of [`EventCounts`].
+pub const METHODS: [&str; 3] = ["stylus", "travel", "pressure"];
+
+/// What the link has told.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LinkBoard {
+    /// State of the host's side.
+    pub state: HostState,
+    /// Whether a port is open.
+    pub port_open: bool,
+    /// Identity and number of starts of the gripper.
+    pub gripper: Option<([u8; 16], u32)>,
+    /// The last word of the gripper on itself.
+    pub device: Option<DeviceStatus>,
+    /// Why the link closed last, and when (host us).
+    pub closed: Option<(u64, CloseReason)>,
+    /// Times it closed by error.
+    pub failures: u64,
+    /// Times the gripper has restarted.
+    pub reboots: u64,
+    /// Other grippers that answered and were left alone.
+    pub strangers: u64,
+    /// Requests that the gripper refused.
+    pub refusals: u64,
+    /// Faults that the gripper reported, and the last of them.
+    pub faults: (u64, FaultCode),
+}
+
+impl Default for LinkBoard {
+    fn default() -> Self {
+        Self {
+            state: HostState::Closed,
+            port_open: false,
+            gripper: None,
+            device: None,
+            closed: None,
+            failures: 0,
+            reboots: 0,
+            strangers: 0,
+            refusals: 0,
+            faults: (0, FaultCode::NONE),
+        }
+    }
+}
+
+/// All that is known.
+#[derive(Clone, Debug, Default)]
+pub struct Board {
+    /// What does not change.
+    pub about: About,
+    /// Clients.
+    pub clients: ClientCounts,
+    /// The recording.
+    pub recording: RecordingState,
+    link: LinkBoard,
+    counters: HotCounters,
+    /// Host time (us) and samples of the last counts, the oldest first.
+    counts: VecDeque<(u64, u64)>,
+    state: Option<(u64, State)>,
+    events: VecDeque<(u64, EventLine)>,
+    event_counts: EventCounts,
+    pipelines: u64,
+    client_commands: u64,
+}
+
+impl Board {
+    /// A board of a daemon that has just started.
+    #[must_use]
+    pub fn new(about: About) -> Self {
+        Self { about, events: VecDeque::with_capacity(EVENTS), ..Self::default() }
+    }
+
+    /// Takes what happened.
+    pub fn take(&mut self, item: &Item<'_>) {
+        match *item {
+            Item::Began { .. } => self.pipelines += 1,
+            Item::State { host_us, state } => self.state = Some((host_us, *state)),
+            Item::Event { host_us, line } => self.event(host_us, *line),
+            Item::Client { .. } => self.client_commands += 1,
+            Item::Link { host_us, note } => self.note(host_us, note),
+            // Counted by the hot thread.
+            Item::Sample { .. } | Item::Command { .. } | Item::Wire { .. } => {}
+        }
+    }
+
+    /// Takes the counters of the hot thread.
+    pub fn count(&mut self, counters: &HotCounters) {
+        self.counters = *counters;
+        if self.counts.back().is_some_and(|(_, samples)| *samples > counters.samples) {
+            self.counts.clear();
+        }
+        if self.counts.len() == COUNTS {
+            self.counts.pop_front();
+        }
+        self.counts.push_back((counters.host_us, counters.samples));
+    }
+
+    fn event(&mut self, host_us: u64, line: EventLine) {
+        if self.events.len() == EVENTS {
+            self.events.pop_front();
+        }
+        self.events.push_back((host_us, line));
+        match line {
+            EventLine::Slip { phase, method, .. } => {
+                let counts = &mut self.event_counts;
+                let counts =
+                    if phase == "gross" { &mut counts.gross } else { &mut counts.incipient };
+                if let Some((_, count)) =
+                    METHODS.iter().zip(counts).find(|(name, _)| **name == method)
+                {
+                    *count += 1;
+                }
+            }
+            EventLine::SlipEnd { .. } => self.event_counts.ended += 1,
+            EventLine::Health { .. } => self.event_counts.health += 1,
+        }
+    }
+
+    fn note(&mut self, host_us: u64, note: &LinkNote) {
+        let link = &mut self.link;
+        match *note {
+            LinkNote::State(state) => link.state = state,
+            LinkNote::Identified { uid, boot_id, .. } => link.gripper = Some((uid, boot_id)),
+            LinkNote::OtherGripper { .. } => link.strangers += 1,
+            LinkNote::Rebooted => link.reboots += 1,
+            LinkNote::Status(status) => link.device = Some(status),
+            LinkNote::Device(event) if event.fault.is_fault() => {
+                link.faults = (link.faults.0 + 1, event.fault);
+            }
+            LinkNote::Refused(_) => link.refusals += 1,
+            LinkNote::Closed(reason) => {
+                link.state = HostState::Closed;
+                link.closed = Some((host_us, reason));
+                link.failures += u64::from(reason != CloseReason::Requested);
+            }
+            LinkNote::PortOpened => link.port_open = true,
+            LinkNote::PortLost => {
+                link.port_open = false;
+                link.state = HostState::Closed;
+            }
+            LinkNote::Configured(_) | LinkNote::Device(_) => {}
+        }
+    }
+
+    /// The link.
+    #[must_use]
+    pub fn link(&self) -> &LinkBoard {
+        &self.link
+    }
+
+    /// The last counters.
+    #[must_use]
+    pub fn counters(&self) -> &HotCounters {
+        &self.counters
+    }
+
+    /// The last state of the pipeline with its host time (us).
+    #[must_use]
+    pub fn state(&self) -> Option<&(u64, State)> {
+        self.state.as_ref()
+    }
+
+    /// The last events with their host times (us), the oldest first.
+    pub fn events(&self) -> impl Iterator<Item = &(u64, EventLine)> {
+        self.events.iter()
+    }
+
+    /// Events by kind.
+    #[must_use]
+    pub fn event_counts(&self) -> EventCounts {
+        self.event_counts
+    }
+
+    /// Pipelines begun.
+    #[must_use]
+    pub fn pipelines(&self) -> u64 {
+        self.pipelines
+    }
+
+    /// Commands of clients that were carried out.
+    #[must_use]
+    pub fn client_commands(&self) -> u64 {
+        self.client_commands
+    }
+
+    /// Samples per second over the last five counts, which is about a second; `None` before there are two, and after the counters
+    /// began anew.
+    #[must_use]
+    pub fn rate_hz(&self) -> Option<f64> {
+        let ((first_us, first), (last_us, last)) = self.counts.front().zip(self.counts.back())?;
+        let us = last_us.checked_sub(*first_us).filter(|us| *us > 0)?;
+        #[expect(clippy::cast_precision_loss, reason = "counts of a second")]
+        let rate = (last - first) as f64 * 1e6 / us as f64;
+        Some(rate)
+    }
+
+    /// Whether samples flow: what a health check wants to know.
+    #[must_use]
+    pub fn is_healthy(&self) -> bool {
+        matches!(self.link.state, HostState::Stream | HostState::Degraded)
+    }
+}
+
+/// The name of a state of the link.
+#[must_use]
+pub fn link_state_name(state: HostState) -> &'static str {
+    match state {
+        HostState::Closed => "closed",
+        HostState::Open => "open",
+        HostState::Hello => "hello",
+        HostState::Config => "config",
+        HostState::Stream => "stream",
+        HostState::Degraded => "degraded",
+    }
+}
+
+/// The name of a state of the gripper.
+#[must_use]
+pub fn device_state_name(state: DeviceState) -> &'static str {
+    match state {
+        DeviceState::Boot => "boot",
+        DeviceState::Idle => "idle",
+        DeviceState::Linked => "linked",
+        DeviceState::Armed => "armed",
+        DeviceState::Active => "active",
+        DeviceState::Hold => "hold",
+        DeviceState::LossAction => "loss_action",
+        DeviceState::Fault => "fault",
+        DeviceState::Estop => "estop",
+        _ => "unknown",
+    }
+}

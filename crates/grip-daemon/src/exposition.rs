@@ -1,0 +1,143 @@
+//! Numbers in, the text format 0.0.4 of Prometheus out.
+//!
+//! Source: the exposition formats page of the Prometheus documentation. Written by hand: our numbers are snapshots that another
+//! thread has counted, while the registries of client libraries own atomics, look their labels up under a lock and pull in a
+//! handful of crates for what is a page of text.
+
+use crate::latency::Latency;
+use core::fmt::{self, Display, Write as _};
+
+/// The media type of the text.
+pub const MEDIA_TYPE: &str = "text/plain; version=0.0.4; charset=utf-8";
+
+/// What a metric is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// Rises, or begins anew with the program.
+    Counter,
+    /// Goes up and down.
+    Gauge,
+}
+
+/// A page that grows metric by metric. Its memory is kept from page to page.
+#[derive(Clone, Debug, Default)]
+pub struct Exposition {
+    text: String,
+}
+
+impl Exposition {
+    /// Forgets the page, not its memory.
+    pub fn clear(&mut self) {
+        self.text.clear();
+    }
+
+    /// The page.
+    #[must_use]
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+
+    /// A metric with one value.
+    pub fn one(&mut self, kind: Kind, (name, help): (&str, &str), value: impl Display) {
+        self.header(kind.name(), name, help);
+        self.write(format_args!("{name} {value}\n"));
+    }
+
+    /// A metric with one value, or none where it is not known.
+    pub fn known(&mut self, kind: Kind, named: (&str, &str), value: Option<impl Display>) {
+        if let Some(value) = value {
+            self.one(kind, named, value);
+        }
+    }
+
+    /// A metric with a value for each value of the label `label`.
+    pub fn each<L: AsRef<str>, V: Display>(
+        &mut self,
+        kind: Kind,
+        (name, help): (&str, &str),
+        label: &str,
+        values: impl IntoIterator<Item = (L, V)>,
+    ) {
+        self.header(kind.name(), name, help);
+        for (value_of_label, value) in values {
+            let quoted = Quoted(value_of_label.as_ref());
+            self.write(format_args!("{name}{{{label}=\"{quoted}\"}} {value}\n"));
+        }
+    }
+
+    /// A metric of value 1 whose labels say something.
+    pub fn info(&mut self, (name, help): (&str, &str), labels: &[(&str, &str)]) {
+        self.header("gauge", name, help);
+        self.write(format_args!("{name}{{"));
+        for (index, (label, value)) in labels.iter().enumerate() {
+            let comma = if index == 0 { "" } else { "," };
+            self.write(format_args!("{comma}{label}=\"{}\"", Quoted(value)));
+        }
+        self.write(format_args!("}} 1\n"));
+    }
+
+    /// A histogram in seconds.
+    pub fn histogram(&mut self, (name, help): (&str, &str), latency: &Latency) {
+        self.header("histogram", name, help);
+        for (upper_ns, count) in latency.cumulative() {
+            self.write(format_args!("{name}_bucket{{le=\"{}\"}} {count}\n", seconds(upper_ns)));
+        }
+        let count = latency.count();
+        self.write(format_args!("{name}_bucket{{le=\"+Inf\"}} {count}\n"));
+        self.write(format_args!("{name}_sum {}\n", seconds(latency.sum_ns())));
+        self.write(format_args!("{name}_count {count}\n"));
+    }
+
+    fn header(&mut self, kind: &str, name: &str, help: &str) {
+        self.write(format_args!("# HELP {name} {help}\n# TYPE {name} {kind}\n"));
+    }
+
+    fn write(&mut self, text: fmt::Arguments<'_>) {
+        // A string takes everything.
+        let _: fmt::Result = self.text.write_fmt(text);
+    }
+}
+
+impl Kind {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Counter => "counter",
+            Self::Gauge => "gauge",
+        }
+    }
+}
+
+#[expect(clippy::cast_precision_loss, reason = "times of a program")]
+fn seconds(ns: u64) -> f64 {
+    ns as f64 * 1e-9
+}
+
+/// The value of a label, escaped.
+struct Quoted<'a>(&'a str);
+
+impl Display for Quoted<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.chars().try_for_each(|c| match c {
+            '\\' => f.write_str("\\\\"),
+            '"' => f.write_str("\\\""),
+            '\n' => f.write_str("\\n"),
+            c => f.write_char(c),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Exposition, Kind};
+
+    #[test]
+    fn labels_are_escaped() {
+        let mut page = Exposition::default();
+        page.each(Kind::Gauge, ("a", "An a."), "file", [("x\"\\\ny", 1.5)]);
+        let expected = "# HELP a An a.\n# TYPE a gauge\na{file=\"x\\\"\\\\\\ny\"} 1.5\n";
+        assert_eq!(page.text(), expected);
+        page.clear();
+        page.info(("b", "A b."), &[("x", "1"), ("y", "")]);
+        assert!(page.text().ends_with("\nb{x=\"1\",y=\"\"} 1\n"), "{}", page.text());
+    }
+}

@@ -1,0 +1,244 @@
+//! One connection without its socket: bytes and the time in, the answer and the end of patience out.
+
+use super::request::{Page, Parsed, Refusal, parse};
+
+/// What a client may cost.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Limits {
+    /// Longest request (bytes).
+    pub request_bytes: usize,
+    /// Longest time from the first look at a connection to a complete request (us), however often it sends a byte.
+    pub request_us: u64,
+    /// Longest time to take the answer and hang up (us).
+    pub answer_us: u64,
+}
+
+impl Default for Limits {
+    fn default() -> Self {
+        Self { request_bytes: 4096, request_us: 2_000_000, answer_us: 5_000_000 }
+    }
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Stage {
+    Reading,
+    Answering,
+    /// All is sent; what still comes is thrown away, so that the answer is not lost by a reset.
+    Draining,
+    Over,
+}
+
+/// A connection.
+#[derive(Debug)]
+pub struct Exchange {
+    limits: Limits,
+    deadline_us: u64,
+    stage: Stage,
+    request: Vec<u8>,
+    answer: Vec<u8>,
+    sent: usize,
+    /// Whether the client has sent its last byte.
+    heard: bool,
+}
+
+impl Exchange {
+    /// A connection that was accepted at `now_us` (us).
+    #[must_use]
+    pub fn new(now_us: u64, limits: Limits) -> Self {
+        Self {
+            limits,
+            deadline_us: now_us.saturating_add(limits.request_us),
+            stage: Stage::Reading,
+            request: Vec::new(),
+            answer: Vec::new(),
+            sent: 0,
+            heard: false,
+        }
+    }
+
+    /// Takes bytes. `page` gives media type and text of a path, or why there is none; it is asked at most once.
+    pub fn receive(&mut self, now_us: u64, bytes: &[u8], page: &mut dyn FnMut(&str) -> Page) {
+        if self.stage != Stage::Reading {
+            return;
+        }
+        let room = self.limits.request_bytes - self.request.len();
+        self.request.extend(bytes.iter().take(room));
+        let request = core::mem::take(&mut self.request);
+        match parse(&request) {
+            Parsed::Incomplete if bytes.len() >= room => self.refuse(now_us, Refusal::TooLarge),
+            Parsed::Incomplete => self.request = request,
+            Parsed::Refused(refusal) => self.refuse(now_us, refusal),
+            Parsed::Page { path, head } => match page(path) {
+                Ok((media_type, text)) => {
+                    let len = text.len();
+                    let fields = format!("Content-Type: {media_type}\r\nContent-Length: {len}");
+                    let text = if head { "" } else { text.as_str() };
+                    self.answer(now_us, (200, "OK"), &fields, text);
+                }
+                Err(refusal) => self.refuse(now_us, refusal),
+            },
+        }
+    }
+
+    /// Answers with a refusal.
+    pub fn refuse(&mut self, now_us: u64, refusal: Refusal) {
+        let (code, words) = refusal.status();
+        let text = format!("{code} {words}\n");
+        let allow = if refusal == Refusal::Method { "\r\nAllow: GET, HEAD" } else { "" };
+        let len = text.len();
+        let fields =
+            format!("Content-Type: text/plain; charset=utf-8\r\nContent-Length: {len}{allow}");
+        self.answer(now_us, (code, words), &fields, &text);
+    }
+
+    fn answer(&mut self, now_us: u64, (code, words): (u16, &str), fields: &str, body: &str) {
+        self.stage = Stage::Answering;
+        self.deadline_us = now_us.saturating_add(self.limits.answer_us);
+        let end = "Cache-Control: no-store\r\nConnection: close\r\n\r\n";
+        self.answer = format!("HTTP/1.1 {code} {words}\r\n{fields}\r\n{end}{body}").into_bytes();
+    }
+
+    /// Bytes that wait to be sent.
+    #[must_use]
+    pub fn to_send(&self) -> &[u8] {
+        self.answer.get(self.sent..).unwrap_or(&[])
+    }
+
+    /// `count` of them were sent; `true` once, when they were the last ones: now the sending side is closed.
+    pub fn was_sent(&mut self, count: usize) -> bool {
+        self.sent += count;
+        let done = self.stage == Stage::Answering && self.to_send().is_empty();
+        if done {
+            self.stage = if self.heard { Stage::Over } else { Stage::Draining };
+        }
+        done
+    }
+
+    /// The client sends nothing more.
+    pub fn hung_up(&mut self) {
+        self.heard = true;
+        if self.stage != Stage::Answering {
+            self.stage = Stage::Over;
+        }
+    }
+
+    /// The socket failed: nothing more can be sent.
+    pub fn failed(&mut self) {
+        self.stage = Stage::Over;
+        self.sent = self.answer.len();
+    }
+
+    /// Time has gone on.
+    pub fn tick(&mut self, now_us: u64) {
+        if now_us < self.deadline_us {
+            return;
+        }
+        match self.stage {
+            Stage::Reading => self.refuse(now_us, Refusal::Timeout),
+            _ => self.stage = Stage::Over,
+        }
+    }
+
+    /// Whether more bytes may come.
+    #[must_use]
+    pub fn listens(&self) -> bool {
+        !self.heard && !self.is_over()
+    }
+
+    /// Whether the socket can be closed.
+    #[must_use]
+    pub fn is_over(&self) -> bool {
+        self.stage == Stage::Over
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Exchange, Limits};
+    use crate::http::Refusal;
+
+    fn page(path: &str) -> Result<(&'static str, String), Refusal> {
+        match path {
+            "/x" => Ok(("text/plain", "all is well\n".to_owned())),
+            _ => Err(Refusal::NotFound),
+        }
+    }
+
+    fn answer(exchange: &Exchange) -> String {
+        String::from_utf8(exchange.to_send().to_vec()).unwrap()
+    }
+
+    #[test]
+    fn an_answer_is_sent_in_any_pieces_and_the_connection_ends() {
+        let mut exchange = Exchange::new(0, Limits::default());
+        for byte in b"GET /x HTTP/1.1\r\nHost: x\r\n\r\n" {
+            assert!(exchange.to_send().is_empty());
+            exchange.receive(1, &[*byte], &mut page);
+        }
+        let text = answer(&exchange);
+        assert!(
+            text.starts_with(
+                "HTTP/1.1 200 OK\r\nContent-Type: text/plain\r\nContent-Length: 12\r\n"
+            )
+        );
+        assert!(text.ends_with("\r\nConnection: close\r\n\r\nall is well\n"), "{text}");
+        exchange.hung_up();
+        assert!(!exchange.is_over(), "a client may close its sending side and read on");
+        assert!(!exchange.listens(), "and wakes nobody any more");
+        assert!(!exchange.was_sent(10) && exchange.was_sent(text.len() - 10));
+        assert!(exchange.is_over());
+    }
+
+    #[test]
+    fn a_head_has_no_body() {
+        let mut exchange = Exchange::new(0, Limits::default());
+        exchange.receive(0, b"HEAD /x HTTP/1.1\r\n\r\n", &mut page);
+        let text = answer(&exchange);
+        assert!(text.contains("Content-Length: 12\r\n") && text.ends_with("\r\n\r\n"), "{text}");
+        assert!(exchange.was_sent(text.len()) && !exchange.is_over(), "what comes is thrown away");
+        exchange.receive(1, b"more", &mut page);
+        exchange.hung_up();
+        assert!(exchange.is_over());
+    }
+
+    #[test]
+    fn refusals_have_their_codes() {
+        for (request, start) in [
+            ("GET /y HTTP/1.1\r\n\r\n", "HTTP/1.1 404 Not Found\r\n"),
+            ("PUT /x HTTP/1.1\r\n\r\n", "HTTP/1.1 405 Method Not Allowed\r\n"),
+            ("GET\r\n\r\n", "HTTP/1.1 400 Bad Request\r\n"),
+        ] {
+            let mut exchange = Exchange::new(0, Limits::default());
+            exchange.receive(0, request.as_bytes(), &mut page);
+            let text = answer(&exchange);
+            assert!(text.starts_with(start), "{text}");
+            assert_eq!(text.contains("\r\nAllow: GET, HEAD\r\n"), start.contains("405"));
+        }
+    }
+
+    #[test]
+    fn a_slow_or_long_request_ends() {
+        let limits = Limits::default();
+        let mut slow = Exchange::new(0, limits);
+        // A byte in every tenth of a second does not buy more time.
+        for step in 0..20 {
+            slow.receive(step * 100_000, b"G", &mut page);
+            slow.tick(step * 100_000);
+            assert!(slow.to_send().is_empty());
+        }
+        slow.tick(limits.request_us);
+        assert!(answer(&slow).starts_with("HTTP/1.1 408 "));
+        slow.tick(limits.request_us + limits.answer_us - 1);
+        assert!(!slow.is_over());
+        slow.tick(limits.request_us + limits.answer_us);
+        assert!(slow.is_over(), "who does not take the answer is left");
+        let mut long = Exchange::new(0, limits);
+        for _ in 0..limits.request_bytes / 8 - 1 {
+            long.receive(0, b"GGGGGGGG", &mut page);
+        }
+        assert!(long.to_send().is_empty());
+        long.receive(0, b"GGGGGGGG", &mut page);
+        assert!(answer(&long).starts_with("HTTP/1.1 431 "));
+        assert!(long.request.is_empty());
+    }
+}

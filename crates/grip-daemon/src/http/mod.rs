@@ -1,0 +1,12 @@
+//! Bytes of an HTTP/1.1 client in, one answer out, and the connection is over: as much of the protocol as a scraper needs.
+//!
+//! Sans-IO, but for [`server`]. GET and HEAD of a path; every answer says `Connection: close`. Sources: RFC 9110 (methods,
+//! status codes), RFC 9112 (request line, field lines).
+
+mod exchange;
+mod request;
+mod server;
+
+pub use exchange::{Exchange, Limits};
+pub use request::{Page, Parsed, Refusal, parse};
+pub use server::{HttpServer, Interest, ServeError};

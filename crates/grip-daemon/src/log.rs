@@ -1,0 +1,326 @@
+//! Sentences with their weight in; lines for a terminal, a file or the journal out. A sentence that comes again and again is told
+//! once, then counted.
+//!
+//! `tracing` was weighed: a service thread that says something now and then needs no spans, and its subscriber costs more code
+//! than all of this module (docs/results.md).
+
+use core::fmt::{Display, Write as _};
+pub use grip_host::config::LogLevel;
+use grip_host::utc;
+use std::io::{self, IsTerminal as _, Write};
+
+/// A sentence is told again after this time (us), with the number of times it came meanwhile.
+const QUIET_US: u64 = 10_000_000;
+/// Different sentences that are remembered.
+const REMEMBERED: usize = 64;
+
+/// What standard error is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LogStyle {
+    /// A person looks: `gripd: sentence`.
+    Terminal,
+    /// The journal of systemd, which knows the time: `<6>sentence key=value`.
+    Journal,
+    /// A file or a pipe: `time=... level=info msg="sentence" key=value`.
+    Plain,
+}
+
+impl LogStyle {
+    /// What the standard error of this program is.
+    #[must_use]
+    pub fn of_stderr() -> Self {
+        let stderr = io::stderr();
+        let journal = std::env::var("JOURNAL_STREAM").ok();
+        // Closed, or not to be asked: then it is no journal.
+        let file = rustix::fs::fstat(&stderr).ok().map(|stat| (stat.st_dev, stat.st_ino));
+        Self::of(stderr.is_terminal(), journal.as_deref(), file)
+    }
+
+    /// What a standard error is: whether it is a terminal, what `JOURNAL_STREAM` says, and its device and inode.
+    #[must_use]
+    pub fn of(terminal: bool, journal: Option<&str>, stderr: Option<(u64, u64)>) -> Self {
+        let named = journal.and_then(|text| {
+            let (device, inode) = text.split_once(':')?;
+            Some((device.parse::<u64>().ok()?, inode.parse::<u64>().ok()?))
+        });
+        match (terminal, named.is_some() && named == stderr) {
+            (_, true) => Self::Journal,
+            (true, _) => Self::Terminal,
+            _ => Self::Plain,
+        }
+    }
+}
+
+/// Something to tell.
+#[derive(Clone, Copy)]
+pub struct Entry<'a> {
+    /// Its weight.
+    pub level: LogLevel,
+    /// A whole sentence; a person at a terminal sees nothing else.
+    pub text: &'a str,
+    /// Names and values for machines.
+    pub fields: &'a [(&'a str, &'a dyn Display)],
+}
+
+impl core::fmt::Debug for Entry<'_> {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.debug_struct("Entry").field("level", &self.level).field("text", &self.text).finish()
+    }
+}
+
+/// The two clocks (us): host time and wall clock since 1970. Only the first one decides anything.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Clocks {
+    /// Host time (us).
+    pub host_us: u64,
+    /// Wall clock (us since 1970).
+    pub wall_us: u64,
+}
+
+/// A sentence that was told.
+#[derive(Clone, Debug)]
+struct Told {
+    level: LogLevel,
+    text: String,
+    at_us: u64,
+    since: u64,
+}
+
+/// Writes lines and remembers what it told.
+#[derive(Clone, Debug)]
+pub struct Log {
+    style: LogStyle,
+    level: LogLevel,
+    told: Vec<Told>,
+}
+
+impl Log {
+    /// Tells entries of `level` and heavier ones.
+    #[must_use]
+    pub fn new(style: LogStyle, level: LogLevel) -> Self {
+        Self { style, level, told: Vec::with_capacity(REMEMBERED) }
+    }
+
+    /// From now on tells entries of `level` and heavier ones.
+    pub fn set_level(&mut self, level: LogLevel) {
+        self.level = level;
+    }
+
+    /// Tells an entry, unless it is too light or was told within the last 10 s.
+    ///
+    /// # Errors
+    /// What `out` says.
+    pub fn tell(&mut self, now: Clocks, entry: &Entry<'_>, out: &mut dyn Write) -> io::Result<()> {
+        if entry.level > self.level {
+            return Ok(());
+        }
+        self.tick(now, out)?;
+        let same = |told: &&mut Told| told.level == entry.level && told.text == entry.text;
+        if let Some(told) = self.told.iter_mut().find(same) {
+            told.since += 1;
+            return Ok(());
+        }
+        if self.told.len() == REMEMBERED {
+            let oldest = self.told.remove(0);
+            self.count(now, &oldest, out)?;
+        }
+        let (level, text) = (entry.level, entry.text.to_owned());
+        self.told.push(Told { level, text, at_us: now.host_us, since: 0 });
+        self.line(now, entry, out)
+    }
+
+    /// Tells how often sentences came again whose 10 s are over; to be called now and then.
+    ///
+    /// # Errors
+    /// What `out` says.
+    pub fn tick(&mut self, now: Clocks, out: &mut dyn Write) -> io::Result<()> {
+        while self
+            .told
+            .first()
+            .is_some_and(|told| now.host_us.saturating_sub(told.at_us) >= QUIET_US)
+        {
+            let told = self.told.remove(0);
+            self.count(now, &told, out)?;
+            if told.since > 0 {
+                // It goes on: the next ones are counted too, until 10 s pass without one.
+                self.told.push(Told { at_us: now.host_us, since: 0, ..told });
+            }
+        }
+        Ok(())
+    }
+
+    /// Tells what was only counted so far: for the end.
+    ///
+    /// # Errors
+    /// What `out` says.
+    pub fn finish(&mut self, now: Clocks, out: &mut dyn Write) -> io::Result<()> {
+        let told = core::mem::take(&mut self.told);
+        told.iter().try_for_each(|told| self.count(now, told, out))
+    }
+
+    fn count(&self, now: Clocks, told: &Told, out: &mut dyn Write) -> io::Result<()> {
+        if told.since == 0 {
+            return Ok(());
+        }
+        let times = told.since;
+        let text = format!("{} (and {times} times more)", told.text);
+        let fields: [(&str, &dyn Display); 1] = [("repeated", &times)];
+        self.line(now, &Entry { level: told.level, text: &text, fields: &fields }, out)
+    }
+
+    fn line(&self, now: Clocks, entry: &Entry<'_>, out: &mut dyn Write) -> io::Result<()> {
+        let Entry { level, text, fields } = *entry;
+        match self.style {
+            LogStyle::Terminal => writeln!(out, "gripd: {text}"),
+            LogStyle::Journal => {
+                let priority = priority(level);
+                // Every line of the journal needs its own prefix.
+                let text = text.replace('\n', &format!("\n<{priority}>"));
+                writeln!(out, "<{priority}>{text}{}", logfmt(fields))
+            }
+            LogStyle::Plain => {
+                let (time, level) = (utc::line(now.wall_us), level.name());
+                let (text, fields) = (value(text), logfmt(fields));
+                writeln!(out, "time={time} level={level} msg={text}{fields}")
+            }
+        }
+    }
+}
+
+/// The number that syslog and the journal use.
+fn priority(level: LogLevel) -> u8 {
+    match level {
+        LogLevel::Error => 3,
+        LogLevel::Warn => 4,
+        LogLevel::Info => 6,
+        LogLevel::Debug => 7,
+    }
+}
+
+/// ` key=value` for each field.
+fn logfmt(fields: &[(&str, &dyn Display)]) -> String {
+    let fields =
+        fields.iter().map(|(name, shown)| format!(" {name}={}", value(&shown.to_string())));
+    fields.collect()
+}
+
+/// A value as it is, or quoted where it would not be one word.
+fn value(text: &str) -> String {
+    let plain = |c: char| c.is_ascii_graphic() && !matches!(c, '"' | '=' | '\\');
+    if !text.is_empty() && text.chars().all(plain) {
+        return text.to_owned();
+    }
+    let mut quoted = "\"".to_owned();
+    for c in text.chars() {
+        match c {
+            '"' | '\\' => quoted.extend(['\\', c]),
+            '\n' => quoted.push_str("\\n"),
+            c if c.is_control() => {
+                // A string takes everything.
+                let _: core::fmt::Result = write!(quoted, "\\u{:04x}", u32::from(c));
+            }
+            c => quoted.push(c),
+        }
+    }
+    quoted.push('"');
+    quoted
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Clocks, Entry, Log, LogLevel, LogStyle};
+    use core::fmt::Display;
+
+    const WALL_US: u64 = 1_795_301_948_125_000;
+
+    fn at(host_us: u64) -> Clocks {
+        Clocks { host_us, wall_us: WALL_US + host_us }
+    }
+
+    fn entry(level: LogLevel, text: &str) -> Entry<'_> {
+        Entry { level, text, fields: &[] }
+    }
+
+    fn lines(
+        style: LogStyle,
+        level: LogLevel,
+        tell: impl FnOnce(&mut Log, &mut Vec<u8>),
+    ) -> String {
+        let (mut log, mut out) = (Log::new(style, level), Vec::new());
+        tell(&mut log, &mut out);
+        String::from_utf8(out).unwrap()
+    }
+
+    #[test]
+    fn each_reader_gets_its_lines() {
+        let fields: [(&str, &dyn Display); 3] =
+            [("port", &"/dev/ttyACM0"), ("why", &"a \"b\""), ("n", &7)];
+        let entry =
+            Entry { level: LogLevel::Warn, text: "the port is gone\nreally", fields: &fields };
+        let line =
+            |style| lines(style, LogLevel::Info, |log, out| log.tell(at(0), &entry, out).unwrap());
+        assert_eq!(line(LogStyle::Terminal), "gripd: the port is gone\nreally\n");
+        assert_eq!(
+            line(LogStyle::Journal),
+            "<4>the port is gone\n<4>really port=/dev/ttyACM0 why=\"a \\\"b\\\"\" n=7\n"
+        );
+        assert_eq!(
+            line(LogStyle::Plain),
+            "time=2026-11-21T22:59:08.125Z level=warn msg=\"the port is gone\\nreally\" port=/dev/ttyACM0 why=\"a \\\"b\\\"\" n=7\n"
+        );
+    }
+
+    #[test]
+    fn a_thousand_equal_lines_are_one_and_a_count() {
+        let text = lines(LogStyle::Terminal, LogLevel::Info, |log, out| {
+            for ms in 0..12_000 {
+                log.tell(at(1000 * ms), &entry(LogLevel::Warn, "echo"), out).unwrap();
+            }
+            log.tell(at(12_000_000), &entry(LogLevel::Info, "other"), out).unwrap();
+            log.tick(at(20_000_000), out).unwrap();
+            log.tick(at(30_000_000), out).unwrap();
+            // It had stopped: the next one is news.
+            log.tell(at(45_000_000), &entry(LogLevel::Warn, "echo"), out).unwrap();
+            log.tell(at(45_000_001), &entry(LogLevel::Warn, "echo"), out).unwrap();
+            log.finish(at(45_000_002), out).unwrap();
+        });
+        assert_eq!(
+            text,
+            "gripd: echo\ngripd: echo (and 9999 times more)\ngripd: other\ngripd: echo (and 2000 times more)\n\
+             gripd: echo\ngripd: echo (and 1 times more)\n"
+        );
+    }
+
+    #[test]
+    fn memory_stays_small_whatever_is_told() {
+        lines(LogStyle::Plain, LogLevel::Debug, |log, out| {
+            for n in 0..10_000 {
+                log.tell(at(n), &entry(LogLevel::Debug, &n.to_string()), out).unwrap();
+            }
+            assert!(log.told.len() <= 64);
+        });
+    }
+
+    #[test]
+    fn light_entries_stay_untold() {
+        let text = lines(LogStyle::Terminal, LogLevel::Warn, |log, out| {
+            log.tell(at(0), &entry(LogLevel::Info, "hello"), out).unwrap();
+            log.tell(at(0), &entry(LogLevel::Error, "help"), out).unwrap();
+            log.set_level(LogLevel::Debug);
+            log.tell(at(0), &entry(LogLevel::Debug, "detail"), out).unwrap();
+        });
+        assert_eq!(text, "gripd: help\ngripd: detail\n");
+    }
+
+    #[test]
+    fn the_journal_is_known_by_its_socket() {
+        let of = |terminal, journal, stderr| LogStyle::of(terminal, journal, stderr);
+        assert_eq!(of(false, Some("8:123"), Some((8, 123))), LogStyle::Journal);
+        assert_eq!(of(false, Some("8:123"), Some((8, 124))), LogStyle::Plain, "redirected");
+        assert_eq!(of(true, Some("8:123"), Some((5, 1))), LogStyle::Terminal);
+        for odd in ["", "8", "a:b", "8:123:4"] {
+            assert_eq!(of(false, Some(odd), Some((8, 123))), LogStyle::Plain, "{odd}");
+        }
+        assert_eq!(of(false, None, None), LogStyle::Plain);
+    }
+}

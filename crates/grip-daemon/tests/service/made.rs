@@ -1,0 +1,115 @@
+//! A board as a busy hour leaves it.
+
+use grip_daemon::{
+    Board, HotCounters, Item, LinkNote, State,
+    board::{About, ClientCounts, Grant, RecordingState},
+};
+use grip_host::report::{EventLine, EvidenceFields};
+use grip_link::{
+    host::HostState,
+    message::{DeviceState, Event, EventKind, FaultCode, ForceClamp, Status, StatusFlags},
+};
+use slip_core::{
+    detector::ReferenceHealth,
+    distance::TravelHealth,
+    estimate::ForceEstimate,
+    grip::GripState,
+    health::Health,
+    pressure::PressureHealth,
+    scene::Scene,
+    units::{Micros, Newtons},
+};
+
+pub(crate) const STATE: State = State {
+    t: Micros(1_500_000),
+    scene: Scene::Holding,
+    grip: Some(GripState::Holding),
+    statistic: 0.75,
+    command: Some(Newtons(2.5)),
+    applied_n: Some(f32::NAN),
+    esc: None,
+    estimate: Some(ForceEstimate { force_n: 9.4, extrapolated: false }),
+    health: Health::Good,
+    reference_health: ReferenceHealth::Lost,
+    travel_health: TravelHealth::Good,
+    pressure_health: PressureHealth::Good,
+    lost: 3,
+    rate_hz: 10_000,
+};
+
+pub(crate) const STATUS: Status = Status {
+    last_cmd_id: 1,
+    state: DeviceState::Active,
+    clamp: ForceClamp(0),
+    fault: FaultCode::NONE,
+    applied_mn: 2500,
+    target_mn: 2500,
+    age_us: 5,
+    flags: StatusFlags(0),
+    rejected: 0,
+};
+
+pub(crate) fn slip(phase: &'static str, method: &'static str) -> EventLine {
+    let evidence = EvidenceFields::default();
+    EventLine::Slip { t_s: 0.5, phase, method, statistic: 3.0, confidence: 0.9, evidence }
+}
+
+pub(crate) fn device_event(kind: EventKind, fault: FaultCode) -> LinkNote {
+    let (before, after) = (DeviceState::Active, DeviceState::Fault);
+    LinkNote::Device(Event { tick: 7, kind, before, after, fault, dropped: 0, value: 0 })
+}
+
+fn counters(host_us: u64, samples: u64) -> HotCounters {
+    let mut hot =
+        HotCounters { host_us, samples, slips: 2, commands: 99, ..HotCounters::default() };
+    hot.loss.lost = 5;
+    hot.loss.dropped_by_mcu = 2;
+    hot.frames.ok = 1000;
+    hot.frames.crc = 4;
+    hot.frames.garbage_bytes = 123;
+    hot.health.glitches = 6;
+    hot.stages.bands = 777;
+    hot.rx_bytes = 1_000_000;
+    (1..=1000).for_each(|us| hot.latency.record(1000 * us));
+    hot
+}
+
+/// Two seconds at 10 kHz, two slips, a stranger and a fault.
+pub(crate) fn board() -> Board {
+    let grants = vec![
+        Grant { what: "mlockall".to_owned(), refused: None },
+        Grant { what: "SCHED_FIFO 50".to_owned(), refused: Some("not permitted".to_owned()) },
+    ];
+    let mut board = Board::new(About {
+        version: "1.2.3".to_owned(),
+        port: "/dev/tty\"ACM0\"".to_owned(),
+        config_files: vec!["gripd.toml".into()],
+        reloads: (1, 2),
+        grants,
+        dry_run: false,
+    });
+    board.clients =
+        ClientCounts { connected: 2, accepted: 7, refused: 1, dropped: 55, bad_commands: 3 };
+    board.recording = RecordingState {
+        file: Some("x.mcap".into()),
+        bytes: 4096,
+        files: 1,
+        ..RecordingState::default()
+    };
+    let notes = [
+        LinkNote::PortOpened,
+        LinkNote::Identified { uid: [0xAB; 16], boot_id: 3, rebooted: false },
+        LinkNote::State(HostState::Stream),
+        device_event(EventKind::Fault, FaultCode::DRIVE),
+    ];
+    for note in &notes {
+        board.take(&Item::Link { host_us: 10, note });
+    }
+    for (phase, method) in [("incipient", "stylus"), ("gross", "stylus"), ("gross", "travel")] {
+        board.take(&Item::Event { host_us: 20, line: &slip(phase, method) });
+    }
+    board.take(&Item::State { host_us: 1_900_000, state: &STATE });
+    board.count(&counters(1_000_000, 10_000));
+    board.count(&counters(2_000_000, 20_000));
+    board
+}

@@ -1,0 +1,146 @@
+//! Metrics and status of a board.
+
+use crate::{made, parser::parse};
+use grip_daemon::{
+    Board, HotCounters, Item, LinkNote, board::About, exposition::Exposition, metrics,
+    status::Status,
+};
+use grip_link::host::CloseReason;
+
+fn page(board: &Board) -> String {
+    let mut page = Exposition::default();
+    metrics::write(board, 2_500_000, &mut page);
+    page.text().to_owned()
+}
+
+/// A name and one label.
+fn key(name: &str, label: &str, value: &str) -> (String, Vec<(String, String)>) {
+    (name.to_owned(), vec![(label.to_owned(), value.to_owned())])
+}
+
+#[test]
+fn the_page_is_read_by_a_strict_reader() {
+    let text = page(&made::board());
+    // For scripts/metrics-check.sh, which lets another program read it.
+    std::fs::write(concat!(env!("CARGO_TARGET_TMPDIR"), "/metrics.txt"), &text).unwrap();
+    let samples = parse(&text);
+    let one = |name: &str| samples[&(name.to_owned(), Vec::new())];
+    let label = |name: &str, label: &str, value: &str| samples[&key(name, label, value)];
+    assert_eq!(one("gripd_uptime_seconds"), 2.5);
+    assert_eq!((one("gripd_samples_total"), one("gripd_sample_rate_hertz")), (20_000.0, 10_000.0));
+    assert_eq!(label("gripd_samples_lost_total", "cause", "line"), 3.0);
+    assert_eq!(label("gripd_samples_lost_total", "cause", "dropped_by_gripper"), 2.0);
+    assert_eq!(label("gripd_frames_bad_total", "cause", "crc"), 4.0);
+    assert_eq!(label("gripd_link_state", "state", "stream"), 1.0);
+    assert_eq!(label("gripd_link_state", "state", "closed"), 0.0);
+    assert_eq!(label("gripd_slips_gross_total", "method", "travel"), 1.0);
+    assert_eq!(label("gripd_scene", "scene", "holding"), 1.0);
+    assert_eq!(label("gripd_sensor_good", "sensor", "reference"), 0.0);
+    assert_eq!(label("gripd_reloads_total", "result", "refused"), 2.0);
+    assert_eq!(one("gripd_force_command_newtons"), 2.5);
+    assert!(one("gripd_force_applied_newtons").is_nan());
+    assert_eq!(label("gripd_build_info", "version", "1.2.3"), 1.0);
+}
+
+#[test]
+fn the_histogram_is_whole() {
+    let samples = parse(&page(&made::board()));
+    let buckets: Vec<(f64, f64)> = samples
+        .iter()
+        .filter(|((name, _), _)| name == "gripd_latency_seconds_bucket")
+        .map(|((_, labels), count)| match labels[0].1.as_str() {
+            "+Inf" => (f64::INFINITY, *count),
+            upper => (upper.parse().unwrap(), *count),
+        })
+        .collect();
+    assert_eq!(buckets.len(), 24);
+    let mut sorted = buckets;
+    sorted.sort_by(|a, b| a.0.total_cmp(&b.0));
+    assert!(sorted.is_sorted_by(|a, b| a.1 <= b.1), "{sorted:?}");
+    let (_, all) = sorted[23];
+    assert_eq!(all, samples[&("gripd_latency_seconds_count".to_owned(), Vec::new())]);
+    assert_eq!(all, 1000.0);
+    // 1 us to 1 ms, once each: 131 are below 131.072 us.
+    assert!(
+        sorted.iter().any(|(upper, count)| (upper - 131.072e-6).abs() < 1e-12 && *count == 131.0)
+    );
+    let sum = samples[&("gripd_latency_seconds_sum".to_owned(), Vec::new())];
+    assert!((sum - 0.5005).abs() < 1e-9, "{sum}");
+}
+
+#[test]
+fn a_daemon_that_has_just_started_has_a_page_and_a_status() {
+    let board = Board::new(About::default());
+    let samples = parse(&page(&board));
+    assert_eq!(samples[&("gripd_samples_total".to_owned(), Vec::new())], 0.0);
+    assert!(!samples.contains_key(&("gripd_sample_rate_hertz".to_owned(), Vec::new())));
+    let status = serde_json::to_value(Status::of(&board, 1)).unwrap();
+    assert!(status["pipeline"].is_null() && status["latency_us"].is_null());
+    assert_eq!(status["link"]["state"], "closed");
+    assert!(!board.is_healthy());
+}
+
+#[test]
+fn the_status_says_what_a_person_asks() {
+    let board = made::board();
+    let status = serde_json::to_value(Status::of(&board, 2_500_000)).unwrap();
+    assert_eq!(status["link"]["uid"], "ab".repeat(16));
+    assert_eq!(status["samples"]["rate_hz"], 10_000.0);
+    assert_eq!(
+        (&status["samples"]["lost_on_line"], &status["bad_frames"]["crc"]),
+        (&3.into(), &4.into())
+    );
+    assert_eq!(status["bad_frames"].as_object().unwrap().len(), 1, "only what occurred");
+    assert_eq!(status["pipeline"]["health"]["reference"], "lost");
+    assert_eq!(status["pipeline"]["age_s"], 0.6);
+    assert!(status["pipeline"]["applied_n"].is_null(), "not a number");
+    assert_eq!(status["events"].as_array().unwrap().len(), 3);
+    assert_eq!(status["events"][0]["type"], "slip");
+    assert_eq!(status["realtime"][1]["reason"], "not permitted");
+    let p50 = status["latency_us"]["p50"].as_f64().unwrap();
+    assert!((500.0..=563.0).contains(&p50), "{p50}");
+    assert!(Status::of(&board, 0).json().unwrap().lines().count() == 1);
+}
+
+#[test]
+fn counters_that_begin_anew_give_no_rate() {
+    let mut board = made::board();
+    board.count(&HotCounters { host_us: 3_000_000, samples: 5, ..HotCounters::default() });
+    assert_eq!(board.rate_hz(), None);
+    board.count(&HotCounters { host_us: 3_500_000, samples: 55, ..HotCounters::default() });
+    assert_eq!(board.rate_hz(), Some(100.0));
+}
+
+#[test]
+fn a_link_that_closed_is_told_with_its_reason() {
+    let mut board = made::board();
+    assert!(board.is_healthy());
+    let note = LinkNote::Closed(CloseReason::Lost { silent_us: 500_000 });
+    board.take(&Item::Link { host_us: 5, note: &note });
+    let status = serde_json::to_value(Status::of(&board, 9)).unwrap();
+    assert_eq!(status["link"]["closed"], "the gripper fell silent (500 ms without a frame)");
+    assert_eq!((&status["link"]["state"], board.is_healthy()), (&"closed".into(), false));
+    for n in 0..1000 {
+        board.take(&Item::Event { host_us: n, line: &made::slip("gross", "pressure") });
+    }
+    assert_eq!(board.events().count(), 32, "memory stays small");
+    assert_eq!(board.event_counts().gross, [1, 1, 1000]);
+}
+
+#[test]
+fn the_documentation_has_every_metric_with_its_type_and_no_other() {
+    let guide = include_str!("../../../../docs/observability.md");
+    let documented = guide.lines().filter_map(|line| {
+        let (name, rest) = line.strip_prefix("| `gripd_")?.split_once("` | ")?;
+        Some(format!("gripd_{name} {}", rest.split(' ').next()?))
+    });
+    let board = made::board();
+    let note = LinkNote::Status(made::STATUS);
+    let mut full = board;
+    full.take(&Item::Link { host_us: 1, note: &note });
+    let text = page(&full);
+    let written = text.lines().filter_map(|line| line.strip_prefix("# TYPE ")).map(str::to_owned);
+    let (documented, written): (Vec<String>, Vec<String>) =
+        (documented.collect(), written.collect());
+    assert_eq!(documented, written, "in the order of the page");
+}

@@ -1,0 +1,136 @@
+//! The tables of `gripd.toml` that concern the daemon, not the pipeline.
+
+use serde::{Deserialize, Serialize};
+
+/// What is asked of the microcontroller when the link is set up.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct LinkConfig {
+    /// Samples per second, 1,000 to 20,000.
+    pub sample_rate_hz: u32,
+    /// Samples per frame, 1 to 32.
+    pub batch: u8,
+    /// How long a command stays valid on the device (ms), 20 to 100.
+    pub ttl_ms: u16,
+}
+
+impl Default for LinkConfig {
+    fn default() -> Self {
+        Self { sample_rate_hz: 10_000, batch: 10, ttl_ms: 50 }
+    }
+}
+
+/// When a recording goes on in another file, and how much of it a crash may cost.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct RecordingConfig {
+    /// Size at which the next file begins (MiB), 1 to 1,048,576.
+    pub max_mib: u32,
+    /// Age at which the next file begins (s), 1 to 31,536,000.
+    pub max_age_s: u32,
+    /// Time between two flushes (ms), 50 to 10,000: what a crash may cost.
+    pub flush_ms: u32,
+}
+
+impl Default for RecordingConfig {
+    fn default() -> Self {
+        Self { max_mib: 1024, max_age_s: 3600, flush_ms: 250 }
+    }
+}
+
+/// Whether the hot thread asks the system for real-time privileges.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum RealtimeMode {
+    /// No.
+    #[default]
+    Off,
+    /// Yes; what is not granted is told, and gripd goes on without.
+    Warn,
+    /// Yes; what is not granted ends gripd.
+    Strict,
+}
+
+impl RealtimeMode {
+    /// The name used in files and flags.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Off => "off",
+            Self::Warn => "warn",
+            Self::Strict => "strict",
+        }
+    }
+}
+
+/// What the hot thread asks of the scheduler.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(
+    default,
+    deny_unknown_fields,
+    expecting = "a table: [realtime] with mode = \"off\", \"warn\" or \"strict\""
+)]
+pub struct RealtimeConfig {
+    /// Whether it asks at all.
+    pub mode: RealtimeMode,
+    /// `SCHED_FIFO` priority, 1 to 99.
+    pub priority: u8,
+    /// The processor it is bound to; any, where absent.
+    pub cpu: Option<u16>,
+}
+
+impl Default for RealtimeConfig {
+    fn default() -> Self {
+        Self { mode: RealtimeMode::Off, priority: 50, cpu: None }
+    }
+}
+
+/// Which USB serial port `auto` means; what is absent fits every port.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct UsbFilter {
+    /// Vendor.
+    pub vid: Option<u16>,
+    /// Product.
+    pub pid: Option<u16>,
+    /// Serial number; `*` stands for any characters.
+    pub serial: Option<String>,
+    /// Name of the product; `*` stands for any characters.
+    pub product: Option<String>,
+}
+
+impl UsbFilter {
+    /// Fits every USB serial port.
+    pub const ANY: Self = Self { vid: None, pid: None, serial: None, product: None };
+}
+
+/// How much gripd says on standard error.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum LogLevel {
+    /// What failed.
+    Error,
+    /// And what is odd.
+    Warn,
+    /// And what is good to know.
+    #[default]
+    Info,
+    /// And what helps to find a mistake.
+    Debug,
+}
+
+impl LogLevel {
+    /// All, from the least to the most said.
+    pub const ALL: [Self; 4] = [Self::Error, Self::Warn, Self::Info, Self::Debug];
+
+    /// The name used in files, flags and lines.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Error => "error",
+            Self::Warn => "warn",
+            Self::Info => "info",
+            Self::Debug => "debug",
+        }
+    }
+}
