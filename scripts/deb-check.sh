@@ -32,7 +32,7 @@ deb=$target/deb-check/gripd.deb
 cargo deb --package gripd --profile "$profile" --no-build --no-strip --quiet --output "$deb"
 
 echo "deb-check: looking into it"
-listing=$(dpkg-deb --contents "$deb" | awk '{print $1, $2, $6}')
+listing=$(dpkg-deb --contents "$deb" | awk '{sub("^0/0$", "root/root", $2); print $1, $2, $6}')
 expect() { grep -qxF -- "$1 root/root ./$2" <<<"$listing" || fail "not in the package as $1: $2
 $listing"; }
 expect -rwxr-xr-x usr/bin/gripd

@@ -18,6 +18,9 @@ pub(crate) enum Command {
     /// List the serial ports of this computer.
     Ports(PortsArgs),
     /// Say what keeps a gripper from working well, and the command that mends it.
+    ///
+    /// Looks at the configuration, this computer, its disk and the port. Where nobody holds the port, it attaches to the gripper for some
+    /// seconds without commanding any force, and measures. Exit codes: 0 no fault, 1 a fault, 2 wrong arguments.
     Doctor(DoctorArgs),
     /// Ask a running gripd how it does: link, rate, losses, latency, grip, events.
     Status(StatusArgs),
@@ -60,8 +63,6 @@ pub(crate) struct PortsArgs {
     pub(crate) json: bool,
 }
 
-/// Looks at the configuration, this computer, its disk and the port; where nobody holds the port, attaches to the gripper for some
-/// seconds without commanding any force, and measures. Exit codes: 0 no fault, 1 a fault, 2 wrong arguments.
 #[derive(Debug, Args)]
 pub(crate) struct DoctorArgs {
     /// The gripper: a serial device, `auto`, or `sim` with an optional `:SCENE`; that of the configuration otherwise, or the only USB

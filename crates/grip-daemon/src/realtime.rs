@@ -51,7 +51,7 @@ impl FromStr for RealtimeMode {
 pub struct RealtimeConfig {
     /// What a refusal means.
     pub mode: RealtimeMode,
-    /// Priority under SCHED_FIFO, 1 to 99: above ordinary threads of interrupts (50) only where the port's own should wait.
+    /// Priority under SCHED_FIFO, 1 to 99: 50 is that of the threads of interrupts.
     pub priority: u8,
     /// The processor to stay on; any, where there is none.
     pub cpu: Option<usize>,
@@ -59,7 +59,7 @@ pub struct RealtimeConfig {
 
 impl Default for RealtimeConfig {
     fn default() -> Self {
-        Self { mode: RealtimeMode::Off, priority: 40, cpu: None }
+        Self { mode: RealtimeMode::Off, priority: 50, cpu: None }
     }
 }
 
@@ -99,7 +99,7 @@ impl Measure {
                 "LimitMEMLOCK=infinity in the unit, `memlock unlimited` in /etc/security/limits.conf, or CAP_IPC_LOCK"
             }
             Self::Priority => {
-                "LimitRTPRIO=40 in the unit, `rtprio 40` in /etc/security/limits.conf, or CAP_SYS_NICE; a container needs --cap-add"
+                "LimitRTPRIO=50 in the unit, `rtprio 50` in /etc/security/limits.conf, or CAP_SYS_NICE; a container needs --cap-add"
             }
             Self::Affinity => "a processor of those this process may use; see taskset -p",
             Self::TouchedStack | Self::TimerSlack => "a Linux kernel",

@@ -58,8 +58,10 @@ fn ports_that_are_no_gripper_are_faults_with_a_remedy() {
     assert_eq!(finding(&lines, "port")["verdict"], "fault");
     fs::write(folder.path().join("file"), "kept").unwrap();
     let lines = checked(&doctor(folder.path(), &["./file"]));
-    assert!(finding(&lines, "permissions")["text"].as_str().unwrap().contains("no serial port"));
+    assert!(finding(&lines, "port")["text"].as_str().unwrap().contains("no serial port"));
     assert_eq!(fs::read_to_string(folder.path().join("file")).unwrap(), "kept");
+    let lines = checked(&doctor(folder.path(), &["/dev/null"]));
+    assert!(finding(&lines, "port")["text"].as_str().unwrap().contains("no serial port"));
     // Nobody answers on this one; then another program takes it.
     let pty = Pty::open(None).unwrap();
     symlink(pty.port(), folder.path().join("silent")).unwrap();

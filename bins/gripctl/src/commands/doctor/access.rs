@@ -8,7 +8,7 @@ use rustix::{
 };
 use std::{
     fs,
-    os::unix::fs::{FileTypeExt as _, MetadataExt as _},
+    os::unix::fs::MetadataExt as _,
     path::{Path, PathBuf},
 };
 
@@ -32,6 +32,11 @@ impl Access {
             }
         };
         let info = system.places.look_up(path);
+        if info.is_none() && !node.starts_with("/dev/pts") {
+            let text = format!("{} is no serial port", node.display());
+            findings.push(Finding::fault("port", text, "gripctl ports".to_owned()));
+            return Self { findings, free: false };
+        }
         findings.push(named(path, info.as_ref()));
         let (allowed, finding) = permission(system, &node);
         findings.push(finding);
@@ -52,11 +57,7 @@ fn permission(system: &System, node: &PathBuf) -> (bool, Finding) {
     let check = "permissions";
     let shown = node.display();
     let meta = match fs::metadata(node) {
-        Ok(meta) if meta.file_type().is_char_device() => meta,
-        Ok(_) => {
-            let text = format!("{shown} is no serial port");
-            return (false, Finding::fault(check, text, "gripctl ports".to_owned()));
-        }
+        Ok(meta) => meta,
         Err(error) => {
             let finding =
                 Finding::fault(check, format!("{shown}: {error}"), "gripctl ports".to_owned());

@@ -193,9 +193,9 @@ fn checksums(link: &HostLink) -> Finding {
 
 fn clocks(link: &HostLink) -> Finding {
     let check = "clock";
-    let Some(clock) = link.clock().filter(|clock| clock.points() > 0) else {
-        let remedy = "update the gripper's firmware".to_owned();
-        return Finding::warning(check, "the gripper answers no PING".to_owned(), remedy);
+    let Some(clock) = link.clock().filter(|clock| clock.uncertainty_us().is_finite()) else {
+        let remedy = "listen longer (--seconds 10); then update the gripper's firmware".to_owned();
+        return Finding::warning(check, "the gripper has answered no PING".to_owned(), remedy);
     };
     let uncertainty_us = clock.uncertainty_us();
     let drift = clock
