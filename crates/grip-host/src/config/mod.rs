@@ -20,7 +20,7 @@ use crate::calibrate::Calibration;
 use core::net::SocketAddr;
 use serde::{Deserialize, Serialize};
 use slip_core::{
-    ConfigError, PipelineConfig, Signal,
+    PipelineConfig, Signal,
     detector::DetectorConfig,
     distance::DistanceConfig,
     esc::Reading,
