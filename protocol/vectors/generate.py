@@ -49,6 +49,50 @@ FIELDS = {
 }  # fmt: skip
 
 
+DAEMON_KINDS = {
+    "WELCOME": 0xA0, "SLIP": 0xA1, "STATE": 0xA2, "HEALTH": 0xA3, "GRIPPER": 0xA4, "ROWS": 0xA5, "NOTICE": 0xA6,
+    "SUBSCRIBE": 0xA8, "COMMAND": 0xA9, "QUERY": 0xAA,
+}  # fmt: skip
+KINDS.update(DAEMON_KINDS)
+TO_DAEMON = {"SUBSCRIBE", "COMMAND", "QUERY"}
+ACK_REQ |= TO_DAEMON
+FIELDS.update({
+    "WELCOME": [
+        ("min", "B"), ("max", "B"), ("max_rx", "H"), ("flags", "I"), ("token", "I"), ("run_id", "I"), ("host_us", "Q"),
+        ("real_time", "B"),
+    ],
+    "SLIP": [
+        ("number", "I"), ("device_us", "Q"), ("host_us", "Q"), ("phase", "B"), ("method", "B"), ("speed_source", "B"),
+        ("esc_kind", "B"), ("statistic", "f"), ("confidence", "f"), ("speed", "f"), ("sigma", "f"), ("moved", "f"),
+        ("irregularities", "I"), ("esc", "f"), ("esc_chosen", "f"), ("esc_flags", "B"), ("notes", "B"), (None, "H"),
+        ("estimate", "f"), ("command", "f"), ("duration", "f"),
+    ],
+    "STATE": [
+        ("device_us", "Q"), ("host_us", "Q"), ("scene", "B"), ("grip", "B"), ("stylus", "B"), ("travel", "B"),
+        ("pressure", "B"), ("reference", "B"), ("device", "B"), ("notes", "B"), ("fault", "H"), ("esc_flags", "B"),
+        ("esc_kind", "B"), ("statistic", "f"), ("command", "f"), ("applied", "f"), ("esc", "f"), ("estimate", "f"),
+        ("rate_hz", "I"), ("lost", "Q"),
+    ],
+    "HEALTH": [
+        ("host_us", "Q"), ("rate", "f"), ("samples", "Q"), ("lost", "Q"), ("too_long", "I"), ("cobs", "I"), ("length", "I"),
+        ("crc", "I"), ("useless", "I"), ("gap", "I"), ("dropped_service", "Q"), ("dropped_recorder", "Q"),
+        ("dropped_clients", "I"), ("clients", "H"), ("link", "B"), ("recording", "B"), ("p50", "f"), ("p99", "f"),
+        ("longest", "f"), ("recorded", "Q"), ("bands", "Q"), ("gate", "Q"), ("methods", "Q"), ("observation", "Q"),
+        ("slips", "I"), ("reconnects", "I"), ("commands", "Q"),
+    ],
+    "GRIPPER": [
+        ("uid", "16s"), ("boot_id", "I"), ("rate_hz", "I"), ("force_max", "f"), ("link", "B"), ("taxels", "B"), (None, "H"),
+    ],
+    "ROWS": [
+        ("first_index", "I"), ("t0_us", "Q"), ("every_nth", "H"), ("channels", "H"), ("n", "B"), ("taxels", "B"), (None, "H"),
+    ],
+    "NOTICE": [("kind", "B"), ("code", "B"), ("value", "H"), ("count", "I"), ("host_us", "Q")],
+    "SUBSCRIBE": [("min", "B"), ("max", "B"), ("topics", "H"), ("every_nth", "H"), ("state_ms", "H")],
+    "COMMAND": [("operation", "B"), (None, "B"), ("fault", "H"), ("force_mn", "i"), ("token", "I")],
+    "QUERY": [],
+})  # fmt: skip
+
+
 def crc(data, polynomial=0x82F63B78):
     state = 0xFFFFFFFF
     for byte in data:
@@ -89,6 +133,10 @@ def payload(kind, v):
     if kind == "LOG":
         return struct.pack("<QBB", v["tick"], v["level"], len(v["text"])) + v["text"]
     data = pack(FIELDS[kind], v)
+    if kind in ("WELCOME", "NOTICE"):
+        data += bytes([len(v["text"])]) + v["text"]
+    if kind == "ROWS":
+        data += b"".join(struct.pack("<I" + "f" * (len(row) - 1), *row) for row in v["rows"])
     if kind == "IDENT":
         data += struct.pack("<BBHI", len(v["channels"]), 8, 72, 0)
         data += b"".join(struct.pack("<BBBBf", *channel) for channel in v["channels"])
@@ -117,11 +165,16 @@ def frame(kind, data, **header):
 def show(kind, v):
     table = CONFIG if kind == "CONFIG_ACK" else FIELDS.get(kind, [])
     names = {"CONFIG_ACK": ["config_seq", "clamped"], "LOG": ["tick", "level", "text"]}.get(kind, [])
-    names = names + [name for name, _ in table if name]
+    names = names + [name for name, _ in table if name] + ["text"] * (kind in ("WELCOME", "NOTICE"))
     words = []
     for name in names:
         value = v[name]
+        if dict(table).get(name) == "f":
+            value = struct.pack(">f", value)
         words.append(f"{name}={value.hex() if isinstance(value, bytes) else value}")
+    if kind == "ROWS":
+        rows = (",".join([str(row[0])] + [struct.pack(">f", x).hex() for x in row[1:]]) for row in v["rows"])
+        words.append("rows=" + ";".join(rows))
     if kind == "IDENT":
         entries = (f"{k}:{u}:{f}:{c}:{struct.pack('>f', s).hex()}" for k, u, f, c, s in v["channels"])
         words.append("channels=" + ",".join(entries))
@@ -134,15 +187,16 @@ def show(kind, v):
 ROWS = []
 
 
-def valid(name, kind, values=None, use="both", extra=b"", tail=b"", **header):
+def valid(name, kind, values=None, use="both", extra=b"", tail=b"", rows=ROWS, **header):
     values = values or {}
-    host = KINDS[kind] >= 0x80
+    host = KINDS[kind] >= 0x80 and kind not in TO_DAEMON
     ack = header.get("ack", kind in ACK_REQ)
     seq, session = header.get("seq", 600), header.get("session", 0xBEEF)
     data = header.pop("data", None) or payload(kind, values) + extra
     content = wire(body(kind, data, host=host, **header), tail=tail)
     head = f"version={header.get('version', 1)} ack_req={int(ack)} seq={seq} session={session}"
-    ROWS.append([name, use, "to_host" if host else "to_device", kind, head, show(kind, values), content.hex()])
+    way = ("to_client" if host else "to_daemon") if kind in DAEMON_KINDS else "to_host" if host else "to_device"
+    rows.append([name, use, way, kind, head, show(kind, values), content.hex()])
 
 
 def block(name, data, use="both", encoded=None):
@@ -219,6 +273,43 @@ block("cobs_480_zeros", bytes(480))
 block("cobs_zero_after_full_block", bytes(range(1, 255)) + b"\0\x09")
 block("cobs_254_trailing_01", bytes(range(1, 255)), use="decode", encoded=cobs(bytes(range(1, 255))) + b"\x01")
 
+CLIENTS = []
+NAN = float("nan")
+welcome = dict(min=1, max=1, max_rx=480, flags=5, token=0x01020304, run_id=77, host_us=123456789, real_time=2, text=b"gripd 0.1.0")
+slip = dict(number=3, device_us=5000000, host_us=5000321, phase=1, method=1, speed_source=5, esc_kind=1, statistic=1.5,
+            confidence=0.875, speed=0.0125, sigma=0.001, moved=0.0004, irregularities=7, esc=2.5, esc_chosen=NAN, esc_flags=8,
+            notes=1, estimate=3.25, command=2.75, duration=NAN)  # fmt: skip
+state = dict(device_us=5000000, host_us=5000321, scene=2, grip=4, stylus=0, travel=6, pressure=3, reference=7, device=4, notes=2,
+             fault=0x0101, esc_flags=1, esc_kind=2, statistic=0.25, command=2.5, applied=2.25, esc=-1.5, estimate=NAN,
+             rate_hz=10000, lost=12)  # fmt: skip
+health = {name: i + 1 for i, (name, _) in enumerate(FIELDS["HEALTH"])}
+rows = dict(first_index=1000, t0_us=5000000, every_nth=10, channels=3, n=2, taxels=0, rows=[(0, 1e-6, 2.5), (1001, NAN, 2.75)])
+notice = dict(kind=1, code=1, value=0, count=42, host_us=5000321, text=b"42 frames of rows dropped: you read too slowly")
+subscribe = dict(min=1, max=1, topics=15, every_nth=10, state_ms=100)
+command = dict(operation=1, fault=0, force_mn=4250, token=0)
+for kind, values in (
+    ("WELCOME", welcome), ("SLIP", slip), ("STATE", state), ("HEALTH", health),
+    ("GRIPPER", dict(uid=b"grip-link-test-1", boot_id=0xB007, rate_hz=10000, force_max=20.0, link=4, taxels=16)),
+    ("ROWS", rows), ("NOTICE", notice), ("SUBSCRIBE", subscribe), ("COMMAND", command), ("QUERY", {}),
+):  # fmt: skip
+    valid(kind.lower(), kind, values, rows=CLIENTS)
+valid("welcome_no_text", "WELCOME", dict(welcome, flags=0, token=0, text=b""), rows=CLIENTS, seq=0)
+valid("welcome_255_bytes", "WELCOME", dict(welcome, text=b"x" * 255), rows=CLIENTS)
+valid("slip_ended_nothing_known", "SLIP", dict({name: NAN if code == "f" else 0 for name, code in FIELDS["SLIP"]},
+      phase=3, irregularities=2**32 - 1, duration=0.125), rows=CLIENTS)  # fmt: skip
+valid("state_unknown_codes", "STATE", dict(state, scene=200, grip=255, reference=99, device=77), rows=CLIENTS)
+valid("health_all_ones", "HEALTH", {name: {"B": 255, "H": 65535, "I": 2**32 - 1, "Q": 2**64 - 1}.get(code, NAN) for name, code in FIELDS["HEALTH"]}, rows=CLIENTS)
+valid("gripper_none", "GRIPPER", dict(uid=bytes(16), boot_id=0, rate_hz=0, force_max=NAN, link=0, taxels=0), rows=CLIENTS)
+valid("rows_64_taxels", "ROWS", dict(rows, channels=511, n=1, taxels=64, first_index=2**32 - 1, every_nth=65535, rows=[(0, *range(9), *range(64))]), rows=CLIENTS)
+valid("rows_full", "ROWS", dict(rows, channels=1, n=57, every_nth=1, rows=[(100 * i, i * 1e-8) for i in range(57)]), rows=CLIENTS)
+valid("notice_session_0", "NOTICE", dict(notice, kind=5, code=5, count=0, text=b"too many clients are connected"), rows=CLIENTS, session=0)
+valid("notice_unknown_kind", "NOTICE", dict(notice, kind=99, code=255, value=65535, text="ä".encode()), rows=CLIENTS)
+valid("subscribe_nothing", "SUBSCRIBE", dict(min=0, max=15, topics=65535, every_nth=0, state_ms=65535), rows=CLIENTS, seq=65535, session=65535)
+valid("command_release", "COMMAND", dict(operation=2, fault=0, force_mn=0, token=0x01020304), rows=CLIENTS)
+valid("command_clear_fault", "COMMAND", dict(operation=5, fault=0x0201, force_mn=2**31 - 1, token=2**32 - 1), rows=CLIENTS, ack=False)
+valid("command_grown", "COMMAND", command, use="decode", extra=b"\x01\x02\x03\x00", rows=CLIENTS)
+
+BAD_CLIENTS = []
 BAD = []
 
 
@@ -284,6 +375,39 @@ invalid("samples_no_rows", "host", frame("SAMPLES", payload("SAMPLES", dict(samp
 invalid("samples_row_missing", "host", frame("SAMPLES", payload("SAMPLES", dict(samples, n=4)), **ONE), "ok", "short")
 invalid("log_text_missing", "host", frame("LOG", struct.pack("<QBB", 1, 2, 9) + b"8 bytes!", **ONE), "ok", "short")
 
+line, BAD = BAD, BAD_CLIENTS
+SUBSCRIBE, COMMAND = payload("SUBSCRIBE", subscribe), payload("COMMAND", command)
+STATE, SLIP, ROW = payload("STATE", state), payload("SLIP", slip), payload("ROWS", rows)
+DOWN, UP = dict(ONE, host=False), dict(ONE, host=True)
+invalid("daemon_hello", "daemon", frame("HELLO", payload("HELLO", hello), **DOWN), "unknown")
+invalid("daemon_grip", "daemon", frame("GRIP", GRIP, **DOWN), "unknown")
+invalid("daemon_estop_of_session_0", "daemon", frame("ESTOP", b"", session=0, **DOWN), "stale")
+invalid("daemon_echo", "daemon", frame("STATE", STATE, **UP), "echo")
+invalid("daemon_stale_command", "daemon", frame("COMMAND", COMMAND, session=0x1234, **DOWN), "stale")
+invalid("daemon_command_before_subscribe", "daemon", frame("COMMAND", COMMAND, **DOWN), "stale", session="none")
+invalid("daemon_replay", "daemon", frame("COMMAND", COMMAND, **DOWN) * 2, "ok,duplicate")
+invalid("daemon_version_2", "daemon", frame("COMMAND", COMMAND, version=2, **DOWN), "version")
+invalid("daemon_subscribe_short", "daemon", frame("SUBSCRIBE", SUBSCRIBE[:7], **DOWN), "ok", "short", "malformed")
+invalid("daemon_command_short", "daemon", frame("COMMAND", COMMAND[:11], **DOWN), "ok", "short", "malformed")
+invalid("daemon_operation_0", "daemon", frame("COMMAND", b"\0" + COMMAND[1:], **DOWN), "ok", "value@0", "malformed")
+invalid("daemon_operation_6", "daemon", frame("COMMAND", b"\x06" + COMMAND[1:], **DOWN), "ok", "value@0", "malformed")
+invalid("daemon_negative_force", "daemon", frame("COMMAND", payload("COMMAND", dict(command, force_mn=-1)), **DOWN), "ok", "value@4", "malformed")
+invalid("client_status_of_the_line", "client", frame("STATUS", STATUS, **UP), "unknown")
+invalid("client_samples_of_the_line", "client", frame("SAMPLES", payload("SAMPLES", samples), **UP), "unknown")
+invalid("client_stale_state", "client", frame("STATE", STATE, session=0x1234, **UP), "stale")
+invalid("client_state_of_session_0", "client", frame("STATE", STATE, session=0, **UP), "stale")
+invalid("client_ident_of_session_0", "client", frame("IDENT", payload("IDENT", ident), session=0, **UP), "stale")
+invalid("client_state_infinite", "client", frame("STATE", payload("STATE", dict(state, command=float("inf"))), **UP), "ok", "value@32")
+invalid("client_slip_short", "client", frame("SLIP", SLIP[:71], **UP), "ok", "short")
+invalid("client_rows_none", "client", frame("ROWS", ROW[:16] + b"\0" + ROW[17:], **UP), "ok", "value@16")
+invalid("client_rows_step_0", "client", frame("ROWS", ROW[:12] + b"\0\0" + ROW[14:], **UP), "ok", "value@12")
+invalid("client_rows_no_channel", "client", frame("ROWS", ROW[:14] + b"\0\0" + ROW[16:], **UP), "ok", "value@14")
+invalid("client_rows_missing", "client", frame("ROWS", ROW[:16] + b"\x03" + ROW[17:], **UP), "ok", "short")
+invalid("client_notice_text_missing", "client", frame("NOTICE", payload("NOTICE", notice)[:-1], **UP), "ok", "short")
+BAD = line
+for name, role, code, up in (("welcome_to_a_host", "host", 0xA0, True), ("subscribe_to_a_device", "device", 0xA8, False), ("command_to_a_device", "device", 0xA9, False)):
+    invalid(name, role, frame(code, COMMAND, host=up, ack=False, **ONE), "unknown")
+
 VALID_HEAD = """\
 # Frames that every peer writes and reads alike. Columns, separated by tabs:
 # name       unique
@@ -308,6 +432,13 @@ INVALID_HEAD = """\
 #           Rows of SAMPLES have two i16 elements here
 # nack      reason of the NACK that a device answers, - = no NACK
 """
+CLIENTS_HEAD = VALID_HEAD.replace("to_device | to_host | cobs (a bare COBS block without delimiters: data in, encoded block out)", "to_daemon | to_client")
+BAD_CLIENTS_HEAD = (
+    INVALID_HEAD.replace("device | host", "daemon | client")
+    .replace("; a device is LINKED (HELLO seq 0 taken, no CONFIG yet)", "")
+    .replace("           Rows of SAMPLES have two i16 elements here\n#", "", 1)
+    .replace("a device answers", "a daemon answers where commands are allowed")
+)
 
 
 def save(path, head, rows):
@@ -319,3 +450,5 @@ here = Path(__file__).parent
 assert crc(b"123456789") == 0xE3069283
 save(here / "valid.tsv", VALID_HEAD, ROWS)
 save(here / "invalid.tsv", INVALID_HEAD, BAD)
+save(here / "clients.tsv", CLIENTS_HEAD, CLIENTS)
+save(here / "clients-invalid.tsv", BAD_CLIENTS_HEAD, BAD_CLIENTS)

@@ -17,10 +17,18 @@ pub(crate) struct Cli {
 pub(crate) enum Command {
     /// List the serial ports of this computer.
     Ports(PortsArgs),
+    /// Say what keeps a gripper from working well, and the command that mends it.
+    Doctor(DoctorArgs),
+    /// Ask a running gripd how it does: link, rate, losses, latency, grip, events.
+    Status(StatusArgs),
     /// Run a virtual gripper on a pseudo-terminal.
     Sim(SimArgs),
     /// Run a recording through the pipeline: events and estimates.
     Replay(ReplayArgs),
+    /// Make a whole recording of one that was cut off or damaged.
+    Recover(RecoverArgs),
+    /// Write the samples of a recording as CSV, bit by bit the same.
+    Csv(CsvExportArgs),
     /// Measure noise floor, motion gate and thresholds on a recording without slip, or at a gripper.
     Calibrate(CalibrateArgs),
     /// Score a folder of labelled recordings: latency, misses, false alarms.
@@ -47,6 +55,46 @@ pub(crate) enum Command {
 
 #[derive(Debug, Args)]
 pub(crate) struct PortsArgs {
+    /// One JSON object a line.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// Looks at the configuration, this computer, its disk and the port; where nobody holds the port, attaches to the gripper for some
+/// seconds without commanding any force, and measures. Exit codes: 0 no fault, 1 a fault, 2 wrong arguments.
+#[derive(Debug, Args)]
+pub(crate) struct DoctorArgs {
+    /// The gripper: a serial device, `auto`, or `sim` with an optional `:SCENE`; that of the configuration otherwise, or the only USB
+    /// serial port.
+    pub(crate) port: Option<String>,
+    /// Bits per second of the serial line; USB devices ignore it.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub(crate) baud: Option<u32>,
+    /// Configuration file, instead of the one that gripd would find.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) config: Option<PathBuf>,
+    /// Folder of recordings, whose space and speed are measured: /var/lib/gripd if there is one, or the current one.
+    #[arg(long, value_name = "DIR")]
+    pub(crate) folder: Option<PathBuf>,
+    /// How long to listen to the gripper (s).
+    #[arg(long, value_name = "S", default_value_t = 3.0, allow_negative_numbers = true)]
+    pub(crate) seconds: f64,
+    /// One JSON object a line.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct StatusArgs {
+    /// Where gripd listens: `tcp:ADDRESS:PORT` or `unix:PATH`.
+    #[arg(default_value = grip_daemon::clients::Listen::DEFAULT)]
+    pub(crate) address: grip_daemon::clients::Listen,
+    /// Ask again every second until it is stopped.
+    #[arg(long, conflicts_with = "events")]
+    pub(crate) watch: bool,
+    /// Show slips and news as they come, until it is stopped.
+    #[arg(long)]
+    pub(crate) events: bool,
     /// One JSON object a line.
     #[arg(long)]
     pub(crate) json: bool,
@@ -81,8 +129,13 @@ pub(crate) struct CsvArgs {
 
 #[derive(Debug, Args)]
 pub(crate) struct ReplayArgs {
-    /// The recording (.csv): `t_s` and `stylus` (m) or `vibration` (sensor units, signed or rectified).
-    pub(crate) file: PathBuf,
+    /// The recording: .mcap as gripd makes it, which has its settings and its model inside, or .csv with `t_s` and `stylus` (m) or
+    /// `vibration` (sensor units, signed or rectified). Of a recording in several files all .mcap in their order.
+    #[arg(required = true, value_name = "FILE")]
+    pub(crate) files: Vec<PathBuf>,
+    /// Compare the events with the recorded ones instead of printing them; exit 1 at the first difference. For .mcap.
+    #[arg(long)]
+    pub(crate) check: bool,
     #[command(flatten)]
     pub(crate) csv: CsvArgs,
     /// Calibration file: floor, gate and thresholds.
@@ -106,6 +159,32 @@ pub(crate) struct ReplayArgs {
     /// One JSON object a line.
     #[arg(long)]
     pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct RecoverArgs {
+    /// The recording (.mcap). A whole one is left as it is.
+    pub(crate) file: PathBuf,
+    /// Where to write what is saved. Otherwise it takes the place of a file that only lacks its end; of a file with damage in the
+    /// middle it is written beside it, as NAME.recovered.mcap.
+    #[arg(short, long)]
+    pub(crate) output: Option<PathBuf>,
+    /// One JSON object a line.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct CsvExportArgs {
+    /// The recording (.mcap); of one in several files all, in their order.
+    #[arg(required = true, value_name = "FILE")]
+    pub(crate) files: Vec<PathBuf>,
+    /// Where to write the samples (.csv).
+    #[arg(short, long)]
+    pub(crate) output: PathBuf,
+    /// Which pipeline, counted from 1, where the recording has several: times start again with each.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    pub(crate) pipeline: Option<u64>,
 }
 
 #[derive(Debug, Args)]

@@ -12,8 +12,12 @@ use std::process::ExitCode;
 fn main() -> ExitCode {
     let result = match Cli::parse().command {
         Command::Ports(args) => commands::ports::run(&args),
+        Command::Doctor(args) => commands::doctor::run(&args),
+        Command::Status(args) => commands::status::run(&args),
         Command::Sim(args) => commands::sim::run(&args),
         Command::Replay(args) => commands::replay::run(&args),
+        Command::Recover(args) => commands::recover::run(&args),
+        Command::Csv(args) => commands::csv::run(&args),
         Command::Calibrate(args) => commands::calibrate::run(&args),
         Command::Score(args) => commands::score::run(&args),
         Command::Profile(args) => commands::profile::run(&args),

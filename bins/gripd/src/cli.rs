@@ -9,7 +9,7 @@ use std::path::PathBuf;
 /// --dry-run to only watch. A software stop is not a safety function.
 ///
 /// Exit codes: 0 done, 1 failed, 2 wrong arguments or configuration, 3 done with loss of data.
-#[derive(Debug, Parser)]
+#[derive(Clone, Debug, Parser)]
 #[command(name = "gripd", version)]
 pub(crate) struct Cli {
     /// The gripper: a serial device such as /dev/ttyACM0, `auto` for the only USB serial port, or `sim` with an
@@ -40,9 +40,13 @@ pub(crate) struct Cli {
     /// How much to say on standard error: error, warn, info or debug.
     #[arg(long, env = "GRIPD_LOG", value_name = "LEVEL")]
     pub(crate) log_level: Option<String>,
-    /// Record all samples (.csv); `gripctl replay` gives the same events from them.
+    /// Record everything (.mcap) or the samples (.csv); `gripctl replay` gives the same events from it.
     #[arg(long, env = "GRIPD_RECORD", value_name = "FILE")]
     pub(crate) record: Option<PathBuf>,
+    /// Wait for a gripper that is not there yet, instead of giving up; so does a daemon that a service manager starts. A gripper that
+    /// was attached once is always waited for.
+    #[arg(long, env = "GRIPD_WAIT")]
+    pub(crate) wait: bool,
     /// Never send a force command.
     #[arg(long)]
     pub(crate) dry_run: bool,

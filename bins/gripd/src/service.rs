@@ -1,264 +1,337 @@
-//! The service thread: what the hot thread notes becomes lines, a live status and a recording.
+//! Items of the hot thread in; lines, answers to clients, figures and dumps out: everything that people and programs see.
 
 use crate::{
-    cli::Cli,
-    notes::{Dropped, Inbox, Note, Recorded, Status},
+    clock::Clock,
+    console::Console,
+    figures,
+    notify::Notify,
+    recording::{Recorded, Told},
+    settings::Settings,
 };
-use anyhow::Context as _;
-use core::time::Duration;
-use grip_host::{exit, report::EventLine};
-use grip_link::{
-    host::HostState,
-    message::{Clamped, EventKind, FaultCode},
+use core::{
+    sync::atomic::{AtomicBool, Ordering},
+    time::Duration,
 };
-use grip_record::{ChannelSet, CsvWriter, StylusKind};
+use grip_daemon::{
+    Board, ClientCommand, HotCounters,
+    board::Grant,
+    clients::Clients,
+    dump::{Cause, Dumped, FlightRecorder},
+    exposition::Exposition,
+    hot::{self, Shared},
+    http::HttpServer,
+    log::{Clocks, LogLevel},
+    pages::page,
+    realtime::{Granted, Outcome},
+    rings::{Dropped, Inbox},
+    supply::PortNews,
+};
+use grip_host::exit::message;
+use rtrb::{Consumer, Producer};
 use std::{
-    fs::File,
-    io::{self, BufWriter, IsTerminal as _, Write as _},
-    path::PathBuf,
-    sync::Arc,
+    sync::{Arc, mpsc::Receiver},
     thread,
 };
 
-/// Pause between two looks into the rings.
-const PAUSE: Duration = Duration::from_millis(20);
+/// Pause between two looks into the rings where somebody is connected, and where nobody is.
+const PAUSE: Duration = Duration::from_millis(5);
+const LONG_PAUSE: Duration = Duration::from_millis(20);
+/// Figures for clients are made this often (us).
+const FIGURES_EVERY_US: u64 = 1_000_000;
 
-/// Prints and records.
+/// The ends that lead to the other threads.
 #[derive(Debug)]
-pub(crate) struct Service {
-    inbox: Inbox,
-    json: bool,
-    live: bool,
-    status_shown: bool,
-    degraded: u64,
-    /// The last event of the gripper, so that a thousand equal ones a second are told once.
-    device_event: Option<(EventKind, FaultCode)>,
-    recording: Option<Recording>,
-    /// The frame that is being written.
-    frame: Vec<f32>,
-    failure: Option<anyhow::Error>,
+pub(crate) struct ServiceEnds {
+    /// What happened.
+    pub(crate) inbox: Inbox,
+    /// Counters of the hot thread.
+    pub(crate) pulses: Consumer<HotCounters>,
+    /// News of the port.
+    pub(crate) ports: Receiver<PortNews>,
+    /// Settings to be put in force.
+    pub(crate) settings: Producer<Box<hot::Settings>>,
+    /// Settings that were replaced or refused.
+    pub(crate) replaced: Consumer<Box<hot::Settings>>,
+    /// Commands of clients.
+    pub(crate) commands: Producer<ClientCommand>,
+    /// What the recorder tells, where there is one.
+    pub(crate) recorded: Option<Recorded>,
+    /// What is shared with the hot loop.
+    pub(crate) shared: Arc<Shared>,
 }
 
-/// A recording that begins with the first sample: until then, what the file held before is left alone.
+/// Sockets and what stands behind them.
 #[derive(Debug)]
-struct Recording {
-    file: PathBuf,
-    out: Option<File>,
-    writer: Option<CsvWriter<BufWriter<File>>>,
+pub(crate) struct Servers {
+    /// Clients; none where `listen` is off or its place is taken.
+    pub(crate) clients: Option<Clients>,
+    /// The server of figures.
+    pub(crate) http: Option<HttpServer>,
+}
+
+/// The service thread.
+#[derive(Debug)]
+pub(crate) struct Service {
+    settings: Settings,
+    clock: Clock,
+    ends: ServiceEnds,
+    servers: Servers,
+    console: Console,
+    board: Board,
+    exposition: Exposition,
+    flight: FlightRecorder,
+    notify: Notify,
+    reload: Arc<AtomicBool>,
+    figures_us: u64,
+    /// Commands of clients that found no room.
+    commands_lost: u64,
 }
 
 impl Service {
-    /// Creates the file of the recording, if one is wanted.
-    pub(crate) fn new(cli: &Cli, inbox: Inbox) -> anyhow::Result<Self> {
-        let recording = cli.record.clone().map(Recording::create).transpose()?;
-        let live = !cli.json && io::stderr().is_terminal();
-        let (json, failure) = (cli.json, None);
+    /// A service with its sockets open.
+    pub(crate) fn new(
+        settings: Settings,
+        clock: Clock,
+        ends: ServiceEnds,
+        servers: Servers,
+    ) -> anyhow::Result<Self> {
+        let console = Console::new(settings.json, settings.config.log_level, clock);
+        let flight = FlightRecorder::new(settings.dump_folder());
+        let reload = Arc::new(AtomicBool::new(false));
+        signal_hook::flag::register(signal_hook::consts::SIGHUP, Arc::clone(&reload))?;
         Ok(Self {
-            inbox,
-            json,
-            live,
-            status_shown: false,
-            degraded: 0,
-            device_event: None,
-            recording,
-            frame: Vec::new(),
-            failure,
+            board: Board::new(settings.about()),
+            settings,
+            clock,
+            ends,
+            servers,
+            console,
+            exposition: Exposition::default(),
+            flight,
+            notify: Notify::new(),
+            reload,
+            figures_us: 0,
+            commands_lost: 0,
         })
     }
 
-    pub(crate) fn dropped(&self) -> Arc<Dropped> {
-        Arc::clone(&self.inbox.dropped)
+    /// Says a sentence before anything runs.
+    pub(crate) fn say(&mut self, level: LogLevel, text: &str) -> anyhow::Result<()> {
+        Ok(self.console.say(level, text)?)
     }
 
-    /// Runs until the hot thread has let go of the rings and they are empty.
+    /// What the hot thread was granted, as soon as it has asked.
+    pub(crate) fn granted(&mut self, granted: &Receiver<Granted>) -> anyhow::Result<()> {
+        // The thread ended before it could ask: what it says at its end is told instead.
+        let Ok(granted) = granted.recv() else { return Ok(()) };
+        for attempt in granted.attempts() {
+            let refused = match attempt.outcome {
+                Outcome::NotAsked => continue,
+                Outcome::Granted => None,
+                Outcome::Refused(error) => Some(error.to_string()),
+            };
+            let level = if refused.is_some() { LogLevel::Warn } else { LogLevel::Info };
+            self.console.say(level, &format!("real time: {attempt}"))?;
+            let what = attempt.measure.name().to_owned();
+            self.board.about.grants.push(Grant { what, refused });
+        }
+        if let Some(clients) = &mut self.servers.clients {
+            clients.set_about(figures::about(&self.settings, self.clock.run_id(), &granted));
+        }
+        Ok(())
+    }
+
+    /// Runs until the hot thread has let go of its rings and they are empty.
     pub(crate) fn run(&mut self) -> anyhow::Result<()> {
+        self.notify.ready();
         loop {
-            let last = self.inbox.notes.is_abandoned();
-            self.drain()?;
+            let last = self.ends.inbox.is_finished();
+            self.turn()?;
             if last {
                 break;
             }
-            pause();
         }
-        self.clear_status()?;
-        self.recording.take().map_or(Ok(()), Recording::finish)?;
-        self.failure.take().map_or(Ok(()), Err)
+        self.notify.stopping();
+        Ok(self.console.clear_status()?)
+    }
+
+    /// Says goodbye to clients; what the hot thread told and did not fit.
+    pub(crate) fn close(mut self) -> Dropped {
+        if let Some(clients) = &mut self.servers.clients {
+            clients.close(self.clock.now_us());
+        }
+        self.ends.inbox.drops().now()
+    }
+
+    /// One look at everything.
+    fn turn(&mut self) -> anyhow::Result<()> {
+        self.wait()?;
+        self.drain()?;
+        while let Ok(counters) = self.ends.pulses.pop() {
+            self.board.count(&counters);
+            self.notify.alive(counters.turns, self.clock.now_us());
+        }
+        while let Ok(news) = self.ends.ports.try_recv() {
+            self.console.port(&news)?;
+        }
+        self.hear_recorder()?;
+        self.pass_commands();
+        self.hear_settings()?;
+        let now_us = self.clock.now_us();
+        if now_us >= self.figures_us {
+            self.figures_us = now_us + FIGURES_EVERY_US;
+            self.tell_figures();
+        }
+        Ok(self.console.tick()?)
+    }
+
+    /// Waits for sockets and time, and serves the sockets.
+    fn wait(&mut self) -> anyhow::Result<()> {
+        let now_us = self.clock.now_us();
+        let connected = self.servers.clients.as_ref().is_some_and(|clients| clients.count() > 0);
+        let pause = if connected { PAUSE } else { LONG_PAUSE };
+        match &mut self.servers.clients {
+            Some(clients) => clients.poll(now_us, pause)?,
+            None => sleep(pause),
+        }
+        if let Some(http) = &mut self.servers.http {
+            let Self { board, exposition, .. } = self;
+            http.serve(now_us, &mut |path| page(board, now_us, exposition, path));
+        }
+        let wants = self.servers.clients.as_ref().is_some_and(|clients| clients.wants_samples());
+        self.ends.shared.wants_samples.store(wants, Ordering::Relaxed);
+        Ok(())
     }
 
     fn drain(&mut self) -> anyhow::Result<()> {
-        let mut status = None;
-        while let Ok(note) = self.inbox.notes.pop() {
-            match note {
-                Note::Status(latest) => status = Some(latest),
-                Note::Event(line) => match self.event(&line) {
-                    // Nobody reads any more; the object is held and recorded all the same.
-                    Err(error) if error.kind() == io::ErrorKind::BrokenPipe => {}
-                    printed => printed?,
-                },
-                other => self.link(&other)?,
+        let Self { ends, console, board, servers, flight, .. } = self;
+        let (mut printed, mut cause) = (Ok(()), None);
+        ends.inbox.drain(&mut |item| {
+            board.take(&item);
+            if let Some(clients) = &mut servers.clients {
+                clients.take(&item);
             }
-        }
-        if let Err(error) = self.record() {
-            self.clear_status()?;
-            eprintln!("gripd: {}; the object is held without", exit::message(error.as_ref()));
-            self.recording = None;
-            self.failure = Some(error);
-        }
-        status.map_or(Ok(()), |status| self.show(&status))
+            cause = flight.take(&item).or_else(|| cause.take());
+            if printed.is_ok() {
+                printed = console.take(&item);
+            }
+        });
+        printed?;
+        cause.map_or(Ok(()), |cause| self.dump(&cause))
     }
 
-    fn record(&mut self) -> anyhow::Result<()> {
-        let Some(samples) = &mut self.inbox.samples else { return Ok(()) };
-        while let Some(recorded) = samples.pop(&mut self.frame) {
-            if let Some(recording) = &mut self.recording {
-                recording.write(&recorded, &self.frame)?;
-            }
-        }
-        Ok(())
-    }
-
-    fn event(&mut self, line: &EventLine) -> io::Result<()> {
-        self.clear_status()?;
-        let mut out = io::stdout().lock();
-        if self.json {
-            serde_json::to_writer(&mut out, line)?;
-            writeln!(out)?;
-        } else {
-            writeln!(out, "{line}")?;
-        }
-        out.flush()
-    }
-
-    /// What a person at the keyboard should know of the link, on standard error.
-    fn link(&mut self, note: &Note) -> anyhow::Result<()> {
-        let text = match note {
-            Note::Identified { rebooted: false } => "gripper found".to_owned(),
-            Note::Identified { rebooted: true } | Note::Rebooted => {
-                "the gripper has restarted; the noise floor is learned again".to_owned()
-            }
-            Note::Configured(clamped) => match clamped_names(*clamped) {
-                names if names.is_empty() => return Ok(()),
-                names => format!(
-                    "the gripper does not allow what the configuration asks for: it limits {names}"
-                ),
-            },
-            Note::State(HostState::Degraded) => {
-                self.degraded += 1;
-                if self.degraded > 1 {
-                    return Ok(());
-                }
-                "samples were late or missing, so the force was not raised meanwhile; further times are only counted"
-                    .to_owned()
-            }
-            Note::Device(event) => {
-                let event_now = (event.kind, event.fault);
-                if self.device_event.replace(event_now) == Some(event_now) {
-                    return Ok(());
-                }
-                format!("the gripper reports {:?} (fault {:04X})", event.kind, event.fault.0)
-            }
-            Note::Refused(nack) => format!("the gripper refused a request: {:?}", nack.reason),
-            _ => return Ok(()),
+    /// Writes the last frames and the state down.
+    fn dump(&mut self, cause: &Cause) -> anyhow::Result<()> {
+        let now = Clocks { host_us: self.clock.now_us(), wall_us: self.clock.wall_ns() / 1000 };
+        let (level, text) = match self.flight.write(cause, &self.board, now) {
+            Ok(Dumped::File(file)) => (
+                LogLevel::Info,
+                format!("the last frames and the state were written to {}", file.display()),
+            ),
+            Ok(Dumped::NoFolder | Dumped::TooMany) => return Ok(()),
+            Err(error) => (LogLevel::Warn, message(&error)),
         };
-        self.clear_status()?;
-        eprintln!("gripd: {text}");
-        Ok(())
+        Ok(self.console.say(level, &text)?)
     }
 
-    /// One line that is written over by the next.
-    fn show(&mut self, status: &Status) -> anyhow::Result<()> {
-        if !self.live {
-            return Ok(());
-        }
-        let esc = status.esc.map_or_else(
-            || "-".to_owned(),
-            |esc| format!("{:.3}{}", esc.value, if esc.informative() { "" } else { "?" }),
-        );
-        let estimate =
-            status.estimate.map_or_else(|| "-".to_owned(), |e| format!("{:.2}", e.force_n));
-        let command = status.command.map_or_else(|| "-".to_owned(), |c| format!("{:.2}", c.0));
-        let mut err = io::stderr().lock();
-        write!(
-            err,
-            "\r\x1b[K{:8} {:6.2} s  {} Hz  slip {:7.2}  E_sc {esc} W  estimate {estimate} N  command {command} N  stylus {}  lost {}",
-            status.scene.name(),
-            status.t.as_seconds(),
-            status.rate_hz,
-            status.statistic,
-            status.health.name(),
-            status.lost,
-        )?;
-        self.status_shown = true;
-        Ok(err.flush()?)
-    }
-
-    fn clear_status(&mut self) -> io::Result<()> {
-        if self.status_shown {
-            self.status_shown = false;
-            let mut err = io::stderr().lock();
-            write!(err, "\r\x1b[K")?;
-            err.flush()?;
+    fn hear_recorder(&mut self) -> anyhow::Result<()> {
+        let Some(recorded) = &self.ends.recorded else { return Ok(()) };
+        while let Ok(told) = recorded.told.try_recv() {
+            let state = &mut self.board.recording;
+            match told {
+                Told::Began(file) => {
+                    let text = format!("recording to {}", file.display());
+                    state.file = Some(file);
+                    state.failure = None;
+                    self.console.say(LogLevel::Info, &text)?;
+                }
+                Told::Stopped(reason) => {
+                    state.file = None;
+                    state.failure = Some(reason.clone());
+                    let text = format!("{reason}; the object is held without a recording");
+                    self.console.say(LogLevel::Error, &text)?;
+                }
+                Told::Counters(counters) => {
+                    state.files = u64::from(counters.files);
+                    state.dropped = counters.dropped + counters.stopped;
+                }
+            }
         }
         Ok(())
     }
-}
 
-/// The limits a gripper changed, the mask of channels left out: all there are is what was asked for.
-fn clamped_names(clamped: Clamped) -> String {
-    const NAMES: [&str; 8] = [
-        "sample rate",
-        "batch",
-        "",
-        "largest force",
-        "slew rate",
-        "ttl",
-        "hold cap",
-        "time to the loss action",
-    ];
-    let named = NAMES
-        .iter()
-        .enumerate()
-        .filter(|(bit, name)| clamped.0 >> bit & 1 == 1 && !name.is_empty());
-    named.map(|(_, name)| *name).collect::<Vec<_>>().join(", ")
+    /// Hands the commands of clients on.
+    fn pass_commands(&mut self) {
+        let Some(clients) = &mut self.servers.clients else { return };
+        while let Some(command) = clients.next_command() {
+            self.commands_lost += u64::from(self.ends.commands.push(command).is_err());
+        }
+        self.board.clients.bad_commands = self.commands_lost;
+    }
+
+    /// Reads the settings again where that was asked for, and hears what became of those that were sent.
+    fn hear_settings(&mut self) -> anyhow::Result<()> {
+        while let Ok(replaced) = self.ends.replaced.pop() {
+            let reloads = &mut self.board.about.reloads;
+            let (level, text) = if let Some(error) = &replaced.refused {
+                reloads.1 += 1;
+                let text = format!("{}; the settings in force stay", message(error));
+                (LogLevel::Error, text)
+            } else {
+                reloads.0 += 1;
+                (LogLevel::Info, "the new settings are in force".to_owned())
+            };
+            self.console.say(level, &text)?;
+        }
+        if self.reload.swap(false, Ordering::Relaxed) {
+            self.notify.reloading();
+            self.reload()?;
+            self.notify.ready();
+        }
+        Ok(())
+    }
+
+    fn reload(&mut self) -> anyhow::Result<()> {
+        let reload = match self.settings.reload() {
+            Ok(reload) => reload,
+            Err(error) => {
+                self.board.about.reloads.1 += 1;
+                let text = format!("{}; the settings in force stay", message(error.as_ref()));
+                return Ok(self.console.say(LogLevel::Error, &text)?);
+            }
+        };
+        if reload.changes.is_empty() {
+            return Ok(self.console.say(LogLevel::Info, "nothing has changed in the settings")?);
+        }
+        for key in &reload.restart {
+            let text = format!("{key} has changed; it is taken over at the next start");
+            self.console.say(LogLevel::Warn, &text)?;
+        }
+        if let Some(recorded) = &self.ends.recorded {
+            for file in reload.settings.attachments()? {
+                // A recorder that has ended is told of elsewhere.
+                let _sent = recorded.attach.send(file);
+            }
+        }
+        let config = reload.settings.config.clone();
+        self.console.set_level(config.log_level);
+        let settings = hot::Settings { config, estimator: reload.estimator, refused: None };
+        self.settings = reload.settings;
+        if self.ends.settings.push(Box::new(settings)).is_err() {
+            self.console.say(LogLevel::Warn, "settings still wait to be taken over; try again")?;
+        }
+        Ok(())
+    }
+
+    /// Figures of the last second.
+    fn tell_figures(&mut self) {
+        let Some(clients) = &mut self.servers.clients else { return };
+        self.board.clients = figures::clients(clients, self.commands_lost);
+        clients.health(&figures::health(&self.board, self.clock.now_us()));
+    }
 }
 
 #[expect(clippy::disallowed_methods, reason = "the driver may wait; only the service thread does")]
-fn pause() {
-    thread::sleep(PAUSE);
-}
-
-impl Recording {
-    fn create(file: PathBuf) -> anyhow::Result<Self> {
-        let out = File::options()
-            .write(true)
-            .create(true)
-            .truncate(false)
-            .open(&file)
-            .with_context(|| format!("cannot write the recording {}", file.display()))?;
-        Ok(Self { file, out: Some(out), writer: None })
-    }
-
-    /// Every channel and every taxel has a column, used or not: a sensor may be silent at the first sample, and a replay knows
-    /// by the column of the normal force that a controller ran.
-    fn write(&mut self, recorded: &Recorded, frame: &[f32]) -> anyhow::Result<()> {
-        let name = || format!("cannot write the recording {}", self.file.display());
-        if let Some(out) = self.out.take() {
-            if out.metadata().with_context(name)?.is_file() {
-                out.set_len(0).with_context(name)?;
-            }
-            let channels = ChannelSet::all(StylusKind::Displacement).with_taxels(recorded.columns);
-            self.writer = Some(CsvWriter::new(BufWriter::new(out), &channels).with_context(name)?);
-        }
-        match &mut self.writer {
-            Some(writer) => writer.write_with(&recorded.sample, frame).with_context(name),
-            None => Ok(()),
-        }
-    }
-
-    fn finish(self) -> anyhow::Result<()> {
-        let Some(writer) = self.writer else { return Ok(()) };
-        let name = || format!("cannot write the recording {}", self.file.display());
-        let mut out = writer.finish().with_context(name)?;
-        out.flush().with_context(name)
-    }
+fn sleep(pause: Duration) {
+    thread::sleep(pause);
 }

@@ -1,15 +1,28 @@
 //! Flags, environment and configuration files, in this order, made into settings; and made again on a reload.
 
 use crate::cli::Cli;
+use anyhow::Context as _;
+use grip_daemon::{
+    board,
+    clients::{self, ClientsConfig},
+    dump, realtime,
+};
 use grip_host::{
     HostConfig, HostConfigError, HostEstimator, ModelError,
-    config::{Change, Layers, Setting, advice, needs_restart},
+    config::{
+        Change, Layers, RealtimeConfig, RealtimeMode, RecordName, Setting, advice, needs_restart,
+    },
     exit::WrongArgument,
     model,
+    recording::{CALIBRATION_NAME, CONFIG_NAME, MODEL_NAME},
 };
+use grip_link::message::daemon::RealTime;
 use grip_port::{DEFAULT_BAUD, PortArgs};
+use grip_record::mcap::Attached;
 use std::path::{Path, PathBuf};
 
+/// Name and version.
+pub(crate) const PROGRAM: &str = concat!("gripd ", env!("CARGO_PKG_VERSION"));
 /// The longest value that --check-config shows (characters).
 const LONGEST: usize = 60;
 
@@ -19,13 +32,14 @@ pub(crate) struct Settings {
     pub(crate) config: HostConfig,
     pub(crate) port: String,
     pub(crate) baud: u32,
-    pub(crate) seed: Option<u64>,
+    pub(crate) json: bool,
+    /// The flags, which stand over every file that is read again.
+    cli: Cli,
     layers: Layers,
 }
 
 /// Settings that a running daemon can take over, and what became of the rest.
 #[derive(Debug)]
-#[expect(dead_code, reason = "taken over on SIGHUP, which the daemon does not hear yet")]
 pub(crate) struct Reload {
     /// The new settings; what needs a restart has its old value.
     pub(crate) settings: Settings,
@@ -41,40 +55,34 @@ impl Settings {
     /// Reads and checks everything but the model.
     pub(crate) fn new(cli: &Cli) -> anyhow::Result<Self> {
         let layers = layers(cli)?;
-        let settings = Self::of(layers.resolve()?, layers, cli.seed);
+        let settings = Self::of(layers.resolve()?, layers, cli.clone());
         if cli.check_config {
             settings.estimator()?;
         } else if settings.port.is_empty() {
             let message = "no port: say --port /dev/ttyACM0, --port auto, or --port sim for the built-in simulator";
             return Err(WrongArgument(message.to_owned()).into());
         }
-        if let Some(record) = &cli.record
-            && record.extension().is_none_or(|extension| extension != "csv")
-        {
-            let message = format!("--record {}: recordings are written as .csv", record.display());
-            return Err(WrongArgument(message).into());
-        }
         Ok(settings)
     }
 
-    fn of(config: HostConfig, layers: Layers, seed: Option<u64>) -> Self {
+    fn of(config: HostConfig, layers: Layers, cli: Cli) -> Self {
         Self {
             port: config.port.clone().unwrap_or_default(),
             baud: config.baud.unwrap_or(DEFAULT_BAUD),
-            seed,
+            json: cli.json,
+            cli,
             layers,
             config,
         }
     }
 
     /// Reads everything again. On an error the settings in force stay as they are.
-    #[expect(dead_code, reason = "called on SIGHUP, which the daemon does not hear yet")]
-    pub(crate) fn reload(&self, cli: &Cli) -> anyhow::Result<Reload> {
-        let layers = layers(cli)?;
+    pub(crate) fn reload(&self) -> anyhow::Result<Reload> {
+        let layers = layers(&self.cli)?;
         let new = layers.resolve()?;
         let config = self.config.taking(&new)?;
         let (changes, restart) = (self.config.diff(&new), needs_restart(&self.config, &new));
-        let settings = Self::of(config, layers, cli.seed);
+        let settings = Self::of(config, layers, self.cli.clone());
         Ok(Reload { estimator: settings.estimator()?, settings, changes, restart })
     }
 
@@ -99,10 +107,94 @@ impl Settings {
         Ok(format!("{}model: {model}{set}{}", files.concat(), warnings.collect::<String>()))
     }
 
+    /// What runs, for the board.
+    pub(crate) fn about(&self) -> board::About {
+        let mut files: Vec<PathBuf> = self.layers.files().map(Path::to_owned).collect();
+        files.reverse();
+        board::About {
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            port: self.port.clone(),
+            config_files: files,
+            dry_run: self.cli.dry_run,
+            ..board::About::default()
+        }
+    }
+
+    /// What clients are told when they come; `run_id` differs from start to start.
+    pub(crate) fn client_about(&self, run_id: u32) -> clients::About {
+        clients::About {
+            name: PROGRAM.to_owned(),
+            run_id,
+            dry_run: self.cli.dry_run,
+            records: self.config.record.is_some(),
+            real_time: RealTime::NotAsked,
+        }
+    }
+
+    /// How clients are served, and whether somebody asked for it: an address that is taken is an error only then.
+    pub(crate) fn clients(&self) -> anyhow::Result<(ClientsConfig, bool)> {
+        let config = ClientsConfig {
+            listen: self.config.listen.to_string().parse()?,
+            allow_remote: self.config.allow_remote,
+            allow_commands: self.config.allow_commands,
+            most: usize::from(self.config.max_clients),
+            ..ClientsConfig::default()
+        };
+        let asked = self.layers.settings()?.iter().any(|setting| setting.key == "listen");
+        Ok((config, asked))
+    }
+
+    /// What the hot thread asks the system for.
+    pub(crate) fn realtime(&self) -> realtime::RealtimeConfig {
+        let RealtimeConfig { mode, priority, cpu } = self.config.realtime;
+        let mode = match mode {
+            RealtimeMode::Off => realtime::RealtimeMode::Off,
+            RealtimeMode::Warn => realtime::RealtimeMode::Warn,
+            RealtimeMode::Strict => realtime::RealtimeMode::Strict,
+        };
+        realtime::RealtimeConfig { mode, priority, cpu: cpu.map(usize::from) }
+    }
+
+    /// Where dumps go, if anywhere.
+    pub(crate) fn dump_folder(&self) -> Option<PathBuf> {
+        let state = std::env::var_os("STATE_DIRECTORY");
+        dump::folder(self.config.dump_dir.as_deref(), state.as_deref())
+    }
+
+    /// The file of a recording that begins at `start_s` (s since 1970), if one is wanted.
+    pub(crate) fn record(&self, start_s: u64) -> Option<PathBuf> {
+        let name = RecordName { start_s, uid: self.config.uid, n: 1 };
+        self.config.record.as_ref().map(|template| template.file(&name))
+    }
+
+    /// Configuration, model and calibration, for a recording.
+    pub(crate) fn attachments(&self) -> anyhow::Result<Vec<Attached>> {
+        let file = |name: &str, media_type: &str, data| Attached {
+            name: name.to_owned(),
+            media_type: media_type.to_owned(),
+            data,
+        };
+        let config =
+            toml::to_string(&self.config).context("the configuration cannot be written")?;
+        let mut files = vec![file(CONFIG_NAME, "application/toml", config.into_bytes())];
+        if let Some(model) = &self.config.model {
+            let data = read(model)?;
+            files.push(file(MODEL_NAME, "application/json", data));
+        }
+        if let Some(calibration) = &self.config.calibration {
+            files.push(file(CALIBRATION_NAME, "application/toml", read(calibration)?));
+        }
+        Ok(files)
+    }
+
     /// The port and what belongs to it.
     pub(crate) fn port_args(&self) -> PortArgs<'_> {
-        PortArgs { name: &self.port, baud: self.baud, seed: self.seed, usb: &self.config.usb }
+        PortArgs { name: &self.port, baud: self.baud, seed: self.cli.seed, usb: &self.config.usb }
     }
+}
+
+fn read(file: &Path) -> anyhow::Result<Vec<u8>> {
+    std::fs::read(file).with_context(|| format!("cannot read {}", file.display()))
 }
 
 /// The files, and the flags and variables on top of them.

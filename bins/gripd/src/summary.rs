@@ -1,6 +1,6 @@
 //! What happened, at the end.
 
-use crate::{hot::Report, notes::Dropped};
+use crate::daemon::Ended;
 use grip_sim::Truth;
 use serde::Serialize;
 use std::io::{self, Write as _};
@@ -31,6 +31,7 @@ pub(crate) struct Summary {
     unusable_readings: u64,
     unrecorded_samples: u64,
     untold_notes: u64,
+    reconnects: u64,
     floor_lowered: u64,
     stages: Stages,
 }
@@ -55,40 +56,43 @@ struct Stages {
 }
 
 impl Summary {
-    pub(crate) fn new(report: &Report, truth: Option<Truth>, dropped: &Dropped) -> Self {
+    pub(crate) fn new(ended: &Ended, truth: Option<Truth>) -> Self {
         #[expect(clippy::cast_precision_loss, reason = "below 2^53 ns")]
         let us = |ns: u64| ns as f64 / 1000.0;
-        let latency = &report.latency_ns;
-        let health = report.health;
+        let Ended { counters, command_n, lost, service, recorded } = *ended;
+        let unrecorded =
+            recorded.map_or(0, |recorded| counters.samples.saturating_sub(recorded.samples));
+        let latency = |q| us(counters.latency.quantile_ns(q).unwrap_or(0));
         Self {
-            samples: report.counters.samples,
-            lost: report.loss.lost,
-            slips: report.slips,
-            commands: report.counters.commands,
+            samples: counters.samples,
+            lost,
+            slips: counters.slips,
+            commands: counters.commands,
             held: truth.map(|t| t.lifted() && !t.dropped() && !t.crushed),
             dropped: truth.map(|t| t.dropped()),
             crushed: truth.map(|t| t.crushed),
             force_needed_n: truth.map(|t| t.force_needed_n),
             force_final_n: truth.map(|t| t.applied_n),
-            command_n: report.command_n,
+            command_n,
             slip_mm: truth.map(|t| t.slip_mm()),
             latency_us: Latency {
-                p50: us(latency.value_at_quantile(0.5)),
-                p99: us(latency.value_at_quantile(0.99)),
-                max: us(latency.max()),
+                p50: latency(0.5),
+                p99: latency(0.99),
+                max: us(counters.latency.max_ns()),
             },
-            bad_frames: report.bad_frames,
-            unusable_readings: health.unusable(),
-            unrecorded_samples: dropped.samples(),
-            untold_notes: dropped.notes(),
-            floor_lowered: report.stages.floor_lowered,
+            bad_frames: counters.frames.crc,
+            unusable_readings: counters.health.unusable(),
+            unrecorded_samples: unrecorded,
+            untold_notes: service.others,
+            reconnects: counters.reconnects,
+            floor_lowered: counters.stages.floor_lowered,
             stages: Stages {
-                bands: report.stages.bands,
-                gate: report.stages.gate,
-                methods: report.stages.methods,
-                observation: report.stages.observation,
-                inferences: report.stages.inferences,
-                refused_estimates: report.stages.refused_estimates,
+                bands: counters.stages.bands,
+                gate: counters.stages.gate,
+                methods: counters.stages.methods,
+                observation: counters.stages.observation,
+                inferences: counters.stages.inferences,
+                refused_estimates: counters.stages.refused_estimates,
             },
         }
     }

@@ -16,6 +16,10 @@ pub struct HotCounters {
     pub samples: u64,
     /// Slips.
     pub slips: u64,
+    /// Samples in each scene: idle, moving, holding, slipping.
+    pub scenes: [u64; 4],
+    /// Rows lost, over all openings of the port.
+    pub lost: u64,
     /// Force commands written.
     pub commands: u64,
     /// Bytes read from the line.
@@ -55,6 +59,7 @@ impl HotCounters {
         self.commands = counters.commands;
         self.slips = session.log().slips();
         self.loss = link.loss();
+        self.lost = session.lost();
         self.frames = *link.counters();
         self.malformed = link.malformed();
         self.unexpected = link.unexpected();

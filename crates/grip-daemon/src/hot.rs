@@ -67,7 +67,7 @@ impl From<SessionError> for Break {
 #[derive(Debug, Default)]
 pub struct Shared {
     /// Set to end the loop.
-    pub stop: AtomicBool,
+    pub stop: Arc<AtomicBool>,
     /// Turns of the loop so far: it lives while this advances.
     pub beat: AtomicU64,
     /// Whether somebody wants every sample and state beside the recorder.
@@ -146,6 +146,8 @@ pub struct Hot<C> {
 /// What a turn found out.
 #[derive(Clone, Copy, Debug, Default)]
 struct Turn {
+    /// Samples in each scene.
+    scenes: [u64; 4],
     closed: Option<CloseReason>,
     degraded: bool,
     identified: bool,
@@ -242,6 +244,9 @@ impl<C: Fn() -> u64> Hot<C> {
         self.other |= turn.other;
         self.counters.degraded += u64::from(turn.degraded);
         self.counters.turns += 1;
+        for (all, these) in self.counters.scenes.iter_mut().zip(turn.scenes) {
+            *all += these;
+        }
         self.ends.shared.beat.store(self.counters.turns, Ordering::Relaxed);
         let now_us = received_ns / 1000;
         if turn.stepped {
@@ -407,8 +412,11 @@ impl Turn {
     #[inline]
     fn take(&mut self, ends: &mut Ends, host_us: u64, news: &News<'_>) {
         match *news {
-            News::Step { index, sample, taxels, .. } => {
+            News::Step { index, sample, taxels, step } => {
                 self.stepped = true;
+                if let Some(count) = self.scenes.get_mut(step.scene as usize) {
+                    *count += 1;
+                }
                 let item = Item::Sample { host_us, index, sample, taxels };
                 if let Some(recorder) = &mut ends.recorder {
                     recorder.put(&item);

@@ -3,6 +3,8 @@
 //! One hot thread is paced by the data; what it has to tell goes as [`Item`]s through bounded rings to threads that may wait.
 
 pub mod board;
+pub mod client;
+pub mod clients;
 pub mod counters;
 pub mod dump;
 pub mod exposition;
@@ -13,6 +15,8 @@ pub mod latency;
 pub mod log;
 pub mod metrics;
 pub mod pages;
+pub mod realtime;
+pub mod recorder;
 pub mod rings;
 pub mod status;
 pub mod supply;

@@ -8,12 +8,14 @@ pub mod model;
 pub mod motion;
 pub mod poisson;
 pub mod profile;
+pub mod recording;
 pub mod replay;
 pub mod report;
 pub mod scene;
 pub mod score;
 pub mod session;
 pub mod tail;
+pub mod tape;
 pub mod trial;
 pub mod utc;
 

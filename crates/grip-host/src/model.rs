@@ -98,6 +98,12 @@ pub fn read_estimator(file: &Path) -> Result<HostEstimator, ModelError> {
     parse_estimator(&file.display().to_string(), &text)
 }
 
+/// The text of the embedded model.
+#[must_use]
+pub const fn default_text() -> &'static str {
+    DEFAULT
+}
+
 /// The embedded model.
 ///
 /// # Errors

@@ -5,7 +5,7 @@
 //! block (494 bytes); the memory never grows.
 //!
 //! Session rule: a device takes HELLO of any other session and ESTOP of session 0; a host takes IDENT of session 0; these
-//! skip the sequence check. Every other frame must bear the open session. Sequence rule: the first frame of a
+//! skip the sequence check. A daemon takes SUBSCRIBE of any other session, a client NOTICE of session 0. Every other frame must bear the open session. Sequence rule: the first frame of a
 //! session sets the number; then one that lies 0..=255 behind the newest is a duplicate and dropped, any other is taken and the
 //! numbers skipped are counted as a gap. Frames of unknown type count in the sequence.
 
@@ -24,8 +24,39 @@ pub enum Role {
     Host,
     /// The microcontroller: takes frames with the direction bit clear, of its session.
     Device,
-    /// A client of the daemon or a recording: direction bit set, any session, any type.
+    /// A recording or a test: direction bit set, any session, any type.
+    Tap,
+    /// The daemon, of one client: direction bit clear, of the session that the client opened.
+    Daemon,
+    /// A client of the daemon: direction bit set, of its own session.
     Client,
+}
+
+impl Role {
+    const fn hears(self) -> Direction {
+        match self {
+            Self::Device | Self::Daemon => Direction::ToDevice,
+            Self::Host | Self::Tap | Self::Client => Direction::ToHost,
+        }
+    }
+
+    fn is_greeting(self, kind: Kind) -> bool {
+        match self {
+            Self::Device | Self::Host | Self::Tap => kind == Kind::HELLO || kind == Kind::IDENT,
+            Self::Daemon => kind == Kind::SUBSCRIBE,
+            Self::Client => kind == Kind::WELCOME,
+        }
+    }
+
+    const fn knows(self, kind: Kind) -> bool {
+        match self {
+            Self::Host => kind.is_to_host(),
+            Self::Device => kind.is_to_device(),
+            Self::Daemon => kind.is_to_daemon(),
+            Self::Client => kind.is_to_client(),
+            Self::Tap => true,
+        }
+    }
 }
 
 /// What came of the bytes up to a delimiter.
@@ -50,7 +81,7 @@ pub enum Fault {
     Crc,
     /// Direction bit of the listener itself: an echo.
     Echo,
-    /// Another protocol version (HELLO and IDENT pass with any).
+    /// Another protocol version (the greetings pass with any: HELLO and IDENT, to a daemon SUBSCRIBE, to a client WELCOME).
     Version(u8),
     /// Another session than the open one.
     Stale(u16),
@@ -140,7 +171,8 @@ pub struct Decoder {
 
 impl Decoder {
     /// A decoder without a session: until [`Decoder::open_session`] a device takes HELLO and ESTOP only, a host nothing
-    /// but an IDENT of session 0.
+    /// but an IDENT of session 0, a daemon SUBSCRIBE only, a client nothing
+    /// but a NOTICE of session 0.
     #[must_use]
     pub const fn new(role: Role) -> Self {
         Self {
@@ -270,34 +302,29 @@ impl Decoder {
     }
 
     fn accept(&mut self, header: &Header) -> Result<(), Fault> {
-        let expected =
-            if self.role == Role::Device { Direction::ToDevice } else { Direction::ToHost };
-        let greeting = header.kind == Kind::HELLO || header.kind == Kind::IDENT;
-        if header.direction != expected {
+        if header.direction != self.role.hears() {
             return Err(Fault::Echo);
         }
-        if header.version != PROTOCOL && !greeting {
+        if header.version != PROTOCOL && !self.role.is_greeting(header.kind) {
             return Err(Fault::Version(header.version));
         }
+        let other = self.session != Some(header.session);
         let outside_session = match self.role {
-            Role::Device if header.kind == Kind::HELLO => self.session != Some(header.session),
+            Role::Device if header.kind == Kind::HELLO => other,
             Role::Device => header.kind == Kind::ESTOP && header.session == 0,
             Role::Host => header.kind == Kind::IDENT && header.session == 0,
-            Role::Client => false,
+            Role::Daemon => header.kind == Kind::SUBSCRIBE && other,
+            Role::Client => header.kind == Kind::NOTICE && header.session == 0,
+            Role::Tap => false,
         };
         if outside_session {
             return Ok(());
         }
-        if self.role != Role::Client && self.session != Some(header.session) {
+        if self.role != Role::Tap && self.session != Some(header.session) {
             return Err(Fault::Stale(header.session));
         }
         self.follow(header.seq)?;
-        let known = match self.role {
-            Role::Host => header.kind.is_to_host(),
-            Role::Device => header.kind.is_to_device(),
-            Role::Client => true,
-        };
-        if known { Ok(()) } else { Err(Fault::UnknownKind(*header)) }
+        if self.role.knows(header.kind) { Ok(()) } else { Err(Fault::UnknownKind(*header)) }
     }
 
     fn follow(&mut self, seq: u16) -> Result<(), Fault> {

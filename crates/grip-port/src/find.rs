@@ -1,12 +1,9 @@
 //! The wish for a port in; the path of the one port it means out, also after it was unplugged. No other port is ever opened.
 
 use crate::{Line, Places, PortError, PortInfo, UsbPort};
-use core::time::Duration;
+use core::{fmt::Write as _, time::Duration};
 use grip_host::{config::UsbFilter, exit::WrongArgument};
-use std::{
-    fmt::Write as _,
-    path::{Path, PathBuf},
-};
+use std::path::{Path, PathBuf};
 
 /// Which port is wanted.
 #[derive(Clone, Debug, PartialEq)]

@@ -123,6 +123,14 @@ impl<W: Write> CsvWriter<W> {
         Ok(())
     }
 
+    /// Hands every row to whatever is behind the output.
+    ///
+    /// # Errors
+    /// [`WriteError::Io`] if flushing fails.
+    pub fn flush(&mut self) -> Result<(), WriteError> {
+        Ok(self.out.flush()?)
+    }
+
     /// Flushes and gives the output back.
     ///
     /// # Errors

@@ -1,6 +1,7 @@
-//! Files in, checked samples and labels out, and back: recordings of gripper sensors as CSV.
+//! Files in, checked samples and labels out, and back: recordings of gripper sensors as CSV, and everything that leaves gripd as
+//! MCAP ([`mcap`]).
 //!
-//! A recording is a comma-separated text with one header row; columns are found by name:
+//! A CSV recording is a comma-separated text with one header row; columns are found by name:
 //!
 //! | column | unit | goes to |
 //! |---|---|---|
@@ -32,6 +33,7 @@ mod error;
 mod irregularities;
 mod labels;
 mod layout;
+pub mod mcap;
 mod notes;
 mod number;
 mod profile;

@@ -45,6 +45,11 @@ pub enum Signal {
 
 /// Everything a pipeline needs to know.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
 pub struct PipelineConfig {
     /// Samples per second, 50 to 50,000.
     pub sample_rate: Hertz,

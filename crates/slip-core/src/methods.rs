@@ -37,6 +37,7 @@ impl Method {
 
 /// A set of methods.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(transparent))]
 pub struct Methods(u8);
 
 impl Default for Methods {

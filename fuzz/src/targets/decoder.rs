@@ -12,7 +12,13 @@ pub type Listener = (Role, Option<u16>, Option<u16>);
 
 /// By the first byte of an input.
 pub fn listener(byte: u8) -> Listener {
-    let role = [Role::Device, Role::Host, Role::Client][usize::from(byte & 3) % 3];
+    let role = match (byte >> 4 & 1, byte & 3) {
+        (0, 1) => Role::Host,
+        (0, 2) => Role::Tap,
+        (0, _) => Role::Device,
+        (_, 0 | 2) => Role::Daemon,
+        _ => Role::Client,
+    };
     let (session, newest) = match byte >> 2 & 3 {
         0 => (Some(SESSION), Some(0)),
         1 => (Some(SESSION), None),
@@ -85,7 +91,7 @@ pub fn line(data: &[u8]) -> Option<String> {
     let role = match role {
         Role::Device => "device",
         Role::Host => "host",
-        Role::Client => return None,
+        Role::Tap | Role::Daemon | Role::Client => return None,
     };
     let session = match (session, newest) {
         (None, _) => "-".to_owned(),

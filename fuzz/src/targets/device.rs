@@ -39,7 +39,7 @@ pub fn check(data: &[u8]) {
         commanded: false,
         force_mn: 0,
         tick: 0,
-        heard: Decoder::new(Role::Client),
+        heard: Decoder::new(Role::Tap),
     };
     for step in steps(data) {
         // What time alone allows comes first, under the command before.

@@ -5,6 +5,10 @@
 use super::gripper::ident;
 use core::fmt::Debug;
 use grip_link::frame::{Direction, Frame, Header, MAX_PAYLOAD};
+use grip_link::message::daemon::{
+    Command, Gripper, Health, Notice, RowSet, Rows, Slip, State, Subscribe, ToClient, ToDaemon,
+    Welcome,
+};
 use grip_link::message::{
     Ack, ClearFault, Config, ConfigAck, Event, Grip, Heartbeat, Hello, Ident, Kind, Layout, Log,
     Nack, PayloadError, Ping, Pong, Samples, SamplesHeader, Stats, Status, ToDevice,
@@ -48,6 +52,19 @@ macro_rules! rounds {
                 round($payload, &mut [0; MAX_PAYLOAD], SamplesHeader::parse, SamplesHeader::write);
                 samples($payload);
             }
+            Kind::WELCOME => {
+                let mut out = [0; MAX_PAYLOAD];
+                round($payload, &mut out, Welcome::parse, |welcome, out| welcome.write(out));
+            }
+            Kind::NOTICE => {
+                let mut out = [0; MAX_PAYLOAD];
+                round($payload, &mut out, Notice::parse, |notice, out| notice.write(out));
+            }
+            Kind::ROWS => {
+                let mut out = [0; MAX_PAYLOAD];
+                round($payload, &mut out, Rows::parse, |rows, out| rows.write(out));
+                rows($payload);
+            }
             _ => {}
         }
     };
@@ -73,6 +90,22 @@ fn samples(payload: &[u8]) {
     }
 }
 
+/// As many rows as the header says, each with a value for each of its channels and taxels and for no other.
+fn rows(payload: &[u8]) {
+    let Ok(rows) = Rows::parse(payload) else { return };
+    assert_eq!(rows.iter().len(), usize::from(rows.header.rows));
+    for row in rows.iter() {
+        for bit in 0..16 {
+            let channel = RowSet(1 << bit);
+            let there = rows.header.channels.0 & channel.0 != 0;
+            assert_eq!(row.value(channel).is_some(), there);
+        }
+        let taxels = usize::from(rows.header.taxels);
+        assert!(taxels == 0 || row.taxel(taxels - 1).is_some());
+        assert_eq!(row.taxel(taxels), None);
+    }
+}
+
 /// The target.
 pub fn check(data: &[u8]) {
     let Some((&kind, payload)) = data.split_first() else { return };
@@ -83,9 +116,18 @@ pub fn check(data: &[u8]) {
         HELLO => Hello, CONFIG => Config, PING => Ping, GRIP => Grip, HEARTBEAT => Heartbeat,
         CLEAR_FAULT => ClearFault, IDENT => Ident, CONFIG_ACK => ConfigAck, PONG => Pong, ACK => Ack,
         NACK => Nack, STATUS => Status, STATS => Stats, EVENT => Event,
+        SLIP => Slip, STATE => State, HEALTH => Health, GRIPPER => Gripper, SUBSCRIBE => Subscribe, COMMAND => Command,
     );
     let header = Header::new(Direction::ToDevice, kind, 0, 1);
     let parsed = ToDevice::parse(&Frame { header, payload });
     let known = kind.is_to_device();
     assert_eq!(matches!(parsed, Err(PayloadError::Kind { .. })), !known);
+    let frame = Frame { header, payload };
+    let parsed = ToDaemon::parse(&frame);
+    assert_eq!(matches!(parsed, Err(PayloadError::Kind { .. })), !kind.is_to_daemon());
+    if let Ok(ToDaemon::Command(command)) = parsed {
+        assert!(command.force_mn >= 0, "a negative force is refused");
+    }
+    let parsed = ToClient::parse(&frame);
+    assert_eq!(matches!(parsed, Err(PayloadError::Kind { .. })), !kind.is_to_client());
 }

@@ -110,20 +110,28 @@ fn skips_the_session(role: Role, session: Option<u16>, header: &Header) -> bool 
                 || (header.kind == Kind::ESTOP && header.session == 0)
         }
         Role::Host => header.kind == Kind::IDENT && header.session == 0,
-        Role::Client => false,
+        Role::Daemon => header.kind == Kind(0xA8) && session != Some(header.session),
+        Role::Client => header.kind == Kind(0xA6) && header.session == 0,
+        Role::Tap => false,
     }
 }
 
 fn accept(role: Role, session: Option<u16>, header: &Header) -> Result<(), Fault> {
-    let to_me = (header.direction == Direction::ToDevice) == (role == Role::Device);
+    let down = role == Role::Device || role == Role::Daemon;
+    let to_me = (header.direction == Direction::ToDevice) == down;
     if !to_me {
         return Err(Fault::Echo);
     }
-    let any_version = [Kind::HELLO, Kind::IDENT].contains(&header.kind);
+    let greetings: &[u8] = match role {
+        Role::Daemon => &[0xA8],
+        Role::Client => &[0xA0],
+        _ => &[0x01, 0x81],
+    };
+    let any_version = greetings.contains(&header.kind.0);
     if header.version != PROTOCOL && !any_version {
         return Err(Fault::Version(header.version));
     }
-    let mine = role == Role::Client
+    let mine = role == Role::Tap
         || skips_the_session(role, session, header)
         || session == Some(header.session);
     if mine { Ok(()) } else { Err(Fault::Stale(header.session)) }
@@ -149,7 +157,9 @@ fn known(role: Role, header: &Header) -> Result<(), Fault> {
     let types: &[u8] = match role {
         Role::Device => &[0x01, 0x03, 0x04, 0x05, 0x06, 0x10, 0x11, 0x12, 0x13],
         Role::Host => &[0x81, 0x83, 0x86, 0x8E, 0x8F, 0x90, 0x91, 0x92, 0x93, 0x94],
-        Role::Client => return Ok(()),
+        Role::Daemon => &[0xA8, 0xA9, 0xAA],
+        Role::Client => &[0xA0, 0xA1, 0xA2, 0xA3, 0xA4, 0xA5, 0xA6, 0x8E, 0x8F],
+        Role::Tap => return Ok(()),
     };
     if types.contains(&header.kind.0) { Ok(()) } else { Err(Fault::UnknownKind(*header)) }
 }

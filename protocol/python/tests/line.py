@@ -33,9 +33,9 @@ def unchanged(data: bytes) -> bytes:
 
 def frames_in(data: bytes) -> Iterator[Frame]:
     """All good frames of either direction, without judging session and sequence."""
-    for role in (Role.CLIENT, Role.DEVICE):
+    for role in (Role.TAP, Role.DEVICE):
         for block in Decoder(role).feed(data):
-            if block.frame is not None and (block.frame.header.to_host == (role is Role.CLIENT)):
+            if block.frame is not None and (block.frame.header.to_host == (role is Role.TAP)):
                 yield block.frame
 
 

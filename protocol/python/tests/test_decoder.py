@@ -113,7 +113,7 @@ def test_a_session_opened_between_two_blocks_holds_for_the_second() -> None:
 
 def test_blocks_not_fetched_come_with_the_next_bytes() -> None:
     wire = frame.encode(Header(Kind.STATUS, 1, 1, to_host=True), bytes(24))
-    decoder = Decoder(Role.CLIENT)
+    decoder = Decoder(Role.TAP)
     decoder.feed(wire + wire)
     assert [block.verdict for block in decoder.feed(wire)] == [Verdict.OK, Verdict.DUPLICATE, Verdict.DUPLICATE]
 
@@ -130,9 +130,9 @@ def test_memory_is_bounded() -> None:
 def test_the_longest_block_is_a_frame_and_one_byte_more_is_not() -> None:
     longest = frame.encode(Header(Kind.SAMPLES, 1, 1, to_host=True), b"\1" * 480)
     assert len(longest) == frame.MAX_WIRE
-    (block,) = Decoder(Role.CLIENT).feed(longest)
+    (block,) = Decoder(Role.TAP).feed(longest)
     assert block.verdict is Verdict.OK
-    (block,) = Decoder(Role.CLIENT).feed(longest[:-1] + b"\1\0")
+    (block,) = Decoder(Role.TAP).feed(longest[:-1] + b"\1\0")
     assert block.verdict is Verdict.TOO_LONG
 
 

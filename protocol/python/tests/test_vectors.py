@@ -111,7 +111,7 @@ def test_valid_frame(case: Valid) -> None:
     assert shown(message) == fields
     again = frame.encode(header, pack(message))
     assert (again == wire) == (case.use == "both")
-    (second,) = Decoder(Role.CLIENT).feed(again) if header.to_host else (block,)
+    (second,) = Decoder(Role.TAP).feed(again) if header.to_host else (block,)
     assert second.frame is not None
     assert parse(header.kind, second.frame.payload, getattr(message, "elements", 2)) == pytest.approx(message, nan_ok=True)
 
@@ -167,7 +167,7 @@ def test_device_refuses(case: Invalid) -> None:
         wire = device.poll_transmit(3)
         if wire is None:
             break
-        (block,) = Decoder(Role.CLIENT).feed(wire)
+        (block,) = Decoder(Role.TAP).feed(wire)
         assert block.frame is not None
         if block.frame.header.kind == Kind.NACK:
             reasons.append(Nack.parse(block.frame.payload).reason)

@@ -39,6 +39,8 @@ def _rows(name: str) -> list[list[str]]:
 
 VALID = [Valid(*row) for row in _rows("valid.tsv")]
 INVALID = [Invalid(*row) for row in _rows("invalid.tsv")]
+CLIENTS = [Valid(*row) for row in _rows("clients.tsv")]
+BAD_CLIENTS = [Invalid(*row) for row in _rows("clients-invalid.tsv")]
 
 
 def words(text: str) -> dict[str, str]:

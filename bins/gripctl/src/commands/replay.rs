@@ -1,12 +1,17 @@
 //! `gripctl replay`: a recording through the pipeline.
 
-use super::{calibrated_config, csv_options, estimator};
+use super::{calibrated_config, csv_options, estimator, replay_tape};
 use crate::{cli::ReplayArgs, output};
 use anyhow::Context as _;
-use grip_host::{exit::Exit, replay, report::EventLog};
+use grip_host::{
+    exit::{Exit, WrongArgument},
+    replay,
+    report::EventLog,
+};
 use grip_record::{StylusKind, read_csv};
 use serde::Serialize;
 use slip_core::PipelineConfig;
+use std::path::Path;
 
 #[derive(Serialize)]
 #[serde(tag = "type", rename = "summary")]
@@ -21,18 +26,41 @@ struct Summary {
 }
 
 pub(crate) fn run(args: &ReplayArgs) -> anyhow::Result<Exit> {
+    let tapes = args.files.iter().filter(|file| is_mcap(file)).count();
+    match args.files.as_slice() {
+        files if tapes == files.len() => replay_tape::run(args),
+        [file] if args.check => Err(WrongArgument(format!(
+            "--check: {} has no events to compare with; only .mcap has",
+            file.display()
+        ))
+        .into()),
+        [file] => table(args, file),
+        _ => Err(WrongArgument(
+            "several files: only .mcap files of one recording can be replayed together".to_owned(),
+        )
+        .into()),
+    }
+}
+
+/// Whether the name says that it is a recording of everything.
+pub(super) fn is_mcap(file: &Path) -> bool {
+    file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("mcap"))
+}
+
+/// A CSV recording.
+fn table(args: &ReplayArgs, file: &Path) -> anyhow::Result<Exit> {
     let mut config = calibrated_config(args.config.as_deref(), args.calibration.as_deref())?;
     config.observation.esc = args.esc.unwrap_or(config.observation.esc);
     let estimator = estimator(args.model.as_deref(), &config)?;
-    let recording = read_csv(&args.file, &csv_options(&args.csv)?)?;
+    let recording = read_csv(file, &csv_options(&args.csv)?)?;
     let notes = recording.notes.to_string();
     if !notes.is_empty() {
-        eprintln!("{}: {notes}", args.file.display());
+        eprintln!("{}: {notes}", file.display());
     }
     if recording.channels.stylus == StylusKind::Vibration {
         eprintln!(
             "{}: a vibration signal (signed or rectified): slips are found, heights and E_sc are not known",
-            args.file.display()
+            file.display()
         );
     }
     let pipeline = replay::pipeline_config(&recording, &config, args.observe);
@@ -41,7 +69,7 @@ pub(crate) fn run(args: &ReplayArgs) -> anyhow::Result<Exit> {
     let pipeline = PipelineConfig { no_skip: args.no_skip, ..pipeline };
     let mut log = EventLog::default();
     let mut replay = replay::Replay::new(&recording, pipeline, Some(estimator))
-        .with_context(|| args.file.display().to_string())?;
+        .with_context(|| file.display().to_string())?;
     for step in &mut replay {
         for line in log.lines(&step).into_iter().flatten() {
             if args.json {

@@ -3,6 +3,7 @@
 #![expect(clippy::unwrap_used, clippy::panic, reason = "test code")]
 
 mod calibrate;
+mod doctor;
 mod export;
 mod grasp;
 mod learn;
@@ -12,5 +13,7 @@ mod run;
 mod score;
 mod sim;
 mod splits;
+mod status;
 mod study;
 mod surfaces;
+mod tape;

@@ -209,6 +209,12 @@ pub enum NackReason {
     OtherFault,
     /// 6: no common protocol version.
     Version,
+    /// 7: the daemon's configuration does not allow it.
+    Forbidden,
+    /// 8: without the token that WELCOME told.
+    Token,
+    /// 9: too many requests wait.
+    Busy,
     /// A code of a later protocol.
     Other(u8),
 }
@@ -224,6 +230,9 @@ impl NackReason {
             4 => Self::Latched,
             5 => Self::OtherFault,
             6 => Self::Version,
+            7 => Self::Forbidden,
+            8 => Self::Token,
+            9 => Self::Busy,
             other => Self::Other(other),
         }
     }
@@ -238,6 +247,9 @@ impl NackReason {
             Self::Latched => 4,
             Self::OtherFault => 5,
             Self::Version => 6,
+            Self::Forbidden => 7,
+            Self::Token => 8,
+            Self::Busy => 9,
             Self::Other(code) => code,
         }
     }

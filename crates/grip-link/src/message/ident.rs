@@ -5,7 +5,7 @@ use super::fault::FaultCode;
 use super::state::{DeviceState, ResetReason};
 use super::wire::{PayloadError, Reader, Writer};
 
-/// A range of protocol versions: payload bytes 0 and 1 of HELLO and IDENT, in every version.
+/// A range of protocol versions: payload bytes 0 and 1 of HELLO and IDENT, SUBSCRIBE and WELCOME, in every version.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Versions {
     /// Lowest version spoken.
@@ -30,8 +30,11 @@ impl Versions {
     /// # Errors
     /// [`PayloadError::Short`].
     pub fn parse(payload: &[u8]) -> Result<Self, PayloadError> {
-        let mut r = Reader::new(payload);
-        Ok(Self { min: r.u8()?, max: r.u8()? })
+        Self::read(&mut Reader::new(payload))
+    }
+
+    pub(crate) fn read(reader: &mut Reader<'_>) -> Result<Self, PayloadError> {
+        Ok(Self { min: reader.u8()?, max: reader.u8()? })
     }
 }
 

@@ -21,7 +21,7 @@
 //! | 92 | STATS | to host | 64 | | [`Stats`] |
 //! | 93 | EVENT | to host | 20 | | [`Event`] |
 //! | 94 | LOG | to host | 10 + text | | [`Log`] |
-//! | A0..FF | | daemon to clients | | | not for the serial line |
+//! | A0..FF | | daemon and clients | | | not for the serial line: [`daemon`] |
 //!
 //! Payloads grow only by appending: a reader takes the bytes it knows and ignores what follows. A payload
 //! shorter than its size is malformed: it is counted, and answered with NACK `Malformed` when ACK_REQ is set.
@@ -29,6 +29,7 @@
 mod channel;
 mod config;
 mod control;
+pub mod daemon;
 mod fault;
 mod grip;
 mod ident;
@@ -95,6 +96,26 @@ impl Kind {
     pub const LOG: Self = Self(0x94);
     /// First of the types between daemon and clients.
     pub const CLIENT_FIRST: Self = Self(0xA0);
+    /// The daemon introduces itself to a client.
+    pub const WELCOME: Self = Self(0xA0);
+    /// A slip was noticed, became gross, or ended.
+    pub const SLIP: Self = Self(0xA1);
+    /// What the pipeline thinks.
+    pub const STATE: Self = Self(0xA2);
+    /// Figures of the daemon.
+    pub const HEALTH: Self = Self(0xA3);
+    /// Which gripper is there.
+    pub const GRIPPER: Self = Self(0xA4);
+    /// Samples as the pipeline got them.
+    pub const ROWS: Self = Self(0xA5);
+    /// Something a client should know: dropped frames, sensors, link, the end.
+    pub const NOTICE: Self = Self(0xA6);
+    /// A client says what it wants to hear.
+    pub const SUBSCRIBE: Self = Self(0xA8);
+    /// A client wants the gripper to do something.
+    pub const COMMAND: Self = Self(0xA9);
+    /// A client asks for everything known now.
+    pub const QUERY: Self = Self(0xAA);
 
     /// Whether a microcontroller knows this type.
     #[must_use]
@@ -110,6 +131,29 @@ impl Kind {
                 | Self::HEARTBEAT
                 | Self::ESTOP
                 | Self::CLEAR_FAULT
+        )
+    }
+
+    /// Whether a daemon knows this type from its clients.
+    #[must_use]
+    pub const fn is_to_daemon(self) -> bool {
+        matches!(self, Self::SUBSCRIBE | Self::COMMAND | Self::QUERY)
+    }
+
+    /// Whether a client of the daemon knows this type.
+    #[must_use]
+    pub const fn is_to_client(self) -> bool {
+        matches!(
+            self,
+            Self::WELCOME
+                | Self::SLIP
+                | Self::STATE
+                | Self::HEALTH
+                | Self::GRIPPER
+                | Self::ROWS
+                | Self::NOTICE
+                | Self::ACK
+                | Self::NACK
         )
     }
 

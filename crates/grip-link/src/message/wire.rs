@@ -89,6 +89,22 @@ impl<'a> Reader<'a> {
         self.take().map(f32::from_le_bytes)
     }
 
+    /// Reads a number where NaN stands for none; an infinite one is refused.
+    pub(crate) fn maybe(&mut self) -> Result<Option<f32>, PayloadError> {
+        let at = self.at;
+        let value = self.f32()?;
+        if value.is_infinite() {
+            return Err(PayloadError::Value { at, value: i64::from(value.to_bits()) });
+        }
+        Ok((!value.is_nan()).then_some(value))
+    }
+
+    /// Reads a count of bytes, then as many of text.
+    pub(crate) fn text(&mut self) -> Result<&'a [u8], PayloadError> {
+        let len = self.u8()?;
+        self.slice(usize::from(len))
+    }
+
     /// Reads a byte that `meaning` understands.
     pub(crate) fn coded<T>(
         &mut self,
@@ -143,6 +159,17 @@ impl<'a> Writer<'a> {
 
     pub(crate) fn f32(self, value: f32) -> Self {
         self.put(&value.to_le_bytes())
+    }
+
+    /// A number, NaN where there is none or it is not finite.
+    pub(crate) fn maybe(self, value: Option<f32>) -> Self {
+        self.f32(value.filter(|value| value.is_finite()).unwrap_or(f32::NAN))
+    }
+
+    /// A count of bytes and the text: at most 255 bytes, cut where it is longer.
+    pub(crate) fn text(self, text: &[u8]) -> Self {
+        let text = text.get(..usize::from(u8::MAX)).unwrap_or(text);
+        self.u8(u8::try_from(text.len()).unwrap_or(u8::MAX)).put(text)
     }
 
     pub(crate) fn finish(self) -> Result<usize, PayloadError> {

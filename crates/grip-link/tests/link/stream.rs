@@ -58,7 +58,7 @@ proptest! {
         let wire = wire(&header, &payload);
         prop_assert!(wire.len() <= MAX_WIRE);
         prop_assert!(wire[1..wire.len() - 1].iter().all(|&b| b != 0));
-        let (seen, counters) = decode(&[&wire], Role::Client);
+        let (seen, counters) = decode(&[&wire], Role::Tap);
         prop_assert_eq!(seen, vec![Seen::Frame(header, payload)]);
         prop_assert_eq!(counters, Counters { ok: 1, ..Counters::default() });
     }
@@ -94,7 +94,7 @@ proptest! {
     #[test]
     fn random_bytes_are_never_a_frame(bytes in prop::collection::vec(any::<u8>(), 0..3000), few in any::<bool>()) {
         let bytes: Vec<u8> = bytes.iter().map(|&b| if few { b % 3 } else { b }).collect();
-        for role in [Role::Host, Role::Device, Role::Client] {
+        for role in [Role::Host, Role::Device, Role::Tap] {
             let (seen, counters) = decode(&[&bytes], role);
             prop_assert!(seen.iter().all(|seen| matches!(seen, Seen::Bad(_))));
             let blocks = bytes.split(|&b| b == 0).count();
@@ -117,7 +117,7 @@ proptest! {
 #[test]
 fn a_frame_is_handed_out_at_its_last_byte() {
     let wire = wire(&Header::new(Direction::ToHost, Kind::STATUS, 0, 1), &[5; 24]);
-    let mut decoder = Decoder::new(Role::Client);
+    let mut decoder = Decoder::new(Role::Tap);
     for (i, byte) in wire.iter().enumerate() {
         let found = decoder.next(&mut &[*byte][..]).is_some();
         assert_eq!(found, i + 1 == wire.len());

@@ -5,6 +5,7 @@ use crate::source;
 use core::fmt::Debug;
 use grip_link::clock::PongVerdict;
 use grip_link::host::HostState;
+use grip_link::message::daemon;
 use grip_link::message::{
     ChannelKind, Clamped, Config, DeviceState, EventKind, FaultCode, GripMode, LogLevel,
     LossAction, NackReason, Reaction, ResetReason, SampleFormat, Unit,
@@ -52,6 +53,25 @@ fn enumerations() {
 }
 
 #[test]
+fn enumerations_of_the_daemon() {
+    check("### Slip phases", |code| Some(daemon::Phase::from_code(code)));
+    check("### Slip methods", |code| Some(daemon::Method::from_code(code)));
+    check("### Speed sources", |code| Some(daemon::SpeedSource::from_code(code)));
+    check("### Readings of E_sc", |code| Some(daemon::EscKind::from_code(code)));
+    check("### Scenes", |code| Some(daemon::SceneCode::from_code(code)));
+    check("### Grip stages", |code| Some(daemon::GripStage::from_code(code)));
+    check("### Sensors", |code| Some(daemon::Sensor::from_code(code)));
+    check("### Sensor healths", |code| Some(daemon::SensorHealth::from_code(code)));
+    check("### Link states", |code| Some(daemon::LinkState::from_code(code)));
+    check("### Recording states", |code| Some(daemon::Recording::from_code(code)));
+    check("### Real-time grants", |code| Some(daemon::RealTime::from_code(code)));
+    check("### Notice kinds", |code| Some(daemon::NoticeKind::from_code(code)));
+    check("### Dropped classes", |code| Some(daemon::DroppedClass::from_code(code)));
+    check("### Reasons of a goodbye", |code| Some(daemon::Goodbye::from_code(code)));
+    check("### Client operations", daemon::Operation::from_code);
+}
+
+#[test]
 fn units_of_channels_and_sizes_of_formats() {
     for row in table("### Channel kinds") {
         let kind = ChannelKind::from_code(row[0].parse().unwrap());
@@ -82,19 +102,27 @@ fn faults_and_their_reactions() {
     }
 }
 
+/// The single bits of a type.
+fn bits(file: &str, of: &str) -> BTreeMap<String, u64> {
+    source::codes(file, of).into_iter().filter(|(_, bits)| bits.is_power_of_two()).collect()
+}
+
 /// Bit numbers of a table against single-bit constants.
-fn check_bits(heading: &str, of: &str) {
+fn check_bits(heading: &str, file: &str, of: &str) {
     let rows = pairs(heading, 0, 1);
     let written: BTreeMap<String, u64> =
         rows.iter().map(|(bit, name)| (name.clone(), 1 << bit.parse::<u32>().unwrap())).collect();
-    assert_eq!(written, source::codes("message/grip.rs", of), "{heading}");
+    assert_eq!(written, bits(file, of), "{heading}");
     assert_eq!(rows.len(), written.len(), "{heading}");
 }
 
 #[test]
 fn bit_sets() {
-    check_bits("### Clamp bits", "ForceClamp");
-    check_bits("### Status flags", "StatusFlags");
+    check_bits("### Clamp bits", "message/grip.rs", "ForceClamp");
+    check_bits("### Status flags", "message/grip.rs", "StatusFlags");
+    check_bits("### Topics", "message/daemon/greet.rs", "Topics");
+    check_bits("### Welcome flags", "message/daemon/greet.rs", "WelcomeFlags");
+    check_bits("### Row channels", "message/daemon/rows.rs", "RowSet");
 }
 
 #[test]

@@ -18,10 +18,14 @@ pub(crate) struct Vector {
 
 /// All frames that a writer of this version makes.
 pub(crate) fn frames() -> Vec<Vector> {
-    let made = rows::<7>("valid.tsv").into_iter();
+    let made = [rows::<7>("valid.tsv"), rows::<7>("clients.tsv")].concat().into_iter();
     made.filter(|row| row[1] == "both" && row[2] != "cobs")
         .map(|[case, _, way, name, head, fields, wire]| {
-            let role = if way == "to_device" { Role::Device } else { Role::Client };
+            let role = match way.as_str() {
+                "to_device" => Role::Device,
+                "to_daemon" => Role::Daemon,
+                _ => Role::Tap,
+            };
             let session = head.split("session=").nth(1).unwrap().parse().unwrap();
             let mut decoder = Decoder::new(role);
             decoder.open_session(session, None);
@@ -75,6 +79,7 @@ fn read(kind: &str, bytes: &[u8]) -> String {
         "u8" => 8,
         "u16" => 16,
         "u32" | "i32" => 32,
+        "f32" => return hex(&bytes.iter().rev().copied().collect::<Vec<_>>()),
         "u64" => 64,
         "u8[16]" => return hex(bytes),
         other => panic!("no type {other}"),
@@ -137,7 +142,9 @@ fn vectors_read_by_the_tables_give_their_fields() {
                 let written = channels(&found[1], &vector.payload);
                 assert_eq!(left.remove("channels"), Some(written), "{}", vector.case);
             }
-            "SAMPLES" => assert!(left.remove("rows").is_some()),
+            "WELCOME" => assert_eq!(left.remove("text"), Some(hex(&vector.payload[26..]))),
+            "NOTICE" => assert_eq!(left.remove("text"), Some(hex(&vector.payload[17..]))),
+            "SAMPLES" | "ROWS" => assert!(left.remove("rows").is_some()),
             "LOG" => assert_eq!(left.remove("text"), Some(hex(&vector.payload[10..]))),
             _ => {}
         }
@@ -149,7 +156,7 @@ fn vectors_read_by_the_tables_give_their_fields() {
 
 #[test]
 fn tables_end_where_the_screen_says() {
-    for row in table("## 4 Messages on one screen") {
+    for row in crate::messages::screens() {
         let size: usize = row[3].split(' ').next().unwrap().parse().unwrap();
         let found = tables(&format!("### {} {}", row[0], row[1]));
         let end = found

@@ -1,8 +1,11 @@
 //! The screen of messages against the types of the crate.
 
 use crate::fields::frames;
-use crate::markdown::{headings, table};
+use crate::markdown::{Row, headings, table};
 use crate::source;
+use grip_link::message::daemon::{
+    Command, Gripper, Health, Notice, ROWS_HEADER, Slip, State, Subscribe, Welcome,
+};
 use grip_link::message::{
     Ack, ClearFault, Config, ConfigAck, Event, Grip, Heartbeat, Hello, Ident, Kind, Nack, Ping,
     Pong, SAMPLES_HEADER, Stats, Status,
@@ -10,6 +13,12 @@ use grip_link::message::{
 use std::collections::BTreeMap;
 
 const SCREEN: &str = "## 4 Messages on one screen";
+const DAEMON: &str = "### Messages of the daemon on one screen";
+
+/// Both screens: that of the serial line and that of the daemon's socket.
+pub(crate) fn screens() -> Vec<Row> {
+    [table(SCREEN), table(DAEMON)].concat()
+}
 
 /// Bytes of the smallest payload of a type.
 fn size(kind: Kind) -> usize {
@@ -31,6 +40,16 @@ fn size(kind: Kind) -> usize {
         Kind::STATS => Stats::SIZE,
         Kind::EVENT => Event::SIZE,
         Kind::LOG => 10,
+        Kind::WELCOME => Welcome::HEADER,
+        Kind::SLIP => Slip::SIZE,
+        Kind::STATE => State::SIZE,
+        Kind::HEALTH => Health::SIZE,
+        Kind::GRIPPER => Gripper::SIZE,
+        Kind::ROWS => ROWS_HEADER,
+        Kind::NOTICE => Notice::HEADER,
+        Kind::SUBSCRIBE => Subscribe::SIZE,
+        Kind::COMMAND => Command::SIZE,
+        Kind::QUERY => 0,
         Kind(other) => panic!("type {other:02x} has no size here"),
     }
 }
@@ -42,6 +61,12 @@ fn each_type_of_the_crate_has_its_row_and_section() {
     let known = (0..=255).map(Kind).filter(|kind| kind.is_to_device() || kind.is_to_host());
     let known: Vec<u8> = known.map(|kind| kind.0).collect();
     assert_eq!(rows.iter().map(|row| code(row)).collect::<Vec<_>>(), known);
+    let of_clients =
+        |kind: &Kind| kind.is_to_daemon() || (kind.is_to_client() && !kind.is_to_host());
+    let known: Vec<u8> = (0..=255).map(Kind).filter(of_clients).map(|kind| kind.0).collect();
+    let screen = table(DAEMON);
+    assert_eq!(screen.iter().map(|row| code(row)).collect::<Vec<_>>(), known);
+    let rows = screens();
     let mut named: BTreeMap<String, u64> = source::codes("message/mod.rs", "Kind");
     assert_eq!(named.remove("CLIENT_FIRST"), Some(0xA0));
     let written: BTreeMap<String, u64> =
@@ -55,9 +80,14 @@ fn each_type_of_the_crate_has_its_row_and_section() {
 
 #[test]
 fn directions_and_sizes() {
-    for row in table(SCREEN) {
+    for row in screens() {
         let kind = Kind(u8::from_str_radix(&row[0], 16).unwrap());
-        let way = if kind.is_to_device() { "to device" } else { "to host" };
+        let way = match kind {
+            _ if kind.is_to_device() => "to device",
+            _ if kind.is_to_host() => "to host",
+            _ if kind.is_to_daemon() => "to daemon",
+            _ => "to client",
+        };
         assert_eq!(row[2], way, "{}", row[1]);
         let stated: usize = row[3].split(' ').next().unwrap().parse().unwrap();
         assert_eq!(stated, size(kind), "{}", row[1]);
@@ -70,7 +100,7 @@ fn requests_for_an_answer() {
     for frame in frames() {
         asks.entry(frame.name).or_insert(frame.ack_req);
     }
-    for row in table(SCREEN) {
+    for row in screens() {
         assert_eq!(row[4] == "yes", asks[&row[1]], "{}", row[1]);
     }
 }

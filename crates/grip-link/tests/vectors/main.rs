@@ -1,5 +1,7 @@
-//! The vectors that every peer of the link reads: protocol/vectors/valid.tsv and invalid.tsv.
+//! The vectors that every peer of the link reads: protocol/vectors/valid.tsv and invalid.tsv, and those of a daemon's clients: clients.tsv and clients-invalid.tsv.
 
+#[cfg(test)]
+mod clients;
 #[cfg(test)]
 mod fields;
 #[cfg(test)]

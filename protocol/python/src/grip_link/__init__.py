@@ -1,12 +1,13 @@
 """The framed serial link between a gripper microcontroller and its host.
 
-:class:`GripLink` is a gripper at a port, :class:`VirtualMcu` a gripper without hardware. The cores without IO are
+:class:`GripLink` is a gripper at a port, :class:`Daemon` a gripd at a socket, :class:`VirtualMcu` a gripper without hardware. The cores without IO are
 :class:`grip_link.host.HostLink`, :class:`grip_link.device.DeviceLink` and :class:`grip_link.decoder.Decoder`.
 """
 
 from __future__ import annotations
 
 from .client import GripLink, LinkClosed, Sample
+from .daemon import Daemon, DaemonError
 from .decoder import Counters, Decoder, Role, Verdict
 from .device import DeviceLink, Drive, DriveKind
 from .host import GripCommand, HostConfig, HostLink, HostState
@@ -15,7 +16,7 @@ from .messages import ChannelKind, Config, DeviceState, FaultCode, Ident, LossAc
 from .stream import StreamClosed
 
 __all__ = [
-    "ChannelKind", "Config", "Counters", "Decoder", "DeviceLink", "DeviceState", "Drive", "DriveKind", "FaultCode",
+    "ChannelKind", "Config", "Counters", "Daemon", "DaemonError", "Decoder", "DeviceLink", "DeviceState", "Drive", "DriveKind", "FaultCode",
     "GripCommand", "GripLink", "HostConfig", "HostLink", "HostState", "Ident", "LinkClosed", "LossAction", "Pty", "Role",
     "Sample", "SampleFormat", "Status", "StreamClosed", "Verdict", "VirtualMcu", "default_ident",
 ]  # fmt: skip

@@ -3,7 +3,8 @@
 The checks come in this order, and a block that fails one is not looked at further: too long, COBS, length, CRC,
 direction, version, session, sequence, type. One block of at most 494 bytes is kept; the memory does not grow.
 
-A device takes HELLO of any other session and ESTOP of session 0, a host IDENT of session 0; these skip the sequence check.
+A device takes HELLO of any other session and ESTOP of session 0, a host IDENT of session 0, a daemon SUBSCRIBE of any other
+session, a client NOTICE of session 0; these skip the sequence check.
 Every other frame must bear the open session. The first frame of a session sets the number; then one that lies
 0..255 behind the newest is a duplicate, any other is taken and the numbers skipped are counted as a gap.
 """
@@ -28,8 +29,12 @@ class Role(Enum):
 
     HOST = "host"
     DEVICE = "device"
+    TAP = "tap"
+    """A recording or a test: frames to the host of any session and any type."""
+    DAEMON = "daemon"
+    """The daemon, of one client: frames to the device of the session that the client opened."""
     CLIENT = "client"
-    """A client of the daemon or a recording: frames to the host of any session and any type."""
+    """A client of the daemon: frames to the host of its own session."""
 
 
 class Verdict(str, Enum):
@@ -160,17 +165,17 @@ class Decoder:
 
     def _accept(self, header: Header) -> Verdict:
         kind = header.kind
-        if header.to_host == (self._role is Role.DEVICE):
+        if header.to_host == (self._role in (Role.DEVICE, Role.DAEMON)):
             return Verdict.ECHO
-        if header.version != PROTOCOL and kind not in (Kind.HELLO, Kind.IDENT):
+        if header.version != PROTOCOL and kind not in GREETINGS[self._role]:
             return Verdict.VERSION
         if self._outside_session(header):
             return Verdict.OK
-        if self._role is not Role.CLIENT and header.session != self._session:
+        if self._role is not Role.TAP and header.session != self._session:
             return Verdict.STALE
         if not self._follow(header.seq):
             return Verdict.DUPLICATE
-        known = self._role is Role.CLIENT or kind in (TO_DEVICE if self._role is Role.DEVICE else TO_HOST)
+        known = self._role is Role.TAP or kind in KNOWN[self._role]
         return Verdict.OK if known else Verdict.UNKNOWN
 
     def _outside_session(self, header: Header) -> bool:
@@ -178,6 +183,10 @@ class Decoder:
             if header.kind == Kind.HELLO:
                 return header.session != self._session
             return header.kind == Kind.ESTOP and header.session == 0
+        if self._role is Role.DAEMON:
+            return header.kind == Kind.SUBSCRIBE and header.session != self._session
+        if self._role is Role.CLIENT:
+            return header.kind == Kind.NOTICE and header.session == 0
         return self._role is Role.HOST and header.kind == Kind.IDENT and header.session == 0
 
     def _follow(self, seq: int) -> bool:
@@ -199,3 +208,16 @@ TO_HOST = frozenset(
         Kind.SAMPLES, Kind.STATUS, Kind.STATS, Kind.EVENT, Kind.LOG,
     )
 )  # fmt: skip
+TO_DAEMON = frozenset((Kind.SUBSCRIBE, Kind.COMMAND, Kind.QUERY))
+TO_CLIENT = frozenset(
+    (
+        Kind.WELCOME, Kind.SLIP, Kind.STATE, Kind.HEALTH, Kind.GRIPPER, Kind.ROWS, Kind.NOTICE,
+        Kind.ACK, Kind.NACK,
+    )
+)  # fmt: skip
+KNOWN = {Role.HOST: TO_HOST, Role.DEVICE: TO_DEVICE, Role.DAEMON: TO_DAEMON, Role.CLIENT: TO_CLIENT}
+_OF_THE_LINE = frozenset((Kind.HELLO, Kind.IDENT))
+GREETINGS = {
+    Role.HOST: _OF_THE_LINE, Role.DEVICE: _OF_THE_LINE, Role.TAP: _OF_THE_LINE,
+    Role.DAEMON: frozenset((Kind.SUBSCRIBE,)), Role.CLIENT: frozenset((Kind.WELCOME,)),
+}  # fmt: skip

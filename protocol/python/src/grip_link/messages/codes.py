@@ -40,6 +40,16 @@ class Kind(OpenCode):
     STATS = 0x92
     EVENT = 0x93
     LOG = 0x94
+    WELCOME = 0xA0
+    SLIP = 0xA1
+    STATE = 0xA2
+    HEALTH = 0xA3
+    GRIPPER = 0xA4
+    ROWS = 0xA5
+    NOTICE = 0xA6
+    SUBSCRIBE = 0xA8
+    COMMAND = 0xA9
+    QUERY = 0xAA
 
 
 class DeviceState(OpenCode):
@@ -131,6 +141,9 @@ class NackReason(OpenCode):
     LATCHED = 4
     OTHER_FAULT = 5
     VERSION = 6
+    FORBIDDEN = 7
+    TOKEN = 8
+    BUSY = 9
 
 
 class EventKind(OpenCode):

@@ -1,0 +1,119 @@
+//! `gripctl csv`: the samples of MCAP recordings as one CSV file.
+
+use crate::{cli::CsvExportArgs, output};
+use anyhow::Context as _;
+use grip_host::{
+    exit::{Exit, WrongArgument},
+    recording,
+};
+use grip_record::{
+    ChannelSet, CsvWriter, StylusKind,
+    mcap::{Entry, McapError, McapReader, PipelineRecord, Record, SampleRecord},
+};
+use slip_core::Signal;
+use std::{
+    fs::File,
+    io::{BufWriter, Write as _},
+    path::Path,
+};
+
+/// The pipeline that is wanted, on its way to the file.
+struct Export<'a> {
+    args: &'a CsvExportArgs,
+    writer: Option<CsvWriter<BufWriter<File>>>,
+    /// Pipelines that began so far.
+    pipelines: u64,
+    rows: u64,
+}
+
+pub(crate) fn run(args: &CsvExportArgs) -> anyhow::Result<Exit> {
+    let mut export = Export { args, writer: None, pipelines: 0, rows: 0 };
+    let mut cut = false;
+    for file in &args.files {
+        match export.read(file) {
+            Err(error) if is_cut(&error) && export.rows > 0 => {
+                eprintln!("gripctl: {error}");
+                cut = true;
+                break;
+            }
+            other => other?,
+        }
+    }
+    let (pipelines, rows) = (export.pipelines, export.rows);
+    let Some(writer) = export.writer else {
+        let wanted = args.pipeline.unwrap_or(1);
+        anyhow::bail!(
+            "no samples: the recording has {pipelines} pipelines, and {wanted} was wanted"
+        );
+    };
+    let name = || format!("cannot write {}", args.output.display());
+    writer.finish().with_context(name)?.flush().with_context(name)?;
+    output::line(&format!("{}: {rows} samples", args.output.display()))?;
+    Ok(if cut { Exit::DataLost } else { Exit::Done })
+}
+
+/// Whether a file is only at fault at its end.
+fn is_cut(error: &anyhow::Error) -> bool {
+    matches!(error.downcast_ref(), Some(McapError::Truncated { .. } | McapError::Damaged { .. }))
+}
+
+impl Export<'_> {
+    fn read(&mut self, file: &Path) -> anyhow::Result<()> {
+        let mut reader = McapReader::open(file)?;
+        while let Some(entry) = reader.next_entry()? {
+            match entry {
+                Entry::Message { record: Record::Pipeline(begun), .. } => {
+                    self.begin(file, &begun)?
+                }
+                Entry::Message { record: Record::Sample(sample), .. } => self.write(&sample)?,
+                _ => {}
+            }
+        }
+        Ok(())
+    }
+
+    /// The columns of a recording that gripd makes itself: replaying it gives the same events.
+    fn begin(&mut self, file: &Path, begun: &PipelineRecord<'_>) -> anyhow::Result<()> {
+        if begun.continued && self.pipelines > 0 {
+            return Ok(());
+        }
+        self.pipelines += 1;
+        if self.args.pipeline.is_none() && self.pipelines > 1 && self.rows > 0 {
+            return Err(WrongArgument(format!(
+                "{}: has more than one pipeline, and times start again with each; choose one with --pipeline N",
+                file.display()
+            ))
+            .into());
+        }
+        if !self.wanted() {
+            return Ok(());
+        }
+        let beginning = recording::beginning(begun)
+            .with_context(|| format!("{}: the settings of its pipeline", file.display()))?;
+        let stylus = match beginning.config.signal {
+            Signal::Displacement => StylusKind::Displacement,
+            Signal::Vibration => StylusKind::Vibration,
+        };
+        let channels = ChannelSet::all(stylus).with_taxels(beginning.taxels);
+        let name = || format!("cannot write {}", self.args.output.display());
+        let out = File::create(&self.args.output).with_context(name)?;
+        self.writer = Some(CsvWriter::new(BufWriter::new(out), &channels).with_context(name)?);
+        Ok(())
+    }
+
+    fn write(&mut self, record: &SampleRecord<'_>) -> anyhow::Result<()> {
+        if !self.wanted() {
+            return Ok(());
+        }
+        if let Some(writer) = &mut self.writer {
+            let name = || format!("cannot write {}", self.args.output.display());
+            writer.write_with(&record.sample, record.taxels).with_context(name)?;
+            self.rows += 1;
+        }
+        Ok(())
+    }
+
+    fn wanted(&self) -> bool {
+        self.args.pipeline.is_none_or(|wanted| wanted == self.pipelines)
+    }
+}

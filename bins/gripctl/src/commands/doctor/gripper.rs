@@ -1,0 +1,219 @@
+//! A port in; what its gripper says of itself, and how well samples and clocks come through in some seconds, out. Nothing is commanded.
+
+use super::{
+    super::clock::Clock,
+    finding::{Finding, Verdict},
+    rate::Arrivals,
+};
+use crate::cli::DoctorArgs;
+use anyhow::anyhow;
+use core::cell::Cell;
+use grip_host::{
+    HostConfig, News, Session, SessionOptions, exit::message, model, session::explain,
+};
+use grip_link::{
+    frame::MAX_WIRE,
+    host::{CloseReason, HostEvent, HostLink},
+};
+use grip_port::{DEFAULT_BAUD, Line, PortArgs, READ_TIMEOUT, Source, nonce};
+
+/// Longest wait for the first sample (us): a board that restarts when its port is opened needs some of it.
+const PATIENCE_US: u64 = 6_000_000;
+
+/// What is to be listened to.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Wish<'a> {
+    pub(crate) name: &'a str,
+    pub(crate) args: &'a DoctorArgs,
+    pub(crate) config: &'a HostConfig,
+    pub(crate) seconds: f64,
+}
+
+/// What was heard.
+#[derive(Debug)]
+struct Heard {
+    session: Session,
+    arrivals: Arrivals,
+    latency_timer_ms: Option<u16>,
+    seconds: f64,
+}
+
+/// Attaches as gripd does, but never sends a force.
+pub(crate) fn findings(wish: &Wish<'_>) -> Vec<Finding> {
+    match listen(wish) {
+        Ok(heard) => judge(wish.config, &heard),
+        Err(error) => {
+            let remedy = format!(
+                "power, cable and --baud of the gripper; then: gripctl doctor {} --seconds 10",
+                wish.name
+            );
+            vec![Finding::fault("gripper", message(error.as_ref()), remedy)]
+        }
+    }
+}
+
+fn listen(wish: &Wish<'_>) -> anyhow::Result<Heard> {
+    let options = SessionOptions { dry_run: true, ..SessionOptions::default() };
+    let session = Session::new(wish.config.clone(), model::default_estimator()?, options)?;
+    let clock = Clock::start();
+    let args = PortArgs {
+        name: wish.name,
+        baud: wish.args.baud.or(wish.config.baud).unwrap_or(DEFAULT_BAUD),
+        seed: None,
+        usb: &wish.config.usb,
+    };
+    let mut source = Source::open(&args, move || clock.now_us())?;
+    let line = source.line()?;
+    let latency_timer_ms = line.latency_timer_ms();
+    let arrivals = Arrivals::default();
+    let mut heard = Heard { session, arrivals, latency_timer_ms, seconds: wish.seconds };
+    let ended = heard.run(line, clock);
+    source.close()?;
+    ended.map(|()| heard)
+}
+
+impl Heard {
+    fn run(&mut self, mut line: Line, clock: Clock) -> anyhow::Result<()> {
+        self.session.open(clock.now_us(), nonce())?;
+        let mut input = [0; 4096];
+        let mut out = [0; MAX_WIRE];
+        while self.arrivals.span_s() < self.seconds {
+            while let Some(len) = self.session.poll_transmit(clock.now_us(), &mut out) {
+                line.write_frame(out.get(..len).unwrap_or(&out))?;
+            }
+            let count = line.read(&mut input, READ_TIMEOUT)?;
+            let now_us = clock.now_us();
+            self.take(now_us, input.get(..count).unwrap_or(&[]), &mut out)?;
+            if self.arrivals.rate_hz().is_none() && now_us > PATIENCE_US {
+                return Err(anyhow!("no samples came for {} s", PATIENCE_US / 1_000_000));
+            }
+        }
+        Ok(())
+    }
+
+    fn take(&mut self, now_us: u64, bytes: &[u8], out: &mut [u8; MAX_WIRE]) -> anyhow::Result<()> {
+        let closed: Cell<Option<CloseReason>> = Cell::new(None);
+        let mut samples = 0;
+        self.session.receive(now_us, bytes, out, &mut |news| match news {
+            News::Step { .. } => samples += 1,
+            News::Link(HostEvent::Closed(reason)) => closed.set(Some(*reason)),
+            _ => {}
+        })?;
+        self.arrivals.push(now_us, samples);
+        closed.get().map_or(Ok(()), |reason| Err(anyhow!(explain(&reason))))
+    }
+}
+
+fn judge(config: &HostConfig, heard: &Heard) -> Vec<Finding> {
+    let link = heard.session.link();
+    let mut findings = vec![identity(link), rate(config, heard)];
+    findings.push(arrivals(&heard.arrivals, link));
+    findings.push(checksums(link));
+    findings.push(clocks(link));
+    if let Some(ms) = heard.latency_timer_ms.filter(|ms| *ms > 1) {
+        let text = format!("the converter still holds bytes back for {ms} ms");
+        let remedy = "install the udev rule of the package, and plug it in again";
+        findings.push(Finding::warning("latency timer", text, remedy.to_owned()));
+    }
+    findings
+}
+
+fn identity(link: &HostLink) -> Finding {
+    let Some(ident) = link.ident() else {
+        let remedy = "restart the gripper".to_owned();
+        return Finding::fault("gripper", "it has lost its settings".to_owned(), remedy);
+    };
+    let uid: String = ident.uid.iter().map(|byte| format!("{byte:02x}")).collect();
+    let firmware = ident.firmware;
+    let text = format!(
+        "firmware {}.{}.{}, uid {uid}, start {}, {} channels, at most {} Hz",
+        firmware.major,
+        firmware.minor,
+        firmware.patch,
+        ident.boot_id,
+        ident.channel_count,
+        ident.limits.rate_max_hz
+    );
+    if ident.fault.0 == 0 {
+        return Finding::ok("gripper", text);
+    }
+    let text = format!("{text}; it reports fault {:04X}", ident.fault.0);
+    let remedy = "find its cause in the gripper's manual, then restart the gripper";
+    Finding::fault("gripper", text, remedy.to_owned())
+}
+
+fn rate(config: &HostConfig, heard: &Heard) -> Finding {
+    let check = "sample rate";
+    let wanted = config.link.sample_rate_hz;
+    let given = heard.session.link().in_force().map_or(0, |config| config.sample_rate_hz);
+    let measured = heard.arrivals.rate_hz().unwrap_or(0.0);
+    let text = format!(
+        "{measured:.0} Hz measured over {:.1} s, {given} Hz in force, {wanted} Hz configured",
+        heard.arrivals.span_s()
+    );
+    let near = (measured / f64::from(given.max(1)) - 1.0).abs() < 0.01;
+    if !near {
+        let remedy = "a faster line (--baud) or a lower [link] sample_rate_hz";
+        return Finding::fault(check, text, remedy.to_owned());
+    }
+    let remedy = format!("[link] sample_rate_hz = {given} in the configuration");
+    Finding::judge(given == wanted, check, text, &remedy)
+}
+
+fn arrivals(arrivals: &Arrivals, link: &HostLink) -> Finding {
+    let loss = link.loss();
+    let text = format!(
+        "{} samples lost ({} of them dropped by the gripper), longest pause {:.1} ms",
+        loss.lost,
+        loss.dropped_by_mcu,
+        arrivals.longest_ms()
+    );
+    let remedy =
+        "an idle computer, gripd --realtime warn, another cable; with FTDI the latency timer";
+    if loss.lost > 0 {
+        return Finding::fault("gaps", text, remedy.to_owned());
+    }
+    Finding::judge(arrivals.longest_ms() < 10.0, "gaps", text, remedy)
+}
+
+fn checksums(link: &HostLink) -> Finding {
+    let counters = link.counters();
+    // The frame in flight when the line was opened is cut.
+    let text = format!(
+        "{} good frames, {} damaged ({} wrong checksums), {} bytes of garbage",
+        counters.ok,
+        counters.bad_blocks(),
+        counters.crc,
+        counters.garbage_bytes
+    );
+    let remedy =
+        "a shorter or shielded cable, the same --baud on both sides, no second program on the port";
+    Finding::judge(counters.bad_blocks() <= 1, "frames", text, remedy)
+}
+
+fn clocks(link: &HostLink) -> Finding {
+    let check = "clock";
+    let Some(clock) = link.clock().filter(|clock| clock.points() > 0) else {
+        let remedy = "update the gripper's firmware".to_owned();
+        return Finding::warning(check, "the gripper answers no PING".to_owned(), remedy);
+    };
+    let uncertainty_us = clock.uncertainty_us();
+    let drift = clock
+        .drift_ppm()
+        .map_or_else(|| "not known yet".to_owned(), |ppm| format!("{ppm:+.1} ppm"));
+    let text = format!(
+        "round trip {:.0} us, offset known to {uncertainty_us:.0} us, drift {drift} from {} answers",
+        2.0 * uncertainty_us,
+        clock.points()
+    );
+    let remedy = "with FTDI the latency timer; a socket of the computer itself instead of a hub";
+    let mut finding = Finding::judge(uncertainty_us < 5000.0, check, text, remedy);
+    // An honest crystal is within 100 ppm; a resonator within 5000.
+    if clock.drift_ppm().is_some_and(|ppm| ppm.abs() > 5000.0) && clock.points() >= 8 {
+        finding.verdict = Verdict::Warning;
+        finding.remedy = Some(
+            "the gripper's clock is far off: its firmware may name a wrong tick rate".to_owned(),
+        );
+    }
+    finding
+}

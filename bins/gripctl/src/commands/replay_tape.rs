@@ -1,0 +1,201 @@
+//! `gripctl replay` of MCAP: the pipeline that was recorded, its events printed or compared with the recorded ones.
+
+use crate::{cli::ReplayArgs, output};
+use grip_host::{
+    exit::{Exit, WrongArgument},
+    model,
+    report::EventLine,
+    tape::{Played, Tape, TapeError, TapeOptions, TapeSummary},
+};
+use grip_record::mcap::McapError;
+use serde::Serialize;
+use std::{collections::VecDeque, path::Path};
+
+#[derive(Serialize)]
+#[serde(tag = "type", rename = "summary")]
+struct Summary {
+    samples: u64,
+    lost: u64,
+    slips: u64,
+    duration_s: f64,
+    unusable: u64,
+    floor_lowered: u64,
+    pipelines: u64,
+    unrecorded: u64,
+    /// Events that are the recorded ones; only with `--check`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    checked: Option<u64>,
+}
+
+/// The events differ from the recorded ones.
+#[derive(Debug, thiserror::Error)]
+enum Differs {
+    #[error("event {number} differs:\n  recorded: {recorded}\n  replayed: {replayed}")]
+    Lines { number: u64, recorded: String, replayed: String },
+    #[error("event {number} was recorded, but is not replayed: {line}")]
+    Missing { number: u64, line: String },
+    #[error("event {number} is replayed, but was not recorded: {line}")]
+    New { number: u64, line: String },
+}
+
+pub(super) fn run(args: &ReplayArgs) -> anyhow::Result<Exit> {
+    refuse_csv_options(args)?;
+    let estimator = args.model.as_deref().map(model::read_estimator).transpose()?;
+    let (no_skip, observe, esc) = (args.no_skip, args.observe, args.esc);
+    let mut tape = Tape::new(TapeOptions { estimator, no_skip, observe, esc });
+    let mut listener =
+        Listener { json: args.json, check: args.check.then(Check::default), failure: None };
+    let mut cut = false;
+    for file in &args.files {
+        match tape.play(file, &mut |played| listener.hear(file, played)) {
+            Err(TapeError::Mcap(
+                error @ (McapError::Truncated { .. } | McapError::Damaged { .. }),
+            )) if tape.summary().samples > 0 => {
+                cut = true;
+                eprintln!("gripctl: {error}");
+            }
+            other => other?,
+        }
+        listener.failure.take().map_or(Ok(()), Err)?;
+        if cut {
+            break;
+        }
+    }
+    let summary = tape.summary();
+    let checked = listener.check.map(|check| check.finish(cut)).transpose()?;
+    print(args.json, summary, checked)?;
+    let lossy = cut || summary.lost > 0 || summary.unrecorded > 0 || summary.mid_run;
+    Ok(if lossy { Exit::DataLost } else { Exit::Done })
+}
+
+/// The recording has its settings inside.
+fn refuse_csv_options(args: &ReplayArgs) -> Result<(), WrongArgument> {
+    let given = [
+        ("--rate", args.csv.rate.is_some()),
+        ("--map", !args.csv.map.is_empty()),
+        ("--calibration", args.calibration.is_some()),
+        ("--config", args.config.is_some()),
+    ];
+    if let Some((flag, _)) = given.into_iter().find(|(_, given)| *given) {
+        return Err(WrongArgument(format!(
+            "{flag}: an .mcap recording has its own settings inside; export it with `gripctl csv` to try others"
+        )));
+    }
+    let changed = [
+        ("--model", args.model.is_some()),
+        ("--esc", args.esc.is_some()),
+        ("--observe", args.observe),
+    ];
+    match changed.into_iter().find(|(_, given)| args.check && *given) {
+        Some((flag, _)) => Err(WrongArgument(format!(
+            "--check with {flag}: the events can only be the recorded ones with the recorded model and settings"
+        ))),
+        None => Ok(()),
+    }
+}
+
+fn print(json: bool, summary: TapeSummary, checked: Option<u64>) -> anyhow::Result<()> {
+    let TapeSummary { samples, lost, slips, duration_s, unusable, floor_lowered, .. } = summary;
+    let TapeSummary { pipelines, unrecorded, .. } = summary;
+    if json {
+        return output::json(&Summary {
+            samples,
+            lost,
+            slips,
+            duration_s,
+            unusable,
+            floor_lowered,
+            pipelines,
+            unrecorded,
+            checked,
+        });
+    }
+    if let Some(events) = checked {
+        output::line(&format!("{events} events, byte by byte the recorded ones"))?;
+    }
+    output::line(&format!(
+        "{samples} samples in {duration_s:.3} s through {pipelines} pipelines, {lost} rows lost, {unrecorded} items not recorded, \
+         {unusable} unusable readings, {slips} slips, floor lowered {floor_lowered} times"
+    ))?;
+    Ok(())
+}
+
+/// Prints or compares what is played.
+struct Listener {
+    json: bool,
+    check: Option<Check>,
+    failure: Option<anyhow::Error>,
+}
+
+impl Listener {
+    fn hear(&mut self, file: &Path, played: Played<'_>) {
+        if self.failure.is_some() {
+            return;
+        }
+        let heard = match (played, &mut self.check) {
+            (Played::Note(text), _) => {
+                eprintln!("{}: {text}", file.display());
+                Ok(())
+            }
+            (Played::Line(line), Some(check)) => serde_json::to_string(line)
+                .map_err(Into::into)
+                .and_then(|line| Ok(check.replayed(line)?)),
+            (Played::Recorded(line), Some(check)) => {
+                check.recorded(line.to_owned()).map_err(Into::into)
+            }
+            (Played::Line(line), None) => self.show(line),
+            (Played::Recorded(_), None) => Ok(()),
+        };
+        self.failure = heard.err();
+    }
+
+    fn show(&self, line: &EventLine) -> anyhow::Result<()> {
+        if self.json { output::json(line) } else { Ok(output::line(&line.to_string())?) }
+    }
+}
+
+/// Lines of either side that wait for their counterpart; one of the two is always empty.
+#[derive(Default)]
+struct Check {
+    recorded: VecDeque<String>,
+    replayed: VecDeque<String>,
+    equal: u64,
+}
+
+impl Check {
+    fn recorded(&mut self, line: String) -> Result<(), Differs> {
+        self.recorded.push_back(line);
+        self.compare()
+    }
+
+    fn replayed(&mut self, line: String) -> Result<(), Differs> {
+        self.replayed.push_back(line);
+        self.compare()
+    }
+
+    fn compare(&mut self) -> Result<(), Differs> {
+        if self.recorded.is_empty() || self.replayed.is_empty() {
+            return Ok(());
+        }
+        let pair = self.recorded.pop_front().zip(self.replayed.pop_front());
+        match pair {
+            Some((recorded, replayed)) if recorded != replayed => {
+                Err(Differs::Lines { number: self.equal + 1, recorded, replayed })
+            }
+            _ => {
+                self.equal += 1;
+                Ok(())
+            }
+        }
+    }
+
+    /// How many were equal. At the end of a file that was cut off a line may lack its counterpart.
+    fn finish(mut self, cut: bool) -> Result<u64, Differs> {
+        let number = self.equal + 1;
+        match (self.recorded.pop_front(), self.replayed.pop_front()) {
+            (Some(line), _) if !cut => Err(Differs::Missing { number, line }),
+            (_, Some(line)) if !cut => Err(Differs::New { number, line }),
+            _ => Ok(self.equal),
+        }
+    }
+}

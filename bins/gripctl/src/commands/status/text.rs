@@ -1,0 +1,192 @@
+//! What is known of gripd in, lines for people out.
+
+use super::report::{DaemonReport, EventReport, GripperReport, HealthReport, Report, StateReport};
+
+/// The report, a subject a line.
+pub(super) fn lines(report: &Report) -> Vec<String> {
+    let mut lines = Vec::new();
+    lines.extend(report.daemon.as_ref().map(daemon));
+    lines.extend(report.gripper.as_ref().map(gripper));
+    match &report.state {
+        Some(state) => lines.extend(grip(state)),
+        None => lines.push("grip       no samples yet".to_owned()),
+    }
+    match &report.health {
+        Some(health) => lines.extend(figures(health)),
+        None => lines.push("figures    none yet".to_owned()),
+    }
+    match report.events.as_slice() {
+        [] => lines.push("slips      none since gripd started".to_owned()),
+        events => {
+            lines.push("last slips".to_owned());
+            lines.extend(events.iter().map(event));
+        }
+    }
+    lines
+}
+
+fn daemon(daemon: &DaemonReport) -> String {
+    let mut text = format!("daemon     {}, up {}", daemon.daemon, duration(daemon.uptime_s));
+    text += match (daemon.dry_run, daemon.commands_allowed) {
+        (true, _) => ", dry run",
+        (false, true) => ", takes commands of clients",
+        (false, false) => ", read only for clients",
+    };
+    text + ", real-time " + daemon.real_time
+}
+
+fn gripper(gripper: &GripperReport) -> String {
+    let Some(uid) = &gripper.uid else {
+        return format!("gripper    none seen yet, link {}", gripper.link);
+    };
+    let force = with_unit(gripper.force_max_n, 1.0, 2, "N");
+    format!(
+        "gripper    {uid}, start {:08x}, link {}, {} Hz, at most {force}",
+        gripper.boot_id, gripper.link, gripper.rate_hz
+    )
+}
+
+fn grip(state: &StateReport) -> Vec<String> {
+    let mut lines = vec![format!(
+        "grip       {}, scene {}, gripper {}, statistic {} of its threshold",
+        state.grip,
+        state.scene,
+        state.device,
+        with_unit(state.statistic, 1.0, 2, "")
+    )];
+    let estimate = with_unit(state.estimate_n, 1.0, 2, "N");
+    lines.push(format!(
+        "force      {} commanded, {} measured, estimate {estimate}",
+        with_unit(state.command_n, 1.0, 2, "N"),
+        with_unit(state.applied_n, 1.0, 2, "N")
+    ));
+    if state.fault != 0 {
+        lines.push(format!("FAULT      {:04x} is latched", state.fault));
+    }
+    let sensors = [
+        ("stylus", state.stylus),
+        ("travel", state.travel),
+        ("pressure", state.pressure),
+        ("reference", state.reference),
+    ];
+    let bad: Vec<String> = sensors
+        .iter()
+        .filter(|(_, health)| *health != "good")
+        .map(|(name, health)| format!("{name} {health}"))
+        .collect();
+    let told = if bad.is_empty() { "all good".to_owned() } else { bad.join(", ") };
+    lines.push(format!("sensors    {told}"));
+    lines
+}
+
+fn figures(health: &HealthReport) -> Vec<String> {
+    let bad = [
+        ("too long", health.bad_too_long),
+        ("COBS", health.bad_cobs),
+        ("length", health.bad_length),
+        ("CRC", health.bad_crc),
+        ("useless", health.bad_useless),
+    ];
+    let bad: Vec<String> = bad
+        .iter()
+        .filter(|(_, count)| *count > 0)
+        .map(|(cause, count)| format!("{count} {cause}"))
+        .collect();
+    let bad = if bad.is_empty() {
+        "no bad frames".to_owned()
+    } else {
+        "bad frames: ".to_owned() + &bad.join(", ")
+    };
+    vec![
+        format!(
+            "samples    {} at {}, {} lost, {} frames missing, {bad}",
+            health.samples,
+            with_unit(health.rate_hz, 1.0, 1, "Hz"),
+            health.lost,
+            health.gap
+        ),
+        format!(
+            "latency    p50 {}, p99 {}, longest {}",
+            with_unit(health.latency_p50_us, 1.0, 0, "us"),
+            with_unit(health.latency_p99_us, 1.0, 0, "us"),
+            with_unit(health.latency_max_us, 1.0, 0, "us")
+        ),
+        format!(
+            "dropped    {} items before this thread, {} before the recorder, {} frames for slow clients",
+            health.dropped_service, health.dropped_recorder, health.dropped_clients
+        ),
+        format!(
+            "also       {} clients, recording {} ({} bytes), {} slips, {} lines reopened, {} force commands",
+            health.clients,
+            health.recording,
+            health.recorded_bytes,
+            health.slips,
+            health.reconnects,
+            health.commands
+        ),
+    ]
+}
+
+/// One line of `--events`.
+pub(super) fn event(event: &EventReport) -> String {
+    match event {
+        EventReport::Slip {
+            t_s,
+            phase,
+            method,
+            confidence,
+            speed_m_s,
+            moved_m,
+            estimate_n,
+            command_n,
+            duration_s,
+            ..
+        } => {
+            let mut text = match duration_s {
+                Some(s) => format!("{t_s:10.4} s  slip ended after {:.1} ms", 1e3 * s),
+                None => format!(
+                    "{t_s:10.4} s  slip ({phase}, by {method}), confidence {}",
+                    with_unit(confidence.map(percent), 1.0, 0, "%")
+                ),
+            };
+            let values = [
+                ("", *speed_m_s, 1e3, "mm/s"),
+                ("moved ", *moved_m, 1e3, "mm"),
+                ("estimate ", *estimate_n, 1.0, "N"),
+                ("command ", *command_n, 1.0, "N"),
+            ];
+            for (name, value, scale, unit) in values.into_iter().filter(|v| v.1.is_some()) {
+                text += &format!(", {name}{}", with_unit(value, scale, 2, unit));
+            }
+            text
+        }
+        EventReport::Notice { host_s, about, text, .. } => {
+            format!("{host_s:10.4} s  {about}: {text}")
+        }
+        EventReport::Gripper(known) => gripper(known),
+    }
+}
+
+/// Never rounded up to certainty.
+fn percent(confidence: f32) -> f32 {
+    (100.0 * confidence).floor().min(99.0)
+}
+
+/// A number, or a dash where it is not known.
+fn with_unit(value: Option<f32>, scale: f32, digits: usize, unit: &str) -> String {
+    let Some(value) = value else { return "-".to_owned() };
+    format!("{:.digits$} {unit}", scale * value).trim_end().to_owned()
+}
+
+fn duration(seconds: f64) -> String {
+    let (hours, minutes) = (seconds / 3600.0, seconds / 60.0);
+    if hours >= 48.0 {
+        format!("{:.1} days", hours / 24.0)
+    } else if minutes >= 120.0 {
+        format!("{hours:.1} h")
+    } else if seconds >= 120.0 {
+        format!("{minutes:.1} min")
+    } else {
+        format!("{seconds:.1} s")
+    }
+}

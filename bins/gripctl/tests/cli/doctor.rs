@@ -1,0 +1,89 @@
+//! `gripctl doctor`: what it finds on this machine, at a simulated gripper, and at ports that are none.
+
+use crate::run::{Ran, gripctl};
+use grip_sim::Pty;
+use serde_json::Value;
+use std::{fs, os::unix::fs::symlink, path::Path};
+
+/// The findings of a run, by the name of what was looked at.
+fn finding<'a>(lines: &'a [Value], check: &str) -> &'a Value {
+    let found = lines.iter().find(|line| line["check"] == check);
+    found.unwrap_or_else(|| panic!("no {check} in {lines:?}"))
+}
+
+/// Every finding is whole, and the last line counts them.
+fn checked(ran: &Ran) -> Vec<Value> {
+    let mut lines = ran.json();
+    let total = lines.pop().unwrap();
+    assert_eq!(total["type"], "doctor");
+    for (verdict, count) in [("ok", "ok"), ("warning", "warnings"), ("fault", "faults")] {
+        let found = lines.iter().filter(|line| line["verdict"] == verdict).count();
+        assert_eq!(total[count].as_u64().unwrap(), found as u64, "{verdict} in {lines:?}");
+    }
+    for line in &lines {
+        let good = line["verdict"] == "ok";
+        assert_eq!(line["remedy"].is_null(), good, "a remedy exactly where it is needed: {line}");
+    }
+    assert_eq!(ran.code == 0, total["faults"] == 0, "{ran:?}");
+    lines
+}
+
+fn doctor(folder: &Path, args: &[&str]) -> Ran {
+    let all = ["doctor", "--json", "--folder", "."];
+    gripctl(folder, &[all.as_slice(), args].concat())
+}
+
+#[test]
+fn a_simulated_gripper_is_measured() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("c.toml"), "[link]\nsample_rate_hz = 2000\n").unwrap();
+    let ran = doctor(folder.path(), &["sim", "--seconds", "1", "--config", "c.toml"]);
+    let lines = checked(&ran);
+    for check in ["configuration", "real time", "kernel", "processors", "disk", "daemon"] {
+        finding(&lines, check);
+    }
+    let text = |check: &str| finding(&lines, check)["text"].as_str().unwrap().to_owned();
+    assert!(text("gripper").contains("firmware"), "{}", text("gripper"));
+    assert!(text("sample rate").contains("2000 Hz in force, 2000 Hz configured"));
+    assert!(text("gaps").contains("longest pause"));
+    assert!(text("frames").contains(" 0 damaged"), "{}", text("frames"));
+    assert!(text("clock").contains("round trip"), "{}", text("clock"));
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1, "nothing is left behind");
+}
+
+#[test]
+fn ports_that_are_no_gripper_are_faults_with_a_remedy() {
+    let folder = tempfile::tempdir().unwrap();
+    let lines = checked(&doctor(folder.path(), &["./none"]));
+    assert_eq!(finding(&lines, "port")["verdict"], "fault");
+    fs::write(folder.path().join("file"), "kept").unwrap();
+    let lines = checked(&doctor(folder.path(), &["./file"]));
+    assert!(finding(&lines, "permissions")["text"].as_str().unwrap().contains("no serial port"));
+    assert_eq!(fs::read_to_string(folder.path().join("file")).unwrap(), "kept");
+    // Nobody answers on this one; then another program takes it.
+    let pty = Pty::open(None).unwrap();
+    symlink(pty.port(), folder.path().join("silent")).unwrap();
+    let lines = checked(&doctor(folder.path(), &["./silent"]));
+    let gripper = finding(&lines, "gripper");
+    assert!(gripper["text"].as_str().unwrap().contains("no gripper answered"), "{gripper}");
+    let held = serialport::new(pty.port().to_str().unwrap(), 115_200).open().unwrap();
+    let lines = checked(&doctor(folder.path(), &["./silent"]));
+    assert!(finding(&lines, "gripper")["text"].as_str().unwrap().contains("busy"));
+    let own = format!("process {}", std::process::id());
+    let holder = finding(&lines, "held by");
+    assert!(holder["text"].as_str().unwrap().contains(&own), "{holder}");
+    drop(held);
+}
+
+#[test]
+fn arguments_and_configurations_that_are_wrong() {
+    let folder = tempfile::tempdir().unwrap();
+    gripctl(folder.path(), &["doctor", "sim", "--seconds", "-1"]).refused(2, &["--seconds", "-1"]);
+    gripctl(folder.path(), &["doctor", "sim", "--baud", "1200"])
+        .refused(2, &["1200", "boot loader"]);
+    fs::write(folder.path().join("bad.toml"), "[grip]\nf_max_n = -3\n").unwrap();
+    let lines = checked(&doctor(folder.path(), &["./none", "--config", "bad.toml"]));
+    let found = finding(&lines, "configuration");
+    assert_eq!(found["verdict"], "fault");
+    assert!(found["text"].as_str().unwrap().contains("bad.toml:2:1"), "{found}");
+}

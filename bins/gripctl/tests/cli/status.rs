@@ -1,0 +1,124 @@
+//! `gripctl status` at a daemon's socket, at somebody else's, and at none.
+
+use crate::run::gripctl;
+use core::time::Duration;
+use grip_daemon::clients::{About, Clients, ClientsConfig, Listen};
+use grip_daemon::{Item, LinkNote};
+use grip_host::report::{EventLine, EvidenceFields};
+use grip_link::host::HostState;
+use grip_link::message::daemon::{Health, RealTime};
+use std::io::{Read as _, Write as _};
+use std::net::TcpListener;
+use std::path::Path;
+use std::sync::{
+    Arc,
+    atomic::{AtomicBool, Ordering},
+};
+use std::thread;
+
+fn here() -> &'static Path {
+    Path::new(".")
+}
+
+/// A daemon without a gripper that has seen a slip; serves until it is dropped.
+struct Served {
+    place: Listen,
+    ended: Arc<AtomicBool>,
+    thread: Option<thread::JoinHandle<()>>,
+}
+
+impl Served {
+    fn new() -> Self {
+        let listen = "tcp:127.0.0.1:0".parse().unwrap();
+        let about = About {
+            name: "gripd 9.9.9".into(),
+            run_id: 3,
+            dry_run: false,
+            records: false,
+            real_time: RealTime::Partly,
+        };
+        let config = ClientsConfig { listen, ..ClientsConfig::default() };
+        let mut clients = Clients::listen(config, about).unwrap();
+        let place = clients.place().unwrap();
+        let note = LinkNote::Identified { uid: [0xAB; 16], boot_id: 7, rebooted: false };
+        clients.take(&Item::Link { host_us: 1, note: &note });
+        clients.take(&Item::Link { host_us: 1, note: &LinkNote::State(HostState::Stream) });
+        let evidence = EvidenceFields { command_n: Some(4.5), ..EvidenceFields::default() };
+        let line = EventLine::SlipEnd { t_s: 1.5, duration_s: 0.02, evidence };
+        clients.take(&Item::Event { host_us: 2_000_000, line: &line });
+        clients.health(&Health { samples: 1234, ..Health::default() });
+        let ended = Arc::new(AtomicBool::new(false));
+        let stop = Arc::clone(&ended);
+        let thread = thread::spawn(move || {
+            let mut now_us = 5_000_000;
+            while !stop.load(Ordering::Relaxed) {
+                now_us += 1_000;
+                clients.poll(now_us, Duration::from_millis(1)).unwrap();
+            }
+        });
+        Self { place, ended, thread: Some(thread) }
+    }
+}
+
+impl Drop for Served {
+    fn drop(&mut self) {
+        self.ended.store(true, Ordering::Relaxed);
+        self.thread.take().unwrap().join().unwrap();
+    }
+}
+
+#[test]
+fn a_daemon_is_described_for_people_and_for_machines() {
+    let served = Served::new();
+    let place = served.place.to_string();
+    let told = gripctl(here(), &["status", &place]).done().out;
+    for word in [
+        "gripd 9.9.9",
+        "read only for clients",
+        "abababab",
+        "link stream",
+        "1234",
+        "4.50 N",
+        "20.0 ms",
+    ] {
+        assert!(told.contains(word), "no {word:?} in {told}");
+    }
+    let json = gripctl(here(), &["status", &place, "--json"]).done().json();
+    assert_eq!((json.len(), &json[0]["daemon"]), (1, &"gripd 9.9.9".into()));
+    assert_eq!(json[0]["health"]["samples"], 1234);
+    assert_eq!(json[0]["gripper"]["uid"], "ab".repeat(16));
+    assert_eq!((&json[0]["events"][0]["type"], &json[0]["state"]), (&"slip".into(), &().into()));
+}
+
+#[test]
+fn nobody_there_and_wrong_addresses_are_told_in_a_sentence() {
+    let port = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
+    let place = format!("tcp:127.0.0.1:{port}");
+    gripctl(here(), &["status", &place]).refused(1, &["no daemon answers at tcp:127.0.0.1"]);
+    gripctl(here(), &["status", "unix:/nowhere/gripd"]).refused(1, &["no daemon answers at unix:"]);
+    gripctl(here(), &["status", "off"]).refused(2, &["give the address"]);
+    let wrong = gripctl(here(), &["status", "localhost"]);
+    assert!(wrong.code == 2 && wrong.err.contains("tcp:ADDRESS:PORT"), "{wrong:?}");
+}
+
+/// What `gripctl status` says of a program that sends `answer` after the first bytes that come.
+fn of_another_program(answer: &'static [u8]) -> String {
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let place = format!("tcp:{}", listener.local_addr().unwrap());
+    let other = thread::spawn(move || {
+        let (mut stream, _) = listener.accept().unwrap();
+        let mut bytes = [0; 100];
+        let _greeting = stream.read(&mut bytes).unwrap();
+        stream.write_all(answer).unwrap();
+        while stream.read(&mut bytes).is_ok_and(|count| count > 0) {}
+    });
+    let told = gripctl(here(), &["status", &place]).refused(1, &[]).err;
+    other.join().unwrap();
+    told
+}
+
+#[test]
+fn another_program_at_the_port_is_recognised() {
+    assert!(of_another_program(b"SSH-2.0-x\r\n\0\0").contains("no frames"));
+    assert!(of_another_program(b"").contains("no answer of a gripd"));
+}

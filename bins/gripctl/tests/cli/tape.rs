@@ -1,0 +1,196 @@
+//! MCAP recordings through `gripctl replay`, `recover` and `csv`.
+
+use crate::run::gripctl;
+use grip_host::{
+    HostConfig, News, model,
+    recording::{MODEL_NAME, event_record, pipeline_record},
+    trial,
+};
+use grip_record::mcap::{Attached, McapWriter, Record, SampleRecord};
+use grip_sim::scene;
+use slip_core::units::Micros;
+use std::{
+    fs::{self, File},
+    path::Path,
+};
+
+/// Grasps and records as the daemon does, with a flush every `flush` samples; gives the lines of the session.
+fn record(file: &Path, scene_name: &str, flush: u32) -> Vec<String> {
+    let scene = scene::load(scene_name).unwrap();
+    let out = File::create(file).unwrap();
+    let mut writer = McapWriter::new(out, "test 1", 1_763_766_000_000_000_000).unwrap();
+    let data = model::default_text().as_bytes().to_vec();
+    let media_type = "application/json".to_owned();
+    writer.attach(0, &Attached { name: MODEL_NAME.to_owned(), media_type, data }).unwrap();
+    let (mut lines, mut json, mut now_us) = (Vec::new(), Vec::new(), 0);
+    let mut tell = |news: News<'_>| match news {
+        News::Began(beginning) => {
+            let record = pipeline_record(beginning, &mut json).unwrap();
+            writer.write(now_us, &Record::Pipeline(record)).unwrap();
+        }
+        News::Step { index, sample, taxels, .. } => {
+            now_us = sample.t.0;
+            let record = SampleRecord { index, sample: *sample, taxels };
+            writer.write(now_us, &Record::Sample(record)).unwrap();
+            if index % flush == 0 {
+                writer.flush().unwrap();
+            }
+        }
+        News::Event(line) => {
+            let record = event_record(&line, &mut json).unwrap();
+            lines.push(record.json.to_owned());
+            writer.write(now_us, &Record::Event(record)).unwrap();
+        }
+        News::Gripper { .. } | News::Link(_) => {}
+    };
+    let estimator = model::default_estimator().unwrap();
+    trial::grasp(&scene, &HostConfig::default(), estimator, Micros(1_500_000), &mut tell).unwrap();
+    writer.finish().unwrap();
+    lines
+}
+
+#[test]
+fn recordings_replay_to_the_recorded_lines_and_so_does_their_csv() {
+    let folder = tempfile::tempdir().unwrap();
+    let lines = record(&folder.path().join("run.mcap"), "default", 2500);
+    assert!(lines.iter().any(|line| line.contains("\"slip\"")), "{lines:?}");
+    for args in
+        [&["replay", "run.mcap", "--json"][..], &["replay", "run.mcap", "--json", "--no-skip"]]
+    {
+        let ran = gripctl(folder.path(), args).done();
+        let mut printed: Vec<&str> = ran.out.lines().collect();
+        let summary: serde_json::Value = serde_json::from_str(printed.pop().unwrap()).unwrap();
+        assert_eq!(printed, lines);
+        assert_eq!((&summary["pipelines"], &summary["lost"]), (&1.into(), &0.into()));
+    }
+    let ran = gripctl(folder.path(), &["replay", "run.mcap", "--check"]).done();
+    assert!(ran.out.starts_with(&format!("{} events, byte by byte", lines.len())), "{}", ran.out);
+    gripctl(folder.path(), &["csv", "run.mcap", "-o", "run.csv"]).done();
+    let ran = gripctl(folder.path(), &["replay", "run.csv", "--json"]).done();
+    let printed: Vec<&str> = ran.out.lines().collect();
+    assert_eq!(printed.get(..lines.len()).unwrap(), lines);
+}
+
+#[test]
+fn a_difference_is_shown_and_fails() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("run.mcap");
+    record(&file, "default", 2500);
+    // A second recording whose first event was tampered with: the chunk is written anew, so nothing is damaged.
+    let scene = scene::load("default").unwrap();
+    let out = File::create(folder.path().join("other.mcap")).unwrap();
+    let mut writer = McapWriter::new(out, "test 1", 0).unwrap();
+    let mut json = Vec::new();
+    let mut tell = |news: News<'_>| match news {
+        News::Began(beginning) => {
+            let record = pipeline_record(beginning, &mut json).unwrap();
+            writer.write(0, &Record::Pipeline(record)).unwrap();
+        }
+        News::Step { index, sample, taxels, .. } => {
+            let record = SampleRecord { index, sample: *sample, taxels };
+            writer.write(0, &Record::Sample(record)).unwrap();
+        }
+        News::Event(line) => {
+            let mut record = event_record(&line, &mut json).unwrap();
+            record.json = "{\"type\":\"slip\"}";
+            writer.write(0, &Record::Event(record)).unwrap();
+        }
+        News::Gripper { .. } | News::Link(_) => {}
+    };
+    let estimator = model::default_estimator().unwrap();
+    trial::grasp(&scene, &HostConfig::default(), estimator, Micros(1_500_000), &mut tell).unwrap();
+    writer.finish().unwrap();
+    let ran = gripctl(folder.path(), &["replay", "other.mcap", "--check"]);
+    assert_eq!(ran.code, 1, "{ran:?}");
+    assert!(
+        ran.err.contains("event 1 differs") && ran.err.contains("recorded: {\"type\":\"slip\"}"),
+        "{}",
+        ran.err
+    );
+}
+
+#[test]
+fn a_cut_recording_is_recovered_in_place() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("run.mcap");
+    let lines = record(&file, "default", 2500);
+    let whole = fs::read(&file).unwrap();
+    let ran = gripctl(folder.path(), &["recover", "run.mcap"]).done();
+    assert!(
+        ran.out.contains("run.mcap is whole") && fs::read(&file).unwrap() == whole,
+        "{}",
+        ran.out
+    );
+    fs::write(&file, whole.get(..whole.len() / 2).unwrap()).unwrap();
+    let ran = gripctl(folder.path(), &["replay", "run.mcap", "--check"]);
+    assert_eq!(ran.code, 3, "{ran:?}");
+    assert!(ran.err.contains("`gripctl recover`"), "{}", ran.err);
+    let ran = gripctl(folder.path(), &["recover", "run.mcap", "--json"]);
+    assert_eq!(ran.code, 3, "{ran:?}");
+    let report = ran.json().pop().unwrap();
+    assert_eq!((&report["whole"], &report["output"]), (&false.into(), &"run.mcap".into()));
+    assert!(
+        report["messages"].as_u64().unwrap() > 2500 && report["lost_bytes"].as_u64().unwrap() > 0
+    );
+    let ran = gripctl(folder.path(), &["replay", "run.mcap", "--json"]).done();
+    let count = ran.out.lines().count() - 1;
+    assert!(ran.out.lines().take(count).eq(lines.iter().take(count).map(String::as_str)));
+    gripctl(folder.path(), &["recover", "run.mcap"]).done();
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1, "nothing is left beside it");
+}
+
+#[test]
+fn a_damaged_recording_is_recovered_beside_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("run.mcap");
+    record(&file, "default", 2500);
+    let mut bytes = fs::read(&file).unwrap();
+    let middle = bytes.len() / 2;
+    bytes[middle..middle + 40].fill(0);
+    fs::write(&file, &bytes).unwrap();
+    let ran = gripctl(folder.path(), &["recover", "run.mcap"]);
+    assert_eq!(ran.code, 3, "{ran:?}");
+    assert!(
+        ran.out.contains("damaged at byte") && ran.out.contains("run.recovered.mcap: saved"),
+        "{}",
+        ran.out
+    );
+    assert_eq!(fs::read(&file).unwrap(), bytes, "the damaged one stays");
+    let ran = gripctl(folder.path(), &["recover", "run.recovered.mcap"]).done();
+    assert!(ran.out.contains("is whole"), "{}", ran.out);
+}
+
+#[test]
+fn what_cannot_be_replayed_says_why() {
+    let folder = tempfile::tempdir().unwrap();
+    record(&folder.path().join("run.mcap"), "default", 2500);
+    fs::write(folder.path().join("no.mcap"), "t_s,stylus\n").unwrap();
+    fs::write(folder.path().join("a.csv"), "t_s,stylus\n0,1\n").unwrap();
+    for (args, code, words) in [
+        (&["replay", "no.mcap"][..], 1, "no.mcap: is no MCAP file"),
+        (&["replay", "nowhere.mcap"], 1, "nowhere.mcap: cannot be read"),
+        (&["replay", "run.mcap", "a.csv"], 2, "only .mcap files of one recording"),
+        (&["replay", "a.csv", "--check"], 2, "a.csv has no events to compare with"),
+        (
+            &["replay", "run.mcap", "--config", "x.toml"],
+            2,
+            "--config: an .mcap recording has its own settings",
+        ),
+        (&["replay", "run.mcap", "--check", "--observe"], 2, "--check with --observe"),
+        (&["recover", "no.mcap"], 1, "no.mcap: is no MCAP file"),
+        (&["recover", "run.mcap", "-o", "run.mcap"], 2, "-o names the recording itself"),
+        (
+            &["csv", "run.mcap", "-o", "x.csv", "--pipeline", "2"],
+            1,
+            "has 1 pipelines, and 2 was wanted",
+        ),
+        (&["csv", "run.mcap", "-o", "nowhere/x.csv"], 1, "nowhere/x.csv"),
+    ] {
+        let ran = gripctl(folder.path(), args);
+        assert_eq!(ran.code, code, "{args:?}: {ran:?}");
+        assert!(ran.err.contains(words), "{args:?}: {}", ran.err);
+    }
+    let left: Vec<_> =
+        fs::read_dir(folder.path()).unwrap().map(|e| e.unwrap().file_name()).collect();
+    assert_eq!(left.len(), 3, "{left:?}");
+}

@@ -1,0 +1,262 @@
+//! What happens in, lines for the person at the keyboard out: events on standard output, the rest on standard error.
+
+use crate::clock::Clock;
+use grip_daemon::{
+    Item, LinkNote, State,
+    log::{Clocks, Entry, Log, LogLevel, LogStyle},
+    supply::PortNews,
+};
+use grip_host::{report::EventLine, session::explain};
+use grip_link::{
+    host::{CloseReason, HostState},
+    message::{Clamped, EventKind, FaultCode},
+};
+use std::io::{self, IsTerminal as _, Write as _};
+
+/// A sentence and its weight.
+type Told = (LogLevel, String);
+
+/// The live line is drawn at most this often (us).
+const LIVE_EVERY_US: u64 = 50_000;
+
+/// Prints.
+#[derive(Debug)]
+pub(crate) struct Console {
+    log: Log,
+    clock: Clock,
+    json: bool,
+    live: bool,
+    status_shown: bool,
+    live_us: u64,
+    degraded: u64,
+    /// Whether a gripper was attached before.
+    attached: bool,
+    /// The last event of the gripper, so that a thousand equal ones a second are told once.
+    device_event: Option<(EventKind, FaultCode)>,
+    /// The last reason why the link closed, for the same end.
+    closed: Option<CloseReason>,
+    /// Standard output is gone: the object is held and recorded all the same.
+    silent: bool,
+}
+
+impl Console {
+    /// Events as JSON or as sentences; a live line where standard error is a terminal.
+    pub(crate) fn new(json: bool, level: LogLevel, clock: Clock) -> Self {
+        let err = io::stderr();
+        let journal = std::env::var("JOURNAL_STREAM").ok();
+        let place = rustix::fs::fstat(&err).ok().map(|stat| (stat.st_dev, stat.st_ino));
+        let style = LogStyle::of(err.is_terminal(), journal.as_deref(), place);
+        Self {
+            log: Log::new(style, level),
+            clock,
+            json,
+            live: !json && err.is_terminal(),
+            status_shown: false,
+            live_us: 0,
+            degraded: 0,
+            attached: false,
+            device_event: None,
+            closed: None,
+            silent: false,
+        }
+    }
+
+    /// Prints what is worth it.
+    pub(crate) fn take(&mut self, item: &Item<'_>) -> io::Result<()> {
+        match item {
+            Item::Event { line, .. } => self.event(line),
+            Item::State { host_us, state } => self.show(*host_us, state),
+            Item::Link { note, .. } => match self.sentence(note) {
+                Some((level, text)) => self.say(level, &text),
+                None => Ok(()),
+            },
+            Item::Client { command, .. } => {
+                self.say(LogLevel::Info, &format!("a client asked for {command:?}"))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// How much is told from now on.
+    pub(crate) fn set_level(&mut self, level: LogLevel) {
+        self.log.set_level(level);
+    }
+
+    fn event(&mut self, line: &EventLine) -> io::Result<()> {
+        if self.silent {
+            return Ok(());
+        }
+        self.clear_status()?;
+        match write_event(line, self.json) {
+            Err(error) if error.kind() == io::ErrorKind::BrokenPipe => {
+                self.silent = true;
+                Ok(())
+            }
+            written => written,
+        }
+    }
+
+    /// A sentence on standard error.
+    pub(crate) fn say(&mut self, level: LogLevel, text: &str) -> io::Result<()> {
+        self.clear_status()?;
+        let now = self.now();
+        let entry = Entry { level, text, fields: &[] };
+        self.log.tell(now, &entry, &mut io::stderr().lock())
+    }
+
+    /// Tells how often sentences came that were not repeated.
+    pub(crate) fn tick(&mut self) -> io::Result<()> {
+        let now = self.now();
+        self.log.tick(now, &mut io::stderr().lock())
+    }
+
+    fn now(&self) -> Clocks {
+        Clocks { host_us: self.clock.now_us(), wall_us: self.clock.wall_ns() / 1000 }
+    }
+
+    /// What the search for the port told.
+    pub(crate) fn port(&mut self, news: &PortNews) -> io::Result<()> {
+        match news {
+            PortNews::Waiting(reason) => {
+                self.say(LogLevel::Warn, &format!("{reason}; waiting for it"))
+            }
+            PortNews::Opened { device, latency_timer_ms } => {
+                if let Some(ms @ 2..) = latency_timer_ms {
+                    let text = format!(
+                        "the USB adapter gathers bytes for {ms} ms before it hands them over; `gripctl doctor` says how to change that"
+                    );
+                    self.say(LogLevel::Warn, &text)?;
+                }
+                device.as_ref().map_or(Ok(()), |device| {
+                    self.say(LogLevel::Info, &format!("port open: {device}"))
+                })
+            }
+            PortNews::Other => self.say(
+                LogLevel::Warn,
+                "another gripper answered and was left alone; looking for the one that was attached before",
+            ),
+        }
+    }
+
+    /// What a person should know of the link.
+    fn sentence(&mut self, note: &LinkNote) -> Option<Told> {
+        use LogLevel::{Info, Warn};
+        Some(match *note {
+            LinkNote::Identified { rebooted: false, .. } => {
+                self.closed = None;
+                let again = core::mem::replace(&mut self.attached, true);
+                (Info, if again { "gripper found again" } else { "gripper found" }.to_owned())
+            }
+            LinkNote::Identified { rebooted: true, .. } | LinkNote::Rebooted => {
+                let text = "the gripper has restarted; the noise floor is learned again";
+                (Warn, text.to_owned())
+            }
+            LinkNote::Configured(clamped) => {
+                let names = clamped_names(clamped);
+                let text = format!(
+                    "the gripper does not allow what the configuration asks for: it limits {names}"
+                );
+                (!names.is_empty()).then_some((Warn, text))?
+            }
+            LinkNote::State(HostState::Degraded) => (Warn, self.degraded()?),
+            LinkNote::Device(event) => {
+                let event_now = (event.kind, event.fault);
+                if self.device_event.replace(event_now) == Some(event_now) {
+                    return None;
+                }
+                let text =
+                    format!("the gripper reports {:?} (fault {:04X})", event.kind, event.fault.0);
+                (Warn, text)
+            }
+            LinkNote::Refused(nack) => {
+                (Warn, format!("the gripper refused a request: {:?}", nack.reason))
+            }
+            LinkNote::Closed(reason) => (Warn, self.closed(reason)?),
+            LinkNote::PortLost if self.attached => {
+                (Warn, "the port is gone; the gripper holds by itself until it is back".to_owned())
+            }
+            _ => return None,
+        })
+    }
+
+    fn degraded(&mut self) -> Option<String> {
+        self.degraded += 1;
+        let text = "samples were late or missing, so the force was not raised meanwhile; further times are only counted";
+        (self.degraded == 1).then(|| text.to_owned())
+    }
+
+    fn closed(&mut self, reason: CloseReason) -> Option<String> {
+        let new = reason != CloseReason::Requested && self.closed != Some(reason);
+        self.closed = Some(reason);
+        new.then(|| explain(&reason))
+    }
+
+    /// One line that is written over by the next.
+    fn show(&mut self, host_us: u64, state: &State) -> io::Result<()> {
+        if !self.live || host_us < self.live_us {
+            return Ok(());
+        }
+        self.live_us = host_us + LIVE_EVERY_US;
+        let esc = state.esc.map_or_else(
+            || "-".to_owned(),
+            |esc| format!("{:.3}{}", esc.value, if esc.informative() { "" } else { "?" }),
+        );
+        let estimate =
+            state.estimate.map_or_else(|| "-".to_owned(), |e| format!("{:.2}", e.force_n));
+        let command = state.command.map_or_else(|| "-".to_owned(), |c| format!("{:.2}", c.0));
+        let mut err = io::stderr().lock();
+        write!(
+            err,
+            "\r\x1b[K{:8} {:6.2} s  {} Hz  slip {:7.2}  E_sc {esc} W  estimate {estimate} N  command {command} N  stylus {}  lost {}",
+            state.scene.name(),
+            state.t.as_seconds(),
+            state.rate_hz,
+            state.statistic,
+            state.health.name(),
+            state.lost,
+        )?;
+        self.status_shown = true;
+        err.flush()
+    }
+
+    /// Takes the live line away.
+    pub(crate) fn clear_status(&mut self) -> io::Result<()> {
+        if self.status_shown {
+            self.status_shown = false;
+            let mut err = io::stderr().lock();
+            write!(err, "\r\x1b[K")?;
+            err.flush()?;
+        }
+        Ok(())
+    }
+}
+
+fn write_event(line: &EventLine, json: bool) -> io::Result<()> {
+    let mut out = io::stdout().lock();
+    if json {
+        serde_json::to_writer(&mut out, line)?;
+        writeln!(out)?;
+    } else {
+        writeln!(out, "{line}")?;
+    }
+    out.flush()
+}
+
+/// The limits a gripper changed, the mask of channels left out: all there are is what was asked for.
+fn clamped_names(clamped: Clamped) -> String {
+    const NAMES: [&str; 8] = [
+        "sample rate",
+        "batch",
+        "",
+        "largest force",
+        "slew rate",
+        "ttl",
+        "hold cap",
+        "time to the loss action",
+    ];
+    let named = NAMES
+        .iter()
+        .enumerate()
+        .filter(|(bit, name)| clamped.0 >> bit & 1 == 1 && !name.is_empty());
+    named.map(|(_, name)| *name).collect::<Vec<_>>().join(", ")
+}

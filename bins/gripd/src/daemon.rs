@@ -1,0 +1,221 @@
+//! Settings in, running threads out, and what they did at the end.
+//!
+//! hot: bytes to commands. port: finds and opens lines. recorder: files. This thread: everything that people and programs see.
+
+use crate::{
+    cli::Cli,
+    clock::Clock,
+    notify::Notify,
+    recording::Recording,
+    service::{Servers, Service, ServiceEnds},
+    settings::Settings,
+    summary::Summary,
+};
+use anyhow::{Context as _, anyhow};
+use core::sync::atomic::Ordering;
+use grip_daemon::{
+    HotCounters,
+    clients::Clients,
+    hot::{Ends, Hot, HotOptions, Shared},
+    http::HttpServer,
+    log::LogLevel,
+    realtime::{self, Granted},
+    recorder::RecorderCounters,
+    rings::{Dropped, Sizes, rings},
+    supply::{Supply, SupplyEnds},
+};
+use grip_host::{
+    Session, SessionOptions,
+    exit::{Exit, message},
+};
+use grip_port::{PortError, Source};
+use rtrb::RingBuffer;
+use std::{
+    io,
+    sync::{Arc, mpsc},
+    thread::{self, JoinHandle},
+};
+
+/// Stack of a thread (bytes): locked memory holds all of it.
+const STACK: usize = 512 * 1024;
+/// Lines on their way; there is one at a time.
+const LINES: usize = 4;
+/// Settings on their way.
+const SETTINGS: usize = 4;
+/// Copies of the counters on their way.
+const PULSES: usize = 8;
+/// Commands of clients on their way.
+const COMMANDS: usize = 64;
+
+/// What happened.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Ended {
+    pub(crate) counters: HotCounters,
+    /// Rows lost over all openings of the port.
+    pub(crate) lost: u64,
+    pub(crate) command_n: Option<f32>,
+    /// Items that the service thread did not get.
+    pub(crate) service: Dropped,
+    /// What was recorded, where that was wanted.
+    pub(crate) recorded: Option<RecorderCounters>,
+}
+
+/// Runs until a signal, the end of the duration or a failure.
+pub(crate) fn run(cli: &Cli, settings: Settings) -> anyhow::Result<Exit> {
+    let clock = Clock::start();
+    let shared = Arc::new(Shared::default());
+    for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
+        signal_hook::flag::register(signal, Arc::clone(&shared.stop))
+            .context("cannot take over Ctrl-C")?;
+    }
+    let options =
+        HotOptions { end_us: end_us(cli.duration), patient: cli.wait || Notify::is_asked_for() };
+    let session = session(cli, &settings)?;
+    let source = Source::open(&settings.port_args(), move || clock.now_us())?;
+    // Opened before anything moves: an address or a file that cannot be had is told at once.
+    let (servers, complaint) = servers(&settings, clock)?;
+    let (recorder, recording, recorded) = match Recording::start(&settings, clock)? {
+        Some((ring, thread, recorded)) => (Some(ring), Some(thread), Some(recorded)),
+        None => (None, None, None),
+    };
+    let wanted = settings.realtime();
+    let (outbox, inbox) = rings(Sizes::SERVICE);
+    let (line_in, line_out) = RingBuffer::new(LINES);
+    let (lost_in, lost_out) = RingBuffer::new(LINES);
+    let (settings_in, settings_out) = RingBuffer::new(SETTINGS);
+    let (replaced_in, replaced_out) = RingBuffer::new(SETTINGS);
+    let (command_in, command_out) = RingBuffer::new(COMMANDS);
+    let (pulse_in, pulse_out) = RingBuffer::new(PULSES);
+    let (news_in, news_out) = mpsc::channel();
+    let mut service = Service::new(
+        settings,
+        clock,
+        ServiceEnds {
+            inbox,
+            pulses: pulse_out,
+            ports: news_out,
+            settings: settings_in,
+            replaced: replaced_out,
+            commands: command_in,
+            recorded,
+            shared: Arc::clone(&shared),
+        },
+        servers,
+    )?;
+    if let Some(complaint) = complaint {
+        service.say(LogLevel::Warn, &complaint)?;
+    }
+    let ends = Ends {
+        lines: line_out,
+        lost: lost_in,
+        settings: settings_out,
+        replaced: replaced_in,
+        commands: command_out,
+        service: outbox,
+        recorder,
+        pulses: pulse_in,
+        shared: Arc::clone(&shared),
+    };
+    let hot = Hot::new(session, move || clock.now_ns(), options, ends);
+    let lines =
+        SupplyEnds { lines: line_in, lost: lost_out, news: news_in, shared: Arc::clone(&shared) };
+    let supply = Supply::new(source, options.patient, lines);
+    let port = named("port").spawn(move || supply.run())?;
+    let (granted_in, granted_out) = mpsc::channel();
+    let hot = named("hot").spawn(move || {
+        let ended = run_hot(hot, &wanted, &granted_in);
+        shared.stop.store(true, Ordering::Relaxed);
+        ended
+    })?;
+    service.granted(&granted_out)?;
+    let served = service.run();
+    finish(cli, (hot, port), recording, service, served)
+}
+
+fn named(name: &str) -> thread::Builder {
+    thread::Builder::new().name(name.to_owned()).stack_size(STACK)
+}
+
+fn session(cli: &Cli, settings: &Settings) -> anyhow::Result<Session> {
+    let options = SessionOptions {
+        dry_run: cli.dry_run,
+        no_skip: cli.no_skip,
+        uid: settings.config.uid.map(|uid| uid.0),
+    };
+    Ok(Session::new(settings.config.clone(), settings.estimator()?, options)?)
+}
+
+/// The sockets; what there is to complain about them where that is no reason to stop.
+fn servers(settings: &Settings, clock: Clock) -> anyhow::Result<(Servers, Option<String>)> {
+    let (config, asked) = settings.clients()?;
+    let about = settings.client_about(clock.run_id());
+    let (clients, complaint) = match Clients::listen(config, about) {
+        Ok(clients) => {
+            let warning = clients.warning().map(str::to_owned);
+            (Some(clients), warning)
+        }
+        Err(error) if asked => return Err(error.into()),
+        Err(error) => (None, Some(format!("{}; going on without clients", message(&error)))),
+    };
+    let http = settings
+        .config
+        .metrics
+        .map(|address| HttpServer::bind(address, settings.config.allow_remote))
+        .transpose()?;
+    Ok((Servers { clients, http }, complaint))
+}
+
+/// The time at which the loop ends (us).
+fn end_us(duration_s: Option<f64>) -> u64 {
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "positive, checked; the cast saturates"
+    )]
+    let end_us = duration_s.map_or(u64::MAX, |s| (s * 1e6) as u64);
+    end_us
+}
+
+/// Counters, rows lost and the last command.
+type HotEnd = anyhow::Result<(HotCounters, u64, Option<f32>)>;
+type HotThread = JoinHandle<HotEnd>;
+type PortThread = JoinHandle<Result<Source, PortError>>;
+
+/// The hot thread: asks for real time, tells what was granted, and runs.
+fn run_hot<C: Fn() -> u64>(
+    mut hot: Hot<C>,
+    wanted: &realtime::RealtimeConfig,
+    granted: &mpsc::Sender<Granted>,
+) -> HotEnd {
+    let given = realtime::enter(wanted);
+    let _told = granted.send(given);
+    given.check(wanted.mode)?;
+    hot.run()?;
+    let command_n = hot.session().latest().and_then(|step| step.command).map(|command| command.0);
+    Ok((*hot.counters(), hot.session().lost(), command_n))
+}
+
+/// Gathers the threads and prints what they did. What went wrong first is what is told.
+fn finish(
+    cli: &Cli,
+    (hot, port): (HotThread, PortThread),
+    recording: Option<Recording>,
+    service: Service,
+    served: anyhow::Result<()>,
+) -> anyhow::Result<Exit> {
+    let hot = hot.join().map_err(|_| anyhow!("the hot thread failed"))?;
+    let source = port.join().map_err(|_| anyhow!("the port thread failed"))?;
+    let recorded = recording.map(Recording::finish);
+    let closed = service.close();
+    let source = source?;
+    let (counters, lost, command_n) = hot?;
+    served?;
+    let recorded = recorded.transpose()?;
+    let ended = Ended { counters, lost, command_n, service: closed, recorded };
+    let summary = Summary::new(&ended, source.close()?);
+    match summary.print(cli.json) {
+        Err(error) if error.kind() == io::ErrorKind::BrokenPipe => {}
+        shown => shown?,
+    }
+    Ok(if summary.lost_data() { Exit::DataLost } else { Exit::Done })
+}

@@ -1,0 +1,137 @@
+//! A simulated grasp in, its recording out, and what the recorder costs: `recording SCENE SECONDS FILE`.
+//!
+//! The grasp runs first and is kept; then it is recorded five times, to the file and beside it, and the fastest counts.
+
+use grip_daemon::{
+    Item, State,
+    recorder::{About, Recorder, RecordingOptions},
+};
+use grip_host::{HostConfig, News, model, recording, report::EventLine, session::Beginning, trial};
+use grip_record::mcap::Attached;
+use slip_core::{Sample, Step, units::Micros};
+use std::{error::Error, fs, path::Path, time::Instant};
+
+/// Samples of a frame, after which there is a state.
+const FRAME: usize = 10;
+
+enum Kept {
+    Began(Beginning),
+    Sample(u32, Sample, Vec<f32>),
+    Event(EventLine),
+    State(State),
+}
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let args: Vec<String> = std::env::args().collect();
+    let [_, scene, seconds, file] = args.as_slice() else {
+        return Err("usage: recording SCENE SECONDS FILE".into());
+    };
+    let items = grasp(scene, seconds.parse()?)?;
+    let mut best_ns = f64::INFINITY;
+    let mut samples = 0;
+    for turn in 0..5 {
+        let again = format!("{file}.again");
+        let file = if turn == 0 { file } else { &again };
+        #[expect(clippy::disallowed_methods, reason = "a measurement")]
+        let start = Instant::now();
+        samples = record(Path::new(file), &items)?;
+        #[expect(clippy::cast_precision_loss, reason = "only shown")]
+        let ns = start.elapsed().as_nanos() as f64 / samples as f64;
+        best_ns = best_ns.min(ns);
+        if turn > 0 {
+            fs::remove_file(file)?;
+        }
+    }
+    let bytes = fs::metadata(file)?.len();
+    #[expect(clippy::print_stdout, clippy::cast_precision_loss, reason = "the result")]
+    {
+        println!(
+            "{samples} samples, {best_ns:.0} ns each with everything beside them, {:.1} bytes each; {:.2} % of a core at 10 kHz",
+            bytes as f64 / samples as f64,
+            best_ns * 1e4 / 1e9 * 100.0
+        );
+    }
+    Ok(())
+}
+
+fn grasp(scene: &str, seconds: f64) -> Result<Vec<(u64, Kept)>, Box<dyn Error>> {
+    let scene = grip_sim::scene::load(scene)?;
+    let (mut items, mut now_us, mut rows) = (Vec::new(), 0, 0);
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "the cast saturates"
+    )]
+    let duration = Micros((seconds * 1e6) as u64);
+    let mut tell = |news: News<'_>| match news {
+        News::Began(beginning) => items.push((now_us, Kept::Began(*beginning))),
+        News::Step { index, sample, taxels, step } => {
+            now_us = sample.t.0;
+            items.push((now_us, Kept::Sample(index, *sample, taxels.to_vec())));
+            rows += 1;
+            if rows % FRAME == 0 {
+                items.push((now_us, Kept::State(state(step, sample))));
+            }
+        }
+        News::Event(line) => items.push((now_us, Kept::Event(line))),
+        News::Gripper { .. } | News::Link(_) => {}
+    };
+    trial::grasp(&scene, &HostConfig::default(), model::default_estimator()?, duration, &mut tell)?;
+    Ok(items)
+}
+
+fn state(step: &Step, sample: &Sample) -> State {
+    State {
+        t: step.t,
+        scene: step.scene,
+        grip: None,
+        statistic: step.statistic,
+        command: step.command,
+        applied_n: sample.normal_force_n,
+        esc: None,
+        estimate: step.estimate,
+        health: step.health,
+        reference_health: step.reference_health,
+        travel_health: step.travel_health,
+        pressure_health: step.pressure_health,
+        lost: 0,
+        rate_hz: 10_000,
+    }
+}
+
+fn record(file: &Path, items: &[(u64, Kept)]) -> Result<u64, Box<dyn Error>> {
+    let text = |name: &str, media_type: &str, data: &str| Attached {
+        name: name.to_owned(),
+        media_type: media_type.to_owned(),
+        data: data.as_bytes().to_vec(),
+    };
+    let about = About {
+        program: "recording 0.1.0".to_owned(),
+        run: "example".to_owned(),
+        wall_ns: 1_763_766_000_000_000_000,
+        attached: vec![
+            text(recording::CONFIG_NAME, "application/toml", "port = \"sim\"\n"),
+            text(recording::MODEL_NAME, "application/json", model::default_text()),
+        ],
+        ..About::default()
+    };
+    let mut recorder = Recorder::create(file, RecordingOptions::default(), about)?;
+    let mut last_us = 0;
+    for (host_us, kept) in items {
+        let host_us = *host_us;
+        let item = match kept {
+            Kept::Began(beginning) => Item::Began { host_us, beginning },
+            Kept::Sample(index, sample, taxels) => {
+                Item::Sample { host_us, index: *index, sample, taxels }
+            }
+            Kept::Event(line) => Item::Event { host_us, line },
+            Kept::State(state) => Item::State { host_us, state },
+        };
+        recorder.take(&item, host_us);
+        if host_us >= last_us + 50_000 {
+            last_us = host_us;
+            recorder.tick(host_us);
+        }
+    }
+    Ok(recorder.finish()?.samples)
+}

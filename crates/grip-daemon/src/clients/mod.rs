@@ -1,0 +1,443 @@
+//! Items of the hot thread and connections in; frames for every client, and the commands of those that may, out.
+//!
+//! [`ClientSession`] is one client without a socket. [`Clients`] are all of them at their sockets: nothing here ever waits for a
+//! client. What a slow one does not fetch in time is dropped for it, samples first and frame by frame, and it is told how
+//! much; one that takes nothing at all, sends rubbish or never subscribes is sent away. `protocol/SPEC.md`, chapter 16, says what
+//! goes over the socket.
+
+mod batch;
+mod convert;
+mod figures;
+mod listen;
+mod outbox;
+mod roster;
+mod session;
+
+pub use figures::health;
+pub(crate) use listen::Stream;
+pub use listen::{Listen, ListenError, ListenSyntax, REMOTE_WARNING};
+pub use outbox::Class;
+pub use session::{Asked, ClientSession, MOST_BAD_FRAMES, MOST_GARBAGE_BYTES, SILENCE_US, Terms};
+
+use crate::{ClientCommand, Item};
+use batch::Row;
+use core::time::Duration;
+use grip_link::message::Versions;
+use grip_link::message::daemon::{Goodbye, Health, RealTime, Welcome, WelcomeFlags};
+use listen::Listener;
+use roster::{Known, Roster};
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use rustix::io::Errno;
+use std::collections::VecDeque;
+use std::io::{self, Read as _, Write as _};
+
+/// Commands that may wait for the hot thread.
+const MOST_COMMANDS: usize = 64;
+/// Bytes read of one client in one turn, so that one that floods does not keep the others waiting.
+const MOST_READ: usize = 16 * 1024;
+/// Connections taken in one turn.
+const MOST_ACCEPTED: usize = 64;
+/// The listening socket rests so long after an error (us): with no file descriptor left it would be ready for ever.
+const REST_US: u64 = 100_000;
+
+/// How clients are served.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ClientsConfig {
+    /// Where they connect.
+    pub listen: Listen,
+    /// Whether `listen` may be an address that other computers reach.
+    pub allow_remote: bool,
+    /// Whether they may command the gripper.
+    pub allow_commands: bool,
+    /// Most clients at one time.
+    pub most: usize,
+    /// Bytes that may wait for a client.
+    pub buffer_bytes: usize,
+    /// A client that takes nothing for so long is sent away (us).
+    pub stall_us: u64,
+}
+
+impl Default for ClientsConfig {
+    /// Loopback, read only, 32 clients, 256 KiB each, 10 s.
+    fn default() -> Self {
+        Self {
+            listen: Listen::Tcp((core::net::Ipv4Addr::LOCALHOST, 7747).into()),
+            allow_remote: false,
+            allow_commands: false,
+            most: 32,
+            buffer_bytes: 256 * 1024,
+            stall_us: 10_000_000,
+        }
+    }
+}
+
+/// What WELCOME tells of the daemon.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct About {
+    /// Its name and version, such as `gripd 0.1.0`; at most 255 bytes are sent.
+    pub name: String,
+    /// Differs at every start; tokens are made of it too.
+    pub run_id: u32,
+    /// Whether it only observes.
+    pub dry_run: bool,
+    /// Whether it was asked to record.
+    pub records: bool,
+    /// What of real-time operation was granted.
+    pub real_time: RealTime,
+}
+
+impl About {
+    fn welcome(&self, allow_commands: bool) -> Welcome<'_> {
+        let flags = WelcomeFlags::default().with(WelcomeFlags::COMMANDS, allow_commands);
+        let flags = flags.with(WelcomeFlags::DRY_RUN, self.dry_run);
+        Welcome {
+            versions: Versions::OURS,
+            max_rx: 480,
+            flags: flags.with(WelcomeFlags::RECORDS, self.records),
+            token: 0,
+            run_id: self.run_id,
+            host_us: 0,
+            real_time: self.real_time,
+            text: self.name.as_bytes(),
+        }
+    }
+
+    /// No secret: it only keeps a RELEASE that was meant for another start of the daemon, or typed by mistake, from opening the fingers.
+    const fn token(&self) -> u32 {
+        let mixed = self.run_id.wrapping_mul(0x9E37_79B9) ^ 0x5EED_1E55;
+        if mixed == 0 { 1 } else { mixed }
+    }
+}
+
+/// What happened to clients since the daemon's start; all saturate.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ClientCounters {
+    /// Connections taken.
+    pub accepted: u64,
+    /// Connections refused because there were too many.
+    pub refused: u64,
+    /// Clients sent away: silent, stalled, garbage, versions.
+    pub sent_away: u64,
+    /// Frames dropped because their client was too slow.
+    pub dropped: u64,
+    /// Commands taken.
+    pub commands: u64,
+    /// Commands not allowed or not understood.
+    pub bad_commands: u64,
+    /// Errors of the listening socket.
+    pub accept_errors: u64,
+}
+
+/// A connection and its session.
+#[derive(Debug)]
+struct Client {
+    stream: Stream,
+    session: ClientSession,
+    gone: bool,
+}
+
+impl Client {
+    /// Writes what the socket takes.
+    fn write(&mut self, now_us: u64) {
+        while !self.gone && !self.session.outgoing().is_empty() {
+            match self.stream.write(self.session.outgoing()) {
+                Ok(0) => self.gone = true,
+                Ok(count) => self.session.written(now_us, count),
+                Err(error) if error.kind() == io::ErrorKind::WouldBlock => break,
+                Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+                Err(_) => self.gone = true,
+            }
+        }
+    }
+}
+
+/// All clients at their sockets.
+#[derive(Debug)]
+pub struct Clients {
+    config: ClientsConfig,
+    about: About,
+    listener: Option<Listener>,
+    resting_until_us: u64,
+    roster: Roster,
+    known: Known,
+    commands: VecDeque<ClientCommand>,
+    counters: ClientCounters,
+    of_gone: Blame,
+}
+
+/// What is counted with each client.
+#[derive(Clone, Copy, Debug, Default)]
+struct Blame {
+    dropped: u64,
+    bad_commands: u64,
+}
+
+impl Blame {
+    fn and(self, session: &ClientSession) -> Self {
+        Self {
+            dropped: self.dropped.saturating_add(session.dropped().into()),
+            bad_commands: self.bad_commands.saturating_add(session.bad_commands().into()),
+        }
+    }
+}
+
+impl Clients {
+    /// Listens as configured.
+    ///
+    /// # Errors
+    /// [`ListenError`], also where other computers could connect and `allow_remote` is not set.
+    pub fn listen(config: ClientsConfig, about: About) -> Result<Self, ListenError> {
+        if !config.listen.is_local() && !config.allow_remote {
+            return Err(ListenError::Remote { listen: config.listen });
+        }
+        let listener = Listener::open(&config.listen)?;
+        Ok(Self {
+            config,
+            about,
+            listener,
+            resting_until_us: 0,
+            roster: Roster::default(),
+            known: Known::default(),
+            commands: VecDeque::with_capacity(MOST_COMMANDS),
+            counters: ClientCounters::default(),
+            of_gone: Blame::default(),
+        })
+    }
+
+    /// Where it really listens: with the port that the system chose for port 0.
+    ///
+    /// # Errors
+    /// What the system says.
+    pub fn place(&self) -> io::Result<Listen> {
+        self.listener.as_ref().map_or(Ok(Listen::Off), Listener::place)
+    }
+
+    /// What people should know of how it listens; `None` where nobody but programs of this computer can connect.
+    #[must_use]
+    pub fn warning(&self) -> Option<&'static str> {
+        (!self.config.listen.is_local()).then_some(REMOTE_WARNING)
+    }
+
+    /// Clients connected, subscribed or not.
+    #[must_use]
+    pub fn count(&self) -> usize {
+        self.roster.clients.len()
+    }
+
+    /// Clients that have a session.
+    #[must_use]
+    pub fn subscribed(&self) -> usize {
+        self.roster.clients.iter().filter(|client| client.session.is_subscribed()).count()
+    }
+
+    /// Whether somebody wants samples.
+    #[must_use]
+    pub fn wants_samples(&self) -> bool {
+        !self.roster.batches.is_empty()
+    }
+
+    /// The next command of a client, oldest first. They are checked: only where commands are allowed, forces not negative.
+    pub fn next_command(&mut self) -> Option<ClientCommand> {
+        self.commands.pop_front()
+    }
+
+    /// What happened so far.
+    #[must_use]
+    pub fn counters(&self) -> ClientCounters {
+        let here = self.roster.clients.iter();
+        let Blame { dropped, bad_commands } =
+            here.fold(self.of_gone, |sum, client| sum.and(&client.session));
+        ClientCounters { dropped, bad_commands, ..self.counters }
+    }
+
+    /// WELCOME says so from now on; clients that are here already are not told.
+    pub fn set_about(&mut self, about: About) {
+        self.about = About { run_id: self.about.run_id, ..about };
+    }
+
+    /// Tells those who want to hear it.
+    pub fn take(&mut self, item: &Item<'_>) {
+        match *item {
+            Item::Sample { host_us, index, sample, taxels } => {
+                self.roster.row(&Row { host_us, index, sample, taxels });
+            }
+            Item::State { host_us, state } => self.known.state(host_us, state, &mut self.roster),
+            Item::Event { host_us, line } => self.known.event(host_us, line, &mut self.roster),
+            Item::Began { host_us, beginning } => {
+                self.roster.begin();
+                self.known.began(host_us, beginning, &mut self.roster);
+            }
+            Item::Client { host_us, command } => {
+                Known::client(host_us, command, &mut self.roster);
+            }
+            Item::Link { host_us, note } => self.known.link(host_us, note, &mut self.roster),
+            Item::Command { .. } | Item::Wire { .. } => {}
+        }
+    }
+
+    /// Figures of the daemon, for those who want to hear them and for QUERY; call it every second. What is known here (clients, frames
+    /// dropped for them, state of the link, slips) is filled in.
+    pub fn health(&mut self, health: &Health) {
+        let clients = u16::try_from(self.count()).unwrap_or(u16::MAX);
+        let dropped = u32::try_from(self.counters().dropped).unwrap_or(u32::MAX);
+        self.known.health(health, clients, dropped, &mut self.roster);
+    }
+
+    /// Waits for the sockets at most so long, then reads, answers and writes as far as that goes without waiting.
+    ///
+    /// # Errors
+    /// What the system says to `poll`; trouble with a client is never one.
+    pub fn poll(&mut self, now_us: u64, timeout: Duration) -> io::Result<()> {
+        self.tick(now_us);
+        self.write(now_us);
+        let (accept, readable) = self.ready(now_us, timeout)?;
+        if accept {
+            self.accept(now_us);
+        }
+        for at in readable {
+            self.read(at, now_us);
+        }
+        self.write(now_us);
+        self.sweep();
+        Ok(())
+    }
+
+    /// Says goodbye to everybody, as far as that goes without waiting, and listens no more.
+    pub fn close(&mut self, now_us: u64) {
+        for client in &mut self.roster.clients {
+            client.session.part(now_us, Goodbye::Ending);
+            client.write(now_us);
+        }
+        self.roster.clients.clear();
+        self.roster.batches.clear();
+        self.listener = None;
+    }
+
+    fn tick(&mut self, now_us: u64) {
+        self.roster.flush_old(now_us);
+        for client in &mut self.roster.clients {
+            client.session.tick(now_us, self.config.stall_us);
+        }
+    }
+
+    fn write(&mut self, now_us: u64) {
+        for client in &mut self.roster.clients {
+            client.write(now_us);
+        }
+    }
+
+    /// Whether somebody wants to connect, and which clients have sent something or are gone.
+    fn ready(&self, now_us: u64, timeout: Duration) -> io::Result<(bool, Vec<usize>)> {
+        let mut fds = Vec::with_capacity(self.count() + 1);
+        for client in &self.roster.clients {
+            let waits = !client.session.outgoing().is_empty();
+            let also = if waits { PollFlags::OUT } else { PollFlags::empty() };
+            fds.push(PollFd::from_borrowed_fd(client.stream.fd(), PollFlags::IN | also));
+        }
+        let listener = self.listener.as_ref().filter(|_| now_us >= self.resting_until_us);
+        fds.extend(listener.map(|listener| PollFd::from_borrowed_fd(listener.fd(), PollFlags::IN)));
+        let limit = Timespec {
+            tv_sec: i64::try_from(timeout.as_secs()).unwrap_or(i64::MAX),
+            tv_nsec: timeout.subsec_nanos().into(),
+        };
+        match poll(&mut fds, Some(&limit)) {
+            Ok(_) | Err(Errno::INTR) => {}
+            Err(error) => return Err(error.into()),
+        }
+        let of_clients = fds.get(..self.count()).unwrap_or_default();
+        let input = PollFlags::IN | PollFlags::HUP | PollFlags::ERR | PollFlags::NVAL;
+        let spoke = |fd: &PollFd<'_>| fd.revents().intersects(input);
+        let readable =
+            of_clients.iter().enumerate().filter(|(_, fd)| spoke(fd)).map(|(at, _)| at).collect();
+        Ok((fds.get(self.count()).is_some_and(spoke), readable))
+    }
+
+    fn accept(&mut self, now_us: u64) {
+        for _ in 0..MOST_ACCEPTED {
+            let Some(listener) = &self.listener else { return };
+            match listener.accept() {
+                Ok(stream) => self.admit(stream, now_us),
+                Err(error) if error.kind() == io::ErrorKind::WouldBlock => return,
+                Err(error) if error.kind() == io::ErrorKind::ConnectionAborted => {}
+                Err(_) => {
+                    self.counters.accept_errors = self.counters.accept_errors.saturating_add(1);
+                    self.resting_until_us = now_us.saturating_add(REST_US);
+                    return;
+                }
+            }
+        }
+    }
+
+    fn admit(&mut self, stream: Stream, now_us: u64) {
+        let session = ClientSession::new(now_us, self.config.buffer_bytes);
+        let mut client = Client { stream, session, gone: false };
+        if self.count() < self.config.most {
+            self.counters.accepted = self.counters.accepted.saturating_add(1);
+            self.roster.clients.push(client);
+        } else {
+            self.counters.refused = self.counters.refused.saturating_add(1);
+            client.session.part(now_us, Goodbye::Full);
+            client.write(now_us);
+        }
+    }
+
+    fn read(&mut self, at: usize, now_us: u64) {
+        let Some(client) = self.roster.clients.get_mut(at) else { return };
+        let mut bytes = [0; MOST_READ];
+        let count = match client.stream.read(&mut bytes) {
+            Ok(0) => {
+                client.gone = true;
+                return;
+            }
+            Ok(count) => count,
+            Err(error) if error.kind() == io::ErrorKind::WouldBlock => return,
+            Err(error) if error.kind() == io::ErrorKind::Interrupted => return,
+            Err(_) => {
+                client.gone = true;
+                return;
+            }
+        };
+        let terms = Terms {
+            welcome: self.about.welcome(self.config.allow_commands),
+            allow_commands: self.config.allow_commands,
+            token: self.about.token(),
+            room: MOST_COMMANDS.saturating_sub(self.commands.len()),
+        };
+        let mut asked = Vec::new();
+        let bytes = bytes.get(..count).unwrap_or_default();
+        client.session.receive(now_us, bytes, &terms, &mut |request| asked.push(request));
+        let mut subscribed = false;
+        for request in asked {
+            match request {
+                Asked::Subscribed => subscribed = true,
+                Asked::Query { ack } => self.known.answer(&mut client.session, ack),
+                Asked::Command(command) => {
+                    self.counters.commands = self.counters.commands.saturating_add(1);
+                    self.commands.push_back(command);
+                }
+            }
+        }
+        if subscribed {
+            self.roster.regroup();
+        }
+    }
+
+    /// Closes the connections that have ended.
+    fn sweep(&mut self) {
+        let before = self.count();
+        let (mut sent_away, mut of_gone) = (0_u64, self.of_gone);
+        self.roster.clients.retain(|client| {
+            let ends = client.session.goodbye().is_some();
+            sent_away += u64::from(ends);
+            if client.gone || ends {
+                of_gone = of_gone.and(&client.session);
+            }
+            !client.gone && !ends
+        });
+        self.counters.sent_away = self.counters.sent_away.saturating_add(sent_away);
+        self.of_gone = of_gone;
+        if self.count() < before {
+            self.roster.regroup();
+        }
+    }
+}

@@ -1,0 +1,251 @@
+//! Messages in, frames for those who want to hear them out; what a newcomer must know is kept.
+
+use super::batch::{Batch, Row};
+use super::convert;
+use super::{Class, Client, ClientSession};
+use crate::{Beginning, ClientCommand, LinkNote, State as PipelineState};
+use grip_host::report::EventLine;
+use grip_link::frame::MAX_PAYLOAD;
+use grip_link::message::daemon::{
+    Dropped, Gripper, Health, LinkState, Notice, NoticeKind, Operation, Slip, State, Topics,
+};
+use grip_link::message::{DeviceState, FaultCode, Kind, PayloadError};
+use std::collections::VecDeque;
+
+/// Slips that QUERY tells.
+const RECENT: usize = 8;
+
+/// The clients, and the batches of samples that some of them share.
+#[derive(Debug, Default)]
+pub(super) struct Roster {
+    pub(super) clients: Vec<Client>,
+    pub(super) batches: Vec<Batch>,
+}
+
+impl Roster {
+    /// One batch for every decimation that somebody wants.
+    pub(super) fn regroup(&mut self) {
+        let clients = &self.clients;
+        let wanted = |n| clients.iter().any(|client| client.session.every_nth() == Some(n));
+        self.batches.retain(|batch| wanted(batch.every_nth()));
+        for n in self.clients.iter().filter_map(|client| client.session.every_nth()) {
+            if !self.batches.iter().any(|batch| batch.every_nth() == n) {
+                self.batches.push(Batch::new(n));
+            }
+        }
+    }
+
+    /// A sample, for those batches that want one of its number.
+    pub(super) fn row(&mut self, row: &Row<'_>) {
+        for batch in self.batches.iter_mut().filter(|batch| batch.wants(row.index)) {
+            let every_nth = batch.every_nth();
+            if let Some(payload) = batch.push(row) {
+                hand_out(&mut self.clients, every_nth, payload);
+            }
+        }
+    }
+
+    /// Sends the batches whose first row has waited long enough.
+    pub(super) fn flush_old(&mut self, host_us: u64) {
+        for batch in &mut self.batches {
+            let every_nth = batch.every_nth();
+            if let Some(payload) = batch.due(host_us) {
+                hand_out(&mut self.clients, every_nth, payload);
+            }
+        }
+    }
+
+    /// Another pipeline begins: its samples may have other channels.
+    pub(super) fn begin(&mut self) {
+        for batch in &mut self.batches {
+            let every_nth = batch.every_nth();
+            if let Some(payload) = batch.flush() {
+                hand_out(&mut self.clients, every_nth, payload);
+            }
+            batch.begin();
+        }
+    }
+
+    /// One message for all who want to hear of its topic.
+    fn tell(
+        &mut self,
+        class: Class,
+        topic: Topics,
+        kind: Kind,
+        write: impl FnOnce(&mut [u8]) -> Result<usize, PayloadError>,
+    ) {
+        let mut payload = [0; MAX_PAYLOAD];
+        let Some(payload) = write(&mut payload).ok().and_then(|len| payload.get(..len)) else {
+            return;
+        };
+        for client in self.clients.iter_mut().filter(|client| client.session.hears(topic)) {
+            client.session.send(class, kind, payload);
+        }
+    }
+}
+
+fn hand_out(clients: &mut [Client], every_nth: u16, payload: &[u8]) {
+    let wanted = clients.iter_mut().filter(|c| c.session.every_nth() == Some(every_nth));
+    for client in wanted {
+        client.session.send(Class::Rows, Kind::ROWS, payload);
+    }
+}
+
+/// What was told last: for QUERY.
+#[derive(Debug)]
+pub(super) struct Known {
+    gripper: Gripper,
+    device: DeviceState,
+    fault: FaultCode,
+    state: Option<State>,
+    health: Option<Health>,
+    slips: VecDeque<Slip>,
+    number: u32,
+}
+
+impl Default for Known {
+    fn default() -> Self {
+        Self {
+            gripper: Gripper::NONE,
+            device: DeviceState::Boot,
+            fault: FaultCode::NONE,
+            state: None,
+            health: None,
+            slips: VecDeque::with_capacity(RECENT),
+            number: 0,
+        }
+    }
+}
+
+impl Known {
+    /// Everything, then the answer.
+    pub(super) fn answer(&self, session: &mut ClientSession, ack: Option<u16>) {
+        session.message(Class::Answers, Kind::GRIPPER, |out| self.gripper.write(out));
+        if let Some(state) = &self.state {
+            session.message(Class::Answers, Kind::STATE, |out| state.write(out));
+        }
+        if let Some(health) = &self.health {
+            session.message(Class::Answers, Kind::HEALTH, |out| health.write(out));
+        }
+        for slip in &self.slips {
+            session.message(Class::Answers, Kind::SLIP, |out| slip.write(out));
+        }
+        session.accept(ack, Kind::QUERY);
+    }
+
+    pub(super) fn state(&mut self, host_us: u64, state: &PipelineState, roster: &mut Roster) {
+        let state = convert::state(host_us, state, self.device, self.fault);
+        self.state = Some(state);
+        let mut payload = [0; State::SIZE];
+        if state.write(&mut payload).is_err() {
+            return;
+        }
+        for client in roster.clients.iter_mut().filter(|c| c.session.hears(Topics::STATE)) {
+            if client.session.state_is_due(host_us) {
+                client.session.send(Class::States, Kind::STATE, &payload);
+            }
+        }
+    }
+
+    pub(super) fn event(&mut self, host_us: u64, line: &EventLine, roster: &mut Roster) {
+        if let EventLine::Health { channel, health, .. } = line
+            && let Some((sensor, state)) = convert::sensor(channel, health)
+        {
+            let text = format!("{channel} {health}");
+            let notice = Notice {
+                value: state.code().into(),
+                ..notice(NoticeKind::Sensor, sensor.code(), host_us, &text)
+            };
+            roster.tell(Class::News, Topics::NEWS, Kind::NOTICE, |out| notice.write(out));
+        }
+        let Some(slip) = convert::slip(host_us, line) else { return };
+        self.number = self.number.saturating_add(1);
+        let slip = Slip { number: self.number, ..slip };
+        if self.slips.len() == RECENT {
+            self.slips.pop_front();
+        }
+        self.slips.push_back(slip);
+        roster.tell(Class::News, Topics::SLIP, Kind::SLIP, |out| slip.write(out));
+    }
+
+    pub(super) fn began(&mut self, _host_us: u64, beginning: &Beginning, roster: &mut Roster) {
+        self.gripper.force_max_n = beginning.config.grip.as_ref().map(|grip| grip.f_max_n);
+        self.gripper.rate_hz = hertz(beginning.config.sample_rate.0);
+        self.gripper.taxels = u8::try_from(beginning.taxels).unwrap_or(u8::MAX);
+        self.tell_gripper(roster);
+    }
+
+    fn tell_gripper(&self, roster: &mut Roster) {
+        let gripper = self.gripper;
+        roster.tell(Class::News, Topics::NEWS, Kind::GRIPPER, |out| gripper.write(out));
+    }
+
+    pub(super) fn link(&mut self, host_us: u64, note: &LinkNote, roster: &mut Roster) {
+        match note {
+            LinkNote::Status(status) => {
+                self.device = status.state;
+                self.fault = status.fault;
+            }
+            LinkNote::Identified { uid, boot_id, .. } => {
+                self.gripper.uid = *uid;
+                self.gripper.boot_id = *boot_id;
+                self.tell_gripper(roster);
+            }
+            LinkNote::State(state) => {
+                self.gripper.link = convert::link(*state);
+                self.tell_gripper(roster);
+            }
+            LinkNote::PortLost => {
+                self.gripper.link = LinkState::Closed;
+                self.tell_gripper(roster);
+            }
+            _ => {}
+        }
+        let Some(text) = convert::link_text(note) else { return };
+        let notice = notice(NoticeKind::Link, self.gripper.link.code(), host_us, &text);
+        roster.tell(Class::News, Topics::NEWS, Kind::NOTICE, |out| notice.write(out));
+    }
+
+    pub(super) fn client(host_us: u64, command: ClientCommand, roster: &mut Roster) {
+        let (operation, fault, text) = match command {
+            ClientCommand::AtLeast(n) => {
+                (Operation::AtLeast, 0, format!("hold with at least {n:.2} N"))
+            }
+            ClientCommand::Release => (Operation::Release, 0, "release".to_owned()),
+            ClientCommand::Grasp => (Operation::Grasp, 0, "grasp".to_owned()),
+            ClientCommand::Stop => (Operation::Stop, 0, "stop".to_owned()),
+            ClientCommand::ClearFault(fault) => {
+                (Operation::ClearFault, fault, format!("clear fault {fault:04x}"))
+            }
+        };
+        let notice =
+            Notice { value: fault, ..notice(NoticeKind::Client, operation.code(), host_us, &text) };
+        roster.tell(Class::News, Topics::NEWS, Kind::NOTICE, |out| notice.write(out));
+    }
+
+    pub(super) fn health(
+        &mut self,
+        health: &Health,
+        clients: u16,
+        dropped: u32,
+        roster: &mut Roster,
+    ) {
+        let health = Health {
+            clients,
+            link: self.gripper.link,
+            dropped: Dropped { clients: dropped, ..health.dropped },
+            ..*health
+        };
+        self.health = Some(health);
+        roster.tell(Class::States, Topics::HEALTH, Kind::HEALTH, |out| health.write(out));
+    }
+}
+
+const fn notice(kind: NoticeKind, code: u8, host_us: u64, text: &str) -> Notice<'_> {
+    Notice { kind, code, value: 0, count: 0, host_us, text: text.as_bytes() }
+}
+
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "the cast saturates")]
+const fn hertz(rate: f32) -> u32 {
+    rate.round() as u32
+}

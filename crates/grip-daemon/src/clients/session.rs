@@ -1,0 +1,396 @@
+//! Bytes of one client in, what it asks for out; messages in, bytes for it out. No socket and no clock.
+
+use super::outbox::{Class, Outbox, TOLD};
+use crate::ClientCommand;
+use grip_link::decoder::{Counters, Decoder, Role, Verdict};
+use grip_link::frame::{Direction, Frame, Header, MAX_PAYLOAD};
+use grip_link::message::daemon::{
+    Command, Goodbye, Notice, NoticeKind, Operation, Subscribe, ToDaemon, Topics, Welcome,
+};
+use grip_link::message::{Ack, Kind, Nack, NackReason, PayloadError, Versions};
+
+/// A client that has not said SUBSCRIBE after this time is sent away (us).
+pub const SILENCE_US: u64 = 5_000_000;
+/// Bytes that are no frames, after which a client is sent away.
+pub const MOST_GARBAGE_BYTES: u32 = 65_536;
+/// Frames that are of no use, after which a client is sent away.
+pub const MOST_BAD_FRAMES: u32 = 256;
+/// Least time between two NOTICE of one class of drops while a client stays slow (us).
+const TELL_US: u64 = 1_000_000;
+
+/// What a client may and is told at its greeting; the same for all.
+#[derive(Clone, Copy, Debug)]
+pub struct Terms<'a> {
+    /// WELCOME, without the token.
+    pub welcome: Welcome<'a>,
+    /// Whether commands are carried out.
+    pub allow_commands: bool,
+    /// What RELEASE must bear.
+    pub token: u32,
+    /// Commands that may still be taken before the hot thread has fetched them.
+    pub room: usize,
+}
+
+/// What a client asked for, as far as others must act on it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Asked {
+    /// It opened a session or changed what it hears.
+    Subscribed,
+    /// It wants everything known, then the answer to the request of this number.
+    Query {
+        /// Number of the request, where it wants an ACK.
+        ack: Option<u16>,
+    },
+    /// It wants the gripper to do something, and may.
+    Command(ClientCommand),
+}
+
+/// One client.
+#[derive(Debug)]
+pub struct ClientSession {
+    decoder: Decoder,
+    outbox: Outbox,
+    session: u16,
+    seq: u16,
+    subscription: Option<Subscribe>,
+    malformed: u32,
+    bad_commands: u32,
+    goodbye: Option<Goodbye>,
+    since_us: u64,
+    progress_us: u64,
+    told_us: u64,
+    next_state_us: u64,
+    dropped: u32,
+}
+
+impl ClientSession {
+    /// A connection that was just opened; `limit` bytes may wait for it.
+    #[must_use]
+    pub fn new(now_us: u64, limit: usize) -> Self {
+        Self {
+            decoder: Decoder::new(Role::Daemon),
+            outbox: Outbox::new(limit),
+            session: 0,
+            seq: 0,
+            subscription: None,
+            malformed: 0,
+            bad_commands: 0,
+            goodbye: None,
+            since_us: now_us,
+            progress_us: now_us,
+            told_us: now_us,
+            next_state_us: 0,
+            dropped: 0,
+        }
+    }
+
+    /// Takes bytes of the client. What it asks for is handed to `asked`; everything else is answered or counted here.
+    pub fn receive(
+        &mut self,
+        now_us: u64,
+        mut bytes: &[u8],
+        terms: &Terms<'_>,
+        asked: &mut dyn FnMut(Asked),
+    ) {
+        let mut room = terms.room;
+        while self.goodbye.is_none() {
+            let (header, parsed) = match self.decoder.next(&mut bytes) {
+                None => break,
+                Some(Verdict::Bad(fault)) => {
+                    let _counted = fault;
+                    self.judge(now_us);
+                    continue;
+                }
+                Some(Verdict::Frame(frame)) => (frame.header, read(&frame)),
+            };
+            let Some(request) = self.request(now_us, &header, parsed, &Terms { room, ..*terms })
+            else {
+                self.judge(now_us);
+                continue;
+            };
+            room -= usize::from(matches!(request, Asked::Command(_)));
+            asked(request);
+        }
+    }
+
+    fn request(
+        &mut self,
+        now_us: u64,
+        header: &Header,
+        parsed: Result<ToDaemon, PayloadError>,
+        terms: &Terms<'_>,
+    ) -> Option<Asked> {
+        match parsed {
+            Err(_) => {
+                self.malformed = self.malformed.saturating_add(1);
+                self.blame(header);
+                if header.session != 0 {
+                    self.refuse(header, NackReason::Malformed);
+                }
+                None
+            }
+            Ok(ToDaemon::Subscribe(subscribe)) => {
+                self.subscribe(now_us, header, subscribe, terms).then_some(Asked::Subscribed)
+            }
+            Ok(ToDaemon::Query) => Some(Asked::Query { ack: header.ack_req.then_some(header.seq) }),
+            Ok(ToDaemon::Command(command)) => match judge(&command, terms) {
+                Ok(command) => {
+                    self.accept(header.ack_req.then_some(header.seq), header.kind);
+                    Some(Asked::Command(command))
+                }
+                Err(reason) => {
+                    self.blame(header);
+                    self.refuse(header, reason);
+                    None
+                }
+            },
+        }
+    }
+
+    fn subscribe(
+        &mut self,
+        now_us: u64,
+        header: &Header,
+        subscribe: Subscribe,
+        terms: &Terms<'_>,
+    ) -> bool {
+        self.session = header.session;
+        let token = if terms.allow_commands { terms.token } else { 0 };
+        let welcome = Welcome { token, host_us: now_us, ..terms.welcome };
+        self.message(Class::Answers, Kind::WELCOME, |out| welcome.write(out));
+        if Versions::OURS.common(subscribe.versions).is_none() {
+            self.part(now_us, Goodbye::Version);
+            return false;
+        }
+        self.decoder.open_session(header.session, Some(header.seq));
+        self.subscription = Some(subscribe);
+        self.next_state_us = 0;
+        true
+    }
+
+    /// Answers a request with ACK; `None` for one that wants no answer.
+    pub fn accept(&mut self, request: Option<u16>, kind: Kind) {
+        if let Some(seq) = request {
+            let ack = Ack { kind, seq };
+            self.message(Class::Answers, Kind::ACK, |out| ack.write(out));
+        }
+    }
+
+    fn blame(&mut self, header: &Header) {
+        let bad = u32::from(header.kind == Kind::COMMAND);
+        self.bad_commands = self.bad_commands.saturating_add(bad);
+    }
+
+    fn refuse(&mut self, header: &Header, reason: NackReason) {
+        if header.ack_req {
+            let nack = Nack { kind: header.kind, reason, seq: header.seq };
+            self.message(Class::Answers, Kind::NACK, |out| nack.write(out));
+        }
+    }
+
+    /// Puts a payload behind the others; `false`, and counted, where it finds no room.
+    pub fn send(&mut self, class: Class, kind: Kind, payload: &[u8]) -> bool {
+        let header = Header::new(Direction::ToHost, kind, self.seq, self.session);
+        let sent = self.outbox.push(class, &header, payload);
+        if sent {
+            self.seq = self.seq.wrapping_add(1);
+        } else {
+            self.dropped = self.dropped.saturating_add(1);
+        }
+        sent
+    }
+
+    /// As [`ClientSession::send`], with a message that writes its own payload.
+    pub fn message(
+        &mut self,
+        class: Class,
+        kind: Kind,
+        write: impl FnOnce(&mut [u8]) -> Result<usize, PayloadError>,
+    ) -> bool {
+        let mut payload = [0; MAX_PAYLOAD];
+        let len = write(&mut payload).unwrap_or(0);
+        payload.get(..len).is_some_and(|payload| self.send(class, kind, payload))
+    }
+
+    /// Whether it wants to hear of a topic.
+    #[must_use]
+    pub fn hears(&self, topic: Topics) -> bool {
+        self.subscription.is_some_and(|wanted| wanted.topics.has(topic))
+    }
+
+    /// Every how manieth sample it wants; `None` for no samples.
+    #[must_use]
+    pub fn every_nth(&self) -> Option<u16> {
+        self.subscription.map(|wanted| wanted.every_nth).filter(|n| *n > 0)
+    }
+
+    /// Whether it has opened a session.
+    #[must_use]
+    pub const fn is_subscribed(&self) -> bool {
+        self.subscription.is_some()
+    }
+
+    /// Whether a STATE of this host time is due for it; the next one is due after its interval.
+    pub fn state_is_due(&mut self, host_us: u64) -> bool {
+        let Some(wanted) = self.subscription.filter(|wanted| wanted.topics.has(Topics::STATE))
+        else {
+            return false;
+        };
+        if host_us < self.next_state_us {
+            return false;
+        }
+        self.next_state_us = host_us.saturating_add(1000 * u64::from(wanted.state_ms));
+        true
+    }
+
+    /// Bytes to be written, oldest first.
+    #[must_use]
+    pub fn outgoing(&self) -> &[u8] {
+        self.outbox.waiting()
+    }
+
+    /// The client took `count` bytes.
+    pub fn written(&mut self, now_us: u64, count: usize) {
+        self.outbox.taken(count);
+        if count > 0 {
+            self.progress_us = now_us;
+        }
+    }
+
+    /// Time has passed: drops are told once there is room, and who is silent or takes nothing is sent away.
+    pub fn tick(&mut self, now_us: u64, stall_us: u64) {
+        if self.outgoing().is_empty() {
+            self.progress_us = now_us;
+        }
+        if now_us.saturating_sub(self.progress_us) > stall_us {
+            self.part(now_us, Goodbye::Stalled);
+        } else if self.subscription.is_none() && now_us.saturating_sub(self.since_us) > SILENCE_US {
+            self.part(now_us, Goodbye::Silent);
+        }
+        if self.outbox.is_calm() || now_us.saturating_sub(self.told_us) > TELL_US {
+            self.tell_drops(now_us);
+        }
+    }
+
+    fn tell_drops(&mut self, now_us: u64) {
+        for (class, code) in TOLD {
+            let count = self.outbox.dropped(class);
+            if count == 0 {
+                continue;
+            }
+            self.told_us = now_us;
+            let text = format!("{count} frames of {} dropped: you read too slowly", code.name());
+            let notice = Notice {
+                kind: NoticeKind::Dropped,
+                code: code.code(),
+                value: 0,
+                count,
+                host_us: now_us,
+                text: text.as_bytes(),
+            };
+            if self.message(Class::Answers, Kind::NOTICE, |out| notice.write(out)) {
+                self.outbox.told(class, count);
+            }
+        }
+    }
+
+    fn judge(&mut self, now_us: u64) {
+        let counters = self.decoder.counters();
+        let useless = [counters.echo, counters.version, counters.stale, counters.duplicate];
+        let bad = useless.iter().fold(counters.bad_blocks(), |sum, n| sum.saturating_add(*n));
+        let bad = bad.saturating_add(counters.unknown).saturating_add(self.malformed);
+        if counters.garbage_bytes > MOST_GARBAGE_BYTES || bad > MOST_BAD_FRAMES {
+            self.part(now_us, Goodbye::Garbage);
+        }
+    }
+
+    /// Says why the connection ends. Nothing is received any more; the caller closes it after one more write.
+    pub fn part(&mut self, now_us: u64, reason: Goodbye) {
+        if self.goodbye.is_some() {
+            return;
+        }
+        self.goodbye = Some(reason);
+        let notice = Notice {
+            kind: NoticeKind::Goodbye,
+            code: reason.code(),
+            value: 0,
+            count: 0,
+            host_us: now_us,
+            text: farewell(reason).as_bytes(),
+        };
+        self.message(Class::Answers, Kind::NOTICE, |out| notice.write(out));
+    }
+
+    /// Why the connection ends; `None` while it goes on.
+    #[must_use]
+    pub const fn goodbye(&self) -> Option<Goodbye> {
+        self.goodbye
+    }
+
+    /// What was received so far.
+    #[must_use]
+    pub const fn counters(&self) -> &Counters {
+        self.decoder.counters()
+    }
+
+    /// Frames that could not be read although they were good.
+    #[must_use]
+    pub const fn malformed(&self) -> u32 {
+        self.malformed
+    }
+
+    /// Commands that were not allowed or could not be read.
+    #[must_use]
+    pub const fn bad_commands(&self) -> u32 {
+        self.bad_commands
+    }
+
+    /// Frames dropped because it was too slow.
+    #[must_use]
+    pub const fn dropped(&self) -> u32 {
+        self.dropped
+    }
+}
+
+/// The session must have a nonce, whatever the payload says.
+fn read(frame: &Frame<'_>) -> Result<ToDaemon, PayloadError> {
+    if frame.header.session == 0 {
+        return Err(PayloadError::Kind { kind: frame.header.kind.0 });
+    }
+    ToDaemon::parse(frame)
+}
+
+/// What a command means, where it may be carried out.
+fn judge(command: &Command, terms: &Terms<'_>) -> Result<ClientCommand, NackReason> {
+    if !terms.allow_commands {
+        return Err(NackReason::Forbidden);
+    }
+    if terms.room == 0 {
+        return Err(NackReason::Busy);
+    }
+    Ok(match command.operation {
+        Operation::AtLeast => ClientCommand::AtLeast(newtons(command.force_mn)),
+        Operation::Release if command.token == terms.token => ClientCommand::Release,
+        Operation::Release => return Err(NackReason::Token),
+        Operation::Grasp => ClientCommand::Grasp,
+        Operation::Stop => ClientCommand::Stop,
+        Operation::ClearFault => ClientCommand::ClearFault(command.fault.0),
+    })
+}
+
+#[expect(clippy::cast_possible_truncation, reason = "whole mN up to 2^31 as N: rounded to 24 bits")]
+fn newtons(force_mn: i32) -> f32 {
+    (f64::from(force_mn) / 1e3) as f32
+}
+
+const fn farewell(reason: Goodbye) -> &'static str {
+    match reason {
+        Goodbye::Version => "no protocol version in common",
+        Goodbye::Silent => "no SUBSCRIBE came within 5 s",
+        Goodbye::Stalled => "you took nothing for too long",
+        Goodbye::Garbage => "too much of what you send is no frame",
+        Goodbye::Full => "too many clients are connected",
+        Goodbye::Ending => "the daemon ends",
+        _ => "",
+    }
+}

@@ -1,0 +1,359 @@
+//! What the hot thread wishes of the system in; what it was granted, and what would grant the rest, out.
+//!
+//! Nothing here is needed for correct work: it keeps other programs, page faults and sleeping timers from delaying an answer. All of
+//! it works without root where the limits RTPRIO and MEMLOCK are raised, as the unit of the package does.
+
+use core::{fmt, hint::black_box, num::NonZeroU64, str::FromStr};
+use rustix::{
+    io::Errno,
+    mm::{MlockAllFlags, mlockall},
+    process::{Resource, getrlimit},
+    thread::{
+        CapabilitySet, CpuSet, capabilities, sched_getaffinity, sched_setaffinity,
+        set_current_timer_slack,
+    },
+};
+use thread_priority::{
+    RealtimeThreadSchedulePolicy, ThreadPriority, ThreadPriorityValue, ThreadSchedulePolicy,
+    set_thread_priority_and_policy, thread_native_id,
+};
+
+/// How much of the stack is touched beforehand (bytes): more than the hot thread uses.
+const STACK_BYTES: usize = 256 * 1024;
+
+/// What a refusal means.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum RealtimeMode {
+    /// Nothing is asked for.
+    #[default]
+    Off,
+    /// Everything is asked for; what is refused is told.
+    Warn,
+    /// Everything is asked for; where anything is refused the program ends.
+    Strict,
+}
+
+impl FromStr for RealtimeMode {
+    type Err = String;
+
+    fn from_str(name: &str) -> Result<Self, String> {
+        match name {
+            "off" => Ok(Self::Off),
+            "warn" => Ok(Self::Warn),
+            "strict" => Ok(Self::Strict),
+            _ => Err("expected off, warn or strict".to_owned()),
+        }
+    }
+}
+
+/// What the hot thread wishes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct RealtimeConfig {
+    /// What a refusal means.
+    pub mode: RealtimeMode,
+    /// Priority under SCHED_FIFO, 1 to 99: above ordinary threads of interrupts (50) only where the port's own should wait.
+    pub priority: u8,
+    /// The processor to stay on; any, where there is none.
+    pub cpu: Option<usize>,
+}
+
+impl Default for RealtimeConfig {
+    fn default() -> Self {
+        Self { mode: RealtimeMode::Off, priority: 40, cpu: None }
+    }
+}
+
+/// One thing that is asked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Measure {
+    /// Memory of the whole process is never paged out (mlockall).
+    LockedMemory,
+    /// The thread's stack is in memory before it is used.
+    TouchedStack,
+    /// SCHED_FIFO.
+    Priority,
+    /// One processor.
+    Affinity,
+    /// Timers that end to the nanosecond instead of 50 us late.
+    TimerSlack,
+}
+
+impl Measure {
+    /// The name in messages.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::LockedMemory => "locked memory",
+            Self::TouchedStack => "prefaulted stack",
+            Self::Priority => "SCHED_FIFO",
+            Self::Affinity => "processor affinity",
+            Self::TimerSlack => "timer slack",
+        }
+    }
+
+    /// What would grant it.
+    #[must_use]
+    pub const fn remedy(self) -> &'static str {
+        match self {
+            Self::LockedMemory => {
+                "LimitMEMLOCK=infinity in the unit, `memlock unlimited` in /etc/security/limits.conf, or CAP_IPC_LOCK"
+            }
+            Self::Priority => {
+                "LimitRTPRIO=40 in the unit, `rtprio 40` in /etc/security/limits.conf, or CAP_SYS_NICE; a container needs --cap-add"
+            }
+            Self::Affinity => "a processor of those this process may use; see taskset -p",
+            Self::TouchedStack | Self::TimerSlack => "a Linux kernel",
+        }
+    }
+}
+
+/// What became of a wish.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Outcome {
+    /// It is so from now on.
+    Granted,
+    /// Nobody wished for it.
+    NotAsked,
+    /// The system refused.
+    Refused(Errno),
+}
+
+/// A wish and what became of it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Attempt {
+    /// What was asked for.
+    pub measure: Measure,
+    /// What became of it.
+    pub outcome: Outcome,
+}
+
+impl fmt::Display for Attempt {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let name = self.measure.name();
+        match self.outcome {
+            Outcome::Granted => write!(f, "{name}: granted"),
+            Outcome::NotAsked => write!(f, "{name}: not asked for"),
+            Outcome::Refused(error) => {
+                write!(f, "{name}: refused ({error}); granted by {}", self.measure.remedy())
+            }
+        }
+    }
+}
+
+/// What a thread was granted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Granted {
+    attempts: [Attempt; 5],
+}
+
+impl Granted {
+    /// Every wish, for the console and the state.
+    #[must_use]
+    pub fn attempts(&self) -> &[Attempt] {
+        &self.attempts
+    }
+
+    /// The wishes that were refused.
+    pub fn refused(&self) -> impl Iterator<Item = &Attempt> {
+        self.attempts.iter().filter(|attempt| matches!(attempt.outcome, Outcome::Refused(_)))
+    }
+
+    /// Whether `mode` lets the program go on.
+    ///
+    /// # Errors
+    /// The first refusal, where the mode is strict.
+    pub fn check(&self, mode: RealtimeMode) -> Result<(), RealtimeRefused> {
+        match self.refused().next() {
+            Some(attempt) if mode == RealtimeMode::Strict => Err(RealtimeRefused(*attempt)),
+            _ => Ok(()),
+        }
+    }
+}
+
+/// Real time is a condition, and was not granted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("--realtime strict: {0}; --realtime warn goes on without")]
+pub struct RealtimeRefused(pub Attempt);
+
+/// Makes the calling thread a real-time thread as far as the system lets it, and locks the memory of the process. The service threads keep
+/// their ordinary priority if they were started before, or are started by another thread.
+#[must_use]
+pub fn enter(config: &RealtimeConfig) -> Granted {
+    let asked = config.mode != RealtimeMode::Off;
+    let attempt = |measure, wish: &dyn Fn() -> Outcome| {
+        let outcome = if asked { wish() } else { Outcome::NotAsked };
+        Attempt { measure, outcome }
+    };
+    let outcome =
+        |result: Result<(), Errno>| result.map_or_else(Outcome::Refused, |()| Outcome::Granted);
+    Granted {
+        attempts: [
+            attempt(Measure::LockedMemory, &|| outcome(lock_memory())),
+            attempt(Measure::TouchedStack, &|| {
+                touch_stack();
+                Outcome::Granted
+            }),
+            attempt(Measure::TimerSlack, &|| {
+                outcome(set_current_timer_slack(Some(NonZeroU64::MIN)))
+            }),
+            attempt(Measure::Affinity, &|| {
+                config.cpu.map_or(Outcome::NotAsked, |cpu| outcome(stay_on(cpu)))
+            }),
+            attempt(Measure::Priority, &|| outcome(go_first(config.priority))),
+        ],
+    }
+}
+
+/// Pages stay in memory from their first use on: locking them all at once would fill the stacks of all threads.
+///
+/// With a limit in force a later allocation would fail instead of going without, so a limit is a refusal.
+fn lock_memory() -> Result<(), Errno> {
+    let limited = getrlimit(Resource::Memlock).current.is_some();
+    let free =
+        capabilities(None).is_ok_and(|sets| sets.effective.contains(CapabilitySet::IPC_LOCK));
+    if limited && !free {
+        return Err(Errno::NOMEM);
+    }
+    mlockall(MlockAllFlags::CURRENT | MlockAllFlags::FUTURE | MlockAllFlags::ONFAULT)
+}
+
+#[inline(never)]
+fn touch_stack() {
+    let mut stack = [0_u8; STACK_BYTES];
+    black_box(&mut stack);
+}
+
+fn stay_on(cpu: usize) -> Result<(), Errno> {
+    // Also refuses numbers that no set holds.
+    if cpu >= CpuSet::MAX_CPU || !sched_getaffinity(None)?.is_set(cpu) {
+        return Err(Errno::INVAL);
+    }
+    let mut set = CpuSet::new();
+    set.set(cpu);
+    sched_setaffinity(None, &set)
+}
+
+fn go_first(priority: u8) -> Result<(), Errno> {
+    let value = ThreadPriorityValue::try_from(priority).map_err(|_| Errno::INVAL)?;
+    set_thread_priority_and_policy(
+        thread_native_id(),
+        ThreadPriority::Crossplatform(value),
+        ThreadSchedulePolicy::Realtime(RealtimeThreadSchedulePolicy::Fifo),
+    )
+    .map_err(|error| match error {
+        thread_priority::Error::OS(number) => Errno::from_raw_os_error(number),
+        _ => Errno::INVAL,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Attempt, Errno, Granted, Measure, Outcome, RealtimeConfig, RealtimeMode, enter};
+    use rustix::{
+        mm::munlockall,
+        thread::{
+            CapabilitySet, capabilities, current_timer_slack, sched_getaffinity, set_capabilities,
+        },
+    };
+    use std::{fs, sync::Mutex, thread};
+    use thread_priority::{
+        RealtimeThreadSchedulePolicy, ThreadSchedulePolicy, thread_native_id,
+        thread_schedule_policy_param,
+    };
+
+    fn outcome(granted: &Granted, measure: Measure) -> Outcome {
+        granted.attempts().iter().find(|attempt| attempt.measure == measure).unwrap().outcome
+    }
+
+    /// In a thread of its own: what is granted ends with it. One at a time, for memory is locked for all.
+    fn aside(body: impl FnOnce() + Send) {
+        static ALONE: Mutex<()> = Mutex::new(());
+        let _alone = ALONE.lock();
+        thread::scope(|threads| threads.spawn(body).join().unwrap());
+    }
+
+    fn locked_kb() -> u64 {
+        let status = fs::read_to_string("/proc/self/status").unwrap();
+        let line = status.lines().find_map(|line| line.strip_prefix("VmLck:")).unwrap();
+        line.trim().trim_end_matches(" kB").parse().unwrap()
+    }
+
+    fn is_fifo(priority: i32) -> bool {
+        let (policy, params) = thread_schedule_policy_param(thread_native_id()).unwrap();
+        policy == ThreadSchedulePolicy::Realtime(RealtimeThreadSchedulePolicy::Fifo)
+            && params.sched_priority == priority
+    }
+
+    /// As root all is granted, as a user some of it: either way the answer is the truth.
+    #[test]
+    fn what_is_told_is_what_is_in_force() {
+        aside(|| {
+            let allowed = sched_getaffinity(None).unwrap();
+            let cpu = (0..1024).find(|cpu| allowed.is_set(*cpu)).unwrap();
+            let mode = RealtimeMode::Warn;
+            let granted = enter(&RealtimeConfig { mode, priority: 7, cpu: Some(cpu) });
+            assert_eq!(is_fifo(7), outcome(&granted, Measure::Priority) == Outcome::Granted);
+            assert_eq!(
+                locked_kb() > 0,
+                outcome(&granted, Measure::LockedMemory) == Outcome::Granted
+            );
+            assert_eq!(outcome(&granted, Measure::Affinity), Outcome::Granted);
+            assert_eq!(sched_getaffinity(None).unwrap().count(), 1);
+            assert_eq!(outcome(&granted, Measure::TimerSlack), Outcome::Granted);
+            // A thread under SCHED_FIFO has no slack at all.
+            assert!(current_timer_slack().unwrap() <= 1);
+            assert!(granted.check(mode).is_ok());
+            munlockall().unwrap();
+        });
+    }
+
+    #[test]
+    fn without_privileges_it_goes_on_and_says_what_is_missing() {
+        aside(|| {
+            let mut sets = capabilities(None).unwrap();
+            sets.effective -= CapabilitySet::SYS_NICE | CapabilitySet::IPC_LOCK;
+            set_capabilities(None, sets).unwrap();
+            let config = RealtimeConfig { mode: RealtimeMode::Strict, priority: 99, cpu: None };
+            let granted = enter(&config);
+            let refused: Vec<Attempt> = granted.refused().copied().collect();
+            for attempt in &refused {
+                let text = attempt.to_string();
+                assert!(text.contains("refused") && text.contains("Limit"), "{text}");
+            }
+            // Machines may raise the limits of everyone; then nothing is refused, and that is told.
+            assert_eq!(granted.check(RealtimeMode::Strict).is_ok(), refused.is_empty());
+            assert!(granted.check(RealtimeMode::Warn).is_ok());
+            if outcome(&granted, Measure::Priority) == Outcome::Refused(Errno::PERM) {
+                assert!(!is_fifo(99));
+                let error = granted.check(RealtimeMode::Strict).unwrap_err().to_string();
+                assert!(error.starts_with("--realtime strict: "), "{error}");
+            }
+        });
+    }
+
+    #[test]
+    fn wishes_that_make_no_sense_are_refused() {
+        aside(|| {
+            for cpu in [1023, 1024, usize::MAX] {
+                let config =
+                    RealtimeConfig { mode: RealtimeMode::Warn, priority: 0, cpu: Some(cpu) };
+                let granted = enter(&config);
+                assert_eq!(outcome(&granted, Measure::Affinity), Outcome::Refused(Errno::INVAL));
+                assert_eq!(outcome(&granted, Measure::Priority), Outcome::Refused(Errno::INVAL));
+            }
+        });
+    }
+
+    #[test]
+    fn nothing_is_touched_where_nothing_is_asked() {
+        aside(|| {
+            let before = (current_timer_slack().unwrap(), sched_getaffinity(None).unwrap());
+            let granted = enter(&RealtimeConfig { cpu: Some(0), ..RealtimeConfig::default() });
+            assert!(granted.attempts().iter().all(|made| made.outcome == Outcome::NotAsked));
+            assert_eq!(before, (current_timer_slack().unwrap(), sched_getaffinity(None).unwrap()));
+            assert!(granted.check(RealtimeMode::Strict).is_ok());
+        });
+        assert_eq!("strict".parse(), Ok(RealtimeMode::Strict));
+        assert!("fast".parse::<RealtimeMode>().unwrap_err().contains("off, warn or strict"));
+    }
+}

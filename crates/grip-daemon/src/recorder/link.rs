@@ -1,0 +1,56 @@
+//! News of the link in, kind and JSON of a Link message out.
+
+use crate::LinkNote;
+use serde_json::{Value, json};
+
+/// Kind and details, as in the Link message.
+pub(super) fn told(note: &LinkNote) -> (&'static str, Value) {
+    let debug = |value: &dyn core::fmt::Debug| Value::String(format!("{value:?}"));
+    match note {
+        LinkNote::State(state) => ("state", json!({ "state": debug(state) })),
+        LinkNote::Identified { uid, boot_id, rebooted } => {
+            ("identified", json!({ "uid": hex(uid), "boot_id": boot_id, "rebooted": rebooted }))
+        }
+        LinkNote::OtherGripper { uid } => ("other_gripper", json!({ "uid": hex(uid) })),
+        LinkNote::Configured(clamped) => ("configured", json!({ "clamped": clamped.0 })),
+        LinkNote::Rebooted => ("rebooted", json!({})),
+        LinkNote::Status(status) => (
+            "status",
+            json!({
+                "last_cmd_id": status.last_cmd_id,
+                "state": debug(&status.state),
+                "clamp": status.clamp.0,
+                "fault": status.fault.0,
+                "applied_mn": status.applied_mn,
+                "target_mn": status.target_mn,
+                "age_us": status.age_us,
+                "flags": status.flags.0,
+                "rejected": status.rejected,
+            }),
+        ),
+        LinkNote::Device(event) => (
+            "device",
+            json!({
+                "tick": event.tick,
+                "event": debug(&event.kind),
+                "before": debug(&event.before),
+                "after": debug(&event.after),
+                "fault": event.fault.0,
+                "dropped": event.dropped,
+                "value": event.value,
+            }),
+        ),
+        LinkNote::Refused(nack) => (
+            "refused",
+            json!({ "request": nack.kind.0, "reason": debug(&nack.reason), "seq": nack.seq }),
+        ),
+        LinkNote::Closed(reason) => ("closed", json!({ "reason": debug(reason) })),
+        LinkNote::PortOpened => ("port_opened", json!({})),
+        LinkNote::PortLost => ("port_lost", json!({})),
+    }
+}
+
+/// An identity as people write it.
+pub(super) fn hex(uid: &[u8; 16]) -> String {
+    uid.iter().map(|byte| format!("{byte:02x}")).collect()
+}

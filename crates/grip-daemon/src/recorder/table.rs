@@ -1,0 +1,92 @@
+//! Samples in, CSV files out, one for each pipeline: what came before the first sample in a file is left alone until then.
+
+use super::{RecorderError, name};
+use grip_record::{ChannelSet, CsvWriter, StylusKind};
+use slip_core::Sample;
+use std::{
+    fs::File,
+    io::{BufWriter, Write as _},
+    path::{Path, PathBuf},
+};
+
+/// One CSV file.
+#[derive(Debug)]
+pub(super) struct Table {
+    pub(super) file: PathBuf,
+    pub(super) number: u32,
+    out: Option<File>,
+    sync: Option<File>,
+    writer: Option<CsvWriter<BufWriter<File>>>,
+    taxels: usize,
+}
+
+impl Table {
+    /// Opens `wanted`, whose content stays until the first sample.
+    pub(super) fn open(wanted: &Path) -> Result<Self, RecorderError> {
+        let unwritable = |source| RecorderError::Create { file: wanted.to_owned(), source };
+        let mut options = File::options();
+        let out =
+            options.write(true).create(true).truncate(false).open(wanted).map_err(unwritable)?;
+        let regular = out.metadata().map_err(unwritable)?.is_file();
+        let sync = regular.then(|| out.try_clone()).transpose().map_err(unwritable)?;
+        Ok(Self {
+            file: wanted.to_owned(),
+            number: 0,
+            out: Some(out),
+            sync,
+            writer: None,
+            taxels: 0,
+        })
+    }
+
+    /// Opens the next free file from `number` on.
+    pub(super) fn next(wanted: &Path, number: u32) -> Result<Self, RecorderError> {
+        let unwritable = |source| RecorderError::Create { file: wanted.to_owned(), source };
+        let (_, file, number) = name::create(wanted, number).map_err(unwritable)?;
+        Ok(Self { number, ..Self::open(&file)? })
+    }
+
+    /// Whether a sample stands in it.
+    pub(super) fn begun(&self) -> bool {
+        self.writer.is_some()
+    }
+
+    /// A pipeline begins: its samples come with frames of so many taxels.
+    pub(super) fn begin(&mut self, taxels: usize) {
+        self.taxels = taxels;
+    }
+
+    /// Every channel and every taxel has a column, used or not: a sensor may be silent at the first sample, and a replay knows
+    /// by the column of the normal force that a controller ran.
+    pub(super) fn sample(&mut self, sample: &Sample, frame: &[f32]) -> Result<(), RecorderError> {
+        let failed = |source| RecorderError::Row { file: self.file.clone(), source };
+        if let Some(out) = self.out.take() {
+            let unwritable = |source| RecorderError::Create { file: self.file.clone(), source };
+            if self.sync.is_some() {
+                out.set_len(0).map_err(unwritable)?;
+            }
+            let channels = ChannelSet::all(StylusKind::Displacement).with_taxels(self.taxels);
+            let writer = CsvWriter::new(BufWriter::with_capacity(1 << 16, out), &channels);
+            self.writer = Some(writer.map_err(failed)?);
+        }
+        match &mut self.writer {
+            Some(writer) => writer.write_with(sample, frame).map_err(failed),
+            None => Ok(()),
+        }
+    }
+
+    pub(super) fn flush(&mut self) -> Result<(), RecorderError> {
+        let failed = |source| RecorderError::Row { file: self.file.clone(), source };
+        self.writer.as_mut().map_or(Ok(()), |writer| writer.flush().map_err(failed))
+    }
+
+    pub(super) fn sync(&mut self) -> std::io::Result<()> {
+        self.sync.as_ref().map_or(Ok(()), File::sync_data)
+    }
+
+    pub(super) fn finish(self) -> Result<(), RecorderError> {
+        let Some(writer) = self.writer else { return Ok(()) };
+        let failed = |source| RecorderError::Row { file: self.file.clone(), source };
+        writer.finish().and_then(|mut out| Ok(out.flush()?)).map_err(failed)
+    }
+}

@@ -1,0 +1,91 @@
+//! Who may command what.
+
+use crate::rig::{Rig, tcp, wanted};
+use grip_daemon::ClientCommand;
+use grip_daemon::clients::{Clients, ClientsConfig, ListenError};
+use grip_link::message::FaultCode;
+use grip_link::message::daemon::{Command, Operation, Topics};
+
+const EVERY: [Operation; 5] = [
+    Operation::AtLeast,
+    Operation::Release,
+    Operation::Grasp,
+    Operation::Stop,
+    Operation::ClearFault,
+];
+
+fn drain(rig: &mut Rig) -> Vec<ClientCommand> {
+    core::iter::from_fn(|| rig.clients.next_command()).collect()
+}
+
+#[test]
+fn nothing_is_commanded_unless_it_is_allowed() {
+    let mut rig = Rig::new(tcp());
+    let mut viewer = rig.viewer(1, wanted(Topics::default(), 0));
+    assert_eq!(viewer.seen.token, 0);
+    for operation in EVERY {
+        viewer.client.command(&Command::new(operation)).unwrap();
+    }
+    rig.until(&mut viewer, |seen| seen.nacks.len() == EVERY.len());
+    assert!(viewer.seen.nacks.iter().all(|(_, reason)| reason == "Forbidden"));
+    assert_eq!((drain(&mut rig), viewer.seen.acks.len()), (vec![], 0));
+}
+
+#[test]
+fn what_is_allowed_reaches_the_hot_thread_in_order() {
+    let mut rig = Rig::new(ClientsConfig { allow_commands: true, ..tcp() });
+    let mut viewer = rig.viewer(1, wanted(Topics::default(), 0));
+    let token = viewer.seen.token;
+    assert_ne!(token, 0);
+    let force = Command { force_mn: 4_250, ..Command::new(Operation::AtLeast) };
+    let clear = Command { fault: FaultCode(0x0201), ..Command::new(Operation::ClearFault) };
+    let release = Command { token, ..Command::new(Operation::Release) };
+    let grasp = Command::new(Operation::Grasp);
+    for command in [force, release, grasp, Command::new(Operation::Stop), clear] {
+        viewer.client.command(&command).unwrap();
+    }
+    rig.until(&mut viewer, |seen| seen.acks.len() == 5);
+    let wanted = [
+        ClientCommand::AtLeast(4.25),
+        ClientCommand::Release,
+        ClientCommand::Grasp,
+        ClientCommand::Stop,
+        ClientCommand::ClearFault(0x0201),
+    ];
+    assert_eq!(drain(&mut rig), wanted);
+}
+
+#[test]
+fn a_release_without_the_token_and_a_negative_force_are_refused() {
+    let mut rig = Rig::new(ClientsConfig { allow_commands: true, ..tcp() });
+    let mut viewer = rig.viewer(1, wanted(Topics::default(), 0));
+    viewer.client.command(&Command::new(Operation::Release)).unwrap();
+    let negative = Command { force_mn: -1, ..Command::new(Operation::AtLeast) };
+    viewer.client.command(&negative).unwrap();
+    rig.until(&mut viewer, |seen| seen.nacks.len() == 2);
+    let reasons: Vec<&str> = viewer.seen.nacks.iter().map(|(_, why)| why.as_str()).collect();
+    assert_eq!((reasons, drain(&mut rig)), (vec!["Token", "Malformed"], vec![]));
+}
+
+#[test]
+fn commands_that_nobody_fetches_are_refused_when_too_many_wait() {
+    let mut rig = Rig::new(ClientsConfig { allow_commands: true, ..tcp() });
+    let mut viewer = rig.viewer(1, wanted(Topics::default(), 0));
+    for _ in 0..100 {
+        viewer.client.command(&Command::new(Operation::Grasp)).unwrap();
+    }
+    rig.until(&mut viewer, |seen| seen.nacks.len() + seen.acks.len() == 100);
+    assert!(viewer.seen.nacks.iter().all(|(_, reason)| reason == "Busy"));
+    assert_eq!((viewer.seen.acks.len(), drain(&mut rig).len()), (64, 64));
+}
+
+#[test]
+fn other_computers_are_kept_out_unless_it_is_said() {
+    let open = ClientsConfig { listen: "tcp:0.0.0.0:0".parse().unwrap(), ..tcp() };
+    let refused = Clients::listen(open.clone(), crate::rig::about()).unwrap_err();
+    assert!(matches!(refused, ListenError::Remote { .. }), "{refused}");
+    let allowed = ClientsConfig { allow_remote: true, ..open };
+    let clients = Clients::listen(allowed, crate::rig::about()).unwrap();
+    assert!(clients.warning().is_some_and(|text| text.contains("encrypted")));
+    assert_eq!(Rig::new(tcp()).clients.warning(), None);
+}

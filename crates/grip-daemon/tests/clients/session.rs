@@ -1,0 +1,111 @@
+//! Arbitrary bytes to a session: no panic, no command that is not allowed, bounded memory, only good frames out.
+
+use grip_daemon::ClientCommand;
+use grip_daemon::client::ClientLink;
+use grip_daemon::clients::{Asked, ClientSession, Terms};
+use grip_link::decoder::{Decoder, Role, Verdict};
+use grip_link::frame::{Direction, Header, MAX_WIRE, encode};
+use grip_link::message::daemon::{RealTime, Topics, Welcome, WelcomeFlags};
+use grip_link::message::{Kind, Versions};
+use proptest::prelude::*;
+
+const TOKEN: u32 = 0x1234_5678;
+
+fn terms(allow_commands: bool) -> Terms<'static> {
+    let welcome = Welcome {
+        versions: Versions::OURS,
+        max_rx: 480,
+        flags: WelcomeFlags::default(),
+        token: 0,
+        run_id: 1,
+        host_us: 0,
+        real_time: RealTime::NotAsked,
+        text: b"test",
+    };
+    Terms { welcome, allow_commands, token: TOKEN, room: 64 }
+}
+
+fn wire(kind: u8, seq: u16, session: u16, payload: &[u8]) -> Vec<u8> {
+    let header = Header::new(Direction::ToDevice, Kind(kind), seq, session);
+    let mut out = [0; MAX_WIRE];
+    let len = encode(&Header { ack_req: true, ..header }, payload, &mut out).unwrap();
+    out[..len].to_vec()
+}
+
+/// Bytes of a client that knows the framing but not the manners, or only rubbish.
+fn words() -> impl Strategy<Value = Vec<u8>> {
+    let session = prop_oneof![Just(7_u16), any::<u16>()];
+    let kind = prop_oneof![4 => 0xA8..=0xAA_u8, 1 => any::<u8>()];
+    let payload = proptest::collection::vec(prop_oneof![Just(1_u8), any::<u8>()], 0..24);
+    prop_oneof![
+        4 => (kind, any::<u16>(), session, payload).prop_map(|(k, n, s, p)| wire(k, n, s, &p)),
+        1 => proptest::collection::vec(any::<u8>(), 0..600),
+    ]
+}
+
+fn run(bytes: &[u8], piece: usize, allow_commands: bool) -> (Vec<Asked>, ClientSession) {
+    let mut session = ClientSession::new(0, 8_192);
+    let mut asked = Vec::new();
+    let greeting = ClientLink::new(7).subscribe(&crate::rig::wanted(Topics::ALL, 1));
+    for (now_us, part) in (0..).zip(greeting.chunks(piece).chain(bytes.chunks(piece))) {
+        session.receive(now_us, part, &terms(allow_commands), &mut |request| asked.push(request));
+        session.tick(now_us, 1_000_000);
+        assert!(session.outgoing().len() <= 8_192);
+    }
+    (asked, session)
+}
+
+proptest! {
+    #[test]
+    fn no_bytes_make_a_command_where_none_are_allowed(
+        words in proptest::collection::vec(words(), 0..40), piece in 1_usize..700,
+    ) {
+        let (asked, session) = run(&words.concat(), piece, false);
+        prop_assert!(asked.iter().all(|request| !matches!(request, Asked::Command(_))));
+        let mut decoder = Decoder::new(Role::Tap);
+        let mut input = session.outgoing();
+        while let Some(verdict) = decoder.next(&mut input) {
+            prop_assert!(matches!(verdict, Verdict::Frame(_)));
+        }
+        prop_assert_eq!(decoder.counters().gap, 0);
+    }
+
+    #[test]
+    fn commands_that_are_allowed_have_possible_forces_and_need_the_token(
+        words in proptest::collection::vec(words(), 0..40), piece in 1_usize..700,
+    ) {
+        let (asked, _) = run(&words.concat(), piece, true);
+        for request in asked {
+            match request {
+                Asked::Command(ClientCommand::AtLeast(n)) => prop_assert!(n.is_finite() && n >= 0.0),
+                Asked::Command(ClientCommand::Release) => prop_assert!(false, "without the token"),
+                _ => {}
+            }
+        }
+    }
+
+    #[test]
+    fn pieces_make_no_difference(
+        words in proptest::collection::vec(words(), 0..20), piece in 1_usize..300,
+    ) {
+        let bytes = words.concat();
+        let (whole, first) = run(&bytes, usize::MAX, true);
+        let (parts, second) = run(&bytes, piece, true);
+        prop_assert_eq!(whole, parts);
+        prop_assert_eq!(first.counters(), second.counters());
+        prop_assert_eq!(first.malformed(), second.malformed());
+    }
+}
+
+#[test]
+fn a_client_of_another_version_gets_a_welcome_and_a_goodbye() {
+    let mut session = ClientSession::new(0, 8_192);
+    let bytes = wire(0xA8, 0, 7, &[2, 3, 0, 0, 1, 0, 0, 0]);
+    session.receive(1, &bytes, &terms(true), &mut |request| panic!("{request:?}"));
+    assert!(session.goodbye().is_some() && !session.is_subscribed());
+    let mut decoder = Decoder::new(Role::Client);
+    decoder.open_session(7, None);
+    let mut input = session.outgoing();
+    while decoder.next(&mut input).is_some() {}
+    assert_eq!(decoder.counters().ok, 2);
+}

@@ -1,0 +1,334 @@
+//! The recorder on simulated grasps: replays give the identical events, whatever happens to the files.
+#![expect(clippy::unwrap_used, clippy::panic, reason = "test code")]
+
+use grip_daemon::{
+    Item, LinkNote,
+    recorder::{About, Recorder, RecorderNews, RecordingOptions},
+};
+use grip_host::{
+    HostConfig, News, model,
+    report::EventLine,
+    session::{Beginning, ClientCommand},
+    tape::{Played, Tape, TapeError, TapeOptions},
+    trial,
+};
+use grip_record::{CsvOptions, mcap::Attached, read_csv};
+use slip_core::{Sample, units::Micros};
+use std::{
+    fs,
+    path::{Path, PathBuf},
+};
+
+enum Kept {
+    Began(Beginning),
+    Sample(u32, Sample),
+    Event(EventLine),
+}
+
+fn grasp(scene: &str, seed: u64) -> Vec<(u64, Kept)> {
+    let scene = grip_sim::scene::load(scene).unwrap().reseeded(seed).unwrap();
+    let (mut items, mut now_us) = (Vec::new(), 0);
+    let mut tell = |news: News<'_>| match news {
+        News::Began(beginning) => items.push((now_us, Kept::Began(*beginning))),
+        News::Step { index, sample, .. } => {
+            now_us = sample.t.0;
+            items.push((now_us, Kept::Sample(index, *sample)));
+        }
+        News::Event(line) => items.push((now_us, Kept::Event(line))),
+        News::Gripper { .. } | News::Link(_) => {}
+    };
+    let estimator = model::default_estimator().unwrap();
+    trial::grasp(&scene, &HostConfig::default(), estimator, Micros(1_500_000), &mut tell).unwrap();
+    items
+}
+
+fn about() -> About {
+    let model = Attached {
+        name: grip_host::recording::MODEL_NAME.to_owned(),
+        media_type: "application/json".to_owned(),
+        data: model::default_text().as_bytes().to_vec(),
+    };
+    About {
+        program: "test 1".to_owned(),
+        run: "r1".to_owned(),
+        wall_ns: 1_763_766_000_000_000_000,
+        attached: vec![model],
+        ..About::default()
+    }
+}
+
+/// Puts everything through the recorder, with a tick every 50 ms.
+fn feed(recorder: &mut Recorder, items: &[(u64, Kept)], from_us: u64) -> u64 {
+    let mut ticked_us = 0;
+    let mut now_us = from_us;
+    for (at_us, kept) in items {
+        now_us = from_us + at_us;
+        let host_us = now_us;
+        let item = match kept {
+            Kept::Began(beginning) => Item::Began { host_us, beginning },
+            Kept::Sample(index, sample) => {
+                Item::Sample { host_us, index: *index, sample, taxels: &[] }
+            }
+            Kept::Event(line) => Item::Event { host_us, line },
+        };
+        recorder.take(&item, now_us);
+        if now_us >= ticked_us + 50_000 {
+            ticked_us = now_us;
+            recorder.tick(now_us);
+        }
+    }
+    now_us
+}
+
+fn live(items: &[(u64, Kept)]) -> Vec<String> {
+    let lines = items.iter().filter_map(|(_, kept)| match kept {
+        Kept::Event(line) => Some(serde_json::to_string(line).unwrap()),
+        _ => None,
+    });
+    lines.collect()
+}
+
+/// Lines replayed, lines recorded and notes.
+#[derive(Default)]
+struct Heard {
+    replayed: Vec<String>,
+    recorded: Vec<String>,
+    notes: Vec<String>,
+}
+
+fn replay(files: &[PathBuf]) -> (Tape, Heard, Result<(), TapeError>) {
+    let (mut tape, mut heard) = (Tape::new(TapeOptions::default()), Heard::default());
+    let mut outcome = Ok(());
+    for file in files {
+        outcome = outcome.and_then(|()| {
+            tape.play(file, &mut |played| match played {
+                Played::Line(line) => heard.replayed.push(serde_json::to_string(line).unwrap()),
+                Played::Recorded(line) => heard.recorded.push(line.to_owned()),
+                Played::Note(text) => heard.notes.push(text),
+            })
+        });
+    }
+    (tape, heard, outcome)
+}
+
+fn files(folder: &Path) -> Vec<PathBuf> {
+    let mut files: Vec<PathBuf> =
+        fs::read_dir(folder).unwrap().map(|e| e.unwrap().path()).collect();
+    // run.mcap comes before run-0001.mcap.
+    files.sort_by_key(|file| (file.file_stem().unwrap().len(), file.clone()));
+    files
+}
+
+#[test]
+fn a_replay_gives_the_identical_events() {
+    for (scene, seed) in [("default", 0), ("shaken", 2), ("moving", 1)] {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("run.mcap");
+        let items = grasp(scene, seed);
+        let mut recorder = Recorder::create(&file, RecordingOptions::default(), about()).unwrap();
+        feed(&mut recorder, &items, 1_000_000);
+        let counters = recorder.finish().unwrap();
+        assert_eq!((counters.stopped, counters.files, counters.failures), (0, 1, 0));
+        let (tape, heard, outcome) = replay(&[file]);
+        outcome.unwrap();
+        let lines = live(&items);
+        assert!(lines.iter().any(|line| line.contains("\"slip\"")), "{scene}: {lines:?}");
+        assert_eq!((&heard.replayed, &heard.recorded), (&lines, &lines), "{scene}");
+        let summary = tape.summary();
+        assert_eq!((summary.samples, summary.lost), (counters.samples, 0));
+        assert!(!summary.mid_run && summary.pipelines == 1 && heard.notes.is_empty());
+    }
+}
+
+/// Two grippers' lives, or a restart, one after the other in one recording.
+#[test]
+fn each_pipeline_begins_where_it_began() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("run.mcap");
+    let (first, second) = (grasp("default", 3), grasp("light_rough", 5));
+    let mut recorder = Recorder::create(&file, RecordingOptions::default(), about()).unwrap();
+    let end_us = feed(&mut recorder, &first, 0);
+    recorder.attach(&about().attached[0], end_us);
+    feed(&mut recorder, &second, end_us + 500_000);
+    recorder.finish().unwrap();
+    let (tape, heard, outcome) = replay(&[file]);
+    outcome.unwrap();
+    let lines = [live(&first), live(&second)].concat();
+    assert_eq!((&heard.replayed, &heard.recorded), (&lines, &lines));
+    assert_eq!(tape.summary().pipelines, 2);
+}
+
+/// A client's command acts in the replay where it acted live.
+#[test]
+fn clients_are_on_the_tape() {
+    let folder = tempfile::tempdir().unwrap();
+    let commands = |file: &Path, commanded: bool| {
+        let items = grasp("default", 0);
+        let mut recorder = Recorder::create(file, RecordingOptions::default(), about()).unwrap();
+        let (before, after) = items.split_at(items.len() / 3);
+        let host_us = feed(&mut recorder, before, 0);
+        if commanded {
+            let command = ClientCommand::AtLeast(30.0);
+            recorder.take(&Item::Client { host_us, command }, host_us);
+        }
+        feed(&mut recorder, after, 0);
+        recorder.finish().unwrap();
+        replay(&[file.to_owned()]).1.replayed
+    };
+    let plain = commands(&folder.path().join("a.mcap"), false);
+    let pressed = commands(&folder.path().join("b.mcap"), true);
+    assert_ne!(plain, pressed, "the force of the client shows in the lines");
+}
+
+#[test]
+fn rotated_files_stand_for_themselves_and_follow_each_other() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("run.mcap");
+    let items = grasp("default", 0);
+    let options = RecordingOptions { rotate_us: Some(400_000), ..RecordingOptions::default() };
+    let mut recorder = Recorder::create(&file, options, about()).unwrap();
+    let note = LinkNote::Identified { uid: [7; 16], boot_id: 2, rebooted: false };
+    recorder.take(&Item::Link { host_us: 0, note: &note }, 0);
+    feed(&mut recorder, &items, 0);
+    let counters = recorder.finish().unwrap();
+    let files = files(folder.path());
+    assert!(files.len() >= 3 && files.len() == counters.files as usize, "{files:?}");
+    assert!(files[1].ends_with("run-0001.mcap"), "{files:?}");
+    let (_, heard, outcome) = replay(&files);
+    outcome.unwrap();
+    assert_eq!((&heard.replayed, &heard.notes), (&live(&items), &Vec::new()));
+    // One alone is readable, and says what it is.
+    let (tape, heard, outcome) = replay(files.get(1..2).unwrap());
+    outcome.unwrap();
+    assert!(tape.summary().mid_run && tape.summary().samples > 1000);
+    assert!(heard.notes[0].contains("middle of a run"), "{:?}", heard.notes);
+    let (_, _, outcome) = replay(&[files[0].clone(), files[2].clone()]);
+    let text = outcome.unwrap_err().to_string();
+    assert!(text.contains("run-0002.mcap: does not go on where"), "{text}");
+    let large = RecordingOptions { rotate_bytes: Some(50_000), ..RecordingOptions::default() };
+    let mut recorder = Recorder::create(&folder.path().join("b.mcap"), large, about()).unwrap();
+    feed(&mut recorder, &items, 0);
+    assert!(recorder.finish().unwrap().files > 1, "by size");
+}
+
+#[test]
+fn a_recording_is_never_overwritten() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("run.mcap");
+    for _ in 0..3 {
+        let recorder = Recorder::create(&file, RecordingOptions::default(), about()).unwrap();
+        // Another daemon that is told the same name takes another one, also while this one is written.
+        recorder.finish().unwrap();
+    }
+    assert_eq!(files(folder.path()).len(), 3);
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_stops_the_recording_and_nothing_else() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("run.mcap");
+    assert!(
+        Recorder::create(Path::new("/dev/full"), RecordingOptions::default(), about()).is_ok(),
+        "a CSV is written later"
+    );
+    std::os::unix::fs::symlink("/dev/full", &file).unwrap();
+    let error = Recorder::create(&file, RecordingOptions::default(), about()).unwrap_err();
+    assert!(
+        error.to_string().contains("run.mcap") && error.to_string().contains("No space"),
+        "{error}"
+    );
+    // CSV gets that far, and fails when it is flushed.
+    let csv = folder.path().join("run.csv");
+    std::os::unix::fs::symlink("/dev/full", &csv).unwrap();
+    let items = grasp("default", 0);
+    let mut recorder = Recorder::create(&csv, RecordingOptions::default(), about()).unwrap();
+    let end_us = feed(&mut recorder, &items, 0);
+    let mut stops = 0;
+    while let Some(news) = recorder.news() {
+        if let RecorderNews::Stopped(error) = news {
+            stops += 1;
+            assert!(error.to_string().contains("No space"), "{error}");
+        }
+    }
+    let counters = recorder.counters();
+    assert_eq!((stops, counters.failures), (1, 1), "told once");
+    assert_eq!(
+        (counters.samples, counters.stopped),
+        (0, counters.items),
+        "every item is accounted for"
+    );
+    assert!(recorder.file().is_none());
+    recorder.tick(9_000_000);
+    assert!(recorder.file().is_none(), "ten seconds after the failure, not before");
+    recorder.tick(end_us + 60_000_000);
+    assert_eq!(
+        recorder.file(),
+        Some(folder.path().join("run-0001.csv").as_path()),
+        "a new file is tried"
+    );
+    feed(&mut recorder, &items, end_us + 60_000_000);
+    assert!(recorder.finish().unwrap().samples > 10_000);
+}
+
+#[test]
+fn what_did_not_reach_the_recorder_is_told_in_the_recording() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("run.mcap");
+    let items = grasp("default", 0);
+    let mut recorder = Recorder::create(&file, RecordingOptions::default(), about()).unwrap();
+    let (before, after) = items.split_at(items.len() / 2);
+    let now_us = feed(&mut recorder, before, 0);
+    recorder.dropped(12, now_us);
+    feed(&mut recorder, after, 0);
+    assert_eq!(recorder.finish().unwrap().dropped, 12);
+    let (tape, heard, outcome) = replay(&[file]);
+    outcome.unwrap();
+    assert_eq!(tape.summary().unrecorded, 12);
+    assert_eq!(heard.notes, ["12 items were not recorded here"]);
+}
+
+#[test]
+fn a_csv_holds_the_samples_of_one_pipeline() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("run.csv");
+    fs::write(&file, "something else").unwrap();
+    let items = grasp("default", 0);
+    let mut recorder = Recorder::create(&file, RecordingOptions::default(), about()).unwrap();
+    recorder.tick(400_000);
+    assert_eq!(fs::read_to_string(&file).unwrap(), "something else", "kept until the first sample");
+    let end_us = feed(&mut recorder, &items, 500_000);
+    feed(&mut recorder, &items, end_us);
+    recorder.finish().unwrap();
+    for name in ["run.csv", "run-0001.csv"] {
+        let recording = read_csv(&folder.path().join(name), &CsvOptions::default()).unwrap();
+        let samples = items.iter().filter_map(|(_, kept)| match kept {
+            Kept::Sample(_, sample) => Some(*sample),
+            _ => None,
+        });
+        assert!(recording.samples.iter().copied().eq(samples), "{name}");
+    }
+}
+
+/// A daemon that is killed leaves its last flush behind.
+#[test]
+fn a_killed_recording_replays_as_far_as_it_goes() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("run.mcap");
+    let items = grasp("default", 0);
+    let mut recorder = Recorder::create(&file, RecordingOptions::default(), about()).unwrap();
+    let end_us = feed(&mut recorder, &items, 0);
+    let cut = folder.path().join("cut.mcap");
+    fs::copy(&file, &cut).unwrap();
+    recorder.finish().unwrap();
+    let (tape, heard, outcome) = replay(&[cut]);
+    let Err(TapeError::Mcap(error)) = outcome else { panic!("a file without its end") };
+    assert!(error.to_string().contains("gripctl recover"), "{error}");
+    let lines = live(&items);
+    assert_eq!(Some(heard.replayed.as_slice()), lines.get(..heard.replayed.len()));
+    let lost = items.len() as u64 - tape.summary().samples;
+    assert!(
+        lost < 10 * 310 + lines.len() as u64 + 2,
+        "{lost} of 10 a millisecond up to {end_us} us"
+    );
+}

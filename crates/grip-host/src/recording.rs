@@ -1,0 +1,172 @@
+//! Events and beginnings in, the records of an MCAP file out, and back: what daemon and toolbox must agree on.
+
+use crate::{
+    report::{EventLine, EvidenceFields},
+    session::{Beginning, ClientCommand},
+};
+use grip_record::mcap::{ClientRecord, EventRecord, PipelineRecord};
+
+/// Name of the configuration among the attachments, with all layers merged.
+pub const CONFIG_NAME: &str = "gripd.toml";
+/// Name of the model.
+pub const MODEL_NAME: &str = "model.json";
+/// Name of the calibration.
+pub const CALIBRATION_NAME: &str = "calibration.toml";
+/// Title of the metadata that tell where a file came from.
+pub const ABOUT: &str = "recording";
+/// Name in [`ABOUT`] that is the same in all files of one recording.
+pub const RUN: &str = "run";
+/// Name in [`ABOUT`] that counts these files from 0.
+pub const PART: &str = "part";
+/// Kind of a link record that tells of items that were not recorded; its detail has their `items`.
+pub const UNRECORDED: &str = "unrecorded";
+
+/// The record of an event; `json` is written over with its line.
+///
+/// # Errors
+/// Never: a line is numbers and names.
+pub fn event_record<'a>(
+    line: &EventLine,
+    json: &'a mut Vec<u8>,
+) -> Result<EventRecord<'a>, serde_json::Error> {
+    json.clear();
+    serde_json::to_writer(&mut *json, line)?;
+    let json = core::str::from_utf8(json).map_err(serde::ser::Error::custom)?;
+    let nothing = EventRecord { json, ..EventRecord::default() };
+    Ok(match *line {
+        EventLine::Slip { t_s, phase, method, statistic, confidence, evidence } => EventRecord {
+            t_s,
+            kind: "slip",
+            phase,
+            method,
+            statistic,
+            confidence,
+            ..with_evidence(nothing, &evidence)
+        },
+        EventLine::SlipEnd { t_s, duration_s, evidence } => {
+            let record = with_evidence(nothing, &evidence);
+            EventRecord { t_s, kind: "slip_end", duration_s, ..record }
+        }
+        EventLine::Health { t_s, channel, health } => {
+            EventRecord { t_s, kind: "health", channel, health, ..nothing }
+        }
+    })
+}
+
+fn with_evidence<'a>(record: EventRecord<'a>, evidence: &EvidenceFields) -> EventRecord<'a> {
+    let short = |value: Option<f32>| value.unwrap_or(f32::NAN);
+    let long = |value: Option<f64>| value.unwrap_or(f64::NAN);
+    #[expect(clippy::cast_precision_loss, reason = "a count for plots; the line is exact")]
+    let irregularities = evidence.irregularities.map(|count| count as f32);
+    EventRecord {
+        esc_w: long(evidence.esc_w),
+        esc_value: long(evidence.esc_value),
+        speed_m_s: short(evidence.speed_m_s),
+        speed_sigma_m_s: short(evidence.speed_sigma_m_s),
+        moved_m: short(evidence.moved_m),
+        irregularities: short(irregularities),
+        estimate_n: short(evidence.estimate_n),
+        command_n: short(evidence.command_n),
+        ..record
+    }
+}
+
+/// The record of a pipeline that begins; `json` is written over with its settings.
+///
+/// # Errors
+/// Never, for settings that a pipeline accepts.
+pub fn pipeline_record<'a>(
+    beginning: &Beginning,
+    json: &'a mut Vec<u8>,
+) -> Result<PipelineRecord<'a>, serde_json::Error> {
+    let Beginning { config, carried_n, least_n, released, taxels } = beginning;
+    json.clear();
+    serde_json::to_writer(&mut *json, config)?;
+    let text = core::str::from_utf8(json).map_err(serde::ser::Error::custom)?;
+    Ok(PipelineRecord {
+        continued: false,
+        carried_n: *carried_n,
+        least_n: *least_n,
+        released: *released,
+        taxels: u32::try_from(*taxels).unwrap_or(u32::MAX),
+        rate_hz: config.sample_rate.0,
+        grips: config.grip.is_some(),
+        config: text,
+    })
+}
+
+/// What a recorded pipeline began with.
+///
+/// # Errors
+/// Where its settings are not those of this version.
+pub fn beginning(record: &PipelineRecord<'_>) -> Result<Beginning, serde_json::Error> {
+    Ok(Beginning {
+        config: serde_json::from_str(record.config)?,
+        carried_n: record.carried_n,
+        least_n: record.least_n,
+        released: record.released,
+        taxels: usize::try_from(record.taxels).unwrap_or(usize::MAX),
+    })
+}
+
+/// What a client's command is in a file.
+#[must_use]
+pub const fn client_record(command: ClientCommand) -> ClientRecord {
+    match command {
+        ClientCommand::AtLeast(force_n) => ClientRecord::AtLeast(force_n),
+        ClientCommand::Release => ClientRecord::Release,
+        ClientCommand::Grasp => ClientRecord::Grasp,
+        ClientCommand::Stop => ClientRecord::Stop,
+        ClientCommand::ClearFault(code) => ClientRecord::ClearFault(code),
+    }
+}
+
+/// The client's command that a file tells of.
+#[must_use]
+pub const fn client_command(record: ClientRecord) -> ClientCommand {
+    match record {
+        ClientRecord::AtLeast(force_n) => ClientCommand::AtLeast(force_n),
+        ClientRecord::Release => ClientCommand::Release,
+        ClientRecord::Grasp => ClientCommand::Grasp,
+        ClientRecord::Stop => ClientCommand::Stop,
+        ClientRecord::ClearFault(code) => ClientCommand::ClearFault(code),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{beginning, event_record, pipeline_record};
+    use crate::{
+        report::{EventLine, EvidenceFields},
+        session::Beginning,
+    };
+    use slip_core::{PipelineConfig, Signal, units::Hertz};
+
+    #[test]
+    fn the_settings_come_back_bit_by_bit() {
+        let mut config = PipelineConfig::gripping(Hertz(9_999.95));
+        config.known_floor =
+            Some([1.0e-13, 1.0 / 3.0, 2.5e-9, f32::MIN_POSITIVE, 7.7e-8, 16_777_215.0]);
+        config.detector.tail = 4.000_001;
+        let mut json = Vec::new();
+        for config in [config, PipelineConfig::observing(Signal::Vibration, Hertz(2200.0))] {
+            for (carried_n, released) in [(None, true), (Some(7.25), false)] {
+                let begun = Beginning { config, carried_n, least_n: 0.1, released, taxels: 16 };
+                let record = pipeline_record(&begun, &mut json).unwrap();
+                assert_eq!(record.grips, config.grip.is_some());
+                assert_eq!(beginning(&record).unwrap(), begun);
+            }
+        }
+    }
+
+    #[test]
+    fn an_event_has_its_numbers_and_its_line() {
+        let evidence = EvidenceFields { estimate_n: Some(3.5), ..EvidenceFields::default() };
+        let line = EventLine::SlipEnd { t_s: 1.25, duration_s: 0.5, evidence };
+        let mut json = Vec::new();
+        let record = event_record(&line, &mut json).unwrap();
+        assert_eq!((record.kind, record.duration_s, record.estimate_n), ("slip_end", 0.5, 3.5));
+        assert!(record.speed_m_s.is_nan() && record.phase.is_empty());
+        assert_eq!(record.json, serde_json::to_string(&line).unwrap());
+    }
+}

@@ -1,0 +1,306 @@
+//! MCAP recordings in, the events that the pipeline makes of them out, beside those that were recorded.
+
+use crate::{
+    model::{HostEstimator, ModelError, default_estimator, parse_estimator},
+    recording::{ABOUT, MODEL_NAME, PART, RUN, UNRECORDED, beginning, client_command},
+    report::{EventLine, EventLog},
+    session::Beginning,
+};
+use grip_record::mcap::{ClientRecord, Entry, McapError, McapReader, PipelineRecord, Record};
+use serde::Deserialize;
+use slip_core::{ConfigError, Pipeline, Sample, esc::Reading, units::Micros};
+use std::{
+    collections::BTreeMap,
+    path::{Path, PathBuf},
+    sync::Arc,
+};
+
+/// How a replay differs from the run that was recorded.
+#[derive(Clone, Debug, Default)]
+pub struct TapeOptions {
+    /// Another model than the recorded one.
+    pub estimator: Option<HostEstimator>,
+    /// Runs every stage in every scene.
+    pub no_skip: bool,
+    /// Without the force controller.
+    pub observe: bool,
+    /// Another reading of E_sc beside the literal one.
+    pub esc: Option<Reading>,
+}
+
+/// What a replay comes across.
+#[derive(Debug)]
+pub enum Played<'a> {
+    /// The pipeline says so now.
+    Line(&'a EventLine),
+    /// The recording says so: the line as JSON.
+    Recorded(&'a str),
+    /// Something a person should know of the recording.
+    Note(String),
+}
+
+/// Why a recording cannot be replayed.
+#[derive(Debug, thiserror::Error)]
+pub enum TapeError {
+    /// The file cannot be read, or not to its end.
+    #[error(transparent)]
+    Mcap(#[from] McapError),
+    /// The settings in it are no settings of this version.
+    #[error("{}: the settings of its pipeline are not those of this version: {source}", file.display())]
+    Settings {
+        /// The file.
+        file: PathBuf,
+        /// What does not fit.
+        source: serde_json::Error,
+    },
+    /// The settings in it are refused.
+    #[error("{}: the settings of its pipeline: {source}", file.display())]
+    Pipeline {
+        /// The file.
+        file: PathBuf,
+        /// What is refused.
+        source: ConfigError,
+    },
+    /// The model in it cannot be used.
+    #[error("{}: the model inside: {source}", file.display())]
+    Model {
+        /// The file.
+        file: PathBuf,
+        /// Why.
+        source: ModelError,
+    },
+    /// Files that do not follow each other.
+    #[error(
+        "{}: does not go on where {} ends; give the files of one recording in their order",
+        file.display(), before.display()
+    )]
+    Order {
+        /// The file.
+        file: PathBuf,
+        /// The one before it.
+        before: PathBuf,
+    },
+}
+
+/// What a replay has seen.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct TapeSummary {
+    /// Samples handled.
+    pub samples: u64,
+    /// Rows that are missing between the samples, by their numbers.
+    pub lost: u64,
+    /// Slips noticed.
+    pub slips: u64,
+    /// Device time between the first and the last sample of each pipeline, added up (s).
+    pub duration_s: f64,
+    /// Unusable readings.
+    pub unusable: u64,
+    /// Times a quieter second has lowered the floor.
+    pub floor_lowered: u64,
+    /// Pipelines that began.
+    pub pipelines: u64,
+    /// Whether the first file starts in the middle of a run, so that the first events may differ.
+    pub mid_run: bool,
+    /// Items that the recorder did not get, or could not write.
+    pub unrecorded: u64,
+}
+
+/// A recording of one or more files on its way through the pipeline.
+#[derive(Debug)]
+pub struct Tape {
+    options: TapeOptions,
+    model: Option<HostEstimator>,
+    pipeline: Option<Run>,
+    log: EventLog,
+    summary: TapeSummary,
+    before: Option<(PathBuf, About)>,
+}
+
+/// One pipeline and its samples.
+#[derive(Debug)]
+struct Run {
+    /// As it was recorded.
+    begun: Beginning,
+    pipeline: Pipeline<Arc<[f32]>>,
+    first: Option<Micros>,
+    last: Micros,
+    index: u32,
+}
+
+/// What a file says of itself.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+struct About {
+    run: String,
+    part: u64,
+}
+
+#[derive(Deserialize)]
+struct Unrecorded {
+    items: u64,
+}
+
+impl Tape {
+    /// A replay that has seen nothing yet.
+    #[must_use]
+    pub fn new(options: TapeOptions) -> Self {
+        Self {
+            options,
+            model: None,
+            pipeline: None,
+            log: EventLog::default(),
+            summary: TapeSummary::default(),
+            before: None,
+        }
+    }
+
+    /// Plays `file`, which goes on where the one before it ended, and tells what happens.
+    ///
+    /// # Errors
+    /// Where it cannot be read (to its end), is no recording of gripd, or does not follow the one before. What came before the
+    /// fault has been told, and [`Tape::summary`] counts it.
+    pub fn play(&mut self, file: &Path, tell: &mut dyn FnMut(Played<'_>)) -> Result<(), TapeError> {
+        let mut reader = McapReader::open(file)?;
+        let mut place = Place { file, tell };
+        while let Some(entry) = reader.next_entry()? {
+            match entry {
+                Entry::Message { record, .. } => self.record(&mut place, &record)?,
+                Entry::Attachment { name: MODEL_NAME, data, .. } => {
+                    self.model = Some(model(file, data)?);
+                }
+                Entry::Metadata { name: ABOUT, values } => self.follow(file, &values)?,
+                Entry::Attachment { .. } | Entry::Metadata { .. } => {}
+            }
+        }
+        Ok(())
+    }
+
+    /// What was seen so far.
+    #[must_use]
+    pub fn summary(&self) -> TapeSummary {
+        let mut summary = self.summary;
+        if let Some(run) = &self.pipeline {
+            run.count(&mut summary);
+        }
+        TapeSummary { slips: self.log.slips(), ..summary }
+    }
+
+    /// Checks that a file goes on where the one before it ended.
+    fn follow(&mut self, file: &Path, values: &BTreeMap<String, String>) -> Result<(), TapeError> {
+        let text = |name: &str| values.get(name).cloned().unwrap_or_default();
+        let about = About { run: text(RUN), part: text(PART).parse().unwrap_or(0) };
+        if let Some((before, last)) = &self.before
+            && (last.run != about.run || last.part + 1 != about.part)
+        {
+            return Err(TapeError::Order { file: file.to_owned(), before: before.clone() });
+        }
+        self.before = Some((file.to_owned(), about));
+        Ok(())
+    }
+
+    fn record(&mut self, place: &mut Place<'_>, record: &Record<'_>) -> Result<(), TapeError> {
+        match record {
+            Record::Pipeline(beginning) => self.begin(place, beginning)?,
+            Record::Sample(sample) => {
+                let (index, taxels) = (sample.index, sample.taxels);
+                self.sample(index, &sample.sample, taxels, place.tell);
+            }
+            Record::Client(command) => self.client(*command),
+            Record::Event(event) => (place.tell)(Played::Recorded(event.json)),
+            Record::Link(link) if link.kind == UNRECORDED => {
+                let items = serde_json::from_str::<Unrecorded>(link.detail).map_or(1, |u| u.items);
+                self.summary.unrecorded += items;
+                let text = format!("{items} items were not recorded here");
+                (place.tell)(Played::Note(text));
+            }
+            Record::State(_) | Record::Command(_) | Record::Link(_) | Record::Wire(_) => {}
+        }
+        Ok(())
+    }
+
+    /// A pipeline begins, or goes on in the next file. One that began while nothing was recorded begins in the middle too.
+    fn begin(
+        &mut self,
+        place: &mut Place<'_>,
+        record: &PipelineRecord<'_>,
+    ) -> Result<(), TapeError> {
+        let file = place.file;
+        let begun = beginning(record)
+            .map_err(|source| TapeError::Settings { file: file.to_owned(), source })?;
+        if record.continued && self.pipeline.as_ref().is_some_and(|run| run.begun == begun) {
+            return Ok(());
+        }
+        if record.continued {
+            self.summary.mid_run = true;
+            (place.tell)(Played::Note(
+                "starts in the middle of a run: without the files before it the first events may differ".to_owned(),
+            ));
+        }
+        let mut changed = begun;
+        let config = &mut changed.config;
+        config.no_skip |= self.options.no_skip;
+        config.grip = config.grip.filter(|_| !self.options.observe);
+        config.observation.esc = self.options.esc.unwrap_or(config.observation.esc);
+        let estimator = match (&self.options.estimator, &self.model) {
+            (Some(chosen), _) => chosen.clone(),
+            (None, Some(recorded)) => recorded.clone(),
+            (None, None) => default_estimator()
+                .map_err(|source| TapeError::Model { file: file.to_owned(), source })?,
+        };
+        let pipeline = changed
+            .pipeline(estimator)
+            .map_err(|source| TapeError::Pipeline { file: file.to_owned(), source })?;
+        let run = Run { begun, pipeline, first: None, last: Micros(0), index: 0 };
+        if let Some(ended) = self.pipeline.replace(run) {
+            ended.count(&mut self.summary);
+        }
+        self.summary.pipelines += 1;
+        Ok(())
+    }
+
+    fn sample(
+        &mut self,
+        index: u32,
+        sample: &Sample,
+        taxels: &[f32],
+        tell: &mut dyn FnMut(Played<'_>),
+    ) {
+        let Some(run) = &mut self.pipeline else { return };
+        self.summary.samples += 1;
+        let step = index.wrapping_sub(run.index);
+        if run.first.is_some() && (2..1 << 31).contains(&step) {
+            self.summary.lost += u64::from(step - 1);
+        }
+        run.first = run.first.or(Some(sample.t));
+        (run.last, run.index) = (sample.t, index);
+        let step = run.pipeline.handle_with(sample, taxels);
+        for line in self.log.lines(&step).into_iter().flatten() {
+            tell(Played::Line(&line));
+        }
+    }
+
+    /// A client's command acts on the pipeline here, between the same samples as it did live. What went to the gripper itself shows
+    /// in its samples.
+    fn client(&mut self, command: ClientRecord) {
+        if let Some(run) = &mut self.pipeline {
+            client_command(command).apply(&mut run.pipeline);
+        }
+    }
+}
+
+struct Place<'a> {
+    file: &'a Path,
+    tell: &'a mut dyn FnMut(Played<'_>),
+}
+
+impl Run {
+    fn count(&self, summary: &mut TapeSummary) {
+        summary.unusable += self.pipeline.health_counters().unusable();
+        summary.floor_lowered += self.pipeline.stage_counters().floor_lowered;
+        summary.duration_s += self.first.map_or(0.0, |first| self.last.since(first).as_seconds());
+    }
+}
+
+fn model(file: &Path, data: &[u8]) -> Result<HostEstimator, TapeError> {
+    parse_estimator(MODEL_NAME, &String::from_utf8_lossy(data))
+        .map_err(|source| TapeError::Model { file: file.to_owned(), source })
+}

@@ -1,0 +1,120 @@
+//! Payloads between daemon and clients in, typed messages out, and back: what a socket carries in the same frames as the line.
+//!
+//! | type | name | direction | size | ACK_REQ | type in Rust |
+//! |---|---|---|---|---|---|
+//! | A0 | WELCOME | to client | 26 + text | | [`Welcome`] |
+//! | A1 | SLIP | to client | 72 | | [`Slip`] |
+//! | A2 | STATE | to client | 60 | | [`State`] |
+//! | A3 | HEALTH | to client | 144 | | [`Health`] |
+//! | A4 | GRIPPER | to client | 32 | | [`Gripper`] |
+//! | A5 | ROWS | to client | 20 + rows | | [`Rows`] |
+//! | A6 | NOTICE | to client | 17 + text | | [`Notice`] |
+//! | A8 | SUBSCRIBE | to daemon | 8 | yes: WELCOME | [`Subscribe`] |
+//! | A9 | COMMAND | to daemon | 12 | yes | [`Command`] |
+//! | AA | QUERY | to daemon | 0 | yes | |
+//!
+//! Direction bit, session, seq, ACK and NACK are those of the line, with the client in the place of the host's line partner: frames
+//! of the daemon bear the bit "to host". Values of the pipeline are f32 in SI units, NaN for what is not known; forces that a
+//! client asks for are whole mN, as on the line, so that nothing but a number can be asked for.
+
+mod codes;
+mod command;
+mod greet;
+mod gripper;
+mod health;
+mod notice;
+mod rows;
+mod slip;
+mod state;
+
+pub use codes::{
+    DroppedClass, EscKind, Goodbye, GripStage, LinkState, Method, NoticeKind, Operation, Phase,
+    RealTime, Recording, SceneCode, Sensor, SensorHealth, SpeedSource,
+};
+pub use command::Command;
+pub use greet::{Subscribe, Topics, Welcome, WelcomeFlags};
+pub use gripper::Gripper;
+pub use health::{BadFrames, Dropped, Health, Latency};
+pub use notice::Notice;
+pub use rows::{ROWS_HEADER, RowOfSample, RowSet, Rows, RowsHeader};
+pub use slip::Slip;
+pub use state::{EscValue, State};
+
+use super::{Ack, Kind, Nack, PayloadError};
+use crate::frame::Frame;
+
+/// Every message to a client.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum ToClient<'a> {
+    /// A0
+    Welcome(Welcome<'a>),
+    /// A1
+    Slip(Slip),
+    /// A2
+    State(State),
+    /// A3
+    Health(Health),
+    /// A4
+    Gripper(Gripper),
+    /// A5
+    Rows(Rows<'a>),
+    /// A6
+    Notice(Notice<'a>),
+    /// 8E
+    Ack(Ack),
+    /// 8F
+    Nack(Nack),
+}
+
+impl<'a> ToClient<'a> {
+    /// Reads the payload of a frame.
+    ///
+    /// # Errors
+    /// [`PayloadError`] when the payload is too short, holds a value outside its range, or the type is unknown.
+    pub fn parse(frame: &Frame<'a>) -> Result<Self, PayloadError> {
+        let payload = frame.payload;
+        Ok(match frame.header.kind {
+            Kind::WELCOME => Self::Welcome(Welcome::parse(payload)?),
+            Kind::SLIP => Self::Slip(Slip::parse(payload)?),
+            Kind::STATE => Self::State(State::parse(payload)?),
+            Kind::HEALTH => Self::Health(Health::parse(payload)?),
+            Kind::GRIPPER => Self::Gripper(Gripper::parse(payload)?),
+            Kind::ROWS => Self::Rows(Rows::parse(payload)?),
+            Kind::NOTICE => Self::Notice(Notice::parse(payload)?),
+            Kind::ACK => Self::Ack(Ack::parse(payload)?),
+            Kind::NACK => Self::Nack(Nack::parse(payload)?),
+            Kind(kind) => return Err(PayloadError::Kind { kind }),
+        })
+    }
+}
+
+/// Every message to the daemon.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ToDaemon {
+    /// A8
+    Subscribe(Subscribe),
+    /// A9
+    Command(Command),
+    /// AA
+    Query,
+}
+
+impl ToDaemon {
+    /// Reads the payload of a frame.
+    ///
+    /// # Errors
+    /// [`PayloadError`] when the payload is too short, holds a value outside its range, or the type is unknown.
+    pub fn parse(frame: &Frame<'_>) -> Result<Self, PayloadError> {
+        Ok(match frame.header.kind {
+            Kind::SUBSCRIBE => Self::Subscribe(Subscribe::parse(frame.payload)?),
+            Kind::COMMAND => Self::Command(Command::parse(frame.payload)?),
+            Kind::QUERY => Self::Query,
+            Kind(kind) => return Err(PayloadError::Kind { kind }),
+        })
+    }
+}
+
+/// The text up to the first byte that is not UTF-8.
+fn readable(text: &[u8]) -> &str {
+    text.utf8_chunks().next().map_or("", |chunk| chunk.valid())
+}

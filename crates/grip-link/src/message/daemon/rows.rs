@@ -1,0 +1,208 @@
+//! ROWS: samples as the pipeline got them, read in place.
+//!
+//! A layout of its own and not that of SAMPLES: numbers and times of the rows need not be evenly spaced (rows get lost, clients ask
+//! for every n-th), values are in SI units without the scales of IDENT, and each frame says itself which channels it
+//! holds, so that a client can begin anywhere.
+
+use crate::frame::MAX_PAYLOAD;
+use crate::message::wire::{PayloadError, Reader, Writer};
+
+/// Bytes before the rows.
+pub const ROWS_HEADER: usize = 20;
+
+/// The channels of a row, as bits in the order in which their values stand.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct RowSet(pub u16);
+
+impl RowSet {
+    /// Stylus (m).
+    pub const STYLUS: Self = Self(1);
+    /// Normal force (N).
+    pub const NORMAL_FORCE: Self = Self(2);
+    /// Tangential force (N).
+    pub const TANGENTIAL_FORCE: Self = Self(4);
+    /// Moved distance (m).
+    pub const TRAVEL: Self = Self(8);
+    /// Slip speed (m/s).
+    pub const VELOCITY: Self = Self(16);
+    /// Second stylus (m).
+    pub const SECOND_STYLUS: Self = Self(32);
+    /// Motion reference (own unit).
+    pub const REFERENCE: Self = Self(64);
+    /// Pressure (own unit).
+    pub const PRESSURE: Self = Self(128);
+    /// Commanded motion: 0 stands still.
+    pub const MOTION: Self = Self(256);
+    /// Channels there can be.
+    pub const MOST: usize = 9;
+
+    /// Channels of the set.
+    #[must_use]
+    pub const fn len(self) -> usize {
+        self.0.count_ones() as usize
+    }
+
+    /// Whether it is empty.
+    #[must_use]
+    pub const fn is_empty(self) -> bool {
+        self.0 == 0
+    }
+
+    /// Place of a single channel's value in a row of this set; `None` where it has no such channel.
+    #[must_use]
+    pub const fn place(self, channel: Self) -> Option<usize> {
+        if self.0 & channel.0 == 0 {
+            return None;
+        }
+        Some((self.0 & channel.0.wrapping_sub(1)).count_ones() as usize)
+    }
+}
+
+/// The first 20 bytes of ROWS (A5), daemon to client.
+///
+/// | offset | size | type | field | unit, range |
+/// |---|---|---|---|---|
+/// | 0 | 4 | u32 | number of the first row | as in SAMPLES, wraps |
+/// | 4 | 8 | u64 | device time of the first row | us |
+/// | 12 | 2 | u16 | step from number to number | >= 1 |
+/// | 14 | 2 | u16 | [`RowSet`] | not empty |
+/// | 16 | 1 | u8 | rows | 1..=255 |
+/// | 17 | 1 | u8 | taxels after the channels of each row | |
+/// | 18 | 2 | | reserved, 0 | |
+///
+/// A row is a u32, its time after the first one (us), and an f32 for each channel and taxel; NaN = no reading.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct RowsHeader {
+    /// Number of the first row.
+    pub first_index: u32,
+    /// Its device time (us).
+    pub t0_us: u64,
+    /// Step from number to number.
+    pub every_nth: u16,
+    /// The channels.
+    pub channels: RowSet,
+    /// Rows.
+    pub rows: u8,
+    /// Taxels of each row.
+    pub taxels: u8,
+}
+
+impl RowsHeader {
+    /// Bytes of a row.
+    #[must_use]
+    pub const fn row_bytes(&self) -> usize {
+        4 + 4 * (self.channels.len() + self.taxels as usize)
+    }
+
+    /// Rows that fit a frame.
+    #[must_use]
+    pub const fn room(&self) -> usize {
+        (MAX_PAYLOAD - ROWS_HEADER) / self.row_bytes()
+    }
+
+    /// Reads the start of a payload.
+    ///
+    /// # Errors
+    /// [`PayloadError`]: too short, a step of 0, no channels, or no rows.
+    pub fn parse(payload: &[u8]) -> Result<Self, PayloadError> {
+        let mut r = Reader::new(payload);
+        let (first_index, t0_us) = (r.u32()?, r.u64()?);
+        let (every_nth, channels) = (r.u16()?, r.u16()?);
+        for (at, value) in [(12, every_nth), (14, channels)] {
+            if value == 0 {
+                return Err(PayloadError::Value { at, value: 0 });
+            }
+        }
+        let rows = r.coded(|n| (n > 0).then_some(n))?;
+        let [taxels, _, _] = r.take()?;
+        Ok(Self { first_index, t0_us, every_nth, channels: RowSet(channels), rows, taxels })
+    }
+
+    /// Writes the 20 bytes.
+    ///
+    /// # Errors
+    /// [`PayloadError::Full`].
+    pub fn write(&self, out: &mut [u8]) -> Result<usize, PayloadError> {
+        let w = Writer::new(out).u32(self.first_index).u64(self.t0_us).u16(self.every_nth);
+        w.u16(self.channels.0).u8(self.rows).u8(self.taxels).u16(0).finish()
+    }
+}
+
+/// A batch: its header and its rows, borrowed from the frame.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Rows<'a> {
+    /// The first 20 bytes.
+    pub header: RowsHeader,
+    bytes: &'a [u8],
+}
+
+impl<'a> Rows<'a> {
+    /// Reads a payload.
+    ///
+    /// # Errors
+    /// [`PayloadError`]: as [`RowsHeader::parse`], or too short for its rows.
+    pub fn parse(payload: &'a [u8]) -> Result<Self, PayloadError> {
+        let header = RowsHeader::parse(payload)?;
+        let size = header.row_bytes() * usize::from(header.rows);
+        Ok(Self { header, bytes: Reader::at_offset(payload, ROWS_HEADER).slice(size)? })
+    }
+
+    /// Writes the payload; its length.
+    ///
+    /// # Errors
+    /// [`PayloadError::Full`].
+    pub fn write(&self, out: &mut [u8]) -> Result<usize, PayloadError> {
+        let have = out.len();
+        let full = PayloadError::Full { have };
+        let at = self.header.write(out).map_err(|_| full)?;
+        Writer::new(out.get_mut(at..).ok_or(full)?).put(self.bytes).finish().map_err(|_| full)?;
+        Ok(at + self.bytes.len())
+    }
+
+    /// The rows in order.
+    #[must_use]
+    pub fn iter(&self) -> impl ExactSizeIterator<Item = RowOfSample<'a>> {
+        let header = self.header;
+        self.bytes.chunks_exact(header.row_bytes()).enumerate().map(move |(k, bytes)| {
+            let k = u32::try_from(k).unwrap_or(0);
+            let (time, values) = bytes.split_at_checked(4).unwrap_or_default();
+            let after = time.first_chunk().copied().map_or(0, u32::from_le_bytes);
+            RowOfSample {
+                index: header.first_index.wrapping_add(k * u32::from(header.every_nth)),
+                t_us: header.t0_us.wrapping_add(u64::from(after)),
+                channels: header.channels,
+                values,
+            }
+        })
+    }
+}
+
+/// One row: all channels at one time.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct RowOfSample<'a> {
+    /// Number of the row since the gripper started, wrapping.
+    pub index: u32,
+    /// Device time (us).
+    pub t_us: u64,
+    channels: RowSet,
+    values: &'a [u8],
+}
+
+impl RowOfSample<'_> {
+    /// A single channel of [`RowSet`]; NaN where it had no reading, `None` where the row has no such channel.
+    #[must_use]
+    pub fn value(&self, channel: RowSet) -> Option<f32> {
+        self.element(self.channels.place(channel)?)
+    }
+
+    /// Taxel `k`; `None` beyond the last.
+    #[must_use]
+    pub fn taxel(&self, k: usize) -> Option<f32> {
+        self.element(self.channels.len().checked_add(k)?)
+    }
+
+    fn element(&self, place: usize) -> Option<f32> {
+        let bytes = self.values.get(place.checked_mul(4)?..)?;
+        bytes.first_chunk().copied().map(f32::from_le_bytes)
+    }
+}

@@ -1,0 +1,26 @@
+//! What leaves a gripper's daemon in, MCAP recordings that PlotJuggler, Foxglove and `gripctl` open out, and back.
+//!
+//! A recording is an MCAP file (mcap.dev/spec) in chunks compressed with lz4. Its messages are CDR with ROS 2 definitions
+//! ([`Topic`], [`Record`]); log times are wall time at host time 0 plus the monotonic host time, so they never go back, whatever
+//! the wall clock does. Configuration, model and calibration are attachments, versions and identities metadata.
+
+mod cdr;
+mod codes;
+mod error;
+mod raw;
+mod read;
+mod record;
+mod recover;
+mod schema;
+mod write;
+
+pub use cdr::{CdrError, CdrReader, CdrWriter};
+pub use error::{McapError, McapWriteError};
+pub use read::{Entry, McapReader};
+pub use record::{
+    ClientRecord, CommandRecord, EventRecord, LinkRecord, PipelineRecord, Record, SampleRecord,
+    StateRecord, WireRecord,
+};
+pub use recover::{RecoverError, Recovered, recover};
+pub use schema::{MESSAGE_ENCODING, SCHEMA_ENCODING, Topic};
+pub use write::{Attached, McapWriter, Written};

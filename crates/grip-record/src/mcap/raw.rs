@@ -1,0 +1,413 @@
+//! The bytes of an MCAP file in, its records with their offsets out; nothing in a file makes this panic or take more than
+//! [`LONGEST`] bytes at once.
+//!
+//! Layout of the format: mcap.dev/spec. A file is magic, records (one byte of opcode, eight of length, a body), magic. A chunk
+//! is a record that holds records, compressed.
+
+use std::collections::BTreeMap;
+use std::io::{self, Read};
+
+/// The longest record, and the longest chunk after decompression, that is believed (bytes); far above what any recorder writes.
+pub(super) const LONGEST: u64 = 64 << 20;
+
+const MAGIC: [u8; 8] = *b"\x89MCAP0\r\n";
+
+/// Opcodes of the format.
+mod op {
+    pub(super) const FOOTER: u8 = 0x02;
+    pub(super) const SCHEMA: u8 = 0x03;
+    pub(super) const CHANNEL: u8 = 0x04;
+    pub(super) const MESSAGE: u8 = 0x05;
+    pub(super) const CHUNK: u8 = 0x06;
+    pub(super) const ATTACHMENT: u8 = 0x09;
+    pub(super) const METADATA: u8 = 0x0c;
+    pub(super) const DATA_END: u8 = 0x0f;
+}
+
+/// One record of the data section, what is no longer needed at the end left out.
+#[derive(Debug, PartialEq, Eq)]
+pub(super) enum RawRecord<'a> {
+    Schema {
+        id: u16,
+        name: &'a str,
+        encoding: &'a str,
+        data: &'a [u8],
+    },
+    Channel {
+        id: u16,
+        schema: u16,
+        topic: &'a str,
+        encoding: &'a str,
+        metadata: BTreeMap<String, String>,
+    },
+    Message {
+        channel: u16,
+        sequence: u32,
+        log_ns: u64,
+        publish_ns: u64,
+        data: &'a [u8],
+    },
+    Attachment {
+        log_ns: u64,
+        create_ns: u64,
+        name: &'a str,
+        media_type: &'a str,
+        data: &'a [u8],
+    },
+    Metadata {
+        name: &'a str,
+        values: BTreeMap<String, String>,
+    },
+}
+
+/// Where reading stopped.
+#[derive(Debug)]
+pub(super) enum RawError {
+    Io(io::Error),
+    NoMcap,
+    /// The input ended inside the record that begins there, or before the end of the data.
+    Truncated {
+        offset: u64,
+    },
+    /// The record that begins there cannot be what was written.
+    Damaged {
+        offset: u64,
+        what: String,
+        skippable: bool,
+    },
+}
+
+/// Where the present record stands.
+#[derive(Clone, Debug)]
+pub(super) struct Place {
+    opcode: u8,
+    /// Its body in the chunk; `None` where it stands in the file itself.
+    in_chunk: Option<core::ops::Range<usize>>,
+}
+
+impl Place {
+    /// Whether it only announces schemas or channels.
+    pub(super) fn announces(&self) -> bool {
+        matches!(self.opcode, op::SCHEMA | op::CHANNEL)
+    }
+}
+
+/// Reads a file from its start to the end of its data.
+#[derive(Debug)]
+pub(super) struct RawReader<R> {
+    input: R,
+    /// Where the next record of the file begins.
+    next: u64,
+    /// Where the present one begins.
+    offset: u64,
+    body: Vec<u8>,
+    /// The present chunk, decompressed, and how far it has been read.
+    chunk: Vec<u8>,
+    at: usize,
+    ended: bool,
+    finished: bool,
+}
+
+impl<R: Read> RawReader<R> {
+    /// # Errors
+    /// [`RawError::NoMcap`], [`RawError::Io`].
+    pub(super) fn new(mut input: R) -> Result<Self, RawError> {
+        let mut magic = [0; MAGIC.len()];
+        let read = fill(&mut input, &mut magic).map_err(RawError::Io)?;
+        if magic != MAGIC || read < MAGIC.len() {
+            return Err(RawError::NoMcap);
+        }
+        let next = MAGIC.len() as u64;
+        Ok(Self {
+            input,
+            next,
+            offset: 0,
+            body: Vec::new(),
+            chunk: Vec::new(),
+            at: 0,
+            ended: false,
+            finished: false,
+        })
+    }
+
+    /// Where in the file the present record, or the chunk that holds it, begins.
+    pub(super) fn offset(&self) -> u64 {
+        self.offset
+    }
+
+    /// Goes to the next record that matters; `None` at the end of the data. After [`RawError::Damaged`] that is `skippable` the
+    /// records behind the damage follow.
+    pub(super) fn advance(&mut self) -> Result<Option<Place>, RawError> {
+        loop {
+            if self.at < self.chunk.len() {
+                let Some((opcode, body)) = inner_record(&self.chunk, self.at) else {
+                    self.at = self.chunk.len();
+                    return Err(damaged(
+                        self.offset,
+                        "a record of the chunk is longer than the chunk",
+                    ));
+                };
+                self.at = body.end;
+                if matches!(opcode, op::SCHEMA | op::CHANNEL | op::MESSAGE) {
+                    return Ok(Some(Place { opcode, in_chunk: Some(body) }));
+                }
+                continue;
+            }
+            match self.read_record()? {
+                None => return Ok(None),
+                Some(op::CHUNK) => self.open_chunk()?,
+                Some(
+                    opcode @ (op::SCHEMA
+                    | op::CHANNEL
+                    | op::MESSAGE
+                    | op::ATTACHMENT
+                    | op::METADATA),
+                ) => return Ok(Some(Place { opcode, in_chunk: None })),
+                Some(_) => {}
+            }
+        }
+    }
+
+    /// The record that [`RawReader::advance`] went to.
+    pub(super) fn record(&self, place: &Place) -> Result<RawRecord<'_>, RawError> {
+        let body = match &place.in_chunk {
+            Some(range) => self.chunk.get(range.clone()),
+            None => Some(self.body.as_slice()),
+        };
+        let parsed = body.and_then(|body| parse(place.opcode, body));
+        parsed.ok_or_else(|| damaged(self.offset, "a record has not the form of its kind"))
+    }
+
+    /// Reads the next record of the file into `body`: its opcode, or `None` at the end of the data.
+    fn read_record(&mut self) -> Result<Option<u8>, RawError> {
+        if self.ended {
+            return Ok(None);
+        }
+        self.offset = self.next;
+        let offset = self.offset;
+        let mut head = [0; 9];
+        let read = fill(&mut self.input, &mut head).map_err(RawError::Io)?;
+        if read < head.len() {
+            self.ended = true;
+            return Err(RawError::Truncated { offset });
+        }
+        let [opcode, len @ ..] = head;
+        let len = u64::from_le_bytes(len);
+        if matches!(opcode, op::DATA_END | op::FOOTER) {
+            self.ended = true;
+            self.read_end(opcode, len)?;
+            return Ok(None);
+        }
+        if len > LONGEST || opcode == 0 {
+            self.ended = true;
+            let what = format!("a record of {len} bytes, kind {opcode:#04x}");
+            return Err(RawError::Damaged { offset, what, skippable: false });
+        }
+        self.body.clear();
+        let read = (&mut self.input).take(len).read_to_end(&mut self.body).map_err(RawError::Io)?;
+        if (read as u64) < len {
+            self.ended = true;
+            return Err(RawError::Truncated { offset });
+        }
+        self.next = offset + head.len() as u64 + len;
+        Ok(Some(opcode))
+    }
+
+    /// Whether the end of the data was followed by an index that is whole.
+    pub(super) fn finished(&self) -> bool {
+        self.finished
+    }
+
+    /// Bytes of the file up to where reading went.
+    pub(super) fn position(&self) -> u64 {
+        self.next
+    }
+
+    /// Reads what follows the data, whose last record has just begun, and checks it.
+    fn read_end(&mut self, opcode: u8, len: u64) -> Result<(), RawError> {
+        self.body.clear();
+        let read =
+            (&mut self.input).take(LONGEST).read_to_end(&mut self.body).map_err(RawError::Io)?;
+        self.next = self.offset + 9 + read as u64;
+        let data_end = usize::try_from(len).ok().filter(|_| opcode == op::DATA_END);
+        self.finished = data_end.and_then(|len| self.body.get(len..)).is_some_and(is_end);
+        Ok(())
+    }
+
+    /// Decompresses the chunk in `body` and checks it.
+    fn open_chunk(&mut self) -> Result<(), RawError> {
+        let offset = self.offset;
+        self.chunk.clear();
+        self.at = 0;
+        let damage = |what: &str| damaged(offset, what);
+        let mut fields = Fields(&self.body);
+        let header =
+            fields.chunk_header().ok_or_else(|| damage("the chunk ends inside its header"))?;
+        if header.size > LONGEST {
+            return Err(damage("the chunk says it is longer than any chunk"));
+        }
+        match header.compression {
+            "" => self.chunk.extend_from_slice(header.data),
+            "lz4" => {
+                let decoder = lz4::Decoder::new(header.data).map_err(RawError::Io)?;
+                if decoder.take(header.size + 1).read_to_end(&mut self.chunk).is_err() {
+                    self.chunk.clear();
+                    return Err(damage("the chunk cannot be decompressed"));
+                }
+            }
+            other => {
+                let what = format!("chunks compressed with {other:?}, which gripd does not use");
+                return Err(RawError::Damaged { offset, what, skippable: true });
+            }
+        }
+        let whole = self.chunk.len() as u64 == header.size;
+        if !whole || (header.crc != 0 && crc32fast::hash(&self.chunk) != header.crc) {
+            self.chunk.clear();
+            return Err(damage("the chunk has not the checksum that it says"));
+        }
+        Ok(())
+    }
+}
+
+fn damaged(offset: u64, what: &str) -> RawError {
+    RawError::Damaged { offset, what: what.to_owned(), skippable: true }
+}
+
+/// Fills `out` as far as the input goes: how far.
+fn fill(input: &mut impl Read, out: &mut [u8]) -> io::Result<usize> {
+    let mut filled = 0;
+    while let Some(rest) = out.get_mut(filled..).filter(|rest| !rest.is_empty()) {
+        match input.read(rest) {
+            Ok(0) => break,
+            Ok(read) => filled += read,
+            Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+            Err(error) => return Err(error),
+        }
+    }
+    Ok(filled)
+}
+
+/// Whether the bytes after the data are an index with its checksum, the footer and the magic.
+fn is_end(bytes: &[u8]) -> bool {
+    // Opcode, length, place of the index, place of its offsets, checksum.
+    const FOOTER: usize = 9 + 8 + 8 + 4;
+    let whole = || {
+        let rest = bytes.strip_suffix(&MAGIC)?;
+        let footer = rest.get(rest.len().checked_sub(FOOTER)?..)?;
+        let (checked, crc) = rest.split_last_chunk::<4>()?;
+        let crc = u32::from_le_bytes(*crc);
+        let good = crc == 0 || crc == crc32fast::hash(checked);
+        Some(good && footer.first() == Some(&op::FOOTER))
+    };
+    whole().unwrap_or(false)
+}
+
+/// Opcode and place of the body of the record that begins at `from`.
+fn inner_record(chunk: &[u8], from: usize) -> Option<(u8, core::ops::Range<usize>)> {
+    let head: [u8; 9] = *chunk.get(from..)?.first_chunk()?;
+    let [opcode, len @ ..] = head;
+    let start = from + head.len();
+    let end = start.checked_add(usize::try_from(u64::from_le_bytes(len)).ok()?)?;
+    (end <= chunk.len()).then_some((opcode, start..end))
+}
+
+/// The record in `body`; `None` where it has not the form of its kind.
+fn parse(opcode: u8, body: &[u8]) -> Option<RawRecord<'_>> {
+    let mut f = Fields(body);
+    Some(match opcode {
+        op::SCHEMA => RawRecord::Schema {
+            id: f.u16()?,
+            name: f.text()?,
+            encoding: f.text()?,
+            data: f.sized()?,
+        },
+        op::CHANNEL => RawRecord::Channel {
+            id: f.u16()?,
+            schema: f.u16()?,
+            topic: f.text()?,
+            encoding: f.text()?,
+            metadata: f.map()?,
+        },
+        op::MESSAGE => RawRecord::Message {
+            channel: f.u16()?,
+            sequence: f.u32()?,
+            log_ns: f.u64()?,
+            publish_ns: f.u64()?,
+            data: f.0,
+        },
+        op::ATTACHMENT => f.attachment(body)?,
+        op::METADATA => RawRecord::Metadata { name: f.text()?, values: f.map()? },
+        _ => return None,
+    })
+}
+
+/// What stands before the records of a chunk.
+struct ChunkHeader<'a> {
+    size: u64,
+    crc: u32,
+    compression: &'a str,
+    data: &'a [u8],
+}
+
+/// Takes field after field from the front.
+struct Fields<'a>(&'a [u8]);
+
+impl<'a> Fields<'a> {
+    fn slice(&mut self, len: usize) -> Option<&'a [u8]> {
+        let (taken, rest) = self.0.split_at_checked(len)?;
+        self.0 = rest;
+        Some(taken)
+    }
+
+    fn take<const N: usize>(&mut self) -> Option<[u8; N]> {
+        self.slice(N)?.first_chunk().copied()
+    }
+
+    fn u16(&mut self) -> Option<u16> {
+        self.take().map(u16::from_le_bytes)
+    }
+
+    fn u32(&mut self) -> Option<u32> {
+        self.take().map(u32::from_le_bytes)
+    }
+
+    fn u64(&mut self) -> Option<u64> {
+        self.take().map(u64::from_le_bytes)
+    }
+
+    fn sized(&mut self) -> Option<&'a [u8]> {
+        let len = usize::try_from(self.u32()?).ok()?;
+        self.slice(len)
+    }
+
+    fn text(&mut self) -> Option<&'a str> {
+        core::str::from_utf8(self.sized()?).ok()
+    }
+
+    fn map(&mut self) -> Option<BTreeMap<String, String>> {
+        let mut inner = Fields(self.sized()?);
+        let mut map = BTreeMap::new();
+        while !inner.0.is_empty() {
+            map.insert(inner.text()?.to_owned(), inner.text()?.to_owned());
+        }
+        Some(map)
+    }
+
+    fn attachment(&mut self, body: &[u8]) -> Option<RawRecord<'a>> {
+        let (log_ns, create_ns) = (self.u64()?, self.u64()?);
+        let (name, media_type) = (self.text()?, self.text()?);
+        let len = usize::try_from(self.u64()?).ok()?;
+        let data = self.slice(len)?;
+        let crc = self.u32()?;
+        let checked = body.get(..body.len().checked_sub(4 + self.0.len())?)?;
+        let good = crc == 0 || crc32fast::hash(checked) == crc;
+        good.then_some(RawRecord::Attachment { log_ns, create_ns, name, media_type, data })
+    }
+
+    fn chunk_header(&mut self) -> Option<ChunkHeader<'a>> {
+        let (_start, _end) = (self.u64()?, self.u64()?);
+        let (size, crc, compression) = (self.u64()?, self.u32()?, self.text()?);
+        let len = usize::try_from(self.u64()?).ok()?;
+        Some(ChunkHeader { size, crc, compression, data: self.slice(len)? })
+    }
+}

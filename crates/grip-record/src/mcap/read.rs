@@ -1,0 +1,160 @@
+//! A recording of gripd in, its messages, files and notes out in their order.
+
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::{BufReader, Read};
+use std::path::{Path, PathBuf};
+
+use super::error::McapError;
+use super::raw::{Place, RawError, RawReader, RawRecord};
+use super::record::Record;
+use super::schema::{MESSAGE_ENCODING, SCHEMA_ENCODING, Topic, fields};
+
+/// One thing that a recording holds.
+#[derive(Debug, PartialEq)]
+pub enum Entry<'a> {
+    /// A message.
+    Message {
+        /// Wall time at which the host had it (ns since 1970); never goes back.
+        log_ns: u64,
+        /// What it says.
+        record: Record<'a>,
+    },
+    /// A file inside the recording.
+    Attachment {
+        /// Its name.
+        name: &'a str,
+        /// Its media type.
+        media_type: &'a str,
+        /// Its bytes.
+        data: &'a [u8],
+    },
+    /// Names and values under a title.
+    Metadata {
+        /// The title.
+        name: &'a str,
+        /// The values.
+        values: BTreeMap<String, String>,
+    },
+}
+
+/// Reads a recording from its start, chunk by chunk; a file without its end is read as far as it is whole.
+#[derive(Debug)]
+pub struct McapReader<R> {
+    file: PathBuf,
+    raw: RawReader<R>,
+    /// Schemas by their number: the topics they can serve.
+    schemas: BTreeMap<u16, Topic>,
+    /// Topics by the number of their channel.
+    channels: BTreeMap<u16, Topic>,
+    taxels: Vec<f32>,
+}
+
+impl McapReader<BufReader<File>> {
+    /// Opens the recording in `file`.
+    ///
+    /// # Errors
+    /// Where it cannot be read, or is no MCAP file.
+    pub fn open(file: &Path) -> Result<Self, McapError> {
+        let input = File::open(file)
+            .map_err(|source| McapError::Unreadable { file: file.to_owned(), source })?;
+        Self::new(file, BufReader::with_capacity(1 << 16, input))
+    }
+}
+
+impl<R: Read> McapReader<R> {
+    /// Reads from `input`; `file` is only named in errors.
+    ///
+    /// # Errors
+    /// Where it cannot be read, or does not begin as an MCAP file.
+    pub fn new(file: &Path, input: R) -> Result<Self, McapError> {
+        let raw = RawReader::new(input).map_err(|error| told(file, error))?;
+        let file = file.to_owned();
+        let (schemas, channels) = (BTreeMap::new(), BTreeMap::new());
+        Ok(Self { file, raw, schemas, channels, taxels: Vec::new() })
+    }
+
+    /// The next thing; `None` at the end of the recording.
+    ///
+    /// # Errors
+    /// Where the file ends too early, is damaged, or is not a recording of gripd.
+    pub fn next_entry(&mut self) -> Result<Option<Entry<'_>>, McapError> {
+        loop {
+            match self.raw.advance().map_err(|error| told(&self.file, error))? {
+                None => return Ok(None),
+                Some(place) if place.announces() => self.announce(&place)?,
+                Some(place) => return self.entry(&place).map(Some),
+            }
+        }
+    }
+
+    /// Learns a schema or a channel, where it is one of ours.
+    fn announce(&mut self, place: &Place) -> Result<(), McapError> {
+        let foreign = |what: String| McapError::Foreign { file: self.file.clone(), what };
+        match self.raw.record(place).map_err(|error| told(&self.file, error))? {
+            RawRecord::Schema { id, name, encoding, data } => {
+                let topic = own_schema(name, encoding, data).map_err(foreign)?;
+                self.schemas.insert(id, topic);
+            }
+            RawRecord::Channel { id, schema, topic, encoding, .. } => {
+                let described = self.schemas.get(&schema).copied();
+                let own = Topic::from_name(topic)
+                    .filter(|own| described == Some(*own) && encoding == MESSAGE_ENCODING)
+                    .ok_or_else(|| foreign(format!("it has the topic {topic:?} ({encoding})")))?;
+                self.channels.insert(id, own);
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+
+    fn entry(&mut self, place: &Place) -> Result<Entry<'_>, McapError> {
+        let Self { file, raw, channels, taxels, .. } = self;
+        let offset = raw.offset();
+        let damaged = |what| McapError::Damaged { file: file.clone(), offset, what };
+        Ok(match raw.record(place).map_err(|error| told(file, error))? {
+            RawRecord::Message { channel, log_ns, data, .. } => {
+                let topic = *channels.get(&channel).ok_or_else(|| {
+                    damaged(format!("a message of channel {channel}, which was not announced"))
+                })?;
+                let record = Record::decode(topic, data, taxels).map_err(|source| {
+                    McapError::Message { file: file.clone(), offset, topic, source }
+                })?;
+                Entry::Message { log_ns, record }
+            }
+            RawRecord::Attachment { name, media_type, data, .. } => {
+                Entry::Attachment { name, media_type, data }
+            }
+            RawRecord::Metadata { name, values } => Entry::Metadata { name, values },
+            RawRecord::Schema { .. } | RawRecord::Channel { .. } => {
+                return Err(damaged("a schema where a message should be".to_owned()));
+            }
+        })
+    }
+}
+
+/// The topic whose messages the schema describes, or what is foreign about it.
+fn own_schema(name: &str, encoding: &str, data: &[u8]) -> Result<Topic, String> {
+    let topic = Topic::ALL.into_iter().find(|topic| topic.schema() == name);
+    let topic = topic.filter(|_| encoding == SCHEMA_ENCODING);
+    let topic =
+        topic.ok_or_else(|| format!("it has messages of the type {name:?} ({encoding})"))?;
+    let same =
+        core::str::from_utf8(data).is_ok_and(|text| fields(text) == fields(&topic.definition()));
+    if same {
+        return Ok(topic);
+    }
+    Err(format!(
+        "its messages of the type {name:?} have other fields than this version of gripctl knows"
+    ))
+}
+
+pub(super) fn told(file: &Path, error: RawError) -> McapError {
+    let file = file.to_owned();
+    match error {
+        RawError::Io(source) => McapError::Unreadable { file, source },
+        RawError::NoMcap => McapError::NoMcap { file },
+        RawError::Truncated { offset } => McapError::Truncated { file, offset },
+        RawError::Damaged { offset, what, .. } => McapError::Damaged { file, offset, what },
+    }
+}

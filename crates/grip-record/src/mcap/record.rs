@@ -1,0 +1,444 @@
+//! What a recording holds, one kind for each topic, as the bytes of its message and back.
+
+use slip_core::{
+    Sample, detector::ReferenceHealth, distance::TravelHealth, grip::GripState, health::Health,
+    pressure::PressureHealth, scene::Scene, units::Micros,
+};
+
+use super::cdr::{CdrError, CdrReader, CdrWriter};
+use super::codes::{self, GRIPS, PRESSURE, REFERENCE, SCENES, STYLUS, TRAVEL};
+use super::schema::Topic;
+use crate::channels::Channel;
+
+/// One message of a recording.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Record<'a> {
+    /// Sensor readings.
+    Sample(SampleRecord<'a>),
+    /// What the pipeline thinks.
+    State(StateRecord),
+    /// A line worth reading.
+    Event(EventRecord<'a>),
+    /// A force command.
+    Command(CommandRecord),
+    /// A client's command.
+    Client(ClientRecord),
+    /// News of the link.
+    Link(LinkRecord<'a>),
+    /// Bytes of the line.
+    Wire(WireRecord<'a>),
+    /// A pipeline begins.
+    Pipeline(PipelineRecord<'a>),
+}
+
+/// A row of sensor readings.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SampleRecord<'a> {
+    /// Number of the row on the device; wraps.
+    pub index: u32,
+    /// The sample.
+    pub sample: Sample,
+    /// The frame of the taxel array that came with it, empty where none did.
+    pub taxels: &'a [f32],
+}
+
+/// The pipeline after a frame; see the State message for units.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StateRecord {
+    /// Device time of the last sample.
+    pub t: Micros,
+    /// Scene.
+    pub scene: Scene,
+    /// What the force controller does; `None` where the pipeline only observes.
+    pub grip: Option<GripState>,
+    /// State of the stylus.
+    pub health: Health,
+    /// State of the motion reference.
+    pub reference_health: ReferenceHealth,
+    /// State of the travel channel.
+    pub travel_health: TravelHealth,
+    /// State of the taxel array.
+    pub pressure_health: PressureHealth,
+    /// Slip statistic over its threshold.
+    pub statistic: f32,
+    /// Commanded force (N).
+    pub command_n: Option<f32>,
+    /// Measured normal force (N).
+    pub applied_n: Option<f32>,
+    /// The last E_sc as printed (W).
+    pub esc_w: Option<f64>,
+    /// Whether it depends on the surface at the assumed noise.
+    pub esc_informative: bool,
+    /// The last estimate (N).
+    pub estimate_n: Option<f32>,
+    /// Whether it lies outside what the network was trained on.
+    pub extrapolated: bool,
+    /// Rows lost so far.
+    pub lost: u64,
+    /// Sample rate in force (Hz).
+    pub rate_hz: u32,
+}
+
+/// A line worth reading; NaN or an empty string where a field has no meaning.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[expect(missing_docs, reason = "as in the Event message and in the JSON line")]
+pub struct EventRecord<'a> {
+    pub t_s: f64,
+    pub kind: &'a str,
+    pub phase: &'a str,
+    pub method: &'a str,
+    pub channel: &'a str,
+    pub health: &'a str,
+    pub duration_s: f64,
+    pub esc_w: f64,
+    pub esc_value: f64,
+    pub statistic: f32,
+    pub confidence: f32,
+    pub speed_m_s: f32,
+    pub speed_sigma_m_s: f32,
+    pub moved_m: f32,
+    pub irregularities: f32,
+    pub estimate_n: f32,
+    pub command_n: f32,
+    /// The line itself, which is what counts.
+    pub json: &'a str,
+}
+
+impl Default for EventRecord<'_> {
+    /// Nothing is known.
+    fn default() -> Self {
+        let (text, long, short) = ("", f64::NAN, f32::NAN);
+        Self {
+            t_s: long,
+            kind: text,
+            phase: text,
+            method: text,
+            channel: text,
+            health: text,
+            duration_s: long,
+            esc_w: long,
+            esc_value: long,
+            statistic: short,
+            confidence: short,
+            speed_m_s: short,
+            speed_sigma_m_s: short,
+            moved_m: short,
+            irregularities: short,
+            estimate_n: short,
+            command_n: short,
+            json: text,
+        }
+    }
+}
+
+/// A force command as it was written to the gripper.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct CommandRecord {
+    /// Command number.
+    pub cmd_id: u32,
+    /// Mode code of the link.
+    pub mode: u8,
+    /// b0: answers a slip.
+    pub flags: u8,
+    /// Life (ms); 0 for that of the configuration.
+    pub ttl_ms: u16,
+    /// Force (mN).
+    pub force_mn: i32,
+    /// Change of force (mN/s); 0 for that of the configuration.
+    pub slew_mn_s: u32,
+    /// Index of the sample that caused it.
+    pub cause_sample: u32,
+}
+
+/// A client's command.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ClientRecord {
+    /// Hold with at least this force (N).
+    AtLeast(f32),
+    /// Let go.
+    Release,
+    /// Close again.
+    Grasp,
+    /// Stop in software.
+    Stop,
+    /// Clear the fault with this code.
+    ClearFault(u16),
+}
+
+/// News of the link.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct LinkRecord<'a> {
+    /// What happened, as in the Link message.
+    pub kind: &'a str,
+    /// The rest as a JSON object.
+    pub detail: &'a str,
+}
+
+/// Bytes of the line.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct WireRecord<'a> {
+    /// Whether they went to the gripper.
+    pub to_device: bool,
+    /// The bytes.
+    pub bytes: &'a [u8],
+}
+
+/// A pipeline begins.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PipelineRecord<'a> {
+    /// Whether it began in an earlier file.
+    pub continued: bool,
+    /// Force (N) at which the controller takes over a grip.
+    pub carried_n: Option<f32>,
+    /// Force (N) that a client asked for; 0 where none did.
+    pub least_n: f32,
+    /// Whether a client had let go of the object.
+    pub released: bool,
+    /// Taxels of the gripper's array.
+    pub taxels: u32,
+    /// Samples per second.
+    pub rate_hz: f32,
+    /// Whether the force controller runs.
+    pub grips: bool,
+    /// Every setting, as JSON.
+    pub config: &'a str,
+}
+
+impl Record<'_> {
+    /// The topic it belongs to.
+    #[must_use]
+    pub const fn topic(&self) -> Topic {
+        match self {
+            Self::Sample(_) => Topic::Sample,
+            Self::State(_) => Topic::State,
+            Self::Event(_) => Topic::Event,
+            Self::Command(_) => Topic::Command,
+            Self::Client(_) => Topic::Client,
+            Self::Link(_) => Topic::Link,
+            Self::Wire(_) => Topic::Wire,
+            Self::Pipeline(_) => Topic::Pipeline,
+        }
+    }
+
+    /// Appends its message, stamped `stamp_ns` (since 1970), to `out`.
+    pub fn encode(&self, stamp_ns: u64, out: &mut Vec<u8>) {
+        let mut w = CdrWriter::new(out);
+        w.time(stamp_ns);
+        match self {
+            Self::Sample(record) => record.encode(&mut w),
+            Self::State(record) => record.encode(&mut w),
+            Self::Event(record) => record.encode(&mut w),
+            Self::Command(record) => record.encode(&mut w),
+            Self::Client(record) => record.encode(&mut w),
+            Self::Link(record) => {
+                w.text(record.kind).text(record.detail);
+            }
+            Self::Wire(record) => {
+                w.bool(record.to_device).bytes(record.bytes);
+            }
+            Self::Pipeline(record) => record.encode(&mut w),
+        }
+    }
+}
+
+impl<'a> Record<'a> {
+    /// Reads a message of `topic`; `taxels` is written over with its frame.
+    ///
+    /// # Errors
+    /// Where the bytes are no such message.
+    pub fn decode(
+        topic: Topic,
+        bytes: &'a [u8],
+        taxels: &'a mut Vec<f32>,
+    ) -> Result<Self, CdrError> {
+        let mut r = CdrReader::new(bytes)?;
+        r.time()?;
+        Ok(match topic {
+            Topic::Sample => Self::Sample(SampleRecord::decode(&mut r, taxels)?),
+            Topic::State => Self::State(StateRecord::decode(&mut r)?),
+            Topic::Event => Self::Event(EventRecord::decode(&mut r)?),
+            Topic::Command => Self::Command(CommandRecord::decode(&mut r)?),
+            Topic::Client => Self::Client(ClientRecord::decode(&mut r)?),
+            Topic::Link => Self::Link(LinkRecord { kind: r.text()?, detail: r.text()? }),
+            Topic::Wire => Self::Wire(WireRecord { to_device: r.bool()?, bytes: r.bytes()? }),
+            Topic::Pipeline => Self::Pipeline(PipelineRecord::decode(&mut r)?),
+        })
+    }
+}
+
+impl SampleRecord<'_> {
+    #[inline]
+    fn encode(&self, w: &mut CdrWriter<'_>) {
+        let sample = &self.sample;
+        let mut present = 0;
+        let mut readings = [f32::NAN; Channel::ALL.len()];
+        for (bit, (channel, place)) in Channel::ALL.into_iter().zip(&mut readings).enumerate() {
+            if let Some(value) = channel.reading(sample) {
+                present |= 1 << bit;
+                *place = value;
+            }
+        }
+        w.u64(sample.t.0).u32(self.index).u16(present).f32(sample.stylus);
+        for value in readings {
+            w.f32(value);
+        }
+        w.floats(self.taxels);
+    }
+}
+
+impl<'a> SampleRecord<'a> {
+    fn decode(r: &mut CdrReader<'_>, taxels: &'a mut Vec<f32>) -> Result<Self, CdrError> {
+        let t = Micros(r.u64()?);
+        let (index, present) = (r.u32()?, r.u16()?);
+        let mut sample = Sample::stylus(t, r.f32()?);
+        for (bit, channel) in Channel::ALL.into_iter().enumerate() {
+            let value = r.f32()?;
+            channel.set(&mut sample, (present >> bit & 1 == 1).then_some(value));
+        }
+        taxels.clear();
+        r.floats(taxels)?;
+        Ok(Self { index, sample, taxels })
+    }
+}
+
+impl StateRecord {
+    fn encode(&self, w: &mut CdrWriter<'_>) {
+        w.u64(self.t.0).u8(codes::code(&SCENES, &self.scene)).u8(codes::code(&GRIPS, &self.grip));
+        w.u8(codes::code(&STYLUS, &self.health));
+        w.u8(codes::code(&REFERENCE, &self.reference_health));
+        w.u8(codes::code(&TRAVEL, &self.travel_health));
+        w.u8(codes::code(&PRESSURE, &self.pressure_health));
+        w.f32(self.statistic).f32(short(self.command_n)).f32(short(self.applied_n));
+        w.f64(self.esc_w.unwrap_or(f64::NAN)).bool(self.esc_informative);
+        w.f32(short(self.estimate_n)).bool(self.extrapolated).u64(self.lost).u32(self.rate_hz);
+    }
+
+    fn decode(r: &mut CdrReader<'_>) -> Result<Self, CdrError> {
+        Ok(Self {
+            t: Micros(r.u64()?),
+            scene: codes::read(&SCENES, r)?,
+            grip: codes::read(&GRIPS, r)?,
+            health: codes::read(&STYLUS, r)?,
+            reference_health: codes::read(&REFERENCE, r)?,
+            travel_health: codes::read(&TRAVEL, r)?,
+            pressure_health: codes::read(&PRESSURE, r)?,
+            statistic: r.f32()?,
+            command_n: known(r.f32()?),
+            applied_n: known(r.f32()?),
+            esc_w: Some(r.f64()?).filter(|value| !value.is_nan()),
+            esc_informative: r.bool()?,
+            estimate_n: known(r.f32()?),
+            extrapolated: r.bool()?,
+            lost: r.u64()?,
+            rate_hz: r.u32()?,
+        })
+    }
+}
+
+impl<'a> EventRecord<'a> {
+    fn encode(&self, w: &mut CdrWriter<'_>) {
+        w.f64(self.t_s).text(self.kind).text(self.phase).text(self.method);
+        w.text(self.channel).text(self.health);
+        w.f64(self.duration_s).f64(self.esc_w).f64(self.esc_value);
+        w.f32(self.statistic).f32(self.confidence).f32(self.speed_m_s).f32(self.speed_sigma_m_s);
+        w.f32(self.moved_m).f32(self.irregularities).f32(self.estimate_n).f32(self.command_n);
+        w.text(self.json);
+    }
+
+    fn decode(r: &mut CdrReader<'a>) -> Result<Self, CdrError> {
+        Ok(Self {
+            t_s: r.f64()?,
+            kind: r.text()?,
+            phase: r.text()?,
+            method: r.text()?,
+            channel: r.text()?,
+            health: r.text()?,
+            duration_s: r.f64()?,
+            esc_w: r.f64()?,
+            esc_value: r.f64()?,
+            statistic: r.f32()?,
+            confidence: r.f32()?,
+            speed_m_s: r.f32()?,
+            speed_sigma_m_s: r.f32()?,
+            moved_m: r.f32()?,
+            irregularities: r.f32()?,
+            estimate_n: r.f32()?,
+            command_n: r.f32()?,
+            json: r.text()?,
+        })
+    }
+}
+
+impl CommandRecord {
+    fn encode(&self, w: &mut CdrWriter<'_>) {
+        #[expect(clippy::cast_precision_loss, reason = "for plots; force_mn is exact")]
+        let force_n = self.force_mn as f32 / 1000.0;
+        w.u32(self.cmd_id).u8(self.mode).bool(self.flags & 1 == 1).u8(self.flags);
+        w.u16(self.ttl_ms).i32(self.force_mn).f32(force_n);
+        w.u32(self.slew_mn_s).u32(self.cause_sample);
+    }
+
+    fn decode(r: &mut CdrReader<'_>) -> Result<Self, CdrError> {
+        let (cmd_id, mode) = (r.u32()?, r.u8()?);
+        r.bool()?;
+        let (flags, ttl_ms, force_mn) = (r.u8()?, r.u16()?, r.i32()?);
+        r.f32()?;
+        let (slew_mn_s, cause_sample) = (r.u32()?, r.u32()?);
+        Ok(Self { cmd_id, mode, flags, ttl_ms, force_mn, slew_mn_s, cause_sample })
+    }
+}
+
+impl ClientRecord {
+    fn encode(&self, w: &mut CdrWriter<'_>) {
+        let (kind, force_n, fault) = match *self {
+            Self::AtLeast(force_n) => (0, force_n, 0),
+            Self::Release => (1, f32::NAN, 0),
+            Self::Grasp => (2, f32::NAN, 0),
+            Self::Stop => (3, f32::NAN, 0),
+            Self::ClearFault(fault) => (4, f32::NAN, fault),
+        };
+        w.u8(kind).f32(force_n).u16(fault);
+    }
+
+    fn decode(r: &mut CdrReader<'_>) -> Result<Self, CdrError> {
+        let (code, force_n, fault) = (r.u8()?, r.f32()?, r.u16()?);
+        match code {
+            0 => Ok(Self::AtLeast(force_n)),
+            1 => Ok(Self::Release),
+            2 => Ok(Self::Grasp),
+            3 => Ok(Self::Stop),
+            4 => Ok(Self::ClearFault(fault)),
+            code => Err(CdrError::Code { code, at: r.position() }),
+        }
+    }
+}
+
+impl<'a> PipelineRecord<'a> {
+    fn encode(&self, w: &mut CdrWriter<'_>) {
+        w.bool(self.continued).bool(self.carried_n.is_some()).f32(short(self.carried_n));
+        w.f32(self.least_n).bool(self.released);
+        w.u32(self.taxels).f32(self.rate_hz).bool(self.grips).text(self.config);
+    }
+
+    fn decode(r: &mut CdrReader<'a>) -> Result<Self, CdrError> {
+        let (continued, carries, carried_n) = (r.bool()?, r.bool()?, r.f32()?);
+        Ok(Self {
+            continued,
+            carried_n: carries.then_some(carried_n),
+            least_n: r.f32()?,
+            released: r.bool()?,
+            taxels: r.u32()?,
+            rate_hz: r.f32()?,
+            grips: r.bool()?,
+            config: r.text()?,
+        })
+    }
+}
+
+fn short(value: Option<f32>) -> f32 {
+    value.unwrap_or(f32::NAN)
+}
+
+fn known(value: f32) -> Option<f32> {
+    Some(value).filter(|value| !value.is_nan())
+}

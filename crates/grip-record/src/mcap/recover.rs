@@ -1,0 +1,146 @@
+//! A recording that was cut off or damaged in, a finished one with all that is whole out.
+
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+use std::io::{Read, Write};
+use std::path::Path;
+
+use mcap::records::{MessageHeader, Metadata};
+use mcap::write::NoSeek;
+use mcap::{Attachment, Writer};
+
+use super::error::{McapError, McapWriteError};
+use super::raw::{RawError, RawReader, RawRecord};
+use super::read::told;
+use super::write::options;
+
+/// What a recovery has saved and what it could not.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Recovered {
+    /// Messages saved.
+    pub messages: u64,
+    /// Files inside the recording that were saved.
+    pub attachments: u64,
+    /// Log times (ns since 1970) of the first and the last message saved.
+    pub span_ns: Option<(u64, u64)>,
+    /// Places in the middle that were damaged and left out: the offset and what does not fit.
+    pub holes: Vec<(u64, String)>,
+    /// Where the file ends too early, or where nothing more can be made out; its length where only the index is missing or damaged.
+    pub cut_at: Option<u64>,
+}
+
+impl Recovered {
+    /// Whether the input was a finished recording without damage.
+    #[must_use]
+    pub fn was_whole(&self) -> bool {
+        self.holes.is_empty() && self.cut_at.is_none()
+    }
+}
+
+/// Why a recovery failed.
+#[derive(Debug, thiserror::Error)]
+pub enum RecoverError {
+    /// The input cannot be read at all.
+    #[error(transparent)]
+    Read(#[from] McapError),
+    /// The output cannot be written.
+    #[error(transparent)]
+    Write(#[from] McapWriteError),
+}
+
+/// Copies every whole record from `input` to `out` and finishes it. `file` names the input in errors, `program` who writes.
+///
+/// Topics and schemas may be anybody's. A damaged chunk in the middle is left out and told; messages whose topic was announced
+/// only there are lost with it.
+///
+/// # Errors
+/// Where the input is no MCAP file or cannot be read, or the output cannot be written.
+pub fn recover(
+    file: &Path,
+    input: impl Read,
+    out: impl Write,
+    program: &str,
+) -> Result<Recovered, RecoverError> {
+    let mut raw = RawReader::new(input).map_err(|error| told(file, error))?;
+    let mut copy = Copy {
+        out: Writer::with_options(NoSeek::new(out), options("ros2", program))
+            .map_err(McapWriteError)?,
+        channels: BTreeMap::new(),
+        schemas: BTreeMap::new(),
+        saved: Recovered::default(),
+    };
+    loop {
+        match raw.advance().and_then(|place| place.map(|place| raw.record(&place)).transpose()) {
+            Ok(None) => {
+                copy.saved.cut_at = (!raw.finished()).then(|| raw.position());
+                break;
+            }
+            Ok(Some(record)) => copy.take(record, raw.offset()).map_err(McapWriteError)?,
+            Err(RawError::Damaged { offset, what, skippable: true }) => {
+                copy.saved.holes.push((offset, what));
+            }
+            Err(RawError::Truncated { offset } | RawError::Damaged { offset, .. }) => {
+                copy.saved.cut_at = Some(offset);
+                break;
+            }
+            Err(error) => return Err(told(file, error).into()),
+        }
+    }
+    copy.out.finish().map_err(McapWriteError)?;
+    Ok(copy.saved)
+}
+
+struct Copy<W: Write> {
+    out: Writer<NoSeek<W>>,
+    /// Numbers in the input and in the output.
+    channels: BTreeMap<u16, u16>,
+    schemas: BTreeMap<u16, u16>,
+    saved: Recovered,
+}
+
+impl<W: Write> Copy<W> {
+    fn take(&mut self, record: RawRecord<'_>, offset: u64) -> mcap::McapResult<()> {
+        match record {
+            RawRecord::Schema { id, name, encoding, data } => {
+                let ours = self.out.add_schema(name, encoding, data)?;
+                self.schemas.insert(id, ours);
+            }
+            RawRecord::Channel { id, schema, topic, encoding, metadata } => {
+                let schema = self.schemas.get(&schema).copied().unwrap_or(0);
+                let ours = self.out.add_channel(schema, topic, encoding, &metadata)?;
+                self.channels.insert(id, ours);
+            }
+            RawRecord::Message { channel, sequence, log_ns, publish_ns, data } => {
+                let Some(&channel_id) = self.channels.get(&channel) else {
+                    let what = format!("a message of channel {channel}, which was not announced");
+                    self.saved.holes.push((offset, what));
+                    return Ok(());
+                };
+                let header = MessageHeader {
+                    channel_id,
+                    sequence,
+                    log_time: log_ns,
+                    publish_time: publish_ns,
+                };
+                self.out.write_to_known_channel(&header, data)?;
+                self.saved.messages += 1;
+                let first = self.saved.span_ns.map_or(log_ns, |(first, _)| first);
+                self.saved.span_ns = Some((first, log_ns));
+            }
+            RawRecord::Attachment { log_ns, create_ns, name, media_type, data } => {
+                self.out.attach(&Attachment {
+                    log_time: log_ns,
+                    create_time: create_ns,
+                    name: name.to_owned(),
+                    media_type: media_type.to_owned(),
+                    data: Cow::Borrowed(data),
+                })?;
+                self.saved.attachments += 1;
+            }
+            RawRecord::Metadata { name, values } => {
+                self.out.write_metadata(&Metadata { name: name.to_owned(), metadata: values })?;
+            }
+        }
+        Ok(())
+    }
+}

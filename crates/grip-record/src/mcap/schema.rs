@@ -1,0 +1,132 @@
+//! The topics of a recording and the definitions of their messages, as PlotJuggler and Foxglove want them.
+
+/// What a message is about; each topic has its own schema.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Topic {
+    /// Sensor readings.
+    Sample,
+    /// What the pipeline thinks.
+    State,
+    /// Lines worth reading.
+    Event,
+    /// Force commands.
+    Command,
+    /// Commands of clients.
+    Client,
+    /// News of the link.
+    Link,
+    /// Raw bytes of the line.
+    Wire,
+    /// What a pipeline begins with.
+    Pipeline,
+}
+
+/// Encoding of the messages, as MCAP names it.
+pub const MESSAGE_ENCODING: &str = "cdr";
+/// Encoding of the schemas, as MCAP names it.
+pub const SCHEMA_ENCODING: &str = "ros2msg";
+
+const TIME: &str = include_str!("msg/Time.msg");
+/// Stands between the definitions of a message and those it uses.
+const BORDER: &str = "================================================================================\nMSG: builtin_interfaces/Time\n";
+
+impl Topic {
+    /// Every topic.
+    pub const ALL: [Self; 8] = [
+        Self::Sample,
+        Self::State,
+        Self::Event,
+        Self::Command,
+        Self::Client,
+        Self::Link,
+        Self::Wire,
+        Self::Pipeline,
+    ];
+
+    /// Name of the topic in a file.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Sample => "/gripper/sample",
+            Self::State => "/gripper/state",
+            Self::Event => "/gripper/event",
+            Self::Command => "/gripper/command",
+            Self::Client => "/gripper/client",
+            Self::Link => "/gripper/link",
+            Self::Wire => "/gripper/wire",
+            Self::Pipeline => "/gripper/pipeline",
+        }
+    }
+
+    /// Name of its schema.
+    #[must_use]
+    pub const fn schema(self) -> &'static str {
+        match self {
+            Self::Sample => "grip_msgs/msg/Sample",
+            Self::State => "grip_msgs/msg/State",
+            Self::Event => "grip_msgs/msg/Event",
+            Self::Command => "grip_msgs/msg/Command",
+            Self::Client => "grip_msgs/msg/Client",
+            Self::Link => "grip_msgs/msg/Link",
+            Self::Wire => "grip_msgs/msg/Wire",
+            Self::Pipeline => "grip_msgs/msg/Pipeline",
+        }
+    }
+
+    /// The definition of its message, that of the time included.
+    #[must_use]
+    pub fn definition(self) -> String {
+        let own = match self {
+            Self::Sample => include_str!("msg/Sample.msg"),
+            Self::State => include_str!("msg/State.msg"),
+            Self::Event => include_str!("msg/Event.msg"),
+            Self::Command => include_str!("msg/Command.msg"),
+            Self::Client => include_str!("msg/Client.msg"),
+            Self::Link => include_str!("msg/Link.msg"),
+            Self::Wire => include_str!("msg/Wire.msg"),
+            Self::Pipeline => include_str!("msg/Pipeline.msg"),
+        };
+        format!("{own}{BORDER}{TIME}")
+    }
+
+    /// The topic of that name.
+    #[must_use]
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|topic| topic.name() == name)
+    }
+
+    /// Place in [`Topic::ALL`].
+    #[must_use]
+    pub const fn index(self) -> usize {
+        self as usize
+    }
+}
+
+/// The fields of a definition, comments and constants left out: what decides whether a message can be read.
+pub(super) fn fields(definition: &str) -> Vec<String> {
+    let lines = definition.lines().take_while(|line| !line.starts_with("===="));
+    let bare = lines.map(|line| line.split('#').next().unwrap_or_default().trim());
+    bare.filter(|line| !line.is_empty() && !line.contains('='))
+        .map(|line| line.split_whitespace().collect::<Vec<_>>().join(" "))
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Topic, fields};
+
+    #[test]
+    fn topics_are_found_by_their_names() {
+        for (index, topic) in Topic::ALL.into_iter().enumerate() {
+            assert_eq!((Topic::from_name(topic.name()), topic.index()), (Some(topic), index));
+            assert!(topic.definition().contains("builtin_interfaces/Time stamp\n"), "{topic:?}");
+        }
+        assert_eq!(Topic::from_name("/gripper"), None);
+    }
+
+    #[test]
+    fn comments_and_constants_are_no_fields() {
+        let text = "# a\nuint8 A=1\n\nuint8  a # b\nstring s\n=====\nMSG: x\nint32 y\n";
+        assert_eq!(fields(text), ["uint8 a", "string s"]);
+    }
+}

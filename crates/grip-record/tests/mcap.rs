@@ -1,0 +1,347 @@
+//! MCAP recordings: everything comes back bit by bit, and whatever is done to a file, what is whole of it is saved.
+#![expect(clippy::unwrap_used, clippy::cast_possible_truncation, reason = "test code")]
+
+use grip_record::mcap::{
+    Attached, ClientRecord, CommandRecord, Entry, EventRecord, LinkRecord, McapError, McapReader,
+    McapWriter, PipelineRecord, Record, SampleRecord, StateRecord, WireRecord, recover,
+};
+use proptest::prelude::{Just, Strategy, any, prop_assert, prop_assert_eq, prop_oneof, proptest};
+use slip_core::{
+    Sample, detector::ReferenceHealth, distance::TravelHealth, grip::GripState, health::Health,
+    pressure::PressureHealth, scene::Scene, units::Micros,
+};
+use std::{collections::BTreeMap, io::Cursor, path::Path};
+
+const ZERO_NS: u64 = 1_763_766_000_000_000_000;
+
+/// Writes to memory that outlives the writer.
+#[derive(Clone, Default)]
+struct Shared(std::rc::Rc<std::cell::RefCell<Vec<u8>>>);
+
+impl std::io::Write for Shared {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        self.0.borrow_mut().extend_from_slice(bytes);
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        Ok(())
+    }
+}
+
+/// What `write` puts into a finished file.
+fn file_of(write: impl FnOnce(&mut McapWriter<Shared>)) -> Vec<u8> {
+    let out = Shared::default();
+    let mut writer = McapWriter::new(out.clone(), "test 1", ZERO_NS).unwrap();
+    write(&mut writer);
+    let written = writer.finish().unwrap();
+    let bytes = out.0.take();
+    assert_eq!(written.bytes, bytes.len() as u64);
+    bytes
+}
+
+/// `count` samples, one a millisecond, flushed every `flush`.
+fn samples(count: u32, flush: u32) -> Vec<u8> {
+    file_of(|writer| {
+        let model = Attached {
+            name: "model.json".into(),
+            media_type: "application/json".into(),
+            data: vec![7; 300],
+        };
+        writer.attach(0, &model).unwrap();
+        for index in 0..count {
+            let t = u64::from(index) * 1000;
+            let sample = Sample::stylus(Micros(t), (index as f32).sin());
+            writer.write(t, &Record::Sample(SampleRecord { index, sample, taxels: &[] })).unwrap();
+            if index % flush == flush - 1 {
+                writer.flush().unwrap();
+            }
+        }
+    })
+}
+
+/// Indices of the samples before the end or the first fault.
+fn indices(bytes: &[u8]) -> (Vec<u32>, Option<McapError>) {
+    let mut found = Vec::new();
+    let mut reader = match McapReader::new(Path::new("x.mcap"), Cursor::new(bytes)) {
+        Ok(reader) => reader,
+        Err(error) => return (found, Some(error)),
+    };
+    loop {
+        match reader.next_entry() {
+            Ok(Some(Entry::Message { record: Record::Sample(sample), .. })) => {
+                found.push(sample.index);
+            }
+            Ok(Some(_)) => {}
+            Ok(None) => return (found, None),
+            Err(error) => return (found, Some(error)),
+        }
+    }
+}
+
+fn recovered(bytes: &[u8]) -> Option<(grip_record::mcap::Recovered, Vec<u8>)> {
+    let out = Shared::default();
+    let saved = recover(Path::new("x.mcap"), Cursor::new(bytes), out.clone(), "test 1").ok()?;
+    Some((saved, out.0.take()))
+}
+
+fn same(a: &Sample, b: &Sample) -> bool {
+    let bits = |s: &Sample| {
+        let options = [
+            s.normal_force_n,
+            s.tangential_n,
+            s.travel_m,
+            s.velocity_m_s,
+            s.second_stylus,
+            s.reference,
+            s.pressure,
+            s.motion,
+        ];
+        (s.t, s.stylus.to_bits(), options.map(|value| value.map(f32::to_bits)))
+    };
+    bits(a) == bits(b)
+}
+
+#[test]
+fn every_kind_of_record_comes_back() {
+    let state = StateRecord {
+        t: Micros(5),
+        scene: Scene::Slipping,
+        grip: Some(GripState::Released),
+        health: Health::Drifting,
+        reference_health: ReferenceHealth::Lost,
+        travel_health: TravelHealth::Backwards,
+        pressure_health: PressureHealth::Failed,
+        statistic: 1.5,
+        command_n: Some(2.5),
+        applied_n: None,
+        esc_w: Some(1e-300),
+        esc_informative: true,
+        estimate_n: Some(0.1),
+        extrapolated: true,
+        lost: u64::MAX,
+        rate_hz: 20_000,
+    };
+    let command = CommandRecord {
+        cmd_id: u32::MAX,
+        mode: 2,
+        flags: 3,
+        ttl_ms: 50,
+        force_mn: -1,
+        slew_mn_s: 7,
+        cause_sample: 9,
+    };
+    let event = EventRecord {
+        t_s: 1.25,
+        kind: "health",
+        phase: "p",
+        method: "m",
+        channel: "c",
+        health: "frozen",
+        duration_s: 1.0,
+        esc_w: 2.0,
+        esc_value: 3.0,
+        statistic: 4.0,
+        confidence: 5.0,
+        speed_m_s: 6.0,
+        speed_sigma_m_s: 7.0,
+        moved_m: 8.0,
+        irregularities: 9.0,
+        estimate_n: 10.0,
+        command_n: 11.0,
+        json: "{\"type\":\"health\",\"t_s\":1.25}",
+    };
+    let pipeline = PipelineRecord {
+        continued: true,
+        carried_n: Some(4.0),
+        least_n: 1.0,
+        released: true,
+        taxels: 16,
+        rate_hz: 10_000.0,
+        grips: true,
+        config: "{}",
+    };
+    let records = [
+        Record::State(state),
+        Record::Event(event),
+        Record::Command(command),
+        Record::Client(ClientRecord::AtLeast(5.5)),
+        Record::Client(ClientRecord::ClearFault(0x0102)),
+        Record::Client(ClientRecord::Stop),
+        Record::Link(LinkRecord { kind: "status", detail: "{\"a\":\"\u{e4}\"}" }),
+        Record::Wire(WireRecord { to_device: true, bytes: &[0, 255, 7] }),
+        Record::Pipeline(pipeline),
+    ];
+    let title = BTreeMap::from([("uid".to_owned(), "ab".to_owned())]);
+    let bytes = file_of(|writer| {
+        writer.metadata("gripper", &title).unwrap();
+        for (host_us, record) in (10..).zip(&records) {
+            writer.write(host_us, record).unwrap();
+        }
+    });
+    let mut reader = McapReader::new(Path::new("x.mcap"), Cursor::new(&bytes)).unwrap();
+    let first = reader.next_entry().unwrap();
+    assert_eq!(first, Some(Entry::Metadata { name: "gripper", values: title }));
+    for (host_us, record) in (10..).zip(records) {
+        let log_ns = ZERO_NS + host_us * 1000;
+        assert_eq!(reader.next_entry().unwrap(), Some(Entry::Message { log_ns, record }));
+    }
+    assert_eq!(reader.next_entry().unwrap(), None);
+}
+
+#[test]
+fn log_times_never_go_back() {
+    let bytes = file_of(|writer| {
+        for host_us in [5, 9, 3, 9, 12] {
+            writer.write(host_us, &Record::Client(ClientRecord::Grasp)).unwrap();
+        }
+    });
+    let mut reader = McapReader::new(Path::new("x"), Cursor::new(&bytes)).unwrap();
+    let mut times = Vec::new();
+    while let Some(Entry::Message { log_ns, .. }) = reader.next_entry().unwrap() {
+        times.push((log_ns - ZERO_NS) / 1000);
+    }
+    assert_eq!(times, [5, 9, 9, 9, 12]);
+}
+
+/// A kill at any byte costs at most what came after the last flush.
+#[test]
+fn a_file_cut_off_anywhere_keeps_what_was_flushed() {
+    let (count, flush) = (120, 20);
+    let whole = samples(count, flush);
+    assert!(recovered(&whole).unwrap().0.was_whole());
+    let mut flushed_before = 0;
+    for len in 0..whole.len() {
+        let cut = whole.get(..len).unwrap();
+        let (found, error) = indices(cut);
+        if len < 8 {
+            assert!(matches!(error, Some(McapError::NoMcap { .. })), "{len}");
+            assert!(recovered(cut).is_none());
+            continue;
+        }
+        assert!(found.iter().copied().eq(0..found.len() as u32), "in order, from the first: {len}");
+        assert_eq!(found.len() as u32 % flush, 0, "whole flushes");
+        assert!(found.len() >= flushed_before, "a longer file has no less: {len}");
+        flushed_before = found.len();
+        if len % 7 == 0 {
+            let (saved, out) = recovered(cut).unwrap();
+            assert_eq!(saved.messages, found.len() as u64);
+            assert_eq!(indices(&out).0, found, "{len}");
+            assert!(indices(&out).1.is_none() && recovered(&out).unwrap().0.was_whole());
+        }
+    }
+    assert_eq!(flushed_before as u32, count);
+}
+
+/// Without its index a file can be replayed, but no viewer takes it.
+#[test]
+fn a_lost_index_is_written_again() {
+    let whole = samples(60, 20);
+    let data_end = whole.windows(9).rposition(|w| w == [0x0f, 4, 0, 0, 0, 0, 0, 0, 0]).unwrap();
+    for len in (data_end + 9..whole.len()).step_by(5) {
+        let (saved, out) = recovered(whole.get(..len).unwrap()).unwrap();
+        assert_eq!((saved.messages, saved.cut_at, saved.holes.len()), (60, Some(len as u64), 0));
+        assert!(recovered(&out).unwrap().0.was_whole());
+    }
+    let mut bytes = whole.clone();
+    bytes[data_end + 40] ^= 1;
+    let (saved, _) = recovered(&bytes).unwrap();
+    assert_eq!((saved.messages, saved.was_whole()), (60, false), "a damaged index is no index");
+}
+
+#[test]
+fn damage_in_one_chunk_costs_that_chunk() {
+    let whole = samples(400, 25);
+    // In the middle of the file there are chunks and their indexes only.
+    let mut lost = 0;
+    for at in (whole.len() / 3..whole.len() / 2).step_by(11) {
+        let mut bytes = whole.clone();
+        bytes[at] ^= 0x40;
+        let (saved, out) = recovered(&bytes).unwrap();
+        assert!(saved.messages >= 375 || saved.cut_at.is_some(), "{at}: {saved:?}");
+        assert_eq!(indices(&out).0.len() as u64, saved.messages, "{at}");
+        lost += u32::from(!saved.was_whole());
+    }
+    assert!(lost > 0, "none of the damage was seen");
+}
+
+#[test]
+fn what_is_foreign_is_refused() {
+    let mut out = Cursor::new(Vec::new());
+    let mut writer = mcap::Writer::new(&mut out).unwrap();
+    let schema = writer.add_schema("std_msgs/msg/String", "ros2msg", b"string data").unwrap();
+    writer.add_channel(schema, "/chatter", "cdr", &BTreeMap::new()).unwrap();
+    writer.finish().unwrap();
+    drop(writer);
+    let (_, error) = indices(out.get_ref());
+    let text = error.unwrap().to_string();
+    assert!(
+        text.contains("x.mcap: was not recorded by gripd") && text.contains("std_msgs"),
+        "{text}"
+    );
+    let (_, error) = indices(b"t_s,stylus\n0,1\n");
+    assert!(matches!(error, Some(McapError::NoMcap { .. })), "{error:?}");
+    // Somebody else's file can be recovered all the same.
+    assert!(recovered(out.get_ref()).unwrap().0.was_whole());
+}
+
+fn reading() -> impl Strategy<Value = f32> {
+    prop_oneof![any::<f32>(), any::<u32>().prop_map(f32::from_bits), Just(f32::NAN), Just(-0.0)]
+}
+
+proptest! {
+    #[test]
+    fn any_sample_comes_back_bit_by_bit(
+        t in any::<u64>(), index in any::<u32>(), stylus in reading(),
+        options in proptest::array::uniform8(proptest::option::of(reading())),
+        taxels in proptest::collection::vec(reading(), 0..20),
+    ) {
+        let [normal_force_n, tangential_n, travel_m, velocity_m_s, second_stylus, reference, pressure, motion] = options;
+        let sample = Sample {
+            t: Micros(t), stylus, normal_force_n, tangential_n, travel_m, velocity_m_s, second_stylus, reference, pressure, motion,
+        };
+        let bytes = file_of(|writer| {
+            writer.write(1, &Record::Sample(SampleRecord { index, sample, taxels: &taxels })).unwrap();
+        });
+        let mut reader = McapReader::new(Path::new("x"), Cursor::new(&bytes)).unwrap();
+        let Some(Entry::Message { record: Record::Sample(back), .. }) = reader.next_entry().unwrap() else {
+            return Err(proptest::test_runner::TestCaseError::fail("no sample"));
+        };
+        prop_assert_eq!(back.index, index);
+        prop_assert!(same(&back.sample, &sample), "{:?} {:?}", back.sample, sample);
+        prop_assert!(back.taxels.iter().map(|v| v.to_bits()).eq(taxels.iter().map(|v| v.to_bits())));
+    }
+
+    /// Whatever is written over, cut off or put in: no panic, and what recovery writes is whole.
+    #[test]
+    fn damage_never_breaks_the_reader(
+        places in proptest::collection::vec((any::<usize>(), any::<u8>()), 0..6),
+        cut in any::<usize>(), cuts in any::<bool>(),
+        junk in proptest::collection::vec(any::<u8>(), 0..40),
+    ) {
+        let mut bytes = samples(60, 20);
+        for (at, value) in places {
+            let at = at % bytes.len();
+            bytes[at] = value;
+        }
+        if cuts {
+            bytes.truncate(cut % bytes.len());
+        }
+        let at = cut % (bytes.len() + 1);
+        bytes.splice(at..at, junk);
+        let (found, _) = indices(&bytes);
+        if let Some((saved, out)) = recovered(&bytes) {
+            prop_assert!(found.len() as u64 <= saved.messages, "recovery saves at least what can be read");
+            prop_assert!(recovered(&out).is_some_and(|(again, _)| again.was_whole() && again.messages == saved.messages));
+        }
+    }
+
+    #[test]
+    fn rubbish_is_never_a_recording(bytes in proptest::collection::vec(any::<u8>(), 0..300)) {
+        let mut file = b"\x89MCAP0\r\n".to_vec();
+        file.extend(bytes);
+        let (found, _) = indices(&file);
+        prop_assert!(found.is_empty());
+        recovered(&file);
+    }
+}

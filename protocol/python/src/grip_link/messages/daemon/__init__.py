@@ -1,0 +1,34 @@
+"""Payloads between a daemon and its clients in, typed messages out, and back. ``protocol/SPEC.md``, chapter 16."""
+
+from __future__ import annotations
+
+from .codes import (
+    DroppedClass,
+    EscKind,
+    Goodbye,
+    GripStage,
+    LinkState,
+    Method,
+    NoticeKind,
+    Operation,
+    Phase,
+    RealTime,
+    Recording,
+    RowSet,
+    Scene,
+    Sensor,
+    SensorHealth,
+    SpeedSource,
+    Topics,
+    WelcomeFlags,
+)
+from .reports import Gripper, Health, Slip, State
+from .requests import Command, Subscribe
+from .rows import Row, Rows
+from .texts import Notice, Welcome
+
+__all__ = [
+    "Command", "DroppedClass", "EscKind", "Goodbye", "GripStage", "Gripper", "Health", "LinkState", "Method", "Notice",
+    "NoticeKind", "Operation", "Phase", "RealTime", "Recording", "Row", "RowSet", "Rows", "Scene", "Sensor", "SensorHealth",
+    "Slip", "SpeedSource", "State", "Subscribe", "Topics", "Welcome", "WelcomeFlags",
+]  # fmt: skip

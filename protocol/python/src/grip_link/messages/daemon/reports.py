@@ -1,0 +1,196 @@
+"""SLIP, STATE, HEALTH and GRIPPER: what a daemon tells. NaN stands for what is not known; infinite values are refused."""
+
+from __future__ import annotations
+
+import math
+import struct
+from dataclasses import astuple, dataclass
+from typing import Any
+
+from ..codes import DeviceState
+from ..wire import BadValue, pack, unpack
+from .codes import EscKind, GripStage, LinkState, Method, Phase, Recording, Scene, SensorHealth, SpeedSource
+
+NOT_KNOWN = 0xFFFFFFFF
+_SLIP = struct.Struct("<IQQBBBBfffffIffBBHfff")
+_STATE = struct.Struct("<QQBBBBBBBBHBBfffffIQ")
+_HEALTH = struct.Struct("<QfQQIIIIIIQQIHBBfffQQQQQIIQ")
+_GRIPPER = struct.Struct("<16sIIfBBH")
+
+
+def _offsets(layout: struct.Struct) -> list[int]:
+    """Offset of each field."""
+    codes = layout.format.lstrip("<").replace("16s", "s")
+    sizes = [16 if code == "s" else struct.calcsize(code) for code in codes]
+    return [sum(sizes[:n]) for n in range(len(sizes))]
+
+
+def _finite(layout: struct.Struct, payload: bytes) -> tuple[Any, ...]:
+    values = unpack(layout, payload)
+    for at, value in zip(_offsets(layout), values):
+        if isinstance(value, float) and math.isinf(value):
+            raise BadValue(at, value)
+    return values
+
+
+@dataclass(frozen=True)
+class Slip:
+    """SLIP (A1), 72 bytes: a slip was noticed, became gross, or ended."""
+
+    number: int
+    device_us: int
+    host_us: int
+    phase: Phase
+    method: Method
+    speed_source: SpeedSource
+    esc_kind: EscKind
+    statistic: float
+    confidence: float
+    speed: float
+    """m/s"""
+    sigma: float
+    """m/s"""
+    moved: float
+    """m"""
+    irregularities: int
+    """4294967295 = not known."""
+    esc: float
+    """W"""
+    esc_chosen: float
+    """W or J"""
+    esc_flags: int
+    notes: int
+    """b0 E_sc depends on the surface, b1 the estimate is extrapolated."""
+    estimate: float
+    """N"""
+    command: float
+    """N"""
+    duration: float
+    """s"""
+
+    @classmethod
+    def parse(cls, payload: bytes) -> Slip:
+        """Reads a payload; raises PayloadError."""
+        v = _finite(_SLIP, payload)
+        values: list[Any] = [*v[:3], Phase(v[3]), Method(v[4]), SpeedSource(v[5]), EscKind(v[6]), *v[7:17], *v[18:]]
+        return cls(*values)
+
+    def pack(self) -> bytes:
+        """The payload; raises PayloadError."""
+        v = astuple(self)
+        return pack(_SLIP, *v[:17], 0, *v[17:])
+
+
+@dataclass(frozen=True)
+class State:
+    """STATE (A2), 60 bytes: what the pipeline thinks."""
+
+    device_us: int
+    host_us: int
+    scene: Scene
+    grip: GripStage
+    stylus: SensorHealth
+    travel: SensorHealth
+    pressure: SensorHealth
+    reference: SensorHealth
+    device: DeviceState
+    notes: int
+    fault: int
+    esc_flags: int
+    esc_kind: EscKind
+    statistic: float
+    command: float
+    """N"""
+    applied: float
+    """N"""
+    esc: float
+    """W or J"""
+    estimate: float
+    """N"""
+    rate_hz: int
+    lost: int
+
+    @classmethod
+    def parse(cls, payload: bytes) -> State:
+        """Reads a payload; raises PayloadError."""
+        v = _finite(_STATE, payload)
+        sensors = [SensorHealth(code) for code in v[4:8]]
+        values: list[Any] = [*v[:2], Scene(v[2]), GripStage(v[3]), *sensors, DeviceState(v[8]), *v[9:12], EscKind(v[12]), *v[13:]]
+        return cls(*values)
+
+    def pack(self) -> bytes:
+        """The payload; raises PayloadError."""
+        return pack(_STATE, *astuple(self))
+
+
+@dataclass(frozen=True)
+class Health:
+    """HEALTH (A3), 144 bytes: figures of the daemon since its start."""
+
+    host_us: int
+    rate: float
+    """Hz"""
+    samples: int
+    lost: int
+    too_long: int
+    cobs: int
+    length: int
+    crc: int
+    useless: int
+    gap: int
+    dropped_service: int
+    dropped_recorder: int
+    dropped_clients: int
+    clients: int
+    link: LinkState
+    recording: Recording
+    p50: float
+    """us"""
+    p99: float
+    """us"""
+    longest: float
+    """us"""
+    recorded: int
+    """Bytes."""
+    bands: int
+    gate: int
+    methods: int
+    observation: int
+    slips: int
+    reconnects: int
+    commands: int
+
+    @classmethod
+    def parse(cls, payload: bytes) -> Health:
+        """Reads a payload; raises PayloadError."""
+        v = _finite(_HEALTH, payload)
+        values: list[Any] = [*v[:14], LinkState(v[14]), Recording(v[15]), *v[16:]]
+        return cls(*values)
+
+    def pack(self) -> bytes:
+        """The payload; raises PayloadError."""
+        return pack(_HEALTH, *astuple(self))
+
+
+@dataclass(frozen=True)
+class Gripper:
+    """GRIPPER (A4), 32 bytes: which gripper the daemon holds."""
+
+    uid: bytes
+    boot_id: int
+    rate_hz: int
+    force_max: float
+    """N"""
+    link: LinkState
+    taxels: int
+
+    @classmethod
+    def parse(cls, payload: bytes) -> Gripper:
+        """Reads a payload; raises PayloadError."""
+        v = _finite(_GRIPPER, payload)
+        values: list[Any] = [*v[:4], LinkState(v[4]), v[5]]
+        return cls(*values)
+
+    def pack(self) -> bytes:
+        """The payload; raises PayloadError."""
+        return pack(_GRIPPER, *astuple(self), 0)

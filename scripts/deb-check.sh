@@ -1,0 +1,102 @@
+#!/usr/bin/env bash
+# Builds the Debian package, looks into it, installs it in a folder that plays the root of a system, and removes it.
+#
+#   scripts/deb-check.sh [PROFILE]      PROFILE is release, or dev for a quicker look
+#
+# Nothing outside the target folder is touched: dpkg works on its own database there, and the maintainer scripts make the user
+# in the passwd of that folder (DPKG_ROOT). Needs dpkg and cargo-deb, which is installed into the target folder where it is missing;
+# runs as root or, where the kernel lets users make namespaces, as anybody. What a running systemd would do with the unit is not
+# checked, only that systemd understands it.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+profile=${1:-release}
+target=${CARGO_TARGET_DIR:-target}
+built=$target/$([ "$profile" = dev ] && echo debug || echo "$profile")
+fail() { printf 'deb-check: %s\n' "$1" >&2; exit 1; }
+
+command -v dpkg-deb >/dev/null || { echo "deb-check: left out, this system has no dpkg"; exit 0; }
+if [ "$(id -u)" != 0 ]; then
+    unshare --map-root-user true 2>/dev/null || { echo "deb-check: left out, neither root nor a namespace"; exit 0; }
+fi
+PATH=$PATH:$(realpath -m "$target")/tools/bin
+command -v cargo-deb >/dev/null || cargo install cargo-deb --version 3.8.0 --locked --debug --root "$target/tools"
+
+echo "deb-check: building"
+cargo build --profile "$profile" -p gripd -p gripctl
+rm -rf target/manuals "$target/deb-check"
+cargo run --quiet -p grip-manuals -- target/manuals
+"$built/gripd" --check-config --config packaging/gripd.toml
+"$built/gripd" --check-config --config docs/gripd.toml
+mkdir -p "$target/deb-check"
+deb=$target/deb-check/gripd.deb
+cargo deb --package gripd --profile "$profile" --no-build --no-strip --quiet --output "$deb"
+
+echo "deb-check: looking into it"
+listing=$(dpkg-deb --contents "$deb" | awk '{print $1, $2, $6}')
+expect() { grep -qxF -- "$1 root/root ./$2" <<<"$listing" || fail "not in the package as $1: $2
+$listing"; }
+expect -rwxr-xr-x usr/bin/gripd
+expect -rwxr-xr-x usr/bin/gripctl
+expect -rw-r--r-- etc/gripd/gripd.toml
+expect -rw-r--r-- usr/lib/systemd/system/gripd.service
+expect -rw-r--r-- usr/lib/udev/rules.d/70-gripd.rules
+expect -rw-r--r-- usr/share/man/man1/gripd.1.gz
+expect -rw-r--r-- usr/share/man/man1/gripctl-doctor.1.gz
+expect -rw-r--r-- usr/share/bash-completion/completions/gripctl
+expect -rw-r--r-- usr/share/zsh/vendor-completions/_gripd
+expect -rw-r--r-- usr/share/fish/vendor_completions.d/gripd.fish
+expect -rw-r--r-- usr/share/doc/gripd/copyright
+if grep -vE '^([-d]rw[-x]r-[-x]r-[-x]|lrwxrwxrwx) root/root ' <<<"$listing"; then fail "odd owners or rights"; fi
+control=$(dpkg-deb --info "$deb")
+for word in "Package: gripd" "Depends: libc6" "conffiles" "postinst" "prerm" "postrm"; do
+    grep -qF "$word" <<<"$control" || fail "no '$word' in its control data: $control"
+done
+if command -v lintian >/dev/null; then lintian --fail-on error "$deb"; fi
+
+echo "deb-check: installing and removing it"
+enter() { if [ "$(id -u)" = 0 ]; then "$@"; else unshare --map-root-user "$@"; fi; }
+root=$(realpath "$target")/deb-check/root
+mkdir -p "$root"/{etc,var/lib/dpkg/info,var/lib/dpkg/updates,var/log,usr/bin}
+touch "$root"/var/lib/dpkg/{status,available}
+echo 'root:x:0:0:root:/root:/bin/sh' >"$root/etc/passwd"
+printf 'root:x:0:\ndialout:x:20:\n' >"$root/etc/group"
+here() { find "$root" \( -type f -o -type l \) -not -path "$root/var/*" -not -name '*-' | sed "s|^$root||" | sort; }
+before=$(here)
+host=$(sha256sum /etc/passwd /etc/group)
+do_dpkg() {
+    enter dpkg --root="$root" --force-script-chrootless --force-depends --no-triggers --log=/dev/null "$@" \
+        >"$target/deb-check/dpkg.log" 2>&1 || fail "dpkg $*: $(cat "$target/deb-check/dpkg.log")"
+}
+do_dpkg --install "$deb"
+"$root/usr/bin/gripd" --version | grep -qx 'gripd [0-9.]*' || fail "the installed gripd does not run"
+"$root/usr/bin/gripctl" --version | grep -qx 'gripctl [0-9.]*' || fail "the installed gripctl does not run"
+"$root/usr/bin/gripd" --check-config --config "$root/etc/gripd/gripd.toml"
+grep -q '^gripd:.*:/var/lib/gripd:/usr/sbin/nologin$' "$root/etc/passwd" || fail "no user gripd"
+grep -q '^dialout:.*[:,]gripd$' "$root/etc/group" || fail "gripd is not in dialout"
+gzip -t "$root/usr/share/man/man1/gripd.1.gz"
+do_dpkg --install "$deb" # again, as an upgrade does
+if command -v systemd-analyze >/dev/null; then
+    unit=$target/deb-check/gripd.service
+    sed "s|^ExecStart=/usr/bin/|ExecStart=$root/usr/bin/|; /^Documentation/d" "$root/usr/lib/systemd/system/gripd.service" >"$unit"
+    said=$(systemd-analyze verify "$unit" 2>&1) || fail "systemd-analyze verify: $said"
+    [ -z "$said" ] || fail "systemd-analyze verify: $said"
+    # Exposure in tenths: 0 is none.
+    systemd-analyze security --offline=true --threshold=20 --no-pager "$unit" >"$target/deb-check/exposure" ||
+        fail "the unit is more exposed than 2.0: $(tail -n 1 "$target/deb-check/exposure")"
+    tail -n 1 "$target/deb-check/exposure"
+else
+    echo "deb-check: the unit was not checked, this system has no systemd-analyze"
+fi
+if udevadm verify --help >/dev/null 2>&1; then
+    udevadm verify "$root/usr/lib/udev/rules.d/70-gripd.rules"
+else
+    echo "deb-check: the udev rule was not checked, this system has no udevadm verify"
+fi
+do_dpkg --remove gripd
+left=$(comm -13 <(echo "$before") <(here))
+[ "$left" = "/etc/gripd/gripd.toml" ] || fail "removal leaves more than its configuration: $left"
+do_dpkg --purge gripd
+left=$(comm -13 <(echo "$before") <(here))
+[ -z "$left" ] || fail "purging leaves: $left"
+[ "$host" = "$(sha256sum /etc/passwd /etc/group)" ] || fail "the users of this computer were changed"
+echo "deb-check: done"
