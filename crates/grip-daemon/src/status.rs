@@ -7,7 +7,7 @@ use crate::{
 };
 use grip_host::{config::Uid, report::EventLine, session::explain};
 use serde::Serialize;
-use std::{collections::BTreeMap, path::Path};
+use std::{borrow::Cow, collections::BTreeMap, path::Path};
 
 /// Everything that is known of the daemon.
 #[derive(Clone, Debug, Serialize)]
@@ -17,7 +17,7 @@ pub struct Status<'a> {
     /// Time since the start (s).
     pub uptime_s: f64,
     /// Configuration files in force, the strongest first.
-    pub config_files: &'a [std::path::PathBuf],
+    pub config_files: Vec<Cow<'a, str>>,
     /// Whether no force command is ever sent.
     pub dry_run: bool,
     /// The link and the gripper.
@@ -156,10 +156,10 @@ pub struct Clients {
 }
 
 /// The recording.
-#[derive(Clone, Copy, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize)]
 pub struct Recording<'a> {
     /// The file that is written.
-    pub file: Option<&'a Path>,
+    pub file: Option<Cow<'a, str>>,
     /// Bytes written since the start.
     pub bytes: u64,
     /// Items not recorded.
@@ -190,7 +190,7 @@ impl<'a> Status<'a> {
         Self {
             version: &about.version,
             uptime_s: seconds(now_us),
-            config_files: &about.config_files,
+            config_files: about.config_files.iter().map(|file| file.to_string_lossy()).collect(),
             dry_run: about.dry_run,
             link: Link::of(board),
             samples: Samples {
@@ -211,7 +211,7 @@ impl<'a> Status<'a> {
             events: events.collect(),
             clients: Clients::of(board),
             recording: Recording {
-                file: board.recording.file.as_deref(),
+                file: board.recording.file.as_deref().map(Path::to_string_lossy),
                 bytes: board.recording.bytes,
                 dropped: board.recording.dropped,
                 failure: board.recording.failure.as_deref(),
@@ -225,7 +225,7 @@ impl<'a> Status<'a> {
     /// On one line.
     ///
     /// # Errors
-    /// Where a path is not UTF-8.
+    /// Where the serialiser fails; no value here makes it.
     pub fn json(&self) -> Result<String, serde_json::Error> {
         serde_json::to_string(self)
     }
@@ -233,7 +233,7 @@ impl<'a> Status<'a> {
     /// On many lines.
     ///
     /// # Errors
-    /// Where a path is not UTF-8.
+    /// Where the serialiser fails; no value here makes it.
     pub fn pretty(&self) -> Result<String, serde_json::Error> {
         serde_json::to_string_pretty(self)
     }

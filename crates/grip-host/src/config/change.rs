@@ -2,7 +2,10 @@
 
 use super::{HostConfig, error::HostConfigError, error::Place, error::ValueError};
 use core::fmt;
-use std::collections::{BTreeMap, BTreeSet};
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    path::PathBuf,
+};
 
 /// Keys and tables that a running gripd does not change: they name ports, sockets and files that are open, privileges that
 /// were asked for once, and what the gripper was asked for when it was attached.
@@ -108,8 +111,13 @@ impl HostConfig {
     }
 
     fn flat(&self) -> BTreeMap<String, String> {
+        let shown =
+            |path: &Option<PathBuf>| path.as_ref().map(|p| p.to_string_lossy().as_ref().into());
+        // The only thing that TOML cannot hold is a path that is not UTF-8, and these begin with folders that no file has named.
+        let (model, calibration) = (shown(&self.model), shown(&self.calibration));
+        let table = toml::Table::try_from(Self { model, calibration, ..self.clone() });
         let mut flat = BTreeMap::new();
-        let mut open = vec![(String::new(), toml::Table::try_from(self).unwrap_or_default())];
+        let mut open = vec![(String::new(), table.unwrap_or_default())];
         while let Some((path, table)) = open.pop() {
             for (key, value) in table {
                 let name = format!("{path}{key}");
@@ -180,6 +188,15 @@ mod tests {
         let left: Vec<String> = old.diff(&taken).into_iter().map(|change| change.key).collect();
         assert_eq!(left, ["detector.gross", "grip.f_max_n", "log_level"]);
         assert_eq!(needs_restart(&taken, &new).len(), NEEDS_RESTART.len());
+    }
+
+    #[test]
+    #[cfg(unix)]
+    fn a_path_that_is_no_text_hides_no_change() {
+        use std::{ffi::OsStr, os::unix::ffi::OsStrExt as _};
+        let model = Some(OsStr::from_bytes(b"/\xFF/m.json").into());
+        let (old, new) = (HostConfig { model, ..config("") }, config("baud = 1\n"));
+        assert_eq!(old.diff(&new).len(), 2);
     }
 
     #[test]

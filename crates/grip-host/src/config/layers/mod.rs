@@ -4,6 +4,11 @@
 //! keys of the ones below it. Tables are merged, everything else (arrays too) is replaced as a whole. Each file is read and checked
 //! for unknown keys and types by itself, so a mistake is told in the file where it stands, also where a higher layer hides it.
 
+mod tree;
+
+#[cfg(test)]
+mod tests;
+
 use super::{
     HostConfig,
     error::{HostConfigError, Place, ValueError, line_and_column},
@@ -13,10 +18,8 @@ use std::{
     io,
     path::{Path, PathBuf},
 };
-use toml::{
-    Spanned,
-    de::{DeTable, DeValue},
-};
+use toml::{Spanned, de::DeTable};
+use tree::{leaves, merge};
 
 /// The system's file.
 const SYSTEM: &str = "/etc/gripd/gripd.toml";
@@ -235,19 +238,9 @@ impl Layer {
         }
     }
 
-    /// How many names of a dotted key are set here, and where the last of them stands. What lies in an array counts as set.
+    /// How many names of a dotted key are set here, and where the last of them stands.
     fn depth(&self, key: &str) -> (usize, Option<usize>) {
-        let Ok(root) = DeTable::parse(&self.text) else { return (0, None) };
-        let names: Vec<&str> = key.split('.').collect();
-        let mut table = root.get_ref();
-        let mut at = None;
-        for (depth, name) in names.iter().enumerate() {
-            let Some((key, value)) = find(table, name) else { return (depth, at) };
-            at = Some(key);
-            let DeValue::Table(inner) = value else { return (names.len(), at) };
-            table = inner;
-        }
-        (names.len(), at)
+        DeTable::parse(&self.text).map_or((0, None), |root| tree::depth(root.get_ref(), key))
     }
 }
 
@@ -262,150 +255,4 @@ pub(super) fn read(file: &Path, what: &'static str) -> Result<String, HostConfig
 
 fn is_absent(error: &io::Error) -> bool {
     matches!(error.kind(), io::ErrorKind::NotFound | io::ErrorKind::NotADirectory)
-}
-
-fn find<'a, 'i>(table: &'a DeTable<'i>, name: &str) -> Option<(usize, &'a DeValue<'i>)> {
-    table
-        .iter()
-        .find(|(key, _)| key.get_ref().as_ref() == name)
-        .map(|(key, value)| (key.span().start, value.get_ref()))
-}
-
-/// Puts `top` over `below`: tables key by key, everything else as a whole.
-fn merge<'i>(below: &mut DeTable<'i>, top: &DeTable<'i>) {
-    for (key, value) in top {
-        let lower = below.get_mut(key);
-        if let (DeValue::Table(top), Some(lower)) = (value.get_ref(), lower)
-            && let DeValue::Table(lower) = lower.get_mut()
-        {
-            merge(lower, top);
-            continue;
-        }
-        // The old key goes too: it bears the place of the layer below.
-        below.remove(key);
-        below.insert(key.clone(), value.clone());
-    }
-}
-
-/// Each value that is no table: its dotted name, the byte of its key, and itself as TOML.
-fn leaves(table: &Spanned<DeTable<'_>>) -> Vec<(String, usize, String)> {
-    let mut leaves = Vec::new();
-    let mut open = vec![(String::new(), table.get_ref())];
-    while let Some((path, table)) = open.pop() {
-        for (key, value) in table {
-            let name = format!("{path}{}", key.get_ref());
-            match value.get_ref() {
-                DeValue::Table(inner) => open.push((format!("{name}."), inner)),
-                value => leaves.push((name, key.span().start, shown(value))),
-            }
-        }
-    }
-    leaves
-}
-
-/// A value on one line.
-fn shown(value: &DeValue<'_>) -> String {
-    match value {
-        DeValue::String(text) => format!("{text:?}"),
-        DeValue::Integer(number) => number.to_string(),
-        DeValue::Float(number) => number.to_string(),
-        DeValue::Boolean(value) => value.to_string(),
-        DeValue::Datetime(time) => time.to_string(),
-        DeValue::Array(items) => {
-            let items: Vec<String> = items.iter().map(|item| shown(item.get_ref())).collect();
-            format!("[{}]", items.join(", "))
-        }
-        DeValue::Table(table) => {
-            let items =
-                table.iter().map(|(k, v)| format!("{} = {}", k.get_ref(), shown(v.get_ref())));
-            format!("{{ {} }}", items.collect::<Vec<_>>().join(", "))
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::Layers;
-    use std::path::Path;
-
-    fn layers(texts: &[(&str, &str)]) -> Layers {
-        let mut layers = Layers::default();
-        texts.iter().for_each(|(file, text)| layers.push(Path::new(file), text));
-        layers
-    }
-
-    fn error(texts: &[(&str, &str)]) -> String {
-        layers(texts).resolve().unwrap_err().to_string()
-    }
-
-    #[test]
-    fn each_layer_replaces_single_keys() {
-        let mut layers = layers(&[
-            (
-                "etc.toml",
-                "baud = 1\nmethods = [\"stylus\", \"travel\"]\n[grip]\nf_max_n = 10.0\ntrial_force_n = 1.0\n",
-            ),
-            ("user.toml", "methods = [\"pressure\"]\n[grip]\nf_max_n = 8.0\n"),
-            ("gripd.toml", "detector.shear.threshold = 30.0\n"),
-        ]);
-        layers.set("--baud or GRIPD_BAUD", "baud", 9600);
-        let config = layers.resolve().unwrap();
-        assert_eq!((config.grip.f_max_n, config.grip.trial_force_n), (8.0, 1.0));
-        assert_eq!(config.methods.len(), 1, "arrays are replaced");
-        let default = super::HostConfig::default().detector.shear;
-        assert_eq!(config.detector.shear.threshold, 30.0);
-        assert_eq!(config.detector.shear.low_hz, default.low_hz, "tables are merged");
-        assert_eq!(config.baud, Some(9600));
-        let settings = layers.settings().unwrap();
-        let told: Vec<String> = settings
-            .iter()
-            .map(|s| {
-                format!(
-                    "{} = {} {} {:?}",
-                    s.key,
-                    s.value,
-                    s.place,
-                    s.replaces.iter().map(ToString::to_string).collect::<Vec<_>>()
-                )
-            })
-            .collect();
-        assert_eq!(told[0], "baud = 9600 --baud or GRIPD_BAUD [\"etc.toml:1:1\"]");
-        assert_eq!(told[1], "detector.shear.threshold = 30.0 gripd.toml:1:16 []");
-        assert_eq!(told[2], "grip.f_max_n = 8.0 user.toml:3:1 [\"etc.toml:4:1\"]");
-    }
-
-    #[test]
-    fn a_mistake_is_told_in_its_own_file_even_where_it_is_hidden() {
-        let told = error(&[("etc.toml", "\nbaud = \"x\"\n"), ("gripd.toml", "baud = 5\n")]);
-        assert!(
-            told.starts_with("etc.toml:2:8: invalid type: string \"x\", expected u32\n2 | "),
-            "{told}"
-        );
-        let told = error(&[("etc.toml", "baud = 5\n"), ("user.toml", "[grip]\nforce = 3\n")]);
-        assert!(told.starts_with("user.toml:2:1: unknown field `force`"), "{told}");
-    }
-
-    #[test]
-    fn a_range_names_the_place_of_the_value_in_force() {
-        let etc = ("etc.toml", "[grip]\ntrial_force_n = 7.0\n");
-        let told = error(&[etc, ("gripd.toml", "[grip]\nf_max_n = 5.0\n")]);
-        assert_eq!(told, "etc.toml:2:1: grip.trial_force_n = 7 is outside 0.01 to 5");
-        let told = error(&[("gripd.toml", "[grip]\nf_max_n = 1.0\n")]);
-        assert_eq!(
-            told,
-            "gripd.toml:1:2: grip.trial_force_n = 2 is outside 0.01 to 1 (a default, which does not fit what is set)"
-        );
-        let mut layers = layers(&[etc]);
-        layers.set("--baud or GRIPD_BAUD", "baud", 0);
-        let told = layers.resolve().unwrap_err().to_string();
-        assert_eq!(told, "--baud or GRIPD_BAUD: baud = 0 is outside 1 to 1000000000");
-    }
-
-    #[test]
-    fn a_calibration_lies_beside_the_file_that_names_it() {
-        let told = error(&[("etc/gripd.toml", "calibration = \"CAL.toml\"\n"), ("gripd.toml", "")]);
-        assert!(told.starts_with("etc/CAL.toml: "), "{told}");
-        let told = error(&[("etc/gripd.toml", "calibration = \"/none/CAL.toml\"\n")]);
-        assert!(told.starts_with("/none/CAL.toml: "), "{told}");
-    }
 }

@@ -1,0 +1,49 @@
+//! Merged settings in, the first value that cannot be out.
+
+use super::{HostConfig, LinkConfig, RecordingConfig, error::ValueError};
+use slip_core::{ConfigError, units::Hertz};
+
+impl HostConfig {
+    /// The first value that cannot be, by its key.
+    pub(super) fn check(&self) -> Result<(), (&'static str, ValueError)> {
+        self.check_ranges().map_err(|source| {
+            let key = match source {
+                ConfigError::Range { name, .. } => name,
+                ConfigError::Corner(_) => "detector",
+            };
+            (key, source.into())
+        })?;
+        if self.listen.is_remote() && !self.allow_remote {
+            return Err(("listen", ValueError::ListenRemote(self.listen.clone())));
+        }
+        match self.metrics {
+            Some(address) if !address.ip().is_loopback() && !self.allow_remote => {
+                Err(("metrics", ValueError::MetricsRemote(address)))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    fn check_ranges(&self) -> Result<(), ConfigError> {
+        let LinkConfig { sample_rate_hz, batch, ttl_ms } = self.link;
+        let RecordingConfig { max_mib, max_age_s, flush_ms } = self.recording;
+        let rate = shown(sample_rate_hz);
+        ConfigError::within("baud", self.baud.map_or(1.0, shown), 1.0, 1e9)?;
+        ConfigError::within("max_clients", f32::from(self.max_clients), 1.0, 1024.0)?;
+        ConfigError::within("link.sample_rate_hz", rate, 1000.0, 20_000.0)?;
+        ConfigError::within("link.batch", f32::from(batch), 1.0, 32.0)?;
+        ConfigError::within("link.ttl_ms", f32::from(ttl_ms), 20.0, 100.0)?;
+        ConfigError::within("recording.max_mib", shown(max_mib), 1.0, 1_048_576.0)?;
+        ConfigError::within("recording.max_age_s", shown(max_age_s), 1.0, 31_536_000.0)?;
+        ConfigError::within("recording.flush_ms", shown(flush_ms), 50.0, 10_000.0)?;
+        ConfigError::within("realtime.priority", f32::from(self.realtime.priority), 1.0, 99.0)?;
+        let cpu = f32::from(self.realtime.cpu.unwrap_or(0));
+        ConfigError::within("realtime.cpu", cpu, 0.0, 1023.0)?;
+        self.pipeline(Hertz(rate)).check()
+    }
+}
+
+#[expect(clippy::cast_precision_loss, reason = "only shown and compared")]
+fn shown(number: u32) -> f32 {
+    number as f32
+}
