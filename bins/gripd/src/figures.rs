@@ -1,13 +1,12 @@
-//! The board in, the figures that clients are told every second out.
+//! What is known of the daemon in; what clients are told when they come, and what their sockets tell the board, out.
 
 use crate::settings::Settings;
 use grip_daemon::{
-    Board,
     board::ClientCounts,
     clients::{About, Clients},
     realtime::{Granted, Outcome},
 };
-use grip_link::message::daemon::{BadFrames, Dropped, Health, Latency, RealTime, Recording};
+use grip_link::message::daemon::RealTime;
 
 /// What a client is told when it comes.
 pub(crate) fn about(settings: &Settings, run_id: u32, granted: &Granted) -> About {
@@ -30,60 +29,5 @@ pub(crate) fn clients(clients: &Clients, commands_lost: u64) -> ClientCounts {
         refused: counters.refused,
         dropped: counters.dropped,
         bad_commands: counters.bad_commands.saturating_add(commands_lost),
-    }
-}
-
-/// HEALTH; what only the sockets know is filled in by them.
-pub(crate) fn health(board: &Board, now_us: u64) -> Health {
-    let counters = board.counters();
-    let (frames, stages) = (&counters.frames, &counters.stages);
-    #[expect(clippy::cast_precision_loss, clippy::cast_possible_truncation, reason = "shown")]
-    let us = |ns: u64| ns as f32 / 1000.0;
-    let quantile = |q| counters.latency.quantile_ns(q).map(us);
-    #[expect(clippy::cast_possible_truncation, reason = "a rate in Hz is shown as f32")]
-    let rate_hz = board.rate_hz().map(|rate| rate as f32);
-    let useless = [
-        frames.echo,
-        frames.version,
-        frames.stale,
-        frames.duplicate,
-        frames.unknown,
-        counters.malformed,
-    ];
-    let recording = match &board.recording {
-        state if state.failure.is_some() => Recording::Stopped,
-        state if state.file.is_some() => Recording::Running,
-        _ => Recording::Off,
-    };
-    Health {
-        host_us: now_us,
-        rate_hz,
-        samples: counters.samples,
-        lost: counters.lost,
-        bad: BadFrames {
-            too_long: frames.too_long,
-            cobs: frames.cobs,
-            length: frames.length,
-            crc: frames.crc,
-            useless: useless.into_iter().fold(0, u32::saturating_add),
-            gap: frames.gap,
-        },
-        dropped: Dropped {
-            service: counters.service_dropped,
-            recorder: counters.recorder_dropped,
-            clients: 0,
-        },
-        recording,
-        latency: Latency {
-            p50_us: quantile(0.5),
-            p99_us: quantile(0.99),
-            max_us: Some(us(counters.latency.max_ns())),
-        },
-        recorded_bytes: board.recording.bytes,
-        stages: [stages.bands, stages.gate, stages.methods, stages.observation],
-        slips: u32::try_from(counters.slips).unwrap_or(u32::MAX),
-        reconnects: u32::try_from(counters.reconnects).unwrap_or(u32::MAX),
-        commands: counters.commands,
-        ..Health::default()
     }
 }

@@ -15,7 +15,7 @@ use core::{
 use grip_daemon::{
     Board, ClientCommand, HotCounters,
     board::Grant,
-    clients::Clients,
+    clients::{Clients, health},
     dump::{Cause, Dumped, FlightRecorder},
     exposition::Exposition,
     hot::{self, Shared},
@@ -327,7 +327,7 @@ impl Service {
     fn tell_figures(&mut self) {
         let Some(clients) = &mut self.servers.clients else { return };
         self.board.clients = figures::clients(clients, self.commands_lost);
-        clients.health(&figures::health(&self.board, self.clock.now_us()));
+        clients.health(&health(&self.board, self.clock.now_us()));
     }
 }
 

@@ -13,6 +13,7 @@ use access::Access;
 use finding::{Finding, Verdict};
 use grip_host::{
     HostConfig,
+    config::Layers,
     exit::{Exit, message},
 };
 use grip_port::{Finder, Places, Wanted, check_baud};
@@ -95,18 +96,24 @@ impl Report {
         let user = std::env::var_os("XDG_CONFIG_HOME")
             .map(PathBuf::from)
             .or_else(|| Some(PathBuf::from(std::env::var_os("HOME")?).join(".config")));
-        let file = args.config.clone().or_else(|| HostConfig::find(user.as_deref()));
-        let Some(file) = file else {
-            self.add(&Finding::ok("configuration", "no file: all defaults".to_owned()))?;
-            return Ok(HostConfig::default());
+        let layers = match &args.config {
+            Some(file) => Layers::file(file),
+            None => Layers::search(user.as_deref()),
         };
-        match HostConfig::read(&file) {
-            Ok(config) => {
-                self.add(&Finding::ok("configuration", format!("{} is valid", file.display())))?;
+        let read = layers.and_then(|layers| Ok((layers.resolve()?, layers)));
+        match read {
+            Ok((config, layers)) => {
+                let files: Vec<String> =
+                    layers.files().map(|file| file.display().to_string()).collect();
+                let text = match files.as_slice() {
+                    [] => "no file: all defaults".to_owned(),
+                    files => format!("{}: valid", files.join(", ")),
+                };
+                self.add(&Finding::ok("configuration", text))?;
                 Ok(config)
             }
             Err(error) => {
-                let remedy = format!("edit it; gripd --check-config --config {}", file.display());
+                let remedy = "edit it; `gripd --check-config` checks it again".to_owned();
                 self.add(&Finding::fault("configuration", message(&error), remedy))?;
                 Ok(HostConfig::default())
             }

@@ -27,7 +27,7 @@ fn arguments() {
     }
     refuse(&["--port", "sim", "--baud", "0"], &["--baud", "1.."]);
     refuse(&["--port", "sim", "--seed", "-3"], &["-3"]);
-    refuse(&["--port", "sim", "--record", "x.mcap"], &["x.mcap", ".csv"]);
+    refuse(&["--port", "sim", "--record", "x.txt"], &["x.txt", ".mcap", ".csv"]);
     refuse(&["--prot", "sim"], &["--prot", "--port"]);
 }
 
