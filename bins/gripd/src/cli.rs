@@ -11,6 +11,7 @@ use std::path::PathBuf;
 /// Exit codes: 0 done, 1 failed, 2 wrong arguments or configuration, 3 done with loss of data.
 #[derive(Clone, Debug, Parser)]
 #[command(name = "gripd", version)]
+#[expect(clippy::struct_excessive_bools, reason = "flags of a command line, each by itself")]
 pub(crate) struct Cli {
     /// The gripper: a serial device such as /dev/ttyACM0, `auto` for the only USB serial port, or `sim` with an
     /// optional `:SCENE` (a built-in scene or a .toml file).

@@ -35,8 +35,6 @@ pub(crate) struct Console {
     device_event: Option<(EventKind, FaultCode)>,
     /// The last reason why the link closed, for the same end.
     closed: Option<CloseReason>,
-    /// Standard output is gone: the object is held and recorded all the same.
-    silent: bool,
 }
 
 impl Console {
@@ -57,7 +55,6 @@ impl Console {
             attached: false,
             device_event: None,
             closed: None,
-            silent: false,
         }
     }
 
@@ -83,15 +80,10 @@ impl Console {
     }
 
     fn event(&mut self, line: &EventLine) -> io::Result<()> {
-        if self.silent {
-            return Ok(());
-        }
         self.clear_status()?;
         match write_event(line, self.json) {
-            Err(error) if error.kind() == io::ErrorKind::BrokenPipe => {
-                self.silent = true;
-                Ok(())
-            }
+            // Nobody reads any more: the object is held and recorded all the same.
+            Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
             written => written,
         }
     }

@@ -6,7 +6,7 @@ use crate::{
     cli::Cli,
     clock::Clock,
     notify::Notify,
-    recording::Recording,
+    recording::{Recorded, Recording},
     service::{Servers, Service, ServiceEnds},
     settings::Settings,
     summary::Summary,
@@ -21,7 +21,7 @@ use grip_daemon::{
     log::LogLevel,
     realtime::{self, Granted},
     recorder::RecorderCounters,
-    rings::{Dropped, Sizes, rings},
+    rings::{Dropped, Outbox, Sizes, rings},
     supply::{Supply, SupplyEnds},
 };
 use grip_host::{
@@ -79,46 +79,12 @@ pub(crate) fn run(cli: &Cli, settings: Settings) -> anyhow::Result<Exit> {
         None => (None, None, None),
     };
     let wanted = settings.realtime();
-    let (outbox, inbox) = rings(Sizes::SERVICE);
-    let (line_in, line_out) = RingBuffer::new(LINES);
-    let (lost_in, lost_out) = RingBuffer::new(LINES);
-    let (settings_in, settings_out) = RingBuffer::new(SETTINGS);
-    let (replaced_in, replaced_out) = RingBuffer::new(SETTINGS);
-    let (command_in, command_out) = RingBuffer::new(COMMANDS);
-    let (pulse_in, pulse_out) = RingBuffer::new(PULSES);
-    let (news_in, news_out) = mpsc::channel();
-    let mut service = Service::new(
-        settings,
-        clock,
-        ServiceEnds {
-            inbox,
-            pulses: pulse_out,
-            ports: news_out,
-            settings: settings_in,
-            replaced: replaced_out,
-            commands: command_in,
-            recorded,
-            shared: Arc::clone(&shared),
-        },
-        servers,
-    )?;
+    let (ends, service_ends, lines) = wire(&shared, recorder, recorded);
+    let mut service = Service::new(settings, clock, service_ends, servers)?;
     if let Some(complaint) = complaint {
         service.say(LogLevel::Warn, &complaint)?;
     }
-    let ends = Ends {
-        lines: line_out,
-        lost: lost_in,
-        settings: settings_out,
-        replaced: replaced_in,
-        commands: command_out,
-        service: outbox,
-        recorder,
-        pulses: pulse_in,
-        shared: Arc::clone(&shared),
-    };
     let hot = Hot::new(session, move || clock.now_ns(), options, ends);
-    let lines =
-        SupplyEnds { lines: line_in, lost: lost_out, news: news_in, shared: Arc::clone(&shared) };
     let supply = Supply::new(source, options.patient, lines);
     let port = named("port").spawn(move || supply.run())?;
     let (granted_in, granted_out) = mpsc::channel();
@@ -130,6 +96,46 @@ pub(crate) fn run(cli: &Cli, settings: Settings) -> anyhow::Result<Exit> {
     service.granted(&granted_out)?;
     let served = service.run();
     finish(cli, (hot, port), recording, service, served)
+}
+
+/// The rings between hot thread, service thread and port thread.
+fn wire(
+    shared: &Arc<Shared>,
+    recorder: Option<Outbox>,
+    recorded: Option<Recorded>,
+) -> (Ends, ServiceEnds, SupplyEnds) {
+    let (service, inbox) = rings(Sizes::SERVICE);
+    let (line_in, line_out) = RingBuffer::new(LINES);
+    let (lost_in, lost_out) = RingBuffer::new(LINES);
+    let (settings_in, settings_out) = RingBuffer::new(SETTINGS);
+    let (replaced_in, replaced_out) = RingBuffer::new(SETTINGS);
+    let (command_in, command_out) = RingBuffer::new(COMMANDS);
+    let (pulse_in, pulse_out) = RingBuffer::new(PULSES);
+    let (news_in, news_out) = mpsc::channel();
+    let hot = Ends {
+        lines: line_out,
+        lost: lost_in,
+        settings: settings_out,
+        replaced: replaced_in,
+        commands: command_out,
+        service,
+        recorder,
+        pulses: pulse_in,
+        shared: Arc::clone(shared),
+    };
+    let service = ServiceEnds {
+        inbox,
+        pulses: pulse_out,
+        ports: news_out,
+        settings: settings_in,
+        replaced: replaced_out,
+        commands: command_in,
+        recorded,
+        shared: Arc::clone(shared),
+    };
+    let supply =
+        SupplyEnds { lines: line_in, lost: lost_out, news: news_in, shared: Arc::clone(shared) };
+    (hot, service, supply)
 }
 
 fn named(name: &str) -> thread::Builder {
