@@ -16,7 +16,7 @@ const ZERO_NS: u64 = 1_763_766_000_000_000_000;
 
 /// Writes to memory that outlives the writer.
 #[derive(Clone, Default)]
-struct Shared(std::rc::Rc<std::cell::RefCell<Vec<u8>>>);
+struct Shared(std::rc::Rc<core::cell::RefCell<Vec<u8>>>);
 
 impl std::io::Write for Shared {
     fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
@@ -102,75 +102,79 @@ fn same(a: &Sample, b: &Sample) -> bool {
     bits(a) == bits(b)
 }
 
+const STATE: StateRecord = StateRecord {
+    t: Micros(5),
+    scene: Scene::Slipping,
+    grip: Some(GripState::Released),
+    health: Health::Drifting,
+    reference_health: ReferenceHealth::Lost,
+    travel_health: TravelHealth::Backwards,
+    pressure_health: PressureHealth::Failed,
+    statistic: 1.5,
+    command_n: Some(2.5),
+    applied_n: None,
+    esc_w: Some(1e-300),
+    esc_informative: true,
+    estimate_n: Some(0.1),
+    extrapolated: true,
+    lost: u64::MAX,
+    rate_hz: 20_000,
+};
+
+const COMMAND: CommandRecord = CommandRecord {
+    cmd_id: u32::MAX,
+    mode: 2,
+    flags: 3,
+    ttl_ms: 50,
+    force_mn: -1,
+    slew_mn_s: 7,
+    cause_sample: 9,
+};
+
+const EVENT: EventRecord<'_> = EventRecord {
+    t_s: 1.25,
+    kind: "health",
+    phase: "p",
+    method: "m",
+    channel: "c",
+    health: "frozen",
+    duration_s: 1.0,
+    esc_w: 2.0,
+    esc_value: 3.0,
+    statistic: 4.0,
+    confidence: 5.0,
+    speed_m_s: 6.0,
+    speed_sigma_m_s: 7.0,
+    moved_m: 8.0,
+    irregularities: 9.0,
+    estimate_n: 10.0,
+    command_n: 11.0,
+    json: "{\"type\":\"health\",\"t_s\":1.25}",
+};
+
+const PIPELINE: PipelineRecord<'_> = PipelineRecord {
+    continued: true,
+    carried_n: Some(4.0),
+    least_n: 1.0,
+    released: true,
+    taxels: 16,
+    rate_hz: 10_000.0,
+    grips: true,
+    config: "{}",
+};
+
 #[test]
 fn every_kind_of_record_comes_back() {
-    let state = StateRecord {
-        t: Micros(5),
-        scene: Scene::Slipping,
-        grip: Some(GripState::Released),
-        health: Health::Drifting,
-        reference_health: ReferenceHealth::Lost,
-        travel_health: TravelHealth::Backwards,
-        pressure_health: PressureHealth::Failed,
-        statistic: 1.5,
-        command_n: Some(2.5),
-        applied_n: None,
-        esc_w: Some(1e-300),
-        esc_informative: true,
-        estimate_n: Some(0.1),
-        extrapolated: true,
-        lost: u64::MAX,
-        rate_hz: 20_000,
-    };
-    let command = CommandRecord {
-        cmd_id: u32::MAX,
-        mode: 2,
-        flags: 3,
-        ttl_ms: 50,
-        force_mn: -1,
-        slew_mn_s: 7,
-        cause_sample: 9,
-    };
-    let event = EventRecord {
-        t_s: 1.25,
-        kind: "health",
-        phase: "p",
-        method: "m",
-        channel: "c",
-        health: "frozen",
-        duration_s: 1.0,
-        esc_w: 2.0,
-        esc_value: 3.0,
-        statistic: 4.0,
-        confidence: 5.0,
-        speed_m_s: 6.0,
-        speed_sigma_m_s: 7.0,
-        moved_m: 8.0,
-        irregularities: 9.0,
-        estimate_n: 10.0,
-        command_n: 11.0,
-        json: "{\"type\":\"health\",\"t_s\":1.25}",
-    };
-    let pipeline = PipelineRecord {
-        continued: true,
-        carried_n: Some(4.0),
-        least_n: 1.0,
-        released: true,
-        taxels: 16,
-        rate_hz: 10_000.0,
-        grips: true,
-        config: "{}",
-    };
     let records = [
-        Record::State(state),
-        Record::Event(event),
-        Record::Command(command),
+        Record::State(STATE),
+        Record::Event(EVENT),
+        Record::Command(COMMAND),
         Record::Client(ClientRecord::AtLeast(5.5)),
         Record::Client(ClientRecord::ClearFault(0x0102)),
         Record::Client(ClientRecord::Stop),
         Record::Link(LinkRecord { kind: "status", detail: "{\"a\":\"\u{e4}\"}" }),
         Record::Wire(WireRecord { to_device: true, bytes: &[0, 255, 7] }),
-        Record::Pipeline(pipeline),
+        Record::Pipeline(PIPELINE),
     ];
     let title = BTreeMap::from([("uid".to_owned(), "ab".to_owned())]);
     let bytes = file_of(|writer| {
