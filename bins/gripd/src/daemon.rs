@@ -12,10 +12,11 @@ use crate::{
     summary::Summary,
 };
 use anyhow::{Context as _, anyhow};
-use core::sync::atomic::Ordering;
+use core::{any::Any, sync::atomic::Ordering};
 use grip_daemon::{
     HotCounters,
     clients::Clients,
+    dump::Cause,
     hot::{Ends, Hot, HotOptions, Shared},
     http::HttpServer,
     log::LogLevel,
@@ -88,14 +89,23 @@ pub(crate) fn run(cli: &Cli, settings: Settings) -> anyhow::Result<Exit> {
     let supply = Supply::new(source, options.patient, lines);
     let port = named("port").spawn(move || supply.run())?;
     let (granted_in, granted_out) = mpsc::channel();
+    let ending = Ending(shared);
     let hot = named("hot").spawn(move || {
-        let ended = run_hot(hot, &wanted, &granted_in);
-        shared.stop.store(true, Ordering::Relaxed);
-        ended
+        let _ending = ending;
+        run_hot(hot, &wanted, &granted_in)
     })?;
     service.granted(&granted_out)?;
     let served = service.run();
     finish(cli, (hot, port), recording, service, served)
+}
+
+/// Tells the other threads to end when the hot thread does, even by a panic.
+struct Ending(Arc<Shared>);
+
+impl Drop for Ending {
+    fn drop(&mut self) {
+        self.0.stop.store(true, Ordering::Relaxed);
+    }
 }
 
 /// The rings between hot thread, service thread and port thread.
@@ -201,27 +211,41 @@ fn run_hot<C: Fn() -> u64>(
     Ok((*hot.counters(), hot.session().lost(), command_n))
 }
 
-/// Gathers the threads and prints what they did. What went wrong first is what is told.
+/// Gathers the threads, so that files are whole, and prints what they did. What went wrong first is what is told.
 fn finish(
     cli: &Cli,
     (hot, port): (HotThread, PortThread),
     recording: Option<Recording>,
-    service: Service,
+    mut service: Service,
     served: anyhow::Result<()>,
 ) -> anyhow::Result<Exit> {
-    let hot = hot.join().map_err(|_| anyhow!("the hot thread failed"))?;
-    let source = port.join().map_err(|_| anyhow!("the port thread failed"))?;
+    let hot = hot.join();
+    let source = port.join().map_err(|_| anyhow!("the port thread failed"));
     let recorded = recording.map(Recording::finish);
-    let closed = service.close();
-    let source = source?;
+    let hot = match hot {
+        Ok(ended) => ended,
+        Err(panic) => {
+            let text = panic_text(panic.as_ref());
+            service.dump(&Cause::Panic(text.clone()))?;
+            Err(anyhow!("the hot thread failed: {text}; the gripper holds by itself"))
+        }
+    };
+    let untold = service.close();
+    let source = source??;
     let (counters, lost, command_n) = hot?;
     served?;
     let recorded = recorded.transpose()?;
-    let ended = Ended { counters, lost, command_n, service: closed, recorded };
+    let ended = Ended { counters, lost, command_n, service: untold, recorded };
     let summary = Summary::new(&ended, source.close()?);
     match summary.print(cli.json) {
         Err(error) if error.kind() == io::ErrorKind::BrokenPipe => {}
         shown => shown?,
     }
     Ok(if summary.lost_data() { Exit::DataLost } else { Exit::Done })
+}
+
+/// What a thread said when it panicked.
+fn panic_text(panic: &(dyn Any + Send)) -> String {
+    let text = panic.downcast_ref::<String>().map(String::as_str);
+    text.or_else(|| panic.downcast_ref::<&str>().copied()).unwrap_or("no reason given").to_owned()
 }

@@ -221,7 +221,7 @@ impl Service {
     }
 
     /// Writes the last frames and the state down.
-    fn dump(&mut self, cause: &Cause) -> anyhow::Result<()> {
+    pub(crate) fn dump(&mut self, cause: &Cause) -> anyhow::Result<()> {
         let now = Clocks { host_us: self.clock.now_us(), wall_us: self.clock.wall_ns() / 1000 };
         let (level, text) = match self.flight.write(cause, &self.board, now) {
             Ok(Dumped::File(file)) => (
