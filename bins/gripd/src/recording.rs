@@ -30,6 +30,10 @@ pub(crate) enum Told {
     Began(PathBuf),
     /// The recording has stopped, and why.
     Stopped(String),
+    /// The oldest file of the run made room.
+    Deleted(PathBuf),
+    /// It was to make room and could not be deleted.
+    Kept(PathBuf, String),
     /// Counts and bytes as of now.
     Counters(RecorderCounters),
 }
@@ -100,6 +104,7 @@ fn options(settings: &Settings) -> RecordingOptions {
     RecordingOptions {
         rotate_bytes: Some(u64::from(recording.max_mib) << 20),
         rotate_us: Some(u64::from(recording.max_age_s) * 1_000_000),
+        keep_bytes: recording.keep_mib.map(|mib| u64::from(mib) << 20),
         flush_us: u64::from(recording.flush_ms) * 1000,
         wire: true,
     }
@@ -141,6 +146,8 @@ impl Thread {
             let _told = self.told.send(match news {
                 RecorderNews::Began(file) => Told::Began(file),
                 RecorderNews::Stopped(error) => Told::Stopped(message(&error)),
+                RecorderNews::Deleted(file) => Told::Deleted(file),
+                RecorderNews::Kept(file, error) => Told::Kept(file, error.to_string()),
             });
         }
         let _told = self.told.send(Told::Counters(self.recorder.counters()));

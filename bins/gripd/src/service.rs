@@ -251,6 +251,15 @@ impl Service {
                     let text = format!("{reason}; the object is held without a recording");
                     self.console.say(LogLevel::Error, &text)?;
                 }
+                Told::Deleted(file) => {
+                    let text =
+                        format!("deleted {}: newer recordings need the room", file.display());
+                    self.console.say(LogLevel::Info, &text)?;
+                }
+                Told::Kept(file, reason) => {
+                    let text = format!("cannot delete {}: {reason}", file.display());
+                    self.console.say(LogLevel::Warn, &text)?;
+                }
                 Told::Counters(counters) => {
                     state.files = u64::from(counters.files);
                     state.dropped = counters.dropped + counters.stopped;

@@ -212,6 +212,38 @@ fn rotated_files_stand_for_themselves_and_follow_each_other() {
 }
 
 #[test]
+fn the_oldest_files_of_the_run_make_room_and_no_others() {
+    let folder = tempfile::tempdir().unwrap();
+    let other = folder.path().join("other.mcap");
+    fs::write(&other, vec![0; 1 << 20]).unwrap();
+    let items = grasp("default", 0);
+    let options = RecordingOptions {
+        rotate_bytes: Some(50_000),
+        keep_bytes: Some(150_000),
+        ..RecordingOptions::default()
+    };
+    let mut recorder = Recorder::create(&folder.path().join("run.mcap"), options, about()).unwrap();
+    feed(&mut recorder, &items, 0);
+    let mut deleted = Vec::new();
+    while let Some(news) = recorder.news() {
+        if let RecorderNews::Deleted(file) = news {
+            deleted.push(file);
+        }
+    }
+    let counters = recorder.finish().unwrap();
+    assert!(!deleted.is_empty() && deleted[0].ends_with("run.mcap"), "{deleted:?}");
+    assert!(deleted.iter().all(|file| !file.exists()) && other.exists());
+    let left = files(folder.path());
+    assert_eq!(left.len(), counters.files as usize - deleted.len() + 1, "{left:?}");
+    let bytes: u64 = left
+        .iter()
+        .filter(|file| **file != other)
+        .map(|file| fs::metadata(file).unwrap().len())
+        .sum();
+    assert!(bytes < 150_000 + 2 * 100_000, "{bytes}");
+}
+
+#[test]
 fn a_recording_is_never_overwritten() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("run.mcap");

@@ -28,7 +28,7 @@ use grip_record::{
 };
 use std::{
     collections::{BTreeMap, VecDeque},
-    io,
+    fs, io,
     path::{Path, PathBuf},
 };
 use table::Table;
@@ -49,6 +49,8 @@ pub struct RecordingOptions {
     pub rotate_bytes: Option<u64>,
     /// A file is ended when it is this old (us); `None` for never. Of no effect on CSV.
     pub rotate_us: Option<u64>,
+    /// When the files of this recording have more bytes than this together, the oldest are deleted; `None` for never.
+    pub keep_bytes: Option<u64>,
     /// What was taken is handed to the operating system at least this often (us).
     pub flush_us: u64,
     /// Whether raw bytes of the line are recorded too.
@@ -56,9 +58,15 @@ pub struct RecordingOptions {
 }
 
 impl Default for RecordingOptions {
-    /// One file, flushed every [`FLUSH_US`], without raw bytes.
+    /// One file, flushed every [`FLUSH_US`], without raw bytes; nothing is deleted.
     fn default() -> Self {
-        Self { rotate_bytes: None, rotate_us: None, flush_us: FLUSH_US, wire: false }
+        Self {
+            rotate_bytes: None,
+            rotate_us: None,
+            keep_bytes: None,
+            flush_us: FLUSH_US,
+            wire: false,
+        }
     }
 }
 
@@ -123,6 +131,10 @@ pub enum RecorderNews {
     Began(PathBuf),
     /// The recording has stopped; the control of the gripper goes on.
     Stopped(RecorderError),
+    /// The oldest file was deleted, because newer ones need the room.
+    Deleted(PathBuf),
+    /// It was to be deleted and could not be.
+    Kept(PathBuf, io::Error),
 }
 
 /// Counts since the start.
@@ -151,6 +163,8 @@ pub struct Recorder {
     output: Output,
     counters: RecorderCounters,
     news: VecDeque<RecorderNews>,
+    /// Files that are finished, with their bytes, the oldest first.
+    finished: VecDeque<(PathBuf, u64)>,
     flushed_us: u64,
     synced_us: u64,
     /// Items since the last file stopped, which the next one tells of.
@@ -197,6 +211,7 @@ impl Recorder {
             output: Output::Stopped { again_us: 0, pause_us: PAUSE_US, next: 0 },
             counters: RecorderCounters::default(),
             news: VecDeque::new(),
+            finished: VecDeque::new(),
             flushed_us: now_us,
             synced_us: now_us,
             missing: 0,
@@ -381,7 +396,26 @@ impl Recorder {
         if let Some(file) = self.file().map(Path::to_owned) {
             self.began(file);
         }
-        if let Output::Mcap(full) = full { full.finish() } else { Ok(()) }
+        if let Output::Mcap(full) = full {
+            self.finished.push_back((full.file.clone(), full.bytes()));
+            full.finish()?;
+        }
+        self.make_room();
+        Ok(())
+    }
+
+    /// Deletes the oldest finished files while all of them together are too large.
+    fn make_room(&mut self) {
+        let Some(keep_bytes) = self.options.keep_bytes else { return };
+        let mut bytes: u64 = self.finished.iter().map(|(_, bytes)| bytes).sum();
+        while bytes > keep_bytes {
+            let Some((file, size)) = self.finished.pop_front() else { return };
+            bytes -= size;
+            self.news.push_back(match fs::remove_file(&file) {
+                Ok(()) => RecorderNews::Deleted(file),
+                Err(error) => RecorderNews::Kept(file, error),
+            });
+        }
     }
 
     fn next_tape(&self, number: u32, now_us: u64) -> Result<Output, RecorderError> {

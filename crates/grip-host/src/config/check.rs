@@ -26,7 +26,7 @@ impl HostConfig {
 
     fn check_ranges(&self) -> Result<(), ConfigError> {
         let LinkConfig { sample_rate_hz, batch, ttl_ms } = self.link;
-        let RecordingConfig { max_mib, max_age_s, flush_ms } = self.recording;
+        let RecordingConfig { max_mib, max_age_s, flush_ms, keep_mib } = self.recording;
         let rate = shown(sample_rate_hz);
         ConfigError::within("baud", self.baud.map_or(1.0, shown), 1.0, 1e9)?;
         ConfigError::within("max_clients", f32::from(self.max_clients), 1.0, 1024.0)?;
@@ -34,6 +34,9 @@ impl HostConfig {
         ConfigError::within("link.batch", f32::from(batch), 1.0, 32.0)?;
         ConfigError::within("link.ttl_ms", f32::from(ttl_ms), 20.0, 100.0)?;
         ConfigError::within("recording.max_mib", shown(max_mib), 1.0, 1_048_576.0)?;
+        if let Some(keep_mib) = keep_mib {
+            ConfigError::within("recording.keep_mib", shown(keep_mib), shown(max_mib), 1.074e9)?;
+        }
         ConfigError::within("recording.max_age_s", shown(max_age_s), 1.0, 31_536_000.0)?;
         ConfigError::within("recording.flush_ms", shown(flush_ms), 50.0, 10_000.0)?;
         ConfigError::within("realtime.priority", f32::from(self.realtime.priority), 1.0, 99.0)?;

@@ -30,11 +30,13 @@ pub struct RecordingConfig {
     pub max_age_s: u32,
     /// Time between two flushes (ms), 50 to 10,000: what a crash may cost.
     pub flush_ms: u32,
+    /// Size (MiB) of all files of this run together above which the oldest of them are deleted, `max_mib` to 1,073,741,824; none is, where absent.
+    pub keep_mib: Option<u32>,
 }
 
 impl Default for RecordingConfig {
     fn default() -> Self {
-        Self { max_mib: 1024, max_age_s: 3600, flush_ms: 250 }
+        Self { max_mib: 1024, max_age_s: 3600, flush_ms: 250, keep_mib: None }
     }
 }
 
