@@ -19,7 +19,7 @@ use grip_daemon::{
     hot::{Ends, Hot, HotOptions, Shared},
     http::HttpServer,
     log::LogLevel,
-    realtime::{self, Granted},
+    realtime::{self, Granted, RealtimeConfig},
     recorder::RecorderCounters,
     rings::{Dropped, Sizes, rings},
     supply::{Supply, SupplyEnds},
@@ -184,7 +184,7 @@ type PortThread = JoinHandle<Result<Source, PortError>>;
 /// The hot thread: asks for real time, tells what was granted, and runs.
 fn run_hot<C: Fn() -> u64>(
     mut hot: Hot<C>,
-    wanted: &realtime::RealtimeConfig,
+    wanted: &RealtimeConfig,
     granted: &mpsc::Sender<Granted>,
 ) -> HotEnd {
     let given = realtime::enter(wanted);
@@ -200,12 +200,18 @@ fn finish(
     cli: &Cli,
     (hot, port): (HotThread, PortThread),
     recording: Option<Recording>,
-    service: Service,
+    mut service: Service,
     served: anyhow::Result<()>,
 ) -> anyhow::Result<Exit> {
-    let hot = hot.join().map_err(|_| anyhow!("the hot thread failed"))?;
-    let source = port.join().map_err(|_| anyhow!("the port thread failed"))?;
+    let mut fallen = |thread: &str| {
+        service.mourn(thread);
+        anyhow!("the {thread} thread failed")
+    };
+    let hot = hot.join().map_err(|_| fallen("hot"));
+    // Whole, also where the hot thread fell: it has let go of the ring.
     let recorded = recording.map(Recording::finish);
+    let hot = hot?;
+    let source = port.join().map_err(|_| fallen("port"))?;
     let closed = service.close();
     let source = source?;
     let (counters, lost, command_n) = hot?;
