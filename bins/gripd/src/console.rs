@@ -164,9 +164,7 @@ impl Console {
                 if self.device_event.replace(event_now) == Some(event_now) {
                     return None;
                 }
-                let text =
-                    format!("the gripper reports {:?} (fault {:04X})", event.kind, event.fault.0);
-                (Warn, text)
+                (Warn, device_event(event_now))
             }
             LinkNote::Refused(nack) => {
                 (Warn, format!("the gripper refused a request: {:?}", nack.reason))
@@ -240,6 +238,36 @@ fn write_event(line: &EventLine, json: bool) -> io::Result<()> {
         writeln!(out, "{line}")?;
     }
     out.flush()
+}
+
+/// What the gripper says of itself, as a sentence.
+fn device_event((kind, fault): (EventKind, FaultCode)) -> String {
+    let why = fault_words(fault).map_or_else(String::new, |words| format!(", {words}"));
+    let what = match kind {
+        EventKind::Fault => "the gripper has stopped with fault",
+        EventKind::FaultCleared => "the gripper is free of fault",
+        EventKind::CommandRejected => "the gripper takes no command because of fault",
+        _ => "the gripper reports something, with fault",
+    };
+    format!("{what} {:04X}{why}", fault.0)
+}
+
+/// What a fault means, as far as the specification says it.
+fn fault_words(fault: FaultCode) -> Option<&'static str> {
+    Some(match fault {
+        FaultCode::ESTOP => "it was told to stop",
+        FaultCode::SENSOR_DEAD => "a sensor delivers nothing",
+        FaultCode::SENSOR_FROZEN => "a sensor delivers the same value for too long",
+        FaultCode::SENSOR_SATURATED => "a sensor is at the end of its range",
+        FaultCode::TASK_HUNG => "a task of its firmware did not run",
+        FaultCode::OBJECT_LOST => "the object is gone",
+        FaultCode::POSITION_UNDEFINED => "the finger position is not known",
+        FaultCode::OVER_TEMPERATURE => "motor or driver is too hot",
+        FaultCode::OVER_CURRENT => "the motor current is too high",
+        FaultCode::DRIVE => "the motor driver reports a fault",
+        FaultCode::SUPPLY => "the supply voltage is out of range",
+        _ => return None,
+    })
 }
 
 /// The limits a gripper changed, the mask of channels left out: all there are is what was asked for.
