@@ -2,7 +2,7 @@
 
 use crate::clock::Clock;
 use grip_daemon::{
-    Item, LinkNote, State,
+    ClientCommand, Item, LinkNote, State,
     log::{Clocks, Entry, Log, LogLevel, LogStyle},
     supply::PortNews,
 };
@@ -21,6 +21,7 @@ const LIVE_EVERY_US: u64 = 50_000;
 
 /// Prints.
 #[derive(Debug)]
+#[expect(clippy::struct_excessive_bools, reason = "facts that do not depend on each other")]
 pub(crate) struct Console {
     log: Log,
     clock: Clock,
@@ -71,7 +72,7 @@ impl Console {
                 None => Ok(()),
             },
             Item::Client { command, .. } => {
-                self.say(LogLevel::Info, &format!("a client asked for {command:?}"))
+                self.say(LogLevel::Info, &format!("a client asked: {}", command_words(*command)))
             }
             _ => Ok(()),
         }
@@ -238,6 +239,17 @@ fn write_event(line: &EventLine, json: bool) -> io::Result<()> {
         writeln!(out, "{line}")?;
     }
     out.flush()
+}
+
+/// What a client asked for.
+fn command_words(command: ClientCommand) -> String {
+    match command {
+        ClientCommand::AtLeast(force_n) => format!("hold with at least {force_n:.2} N"),
+        ClientCommand::Release => "let go".to_owned(),
+        ClientCommand::Grasp => "grasp".to_owned(),
+        ClientCommand::Stop => "stop".to_owned(),
+        ClientCommand::ClearFault(fault) => format!("clear fault {fault:04X}"),
+    }
 }
 
 /// What the gripper says of itself, as a sentence.

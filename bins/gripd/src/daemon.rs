@@ -63,21 +63,18 @@ pub(crate) struct Ended {
 /// Runs until a signal, the end of the duration or a failure.
 pub(crate) fn run(cli: &Cli, settings: Settings) -> anyhow::Result<Exit> {
     let clock = Clock::start();
-    let shared = Arc::new(Shared::default());
-    for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
-        signal_hook::flag::register(signal, Arc::clone(&shared.stop))
-            .context("cannot take over Ctrl-C")?;
-    }
+    let shared = shared()?;
     let options =
         HotOptions { end_us: end_us(cli.duration), patient: cli.wait || Notify::is_asked_for() };
     let session = session(cli, &settings)?;
     let source = Source::open(&settings.port_args(), move || clock.now_us())?;
     // Opened before anything moves: an address or a file that cannot be had is told at once.
     let (servers, complaint) = servers(&settings, clock)?;
-    let (recorder, recording, recorded) = match Recording::start(&settings, clock)? {
-        Some((ring, thread, recorded)) => (Some(ring), Some(thread), Some(recorded)),
-        None => (None, None, None),
-    };
+    let started = Recording::start(&settings, clock)?;
+    let (recorder, recording, recorded) = started
+        .map_or((None, None, None), |(ring, thread, recorded)| {
+            (Some(ring), Some(thread), Some(recorded))
+        });
     let wanted = settings.realtime();
     let (outbox, inbox) = rings(Sizes::SERVICE);
     let (line_in, line_out) = RingBuffer::new(LINES);
@@ -130,6 +127,16 @@ pub(crate) fn run(cli: &Cli, settings: Settings) -> anyhow::Result<Exit> {
     service.granted(&granted_out)?;
     let served = service.run();
     finish(cli, (hot, port), recording, service, served)
+}
+
+/// What the threads share; Ctrl-C and the service manager stop all of them.
+fn shared() -> anyhow::Result<Arc<Shared>> {
+    let shared = Arc::new(Shared::default());
+    for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
+        signal_hook::flag::register(signal, Arc::clone(&shared.stop))
+            .context("cannot take over Ctrl-C")?;
+    }
+    Ok(shared)
 }
 
 fn named(name: &str) -> thread::Builder {
