@@ -118,13 +118,8 @@ pub(crate) fn run(cli: &Cli, settings: Settings) -> anyhow::Result<Exit> {
         SupplyEnds { lines: line_in, lost: lost_out, news: news_in, shared: Arc::clone(&shared) };
     let supply = Supply::new(source, options.patient, lines);
     let port = named("port").spawn(move || supply.run())?;
-    let (granted_in, granted_out) = mpsc::channel();
-    let hot = named("hot").spawn(move || {
-        let ended = run_hot(hot, &wanted, &granted_in);
-        shared.stop.store(true, Ordering::Relaxed);
-        ended
-    })?;
-    service.granted(&granted_out)?;
+    let (hot, granted) = start_hot(hot, wanted, shared)?;
+    service.granted(&granted)?;
     let served = service.run();
     finish(cli, (hot, port), recording, service, served)
 }
@@ -187,6 +182,21 @@ fn end_us(duration_s: Option<f64>) -> u64 {
 type HotEnd = anyhow::Result<(HotCounters, u64, Option<f32>)>;
 type HotThread = JoinHandle<HotEnd>;
 type PortThread = JoinHandle<Result<Source, PortError>>;
+
+/// The hot thread, and where it tells what it was granted. With its end everything ends.
+fn start_hot<C: Fn() -> u64 + Send + 'static>(
+    hot: Hot<C>,
+    wanted: RealtimeConfig,
+    shared: Arc<Shared>,
+) -> io::Result<(HotThread, mpsc::Receiver<Granted>)> {
+    let (granted_in, granted) = mpsc::channel();
+    let thread = named("hot").spawn(move || {
+        let ended = run_hot(hot, &wanted, &granted_in);
+        shared.stop.store(true, Ordering::Relaxed);
+        ended
+    })?;
+    Ok((thread, granted))
+}
 
 /// The hot thread: asks for real time, tells what was granted, and runs.
 fn run_hot<C: Fn() -> u64>(

@@ -34,7 +34,7 @@ pub struct RecordingConfig {
 
 impl Default for RecordingConfig {
     fn default() -> Self {
-        Self { max_mib: 1024, max_age_s: 600, flush_ms: 250 }
+        Self { max_mib: 1024, max_age_s: 300, flush_ms: 250 }
     }
 }
 
