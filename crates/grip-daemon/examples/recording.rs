@@ -2,6 +2,7 @@
 //!
 //! The grasp runs first and is kept; then it is recorded five times, to the file and beside it, and the fastest counts.
 
+use core::error::Error;
 use grip_daemon::{
     Item, State,
     recorder::{About, Recorder, RecordingOptions},
@@ -10,13 +11,13 @@ use grip_host::{HostConfig, News, model, recording, report::EventLine, session::
 use grip_record::mcap::Attached;
 use rustix::time::{ClockId, clock_gettime};
 use slip_core::{Sample, Step, units::Micros};
-use std::{error::Error, fs, path::Path};
+use std::{fs, path::Path};
 
 /// Samples of a frame, after which there is a state.
 const FRAME: usize = 10;
 
 enum Kept {
-    Began(Beginning),
+    Began(Box<Beginning>),
     Sample(u32, Sample, Vec<f32>),
     Event(EventLine),
     State(State),
@@ -70,7 +71,7 @@ fn grasp(scene: &str, seconds: f64) -> Result<Vec<(u64, Kept)>, Box<dyn Error>> 
     )]
     let duration = Micros((seconds * 1e6) as u64);
     let mut tell = |news: News<'_>| match news {
-        News::Began(beginning) => items.push((now_us, Kept::Began(*beginning))),
+        News::Began(beginning) => items.push((now_us, Kept::Began(Box::new(*beginning)))),
         News::Step { index, sample, taxels, step } => {
             now_us = sample.t.0;
             items.push((now_us, Kept::Sample(index, *sample, taxels.to_vec())));

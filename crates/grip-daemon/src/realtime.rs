@@ -313,7 +313,5 @@ mod tests {
             assert_eq!(before, (current_timer_slack().unwrap(), sched_getaffinity(None).unwrap()));
             assert!(granted.check(RealtimeMode::Strict).is_ok());
         });
-        assert_eq!("strict".parse(), Ok(RealtimeMode::Strict));
-        assert!("fast".parse::<RealtimeMode>().unwrap_err().contains("off, warn or strict"));
     }
 }

@@ -16,7 +16,7 @@ const ZERO_NS: u64 = 1_763_766_000_000_000_000;
 
 /// Writes to memory that outlives the writer.
 #[derive(Clone, Default)]
-struct Shared(std::rc::Rc<std::cell::RefCell<Vec<u8>>>);
+struct Shared(std::rc::Rc<core::cell::RefCell<Vec<u8>>>);
 
 impl std::io::Write for Shared {
     fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
