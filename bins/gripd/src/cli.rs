@@ -10,6 +10,7 @@ use std::path::PathBuf;
 ///
 /// Exit codes: 0 done, 1 failed, 2 wrong arguments or configuration, 3 done with loss of data.
 #[derive(Clone, Debug, Parser)]
+#[expect(clippy::struct_excessive_bools, reason = "flags of a command line")]
 #[command(name = "gripd", version)]
 #[expect(clippy::struct_excessive_bools, reason = "flags of a command line, each by itself")]
 pub(crate) struct Cli {

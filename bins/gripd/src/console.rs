@@ -2,7 +2,7 @@
 
 use crate::clock::Clock;
 use grip_daemon::{
-    Item, LinkNote, State,
+    ClientCommand, Item, LinkNote, State,
     log::{Clocks, Entry, Log, LogLevel, LogStyle},
     supply::PortNews,
 };
@@ -21,6 +21,7 @@ const LIVE_EVERY_US: u64 = 50_000;
 
 /// Prints.
 #[derive(Debug)]
+#[expect(clippy::struct_excessive_bools, reason = "facts that do not depend on each other")]
 pub(crate) struct Console {
     log: Log,
     clock: Clock,
@@ -68,7 +69,7 @@ impl Console {
                 None => Ok(()),
             },
             Item::Client { command, .. } => {
-                self.say(LogLevel::Info, &format!("a client asked for {command:?}"))
+                self.say(LogLevel::Info, &format!("a client asked: {}", command_words(*command)))
             }
             _ => Ok(()),
         }
@@ -156,9 +157,7 @@ impl Console {
                 if self.device_event.replace(event_now) == Some(event_now) {
                     return None;
                 }
-                let text =
-                    format!("the gripper reports {:?} (fault {:04X})", event.kind, event.fault.0);
-                (Warn, text)
+                (Warn, device_event(event_now))
             }
             LinkNote::Refused(nack) => {
                 (Warn, format!("the gripper refused a request: {:?}", nack.reason))
@@ -232,6 +231,47 @@ fn write_event(line: &EventLine, json: bool) -> io::Result<()> {
         writeln!(out, "{line}")?;
     }
     out.flush()
+}
+
+/// What a client asked for.
+fn command_words(command: ClientCommand) -> String {
+    match command {
+        ClientCommand::AtLeast(force_n) => format!("hold with at least {force_n:.2} N"),
+        ClientCommand::Release => "let go".to_owned(),
+        ClientCommand::Grasp => "grasp".to_owned(),
+        ClientCommand::Stop => "stop".to_owned(),
+        ClientCommand::ClearFault(fault) => format!("clear fault {fault:04X}"),
+    }
+}
+
+/// What the gripper says of itself, as a sentence.
+fn device_event((kind, fault): (EventKind, FaultCode)) -> String {
+    let why = fault_words(fault).map_or_else(String::new, |words| format!(", {words}"));
+    let what = match kind {
+        EventKind::Fault => "the gripper has stopped with fault",
+        EventKind::FaultCleared => "the gripper is free of fault",
+        EventKind::CommandRejected => "the gripper takes no command because of fault",
+        _ => "the gripper reports something, with fault",
+    };
+    format!("{what} {:04X}{why}", fault.0)
+}
+
+/// What a fault means, as far as the specification says it.
+fn fault_words(fault: FaultCode) -> Option<&'static str> {
+    Some(match fault {
+        FaultCode::ESTOP => "it was told to stop",
+        FaultCode::SENSOR_DEAD => "a sensor delivers nothing",
+        FaultCode::SENSOR_FROZEN => "a sensor delivers the same value for too long",
+        FaultCode::SENSOR_SATURATED => "a sensor is at the end of its range",
+        FaultCode::TASK_HUNG => "a task of its firmware did not run",
+        FaultCode::OBJECT_LOST => "the object is gone",
+        FaultCode::POSITION_UNDEFINED => "the finger position is not known",
+        FaultCode::OVER_TEMPERATURE => "motor or driver is too hot",
+        FaultCode::OVER_CURRENT => "the motor current is too high",
+        FaultCode::DRIVE => "the motor driver reports a fault",
+        FaultCode::SUPPLY => "the supply voltage is out of range",
+        _ => return None,
+    })
 }
 
 /// The limits a gripper changed, the mask of channels left out: all there are is what was asked for.

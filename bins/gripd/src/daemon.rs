@@ -6,23 +6,22 @@ use crate::{
     cli::Cli,
     clock::Clock,
     notify::Notify,
-    recording::{Recorded, Recording},
+    recording::Recording,
     service::{Servers, Service, ServiceEnds},
     settings::Settings,
     summary::Summary,
 };
 use anyhow::{Context as _, anyhow};
-use core::{any::Any, sync::atomic::Ordering};
+use core::sync::atomic::Ordering;
 use grip_daemon::{
     HotCounters,
     clients::Clients,
-    dump::Cause,
     hot::{Ends, Hot, HotOptions, Shared},
     http::HttpServer,
     log::LogLevel,
-    realtime::{self, Granted},
+    realtime::{self, Granted, RealtimeConfig},
     recorder::RecorderCounters,
-    rings::{Dropped, Outbox, Sizes, rings},
+    rings::{Dropped, Sizes, rings},
     supply::{Supply, SupplyEnds},
 };
 use grip_host::{
@@ -64,57 +63,20 @@ pub(crate) struct Ended {
 /// Runs until a signal, the end of the duration or a failure.
 pub(crate) fn run(cli: &Cli, settings: Settings) -> anyhow::Result<Exit> {
     let clock = Clock::start();
-    let shared = Arc::new(Shared::default());
-    for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
-        signal_hook::flag::register(signal, Arc::clone(&shared.stop))
-            .context("cannot take over Ctrl-C")?;
-    }
+    let shared = shared()?;
     let options =
         HotOptions { end_us: end_us(cli.duration), patient: cli.wait || Notify::is_asked_for() };
     let session = session(cli, &settings)?;
     let source = Source::open(&settings.port_args(), move || clock.now_us())?;
     // Opened before anything moves: an address or a file that cannot be had is told at once.
     let (servers, complaint) = servers(&settings, clock)?;
-    let (recorder, recording, recorded) = match Recording::start(&settings, clock)? {
-        Some((ring, thread, recorded)) => (Some(ring), Some(thread), Some(recorded)),
-        None => (None, None, None),
-    };
+    let started = Recording::start(&settings, clock)?;
+    let (recorder, recording, recorded) = started
+        .map_or((None, None, None), |(ring, thread, recorded)| {
+            (Some(ring), Some(thread), Some(recorded))
+        });
     let wanted = settings.realtime();
-    let (ends, service_ends, lines) = wire(&shared, recorder, recorded);
-    let mut service = Service::new(settings, clock, service_ends, servers)?;
-    if let Some(complaint) = complaint {
-        service.say(LogLevel::Warn, &complaint)?;
-    }
-    let hot = Hot::new(session, move || clock.now_ns(), options, ends);
-    let supply = Supply::new(source, options.patient, lines);
-    let port = named("port").spawn(move || supply.run())?;
-    let (granted_in, granted_out) = mpsc::channel();
-    let ending = Ending(shared);
-    let hot = named("hot").spawn(move || {
-        let _ending = ending;
-        run_hot(hot, &wanted, &granted_in)
-    })?;
-    service.granted(&granted_out)?;
-    let served = service.run();
-    finish(cli, (hot, port), recording, service, served)
-}
-
-/// Tells the other threads to end when the hot thread does, even by a panic.
-struct Ending(Arc<Shared>);
-
-impl Drop for Ending {
-    fn drop(&mut self) {
-        self.0.stop.store(true, Ordering::Relaxed);
-    }
-}
-
-/// The rings between hot thread, service thread and port thread.
-fn wire(
-    shared: &Arc<Shared>,
-    recorder: Option<Outbox>,
-    recorded: Option<Recorded>,
-) -> (Ends, ServiceEnds, SupplyEnds) {
-    let (service, inbox) = rings(Sizes::SERVICE);
+    let (outbox, inbox) = rings(Sizes::SERVICE);
     let (line_in, line_out) = RingBuffer::new(LINES);
     let (lost_in, lost_out) = RingBuffer::new(LINES);
     let (settings_in, settings_out) = RingBuffer::new(SETTINGS);
@@ -122,30 +84,54 @@ fn wire(
     let (command_in, command_out) = RingBuffer::new(COMMANDS);
     let (pulse_in, pulse_out) = RingBuffer::new(PULSES);
     let (news_in, news_out) = mpsc::channel();
-    let hot = Ends {
+    let mut service = Service::new(
+        settings,
+        clock,
+        ServiceEnds {
+            inbox,
+            pulses: pulse_out,
+            ports: news_out,
+            settings: settings_in,
+            replaced: replaced_out,
+            commands: command_in,
+            recorded,
+            shared: Arc::clone(&shared),
+        },
+        servers,
+    )?;
+    if let Some(complaint) = complaint {
+        service.say(LogLevel::Warn, &complaint)?;
+    }
+    let ends = Ends {
         lines: line_out,
         lost: lost_in,
         settings: settings_out,
         replaced: replaced_in,
         commands: command_out,
-        service,
+        service: outbox,
         recorder,
         pulses: pulse_in,
-        shared: Arc::clone(shared),
+        shared: Arc::clone(&shared),
     };
-    let service = ServiceEnds {
-        inbox,
-        pulses: pulse_out,
-        ports: news_out,
-        settings: settings_in,
-        replaced: replaced_out,
-        commands: command_in,
-        recorded,
-        shared: Arc::clone(shared),
-    };
-    let supply =
-        SupplyEnds { lines: line_in, lost: lost_out, news: news_in, shared: Arc::clone(shared) };
-    (hot, service, supply)
+    let hot = Hot::new(session, move || clock.now_ns(), options, ends);
+    let lines =
+        SupplyEnds { lines: line_in, lost: lost_out, news: news_in, shared: Arc::clone(&shared) };
+    let supply = Supply::new(source, options.patient, lines);
+    let port = named("port").spawn(move || supply.run())?;
+    let (hot, granted) = start_hot(hot, wanted, shared)?;
+    service.granted(&granted)?;
+    let served = service.run();
+    finish(cli, (hot, port), recording, service, served)
+}
+
+/// What the threads share; Ctrl-C and the service manager stop all of them.
+fn shared() -> anyhow::Result<Arc<Shared>> {
+    let shared = Arc::new(Shared::default());
+    for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
+        signal_hook::flag::register(signal, Arc::clone(&shared.stop))
+            .context("cannot take over Ctrl-C")?;
+    }
+    Ok(shared)
 }
 
 fn named(name: &str) -> thread::Builder {
@@ -197,10 +183,25 @@ type HotEnd = anyhow::Result<(HotCounters, u64, Option<f32>)>;
 type HotThread = JoinHandle<HotEnd>;
 type PortThread = JoinHandle<Result<Source, PortError>>;
 
+/// The hot thread, and where it tells what it was granted. With its end everything ends.
+fn start_hot<C: Fn() -> u64 + Send + 'static>(
+    hot: Hot<C>,
+    wanted: RealtimeConfig,
+    shared: Arc<Shared>,
+) -> io::Result<(HotThread, mpsc::Receiver<Granted>)> {
+    let (granted_in, granted) = mpsc::channel();
+    let thread = named("hot").spawn(move || {
+        let ended = run_hot(hot, &wanted, &granted_in);
+        shared.stop.store(true, Ordering::Relaxed);
+        ended
+    })?;
+    Ok((thread, granted))
+}
+
 /// The hot thread: asks for real time, tells what was granted, and runs.
 fn run_hot<C: Fn() -> u64>(
     mut hot: Hot<C>,
-    wanted: &realtime::RealtimeConfig,
+    wanted: &RealtimeConfig,
     granted: &mpsc::Sender<Granted>,
 ) -> HotEnd {
     let given = realtime::enter(wanted);
@@ -211,7 +212,7 @@ fn run_hot<C: Fn() -> u64>(
     Ok((*hot.counters(), hot.session().lost(), command_n))
 }
 
-/// Gathers the threads, so that files are whole, and prints what they did. What went wrong first is what is told.
+/// Gathers the threads and prints what they did. What went wrong first is what is told.
 fn finish(
     cli: &Cli,
     (hot, port): (HotThread, PortThread),
@@ -219,33 +220,25 @@ fn finish(
     mut service: Service,
     served: anyhow::Result<()>,
 ) -> anyhow::Result<Exit> {
-    let hot = hot.join();
-    let source = port.join().map_err(|_| anyhow!("the port thread failed"));
-    let recorded = recording.map(Recording::finish);
-    let hot = match hot {
-        Ok(ended) => ended,
-        Err(panic) => {
-            let text = panic_text(panic.as_ref());
-            service.dump(&Cause::Panic(text.clone()))?;
-            Err(anyhow!("the hot thread failed: {text}; the gripper holds by itself"))
-        }
+    let mut fallen = |thread: &str| {
+        service.mourn(thread);
+        anyhow!("the {thread} thread failed")
     };
-    let untold = service.close();
-    let source = source??;
+    let hot = hot.join().map_err(|_| fallen("hot"));
+    // Whole, also where the hot thread fell: it has let go of the ring.
+    let recorded = recording.map(Recording::finish);
+    let hot = hot?;
+    let source = port.join().map_err(|_| fallen("port"))?;
+    let closed = service.close();
+    let source = source?;
     let (counters, lost, command_n) = hot?;
     served?;
     let recorded = recorded.transpose()?;
-    let ended = Ended { counters, lost, command_n, service: untold, recorded };
+    let ended = Ended { counters, lost, command_n, service: closed, recorded };
     let summary = Summary::new(&ended, source.close()?);
     match summary.print(cli.json) {
         Err(error) if error.kind() == io::ErrorKind::BrokenPipe => {}
         shown => shown?,
     }
     Ok(if summary.lost_data() { Exit::DataLost } else { Exit::Done })
-}
-
-/// What a thread said when it panicked.
-fn panic_text(panic: &(dyn Any + Send)) -> String {
-    let text = panic.downcast_ref::<String>().map(String::as_str);
-    text.or_else(|| panic.downcast_ref::<&str>().copied()).unwrap_or("no reason given").to_owned()
 }

@@ -83,6 +83,10 @@ pub(crate) struct Service {
     notify: Notify,
     reload: Arc<AtomicBool>,
     figures_us: u64,
+    /// It was told that dumps have no folder.
+    no_folder: bool,
+    /// What a reload asked for that is on its way to the hot thread.
+    pending: Vec<String>,
     /// Commands of clients that found no room.
     commands_lost: u64,
 }
@@ -111,6 +115,8 @@ impl Service {
             notify: Notify::new(),
             reload,
             figures_us: 0,
+            no_folder: false,
+            pending: Vec::new(),
             commands_lost: 0,
         })
     }
@@ -161,6 +167,12 @@ impl Service {
             clients.close(self.clock.now_us());
         }
         self.ends.inbox.drops().now()
+    }
+
+    /// A thread ended with a panic: what it did last is written down.
+    pub(crate) fn mourn(&mut self, thread: &str) {
+        // The panic itself is what the program fails with, whatever becomes of the dump.
+        let _written = self.dump(&Cause::Panic(format!("the {thread} thread")));
     }
 
     /// One look at everything.
@@ -228,6 +240,10 @@ impl Service {
                 LogLevel::Info,
                 format!("the last frames and the state were written to {}", file.display()),
             ),
+            Ok(Dumped::NoFolder) if !core::mem::replace(&mut self.no_folder, true) => {
+                let text = "the last frames and the state are not written down: no dump_dir";
+                (LogLevel::Info, text.to_owned())
+            }
             Ok(Dumped::NoFolder | Dumped::TooMany) => return Ok(()),
             Err(error) => (LogLevel::Warn, message(&error)),
         };
@@ -262,6 +278,7 @@ impl Service {
                 }
                 Told::Counters(counters) => {
                     state.files = u64::from(counters.files);
+                    state.bytes = counters.bytes;
                     state.dropped = counters.dropped + counters.stopped;
                 }
             }
@@ -284,11 +301,12 @@ impl Service {
             let reloads = &mut self.board.about.reloads;
             let (level, text) = if let Some(error) = &replaced.refused {
                 reloads.1 += 1;
-                let text = format!("{}; the settings in force stay", message(error));
-                (LogLevel::Error, text)
+                self.pending.clear();
+                (LogLevel::Error, format!("the settings in force stay: {}", message(error)))
             } else {
                 reloads.0 += 1;
-                (LogLevel::Info, "the new settings are in force".to_owned())
+                let changes = core::mem::take(&mut self.pending).join(", ");
+                (LogLevel::Info, format!("the new settings are in force: {changes}"))
             };
             self.console.say(level, &text)?;
         }
@@ -305,13 +323,15 @@ impl Service {
             Ok(reload) => reload,
             Err(error) => {
                 self.board.about.reloads.1 += 1;
-                let text = format!("{}; the settings in force stay", message(error.as_ref()));
+                let text = format!("the settings in force stay: {}", message(error.as_ref()));
                 return Ok(self.console.say(LogLevel::Error, &text)?);
             }
         };
         if reload.changes.is_empty() {
             return Ok(self.console.say(LogLevel::Info, "nothing has changed in the settings")?);
         }
+        let live = reload.changes.iter().filter(|change| change.needs_restart().is_none());
+        self.pending.extend(live.map(ToString::to_string));
         for key in &reload.restart {
             let text = format!("{key} has changed; it is taken over at the next start");
             self.console.say(LogLevel::Warn, &text)?;

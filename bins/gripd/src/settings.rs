@@ -5,13 +5,11 @@ use anyhow::Context as _;
 use grip_daemon::{
     board,
     clients::{self, ClientsConfig},
-    dump, realtime,
+    dump,
 };
 use grip_host::{
     HostConfig, HostConfigError, HostEstimator, ModelError,
-    config::{
-        Change, Layers, RealtimeConfig, RealtimeMode, RecordName, Setting, advice, needs_restart,
-    },
+    config::{Change, Layers, RealtimeConfig, Setting, advice, needs_restart},
     exit::WrongArgument,
     model,
     recording::{CALIBRATION_NAME, CONFIG_NAME, MODEL_NAME},
@@ -134,7 +132,7 @@ impl Settings {
     /// How clients are served, and whether somebody asked for it: an address that is taken is an error only then.
     pub(crate) fn clients(&self) -> anyhow::Result<(ClientsConfig, bool)> {
         let config = ClientsConfig {
-            listen: self.config.listen.to_string().parse()?,
+            listen: self.config.listen.clone(),
             allow_remote: self.config.allow_remote,
             allow_commands: self.config.allow_commands,
             most: usize::from(self.config.max_clients),
@@ -145,14 +143,8 @@ impl Settings {
     }
 
     /// What the hot thread asks the system for.
-    pub(crate) fn realtime(&self) -> realtime::RealtimeConfig {
-        let RealtimeConfig { mode, priority, cpu } = self.config.realtime;
-        let mode = match mode {
-            RealtimeMode::Off => realtime::RealtimeMode::Off,
-            RealtimeMode::Warn => realtime::RealtimeMode::Warn,
-            RealtimeMode::Strict => realtime::RealtimeMode::Strict,
-        };
-        realtime::RealtimeConfig { mode, priority, cpu: cpu.map(usize::from) }
+    pub(crate) fn realtime(&self) -> RealtimeConfig {
+        self.config.realtime
     }
 
     /// Where dumps go, if anywhere.
@@ -163,8 +155,7 @@ impl Settings {
 
     /// The file of a recording that begins at `start_s` (s since 1970), if one is wanted.
     pub(crate) fn record(&self, start_s: u64) -> Option<PathBuf> {
-        let name = RecordName { start_s, uid: self.config.uid, n: 1 };
-        self.config.record.as_ref().map(|template| template.file(&name))
+        self.config.record.as_ref().map(|template| template.file(start_s))
     }
 
     /// Configuration, model and calibration, for a recording.
@@ -177,10 +168,12 @@ impl Settings {
         let config =
             toml::to_string(&self.config).context("the configuration cannot be written")?;
         let mut files = vec![file(CONFIG_NAME, "application/toml", config.into_bytes())];
-        if let Some(model) = &self.config.model {
-            let data = read(model)?;
-            files.push(file(MODEL_NAME, "application/json", data));
-        }
+        // Also the embedded one: a later gripctl may have another.
+        let model = match &self.config.model {
+            Some(model) => read(model)?,
+            None => model::default_text().as_bytes().to_vec(),
+        };
+        files.push(file(MODEL_NAME, "application/json", model));
         if let Some(calibration) = &self.config.calibration {
             files.push(file(CALIBRATION_NAME, "application/toml", read(calibration)?));
         }

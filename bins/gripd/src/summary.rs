@@ -113,11 +113,13 @@ impl Summary {
             "{} samples, {} lost, {} slips, {} commands, {} unusable readings",
             self.samples, self.lost, self.slips, self.commands, self.unusable_readings
         )?;
-        let Latency { p50, p99, max } = self.latency_us;
-        writeln!(
-            out,
-            "latency from frame to command: p50 {p50:.1} us, p99 {p99:.1} us, max {max:.1} us"
-        )?;
+        if self.commands > 0 {
+            let Latency { p50, p99, max } = self.latency_us;
+            writeln!(
+                out,
+                "latency from frame to command: p50 {p50:.1} us, p99 {p99:.1} us, max {max:.1} us"
+            )?;
+        }
         if self.floor_lowered > 0 {
             writeln!(
                 out,

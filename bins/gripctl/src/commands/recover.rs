@@ -140,7 +140,7 @@ fn tell(
     }
     if let Some(at) = saved.cut_at {
         let rest = match lost_bytes {
-            0 => "every record of it is whole, only its end was missing".to_owned(),
+            0 => "every record of it is whole, only its index was missing or damaged".to_owned(),
             lost => format!("{lost} bytes at its end are no whole record and are lost"),
         };
         output::line(&format!("ends at byte {at}: {rest}"))?;

@@ -82,7 +82,7 @@ fn floors_that_cannot_be_trusted_are_refused() {
     gripctl(folder.path(), &args).refused(2, &["--interval 0"]);
     put(folder.path(), "bad.toml", "floor = 3\n");
     let args = ["replay", "short.csv", "--calibration", "bad.toml"];
-    gripctl(folder.path(), &args).refused(2, &["bad.toml", "line 1"]);
+    gripctl(folder.path(), &args).refused(2, &["bad.toml:1:9", "invalid type"]);
 }
 
 /// An open hand has the noise of a closed one, though a gripper that holds nothing listens to no slip.

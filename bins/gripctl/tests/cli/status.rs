@@ -98,7 +98,7 @@ fn nobody_there_and_wrong_addresses_are_told_in_a_sentence() {
     gripctl(here(), &["status", "unix:/nowhere/gripd"]).refused(1, &["no daemon answers at unix:"]);
     gripctl(here(), &["status", "off"]).refused(2, &["give the address"]);
     let wrong = gripctl(here(), &["status", "localhost"]);
-    assert!(wrong.code == 2 && wrong.err.contains("tcp:ADDRESS:PORT"), "{wrong:?}");
+    assert!(wrong.code == 2 && wrong.err.contains("tcp:IP:PORT"), "{wrong:?}");
 }
 
 /// What `gripctl status` says of a program that sends `answer` after the first bytes that come.

@@ -139,14 +139,50 @@ fn a_cut_recording_is_recovered_in_place() {
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1, "nothing is left beside it");
 }
 
+/// Where the records of that kind begin, and how long they are with their heads.
+fn records(bytes: &[u8], kind: u8) -> Vec<(usize, usize)> {
+    let (mut at, mut found) = (8, Vec::new());
+    while let Some([opcode, len @ ..]) = bytes.get(at..).and_then(|rest| rest.first_chunk::<9>()) {
+        let whole = 9 + usize::try_from(u64::from_le_bytes(*len)).unwrap();
+        if *opcode == kind {
+            found.push((at, whole));
+        }
+        at += whole;
+    }
+    found
+}
+
+/// Kinds of records in the format.
+const CHUNK: u8 = 0x06;
+const MESSAGE_INDEX: u8 = 0x07;
+
+#[test]
+fn a_damaged_index_is_made_anew_and_no_message_is_lost() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("run.mcap");
+    record(&file, "default", 2500);
+    let whole = fs::read(&file).unwrap();
+    let &(at, len) = records(&whole, MESSAGE_INDEX).iter().max_by_key(|(_, len)| *len).unwrap();
+    let mut bytes = whole.clone();
+    bytes[at + len / 2..at + len / 2 + 40].fill(0);
+    fs::write(&file, &bytes).unwrap();
+    gripctl(folder.path(), &["replay", "run.mcap", "--check"]).done();
+    let ran = gripctl(folder.path(), &["recover", "run.mcap"]).done();
+    assert!(ran.out.contains("only its index was missing or damaged"), "{}", ran.out);
+    let again = gripctl(folder.path(), &["recover", "run.mcap"]).done();
+    assert!(again.out.contains("is whole"), "{}", again.out);
+    gripctl(folder.path(), &["replay", "run.mcap", "--check"]).done();
+}
+
 #[test]
 fn a_damaged_recording_is_recovered_beside_it() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("run.mcap");
     record(&file, "default", 2500);
     let mut bytes = fs::read(&file).unwrap();
-    let middle = bytes.len() / 2;
-    bytes[middle..middle + 40].fill(0);
+    let chunks = records(&bytes, CHUNK);
+    let &(at, len) = chunks.get(chunks.len() / 2).unwrap();
+    bytes[at + len / 2..at + len / 2 + 40].fill(0);
     fs::write(&file, &bytes).unwrap();
     let ran = gripctl(folder.path(), &["recover", "run.mcap"]);
     assert_eq!(ran.code, 3, "{ran:?}");

@@ -3,6 +3,10 @@
 
 mod live;
 mod ports;
+mod recording;
 mod refusals;
+mod reload;
 mod run;
+mod running;
 mod taxels;
+mod watching;

@@ -7,7 +7,7 @@ use grip_link::message::daemon::{
     EscKind, EscValue, GripStage, LinkState, Method, Phase, SceneCode, Sensor, SensorHealth, Slip,
     SpeedSource, State,
 };
-use grip_link::message::{DeviceState, FaultCode};
+use grip_link::message::{DeviceState, EventKind, FaultCode};
 use slip_core::{
     detector::ReferenceHealth,
     distance::TravelHealth,
@@ -206,7 +206,15 @@ pub(super) fn link_text(note: &LinkNote) -> Option<String> {
         LinkNote::OtherGripper { uid } => format!("another gripper answered: {}", hex(uid)),
         LinkNote::Rebooted => "the gripper has restarted".to_owned(),
         LinkNote::Device(event) => {
-            format!("gripper: {:?} -> {:?}, fault {:04x}", event.before, event.after, event.fault.0)
+            let fault = event.fault.0;
+            match event.kind {
+                EventKind::Fault => format!("the gripper has stopped with fault {fault:04x}"),
+                EventKind::FaultCleared => format!("the gripper is free of fault {fault:04x}"),
+                EventKind::CommandRejected => {
+                    format!("the gripper takes no command because of fault {fault:04x}")
+                }
+                _ => format!("gripper: {:?} -> {:?}", event.before, event.after),
+            }
         }
         LinkNote::Refused(nack) => {
             format!("the gripper refused type {:02x}: {:?}", nack.kind.0, nack.reason)

@@ -1,9 +1,7 @@
-//! `tcp:ADDRESS:PORT`, `unix:PATH` or `off` in, listening and connected sockets out.
+//! An address in, listening and connected sockets out.
 
-use core::fmt;
-use core::net::SocketAddr;
-use core::str::FromStr;
 use core::time::Duration;
+use grip_host::config::Listen;
 use rustix::net::sockopt;
 use std::fs;
 use std::io::{self, Read, Write};
@@ -22,70 +20,6 @@ const KEEPALIVE_IDLE: Duration = Duration::from_secs(20);
 const KEEPALIVE_STEP: Duration = Duration::from_secs(5);
 /// Questions without an answer after which the connection is gone.
 const KEEPALIVE_COUNT: u32 = 3;
-
-/// Where the daemon listens and its clients connect.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Listen {
-    /// Nowhere.
-    Off,
-    /// At a TCP port.
-    Tcp(SocketAddr),
-    /// At a socket in the file system.
-    Unix(PathBuf),
-}
-
-impl Listen {
-    /// Where gripd listens unless it is told otherwise.
-    pub const DEFAULT: &'static str = "tcp:127.0.0.1:7747";
-
-    /// Whether only programs of this computer can connect.
-    #[must_use]
-    pub fn is_local(&self) -> bool {
-        match self {
-            Self::Off | Self::Unix(_) => true,
-            Self::Tcp(address) => address.ip().to_canonical().is_loopback(),
-        }
-    }
-}
-
-impl fmt::Display for Listen {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Off => f.write_str("off"),
-            Self::Tcp(address) => write!(f, "tcp:{address}"),
-            Self::Unix(path) => write!(f, "unix:{}", path.display()),
-        }
-    }
-}
-
-/// A text that is no place to listen.
-#[derive(Clone, Debug, PartialEq, Eq, Error)]
-#[error(
-    "{text:?} is no address: expected tcp:ADDRESS:PORT such as tcp:127.0.0.1:7747 or tcp:[::1]:7747, unix:PATH, or off"
-)]
-pub struct ListenSyntax {
-    /// The text.
-    pub text: String,
-}
-
-impl FromStr for Listen {
-    type Err = ListenSyntax;
-
-    fn from_str(text: &str) -> Result<Self, ListenSyntax> {
-        let wrong = || ListenSyntax { text: text.to_owned() };
-        if text == "off" {
-            return Ok(Self::Off);
-        }
-        match text.split_once(':') {
-            Some(("unix", path)) if !path.is_empty() => Ok(Self::Unix(path.into())),
-            Some(("tcp", address)) => {
-                let address = address.replacen("localhost:", "127.0.0.1:", 1);
-                address.parse().map(Self::Tcp).map_err(|_| wrong())
-            }
-            _ => Err(wrong()),
-        }
-    }
-}
 
 /// Why nothing listens.
 #[derive(Debug, Error)]
@@ -273,28 +207,6 @@ impl Write for Stream {
 #[cfg(test)]
 mod tests {
     use super::{Listen, ListenError, Listener};
-
-    #[test]
-    fn places_are_read_and_written_alike() {
-        for text in ["off", "tcp:127.0.0.1:7747", "tcp:[::1]:7747", "unix:/run/gripd/gripd.sock"] {
-            assert_eq!(text.parse::<Listen>().unwrap().to_string(), text);
-        }
-        assert_eq!("tcp:localhost:1".parse(), "tcp:127.0.0.1:1".parse::<Listen>());
-        for text in ["", "tcp", "tcp:7747", "tcp:1.2.3.4", "unix:", "Off", "127.0.0.1:7747"] {
-            let told = text.parse::<Listen>().unwrap_err().to_string();
-            assert!(told.contains("unix:PATH"), "{told}");
-        }
-    }
-
-    #[test]
-    fn what_other_computers_can_reach_is_not_local() {
-        let local = |text: &str| text.parse::<Listen>().unwrap().is_local();
-        assert!(
-            local("tcp:127.3.0.1:1") && local("tcp:[::1]:1") && local("unix:x") && local("off")
-        );
-        assert!(local("tcp:[::ffff:127.0.0.1]:1"));
-        assert!(!local("tcp:0.0.0.0:1") && !local("tcp:[::]:1") && !local("tcp:192.168.1.2:1"));
-    }
 
     #[test]
     fn a_dead_socket_file_is_replaced_and_a_living_one_or_another_file_is_not() {

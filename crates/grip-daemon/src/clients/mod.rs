@@ -14,8 +14,9 @@ mod roster;
 mod session;
 
 pub use figures::health;
+pub use grip_host::config::Listen;
 pub(crate) use listen::Stream;
-pub use listen::{Listen, ListenError, ListenSyntax, REMOTE_WARNING};
+pub use listen::{ListenError, REMOTE_WARNING};
 pub use outbox::Class;
 pub use session::{Asked, ClientSession, MOST_BAD_FRAMES, MOST_GARBAGE_BYTES, SILENCE_US, Terms};
 
@@ -61,7 +62,7 @@ impl Default for ClientsConfig {
     /// Loopback, read only, 32 clients, 256 KiB each, 10 s.
     fn default() -> Self {
         Self {
-            listen: Listen::Tcp((core::net::Ipv4Addr::LOCALHOST, 7747).into()),
+            listen: Listen::default(),
             allow_remote: false,
             allow_commands: false,
             most: 32,
@@ -187,7 +188,7 @@ impl Clients {
     /// # Errors
     /// [`ListenError`], also where other computers could connect and `allow_remote` is not set.
     pub fn listen(config: ClientsConfig, about: About) -> Result<Self, ListenError> {
-        if !config.listen.is_local() && !config.allow_remote {
+        if config.listen.is_remote() && !config.allow_remote {
             return Err(ListenError::Remote { listen: config.listen });
         }
         let listener = Listener::open(&config.listen)?;
@@ -215,7 +216,7 @@ impl Clients {
     /// What people should know of how it listens; `None` where nobody but programs of this computer can connect.
     #[must_use]
     pub fn warning(&self) -> Option<&'static str> {
-        (!self.config.listen.is_local()).then_some(REMOTE_WARNING)
+        self.config.listen.is_remote().then_some(REMOTE_WARNING)
     }
 
     /// Clients connected, subscribed or not.

@@ -9,7 +9,7 @@ use grip_link::frame::MAX_PAYLOAD;
 use grip_link::message::daemon::{
     Dropped, Gripper, Health, LinkState, Notice, NoticeKind, Operation, Slip, State, Topics,
 };
-use grip_link::message::{DeviceState, FaultCode, Kind, PayloadError};
+use grip_link::message::{DeviceState, EventKind, FaultCode, Kind, PayloadError};
 use std::collections::VecDeque;
 
 /// Slips that QUERY tells.
@@ -101,6 +101,8 @@ pub(super) struct Known {
     health: Option<Health>,
     slips: VecDeque<Slip>,
     number: u32,
+    /// The last event of the gripper: it rejects every command while a fault is latched, which is news once.
+    device_event: Option<(EventKind, FaultCode)>,
 }
 
 impl Default for Known {
@@ -113,6 +115,7 @@ impl Default for Known {
             health: None,
             slips: VecDeque::with_capacity(RECENT),
             number: 0,
+            device_event: None,
         }
     }
 }
@@ -198,6 +201,12 @@ impl Known {
             LinkNote::PortLost => {
                 self.gripper.link = LinkState::Closed;
                 self.tell_gripper(roster);
+            }
+            LinkNote::Device(event) => {
+                let event = (event.kind, event.fault);
+                if self.device_event.replace(event) == Some(event) {
+                    return;
+                }
             }
             _ => {}
         }

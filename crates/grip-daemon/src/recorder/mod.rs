@@ -148,6 +148,8 @@ pub struct RecorderCounters {
     pub stopped: u64,
     /// Items that never reached the recorder, by [`Recorder::dropped`].
     pub dropped: u64,
+    /// Bytes written into files that were ended, and into the present one; of no effect on CSV.
+    pub bytes: u64,
     /// Files begun.
     pub files: u32,
     /// Times the recording has stopped.
@@ -303,7 +305,11 @@ impl Recorder {
     /// Counts so far.
     #[must_use]
     pub fn counters(&self) -> RecorderCounters {
-        self.counters
+        let present = match &self.output {
+            Output::Mcap(tape) => tape.bytes(),
+            Output::Csv(_) | Output::Stopped { .. } => 0,
+        };
+        RecorderCounters { bytes: self.counters.bytes + present, ..self.counters }
     }
 
     /// The file that is being written; `None` while the recording has stopped.
@@ -323,7 +329,7 @@ impl Recorder {
     pub fn finish(mut self) -> Result<RecorderCounters, RecorderError> {
         self.counters.samples += self.unflushed.samples;
         match self.output {
-            Output::Mcap(tape) => tape.finish()?,
+            Output::Mcap(tape) => self.counters.bytes += tape.finish()?,
             Output::Csv(table) => table.finish()?,
             Output::Stopped { .. } => {}
         }
@@ -397,8 +403,10 @@ impl Recorder {
             self.began(file);
         }
         if let Output::Mcap(full) = full {
-            self.finished.push_back((full.file.clone(), full.bytes()));
-            full.finish()?;
+            let file = full.file.clone();
+            let bytes = full.finish()?;
+            self.counters.bytes += bytes;
+            self.finished.push_back((file, bytes));
         }
         self.make_room();
         Ok(())
@@ -430,6 +438,7 @@ impl Recorder {
     }
 
     fn stop(&mut self, error: RecorderError, now_us: u64) {
+        self.counters.bytes = self.counters().bytes;
         let next = match &self.output {
             Output::Mcap(tape) => tape.number + 1,
             Output::Csv(table) => table.number + 1,

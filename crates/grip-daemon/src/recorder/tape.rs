@@ -174,14 +174,16 @@ impl Tape {
         self.writer.written().bytes
     }
 
-    /// Ends the file with index and statistics, and waits until the disk has it.
-    pub(super) fn finish(self) -> Result<(), RecorderError> {
+    /// Ends the file with index and statistics, and waits until the disk has it; how long it is (bytes).
+    pub(super) fn finish(self) -> Result<u64, RecorderError> {
         let (file, sync) = (self.file, self.sync);
-        self.writer
+        let written = self
+            .writer
             .finish()
             .map_err(|source| RecorderError::Write { file: file.clone(), source })?;
         let synced = sync.as_ref().map_or(Ok(()), File::sync_all);
-        synced.map_err(|source| RecorderError::Sync { file, source })
+        synced.map_err(|source| RecorderError::Sync { file, source })?;
+        Ok(written.bytes)
     }
 
     fn gripper(&mut self, uid: &[u8; 16], boot_id: u32) -> Result<(), McapWriteError> {

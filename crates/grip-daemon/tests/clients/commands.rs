@@ -1,10 +1,11 @@
 //! Who may command what.
 
-use crate::rig::{Rig, tcp, wanted};
-use grip_daemon::ClientCommand;
+use crate::rig::{PATIENCE, Rig, tcp, wanted};
+use core::time::Duration;
 use grip_daemon::clients::{Clients, ClientsConfig, ListenError};
-use grip_link::message::FaultCode;
-use grip_link::message::daemon::{Command, Operation, Topics};
+use grip_daemon::{ClientCommand, Item, LinkNote};
+use grip_link::message::daemon::{Command, Operation, ToClient, Topics};
+use grip_link::message::{DeviceState, Event, EventKind, FaultCode};
 
 const EVERY: [Operation; 5] = [
     Operation::AtLeast,
@@ -88,4 +89,39 @@ fn other_computers_are_kept_out_unless_it_is_said() {
     let clients = Clients::listen(allowed, crate::rig::about()).unwrap();
     assert!(clients.warning().is_some_and(|text| text.contains("encrypted")));
     assert_eq!(Rig::new(tcp()).clients.warning(), None);
+}
+
+/// While a fault is latched the gripper rejects every command, a thousand times a second.
+#[test]
+fn rejected_commands_are_news_once() {
+    let mut rig = Rig::new(tcp());
+    let mut viewer = rig.viewer(1, wanted(Topics::NEWS, 0));
+    let event = |kind| Event {
+        tick: 0,
+        kind,
+        before: DeviceState::Estop,
+        after: DeviceState::Estop,
+        fault: FaultCode::ESTOP,
+        dropped: 0,
+        value: 0,
+    };
+    let rejected = [EventKind::CommandRejected; 50];
+    for kind in rejected.into_iter().chain([EventKind::FaultCleared]) {
+        let note = LinkNote::Device(event(kind));
+        rig.clients.take(&Item::Link { host_us: rig.now_us, note: &note });
+    }
+    let mut told = Vec::new();
+    for _ in 0..PATIENCE {
+        rig.turn();
+        let mut on = |message: &ToClient<'_>| {
+            if let ToClient::Notice(notice) = message {
+                told.push(notice.as_str().to_owned());
+            }
+        };
+        viewer.client.wait(Duration::from_millis(1), &mut on).unwrap();
+        if told.last().is_some_and(|text| text.contains("free of fault 0001")) {
+            break;
+        }
+    }
+    assert_eq!(told.len(), 2, "{told:?}");
 }

@@ -20,7 +20,9 @@ pub enum Listen {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum AddressError {
     /// Neither `tcp:`, `unix:` nor `off`.
-    #[error("`{0}` is no address: expected tcp:IP:PORT, unix:PATH or off")]
+    #[error(
+        "`{0}` is no address: expected tcp:IP:PORT such as tcp:127.0.0.1:7747, unix:PATH or off"
+    )]
     Listen(String),
     /// No IP address with a port.
     #[error("`{0}` is no address: expected IP:PORT, for example 127.0.0.1:9747")]
@@ -31,10 +33,13 @@ pub enum AddressError {
 }
 
 impl Listen {
+    /// Where gripd listens unless it is told otherwise.
+    pub const DEFAULT: &'static str = "tcp:127.0.0.1:7747";
+
     /// Whether another computer could connect.
     #[must_use]
     pub fn is_remote(&self) -> bool {
-        matches!(self, Self::Tcp(address) if !address.ip().is_loopback())
+        matches!(self, Self::Tcp(address) if !address.ip().to_canonical().is_loopback())
     }
 }
 
@@ -51,7 +56,10 @@ impl FromStr for Listen {
         let wrong = || AddressError::Listen(text.to_owned());
         match text.split_once(':') {
             None if text == "off" => Ok(Self::Off),
-            Some(("tcp", address)) => address.parse().map(Self::Tcp).map_err(|_| wrong()),
+            Some(("tcp", address)) => {
+                let address = address.replacen("localhost:", "127.0.0.1:", 1);
+                address.parse().map(Self::Tcp).map_err(|_| wrong())
+            }
             Some(("unix", path)) if !path.is_empty() => Ok(Self::Unix(path.into())),
             _ => Err(wrong()),
         }
@@ -134,11 +142,23 @@ mod tests {
         for text in ["off", "tcp:127.0.0.1:7747", "tcp:[::1]:7747", "unix:/run/gripd/gripd.sock"] {
             assert_eq!(text.parse::<Listen>().unwrap().to_string(), text);
         }
-        for text in ["", "on", "tcp:", "tcp:7747", "tcp:localhost:7747", "unix:", "udp:1.2.3.4:5"] {
+        for text in ["", "on", "tcp:", "tcp:7747", "tcp:robot:7747", "unix:", "udp:1.2.3.4:5"] {
             assert!(text.parse::<Listen>().is_err(), "{text}");
         }
-        assert!("tcp:0.0.0.0:7747".parse::<Listen>().unwrap().is_remote());
-        assert!(!"tcp:[::1]:7747".parse::<Listen>().unwrap().is_remote());
+        assert_eq!("tcp:localhost:1".parse(), "tcp:127.0.0.1:1".parse::<Listen>());
+        assert_eq!(Listen::DEFAULT.parse(), Ok(Listen::default()));
+    }
+
+    #[test]
+    fn what_other_computers_can_reach_is_remote() {
+        let remote = |text: &str| text.parse::<Listen>().unwrap().is_remote();
+        for text in ["tcp:0.0.0.0:1", "tcp:[::]:1", "tcp:192.168.1.2:1"] {
+            assert!(remote(text), "{text}");
+        }
+        for text in ["tcp:127.3.0.1:1", "tcp:[::1]:1", "tcp:[::ffff:127.0.0.1]:1", "unix:x", "off"]
+        {
+            assert!(!remote(text), "{text}");
+        }
     }
 
     #[test]

@@ -36,11 +36,11 @@ pub struct RecordingConfig {
 
 impl Default for RecordingConfig {
     fn default() -> Self {
-        Self { max_mib: 1024, max_age_s: 3600, flush_ms: 250, keep_mib: None }
+        Self { max_mib: 1024, max_age_s: 300, flush_ms: 250, keep_mib: None }
     }
 }
 
-/// Whether the hot thread asks the system for real-time privileges.
+/// Whether the hot thread asks the system for real-time privileges, and what a refusal means.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum RealtimeMode {
@@ -75,7 +75,7 @@ impl RealtimeMode {
 pub struct RealtimeConfig {
     /// Whether it asks at all.
     pub mode: RealtimeMode,
-    /// `SCHED_FIFO` priority, 1 to 99.
+    /// `SCHED_FIFO` priority, 1 to 99; 50 is that of the threads of interrupts.
     pub priority: u8,
     /// The processor it is bound to; any, where absent.
     pub cpu: Option<u16>,

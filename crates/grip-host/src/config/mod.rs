@@ -14,7 +14,7 @@ pub use change::{Change, NEEDS_RESTART, needs_restart};
 pub use error::{HostConfigError, Place, ValueError};
 pub use keys::{LinkConfig, LogLevel, RealtimeConfig, RealtimeMode, RecordingConfig, UsbFilter};
 pub use layers::{Layers, Setting};
-pub use template::{RecordName, RecordTemplate, TemplateError};
+pub use template::{RecordTemplate, TemplateError};
 
 use crate::calibrate::Calibration;
 use core::net::SocketAddr;

@@ -1,12 +1,11 @@
-//! The name of recordings with its places in; the name of one file out.
+//! The name of recordings with its place in; the name of one file out.
 
-use super::address::Uid;
 use crate::utc;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
-/// A path with the places `{start}` (wall clock at its start, UTC, `20261121T225908Z`), `{uid}` (identity of the gripper)
-/// and `{n}` (number of the file of this run, from 1). It ends with `.mcap` or `.csv`.
+/// A path in which `{start}` stands for the wall clock at the start of the run (UTC, `20261121T225908Z`). It ends with `.mcap`
+/// or `.csv`; the recorder adds a number to every further file.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
 pub struct RecordTemplate(String);
@@ -18,22 +17,11 @@ pub enum TemplateError {
     #[error("record = {0}: recordings are written as .mcap or .csv")]
     Kind(String),
     /// A place that nothing is known for.
-    #[error("record: `{{{0}}}` is unknown; there are {{start}}, {{uid}} and {{n}}")]
+    #[error("record: `{{{0}}}` is unknown; there is {{start}}")]
     Place(String),
     /// A brace without the other one.
-    #[error("record: a brace in `{0}` has no other one; places are {{start}}, {{uid}} and {{n}}")]
+    #[error("record: a brace in `{0}` has no other one; there is {{start}}")]
     Brace(String),
-}
-
-/// What a template is filled with.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct RecordName {
-    /// Wall clock at the start of the file (s since 1970, UTC).
-    pub start_s: u64,
-    /// The gripper, once it is known.
-    pub uid: Option<Uid>,
-    /// Number of the file in this run, from 1.
-    pub n: u32,
 }
 
 impl RecordTemplate {
@@ -45,7 +33,7 @@ impl RecordTemplate {
         if !(text.ends_with(".mcap") || text.ends_with(".csv")) {
             return Err(TemplateError::Kind(text.to_owned()));
         }
-        fill(text, |place| matches!(place, "start" | "uid" | "n").then(String::new))?;
+        fill(text, |place| (place == "start").then(String::new))?;
         Ok(Self(text.to_owned()))
     }
 
@@ -55,23 +43,10 @@ impl RecordTemplate {
         &self.0
     }
 
-    /// Whether two files of one run have two names: without `{n}` or `{start}` a number must be added.
+    /// The name of the first file of a run that began at `start_s` (s since 1970, UTC).
     #[must_use]
-    pub fn tells_files_apart(&self) -> bool {
-        self.0.contains("{n}") || self.0.contains("{start}")
-    }
-
-    /// The name of one file. An unknown gripper is `unknown`.
-    #[must_use]
-    pub fn file(&self, name: &RecordName) -> PathBuf {
-        let text = fill(&self.0, |place| {
-            Some(match place {
-                "start" => utc::compact(name.start_s),
-                "uid" => name.uid.map_or_else(|| "unknown".to_owned(), |uid| uid.to_string()),
-                "n" => format!("{:04}", name.n),
-                _ => return None,
-            })
-        });
+    pub fn file(&self, start_s: u64) -> PathBuf {
+        let text = fill(&self.0, |place| (place == "start").then(|| utc::compact(start_s)));
         // It was checked when the template was made.
         text.unwrap_or_else(|_| self.0.clone()).into()
     }
@@ -112,23 +87,23 @@ impl From<RecordTemplate> for String {
 
 #[cfg(test)]
 mod tests {
-    use super::{RecordName, RecordTemplate, TemplateError};
+    use super::{RecordTemplate, TemplateError};
 
     #[test]
-    fn places_are_filled() {
-        let template = RecordTemplate::new("/var/lib/gripd/{uid}-{start}-{n}.mcap").unwrap();
-        let name = RecordName { start_s: 1_795_301_948, uid: None, n: 3 };
-        let file = template.file(&name);
-        assert_eq!(file.to_str(), Some("/var/lib/gripd/unknown-20261121T225908Z-0003.mcap"));
-        assert!(template.tells_files_apart());
-        assert!(!RecordTemplate::new("run.csv").unwrap().tells_files_apart());
+    fn the_start_is_filled_in() {
+        let template = RecordTemplate::new("/var/lib/gripd/cell-{start}.mcap").unwrap();
+        let file = template.file(1_795_301_948);
+        assert_eq!(file.to_str(), Some("/var/lib/gripd/cell-20261121T225908Z.mcap"));
+        assert_eq!(RecordTemplate::new("run.csv").unwrap().file(0).to_str(), Some("run.csv"));
     }
 
     #[test]
     fn what_cannot_be_filled_is_refused() {
         assert!(matches!(RecordTemplate::new("x.bag"), Err(TemplateError::Kind(_))));
-        assert!(matches!(RecordTemplate::new("{date}.mcap"), Err(TemplateError::Place(_))));
-        for text in ["{n.mcap", "n}.mcap", "}{n}.mcap", "{n}}.mcap"] {
+        for text in ["{date}.mcap", "{uid}.mcap", "{start}-{n}.mcap"] {
+            assert!(matches!(RecordTemplate::new(text), Err(TemplateError::Place(_))), "{text}");
+        }
+        for text in ["{start.mcap", "start}.mcap", "}{start}.mcap", "{start}}.mcap"] {
             assert!(matches!(RecordTemplate::new(text), Err(TemplateError::Brace(_))), "{text}");
         }
     }

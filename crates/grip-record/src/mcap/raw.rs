@@ -106,6 +106,9 @@ pub(super) struct RawReader<R> {
     at: usize,
     ended: bool,
     finished: bool,
+    /// Over every byte up to the end of the data.
+    sum: crc32fast::Hasher,
+    sound: bool,
 }
 
 impl<R: Read> RawReader<R> {
@@ -118,6 +121,8 @@ impl<R: Read> RawReader<R> {
             return Err(RawError::NoMcap);
         }
         let next = MAGIC.len() as u64;
+        let mut sum = crc32fast::Hasher::new();
+        sum.update(&magic);
         Ok(Self {
             input,
             next,
@@ -127,6 +132,8 @@ impl<R: Read> RawReader<R> {
             at: 0,
             ended: false,
             finished: false,
+            sum,
+            sound: false,
         })
     }
 
@@ -209,6 +216,8 @@ impl<R: Read> RawReader<R> {
             self.ended = true;
             return Err(RawError::Truncated { offset });
         }
+        self.sum.update(&head);
+        self.sum.update(&self.body);
         self.next = offset + head.len() as u64 + len;
         Ok(Some(opcode))
     }
@@ -216,6 +225,12 @@ impl<R: Read> RawReader<R> {
     /// Whether the end of the data was followed by an index that is whole.
     pub(super) fn finished(&self) -> bool {
         self.finished
+    }
+
+    /// Whether the data have the checksum that their end says, or it says none: also the indexes between chunks, which nothing
+    /// else guards.
+    pub(super) fn sound(&self) -> bool {
+        self.sound
     }
 
     /// Bytes of the file up to where reading went.
@@ -230,6 +245,9 @@ impl<R: Read> RawReader<R> {
             (&mut self.input).take(LONGEST).read_to_end(&mut self.body).map_err(RawError::Io)?;
         self.next = self.offset + 9 + read as u64;
         let data_end = usize::try_from(len).ok().filter(|_| opcode == op::DATA_END);
+        let said: Option<[u8; 4]> = data_end.and_then(|_| self.body.first_chunk().copied());
+        let said = said.map(u32::from_le_bytes);
+        self.sound = said.is_some_and(|crc| crc == 0 || crc == self.sum.clone().finalize());
         self.finished = data_end.and_then(|len| self.body.get(len..)).is_some_and(is_end);
         Ok(())
     }

@@ -72,7 +72,9 @@ pub fn recover(
     loop {
         match raw.advance().and_then(|place| place.map(|place| raw.record(&place)).transpose()) {
             Ok(None) => {
-                copy.saved.cut_at = (!raw.finished()).then(|| raw.position());
+                // Of a damaged file the holes are known already.
+                let whole = raw.finished() && (raw.sound() || !copy.saved.holes.is_empty());
+                copy.saved.cut_at = (!whole).then(|| raw.position());
                 break;
             }
             Ok(Some(record)) => copy.take(record, raw.offset()).map_err(McapWriteError)?,

@@ -112,7 +112,7 @@ fn figures(health: &HealthReport) -> Vec<String> {
             with_unit(health.latency_max_us, 1.0, 0, "us")
         ),
         format!(
-            "dropped    {} items before this thread, {} before the recorder, {} frames for slow clients",
+            "dropped    {} items for log and clients, {} for the recorder, {} frames for slow clients",
             health.dropped_service, health.dropped_recorder, health.dropped_clients
         ),
         format!(

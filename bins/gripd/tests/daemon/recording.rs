@@ -1,0 +1,97 @@
+//! Whole runs recorded as MCAP: the replay says byte by byte what was printed, whatever happened in between.
+
+use crate::{
+    run::Ran,
+    running::{NEWS, Running, hear, until},
+};
+use grip_host::tape::{Played, Tape, TapeOptions, TapeSummary};
+use grip_link::message::daemon::{Command, NoticeKind, Operation, ToClient};
+use rustix::process::Signal;
+use serde_json::Value;
+use std::{fs, path::Path};
+
+/// Lines of the replay, and what it has seen.
+fn replayed(file: &Path) -> (Vec<String>, TapeSummary) {
+    let (mut tape, mut lines) = (Tape::new(TapeOptions::default()), Vec::new());
+    tape.play(file, &mut |played| {
+        if let Played::Line(line) = played {
+            lines.push(serde_json::to_string(line).unwrap());
+        }
+    })
+    .unwrap();
+    (lines, tape.summary())
+}
+
+/// The recording gives what was printed, if the machine let the recorder and the printer have everything.
+pub(crate) fn replays(folder: &Path, ran: &Ran) -> TapeSummary {
+    let mut printed: Vec<&str> = ran.out.lines().collect();
+    let summary: Value = serde_json::from_str(printed.pop().unwrap()).unwrap();
+    let whole = summary["unrecorded_samples"] == 0 && summary["untold_notes"] == 0;
+    let lossy = summary["lost"] != 0 || !whole;
+    assert_eq!(ran.code, if lossy { 3 } else { 0 }, "{summary}");
+    let (lines, played) = replayed(&folder.join("run.mcap"));
+    if whole {
+        assert_eq!(lines, printed);
+        assert_eq!(summary["samples"], played.samples, "{summary}");
+    }
+    played
+}
+
+/// Waits until the run has had a slip and the object is held.
+pub(crate) fn until_held(running: &Running) {
+    assert!(until(|| running.printed().contains("\"slip_end\"")), "{}", running.told());
+}
+
+#[test]
+fn a_reload_in_between_is_replayed() {
+    let folder = tempfile::tempdir().unwrap();
+    let running = Running::start(folder.path(), &["--record", "run.mcap"]);
+    until_held(&running);
+    fs::write(folder.path().join("gripd.toml"), "[detector.shear]\nthreshold = 30.0\n").unwrap();
+    running.signal(Signal::HUP);
+    running.wait_for("the new settings are in force: detector.shear.threshold: 25.0 -> 30.0");
+    fs::write(folder.path().join("gripd.toml"), "[grip]\ntrial_force_n = 2.5\n").unwrap();
+    running.signal(Signal::HUP);
+    running.wait_for("grip.trial_force_n: 2.0 -> 2.5");
+    let ran = running.stop();
+    assert_eq!(replays(folder.path(), &ran).pipelines, 3);
+}
+
+/// Asks, and hears that it was carried out.
+fn ask(client: &mut grip_daemon::client::Client, command: &Command) {
+    client.command(command).unwrap();
+    hear(client, |message| {
+        assert!(!matches!(message, ToClient::Nack(_)), "{message:?}");
+        matches!(message, ToClient::Notice(notice) if notice.kind == NoticeKind::Client)
+    });
+}
+
+#[test]
+fn what_clients_ask_for_is_replayed() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("gripd.toml"), "allow_commands = true\n").unwrap();
+    let running = Running::start(folder.path(), &["--record", "run.mcap"]);
+    let mut client = running.client(7, NEWS);
+    let mut token = 0;
+    hear(&mut client, |message| {
+        if let ToClient::Welcome(welcome) = message {
+            token = welcome.token;
+        }
+        token != 0
+    });
+    until_held(&running);
+    let at_least = Command { force_mn: 14_000, ..Command::new(Operation::AtLeast) };
+    ask(&mut client, &at_least);
+    hear(
+        &mut client,
+        |message| matches!(message, ToClient::State(state) if state.command_n >= Some(14.0)),
+    );
+    ask(&mut client, &Command { token, ..Command::new(Operation::Release) });
+    hear(
+        &mut client,
+        |message| matches!(message, ToClient::State(state) if state.applied_n.is_some_and(|force| force < 0.5)),
+    );
+    ask(&mut client, &Command::new(Operation::Grasp));
+    let ran = running.stop();
+    assert_eq!(replays(folder.path(), &ran).pipelines, 1);
+}

@@ -1,0 +1,116 @@
+//! A folder and arguments in, a gripd that runs while the test talks to it out.
+
+use crate::run::{Ran, command};
+use core::time::Duration;
+use grip_daemon::client::Client;
+use grip_link::message::{
+    Versions,
+    daemon::{Subscribe, ToClient, Topics},
+};
+use rustix::process::{Pid, Signal, kill_process};
+use std::{
+    fs::{self, File},
+    path::{Path, PathBuf},
+    process::Child,
+    thread,
+};
+
+/// Looks of 20 ms after which something that should happen has not.
+const LOOKS: u32 = 3000;
+
+/// gripd on the simulator, with its socket at `gripd.sock` in its folder; killed when it goes out of scope.
+pub(crate) struct Running {
+    child: Child,
+    folder: PathBuf,
+}
+
+/// What the subscriber hears: everything but rows.
+pub(crate) const NEWS: Subscribe =
+    Subscribe { versions: Versions::OURS, topics: Topics::ALL, every_nth: 0, state_ms: 100 };
+
+impl Running {
+    /// Starts it. What it prints goes to files.
+    pub(crate) fn start(folder: &Path, args: &[&str]) -> Self {
+        let socket = format!("unix:{}", folder.join("gripd.sock").display());
+        let args = [&["--port", "sim", "--json", "--listen", &socket], args].concat();
+        let child = command(folder, &args)
+            .stdout(File::create(folder.join("out.txt")).unwrap())
+            .stderr(File::create(folder.join("err.txt")).unwrap())
+            .spawn()
+            .unwrap();
+        Self { child, folder: folder.to_owned() }
+    }
+
+    /// What it said on standard error so far.
+    pub(crate) fn told(&self) -> String {
+        fs::read_to_string(self.folder.join("err.txt")).unwrap()
+    }
+
+    /// What it printed so far.
+    pub(crate) fn printed(&self) -> String {
+        fs::read_to_string(self.folder.join("out.txt")).unwrap()
+    }
+
+    /// Waits until `what` stands on standard error.
+    #[track_caller]
+    pub(crate) fn wait_for(&self, what: &str) {
+        assert!(until(|| self.told().contains(what)), "no {what:?} in {}", self.told());
+    }
+
+    pub(crate) fn signal(&self, signal: Signal) {
+        kill_process(Pid::from_child(&self.child), signal).unwrap();
+    }
+
+    /// A client that wants `wanted`, once the daemon is there.
+    pub(crate) fn client(&self, nonce: u16, wanted: Subscribe) -> Client {
+        let place = format!("unix:{}", self.folder.join("gripd.sock").display()).parse().unwrap();
+        let mut client = None;
+        let connected = until(|| {
+            client = Client::connect(&place, nonce, wanted, Duration::from_secs(5)).ok();
+            client.is_some()
+        });
+        assert!(connected, "{}", self.told());
+        client.unwrap()
+    }
+
+    /// Ends it as Ctrl-C does, and waits for it.
+    pub(crate) fn stop(mut self) -> Ran {
+        self.signal(Signal::INT);
+        let status = self.child.wait().unwrap();
+        let (out, err) = (self.printed(), self.told());
+        assert!(!err.contains("panicked"), "{err}");
+        Ran { code: status.code().unwrap(), out, err }
+    }
+}
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        // Of one that has ended there is nothing to kill.
+        drop(self.child.kill());
+        drop(self.child.wait());
+    }
+}
+
+/// Looks until it is so; `false` where it does not become so.
+pub(crate) fn until(mut is_so: impl FnMut() -> bool) -> bool {
+    (0..LOOKS).any(|_| is_so() || pause())
+}
+
+#[expect(clippy::disallowed_methods, reason = "a test may wait for another program")]
+fn pause() -> bool {
+    thread::sleep(Duration::from_millis(20));
+    false
+}
+
+/// Hears messages until `done`, told of each.
+#[track_caller]
+pub(crate) fn hear(client: &mut Client, mut done: impl FnMut(&ToClient<'_>) -> bool) {
+    let mut over = false;
+    for _ in 0..LOOKS {
+        client.wait(Duration::from_millis(20), &mut |message| over |= done(message)).unwrap();
+        if over {
+            return;
+        }
+    }
+    panic!("what was waited for was not heard");
+}
