@@ -54,9 +54,7 @@ impl Daemon {
     /// # Errors
     /// Where it had ended before, which it must not.
     pub(super) fn kill(&mut self) -> Result<(), RunError> {
-        if let Some(status) = self.child.try_wait().map_err(RunError::io(&self.said))? {
-            return Err(RunError::Ended { status, said: self.said() });
-        }
+        self.must_run()?;
         self.child.kill().and_then(|()| self.child.wait()).map_err(RunError::io(&self.said))?;
         Ok(())
     }
@@ -66,11 +64,23 @@ impl Daemon {
         matches!(self.child.try_wait(), Ok(None))
     }
 
+    /// An error where it has ended by itself.
+    ///
+    /// # Errors
+    /// How it ended, and what it said.
+    pub(super) fn must_run(&mut self) -> Result<(), RunError> {
+        match self.child.try_wait().map_err(RunError::io(&self.said))? {
+            Some(status) => Err(RunError::Ended { status, said: self.said() }),
+            None => Ok(()),
+        }
+    }
+
     /// SIGTERM: how it ended, within 20 s.
     ///
     /// # Errors
     /// Where it does not end.
     pub(super) fn end(&mut self) -> Result<ExitStatus, RunError> {
+        self.must_run()?;
         self.signal(Signal::TERM)?;
         let mut ended = None;
         time::until(20, || {

@@ -6,7 +6,11 @@ use super::{
     time,
 };
 use core::sync::atomic::{AtomicBool, Ordering};
-use grip_link::{device::DeviceConfigError, message::DeviceState};
+use grip_link::{
+    decoder::{Decoder, Role, Verdict},
+    device::DeviceConfigError,
+    message::{DeviceState, Kind, SamplesHeader},
+};
 use grip_sim::{Pty, Scene, VirtualMcu, pty::PtyError};
 use rand_chacha::ChaCha8Rng;
 use rand_core::{Rng as _, SeedableRng as _};
@@ -23,6 +27,33 @@ const LONGEST_STEP_US: u64 = 2_000;
 /// A gripper that held keeps at least this share of its force.
 const KEPT: f64 = 0.9;
 
+/// Rows that the gripper has sent.
+#[derive(Debug)]
+struct Sent {
+    tap: Decoder,
+    /// Number of the row after the newest; counts since the gripper started.
+    next: u32,
+    /// What `next` was when the newest settings came.
+    at_config: u32,
+}
+
+impl Sent {
+    fn new() -> Self {
+        Self { tap: Decoder::new(Role::Tap), next: 0, at_config: 0 }
+    }
+
+    fn hear(&mut self, mut bytes: &[u8]) {
+        while let Some(verdict) = self.tap.next(&mut bytes) {
+            let Verdict::Frame(frame) = verdict else { continue };
+            if frame.header.kind == Kind::SAMPLES
+                && let Ok(header) = SamplesHeader::parse(frame.payload)
+            {
+                self.next = header.first_index.wrapping_add(u32::from(header.rows));
+            }
+        }
+    }
+}
+
 /// The gripper, its line and its judge, one turn at a time.
 #[derive(Debug)]
 pub struct Bench {
@@ -36,6 +67,7 @@ pub struct Bench {
     limits: Limits,
     pty: Option<Pty>,
     unsent: Vec<u8>,
+    sent: Sent,
     noise: Option<ChaCha8Rng>,
     /// The object that is held must stay so: least force (N).
     least_n: Option<f64>,
@@ -66,11 +98,15 @@ impl Bench {
         if let Some(noise) = &mut self.noise {
             hit(noise, bytes);
         }
-        let present = self.present();
+        let (present, configs) = (self.present(), self.judge.configs);
         self.judge.hear(bytes, &present);
+        if self.judge.configs > configs {
+            self.sent.at_config = self.sent.next;
+        }
         self.mcu.receive(self.now, bytes);
         if self.unsent.is_empty() {
             self.mcu.transmit(self.now, &mut self.unsent);
+            self.sent.hear(&self.unsent);
             if let Some(noise) = &mut self.noise {
                 hit(noise, &mut self.unsent);
                 babble(noise, &mut self.unsent);
@@ -88,7 +124,7 @@ impl Bench {
 
     fn present(&self) -> Present {
         let config = self.mcu.link().in_force().copied();
-        Present { config, drive_mn: milli(self.mcu.commanded_n()), rows: self.mcu.rows() }
+        Present { config, drive_mn: milli(self.mcu.commanded_n()), rows: self.sent.next }
     }
 
     /// What must be true of the gripper after every turn.
@@ -116,6 +152,13 @@ impl Bench {
         }
     }
 
+    /// Restarts the gripper in the middle of whatever it does; its rows count from 0 again.
+    pub fn reboot(&mut self) {
+        self.mcu.reset();
+        self.judge.restarted();
+        self.sent = Sent::new();
+    }
+
     /// Closes the port: the name is gone, and whoever had it open is told.
     pub fn unplug(&mut self) {
         self.pty = None;
@@ -139,6 +182,7 @@ impl Bench {
         let stranger = VirtualMcu::new(other, 77)?;
         let right = core::mem::replace(&mut self.mcu, stranger);
         let judge = core::mem::replace(&mut self.judge, Judge::new(self.limits, true));
+        self.sent = Sent::new();
         self.away = Some((right, judge));
         self.plug()
     }
@@ -149,6 +193,7 @@ impl Bench {
     /// Where the system has no port.
     pub fn bring_back(&mut self) -> Result<Option<(VirtualMcu, Judge)>, RunError> {
         self.unplug();
+        self.sent = Sent::new();
         let stranger = self.away.take().map(|(mcu, judge)| {
             let stranger = core::mem::replace(&mut self.mcu, mcu);
             (stranger, core::mem::replace(&mut self.judge, judge))
@@ -171,6 +216,12 @@ impl Bench {
     #[must_use]
     pub fn is_active(&self) -> bool {
         self.mcu.link().state() == DeviceState::Active
+    }
+
+    /// Number of the row after the newest that was sent, and what it was when the newest settings came.
+    #[must_use]
+    pub fn rows_sent(&self) -> (u32, u32) {
+        (self.sent.next, self.sent.at_config)
     }
 
     /// Time of the gripper (us).
@@ -228,6 +279,7 @@ impl Gripper {
             limits,
             pty: Some(Pty::open(Some(link))?),
             unsent: Vec::new(),
+            sent: Sent::new(),
             noise: None,
             least_n: None,
             now: Micros(0),

@@ -13,7 +13,7 @@ const TAKE_OVER_MN: i32 = 200;
 /// Rounding of a set point to whole millinewtons, twice.
 const ROUNDING_MN: i64 = 2;
 /// Violations that are kept word for word.
-const KEPT: usize = 20;
+const KEPT: usize = 4;
 
 /// What the gripper knows as bytes arrive.
 #[derive(Clone, Copy, Debug)]
@@ -22,7 +22,7 @@ pub struct Present {
     pub config: Option<Config>,
     /// The force its drive is told (mN).
     pub drive_mn: i32,
-    /// Rows sampled since CONFIG.
+    /// Number of the row after the newest that was sent.
     pub rows: u32,
 }
 
@@ -96,6 +96,12 @@ impl Judge {
         self.opened
     }
 
+    /// The gripper has restarted: what still arrives of the old session is refused by it, and is no command.
+    pub fn restarted(&mut self) {
+        self.decoder.close_session();
+        self.last = None;
+    }
+
     /// Something that must not be.
     pub fn violation(&mut self, text: String) {
         self.broken += 1;
@@ -140,7 +146,13 @@ impl Judge {
         let told = self.within_limits(&grip).and_then(|()| self.mode(&grip));
         let told = told.and_then(|()| self.rise(&grip, present));
         if let Err(what) = told {
-            self.violation(format!("{what}: {grip:?} after {:?}, {present:?}", self.last));
+            let Grip { cmd_id, mode, force_mn, slew_mn_s, cause_sample, .. } = grip;
+            let last = self.last.map(|last| (last.mode, last.force_mn, last.cause_sample));
+            let Present { drive_mn, rows, .. } = present;
+            self.violation(format!(
+                "{what}: command {cmd_id}, mode {mode}, {force_mn} mN, {slew_mn_s} mN/s, caused by row {cause_sample} of {rows}; \
+                 before it {last:?}; the drive is at {drive_mn} mN"
+            ));
         }
         self.last = Some(grip);
     }
@@ -177,7 +189,8 @@ impl Judge {
     /// Never faster than the slew over the samples in between, never without a new sample, and not beyond what the gripper has at the start.
     fn rise(&mut self, grip: &Grip, present: &Present) -> Result<(), &'static str> {
         let Some(config) = present.config else { return Err("a command before CONFIG") };
-        if present.rows.wrapping_sub(grip.cause_sample) > u32::MAX / 2 {
+        let age = present.rows.wrapping_sub(grip.cause_sample);
+        if age == 0 || age > u32::MAX / 2 {
             return Err("caused by a sample that was never taken");
         }
         let Some(last) = self.last else {
@@ -192,7 +205,6 @@ impl Judge {
         if rows == 0 {
             return Err("raised without a new sample");
         }
-        let age = present.rows.wrapping_sub(grip.cause_sample);
         self.oldest_rise_rows = self.oldest_rise_rows.max(age);
         let most_mn = i64::from(rows) * i64::from(self.limits.slew_mn_s)
             / i64::from(config.sample_rate_hz.max(1));

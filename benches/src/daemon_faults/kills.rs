@@ -38,17 +38,18 @@ pub fn run(setup: &Setup<'_>, times: u64) -> Result<Outcome, RunError> {
         let (configs, commands) = counted(&rig);
         let mut daemon = rig.daemon(&["--record", &name])?;
         time::wait_ms(life_ms);
-        let (rows, rate_hz) = kill(&rig, &mut daemon, configs)?;
+        let sent = kill(&rig, &mut daemon, configs)?;
         taken_over += u64::from(counted(&rig).1 > commands);
         rests(&rig, &mut outcome);
         outcome.require(!daemon.said().contains("panicked"), || daemon.said());
         let found = recordings::read(&rig.folder.path().join(&name))?;
-        if let Some(rows) = rows {
+        if let Some(sent) = sent {
             recorded += u64::from(found.samples > 0);
-            let had = found.last_row.map_or(0, |last| last + 1);
-            let lost_ms = u64::from(rows.saturating_sub(had)) * 1000 / u64::from(rate_hz.max(1));
+            let had = found.last_row.map_or(sent.first, |last| last.wrapping_add(1));
+            let rows = sent.next.saturating_sub(had);
+            let lost_ms = u64::from(rows) * 1000 / u64::from(sent.rate_hz.max(1));
             outcome.require(lost_ms <= LOST_MS, || {
-                format!("kill {index} after {life_ms} ms cost {lost_ms} ms: {found:?} of {rows}")
+                format!("kill {index} after {life_ms} ms cost {lost_ms} ms: {found:?} of {sent:?}")
             });
             lost.push(lost_ms);
         }
@@ -71,13 +72,21 @@ fn counted(rig: &Rig<'_>) -> (u64, u64) {
     (bench.judge.configs, bench.judge.commands)
 }
 
-/// Kills while the gripper's time stands still: the rows it had sampled for this daemon, if any, and their rate.
-fn kill(rig: &Rig<'_>, daemon: &mut Daemon, configs: u64) -> Result<(Option<u32>, u32), RunError> {
+/// Rows that the gripper had sent to a daemon.
+#[derive(Debug)]
+struct Sent {
+    first: u32,
+    next: u32,
+    rate_hz: u32,
+}
+
+/// Kills while the gripper's time stands still: what it had sent to this daemon, if anything.
+fn kill(rig: &Rig<'_>, daemon: &mut Daemon, configs: u64) -> Result<Option<Sent>, RunError> {
     let bench = rig.gripper.bench();
     daemon.kill()?;
-    let rows = (bench.judge.configs > configs).then(|| bench.mcu.rows());
+    let (next, first) = bench.rows_sent();
     let rate_hz = bench.mcu.link().in_force().map_or(0, |config| config.sample_rate_hz);
-    Ok((rows, rate_hz))
+    Ok((bench.judge.configs > configs).then_some(Sent { first, next, rate_hz }))
 }
 
 /// Without a daemon the force stays: it does not fall (the gripper is watched all the time), and after the life of a command it does not rise.

@@ -24,7 +24,7 @@ pub(super) fn reboots(setup: &Setup<'_>, times: u64) -> Result<Outcome, RunError
         let configs = {
             let mut bench = rig.gripper.bench();
             bench.must_hold(false);
-            bench.mcu.reset();
+            bench.reboot();
             bench.judge.configs
         };
         let from = time::now();

@@ -62,7 +62,8 @@ pub(super) fn run(setup: &Setup<'_>, connects: u64) -> Result<Outcome, RunError>
 fn still_commands(rig: &Rig<'_>, daemon: &mut Daemon) -> Result<(), RunError> {
     let before = rig.gripper.bench().judge.commands;
     let goes_on = time::until(20, || rig.gripper.bench().judge.commands > before + 100);
-    rig.missed(goes_on && daemon.is_running(), "the daemon does not command any more", daemon)
+    daemon.must_run()?;
+    rig.missed(goes_on, "the daemon does not command any more", daemon)
 }
 
 fn connect(address: SocketAddr) -> io::Result<TcpStream> {

@@ -3,8 +3,7 @@
 use super::RunError;
 use grip_record::mcap::{Entry, McapError, McapReader, Record, recover};
 use std::{
-    fs::{self, File},
-    io::{BufReader, BufWriter},
+    fs, io,
     path::{Path, PathBuf},
 };
 
@@ -21,33 +20,33 @@ pub struct Found {
     pub last_row: Option<u32>,
 }
 
-/// Reads `file`, after a recovery where it was cut off.
+/// Reads `file`, after a recovery (into memory: the disk may be full) where it was cut off.
 ///
 /// # Errors
 /// Where it can be neither read nor recovered, a log time goes back, or rows of a pipeline are not in their order.
 pub fn read(file: &Path) -> Result<Found, RunError> {
-    if fs::metadata(file).map_or(0, |data| data.len()) == 0 {
+    let bytes = fs::read(file).or_else(|error| match error.kind() {
+        io::ErrorKind::NotFound => Ok(Vec::new()),
+        _ => Err(RunError::io(file)(error)),
+    })?;
+    if bytes.is_empty() {
         return Ok(Found { empty: true, ..Found::default() });
     }
-    if let Ok(found) = walk(file) {
+    if let Ok(found) = walk(file, &bytes) {
         return Ok(Found { whole: true, ..found });
     }
-    let saved = file.with_extension("recovered.mcap");
-    let input = BufReader::new(File::open(file).map_err(RunError::io(file))?);
-    let output = BufWriter::new(File::create(&saved).map_err(RunError::io(&saved))?);
     let bad = |what: String| RunError::Recording { file: file.to_owned(), what };
-    let recovered =
-        recover(file, input, output, "daemon-faults").map_err(|e| bad(e.to_string()))?;
+    let mut saved = Vec::new();
+    let recovered = recover(file, bytes.as_slice(), &mut saved, "daemon-faults");
+    let recovered = recovered.map_err(|error| bad(error.to_string()))?;
     if !recovered.holes.is_empty() {
         return Err(bad(format!("damaged in the middle: {:?}", recovered.holes)));
     }
-    let found = walk(&saved).map_err(|error| bad(format!("after its recovery: {error}")))?;
-    fs::remove_file(&saved).map_err(RunError::io(&saved))?;
-    Ok(found)
+    walk(file, &saved).map_err(|error| bad(format!("after its recovery: {error}")))
 }
 
-fn walk(file: &Path) -> Result<Found, McapError> {
-    let mut reader = McapReader::open(file)?;
+fn walk(file: &Path, bytes: &[u8]) -> Result<Found, McapError> {
+    let mut reader = McapReader::new(file, bytes)?;
     let (mut found, mut log_before) = (Found::default(), 0);
     let disorder = |what: String| McapError::Foreign { file: file.to_owned(), what };
     while let Some(entry) = reader.next_entry()? {

@@ -44,7 +44,8 @@ fn one(
     limit(&daemon)?;
     rig.until_held(&daemon)?;
     let stopped = time::until(60, || !daemon.is_running() || daemon.times_said(TOLD) > 0);
-    rig.missed(stopped && daemon.is_running(), "the recording does not stop", &daemon)?;
+    daemon.must_run()?;
+    rig.missed(stopped, "the recording does not stop", &daemon)?;
     let before = rig.gripper.bench().judge.commands;
     let goes_on = time::until(20, || rig.gripper.bench().judge.commands > before + 200);
     rig.missed(goes_on, "the daemon does not command any more", &daemon)?;

@@ -68,6 +68,9 @@ pub(crate) fn run(cli: &Cli, settings: Settings) -> anyhow::Result<Exit> {
         signal_hook::flag::register(signal, Arc::clone(&shared.stop))
             .context("cannot take over Ctrl-C")?;
     }
+    // A limit on the size of files is a full disk to the recording, and must not end the grip: the write then fails.
+    signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Arc::default())
+        .context("cannot take over the signal of large files")?;
     let options =
         HotOptions { end_us: end_us(cli.duration), patient: cli.wait || Notify::is_asked_for() };
     let session = session(cli, &settings)?;
