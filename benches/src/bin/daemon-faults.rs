@@ -90,7 +90,7 @@ fn run(cli: &Cli) -> Result<bool, String> {
         let all: Vec<_> = daemon_faults::names().collect();
         return Err(format!("--only: no such kind; there are {}", all.join("; ")));
     }
-    let setup = Setup { gripd: &gripd, seed: cli.seed };
+    let setup = Setup { gripd: &gripd, seed: cli.seed, slack_ms: 0 };
     if !cli.json {
         print_head();
     }

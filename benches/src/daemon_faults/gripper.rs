@@ -73,6 +73,8 @@ pub struct Bench {
     least_n: Option<f64>,
     now: Micros,
     seen: Instant,
+    /// Longest time between two turns (us): the machine had no time for this thread.
+    stalled_us: u64,
     failed: Option<String>,
 }
 
@@ -81,6 +83,7 @@ impl Bench {
         let real = time::now();
         let passed = u64::try_from(real.duration_since(self.seen).as_micros()).unwrap_or(0);
         self.seen = real;
+        self.stalled_us = self.stalled_us.max(passed);
         self.now = self.now.plus(Micros(passed.clamp(1, LONGEST_STEP_US)));
         if let Some((mcu, _)) = &mut self.away {
             mcu.advance(self.now);
@@ -224,6 +227,11 @@ impl Bench {
         (self.sent.next, self.sent.at_config)
     }
 
+    /// Longest time (us) for which the machine let the gripper's thread wait since this was asked last.
+    pub fn take_stall_us(&mut self) -> u64 {
+        core::mem::take(&mut self.stalled_us)
+    }
+
     /// Time of the gripper (us).
     #[must_use]
     pub fn now_us(&self) -> u64 {
@@ -284,6 +292,7 @@ impl Gripper {
             least_n: None,
             now: Micros(0),
             seen: time::now(),
+            stalled_us: 0,
             failed: None,
         }));
         let stop = Arc::new(AtomicBool::new(false));

@@ -12,7 +12,8 @@ use rand_chacha::ChaCha8Rng;
 use rand_core::{Rng as _, SeedableRng as _};
 
 /// What a kill may cost at the end of a recording (ms of samples): one flush interval of 250 ms, 25 ms until the recorder's thread looks
-/// into its ring again, and what was on its way: the line, the ring, a chunk that was being written.
+/// into its ring again, and what was on its way: the line, the ring, a chunk that was being written. Where the machine let the gripper's
+/// thread wait, as long may the recorder's have waited.
 pub const LOST_MS: u64 = 250 + 25 + 75;
 /// Longest life of a daemon before it is killed (ms).
 const LONGEST_LIFE_MS: u64 = 1_500;
@@ -30,12 +31,13 @@ pub fn run(setup: &Setup<'_>, times: u64) -> Result<Outcome, RunError> {
     let mut first = rig.gripping(&["--record", "first.mcap"])?;
     first.kill()?;
     let mut random = ChaCha8Rng::seed_from_u64(setup.seed);
-    let mut lost = Vec::new();
+    let (mut lost, mut stalls) = (Vec::new(), Vec::new());
     let (mut recorded, mut taken_over) = (0, 0);
     for index in 0..times {
         let life_ms = 20 + random.next_u64() % LONGEST_LIFE_MS;
         let name = format!("kill-{index}.mcap");
         let (configs, commands) = counted(&rig);
+        rig.gripper.bench().take_stall_us();
         let mut daemon = rig.daemon(&["--record", &name])?;
         time::wait_ms(life_ms);
         let sent = kill(&rig, &mut daemon, configs)?;
@@ -43,22 +45,22 @@ pub fn run(setup: &Setup<'_>, times: u64) -> Result<Outcome, RunError> {
         rests(&rig, &mut outcome);
         outcome.require(!daemon.said().contains("panicked"), || daemon.said());
         let found = recordings::read(&rig.folder.path().join(&name))?;
-        if let Some(sent) = sent {
-            recorded += u64::from(found.samples > 0);
-            let had = found.last_row.map_or(sent.first, |last| last.wrapping_add(1));
-            let rows = sent.next.saturating_sub(had);
-            let lost_ms = u64::from(rows) * 1000 / u64::from(sent.rate_hz.max(1));
-            outcome.require(lost_ms <= LOST_MS, || {
-                format!("kill {index} after {life_ms} ms cost {lost_ms} ms: {found:?} of {sent:?}")
-            });
-            lost.push(lost_ms);
-        }
+        let Some(sent) = sent else { continue };
+        recorded += u64::from(found.samples > 0);
+        let (lost_ms, most_ms) =
+            (sent.lost_ms(found.last_row), LOST_MS + setup.slack_ms + sent.stall_ms);
+        outcome.require(lost_ms <= most_ms, || {
+            format!("kill {index} after {life_ms} ms cost {lost_ms} of {most_ms} ms: {found:?}, {sent:?}")
+        });
+        lost.push(lost_ms);
+        stalls.push(sent.stall_ms);
     }
     outcome.figure(format!(
         "{} killed while samples came, {recorded} of them with samples on disk, {taken_over} while commanding",
         lost.len()
     ));
     outcome.spread("lost at the end of the recording", lost, "ms");
+    outcome.spread("the machine stalled", stalls, "ms");
     let mut last = rig.daemon(&["--record", "last.mcap"])?;
     let again = rig.gripper.until_gripped();
     rig.missed(again, "the last daemon does not take over", &last)?;
@@ -78,15 +80,25 @@ struct Sent {
     first: u32,
     next: u32,
     rate_hz: u32,
+    stall_ms: u64,
+}
+
+impl Sent {
+    /// What of it comes after the last row that was recorded (ms).
+    fn lost_ms(&self, last: Option<u32>) -> u64 {
+        let had = last.map_or(self.first, |last| last.wrapping_add(1));
+        u64::from(self.next.saturating_sub(had)) * 1000 / u64::from(self.rate_hz.max(1))
+    }
 }
 
 /// Kills while the gripper's time stands still: what it had sent to this daemon, if anything.
 fn kill(rig: &Rig<'_>, daemon: &mut Daemon, configs: u64) -> Result<Option<Sent>, RunError> {
-    let bench = rig.gripper.bench();
+    let mut bench = rig.gripper.bench();
     daemon.kill()?;
+    let stall_ms = bench.take_stall_us() / 1000;
     let (next, first) = bench.rows_sent();
     let rate_hz = bench.mcu.link().in_force().map_or(0, |config| config.sample_rate_hz);
-    Ok((bench.judge.configs > configs).then_some(Sent { first, next, rate_hz }))
+    Ok((bench.judge.configs > configs).then_some(Sent { first, next, rate_hz, stall_ms }))
 }
 
 /// Without a daemon the force stays: it does not fall (the gripper is watched all the time), and after the life of a command it does not rise.

@@ -28,6 +28,8 @@ pub struct Setup<'a> {
     pub gripd: &'a Path,
     /// Seed of everything that is random.
     pub seed: u64,
+    /// What a recording may lack beyond what is promised (ms), on a machine that is busy with other tests.
+    pub slack_ms: u64,
 }
 
 /// The object.
