@@ -242,7 +242,7 @@ impl Bench {
 /// Changes a byte in some of the pieces.
 fn hit(noise: &mut ChaCha8Rng, bytes: &mut [u8]) {
     let Some(last) = bytes.len().checked_sub(1) else { return };
-    if noise.next_u32() % 4 == 0 {
+    if noise.next_u32().is_multiple_of(4) {
         let place = noise.next_u32() as usize % (last + 1);
         if let Some(byte) = bytes.get_mut(place) {
             *byte ^= 1 << (noise.next_u32() % 8);
@@ -252,7 +252,7 @@ fn hit(noise: &mut ChaCha8Rng, bytes: &mut [u8]) {
 
 /// Adds bytes that nobody sent.
 fn babble(noise: &mut ChaCha8Rng, bytes: &mut Vec<u8>) {
-    if noise.next_u32() % 4 == 0 {
+    if noise.next_u32().is_multiple_of(4) {
         let from = bytes.len();
         bytes.resize(from + noise.next_u32() as usize % 64, 0);
         noise.fill_bytes(bytes.get_mut(from..).unwrap_or(&mut []));

@@ -54,7 +54,9 @@ pub(super) fn reboots(setup: &Setup<'_>, times: u64) -> Result<Outcome, RunError
 pub(super) fn noise(setup: &Setup<'_>, noise_s: u64, pauses: u64) -> Result<Outcome, RunError> {
     let mut outcome = Outcome { times: 1 + pauses, ..Outcome::default() };
     let rig = Rig::new(setup, Object::Lifted)?;
-    let mut daemon = rig.gripping(&["--record", "noise.mcap"])?;
+    let mut daemon = rig.daemon(&["--record", "noise.mcap"])?;
+    pause_while_closing(&rig, &daemon)?;
+    rig.until_held(&daemon)?;
     let before = rig.gripper.bench().judge.commands;
     rig.gripper.bench().disturb(Some(setup.seed));
     time::wait_ms(1000 * noise_s);
@@ -75,8 +77,18 @@ pub(super) fn noise(setup: &Setup<'_>, noise_s: u64, pauses: u64) -> Result<Outc
     outcome.figure(format!(
         "{pauses} pauses of {PAUSE_MS} ms: the force rose by {rises_n:.3} N at most"
     ));
+    let oldest = rig.gripper.bench().judge.oldest_rise_rows;
+    outcome.figure(format!("no rise on a sample more than {oldest} rows old"));
     rig.finish(&mut daemon, &mut outcome)?;
     Ok(outcome)
+}
+
+/// Stops the daemon while it closes the fingers, where it has reason to raise the force when it goes on: the judge sees on what samples.
+fn pause_while_closing(rig: &Rig<'_>, daemon: &Daemon) -> Result<(), RunError> {
+    let closing = time::until(PATIENCE_S, || rig.gripper.bench().mcu.commanded_n() > 0.5);
+    rig.missed(closing, "the fingers do not close", daemon)?;
+    pause(rig, daemon)?;
+    Ok(())
 }
 
 fn commands_again(rig: &Rig<'_>, daemon: &Daemon) -> Result<(), RunError> {
