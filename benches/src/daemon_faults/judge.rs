@@ -46,6 +46,8 @@ pub struct Judge {
     /// A client asked for a release: the fingers may be opened, and must then stay open.
     may_open: bool,
     opened: bool,
+    /// A client asked for a grasp, and no force has come since.
+    closes: bool,
     /// GRIP frames.
     pub commands: u64,
     /// Sessions that were opened.
@@ -71,6 +73,7 @@ impl Judge {
             stranger,
             may_open: false,
             opened: false,
+            closes: false,
             commands: 0,
             sessions: 0,
             configs: 0,
@@ -85,9 +88,9 @@ impl Judge {
         self.may_open = true;
     }
 
-    /// A client asks for a grasp from now on.
+    /// A client asks for a grasp from now on; what still arrives from before may open, until the first force.
     pub fn allow_close(&mut self) {
-        (self.may_open, self.opened) = (false, false);
+        (self.closes, self.opened) = (true, false);
     }
 
     /// Whether the fingers were told to open since [`Judge::allow_open`].
@@ -176,10 +179,14 @@ impl Judge {
     fn mode(&mut self, grip: &Grip) -> Result<(), &'static str> {
         match GripMode::from_code(grip.mode) {
             Some(GripMode::Open) if self.may_open => {
-                self.opened = true;
+                self.opened = !self.closes;
                 Ok(())
             }
-            Some(GripMode::Force) if !self.opened => Ok(()),
+            Some(GripMode::Force) if !self.opened => {
+                self.may_open &= !self.closes;
+                self.closes = false;
+                Ok(())
+            }
             Some(GripMode::Force) => Err("a force after a release"),
             Some(GripMode::Open) => Err("opened, and nobody asked for it"),
             _ => Err("a mode that gripd has no use for"),
@@ -296,5 +303,12 @@ mod tests {
         judge.allow_open();
         let said = judged(&mut judge, &[(2, 0, 10), (1, 100, 20)]);
         assert!(said.contains("a force after a release"), "{said}");
+        judge.violations.clear();
+        judge.allow_close();
+        judge.hear(&grip(3, 2, 0, 30), &PRESENT);
+        judge.hear(&grip(4, 1, 0, 40), &PRESENT);
+        assert!(judge.violations.is_empty(), "{:?}", judge.violations);
+        judge.hear(&grip(5, 2, 0, 50), &PRESENT);
+        assert!(judge.violations.concat().contains("nobody asked"), "{:?}", judge.violations);
     }
 }

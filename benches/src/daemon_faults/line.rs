@@ -77,8 +77,12 @@ pub(super) fn noise(setup: &Setup<'_>, noise_s: u64, pauses: u64) -> Result<Outc
     outcome.figure(format!(
         "{pauses} pauses of {PAUSE_MS} ms: the force rose by {rises_n:.3} N at most"
     ));
-    let oldest = rig.gripper.bench().judge.oldest_rise_rows;
-    outcome.figure(format!("no rise on a sample more than {oldest} rows old"));
+    let rate_hz = rig.gripper.bench().mcu.link().in_force().map_or(1, |c| c.sample_rate_hz.max(1));
+    let oldest_ms =
+        u64::from(rig.gripper.bench().judge.oldest_rise_rows) * 1000 / u64::from(rate_hz);
+    outcome.figure(format!(
+        "after a pause while the fingers closed the force was raised on samples up to {oldest_ms} ms old"
+    ));
     rig.finish(&mut daemon, &mut outcome)?;
     Ok(outcome)
 }
