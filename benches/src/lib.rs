@@ -16,11 +16,13 @@
 //! cargo test  -p slip-benches                     nothing is allocated on these paths
 //! cargo run --release -p slip-benches --bin link-faults   nine kinds of line faults, counted
 //! cargo run --release -p slip-benches --bin link-soak     ten minutes at 10 kHz, every sample accounted for
+//! cargo run --release -p slip-benches --bin daemon-faults   a real gripd, killed, unplugged, disturbed and starved
 //! ```
 //! The default members of the workspace leave this package out: name it with `-p`, or use `--workspace`.
 
 pub mod accuracy;
 pub mod containment;
+pub mod daemon_faults;
 pub mod detection;
 pub mod exact;
 pub mod frames;

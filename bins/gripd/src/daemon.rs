@@ -131,6 +131,9 @@ fn shared() -> anyhow::Result<Arc<Shared>> {
         signal_hook::flag::register(signal, Arc::clone(&shared.stop))
             .context("cannot take over Ctrl-C")?;
     }
+    // A limit on the size of files is a full disk to the recording, and must not end the grip: the write then fails.
+    signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Arc::default())
+        .context("cannot take over the signal of large files")?;
     Ok(shared)
 }
 

@@ -1,0 +1,158 @@
+//! A gripd program in; what it does when it is killed, unplugged, disturbed and starved, counted, out.
+//!
+//! The real program runs against a virtual gripper of this process: [`gripper`] lives in a thread behind a pseudo-terminal, [`judge`] listens
+//! to every byte that reaches it. Each kind of fault starts its own gripper and its own gripd in its own folder and ends both. Times are shown
+//! and judged generously; what must never happen is judged strictly:
+//! - no command above the largest force, none faster than the slew, none raised without a new sample, none after a release;
+//! - what is held stays held, whatever happens to the daemon;
+//! - the daemon does not end by itself, and says no word of a panic;
+//! - every recording can be read or recovered, and lacks at most [`kills::LOST_MS`] at its end.
+
+mod daemon;
+pub mod gripper;
+pub mod judge;
+pub mod kills;
+mod line;
+mod outcome;
+mod plugs;
+mod programs;
+pub mod recordings;
+mod rig;
+mod storage;
+mod time;
+
+pub use outcome::Outcome;
+pub use rig::Setup;
+
+use grip_daemon::client::ClientError;
+use grip_link::device::DeviceConfigError;
+use grip_sim::{SceneError, pty::PtyError};
+use rustix::io::Errno;
+use std::{io, path::Path, path::PathBuf, process::ExitStatus};
+
+/// Why a run could not go on; a promise of the daemon that is broken is no error but a violation, unless nothing can follow it.
+#[derive(Debug, thiserror::Error)]
+pub enum RunError {
+    /// A file or a program.
+    #[error("{what}: {source}")]
+    Io {
+        /// Which.
+        what: String,
+        /// Why.
+        source: io::Error,
+    },
+    /// A system call.
+    #[error(transparent)]
+    Call(#[from] Errno),
+    /// A port.
+    #[error(transparent)]
+    Port(#[from] PtyError),
+    /// A scene of this program.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    /// A gripper of this program.
+    #[error(transparent)]
+    Gripper(#[from] DeviceConfigError),
+    /// A client of this program.
+    #[error(transparent)]
+    Client(#[from] ClientError),
+    /// The daemon ended by itself.
+    #[error("gripd ended by itself ({status}): {said}")]
+    Ended {
+        /// How.
+        status: ExitStatus,
+        /// What it said.
+        said: String,
+    },
+    /// The daemon did not end when it was told to.
+    #[error("gripd does not end: {said}")]
+    Stuck {
+        /// What it said.
+        said: String,
+    },
+    /// Something that must happen did not.
+    #[error("{what}; gripd said: {said}")]
+    Missed {
+        /// What.
+        what: &'static str,
+        /// What the daemon said.
+        said: String,
+    },
+    /// A recording can be neither read nor recovered.
+    #[error("{}: {what}", file.display())]
+    Recording {
+        /// The file.
+        file: PathBuf,
+        /// What is wrong.
+        what: String,
+    },
+}
+
+impl RunError {
+    fn io(path: &Path) -> impl Fn(io::Error) -> Self {
+        move |source| Self::Io { what: path.display().to_string(), source }
+    }
+}
+
+/// How much of each fault.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Counts {
+    /// kill -9 at random moments.
+    pub kills: u64,
+    /// The port goes and comes back.
+    pub unplugs: u64,
+    /// Connections that come and go.
+    pub connects: u64,
+    /// Restarts of the gripper.
+    pub reboots: u64,
+    /// SIGSTOP for 300 ms.
+    pub pauses: u64,
+    /// SIGHUP with a broken file, and as many with a good one.
+    pub reloads: u64,
+    /// Noise on the line (s).
+    pub noise_s: u64,
+}
+
+impl Counts {
+    /// What the promises are about.
+    pub const FULL: Self = Self {
+        kills: 200,
+        unplugs: 100,
+        connects: 1000,
+        reboots: 20,
+        pauses: 20,
+        reloads: 20,
+        noise_s: 30,
+    };
+    /// What fits a test.
+    pub const QUICK: Self =
+        Self { kills: 4, unplugs: 3, connects: 100, reboots: 1, pauses: 2, reloads: 1, noise_s: 2 };
+}
+
+/// A kind of fault: its name and what it does.
+type Kind = (&'static str, fn(&Setup<'_>, Counts) -> Result<Outcome, RunError>);
+
+const KINDS: [Kind; 9] = [
+    ("kill -9", |setup, counts| kills::run(setup, counts.kills)),
+    ("unplug, replug", |setup, counts| plugs::again(setup, counts.unplugs)),
+    ("another gripper at the port", |setup, _| plugs::stranger(setup)),
+    ("clients", |setup, counts| programs::run(setup, counts.connects)),
+    ("release by a client", |setup, _| programs::release(setup)),
+    ("disk full", |setup, _| storage::run(setup)),
+    ("reboot of the gripper", |setup, counts| line::reboots(setup, counts.reboots)),
+    ("noise, SIGSTOP", |setup, counts| line::noise(setup, counts.noise_s, counts.pauses)),
+    ("SIGHUP", |setup, counts| line::reloads(setup, counts.reloads)),
+];
+
+/// Names of all kinds of faults, in their order.
+pub fn names() -> impl Iterator<Item = &'static str> {
+    KINDS.iter().map(|(name, _)| *name)
+}
+
+/// One kind of fault. A run that cannot go on is a violation.
+#[must_use]
+pub fn run(name: &str, setup: &Setup<'_>, counts: Counts) -> Option<Outcome> {
+    let (name, kind) = KINDS.iter().find(|(kind, _)| *kind == name)?;
+    let outcome = kind(setup, counts).unwrap_or_else(|error| Outcome::failed(error.to_string()));
+    Some(Outcome { name, ..outcome })
+}

@@ -1,0 +1,150 @@
+//! A kind of object in; a folder with a gripper, its configuration and a gripd in it, out.
+
+use super::{
+    RunError,
+    daemon::Daemon,
+    gripper::Gripper,
+    judge::Limits,
+    outcome::Outcome,
+    recordings::{self, Found},
+};
+use core::net::SocketAddr;
+use grip_sim::Scene;
+use std::{
+    fs,
+    net::TcpListener,
+    path::{Path, PathBuf},
+    process::ExitStatus,
+};
+use tempfile::TempDir;
+
+/// Limits of the configuration, below those of the gripper.
+pub(super) const LIMITS: Limits = Limits { force_max_mn: 30_000, slew_mn_s: 500_000 };
+
+/// What all kinds of faults share.
+#[derive(Clone, Copy, Debug)]
+pub struct Setup<'a> {
+    /// The program.
+    pub gripd: &'a Path,
+    /// Seed of everything that is random.
+    pub seed: u64,
+    /// What a recording may lack beyond what is promised (ms), on a machine that is busy with other tests.
+    pub slack_ms: u64,
+}
+
+/// The object.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Object {
+    /// In the air soon after it is touched; the trial force holds it.
+    Lifted,
+    /// On its support for a minute.
+    Supported,
+}
+
+impl Object {
+    pub(super) fn scene(self, seed: u64) -> Result<Scene, RunError> {
+        let lift_s = if self == Self::Lifted { 0.3 } else { 60.0 };
+        let text = format!(
+            "name = \"faults\"\nseed = {seed}\nmass_kg = 0.04\nfriction = 0.4\nroughness_ra_um = 1.6\nlift_at_s = {lift_s:?}\n"
+        );
+        Ok(Scene::from_toml(&text)?)
+    }
+}
+
+/// A folder, a gripper and the address of its daemon.
+#[derive(Debug)]
+pub(super) struct Rig<'a> {
+    pub(super) setup: Setup<'a>,
+    pub(super) folder: TempDir,
+    pub(super) gripper: Gripper,
+    pub(super) address: SocketAddr,
+}
+
+impl<'a> Rig<'a> {
+    /// A gripper with `object`, and no daemon yet.
+    pub(super) fn new(setup: &Setup<'a>, object: Object) -> Result<Self, RunError> {
+        let folder = tempfile::tempdir().map_err(RunError::io(&std::env::temp_dir()))?;
+        let gripper = Gripper::start(&object.scene(1)?, &folder.path().join("gripper"), LIMITS)?;
+        let rig = Self { setup: *setup, folder, gripper, address: free_address()? };
+        rig.configure("backoff_n_s = 20.0")?;
+        Ok(rig)
+    }
+
+    /// Writes the configuration, with one more line about the grip.
+    pub(super) fn configure(&self, grip: &str) -> Result<(), RunError> {
+        let file = self.folder.path().join("gripd.toml");
+        let Limits { force_max_mn, slew_mn_s } = LIMITS;
+        let text = format!(
+            "listen = \"tcp:{}\"\nallow_commands = true\n[grip]\nf_max_n = {:?}\nslew_n_s = {:?}\n{grip}\n",
+            self.address,
+            f64::from(force_max_mn) / 1e3,
+            f64::from(slew_mn_s) / 1e3
+        );
+        fs::write(&file, text).map_err(RunError::io(&file))
+    }
+
+    /// gripd with these flags beside those of the rig.
+    pub(super) fn daemon(&self, args: &[&str]) -> Result<Daemon, RunError> {
+        Daemon::start(self.setup.gripd, self.folder.path(), args)
+    }
+
+    /// gripd that has closed the fingers and lifted what is to be lifted; from now on the force must not fall.
+    pub(super) fn gripping(&self, args: &[&str]) -> Result<Daemon, RunError> {
+        let daemon = self.daemon(args)?;
+        self.until_held(&daemon)?;
+        Ok(daemon)
+    }
+
+    pub(super) fn until_held(&self, daemon: &Daemon) -> Result<(), RunError> {
+        let gripped = self.gripper.until_gripped();
+        self.missed(gripped, "the object is not gripped", daemon)?;
+        super::time::wait_ms(600);
+        self.gripper.bench().must_hold(true);
+        Ok(())
+    }
+
+    /// An error unless `happened`.
+    pub(super) fn missed(
+        &self,
+        happened: bool,
+        what: &'static str,
+        daemon: &Daemon,
+    ) -> Result<(), RunError> {
+        if happened {
+            return Ok(());
+        }
+        let bench = self.gripper.bench();
+        let state = format!("{:?} at {} N", bench.mcu.link().state(), bench.mcu.commanded_n());
+        Err(RunError::Missed { what, said: format!("{} (gripper: {state})", daemon.said()) })
+    }
+
+    /// Ends gripd as a service manager does; all promises are judged.
+    pub(super) fn finish(
+        &self,
+        daemon: &mut Daemon,
+        outcome: &mut Outcome,
+    ) -> Result<(), RunError> {
+        let status = daemon.end()?;
+        outcome.require(is_orderly(status), || format!("gripd ended with {status}"));
+        outcome.require(!daemon.said().contains("panicked"), || daemon.said());
+        outcome.hear(&self.gripper);
+        outcome.recordings += self.recordings()?.len() as u64;
+        Ok(())
+    }
+
+    /// All recordings of the rig, read or recovered.
+    pub(super) fn recordings(&self) -> Result<Vec<(PathBuf, Found)>, RunError> {
+        recordings::read_all(self.folder.path())
+    }
+}
+
+/// Done, or done with a loss of data that was told.
+fn is_orderly(status: ExitStatus) -> bool {
+    matches!(status.code(), Some(0 | 3))
+}
+
+/// A port of the loopback that nobody uses.
+fn free_address() -> Result<SocketAddr, RunError> {
+    let failed = |source| RunError::Io { what: "a free port".to_owned(), source };
+    TcpListener::bind("127.0.0.1:0").and_then(|listener| listener.local_addr()).map_err(failed)
+}

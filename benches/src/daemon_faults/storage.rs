@@ -1,0 +1,85 @@
+//! Disks that are full: the recording stops, is told once and counted, and the grip goes on.
+
+use super::{
+    RunError,
+    daemon::Daemon,
+    outcome::Outcome,
+    rig::{Object, Rig, Setup},
+    time,
+};
+use std::process::Command;
+
+/// Room for a recording (bytes): about a second of it.
+const ROOM: u64 = 1 << 20;
+/// What the daemon says when a recording stops.
+const TOLD: &str = "the object is held without a recording";
+
+/// A disk that is full where one may be mounted, and files that may not grow.
+pub(super) fn run(setup: &Setup<'_>) -> Result<Outcome, RunError> {
+    let mut outcome = Outcome::default();
+    match Disk::mount() {
+        Some(disk) => {
+            let file = disk.0.path().join("full.mcap").display().to_string();
+            one(setup, &mut outcome, &file, |_| Ok(()))?;
+            // What fitted on the disk is readable.
+            outcome.recordings += super::recordings::read_all(disk.0.path())?.len() as u64;
+            outcome.figure("a file system of 1 MiB filled up".to_owned());
+        }
+        None => outcome.figure("a full file system: not tried, only root may mount one".to_owned()),
+    }
+    one(setup, &mut outcome, "limited.mcap", |daemon| daemon.limit_files(ROOM))?;
+    outcome.figure("RLIMIT_FSIZE of 1 MiB reached".to_owned());
+    Ok(outcome)
+}
+
+fn one(
+    setup: &Setup<'_>,
+    outcome: &mut Outcome,
+    file: &str,
+    limit: impl FnOnce(&Daemon) -> Result<(), RunError>,
+) -> Result<(), RunError> {
+    outcome.times += 1;
+    let rig = Rig::new(setup, Object::Lifted)?;
+    let mut daemon = rig.daemon(&["--record", file])?;
+    limit(&daemon)?;
+    rig.until_held(&daemon)?;
+    let stopped = time::until(60, || !daemon.is_running() || daemon.times_said(TOLD) > 0);
+    daemon.must_run()?;
+    rig.missed(stopped, "the recording does not stop", &daemon)?;
+    let before = rig.gripper.bench().judge.commands;
+    let goes_on = time::until(20, || rig.gripper.bench().judge.commands > before + 200);
+    rig.missed(goes_on, "the daemon does not command any more", &daemon)?;
+    let status = daemon.end()?;
+    outcome.require(status.code() == Some(3), || {
+        format!("lost samples are not told at the end: {status}, {}", daemon.said())
+    });
+    let told = daemon.times_said(TOLD);
+    outcome.require(told == 1, || format!("told {told} times: {}", daemon.said()));
+    outcome.require(!daemon.said().contains("panicked"), || daemon.said());
+    outcome.hear(&rig.gripper);
+    outcome.recordings += rig.recordings()?.len() as u64;
+    Ok(())
+}
+
+/// A small file system in a folder; both go with this.
+struct Disk(tempfile::TempDir);
+
+impl Disk {
+    /// `None` where that is not allowed.
+    fn mount() -> Option<Self> {
+        let folder = tempfile::tempdir().ok()?;
+        let mounted = Command::new("mount")
+            .args(["-t", "tmpfs", "-o", &format!("size={ROOM}"), "tmpfs"])
+            .arg(folder.path())
+            .output()
+            .is_ok_and(|made| made.status.success());
+        mounted.then(|| Self(folder))
+    }
+}
+
+impl Drop for Disk {
+    fn drop(&mut self) {
+        // Lazily: nothing may keep the folder; what stays mounted goes with the machine.
+        drop(Command::new("umount").arg("-l").arg(self.0.path()).output());
+    }
+}

@@ -1,0 +1,57 @@
+//! A few faults of each kind on a real gripd: no promise is broken. The program `daemon-faults` does the same with full counts.
+#![expect(clippy::unwrap_used, reason = "test code")]
+
+use slip_benches::daemon_faults::{Counts, Setup, names, run};
+use std::{
+    path::{Path, PathBuf},
+    process::Command,
+    sync::LazyLock,
+};
+
+/// gripd of this build: only its own package's tests can name it, so it is built here.
+static GRIPD: LazyLock<PathBuf> = LazyLock::new(|| {
+    let test = std::env::current_exe().unwrap();
+    let folder = test.parent().and_then(Path::parent).unwrap();
+    let mut cargo = Command::new(env!("CARGO"));
+    cargo.current_dir(env!("CARGO_MANIFEST_DIR")).args(["build", "--quiet", "--package", "gripd"]);
+    cargo.arg("--target-dir").arg(folder.parent().unwrap());
+    if folder.ends_with("release") {
+        cargo.arg("--release");
+    }
+    assert!(cargo.status().unwrap().success(), "gripd does not build");
+    folder.join("gripd")
+});
+
+/// Times are loose here: other tests run beside.
+const SLACK_MS: u64 = 500;
+
+fn check(name: &str, least_commands: u64) {
+    let setup = Setup { gripd: &GRIPD, seed: 2, slack_ms: SLACK_MS };
+    let outcome = run(name, &setup, Counts::QUICK).unwrap();
+    assert!(outcome.broken == 0 && outcome.violations.is_empty(), "{outcome:#?}");
+    assert!(outcome.times > 0 && outcome.recordings > 0, "{outcome:#?}");
+    assert!(outcome.commands > least_commands, "{outcome:#?}");
+}
+
+macro_rules! kinds {
+    ($($test:ident $name:literal;)*) => {
+        $(#[test] fn $test() { check($name, 100); })*
+
+        #[test]
+        fn every_kind_is_tested() {
+            assert_eq!(names().collect::<Vec<_>>(), [$($name),*]);
+        }
+    };
+}
+
+kinds! {
+    killed "kill -9";
+    unplugged "unplug, replug";
+    exchanged "another gripper at the port";
+    beset_by_clients "clients";
+    told_to_release "release by a client";
+    out_of_disk "disk full";
+    rebooted "reboot of the gripper";
+    disturbed_and_paused "noise, SIGSTOP";
+    reloaded "SIGHUP";
+}
