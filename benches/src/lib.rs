@@ -16,11 +16,14 @@
 //! cargo test  -p slip-benches                     nothing is allocated on these paths
 //! cargo run --release -p slip-benches --bin link-faults   nine kinds of line faults, counted
 //! cargo run --release -p slip-benches --bin link-soak     ten minutes at 10 kHz, every sample accounted for
+//! cargo run --release -p slip-benches --bin daemon-latency   the hot loop of gripd: last byte of a frame to the command
+//! cargo run --release -p slip-benches --bin daemon-soak      gripd with clients and a recording: samples, processor, memory
 //! ```
 //! The default members of the workspace leave this package out: name it with `-p`, or use `--workspace`.
 
 pub mod accuracy;
 pub mod containment;
+pub mod daemon;
 pub mod detection;
 pub mod exact;
 pub mod frames;
