@@ -44,7 +44,7 @@ pub enum RigError {
     Session(#[from] SessionError),
     /// The network inside the program.
     #[error(transparent)]
-    Model(#[from] grip_host::model::ModelError),
+    Model(#[from] model::ModelError),
 }
 
 /// A loop that waits for a line, as gripd makes it: for a patient daemon that records. `clock` gives nanoseconds since the start.
