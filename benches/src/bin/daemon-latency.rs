@@ -248,7 +248,8 @@ fn bars(times: &Histogram<u64>) {
 fn machine() -> String {
     let text = |file| fs::read_to_string(file).unwrap_or_default();
     let (processors, load) = (text("/proc/cpuinfo"), text("/proc/loadavg"));
-    let name = processors.lines().find_map(|line| line.strip_prefix("model name")?.split_once(": "));
+    let name =
+        processors.lines().find_map(|line| line.strip_prefix("model name")?.split_once(": "));
     let name = name.map_or("unknown", |(_, name)| name);
     format!("{name}, load {}", load.split_whitespace().take(3).collect::<Vec<_>>().join(" "))
 }

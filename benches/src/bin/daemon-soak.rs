@@ -91,7 +91,8 @@ fn print_table(cli: &Cli, report: &Report) {
     row("rows the gripper sampled", report.given.to_string());
     row("samples handled", report.samples.to_string());
     row("rows counted as lost", report.lost.to_string());
-    row("of these dropped by the gripper", report.dropped_by_gripper.to_string());
+    row("rows discarded at a CONFIG after a stall", report.discarded.to_string());
+    row("of the lost, dropped by the gripper", report.dropped_by_gripper.to_string());
     row("**not accounted for** (wanted 0)", report.unaccounted().to_string());
     row("handled, not recorded", report.unrecorded.to_string());
     row("notes not told", report.untold.to_string());
@@ -100,24 +101,38 @@ fn print_table(cli: &Cli, report: &Report) {
     for (name, percent) in &report.threads_percent {
         row(&format!("processor, thread {name} (%)"), format!("{percent:.2}"));
     }
-    row("**processor, all threads** (% of one; wanted 2 at 10 kHz)", format!("{:.2}", report.cpu_percent));
+    row(
+        "**processor, all threads** (% of one; wanted 2 at 10 kHz)",
+        format!("{:.2}", report.cpu_percent),
+    );
     row("wake-ups a second", format!("{:.0}", report.wakes_per_s));
     let last = report.looks.last();
-    row("**memory in use** (kB; wanted 20480)", last.map_or(0, |look| look.resident_kb).to_string());
+    row(
+        "**memory in use** (kB; wanted 20480)",
+        last.map_or(0, |look| look.resident_kb).to_string(),
+    );
     row("of these anonymous (kB)", last.map_or(0, |look| look.anonymous_kb).to_string());
     let (growth, flat) = (report.growth_kb(60.0), report.growth_kb(60.0) <= FLAT_KB);
     let verdict = if flat { "kept" } else { "NOT KEPT" };
     row("growth after the first minute (kB; wanted 1024)", format!("{growth}, {verdict}"));
     row("frame to command (us)", report.latency_us.to_string());
     row("bytes recorded", report.recorded_bytes.to_string());
-    println!("{}", if report.fine() { "every sample is accounted for" } else { "SAMPLES ARE NOT ACCOUNTED FOR" });
+    println!(
+        "{}",
+        if report.fine() {
+            "every sample is accounted for"
+        } else {
+            "SAMPLES ARE NOT ACCOUNTED FOR"
+        }
+    );
 }
 
 /// The processor's name and how busy the machine is.
 fn machine() -> String {
     let text = |file: &str| fs::read_to_string(Path::new(file)).unwrap_or_default();
     let (processors, load) = (text("/proc/cpuinfo"), text("/proc/loadavg"));
-    let name = processors.lines().find_map(|line| line.strip_prefix("model name")?.split_once(": "));
+    let name =
+        processors.lines().find_map(|line| line.strip_prefix("model name")?.split_once(": "));
     let name = name.map_or("unknown", |(_, name)| name);
     format!("{name}, load {}", load.split_whitespace().take(3).collect::<Vec<_>>().join(" "))
 }

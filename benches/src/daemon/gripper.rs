@@ -4,7 +4,7 @@ use core::sync::atomic::{AtomicBool, Ordering};
 use grip_link::{
     decoder::{Decoder, Role, Verdict},
     frame::MAX_WIRE,
-    message::Kind,
+    message::{Kind, SamplesHeader},
 };
 use grip_sim::VirtualMcu;
 use rustix::{
@@ -23,6 +23,11 @@ pub struct Gripper {
     /// The device.
     pub mcu: VirtualMcu,
     tap: Decoder,
+    /// Rows before the CONFIG in force, and those of them that were thrown away by it.
+    before: u64,
+    discarded: u64,
+    /// Number of the row after those that were sent, since CONFIG.
+    sent: u32,
     /// Number of the newest command.
     command: u32,
     /// When the oldest frame of samples that has not been answered was written (ns).
@@ -33,7 +38,21 @@ impl Gripper {
     /// A gripper that is not connected yet.
     #[must_use]
     pub fn new(mcu: VirtualMcu) -> Self {
-        Self { mcu, tap: Decoder::new(Role::Tap), command: 0, asked_ns: None }
+        let tap = Decoder::new(Role::Tap);
+        Self { mcu, tap, before: 0, discarded: 0, sent: 0, command: 0, asked_ns: None }
+    }
+
+    /// Rows sampled so far, over every CONFIG.
+    #[must_use]
+    pub fn rows(&self) -> u64 {
+        self.before + u64::from(self.mcu.rows())
+    }
+
+    /// Rows that had not been sent when a CONFIG came, which begins anew: a host that stalled for longer than the gripper waits sends
+    /// one, and cannot know of them.
+    #[must_use]
+    pub fn discarded(&self) -> u64 {
+        self.discarded
     }
 
     /// Lives on `line` until `stop` is set or the other end is gone. `clock` gives nanoseconds since the device was powered on.
@@ -67,7 +86,7 @@ impl Gripper {
             let heard_ns = clock();
             self.catch_up(line, clock)?;
             let now = Micros(clock() / 1000);
-            self.mcu.receive(now, input.get(..count).unwrap_or(&input));
+            self.receive(now, input.get(..count).unwrap_or(&input));
             self.hear(now, heard_ns, answered);
         }
         Ok(())
@@ -80,9 +99,22 @@ impl Gripper {
     pub fn empty(&mut self, line: BorrowedFd<'_>, later: Micros) -> io::Result<()> {
         let mut out = [0; MAX_WIRE];
         while let Some(len) = self.mcu.poll_transmit(later, &mut out) {
-            write_all(line, out.get(..len).unwrap_or(&out))?;
+            let frame = out.get(..len).unwrap_or(&out);
+            let _samples = self.has_samples(frame);
+            write_all(line, frame)?;
         }
         Ok(())
+    }
+
+    fn receive(&mut self, now: Micros, bytes: &[u8]) {
+        self.mcu.advance(now);
+        let rows = self.mcu.rows();
+        self.mcu.receive(now, bytes);
+        if self.mcu.rows() < rows {
+            self.before += u64::from(rows);
+            self.discarded += u64::from(rows.saturating_sub(self.sent));
+            self.sent = 0;
+        }
     }
 
     fn hear(&mut self, now: Micros, heard_ns: u64, answered: &mut dyn FnMut(u64)) {
@@ -129,7 +161,13 @@ impl Gripper {
     fn has_samples(&mut self, mut frame: &[u8]) -> bool {
         let mut found = false;
         while let Some(verdict) = self.tap.next(&mut frame) {
-            found |= matches!(verdict, Verdict::Frame(frame) if frame.header.kind == Kind::SAMPLES);
+            if let Verdict::Frame(frame) = verdict
+                && frame.header.kind == Kind::SAMPLES
+                && let Ok(header) = SamplesHeader::parse(frame.payload)
+            {
+                found = true;
+                self.sent = header.first_index.wrapping_add(header.rows.into());
+            }
         }
         found
     }

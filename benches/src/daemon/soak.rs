@@ -23,11 +23,11 @@ use serde::Serialize;
 use serde_json::Value;
 use slip_core::units::Micros;
 use std::{
-    fs,
-    io::{self, Read as _},
+    fs::{self, File},
+    io,
     os::fd::AsFd as _,
     path::{Path, PathBuf},
-    process::{Child, Command, Stdio},
+    process::{Child, Command},
     thread,
 };
 
@@ -35,8 +35,10 @@ use std::{
 const CLIENTS: u16 = 2;
 /// gripd is measured from here on (us): it has started, learned and gripped.
 const SETTLED_US: u64 = 3_000_000;
-/// What is on its way may take so long to arrive (us).
-const DRAIN_US: u64 = 500_000;
+/// Clients that get nothing new for so long (us) have got everything.
+const QUIET_US: u64 = 500_000;
+/// So often they are looked at, at most.
+const QUIET_LOOKS: u32 = 20;
 
 /// What is run.
 #[derive(Clone, Debug)]
@@ -75,6 +77,8 @@ pub struct Report {
     pub samples: u64,
     /// Rows that gripd counted as lost.
     pub lost: u64,
+    /// Rows that the gripper threw away at a CONFIG, which begins anew: after a stall of the machine for longer than it waits for commands.
+    pub discarded: u64,
     /// Rows that the gripper itself dropped, because the line was full.
     pub dropped_by_gripper: u64,
     /// Samples that were handled and not recorded.
@@ -100,10 +104,11 @@ pub struct Report {
 }
 
 impl Report {
-    /// Rows of which nobody knows: those of the gripper that gripd neither handled nor counted as lost.
+    /// Rows of which nobody knows: those of the gripper that gripd neither handled nor counted as lost, and that no CONFIG discarded.
     #[must_use]
     pub fn unaccounted(&self) -> i128 {
-        i128::from(self.given) - i128::from(self.samples) - i128::from(self.lost)
+        let known = u128::from(self.samples) + u128::from(self.lost) + u128::from(self.discarded);
+        i128::from(self.given) - i128::try_from(known).unwrap_or(i128::MAX)
     }
 
     /// Whether every sample is accounted for, by gripd and in the recording.
@@ -115,7 +120,8 @@ impl Report {
     /// Largest memory in use after `skip_s` over the least (kB).
     #[must_use]
     pub fn growth_kb(&self, skip_s: f64) -> u64 {
-        let later = self.looks.iter().filter(|look| look.t_s >= skip_s).map(|look| look.resident_kb);
+        let later =
+            self.looks.iter().filter(|look| look.t_s >= skip_s).map(|look| look.resident_kb);
         later.clone().max().unwrap_or(0) - later.min().unwrap_or(0)
     }
 }
@@ -157,6 +163,20 @@ struct Shared {
     rows: [AtomicU64; CLIENTS as usize],
 }
 
+impl Shared {
+    /// Waits until nothing more arrives.
+    fn settle(&self) {
+        let arrived = || self.rows.iter().map(|rows| rows.load(Ordering::Relaxed)).sum::<u64>();
+        for _ in 0..QUIET_LOOKS {
+            let before = arrived();
+            pause(QUIET_US);
+            if arrived() == before {
+                return;
+            }
+        }
+    }
+}
+
 /// Runs it. `clock` gives nanoseconds since its first call or before; `told` gets each look as it is taken.
 ///
 /// # Errors
@@ -184,14 +204,14 @@ pub fn run(
         let looks = watch(soak, child.0.id(), clock, told);
         shared.stop.store(true, Ordering::Relaxed);
         let device = gripping.join();
-        pause(DRAIN_US);
+        shared.settle();
         shared.over.store(true, Ordering::Relaxed);
         let device = device.map_err(|_| gripper("its thread failed"))?;
         Ok::<_, SoakError>((device.map_err(system("the line"))?, looks))
     })?;
     // Also where the process is gone already: its output says why.
-    let summary = end(child)?;
-    report(soak, &device.mcu, looks?, (&summary, &shared))
+    let summary = end(child, &soak.folder)?;
+    report(soak, &device, looks?, (&summary, &shared))
 }
 
 /// A child that does not outlive this program's interest in it.
@@ -216,14 +236,16 @@ fn start(soak: &Soak, port: &Path) -> Result<Child, SoakError> {
     let batch = soak.rate_hz.div_ceil(1000);
     let text = format!("[link]\nsample_rate_hz = {}\nbatch = {batch}\n", soak.rate_hz);
     fs::write(&config, text).map_err(system("the configuration"))?;
+    let create = |name| File::create(soak.folder.join(name)).map_err(system("the output of gripd"));
     Command::new(&soak.gripd)
         .current_dir(&soak.folder)
         .env_clear()
         .args(["--json", "--config", "gripd.toml", "--record", "run.mcap", "--log-level", "error"])
         .args(["--listen", &soak.socket().to_string(), "--port"])
         .arg(port)
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
+        // Files, because a pipe that nobody empties would stop gripd.
+        .stdout(create("out.json")?)
+        .stderr(create("err.txt")?)
         .spawn()
         .map_err(system("cannot start gripd"))
 }
@@ -299,17 +321,14 @@ struct Looks {
 }
 
 /// Asks gripd to end: its last line.
-fn end(mut child: Guard) -> Result<Value, SoakError> {
+fn end(mut child: Guard, folder: &Path) -> Result<Value, SoakError> {
     let id = i32::try_from(child.0.id()).ok().and_then(Pid::from_raw);
     let id = id.ok_or_else(|| SoakError::Daemon("no process".to_owned()))?;
     // Where it is gone already, its output says why.
     let _told = kill_process(id, Signal::TERM);
-    let (mut out, mut err) = (String::new(), String::new());
-    if let (Some(stdout), Some(stderr)) = (&mut child.0.stdout, &mut child.0.stderr) {
-        stdout.read_to_string(&mut out).map_err(system("the output of gripd"))?;
-        stderr.read_to_string(&mut err).map_err(system("the output of gripd"))?;
-    }
     let status = child.0.wait().map_err(system("gripd"))?;
+    let read = |name| fs::read_to_string(folder.join(name)).map_err(system("the output of gripd"));
+    let (out, err) = (read("out.json")?, read("err.txt")?);
     let last = out.lines().next_back().unwrap_or_default();
     match serde_json::from_str::<Value>(last) {
         Ok(summary) if summary["type"] == "summary" => Ok(summary),
@@ -319,7 +338,7 @@ fn end(mut child: Guard) -> Result<Value, SoakError> {
 
 fn report(
     soak: &Soak,
-    mcu: &VirtualMcu,
+    device: &Gripper,
     watched: Looks,
     (summary, shared): (&Value, &Shared),
 ) -> Result<Report, SoakError> {
@@ -333,14 +352,15 @@ fn report(
     let wakes = watched.usage.waits.saturating_sub(watched.first.waits) as f64;
     let recording = fs::metadata(soak.folder.join("run.mcap")).map_err(system("the recording"))?;
     Ok(Report {
-        given: mcu.rows().into(),
+        given: device.rows(),
+        discarded: device.discarded(),
         samples: number("samples")?,
         lost: number("lost")?,
-        dropped_by_gripper: mcu.link().dropped_rows().into(),
+        dropped_by_gripper: device.mcu.link().dropped_rows().into(),
         unrecorded: number("unrecorded_samples")?,
         untold: number("untold_notes")?,
         clients: shared.rows.iter().map(|rows| rows.load(Ordering::Relaxed)).collect(),
-        restarts: u64::from(mcu.boot_id().saturating_sub(1)),
+        restarts: u64::from(device.mcu.boot_id().saturating_sub(1)),
         threads_percent: threads.into_iter().map(|(name, ns)| (name, percent(ns))).collect(),
         cpu_percent,
         wakes_per_s: wakes / watched.seconds,

@@ -84,7 +84,8 @@ mod tests {
     fn work_and_memory_are_seen() {
         let before = Usage::of(std::process::id()).unwrap();
         let filled = black_box(vec![1_u8; 16 << 20]);
-        let sum: u64 = (0..20).map(|_| filled.iter().map(|byte| u64::from(*byte)).sum::<u64>()).sum();
+        let sum: u64 =
+            (0..20).map(|_| filled.iter().map(|byte| u64::from(*byte)).sum::<u64>()).sum();
         let after = Usage::of(std::process::id()).unwrap();
         assert_eq!(sum, 20 << 24);
         assert!(after.resident_kb >= before.resident_kb + 15_000, "{before:?} {after:?}");

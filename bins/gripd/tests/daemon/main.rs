@@ -5,4 +5,5 @@ mod live;
 mod ports;
 mod refusals;
 mod run;
+mod soak;
 mod taxels;
