@@ -17,11 +17,14 @@
 //! cargo run --release -p slip-benches --bin link-faults   nine kinds of line faults, counted
 //! cargo run --release -p slip-benches --bin link-soak     ten minutes at 10 kHz, every sample accounted for
 //! cargo run --release -p slip-benches --bin daemon-faults   a real gripd, killed, unplugged, disturbed and starved
+//! cargo run --release -p slip-benches --bin daemon-latency   the hot loop of gripd: last byte of a frame to the command
+//! cargo run --release -p slip-benches --bin daemon-soak      gripd with clients and a recording: samples, processor, memory
 //! ```
 //! The default members of the workspace leave this package out: name it with `-p`, or use `--workspace`.
 
 pub mod accuracy;
 pub mod containment;
+pub mod daemon;
 pub mod daemon_faults;
 pub mod detection;
 pub mod exact;

@@ -193,12 +193,21 @@ fn start_hot<C: Fn() -> u64 + Send + 'static>(
     shared: Arc<Shared>,
 ) -> io::Result<(HotThread, mpsc::Receiver<Granted>)> {
     let (granted_in, granted) = mpsc::channel();
+    let ending = Ending(shared);
     let thread = named("hot").spawn(move || {
-        let ended = run_hot(hot, &wanted, &granted_in);
-        shared.stop.store(true, Ordering::Relaxed);
-        ended
+        let _ending = ending;
+        run_hot(hot, &wanted, &granted_in)
     })?;
     Ok((thread, granted))
+}
+
+/// Tells the other threads to end when the hot thread does, even by a panic.
+struct Ending(Arc<Shared>);
+
+impl Drop for Ending {
+    fn drop(&mut self) {
+        self.0.stop.store(true, Ordering::Relaxed);
+    }
 }
 
 /// The hot thread: asks for real time, tells what was granted, and runs.

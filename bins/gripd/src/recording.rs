@@ -19,7 +19,7 @@ use std::{
 };
 
 /// Pause between two looks into the ring.
-const PAUSE: Duration = Duration::from_millis(25);
+const PAUSE: Duration = Duration::from_millis(50);
 /// Stack of the thread (bytes).
 const STACK: usize = 512 * 1024;
 

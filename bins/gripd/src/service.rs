@@ -34,7 +34,7 @@ use std::{
 };
 
 /// Pause between two looks into the rings where somebody is connected, and where nobody is.
-const PAUSE: Duration = Duration::from_millis(5);
+const PAUSE: Duration = Duration::from_millis(10);
 const LONG_PAUSE: Duration = Duration::from_millis(20);
 /// Figures for clients are made this often (us).
 const FIGURES_EVERY_US: u64 = 1_000_000;

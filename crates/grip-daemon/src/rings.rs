@@ -194,9 +194,10 @@ pub fn rings(sizes: Sizes) -> (Outbox, Inbox) {
 fn put_all<T: Copy + Default>(ring: &mut Producer<T>, values: &[T]) -> bool {
     let Ok(mut chunk) = ring.write_chunk(values.len()) else { return false };
     let (first, second) = chunk.as_mut_slices();
-    for (place, value) in first.iter_mut().chain(second).zip(values) {
-        *place = *value;
-    }
+    // Slice by slice, so that bytes are copied as blocks.
+    let Some((head, tail)) = values.split_at_checked(first.len()) else { return false };
+    first.copy_from_slice(head);
+    second.copy_from_slice(tail);
     chunk.commit_all();
     true
 }

@@ -9,7 +9,7 @@ use rustix::event::{Timespec, poll};
 use std::sync::{Arc, mpsc::Sender};
 
 /// The thread looks this often whether it is to end, or a line was lost.
-const LOOK_EVERY: Duration = Duration::from_millis(10);
+const LOOK_EVERY: Duration = Duration::from_millis(25);
 
 /// What a person may want to know of the search.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -10,7 +10,7 @@ use rustix::io::{Errno, read, write};
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
 use std::ffi::OsString;
-use std::os::fd::OwnedFd;
+use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
 use std::os::unix::ffi::OsStringExt;
 use std::path::{Path, PathBuf};
 
@@ -121,6 +121,13 @@ impl Pty {
     /// [`PtyError::Call`] when write fails for another reason than a full line.
     pub fn write(&self, bytes: &[u8]) -> Result<usize, PtyError> {
         or_nothing(write(&self.device, bytes), "write")
+    }
+}
+
+/// The device's side, for those that wait for other things too; it never blocks.
+impl AsFd for Pty {
+    fn as_fd(&self) -> BorrowedFd<'_> {
+        self.device.as_fd()
     }
 }
 

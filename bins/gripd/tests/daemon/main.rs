@@ -8,5 +8,6 @@ mod refusals;
 mod reload;
 mod run;
 mod running;
+mod soak;
 mod taxels;
 mod watching;

@@ -1,10 +1,11 @@
 //! Items in, one MCAP file out, with everything in it that a replay needs.
 
 use super::{About, RecorderError, link, name};
-use crate::{Beginning, Item, State};
+use crate::{Beginning, Item, LinkNote, State};
 use grip_host::recording::{
     ABOUT, PART, RUN, UNRECORDED, client_record, event_record, pipeline_record,
 };
+use grip_link::message::Status;
 use grip_record::mcap::{
     CommandRecord, LinkRecord, McapWriteError, McapWriter, PipelineRecord, Record, SampleRecord,
     StateRecord, WireRecord,
@@ -18,6 +19,9 @@ use std::{
 
 /// The state is recorded when scene or controller change, and otherwise this often (us).
 const STATE_EVERY_US: u64 = 10_000;
+/// So is what the gripper tells of itself, when its state, fault or limits change and otherwise this often (us): it comes with every
+/// frame, and the raw bytes of the line have all of it.
+const STATUS_EVERY_US: u64 = 10_000;
 /// Bytes on their way to the operating system.
 const BUFFER: usize = 1 << 16;
 
@@ -42,6 +46,7 @@ pub(super) struct Tape {
     pub(super) number: u32,
     pub(super) began_us: u64,
     last_state: Option<(u64, State)>,
+    last_status: Option<(u64, Status)>,
     json: Vec<u8>,
 }
 
@@ -63,8 +68,16 @@ impl Tape {
         let writer =
             McapWriter::new(out, &standing.about.program, standing.zero_ns).map_err(written)?;
         let (json, began_us) = (Vec::new(), now_us);
-        let mut tape =
-            Self { writer, sync, file: file.clone(), number, began_us, last_state: None, json };
+        let mut tape = Self {
+            writer,
+            sync,
+            file: file.clone(),
+            number,
+            began_us,
+            last_state: None,
+            last_status: None,
+            json,
+        };
         match tape.head(part, standing, now_us) {
             Ok(()) => Ok(tape),
             Err(source) => {
@@ -131,8 +144,13 @@ impl Tape {
                 self.writer.write(host_us, &Record::Client(client_record(command)))
             }
             Item::Link { host_us, note } => {
-                if let crate::LinkNote::Identified { uid, boot_id, .. } = note {
+                if let LinkNote::Identified { uid, boot_id, .. } = note {
                     self.gripper(uid, *boot_id)?;
+                }
+                if let LinkNote::Status(status) = note
+                    && !self.is_news(host_us, status)
+                {
+                    return Ok(());
                 }
                 let (kind, detail) = link::told(note);
                 let record = LinkRecord { kind, detail: &detail.to_string() };
@@ -208,6 +226,18 @@ impl Tape {
         let record = pipeline_record(beginning, &mut self.json).map_err(io::Error::from)?;
         let record = PipelineRecord { continued, ..record };
         self.writer.write(host_us, &Record::Pipeline(record))
+    }
+
+    /// Whether a status is worth a record.
+    fn is_news(&mut self, host_us: u64, status: &Status) -> bool {
+        let said = |status: &Status| (status.state, status.fault, status.clamp, status.rejected);
+        let known = self.last_status.is_some_and(|(last_us, last)| {
+            said(&last) == said(status) && host_us.saturating_sub(last_us) < STATUS_EVERY_US
+        });
+        if !known {
+            self.last_status = Some((host_us, *status));
+        }
+        !known
     }
 
     fn state(&mut self, host_us: u64, state: &State) -> Result<(), McapWriteError> {

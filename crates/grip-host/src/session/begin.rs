@@ -97,6 +97,23 @@ impl Session {
         }
     }
 
+    /// Whether a pipeline could begin with these settings at the rate of the last one.
+    pub(super) fn fits(&self) -> Result<(), SessionError> {
+        let Some(begun) = &self.begun else { return Ok(()) };
+        let rate = begun.config.sample_rate;
+        self.config.check_signal(rate, false)?;
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "a rate that was in force, below 2^24"
+        )]
+        let sample_rate_hz = rate.0 as u32;
+        Beginning { config: self.config.pipeline(rate), ..*begun }
+            .pipeline(self.estimator.clone())
+            .map(drop)
+            .map_err(|source| SessionError::Pipeline { sample_rate_hz, source })
+    }
+
     /// Begins a pipeline with the settings and limits in force.
     pub(super) fn begin(
         &mut self,

@@ -279,7 +279,7 @@ impl Session {
     /// gripper itself changes when it is attached next. The object stays held: the new pipeline goes on where the old one was.
     ///
     /// # Errors
-    /// Where they do not fit the rate the gripper works at; then the old ones stay in force.
+    /// Where they do not fit the rate the gripper works at, or did when it was there last; then the old ones stay in force.
     pub fn swap(
         &mut self,
         config: &mut HostConfig,
@@ -292,7 +292,9 @@ impl Session {
         if self.pipeline.is_none() {
             return Ok(());
         }
-        let begun = self.begin(carried, tell);
+        // Without a gripper there is nothing to begin: its next CONFIG does that.
+        let begun =
+            if self.link.in_force().is_some() { self.begin(carried, tell) } else { self.fits() };
         if begun.is_err() {
             core::mem::swap(&mut self.config, config);
             core::mem::swap(&mut self.estimator, estimator);

@@ -1,0 +1,255 @@
+//! Seconds in; histograms of the time from the last byte of a frame to the command out: the hot loop of gripd over a socket pair and over a
+//! pseudo-terminal.
+//!
+//! The loop runs with all its rings, which a third thread empties as the service thread and the recorder of gripd do. The gripper is
+//! simulated in real time: 1000 frames of 10 samples a second. Limits that are not kept are printed as `over` and never fail: the machine
+//! may be busy with something else.
+
+use clap::{Parser, ValueEnum};
+use core::{
+    fmt,
+    sync::atomic::{AtomicBool, Ordering},
+};
+use grip_daemon::{
+    Latency,
+    realtime::{RealtimeConfig, RealtimeMode, enter},
+};
+use grip_host::HostConfig;
+use grip_port::{DEFAULT_BAUD, Line, PortArgs};
+use grip_sim::{Pty, VirtualMcu, scene};
+use hdrhistogram::Histogram;
+use rustix::event::{Timespec, poll};
+use slip_benches::daemon::{
+    gripper::Gripper,
+    rig::{Far, rig},
+};
+use std::{
+    error::Error,
+    fs, io,
+    os::{
+        fd::{AsFd as _, BorrowedFd, OwnedFd},
+        unix::net::UnixStream,
+    },
+    thread,
+    time::Instant,
+};
+
+/// The rings are emptied this often (ns), as gripd does with clients.
+const DRAIN_NS: i64 = 5_000_000;
+/// The longest bar (characters).
+const BAR: u64 = 50;
+
+/// Times the hot loop of gripd between a virtual gripper's frames and its commands.
+#[derive(Debug, Parser)]
+struct Cli {
+    /// How long each line is measured
+    #[arg(long, default_value_t = 10.0)]
+    seconds: f64,
+    /// Which line; both unless it is named
+    #[arg(long, value_enum)]
+    line: Option<Kind>,
+    /// Ask for SCHED_FIFO and locked memory, for the loop and for the gripper, as far as they are granted
+    #[arg(long)]
+    realtime: bool,
+}
+
+/// What stands between loop and gripper.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Kind {
+    /// A socket pair
+    Socket,
+    /// A pseudo-terminal
+    Pty,
+}
+
+/// What was measured.
+#[derive(Debug)]
+struct Times {
+    /// From the frame written to the command read, at the gripper (ns).
+    there_and_back: Histogram<u64>,
+    /// From the frame read to the command written, by the loop itself.
+    inside: Latency,
+    samples: u64,
+    dropped: u64,
+}
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let cli = Cli::parse();
+    println(&format_args!("machine {}, {} s each", machine(), cli.seconds));
+    for kind in [Kind::Socket, Kind::Pty] {
+        if cli.line.is_none_or(|wanted| wanted == kind) {
+            let times = measure(kind, &cli)?;
+            print(kind, &times);
+        }
+    }
+    Ok(())
+}
+
+fn measure(kind: Kind, cli: &Cli) -> Result<Times, Box<dyn Error>> {
+    match kind {
+        Kind::Socket => {
+            let (near, far) = UnixStream::pair()?;
+            far.set_nonblocking(true)?;
+            run(Line::from_fd(OwnedFd::from(near))?, far.as_fd(), cli)
+        }
+        Kind::Pty => {
+            let pty = Pty::open(None)?;
+            let name = pty.port().display().to_string();
+            let usb = &grip_host::config::UsbFilter::ANY;
+            let args = PortArgs { name: &name, baud: DEFAULT_BAUD, seed: None, usb };
+            let line = grip_port::Source::open(&args, || 0)?.line()?;
+            run(line, pty.as_fd(), cli)
+        }
+    }
+}
+
+fn run(line: Line, device: BorrowedFd<'_>, cli: &Cli) -> Result<Times, Box<dyn Error>> {
+    let clock = clock();
+    let (mut hot, mut far) = rig(HostConfig::default(), &clock)?;
+    let mut gripper = Gripper::new(VirtualMcu::new(&scene::load("default")?, 1)?);
+    far.shared.wants_samples.store(true, Ordering::Relaxed);
+    let shared = far.shared.clone();
+    far.lines.push(line).map_err(|_| "no room for a line")?;
+    let mut there_and_back = Histogram::new_with_max(1_000_000_000, 3)?;
+    let ends = || clock() >= nanos(cli.seconds);
+    let over = AtomicBool::new(false);
+    let ran = thread::scope(|threads| {
+        threads.spawn(|| drain(&mut far, &over));
+        let looping = threads.spawn(|| {
+            privileges(cli.realtime, 50);
+            hot.run()
+        });
+        let living = threads.spawn(|| {
+            privileges(cli.realtime, 49);
+            let mut note = |ns| there_and_back.saturating_record(ns);
+            gripper.live(device, &shared.stop, &clock, &mut note)
+        });
+        while !ends() && !looping.is_finished() {
+            pause();
+        }
+        shared.stop.store(true, Ordering::Relaxed);
+        let (looped, lived) = (looping.join(), living.join());
+        over.store(true, Ordering::Relaxed);
+        looped.map_err(|_| io::Error::other("the loop failed"))?.map_err(io::Error::other)?;
+        lived.map_err(|_| io::Error::other("the gripper failed"))?
+    });
+    ran?;
+    let counters = hot.counters();
+    let dropped = counters.service_dropped + counters.recorder_dropped;
+    Ok(Times { there_and_back, inside: counters.latency, samples: counters.samples, dropped })
+}
+
+/// Empties the rings now and then, until it is over.
+fn drain(far: &mut Far, over: &AtomicBool) {
+    while !over.load(Ordering::Relaxed) {
+        far.service.drain(&mut |_| {});
+        far.recorder.drain(&mut |_| {});
+        while far.pulses.pop().is_ok() {}
+        pause();
+    }
+}
+
+fn pause() {
+    let timeout = Timespec { tv_sec: 0, tv_nsec: DRAIN_NS };
+    let _ended = poll(&mut [], Some(&timeout));
+}
+
+/// Asks for them, and tells what was refused.
+fn privileges(wanted: bool, priority: u8) {
+    let mode = if wanted { RealtimeMode::Warn } else { RealtimeMode::Off };
+    let granted = enter(&RealtimeConfig { mode, priority, cpu: None });
+    for refused in granted.refused() {
+        println(&format_args!("{refused}"));
+    }
+}
+
+/// Nanoseconds since now.
+#[expect(clippy::disallowed_methods, reason = "the program that measures time; its only clock")]
+fn clock() -> impl Fn() -> u64 + Sync {
+    let start = Instant::now();
+    move || u64::try_from(start.elapsed().as_nanos()).unwrap_or(u64::MAX)
+}
+
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "saturates, and a negative time is none"
+)]
+fn nanos(seconds: f64) -> u64 {
+    (seconds * 1e9) as u64
+}
+
+#[expect(clippy::cast_precision_loss, reason = "below 2^53 ns")]
+fn us(ns: u64) -> f64 {
+    ns as f64 / 1000.0
+}
+
+#[expect(clippy::print_stdout, reason = "the result of the program")]
+fn println(text: &dyn fmt::Display) {
+    println!("{text}");
+}
+
+/// Percentiles beside the limits, then the histogram by doublings.
+fn print(kind: Kind, times: &Times) {
+    let Times { there_and_back, inside, samples, dropped } = times;
+    let name = match kind {
+        Kind::Socket => "socket pair",
+        Kind::Pty => "pseudo-terminal",
+    };
+    println(&format_args!("\n{name}: {samples} samples, {dropped} items dropped from the rings"));
+    println(&"| (us) | commands | p50 | p90 | p99 | p99.9 | max | limits p50 25, p99.9 250 |");
+    println(&"|---|---|---|---|---|---|---|---|");
+    let hdr = |q| there_and_back.value_at_quantile(q);
+    let loops = |q| inside.quantile_ns(q).unwrap_or(0);
+    let rows: [(&str, u64, [u64; 5]); 2] = [
+        (
+            "frame read -> command written, in the loop",
+            inside.count(),
+            [loops(0.5), loops(0.9), loops(0.99), loops(0.999), inside.max_ns()],
+        ),
+        (
+            "frame written -> command read, at the gripper",
+            there_and_back.len(),
+            [hdr(0.5), hdr(0.9), hdr(0.99), hdr(0.999), there_and_back.max()],
+        ),
+    ];
+    for (what, count, [p50, p90, p99, p99_9, max]) in rows {
+        let verdict = |ns, limit_us| if us(ns) <= limit_us { "PASS" } else { "over" };
+        println(&format_args!(
+            "| {what} | {count} | {:.1} | {:.1} | {:.1} | {:.1} | {:.0} | {} {} |",
+            us(p50),
+            us(p90),
+            us(p99),
+            us(p99_9),
+            us(max),
+            verdict(p50, 25.0),
+            verdict(p99_9, 250.0)
+        ));
+    }
+    bars(there_and_back);
+}
+
+/// How many times fell into each doubling, those at the gripper.
+fn bars(times: &Histogram<u64>) {
+    let bounds = (0..21).map(|doubling| 1000_u64 << doubling);
+    let mut below = 0;
+    for bound in bounds {
+        let count = times.count_between(below, bound - 1);
+        if count > 0 {
+            let bar = (count * BAR).div_ceil(times.len());
+            let bar = "#".repeat(usize::try_from(bar).unwrap_or(0));
+            println(&format_args!("{:>8.0} us {count:>8} {bar}", us(bound)));
+        }
+        below = bound;
+    }
+}
+
+/// The processor's name and how busy the machine is.
+fn machine() -> String {
+    let text = |file| fs::read_to_string(file).unwrap_or_default();
+    let (processors, load) = (text("/proc/cpuinfo"), text("/proc/loadavg"));
+    let name =
+        processors.lines().find_map(|line| line.strip_prefix("model name")?.split_once(": "));
+    let name = name.map_or("unknown", |(_, name)| name);
+    format!("{name}, load {}", load.split_whitespace().take(3).collect::<Vec<_>>().join(" "))
+}

@@ -1,0 +1,216 @@
+//! The hot thread of gripd never calls the heap, from waiting for its first line to its end, whatever happens meanwhile.
+#![expect(clippy::unwrap_used, reason = "test code")]
+
+use core::sync::atomic::{AtomicBool, Ordering};
+use grip_daemon::{
+    ClientCommand, Item, LinkNote,
+    hot::Settings,
+    rings::{Sizes, rings},
+};
+use grip_host::{HostConfig, model};
+use grip_link::host::HostState;
+use grip_port::Line;
+use grip_sim::{VirtualMcu, mcu::SensorFault, scene};
+use rustix::event::{Timespec, poll};
+use slip_benches::daemon::{
+    gripper::Gripper,
+    rig::{Far, rig},
+};
+use std::{
+    os::{
+        fd::{AsFd, OwnedFd},
+        unix::net::UnixStream,
+    },
+    thread,
+    time::Instant,
+};
+
+/// Looks of 2 ms until something must have happened, however busy the machine: a minute.
+const PATIENCE: u32 = 30_000;
+
+/// Allocations and frees of this thread while `work` runs.
+fn heap_calls(work: impl FnOnce()) -> u64 {
+    let seen = allocation_counter::measure(work);
+    seen.count_total + seen.count_current.unsigned_abs()
+}
+
+#[expect(clippy::disallowed_methods, reason = "a test in real time")]
+fn clock() -> impl Fn() -> u64 + Sync {
+    let start = Instant::now();
+    move || u64::try_from(start.elapsed().as_nanos()).unwrap()
+}
+
+fn pause() {
+    let _ended = poll(&mut [], Some(&Timespec { tv_sec: 0, tv_nsec: 2_000_000 }));
+}
+
+/// What the other threads have been told.
+#[derive(Debug, Default)]
+struct Told {
+    samples: u64,
+    states: u64,
+    events: u64,
+    slips: u64,
+    commands: u64,
+    began: u64,
+    obeyed: u64,
+    lost_lines: u64,
+    identified: u64,
+    rebooted: bool,
+    degraded: bool,
+    recorded: u64,
+}
+
+impl Told {
+    fn take(&mut self, item: &Item<'_>) {
+        match item {
+            Item::Sample { .. } => self.samples += 1,
+            Item::State { state, .. } => {
+                self.states += 1;
+                self.slips += u64::from(state.statistic > 1.0);
+            }
+            Item::Event { .. } => self.events += 1,
+            Item::Command { .. } => self.commands += 1,
+            Item::Began { .. } => self.began += 1,
+            Item::Client { .. } => self.obeyed += 1,
+            Item::Link { note, .. } => match note {
+                LinkNote::PortLost => self.lost_lines += 1,
+                LinkNote::Identified { rebooted, .. } => {
+                    self.identified += 1;
+                    self.rebooted |= rebooted;
+                }
+                LinkNote::State(HostState::Degraded) => self.degraded = true,
+                _ => {}
+            },
+            Item::Wire { .. } => {}
+        }
+    }
+}
+
+/// The threads around the hot one.
+struct World {
+    far: Far,
+    told: Told,
+    gripper: Gripper,
+}
+
+impl World {
+    /// Plugs the gripper in until `enough`, then unplugs it.
+    fn until(&mut self, clock: &(dyn Fn() -> u64 + Sync), enough: impl Fn(&Told, &Far) -> bool) {
+        let (near, device) = UnixStream::pair().unwrap();
+        device.set_nonblocking(true).unwrap();
+        self.far.lines.push(Line::from_fd(OwnedFd::from(near)).unwrap()).unwrap();
+        let Self { far, told, gripper } = self;
+        let unplug = AtomicBool::new(false);
+        thread::scope(|threads| {
+            threads.spawn(|| gripper.live(device.as_fd(), &unplug, clock, &mut |_| {}).unwrap());
+            let looks = (0..PATIENCE).find(|_| {
+                pause();
+                look(far, told);
+                enough(told, far)
+            });
+            unplug.store(true, Ordering::Relaxed);
+            assert!(looks.is_some(), "{told:?}");
+        });
+        let lost_before = self.told.lost_lines;
+        drop(device);
+        let noticed = (0..PATIENCE).find(|_| {
+            pause();
+            look(&mut self.far, &mut self.told);
+            self.told.lost_lines > lost_before
+        });
+        assert!(noticed.is_some(), "{:?}", self.told);
+        assert!(self.far.lost.pop().is_ok(), "the line comes back");
+    }
+}
+
+fn look(far: &mut Far, told: &mut Told) {
+    far.service.drain(&mut |item| told.take(&item));
+    let recorded = &mut told.recorded;
+    far.recorder.drain(&mut |item| *recorded += u64::from(matches!(item, Item::Sample { .. })));
+    while far.pulses.pop().is_ok() {}
+}
+
+#[test]
+fn a_whole_life_of_the_hot_thread_calls_no_heap() {
+    let clock = clock();
+    let (mut hot, far) = rig(HostConfig::default(), &clock).unwrap();
+    let shared = far.shared.clone();
+    shared.wants_samples.store(true, Ordering::Relaxed);
+    let gripper = Gripper::new(VirtualMcu::new(&scene::load("default").unwrap(), 1).unwrap());
+    let mut world = World { far, told: Told::default(), gripper };
+    let heap = thread::scope(|threads| {
+        let stop = shared.clone();
+        let running = threads.spawn(|| heap_calls(|| hot.run().unwrap()));
+        // Ended also where an assertion below fails: the scope would wait for ever.
+        let ends = scopeguard(move || stop.stop.store(true, Ordering::Relaxed));
+        live(&mut world, &clock);
+        drop(ends);
+        running.join().unwrap()
+    });
+    assert_eq!(heap, 0, "{:?}", world.told);
+    let Told { samples, recorded, .. } = world.told;
+    let counted = hot.counters().samples;
+    let dropped = hot.counters().service_dropped + hot.counters().recorder_dropped;
+    assert!(samples <= recorded && recorded <= counted, "{:?} of {counted}", world.told);
+    assert!(dropped > 0 || recorded == counted, "{:?} of {counted}", world.told);
+}
+
+/// Connect, learn, grip, slip, a client, other settings, unplugged and plugged in again, a restart, a broken stylus.
+fn live(world: &mut World, clock: &(dyn Fn() -> u64 + Sync)) {
+    world.until(clock, |told, _| told.slips > 0 && told.events > 0 && told.commands > 100);
+    let begun = world.told.began;
+    let estimator = model::default_estimator().unwrap();
+    let mut config = HostConfig::default();
+    config.grip.trial_force_n += 0.5;
+    let settings = Settings { config, estimator, refused: None };
+    world.far.settings.push(Box::new(settings)).unwrap();
+    for command in [ClientCommand::AtLeast(6.0), ClientCommand::Release, ClientCommand::Grasp] {
+        world.far.commands.push(command).unwrap();
+    }
+    let before = world.told.samples;
+    world.until(clock, |told, far| {
+        told.obeyed == 3 && told.samples > before + 5000 && !far.replaced.is_empty()
+    });
+    assert!(world.told.began > begun, "{:?}", world.told);
+    let replaced = world.far.replaced.pop().unwrap();
+    assert!(replaced.refused.is_none(), "{:?}", replaced.refused);
+    world.gripper.mcu.reset();
+    world.gripper.mcu.break_stylus(Some(SensorFault::Frozen));
+    let before = world.told.events;
+    world.until(clock, |told, _| told.rebooted && told.events > before);
+    world.far.commands.push(ClientCommand::Stop).unwrap();
+    world.until(clock, |told, _| told.obeyed == 4 && told.identified >= 4);
+}
+
+/// Calls `end` when it is dropped.
+fn scopeguard(end: impl Fn()) -> impl Drop {
+    struct Guard<F: Fn()>(F);
+    impl<F: Fn()> Drop for Guard<F> {
+        fn drop(&mut self) {
+            (self.0)();
+        }
+    }
+    Guard(end)
+}
+
+#[test]
+fn full_rings_count_and_neither_wait_nor_allocate() {
+    let (mut outbox, mut inbox) = rings(Sizes { samples: 4, frames: 4, wire: 64 });
+    let sample = slip_core::Sample::stylus(slip_core::units::Micros(7), 1e-6);
+    let (mut told, mut bytes) = (0, 0);
+    let heap = heap_calls(|| {
+        for index in 0..1000 {
+            outbox.put(&Item::Sample { host_us: 1, index, sample: &sample, taxels: &[] });
+            outbox.put(&Item::Wire { host_us: 1, to_device: false, bytes: &[1; 40] });
+        }
+        inbox.drain(&mut |item| match item {
+            Item::Sample { .. } => told += 1,
+            Item::Wire { bytes: these, .. } => bytes += these.len(),
+            _ => {}
+        });
+    });
+    let dropped = inbox.drops().now();
+    assert_eq!((heap, told, bytes), (0, 4, 40));
+    assert_eq!((dropped.samples, dropped.wire, dropped.states, dropped.others), (996, 999, 0, 0));
+}

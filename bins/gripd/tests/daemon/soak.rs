@@ -1,0 +1,48 @@
+//! Some seconds of the soak that benches runs for half an hour: full rate, two clients that want everything, a recording.
+
+use slip_benches::daemon::soak::{Soak, run};
+use std::{fs, time::Instant};
+
+#[expect(clippy::disallowed_methods, reason = "a test in real time")]
+fn clock() -> impl Fn() -> u64 + Sync {
+    let start = Instant::now();
+    move || u64::try_from(start.elapsed().as_nanos()).unwrap()
+}
+
+#[test]
+fn every_sample_of_a_short_soak_is_accounted_for() {
+    let folder = tempfile::tempdir().unwrap();
+    let soak = Soak {
+        gripd: env!("CARGO_BIN_EXE_gripd").into(),
+        folder: folder.path().into(),
+        rate_hz: 20_000,
+        seconds: 2.0,
+        look_s: 1.0,
+    };
+    let mut looks = 0;
+    let report = run(&soak, &clock(), &mut |_| looks += 1).unwrap();
+    assert_eq!((report.unaccounted(), report.restarts), (0, 0), "{report:?}");
+    assert!(report.samples > 20_000 && report.untold == 0, "{report:?}");
+    // What a client is too slow for is dropped for it, never repeated.
+    assert!(report.clients.iter().all(|rows| (1..=report.samples).contains(rows)), "{report:?}");
+    assert!(looks >= 2 && report.looks.iter().all(|look| look.resident_kb > 1000), "{report:?}");
+    let names: Vec<_> = report.threads_percent.iter().map(|(name, _)| name.as_str()).collect();
+    assert_eq!(names, ["gripd", "hot", "port", "recorder"]);
+    assert!(report.recorded_bytes > 20 * report.samples, "{report:?}");
+    let recorded = fs::metadata(folder.path().join("run.mcap")).unwrap();
+    assert_eq!(recorded.len(), report.recorded_bytes);
+}
+
+#[test]
+fn a_program_that_is_no_daemon_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let soak = Soak {
+        gripd: "/bin/false".into(),
+        folder: folder.path().into(),
+        rate_hz: 1000,
+        seconds: 0.1,
+        look_s: 0.1,
+    };
+    let error = run(&soak, &clock(), &mut |_| {}).unwrap_err().to_string();
+    assert!(error.contains("gripd") && error.contains("no summary"), "{error}");
+}
