@@ -103,6 +103,7 @@ fn same(a: &Sample, b: &Sample) -> bool {
 }
 
 #[test]
+#[expect(clippy::too_many_lines, reason = "one record of each kind, written out")]
 fn every_kind_of_record_comes_back() {
     let state = StateRecord {
         t: Micros(5),
