@@ -1,5 +1,5 @@
 //! The recorder on simulated grasps: replays give the identical events, whatever happens to the files.
-#![expect(clippy::unwrap_used, clippy::panic, reason = "test code")]
+#![expect(clippy::unwrap_used, reason = "test code")]
 
 use grip_daemon::{
     Item, LinkNote,
@@ -20,7 +20,7 @@ use std::{
 };
 
 enum Kept {
-    Began(Beginning),
+    Began(Box<Beginning>),
     Sample(u32, Sample),
     Event(EventLine),
 }
@@ -29,7 +29,7 @@ fn grasp(scene: &str, seed: u64) -> Vec<(u64, Kept)> {
     let scene = grip_sim::scene::load(scene).unwrap().reseeded(seed).unwrap();
     let (mut items, mut now_us) = (Vec::new(), 0);
     let mut tell = |news: News<'_>| match news {
-        News::Began(beginning) => items.push((now_us, Kept::Began(*beginning))),
+        News::Began(beginning) => items.push((now_us, Kept::Began(Box::new(*beginning)))),
         News::Step { index, sample, .. } => {
             now_us = sample.t.0;
             items.push((now_us, Kept::Sample(index, *sample)));
