@@ -24,7 +24,7 @@ use slip_benches::daemon::{
     rig::{Far, rig},
 };
 use std::{
-    error::Error,
+
     fs, io,
     os::{
         fd::{AsFd as _, BorrowedFd, OwnedFd},

@@ -149,6 +149,7 @@ fn system(what: &'static str) -> impl Fn(io::Error) -> SoakError {
     move |source| SoakError::System { what, source }
 }
 
+#[expect(clippy::needless_pass_by_value, reason = "what map_err hands over")]
 fn gripper(error: impl ToString) -> SoakError {
     SoakError::Gripper(error.to_string())
 }

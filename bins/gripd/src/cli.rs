@@ -12,7 +12,6 @@ use std::path::PathBuf;
 #[derive(Clone, Debug, Parser)]
 #[expect(clippy::struct_excessive_bools, reason = "flags of a command line")]
 #[command(name = "gripd", version)]
-#[expect(clippy::struct_excessive_bools, reason = "flags of a command line, each by itself")]
 pub(crate) struct Cli {
     /// The gripper: a serial device such as /dev/ttyACM0, `auto` for the only USB serial port, or `sim` with an
     /// optional `:SCENE` (a built-in scene or a .toml file).

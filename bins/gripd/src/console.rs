@@ -21,7 +21,6 @@ const LIVE_EVERY_US: u64 = 50_000;
 
 /// Prints.
 #[derive(Debug)]
-#[expect(clippy::struct_excessive_bools, reason = "facts that do not depend on each other")]
 pub(crate) struct Console {
     log: Log,
     clock: Clock,
@@ -60,18 +59,19 @@ impl Console {
     }
 
     /// Prints what is worth it.
-    pub(crate) fn take(&mut self, item: &Item<'_>) -> io::Result<()> {
+    pub(crate) fn take(&mut self, item: &Item<'_>) {
         match item {
             Item::Event { line, .. } => self.event(line),
             Item::State { host_us, state } => self.show(*host_us, state),
-            Item::Link { note, .. } => match self.sentence(note) {
-                Some((level, text)) => self.say(level, &text),
-                None => Ok(()),
-            },
-            Item::Client { command, .. } => {
-                self.say(LogLevel::Info, &format!("a client asked: {}", command_words(*command)))
+            Item::Link { note, .. } => {
+                if let Some((level, text)) = self.sentence(note) {
+                    self.say(level, &text);
+                }
             }
-            _ => Ok(()),
+            Item::Client { command, .. } => {
+                self.say(LogLevel::Info, &format!("a client asked: {}", command_words(*command)));
+            }
+            _ => {}
         }
     }
 
@@ -80,27 +80,29 @@ impl Console {
         self.log.set_level(level);
     }
 
-    fn event(&mut self, line: &EventLine) -> io::Result<()> {
-        self.clear_status()?;
+    fn event(&mut self, line: &EventLine) {
+        self.clear_status();
         match write_event(line, self.json) {
             // Nobody reads any more: the object is held and recorded all the same.
-            Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
-            written => written,
+            Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
+                self.say(LogLevel::Error, &format!("events cannot be printed: {error}"));
+            }
+            _ => {}
         }
     }
 
     /// A sentence on standard error.
-    pub(crate) fn say(&mut self, level: LogLevel, text: &str) -> io::Result<()> {
-        self.clear_status()?;
+    pub(crate) fn say(&mut self, level: LogLevel, text: &str) {
+        self.clear_status();
         let now = self.now();
         let entry = Entry { level, text, fields: &[] };
-        self.log.tell(now, &entry, &mut io::stderr().lock())
+        unheard(self.log.tell(now, &entry, &mut io::stderr().lock()));
     }
 
     /// Tells how often sentences came that were not repeated.
-    pub(crate) fn tick(&mut self) -> io::Result<()> {
+    pub(crate) fn tick(&mut self) {
         let now = self.now();
-        self.log.tick(now, &mut io::stderr().lock())
+        unheard(self.log.tick(now, &mut io::stderr().lock()));
     }
 
     fn now(&self) -> Clocks {
@@ -108,21 +110,21 @@ impl Console {
     }
 
     /// What the search for the port told.
-    pub(crate) fn port(&mut self, news: &PortNews) -> io::Result<()> {
+    pub(crate) fn port(&mut self, news: &PortNews) {
         match news {
             PortNews::Waiting(reason) => {
-                self.say(LogLevel::Warn, &format!("{reason}; waiting for it"))
+                self.say(LogLevel::Warn, &format!("{reason}; waiting for it"));
             }
             PortNews::Opened { device, latency_timer_ms } => {
                 if let Some(ms @ 2..) = latency_timer_ms {
                     let text = format!(
                         "the USB adapter gathers bytes for {ms} ms before it hands them over; `gripctl doctor` says how to change that"
                     );
-                    self.say(LogLevel::Warn, &text)?;
+                    self.say(LogLevel::Warn, &text);
                 }
-                device.as_ref().map_or(Ok(()), |device| {
-                    self.say(LogLevel::Info, &format!("port open: {device}"))
-                })
+                if let Some(device) = device {
+                    self.say(LogLevel::Info, &format!("port open: {device}"));
+                }
             }
             PortNews::Other => self.say(
                 LogLevel::Warn,
@@ -183,9 +185,9 @@ impl Console {
     }
 
     /// One line that is written over by the next.
-    fn show(&mut self, host_us: u64, state: &State) -> io::Result<()> {
+    fn show(&mut self, host_us: u64, state: &State) {
         if !self.live || host_us < self.live_us {
-            return Ok(());
+            return;
         }
         self.live_us = host_us + LIVE_EVERY_US;
         let esc = state.esc.map_or_else(
@@ -196,7 +198,7 @@ impl Console {
             state.estimate.map_or_else(|| "-".to_owned(), |e| format!("{:.2}", e.force_n));
         let command = state.command.map_or_else(|| "-".to_owned(), |c| format!("{:.2}", c.0));
         let mut err = io::stderr().lock();
-        write!(
+        let shown = write!(
             err,
             "\r\x1b[K{:8} {:6.2} s  {} Hz  slip {:7.2}  E_sc {esc} W  estimate {estimate} N  command {command} N  stylus {}  lost {}",
             state.scene.name(),
@@ -205,22 +207,23 @@ impl Console {
             state.statistic,
             state.health.name(),
             state.lost,
-        )?;
+        );
         self.status_shown = true;
-        err.flush()
+        unheard(shown.and_then(|()| err.flush()));
     }
 
     /// Takes the live line away.
-    pub(crate) fn clear_status(&mut self) -> io::Result<()> {
+    pub(crate) fn clear_status(&mut self) {
         if self.status_shown {
             self.status_shown = false;
             let mut err = io::stderr().lock();
-            write!(err, "\r\x1b[K")?;
-            err.flush()?;
+            unheard(write!(err, "\r\x1b[K").and_then(|()| err.flush()));
         }
-        Ok(())
     }
 }
+
+/// A standard error that is closed or full is no reason to let go of the object, and there is nobody left to tell.
+fn unheard(_: io::Result<()>) {}
 
 fn write_event(line: &EventLine, json: bool) -> io::Result<()> {
     let mut out = io::stdout().lock();

@@ -100,7 +100,7 @@ pub(crate) fn run(cli: &Cli, settings: Settings) -> anyhow::Result<Exit> {
         servers,
     )?;
     if let Some(complaint) = complaint {
-        service.say(LogLevel::Warn, &complaint)?;
+        service.say(LogLevel::Warn, &complaint);
     }
     let ends = Ends {
         lines: line_out,
@@ -119,9 +119,9 @@ pub(crate) fn run(cli: &Cli, settings: Settings) -> anyhow::Result<Exit> {
     let supply = Supply::new(source, options.patient, lines);
     let port = named("port").spawn(move || supply.run())?;
     let (hot, granted) = start_hot(hot, wanted, shared)?;
-    service.granted(&granted)?;
-    let served = service.run();
-    finish(cli, (hot, port), recording, service, served)
+    service.granted(&granted);
+    service.run();
+    finish(cli, (hot, port), recording, service)
 }
 
 /// What the threads share; Ctrl-C and the service manager stop all of them.
@@ -230,7 +230,6 @@ fn finish(
     (hot, port): (HotThread, PortThread),
     recording: Option<Recording>,
     mut service: Service,
-    served: anyhow::Result<()>,
 ) -> anyhow::Result<Exit> {
     let mut fallen = |thread: &str| {
         service.mourn(thread);
@@ -244,7 +243,6 @@ fn finish(
     let closed = service.close();
     let source = source?;
     let (counters, lost, command_n) = hot?;
-    served?;
     let recorded = recorded.transpose()?;
     let ended = Ended { counters, lost, command_n, service: closed, recorded };
     let summary = Summary::new(&ended, source.close()?);

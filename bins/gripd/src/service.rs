@@ -8,6 +8,7 @@ use crate::{
     recording::{Recorded, Told},
     settings::Settings,
 };
+use anyhow::anyhow;
 use core::{
     sync::atomic::{AtomicBool, Ordering},
     time::Duration,
@@ -27,8 +28,10 @@ use grip_daemon::{
     supply::PortNews,
 };
 use grip_host::exit::message;
+use grip_record::mcap::Attached;
 use rtrb::{Consumer, Producer};
 use std::{
+    collections::VecDeque,
     sync::{Arc, mpsc::Receiver},
     thread,
 };
@@ -69,6 +72,14 @@ pub(crate) struct Servers {
     pub(crate) http: Option<HttpServer>,
 }
 
+/// Settings that were sent and not yet answered.
+#[derive(Debug)]
+struct Pending {
+    settings: Box<Settings>,
+    /// What they change, for people.
+    changes: String,
+}
+
 /// The service thread.
 #[derive(Debug)]
 pub(crate) struct Service {
@@ -86,7 +97,7 @@ pub(crate) struct Service {
     /// It was told that dumps have no folder.
     no_folder: bool,
     /// What a reload asked for that is on its way to the hot thread.
-    pending: Vec<String>,
+    pending: VecDeque<Pending>,
     /// Commands of clients that found no room.
     commands_lost: u64,
 }
@@ -116,20 +127,20 @@ impl Service {
             reload,
             figures_us: 0,
             no_folder: false,
-            pending: Vec::new(),
+            pending: VecDeque::new(),
             commands_lost: 0,
         })
     }
 
     /// Says a sentence before anything runs.
-    pub(crate) fn say(&mut self, level: LogLevel, text: &str) -> anyhow::Result<()> {
-        Ok(self.console.say(level, text)?)
+    pub(crate) fn say(&mut self, level: LogLevel, text: &str) {
+        self.console.say(level, text);
     }
 
     /// What the hot thread was granted, as soon as it has asked.
-    pub(crate) fn granted(&mut self, granted: &Receiver<Granted>) -> anyhow::Result<()> {
+    pub(crate) fn granted(&mut self, granted: &Receiver<Granted>) {
         // The thread ended before it could ask: what it says at its end is told instead.
-        let Ok(granted) = granted.recv() else { return Ok(()) };
+        let Ok(granted) = granted.recv() else { return };
         for attempt in granted.attempts() {
             let refused = match attempt.outcome {
                 Outcome::NotAsked => continue,
@@ -137,28 +148,27 @@ impl Service {
                 Outcome::Refused(error) => Some(error.to_string()),
             };
             let level = if refused.is_some() { LogLevel::Warn } else { LogLevel::Info };
-            self.console.say(level, &format!("real time: {attempt}"))?;
+            self.console.say(level, &format!("real time: {attempt}"));
             let what = attempt.measure.name().to_owned();
             self.board.about.grants.push(Grant { what, refused });
         }
         if let Some(clients) = &mut self.servers.clients {
             clients.set_about(figures::about(&self.settings, self.clock.run_id(), &granted));
         }
-        Ok(())
     }
 
     /// Runs until the hot thread has let go of its rings and they are empty.
-    pub(crate) fn run(&mut self) -> anyhow::Result<()> {
+    pub(crate) fn run(&mut self) {
         self.notify.ready();
         loop {
             let last = self.ends.inbox.is_finished();
-            self.turn()?;
+            self.turn();
             if last {
                 break;
             }
         }
         self.notify.stopping();
-        Ok(self.console.clear_status()?)
+        self.console.clear_status();
     }
 
     /// Says goodbye to clients; what the hot thread told and did not fit.
@@ -171,39 +181,44 @@ impl Service {
 
     /// A thread ended with a panic: what it did last is written down.
     pub(crate) fn mourn(&mut self, thread: &str) {
-        // The panic itself is what the program fails with, whatever becomes of the dump.
-        let _written = self.dump(&Cause::Panic(format!("the {thread} thread")));
+        self.dump(&Cause::Panic(format!("the {thread} thread")));
     }
 
     /// One look at everything.
-    fn turn(&mut self) -> anyhow::Result<()> {
-        self.wait()?;
-        self.drain()?;
+    fn turn(&mut self) {
+        self.wait();
+        self.drain();
         while let Ok(counters) = self.ends.pulses.pop() {
             self.board.count(&counters);
             self.notify.alive(counters.turns, self.clock.now_us());
         }
         while let Ok(news) = self.ends.ports.try_recv() {
-            self.console.port(&news)?;
+            self.console.port(&news);
         }
-        self.hear_recorder()?;
+        self.hear_recorder();
         self.pass_commands();
-        self.hear_settings()?;
+        self.hear_settings();
         let now_us = self.clock.now_us();
         if now_us >= self.figures_us {
             self.figures_us = now_us + FIGURES_EVERY_US;
             self.tell_figures();
         }
-        Ok(self.console.tick()?)
+        self.console.tick();
     }
 
     /// Waits for sockets and time, and serves the sockets.
-    fn wait(&mut self) -> anyhow::Result<()> {
+    fn wait(&mut self) {
         let now_us = self.clock.now_us();
         let connected = self.servers.clients.as_ref().is_some_and(|clients| clients.count() > 0);
         let pause = if connected { PAUSE } else { LONG_PAUSE };
         match &mut self.servers.clients {
-            Some(clients) => clients.poll(now_us, pause)?,
+            Some(clients) => {
+                if let Err(error) = clients.poll(now_us, pause) {
+                    self.console
+                        .say(LogLevel::Error, &format!("clients cannot be served: {error}"));
+                    sleep(pause);
+                }
+            }
             None => sleep(pause),
         }
         if let Some(http) = &mut self.servers.http {
@@ -212,28 +227,26 @@ impl Service {
         }
         let wants = self.servers.clients.as_ref().is_some_and(|clients| clients.wants_samples());
         self.ends.shared.wants_samples.store(wants, Ordering::Relaxed);
-        Ok(())
     }
 
-    fn drain(&mut self) -> anyhow::Result<()> {
+    fn drain(&mut self) {
         let Self { ends, console, board, servers, flight, .. } = self;
-        let (mut printed, mut cause) = (Ok(()), None);
+        let mut cause = None;
         ends.inbox.drain(&mut |item| {
             board.take(&item);
             if let Some(clients) = &mut servers.clients {
                 clients.take(&item);
             }
             cause = flight.take(&item).or_else(|| cause.take());
-            if printed.is_ok() {
-                printed = console.take(&item);
-            }
+            console.take(&item);
         });
-        printed?;
-        cause.map_or(Ok(()), |cause| self.dump(&cause))
+        if let Some(cause) = cause {
+            self.dump(&cause);
+        }
     }
 
     /// Writes the last frames and the state down.
-    pub(crate) fn dump(&mut self, cause: &Cause) -> anyhow::Result<()> {
+    fn dump(&mut self, cause: &Cause) {
         let now = Clocks { host_us: self.clock.now_us(), wall_us: self.clock.wall_ns() / 1000 };
         let (level, text) = match self.flight.write(cause, &self.board, now) {
             Ok(Dumped::File(file)) => (
@@ -244,14 +257,14 @@ impl Service {
                 let text = "the last frames and the state are not written down: no dump_dir";
                 (LogLevel::Info, text.to_owned())
             }
-            Ok(Dumped::NoFolder | Dumped::TooMany) => return Ok(()),
+            Ok(Dumped::NoFolder | Dumped::TooMany) => return,
             Err(error) => (LogLevel::Warn, message(&error)),
         };
-        Ok(self.console.say(level, &text)?)
+        self.console.say(level, &text);
     }
 
-    fn hear_recorder(&mut self) -> anyhow::Result<()> {
-        let Some(recorded) = &self.ends.recorded else { return Ok(()) };
+    fn hear_recorder(&mut self) {
+        let Some(recorded) = &self.ends.recorded else { return };
         while let Ok(told) = recorded.told.try_recv() {
             let state = &mut self.board.recording;
             match told {
@@ -259,22 +272,22 @@ impl Service {
                     let text = format!("recording to {}", file.display());
                     state.file = Some(file);
                     state.failure = None;
-                    self.console.say(LogLevel::Info, &text)?;
+                    self.console.say(LogLevel::Info, &text);
                 }
                 Told::Stopped(reason) => {
                     state.file = None;
                     state.failure = Some(reason.clone());
                     let text = format!("{reason}; the object is held without a recording");
-                    self.console.say(LogLevel::Error, &text)?;
+                    self.console.say(LogLevel::Error, &text);
                 }
                 Told::Deleted(file) => {
                     let text =
                         format!("deleted {}: newer recordings need the room", file.display());
-                    self.console.say(LogLevel::Info, &text)?;
+                    self.console.say(LogLevel::Info, &text);
                 }
                 Told::Kept(file, reason) => {
                     let text = format!("cannot delete {}: {reason}", file.display());
-                    self.console.say(LogLevel::Warn, &text)?;
+                    self.console.say(LogLevel::Warn, &text);
                 }
                 Told::Counters(counters) => {
                     state.files = u64::from(counters.files);
@@ -283,7 +296,6 @@ impl Service {
                 }
             }
         }
-        Ok(())
     }
 
     /// Hands the commands of clients on.
@@ -296,60 +308,69 @@ impl Service {
     }
 
     /// Reads the settings again where that was asked for, and hears what became of those that were sent.
-    fn hear_settings(&mut self) -> anyhow::Result<()> {
+    fn hear_settings(&mut self) {
         while let Ok(replaced) = self.ends.replaced.pop() {
-            let reloads = &mut self.board.about.reloads;
+            let Some(Pending { settings, changes }) = self.pending.pop_front() else { continue };
             let (level, text) = if let Some(error) = &replaced.refused {
-                reloads.1 += 1;
-                self.pending.clear();
+                self.board.about.reloads.1 += 1;
+                self.attach(&self.settings.attachments());
                 (LogLevel::Error, format!("the settings in force stay: {}", message(error)))
             } else {
-                reloads.0 += 1;
-                let changes = core::mem::take(&mut self.pending).join(", ");
+                self.board.about.reloads.0 += 1;
+                self.board.about.config_files = settings.about().config_files;
+                self.console.set_level(settings.config.log_level);
+                self.settings = *settings;
                 (LogLevel::Info, format!("the new settings are in force: {changes}"))
             };
-            self.console.say(level, &text)?;
+            self.console.say(level, &text);
         }
         if self.reload.swap(false, Ordering::Relaxed) {
             self.notify.reloading();
-            self.reload()?;
+            if let Err(error) = self.reload() {
+                self.board.about.reloads.1 += 1;
+                let text = format!("the settings in force stay: {}", message(error.as_ref()));
+                self.console.say(LogLevel::Error, &text);
+            }
             self.notify.ready();
         }
+    }
+
+    /// Reads the settings again and sends them to the hot thread. On an error nothing has changed.
+    fn reload(&mut self) -> anyhow::Result<()> {
+        let reload = self.settings.reload()?;
+        if reload.changes.is_empty() {
+            self.console.say(LogLevel::Info, "nothing has changed in the settings");
+            return Ok(());
+        }
+        let files = reload.settings.attachments()?;
+        let live = reload.changes.iter().filter(|change| change.needs_restart().is_none());
+        let changes: Vec<String> = live.map(ToString::to_string).collect();
+        for key in &reload.restart {
+            let text = format!("{key} has changed; it is taken over at the next start");
+            self.console.say(LogLevel::Warn, &text);
+        }
+        let config = reload.settings.config.clone();
+        let settings = hot::Settings { config, estimator: reload.estimator, refused: None };
+        if self.ends.settings.is_full() {
+            return Err(anyhow!("earlier settings still wait to be taken over; try again"));
+        }
+        // First to the recorder: the pipeline that begins with them comes after.
+        self.attach(&Ok(files));
+        // There is room: nobody else sends settings.
+        let _sent = self.ends.settings.push(Box::new(settings));
+        let (settings, changes) = (Box::new(reload.settings), changes.join(", "));
+        self.pending.push_back(Pending { settings, changes });
         Ok(())
     }
 
-    fn reload(&mut self) -> anyhow::Result<()> {
-        let reload = match self.settings.reload() {
-            Ok(reload) => reload,
-            Err(error) => {
-                self.board.about.reloads.1 += 1;
-                let text = format!("the settings in force stay: {}", message(error.as_ref()));
-                return Ok(self.console.say(LogLevel::Error, &text)?);
-            }
-        };
-        if reload.changes.is_empty() {
-            return Ok(self.console.say(LogLevel::Info, "nothing has changed in the settings")?);
-        }
-        let live = reload.changes.iter().filter(|change| change.needs_restart().is_none());
-        self.pending.extend(live.map(ToString::to_string));
-        for key in &reload.restart {
-            let text = format!("{key} has changed; it is taken over at the next start");
-            self.console.say(LogLevel::Warn, &text)?;
-        }
-        if let Some(recorded) = &self.ends.recorded {
-            for file in reload.settings.attachments()? {
-                // A recorder that has ended is told of elsewhere.
-                let _sent = recorded.attach.send(file);
+    /// Configuration, model and calibration for the recording. A recorder that has ended is told of elsewhere, and what cannot be read
+    /// any more was read before.
+    fn attach(&self, files: &anyhow::Result<Vec<Attached>>) {
+        if let (Some(recorded), Ok(files)) = (&self.ends.recorded, files) {
+            for file in files {
+                let _sent = recorded.attach.send(file.clone());
             }
         }
-        let config = reload.settings.config.clone();
-        self.console.set_level(config.log_level);
-        let settings = hot::Settings { config, estimator: reload.estimator, refused: None };
-        self.settings = reload.settings;
-        if self.ends.settings.push(Box::new(settings)).is_err() {
-            self.console.say(LogLevel::Warn, "settings still wait to be taken over; try again")?;
-        }
-        Ok(())
     }
 
     /// Figures of the last second.
