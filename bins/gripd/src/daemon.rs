@@ -64,13 +64,7 @@ pub(crate) struct Ended {
 pub(crate) fn run(cli: &Cli, settings: Settings) -> anyhow::Result<Exit> {
     let clock = Clock::start();
     let shared = Arc::new(Shared::default());
-    for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
-        signal_hook::flag::register(signal, Arc::clone(&shared.stop))
-            .context("cannot take over Ctrl-C")?;
-    }
-    // A limit on the size of files is a full disk to the recording, and must not end the grip: the write then fails.
-    signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Arc::default())
-        .context("cannot take over the signal of large files")?;
+    take_signals(&shared)?;
     let options =
         HotOptions { end_us: end_us(cli.duration), patient: cli.wait || Notify::is_asked_for() };
     let session = session(cli, &settings)?;
@@ -133,6 +127,18 @@ pub(crate) fn run(cli: &Cli, settings: Settings) -> anyhow::Result<Exit> {
     service.granted(&granted_out)?;
     let served = service.run();
     finish(cli, (hot, port), recording, service, served)
+}
+
+/// Ctrl-C and SIGTERM end the loop.
+fn take_signals(shared: &Shared) -> anyhow::Result<()> {
+    for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
+        signal_hook::flag::register(signal, Arc::clone(&shared.stop))
+            .context("cannot take over Ctrl-C")?;
+    }
+    // A limit on the size of files is a full disk to the recording, and must not end the grip: the write then fails.
+    signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Arc::default())
+        .context("cannot take over the signal of large files")?;
+    Ok(())
 }
 
 fn named(name: &str) -> thread::Builder {
