@@ -16,31 +16,31 @@ struct Cli {
     /// The daemon; without it the gripd beside this program
     #[arg(long, value_name = "FILE")]
     gripd: Option<PathBuf>,
-    /// Small counts: about half a minute
+    /// Small counts: half a minute instead of eight
     #[arg(long)]
     quick: bool,
     /// Only the kinds whose name contains this; may be given again
     #[arg(long, value_name = "NAME")]
     only: Vec<String>,
-    /// kill -9 at random moments [200]
+    /// kill -9 at random moments; 200 unless --quick
     #[arg(long, value_name = "N")]
     kills: Option<u64>,
-    /// The port goes and comes back [100]
+    /// The port goes and comes back; 100 unless --quick
     #[arg(long, value_name = "N")]
     unplugs: Option<u64>,
-    /// Connections of clients that come and go [1000]
+    /// Connections of clients that come and go; 1000 unless --quick
     #[arg(long, value_name = "N")]
     connects: Option<u64>,
-    /// Restarts of the gripper [20]
+    /// Restarts of the gripper; 20 unless --quick
     #[arg(long, value_name = "N")]
     reboots: Option<u64>,
-    /// Pauses of the daemon by SIGSTOP [20]
+    /// Pauses of the daemon by SIGSTOP; 20 unless --quick
     #[arg(long, value_name = "N")]
     pauses: Option<u64>,
-    /// SIGHUP with a broken file, and as many with a good one [20]
+    /// SIGHUP with a broken file, and as many with a good one; 20 unless --quick
     #[arg(long, value_name = "N")]
     reloads: Option<u64>,
-    /// Noise on the line [30]
+    /// Seconds of noise on the line; 30 unless --quick
     #[arg(long, value_name = "S")]
     noise_s: Option<u64>,
     /// Another seed kills and disturbs at other moments
