@@ -149,7 +149,8 @@ fn system(what: &'static str) -> impl Fn(io::Error) -> SoakError {
     move |source| SoakError::System { what, source }
 }
 
-fn gripper(error: impl ToString) -> SoakError {
+#[expect(clippy::needless_pass_by_value, reason = "for map_err")]
+fn gripper<E: ToString>(error: E) -> SoakError {
     SoakError::Gripper(error.to_string())
 }
 
