@@ -7,6 +7,7 @@
 
 use clap::{Parser, ValueEnum};
 use core::{
+    error::Error,
     fmt,
     sync::atomic::{AtomicBool, Ordering},
 };
@@ -24,7 +25,6 @@ use slip_benches::daemon::{
     rig::{Far, rig},
 };
 use std::{
-    error::Error,
     fs, io,
     os::{
         fd::{AsFd as _, BorrowedFd, OwnedFd},
