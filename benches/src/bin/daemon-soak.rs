@@ -3,9 +3,9 @@
 //! See [`slip_benches::daemon::soak`] for what runs and which counts must agree.
 
 use clap::Parser;
+use core::error::Error;
 use slip_benches::daemon::soak::{self, Look, Report, Soak};
 use std::{
-    error::Error,
     fs,
     path::{Path, PathBuf},
     process::ExitCode,

@@ -164,7 +164,6 @@ const PIPELINE: PipelineRecord<'_> = PipelineRecord {
 };
 
 #[test]
-#[expect(clippy::too_many_lines, reason = "one record of each kind, written out")]
 fn every_kind_of_record_comes_back() {
     let records = [
         Record::State(STATE),
