@@ -123,6 +123,8 @@ pub struct Session {
     /// The last measured normal force (N).
     applied_n: Option<f32>,
     cause_sample: u32,
+    /// Device time of the last sample (ticks).
+    newest_tick: u64,
     counters: SessionCounters,
     /// Rows lost before the link was opened last.
     lost_before: u64,
@@ -164,6 +166,7 @@ impl Session {
             latest: None,
             applied_n: None,
             cause_sample: 0,
+            newest_tick: 0,
             counters: SessionCounters::default(),
             lost_before: 0,
         })
@@ -212,14 +215,14 @@ impl Session {
     fn take(&mut self, now_us: u64, mut bytes: &[u8], tell: &mut dyn FnMut(News<'_>)) -> Due {
         let mut due = Due::default();
         let Self { link, pipeline, log, latest, applied_n, .. } = self;
-        let Self { counters, tick_hz, cause_sample, motion, .. } = self;
+        let Self { counters, tick_hz, cause_sample, newest_tick, motion, .. } = self;
         while let Some(event) = link.receive(now_us, &mut bytes) {
             match &event {
                 HostEvent::Samples { samples, .. } => {
                     let Some(pipeline) = pipeline else { continue };
                     let (tick_hz, motion) = (*tick_hz, *motion);
                     let mut path = Path { pipeline, log, latest, applied_n, tick_hz, motion };
-                    *cause_sample = path.batch(samples, counters, tell);
+                    (*cause_sample, *newest_tick) = path.batch(samples, counters, tell);
                     due.fresh = true;
                 }
                 HostEvent::Configured { .. } => due.configured = true,
@@ -328,6 +331,7 @@ impl Session {
         }
         let force_n = self.latest?.command?.0;
         let mode = if state == GripState::Released { GripMode::Open } else { GripMode::Force };
+        let force_n = if self.is_aged(now_us) { force_n.min(self.sent_n()?) } else { force_n };
         let command = GripCommand {
             mode,
             answers_slip: state == GripState::Slipping,
@@ -337,6 +341,20 @@ impl Session {
         let len = self.link.grip(now_us, &command, out)?;
         self.counters.commands += 1;
         Some(len)
+    }
+
+    /// Whether the last sample is older than a command lives, by the clocks of both sides: after a pause of this program, or on a line that
+    /// holds bytes back, what arrives now is the past. The force is not raised on it. Unknown clocks judge nothing.
+    fn is_aged(&self, now_us: u64) -> bool {
+        let life_us = 1000 * u64::from(self.config.link.ttl_ms);
+        let taken_us = self.link.clock().and_then(|clock| clock.host_us(self.newest_tick));
+        taken_us.is_some_and(|taken_us| now_us.saturating_sub(taken_us) > life_us)
+    }
+
+    /// The force that was sent last (N).
+    fn sent_n(&self) -> Option<f32> {
+        #[expect(clippy::cast_precision_loss, reason = "below 2^24 mN in any gripper")]
+        self.link.last_grip().map(|grip| grip.force_mn as f32 / 1000.0)
     }
 
     /// The link, for its state, identity, clock and counters.

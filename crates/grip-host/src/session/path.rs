@@ -17,14 +17,14 @@ pub(super) struct Path<'a> {
 }
 
 impl Path<'_> {
-    /// Handles a batch; gives the index of its last sample.
+    /// Handles a batch; gives index and device time (ticks) of its last sample.
     pub(super) fn batch(
         &mut self,
         samples: &Samples<'_>,
         counters: &mut SessionCounters,
         tell: &mut dyn FnMut(News<'_>),
-    ) -> u32 {
-        let mut last = 0;
+    ) -> (u32, u64) {
+        let mut last = (0, 0);
         for row in samples {
             let motion = self.motion.now(self.pipeline.grip_state());
             let sample = Sample { motion, ..sample_of(&row, self.tick_hz) };
@@ -38,7 +38,7 @@ impl Path<'_> {
             tell(News::Step { index: row.index, sample: &sample, taxels, step: &step });
             *self.latest = Some(step);
             *self.applied_n = sample.normal_force_n;
-            last = row.index;
+            last = (row.index, row.tick);
         }
         last
     }
