@@ -1,14 +1,15 @@
 //! A session and a virtual gripper that exchange bytes in simulated time.
 
 use grip_host::{
-    HostConfig, News, model, replay,
+    HostConfig, News, Session, SessionOptions, model, replay,
     report::{EventLine, EventLog},
     trial,
 };
+use grip_link::frame::MAX_WIRE;
 use grip_record::{Channel, ChannelSet, CsvOptions, CsvWriter, StylusKind, parse_csv};
-use grip_sim::Scene;
+use grip_sim::{Scene, VirtualMcu};
 use slip_core::{Sample, units::Micros};
-use std::path::Path;
+use std::{collections::VecDeque, path::Path};
 
 fn scene(force_max_n: f64) -> Scene {
     let text = format!(
@@ -112,4 +113,40 @@ fn the_limit_of_the_gripper_stands() {
     let mut config = HostConfig::default();
     config.grip.f_max_n = 7.0;
     assert_eq!(replayed(&recording, &config), lines);
+}
+
+/// From 0.5 s on the line holds every byte back for 80 ms, longer than a command lives: the slip is felt late, and the force is not raised
+/// on what is past by then.
+#[test]
+fn late_samples_do_not_raise_the_force() {
+    let scene = scene(60.0);
+    let mut mcu = VirtualMcu::new(&scene, 1).unwrap();
+    let estimator = model::default_estimator().unwrap();
+    let mut session =
+        Session::new(HostConfig::default(), estimator, SessionOptions::default()).unwrap();
+    session.open(0, 1).unwrap();
+    let (mut held_back, mut out) = (VecDeque::new(), [0; MAX_WIRE]);
+    let (mut before_mn, mut wanted_n) = (0, 0.0_f32);
+    while mcu.next_due() < Micros(1_000_000) {
+        let now = mcu.next_due();
+        mcu.advance(now);
+        let mut bytes = Vec::new();
+        mcu.transmit(now, &mut bytes);
+        let late = now >= Micros(500_000);
+        held_back.push_back((if late { now.plus(Micros(80_000)) } else { now }, bytes));
+        while held_back.front().is_some_and(|(due, _)| *due <= now) {
+            let (_, bytes) = held_back.pop_front().unwrap();
+            if let Some(len) = session.receive(now.0, &bytes, &mut out, &mut |_| {}).unwrap() {
+                mcu.receive(now, &out[..len]);
+                let sent_mn = session.link().last_grip().unwrap().force_mn;
+                assert!(!late || sent_mn <= before_mn, "{sent_mn} mN at {now:?}");
+                before_mn = sent_mn;
+                wanted_n = session.latest().and_then(|step| step.command).unwrap().0;
+            }
+        }
+        while let Some(len) = session.poll_transmit(now.0, &mut out) {
+            mcu.receive(now, &out[..len]);
+        }
+    }
+    assert!(before_mn >= 2000 && wanted_n > 3.0, "{before_mn} mN, {wanted_n} N");
 }
