@@ -15,13 +15,17 @@ use clap::Parser as _;
 use cli::Cli;
 use grip_host::exit::{self, Exit};
 use settings::Settings;
-use std::process::ExitCode;
+use std::{
+    io::{self, Write as _},
+    process::ExitCode,
+};
 
 fn main() -> ExitCode {
     match run(&Cli::parse()) {
         Ok(exit) => exit.into(),
         Err(error) => {
-            eprintln!("gripd: {}", exit::message(error.as_ref()));
+            // A standard error that takes nothing must not turn the reason into a panic; the exit code tells it too.
+            let _told = writeln!(io::stderr(), "gripd: {}", exit::message(error.as_ref()));
             Exit::of(error.as_ref()).into()
         }
     }

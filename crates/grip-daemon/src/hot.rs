@@ -14,7 +14,7 @@ use grip_host::{
     session::{ClientCommand, explain},
 };
 use grip_link::{
-    frame::MAX_WIRE,
+    frame::{MAX_WIRE, OVERHEAD},
     host::{CloseReason, HostEvent, HostState},
     message::{EventKind, Grip},
 };
@@ -27,6 +27,8 @@ use std::sync::Arc;
 const PULSE_EVERY_US: u64 = 250_000;
 /// Without clients and recording, states are told this often (us).
 const STATE_EVERY_US: u64 = 20_000;
+/// Bytes of a force command on the wire, at most.
+const COMMAND: usize = Grip::SIZE + OVERHEAD + 4;
 /// Bytes read at once.
 const INPUT: usize = 4096;
 
@@ -138,7 +140,6 @@ pub struct Hot<C> {
     counters: HotCounters,
     pulse_us: u64,
     state_us: u64,
-    commanded_us: u64,
     attached: bool,
     other: bool,
 }
@@ -168,7 +169,6 @@ impl<C: Fn() -> u64> Hot<C> {
             counters: HotCounters::default(),
             pulse_us: 0,
             state_us: 0,
-            commanded_us: 0,
             attached: false,
             other: false,
         }
@@ -206,13 +206,15 @@ impl<C: Fn() -> u64> Hot<C> {
     fn next_line(&mut self) -> Result<Option<Line>, HotError> {
         let Ok(line) = self.ends.lines.pop() else {
             pause();
+            self.turned(self.now_us());
             return Ok(None);
         };
         let now_us = self.now_us();
         self.session.open(now_us, nonce())?;
         self.note(now_us, LinkNote::PortOpened);
         self.counters.reconnects += u64::from(self.attached);
-        (self.other, self.commanded_us) = (false, 0);
+        self.session.set_least_interval(line.least_interval_us(COMMAND));
+        self.other = false;
         Ok(Some(line))
     }
 
@@ -244,19 +246,24 @@ impl<C: Fn() -> u64> Hot<C> {
         self.attached |= turn.configured;
         self.other |= turn.other;
         self.counters.degraded += u64::from(turn.degraded);
-        self.counters.turns += 1;
         for (all, these) in self.counters.scenes.iter_mut().zip(turn.scenes) {
             *all += these;
         }
-        self.ends.shared.beat.store(self.counters.turns, Ordering::Relaxed);
         let now_us = received_ns / 1000;
         if turn.stepped {
             self.tell_state(now_us);
         }
+        self.turned(now_us);
+        Ok(turn.closed)
+    }
+
+    /// The loop has gone round, with a line or without.
+    fn turned(&mut self, now_us: u64) {
+        self.counters.turns += 1;
+        self.ends.shared.beat.store(self.counters.turns, Ordering::Relaxed);
         if now_us >= self.pulse_us {
             self.pulse(now_us);
         }
-        Ok(turn.closed)
     }
 
     /// Runs bytes through the session and writes the command.
@@ -274,9 +281,6 @@ impl<C: Fn() -> u64> Hot<C> {
             .receive(host_us, bytes, &mut out, &mut |news| turn.take(ends, host_us, &news))?;
         let Some(len) = command else { return Ok(turn) };
         let frame = out.get(..len).unwrap_or(&out);
-        if !self.is_due(line, len, host_us) {
-            return Ok(turn);
-        }
         line.write_command(frame)?;
         let taken_ns = (self.clock)().saturating_sub(received_ns);
         self.counters.latency.record(taken_ns);
@@ -285,22 +289,6 @@ impl<C: Fn() -> u64> Hot<C> {
             put(&mut self.ends, &Item::Command { host_us, grip: &grip });
         }
         Ok(turn)
-    }
-
-    /// Whether the line has room for another command: a slow one must not fill up with old ones. An answer to a slip waits as little as possible.
-    fn is_due(&mut self, line: &Line, len: usize, host_us: u64) -> bool {
-        let slips = self
-            .session
-            .link()
-            .last_grip()
-            .is_some_and(|grip| grip.flags & Grip::ANSWERS_SLIP != 0);
-        let interval_us = line.least_interval_us(len);
-        let interval_us = if slips { interval_us / 2 } else { interval_us };
-        let due = host_us >= self.commanded_us.saturating_add(interval_us);
-        if due {
-            self.commanded_us = host_us;
-        }
-        due
     }
 
     /// Bytes were written.

@@ -156,14 +156,17 @@ impl GripController {
         }
     }
 
-    /// A controller that goes on holding with `force_n` (N), which another one has commanded before it; at most `f_max_n`. A force
-    /// that is not above 0 is no grip: the fingers are open.
+    /// A controller that goes on holding with `force_n` (N), which another one has commanded before it; at most `f_max_n`. Below the
+    /// trial force it goes on closing; a force that is not above 0 is no grip: the fingers are open.
     #[must_use]
     pub fn holding(config: GripConfig, force_n: f32) -> Self {
         let mut grip = Self::new(config);
         if force_n > 0.0 {
             grip.command_n = force_n.min(config.f_max_n);
             grip.hold(grip.command_n);
+            if grip.command_n < config.trial_force_n {
+                grip.state = GripState::Closing;
+            }
         }
         grip
     }
@@ -410,6 +413,7 @@ mod tests {
     fn a_grip_is_carried_on_within_the_limit_and_nothing_is_no_grip() {
         for (carried, state, command_n) in [
             (7.0, GripState::Holding, 7.0),
+            (1.0, GripState::Closing, 1.0 + 20.0 * DT_S),
             (1e6, GripState::Holding, 60.0),
             (0.0, GripState::Open, 0.0),
             (-2.0, GripState::Open, 0.0),

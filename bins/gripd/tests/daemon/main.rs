@@ -8,6 +8,7 @@ mod refusals;
 mod reload;
 mod run;
 mod running;
+mod service_manager;
 mod soak;
 mod taxels;
 mod watching;

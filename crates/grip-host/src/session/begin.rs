@@ -75,20 +75,18 @@ impl Noise {
 }
 
 impl Session {
-    /// What the pipeline that runs leaves to the next one. `held` says that no time passes between them; otherwise a gripper that
-    /// measures its force is asked what it holds.
-    pub(super) fn carried(&self, held: bool) -> Carried {
+    /// What the pipeline that runs leaves to the next one: the force that was sent last, or what the gripper was left with by a stop.
+    pub(super) fn carried(&self) -> Carried {
         let Some((pipeline, begun)) = self.pipeline.as_ref().zip(self.begun.as_ref()) else {
             return Carried::default();
         };
         let gripping = pipeline
             .grip_state()
             .is_some_and(|state| !matches!(state, GripState::Open | GripState::Released));
-        let told = held || !self.measures_force();
-        let force_n = self.latest.and_then(|step| step.command).map(|command| command.0);
+        let left_n = self.latched_n.unwrap_or(f32::INFINITY);
         let detector = pipeline.detector();
         Carried {
-            force_n: force_n.filter(|_| gripping && told),
+            force_n: self.sent_n().filter(|_| gripping).map(|force_n| force_n.min(left_n)),
             noise: Some(Noise {
                 config: begun.config,
                 floor: detector.floor(),
@@ -141,6 +139,7 @@ impl Session {
             .map_err(|source| SessionError::Pipeline { sample_rate_hz, source })?;
         self.pipeline = Some(pipeline);
         self.begun = Some(beginning);
+        self.latched_n = None;
         tell(News::Began(&beginning));
         Ok(())
     }

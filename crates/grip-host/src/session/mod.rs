@@ -22,7 +22,7 @@ use crate::{
 use grip_link::{
     frame::MAX_WIRE,
     host::{GripCommand, HostConfig as LinkSettings, HostEvent, HostLink, HostState},
-    message::{ChannelKind, DeviceState, GripMode, Ident, Layout},
+    message::{ChannelKind, DeviceState, GripMode, Ident, Layout, Status},
 };
 use limits::device_config;
 use path::Path;
@@ -120,6 +120,11 @@ pub struct Session {
     motion: OwnMotion,
     log: EventLog,
     latest: Option<Step>,
+    /// Force (N) that the gripper has while a stop or a fault is latched: no command is sent meanwhile.
+    latched_n: Option<f32>,
+    /// Least time between two commands (us), and when the last one was made.
+    interval_us: u64,
+    commanded_us: u64,
     /// The last measured normal force (N).
     applied_n: Option<f32>,
     cause_sample: u32,
@@ -136,6 +141,8 @@ struct Due {
     /// Whether the gripper that told who it is has restarted.
     identified: Option<bool>,
     configured: bool,
+    /// A stop or a fault has been cleared.
+    unlatched: bool,
     lost: bool,
     fresh: bool,
 }
@@ -164,6 +171,9 @@ impl Session {
             motion: OwnMotion::new(!options.dry_run),
             log: EventLog::default(),
             latest: None,
+            latched_n: None,
+            interval_us: 0,
+            commanded_us: 0,
             applied_n: None,
             cause_sample: 0,
             newest_tick: 0,
@@ -179,6 +189,17 @@ impl Session {
     pub fn open(&mut self, now_us: u64, nonce: u16) -> Result<(), SessionError> {
         self.lost_before += self.link.loss().lost;
         Ok(self.link.open(now_us, nonce)?)
+    }
+
+    /// The least time between two force commands (us), so that a slow line is not filled with them; 0 for none.
+    pub fn set_least_interval(&mut self, interval_us: u64) {
+        self.interval_us = interval_us;
+    }
+
+    /// Whether other settings can take over now: not while a slip is being stopped.
+    #[must_use]
+    pub fn can_swap(&self) -> bool {
+        self.grip_state() != Some(GripState::Slipping)
     }
 
     /// The port is gone. The gripper holds by itself; what the pipeline knows is kept for when the port is back.
@@ -201,8 +222,8 @@ impl Session {
         if let Some(rebooted) = due.identified {
             self.meet(rebooted, tell);
         }
-        if due.configured {
-            let carried = self.carried(false);
+        if due.configured || (due.unlatched && self.link.in_force().is_some()) {
+            let carried = self.carried();
             self.begin(carried, tell)?;
         }
         if due.lost {
@@ -229,6 +250,7 @@ impl Session {
                 HostEvent::Status(status) => {
                     due.lost = status.state == DeviceState::LossAction;
                     self.wishes.hear(status.state);
+                    due.unlatched = latch(&mut self.latched_n, status);
                     motion.hear(status);
                 }
                 HostEvent::Rebooted { .. } => {
@@ -289,7 +311,7 @@ impl Session {
         estimator: &mut HostEstimator,
         tell: &mut dyn FnMut(News<'_>),
     ) -> Result<(), SessionError> {
-        let carried = self.carried(true);
+        let carried = self.carried();
         core::mem::swap(&mut self.config, config);
         core::mem::swap(&mut self.estimator, estimator);
         if self.pipeline.is_none() {
@@ -315,8 +337,10 @@ impl Session {
             self.wishes.stop(now_us);
             return true;
         }
+        // What is asked for while a stop is latched must not wait for its end.
+        let free = !self.options.dry_run && self.latched_n.is_none();
         match &mut self.pipeline {
-            Some(pipeline) if !self.options.dry_run => self.wishes.apply(command, pipeline),
+            Some(pipeline) if free => self.wishes.apply(command, pipeline),
             _ => false,
         }
     }
@@ -326,7 +350,13 @@ impl Session {
     fn command(&mut self, now_us: u64, out: &mut [u8; MAX_WIRE]) -> Option<usize> {
         let pipeline = self.pipeline.as_ref()?;
         let state = pipeline.grip_state()?;
-        if self.options.dry_run || state == GripState::Open {
+        let latched = self.latched_n.is_some();
+        if self.options.dry_run || latched || state == GripState::Open {
+            return None;
+        }
+        // A slow line must not fill up with old commands; an answer to a slip waits as little as possible.
+        let pause_us = self.interval_us / if state == GripState::Slipping { 2 } else { 1 };
+        if now_us < self.commanded_us.saturating_add(pause_us) {
             return None;
         }
         let force_n = self.latest?.command?.0;
@@ -339,6 +369,7 @@ impl Session {
             ..GripCommand::newtons(force_n)?
         };
         let len = self.link.grip(now_us, &command, out)?;
+        self.commanded_us = now_us;
         self.counters.commands += 1;
         Some(len)
     }
@@ -384,14 +415,6 @@ impl Session {
             .map_or(0, |column| usize::from(column.count).min(MAX_TAXELS))
     }
 
-    /// Whether the rows carry the normal force.
-    fn measures_force(&self) -> bool {
-        self.link.ident().zip(self.link.in_force()).is_some_and(|(ident, config)| {
-            let layout = Layout::new(ident.channels(), config.channel_mask);
-            layout.column(ChannelKind::NormalForce).is_some()
-        })
-    }
-
     /// The last step.
     #[must_use]
     pub fn latest(&self) -> Option<&Step> {
@@ -423,4 +446,15 @@ impl Session {
             .as_ref()
             .map(|pipeline| (pipeline.stage_counters(), pipeline.health_counters()))
     }
+}
+
+/// Remembers the force a gripper has while a stop or a fault is latched; whether that is over now.
+fn latch(latched_n: &mut Option<f32>, status: &Status) -> bool {
+    if matches!(status.state, DeviceState::Estop | DeviceState::Fault) {
+        #[expect(clippy::cast_precision_loss, reason = "below 2^24 mN in any gripper")]
+        let applied_n = status.applied_mn as f32 / 1000.0;
+        *latched_n = Some(applied_n);
+        return false;
+    }
+    latched_n.is_some()
 }

@@ -59,7 +59,9 @@ impl Wishes {
         done
     }
 
+    /// A stop also takes back what was asked for.
     pub(super) fn stop(&mut self, now_us: u64) {
+        self.least_n = 0.0;
         self.stop_at_us = Some(now_us);
     }
 

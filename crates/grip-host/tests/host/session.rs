@@ -3,9 +3,10 @@
 use grip_host::{
     HostConfig, News, Session, SessionOptions, model, replay,
     report::{EventLine, EventLog},
+    session::ClientCommand,
     trial,
 };
-use grip_link::frame::MAX_WIRE;
+use grip_link::{frame::MAX_WIRE, message::FaultCode};
 use grip_record::{Channel, ChannelSet, CsvOptions, CsvWriter, StylusKind, parse_csv};
 use grip_sim::{Scene, VirtualMcu};
 use slip_core::{Sample, units::Micros};
@@ -149,4 +150,46 @@ fn late_samples_do_not_raise_the_force() {
         }
     }
     assert!(before_mn >= 2000 && wanted_n > 3.0, "{before_mn} mN, {wanted_n} N");
+}
+
+/// A stop silences the commands and takes back what was asked for; what comes after its end begins with the force that the gripper was left with.
+#[test]
+fn a_stop_leaves_nothing_that_leaps_when_it_is_cleared() {
+    let scene = scene(60.0);
+    let mut mcu = VirtualMcu::new(&scene, 1).unwrap();
+    let estimator = model::default_estimator().unwrap();
+    let mut session =
+        Session::new(HostConfig::default(), estimator, SessionOptions::default()).unwrap();
+    session.open(0, 1).unwrap();
+    let mut out = [0; MAX_WIRE];
+    let (mut stopped, mut sent_mn, mut fastest_mn) = (0, 0, 0);
+    while mcu.next_due() < Micros(3_000_000) {
+        let now = mcu.next_due();
+        mcu.advance(now);
+        let mut bytes = Vec::new();
+        mcu.transmit(now, &mut bytes);
+        let latched = (1_550_000..2_000_000).contains(&now.0);
+        if let Some(len) = session.receive(now.0, &bytes, &mut out, &mut |_| {}).unwrap() {
+            assert!(!latched, "a command in a stop, at {now:?}");
+            mcu.receive(now, &out[..len]);
+            let force_mn = session.link().last_grip().unwrap().force_mn;
+            if now.0 > 2_000_000 {
+                fastest_mn = fastest_mn.max(force_mn - sent_mn);
+            }
+            sent_mn = force_mn;
+        }
+        stopped += u64::from(latched);
+        match now.0 / 1000 {
+            1500 => assert!(session.obey(now.0, ClientCommand::Stop)),
+            1700 => assert!(!session.obey(now.0, ClientCommand::AtLeast(20.0))),
+            1701 => assert!(!session.obey(now.0, ClientCommand::Grasp)),
+            2000 => assert!(session.obey(now.0, ClientCommand::ClearFault(FaultCode::ESTOP.0))),
+            _ => {}
+        }
+        while let Some(len) = session.poll_transmit(now.0, &mut out) {
+            mcu.receive(now, &out[..len]);
+        }
+    }
+    assert!(stopped > 100 && sent_mn >= 2000, "{stopped}, {sent_mn} mN");
+    assert!(fastest_mn <= 100, "a leap of {fastest_mn} mN");
 }
