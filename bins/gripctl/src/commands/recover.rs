@@ -1,7 +1,7 @@
 //! `gripctl recover`: a recording without its end, or with damage, made whole.
 
 use crate::{cli::RecoverArgs, output};
-use anyhow::Context as _;
+use anyhow::{Context as _, anyhow};
 use grip_host::exit::{Exit, WrongArgument};
 use grip_record::mcap::{Recovered, recover};
 use serde::Serialize;
@@ -53,6 +53,11 @@ pub(crate) fn run(args: &RecoverArgs) -> anyhow::Result<Exit> {
         }
     };
     let place = place(args, &saved);
+    let meant = args.output.as_ref().or(Some(&args.file));
+    if let Some(place) = place.as_ref().filter(|place| Some(*place) != meant && place.exists()) {
+        let _ = fs::remove_file(&beside);
+        return Err(anyhow!("{} is there already; name another file with -o", place.display()));
+    }
     match &place {
         Some(place) => fs::rename(&beside, place),
         None => fs::remove_file(&beside),
@@ -66,7 +71,7 @@ pub(crate) fn run(args: &RecoverArgs) -> anyhow::Result<Exit> {
 
 fn write(args: &RecoverArgs, input: &File, beside: &Path) -> anyhow::Result<Recovered> {
     let name = || format!("cannot write {}", beside.display());
-    let mut out = BufWriter::new(File::create(beside).with_context(name)?);
+    let mut out = BufWriter::new(File::create_new(beside).with_context(name)?);
     let program = concat!("gripctl ", env!("CARGO_PKG_VERSION"));
     let saved = recover(&args.file, BufReader::new(input), &mut out, program)?;
     out.flush().with_context(name)?;

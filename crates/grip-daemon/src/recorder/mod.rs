@@ -439,6 +439,10 @@ impl Recorder {
 
     fn stop(&mut self, error: RecorderError, now_us: u64) {
         self.counters.bytes = self.counters().bytes;
+        if let Output::Mcap(tape) = &self.output {
+            self.finished.push_back((tape.file.clone(), tape.bytes()));
+            self.make_room();
+        }
         let next = match &self.output {
             Output::Mcap(tape) => tape.number + 1,
             Output::Csv(table) => table.number + 1,

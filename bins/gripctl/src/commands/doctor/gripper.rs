@@ -43,11 +43,14 @@ pub(crate) fn findings(wish: &Wish<'_>) -> Vec<Finding> {
     match listen(wish) {
         Ok(heard) => judge(wish.config, &heard),
         Err(error) => {
-            let remedy = format!(
-                "power, cable and --baud of the gripper; then: gripctl doctor {} --seconds 10",
-                wish.name
-            );
-            vec![Finding::fault("gripper", message(error.as_ref()), remedy)]
+            let text = message(error.as_ref());
+            let first = if text.contains("busy") {
+                "stop the program that holds the port"
+            } else {
+                "power, cable and --baud of the gripper"
+            };
+            let remedy = format!("{first}; then: gripctl doctor {} --seconds 10", wish.name);
+            vec![Finding::fault("gripper", text, remedy)]
         }
     }
 }

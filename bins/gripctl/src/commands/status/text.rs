@@ -7,6 +7,10 @@ pub(super) fn lines(report: &Report) -> Vec<String> {
     let mut lines = Vec::new();
     lines.extend(report.daemon.as_ref().map(daemon));
     lines.extend(report.gripper.as_ref().map(gripper));
+    let flows = |gripper: &GripperReport| matches!(gripper.link, "stream" | "degraded");
+    if report.state.is_some() && !report.gripper.as_ref().is_some_and(flows) {
+        lines.push("NO SAMPLES  what follows is how it was when the last one came".to_owned());
+    }
     match &report.state {
         Some(state) => lines.extend(grip(state)),
         None => lines.push("grip       no samples yet".to_owned()),
