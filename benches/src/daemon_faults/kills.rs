@@ -11,7 +11,7 @@ use super::{
 use rand_chacha::ChaCha8Rng;
 use rand_core::{Rng as _, SeedableRng as _};
 
-/// What a kill may cost at the end of a recording (ms of samples): one flush interval of 250 ms, 25 ms until the recorder's thread looks
+/// What a kill may cost at the end of a recording (ms of samples): one flush interval of 250 ms, 50 ms until the recorder's thread looks
 /// into its ring again, and what was on its way: the line, the ring, a chunk that was being written. Where the machine let the gripper's
 /// thread wait, as long may the recorder's have waited.
 pub const LOST_MS: u64 = 250 + 25 + 75;
