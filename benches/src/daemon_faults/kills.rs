@@ -14,7 +14,7 @@ use rand_core::{Rng as _, SeedableRng as _};
 /// What a kill may cost at the end of a recording (ms of samples): one flush interval of 250 ms, 50 ms until the recorder's thread looks
 /// into its ring again, and what was on its way: the line, the ring, a chunk that was being written. Where the machine let the gripper's
 /// thread wait, as long may the recorder's have waited.
-pub const LOST_MS: u64 = 250 + 25 + 75;
+pub const LOST_MS: u64 = 250 + 50 + 75;
 /// Longest life of a daemon before it is killed (ms).
 const LONGEST_LIFE_MS: u64 = 1_500;
 /// After this time without commands nothing may rise any more (ms): the life of a command and some.

@@ -317,7 +317,9 @@ impl<C: Fn() -> u64> Hot<C> {
                 put(&mut self.ends, &Item::Client { host_us, command });
             }
         }
-        while let Ok(mut settings) = self.ends.settings.pop() {
+        while self.session.can_swap()
+            && let Ok(mut settings) = self.ends.settings.pop()
+        {
             let host_us = self.now_us();
             let Self { session, ends, .. } = self;
             let Settings { config, estimator, refused } = &mut *settings;
