@@ -1,6 +1,6 @@
 //! Every `f32` in [-12, 12] in, the largest error of each single-precision tanh out; fails where a bound is broken.
 //!
-//! `cargo run --release -p slip-benches --bin tanh-exhaustive`: 2.19e9 arguments, a minute or two a core. The reference is
+//! `cargo run --release -p slip-benches --bin tanh-exhaustive [EVERY]`: 2.19e9 arguments, a minute or two a core, or one chunk of EVERY chunks. The reference is
 //! the `f64` tanh of the platform's C library, which shares nothing with ours.
 #![expect(clippy::print_stdout, reason = "a program that prints a table")]
 
@@ -101,6 +101,14 @@ fn share(ways: &[Way], part: usize, parts: usize) -> Vec<Seen> {
 }
 
 fn main() -> ExitCode {
+    let every = match std::env::args().nth(1).map(|text| text.parse::<usize>()) {
+        None => 1,
+        Some(Ok(every @ 1..=1000)) => every,
+        Some(_) => {
+            eprintln!("tanh-exhaustive [EVERY]: one chunk of EVERY chunks, 1 to 1000");
+            return ExitCode::from(2);
+        }
+    };
     let ways = ways();
     let parts = std::thread::available_parallelism().map_or(1, usize::from);
     let all: Vec<Vec<Seen>> = std::thread::scope(|scope| {
@@ -108,7 +116,7 @@ fn main() -> ExitCode {
             .map(|part| {
                 scope.spawn({
                     let ways = &ways;
-                    move || share(ways, part, parts)
+                    move || share(ways, every * part, every * parts)
                 })
             })
             .collect();
