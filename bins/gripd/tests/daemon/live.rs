@@ -31,6 +31,15 @@ pub(crate) fn replays_identically(file: &Path, ran: &Ran, config: &HostConfig) {
         assert_eq!(ran.code, 3, "{summary}");
         return;
     }
+    // A machine that stops the program for a second makes it arm the gripper again: that pipeline has a file of its own, which
+    // says nothing of how it began. Recordings of everything do; see `recording.rs`.
+    let further = file.with_file_name("run-0001.csv");
+    if further.exists() {
+        let more = read_csv(&further, &CsvOptions::default()).unwrap().samples.len();
+        let both = u64::try_from(recording.samples.len() + more).unwrap();
+        assert!(summary["samples"].as_u64().unwrap() >= both, "{summary}");
+        return;
+    }
     assert_eq!(summary["samples"], recording.samples.len());
     for no_skip in [false, false, true] {
         assert_eq!(replayed(&recording, config, no_skip), printed, "no_skip: {no_skip}");
