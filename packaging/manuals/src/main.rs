@@ -2,7 +2,7 @@
 //!
 //! A program of its own, so that what is installed carries neither the generators nor a hidden command.
 
-#[path = "../../../bins/gripctl/src/cli.rs"]
+#[path = "../../../bins/gripctl/src/cli/mod.rs"]
 #[expect(dead_code, reason = "of the command line only the names are wanted here")]
 mod gripctl;
 #[path = "../../../bins/gripd/src/cli.rs"]

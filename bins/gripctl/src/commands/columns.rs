@@ -1,7 +1,7 @@
 //! Names of columns and a file in, rows for a learner out.
 
 use super::read;
-use crate::cli::ColumnArgs;
+use crate::cli::learn::ColumnArgs;
 use grip_host::exit::WrongArgument;
 use mlp::train::{ColumnSpec, DataSet};
 use std::path::Path;

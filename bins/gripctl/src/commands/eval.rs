@@ -1,7 +1,7 @@
 //! `gripctl eval`: a model file of any kind against rows of data.
 
 use super::read;
-use crate::{cli::EvalArgs, output};
+use crate::{cli::learn::EvalArgs, output};
 use anyhow::Context as _;
 use grip_host::{ModelError, exit::Exit};
 use grip_study::outlook::{Ensemble, Predict, Score, Svr, ensemble, score, svr};

@@ -1,7 +1,7 @@
 //! `gripctl export`: a model file as C source or as an ONNX graph, with its model card.
 
 use super::{card, export_verify, model_file};
-use crate::cli::{ExportArgs, ExportFormat};
+use crate::cli::learn::{ExportArgs, ExportFormat};
 use crate::output;
 use anyhow::Context as _;
 use grip_host::exit::{Exit, WrongArgument};

@@ -1,6 +1,6 @@
 //! `gripctl generate`: training data for the force estimate, from the simulator's physics.
 
-use crate::{cli::GenerateArgs, output};
+use crate::{cli::learn::GenerateArgs, output};
 use anyhow::Context as _;
 use grip_host::exit::{Exit, WrongArgument};
 use grip_sim::generator::{CSV_HEADER, GeneratorConfig, Source, rows};

@@ -1,7 +1,7 @@
 //! `gripctl search`: the network that a genetic algorithm finds for rows of data.
 
 use super::{clock, columns::Columns};
-use crate::{cli::SearchArgs, output};
+use crate::{cli::learn::SearchArgs, output};
 use anyhow::Context as _;
 use grip_host::exit::{Exit, WrongArgument};
 use grip_study::outlook::{

@@ -1,6 +1,6 @@
 //! `gripctl study`: the study of the four nets on simulated grasps, as a report.
 
-use crate::{cli::StudyArgs, output};
+use crate::{cli::learn::StudyArgs, output};
 use anyhow::Context as _;
 use grip_host::exit::Exit;
 use grip_study::{

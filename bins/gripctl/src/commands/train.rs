@@ -4,7 +4,7 @@ mod folds;
 mod rows;
 
 use super::{card, clock, columns::Columns, train_beyond};
-use crate::{cli::TrainArgs, output};
+use crate::{cli::learn::TrainArgs, output};
 use anyhow::Context as _;
 use core::time::Duration;
 use grip_host::exit::{Exit, WrongArgument};

@@ -1,7 +1,7 @@
 //! `gripctl train --model ensemble|svr`: learners beyond one network from rows of data.
 
 use super::clock;
-use crate::{cli::TrainArgs, output};
+use crate::{cli::learn::TrainArgs, output};
 use anyhow::Context as _;
 use core::time::Duration;
 use grip_host::exit::{Exit, WrongArgument};

@@ -6,7 +6,13 @@ use grip_record::{CsvOptions, Recording, read_csv};
 use rustix::process::{Pid, Resource, Rlimit, prlimit};
 use serde_json::Value;
 use slip_core::PipelineConfig;
-use std::{fs, io::Read as _, os::unix::fs::symlink, path::Path, process::Stdio};
+use std::{
+    fs,
+    io::Read as _,
+    os::unix::fs::symlink,
+    path::{Path, PathBuf},
+    process::Stdio,
+};
 
 /// The event lines that a replay of `recording` prints.
 fn replayed(recording: &Recording, config: &HostConfig, no_skip: bool) -> Vec<String> {
@@ -33,11 +39,15 @@ pub(crate) fn replays_identically(file: &Path, ran: &Ran, config: &HostConfig) {
     }
     // A machine that stops the program for a second makes it arm the gripper again: that pipeline has a file of its own, which
     // says nothing of how it began. Recordings of everything do; see `recording.rs`.
-    let further = file.with_file_name("run-0001.csv");
-    if further.exists() {
-        let more = read_csv(&further, &CsvOptions::default()).unwrap().samples.len();
-        let both = u64::try_from(recording.samples.len() + more).unwrap();
-        assert!(summary["samples"].as_u64().unwrap() >= both, "{summary}");
+    let further: Vec<PathBuf> = (1..)
+        .map(|part| file.with_file_name(format!("run-{part:04}.csv")))
+        .take_while(|part| part.exists())
+        .collect();
+    if !further.is_empty() {
+        let samples =
+            |part: &PathBuf| read_csv(part, &CsvOptions::default()).unwrap().samples.len();
+        let more: usize = further.iter().map(samples).sum();
+        assert_eq!(summary["samples"], recording.samples.len() + more, "{summary}");
         return;
     }
     assert_eq!(summary["samples"], recording.samples.len());

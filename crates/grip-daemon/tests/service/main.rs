@@ -1,7 +1,6 @@
 //! What gripd shows of itself: metrics, status, dumps and the server that hands them out.
 #![expect(clippy::unwrap_used, clippy::panic, reason = "test code")]
 
-mod cost;
 mod dumps;
 mod made;
 mod parser;

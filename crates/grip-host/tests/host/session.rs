@@ -116,16 +116,21 @@ fn the_limit_of_the_gripper_stands() {
     assert_eq!(replayed(&recording, &config), lines);
 }
 
-/// From 0.5 s on the line holds every byte back for 80 ms, longer than a command lives: the slip is felt late, and the force is not raised
-/// on what is past by then.
-#[test]
-fn late_samples_do_not_raise_the_force() {
-    let scene = scene(60.0);
-    let mut mcu = VirtualMcu::new(&scene, 1).unwrap();
+/// A gripper and a session that has just opened the line to it.
+fn facing() -> (VirtualMcu, Session) {
+    let mcu = VirtualMcu::new(&scene(60.0), 1).unwrap();
     let estimator = model::default_estimator().unwrap();
     let mut session =
         Session::new(HostConfig::default(), estimator, SessionOptions::default()).unwrap();
     session.open(0, 1).unwrap();
+    (mcu, session)
+}
+
+/// From 0.5 s on the line holds every byte back for 80 ms, longer than a command lives: the slip is felt late, and the force is not raised
+/// on what is past by then.
+#[test]
+fn late_samples_do_not_raise_the_force() {
+    let (mut mcu, mut session) = facing();
     let (mut held_back, mut out) = (VecDeque::new(), [0; MAX_WIRE]);
     let (mut before_mn, mut wanted_n) = (0, 0.0_f32);
     while mcu.next_due() < Micros(1_000_000) {
@@ -155,12 +160,7 @@ fn late_samples_do_not_raise_the_force() {
 /// A stop silences the commands and takes back what was asked for; what comes after its end begins with the force that the gripper was left with.
 #[test]
 fn a_stop_leaves_nothing_that_leaps_when_it_is_cleared() {
-    let scene = scene(60.0);
-    let mut mcu = VirtualMcu::new(&scene, 1).unwrap();
-    let estimator = model::default_estimator().unwrap();
-    let mut session =
-        Session::new(HostConfig::default(), estimator, SessionOptions::default()).unwrap();
-    session.open(0, 1).unwrap();
+    let (mut mcu, mut session) = facing();
     let mut out = [0; MAX_WIRE];
     let (mut stopped, mut sent_mn, mut fastest_mn) = (0, 0, 0);
     while mcu.next_due() < Micros(3_000_000) {

@@ -1,7 +1,7 @@
 //! Cross-validation: every part of the rows is the test of a model that never saw it.
 
 use super::rows;
-use crate::{cli::TrainArgs, output};
+use crate::{cli::learn::TrainArgs, output};
 use mlp::train::{DataSet, FitConfig, Split};
 use serde::Serialize;
 

@@ -1,7 +1,7 @@
 //! Arguments in, rows to train on, to stop by and to test on out.
 
 use crate::{
-    cli::{SplitArgs, TrainArgs},
+    cli::learn::{SplitArgs, TrainArgs},
     commands::columns::Columns,
 };
 use grip_host::exit::WrongArgument;

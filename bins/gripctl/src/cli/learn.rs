@@ -1,0 +1,269 @@
+//! The part of the command line that is about networks and their data.
+
+use clap::Args;
+use std::path::PathBuf;
+
+#[derive(Debug, Args)]
+pub(crate) struct GenerateArgs {
+    /// Where to write the rows (.csv).
+    #[arg(short, long)]
+    pub(crate) output: PathBuf,
+    /// Number of rows.
+    #[arg(long, default_value_t = 2000, value_parser = clap::value_parser!(u32).range(1..))]
+    pub(crate) rows: u32,
+    /// Seed; the same seed gives the same rows.
+    #[arg(long, default_value_t = 1)]
+    pub(crate) seed: u64,
+    /// Where the slips come from: `stretch`, what the pipeline sees of a slip, braking included; `trial`, one
+    /// trial grasp each in closed form; `simulated`, the same played with the simulator.
+    #[arg(long, default_value = "stretch")]
+    pub(crate) source: String,
+    /// Relative noise of speed and acceleration.
+    #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
+    pub(crate) speed_noise: f64,
+    /// Relative noise of the force.
+    #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
+    pub(crate) force_noise: f64,
+}
+
+/// Which columns a learner sees.
+#[derive(Debug, Args)]
+pub(crate) struct ColumnArgs {
+    /// Input columns; `name:ln` takes the logarithm.
+    #[arg(long, value_delimiter = ',', required = true)]
+    pub(crate) inputs: Vec<String>,
+    /// Target columns; `name:ln` takes the logarithm.
+    #[arg(long, value_delimiter = ',', required = true)]
+    pub(crate) target: Vec<String>,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct TrainArgs {
+    /// Training rows.
+    pub(crate) data: PathBuf,
+    #[command(flatten)]
+    pub(crate) columns: ColumnArgs,
+    /// What to train: mlp, one network; ensemble, several whose spread is an uncertainty; svr, a support
+    /// vector regression, which leaves the options of networks aside.
+    #[arg(long, default_value = "mlp")]
+    pub(crate) model: String,
+    #[command(flatten)]
+    pub(crate) beyond: BeyondArgs,
+    /// Neurons of the hidden layers.
+    #[arg(long, value_delimiter = ',', default_value = "10")]
+    pub(crate) hidden: Vec<usize>,
+    /// Function of the hidden neurons: tanh, logistic or relu.
+    #[arg(long, default_value = "tanh")]
+    pub(crate) activation: String,
+    /// gd, gdm, gdx, rprop, scg, lbfgs or lm.
+    #[arg(long, default_value = "rprop")]
+    pub(crate) algorithm: String,
+    /// Variant of rprop: rprop-, rprop+, irprop- or irprop+.
+    #[arg(long, value_name = "VARIANT", allow_hyphen_values = true)]
+    pub(crate) rprop: Option<String>,
+    /// Momentum of gdm: averaged (as MATLAB's traingdm) or heavy-ball.
+    #[arg(long, value_name = "FORM")]
+    pub(crate) momentum: Option<String>,
+    /// Precision of the training: f32 or f64; the saved model is f32.
+    #[arg(long, value_name = "PRECISION", default_value = "f64")]
+    pub(crate) precision: String,
+    /// What the training makes of the columns: min-max (-1 to 1) or z-score (mean 0, deviation 1), after any logarithm.
+    #[arg(long, value_name = "SCALER", default_value = "min-max")]
+    pub(crate) scaler: String,
+    /// Penalty on large weights, in scaled units: decay / 2 times the sum of their squares is added to the error.
+    #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
+    pub(crate) decay: f64,
+    /// Stop after this time (s); the best weights so far are kept.
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    pub(crate) time_limit: Option<f64>,
+    /// Most epochs.
+    #[arg(long, default_value_t = 1000)]
+    pub(crate) epochs: usize,
+    /// Mean squared error, in scaled units, that is good enough.
+    #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
+    pub(crate) goal: f64,
+    /// Trainings from different starts; the best one is kept.
+    #[arg(long, default_value_t = 1)]
+    pub(crate) repeats: usize,
+    /// Seed of the first start.
+    #[arg(long, default_value_t = 0)]
+    pub(crate) seed: u64,
+    /// Rows for the test error.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) test: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) split: SplitArgs,
+    /// Where to write the model.
+    #[arg(short, long)]
+    pub(crate) output: PathBuf,
+    /// Where to write the model card: MODEL.card.json beside the model otherwise.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) card: Option<PathBuf>,
+    /// One JSON object a line.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// Which rows are kept away from the training.
+#[derive(Debug, Args)]
+pub(crate) struct SplitArgs {
+    /// Keep rows together that have the same text in this column (an object, a grasp, a session): with --holdout, --validation
+    /// and --folds none of its groups stands on both sides.
+    #[arg(long, value_name = "COLUMN")]
+    pub(crate) split_by: Option<String>,
+    /// Hold this share of the rows out and test on them.
+    #[arg(long, value_name = "SHARE", conflicts_with = "test", allow_negative_numbers = true)]
+    pub(crate) holdout: Option<f64>,
+    /// Hold this share of the training rows out to stop by: the weights that are best on them are kept.
+    #[arg(long, value_name = "SHARE", allow_negative_numbers = true)]
+    pub(crate) validation: Option<f64>,
+    /// Epochs without a better validation error before training stops.
+    #[arg(long, value_name = "EPOCHS", default_value_t = 6, requires = "validation")]
+    pub(crate) patience: usize,
+    /// Cross-validate first: train K times on K-1 of K parts, test on the part left out. The model still comes from all training rows.
+    #[arg(long, value_name = "K")]
+    pub(crate) folds: Option<usize>,
+    /// Seed of the splits.
+    #[arg(long, default_value_t = 0)]
+    pub(crate) split_seed: u64,
+}
+
+/// Options of ensembles and support vector regressions.
+#[derive(Debug, Args)]
+pub(crate) struct BeyondArgs {
+    /// Networks of an ensemble.
+    #[arg(long, value_name = "N", default_value_t = 10)]
+    pub(crate) members: usize,
+    /// Each network of an ensemble sees as many rows drawn with replacement.
+    #[arg(long)]
+    pub(crate) bagging: bool,
+    /// Price of errors of a support vector regression, in scaled units [default: the best of 1, 10 and 100 on a fifth of the rows].
+    #[arg(long, value_name = "C", allow_negative_numbers = true)]
+    pub(crate) svr_c: Option<f64>,
+    /// Narrowness of its kernel [default: the best of 0.03, 0.1, 0.3, 1 and 3 on a fifth of the rows].
+    #[arg(long, value_name = "GAMMA", allow_negative_numbers = true)]
+    pub(crate) svr_gamma: Option<f64>,
+    /// Error that costs it nothing, in scaled units.
+    #[arg(long, value_name = "EPS", default_value_t = 0.01, allow_negative_numbers = true)]
+    pub(crate) svr_epsilon: f64,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct SearchArgs {
+    /// Rows to train and to validate on.
+    pub(crate) data: PathBuf,
+    #[command(flatten)]
+    pub(crate) columns: ColumnArgs,
+    /// Column of labels (an object, a grasp, a session); rows with the same one are never on both sides.
+    #[arg(long, value_name = "COLUMN")]
+    pub(crate) group: Option<String>,
+    /// Share of the rows that judges the candidates.
+    #[arg(long, value_name = "SHARE", default_value_t = 0.25, allow_negative_numbers = true)]
+    pub(crate) holdout: f64,
+    /// Generations after the first population.
+    #[arg(long, default_value_t = 12)]
+    pub(crate) generations: usize,
+    /// Networks in a population.
+    #[arg(long, default_value_t = 24)]
+    pub(crate) population: usize,
+    /// Seed of the search, of the rows held out and of the first start.
+    #[arg(long, default_value_t = 0)]
+    pub(crate) seed: u64,
+    /// Most epochs of a training.
+    #[arg(long, default_value_t = 300)]
+    pub(crate) epochs: usize,
+    /// Starts of each candidate.
+    #[arg(long, default_value_t = 3)]
+    pub(crate) repeats: usize,
+    /// Relative error that one more weight must earn.
+    #[arg(long, value_name = "SHARE", default_value_t = 0.001, allow_negative_numbers = true)]
+    pub(crate) size_cost: f64,
+    /// Rows for the test error of the network found.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) test: Option<PathBuf>,
+    /// Train every other kind of learner on the same rows as well, and judge all on the test rows (needs --test).
+    #[arg(long, requires = "test")]
+    pub(crate) compare: bool,
+    /// Where to write the model.
+    #[arg(short, long)]
+    pub(crate) output: PathBuf,
+    /// One JSON object a line.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct EvalArgs {
+    /// The model file.
+    pub(crate) model: PathBuf,
+    /// The rows.
+    pub(crate) data: PathBuf,
+    /// One JSON object a line.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct ExportArgs {
+    /// The model file.
+    pub(crate) model: PathBuf,
+    /// What to write.
+    #[arg(long, value_enum)]
+    pub(crate) format: ExportFormat,
+    /// Where to write, a file or a folder: beside the model otherwise. C gets a source and a header of this name.
+    #[arg(short, long, value_name = "PATH")]
+    pub(crate) output: Option<PathBuf>,
+    /// How the names of the C code begin; made from the file name otherwise.
+    #[arg(long)]
+    pub(crate) prefix: Option<String>,
+    /// Compile the C code with `cc` (or CC) and compare its answers with this program's before anything is written.
+    #[arg(long)]
+    pub(crate) verify: bool,
+    /// Where to write the model card: PATH.card.json beside the export otherwise.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) card: Option<PathBuf>,
+    /// One JSON object a line.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// What a model is exported as.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub(crate) enum ExportFormat {
+    /// C99 header and source in single precision, without heap.
+    C,
+    /// ONNX, operator set 17.
+    Onnx,
+}
+
+impl ExportFormat {
+    pub(crate) fn kind(self) -> &'static str {
+        match self {
+            Self::C => "c99",
+            Self::Onnx => "onnx",
+        }
+    }
+
+    pub(crate) fn extension(self) -> &'static str {
+        match self {
+            Self::C => "c",
+            Self::Onnx => "onnx",
+        }
+    }
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct StudyArgs {
+    /// Folder for report.html (everything on one page), study.json (every number) and figures/*.png.
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: PathBuf,
+    /// A look in seconds instead of the whole: seven conditions, three starts, one draw of rows, 300 epochs.
+    #[arg(long)]
+    pub(crate) quick: bool,
+    /// Seed of rows and starts; the same seed gives the same study on any number of threads.
+    #[arg(long, default_value_t = 1)]
+    pub(crate) seed: u64,
+    /// One JSON object a line.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
