@@ -4,7 +4,7 @@ use core::sync::atomic::{AtomicBool, Ordering};
 use grip_link::{
     decoder::{Decoder, Role, Verdict},
     frame::MAX_WIRE,
-    message::{Kind, SamplesHeader},
+    message::{Grip, Kind, SamplesHeader},
 };
 use grip_sim::VirtualMcu;
 use rustix::{
@@ -12,10 +12,12 @@ use rustix::{
     io::{Errno, read, write},
 };
 use slip_core::units::Micros;
-use std::{io, os::fd::BorrowedFd};
+use std::{collections::VecDeque, io, os::fd::BorrowedFd};
 
 /// Longest wait without a look at the stop flag (ns).
 const PATIENCE_NS: u64 = 20_000_000;
+/// Frames whose time is remembered until they are answered.
+const REMEMBERED: usize = 64;
 
 /// A gripper and what it has seen of its host.
 #[derive(Debug)]
@@ -23,6 +25,7 @@ pub struct Gripper {
     /// The device.
     pub mcu: VirtualMcu,
     tap: Decoder,
+    ear: Decoder,
     /// Rows before the CONFIG in force, and those of them that were thrown away by it.
     before: u64,
     discarded: u64,
@@ -30,16 +33,17 @@ pub struct Gripper {
     sent: u32,
     /// Number of the newest command.
     command: u32,
-    /// When the oldest frame of samples that has not been answered was written (ns).
-    asked_ns: Option<u64>,
+    /// Frames of samples that were written last: the number of the row after each, and when (ns).
+    asked: VecDeque<(u32, u64)>,
 }
 
 impl Gripper {
     /// A gripper that is not connected yet.
     #[must_use]
     pub fn new(mcu: VirtualMcu) -> Self {
-        let tap = Decoder::new(Role::Tap);
-        Self { mcu, tap, before: 0, discarded: 0, sent: 0, command: 0, asked_ns: None }
+        let (tap, ear) = (Decoder::new(Role::Tap), Decoder::new(Role::Tap));
+        let asked = VecDeque::with_capacity(REMEMBERED);
+        Self { mcu, tap, ear, before: 0, discarded: 0, sent: 0, command: 0, asked }
     }
 
     /// Rows sampled so far, over every CONFIG.
@@ -57,8 +61,8 @@ impl Gripper {
 
     /// Lives on `line` until `stop` is set or the other end is gone. `clock` gives nanoseconds since the device was powered on.
     ///
-    /// `answered` gets a time (ns) for each force command but the first: from just before the write of the oldest frame of samples without
-    /// an answer to the end of the read that brought the command. What this thread itself is late is part of it.
+    /// `answered` gets a time (ns) for each force command but the first: from just before the write of the frame whose last sample the command
+    /// names as its cause to the end of the read that brought it. What this thread itself is late is part of it.
     ///
     /// # Errors
     /// What the system says of the line, but for its end.
@@ -70,7 +74,7 @@ impl Gripper {
         answered: &mut dyn FnMut(u64),
     ) -> io::Result<()> {
         let mut input = [0; 4096];
-        self.asked_ns = None;
+        self.asked.clear();
         while !stop.load(Ordering::Relaxed) {
             self.catch_up(line, clock)?;
             let due_ns = self.mcu.next_due().0.saturating_mul(1000);
@@ -86,8 +90,9 @@ impl Gripper {
             let heard_ns = clock();
             self.catch_up(line, clock)?;
             let now = Micros(clock() / 1000);
-            self.receive(now, input.get(..count).unwrap_or(&input));
-            self.hear(now, heard_ns, answered);
+            let bytes = input.get(..count).unwrap_or(&input);
+            self.receive(now, bytes);
+            self.hear(bytes, heard_ns, answered);
         }
         Ok(())
     }
@@ -117,16 +122,21 @@ impl Gripper {
         }
     }
 
-    fn hear(&mut self, now: Micros, heard_ns: u64, answered: &mut dyn FnMut(u64)) {
-        let command = self.mcu.link().status(now.0).last_cmd_id;
-        if command == self.command {
-            return;
-        }
-        let first = core::mem::replace(&mut self.command, command) == 0;
-        if let Some(asked_ns) = self.asked_ns.take()
-            && !first
-        {
-            answered(heard_ns.saturating_sub(asked_ns));
+    fn hear(&mut self, mut bytes: &[u8], heard_ns: u64, answered: &mut dyn FnMut(u64)) {
+        while let Some(verdict) = self.ear.next(&mut bytes) {
+            let Verdict::Frame(frame) = verdict else { continue };
+            if frame.header.kind != Kind::GRIP {
+                continue;
+            }
+            let Ok(grip) = Grip::parse(frame.payload) else { continue };
+            let first = core::mem::replace(&mut self.command, grip.cmd_id) == 0;
+            let after = grip.cause_sample.wrapping_add(1);
+            let cause = self.asked.iter().find(|(end, _)| *end == after);
+            if let Some((_, asked_ns)) = cause
+                && !first
+            {
+                answered(heard_ns.saturating_sub(*asked_ns));
+            }
         }
     }
 
@@ -150,8 +160,11 @@ impl Gripper {
         let mut out = [0; MAX_WIRE];
         while let Some(len) = self.mcu.poll_transmit(now, &mut out) {
             let frame = out.get(..len).unwrap_or(&out);
-            if self.has_samples(frame) && self.asked_ns.is_none() {
-                self.asked_ns = Some(clock());
+            if self.has_samples(frame) {
+                if self.asked.len() == REMEMBERED {
+                    self.asked.pop_front();
+                }
+                self.asked.push_back((self.sent, clock()));
             }
             write_all(line, frame)?;
         }

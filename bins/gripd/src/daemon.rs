@@ -117,7 +117,11 @@ pub(crate) fn run(cli: &Cli, settings: Settings) -> anyhow::Result<Exit> {
     let lines =
         SupplyEnds { lines: line_in, lost: lost_out, news: news_in, shared: Arc::clone(&shared) };
     let supply = Supply::new(source, options.patient, lines);
-    let port = named("port").spawn(move || supply.run())?;
+    let ending = Ending(Arc::clone(&shared));
+    let port = named("port").spawn(move || {
+        let _ending = ending;
+        supply.run()
+    })?;
     let (hot, granted) = start_hot(hot, wanted, shared)?;
     service.granted(&granted);
     service.run();
@@ -201,7 +205,7 @@ fn start_hot<C: Fn() -> u64 + Send + 'static>(
     Ok((thread, granted))
 }
 
-/// Tells the other threads to end when the hot thread does, even by a panic.
+/// Tells the other threads to end when the hot thread or the port thread does, even by a panic.
 struct Ending(Arc<Shared>);
 
 impl Drop for Ending {

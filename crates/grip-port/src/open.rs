@@ -1,7 +1,10 @@
 //! The path of a port in; an open, raw line that no other program may take out.
 
 use crate::{Line, LineKind, Places, PortError, line::Setup, places};
-use grip_host::exit::WrongArgument;
+use grip_host::{
+    config::{BOOT_LOADER_BAUD, ValueError},
+    exit::WrongArgument,
+};
 use rustix::{
     fs::{FileType, FlockOperation, Mode, OFlags, Stat, flock, fstat, major, open},
     io::Errno,
@@ -28,9 +31,7 @@ const ACM_MAJOR: u32 = 166;
 pub fn check_baud(baud: u32) -> Result<(), WrongArgument> {
     match baud {
         0 => Err(WrongArgument("baud 0: expected bits per second, more than 0".to_owned())),
-        1200 => Err(WrongArgument(
-            "baud 1200 is not used: it makes many boards restart into their boot loader".to_owned(),
-        )),
+        BOOT_LOADER_BAUD => Err(WrongArgument(ValueError::BootLoader.to_string())),
         _ => Ok(()),
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::{
     run::Ran,
-    running::{NEWS, Running, hear, until},
+    running::{NEWS, Running, hear},
 };
 use grip_host::tape::{Played, Tape, TapeOptions, TapeSummary};
 use grip_link::message::daemon::{Command, NoticeKind, Operation, ToClient};
@@ -37,16 +37,10 @@ pub(crate) fn replays(folder: &Path, ran: &Ran) -> TapeSummary {
     played
 }
 
-/// Waits until the run has had a slip and the object is held.
-pub(crate) fn until_held(running: &Running) {
-    assert!(until(|| running.printed().contains("\"slip_end\"")), "{}", running.told());
-}
-
 #[test]
 fn a_reload_in_between_is_replayed() {
     let folder = tempfile::tempdir().unwrap();
-    let running = Running::start(folder.path(), &["--record", "run.mcap"]);
-    until_held(&running);
+    let running = Running::holding(folder.path(), &["--record", "run.mcap"]);
     fs::write(folder.path().join("gripd.toml"), "[detector.shear]\nthreshold = 30.0\n").unwrap();
     running.signal(Signal::HUP);
     running.wait_for("the new settings are in force: detector.shear.threshold: 25.0 -> 30.0");
@@ -70,7 +64,7 @@ fn ask(client: &mut grip_daemon::client::Client, command: &Command) {
 fn what_clients_ask_for_is_replayed() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("gripd.toml"), "allow_commands = true\n").unwrap();
-    let running = Running::start(folder.path(), &["--record", "run.mcap"]);
+    let running = Running::holding(folder.path(), &["--record", "run.mcap"]);
     let mut client = running.client(7, NEWS);
     let mut token = 0;
     hear(&mut client, |message| {
@@ -79,7 +73,6 @@ fn what_clients_ask_for_is_replayed() {
         }
         token != 0
     });
-    until_held(&running);
     let at_least = Command { force_mn: 14_000, ..Command::new(Operation::AtLeast) };
     ask(&mut client, &at_least);
     hear(

@@ -1,9 +1,6 @@
 //! SIGHUP on a gripd that holds an object: what cannot be used changes nothing, what can be is in force, and nobody lets go.
 
-use crate::{
-    recording::until_held,
-    running::{NEWS, Running, hear},
-};
+use crate::running::{NEWS, Running, hear};
 use grip_link::message::daemon::{GripStage, ToClient};
 use rustix::process::Signal;
 use serde_json::Value;
@@ -26,8 +23,7 @@ fn holding(running: &Running, nonce: u16) -> (GripStage, f32) {
 fn a_broken_file_changes_nothing_and_a_good_one_lets_nothing_fall() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("gripd.toml");
-    let running = Running::start(folder.path(), &[]);
-    until_held(&running);
+    let running = Running::holding(folder.path(), &[]);
     let before = holding(&running, 1);
     for (text, words) in [
         ("grip = 3\n", "the settings in force stay: gripd.toml:1:8: invalid type"),

@@ -17,6 +17,8 @@ use std::{
 
 /// Looks of 20 ms after which something that should happen has not.
 const LOOKS: u32 = 3000;
+/// Runs of which one must hold its object.
+const TRIES: u32 = 5;
 
 /// gripd on the simulator, with its socket at `gripd.sock` in its folder; killed when it goes out of scope.
 pub(crate) struct Running {
@@ -39,6 +41,27 @@ impl Running {
             .spawn()
             .unwrap();
         Self { child, folder: folder.to_owned() }
+    }
+
+    /// One that has had a slip and holds the object. A machine that stops it for longer than the object takes to fall drops it: it may
+    /// begin again, without a recording of what was dropped.
+    pub(crate) fn holding(folder: &Path, args: &[&str]) -> Self {
+        for _ in 0..TRIES {
+            let running = Self::start(folder, args);
+            let held = || running.printed().contains("\"slip_end\"");
+            let fallen = || running.told().contains("the object is gone");
+            assert!(until(|| held() || fallen()), "{}", running.told());
+            if !fallen() {
+                return running;
+            }
+            eprintln!("not held: {}", running.stop().err);
+            for recording in fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()) {
+                if recording.extension().is_some_and(|extension| extension == "mcap") {
+                    fs::remove_file(recording).unwrap();
+                }
+            }
+        }
+        panic!("the object was not held in {TRIES} runs");
     }
 
     /// What it said on standard error so far.

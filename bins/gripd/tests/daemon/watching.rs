@@ -1,9 +1,6 @@
 //! Clients and a scraper at a real gripd: every sample arrives once, the pages answer, a fault leaves a dump.
 
-use crate::{
-    recording::until_held,
-    running::{NEWS, Running, hear, until},
-};
+use crate::running::{NEWS, Running, hear, until};
 use grip_link::message::daemon::{NoticeKind, Subscribe, ToClient};
 use rustix::process::Signal;
 use serde_json::Value;
@@ -67,8 +64,7 @@ fn the_pages_tell_what_runs() {
     let folder = tempfile::tempdir().unwrap();
     let address = free_address();
     let args = ["--metrics", &address, "--record", "run.mcap"];
-    let running = Running::start(folder.path(), &args);
-    until_held(&running);
+    let running = Running::holding(folder.path(), &args);
     let mut page = String::new();
     let recorded = until(|| {
         page = get(&address, "/metrics").1;
@@ -91,8 +87,7 @@ fn a_fault_leaves_the_last_frames_behind() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("gripd.toml");
     fs::write(&file, "dump_dir = \"dumps\"\n").unwrap();
-    let running = Running::start(folder.path(), &[]);
-    until_held(&running);
+    let running = Running::holding(folder.path(), &[]);
     // Less than the object needs: it falls, and the gripper notices that it holds nothing.
     fs::write(&file, "dump_dir = \"dumps\"\n[grip]\nf_max_n = 5.0\n").unwrap();
     running.signal(Signal::HUP);

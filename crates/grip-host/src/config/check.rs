@@ -3,6 +3,9 @@
 use super::{HostConfig, LinkConfig, RecordingConfig, error::ValueError};
 use slip_core::{ConfigError, units::Hertz};
 
+/// Many boards take this speed as the order to enter their boot loader.
+pub const BOOT_LOADER_BAUD: u32 = 1200;
+
 impl HostConfig {
     /// The first value that cannot be, by its key.
     pub(super) fn check(&self) -> Result<(), (&'static str, ValueError)> {
@@ -13,6 +16,9 @@ impl HostConfig {
             };
             (key, source.into())
         })?;
+        if self.baud == Some(BOOT_LOADER_BAUD) {
+            return Err(("baud", ValueError::BootLoader));
+        }
         if self.listen.is_remote() && !self.allow_remote {
             return Err(("listen", ValueError::ListenRemote(self.listen.clone())));
         }

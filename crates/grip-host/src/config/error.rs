@@ -29,6 +29,12 @@ pub enum ValueError {
     /// Outside its range.
     #[error(transparent)]
     Range(#[from] ConfigError),
+    /// See [`BOOT_LOADER_BAUD`](super::BOOT_LOADER_BAUD).
+    #[error(
+        "baud {} is not used: it makes many boards restart into their boot loader",
+        super::BOOT_LOADER_BAUD
+    )]
+    BootLoader,
     /// Clients could connect from other computers.
     #[error("listen = {0} is open to other computers; allow_remote = true says that this is meant")]
     ListenRemote(Listen),

@@ -11,6 +11,7 @@ mod template;
 
 pub use address::{AddressError, Listen, Uid};
 pub use change::{Change, NEEDS_RESTART, needs_restart};
+pub use check::BOOT_LOADER_BAUD;
 pub use error::{HostConfigError, Place, ValueError};
 pub use keys::{LinkConfig, LogLevel, RealtimeConfig, RealtimeMode, RecordingConfig, UsbFilter};
 pub use layers::{Layers, Setting};
@@ -292,6 +293,7 @@ mod tests {
             error("[detector]\nshear = { low_hz = 500.0, high_hz = 90.0, threshold = 25.0 }\n");
         assert_eq!(text, "gripd.toml:2:11: detector.shear.low_hz = 500 is outside 0.001 to 90");
         assert_eq!(error("baud = 0\n"), "gripd.toml:1:1: baud = 0 is outside 1 to 1000000000");
+        assert!(error("baud = 1200\n").starts_with("gripd.toml:1:1: baud 1200 is not used"));
         let error = HostConfig::parse(Path::new("x"), "[link]\nttl_ms = 5").unwrap_err();
         let HostConfigError::Value { place, inherited: false, .. } = error else {
             panic!("{error}")
