@@ -41,7 +41,7 @@ impl Gripper {
     /// A gripper that is not connected yet.
     #[must_use]
     pub fn new(mcu: VirtualMcu) -> Self {
-        let (tap, ear) = (Decoder::new(Role::Tap), Decoder::new(Role::Tap));
+        let (tap, ear) = (Decoder::new(Role::Tap), Decoder::new(Role::Device));
         let asked = VecDeque::with_capacity(REMEMBERED);
         Self { mcu, tap, ear, before: 0, discarded: 0, sent: 0, command: 0, asked }
     }
@@ -125,7 +125,12 @@ impl Gripper {
     fn hear(&mut self, mut bytes: &[u8], heard_ns: u64, answered: &mut dyn FnMut(u64)) {
         while let Some(verdict) = self.ear.next(&mut bytes) {
             let Verdict::Frame(frame) = verdict else { continue };
-            if frame.header.kind != Kind::GRIP {
+            let header = frame.header;
+            if header.kind == Kind::HELLO {
+                self.ear.open_session(header.session, Some(header.seq));
+                continue;
+            }
+            if header.kind != Kind::GRIP {
                 continue;
             }
             let Ok(grip) = Grip::parse(frame.payload) else { continue };

@@ -22,7 +22,7 @@ use crate::{
 use grip_link::{
     frame::MAX_WIRE,
     host::{GripCommand, HostConfig as LinkSettings, HostEvent, HostLink, HostState},
-    message::{ChannelKind, DeviceState, Grip, GripMode, Ident, Layout, Status},
+    message::{ChannelKind, DeviceState, GripMode, Ident, Layout, Status},
 };
 use limits::device_config;
 use path::Path;
@@ -32,9 +32,6 @@ use slip_core::{
 };
 use std::sync::Arc;
 use wishes::Wishes;
-
-/// A command that stands is sent again after this time (us), or after a quarter of its life.
-const REFRESH_US: u64 = 5_000;
 
 /// How a session differs from the configuration file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -371,23 +368,10 @@ impl Session {
             cause_sample: self.cause_sample,
             ..GripCommand::newtons(force_n)?
         };
-        if self.stands(now_us, &command) {
-            return None;
-        }
         let len = self.link.grip(now_us, &command, out)?;
         self.commanded_us = now_us;
         self.counters.commands += 1;
         Some(len)
-    }
-
-    /// Whether the gripper was told the same a moment ago. Answers to a slip go out with every frame; what only stands is
-    /// refreshed long before it dies, which spares both sides a frame, its answer and two wake-ups.
-    fn stands(&self, now_us: u64, command: &GripCommand) -> bool {
-        let refresh_us = REFRESH_US.min(1000 * u64::from(self.config.link.ttl_ms) / 4);
-        let same =
-            |sent: &Grip| sent.mode == command.mode.code() && sent.force_mn == command.force_mn;
-        let told = !command.answers_slip && self.link.last_grip().is_some_and(same);
-        told && now_us < self.commanded_us.saturating_add(refresh_us)
     }
 
     /// Whether the last sample is older than a command lives, by the clocks of both sides: after a pause of this program, or on a line that

@@ -193,32 +193,3 @@ fn a_stop_leaves_nothing_that_leaps_when_it_is_cleared() {
     assert!(stopped > 100 && sent_mn >= 2000, "{stopped}, {sent_mn} mN");
     assert!(fastest_mn <= 100, "a leap of {fastest_mn} mN");
 }
-
-/// An object that is held quietly needs no frame for every batch: the command is sent again every 5 ms, a tenth of its life. While a slip is
-/// answered, each batch brings one.
-#[test]
-fn a_command_that_stands_is_refreshed_and_no_more() {
-    let (mut mcu, mut session) = facing();
-    let mut out = [0; MAX_WIRE];
-    let (mut sent_us, mut longest_us, mut commands, mut answers) = (None, 0, 0_u32, 0_u32);
-    while mcu.next_due() < Micros(4_000_000) {
-        let now = mcu.next_due();
-        mcu.advance(now);
-        let mut bytes = Vec::new();
-        mcu.transmit(now, &mut bytes);
-        if let Some(len) = session.receive(now.0, &bytes, &mut out, &mut |_| {}).unwrap() {
-            mcu.receive(now, &out[..len]);
-            longest_us = longest_us.max(sent_us.map_or(0, |before| now.0 - before));
-            sent_us = Some(now.0);
-            answers += u32::from(session.link().last_grip().unwrap().flags & 1);
-            commands += u32::from(now >= Micros(3_000_000));
-        }
-        while let Some(len) = session.poll_transmit(now.0, &mut out) {
-            mcu.receive(now, &out[..len]);
-        }
-    }
-    assert!((180..=250).contains(&commands), "{commands} in the last second");
-    assert!((5_000..=6_000).contains(&longest_us), "{longest_us} us without a command");
-    assert!(answers > 5, "{answers} answers to a slip");
-    assert!(mcu.truth().lifted() && !mcu.truth().dropped());
-}
