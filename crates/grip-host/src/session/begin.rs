@@ -1,6 +1,6 @@
 //! What a pipeline knows in; the beginning of the one that follows it out.
 
-use super::{News, Session, SessionError, limits::limited};
+use super::{News, Session, SessionError, limits::limited, pace::Pace};
 use slip_core::{
     Pipeline, PipelineConfig, detector::DetectorConfig, floor::FloorConfig, grip::GripState,
     units::Hertz,
@@ -140,6 +140,7 @@ impl Session {
         self.pipeline = Some(pipeline);
         self.begun = Some(beginning);
         self.latched_n = None;
+        self.pace = Pace::begin(carried.force_n);
         tell(News::Began(&beginning));
         Ok(())
     }

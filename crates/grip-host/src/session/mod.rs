@@ -6,6 +6,7 @@
 mod begin;
 mod explain;
 mod limits;
+mod pace;
 mod path;
 mod wishes;
 
@@ -25,7 +26,8 @@ use grip_link::{
     message::{ChannelKind, DeviceState, GripMode, Ident, Layout, Status},
 };
 use limits::device_config;
-use path::Path;
+use pace::{Pace, Wanted};
+use path::{Path, micros};
 use slip_core::{
     ConfigError, Pipeline, Sample, Step, grip::GripState, health::HealthCounters,
     pressure::MAX_TAXELS, stages::StageCounters,
@@ -125,6 +127,7 @@ pub struct Session {
     /// Least time between two commands (us), and when the last one was made.
     interval_us: u64,
     commanded_us: u64,
+    pace: Pace,
     /// The last measured normal force (N).
     applied_n: Option<f32>,
     cause_sample: u32,
@@ -174,6 +177,7 @@ impl Session {
             latched_n: None,
             interval_us: 0,
             commanded_us: 0,
+            pace: Pace::default(),
             applied_n: None,
             cause_sample: 0,
             newest_tick: 0,
@@ -354,14 +358,13 @@ impl Session {
         if self.options.dry_run || latched || state == GripState::Open {
             return None;
         }
+        let force_n = self.paced(now_us)?;
         // A slow line must not fill up with old commands; an answer to a slip waits as little as possible.
         let pause_us = self.interval_us / if state == GripState::Slipping { 2 } else { 1 };
         if now_us < self.commanded_us.saturating_add(pause_us) {
             return None;
         }
-        let force_n = self.latest?.command?.0;
         let mode = if state == GripState::Released { GripMode::Open } else { GripMode::Force };
-        let force_n = if self.is_aged(now_us) { force_n.min(self.sent_n()?) } else { force_n };
         let command = GripCommand {
             mode,
             answers_slip: state == GripState::Slipping,
@@ -372,6 +375,20 @@ impl Session {
         self.commanded_us = now_us;
         self.counters.commands += 1;
         Some(len)
+    }
+
+    /// The controller's set point within the slew rate of what was sent before it.
+    fn paced(&mut self, now_us: u64) -> Option<f32> {
+        let begun = self.begun.as_ref()?;
+        #[expect(clippy::cast_precision_loss, reason = "below 2^53 for 285 years")]
+        let wanted = Wanted {
+            force_n: self.latest?.command?.0,
+            applied_n: self.applied_n,
+            at_s: micros(self.newest_tick, self.tick_hz) as f64 * 1e-6,
+            aged: self.is_aged(now_us),
+            slew_n_s: begun.config.grip?.slew_n_s,
+        };
+        self.pace.force(&wanted)
     }
 
     /// Whether the last sample is older than a command lives, by the clocks of both sides: after a pause of this program, or on a line that

@@ -68,7 +68,7 @@ fn taxels_of<'a>(row: &Row<'_>, frame: &'a mut [f32; MAX_TAXELS]) -> &'a [f32] {
 }
 
 /// Ticks in microseconds, rounded down; exact for any tick count that fits.
-fn micros(tick: u64, tick_hz: u64) -> u64 {
+pub(super) fn micros(tick: u64, tick_hz: u64) -> u64 {
     if tick_hz == 1_000_000 {
         return tick;
     }
