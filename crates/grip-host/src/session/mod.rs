@@ -35,6 +35,9 @@ use slip_core::{
 use std::sync::Arc;
 use wishes::Wishes;
 
+/// More than this (us) the clock of a gripper is not allowed to be unsure when the age of a sample is judged.
+const MOST_UNSURE_US: f64 = 1e6;
+
 /// How a session differs from the configuration file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SessionOptions {
@@ -395,8 +398,19 @@ impl Session {
     /// holds bytes back, what arrives now is the past. The force is not raised on it. Unknown clocks judge nothing.
     fn is_aged(&self, now_us: u64) -> bool {
         let life_us = 1000 * u64::from(self.config.link.ttl_ms);
-        let taken_us = self.link.clock().and_then(|clock| clock.host_us(self.newest_tick));
-        taken_us.is_some_and(|taken_us| now_us.saturating_sub(taken_us) > life_us)
+        let clock = self.link.clock();
+        let known = clock.and_then(|clock| Some((clock.host_us(self.newest_tick)?, clock)));
+        known.is_some_and(|(taken_us, clock)| {
+            // Points that all took long say little: what may be an error of the clock is no age.
+            let unsure_us = clock.uncertainty_us().min(MOST_UNSURE_US);
+            #[expect(
+                clippy::cast_possible_truncation,
+                clippy::cast_sign_loss,
+                reason = "0 to a second"
+            )]
+            let most_us = life_us + unsure_us as u64;
+            now_us.saturating_sub(taken_us) > most_us
+        })
     }
 
     /// The force that was sent last (N).
