@@ -67,6 +67,11 @@ impl LuGre {
         c.stiffness_n_m * new + c.damping_n_s_m * (new - old) / dt
     }
 
+    /// The kinetic coefficient from now on: a contact that gets wet, or dries.
+    pub fn set_kinetic(&mut self, kinetic: f64) {
+        self.config.kinetic = kinetic;
+    }
+
     /// Elastic shear of the pad (m).
     #[must_use]
     pub fn shear_m(&self) -> f64 {
