@@ -1,0 +1,37 @@
+//! Nothing in, always the same force out.
+
+use super::ForceLaw;
+use grip_sim::scene::Object;
+use slip_core::Sample;
+
+/// The same force from the touch on.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Fixed {
+    force_n: f64,
+}
+
+impl Fixed {
+    /// What holds most of the objects of the built-in scenes without crushing the egg (N).
+    pub(crate) const USUAL_N: f64 = 20.0;
+
+    pub(crate) fn new(force_n: f64) -> Self {
+        Self { force_n }
+    }
+
+    /// 1.1 times the force that the weight of `object` needs. It knows mass and dry friction, and nothing of what happens later.
+    pub(crate) fn oracle(object: &Object) -> Self {
+        Self::new(1.1 * object.force_needed_n())
+    }
+}
+
+impl ForceLaw for Fixed {
+    fn learn(&mut self, _sample: &Sample) {}
+
+    fn force_n(&mut self, _sample: &Sample) -> f64 {
+        self.force_n
+    }
+
+    fn slips(&self) -> u64 {
+        0
+    }
+}
