@@ -1,7 +1,7 @@
 //! The name of a law of grip force in, the hand that follows it out.
 
 use super::{
-    baseline::{Baseline, Fft, Fixed, ForceLaw, Pr2},
+    baseline::{Baseline, Fft, Fixed, ForceLaw, Oracle, Pr2},
     play::Setup,
 };
 use crate::session::SessionError;
@@ -18,7 +18,7 @@ pub enum Law {
     Pr2,
     /// A step of force for every block of vibration.
     Fft,
-    /// 1.1 times the force that weight and friction call for, both known exactly.
+    /// 1.1 times the force that weight and dry friction call for, both known exactly; more where a tangential force shows more load.
     Oracle,
 }
 
@@ -53,7 +53,7 @@ impl Law {
             Self::Fixed => Box::new(Fixed::new(Fixed::USUAL_N)),
             Self::Pr2 => Box::new(Pr2::new(trial_n, rate_hz)),
             Self::Fft => Box::new(Fft::new(trial_n, rate_hz)),
-            Self::Oracle => Box::new(Fixed::oracle(&setup.scene.object())),
+            Self::Oracle => Box::new(Oracle::new(&setup.scene.object())),
         };
         Ok(Some(Baseline::new(setup.config, law)?))
     }

@@ -109,6 +109,7 @@ impl Bench {
             slips: outcome.slips,
             stable_s: truth.stable_after_s,
             force_needed_n: needed_n,
+            needed_end_n: truth.needed_now_n,
             force_final_n: truth.applied_n,
             force_peak_n: truth.force_peak_n,
             crush_n: scene.object().crush_n,

@@ -37,6 +37,8 @@ pub struct GraspResult {
     pub stable_s: f64,
     /// Largest force that it needed during the hold (N).
     pub force_needed_n: f64,
+    /// Force that it needs at the end (N).
+    pub needed_end_n: f64,
     /// Force at the end (N).
     pub force_final_n: f64,
     /// Largest force (N).

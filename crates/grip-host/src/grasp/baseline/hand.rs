@@ -108,8 +108,10 @@ fn asked_of_the_gripper(config: &HostConfig) -> Config {
 
 /// The simulated gripper ticks in microseconds.
 fn sample_of(row: &Row<'_>) -> Sample {
+    let channel = |kind| row.read(kind).filter(|value| !value.is_nan());
     Sample {
-        normal_force_n: row.read(ChannelKind::NormalForce).filter(|force| !force.is_nan()),
+        normal_force_n: channel(ChannelKind::NormalForce),
+        tangential_n: channel(ChannelKind::TangentialForce),
         ..Sample::stylus(Micros(row.tick), row.read(ChannelKind::Stylus).unwrap_or(f32::NAN))
     }
 }

@@ -5,7 +5,7 @@
 //! | [`Fixed`] | one force for everything | what a gripper without slip sensor is set to; VDI 2740 sizes it by the heaviest load |
 //! | [`Pr2`] | each slip raises the force by 8 % | J. M. Romano, K. Hsiao, G. Niemeyer, S. Chitta, K. J. Kuchenbecker, "Human-inspired robotic grasp control with tactile sensing", IEEE Trans. Robotics 27(6), 2011 |
 //! | [`Fft`] | a block of vibration in the slip band raises the force by a step | E. G. M. Holweg, H. Hoeve, W. Jongkind, L. Marconi, C. Melchiorri, C. Bonivento, "Slip detection by tactile sensors: algorithms and experimental results", ICRA 1996 |
-//! | [`Fixed::oracle`] | 1.1 times weight over friction | the safety margin of R. S. Johansson, G. Westling, Exp. Brain Research 56, 1984, at its smallest, with friction and mass known |
+//! | [`Oracle`] | 1.1 times load over friction | the safety margin of R. S. Johansson, G. Westling, Exp. Brain Research 56, 1984, at its smallest, with friction and mass known |
 //!
 //! All wait with open fingers for 0.2 s, as gripd does while it learns the noise of the stylus; their thresholds come from that noise.
 //! What is said of each law beyond its idea is ours, and chosen in its favour.
@@ -16,7 +16,7 @@ mod hand;
 mod pr2;
 
 pub(super) use fft::Fft;
-pub(super) use fixed::Fixed;
+pub(super) use fixed::{Fixed, Oracle};
 pub(super) use hand::Baseline;
 pub(super) use pr2::Pr2;
 
