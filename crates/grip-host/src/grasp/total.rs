@@ -68,6 +68,8 @@ pub struct Total {
     pub dropped: usize,
     /// Objects that were crushed.
     pub crushed: usize,
+    /// Objects that fell, were crushed, or both.
+    pub lost: usize,
     /// Dropped although a controller that knows everything would have kept it.
     pub dropped_holdable: usize,
     /// Objects that need at least 30 % less than what crushes them, and that the gripper can hold.
@@ -76,6 +78,8 @@ pub struct Total {
     pub roomy_dropped: usize,
     /// Those of them that were crushed.
     pub roomy_crushed: usize,
+    /// Those of them that fell, were crushed, or both.
+    pub roomy_lost: usize,
     /// Those of them with a final force within 1.0 to 1.4 of the needed one.
     pub roomy_within_1_4: usize,
     /// How far objects slipped (mm); fallen ones are not counted here and below.
@@ -117,10 +121,12 @@ pub fn total(scene: &str, grasps: &[&GraspResult]) -> Total {
         trials: grasps.len(),
         dropped: count(&|grasp| grasp.dropped),
         crushed: count(&|grasp| grasp.crushed),
+        lost: count(&|grasp| grasp.dropped || grasp.crushed),
         dropped_holdable: count(&|grasp| grasp.holdable == Some(true)),
         roomy: count(&|grasp| grasp.roomy),
         roomy_dropped: count(&|grasp| grasp.roomy && grasp.dropped),
         roomy_crushed: count(&|grasp| grasp.roomy && grasp.crushed),
+        roomy_lost: count(&|grasp| grasp.roomy && (grasp.dropped || grasp.crushed)),
         roomy_within_1_4: count(&|grasp| grasp.roomy && within(grasp, 1.4)),
         slip_mm: of_kept(&|grasp| grasp.slip_mm),
         force_ratio: of_kept(&|grasp| grasp.force_ratio),

@@ -59,9 +59,8 @@ fn lost(totals: &[Total], ways: &[Way]) -> Chart {
     })
 }
 
-/// Objects lost (%). One that was crushed and then fell counts once at most.
+/// Objects lost (%).
 #[expect(clippy::cast_precision_loss, reason = "counts of grasps")]
 fn share(total: &Total) -> f64 {
-    let lost = (total.dropped + total.crushed).min(total.trials);
-    100.0 * lost as f64 / total.trials.max(1) as f64
+    100.0 * total.lost as f64 / total.trials.max(1) as f64
 }

@@ -29,7 +29,7 @@ pub(super) fn grasp(grasp: &GraspResult) -> String {
 /// The line of a scene whose objects were grasped in one way.
 pub(super) fn total(total: &Total) -> String {
     format!(
-        "{:18} {} grasps: {} dropped ({} of them holdable), {} crushed; slip median {} mm, 95 % {} mm; final force over needed median {}, 95 % {}; within 1.0-1.6: {}, within 1.0-1.4: {}; peak over needed median {}, 95 % {}; slips median {}, stable after {} s; highest force {:.1} N",
+        "{:18} {} grasps: {} dropped ({} of them holdable), {} crushed; slip median {} mm, 95 % {} mm; final force over needed median {}, 95 % {}; within 1.0-1.6: {}, within 1.0-1.4: {}; peak over needed median {}, 95 % {}; slips median {}, stable after {} s; highest force {:.1} N; with room: {}",
         total.scene,
         total.trials,
         total.dropped,
@@ -45,7 +45,8 @@ pub(super) fn total(total: &Total) -> String {
         or_dash(total.peak_ratio.p95, 2),
         or_dash(total.slips.p50, 0),
         or_dash(total.stable_s.p50, 2),
-        total.peak_n
+        total.peak_n,
+        with_room(total)
     )
 }
 
@@ -55,7 +56,7 @@ pub(super) fn table(totals: &[Total]) -> Vec<String> {
     let mut lines = vec![
         format!("{name}: {trials} grasps each; median / 95 %"),
         format!(
-            "  {:26} {:>7} {:>7} {:>15} {:>13} {:>13} {:>8} {:>7} {:>13}",
+            "  {:26} {:>7} {:>7} {:>15} {:>13} {:>13} {:>8} {:>7} {:>13}  {}",
             "",
             "dropped",
             "crushed",
@@ -64,7 +65,8 @@ pub(super) fn table(totals: &[Total]) -> Vec<String> {
             "final/needed",
             "1.0-1.4",
             "slips",
-            "stable s"
+            "stable s",
+            "with room"
         ),
     ];
     lines.extend(totals.iter().map(row));
@@ -76,7 +78,7 @@ fn row(total: &Total) -> String {
     #[expect(clippy::cast_precision_loss, reason = "a count of grasps")]
     let within = 100.0 * total.within_1_4 as f64 / total.trials.max(1) as f64;
     format!(
-        "  {:26} {:>7} {:>7} {:>15} {:>13} {:>13} {:>6.0} % {:>7} {:>13}",
+        "  {:26} {:>7} {:>7} {:>15} {:>13} {:>13} {:>6.0} % {:>7} {:>13}  {}",
         way(total.law, total.sensors, total.stress),
         total.dropped,
         total.crushed,
@@ -86,7 +88,14 @@ fn row(total: &Total) -> String {
         within,
         or_dash(total.slips.p50, 0),
         pair(total.stable_s),
+        with_room(total)
     )
+}
+
+/// Of the objects that can be held with something to spare: how many were lost, and how many are held well.
+fn with_room(total: &Total) -> String {
+    let Total { roomy, roomy_lost, roomy_within_1_4, .. } = total;
+    format!("{roomy_lost} of {roomy} lost, {roomy_within_1_4} within 1.0-1.4")
 }
 
 fn pair(quantiles: Quantiles) -> String {
