@@ -86,10 +86,15 @@ impl Bench {
 
     fn result(&self, scene: &Scene, way: &Way, outcome: &Outcome) -> GraspResult {
         let truth = outcome.truth;
-        let hold_s = self.duration.as_seconds();
         let config = scene.config();
         let lift_s = 1e-3 * config.drive.approach_ms + config.lift_at_s;
-        let needed_n = scene.force_needed_n((hold_s - lift_s).max(0.0)).max(truth.force_needed_n);
+        // What fell early would have needed what was still to come.
+        let needed_n = if truth.dropped() {
+            let hold_s = (self.duration.as_seconds() - lift_s).max(0.0);
+            scene.force_needed_n(hold_s).max(truth.force_needed_n)
+        } else {
+            truth.force_needed_n
+        };
         let limit_n = config.drive.force_max_n.min(f64::from(self.config.grip.f_max_n));
         let holdable =
             truth.dropped().then(|| could_be_held(scene, &way.sensors.settings(&self.config)));
