@@ -2,7 +2,7 @@
 //!
 //! A grasp runs in lockstep, faster than real time: the simulated microcontroller and a [`Hand`] exchange the bytes they would exchange
 //! over a serial port ([`play()`]). The hand is a session of gripd or one of the older laws of grip force ([`Law`]); both have the
-//! same drive, the same sensors ([`SensorSet`]) and the same trouble ([`Stress`]). The same [`Trial`] gives the same grasp, byte for byte.
+//! same drive, the same sensors ([`SensorSet`]) and the same trouble ([`Stress`]). The same scene, seed and [`Way`] give the same grasp, byte for byte.
 
 mod baseline;
 mod hand;
