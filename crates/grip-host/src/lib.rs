@@ -4,6 +4,7 @@ pub mod calibrate;
 pub mod config;
 pub mod esc;
 pub mod exit;
+pub mod grasp;
 pub mod model;
 pub mod motion;
 pub mod poisson;

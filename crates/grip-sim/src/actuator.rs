@@ -27,6 +27,8 @@ pub struct Actuator {
     gap_m: f64,
     setpoint_n: f64,
     applied_n: f64,
+    /// The last time step (s), and the share of the way to the set point that the force goes in it.
+    follow: (f64, f64),
 }
 
 impl Actuator {
@@ -39,6 +41,7 @@ impl Actuator {
             gap_m: APPROACH_M,
             setpoint_n: 0.0,
             applied_n: 0.0,
+            follow: (0.0, 0.0),
         }
     }
 
@@ -63,8 +66,10 @@ impl Actuator {
             let target = target_n.clamp(0.0, self.config.force_max_n);
             self.setpoint_n += (target - self.setpoint_n).clamp(-reach, reach);
         }
-        let follow = -(-dt / self.config.lag_s).exp_m1();
-        self.applied_n += follow * (self.setpoint_n - self.applied_n);
+        if dt != self.follow.0 {
+            self.follow = (dt, -(-dt / self.config.lag_s).exp_m1());
+        }
+        self.applied_n += self.follow.1 * (self.setpoint_n - self.applied_n);
     }
 
     /// Force of each finger (N).

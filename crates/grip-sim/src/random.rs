@@ -13,6 +13,9 @@ pub(crate) enum Purpose {
     TrainingRow = 4,
     Motion = 5,
     SecondStylus = 6,
+    Load = 7,
+    Gain = 8,
+    Tangential = 9,
 }
 
 /// The generator of `purpose` under `seed`.

@@ -50,6 +50,8 @@ pub struct Surface {
     index: u64,
     start_m: f64,
     current: Asperity,
+    /// The place asked for last, and its height.
+    last: (f64, f64),
 }
 
 impl Surface {
@@ -58,7 +60,7 @@ impl Surface {
     pub fn new(ra_m: f64, rsm_m: f64, seed: u64) -> Self {
         let rng = random::stream(seed, Purpose::Surface);
         let current = asperity(&rng, ra_m, rsm_m, 0);
-        Self { rng, ra_m, rsm_m, index: 0, start_m: 0.0, current }
+        Self { rng, ra_m, rsm_m, index: 0, start_m: 0.0, current, last: (0.0, 0.0) }
     }
 
     /// The true i-th irregularity, counted from x = 0.
@@ -78,11 +80,18 @@ impl Surface {
 
     /// Height (m) above the valleys at `x_m` (m); 0 for negative or NaN `x_m`.
     ///
-    /// Costs one cosine plus one draw for each asperity between this place and the last one asked for.
+    /// Costs one cosine plus one draw for each asperity between this place and the last one asked for; nothing at the same place.
     pub fn height(&mut self, x_m: f64) -> f64 {
         if x_m.is_nan() || x_m <= 0.0 {
             return 0.0;
         }
+        if x_m != self.last.0 {
+            self.last = (x_m, self.height_at(x_m));
+        }
+        self.last.1
+    }
+
+    fn height_at(&mut self, x_m: f64) -> f64 {
         while x_m >= self.start_m + self.current.spacing_m {
             self.start_m += self.current.spacing_m;
             self.move_to(self.index.saturating_add(1));

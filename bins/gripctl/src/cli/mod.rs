@@ -1,8 +1,10 @@
 //! The command line of gripctl. The names are a contract.
 
+pub(crate) mod grasp;
 pub(crate) mod learn;
 
 use clap::{ArgGroup, Args, Parser, Subcommand};
+use grasp::GraspArgs;
 use learn::{EvalArgs, ExportArgs, GenerateArgs, SearchArgs, StudyArgs, TrainArgs};
 use std::path::PathBuf;
 
@@ -44,6 +46,10 @@ pub(crate) enum Command {
     /// Compute every reading of E_sc for a list of irregularities.
     Esc(EscArgs),
     /// Let the controller hold many simulated objects: dropped, crushed, slipped.
+    ///
+    /// With --sensors, --baseline or --stress one row for each way of grasping, on the same objects; --compare puts gripd with each sensor set
+    /// beside the older laws. The needed force is the largest one during the hold; slip, forces and times are those of objects
+    /// that did not fall.
     Grasp(GraspArgs),
     /// Generate training data for the force estimate.
     Generate(GenerateArgs),
@@ -327,36 +333,6 @@ pub(crate) struct EscArgs {
     /// Relative noise of each delta/s, for `sigma_s` and its flag.
     #[arg(long, value_name = "EPS", default_value_t = 0.01, allow_negative_numbers = true)]
     pub(crate) noise: f64,
-    /// One JSON object a line.
-    #[arg(long)]
-    pub(crate) json: bool,
-}
-
-#[derive(Debug, Args)]
-pub(crate) struct GraspArgs {
-    /// Scenes: built-in names or files; all files of --scenes otherwise, or the default scene.
-    pub(crate) scene: Vec<String>,
-    /// Folder of scene files.
-    #[arg(long, value_name = "DIR")]
-    pub(crate) scenes: Option<PathBuf>,
-    /// Grasps per scene, with seeds counting up.
-    #[arg(long, default_value_t = 100, value_parser = clap::value_parser!(u64).range(1..))]
-    pub(crate) trials: u64,
-    /// First seed.
-    #[arg(long, default_value_t = 0)]
-    pub(crate) seed: u64,
-    /// Length of a grasp (s).
-    #[arg(long, default_value_t = 3.0, allow_negative_numbers = true)]
-    pub(crate) duration: f64,
-    /// Configuration file, as for gripd.
-    #[arg(long)]
-    pub(crate) config: Option<PathBuf>,
-    /// Model file instead of the embedded network.
-    #[arg(long)]
-    pub(crate) model: Option<PathBuf>,
-    /// Print every grasp, not only the totals.
-    #[arg(long)]
-    pub(crate) each: bool,
     /// One JSON object a line.
     #[arg(long)]
     pub(crate) json: bool,

@@ -56,3 +56,70 @@ fn every_grasp_can_be_told() {
         gripctl(folder.path(), &["grasp", "light_rough", "--trials", "1", "--duration", "1.5"]);
     assert!(text.done().out.contains("1 grasps: 0 dropped"));
 }
+
+#[test]
+fn ways_of_grasping_stand_beside_each_other() {
+    let folder = tempfile::tempdir().unwrap();
+    let common = ["grasp", "raw_egg", "foam", "--trials", "2", "--duration", "1.5"];
+    let with = |more: &[&str]| {
+        let args: Vec<&str> = common.iter().chain(more).copied().collect();
+        gripctl(folder.path(), &args)
+    };
+    let lines = with(&["--compare", "--json"]).done().json();
+    assert_eq!(lines.len(), 3 * 9);
+    let all: Vec<(&str, &str)> = lines
+        .iter()
+        .filter(|line| line["scene"] == "all")
+        .map(|line| (line["law"].as_str().unwrap(), line["sensors"].as_str().unwrap()))
+        .collect();
+    assert_eq!(all[..2], [("gripd", "stylus"), ("gripd", "travel")]);
+    assert_eq!(all[7..], [("oracle", "travel"), ("oracle", "tangential")]);
+    let fixed =
+        lines.iter().find(|line| line["scene"] == "foam" && line["law"] == "fixed").unwrap();
+    assert_eq!((&fixed["crushed"], &fixed["roomy_crushed"]), (&2.into(), &2.into()), "{fixed}");
+    // 20 N on foam of a few newtons.
+    assert!(number(&fixed["peak_ratio"], "p50") > 10.0, "{fixed}");
+
+    let text = with(&["--baseline", "oracle,gripd", "--stress=none,noise"]).done().out;
+    for part in
+        ["raw_egg: 2 grasps each", "oracle, noise", "gripd ", "final/needed", "all: 4 grasps each"]
+    {
+        assert!(text.contains(part), "{part} in {text}");
+    }
+    let troubles = with(&["--stress", "--json"]).done().json();
+    assert_eq!(troubles.len(), 3 * 8);
+}
+
+#[test]
+fn the_result_is_drawn() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = |more: &[&str]| {
+        let common = ["grasp", "raw_egg", "--trials", "2", "--duration", "1.2", "--plot", "a.svg"];
+        let args: Vec<&str> = common.iter().chain(more).copied().collect();
+        gripctl(folder.path(), &args).done();
+        std::fs::read_to_string(folder.path().join("a.svg")).unwrap()
+    };
+    let single = run(&[]);
+    assert!(single.contains("2 of 2 objects held") && single.contains("at the end"), "{single}");
+    let several = run(&["--baseline", "all"]);
+    assert!(several.contains("Objects lost") && several.contains(">fft<"), "{several}");
+}
+
+#[test]
+fn wrong_names_are_told_with_the_right_ones() {
+    let folder = tempfile::tempdir().unwrap();
+    for (args, expected) in [
+        (vec!["--baseline", "pr3"], "fixed, pr2, fft, oracle, gripd, all"),
+        (vec!["--sensors", "camera"], "two-styli"),
+        (vec!["--stress=luck"], "dead-stylus"),
+        (vec!["--plot", "a.gif"], ".svg or .png"),
+        (vec!["nowhere"], "glass_bottle_full"),
+        (vec!["--all", "default"], "cannot be used with"),
+        (vec!["--compare", "--sensors", "travel"], "cannot be used with"),
+    ] {
+        let args: Vec<&str> = ["grasp"].into_iter().chain(args).collect();
+        let ran = gripctl(folder.path(), &args);
+        assert_eq!(ran.code, 2, "{args:?}");
+        assert!(ran.err.contains(expected), "{args:?}: {}", ran.err);
+    }
+}

@@ -3,10 +3,12 @@
     clippy::unwrap_used,
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,
+    clippy::cast_precision_loss,
     reason = "test code"
 )]
 
 mod estimate;
+mod grasp;
 mod methods;
 mod session;
 mod velocity;

@@ -15,6 +15,8 @@ use crate::scene::Scene;
 const SAFETY: f64 = 1.2;
 /// Longest time watched after the lift (s).
 const WATCH_S: f64 = 1.0;
+/// The same where something happens to the object while it is held (s).
+const WATCH_LOAD_S: f64 = 4.0;
 
 /// A controller that knows the needed force and the true state.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,15 +30,16 @@ pub struct Clairvoyant {
 }
 
 impl Clairvoyant {
-    /// Plays the scene until the object is lost, or 1 s after the lift; returns the final truth.
+    /// Plays the scene until the object is lost, or 1 s after the lift (4 s where more than its weight acts on it); returns the final truth.
     #[must_use]
     pub fn play(&self, scene: &Scene) -> Truth {
         let mut grasp = Grasp::new(scene);
         grasp.set_slew(self.slew_n_s);
-        let needed = grasp.truth().force_needed_n;
+        let watch_s = if scene.load().is_still() { WATCH_S } else { WATCH_LOAD_S };
+        let needed = scene.force_needed_n(watch_s);
         let config = scene.config();
         let lift = config.drive.approach_ms * 1e-3 + config.lift_at_s;
-        let end = lift + config.lift_ramp_s + WATCH_S;
+        let end = lift + config.lift_ramp_s + watch_s;
         let mut act_at = f64::INFINITY;
         loop {
             let truth = grasp.truth();

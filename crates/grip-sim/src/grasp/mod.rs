@@ -5,31 +5,35 @@
 //! state stands for both:
 //!
 //! ```text
-//! m x'' = r(t) m (g + a(t)) - 2 F_t(x', N)
+//! m x'' = r(t) m (g + a(t)) + P(t) + m' (u - x') - 2 F_t(x', N)
 //! ```
 //!
-//! x is the travel of the object along the fingers, elastic shear of the pads included, a(t) the shaking of the
-//! hand. Sliding gives F_t = mu_k N, hence g (t1 - t0) - (v1 - v0) = (2 mu_k / m) * integral of N, the impulse
+//! x is the travel of the object along the fingers, elastic shear of the pads included, a(t) the acceleration of the hand upwards, P(t) a
+//! pull, and m' (u - x') what is poured in at the speed u ([`crate::scene`]); mass and friction may change while it is held. Sliding gives F_t = mu_k N, hence g (t1 - t0) - (v1 - v0) = (2 mu_k / m) * integral of N, the impulse
 //! balance from which a trial grasp learns the needed force m g / (2 mu_k).
 //!
 //! Integration is semi-implicit (Euler-Cromer) in x and exact in bristle, drive lag and stylus. Halving the
 //! default step of 10 us moves the travel of a slip by less than 0.2 % (test `halving_the_step`).
 
 mod clairvoyant;
+mod clock;
 mod sensors;
+mod world;
 
 pub use clairvoyant::{Clairvoyant, perfect_controller_can_hold};
 
 use crate::GRAVITY_M_S2;
-use crate::actuator::{Actuator, ActuatorConfig};
-use crate::friction::{LuGre, LuGreConfig};
-use crate::scene::{Object, Scene, ShakeConfig};
+use crate::actuator::Actuator;
+use crate::friction::LuGre;
+use crate::scene::Scene;
 use crate::stylus::{Stylus, StylusConfig};
 use crate::surface::Surface;
+use clock::SampleClock;
 pub(crate) use sensors::narrow;
 use sensors::{Readings, Sensors};
 use slip_core::sample::Sample;
 use slip_core::units::Micros;
+use world::World;
 
 /// How far the stylus stands out of the pad (m): its depth of pre-load once the fingers touch.
 const STYLUS_PRELOAD_M: f64 = 200e-6;
@@ -57,9 +61,11 @@ pub enum Phase {
 pub struct Truth {
     /// Time since the start (s).
     pub time_s: f64,
-    /// Force of each finger at which sliding friction balances the weight: m g / (2 mu_k) (N). A slip stops
-    /// decelerating below it; an object that never slipped is held by less, by mu_s / mu_k.
+    /// Largest force of each finger, so far, at which sliding friction balances the load: m g / (2 mu_k) for a weight alone (N). A slip
+    /// stops decelerating below it; an object that never slipped is held by less, by mu_s / mu_k.
     pub force_needed_n: f64,
+    /// The same, as of now (N).
+    pub needed_now_n: f64,
     /// Force of each finger (N).
     pub applied_n: f64,
     /// Largest force of a finger so far (N).
@@ -76,6 +82,8 @@ pub struct Truth {
     pub crushed: bool,
     /// The object slips now: faster than 0.1 mm/s, and more than half of the motion is not elastic.
     pub slipping: bool,
+    /// From the lift to the end of the last slip (s); 0 where nothing slipped.
+    pub stable_after_s: f64,
 }
 
 impl Truth {
@@ -98,21 +106,6 @@ impl Truth {
     }
 }
 
-/// Constants of the run, in SI.
-#[derive(Clone, Copy, Debug)]
-struct World {
-    object: Object,
-    shake: ShakeConfig,
-    lift_after_s: f64,
-    ramp_s: f64,
-    finger_m: f64,
-    sink_m_n: f64,
-    step_max_s: f64,
-    step_s: f64,
-    steps_per_sample: u32,
-    steps_per_ms: u32,
-}
-
 /// The second stylus, with its own place on the same surface.
 #[derive(Clone, Debug)]
 struct Second {
@@ -131,6 +124,8 @@ pub struct Grasp {
     stylus: Stylus,
     second: Option<Second>,
     sensors: Sensors,
+    /// Tangential force of one finger (N).
+    friction_n: f64,
     truth: Truth,
     clock: SampleClock,
     phase_since_s: f64,
@@ -145,8 +140,8 @@ impl Grasp {
         let config = scene.config();
         Self {
             world,
-            drive: Actuator::new(drive_of(scene)),
-            contact: LuGre::new(contact_of(scene)),
+            drive: Actuator::new(world::drive_of(scene)),
+            contact: LuGre::new(world::contact_of(scene)),
             surface: Surface::new(object.ra_m, object.rsm_m, config.seed),
             stylus: Stylus::new(StylusConfig::default(), world.step_s),
             second: config.second_stylus_mm.map(|spacing_mm| Second {
@@ -154,9 +149,14 @@ impl Grasp {
                 surface: Surface::new(object.ra_m, object.rsm_m, config.seed),
                 spacing_m: 1e-3 * spacing_mm,
             }),
-            sensors: Sensors::new(config),
-            truth: Truth { force_needed_n: object.force_needed_n(), ..Truth::default() },
-            clock: SampleClock { since: Micros(0), samples: 0, rate_hz: config.sample_rate_hz },
+            sensors: Sensors::new(config, scene.gains()),
+            friction_n: 0.0,
+            truth: Truth {
+                force_needed_n: object.force_needed_n(),
+                needed_now_n: object.force_needed_n(),
+                ..Truth::default()
+            },
+            clock: SampleClock::new(config.sample_rate_hz),
             phase_since_s: 0.0,
         }
     }
@@ -181,13 +181,14 @@ impl Grasp {
             }
             self.step(begin, step + 1, force_target_n);
         }
-        self.clock.samples += 1;
+        self.clock.count();
         let readings = Readings {
             t: self.clock.last(),
             stylus_m: self.stylus.displacement_m(),
             second_m: self.second.as_ref().map(|second| second.stylus.displacement_m()),
             force_n: self.truth.applied_n,
             travel_m: self.truth.travel_m,
+            tangential_n: self.friction_n,
         };
         self.sensors.read(readings)
     }
@@ -212,7 +213,7 @@ impl Grasp {
     /// The sample period (s).
     #[must_use]
     pub fn period_s(&self) -> f64 {
-        1.0 / f64::from(self.clock.rate_hz)
+        1.0 / f64::from(self.clock.rate_hz())
     }
 
     /// Time stamp of the last sample; zero before the first.
@@ -224,8 +225,8 @@ impl Grasp {
     /// Goes on with another sample rate (Hz), limited to 1 to 20000; the motion of the robot begins anew.
     pub fn set_sample_rate(&mut self, rate_hz: u32) {
         let rate_hz = rate_hz.clamp(1, 20_000);
-        if rate_hz != self.clock.rate_hz {
-            self.clock = SampleClock { since: self.clock.last(), samples: 0, rate_hz };
+        if rate_hz != self.clock.rate_hz() {
+            self.clock = self.clock.at_rate(rate_hz);
             self.world.set_rate(rate_hz);
             self.stylus.set_step(self.world.step_s);
             if let Some(second) = &mut self.second {
@@ -291,6 +292,7 @@ impl Grasp {
         self.phase_since_s = time;
         if next == Phase::Dropped {
             self.drive.lose_object();
+            self.friction_n = 0.0;
             self.truth = Truth {
                 applied_n: 0.0,
                 shear_m: 0.0,
@@ -302,16 +304,33 @@ impl Grasp {
     }
 
     fn move_object(&mut self, time: f64) {
-        let World { object, step_s: dt, .. } = self.world;
+        let dt = self.world.step_s;
         let speed = self.truth.speed_m_s;
-        let friction = self.contact.step(speed, self.truth.applied_n, dt);
-        let acceleration =
-            self.world.load(time - self.phase_since_s) - 2.0 * friction / object.mass_kg;
+        let since_lift = time - self.phase_since_s;
+        let acceleration = match self.world.acting(since_lift) {
+            None => {
+                self.friction_n = self.contact.step(speed, self.truth.applied_n, dt);
+                self.world.weight(since_lift) - 2.0 * self.friction_n / self.world.object.mass_kg
+            }
+            Some(acting) => {
+                self.contact.set_kinetic(self.world.object.friction * acting.friction_share);
+                self.friction_n = self.contact.step(speed, self.truth.applied_n, dt);
+                let needed_n = acting.force_needed_n(self.world.object.friction);
+                self.truth.needed_now_n = needed_n;
+                self.truth.force_needed_n = self.truth.force_needed_n.max(needed_n);
+                let lost_n = 2.0 * self.friction_n + acting.flow_kg_s * speed;
+                self.world.share(since_lift) * (GRAVITY_M_S2 + acting.acceleration_m_s2)
+                    + (acting.pull_n - lost_n) / acting.mass_kg
+            }
+        };
         let speed = speed + acceleration * dt;
         self.truth.speed_m_s = speed;
         self.truth.travel_m += speed * dt;
         self.truth.shear_m = self.contact.shear_m();
         self.truth.slipping = speed.abs() > SLIP_SPEED_M_S && self.contact.slip_share() > 0.5;
+        if self.truth.slipping {
+            self.truth.stable_after_s = since_lift;
+        }
     }
 
     /// Level of the valleys above the free stylus tip (m).
@@ -321,94 +340,6 @@ impl Grasp {
         }
         let sink = self.world.sink_m_n * self.truth.applied_n;
         STYLUS_PRELOAD_M + sink - self.drive.gap_m()
-    }
-}
-
-impl World {
-    fn of(scene: &Scene) -> Self {
-        let config = scene.config();
-        let mut world = Self {
-            object: scene.object(),
-            shake: config.shake,
-            lift_after_s: config.lift_at_s,
-            ramp_s: config.lift_ramp_s,
-            finger_m: config.finger_length_mm * 1e-3,
-            sink_m_n: config.pad.sink_um_n * 1e-6,
-            step_max_s: config.step_us * 1e-6,
-            step_s: 0.0,
-            steps_per_sample: 1,
-            steps_per_ms: 1,
-        };
-        world.set_rate(config.sample_rate_hz);
-        world
-    }
-
-    /// Divides the sample period into the fewest steps that are short enough.
-    fn set_rate(&mut self, rate_hz: u32) {
-        let period_s = 1.0 / f64::from(rate_hz);
-        self.steps_per_sample = steps(period_s, self.step_max_s);
-        self.step_s = period_s / f64::from(self.steps_per_sample);
-        self.steps_per_ms = steps(1e-3, self.step_s);
-    }
-
-    /// Acceleration of the load (m/s^2) at `since_lift` (s).
-    fn load(&self, since_lift: f64) -> f64 {
-        let share = if since_lift < self.ramp_s { since_lift / self.ramp_s } else { 1.0 };
-        let phase = core::f64::consts::TAU * self.shake.frequency_hz * since_lift;
-        share * (GRAVITY_M_S2 + self.shake.amplitude_m_s2 * phase.sin())
-    }
-}
-
-/// Fewest steps of at most `step_s` that make `time_s`. The margin keeps a quotient like 10.000000000000002 at 10.
-fn steps(time_s: f64, step_s: f64) -> u32 {
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "1 to 10^6: at most 1 s in steps of at least 1 us"
-    )]
-    let count = (time_s / step_s - 1e-9).ceil().max(1.0) as u32;
-    count
-}
-
-fn drive_of(scene: &Scene) -> ActuatorConfig {
-    let drive = scene.config().drive;
-    ActuatorConfig {
-        force_max_n: drive.force_max_n,
-        slew_max_n_s: drive.slew_max_n_s,
-        lag_s: drive.lag_ms * 1e-3,
-        approach_s: drive.approach_ms * 1e-3,
-    }
-}
-
-fn contact_of(scene: &Scene) -> LuGreConfig {
-    let pad = scene.config().pad;
-    LuGreConfig {
-        stiffness_n_m: pad.shear_n_mm * 1e3,
-        damping_n_s_m: pad.damping_n_s_m,
-        kinetic: scene.object().friction,
-        static_ratio: scene.object().friction_ratio,
-        stribeck_m_s: pad.stribeck_mm_s * 1e-3,
-    }
-}
-
-/// Counts samples; the end of each period is rounded to microseconds without drift.
-#[derive(Clone, Copy, Debug)]
-struct SampleClock {
-    since: Micros,
-    samples: u64,
-    rate_hz: u32,
-}
-
-impl SampleClock {
-    fn last(&self) -> Micros {
-        self.ahead(0)
-    }
-
-    fn ahead(&self, more: u64) -> Micros {
-        let rate = u64::from(self.rate_hz);
-        let samples = self.samples + more;
-        let (seconds, rest) = (samples / rate, samples % rate);
-        self.since.plus(Micros(seconds * 1_000_000 + (rest * 1_000_000 + rate / 2) / rate))
     }
 }
 

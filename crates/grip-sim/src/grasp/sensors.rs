@@ -1,13 +1,13 @@
 //! True values in, one noisy [`Sample`] out.
 //!
-//! Stylus and normal force carry white Gaussian noise. The moved distance stands for an optical displacement
+//! Styli and forces carry white Gaussian noise. The moved distance stands for an optical displacement
 //! sensor or a roller with encoder: Gaussian jitter, then rounding to its resolution (1 um by default).
 //! Every channel draws its noise at every sample, switched on or not, so that leaving a channel out does not
-//! change the others.
+//! change the others. What a sensor measures is multiplied by its gain; its noise is not.
 
 use crate::disturbance::Disturbance;
 use crate::random::{self, Purpose};
-use crate::scene::{ChannelConfig, MotionConfig, SceneConfig};
+use crate::scene::{ChannelConfig, Gains, MotionConfig, SceneConfig};
 use rand_chacha::ChaCha8Rng;
 use slip_core::sample::Sample;
 use slip_core::units::Micros;
@@ -20,6 +20,7 @@ pub(super) struct Readings {
     pub(super) second_m: Option<f64>,
     pub(super) force_n: f64,
     pub(super) travel_m: f64,
+    pub(super) tangential_n: f64,
 }
 
 #[derive(Clone, Debug)]
@@ -27,21 +28,28 @@ pub(super) struct Sensors {
     rng: ChaCha8Rng,
     /// Of its own, so that a second stylus does not change the other channels.
     second_rng: ChaCha8Rng,
+    /// Of its own, like that of the second stylus.
+    tangential_rng: ChaCha8Rng,
+    gains: Gains,
     channels: ChannelConfig,
     stylus_rms_m: f64,
     force_rms_n: f64,
     travel_rms_m: f64,
     travel_step_m: f64,
+    tangential_rms_n: f64,
     robot: MotionConfig,
     seed: u64,
     motion: Option<Disturbance>,
 }
 
 impl Sensors {
-    pub(super) fn new(config: &SceneConfig) -> Self {
+    pub(super) fn new(config: &SceneConfig, gains: Gains) -> Self {
         let mut sensors = Self {
             rng: random::stream(config.seed, Purpose::SensorNoise),
             second_rng: random::stream(config.seed, Purpose::SecondStylus),
+            tangential_rng: random::stream(config.seed, Purpose::Tangential),
+            gains,
+            tangential_rms_n: config.noise.tangential_mn * 1e-3,
             channels: config.channels,
             stylus_rms_m: config.noise.stylus_um * 1e-6,
             force_rms_n: config.noise.force_mn * 1e-3,
@@ -66,19 +74,28 @@ impl Sensors {
 
     pub(super) fn read(&mut self, ideal: Readings) -> Sample {
         let motion = self.motion.as_mut().map(Disturbance::next_sample).unwrap_or_default();
-        let stylus =
-            ideal.stylus_m + motion.stylus_m + self.stylus_rms_m * random::normal(&mut self.rng);
-        let force = ideal.force_n + self.force_rms_n * random::normal(&mut self.rng);
-        let travel = ideal.travel_m + self.travel_rms_m * random::normal(&mut self.rng);
+        let gains = self.gains;
+        let stylus = gains.stylus * (ideal.stylus_m + motion.stylus_m)
+            + self.stylus_rms_m * random::normal(&mut self.rng);
+        let force = gains.force * ideal.force_n + self.force_rms_n * random::normal(&mut self.rng);
+        let travel =
+            gains.travel * ideal.travel_m + self.travel_rms_m * random::normal(&mut self.rng);
         let travel = (travel / self.travel_step_m).round() * self.travel_step_m;
         let second = ideal.second_m.map(|second_m| {
-            second_m + motion.stylus_m + self.stylus_rms_m * random::normal(&mut self.second_rng)
+            gains.stylus * (second_m + motion.stylus_m)
+                + self.stylus_rms_m * random::normal(&mut self.second_rng)
         });
+        let tangential = self.channels.tangential.then(|| {
+            gains.tangential * ideal.tangential_n
+                + self.tangential_rms_n * random::normal(&mut self.tangential_rng)
+        });
+        let reference = gains.stylus * motion.reference_m;
         Sample {
             second_stylus: second.map(narrow),
             normal_force_n: self.channels.force.then_some(narrow(force)),
+            tangential_n: tangential.map(narrow),
             travel_m: self.channels.travel.then_some(narrow(travel)),
-            reference: self.channels.reference.then_some(narrow(motion.reference_m)),
+            reference: self.channels.reference.then_some(narrow(reference)),
             ..Sample::stylus(ideal.t, narrow(stylus))
         }
     }

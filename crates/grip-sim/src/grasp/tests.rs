@@ -1,5 +1,5 @@
 use super::*;
-use crate::scene::{self, SceneConfig};
+use crate::scene::{self, Object, SceneConfig};
 
 fn scene(text: &str) -> Scene {
     let fixed = "name = \"test\"\nmass_kg = 0.4\nfriction = 0.3\nfriction_ratio = 1.0\nroughness_ra_um = 1.6\n";
@@ -172,7 +172,7 @@ fn same_seed_same_samples() {
 
 #[test]
 fn sample_times_do_not_drift() {
-    let clock = SampleClock { since: Micros(0), samples: 0, rate_hz: 3000 };
+    let clock = SampleClock::new(3000);
     assert_eq!((clock.ahead(1), clock.ahead(3000 * 3600)), (Micros(333), Micros(3_600_000_000)));
     let mut grasp = Grasp::new(&scene("sample_rate_hz = 3000\n"));
     let next = grasp.next_sample_at();
@@ -228,8 +228,10 @@ fn a_clairvoyant_controller_holds_the_built_in_scenes() {
     for (name, _) in scene::BUILT_IN {
         let base = scene::load(name).unwrap();
         for (slew_n_s, delay_s) in [(500.0, 5e-3), (2000.0, 20e-3)] {
-            let controller = Clairvoyant { trial_n: 2.0, slew_n_s, delay_s };
-            let mut slips: Vec<f64> = (0..20)
+            // A light touch where 2 N would already crush.
+            let trial_n = if name == "foam" { 1.0 } else { 2.0 };
+            let controller = Clairvoyant { trial_n, slew_n_s, delay_s };
+            let mut slips: Vec<f64> = (0..8)
                 .map(|seed| {
                     let scene = base.reseeded(seed).unwrap();
                     assert!(perfect_controller_can_hold(&scene, controller), "{name} seed {seed}");
@@ -239,7 +241,7 @@ fn a_clairvoyant_controller_holds_the_built_in_scenes() {
             slips.sort_by(f64::total_cmp);
             println!(
                 "{name}: {slew_n_s} N/s, {delay_s} s: slip mm p50 {:.2} max {:.2}",
-                slips[10], slips[19]
+                slips[4], slips[7]
             );
         }
     }
@@ -281,4 +283,120 @@ fn a_second_stylus_meets_the_same_places_later_and_changes_no_other_channel() {
         }
     }
     assert!(compared > 50, "{compared}");
+}
+
+/// Needed force from the impulse balance over a stretch of sliding under `target_n`, as a share of what `needed` says of the stretch.
+fn balance(text: &str, target_n: f64, from_s: f64, needed: impl Fn(f64) -> f64) -> f64 {
+    let scene = scene(&format!(
+        "lift_at_s = 0.1\nlift_ramp_s = 0.0\nfinger_length_mm = 400.0\n[pad]\ndamping_n_s_m = 0.0\n{text}"
+    ));
+    let mut grasp = Grasp::new(&scene);
+    let rows = run(&mut grasp, target_n, from_s + 0.3);
+    let lift = rows.iter().find(|(_, t)| t.phase == Phase::Lifted).unwrap().1.time_s;
+    let slide: Vec<Truth> =
+        rows.iter().map(|r| r.1).filter(|t| t.time_s - lift > from_s && t.slipping).collect();
+    let mut speed = slide[0].speed_m_s;
+    for pair in slide.windows(2) {
+        let middle = 0.5 * (pair[0].time_s + pair[1].time_s) - lift;
+        let share = 0.5 * (pair[0].applied_n + pair[1].applied_n) / needed(middle);
+        speed += (1.0 - share) * GRAVITY_M_S2 * (pair[1].time_s - pair[0].time_s);
+    }
+    speed / slide.last().unwrap().speed_m_s
+}
+
+#[test]
+fn a_wet_contact_slides_as_its_friction_says() {
+    let text = "[wet]\nfriction_ratio = 0.5\nstart_s = 0.0\nspread_s = 0.1\n";
+    let weight = 0.4 * GRAVITY_M_S2 / 0.6;
+    let ratio = balance(text, 6.6, 0.02, |t| weight / (0.5 + 0.5 * (-t / 0.1).exp()));
+    assert!((ratio - 1.0).abs() < 0.01, "{ratio}");
+}
+
+#[test]
+fn a_pull_and_what_is_poured_in_accelerate_as_newton_says() {
+    // At a force that almost holds: m dv/dt = m g + P + m' (u - v) - 2 mu N, integrated by hand.
+    let text = "[tug]\nforce_n = 2.0\nstart_s = 0.0\nrise_ms = 1.0\nhold_ms = 1000.0\n[fill]\nmass_kg = 0.4\nstart_s = 0.0\nduration_s = 1.0\nheight_mm = 200.0\n";
+    let scene =
+        scene(&format!("lift_at_s = 0.1\nlift_ramp_s = 0.0\nfinger_length_mm = 400.0\n{text}"));
+    let mut grasp = Grasp::new(&scene);
+    let rows = run(&mut grasp, 6.0, 0.5);
+    let lift = rows.iter().find(|(_, t)| t.phase == Phase::Lifted).unwrap().1.time_s;
+    let slide: Vec<Truth> = rows.iter().map(|r| r.1).filter(|t| t.time_s > lift + 0.05).collect();
+    assert!(slide.len() > 1000 && slide.iter().all(|t| t.slipping));
+    let poured_m_s = (2.0 * GRAVITY_M_S2 * 0.2).sqrt();
+    let mut speed = slide[0].speed_m_s;
+    for pair in slide.windows(2) {
+        let mass = 0.4 + 0.4 * (pair[0].time_s - lift);
+        let force =
+            mass * GRAVITY_M_S2 + 2.0 + 0.4 * (poured_m_s - speed) - 0.6 * pair[0].applied_n;
+        speed += force / mass * (pair[1].time_s - pair[0].time_s);
+    }
+    let last = slide.last().unwrap();
+    assert!((speed / last.speed_m_s - 1.0).abs() < 0.005, "{speed} {last:?}");
+    let mass = 0.4 + 0.4 * (last.time_s - lift);
+    let needed = (mass * GRAVITY_M_S2 + 2.0 + 0.4 * poured_m_s) / 0.6;
+    assert!((last.needed_now_n / needed - 1.0).abs() < 1e-4, "{needed} {last:?}");
+    assert!((last.force_needed_n / last.needed_now_n - 1.0).abs() < 1e-3);
+}
+
+#[test]
+fn a_bump_that_exceeds_the_grip_slips_by_its_excess() {
+    // Held with 1.5 times the weight, hit by 20 m/s^2 over 20 ms: it slides while g + a exceeds 1.5 g, and brakes with 0.5 g after.
+    let text = "[bump]\nacceleration_m_s2 = 20.0\nstart_s = 0.5\nduration_ms = 20.0\n";
+    let mut grasp = Grasp::new(&scene(text));
+    let weight = grasp.truth().force_needed_n;
+    let rows = run(&mut grasp, 1.5 * weight, 1.6);
+    let last = rows.last().unwrap().1;
+    let (mut speed, mut slid, mut t) = (0.0_f64, 0.0, 0.0);
+    while t < 0.5 {
+        let bump = if t < 0.02 { 20.0 * (core::f64::consts::PI * t / 0.02).sin() } else { 0.0 };
+        speed = (speed + (bump - 0.5 * GRAVITY_M_S2) * 1e-6).max(0.0);
+        slid += speed * 1e-6;
+        t += 1e-6;
+    }
+    // Touch after 0.1 s, lift 0.3 s later.
+    let before = rows.iter().rev().find(|(_, t)| t.time_s < 0.895).unwrap().1;
+    let slip = last.slip_mm() - before.slip_mm();
+    // The pad's elastic shear takes up a part of the way.
+    assert!((slip * 1e-3 / slid - 1.0).abs() < 0.15, "{slip} mm, {slid} m");
+    assert!((last.force_needed_n / weight - 3.04).abs() < 0.01, "{last:?}");
+    assert!((last.needed_now_n / weight - 1.0).abs() < 1e-12 && last.stable_after_s > 0.5);
+}
+
+#[test]
+fn the_needed_force_of_a_hold_is_that_of_its_worst_moment() {
+    let scene = scene("[tug]\nforce_n = 2.0\nstart_s = 1.0\nrise_ms = 50.0\nhold_ms = 300.0\n");
+    let weight = scene.object().force_needed_n();
+    assert_eq!((scene.force_needed_n(0.9), scene.force_needed_n(0.0)), (weight, weight));
+    assert!((scene.force_needed_n(3.0) - weight - 2.0 / 0.6).abs() < 1e-9);
+}
+
+#[test]
+fn the_tangential_force_of_a_finger_is_half_the_weight_and_gains_are_errors_of_scale() {
+    let text =
+        "[channels]\ntangential = true\n[gain]\nforce = 0.8\ntravel = 1.2\ntangential = 1.1\n";
+    let mut wrong = Grasp::new(&scene(text));
+    let mut right = Grasp::new(&scene("[channels]\ntangential = true\n"));
+    let mean = |rows: &[(Sample, Truth)], of: fn(&Sample) -> f32| {
+        let last = &rows[rows.len() - 2000..];
+        last.iter().map(|(sample, _)| f64::from(of(sample))).sum::<f64>() / 2000.0
+    };
+    let of = |grasp: &mut Grasp| {
+        let rows = run(grasp, 10.0, 1.5);
+        assert!(rows[100].0.tangential_n.unwrap().abs() < 0.05, "before the lift");
+        (
+            mean(&rows, |s| s.normal_force_n.unwrap()),
+            mean(&rows, |s| s.travel_m.unwrap()),
+            mean(&rows, |s| s.tangential_n.unwrap()),
+        )
+    };
+    let (right, wrong) = (of(&mut right), of(&mut wrong));
+    assert!((right.2 - 0.2 * GRAVITY_M_S2).abs() < 1e-3, "{right:?}");
+    for (name, ratio, gain) in [
+        ("force", wrong.0 / right.0, 0.8),
+        ("travel", wrong.1 / right.1, 1.2),
+        ("tangential", wrong.2 / right.2, 1.1),
+    ] {
+        assert!((ratio / gain - 1.0).abs() < 0.01, "{name}: {ratio}");
+    }
 }

@@ -22,6 +22,7 @@ pub(super) enum Reading {
     Travel,
     Reference,
     SecondStylus,
+    TangentialForce,
 }
 
 /// The channels in the order of IDENT; the stylus comes first.
@@ -32,6 +33,7 @@ pub(super) fn readings(config: &SceneConfig) -> Vec<Reading> {
         (channels.travel, Reading::Travel),
         (channels.reference, Reading::Reference),
         (config.second_stylus_mm.is_some(), Reading::SecondStylus),
+        (channels.tangential, Reading::TangentialForce),
     ];
     let present = optional.into_iter().filter_map(|(present, reading)| present.then_some(reading));
     core::iter::once(Reading::Stylus).chain(present).collect()
@@ -41,7 +43,8 @@ pub(super) fn readings(config: &SceneConfig) -> Vec<Reading> {
 pub(super) fn scale(reading: Reading, config: &SceneConfig) -> f32 {
     let span = match reading {
         Reading::Stylus | Reading::Reference | Reading::SecondStylus => STYLUS_SPAN_M,
-        Reading::NormalForce => 1.25 * config.drive.force_max_n,
+        // Friction above the normal force is rare.
+        Reading::NormalForce | Reading::TangentialForce => 1.25 * config.drive.force_max_n,
         Reading::Travel => 1.25e-3 * config.finger_length_mm,
     };
     crate::grasp::narrow(span / 32_000.0)
@@ -88,6 +91,7 @@ fn channel(reading: Reading, config: &SceneConfig) -> Channel {
         Reading::Travel => (ChannelKind::Travel, Unit::Metre),
         Reading::Reference => (ChannelKind::Reference, Unit::Metre),
         Reading::SecondStylus => (ChannelKind::SecondStylus, Unit::Metre),
+        Reading::TangentialForce => (ChannelKind::TangentialForce, Unit::Newton),
     };
     Channel { unit, ..Channel::single(kind, scale(reading, config)) }
 }

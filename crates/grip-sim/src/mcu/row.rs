@@ -7,7 +7,7 @@ use grip_link::message::{Config, SampleFormat};
 use slip_core::sample::Sample;
 
 /// Most channels of the virtual device.
-const MOST: usize = 5;
+const MOST: usize = 6;
 
 /// The columns in force.
 #[derive(Clone, Debug)]
@@ -66,6 +66,7 @@ fn value(reading: Reading, sample: &Sample) -> f32 {
         Reading::Travel => sample.travel_m,
         Reading::Reference => sample.reference,
         Reading::SecondStylus => sample.second_stylus,
+        Reading::TangentialForce => sample.tangential_n,
     }
     .unwrap_or(f32::NAN)
 }

@@ -4,12 +4,25 @@ use super::{Scene, SceneError};
 use std::path::Path;
 
 /// Name and TOML text of the scenes that need no file.
-pub const BUILT_IN: [(&str, &str); 5] = [
+pub const BUILT_IN: [(&str, &str); 18] = [
     ("default", include_str!("../../../../scenes/default.toml")),
     ("heavy_smooth", include_str!("../../../../scenes/heavy_smooth.toml")),
     ("light_rough", include_str!("../../../../scenes/light_rough.toml")),
     ("moving", include_str!("../../../../scenes/moving.toml")),
     ("shaken", include_str!("../../../../scenes/shaken.toml")),
+    ("raw_egg", include_str!("../../../../scenes/raw_egg.toml")),
+    ("light_bulb", include_str!("../../../../scenes/light_bulb.toml")),
+    ("glass_bottle_full", include_str!("../../../../scenes/glass_bottle_full.toml")),
+    ("glass_bottle_empty", include_str!("../../../../scenes/glass_bottle_empty.toml")),
+    ("paper_cup", include_str!("../../../../scenes/paper_cup.toml")),
+    ("oily_steel", include_str!("../../../../scenes/oily_steel.toml")),
+    ("brick", include_str!("../../../../scenes/brick.toml")),
+    ("foam", include_str!("../../../../scenes/foam.toml")),
+    ("moving_arm", include_str!("../../../../scenes/moving_arm.toml")),
+    ("bump", include_str!("../../../../scenes/bump.toml")),
+    ("tug", include_str!("../../../../scenes/tug.toml")),
+    ("wet", include_str!("../../../../scenes/wet.toml")),
+    ("heavy_tail", include_str!("../../../../scenes/heavy_tail.toml")),
 ];
 
 /// The built-in scene `name`, or the one in the file `name` where it ends in `.toml`.
@@ -61,6 +74,54 @@ mod tests {
             assert!(object.crush_n >= 2.0 * object.force_needed_n());
         }
         assert!((15.0..25.0).contains(&largest), "{largest}");
+    }
+
+    #[test]
+    fn what_an_object_needs_over_its_hold_is_mostly_well_below_what_crushes_it() {
+        for (name, _) in BUILT_IN {
+            let scene = load(name).unwrap();
+            let (mut needed, mut crush, mut roomy) = (Vec::new(), Vec::new(), 0);
+            for seed in 0..400 {
+                let scene = scene.reseeded(seed).unwrap();
+                let (needed_n, object) = (scene.force_needed_n(2.5), scene.object());
+                assert!(needed_n >= object.force_needed_n(), "{name} {needed_n}");
+                roomy += i32::from(
+                    needed_n <= 0.7 * object.crush_n
+                        && 1.2 * needed_n <= scene.config().drive.force_max_n,
+                );
+                needed.push(needed_n);
+                crush.push(object.crush_n);
+            }
+            needed.sort_by(f64::total_cmp);
+            crush.sort_by(f64::total_cmp);
+            println!(
+                "| {name} | {:.2} - {:.2} | {:.1} - {:.1} | {:.1} % |",
+                needed[20],
+                needed[380],
+                crush[20],
+                crush[380],
+                f64::from(roomy) / 4.0
+            );
+            assert!(roomy >= 380, "{name}: {roomy} of 400");
+        }
+    }
+
+    #[test]
+    fn every_key_stands_in_the_page_about_scenes() {
+        let page = include_str!("../../../../docs/scenes.md");
+        let mut table = String::new();
+        let text = BUILT_IN.iter().find(|(name, _)| *name == "default").unwrap().1;
+        for line in text.lines().map(|line| line.split('#').next().unwrap_or("").trim()) {
+            if let Some(name) = line.strip_prefix('[') {
+                table = format!("{}.", name.trim_end_matches(']'));
+            } else if let Some((key, _)) = line.split_once('=') {
+                let key = format!("`{table}{}`", key.trim());
+                assert!(page.contains(&key), "{key} is missing in docs/scenes.md");
+            }
+        }
+        for (name, _) in BUILT_IN {
+            assert!(page.contains(&format!("| `{name}` |")), "{name} is missing");
+        }
     }
 
     #[test]

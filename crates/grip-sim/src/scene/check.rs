@@ -62,7 +62,9 @@ pub(super) fn check(config: &SceneConfig) -> Result<(), SceneError> {
         within("second_stylus_mm", spacing_mm, 0.05, 20.0)?;
     }
     check_object(config)?;
-    check_gripper(config)
+    check_gripper(config)?;
+    check_sensors(config)?;
+    check_load(config)
 }
 
 fn check_object(config: &SceneConfig) -> Result<(), SceneError> {
@@ -79,15 +81,11 @@ fn check_object(config: &SceneConfig) -> Result<(), SceneError> {
 }
 
 fn check_gripper(config: &SceneConfig) -> Result<(), SceneError> {
-    let SceneConfig { drive, noise, pad, shake, motion, .. } = config;
+    let SceneConfig { drive, pad, shake, motion, .. } = config;
     within("drive.force_max_n", drive.force_max_n, 0.5, 1000.0)?;
     within("drive.slew_max_n_s", drive.slew_max_n_s, 1.0, 100_000.0)?;
     within("drive.lag_ms", drive.lag_ms, 0.1, 200.0)?;
     within("drive.approach_ms", drive.approach_ms, 1.0, 5000.0)?;
-    within("noise.stylus_um", noise.stylus_um, 0.0, 1000.0)?;
-    within("noise.force_mn", noise.force_mn, 0.0, 1000.0)?;
-    within("noise.travel_um", noise.travel_um, 0.0, 1000.0)?;
-    within("noise.travel_step_um", noise.travel_step_um, 0.001, 1000.0)?;
     within("pad.shear_n_mm", pad.shear_n_mm, 1.0, 10_000.0)?;
     within("pad.damping_n_s_m", pad.damping_n_s_m, 0.0, 500.0)?;
     within("pad.stribeck_mm_s", pad.stribeck_mm_s, 0.1, 100.0)?;
@@ -96,6 +94,41 @@ fn check_gripper(config: &SceneConfig) -> Result<(), SceneError> {
     within("shake.frequency_hz", shake.frequency_hz, 0.0, 200.0)?;
     within("motion.level", motion.level, 0.0, 10.0)?;
     within("motion.taps_per_s", motion.taps_per_s, 0.0, 20.0)
+}
+
+fn check_sensors(config: &SceneConfig) -> Result<(), SceneError> {
+    let SceneConfig { noise, gain, .. } = config;
+    within("noise.stylus_um", noise.stylus_um, 0.0, 1000.0)?;
+    within("noise.force_mn", noise.force_mn, 0.0, 1000.0)?;
+    within("noise.travel_um", noise.travel_um, 0.0, 1000.0)?;
+    within("noise.travel_step_um", noise.travel_step_um, 0.001, 1000.0)?;
+    within("noise.tangential_mn", noise.tangential_mn, 0.0, 1000.0)?;
+    drawn("gain.stylus", gain.stylus, 0.1, 10.0)?;
+    drawn("gain.force", gain.force, 0.1, 10.0)?;
+    drawn("gain.travel", gain.travel, 0.1, 10.0)?;
+    drawn("gain.tangential", gain.tangential, 0.1, 10.0)
+}
+
+fn check_load(config: &SceneConfig) -> Result<(), SceneError> {
+    let SceneConfig { fill, tug, bump, arm, wet, .. } = config;
+    drawn("fill.mass_kg", fill.mass_kg, 0.0, 20.0)?;
+    within("fill.start_s", fill.start_s, 0.0, 60.0)?;
+    within("fill.duration_s", fill.duration_s, 0.01, 60.0)?;
+    within("fill.height_mm", fill.height_mm, 0.0, 1000.0)?;
+    drawn("tug.force_n", tug.force_n, 0.0, 500.0)?;
+    within("tug.start_s", tug.start_s, 0.0, 60.0)?;
+    within("tug.rise_ms", tug.rise_ms, 1.0, 5000.0)?;
+    within("tug.hold_ms", tug.hold_ms, 0.0, 60_000.0)?;
+    drawn("bump.acceleration_m_s2", bump.acceleration_m_s2, 0.0, 200.0)?;
+    within("bump.start_s", bump.start_s, 0.0, 60.0)?;
+    within("bump.duration_ms", bump.duration_ms, 1.0, 1000.0)?;
+    drawn("arm.acceleration_m_s2", arm.acceleration_m_s2, 0.0, 50.0)?;
+    within("arm.start_s", arm.start_s, 0.0, 60.0)?;
+    within("arm.move_s", arm.move_s, 0.02, 10.0)?;
+    within("arm.pause_s", arm.pause_s, 0.0, 10.0)?;
+    drawn("wet.friction_ratio", wet.friction_ratio, 0.1, 1.0)?;
+    within("wet.start_s", wet.start_s, 0.0, 60.0)?;
+    within("wet.spread_s", wet.spread_s, 0.001, 60.0)
 }
 
 fn within(field: &'static str, value: f64, low: f64, high: f64) -> Result<(), SceneError> {
@@ -111,9 +144,16 @@ fn drawn(field: &'static str, draw: Draw, low: f64, high: f64) -> Result<(), Sce
     within(field, first, low, high)?;
     within(field, second, low, high)?;
     if first > second {
-        Err(SceneError::BoundsSwapped { field, low: first, high: second })
-    } else {
-        Ok(())
+        return Err(SceneError::BoundsSwapped { field, low: first, high: second });
+    }
+    match draw {
+        // A logarithm of 0 is none.
+        Draw::LogUniform { .. } => within(field, first, low.max(f64::MIN_POSITIVE), high),
+        Draw::LogNormal { log_normal: [median, spread], .. } => {
+            within(field, median, low.max(f64::MIN_POSITIVE), high)?;
+            within(field, spread, 0.0, 3.0)
+        }
+        Draw::Fixed(_) | Draw::Uniform { .. } => Ok(()),
     }
 }
 
@@ -162,6 +202,14 @@ mod tests {
         assert_eq!(
             refusal("name = \"x\"\n[drive]\nlag_ms = -1.0\n"),
             "drive.lag_ms = -1 is outside 0.1 to 200"
+        );
+        assert_eq!(
+            refusal("name = \"x\"\n[wet]\nfriction_ratio = 0.05\n"),
+            "wet.friction_ratio = 0.05 is outside 0.1 to 1"
+        );
+        assert_eq!(
+            refusal("name = \"x\"\nmass_kg = { log_normal = [0.3, 9.0], within = [0.1, 1.0] }\n"),
+            "mass_kg = 9 is outside 0 to 3"
         );
         assert_eq!(
             refusal("name = \"x\"\ncrush_n = 5.0\ncrush_ratio = 2.0\n"),

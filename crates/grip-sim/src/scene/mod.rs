@@ -6,10 +6,16 @@
 mod builtin;
 mod check;
 mod draw;
+mod load;
+mod sensing;
 
 pub use builtin::{BUILT_IN, load};
 pub use check::SceneError;
 pub use draw::Draw;
+pub(crate) use load::{Acting, Load};
+pub use load::{ArmConfig, BumpConfig, FillConfig, TugConfig, WetConfig};
+pub(crate) use sensing::Gains;
+pub use sensing::{ChannelConfig, GainConfig, NoiseConfig};
 
 use crate::random::{self, Purpose};
 use crate::{GRAVITY_M_S2, surface};
@@ -70,6 +76,9 @@ pub struct SceneConfig {
     /// Sensor noise.
     #[serde(default)]
     pub noise: NoiseConfig,
+    /// Errors of scale of the sensors.
+    #[serde(default)]
+    pub gain: GainConfig,
     /// Elastic finger pads.
     #[serde(default)]
     pub pad: PadConfig,
@@ -79,6 +88,21 @@ pub struct SceneConfig {
     /// The robot's own motion as the stylus feels it.
     #[serde(default)]
     pub motion: MotionConfig,
+    /// Something is poured into the object.
+    #[serde(default)]
+    pub fill: FillConfig,
+    /// Somebody pulls at the object.
+    #[serde(default)]
+    pub tug: TugConfig,
+    /// Something hits the hand.
+    #[serde(default)]
+    pub bump: BumpConfig,
+    /// The arm lifts and lowers the hand.
+    #[serde(default)]
+    pub arm: ArmConfig,
+    /// A liquid creeps into the contact.
+    #[serde(default)]
+    pub wet: WetConfig,
 }
 
 /// Limits of the gripper's drive.
@@ -98,44 +122,6 @@ pub struct DriveConfig {
 impl Default for DriveConfig {
     fn default() -> Self {
         Self { force_max_n: 60.0, slew_max_n_s: 2000.0, lag_ms: 5.0, approach_ms: 100.0 }
-    }
-}
-
-/// Which optional sensors the gripper has.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct ChannelConfig {
-    /// Normal force of one finger.
-    pub force: bool,
-    /// Moved distance of the object.
-    pub travel: bool,
-    /// Motion reference: a second stylus that touches nothing (m).
-    pub reference: bool,
-}
-
-impl Default for ChannelConfig {
-    fn default() -> Self {
-        Self { force: true, travel: true, reference: false }
-    }
-}
-
-/// White Gaussian noise of each sensor, rms, 0 to 1000 in its unit.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct NoiseConfig {
-    /// Stylus (um).
-    pub stylus_um: f64,
-    /// Normal force (mN).
-    pub force_mn: f64,
-    /// Moved distance (um), before quantisation.
-    pub travel_um: f64,
-    /// Resolution of the moved distance (um).
-    pub travel_step_um: f64,
-}
-
-impl Default for NoiseConfig {
-    fn default() -> Self {
-        Self { stylus_um: 0.1, force_mn: 5.0, travel_um: 0.3, travel_step_um: 1.0 }
     }
 }
 
@@ -242,6 +228,8 @@ impl Object {
 pub struct Scene {
     config: SceneConfig,
     object: Object,
+    load: Load,
+    gains: Gains,
 }
 
 impl Scene {
@@ -264,7 +252,9 @@ impl Scene {
                 config.crush_ratio.unwrap_or(Draw::Fixed(2.5)).sample(rng) * object.force_needed_n()
             }
         };
-        Ok(Self { config, object })
+        let load = Load::draw(&config, mass_kg, &mut random::stream(config.seed, Purpose::Load));
+        let gains = Gains::draw(&config.gain, &mut random::stream(config.seed, Purpose::Gain));
+        Ok(Self { config, object, load, gains })
     }
 
     /// Parses TOML, then as [`Scene::new`].
@@ -295,9 +285,29 @@ impl Scene {
         self.object
     }
 
+    /// Largest force of each of two fingers (N) at which sliding friction balances the load, over the first `hold_s` seconds after the
+    /// lift: the weight of the object, and all that happens to it. Looked at each millisecond.
+    #[must_use]
+    pub fn force_needed_n(&self, hold_s: f64) -> f64 {
+        let weight_n = self.object.force_needed_n();
+        if self.load.is_still() {
+            return weight_n;
+        }
+        let times = (0_u32..).map(|ms| 1e-3 * f64::from(ms)).take_while(|t| *t <= hold_s);
+        times.map(|t| self.load.at(t).force_needed_n(self.object.friction)).fold(weight_n, f64::max)
+    }
+
+    pub(crate) fn load(&self) -> Load {
+        self.load
+    }
+
+    pub(crate) fn gains(&self) -> Gains {
+        self.gains
+    }
+
     /// The same scene around another object, which is not checked.
     pub(crate) fn with_object(self, object: Object) -> Self {
-        Self { object, ..self }
+        Self { object, load: self.load.with_mass(object.mass_kg), ..self }
     }
 }
 

@@ -1,0 +1,96 @@
+//! The arguments of `gripctl grasp`.
+
+use clap::Args;
+use grip_host::grasp::{Law, SensorSet, Stress};
+use std::path::PathBuf;
+
+#[derive(Debug, Args)]
+pub(crate) struct GraspArgs {
+    /// Scenes: built-in names or files; all files of --scenes otherwise, or the default scene.
+    pub(crate) scene: Vec<String>,
+    /// Folder of scene files.
+    #[arg(long, value_name = "DIR")]
+    pub(crate) scenes: Option<PathBuf>,
+    /// All built-in scenes.
+    #[arg(long, conflicts_with_all = ["scene", "scenes"])]
+    pub(crate) all: bool,
+    /// Grasps per scene, with seeds counting up.
+    #[arg(long, default_value_t = 100, value_parser = clap::value_parser!(u64).range(1..))]
+    pub(crate) trials: u64,
+    /// First seed.
+    #[arg(long, default_value_t = 0)]
+    pub(crate) seed: u64,
+    /// Length of a grasp (s).
+    #[arg(long, default_value_t = 3.0, allow_negative_numbers = true)]
+    pub(crate) duration: f64,
+    /// Sensors of the gripper, a row each: scene (what the scene says), stylus, travel, two-styli, tangential; the last three beside a
+    /// stylus. `all` is stylus to tangential.
+    #[arg(long, value_name = "SET", value_delimiter = ',', value_parser = sensors, conflicts_with = "compare")]
+    pub(crate) sensors: Vec<Chosen<SensorSet>>,
+    /// Older laws of grip force instead of gripd, a row each: fixed (20 N), pr2 (each slip raises the force by 8 %), fft (each block that
+    /// vibrates raises it by a step), oracle (1.1 times weight over dry friction, both known, and over a
+    /// tangential force where there is one); gripd may stand among them. `all` is fixed to oracle.
+    #[arg(long, value_name = "LAW", value_delimiter = ',', value_parser = laws, conflicts_with = "compare")]
+    pub(crate) baseline: Vec<Chosen<Law>>,
+    /// gripd with each sensor set, and every older law; the oracle also with a tangential force.
+    #[arg(long)]
+    pub(crate) compare: bool,
+    /// What goes wrong, a row each: none, gain (+-20 %), noise (x 3), latency (0 to 20 ms either way), loss (5 % of the samples), dead-stylus,
+    /// link (5 ms either way and noise x 3), everything. All of them where none is named: `--stress`, `--stress=noise,loss`.
+    #[arg(long, value_name = "WHAT", value_delimiter = ',', value_parser = stresses, num_args = 0.., require_equals = true, default_missing_value = "all")]
+    pub(crate) stress: Vec<Chosen<Stress>>,
+    /// Configuration file, as for gripd.
+    #[arg(long)]
+    pub(crate) config: Option<PathBuf>,
+    /// Model file instead of the embedded network.
+    #[arg(long)]
+    pub(crate) model: Option<PathBuf>,
+    /// Print every grasp, not only the totals.
+    #[arg(long)]
+    pub(crate) each: bool,
+    /// Draw the result (.svg or .png): every grasp of a single row, or the share of objects that were lost.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) plot: Option<PathBuf>,
+    /// One JSON object a line.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// One name of a list; `all` stands for several.
+#[derive(Clone, Debug)]
+pub(crate) struct Chosen<T>(pub(crate) Vec<T>);
+
+/// All that was chosen, in order.
+pub(crate) fn flat<T: Copy>(chosen: &[Chosen<T>]) -> Vec<T> {
+    chosen.iter().flat_map(|one| one.0.iter().copied()).collect()
+}
+
+fn sensors(name: &str) -> Result<Chosen<SensorSet>, String> {
+    chosen(
+        name,
+        &SensorSet::ALL,
+        SensorSet::named,
+        "scene, stylus, travel, two-styli, tangential, all",
+    )
+}
+
+fn laws(name: &str) -> Result<Chosen<Law>, String> {
+    chosen(name, &Law::BASELINES, Law::named, "fixed, pr2, fft, oracle, gripd, all")
+}
+
+fn stresses(name: &str) -> Result<Chosen<Stress>, String> {
+    let names: Vec<&str> = Stress::ALL.iter().map(|stress| stress.name).collect();
+    chosen(name, &Stress::ALL, Stress::named, &format!("{}, all", names.join(", ")))
+}
+
+fn chosen<T: Copy>(
+    name: &str,
+    all: &[T],
+    named: fn(&str) -> Option<T>,
+    names: &str,
+) -> Result<Chosen<T>, String> {
+    if name == "all" {
+        return Ok(Chosen(all.to_vec()));
+    }
+    named(name).map(|one| Chosen(vec![one])).ok_or_else(|| format!("expected one of {names}"))
+}

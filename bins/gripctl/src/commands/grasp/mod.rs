@@ -1,0 +1,169 @@
+//! `gripctl grasp`: many simulated objects in the gripper.
+
+mod plot;
+mod text;
+
+use super::{estimator, host_config, profile_plot};
+use crate::{
+    cli::grasp::{GraspArgs, flat},
+    output,
+};
+use grip_host::{
+    exit::{Exit, WrongArgument},
+    grasp::{Bench, GraspResult, Law, SensorSet, Stress, Total, Way, total},
+    scene,
+};
+use grip_sim::{Scene, scene::BUILT_IN};
+use indicatif::{ParallelProgressIterator as _, ProgressBar, ProgressStyle};
+use rayon::iter::{IntoParallelIterator as _, ParallelIterator as _};
+use slip_core::units::Micros;
+
+/// Longest grasp (s).
+const LONGEST_S: f64 = 600.0;
+
+pub(crate) fn run(args: &GraspArgs) -> anyhow::Result<Exit> {
+    if !(args.duration > 0.0 && args.duration <= LONGEST_S) {
+        let message =
+            format!("--duration {}: expected seconds, more than 0 and up to 600", args.duration);
+        return Err(WrongArgument(message).into());
+    }
+    if let Some(file) = &args.plot {
+        profile_plot::check_ending(file)?;
+    }
+    let config = host_config(args.config.as_deref())?;
+    let estimator = estimator(args.model.as_deref(), &config)?;
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "0 to 600 s, checked"
+    )]
+    let duration = Micros((args.duration * 1e6) as u64);
+    let bench = Bench { config, estimator, duration };
+    let ways = ways(args);
+    // A mistake in the last scene is told before the first grasp.
+    let names = scene_names(args)?;
+    let scenes = names.iter().map(|name| scene::load(name)).collect::<Result<Vec<_>, _>>()?;
+    let mut totals = Vec::new();
+    let mut all = Vec::new();
+    for scene in &scenes {
+        let grasps = grasp_many(args, scene, &ways, &bench)?;
+        if args.each {
+            for grasp in &grasps {
+                print_grasp(args, grasp)?;
+            }
+        }
+        let of_scene = totals_of(&scene.config().name, &ways, &grasps);
+        print_totals(args, &of_scene)?;
+        totals.extend(of_scene);
+        all.extend(grasps);
+    }
+    print_totals(args, &totals_of("all", &ways, &all))?;
+    if let Some(file) = &args.plot {
+        plot::chart(&totals, &all, &ways).write(file)?;
+    }
+    Ok(Exit::Done)
+}
+
+/// The ways of grasping, one row each.
+fn ways(args: &GraspArgs) -> Vec<Way> {
+    let or =
+        |chosen: Vec<SensorSet>| if chosen.is_empty() { vec![SensorSet::Scene] } else { chosen };
+    let pairs: Vec<(Law, SensorSet)> = if args.compare {
+        let own = SensorSet::ALL.map(|sensors| (Law::Own, sensors));
+        let others = Law::BASELINES.map(|law| (law, SensorSet::Travel));
+        let all = own.into_iter().chain(others);
+        all.chain([(Law::Oracle, SensorSet::Tangential)]).collect()
+    } else {
+        let laws = flat(&args.baseline);
+        let laws = if laws.is_empty() { vec![Law::Own] } else { laws };
+        let sensors = or(flat(&args.sensors));
+        laws.iter().flat_map(|&law| sensors.iter().map(move |&set| (law, set))).collect()
+    };
+    let troubles = flat(&args.stress);
+    let troubles = if troubles.is_empty() { vec![Stress::NONE] } else { troubles };
+    let with = |(law, sensors): (Law, SensorSet)| {
+        troubles.clone().into_iter().map(move |stress| Way { law, sensors, stress })
+    };
+    pairs.into_iter().flat_map(with).collect()
+}
+
+fn scene_names(args: &GraspArgs) -> anyhow::Result<Vec<String>> {
+    if args.all {
+        return Ok(BUILT_IN.map(|(name, _)| name.to_owned()).to_vec());
+    }
+    let mut names = args.scene.clone();
+    if let Some(folder) = &args.scenes {
+        let wrong = |what: &str| WrongArgument(format!("--scenes {}: {what}", folder.display()));
+        let entries = std::fs::read_dir(folder).map_err(|error| wrong(&error.to_string()))?;
+        for entry in entries {
+            let path = entry?.path();
+            if path.extension().is_some_and(|extension| extension == "toml") {
+                names.push(path.display().to_string());
+            }
+        }
+        names.sort();
+        if names.is_empty() {
+            return Err(wrong("no scene file (.toml) in this folder").into());
+        }
+    }
+    if names.is_empty() {
+        names.push("default".to_owned());
+    }
+    Ok(names)
+}
+
+/// All grasps of a scene: of the first way, then of the next.
+fn grasp_many(
+    args: &GraspArgs,
+    scene: &Scene,
+    ways: &[Way],
+    bench: &Bench,
+) -> anyhow::Result<Vec<GraspResult>> {
+    let jobs: Vec<(&Way, u64)> = ways
+        .iter()
+        .flat_map(|way| (0..args.trials).map(move |trial| (way, args.seed.wrapping_add(trial))))
+        .collect();
+    let bar = ProgressBar::new(jobs.len() as u64);
+    if let Ok(style) = ProgressStyle::with_template("{msg:18} {bar:30} {pos}/{len} grasps") {
+        bar.set_style(style);
+    }
+    bar.set_message(scene.config().name.clone());
+    let grasps = jobs
+        .into_par_iter()
+        .progress_with(bar)
+        .map(|(way, seed)| bench.grasp(scene, seed, way))
+        .collect::<Result<Vec<_>, _>>()?;
+    Ok(grasps)
+}
+
+/// A total for each way.
+fn totals_of(name: &str, ways: &[Way], grasps: &[GraspResult]) -> Vec<Total> {
+    let of = |way: &Way| {
+        let same = |grasp: &&GraspResult| {
+            grasp.law == way.law.name()
+                && grasp.sensors == way.sensors.name()
+                && grasp.stress == way.stress.name
+        };
+        total(name, &grasps.iter().filter(same).collect::<Vec<_>>())
+    };
+    ways.iter().map(of).collect()
+}
+
+fn print_grasp(args: &GraspArgs, grasp: &GraspResult) -> anyhow::Result<()> {
+    if args.json { output::json(grasp) } else { Ok(output::line(&text::grasp(grasp))?) }
+}
+
+fn print_totals(args: &GraspArgs, totals: &[Total]) -> anyhow::Result<()> {
+    if args.json {
+        return totals.iter().try_for_each(output::json);
+    }
+    match totals {
+        [one] => output::line(&text::total(one))?,
+        many => {
+            for line in text::table(many) {
+                output::line(&line)?;
+            }
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,115 @@
+//! Grasps and totals in, lines for people out.
+
+use crate::output::or_dash;
+use grip_host::{
+    grasp::{GraspResult, Total},
+    score::Quantiles,
+};
+
+pub(super) fn grasp(grasp: &GraspResult) -> String {
+    let fate = match grasp {
+        GraspResult { dropped: true, .. } => "dropped",
+        GraspResult { crushed: true, .. } => "crushed",
+        _ => "held",
+    };
+    format!(
+        "{:18} {:22} seed {:4}  {fate:8} slip {:6.2} mm in {:2} slips, force {:6.2} N of {:6.2} N needed (x {:.2}), peak {:6.2} N",
+        grasp.scene,
+        way(grasp.law, grasp.sensors, grasp.stress),
+        grasp.seed,
+        grasp.slip_mm,
+        grasp.slips,
+        grasp.force_final_n,
+        grasp.force_needed_n,
+        grasp.force_ratio,
+        grasp.force_peak_n
+    )
+}
+
+/// The line of a scene whose objects were grasped in one way.
+pub(super) fn total(total: &Total) -> String {
+    format!(
+        "{:18} {} grasps: {} dropped ({} of them holdable), {} crushed; slip median {} mm, 95 % {} mm; final force over needed median {}, 95 % {}; within 1.0-1.6: {}, within 1.0-1.4: {}; peak over needed median {}, 95 % {}; slips median {}, stable after {} s; highest force {:.1} N; with room: {}",
+        total.scene,
+        total.trials,
+        total.dropped,
+        total.dropped_holdable,
+        total.crushed,
+        or_dash(total.slip_mm.p50, 2),
+        or_dash(total.slip_mm.p95, 2),
+        or_dash(total.force_ratio.p50, 2),
+        or_dash(total.force_ratio.p95, 2),
+        total.within_1_6,
+        total.within_1_4,
+        or_dash(total.peak_ratio.p50, 2),
+        or_dash(total.peak_ratio.p95, 2),
+        or_dash(total.slips.p50, 0),
+        or_dash(total.stable_s.p50, 2),
+        total.peak_n,
+        with_room(total)
+    )
+}
+
+/// A title, a head, a row for each way of grasping, and an empty line.
+pub(super) fn table(totals: &[Total]) -> Vec<String> {
+    let (name, trials) = totals.first().map_or(("", 0), |total| (&total.scene, total.trials));
+    let mut lines = vec![
+        format!("{name}: {trials} grasps each; median / 95 %"),
+        format!(
+            "  {:26} {:>7} {:>7} {:>15} {:>13} {:>13} {:>8} {:>7} {:>13}  {}",
+            "",
+            "dropped",
+            "crushed",
+            "slip mm",
+            "peak/needed",
+            "final/needed",
+            "1.0-1.4",
+            "slips",
+            "stable s",
+            "with room"
+        ),
+    ];
+    lines.extend(totals.iter().map(row));
+    lines.push(String::new());
+    lines
+}
+
+fn row(total: &Total) -> String {
+    #[expect(clippy::cast_precision_loss, reason = "a count of grasps")]
+    let within = 100.0 * total.within_1_4 as f64 / total.trials.max(1) as f64;
+    format!(
+        "  {:26} {:>7} {:>7} {:>15} {:>13} {:>13} {:>6.0} % {:>7} {:>13}  {}",
+        way(total.law, total.sensors, total.stress),
+        total.dropped,
+        total.crushed,
+        pair(total.slip_mm),
+        pair(total.peak_ratio),
+        pair(total.force_ratio),
+        within,
+        or_dash(total.slips.p50, 0),
+        pair(total.stable_s),
+        with_room(total)
+    )
+}
+
+/// Of the objects that can be held with something to spare: how many were lost, and how many are held well.
+fn with_room(total: &Total) -> String {
+    let Total { roomy, roomy_lost, roomy_within_1_4, .. } = total;
+    format!("{roomy_lost} of {roomy} lost, {roomy_within_1_4} within 1.0-1.4")
+}
+
+fn pair(quantiles: Quantiles) -> String {
+    format!("{} / {}", or_dash(quantiles.p50, 2), or_dash(quantiles.p95, 2))
+}
+
+/// Law, sensors and trouble, without what goes without saying.
+pub(super) fn way(law: &str, sensors: &str, stress: &str) -> String {
+    let mut name = law.to_owned();
+    if sensors != "scene" {
+        name = format!("{name}, {sensors}");
+    }
+    if stress != "none" {
+        name = format!("{name}, {stress}");
+    }
+    name
+}

@@ -1,0 +1,103 @@
+//! Frames and the time at which they were sent in; frames in order, later, and some of them not at all, out.
+
+use slip_core::units::Micros;
+use std::collections::VecDeque;
+
+/// A line between gripper and host.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Line {
+    /// What every frame takes, in either direction.
+    pub latency: Micros,
+    /// Share of the gripper's frames that are lost, 0 to 1.
+    pub loss: f64,
+    /// Which ones.
+    pub seed: u64,
+}
+
+/// One direction of it.
+#[derive(Clone, Debug)]
+pub(super) struct Wire {
+    latency: Micros,
+    loss: f64,
+    dice: Dice,
+    under_way: VecDeque<(Micros, Vec<u8>)>,
+}
+
+impl Wire {
+    pub(super) fn from_gripper(line: Line) -> Self {
+        Self {
+            latency: line.latency,
+            loss: line.loss,
+            dice: Dice(line.seed),
+            under_way: VecDeque::new(),
+        }
+    }
+
+    pub(super) fn to_gripper(line: Line) -> Self {
+        Self::from_gripper(Line { loss: 0.0, ..line })
+    }
+
+    /// Sends a frame.
+    pub(super) fn send(&mut self, now: Micros, frame: &[u8]) {
+        if !(self.loss > 0.0 && self.dice.share() < self.loss) {
+            self.under_way.push_back((now.plus(self.latency), frame.to_vec()));
+        }
+    }
+
+    /// The next frame that has arrived.
+    pub(super) fn receive(&mut self, now: Micros) -> Option<Vec<u8>> {
+        self.under_way.pop_front_if(|(at, _)| *at <= now).map(|(_, frame)| frame)
+    }
+
+    /// When the next frame arrives.
+    pub(super) fn next(&self) -> Option<Micros> {
+        self.under_way.front().map(|(at, _)| *at)
+    }
+}
+
+/// Splitmix64 (Steele, Lea, Flood, OOPSLA 2014): numbers that need no quality, only a seed.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Dice(pub(super) u64);
+
+impl Dice {
+    /// Uniform in 0 to 1.
+    pub(super) fn share(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        #[expect(clippy::cast_precision_loss, reason = "53 bits")]
+        let share = ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64;
+        share
+    }
+
+    /// Uniform between two bounds.
+    pub(super) fn between(&mut self, [low, high]: [f64; 2]) -> f64 {
+        low + (high - low) * self.share()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Line, Wire};
+    use slip_core::units::Micros;
+
+    #[test]
+    fn frames_come_in_order_after_the_latency_and_the_share_is_lost() {
+        let line = Line { latency: Micros(500), loss: 0.05, seed: 7 };
+        let mut wire = Wire::from_gripper(line);
+        let mut whole = Wire::to_gripper(line);
+        let mut came = 0;
+        for i in 0..10_000_u64 {
+            wire.send(Micros(i), &i.to_le_bytes());
+            whole.send(Micros(i), &[1]);
+            assert!(wire.next().is_none_or(|at| at.0 + 500 >= i));
+            while let Some(frame) = wire.receive(Micros(i)) {
+                let sent = u64::from_le_bytes(frame.try_into().unwrap());
+                assert_eq!(sent + 500, i);
+                came += 1;
+            }
+        }
+        assert!((8900..9200).contains(&came), "{came} of 9500");
+        assert_eq!(whole.under_way.len(), 10_000);
+    }
+}

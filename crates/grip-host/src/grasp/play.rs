@@ -1,0 +1,100 @@
+//! A scene, a hand and a line between them in; what became of the object out.
+
+use super::{
+    hand::Hand,
+    line::{Line, Wire},
+};
+use crate::{config::HostConfig, trial::TrialError};
+use grip_link::frame::MAX_WIRE;
+use grip_sim::{Scene, Truth, VirtualMcu, mcu::SensorFault};
+use slip_core::units::Micros;
+
+/// One grasp before it begins.
+#[derive(Clone, Copy, Debug)]
+pub struct Setup<'a> {
+    /// The object and its gripper.
+    pub scene: &'a Scene,
+    /// Settings of the hand.
+    pub config: &'a HostConfig,
+    /// Length of the grasp.
+    pub duration: Micros,
+    /// Between gripper and hand.
+    pub line: Line,
+    /// When the stylus dies; `None` where it does not.
+    pub stylus_dies: Option<Micros>,
+}
+
+/// What became of the object.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Outcome {
+    /// The simulator's truth at the end.
+    pub truth: Truth,
+    /// Slips that were noticed.
+    pub slips: u64,
+    /// Highest force commanded (N).
+    pub peak_command_n: f32,
+    /// Last force commanded (N).
+    pub command_n: f32,
+    /// Samples handled.
+    pub samples: u64,
+    /// Samples lost.
+    pub lost: u64,
+}
+
+impl Outcome {
+    /// Final applied force over the needed one.
+    #[must_use]
+    pub fn force_ratio(&self) -> f64 {
+        self.truth.applied_n / self.truth.force_needed_n
+    }
+
+    /// The object was lifted and is still in the fingers, whole.
+    #[must_use]
+    pub fn held(&self) -> bool {
+        self.truth.lifted() && !self.truth.dropped() && !self.truth.crushed
+    }
+}
+
+/// Grasps, lifts and holds the object of `setup`.
+///
+/// # Errors
+/// Where the scene does not make a device, or the hand fails.
+pub fn play(setup: &Setup<'_>, hand: &mut dyn Hand) -> Result<Outcome, TrialError> {
+    let mut mcu = VirtualMcu::new(setup.scene, 1)?;
+    let (mut up, mut down) = (Wire::from_gripper(setup.line), Wire::to_gripper(setup.line));
+    let mut bytes = Vec::with_capacity(4 * MAX_WIRE);
+    let mut frame = [0; MAX_WIRE];
+    let mut peak_command_n = 0.0_f32;
+    loop {
+        let arrivals = [up.next(), down.next()].into_iter().flatten();
+        let now = arrivals.fold(mcu.next_due(), core::cmp::min);
+        if now > setup.duration {
+            break;
+        }
+        if setup.stylus_dies.is_some_and(|at| now >= at) {
+            mcu.break_stylus(Some(SensorFault::Dead));
+        }
+        mcu.advance(now);
+        while let Some(len) = mcu.poll_transmit(now, &mut frame) {
+            up.send(now, frame.get(..len).unwrap_or(&frame));
+        }
+        bytes.clear();
+        while let Some(arrived) = up.receive(now) {
+            bytes.extend(arrived);
+        }
+        hand.serve(now.0, &bytes, &mut |frame| down.send(now, frame))?;
+        while let Some(arrived) = down.receive(now) {
+            mcu.receive(now, &arrived);
+        }
+        peak_command_n = peak_command_n.max(hand.command_n());
+    }
+    let (samples, lost) = hand.samples();
+    Ok(Outcome {
+        truth: mcu.truth(),
+        slips: hand.slips(),
+        peak_command_n,
+        command_n: hand.command_n(),
+        samples,
+        lost,
+    })
+}

@@ -1,0 +1,141 @@
+//! Grasps of gripd and of older laws, with other sensors and under trouble.
+
+use grip_host::{
+    config::HostConfig,
+    grasp::{Bench, GraspResult, Law, SensorSet, Stress, Way, total},
+    model, trial,
+};
+use grip_sim::{Scene, scene};
+use slip_core::units::Micros;
+
+fn bench(seconds: f64) -> Bench {
+    let estimator = model::default_estimator().unwrap();
+    Bench { config: HostConfig::default(), estimator, duration: Micros((1e6 * seconds) as u64) }
+}
+
+fn grasp(name: &str, seed: u64, way: &Way) -> GraspResult {
+    bench(2.0).grasp(&scene::load(name).unwrap(), seed, way).unwrap()
+}
+
+fn law(law: Law) -> Way {
+    Way { law, ..Way::default() }
+}
+
+fn stress(name: &str) -> Way {
+    Way { stress: Stress::named(name).unwrap(), ..Way::default() }
+}
+
+#[test]
+fn without_trouble_it_is_the_trial_of_one_session() {
+    let (bench, scene) = (bench(1.5), scene::load("default").unwrap());
+    let seeded = scene.reseeded(3).unwrap();
+    let alone =
+        trial::grasp(&seeded, &bench.config, bench.estimator.clone(), bench.duration, &mut |_| ())
+            .unwrap();
+    let grasp = bench.grasp(&scene, 3, &Way::default()).unwrap();
+    assert_eq!(grasp.force_final_n, alone.truth.applied_n);
+    assert_eq!((grasp.slip_mm, grasp.slips), (alone.truth.slip_mm(), alone.slips));
+    assert_eq!(bench.grasp(&scene, 3, &Way::default()).unwrap(), grasp, "the same again");
+    assert!(grasp.held && grasp.roomy && grasp.stable_s > 0.0, "{grasp:?}");
+    assert_eq!(grasp.needed_end_n, grasp.force_needed_n);
+}
+
+#[test]
+fn a_law_without_feeling_presses_as_it_is_told() {
+    let fixed = grasp("raw_egg", 1, &law(Law::Fixed));
+    assert!((fixed.force_final_n - 20.0).abs() < 0.01 && fixed.held, "{fixed:?}");
+    assert!(grasp("foam", 1, &law(Law::Fixed)).crushed);
+    for name in ["default", "raw_egg", "oily_steel"] {
+        let oracle = grasp(name, 2, &law(Law::Oracle));
+        assert!((oracle.force_ratio - 1.1).abs() < 0.01 && oracle.held, "{oracle:?}");
+        assert!(oracle.slip_mm < 0.5, "{oracle:?}");
+    }
+}
+
+#[test]
+fn the_oracle_knows_what_is_poured_in_only_where_it_feels_the_load() {
+    let blind = grasp("paper_cup", 0, &law(Law::Oracle));
+    assert!(blind.dropped, "{blind:?}");
+    let feels = Way { sensors: SensorSet::Tangential, ..law(Law::Oracle) };
+    let feels = grasp("paper_cup", 0, &feels);
+    assert!(feels.held && feels.needed_end_n > 10.0 * 0.1, "{feels:?}");
+}
+
+#[test]
+fn laws_that_feel_slip_raise_the_force_and_none_raises_it_without() {
+    for (named, seed) in [(Law::Pr2, 1), (Law::Fft, 1)] {
+        let quiet = grasp("raw_egg", seed, &law(named));
+        assert_eq!(quiet.slips, 0, "{quiet:?}");
+        assert!((quiet.force_final_n - 2.0).abs() < 0.01, "{quiet:?}");
+        let slipped = grasp("brick", seed, &law(named));
+        assert!(slipped.slips > 0 && slipped.force_peak_n > 3.0, "{slipped:?}");
+    }
+}
+
+#[test]
+fn every_sensor_set_holds_a_light_object_by_its_reflex() {
+    for sensors in SensorSet::ALL {
+        let result = grasp("glass_bottle_empty", 4, &Way { sensors, ..Way::default() });
+        assert!(!result.dropped && result.sensors == sensors.name(), "{result:?}");
+    }
+}
+
+#[test]
+fn latency_makes_a_slip_longer_and_losses_are_counted() {
+    let slip = |name: &str| -> f64 {
+        (0..4).map(|seed| grasp("default", seed, &stress(name)).slip_mm).sum()
+    };
+    assert!(slip("link") > slip("none") + 1.0);
+    let (bench, scene) = (bench(1.0), scene::load("default").unwrap());
+    let line = Stress::named("loss").unwrap().line(1);
+    let setup = grip_host::grasp::Setup {
+        scene: &scene,
+        config: &bench.config,
+        duration: bench.duration,
+        line,
+        stylus_dies: None,
+    };
+    let mut silent = |_: grip_host::News<'_>| ();
+    let mut own =
+        grip_host::grasp::Own::new(&bench.config, bench.estimator.clone(), &mut silent).unwrap();
+    let outcome = grip_host::grasp::play(&setup, &mut own).unwrap();
+    let share = outcome.lost as f64 / (outcome.lost + outcome.samples) as f64;
+    assert!((0.02..0.08).contains(&share), "{outcome:?}");
+}
+
+#[test]
+fn a_stylus_that_dies_during_the_hold_never_opens_the_fingers() {
+    for seed in 0..6 {
+        let alive = grasp("raw_egg", seed, &stress("none"));
+        let dead = grasp("raw_egg", seed, &stress("dead-stylus"));
+        assert!(dead.held, "{dead:?}");
+        assert!((dead.force_final_n / alive.force_final_n - 1.0).abs() < 0.01, "{dead:?}");
+    }
+}
+
+#[test]
+fn a_wrong_force_sensor_shows_in_the_force_at_most_by_its_error() {
+    for seed in 0..4 {
+        let result = grasp("default", seed, &stress("gain"));
+        let calm = grasp("default", seed, &stress("none"));
+        assert!(result.held, "{result:?}");
+        assert!((result.force_ratio / calm.force_ratio - 1.0).abs() < 0.3, "{result:?} {calm:?}");
+    }
+}
+
+#[test]
+fn a_bump_that_is_over_is_still_in_the_needed_force_and_totals_leave_fallen_objects_out() {
+    let scene: Scene = scene::load("bump").unwrap();
+    let grasps: Vec<GraspResult> =
+        (0..3).map(|seed| bench(2.5).grasp(&scene, seed, &law(Law::Oracle)).unwrap()).collect();
+    for grasp in &grasps {
+        assert!(grasp.force_needed_n > 1.4 * grasp.needed_end_n, "{grasp:?}");
+    }
+    let mut fallen = grasps[0].clone();
+    fallen.dropped = true;
+    fallen.slip_mm = 1e9;
+    let all: Vec<&GraspResult> = grasps.iter().chain([&fallen]).collect();
+    let total = total("bump", &all);
+    assert_eq!((total.trials, total.dropped, total.law), (4, 1, "oracle"));
+    assert!(total.slip_mm.p95.unwrap() < 1e3 && total.within_1_4 == 0, "{total:?}");
+}

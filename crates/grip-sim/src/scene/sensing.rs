@@ -1,0 +1,94 @@
+//! What a scene says of the gripper's sensors: which there are, their noise and their errors of scale.
+
+use super::Draw;
+use rand_chacha::ChaCha8Rng;
+use serde::{Deserialize, Serialize};
+
+/// Which optional sensors the gripper has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct ChannelConfig {
+    /// Normal force of one finger.
+    pub force: bool,
+    /// Moved distance of the object.
+    pub travel: bool,
+    /// Motion reference: a second stylus that touches nothing (m).
+    pub reference: bool,
+    /// Tangential force of one finger.
+    pub tangential: bool,
+}
+
+impl Default for ChannelConfig {
+    fn default() -> Self {
+        Self { force: true, travel: true, reference: false, tangential: false }
+    }
+}
+
+/// White Gaussian noise of each sensor, rms, 0 to 1000 in its unit.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct NoiseConfig {
+    /// Stylus (um).
+    pub stylus_um: f64,
+    /// Normal force (mN).
+    pub force_mn: f64,
+    /// Moved distance (um), before quantisation.
+    pub travel_um: f64,
+    /// Resolution of the moved distance (um).
+    pub travel_step_um: f64,
+    /// Tangential force (mN).
+    pub tangential_mn: f64,
+}
+
+impl Default for NoiseConfig {
+    fn default() -> Self {
+        Self {
+            stylus_um: 0.1,
+            force_mn: 5.0,
+            travel_um: 0.3,
+            travel_step_um: 1.0,
+            tangential_mn: 5.0,
+        }
+    }
+}
+
+/// What a sensor shows over what there is: an error of calibration that stays the same during a grasp, 0.1 to 10 each.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct GainConfig {
+    /// Both styli and the motion reference.
+    pub stylus: Draw,
+    /// Normal force.
+    pub force: Draw,
+    /// Moved distance.
+    pub travel: Draw,
+    /// Tangential force.
+    pub tangential: Draw,
+}
+
+impl Default for GainConfig {
+    fn default() -> Self {
+        let [stylus, force, travel, tangential] = [Draw::Fixed(1.0); 4];
+        Self { stylus, force, travel, tangential }
+    }
+}
+
+/// The drawn gains.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Gains {
+    pub(crate) stylus: f64,
+    pub(crate) force: f64,
+    pub(crate) travel: f64,
+    pub(crate) tangential: f64,
+}
+
+impl Gains {
+    pub(super) fn draw(config: &GainConfig, rng: &mut ChaCha8Rng) -> Self {
+        Self {
+            stylus: config.stylus.sample(rng),
+            force: config.force.sample(rng),
+            travel: config.travel.sample(rng),
+            tangential: config.tangential.sample(rng),
+        }
+    }
+}
