@@ -107,6 +107,25 @@ fn what_a_daemon_tells_is_shown_and_derived_from() {
 }
 
 #[test]
+fn decimated_rows_are_shown_and_nothing_is_derived_from_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("socket");
+    let mut daemon = Daemon::new(&path, false);
+    let spec = SourceSpec::Daemon(Listen::Unix(path));
+    let mut watch = Watch::every(spec, 10);
+    watch.until(|| daemon.samples(), |model| model.end_s() > 0.5);
+    assert!(watch.model.notices().any(|line| line.text.starts_with("every 10th sample comes")));
+    assert!(watch.model.series(Channel::BandEnergy(0)).is_none());
+    assert!(watch.model.spectrogram().is_empty());
+    let series = watch.model.series(Channel::Stylus).unwrap();
+    let (span, count) = (series.span().unwrap(), watch.samples(Channel::Stylus));
+    #[expect(clippy::cast_precision_loss, reason = "a few hundred")]
+    let step_s = span.length_s() / (count - 1) as f64;
+    assert!((step_s - 1e-3).abs() < 1e-9, "{step_s}");
+    assert!(watch.model.events().iter().all(|mark| mark.kind != EventKind::Gap));
+}
+
+#[test]
 fn a_daemon_that_goes_is_waited_for_and_the_gap_is_seen() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("socket");

@@ -22,6 +22,11 @@ impl Watch {
         Self { handle, model: Model::new(64 << 20) }
     }
 
+    pub(crate) fn every(spec: SourceSpec, every_nth: u16) -> Self {
+        let handle = SourceHandle::spawn_every(spec, every_nth, || {}).unwrap();
+        Self { handle, model: Model::new(64 << 20) }
+    }
+
     pub(crate) fn look(&mut self) {
         self.handle.drain(&mut self.model, 1000);
     }
