@@ -5,7 +5,13 @@
 use core::time::Duration;
 use grip_scope::{Model, SourceHandle, SourceSpec};
 
-fn main() -> Result<(), Box<dyn core::error::Error>> {
+fn main() {
+    if let Err(error) = look() {
+        println!("{error}");
+    }
+}
+
+fn look() -> Result<(), Box<dyn core::error::Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let spec = SourceSpec::parse(arguments.first().map_or("", String::as_str))?;
     let seconds = arguments.get(1).map_or(Ok(5.0), |text| text.parse())?;
