@@ -11,7 +11,7 @@ use crate::{
 };
 use grip_link::frame::MAX_WIRE;
 use grip_sim::{Clairvoyant, Scene, Truth, VirtualMcu, perfect_controller_can_hold};
-use slip_core::units::Micros;
+use slip_core::{estimate::ForceEstimate, grip::Trials, units::Micros};
 
 /// What became of the object.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,6 +20,10 @@ pub struct Outcome {
     pub truth: Truth,
     /// Slips that were noticed.
     pub slips: u64,
+    /// How the object was tried until it was held; what it moved is as measured.
+    pub trials: Trials,
+    /// The last estimate of the adequate force, with its deviation.
+    pub estimate: Option<ForceEstimate>,
     /// Highest force commanded (N).
     pub peak_command_n: f32,
     /// Last force commanded (N).
@@ -92,6 +96,8 @@ pub fn grasp(
     Ok(Outcome {
         truth: mcu.truth(),
         slips: session.log().slips(),
+        trials: session.trials().unwrap_or_default(),
+        estimate: session.log().evidence().1,
         peak_command_n,
         command_n: session.latest().and_then(|step| step.command).map_or(0.0, |c| c.0),
         samples: session.counters().samples,
