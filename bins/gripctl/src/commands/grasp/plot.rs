@@ -4,10 +4,15 @@ use super::text;
 use grip_host::grasp::{GraspResult, Total, Way};
 use grip_plot::{Axis, Chart, Layer, Mark};
 
-/// Every grasp by its needed force, where there is one way of grasping; else the objects that were lost, a bar for each scene and way.
+/// As many scenes have room for their names below the bars.
+const MOST_SCENES: usize = 6;
+
+/// Every grasp by its needed force, where there is one way of grasping; else the objects that were lost: a bar for each scene and way, or, with
+/// many scenes, a point for each way.
 pub(super) fn chart(totals: &[Total], grasps: &[GraspResult], ways: &[Way]) -> Chart {
     match ways {
         [_] => every_grasp(grasps),
+        _ if totals.len() > MOST_SCENES * ways.len() => dropped_and_crushed(totals, ways),
         _ => lost(totals, ways),
     }
 }
@@ -57,6 +62,21 @@ fn lost(totals: &[Total], ways: &[Way]) -> Chart {
         chart
             .with(Layer::bars(name, own.map(|total| (total.scene.clone(), share(total))).collect()))
     })
+}
+
+fn dropped_and_crushed(totals: &[Total], ways: &[Way]) -> Chart {
+    let (x, y) = (Axis::linear("dropped (%)"), Axis::linear("crushed (%)"));
+    #[expect(clippy::cast_precision_loss, reason = "counts of grasps")]
+    let share = |at: usize, of: fn(&Total) -> usize| {
+        let own = || totals.iter().skip(at).step_by(ways.len());
+        let (lost, all) = (own().map(of).sum::<usize>(), own().map(|total| total.trials).sum());
+        100.0 * lost as f64 / usize::max(all, 1) as f64
+    };
+    let points = (0..ways.len()).map(|at| (share(at, |t| t.dropped), share(at, |t| t.crushed)));
+    let names =
+        ways.iter().map(|way| text::way(way.law.name(), way.sensors.name(), way.stress.name));
+    let layer = Layer::markers("", points.collect()).labelled(names.collect());
+    Chart::new("Objects lost, over all scenes", x, y).with(layer)
 }
 
 /// Objects lost (%).
