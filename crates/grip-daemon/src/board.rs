@@ -200,6 +200,7 @@ impl Board {
             }
             EventLine::SlipEnd { .. } => self.event_counts.ended += 1,
             EventLine::Health { .. } => self.event_counts.health += 1,
+            EventLine::Grip { .. } => {}
         }
     }
 

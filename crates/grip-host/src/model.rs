@@ -148,6 +148,7 @@ mod tests {
             slip_speed_m_s: row.slip_speed_m_s as f32,
             contact_time_s: row.contact_time_s as f32,
             slip_acceleration_m_s2: row.slip_acceleration_m_s2 as f32,
+            slip_acceleration_sigma_m_s2: None,
             micro_displacement_m: row.micro_displacement_m as f32,
             trial_force_n: row.trial_force_n as f32,
             irregularities: row.irregularities,

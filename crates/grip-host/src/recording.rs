@@ -47,6 +47,10 @@ pub fn event_record<'a>(
             let record = with_evidence(nothing, &evidence);
             EventRecord { t_s, kind: "slip_end", duration_s, ..record }
         }
+        EventLine::Grip { t_s, event, command_n } => {
+            let command_n = command_n.unwrap_or(f32::NAN);
+            EventRecord { t_s, kind: "grip", phase: event, command_n, ..nothing }
+        }
         EventLine::Health { t_s, channel, health } => {
             EventRecord { t_s, kind: "health", channel, health, ..nothing }
         }

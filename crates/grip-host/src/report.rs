@@ -37,6 +37,15 @@ pub enum EventLine {
         #[serde(flatten)]
         evidence: EvidenceFields,
     },
+    /// The fingers lost the object, touch it again, or closed on nothing.
+    Grip {
+        /// Device time (s).
+        t_s: f64,
+        /// `empty`, `lost` or `regrasped`.
+        event: &'static str,
+        /// Commanded force (N).
+        command_n: Option<f32>,
+    },
     /// The state of a sensor has changed.
     Health {
         /// Device time (s).
@@ -76,6 +85,8 @@ pub struct EvidenceFields {
     pub esc_unit: Option<&'static str>,
     /// The network's adequate force (N).
     pub estimate_n: Option<f32>,
+    /// Its standard deviation (N).
+    pub estimate_sigma_n: Option<f32>,
     /// Whether the estimate lies outside what the network was trained on, and is not used.
     pub extrapolated: Option<bool>,
     /// Commanded force (N).
@@ -110,6 +121,7 @@ impl EvidenceFields {
             esc_value: chosen.map(|esc| esc.value),
             esc_unit: chosen.map(|esc| esc.reading.unit().symbol()),
             estimate_n: estimate.map(|e| e.force_n),
+            estimate_sigma_n: estimate.map(|e| e.sigma_n),
             extrapolated: estimate.map(|e| e.extrapolated),
             command_n: step.command.map(|c| c.0),
         }
@@ -142,9 +154,9 @@ impl EventLog {
         (self.features, self.estimate)
     }
 
-    /// The lines a step leads to: at most one on the health of each sensor and one on slip.
+    /// The lines a step leads to: at most one on the health of each sensor, one on slip and one on the object in hand.
     #[inline]
-    pub fn lines(&mut self, step: &Step) -> [Option<EventLine>; 5] {
+    pub fn lines(&mut self, step: &Step) -> [Option<EventLine>; 6] {
         if step.features.is_some() {
             self.features = step.features;
             self.estimate = step.estimate;
@@ -153,7 +165,7 @@ impl EventLog {
             self.velocity = step.velocity;
         }
         let t_s = step.t.as_seconds();
-        let mut lines = [None; 5];
+        let mut lines = [None; 6];
         if step.health != self.health {
             self.health = step.health;
             lines[0] =
@@ -175,6 +187,8 @@ impl EventLog {
             lines[3] = Some(EventLine::Health { t_s, channel: "reference", health });
         }
         lines[4] = step.event.map(|event| self.slip_line(event, t_s, step));
+        let command_n = step.command.map(|c| c.0);
+        lines[5] = step.grip.map(|e| EventLine::Grip { t_s, event: e.name(), command_n });
         lines
     }
 
@@ -211,6 +225,15 @@ impl core::fmt::Display for EventLine {
             Self::SlipEnd { t_s, duration_s, evidence } => {
                 write!(f, "{t_s:10.4} s  slip ended after {:.1} ms", 1e3 * duration_s)?;
                 evidence.write(f)
+            }
+            Self::Grip { t_s, event, command_n } => {
+                let told = match *event {
+                    "empty" => "nothing between the fingers",
+                    "lost" => "the object is lost",
+                    _ => "the object is touched again",
+                };
+                write!(f, "{t_s:10.4} s  {told}")?;
+                command_n.map_or(Ok(()), |force| write!(f, ", command {force:.2} N"))
             }
             Self::Health { t_s, channel, health } => {
                 write!(f, "{t_s:10.4} s  {channel} {health}")
@@ -251,7 +274,8 @@ impl EvidenceFields {
         if let Some(estimate) = self.estimate_n {
             let note =
                 if self.extrapolated == Some(true) { " (extrapolated, not used)" } else { "" };
-            write!(f, ", estimate {estimate:.2} N{note}")?;
+            let sigma = self.estimate_sigma_n.unwrap_or(0.0);
+            write!(f, ", estimate {estimate:.2} +- {sigma:.2} N{note}")?;
         }
         if let Some(command) = self.command_n {
             write!(f, ", command {command:.2} N")?;
@@ -267,6 +291,7 @@ mod tests {
         Phase, SlipEvent, Step,
         detector::ReferenceHealth,
         distance::TravelHealth,
+        grip::GripEvent,
         health::Health,
         methods::Method,
         pressure::PressureHealth,
@@ -284,6 +309,7 @@ mod tests {
             velocity: None,
             estimate: None,
             command: Some(Newtons(2.5)),
+            grip: None,
             health: Health::Good,
             reference_health: ReferenceHealth::Good,
             travel_health: TravelHealth::Good,
@@ -300,7 +326,8 @@ mod tests {
             method: Method::Travel,
             confidence: 0.5,
         };
-        let [None, None, None, None, Some(line)] = log.lines(&step(1_500_000, Some(event))) else {
+        let [None, None, None, None, Some(line), None] = log.lines(&step(1_500_000, Some(event)))
+        else {
             panic!()
         };
         let json: serde_json::Value = serde_json::to_value(line).unwrap();
@@ -326,17 +353,28 @@ mod tests {
         log.lines(&step(2, Some(slip(Phase::Gross, false))));
         assert_eq!(log.slips(), 1);
         let frozen = Step { health: Health::Frozen, ..step(3, None) };
-        let [line, None, None, None, None] = log.lines(&frozen) else { panic!() };
+        let [line, None, None, None, None, None] = log.lines(&frozen) else { panic!() };
         assert_eq!(
             line,
             Some(EventLine::Health { t_s: 3e-6, channel: "stylus", health: "frozen" })
         );
-        assert_eq!(log.lines(&frozen), [None; 5]);
+        assert_eq!(log.lines(&frozen), [None; 6]);
         let jumped = Step { travel_health: TravelHealth::Jumped, ..frozen };
-        let [None, Some(line), None, None, None] = log.lines(&jumped) else { panic!() };
+        let [None, Some(line), None, None, None, None] = log.lines(&jumped) else { panic!() };
         assert_eq!(line, EventLine::Health { t_s: 3e-6, channel: "travel", health: "jumped" });
         let lost = Step { reference_health: ReferenceHealth::Lost, ..jumped };
-        let [None, None, None, Some(line), None] = log.lines(&lost) else { panic!() };
+        let [None, None, None, Some(line), None, None] = log.lines(&lost) else { panic!() };
         assert_eq!(line, EventLine::Health { t_s: 3e-6, channel: "reference", health: "lost" });
+    }
+
+    #[test]
+    fn what_becomes_of_the_object_is_told() {
+        let gone = Step { grip: Some(GripEvent::Lost), ..step(2_000_000, None) };
+        let [None, None, None, None, None, Some(line)] = EventLog::default().lines(&gone) else {
+            panic!()
+        };
+        let json = serde_json::to_value(line).unwrap();
+        assert_eq!((&json["type"], &json["event"]), (&"grip".into(), &"lost".into()));
+        assert_eq!(line.to_string(), "    2.0000 s  the object is lost, command 2.50 N");
     }
 }

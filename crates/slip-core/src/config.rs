@@ -208,25 +208,6 @@ impl PipelineConfig {
     }
 }
 
-impl GripConfig {
-    /// # Errors
-    /// The first value outside its range.
-    pub fn check(&self) -> Result<(), ConfigError> {
-        ConfigError::within("grip.f_max_n", self.f_max_n, 0.01, 5000.0)?;
-        ConfigError::within("grip.trial_force_n", self.trial_force_n, 0.01, self.f_max_n)?;
-        ConfigError::within("grip.slew_n_s", self.slew_n_s, 0.1, 1e6)?;
-        ConfigError::within("grip.close_rate_n_s", self.close_rate_n_s, 0.1, self.slew_n_s)?;
-        ConfigError::within("grip.backoff_n_s", self.backoff_n_s, 0.0, self.slew_n_s)?;
-        ConfigError::within("grip.contact_n", self.contact_n, 1e-3, self.trial_force_n)?;
-        ConfigError::within("grip.settle_ms", self.settle_ms, 0.0, 10_000.0)?;
-        ConfigError::within("grip.reflex_step", self.reflex_step, 0.0, 2.0)?;
-        ConfigError::within("grip.reflex_tau_ms", self.reflex_tau_ms, 1.0, 10_000.0)?;
-        ConfigError::within("grip.measured_tau_ms", self.measured_tau_ms, 1.0, 10_000.0)?;
-        ConfigError::within("grip.brake_gain", self.brake_gain, 1.0, 3.0)?;
-        ConfigError::within("grip.confirm_m", self.confirm_m, 0.0, 0.01)
-    }
-}
-
 /// Why a pipeline cannot be made.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum ConfigError {

@@ -5,6 +5,7 @@ use crate::{
     distance::TravelHealth,
     estimate::ForceEstimate,
     features::Features,
+    grip::GripEvent,
     health::Health,
     methods::Method,
     pressure::PressureHealth,
@@ -74,6 +75,8 @@ pub struct Step {
     pub estimate: Option<ForceEstimate>,
     /// The commanded force; `None` in a pipeline that only observes.
     pub command: Option<Newtons>,
+    /// What the controller found out about the object in hand.
+    pub grip: Option<GripEvent>,
     /// State of the stylus.
     pub health: Health,
     /// State of the motion reference while an object was last held.

@@ -11,6 +11,8 @@ pub struct Features {
     pub contact_time_s: f32,
     /// Mean slip acceleration over that stretch (m/s^2); negative while friction wins.
     pub slip_acceleration_m_s2: f32,
+    /// Standard deviation of that acceleration by the noise of the travel sensor (m/s^2); `None` where another sensor tells the speed.
+    pub slip_acceleration_sigma_m_s2: Option<f32>,
     /// Distance moved since the slip was noticed (m).
     pub micro_displacement_m: f32,
     /// Mean normal force of one finger over the stretch, the trial force F (N).

@@ -2,9 +2,12 @@
 //!
 //! Over a stretch of sliding the impulse balance of an object of mass m between two fingers with friction
 //! mu is m dv = (m g - 2 mu F) dt, so with the mean force F and the mean acceleration a of the same
-//! stretch the force at which the slip stops growing is F_req = F / (1 - a/g), whatever F did meanwhile.
-//! The stretch starts when the speed is first known and starts again from the last reading when it
-//! becomes longer than [`ObservationConfig::longest_ms`], so that a load that changes is followed.
+//! stretch the force at which the slip stops growing is F_req = F / (1 - a/g), whatever F did meanwhile. While the load is still
+//! being put on, the same figure is what the load so far needs: too little, never too much.
+//!
+//! Where the moved distance is measured the stretch is the last two speed windows, so that a load that grows is followed within
+//! milliseconds. Where only a speed is, it starts when the speed is first known and starts again from the last reading when it becomes longer
+//! than [`ObservationConfig::longest_ms`]; a speed carries more noise than a distance.
 
 use crate::{
     esc::{EscSum, Reading, Trial},
@@ -27,8 +30,9 @@ pub struct ObservationConfig {
     pub shortest_ms: f32,
     /// Longest stretch before a new one starts (ms).
     pub longest_ms: f32,
-    /// Slowest speed that counts as sliding (m/s). Below it a stretch ends: at rest the balance does not hold, and
-    /// pads that swing back and creep after a slip reach some mm/s.
+    /// Slowest speed that counts as sliding (m/s). Below it a stretch ends: at rest the balance does not hold, and a load that is being put
+    /// on shears the pads at 1 to 2 mm/s. After the object has stopped once, and where no distance is measured, three times as much: pads that
+    /// swing back after a slip reach some mm/s.
     pub min_speed_m_s: f32,
     /// Moving back by more than this (m) is the elastic recoil of a pad at rest, not sliding; the resolution and
     /// noise of the travel sensor must stay below it.
@@ -50,9 +54,9 @@ pub struct ObservationConfig {
 impl Default for ObservationConfig {
     fn default() -> Self {
         Self {
-            shortest_ms: 4.0,
+            shortest_ms: 3.0,
             longest_ms: 40.0,
-            min_speed_m_s: 0.01,
+            min_speed_m_s: 0.004,
             recoil_m: 4e-6,
             hysteresis_sigmas: 6.0,
             min_hysteresis_m: 2e-7,
@@ -69,6 +73,8 @@ impl Default for ObservationConfig {
 pub struct SlipObservation {
     config: ObservationConfig,
     rate_hz: f32,
+    /// Deviation of one reading of the travel (m).
+    travel_sigma_m: f32,
     heights: bool,
     window: SpeedWindow,
     extractor: IrregularityExtractor,
@@ -78,6 +84,8 @@ pub struct SlipObservation {
     last_t: Micros,
     position_m: f64,
     furthest_m: f64,
+    /// Whether the object has stopped and swung back since the slip was noticed.
+    swung: bool,
     advance: Advance,
     stretch: Option<Stretch>,
 }
@@ -105,6 +113,16 @@ struct Stretch {
     latest: SpeedReading,
 }
 
+/// How the object moved over the stretch.
+#[derive(Clone, Copy, Debug)]
+struct Motion {
+    span_s: f32,
+    speed_m_s: f32,
+    acceleration_m_s2: f32,
+    acceleration_sigma_m_s2: Option<f32>,
+    force_n: f32,
+}
+
 impl SlipObservation {
     /// An observation of samples at `rate_hz`.
     #[must_use]
@@ -112,6 +130,7 @@ impl SlipObservation {
         Self {
             config,
             rate_hz,
+            travel_sigma_m: 0.0,
             heights: true,
             window: SpeedWindow::new(config.speed, rate_hz),
             extractor: IrregularityExtractor::new(config.min_hysteresis_m),
@@ -121,15 +140,22 @@ impl SlipObservation {
             last_t: Micros(0),
             position_m: 0.0,
             furthest_m: f64::NEG_INFINITY,
+            swung: false,
             advance: Advance::default(),
             stretch: None,
         }
     }
 
+    /// The same for a travel sensor of which one reading has the deviation `travel_sigma_m` (m).
+    #[must_use]
+    pub fn with_travel_sigma(self, travel_sigma_m: f32) -> Self {
+        Self { travel_sigma_m, ..self }
+    }
+
     /// Begins with the next sample. `noise_m` is the deviation of the stylus noise (m, rms), `None` where
     /// the stylus does not measure displacement and irregularities have no heights.
     pub fn begin(&mut self, noise_m: Option<f32>) {
-        *self = Self::new(self.config, self.rate_hz);
+        *self = Self::new(self.config, self.rate_hz).with_travel_sigma(self.travel_sigma_m);
         self.heights = noise_m.is_some();
         let hysteresis = self.config.hysteresis_sigmas * noise_m.unwrap_or(0.0);
         self.extractor = IrregularityExtractor::new(hysteresis.max(self.config.min_hysteresis_m));
@@ -202,6 +228,7 @@ impl SlipObservation {
         }
         if self.position_m < self.furthest_m - f64::from(self.config.recoil_m) {
             self.rest();
+            self.swung = true;
             return None;
         }
         self.window.push(t, travel_m, force_n)
@@ -213,10 +240,17 @@ impl SlipObservation {
         self.stretch = None;
     }
 
+    /// Slowest speed that counts as sliding (m/s).
+    fn slowest_m_s(&self) -> f32 {
+        let distance = self.onset.is_some_and(|onset| onset.travel_m.is_some());
+        let factor = if distance && !self.swung { 1.0 } else { 3.0 };
+        factor * self.config.min_speed_m_s
+    }
+
     fn extend_stretch(&mut self, t: Micros, dt_s: f64, reading: SpeedReading) {
         let longest_s = f64::from(self.config.longest_ms) * 1e-3;
-        if reading.speed_m_s.abs() < self.config.min_speed_m_s {
-            self.rest();
+        if reading.speed_m_s.abs() < self.slowest_m_s() {
+            self.stretch = None;
             return;
         }
         match &mut self.stretch {
@@ -236,31 +270,59 @@ impl SlipObservation {
         }
     }
 
-    /// The features of the slip so far; `None` while the stretch is too short or no speed is known.
-    #[must_use]
+    /// Speed, mean acceleration and mean force of the stretch (s, m/s, m/s^2, N); `None` while it is too short.
     #[expect(clippy::cast_possible_truncation, reason = "differences and sums were taken in f64")]
-    pub fn features(&self) -> Option<Features> {
+    fn motion(&self) -> Option<Motion> {
+        let shortest_s = 1e-3 * self.config.shortest_ms;
+        if self.onset?.travel_m.is_some() && self.config.speed.fixed_m_s.is_none() {
+            let balance = self.window.balance(shortest_s)?;
+            let [before, now] = balance.speeds_m_s;
+            return (before.min(now) >= self.slowest_m_s()).then_some(Motion {
+                span_s: balance.span_s,
+                speed_m_s: now,
+                acceleration_m_s2: balance.acceleration_m_s2,
+                acceleration_sigma_m_s2: Some(balance.acceleration_sigma(self.travel_sigma_m)),
+                force_n: balance.force_n,
+            });
+        }
         let stretch = self.stretch?;
         let span_s = self.last_t.since(stretch.start).as_seconds();
-        if span_s < f64::from(self.config.shortest_ms) * 1e-3 || span_s <= 0.0 {
+        if span_s < f64::from(shortest_s) || span_s <= 0.0 {
             return None;
         }
-        let speed = stretch.latest.speed_m_s;
-        let force = stretch.impulse_ns / span_s;
+        let speed_m_s = stretch.latest.speed_m_s;
+        let gained = f64::from(speed_m_s - stretch.start_speed_m_s);
+        Some(Motion {
+            span_s: span_s as f32,
+            speed_m_s,
+            acceleration_m_s2: (gained / span_s) as f32,
+            acceleration_sigma_m_s2: None,
+            force_n: (stretch.impulse_ns / span_s) as f32,
+        })
+    }
+
+    /// The features of the slip so far; `None` while the stretch is too short or no speed is known.
+    #[must_use]
+    pub fn features(&self) -> Option<Features> {
+        let motion = self.motion()?;
         let n = self.esc.n();
         #[expect(clippy::cast_precision_loss, reason = "a mean needs no more digits")]
         let mean_slope = (n > 0).then(|| self.slope_sum / n as f32);
         let trial = Trial {
             damping_n_s_m: f64::from(self.config.stylus_damping_n_s_m),
-            ..Trial::new(force, f64::from(speed)).with_noise(f64::from(self.config.esc_noise))
+            ..Trial::new(f64::from(motion.force_n), f64::from(motion.speed_m_s))
+                .with_noise(f64::from(self.config.esc_noise))
         };
         let esc = self.esc.literal(&trial);
+        #[expect(clippy::cast_possible_truncation, reason = "sums were taken in f64")]
+        let micro_displacement_m = self.position_m as f32;
         Some(Features {
-            slip_speed_m_s: speed,
-            contact_time_s: span_s as f32,
-            slip_acceleration_m_s2: (f64::from(speed - stretch.start_speed_m_s) / span_s) as f32,
-            micro_displacement_m: self.position_m as f32,
-            trial_force_n: force as f32,
+            slip_speed_m_s: motion.speed_m_s,
+            contact_time_s: motion.span_s,
+            slip_acceleration_m_s2: motion.acceleration_m_s2,
+            slip_acceleration_sigma_m_s2: motion.acceleration_sigma_m_s2,
+            micro_displacement_m,
+            trial_force_n: motion.force_n,
             irregularities: n,
             mean_slope,
             esc,

@@ -16,7 +16,7 @@ use crate::{
     estimate::Estimator,
     event::{Phase, SlipEvent, Step},
     fusion::{Channels, Fusion, Told},
-    grip::{GripController, GripState},
+    grip::{GripController, GripState, Trials},
     health::{Health, HealthCheck, HealthCounters},
     methods::Method,
     observation::SlipObservation,
@@ -28,6 +28,9 @@ use crate::{
 };
 use force::SlipNews;
 use rest::Rest;
+
+/// A slip without touch ends after this long.
+const LET_GO: Micros = Micros(30_000);
 
 /// The whole signal path of one gripper. `W` holds the weights of the network.
 #[derive(Clone, Debug)]
@@ -50,6 +53,8 @@ pub struct Pipeline<W> {
     rest: Rest,
     gap: Micros,
     evidence_every: Micros,
+    /// Since when nothing is touched, while a slip goes on.
+    untouched: Option<Micros>,
     counters: StageCounters,
 }
 
@@ -96,7 +101,8 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             )?
             .with_no_skip(config.no_skip),
             fusion: Fusion::new(config.methods, config.travel, config.pressure)?,
-            observation: SlipObservation::new(config.observation, rate_hz),
+            observation: SlipObservation::new(config.observation, rate_hz)
+                .with_travel_sigma(config.velocity.travel_sigma_m(config.travel.resolution_m)),
             velocity: VelocityMeter::new(config.velocity, rate_hz)?,
             estimator,
             grip: config.grip.map(GripController::new),
@@ -108,6 +114,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             rest: Rest::Awake,
             gap: Micros((period_us * 5).max(10_000)),
             evidence_every: Micros(1000),
+            untouched: None,
             counters: StageCounters::default(),
             config,
         })
@@ -197,16 +204,16 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             let step = Step { statistic, event, ..self.unchanged(sample.t) };
             return self.follow(&Sample { travel_m: believed, ..*sample }, dt, step);
         }
-        let command = self.command(sample, dt, SlipNews::default());
+        let (command, grip) = self.command(sample, dt, SlipNews::default());
         self.rest = self.rest_after();
-        Step { statistic, event, command, ..self.unchanged(sample.t) }
+        Step { statistic, event, command, grip, ..self.unchanged(sample.t) }
     }
 
     /// Adds to the `step` of a slip what is known of it, and the command.
     fn follow(&mut self, sample: &Sample, dt: Micros, mut step: Step) -> Step {
         self.observe(sample, &mut step);
         let news = self.slip_news(sample, &step);
-        step.command = self.command(sample, dt, news);
+        (step.command, step.grip) = self.command(sample, dt, news);
         self.rest = Rest::Awake;
         step
     }
@@ -223,6 +230,8 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         let grip = self.grip.map_or(GripState::Holding, |grip| grip.state());
         let closing =
             matches!(grip, GripState::Closing | GripState::Settling | GripState::Released);
+        self.untouched =
+            (self.slip.is_some() && !touching).then(|| self.untouched.unwrap_or(sample.t));
         let decides = self.slip.is_some() || (touching && !closing);
         let wakes = decides && !self.decides;
         if wakes || dt > self.gap {
@@ -323,6 +332,9 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         let state = told.map_or(SlipState::Quiet, |told| told.state);
         let method = told.map_or(Method::Stylus, |told| told.method);
         let sure = || confidence(told.map_or(0.0, |t| t.statistic), self.config.detector.tail);
+        if self.has_let_go(sample.t) {
+            return self.end_slip(sample.t);
+        }
         match (&mut self.slip, state) {
             (None, SlipState::Incipient | SlipState::Gross) => {
                 let gross = state == SlipState::Gross;
@@ -343,14 +355,23 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
                 let confidence = sure();
                 Some(SlipEvent::Slip { phase: Phase::Gross, first: false, method, confidence })
             }
-            (Some(slip), SlipState::Quiet) if self.scene == Scene::Slipping => {
-                let duration = sample.t.since(slip.since);
-                self.slip = None;
-                self.fusion.slip_ended();
-                Some(SlipEvent::Ended { duration })
-            }
+            (Some(_), SlipState::Quiet) if self.scene == Scene::Slipping => self.end_slip(sample.t),
             _ => None,
         }
+    }
+
+    /// Whether nothing has been touched for [`LET_GO`] while a slip goes on: the object is gone, whatever the sensors still show.
+    #[inline]
+    fn has_let_go(&self, t: Micros) -> bool {
+        self.untouched.is_some_and(|since| t.since(since) >= LET_GO)
+    }
+
+    #[cold]
+    fn end_slip(&mut self, t: Micros) -> Option<SlipEvent> {
+        let slip = self.slip.take()?;
+        self.fusion.slip_ended();
+        self.untouched = None;
+        Some(SlipEvent::Ended { duration: t.since(slip.since) })
     }
 
     #[inline]
@@ -364,6 +385,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             velocity: None,
             estimate: None,
             command: self.grip.map(|grip| Newtons(grip.command_n())),
+            grip: None,
             health: self.health.health(),
             reference_health: self.detector.reference_health(),
             travel_health: self.fusion.healths().0,
@@ -375,6 +397,12 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
     #[must_use]
     pub fn grip_state(&self) -> Option<GripState> {
         self.grip.map(|grip| grip.state())
+    }
+
+    /// How the object in hand was tried so far; `None` in a pipeline that only observes.
+    #[must_use]
+    pub fn trials(&self) -> Option<Trials> {
+        self.grip.map(|grip| grip.trials())
     }
 
     /// The slip detector, for what it has learned and sees.

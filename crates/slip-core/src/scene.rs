@@ -49,6 +49,13 @@ impl Contact {
         self.touching
     }
 
+    /// What [`Contact::update`] has said last.
+    #[must_use]
+    #[inline]
+    pub fn is_touching(&self) -> bool {
+        self.touching
+    }
+
     /// What [`Contact::update`] would say, which is then still to be told.
     #[must_use]
     #[inline]

@@ -5,10 +5,14 @@
 //! window (trapezoids: a rectangle would lead by half a sample, at 1 kHz 10 % of the needed force), so both lag by W/2 and
 //! stay consistent with each other in the impulse balance. With a
 //! resolution of the travel sensor q the quantisation error of v is at most q / W.
+//!
+//! Two windows that meet give the acceleration as well ([`SpeedWindow::balance`]): second differences of the travel and of the force
+//! integrated twice weight both with the same triangle, so `m a = m g - 2 mu F` holds for the two figures exactly, whatever the force did
+//! meanwhile. With a deviation q of one travel reading that of a is `sqrt(6) q / W^2`.
 
 use crate::units::Micros;
 
-/// Samples the window can hold; bounds the window to 128 / rate.
+/// Samples two windows can hold; bounds a window to 63 / rate.
 const CAPACITY: usize = 128;
 
 /// Where the slip speed comes from.
@@ -27,7 +31,7 @@ pub struct SpeedConfig {
 
 impl Default for SpeedConfig {
     fn default() -> Self {
-        Self { fixed_m_s: None, window_ms: 4.0 }
+        Self { fixed_m_s: None, window_ms: 2.0 }
     }
 }
 
@@ -49,6 +53,7 @@ pub struct SpeedWindow {
     next: usize,
     filled: usize,
     impulse_ns: f64,
+    carried: f64,
 }
 
 #[derive(Clone, Copy, Debug, Default)]
@@ -57,10 +62,34 @@ struct Entry {
     travel_m: f32,
     force_n: f32,
     impulse_ns: f64,
+    /// Integral of the impulse (N s^2).
+    carried: f64,
+}
+
+/// Acceleration and force over two windows that meet, each reading weighted with the same triangle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Balance {
+    /// Mean acceleration (m/s^2).
+    pub acceleration_m_s2: f32,
+    /// Mean normal force (N).
+    pub force_n: f32,
+    /// Mean speeds over the earlier and the later window (m/s).
+    pub speeds_m_s: [f32; 2],
+    /// Length of both windows together (s).
+    pub span_s: f32,
+}
+
+impl Balance {
+    /// Deviation of the acceleration (m/s^2) where one reading of the travel has the deviation `travel_m` (m).
+    #[must_use]
+    pub fn acceleration_sigma(&self, travel_m: f32) -> f32 {
+        let window_s = 0.5 * self.span_s;
+        2.449_49 * travel_m / (window_s * window_s)
+    }
 }
 
 impl SpeedWindow {
-    /// A window for samples at `rate_hz`; it holds at least 4 and at most 127 steps.
+    /// A window for samples at `rate_hz`; it holds at least 4 and at most 63 steps.
     #[must_use]
     pub fn new(config: SpeedConfig, rate_hz: f32) -> Self {
         #[expect(
@@ -68,7 +97,7 @@ impl SpeedWindow {
             clippy::cast_sign_loss,
             reason = "clamped; the cast saturates"
         )]
-        let len = (config.window_ms * 1e-3 * rate_hz).clamp(4.0, 127.0) as usize;
+        let len = (config.window_ms * 1e-3 * rate_hz).clamp(4.0, 63.0) as usize;
         Self {
             fixed_m_s: config.fixed_m_s,
             len,
@@ -76,12 +105,13 @@ impl SpeedWindow {
             next: 0,
             filled: 0,
             impulse_ns: 0.0,
+            carried: 0.0,
         }
     }
 
     /// Length of the window (s) for samples at `rate_hz`.
     #[must_use]
-    #[expect(clippy::cast_precision_loss, reason = "at most 127")]
+    #[expect(clippy::cast_precision_loss, reason = "at most 63")]
     pub fn span_s(&self, rate_hz: f32) -> f32 {
         self.len as f32 / rate_hz
     }
@@ -91,6 +121,41 @@ impl SpeedWindow {
         self.next = 0;
         self.filled = 0;
         self.impulse_ns = 0.0;
+        self.carried = 0.0;
+    }
+
+    /// Acceleration and force over the last two windows; where less has been seen since the slip was noticed, over two halves of that, down to
+    /// `shortest_s` together (s).
+    #[must_use]
+    #[expect(clippy::cast_possible_truncation, reason = "differences were taken in f64")]
+    pub fn balance(&self, shortest_s: f32) -> Option<Balance> {
+        let len = self.len.min(self.filled.saturating_sub(1) / 2);
+        if len < 2 {
+            return None;
+        }
+        let back = |steps: usize| self.ring[(self.next + 2 * CAPACITY - 1 - steps) % CAPACITY];
+        let (last, middle, first) = (back(0), back(len), back(2 * len));
+        let early_s = middle.t.since(first.t).as_seconds();
+        let late_s = last.t.since(middle.t).as_seconds();
+        let slope = |from: f64, to: f64, span_s: f64| (to - from) / span_s;
+        let travel = |entry: &Entry| f64::from(entry.travel_m);
+        let speeds = [
+            slope(travel(&first), travel(&middle), early_s),
+            slope(travel(&middle), travel(&last), late_s),
+        ];
+        let impulses = [
+            slope(first.carried, middle.carried, early_s),
+            slope(middle.carried, last.carried, late_s),
+        ];
+        let half_s = 0.5 * (early_s + late_s);
+        let balance = Balance {
+            acceleration_m_s2: ((speeds[1] - speeds[0]) / half_s) as f32,
+            force_n: ((impulses[1] - impulses[0]) / half_s) as f32,
+            speeds_m_s: speeds.map(|speed| speed as f32),
+            span_s: (2.0 * half_s) as f32,
+        };
+        let finite = balance.acceleration_m_s2.is_finite() && balance.force_n.is_finite();
+        (finite && balance.span_s >= shortest_s).then_some(balance)
     }
 
     /// Takes the next sample's travel (m) and force (N); `None` until the window is full.
@@ -100,9 +165,12 @@ impl SpeedWindow {
         if self.filled > 0 {
             let previous = self.ring[index(1)];
             let mean_n = 0.5 * (f64::from(previous.force_n) + f64::from(force_n));
-            self.impulse_ns += mean_n * t.since(previous.t).as_seconds();
+            let dt_s = t.since(previous.t).as_seconds();
+            self.carried += dt_s * (self.impulse_ns + 0.5 * mean_n * dt_s);
+            self.impulse_ns += mean_n * dt_s;
         }
-        let now = Entry { t, travel_m, force_n, impulse_ns: self.impulse_ns };
+        let (impulse_ns, carried) = (self.impulse_ns, self.carried);
+        let now = Entry { t, travel_m, force_n, impulse_ns, carried };
         let oldest = self.ring[index(self.len)];
         self.ring[self.next % CAPACITY] = now;
         self.next = (self.next + 1) % CAPACITY;
@@ -128,13 +196,15 @@ impl SpeedWindow {
 }
 
 #[cfg(test)]
+#[expect(clippy::cast_possible_truncation, clippy::cast_precision_loss, reason = "test signal")]
 mod tests {
     use super::{SpeedConfig, SpeedWindow};
     use crate::units::Micros;
 
     #[test]
     fn follows_an_accelerating_object_with_half_a_window_of_lag() {
-        let mut window = SpeedWindow::new(SpeedConfig::default(), 10_000.0);
+        let config = SpeedConfig { window_ms: 4.0, ..SpeedConfig::default() };
+        let mut window = SpeedWindow::new(config, 10_000.0);
         for i in 0..1000_u16 {
             let t = f32::from(i) * 1e-4;
             let force = 2.0 + 100.0 * t;
@@ -145,6 +215,27 @@ mod tests {
                 assert!((reading.force_n - (2.0 + 100.0 * (t - 0.002))).abs() < 1e-4);
             }
         }
+    }
+
+    /// An object that needs 10 N under a force that rises by 400 N/s, read at times that are not even.
+    #[test]
+    fn second_differences_keep_the_impulse_balance_while_the_force_rises() {
+        let mut window = SpeedWindow::new(SpeedConfig::default(), 10_000.0);
+        let mut first = None;
+        for i in 0..300_u64 {
+            let micros = 100 * i + 30 * (i % 3);
+            let t = 1e-6 * micros as f64;
+            let force = 2.0 + 400.0 * t;
+            let travel = 9.81 * (0.5 * 0.8 * t * t - 40.0 * t * t * t / 6.0);
+            window.push(Micros(micros), travel as f32, force as f32);
+            let Some(balance) = window.balance(3e-3) else { continue };
+            first = first.or(Some(i));
+            let needed = balance.force_n / (1.0 - balance.acceleration_m_s2 / 9.81);
+            assert!((needed / 10.0 - 1.0).abs() < 2e-3, "{needed} N at {t} s: {balance:?}");
+        }
+        assert_eq!(first, Some(30), "3 ms suffice");
+        let sigma = window.balance(0.0).unwrap().acceleration_sigma(4e-7);
+        assert!((sigma - 0.245).abs() < 1e-2, "4e-7 m over 2 ms: {sigma}");
     }
 
     #[test]

@@ -4,7 +4,7 @@
 use proptest::prelude::*;
 use slip_core::{
     Pipeline, PipelineConfig, Sample, SlipEvent,
-    grip::{GripConfig, GripController, GripInput, GripState, SlipNow},
+    grip::{Evidence, GripConfig, GripController, GripInput, GripState, SlipNow},
     units::{Hertz, Micros},
 };
 
@@ -114,7 +114,8 @@ proptest! {
         for (slip, moved_m, estimate_n, healthy, dt_s) in inputs {
             let slip = [SlipNow::No, SlipNow::Fading, SlipNow::Evident][usize::from(slip)];
             let closing = grip.state() == GripState::Closing;
-            let command = grip.step(&GripInput { dt_s, slip, moved_m, estimate_n, applied_n: Some(2.0), healthy });
+            let evidence = estimate_n.map(|estimate_n| Evidence { estimate_n, sigma_n: 0.1, gain_m_s2: 1.5, force_n: 2.0 });
+            let command = grip.step(&GripInput { dt_s, slip, moved_m, evidence, applied_n: Some(2.0), touching: true, healthy });
             prop_assert!((0.0..=config.f_max_n).contains(&command), "{command}");
             let rise = command - last;
             prop_assert!(rise <= config.slew_n_s * dt_s.clamp(0.0, 0.01) * 1.000_01 + 1e-5, "{rise} in {dt_s} s");

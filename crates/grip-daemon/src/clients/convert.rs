@@ -34,7 +34,7 @@ pub fn slip(host_us: u64, line: &EventLine) -> Option<Slip> {
             duration_s: Some(single(duration_s)),
             ..known(host_us, t_s, &evidence)
         }),
-        EventLine::Health { .. } => None,
+        EventLine::Grip { .. } | EventLine::Health { .. } => None,
     }
 }
 

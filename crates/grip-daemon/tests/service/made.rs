@@ -28,7 +28,7 @@ pub(crate) const STATE: State = State {
     command: Some(Newtons(2.5)),
     applied_n: Some(f32::NAN),
     esc: None,
-    estimate: Some(ForceEstimate { force_n: 9.4, extrapolated: false }),
+    estimate: Some(ForceEstimate { force_n: 9.4, sigma_n: 0.2, extrapolated: false }),
     health: Health::Good,
     reference_health: ReferenceHealth::Lost,
     travel_health: TravelHealth::Good,

@@ -6,6 +6,7 @@ use crate::{
     session::{News, Session, SessionError, SessionOptions},
 };
 use grip_link::frame::MAX_WIRE;
+use slip_core::{estimate::ForceEstimate, grip::Trials};
 
 /// Who commands the force.
 pub trait Hand {
@@ -28,6 +29,11 @@ pub trait Hand {
 
     /// Samples handled, and lost.
     fn samples(&self) -> (u64, u64);
+
+    /// How the object was tried, and the last estimate of the adequate force; nothing from a law without either.
+    fn tried(&self) -> (Trials, Option<ForceEstimate>) {
+        (Trials::default(), None)
+    }
 }
 
 /// A session of gripd.
@@ -85,5 +91,9 @@ impl Hand for Own<'_> {
 
     fn samples(&self) -> (u64, u64) {
         (self.session.counters().samples, self.session.link().loss().lost)
+    }
+
+    fn tried(&self) -> (Trials, Option<ForceEstimate>) {
+        (self.session.trials().unwrap_or_default(), self.session.log().evidence().1)
     }
 }

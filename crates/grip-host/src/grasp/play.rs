@@ -7,7 +7,7 @@ use super::{
 use crate::{config::HostConfig, trial::TrialError};
 use grip_link::frame::MAX_WIRE;
 use grip_sim::{Scene, Truth, VirtualMcu, mcu::SensorFault};
-use slip_core::units::Micros;
+use slip_core::{estimate::ForceEstimate, grip::Trials, units::Micros};
 
 /// One grasp before it begins.
 #[derive(Clone, Copy, Debug)]
@@ -31,6 +31,10 @@ pub struct Outcome {
     pub truth: Truth,
     /// Slips that were noticed.
     pub slips: u64,
+    /// How the object was tried until it was held; what it moved is as measured. Nothing where an older law commands.
+    pub trials: Trials,
+    /// The last estimate of the adequate force, with its deviation.
+    pub estimate: Option<ForceEstimate>,
     /// Highest force commanded (N).
     pub peak_command_n: f32,
     /// Last force commanded (N).
@@ -89,9 +93,12 @@ pub fn play(setup: &Setup<'_>, hand: &mut dyn Hand) -> Result<Outcome, TrialErro
         peak_command_n = peak_command_n.max(hand.command_n());
     }
     let (samples, lost) = hand.samples();
+    let (trials, estimate) = hand.tried();
     Ok(Outcome {
         truth: mcu.truth(),
         slips: hand.slips(),
+        trials,
+        estimate,
         peak_command_n,
         command_n: hand.command_n(),
         samples,

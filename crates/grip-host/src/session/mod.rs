@@ -29,8 +29,11 @@ use limits::device_config;
 use pace::{Pace, Wanted};
 use path::{Path, micros};
 use slip_core::{
-    ConfigError, Pipeline, Sample, Step, grip::GripState, health::HealthCounters,
-    pressure::MAX_TAXELS, stages::StageCounters,
+    ConfigError, Pipeline, Sample, Step,
+    grip::{GripState, Trials},
+    health::HealthCounters,
+    pressure::MAX_TAXELS,
+    stages::StageCounters,
 };
 use std::sync::Arc;
 use wishes::Wishes;
@@ -435,6 +438,12 @@ impl Session {
     #[must_use]
     pub fn grip_state(&self) -> Option<GripState> {
         self.pipeline.as_ref()?.grip_state()
+    }
+
+    /// How the object in hand was tried so far; `None` before there is a pipeline.
+    #[must_use]
+    pub fn trials(&self) -> Option<Trials> {
+        self.pipeline.as_ref()?.trials()
     }
 
     /// Taxels of the gripper's array that its rows carry, as many as are looked at; 0 where there is none.

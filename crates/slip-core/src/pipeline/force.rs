@@ -3,7 +3,7 @@
 use super::{Pipeline, rest::Rest};
 use crate::{
     event::Step,
-    grip::{GripInput, SlipNow},
+    grip::{Evidence, GripEvent, GripInput, SlipNow},
     health::Health,
     methods::Method,
     sample::Sample,
@@ -15,7 +15,7 @@ use crate::{
 pub(super) struct SlipNews {
     slip: SlipNow,
     moved_m: Option<f32>,
-    estimate_n: Option<f32>,
+    evidence: Option<Evidence>,
 }
 
 impl<W: AsRef<[f32]>> Pipeline<W> {
@@ -28,8 +28,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         SlipNews {
             slip: if goes_on { SlipNow::Evident } else { SlipNow::Fading },
             moved_m: self.observation.moved_m(sample),
-            // An answer from outside the range the network knows must not move the fingers.
-            estimate_n: step.estimate.filter(|e| !e.extrapolated).map(|e| e.force_n),
+            evidence: evidence_of(step),
         }
     }
 
@@ -72,8 +71,8 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         sample: &Sample,
         dt: Micros,
         news: SlipNews,
-    ) -> Option<Newtons> {
-        let grip = self.grip.as_mut()?;
+    ) -> (Option<Newtons>, Option<GripEvent>) {
+        let Some(grip) = self.grip.as_mut() else { return (None, None) };
         let stylus = self.fusion.uses(Method::Stylus);
         if !(stylus && self.detector.is_learning()) {
             grip.grasp(sample.normal_force_n);
@@ -86,10 +85,22 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             dt_s,
             slip: news.slip,
             moved_m: news.moved_m,
-            estimate_n: news.estimate_n,
+            evidence: news.evidence,
             applied_n: sample.normal_force_n,
+            touching: self.contact.is_touching(),
             healthy,
         });
-        Some(Newtons(command))
+        (Some(Newtons(command)), grip.event())
     }
+}
+
+/// What the step says of the force that is needed. An answer from outside the range the network knows must not move the fingers.
+fn evidence_of(step: &Step) -> Option<Evidence> {
+    let (features, estimate) = step.features.as_ref().zip(step.estimate)?;
+    (!estimate.extrapolated).then_some(Evidence {
+        estimate_n: estimate.force_n,
+        sigma_n: estimate.sigma_n,
+        gain_m_s2: features.slip_acceleration_m_s2,
+        force_n: features.trial_force_n,
+    })
 }

@@ -135,12 +135,17 @@ impl VelocityConfig {
         Velocity { speed_m_s, sigma_m_s: self.direct_sigma_m_s, source: VelocitySource::Direct }
     }
 
+    /// Deviation of one reading of a travel sensor of resolution `resolution_m` (m).
+    #[must_use]
+    pub fn travel_sigma_m(&self, resolution_m: f32) -> f32 {
+        let noise_m = self.travel_noise_m;
+        libm::sqrtf(resolution_m * resolution_m / 12.0 + noise_m * noise_m)
+    }
+
     /// A mean speed over `window_s` from a travel sensor of resolution `resolution_m`.
     #[must_use]
     pub fn travel(&self, speed_m_s: f32, window_s: f32, resolution_m: f32) -> Velocity {
-        let variance =
-            resolution_m * resolution_m / 12.0 + self.travel_noise_m * self.travel_noise_m;
-        let sigma_m_s = libm::sqrtf(2.0 * variance) / window_s;
+        let sigma_m_s = core::f32::consts::SQRT_2 * self.travel_sigma_m(resolution_m) / window_s;
         Velocity { speed_m_s, sigma_m_s, source: VelocitySource::Travel }
     }
 

@@ -1,0 +1,387 @@
+//! Slip evidence and force estimates in, the commanded grip force out.
+//!
+//! ```text
+//! Open --grasp()--> Closing --trial force reached--> Settling --settle_ms--> Holding <--> Slipping
+//!                Holding, Slipping --sensor not good--> Fault --good again--> Holding
+//!                Holding, Slipping --no touch for lost_ms--> Holding, empty --touch--> Settling
+//!                any --release()--> Released --close_again()--> Open
+//! ```
+//!
+//! `docs/control.md` has every transition with its condition and its test.
+//!
+//! On a slip the reflex raises the force at once by [`GripConfig::reflex_step`]. Where a moved-distance sensor says that nothing has moved yet,
+//! that is all. As soon as there is an estimate it takes over: what the load so far needs, carried forward to the force of this moment, is what
+//! the measured force should become, and the command leads it by what is missing. Without an estimate the force grows exponentially as long as
+//! the slip shows. After the slip the force falls slowly to the mean of the last estimates.
+//!
+//! The command never exceeds `f_max_n` or `fragile_n`, never rises faster than `slew_n_s`, and rises only while closing to the trial force, on
+//! slip evidence from a good sensor that is not older than 20 ms, or towards a force that somebody asked for with
+//! [`GripController::at_least`]. Nothing that a sensor does opens the fingers.
+
+mod braking;
+mod config;
+mod touch;
+
+pub use config::GripConfig;
+pub use touch::GripEvent;
+
+use braking::Braking;
+use touch::Touch;
+
+/// What the controller is doing.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum GripState {
+    /// Fingers open, no force (idle).
+    #[default]
+    Open,
+    /// The force rises to the trial force.
+    Closing,
+    /// The trial force stands; contact transients fade (loading).
+    Settling,
+    /// An object is held.
+    Holding,
+    /// A slip is being stopped.
+    Slipping,
+    /// The stylus cannot be trusted: the force stays as it is.
+    Fault,
+    /// Told to let go: no force, whatever slips (releasing).
+    Released,
+}
+
+/// A slip as the controller sees it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum SlipNow {
+    /// There is none.
+    #[default]
+    No,
+    /// The signal is back below the threshold, the release time runs.
+    Fading,
+    /// The signal is above the threshold.
+    Evident,
+}
+
+/// What a stretch of the slip says of the force that is needed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Evidence {
+    /// Adequate force (N).
+    pub estimate_n: f32,
+    /// Its standard deviation (N).
+    pub sigma_n: f32,
+    /// Mean acceleration of the object over the stretch (m/s^2).
+    pub gain_m_s2: f32,
+    /// Mean normal force over the stretch (N).
+    pub force_n: f32,
+}
+
+/// What the controller is told with each sample.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct GripInput {
+    /// Time since the sample before (s).
+    pub dt_s: f32,
+    /// The slip as of this sample.
+    pub slip: SlipNow,
+    /// Distance moved since the slip began (m); `None` where no sensor tells.
+    pub moved_m: Option<f32>,
+    /// New evidence of the force that is needed.
+    pub evidence: Option<Evidence>,
+    /// Measured normal force (N).
+    pub applied_n: Option<f32>,
+    /// Whether the fingers touch anything, as far as that is measured; always where it is not.
+    pub touching: bool,
+    /// Whether the stylus can be trusted.
+    pub healthy: bool,
+}
+
+/// How an object was tried until it was held.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Trials {
+    /// Forces that were tried: the trial force and one for each slip that was answered.
+    pub trials: u32,
+    /// What the object moved while slips were answered (m), as far as that is measured.
+    pub moved_m: f32,
+}
+
+/// The force controller.
+#[derive(Clone, Copy, Debug)]
+pub struct GripController {
+    config: GripConfig,
+    state: GripState,
+    command_n: f32,
+    hold_n: f32,
+    /// Force that somebody asked for (N).
+    least_n: f32,
+    settle_s: f32,
+    /// Since the last evidence of the slip (s).
+    quiet_s: f32,
+    braking: Braking,
+    moved_m: f32,
+    trials: Trials,
+    touch: Touch,
+}
+
+/// Longest step in time the controller believes (s): after a gap the force must not jump.
+const MAX_DT_S: f32 = 0.01;
+/// Evidence of a slip that is older than this (s) raises nothing.
+const FRESH_S: f32 = 0.02;
+
+impl GripController {
+    /// A controller with open fingers.
+    #[must_use]
+    pub fn new(config: GripConfig) -> Self {
+        Self {
+            config,
+            state: GripState::Open,
+            command_n: 0.0,
+            hold_n: 0.0,
+            least_n: 0.0,
+            settle_s: 0.0,
+            quiet_s: 0.0,
+            braking: Braking::default(),
+            moved_m: 0.0,
+            trials: Trials::default(),
+            touch: Touch::default(),
+        }
+    }
+
+    /// A controller that goes on holding with `force_n` (N), which another one has commanded before it; at most the largest force. Below the
+    /// trial force it goes on closing; a force that is not above 0 is no grip: the fingers are open.
+    #[must_use]
+    pub fn holding(config: GripConfig, force_n: f32) -> Self {
+        let mut grip = Self::new(config);
+        if force_n > 0.0 {
+            grip.command_n = force_n.min(config.ceiling_n());
+            grip.hold(grip.command_n);
+            grip.trials.trials = 1;
+            grip.touch = Touch::carried();
+            if grip.command_n < config.trial_force_n {
+                grip.state = GripState::Closing;
+            }
+        }
+        grip
+    }
+
+    /// Holds with at least `force_n` (N) from now on, as far as the largest force allows; 0 takes that back. The rise is that of closing
+    /// fingers. A force below 0 or not a number changes nothing.
+    pub fn at_least(&mut self, force_n: f32) {
+        if force_n >= 0.0 {
+            self.least_n = force_n.min(self.config.ceiling_n());
+        }
+    }
+
+    /// Lets go of the object, until [`GripController::close_again`].
+    pub fn release(&mut self) {
+        self.state = GripState::Released;
+        self.command_n = 0.0;
+        self.hold_n = 0.0;
+        self.touch = Touch::default();
+    }
+
+    /// Ends a release: the fingers may be closed again.
+    pub fn close_again(&mut self) {
+        if self.state == GripState::Released {
+            self.state = GripState::Open;
+        }
+    }
+
+    /// Closes the fingers on the object. Does nothing unless the controller is open.
+    ///
+    /// Fingers that already press with `applied_n` (N), for example after a restart of the program, start from
+    /// that force: what is held must not fall.
+    pub fn grasp(&mut self, applied_n: Option<f32>) {
+        if self.state == GripState::Open {
+            self.state = GripState::Closing;
+            self.touch = Touch::default();
+            self.trials = Trials { trials: 1, moved_m: 0.0 };
+            let held = applied_n.filter(|force| *force > self.config.contact_n);
+            self.command_n = held.map_or(0.0, |force| force.min(self.config.ceiling_n()));
+        }
+    }
+
+    /// What the controller is doing.
+    #[must_use]
+    #[inline]
+    pub fn state(&self) -> GripState {
+        self.state
+    }
+
+    /// The commanded force (N).
+    #[must_use]
+    #[inline]
+    pub fn command_n(&self) -> f32 {
+        self.command_n
+    }
+
+    /// What the last step found out about the object in hand.
+    #[must_use]
+    #[inline]
+    pub fn event(&self) -> Option<GripEvent> {
+        self.touch.event()
+    }
+
+    /// How the object in hand was tried so far.
+    #[must_use]
+    pub fn trials(&self) -> Trials {
+        Trials { moved_m: self.trials.moved_m + self.moved_m, ..self.trials }
+    }
+
+    /// Whether the command stays as it is for as long as there is no slip, the stylus can be trusted, and touch neither comes nor goes.
+    #[must_use]
+    #[inline]
+    pub fn is_steady(&self) -> bool {
+        self.state == GripState::Holding
+            && self.command_n <= self.hold_n.max(self.least_n)
+            && self.command_n >= self.least_n
+            && self.touch.is_settled()
+    }
+
+    /// The command after the next sample (N), from 0 to the largest force.
+    #[inline]
+    pub fn step(&mut self, input: &GripInput) -> f32 {
+        let dt_s = if input.dt_s >= 0.0 { input.dt_s.min(MAX_DT_S) } else { 0.0 };
+        self.touch.begin(input.touching);
+        if !input.healthy {
+            // Closing goes on where it stopped.
+            if matches!(self.state, GripState::Holding | GripState::Slipping) {
+                self.leave_slip();
+                self.state = GripState::Fault;
+            }
+            return self.command_n;
+        }
+        if self.feel_object(dt_s) {
+            return self.command_n;
+        }
+        match self.state {
+            GripState::Open | GripState::Released => {}
+            GripState::Closing => self.close(dt_s, input.applied_n),
+            GripState::Settling => self.settle(dt_s),
+            GripState::Fault => self.hold(self.command_n),
+            GripState::Holding if input.slip != SlipNow::No => self.begin_slip(dt_s, input),
+            GripState::Holding if self.command_n < self.least_n => {
+                self.raise_towards(self.least_n, self.config.close_rate_n_s, dt_s);
+            }
+            GripState::Holding => {
+                let fall = self.config.backoff_n_s * dt_s;
+                let kept = self.hold_n.max(self.least_n).min(self.command_n);
+                self.command_n = (self.command_n - fall).max(kept);
+            }
+            GripState::Slipping if input.slip != SlipNow::No => self.brake(dt_s, input),
+            GripState::Slipping => self.end_slip(),
+        }
+        self.command_n
+    }
+
+    /// Watches whether there is an object. Where it is gone nothing slips and nothing rises; `true` says that this was the step.
+    fn feel_object(&mut self, dt_s: f32) -> bool {
+        match self.state {
+            GripState::Closing => {
+                let pressing = self.command_n >= self.config.trial_force_n;
+                self.touch.close(pressing, dt_s);
+            }
+            GripState::Settling => self.touch.settle(),
+            GripState::Holding | GripState::Slipping => {
+                match self.touch.hold(1e-3 * self.config.lost_ms, dt_s) {
+                    Some(GripEvent::Lost) => {
+                        self.leave_slip();
+                        self.hold(self.command_n);
+                    }
+                    Some(GripEvent::Regrasped) => {
+                        self.trials = Trials { trials: 1, moved_m: 0.0 };
+                        self.settle_s = 0.0;
+                        self.state = GripState::Settling;
+                        return true;
+                    }
+                    _ => {}
+                }
+                return self.touch.is_lost();
+            }
+            _ => {}
+        }
+        false
+    }
+
+    fn hold(&mut self, force_n: f32) {
+        self.hold_n = force_n;
+        self.state = GripState::Holding;
+    }
+
+    /// Where the command rises but for a slip.
+    fn raise_towards(&mut self, target_n: f32, rate_n_s: f32, dt_s: f32) {
+        let reach_n = rate_n_s.min(self.config.slew_n_s) * dt_s;
+        let limit = (self.command_n + reach_n).min(self.config.ceiling_n());
+        self.command_n = self.command_n.max(target_n.min(limit));
+    }
+
+    fn close(&mut self, dt_s: f32, applied_n: Option<f32>) {
+        let trial_n = self.config.trial_force_n;
+        self.raise_towards(trial_n, self.config.close_rate_n_s, dt_s);
+        let reached = applied_n.is_none_or(|force| force >= 0.8 * trial_n);
+        if self.command_n >= trial_n.min(self.config.ceiling_n()) && reached {
+            self.settle_s = 0.0;
+            self.state = GripState::Settling;
+        }
+    }
+
+    fn settle(&mut self, dt_s: f32) {
+        self.settle_s += dt_s;
+        if self.settle_s >= 1e-3 * self.config.settle_ms {
+            self.hold(self.command_n);
+        }
+    }
+
+    fn begin_slip(&mut self, dt_s: f32, input: &GripInput) {
+        self.braking = Braking::begin(&self.config, self.command_n, self.hold_n);
+        self.state = GripState::Slipping;
+        self.quiet_s = 0.0;
+        self.moved_m = 0.0;
+        self.trials.trials = self.trials.trials.saturating_add(1);
+        self.drive(dt_s, input.applied_n);
+    }
+
+    fn brake(&mut self, dt_s: f32, input: &GripInput) {
+        self.moved_m = input.moved_m.map_or(self.moved_m, |moved| self.moved_m.max(moved));
+        let evident = input.slip == SlipNow::Evident || input.evidence.is_some();
+        self.quiet_s = if evident { 0.0 } else { self.quiet_s + dt_s };
+        self.braking.hear(&self.config, input, self.command_n, dt_s);
+        self.drive(dt_s, input.applied_n);
+    }
+
+    /// Towards the target of the slip, within the slew. Old evidence raises nothing; what the command leads by falls with what is missing.
+    fn drive(&mut self, dt_s: f32, applied_n: Option<f32>) {
+        let reach_n = self.config.slew_n_s * dt_s;
+        let wanted_n = self.braking.command_n(&self.config, applied_n);
+        if wanted_n > self.command_n {
+            if self.quiet_s <= FRESH_S {
+                self.command_n = wanted_n.min(self.command_n + reach_n);
+            }
+        } else {
+            self.command_n = wanted_n.max(self.command_n - reach_n);
+        }
+    }
+
+    /// The slip, if there is one, is not answered any longer: what the command leads by was for the moment.
+    fn leave_slip(&mut self) {
+        if self.state == GripState::Slipping {
+            self.end_moving();
+            self.command_n = self.command_n.min(self.braking.target_n());
+        }
+    }
+
+    /// What the object moved in the slip that went on counts as past.
+    fn end_moving(&mut self) {
+        self.trials.moved_m += self.moved_m;
+        self.moved_m = 0.0;
+    }
+
+    /// The slip has ended: what is the force to hold with?
+    fn end_slip(&mut self) {
+        self.end_moving();
+        if !self.braking.confirmed() {
+            // Nothing has moved: an alarm, not a trial.
+            self.trials.trials = self.trials.trials.saturating_sub(1).max(1);
+        }
+        self.hold(self.braking.hold_n(&self.config));
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,311 @@
+//! The controller on hand-made evidence.
+
+use super::{
+    Evidence, GripConfig, GripController, GripEvent, GripInput, GripState, SlipNow, Trials,
+};
+
+const DT_S: f32 = 1e-3;
+
+fn calm() -> GripInput {
+    GripInput {
+        dt_s: DT_S,
+        healthy: true,
+        applied_n: Some(2.0),
+        touching: true,
+        ..GripInput::default()
+    }
+}
+
+fn slipping(moved_m: f32, estimate_n: Option<f32>) -> GripInput {
+    let evidence = estimate_n.map(|estimate_n| Evidence {
+        estimate_n,
+        sigma_n: 0.0,
+        gain_m_s2: -1.0,
+        force_n: 2.0,
+    });
+    GripInput { slip: SlipNow::Evident, moved_m: Some(moved_m), evidence, ..calm() }
+}
+
+fn holding() -> GripController {
+    let mut grip = GripController::new(GripConfig::default());
+    grip.grasp(None);
+    for _ in 0..300 {
+        grip.step(&calm());
+    }
+    assert_eq!((grip.state(), grip.command_n()), (GripState::Holding, 2.0));
+    grip
+}
+
+#[test]
+fn nothing_moves_without_grasp() {
+    let mut grip = GripController::new(GripConfig::default());
+    for _ in 0..1000 {
+        assert_eq!(grip.step(&slipping(1e-3, Some(10.0))), 0.0);
+    }
+}
+
+#[test]
+fn a_wish_raises_within_the_limits_and_is_taken_back_slowly() {
+    let mut grip = holding();
+    for (wish, then) in [(10.0, 10.0), (f32::NAN, 10.0), (-3.0, 10.0), (1e9, 60.0)] {
+        grip.at_least(wish);
+        let before = grip.command_n();
+        assert!(grip.step(&calm()) <= before + 20.0 * DT_S + 1e-4);
+        for _ in 0..3000 {
+            grip.step(&calm());
+        }
+        assert_eq!((grip.command_n(), grip.is_steady()), (then, true), "{wish}");
+    }
+    grip.at_least(0.0);
+    assert!(!grip.is_steady());
+    assert!(grip.step(&calm()) > 59.9);
+    for _ in 0..3000 {
+        grip.step(&calm());
+    }
+    assert_eq!((grip.command_n(), grip.is_steady()), (2.0, true));
+}
+
+#[test]
+fn a_release_holds_until_it_is_ended_whatever_slips() {
+    let mut grip = holding();
+    grip.release();
+    for _ in 0..100 {
+        grip.grasp(Some(5.0));
+        assert_eq!(grip.step(&slipping(1e-3, Some(10.0))), 0.0);
+    }
+    assert_eq!(grip.state(), GripState::Released);
+    grip.close_again();
+    grip.grasp(None);
+    for _ in 0..300 {
+        grip.step(&calm());
+    }
+    assert_eq!((grip.state(), grip.command_n()), (GripState::Holding, 2.0));
+}
+
+#[test]
+fn a_grip_is_carried_on_within_the_limit_and_nothing_is_no_grip() {
+    for (carried, state, command_n) in [
+        (7.0, GripState::Holding, 7.0),
+        (1.0, GripState::Closing, 1.0 + 20.0 * DT_S),
+        (1e6, GripState::Holding, 60.0),
+        (0.0, GripState::Open, 0.0),
+        (-2.0, GripState::Open, 0.0),
+        (f32::NAN, GripState::Open, 0.0),
+    ] {
+        let mut grip = GripController::holding(GripConfig::default(), carried);
+        assert_eq!((grip.state(), grip.step(&calm())), (state, command_n), "{carried}");
+    }
+}
+
+#[test]
+fn an_object_that_is_held_already_stays_held() {
+    let mut grip = GripController::new(GripConfig::default());
+    grip.grasp(Some(12.0));
+    for _ in 0..500 {
+        assert_eq!(grip.step(&GripInput { applied_n: Some(12.0), ..calm() }), 12.0);
+    }
+    assert_eq!(grip.state(), GripState::Holding);
+}
+
+#[test]
+fn closing_waits_for_the_measured_force() {
+    let mut grip = GripController::new(GripConfig::default());
+    grip.grasp(None);
+    for _ in 0..500 {
+        grip.step(&GripInput { applied_n: Some(0.0), ..calm() });
+    }
+    assert_eq!((grip.state(), grip.command_n()), (GripState::Closing, 2.0));
+}
+
+/// Fingers that follow the command with a lag of 5 ms, for `steps` of `input`.
+fn press(grip: &mut GripController, input: &GripInput, applied_n: &mut f32, steps: u32) {
+    for _ in 0..steps {
+        let before_n = grip.command_n();
+        let command_n = grip.step(&GripInput { applied_n: Some(*applied_n), ..*input });
+        assert!((command_n - before_n).abs() <= 2000.0 * DT_S + 1e-4 && command_n <= 60.0);
+        *applied_n += 0.2 * (command_n - *applied_n);
+    }
+}
+
+#[test]
+fn the_estimate_takes_over_from_the_reflex_and_is_held_after_the_slip() {
+    let (mut grip, mut applied_n) = (holding(), 2.0);
+    press(&mut grip, &slipping(1e-5, None), &mut applied_n, 100);
+    assert!((applied_n - 2.4).abs() < 0.01, "a step of 20 % and no more: nothing has moved");
+    press(&mut grip, &slipping(1e-3, Some(8.0)), &mut applied_n, 20);
+    assert!((applied_n - 8.0).abs() < 0.1, "the measured force becomes the estimate: {applied_n}");
+    press(&mut grip, &slipping(1e-3, Some(7.0)), &mut applied_n, 50);
+    assert!((applied_n - 8.0).abs() < 0.01, "braking never lets go");
+    press(&mut grip, &calm(), &mut applied_n, 1);
+    assert_eq!(grip.state(), GripState::Holding);
+    press(&mut grip, &calm(), &mut applied_n, 500);
+    assert!(
+        (grip.command_n() - 7.6).abs() < 1e-4,
+        "what stopped it, less 5 %: {}",
+        grip.command_n()
+    );
+    assert_eq!(grip.trials(), Trials { trials: 2, moved_m: 1e-3 });
+}
+
+#[test]
+fn the_estimate_goes_with_the_force_while_the_object_gains_speed() {
+    let aimed = |gain_m_s2, applied_n, sigma_n| {
+        let mut grip = holding();
+        let evidence = Some(Evidence { estimate_n: 4.0, sigma_n, gain_m_s2, force_n: 2.0 });
+        grip.step(&slipping(1e-3, None));
+        for _ in 0..20 {
+            grip.step(&GripInput { evidence, applied_n: Some(applied_n), ..slipping(1e-3, None) });
+        }
+        // Without the lead, which is limited to half of the target.
+        grip.command_n()
+            - (1.5 * (grip.braking.target_n() - applied_n))
+                .clamp(0.0, 0.5 * grip.braking.target_n())
+    };
+    assert!(
+        (aimed(0.9, 3.0, 0.0) - 4.0).abs() < 1e-4,
+        "nearly balanced: no more than the estimate"
+    );
+    let carried = 4.0 * 1.5 * (1.0 - 4.0 / 9.806_65) / (1.0 - 3.0 / 9.806_65);
+    assert!((aimed(4.0, 3.0, 0.0) - carried).abs() < 1e-3, "{}", aimed(4.0, 3.0, 0.0));
+    assert!((aimed(-2.0, 3.0, 0.5) - 4.5).abs() < 1e-4, "a margin of one deviation");
+    assert!((aimed(-2.0, 3.0, 1e9) - 8.0).abs() < 1e-4, "an estimate that says nothing");
+}
+
+#[test]
+fn without_an_estimate_the_reflex_grows_only_while_the_slip_shows() {
+    let (mut grip, mut applied_n) = (holding(), 2.0);
+    press(&mut grip, &GripInput { moved_m: None, ..slipping(0.0, None) }, &mut applied_n, 20);
+    let grown = grip.braking.target_n();
+    assert!(grown > 4.0 && grown < 8.0, "{grown}");
+    let fading = GripInput { slip: SlipNow::Fading, moved_m: None, ..calm() };
+    press(&mut grip, &fading, &mut applied_n, 60);
+    assert!((grip.command_n() - grown).abs() < 0.01, "{} {grown}", grip.command_n());
+    press(&mut grip, &calm(), &mut applied_n, 500);
+    assert_eq!(grip.command_n(), grown, "what stopped the slip is kept");
+}
+
+#[test]
+fn an_alarm_without_movement_is_forgotten() {
+    let mut grip = holding();
+    for _ in 0..5 {
+        grip.step(&slipping(0.0, None));
+    }
+    for _ in 0..100 {
+        grip.step(&calm());
+    }
+    assert_eq!(grip.command_n(), 2.0);
+}
+
+#[test]
+fn a_bad_sensor_freezes_the_force() {
+    let mut grip = holding();
+    for _ in 0..100 {
+        let force = grip.step(&GripInput { healthy: false, ..slipping(1.0, Some(50.0)) });
+        assert_eq!(force, 2.0);
+    }
+    assert_eq!(grip.state(), GripState::Fault);
+    grip.step(&calm());
+    assert_eq!((grip.state(), grip.command_n()), (GripState::Holding, 2.0));
+}
+
+#[test]
+fn a_bad_sensor_interrupts_the_closing() {
+    let mut grip = GripController::new(GripConfig::default());
+    grip.grasp(None);
+    for _ in 0..20 {
+        grip.step(&calm());
+    }
+    let reached = grip.command_n();
+    for _ in 0..1000 {
+        assert_eq!(grip.step(&GripInput { healthy: false, ..calm() }), reached);
+    }
+    for _ in 0..200 {
+        grip.step(&calm());
+    }
+    assert_eq!((grip.state(), grip.command_n()), (GripState::Holding, 2.0));
+}
+
+#[test]
+fn the_limit_stands() {
+    let mut grip = holding();
+    for _ in 0..1000 {
+        grip.step(&slipping(1.0, Some(1e30)));
+    }
+    assert_eq!(grip.command_n(), 60.0);
+}
+
+#[test]
+fn a_fragile_object_has_a_ceiling_of_its_own() {
+    let config = GripConfig { fragile_n: 3.0, ..GripConfig::default() };
+    let mut grip = GripController::holding(config, 2.0);
+    grip.at_least(50.0);
+    for _ in 0..1000 {
+        assert!(grip.step(&slipping(1.0, Some(40.0))) <= 3.0);
+    }
+    assert_eq!(grip.command_n(), 3.0);
+    assert_eq!(GripController::holding(config, 20.0).command_n(), 3.0);
+    assert!(GripConfig { fragile_n: 1.0, ..config }.check().is_err(), "below the trial force");
+}
+
+/// Evidence that has ended 20 ms ago raises nothing, though the target was not reached.
+#[test]
+fn old_evidence_raises_nothing() {
+    let mut grip =
+        GripController::holding(GripConfig { slew_n_s: 50.0, ..GripConfig::default() }, 2.0);
+    for _ in 0..10 {
+        grip.step(&slipping(1e-3, Some(30.0)));
+    }
+    let fading = GripInput { slip: SlipNow::Fading, ..slipping(1e-3, None) };
+    for _ in 0..20 {
+        grip.step(&fading);
+    }
+    let reached = grip.command_n();
+    assert!(reached > 2.0 && reached < 30.0, "{reached}");
+    for _ in 0..1000 {
+        assert!(grip.step(&fading) <= reached);
+    }
+}
+
+#[test]
+fn a_lost_object_is_told_once_and_keeps_the_force_until_it_is_touched_again() {
+    let air = GripInput { applied_n: Some(0.01), touching: false, ..slipping(1e-3, Some(9.0)) };
+    let mut grip = holding();
+    for _ in 0..29 {
+        grip.step(&air);
+        assert_eq!((grip.state(), grip.event()), (GripState::Slipping, None));
+    }
+    grip.step(&air);
+    assert_eq!((grip.state(), grip.event()), (GripState::Holding, Some(GripEvent::Lost)));
+    let kept = grip.command_n();
+    assert!(kept <= 9.0, "without the lead: {kept}");
+    for _ in 0..1000 {
+        assert_eq!((grip.step(&air), grip.event()), (kept, None), "nothing slips in the air");
+        assert!(grip.is_steady());
+    }
+    grip.step(&GripInput { slip: SlipNow::No, ..calm() });
+    assert_eq!((grip.state(), grip.event()), (GripState::Settling, Some(GripEvent::Regrasped)));
+    assert_eq!(grip.trials(), Trials { trials: 1, moved_m: 0.0 });
+    for _ in 0..60 {
+        grip.step(&calm());
+    }
+    assert_eq!((grip.state(), grip.event()), (GripState::Holding, None));
+}
+
+#[test]
+fn fingers_that_close_on_nothing_say_so_once() {
+    let mut grip = GripController::new(GripConfig::default());
+    grip.grasp(None);
+    let mut told = 0;
+    for _ in 0..10_000 {
+        grip.step(&GripInput { applied_n: Some(0.0), touching: false, ..calm() });
+        told += u32::from(grip.event() == Some(GripEvent::Empty));
+    }
+    assert_eq!((told, grip.state(), grip.command_n()), (1, GripState::Closing, 2.0));
+    let mut unmeasured = GripController::new(GripConfig::default());
+    unmeasured.grasp(None);
+    for _ in 0..10_000 {
+        unmeasured.step(&GripInput { applied_n: None, ..calm() });
+        assert_eq!(unmeasured.event(), None);
+    }
+    assert_eq!(unmeasured.state(), GripState::Holding);
+}

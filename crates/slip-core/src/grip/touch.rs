@@ -1,0 +1,103 @@
+//! Touch in; whether there is an object between the fingers out.
+
+/// What became of the object in hand.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum GripEvent {
+    /// The fingers are told to press with the trial force and touch nothing: there is no object.
+    Empty,
+    /// Touch is gone while the fingers are told to press: the object is lost.
+    Lost,
+    /// Touch is back after the object was lost.
+    Regrasped,
+}
+
+impl GripEvent {
+    /// The name used in output lines.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Empty => "empty",
+            Self::Lost => "lost",
+            Self::Regrasped => "regrasped",
+        }
+    }
+}
+
+/// Fingers need this long to reach an object (s): without touch until then there is none.
+const EMPTY_S: f32 = 3.0;
+
+/// Memory of the touch.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Touch {
+    /// Time without touch (s).
+    absent_s: f32,
+    /// Whether the object was touched before it was held; a sensor that saw nothing then may not measure at all.
+    touched: bool,
+    /// What the last step was told.
+    touching: bool,
+    lost: bool,
+    event: Option<GripEvent>,
+}
+
+impl Touch {
+    #[inline]
+    pub(super) fn event(&self) -> Option<GripEvent> {
+        self.event
+    }
+
+    /// A step begins.
+    #[inline]
+    pub(super) fn begin(&mut self, touching: bool) {
+        self.event = None;
+        self.touching = touching;
+    }
+
+    pub(super) fn is_lost(&self) -> bool {
+        self.lost
+    }
+
+    /// Whether only a change of touch has anything to tell: no time runs.
+    #[inline]
+    pub(super) fn is_settled(&self) -> bool {
+        self.lost || !self.touched || self.touching
+    }
+
+    /// Fingers that have held an object before this program came.
+    pub(super) fn carried() -> Self {
+        Self { touched: true, ..Self::default() }
+    }
+
+    /// Fingers that settle.
+    pub(super) fn settle(&mut self) {
+        self.touched |= self.touching;
+    }
+
+    /// Fingers that close; `pressing` says whether they are told to press with the trial force.
+    pub(super) fn close(&mut self, pressing: bool, dt_s: f32) {
+        self.settle();
+        let before_s = self.absent_s;
+        self.absent_s = if pressing && !self.touching { before_s + dt_s } else { 0.0 };
+        if before_s < EMPTY_S && self.absent_s >= EMPTY_S {
+            self.event = Some(GripEvent::Empty);
+        }
+    }
+
+    /// Fingers that hold; the object is lost after `lost_s` (s) without touch.
+    pub(super) fn hold(&mut self, lost_s: f32, dt_s: f32) -> Option<GripEvent> {
+        if self.lost {
+            if self.touching {
+                self.lost = false;
+                self.absent_s = 0.0;
+                self.event = Some(GripEvent::Regrasped);
+            }
+            return self.event;
+        }
+        let absent = self.touched && !self.touching;
+        self.absent_s = if absent { self.absent_s + dt_s } else { 0.0 };
+        if self.absent_s >= lost_s {
+            self.lost = true;
+            self.event = Some(GripEvent::Lost);
+        }
+        self.event
+    }
+}
