@@ -103,7 +103,7 @@ proptest! {
     #[test]
     fn the_force_rises_only_on_evidence_from_a_good_sensor_and_within_the_slew(
         inputs in prop::collection::vec(
-            (0_u8..3, prop::option::of(any_reading()), prop::option::of(any::<f32>()), any::<bool>(), -1e-3_f32..0.1),
+            (0_u8..3, prop::option::of(any_reading()), prop::option::of(any::<f32>()), any::<[bool; 2]>(), -1e-3_f32..0.1),
             1..400
         )
     ) {
@@ -111,15 +111,22 @@ proptest! {
         let mut grip = GripController::new(config);
         grip.grasp(None);
         let mut last = 0.0;
-        for (slip, moved_m, estimate_n, healthy, dt_s) in inputs {
+        let (mut stale_s, mut open) = (1.0_f32, true);
+        for (slip, moved_m, estimate_n, [healthy, touching], dt_s) in inputs {
             let slip = [SlipNow::No, SlipNow::Fading, SlipNow::Evident][usize::from(slip)];
             let closing = grip.state() == GripState::Closing;
-            let evidence = estimate_n.map(|estimate_n| Evidence { estimate_n, sigma_n: 0.1, gain_m_s2: 1.5, force_n: 2.0 });
-            let command = grip.step(&GripInput { dt_s, slip, moved_m, evidence, applied_n: Some(2.0), touching: true, healthy });
+            let evidence = estimate_n.map(|estimate_n| Evidence { estimate_n, sigma_n: 0.1 });
+            let command = grip.step(&GripInput { dt_s, slip, moved_m, evidence, applied_n: moved_m, touching, healthy });
             prop_assert!((0.0..=config.f_max_n).contains(&command), "{command}");
             let rise = command - last;
             prop_assert!(rise <= config.slew_n_s * dt_s.clamp(0.0, 0.01) * 1.000_01 + 1e-5, "{rise} in {dt_s} s");
-            prop_assert!(rise <= 0.0 || closing || (slip != SlipNow::No && healthy));
+            let evident = slip == SlipNow::Evident || estimate_n.is_some();
+            stale_s = if evident || grip.state() != GripState::Slipping { 0.0 } else { stale_s + dt_s.clamp(0.0, 0.01) };
+            prop_assert!(rise <= 0.0 || closing || (slip != SlipNow::No && healthy && stale_s < 0.0301));
+            // Nothing that a sensor does opens fingers that have closed.
+            open &= command <= 0.0;
+            prop_assert!(open || command > 0.0);
+            prop_assert!(healthy || command <= last);
             last = command;
         }
     }

@@ -1,7 +1,6 @@
 //! Evidence of a slip that goes on in, the force that stops it and the force to hold with afterwards out.
 
 use super::{Evidence, GripConfig, GripInput, SlipNow};
-use crate::estimate::G_M_S2;
 
 /// Lead of the command over the target, at most: fingers that lose the object measure no force.
 const LARGEST_LEAD: f32 = 0.5;
@@ -9,8 +8,8 @@ const LARGEST_LEAD: f32 = 0.5;
 const MEAN_OF: f32 = 6.0;
 /// Of the force that has stopped a slip this share is kept.
 const KEPT: f32 = 0.95;
-/// Acceleration over that of gravity beyond which nothing is made of it.
-const FREE_FALL: f32 = 0.6;
+/// Estimates over which the growth of the load is judged.
+const GROWTH_OF: usize = 4;
 
 /// Memory of the slip that goes on.
 #[derive(Clone, Copy, Debug, Default)]
@@ -23,6 +22,8 @@ pub(super) struct Braking {
     /// Mean of the last estimates, with their margin (N).
     mean_n: Option<f32>,
     estimates: f32,
+    /// The last estimates, oldest first (N).
+    last_n: Option<[f32; GROWTH_OF]>,
     /// What the measured force should become (N); never falls.
     target_n: f32,
 }
@@ -54,10 +55,12 @@ impl Braking {
     ) {
         self.confirmed |= input.moved_m.is_none_or(|moved| moved >= config.confirm_m);
         if let Some(evidence) = input.evidence.filter(Evidence::is_usable) {
-            self.learn(config, &evidence);
+            let with_margin = evidence.with_margin(config);
+            let growth_n = self.learn(with_margin);
             if self.confirmed {
-                let now_n = evidence.now_n(config, input.applied_n);
-                self.aim(config, config.brake_gain * now_n);
+                // The estimate is some milliseconds old, and a load that has grown goes on growing.
+                let ahead_n = (config.ahead * growth_n).clamp(0.0, LARGEST_LEAD * with_margin);
+                self.aim(config, config.brake_gain * (with_margin + ahead_n));
             }
         }
         let blind = self.mean_n.is_none() && input.slip == SlipNow::Evident;
@@ -71,11 +74,19 @@ impl Braking {
         }
     }
 
-    fn learn(&mut self, config: &GripConfig, evidence: &Evidence) {
-        let with_margin = evidence.with_margin(config);
+    /// Takes an estimate with its margin; how much the estimates have grown in the time of the last [`GROWTH_OF`] (N).
+    fn learn(&mut self, with_margin: f32) -> f32 {
         self.estimates = (self.estimates + 1.0).min(MEAN_OF);
         let mean = self.mean_n.unwrap_or(with_margin);
         self.mean_n = Some(mean + (with_margin - mean) / self.estimates);
+        let before = self.last_n.unwrap_or([with_margin; GROWTH_OF]);
+        let [_, kept @ ..] = before;
+        let mut now = [with_margin; GROWTH_OF];
+        for (place, value) in now.iter_mut().zip(kept) {
+            *place = value;
+        }
+        self.last_n = Some(now);
+        with_margin - before[0]
     }
 
     fn aim(&mut self, config: &GripConfig, force_n: f32) {
@@ -113,18 +124,5 @@ impl Evidence {
         let sigma = self.sigma_n.max(0.0);
         // An estimate that says nothing adds no more than itself.
         self.estimate_n + (config.margin_sigmas * sigma).min(self.estimate_n)
-    }
-
-    /// The same for the force of this moment (N). The stretch that the estimate is from lies some milliseconds back, and the force has grown
-    /// since. As long as the object gains speed, what presses now is too little as well: the estimate grows with it.
-    fn now_n(&self, config: &GripConfig, applied_n: Option<f32>) -> f32 {
-        let then_n = self.with_margin(config);
-        let (Some(applied_n), true) = (applied_n, self.gain_m_s2 > config.stale_m_s2) else {
-            return then_n;
-        };
-        let lacking = |gain: f32| 1.0 - (gain / G_M_S2).min(FREE_FALL);
-        let grown = applied_n / self.force_n * lacking(self.gain_m_s2)
-            / lacking(self.gain_m_s2 - config.stale_m_s2);
-        if grown.is_finite() { then_n * grown.max(1.0) } else { then_n }
     }
 }

@@ -40,8 +40,8 @@ pub struct GripConfig {
     /// How far the command leads the measured force while that is below what is wanted, as a multiple of what is missing: makes up for the lag
     /// of the drive. Not used without a force sensor.
     pub lead: f32,
-    /// Acceleration (m/s^2) that may have gone since it was measured; an object that gained more still lacks force now.
-    pub stale_m_s2: f32,
+    /// How far a growth of the estimate is carried into the future, in units of the time in which it was seen (4 ms).
+    pub ahead: f32,
     /// Moved distance that confirms a slip where a sensor measures it (m).
     pub confirm_m: f32,
     /// Without touch for this long (ms) while the fingers are told to press, there is no object.
@@ -63,9 +63,9 @@ impl Default for GripConfig {
             reflex_tau_ms: 20.0,
             measured_tau_ms: 80.0,
             brake_gain: 1.0,
-            margin_sigmas: 1.0,
+            margin_sigmas: 0.25,
             lead: 1.5,
-            stale_m_s2: 1.0,
+            ahead: 0.2,
             confirm_m: 2e-5,
             lost_ms: 30.0,
         }
@@ -97,7 +97,7 @@ impl GripConfig {
         ConfigError::within("grip.brake_gain", self.brake_gain, 1.0, 3.0)?;
         ConfigError::within("grip.margin_sigmas", self.margin_sigmas, 0.0, 5.0)?;
         ConfigError::within("grip.lead", self.lead, 0.0, 10.0)?;
-        ConfigError::within("grip.stale_m_s2", self.stale_m_s2, 0.0, 1000.0)?;
+        ConfigError::within("grip.ahead", self.ahead, 0.0, 5.0)?;
         ConfigError::within("grip.confirm_m", self.confirm_m, 0.0, 0.01)?;
         ConfigError::within("grip.lost_ms", self.lost_ms, 1.0, 10_000.0)
     }

@@ -10,8 +10,8 @@
 //! `docs/control.md` has every transition with its condition and its test.
 //!
 //! On a slip the reflex raises the force at once by [`GripConfig::reflex_step`]. Where a moved-distance sensor says that nothing has moved yet,
-//! that is all. As soon as there is an estimate it takes over: what the load so far needs, carried forward to the force of this moment, is what
-//! the measured force should become, and the command leads it by what is missing. Without an estimate the force grows exponentially as long as
+//! that is all. As soon as there is an estimate it takes over: what the load so far needs is what the measured force should become, and the
+//! command leads it by what is missing. Without an estimate the force grows exponentially as long as
 //! the slip shows. After the slip the force falls slowly to the mean of the last estimates.
 //!
 //! The command never exceeds `f_max_n` or `fragile_n`, never rises faster than `slew_n_s`, and rises only while closing to the trial force, on
@@ -67,10 +67,6 @@ pub struct Evidence {
     pub estimate_n: f32,
     /// Its standard deviation (N).
     pub sigma_n: f32,
-    /// Mean acceleration of the object over the stretch (m/s^2).
-    pub gain_m_s2: f32,
-    /// Mean normal force over the stretch (N).
-    pub force_n: f32,
 }
 
 /// What the controller is told with each sample.

@@ -96,11 +96,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
 
 /// What the step says of the force that is needed. An answer from outside the range the network knows must not move the fingers.
 fn evidence_of(step: &Step) -> Option<Evidence> {
-    let (features, estimate) = step.features.as_ref().zip(step.estimate)?;
-    (!estimate.extrapolated).then_some(Evidence {
-        estimate_n: estimate.force_n,
-        sigma_n: estimate.sigma_n,
-        gain_m_s2: features.slip_acceleration_m_s2,
-        force_n: features.trial_force_n,
-    })
+    let estimate = step.estimate?;
+    (!estimate.extrapolated)
+        .then_some(Evidence { estimate_n: estimate.force_n, sigma_n: estimate.sigma_n })
 }
