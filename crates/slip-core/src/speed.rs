@@ -14,6 +14,8 @@ use crate::units::Micros;
 
 /// Samples two windows can hold; bounds a window to 63 / rate.
 const CAPACITY: usize = 128;
+/// Steps of the shortest window: over fewer the trapezoids of a force that rises fast are too coarse.
+const LEAST_STEPS: usize = 4;
 
 /// Where the slip speed comes from.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -95,9 +97,10 @@ impl SpeedWindow {
         #[expect(
             clippy::cast_possible_truncation,
             clippy::cast_sign_loss,
+            clippy::cast_precision_loss,
             reason = "clamped; the cast saturates"
         )]
-        let len = (config.window_ms * 1e-3 * rate_hz).clamp(4.0, 63.0) as usize;
+        let len = (config.window_ms * 1e-3 * rate_hz).clamp(LEAST_STEPS as f32, 63.0) as usize;
         Self {
             fixed_m_s: config.fixed_m_s,
             len,
@@ -130,7 +133,7 @@ impl SpeedWindow {
     #[expect(clippy::cast_possible_truncation, reason = "differences were taken in f64")]
     pub fn balance(&self, shortest_s: f32) -> Option<Balance> {
         let len = self.len.min(self.filled.saturating_sub(1) / 2);
-        if len < 2 {
+        if len < LEAST_STEPS {
             return None;
         }
         let back = |steps: usize| self.ring[(self.next + 2 * CAPACITY - 1 - steps) % CAPACITY];
