@@ -15,7 +15,7 @@ use crate::units::Micros;
 /// Samples two windows can hold; bounds a window to 63 / rate.
 const CAPACITY: usize = 128;
 /// Steps of the shortest window: over fewer the trapezoids of a force that rises fast are too coarse.
-const LEAST_STEPS: usize = 4;
+const LEAST_STEPS: usize = 6;
 
 /// Where the slip speed comes from.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -91,7 +91,7 @@ impl Balance {
 }
 
 impl SpeedWindow {
-    /// A window for samples at `rate_hz`; it holds at least 4 and at most 63 steps.
+    /// A window for samples at `rate_hz`; it holds at least 6 and at most 63 steps.
     #[must_use]
     pub fn new(config: SpeedConfig, rate_hz: f32) -> Self {
         #[expect(
@@ -242,12 +242,12 @@ mod tests {
     }
 
     #[test]
-    fn a_low_rate_keeps_four_steps() {
+    fn a_low_rate_keeps_six_steps() {
         let mut window = SpeedWindow::new(SpeedConfig::default(), 100.0);
-        for i in 0..4_u8 {
+        for i in 0..6_u8 {
             assert_eq!(window.push(Micros(u64::from(i) * 10_000), f32::from(i) * 1e-3, 1.0), None);
         }
-        let reading = window.push(Micros(40_000), 4e-3, 1.0).unwrap();
+        let reading = window.push(Micros(60_000), 6e-3, 1.0).unwrap();
         assert!((reading.speed_m_s - 0.1).abs() < 1e-6);
     }
 

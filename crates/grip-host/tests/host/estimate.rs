@@ -75,10 +75,8 @@ fn the_estimate_is_within_three_percent_and_the_object_is_held_with_it() {
             let case = format!("{rate_hz} Hz, {needed_n} N");
             assert!(held.ratios.len() >= 5, "{case}: {} estimates", held.ratios.len());
             for ratio in &held.ratios {
-                // At 1 kHz the force changes by up to 2 N between two readings, and a trapezoid is not its integral.
-                let limit = if rate_hz < 2000.0 { 0.035 } else { 0.03 };
                 assert!(
-                    (ratio - 1.0).abs() < limit,
+                    (ratio - 1.0).abs() < 0.03,
                     "{case}: an estimate of {ratio} times the right one"
                 );
             }
