@@ -14,6 +14,8 @@ use crate::units::Micros;
 
 /// Samples two windows can hold; bounds a window to 63 / rate.
 const CAPACITY: usize = 128;
+/// Steps of the shortest window: over fewer the trapezoids of a force that rises fast are too coarse.
+const LEAST_STEPS: usize = 6;
 
 /// Where the slip speed comes from.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -89,15 +91,16 @@ impl Balance {
 }
 
 impl SpeedWindow {
-    /// A window for samples at `rate_hz`; it holds at least 4 and at most 63 steps.
+    /// A window for samples at `rate_hz`; it holds at least 6 and at most 63 steps.
     #[must_use]
     pub fn new(config: SpeedConfig, rate_hz: f32) -> Self {
         #[expect(
             clippy::cast_possible_truncation,
             clippy::cast_sign_loss,
+            clippy::cast_precision_loss,
             reason = "clamped; the cast saturates"
         )]
-        let len = (config.window_ms * 1e-3 * rate_hz).clamp(4.0, 63.0) as usize;
+        let len = (config.window_ms * 1e-3 * rate_hz).clamp(LEAST_STEPS as f32, 63.0) as usize;
         Self {
             fixed_m_s: config.fixed_m_s,
             len,
@@ -130,7 +133,7 @@ impl SpeedWindow {
     #[expect(clippy::cast_possible_truncation, reason = "differences were taken in f64")]
     pub fn balance(&self, shortest_s: f32) -> Option<Balance> {
         let len = self.len.min(self.filled.saturating_sub(1) / 2);
-        if len < 2 {
+        if len < LEAST_STEPS {
             return None;
         }
         let back = |steps: usize| self.ring[(self.next + 2 * CAPACITY - 1 - steps) % CAPACITY];
@@ -239,12 +242,12 @@ mod tests {
     }
 
     #[test]
-    fn a_low_rate_keeps_four_steps() {
+    fn a_low_rate_keeps_six_steps() {
         let mut window = SpeedWindow::new(SpeedConfig::default(), 100.0);
-        for i in 0..4_u8 {
+        for i in 0..6_u8 {
             assert_eq!(window.push(Micros(u64::from(i) * 10_000), f32::from(i) * 1e-3, 1.0), None);
         }
-        let reading = window.push(Micros(40_000), 4e-3, 1.0).unwrap();
+        let reading = window.push(Micros(60_000), 6e-3, 1.0).unwrap();
         assert!((reading.speed_m_s - 0.1).abs() < 1e-6);
     }
 

@@ -59,7 +59,7 @@ impl Braking {
             let growth_n = self.learn(with_margin);
             if self.confirmed {
                 // The estimate is some milliseconds old, and a load that has grown goes on growing.
-                let ahead_n = (config.ahead * growth_n).clamp(0.0, LARGEST_LEAD * with_margin);
+                let ahead_n = (config.ahead * growth_n).max(0.0).min(LARGEST_LEAD * with_margin);
                 self.aim(config, config.brake_gain * (with_margin + ahead_n));
             }
         }
