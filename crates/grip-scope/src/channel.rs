@@ -1,0 +1,236 @@
+//! The curves that a scope can show: name, unit and group of each.
+
+use slip_core::detector::BANDS;
+
+/// Which plot a channel belongs in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Group {
+    /// The styli.
+    Stylus,
+    /// Energies of the detector's bands, and their thresholds.
+    Bands,
+    /// The slip statistic over its threshold.
+    Statistic,
+    /// Forces.
+    Force,
+    /// E_sc with its enclosure.
+    Esc,
+    /// Travel and slip speed.
+    Motion,
+    /// Motion reference and commanded motion.
+    Reference,
+    /// The static pressure.
+    Pressure,
+}
+
+impl Group {
+    /// Title of the plot.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Stylus => "stylus",
+            Self::Bands => "bands",
+            Self::Statistic => "slip statistic",
+            Self::Force => "force",
+            Self::Esc => "E_sc",
+            Self::Motion => "travel and speed",
+            Self::Reference => "motion reference",
+            Self::Pressure => "pressure",
+        }
+    }
+}
+
+/// One curve.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[non_exhaustive]
+pub enum Channel {
+    /// The stylus (m, or the sensor's own unit).
+    Stylus,
+    /// The second stylus (m).
+    SecondStylus,
+    /// Normal force of one finger as every sample has it (N).
+    NormalForce,
+    /// Tangential force (N).
+    TangentialForce,
+    /// Moved distance (m).
+    Travel,
+    /// Slip speed as measured (m/s).
+    Velocity,
+    /// Motion reference (own unit).
+    Reference,
+    /// Static pressure (own unit).
+    Pressure,
+    /// Commanded motion: 0 stands still.
+    Motion,
+    /// Slip statistic over its threshold, as the source tells it.
+    Statistic,
+    /// The same as the scope's own observer has it.
+    OwnStatistic,
+    /// Energy of a band over its floor, highest of some milliseconds; bands in the order of `DetectorConfig::bands`.
+    BandEnergy(u8),
+    /// Energy over floor at which that band is a slip, own motion included.
+    BandThreshold(u8),
+    /// Commanded force (N).
+    Command,
+    /// Measured normal force, as the state tells it (N).
+    Applied,
+    /// Estimate of the adequate force (N).
+    Estimate,
+    /// The estimate where the slip speed is one standard deviation off, the lower one (N).
+    EstimateLow,
+    /// The estimate where the slip speed is one standard deviation off, the higher one (N).
+    EstimateHigh,
+    /// Largest force of the controller (N).
+    ForceLimit,
+    /// E_sc (W or J, see [`Info::esc_unit`](crate::Info)).
+    Esc,
+    /// Lower end of its enclosure.
+    EscLow,
+    /// Upper end of its enclosure.
+    EscHigh,
+    /// Slip speed as the observer has it (m/s).
+    SlipSpeed,
+    /// Its standard deviation (m/s).
+    SlipSpeedSigma,
+}
+
+/// Names of the bands in the detector's order.
+const BAND_NAMES: [&str; BANDS] =
+    ["shear", "vibration", "octave 1", "octave 2", "octave 3", "octave 4"];
+
+impl Channel {
+    /// Channels that stand in rows of samples, in the order of the wire.
+    pub const ROWS: [Self; 9] = [
+        Self::Stylus,
+        Self::NormalForce,
+        Self::TangentialForce,
+        Self::Travel,
+        Self::Velocity,
+        Self::SecondStylus,
+        Self::Reference,
+        Self::Pressure,
+        Self::Motion,
+    ];
+
+    /// What a legend says.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Stylus => "stylus",
+            Self::SecondStylus => "second stylus",
+            Self::NormalForce => "normal force",
+            Self::TangentialForce => "tangential force",
+            Self::Travel => "travel",
+            Self::Velocity => "velocity",
+            Self::Reference => "reference",
+            Self::Pressure => "pressure",
+            Self::Motion => "commanded motion",
+            Self::Statistic => "statistic",
+            Self::OwnStatistic => "statistic (own observer)",
+            Self::BandEnergy(band) => band_name(band),
+            Self::BandThreshold(_) => "threshold",
+            Self::Command => "commanded",
+            Self::Applied => "applied",
+            Self::Estimate => "estimate",
+            Self::EstimateLow => "estimate, low",
+            Self::EstimateHigh => "estimate, high",
+            Self::ForceLimit => "limit",
+            Self::Esc => "E_sc",
+            Self::EscLow => "E_sc, lower bound",
+            Self::EscHigh => "E_sc, upper bound",
+            Self::SlipSpeed => "slip speed",
+            Self::SlipSpeedSigma => "slip speed, deviation",
+        }
+    }
+
+    /// Its name in a CSV file: lower case, with the unit where it has one.
+    #[must_use]
+    pub fn column(self) -> String {
+        match self {
+            Self::Stylus => "stylus".to_owned(),
+            Self::SecondStylus => "stylus2".to_owned(),
+            Self::NormalForce => "force_n".to_owned(),
+            Self::TangentialForce => "tangential_n".to_owned(),
+            Self::Travel => "travel_m".to_owned(),
+            Self::Velocity => "velocity_m_s".to_owned(),
+            Self::Reference => "reference".to_owned(),
+            Self::Pressure => "pressure".to_owned(),
+            Self::Motion => "motion".to_owned(),
+            Self::Statistic => "statistic".to_owned(),
+            Self::OwnStatistic => "own_statistic".to_owned(),
+            Self::BandEnergy(band) => format!("band_{band}_energy"),
+            Self::BandThreshold(band) => format!("band_{band}_threshold"),
+            Self::Command => "command_n".to_owned(),
+            Self::Applied => "applied_n".to_owned(),
+            Self::Estimate => "estimate_n".to_owned(),
+            Self::EstimateLow => "estimate_low_n".to_owned(),
+            Self::EstimateHigh => "estimate_high_n".to_owned(),
+            Self::ForceLimit => "limit_n".to_owned(),
+            Self::Esc => "esc".to_owned(),
+            Self::EscLow => "esc_low".to_owned(),
+            Self::EscHigh => "esc_high".to_owned(),
+            Self::SlipSpeed => "slip_speed_m_s".to_owned(),
+            Self::SlipSpeedSigma => "slip_speed_sigma_m_s".to_owned(),
+        }
+    }
+
+    /// Its unit; empty where it has none, or one of its own.
+    #[must_use]
+    pub const fn unit(self) -> &'static str {
+        match self {
+            Self::Stylus | Self::SecondStylus | Self::Travel => "m",
+            Self::NormalForce
+            | Self::TangentialForce
+            | Self::Command
+            | Self::Applied
+            | Self::Estimate
+            | Self::EstimateLow
+            | Self::EstimateHigh
+            | Self::ForceLimit => "N",
+            Self::Velocity | Self::SlipSpeed | Self::SlipSpeedSigma => "m/s",
+            Self::Esc | Self::EscLow | Self::EscHigh => "W",
+            _ => "",
+        }
+    }
+
+    /// The plot it belongs in.
+    #[must_use]
+    pub const fn group(self) -> Group {
+        match self {
+            Self::Stylus | Self::SecondStylus => Group::Stylus,
+            Self::Travel | Self::Velocity | Self::SlipSpeed | Self::SlipSpeedSigma => Group::Motion,
+            Self::Reference | Self::Motion => Group::Reference,
+            Self::Pressure => Group::Pressure,
+            Self::Statistic | Self::OwnStatistic => Group::Statistic,
+            Self::BandEnergy(_) | Self::BandThreshold(_) => Group::Bands,
+            Self::Esc | Self::EscLow | Self::EscHigh => Group::Esc,
+            _ => Group::Force,
+        }
+    }
+
+    /// Whether it stands in rows of samples, at the sample rate.
+    #[must_use]
+    pub fn is_row(self) -> bool {
+        Self::ROWS.contains(&self)
+    }
+}
+
+fn band_name(band: u8) -> &'static str {
+    BAND_NAMES.get(usize::from(band)).copied().unwrap_or("band")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{BANDS, Channel};
+    use std::collections::BTreeSet;
+
+    #[test]
+    fn columns_of_a_file_differ() {
+        let bands = (0..u8::try_from(BANDS).unwrap())
+            .flat_map(|band| [Channel::BandEnergy(band), Channel::BandThreshold(band)]);
+        let all: Vec<Channel> = bands.chain(Channel::ROWS).chain([Channel::Esc]).collect();
+        let names: BTreeSet<String> = all.iter().map(|channel| channel.column()).collect();
+        assert_eq!(names.len(), all.len());
+        assert_eq!(Channel::BandEnergy(1).name(), "vibration");
+    }
+}

@@ -1,0 +1,23 @@
+//! A daemon, a recording, a study or the simulator in; everything that a live scope shows of it out, without a window.
+//!
+//! ```text
+//! source's thread -> bounded ring -> Model -> views that take &Model
+//! ```
+//!
+//! [`SourceHandle`] runs a source on a thread of its own. [`Model`] holds hours of history in bounded memory and never loses a spike
+//! of one sample. [`Trigger`] finds what is worth stopping at, [`export`] writes what is seen.
+
+pub mod channel;
+pub mod export;
+pub mod feed;
+pub mod model;
+pub mod source;
+mod span;
+pub mod trigger;
+
+pub use channel::{Channel, Group};
+pub use feed::{EventKind, EventMark, Feed, SourceStatus};
+pub use model::{Bucket, Info, Model, Series, Stats};
+pub use source::{ClientAction, Refused, SourceHandle, SourceSpec};
+pub use span::Span;
+pub use trigger::Trigger;

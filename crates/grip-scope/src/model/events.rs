@@ -1,0 +1,215 @@
+//! Events and states in order of time in; what happened in a span, what comes next, and the stretches of scenes and slips out.
+
+use crate::feed::{EventKind, EventMark, NoticeLine};
+use crate::span::Span;
+use grip_link::message::daemon::{GripStage, SceneCode};
+use std::collections::VecDeque;
+
+/// Events and stretches kept of each kind; the oldest go first.
+const MOST: usize = 50_000;
+
+/// A stretch of time with a meaning; `to_s` of the last one grows.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stretch<T> {
+    /// Where it begins and ends.
+    pub span: Span,
+    /// What it means.
+    pub what: T,
+}
+
+/// What happened.
+#[derive(Clone, Debug, Default)]
+pub struct Events {
+    marks: VecDeque<EventMark>,
+    scenes: VecDeque<Stretch<SceneCode>>,
+    stages: VecDeque<Stretch<GripStage>>,
+    slips: VecDeque<Stretch<EventKind>>,
+    faults: VecDeque<Stretch<EventKind>>,
+    gaps: VecDeque<Stretch<EventKind>>,
+    /// Whether the last slip, or the last fault, goes on.
+    slipping: bool,
+    faulty: bool,
+    dropped: u64,
+    text_bytes: usize,
+}
+
+impl Events {
+    /// Takes an event whose time is on the axis.
+    pub(super) fn push(&mut self, mark: EventMark) {
+        let now = Span { from_s: mark.t_s, to_s: mark.t_s };
+        match mark.kind {
+            EventKind::Incipient | EventKind::Gross => {
+                self.end_slip(mark.t_s);
+                append(&mut self.slips, Stretch { span: now, what: mark.kind });
+                self.slipping = true;
+            }
+            EventKind::Ended => {
+                self.end_slip(mark.t_s);
+                self.slipping = false;
+            }
+            EventKind::Fault if !self.faulty => {
+                append(&mut self.faults, Stretch { span: now, what: EventKind::Fault });
+                self.faulty = true;
+            }
+            EventKind::Recovered => {
+                self.reach(mark.t_s);
+                self.faulty = false;
+            }
+            _ => {}
+        }
+        // Nearly always at the end: events come in order.
+        let behind = self.marks.iter().rev().take_while(|other| other.t_s > mark.t_s).count();
+        self.text_bytes += mark.text.capacity();
+        self.marks.insert(self.marks.len() - behind, mark);
+        if self.marks.len() > MOST {
+            let gone = self.marks.pop_front();
+            self.text_bytes -= gone.map_or(0, |mark| mark.text.capacity());
+            self.dropped += 1;
+        }
+    }
+
+    fn end_slip(&mut self, t_s: f64) {
+        if let Some(slip) = self.slips.back_mut().filter(|_| self.slipping) {
+            slip.span.to_s = slip.span.to_s.max(t_s);
+        }
+    }
+
+    pub(super) fn gap(&mut self, span: Span) {
+        append(&mut self.gaps, Stretch { span, what: EventKind::Gap });
+    }
+
+    pub(super) fn state(&mut self, t_s: f64, scene: SceneCode, stage: GripStage, joined: bool) {
+        extend(&mut self.scenes, t_s, scene, joined);
+        extend(&mut self.stages, t_s, stage, joined);
+        self.reach(t_s);
+    }
+
+    /// What goes on reaches to this time.
+    pub(super) fn reach(&mut self, t_s: f64) {
+        self.end_slip(t_s);
+        if let Some(fault) = self.faults.back_mut().filter(|_| self.faulty) {
+            fault.span.to_s = fault.span.to_s.max(t_s);
+        }
+    }
+
+    /// Nothing goes on.
+    pub(super) fn interrupt(&mut self) {
+        self.slipping = false;
+        self.faulty = false;
+    }
+
+    /// All of them, in order of time.
+    pub fn iter(&self) -> impl DoubleEndedIterator<Item = &EventMark> + ExactSizeIterator {
+        self.marks.iter()
+    }
+
+    /// How many there are.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.marks.len()
+    }
+
+    /// Whether there is none.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.marks.is_empty()
+    }
+
+    /// Events that were dropped because there were too many.
+    #[must_use]
+    pub const fn dropped(&self) -> u64 {
+        self.dropped
+    }
+
+    /// Those in the span, its ends included.
+    pub fn in_span(&self, span: Span) -> impl DoubleEndedIterator<Item = &EventMark> {
+        let from = self.marks.partition_point(|mark| mark.t_s < span.from_s);
+        let to = self.marks.partition_point(|mark| mark.t_s <= span.to_s);
+        self.marks.range(from..to.max(from))
+    }
+
+    /// The first one later than `t_s`.
+    #[must_use]
+    pub fn next_after(&self, t_s: f64) -> Option<&EventMark> {
+        self.marks.get(self.marks.partition_point(|mark| mark.t_s <= t_s))
+    }
+
+    /// The last one before `t_s`.
+    #[must_use]
+    pub fn before(&self, t_s: f64) -> Option<&EventMark> {
+        let at = self.marks.partition_point(|mark| mark.t_s < t_s).checked_sub(1)?;
+        self.marks.get(at)
+    }
+
+    /// Scenes in the span.
+    pub fn scenes(&self, span: Span) -> impl Iterator<Item = &Stretch<SceneCode>> {
+        within(&self.scenes, span)
+    }
+
+    /// What the force controller did in the span.
+    pub fn stages(&self, span: Span) -> impl Iterator<Item = &Stretch<GripStage>> {
+        within(&self.stages, span)
+    }
+
+    /// Slips in the span, their incipient and gross parts apart.
+    pub fn slips(&self, span: Span) -> impl Iterator<Item = &Stretch<EventKind>> {
+        within(&self.slips, span)
+    }
+
+    /// Faults in the span.
+    pub fn faults(&self, span: Span) -> impl Iterator<Item = &Stretch<EventKind>> {
+        within(&self.faults, span)
+    }
+
+    /// Stretches without samples in the span.
+    pub fn gaps(&self, span: Span) -> impl Iterator<Item = &Stretch<EventKind>> {
+        within(&self.gaps, span)
+    }
+
+    /// Bytes it takes.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        let stretches = self.scenes.capacity() + self.slips.capacity() + self.stages.capacity();
+        let stretches = stretches + self.faults.capacity() + self.gaps.capacity();
+        self.text_bytes
+            + self.marks.capacity() * size_of::<EventMark>()
+            + stretches * size_of::<Stretch<SceneCode>>()
+    }
+}
+
+fn append<T>(list: &mut VecDeque<Stretch<T>>, stretch: Stretch<T>) {
+    list.push_back(stretch);
+    if list.len() > MOST {
+        list.pop_front();
+    }
+}
+
+/// Lets the last stretch reach to `t_s`, or begins another one.
+fn extend<T: PartialEq>(list: &mut VecDeque<Stretch<T>>, t_s: f64, what: T, joined: bool) {
+    if let Some(last) = list.back_mut().filter(|_| joined) {
+        last.span.to_s = last.span.to_s.max(t_s);
+        if last.what == what {
+            return;
+        }
+    }
+    append(list, Stretch { span: Span { from_s: t_s, to_s: t_s }, what });
+}
+
+fn within<T>(list: &VecDeque<Stretch<T>>, span: Span) -> impl Iterator<Item = &Stretch<T>> {
+    let from = list.partition_point(|stretch| stretch.span.to_s < span.from_s);
+    list.range(from..).take_while(move |stretch| stretch.span.from_s <= span.to_s)
+}
+
+/// Lines for people kept; the oldest go first.
+const MOST_NOTICES: usize = 200;
+
+/// Takes a line; the oldest one goes where there are too many.
+pub(super) fn note(list: &mut VecDeque<NoticeLine>, line: NoticeLine) {
+    if list.back() == Some(&line) {
+        return;
+    }
+    list.push_back(line);
+    if list.len() > MOST_NOTICES {
+        list.pop_front();
+    }
+}

@@ -1,0 +1,222 @@
+//! Items of a source in, the model that holds them out.
+
+use super::axis::Placed;
+use super::events::note;
+use super::series::Series;
+use super::{MOST_TURNS, Model};
+use crate::channel::Channel;
+use crate::feed::{
+    BandPoint, DerivedBlock, EventKind, EventMark, EvidencePoint, Feed, RowBlock, StatePoint,
+};
+use crate::span::Span;
+use std::collections::BTreeMap;
+
+impl Model {
+    /// Takes one item.
+    pub fn take(&mut self, feed: Feed) {
+        self.revision += 1;
+        match feed {
+            Feed::Status(status) => {
+                self.revision -= u64::from(status == self.status);
+                if matches!(status, crate::SourceStatus::Complete { .. }) {
+                    self.series.values_mut().for_each(Series::forget_preview);
+                }
+                self.status = status;
+            }
+            Feed::Welcome(info) => self.info.daemon = Some(info),
+            Feed::Restart => self.restart(),
+            Feed::Rows(block) => self.take_rows(&block),
+            Feed::Preview(block) => self.take_preview(&block),
+            Feed::State(state) => self.take_state(state),
+            Feed::Derived(block) => self.take_derived(*block),
+            Feed::Event(mark) => {
+                let t_s = self.axis.event(mark.t_s);
+                self.events.push(EventMark { t_s, ..mark });
+            }
+            Feed::Health(point) => self.health.take(self.axis.end_s(), point),
+            Feed::Gripper(info) => self.info.gripper = Some(info),
+            Feed::Notice(line) => note(&mut self.notices, line),
+            Feed::Study(study) => self.study = Some(*study),
+            Feed::Extent { from_s, to_s, file } => {
+                self.info.recording = Some((file, Span::new(from_s, to_s)));
+            }
+        }
+        self.shed();
+    }
+
+    fn restart(&mut self) {
+        self.restarted = true;
+        self.states_restarted = true;
+        self.events.interrupt();
+    }
+
+    fn take_rows(&mut self, block: &RowBlock) {
+        let mut times = Vec::with_capacity(block.times_us.len());
+        let mut broken = core::mem::take(&mut self.restarted) || block.broken;
+        let was_s = self.axis.end_s();
+        let known = self.series.contains_key(&Channel::Stylus);
+        for time_us in &block.times_us {
+            let placed = self.place_row(*time_us);
+            times.push(placed.map(|(at_s, leapt)| (at_s, leapt || core::mem::take(&mut broken))));
+        }
+        let first_s = times.iter().flatten().next().map(|(at_s, _)| *at_s);
+        if let Some(first_s) = first_s.filter(|_| block.broken && known) {
+            self.tell_gap(Span::new(was_s, first_s), block.lost);
+        }
+        for (channel, values) in &block.columns {
+            let series = entry(&mut self.series, *channel);
+            for (time, value) in times.iter().zip(values) {
+                if let Some((at_s, broken)) = time {
+                    series.push(*at_s, *value, *broken);
+                }
+            }
+        }
+        if let Some(taxels) = &block.taxels {
+            for (row, time) in times.iter().enumerate() {
+                if let Some((at_s, _)) = time {
+                    self.taxels.push(*at_s, taxels, row);
+                }
+            }
+        }
+        self.events.reach(self.axis.end_s());
+        self.health.set_huge(self.series.values().map(Series::huge).sum());
+    }
+
+    /// Where a row goes, and whether the device's time leapt before it.
+    fn place_row(&mut self, time_us: u64) -> Option<(f64, bool)> {
+        let device_s = seconds(time_us);
+        match self.axis.row(device_s) {
+            Placed::At(at_s) => Some((at_s, false)),
+            Placed::Late => {
+                self.health.late_row();
+                None
+            }
+            Placed::Leapt { at_s, before_s } => {
+                self.events.interrupt();
+                self.states_restarted = true;
+                let text = format!(
+                    "the device's time went from {before_s:.3} s to {device_s:.3} s: shown here from {at_s:.3} s on"
+                );
+                self.events.push(EventMark::plain(at_s, EventKind::Clock, text));
+                Some((at_s, true))
+            }
+        }
+    }
+
+    fn tell_gap(&mut self, span: Span, lost: u32) {
+        let text = match lost {
+            0 => format!("samples are missing for {:.1} ms", 1e3 * span.length_s()),
+            1 => "1 row is missing".to_owned(),
+            _ => format!("{lost} rows are missing, {:.1} ms", 1e3 * span.length_s()),
+        };
+        self.events.gap(span);
+        self.events.push(EventMark::plain(span.from_s, EventKind::Gap, text));
+    }
+
+    fn take_preview(&mut self, block: &RowBlock) {
+        if !self.axis.is_plain() {
+            return;
+        }
+        for (channel, values) in &block.columns {
+            let series = entry(&mut self.series, *channel);
+            let mut broken = block.broken;
+            for (time_us, value) in block.times_us.iter().zip(values) {
+                series.push_preview(seconds(*time_us), *value, core::mem::take(&mut broken));
+            }
+        }
+    }
+
+    fn take_state(&mut self, state: StatePoint) {
+        self.info.state = Some(state);
+        let Some(t_s) = self.axis.state(state.t_s) else {
+            self.health.stray_state();
+            return;
+        };
+        let restarted = core::mem::take(&mut self.states_restarted);
+        self.events.state(t_s, state.scene, state.grip, !restarted);
+        let limit_n = state.limit_n.or_else(|| self.info.gripper.and_then(|g| g.force_max_n));
+        let values = [
+            (Channel::Statistic, state.statistic),
+            (Channel::Command, state.command_n),
+            (Channel::Applied, state.applied_n),
+            (Channel::Estimate, state.estimate_n),
+            (Channel::ForceLimit, limit_n),
+            (Channel::Esc, state.esc.map(|esc| esc.value)),
+        ];
+        for (channel, value) in values {
+            self.put(channel, t_s, (value, restarted));
+        }
+    }
+
+    fn take_derived(&mut self, block: DerivedBlock) {
+        let mut broken = block.broken;
+        for point in &block.bands {
+            if let Some(t_s) = self.axis.state(point.t_s) {
+                self.take_bands(t_s, point, core::mem::take(&mut broken));
+            }
+        }
+        for turn in block.turns {
+            let t_s = self.axis.event(turn.t_s);
+            if self.turns.back().is_none_or(|last| last.t_s <= t_s) {
+                self.turns.push_back(crate::feed::Turn { t_s, ..turn });
+            }
+            if self.turns.len() > MOST_TURNS {
+                self.turns.pop_front();
+            }
+        }
+        for point in &block.evidence {
+            if let Some(t_s) = self.axis.state(point.t_s) {
+                self.take_evidence(t_s, point);
+            }
+        }
+        let most_bytes = self.limit_bytes / 16;
+        for mut column in block.spectra {
+            column.span = column.span.map(|t_s| self.axis.event(t_s));
+            self.spectrogram.push(column, most_bytes);
+        }
+    }
+
+    fn take_bands(&mut self, t_s: f64, point: &BandPoint, broken: bool) {
+        for (band, (energy, threshold)) in (0..).zip(point.energy.iter().zip(&point.threshold)) {
+            self.put(Channel::BandEnergy(band), t_s, (Some(*energy), broken));
+            self.put(Channel::BandThreshold(band), t_s, (Some(*threshold), broken));
+        }
+        self.put(Channel::OwnStatistic, t_s, (Some(point.statistic), broken));
+    }
+
+    fn take_evidence(&mut self, t_s: f64, point: &EvidencePoint) {
+        let [_, low, high] = point.estimate.map_or([None; 3], |values| values.map(Some));
+        let values = [
+            (Channel::EscLow, point.esc.map(|esc| esc.low)),
+            (Channel::EscHigh, point.esc.map(|esc| esc.high)),
+            (Channel::EstimateLow, low),
+            (Channel::EstimateHigh, high),
+            (Channel::SlipSpeed, point.speed.map(|speed| speed.0)),
+            (Channel::SlipSpeedSigma, point.speed.map(|speed| speed.1)),
+        ];
+        for (channel, value) in values {
+            self.put(channel, t_s, (value, false));
+        }
+    }
+
+    /// Puts a value, or that there is none where there was one before.
+    fn put(&mut self, channel: Channel, t_s: f64, (value, broken): (Option<f32>, bool)) {
+        match value {
+            Some(value) => entry(&mut self.series, channel).push(t_s, value, broken),
+            None => {
+                if let Some(series) = self.series.get_mut(&channel) {
+                    series.push(t_s, f32::NAN, broken);
+                }
+            }
+        }
+    }
+}
+
+fn entry(series: &mut BTreeMap<Channel, Series>, channel: Channel) -> &mut Series {
+    series.entry(channel).or_insert_with(|| Series::new(channel))
+}
+
+#[expect(clippy::cast_precision_loss, reason = "exact for 285 years of microseconds")]
+fn seconds(time_us: u64) -> f64 {
+    time_us as f64 / 1e6
+}

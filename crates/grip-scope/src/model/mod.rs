@@ -1,0 +1,273 @@
+//! What sources tell in; everything a scope shows out: bounded history of each channel, events, spectra, health.
+//!
+//! Nothing here knows windows, threads or clocks. Memory is bounded: the samples of the oldest chunks are dropped first, their extremes,
+//! means and rms of 32 samples stay; then the oldest chunks go as a whole.
+
+mod axis;
+mod chunk;
+mod events;
+mod health;
+mod intake;
+mod node;
+mod range;
+mod series;
+mod spectrogram;
+mod store;
+mod taxels;
+#[cfg(test)]
+mod tests;
+
+pub use events::{Events, Stretch};
+pub use health::{HealthBoard, HealthTrend};
+pub use series::{Bucket, Series, Stats};
+pub use spectrogram::{DB_BASE, DB_STEP, Spectrogram};
+pub use taxels::TaxelFrame;
+
+use crate::channel::Channel;
+use crate::feed::{
+    DaemonInfo, EventKind, EventMark, GripperInfo, NoticeLine, SourceStatus, StatePoint,
+    StudyCurves, Turn,
+};
+use crate::span::Span;
+use axis::Axis;
+use std::collections::{BTreeMap, VecDeque};
+use std::path::PathBuf;
+use taxels::Taxels;
+
+/// Peaks and valleys kept; the oldest go first.
+const MOST_TURNS: usize = 500_000;
+/// The newest samples (s) are thinned out only when nothing else can go.
+const KEEP_S: f64 = 30.0;
+
+/// Who and what is being watched.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Info {
+    /// The daemon.
+    pub daemon: Option<DaemonInfo>,
+    /// The gripper.
+    pub gripper: Option<GripperInfo>,
+    /// The last state of the pipeline.
+    pub state: Option<StatePoint>,
+    /// The recording, and where it begins and ends once it is loaded.
+    pub recording: Option<(PathBuf, Span)>,
+}
+
+impl Info {
+    /// Unit of the last E_sc.
+    #[must_use]
+    pub fn esc_unit(&self) -> &'static str {
+        use grip_link::message::daemon::EscKind;
+        match self.state.and_then(|state| state.esc).map(|esc| esc.kind) {
+            Some(EscKind::LiftWork | EscKind::ViscousWork) => "J",
+            _ => "W",
+        }
+    }
+}
+
+/// Everything that is known.
+#[derive(Clone, Debug)]
+pub struct Model {
+    limit_bytes: usize,
+    series: BTreeMap<Channel, Series>,
+    events: Events,
+    turns: VecDeque<Turn>,
+    spectrogram: Spectrogram,
+    taxels: Taxels,
+    health: HealthBoard,
+    status: SourceStatus,
+    info: Info,
+    notices: VecDeque<NoticeLine>,
+    study: Option<StudyCurves>,
+    axis: Axis,
+    /// The next rows do not join the last ones.
+    restarted: bool,
+    /// The next states do not.
+    states_restarted: bool,
+    revision: u64,
+}
+
+impl Model {
+    /// A model that takes at most `memory_bytes` for its history (some MB more for what is being worked on).
+    #[must_use]
+    pub fn new(memory_bytes: usize) -> Self {
+        Self {
+            limit_bytes: memory_bytes,
+            series: BTreeMap::new(),
+            events: Events::default(),
+            turns: VecDeque::new(),
+            spectrogram: Spectrogram::default(),
+            taxels: Taxels::default(),
+            health: HealthBoard::default(),
+            status: SourceStatus::default(),
+            info: Info::default(),
+            notices: VecDeque::new(),
+            study: None,
+            axis: Axis::default(),
+            restarted: false,
+            states_restarted: false,
+            revision: 0,
+        }
+    }
+
+    /// From the first to the last sample of all channels; `None` while there is none.
+    #[must_use]
+    pub fn span(&self) -> Option<Span> {
+        let spans = self.series.values().filter_map(Series::span);
+        let known = spans.reduce(|a, b| a.union(b));
+        match (known, &self.info.recording) {
+            (Some(known), Some((_, all))) if self.axis.is_plain() => Some(known.union(*all)),
+            (known, _) => known,
+        }
+    }
+
+    /// The channels that have data, in the order of [`Channel`].
+    pub fn channels(&self) -> impl Iterator<Item = Channel> {
+        self.series.keys().copied()
+    }
+
+    /// The history of a channel.
+    #[must_use]
+    pub fn series(&self, channel: Channel) -> Option<&Series> {
+        self.series.get(&channel)
+    }
+
+    /// What happened.
+    #[must_use]
+    pub const fn events(&self) -> &Events {
+        &self.events
+    }
+
+    /// Peaks and valleys in the span, where they are at most `most`; otherwise none.
+    #[must_use]
+    pub fn turns(&self, span: Span, most: usize) -> Vec<Turn> {
+        let from = self.turns.partition_point(|turn| turn.t_s < span.from_s);
+        let to = self.turns.partition_point(|turn| turn.t_s <= span.to_s);
+        if to.saturating_sub(from) > most {
+            return Vec::new();
+        }
+        self.turns.range(from..to.max(from)).copied().collect()
+    }
+
+    /// The spectra of the stylus.
+    #[must_use]
+    pub const fn spectrogram(&self) -> &Spectrogram {
+        &self.spectrogram
+    }
+
+    /// The health of the link.
+    #[must_use]
+    pub const fn health(&self) -> &HealthBoard {
+        &self.health
+    }
+
+    /// How the source is.
+    #[must_use]
+    pub const fn status(&self) -> &SourceStatus {
+        &self.status
+    }
+
+    /// Who and what is being watched.
+    #[must_use]
+    pub const fn info(&self) -> &Info {
+        &self.info
+    }
+
+    /// Lines for people, in order.
+    pub fn notices(&self) -> impl DoubleEndedIterator<Item = &NoticeLine> + ExactSizeIterator {
+        self.notices.iter()
+    }
+
+    /// The curves of a study.
+    #[must_use]
+    pub const fn study(&self) -> Option<&StudyCurves> {
+        self.study.as_ref()
+    }
+
+    /// The last frame of the pressure array at or before `t_s`.
+    #[must_use]
+    pub fn taxels(&self, t_s: f64) -> Option<&TaxelFrame> {
+        self.taxels.at(t_s)
+    }
+
+    /// Changes where something that can be seen has changed.
+    #[must_use]
+    pub const fn revision(&self) -> u64 {
+        self.revision
+    }
+
+    /// The end of the axis (s): where live data come.
+    #[must_use]
+    pub const fn end_s(&self) -> f64 {
+        self.axis.end_s()
+    }
+
+    /// The device's time (s) of a time on the axis; they differ after the device has restarted. Holds for the present run.
+    #[must_use]
+    pub fn device_s(&self, at_s: f64) -> f64 {
+        self.axis.device_s(at_s)
+    }
+
+    /// Sets a mark of the user.
+    pub fn mark(&mut self, t_s: f64, text: impl Into<String>) {
+        if t_s.is_finite() {
+            self.events.push(EventMark::plain(t_s, EventKind::Marker, text));
+            self.revision += 1;
+        }
+    }
+
+    /// Tells how many items the source had no room for.
+    pub fn set_dropped(&mut self, dropped: u64) {
+        self.revision += u64::from(self.health.set_lost_in_scope(dropped));
+    }
+
+    /// Bytes of the whole history.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        let series: usize = self.series.values().map(Series::bytes).sum();
+        let turns = self.turns.capacity() * size_of::<Turn>();
+        let rest = self.events.bytes() + self.taxels.bytes() + self.health.bytes();
+        series + turns + rest + self.spectrogram.bytes()
+    }
+
+    /// Lets go of the oldest until the history fits its memory.
+    fn shed(&mut self) {
+        let mut bytes = self.bytes();
+        while bytes > self.limit_bytes {
+            let freed = self.shed_one();
+            if freed == 0 {
+                return;
+            }
+            bytes -= freed.min(bytes);
+        }
+    }
+
+    /// Thins out or drops the oldest chunk of all channels: the bytes that are free now.
+    fn shed_one(&mut self) -> usize {
+        let old_s = self.axis.end_s() - KEEP_S;
+        let whole = oldest(&mut self.series, |series| series.store().oldest_whole_s());
+        if let Some((at_s, series)) = whole
+            && at_s < old_s
+        {
+            return freed(series, |store| store.thin_oldest());
+        }
+        if let Some((_, series)) = oldest(&mut self.series, |series| series.store().oldest_s()) {
+            return freed(series, |store| store.drop_oldest());
+        }
+        0
+    }
+}
+
+fn freed(series: &mut Series, act: impl FnOnce(&mut store::Store)) -> usize {
+    let before = series.bytes();
+    act(series.store_mut());
+    before.saturating_sub(series.bytes())
+}
+
+/// The series with the least of these times.
+fn oldest(
+    series: &mut BTreeMap<Channel, Series>,
+    time: impl Fn(&Series) -> Option<f64>,
+) -> Option<(f64, &mut Series)> {
+    let timed = series.values_mut().filter_map(|series| Some((time(series)?, series)));
+    timed.min_by(|a, b| a.0.total_cmp(&b.0))
+}

@@ -1,0 +1,347 @@
+//! Samples of one channel in; envelopes, points and figures of any stretch of them out.
+
+use super::chunk::NODE;
+use super::node::Sum;
+use super::store::{Place, Store};
+use crate::{channel::Channel, span::Span};
+use grip_record::HUGE_READING;
+
+/// What a column of pixels shows of a channel.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bucket {
+    /// Where it begins (s).
+    pub from_s: f64,
+    /// Where it ends (s), not included.
+    pub to_s: f64,
+    /// The lowest sample; NaN where there is none.
+    pub min: f32,
+    /// The highest one.
+    pub max: f32,
+    /// Mean of the samples.
+    pub mean: f32,
+    /// Finite samples.
+    pub count: u64,
+    /// Whether samples are missing in it or right before it.
+    pub broken: bool,
+}
+
+/// Figures of a stretch of a channel.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stats {
+    /// The lowest sample.
+    pub min: f32,
+    /// The highest one.
+    pub max: f32,
+    /// The mean.
+    pub mean: f64,
+    /// Root of the mean square.
+    pub rms: f64,
+    /// Finite samples.
+    pub count: u64,
+    /// Whether samples are missing.
+    pub broken: bool,
+}
+
+impl Stats {
+    /// From the lowest to the highest.
+    #[must_use]
+    pub fn peak_to_peak(&self) -> f32 {
+        self.max - self.min
+    }
+}
+
+/// One channel's history.
+#[derive(Clone, Debug)]
+pub struct Series {
+    channel: Channel,
+    store: Store,
+    /// What is known of a recording beyond the part that is loaded.
+    preview: Store,
+    /// Points further apart than this (s) have a gap between them.
+    patience_s: f64,
+    last: Option<(f64, f32)>,
+    misplaced: u64,
+    huge: u64,
+}
+
+impl Series {
+    pub(super) fn new(channel: Channel) -> Self {
+        // Rows are numbered, so that their gaps are known; anything else comes at least every 10 ms while samples do.
+        let patience_s = if channel.is_row() { f64::INFINITY } else { 0.5 };
+        Self {
+            channel,
+            store: Store::default(),
+            preview: Store::default(),
+            patience_s,
+            last: None,
+            misplaced: 0,
+            huge: 0,
+        }
+    }
+
+    /// Takes a sample; one that is before the last one is counted and left out.
+    pub(super) fn push(&mut self, t_s: f64, value: f32, broken: bool) {
+        let last_s = self.last.map_or(f64::NEG_INFINITY, |(t_s, _)| t_s);
+        if t_s < last_s || !t_s.is_finite() {
+            self.misplaced += 1;
+            return;
+        }
+        self.huge += u64::from(value.abs() >= HUGE_READING);
+        let broken = broken || (self.last.is_some() && t_s - last_s > self.patience_s);
+        self.store.push(t_s, value, broken);
+        self.last = Some((t_s, value));
+    }
+
+    /// Takes a sample of what is not loaded yet.
+    pub(super) fn push_preview(&mut self, t_s: f64, value: f32, broken: bool) {
+        let in_order = self.preview.span().is_none_or(|(_, last_s)| t_s >= last_s);
+        if in_order && t_s.is_finite() {
+            self.preview.push(t_s, value, broken);
+        }
+    }
+
+    pub(super) fn forget_preview(&mut self) {
+        self.preview = Store::default();
+    }
+
+    pub(super) const fn store(&self) -> &Store {
+        &self.store
+    }
+
+    pub(super) const fn store_mut(&mut self) -> &mut Store {
+        &mut self.store
+    }
+
+    /// Bytes it takes.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        size_of::<Self>() + self.store.bytes() + self.preview.bytes()
+    }
+
+    /// Which channel it is.
+    #[must_use]
+    pub const fn channel(&self) -> Channel {
+        self.channel
+    }
+
+    /// From the first to the last sample, previewed ones included; `None` while there is none.
+    #[must_use]
+    pub fn span(&self) -> Option<Span> {
+        let span = |(from_s, to_s)| Span { from_s, to_s };
+        match (self.store.span().map(span), self.preview.span().map(span)) {
+            (Some(loaded), Some(preview)) => Some(loaded.union(preview)),
+            (loaded, preview) => loaded.or(preview),
+        }
+    }
+
+    /// The last sample.
+    #[must_use]
+    pub const fn latest(&self) -> Option<(f64, f32)> {
+        self.last
+    }
+
+    /// Samples that came before the last one and were left out.
+    #[must_use]
+    pub const fn misplaced(&self) -> u64 {
+        self.misplaced
+    }
+
+    /// Finite samples beyond [`HUGE_READING`]: no reading of a gripper.
+    #[must_use]
+    pub const fn huge(&self) -> u64 {
+        self.huge
+    }
+
+    /// Time before which only extremes and means of 32 samples are kept.
+    #[must_use]
+    pub fn thin_before_s(&self) -> Option<f64> {
+        self.store.thin_before_s()
+    }
+
+    /// Writes what each of `columns` equal parts of the span shows to `out`, parts without samples left out.
+    ///
+    /// Extremes are those of the samples in the part, so that a spike of one sample is never lost; where samples are thinned out, those of
+    /// the groups of 32 that begin in the part. A part costs the same whether it holds ten samples or ten million.
+    pub fn envelope(&self, span: Span, columns: usize, out: &mut Vec<Bucket>) {
+        out.clear();
+        let Some(have) = self.span() else { return };
+        if columns == 0 || span.length_s() <= 0.0 || have.common(span).is_none() {
+            return;
+        }
+        let loaded_s = self.store.span().map_or(f64::NEG_INFINITY, |(_, last_s)| last_s);
+        let width_s = span.length_s() / count(columns);
+        let edge = |column: usize| width_s.mul_add(count(column), span.from_s);
+        // Columns before the first and behind the last sample are not looked at.
+        let first = columns_before(have.from_s - span.from_s, width_s);
+        let last = columns_before(have.to_s - span.from_s, width_s).saturating_add(1).min(columns);
+        let mut walks = [Walk::new(&self.store), Walk::new(&self.preview)];
+        for column in first..last {
+            let (from_s, to_s) = (edge(column), edge(column + 1));
+            let last_column = column + 1 == columns;
+            let [loaded, preview] = &mut walks;
+            let mut sum = loaded.part(from_s, to_s, last_column);
+            if sum.is_empty() && to_s > loaded_s {
+                sum = preview.part(from_s, to_s, last_column);
+            }
+            if !sum.is_empty() {
+                out.push(bucket(from_s, to_s, &sum));
+            }
+        }
+    }
+
+    /// Writes the samples of the span to `out` where they are at most `most`, with the ones right before and behind it; a NaN stands where
+    /// samples are missing. `false`, and an empty `out`, where they are more, or thinned out.
+    pub fn points(&self, span: Span, most: usize, out: &mut Vec<[f64; 2]>) -> bool {
+        out.clear();
+        let (from, to) = self.places(span);
+        let before = self.before(from);
+        let store = &self.store;
+        let mut number = before.chunk;
+        while let Some(chunk) = store.chunk(number).filter(|_| number <= to.chunk) {
+            let start = if number == before.chunk { before.index } else { 0 };
+            // One more than the span holds, so that a line leaves the plot.
+            let end =
+                if number == to.chunk { (to.index + 1).min(chunk.len()) } else { chunk.len() };
+            if chunk.is_thin() || out.len() + end.saturating_sub(start) > most + 4 {
+                out.clear();
+                return false;
+            }
+            if chunk.broken && start == 0 && !out.is_empty() {
+                out.push([chunk.time(0), f64::NAN]);
+            }
+            out.extend((start..end).map(|k| [chunk.time(k), f64::from(chunk.value(k))]));
+            number += 1;
+        }
+        true
+    }
+
+    /// The last sample at or before `t_s`; the mean of 32 where samples are thinned out. `None` before the first one and beyond the last.
+    #[must_use]
+    pub fn at(&self, t_s: f64) -> Option<f32> {
+        let (from_s, to_s) = self.store.span()?;
+        if !(from_s..=to_s).contains(&t_s) {
+            return None;
+        }
+        let behind = self.store.place(t_s.next_up(), 0);
+        let place = self.before(behind);
+        self.store.chunk(place.chunk).map(|chunk| chunk.value(place.index))
+    }
+
+    /// Figures of the samples in the span, both ends included; `None` where there is no finite one.
+    #[must_use]
+    pub fn stats(&self, span: Span) -> Option<Stats> {
+        let (from, to) = self.places(span);
+        let mut sum = Sum::default();
+        self.store.fold(from, to, &mut sum);
+        let Sum { min, max, count, broken, .. } = sum;
+        (count > 0).then(|| Stats { min, max, mean: sum.mean(), rms: sum.rms(), count, broken })
+    }
+
+    /// The least and the greatest value that an axis should show in the span: extremes of single readings that no gripper sends (1e30
+    /// beside micrometres) are left out. `None` where there is nothing to show.
+    #[must_use]
+    pub fn robust_range(&self, span: Span) -> Option<(f32, f32)> {
+        let mut parts = Vec::new();
+        self.envelope(span, 256, &mut parts);
+        super::range::robust(&parts)
+    }
+
+    /// Places of the first sample in the span and of the first behind it.
+    fn places(&self, span: Span) -> (Place, Place) {
+        let from = self.store.place(span.from_s, 0);
+        (from, self.store.place(span.to_s.next_up(), from.chunk))
+    }
+
+    /// The place of the sample before; the same where there is none.
+    fn before(&self, place: Place) -> Place {
+        if place.index > 0 {
+            return Place { index: place.index - 1, ..place };
+        }
+        let Some(chunk) = place.chunk.checked_sub(1).filter(|n| *n >= self.store.first()) else {
+            return place;
+        };
+        let len = self.store.chunk(chunk).map_or(0, super::chunk::Chunk::len);
+        Place { chunk, index: len.saturating_sub(1) }
+    }
+
+    /// When the channel first passes `level` in the span (s), from at or below it to above, or the other way round. Thinned-out samples
+    /// count by the means of 32.
+    #[must_use]
+    pub fn crossing(&self, span: Span, level: f32, rising: bool) -> Option<f64> {
+        let (from, to) = self.places(span);
+        let mut place = self.before(from);
+        let mut beyond = true;
+        while let Some(chunk) = self.store.chunk(place.chunk).filter(|_| place <= to) {
+            if place.index >= chunk.len() {
+                place = Place { chunk: place.chunk + 1, index: 0 };
+                continue;
+            }
+            if place >= to {
+                return None;
+            }
+            let value = chunk.value(place.index);
+            let is_beyond = if rising { value > level } else { value < level };
+            if is_beyond && !beyond && place >= from {
+                return Some(chunk.time(place.index));
+            }
+            // A gap hides on which side it was.
+            beyond = is_beyond || value.is_nan();
+            place.index += 1;
+        }
+        None
+    }
+
+    /// Samples of the finest part that is kept of thinned-out stretches.
+    #[must_use]
+    pub const fn finest() -> usize {
+        NODE
+    }
+}
+
+/// Walks over the samples part by part.
+struct Walk<'a> {
+    store: &'a Store,
+    /// Where the last part ended, and its place.
+    next: Option<(f64, Place)>,
+}
+
+impl<'a> Walk<'a> {
+    const fn new(store: &'a Store) -> Self {
+        Self { store, next: None }
+    }
+
+    /// The samples from `from_s` to before `to_s`, or up to it in the last part. Parts are asked for in order.
+    fn part(&mut self, from_s: f64, to_s: f64, closed: bool) -> Sum {
+        let from = match self.next {
+            Some((end_s, place)) if end_s == from_s => place,
+            Some((_, place)) => self.store.place(from_s, place.chunk),
+            None => self.store.place(from_s, 0),
+        };
+        let end_s = if closed { to_s.next_up() } else { to_s };
+        let to = self.store.place(end_s, from.chunk);
+        self.next = Some((to_s, to));
+        let mut sum = Sum::default();
+        self.store.fold(from, to, &mut sum);
+        sum
+    }
+}
+
+#[expect(clippy::cast_possible_truncation, reason = "kept with seven digits")]
+fn bucket(from_s: f64, to_s: f64, sum: &Sum) -> Bucket {
+    let Sum { min, max, count, broken, .. } = *sum;
+    let (min, max) = if count == 0 { (f32::NAN, f32::NAN) } else { (min, max) };
+    let mean = if count == 0 { f32::NAN } else { sum.mean() as f32 };
+    Bucket { from_s, to_s, min, max, mean, count, broken }
+}
+
+#[expect(clippy::cast_precision_loss, reason = "columns of a screen")]
+fn count(columns: usize) -> f64 {
+    columns as f64
+}
+
+/// Whole columns in a stretch of time.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "the cast saturates")]
+fn columns_before(stretch_s: f64, width_s: f64) -> usize {
+    // One less, so that rounding at an edge costs a look and not a sample.
+    ((stretch_s / width_s).max(0.0) as usize).saturating_sub(1)
+}

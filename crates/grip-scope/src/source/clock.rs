@@ -1,0 +1,33 @@
+//! The one place of this crate that reads a clock and waits: the threads of sources.
+
+use core::time::Duration;
+use std::time::Instant;
+
+/// A clock that never goes back.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Clock(Instant);
+
+impl Clock {
+    #[expect(
+        clippy::disallowed_methods,
+        reason = "threads of sources are drivers: they run in real time"
+    )]
+    pub(super) fn start() -> Self {
+        Self(Instant::now())
+    }
+
+    /// Time since its start.
+    pub(super) fn now(&self) -> Duration {
+        self.0.elapsed()
+    }
+
+    /// The same in whole microseconds.
+    pub(super) fn now_us(&self) -> u64 {
+        u64::try_from(self.now().as_micros()).unwrap_or(u64::MAX)
+    }
+
+    #[expect(clippy::disallowed_methods, reason = "as above: only the thread of a source waits")]
+    pub(super) fn wait(&self, time: Duration) {
+        std::thread::sleep(time);
+    }
+}

@@ -1,0 +1,138 @@
+//! The name of a source in; its items out, through a bounded ring, from a thread of its own that never waits for a window.
+//!
+//! Where the ring is full, samples of a live source are dropped, newest first, counted and shown as a gap; a file's thread waits for room.
+
+mod clock;
+mod outlet;
+mod spec;
+
+pub use spec::{SourceSpec, SpecError};
+
+use crate::{feed::Feed, model::Model};
+use core::sync::atomic::Ordering;
+use outlet::{Outlet, RING, Shared};
+use rtrb::{Consumer, Producer, RingBuffer};
+use std::sync::Arc;
+use std::thread::{self, JoinHandle};
+
+/// Commands that wait for the source's thread.
+const COMMANDS: usize = 64;
+
+/// What a person may ask of the gripper.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ClientAction {
+    /// Hold with at least this force (N); 0 takes it back.
+    AtLeast(f32),
+    /// Let go.
+    Release,
+    /// Close again after a release.
+    Grasp,
+    /// Stop in software; latched by the gripper. Not a safety function.
+    Stop,
+    /// Clear the fault with this code.
+    ClearFault(u16),
+}
+
+/// Why a command was not passed on.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum Refused {
+    /// Files take none.
+    #[error("only a running daemon and the demo take commands")]
+    NotLive,
+    /// The force is none.
+    #[error("{0} is no force: a number of newtons, not below 0")]
+    NoForce(String),
+    /// The source's thread is busy or has ended.
+    #[error("the source takes no commands now")]
+    Busy,
+}
+
+/// A running source. Dropping it ends its thread.
+#[derive(Debug)]
+pub struct SourceHandle {
+    spec: SourceSpec,
+    ring: Consumer<Feed>,
+    commands: Producer<ClientAction>,
+    shared: Arc<Shared>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl SourceHandle {
+    /// Starts the source. `wake` is called from its thread whenever there is something to be seen; it must not wait.
+    ///
+    /// # Errors
+    /// Where the system starts no thread.
+    pub fn spawn(spec: SourceSpec, wake: impl Fn() + Send + 'static) -> std::io::Result<Self> {
+        let (to_model, ring) = RingBuffer::new(RING);
+        let (commands, orders) = RingBuffer::new(COMMANDS);
+        let shared = Arc::new(Shared::default());
+        let outlet = Outlet::new(to_model, Arc::clone(&shared), Box::new(wake));
+        let what = spec.clone();
+        let run = move || run(&what, outlet, orders);
+        let thread = thread::Builder::new().name("source".to_owned()).spawn(run)?;
+        Ok(Self { spec, ring, commands, shared, thread: Some(thread) })
+    }
+
+    /// What it is.
+    #[must_use]
+    pub const fn spec(&self) -> &SourceSpec {
+        &self.spec
+    }
+
+    /// Moves at most `budget` items into the model: how many. Never waits.
+    pub fn drain(&mut self, model: &mut Model, budget: usize) -> usize {
+        model.set_dropped(self.dropped());
+        let mut moved = 0;
+        while moved < budget
+            && let Ok(feed) = self.ring.pop()
+        {
+            model.take(feed);
+            moved += 1;
+        }
+        moved
+    }
+
+    /// Items that wait.
+    #[must_use]
+    pub fn waiting(&self) -> usize {
+        self.ring.slots()
+    }
+
+    /// Items that found no room.
+    #[must_use]
+    pub fn dropped(&self) -> u64 {
+        self.shared.dropped.load(Ordering::Relaxed)
+    }
+
+    /// Passes a command on; what becomes of it comes back as a notice.
+    ///
+    /// # Errors
+    /// Where the source takes none.
+    pub fn command(&mut self, action: ClientAction) -> Result<(), Refused> {
+        if !self.spec.is_live() {
+            return Err(Refused::NotLive);
+        }
+        if let ClientAction::AtLeast(force_n) = action
+            && !(force_n >= 0.0 && force_n.is_finite())
+        {
+            return Err(Refused::NoForce(force_n.to_string()));
+        }
+        self.commands.push(action).map_err(|_| Refused::Busy)
+    }
+}
+
+impl Drop for SourceHandle {
+    fn drop(&mut self) {
+        self.shared.stop.store(true, Ordering::Relaxed);
+        if let Some(thread) = self.thread.take() {
+            // A thread that has panicked has nothing left to say.
+            let _ended = thread.join();
+        }
+    }
+}
+
+/// What the thread does.
+fn run(spec: &SourceSpec, mut outlet: Outlet, _orders: Consumer<ClientAction>) {
+    let what = spec.to_string();
+    outlet.status(crate::SourceStatus::Connecting { what });
+}

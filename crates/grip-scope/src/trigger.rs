@@ -1,0 +1,122 @@
+//! The model in, the span that a person wanted to stop at out.
+
+use crate::{channel::Channel, feed::EventKind, model::Model, span::Span};
+
+/// What is waited for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum TriggerSource {
+    /// A channel passes a level.
+    Level {
+        /// The channel.
+        channel: Channel,
+        /// The level, in its unit.
+        level: f32,
+        /// Whether upwards; otherwise downwards.
+        rising: bool,
+    },
+    /// Something happens.
+    Event(EventKind),
+}
+
+/// How often it shows what it found.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum TriggerMode {
+    /// Once, until it is armed again.
+    Single,
+    /// Every time.
+    #[default]
+    Normal,
+    /// Every time; and the newest data where nothing was found for a while.
+    Auto,
+}
+
+/// A trigger as oscilloscopes have one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Trigger {
+    /// What is waited for.
+    pub source: TriggerSource,
+    /// How often.
+    pub mode: TriggerMode,
+    /// How much is shown before it (s).
+    pub pre_s: f64,
+    /// How much is shown at all (s).
+    pub window_s: f64,
+    /// Up to where it has looked (s).
+    looked_s: Option<f64>,
+    /// Where it was found, until all of its window is there.
+    found_s: Option<f64>,
+    shown_s: Option<f64>,
+    done: bool,
+}
+
+impl Trigger {
+    /// A trigger that looks from now on.
+    #[must_use]
+    pub const fn new(source: TriggerSource, mode: TriggerMode, pre_s: f64, window_s: f64) -> Self {
+        let (looked_s, found_s, shown_s) = (None, None, None);
+        Self { source, mode, pre_s, window_s, looked_s, found_s, shown_s, done: false }
+    }
+
+    /// Looks again, from now on.
+    pub const fn arm(&mut self) {
+        *self = Self::new(self.source, self.mode, self.pre_s, self.window_s);
+    }
+
+    /// Whether a single trigger has shown what it found.
+    #[must_use]
+    pub const fn is_done(&self) -> bool {
+        self.done
+    }
+
+    /// Where it was found last (s).
+    #[must_use]
+    pub const fn at_s(&self) -> Option<f64> {
+        match self.found_s {
+            Some(at_s) => Some(at_s),
+            None => self.shown_s,
+        }
+    }
+
+    /// Looks at what is new: the span to show, once all of it is there.
+    pub fn poll(&mut self, model: &Model) -> Option<Span> {
+        let end_s = model.end_s();
+        let from_s = *self.looked_s.get_or_insert(end_s);
+        if self.done {
+            return None;
+        }
+        if self.found_s.is_none() {
+            // What comes within the window that was shown last belongs to it.
+            let free_s = self.shown_s.map_or(from_s, |at_s| at_s + self.window_s - self.pre_s);
+            self.found_s = self.find(model, Span::new(from_s.max(free_s).min(end_s), end_s));
+            self.looked_s = Some(end_s);
+        }
+        let behind_s = self.window_s - self.pre_s;
+        match self.found_s {
+            Some(at_s) if end_s >= at_s + behind_s => {
+                self.found_s = None;
+                self.shown_s = Some(at_s);
+                self.done = self.mode == TriggerMode::Single;
+                Some(Span::new(at_s - self.pre_s, at_s + behind_s))
+            }
+            None if self.mode == TriggerMode::Auto => {
+                let idle = self.shown_s.is_none_or(|at_s| end_s > at_s + 2.0 * self.window_s);
+                idle.then(|| Span::new(end_s - self.window_s, end_s))
+            }
+            _ => None,
+        }
+    }
+
+    fn find(&self, model: &Model, span: Span) -> Option<f64> {
+        match self.source {
+            TriggerSource::Event(kind) => {
+                let late = model.events().in_span(span);
+                late.filter(|mark| mark.kind == kind && mark.t_s > span.from_s)
+                    .map(|mark| mark.t_s)
+                    .next()
+            }
+            TriggerSource::Level { channel, level, rising } => {
+                model.series(channel)?.crossing(span, level, rising)
+            }
+        }
+    }
+}
