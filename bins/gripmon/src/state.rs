@@ -5,6 +5,7 @@ use crate::layout::Layout;
 use crate::plot::Scale;
 use crate::strip::StripId;
 use crate::time::TimeWindow;
+use grip_scope::trigger::{Trigger, TriggerMode, TriggerSource};
 use grip_scope::{Channel, EventKind, Span};
 
 /// What the trigger waits for.
@@ -16,33 +17,6 @@ pub enum TriggerKind {
     Falling,
     /// Something happens.
     Event(EventKind),
-}
-
-/// How often it triggers.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum TriggerMode {
-    /// Once, then the view stands.
-    Single,
-    /// Every time.
-    #[default]
-    Normal,
-    /// Every time, and after a while without.
-    Auto,
-}
-
-impl TriggerMode {
-    /// Every mode.
-    pub const ALL: [Self; 3] = [Self::Single, Self::Normal, Self::Auto];
-
-    /// What its button says.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Single => "single",
-            Self::Normal => "normal",
-            Self::Auto => "auto",
-        }
-    }
 }
 
 /// The trigger as its panel has it.
@@ -75,6 +49,20 @@ impl Default for TriggerForm {
             pre_s: 0.1,
             window_s: 0.5,
         }
+    }
+}
+
+impl TriggerForm {
+    /// The trigger that does this.
+    #[must_use]
+    pub const fn trigger(&self) -> Trigger {
+        let (channel, level) = (self.channel, crate::num::narrow(self.level));
+        let source = match self.kind {
+            TriggerKind::Rising => TriggerSource::Level { channel, level, rising: true },
+            TriggerKind::Falling => TriggerSource::Level { channel, level, rising: false },
+            TriggerKind::Event(kind) => TriggerSource::Event(kind),
+        };
+        Trigger::new(source, self.mode, self.pre_s, self.window_s)
     }
 }
 

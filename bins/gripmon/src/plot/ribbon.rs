@@ -5,7 +5,6 @@
 //! window only.
 
 use super::Frame;
-use crate::num;
 use eframe::egui::{Color32, Mesh, Pos2, epaint::Vertex, epaint::WHITE_UV, pos2};
 use grip_scope::Bucket;
 
@@ -80,12 +79,6 @@ fn column(mesh: &mut Mesh, x: f32, (top, bottom): (f32, f32), colour: Color32, c
 
 const fn corner(pos: Pos2, color: Color32) -> Vertex {
     Vertex { pos, uv: WHITE_UV, color }
-}
-
-/// Bytes that a ribbon of so many columns takes.
-#[must_use]
-pub fn bytes(columns: usize) -> f64 {
-    num::count(columns) * num::count(4 * size_of::<Vertex>() + 18 * size_of::<u32>())
 }
 
 #[cfg(test)]

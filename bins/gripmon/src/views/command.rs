@@ -90,7 +90,7 @@ fn others(ui: &mut Ui, seen: &Seen<'_>, actions: &mut Vec<Action>) {
 /// The question before a release.
 pub(super) fn question(ctx: &egui::Context) -> Vec<Action> {
     let mut actions = Vec::new();
-    let modal = egui::Modal::new(egui::Id::new("release")).show(ctx, |ui| {
+    let modal = egui::Modal::new(egui::Id::unique("release")).show(ctx, |ui| {
         ui.set_width(320.0);
         ui.heading("Let go of the object?");
         ui.label("The fingers open, and what they hold falls, until Grasp is commanded.");

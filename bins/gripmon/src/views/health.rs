@@ -5,7 +5,7 @@ use crate::action::Action;
 use crate::format;
 use crate::num;
 use crate::palette::{self, Tone};
-use eframe::egui::{Align2, Rect, RichText, Sense, Stroke, Ui, WidgetInfo, WidgetType, pos2, vec2};
+use eframe::egui::{Align2, Rect, RichText, Sense, Stroke, Ui, WidgetInfo, Role, pos2, vec2};
 use grip_link::message::daemon::SensorHealth;
 use grip_scope::feed::{HealthPoint, LatencyFigures};
 
@@ -124,7 +124,7 @@ fn latency(ui: &mut Ui, latency: &LatencyFigures, seen: &Seen<'_>) {
 /// Bars by their logarithm, so that one slow command in a million is seen.
 fn histogram(ui: &mut Ui, latency: &LatencyFigures, seen: &Seen<'_>) {
     let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width() - 8.0, HIGH), Sense::hover());
-    response.widget_info(|| WidgetInfo::labeled(WidgetType::Other, true, "Latency histogram"));
+    response.widget_info(|| WidgetInfo::labeled(Role::Figure, true, "Latency histogram"));
     let plot = Rect::from_min_max(rect.min, rect.max - vec2(0.0, 14.0));
     let painter = ui.painter();
     painter.rect(plot, 0, seen.palette.plot, Stroke::new(1.0, seen.palette.edge), eframe::egui::StrokeKind::Inside);

@@ -6,7 +6,7 @@ use eframe::egui::{self, Grid, RichText, Ui};
 
 pub(super) fn help(ctx: &egui::Context) -> Option<Action> {
     let mut closed = false;
-    let modal = egui::Modal::new(egui::Id::new("keys")).show(ctx, |ui| {
+    let modal = egui::Modal::new(egui::Id::unique("keys")).show(ctx, |ui| {
         ui.set_width(720.0);
         ui.horizontal(|ui| {
             ui.heading("Keys and mouse");

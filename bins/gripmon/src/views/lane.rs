@@ -4,7 +4,7 @@ use super::{Seen, gestures, strips};
 use crate::action::Action;
 use crate::palette::{Palette, Tone};
 use crate::plot::{Frame, GUTTER, Kind, Scale};
-use eframe::egui::{Align2, Color32, FontId, Rect, Sense, Stroke, Ui, WidgetInfo, WidgetType, pos2, vec2};
+use eframe::egui::{Align2, Color32, FontId, Rect, Sense, Stroke, Ui, WidgetInfo, Role, pos2, vec2};
 use grip_link::message::daemon::SceneCode;
 use grip_scope::{EventKind, EventMark};
 
@@ -32,8 +32,8 @@ pub(super) const fn tone(kind: EventKind) -> Tone {
 
 pub(super) fn lane(ui: &Ui, rect: Rect, seen: &Seen<'_>) -> Vec<Action> {
     let frame = Frame { rect, span: seen.span, scale: Scale::new(Kind::Linear, 0.0, 1.0) };
-    let response = ui.interact(rect, ui.id().with("lane"), Sense::click_and_drag());
-    response.widget_info(|| WidgetInfo::labeled(WidgetType::Other, true, "Scenes and events"));
+    let response = ui.interact(rect, ui.scope_id().with("lane"), Sense::click_and_drag());
+    response.widget_info(|| WidgetInfo::labeled(Role::Figure, true, "Scenes and events"));
     let painter = ui.painter();
     painter.rect(rect, 0, seen.palette.plot, Stroke::new(1.0, seen.palette.edge), eframe::egui::StrokeKind::Outside);
     names(ui, rect, &seen.palette);

@@ -4,7 +4,7 @@ use super::{Scratch, Seen, lane};
 use crate::action::Action;
 use crate::palette::Tone;
 use crate::plot::{self, Frame, Kind, Scale};
-use eframe::egui::{Align2, FontId, Mesh, PointerButton, Rect, Response, Sense, Shape, Stroke, Ui, WidgetInfo, WidgetType, pos2};
+use eframe::egui::{Align2, FontId, Mesh, PointerButton, Rect, Response, Sense, Shape, Stroke, Ui, WidgetInfo, Role, pos2};
 use grip_scope::{Channel, Span};
 
 /// Height of the overview (points).
@@ -13,8 +13,8 @@ pub(super) const HEIGHT: f32 = 34.0;
 const COLUMNS: usize = 400;
 
 pub(super) fn overview(ui: &Ui, rect: Rect, (seen, scratch): (&Seen<'_>, &mut Scratch)) -> Vec<Action> {
-    let response = ui.interact(rect, ui.id().with("overview"), Sense::click_and_drag());
-    response.widget_info(|| WidgetInfo::labeled(WidgetType::ScrollBar, true, "Overview of all data"));
+    let response = ui.interact(rect, ui.scope_id().with("overview"), Sense::click_and_drag());
+    response.widget_info(|| WidgetInfo::labeled(Role::ScrollBar, true, "Overview of all data"));
     let painter = ui.painter();
     let border = Stroke::new(1.0, seen.palette.edge);
     painter.rect(rect, 0, seen.palette.plot, border, eframe::egui::StrokeKind::Outside);

@@ -5,7 +5,8 @@ use crate::num;
 use crate::palette::Palette;
 use crate::plot::Frame;
 use eframe::egui::{Color32, ColorImage, Rect, RichText, TextureHandle, TextureOptions, Ui, pos2};
-use grip_scope::{DB_STEP, Span, Spectrogram};
+use grip_scope::Span;
+use grip_scope::model::{DB_STEP, Spectrogram};
 
 /// Widest picture (pixels).
 const WIDE: usize = 1200;

@@ -6,7 +6,7 @@ use crate::layout::StripLayout;
 use crate::palette::{Palette, Tone};
 use crate::plot::{self, Frame, GUTTER, Kind, Scale};
 use crate::strip::{self, Curve, StripId};
-use eframe::egui::{self, Align2, FontId, Rect, Sense, Stroke, Ui, UiBuilder, WidgetInfo, WidgetType, pos2, vec2};
+use eframe::egui::{self, Align2, FontId, Rect, Sense, Stroke, Ui, UiBuilder, WidgetInfo, Role, pos2, vec2};
 
 /// Height of the time axis with the cursors' flags (points).
 const AXIS: f32 = 22.0;
@@ -78,13 +78,13 @@ fn one(ui: &mut Ui, (plot, rect): (&StripLayout, Rect), (seen, scratch): (&Seen<
 }
 
 fn interact(ui: &Ui, strip: StripId, frame: &Frame, seen: &Seen<'_>) -> Vec<Action> {
-    let inside = ui.interact(frame.rect, ui.id().with((strip, "plot")), Sense::click_and_drag());
-    inside.widget_info(|| WidgetInfo::labeled(WidgetType::Other, true, format!("{} plot", strip.title())));
+    let inside = ui.interact(frame.rect, ui.scope_id().with((strip, "plot")), Sense::click_and_drag());
+    inside.widget_info(|| WidgetInfo::labeled(Role::Figure, true, format!("{} plot", strip.title())));
     let labels = Rect::from_min_max(pos2(frame.rect.left() - GUTTER, frame.rect.top()), frame.rect.left_bottom());
     let mut actions = gestures::over_plot(ui, &inside, frame, seen);
     if strip.has_curves() {
-        let axis = ui.interact(labels, ui.id().with((strip, "axis")), Sense::click_and_drag());
-        axis.widget_info(|| WidgetInfo::labeled(WidgetType::Other, true, format!("{} axis", strip.title())));
+        let axis = ui.interact(labels, ui.scope_id().with((strip, "axis")), Sense::click_and_drag());
+        axis.widget_info(|| WidgetInfo::labeled(Role::Figure, true, format!("{} axis", strip.title())));
         actions.extend(gestures::over_axis(ui, &axis, frame, strip));
     }
     actions
@@ -147,8 +147,8 @@ fn title(ui: &Ui, rect: Rect, strip: StripId, palette: &Palette) {
 /// The lower edge of a plot, which makes it higher.
 fn edge(ui: &Ui, plot: &StripLayout, rect: Rect, seen: &Seen<'_>) -> Option<Action> {
     let zone = Rect::from_min_max(pos2(rect.left(), rect.bottom()), pos2(rect.right(), rect.bottom() + BETWEEN));
-    let response = ui.interact(zone, ui.id().with((plot.plot, "edge")), Sense::drag());
-    response.widget_info(|| WidgetInfo::labeled(WidgetType::ResizeHandle, true, format!("{} height", plot.plot.title())));
+    let response = ui.interact(zone, ui.scope_id().with((plot.plot, "edge")), Sense::drag());
+    response.widget_info(|| WidgetInfo::labeled(Role::Splitter, true, format!("{} height", plot.plot.title())));
     if response.hovered() || response.dragged() {
         ui.ctx().set_cursor_icon(egui::CursorIcon::ResizeVertical);
         ui.painter().hline(zone.x_range(), zone.center().y, Stroke::new(1.0, seen.palette.weak));
@@ -182,8 +182,8 @@ fn axis(ui: &Ui, rect: Rect, seen: &Seen<'_>) -> Vec<Action> {
 fn flag(ui: &Ui, frame: &Frame, (cursor, name, at_s): (Cursor, &str, f64), palette: &Palette) -> Option<Action> {
     let x = frame.x(at_s).clamp(frame.rect.left(), frame.rect.right());
     let rect = Rect::from_center_size(pos2(x, frame.rect.top() + 8.0), vec2(15.0, 15.0));
-    let response = ui.interact(rect, ui.id().with(("cursor", name)), Sense::drag());
-    response.widget_info(|| WidgetInfo::labeled(WidgetType::Slider, true, format!("Cursor {name}")));
+    let response = ui.interact(rect, ui.scope_id().with(("cursor", name)), Sense::drag());
+    response.widget_info(|| WidgetInfo::labeled(Role::Slider, true, format!("Cursor {name}")));
     ui.painter().rect_filled(rect, 3, palette.cursor);
     ui.painter().text(rect.center(), Align2::CENTER_CENTER, name, FontId::proportional(11.5), palette.plot);
     let pointer = response.interact_pointer_pos().filter(|_| response.dragged())?;

@@ -90,7 +90,7 @@ fn area(painter: &Painter, (frame, columns): (&Frame, usize), curve: &Curve, (se
 pub(super) fn turns(painter: &Painter, frame: &Frame, seen: &Seen<'_>) {
     let inside = painter.with_clip_rect(painter.clip_rect().intersect(frame.rect));
     let (peak, valley) = (seen.palette.tone(Tone::Red), seen.palette.tone(Tone::Green));
-    let mark = |turn: grip_scope::Turn| {
+    let mark = |turn: grip_scope::feed::Turn| {
         let at = frame.at(turn.t_s, f64::from(turn.height));
         let (colour, down) = if turn.is_peak { (peak, -1.0) } else { (valley, 1.0) };
         triangle(at + vec2(0.0, 3.0 * down), down, colour)

@@ -5,7 +5,7 @@ use crate::action::Action;
 use crate::num;
 use crate::palette::{Palette, SERIES};
 use crate::plot::{self, Frame, GUTTER, Kind, Scale, Style};
-use eframe::egui::{self, Align2, FontId, Rect, Sense, Ui, WidgetInfo, WidgetType, pos2, vec2};
+use eframe::egui::{self, Align2, FontId, Rect, Sense, Ui, WidgetInfo, Role, pos2, vec2};
 use grip_scope::Span;
 use grip_scope::feed::{StudyCurve, StudyCurves, StudyPlot};
 
@@ -27,7 +27,7 @@ pub fn study(ui: &mut Ui, study: &StudyCurves, seen: &Seen<'_>) -> Vec<Action> {
             ui.horizontal(|ui| {
                 for one in pair {
                     let (rect, response) = ui.allocate_exact_size(vec2(wide, HIGH), Sense::hover());
-                    response.widget_info(|| WidgetInfo::labeled(WidgetType::Other, true, format!("{} plot", one.title)));
+                    response.widget_info(|| WidgetInfo::labeled(Role::Figure, true, format!("{} plot", one.title)));
                     draw(ui, rect, one, &seen.palette);
                 }
             });

@@ -76,12 +76,13 @@ fn kind(ui: &mut Ui, form: &mut TriggerForm) {
 fn level(ui: &mut Ui, form: &mut TriggerForm, seen: &Seen<'_>) {
     labelled(ui, "Channel", |ui| {
         let channels: Vec<Channel> = seen.model.channels().filter(|c| !matches!(c, Channel::BandThreshold(_))).collect();
+        let chosen = form.channel.name();
         let choose = |ui: &mut Ui| {
             for channel in channels {
                 ui.selectable_value(&mut form.channel, channel, channel.name());
             }
         };
-        ComboBox::from_id_salt("channel").selected_text(form.channel.name()).width(150.0).show_ui(ui, choose).response
+        ComboBox::from_id_salt("channel").selected_text(chosen).width(150.0).show_ui(ui, choose).response
     });
     let size = form.level.abs();
     let (factor, prefix) = if size > 0.0 { format::prefix_of(size, form.channel.unit()) } else { (1.0, "") };
