@@ -8,6 +8,7 @@
 //! of one sample. [`Trigger`] finds what is worth stopping at, [`export`] writes what is seen.
 
 pub mod channel;
+mod derive;
 pub mod export;
 pub mod feed;
 pub mod model;

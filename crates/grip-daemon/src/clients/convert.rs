@@ -19,7 +19,8 @@ use slip_core::{
 };
 
 /// SLIP of an event line, numbered by the caller; `None` for the other lines.
-pub(super) fn slip(host_us: u64, line: &EventLine) -> Option<Slip> {
+#[must_use]
+pub fn slip(host_us: u64, line: &EventLine) -> Option<Slip> {
     match *line {
         EventLine::Slip { t_s, phase, method, statistic, confidence, evidence } => Some(Slip {
             phase: if phase == "gross" { Phase::Gross } else { Phase::Incipient },
@@ -71,12 +72,8 @@ fn known(host_us: u64, t_s: f64, evidence: &EvidenceFields) -> Slip {
 }
 
 /// STATE; what the gripper told of itself comes from its last STATUS.
-pub(super) fn state(
-    host_us: u64,
-    state: &PipelineState,
-    device: DeviceState,
-    fault: FaultCode,
-) -> State {
+#[must_use]
+pub fn state(host_us: u64, state: &PipelineState, device: DeviceState, fault: FaultCode) -> State {
     let extrapolated = state.estimate.is_some_and(|estimate| estimate.extrapolated);
     let informative = state.esc.is_some_and(|esc| esc.informative());
     State {
@@ -104,7 +101,9 @@ pub(super) fn state(
     }
 }
 
-fn esc(esc: Esc) -> EscValue {
+/// E_sc as STATE tells it.
+#[must_use]
+pub fn esc(esc: Esc) -> EscValue {
     let kind = match esc.reading {
         Reading::Literal => EscKind::Literal,
         Reading::ArcCot => EscKind::ArcCot,
@@ -184,7 +183,8 @@ pub(super) fn sensor(channel: &str, health: &str) -> Option<(Sensor, SensorHealt
 }
 
 /// State of the link, as clients hear it.
-pub(super) fn link(state: HostState) -> LinkState {
+#[must_use]
+pub fn link(state: HostState) -> LinkState {
     match state {
         HostState::Closed => LinkState::Closed,
         HostState::Open => LinkState::Open,

@@ -6,7 +6,7 @@
 //! goes over the socket.
 
 mod batch;
-mod convert;
+pub mod convert;
 mod figures;
 mod listen;
 mod outbox;

@@ -26,6 +26,11 @@ impl Clock {
         u64::try_from(self.now().as_micros()).unwrap_or(u64::MAX)
     }
 
+    /// The same in nanoseconds.
+    pub(super) fn now_ns(&self) -> u64 {
+        u64::try_from(self.now().as_nanos()).unwrap_or(u64::MAX)
+    }
+
     #[expect(clippy::disallowed_methods, reason = "as above: only the thread of a source waits")]
     pub(super) fn wait(&self, time: Duration) {
         std::thread::sleep(time);

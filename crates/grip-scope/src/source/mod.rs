@@ -3,8 +3,14 @@
 //! Where the ring is full, samples of a live source are dropped, newest first, counted and shown as a gap; a file's thread waits for room.
 
 mod clock;
+mod daemon;
+mod demo;
+mod hearing;
 mod outlet;
+mod retry;
 mod spec;
+mod stream;
+mod told;
 
 pub use spec::{SourceSpec, SpecError};
 
@@ -64,11 +70,11 @@ impl SourceHandle {
     /// Where the system starts no thread.
     pub fn spawn(spec: SourceSpec, wake: impl Fn() + Send + 'static) -> std::io::Result<Self> {
         let (to_model, ring) = RingBuffer::new(RING);
-        let (commands, orders) = RingBuffer::new(COMMANDS);
+        let (commands, mut orders) = RingBuffer::new(COMMANDS);
         let shared = Arc::new(Shared::default());
-        let outlet = Outlet::new(to_model, Arc::clone(&shared), Box::new(wake));
+        let mut outlet = Outlet::new(to_model, Arc::clone(&shared), Box::new(wake));
         let what = spec.clone();
-        let run = move || run(&what, outlet, orders);
+        let run = move || run(&what, &mut outlet, &mut orders);
         let thread = thread::Builder::new().name("source".to_owned()).spawn(run)?;
         Ok(Self { spec, ring, commands, shared, thread: Some(thread) })
     }
@@ -132,7 +138,12 @@ impl Drop for SourceHandle {
 }
 
 /// What the thread does.
-fn run(spec: &SourceSpec, mut outlet: Outlet, _orders: Consumer<ClientAction>) {
-    let what = spec.to_string();
-    outlet.status(crate::SourceStatus::Connecting { what });
+fn run(spec: &SourceSpec, outlet: &mut Outlet, orders: &mut Consumer<ClientAction>) {
+    match spec {
+        SourceSpec::Daemon(listen) => daemon::run(listen, 1, outlet, orders),
+        SourceSpec::Demo { scene, seed } => demo::run((scene, *seed), outlet, orders),
+        SourceSpec::Recording(_) | SourceSpec::Study(_) => {
+            outlet.status(crate::SourceStatus::Connecting { what: spec.to_string() });
+        }
+    }
 }

@@ -1,0 +1,215 @@
+//! Samples at full rate in; what a detector of the scope's own makes of them out: band energies, peaks and valleys, E_sc with its
+//! enclosure, spectra.
+//!
+//! The observer runs the pipeline with every stage on and without a controller, at a fixed cost a sample. It has the settings that the
+//! recording tells, or the shipped ones.
+
+mod fft;
+mod spectrum;
+
+use crate::feed::{BandPoint, DerivedBlock, EscPoint, EvidencePoint, Turn};
+use grip_daemon::clients::convert;
+use grip_host::HostEstimator;
+use grip_link::message::daemon::EscValue;
+use slip_core::detector::BANDS;
+use slip_core::esc::Esc;
+use slip_core::features::Features;
+use slip_core::irregularity::{TurnFinder, TurnKind};
+use slip_core::velocity::Velocity;
+use slip_core::{ConfigError, Pipeline, PipelineConfig, Sample, Step};
+use spectrum::Spectra;
+use std::sync::Arc;
+
+/// Time from one point of the bands to the next (s): each shows the highest values of it.
+const POINT_S: f32 = 4e-3;
+/// Time from one look at the bands to the next (s): that of the detector's blocks.
+const LOOK_S: f32 = 5e-4;
+/// Turns kept of one block; a signal that turns more often shows nothing one by one.
+const MOST_TURNS: usize = 20_000;
+
+/// A pipeline that only looks.
+pub(crate) struct Observer {
+    pipeline: Pipeline<Arc<[f32]>>,
+    estimator: HostEstimator,
+    config: PipelineConfig,
+    finder: TurnFinder,
+    noise: f32,
+    spectra: Spectra,
+    point: Looks,
+    block: DerivedBlock,
+    last_us: Option<u64>,
+}
+
+/// The highest of what was seen since the last point.
+#[derive(Clone, Copy, Debug)]
+struct Looks {
+    samples: u32,
+    per_look: u32,
+    per_point: u32,
+    energy: [f32; BANDS],
+    statistic: f32,
+    moving: bool,
+}
+
+impl Observer {
+    /// An observer with these settings; those of a controller are left out.
+    ///
+    /// # Errors
+    /// Where a setting does not fit the sample rate.
+    pub(crate) fn new(
+        config: PipelineConfig,
+        estimator: HostEstimator,
+    ) -> Result<Self, ConfigError> {
+        let config = PipelineConfig { grip: None, no_skip: true, ..config };
+        let pipeline = Pipeline::new(config, Some(estimator.clone()))?;
+        let rate_hz = config.sample_rate.0;
+        Ok(Self {
+            pipeline,
+            estimator,
+            config,
+            finder: TurnFinder::new(config.observation.min_hysteresis_m),
+            noise: 0.0,
+            spectra: Spectra::new(rate_hz),
+            point: Looks::new(rate_hz),
+            block: DerivedBlock::default(),
+            last_us: None,
+        })
+    }
+
+    /// The next samples do not join the last ones.
+    pub(crate) fn interrupt(&mut self) {
+        self.spectra.restart();
+        self.finder = TurnFinder::new(self.hysteresis());
+        self.block.broken = true;
+    }
+
+    /// Takes a sample and the frame of the array that came with it: what the pipeline says. One that is not later than the one before
+    /// changes nothing.
+    pub(crate) fn push(&mut self, sample: &Sample, taxels: &[f32]) -> Option<Step> {
+        if self.last_us.is_some_and(|last_us| sample.t.0 <= last_us) {
+            return None;
+        }
+        self.last_us = Some(sample.t.0);
+        let step = self.pipeline.handle_with(sample, taxels);
+        let t_s = sample.t.as_seconds();
+        self.look(t_s, &step);
+        self.turn(t_s, sample.stylus);
+        self.block.spectra.extend(self.spectra.push(t_s, sample.stylus));
+        if step.features.is_some() || step.velocity.is_some() {
+            self.block.evidence.push(self.evidence(t_s, &step));
+        }
+        Some(step)
+    }
+
+    /// What was derived since the last time.
+    pub(crate) fn take(&mut self) -> DerivedBlock {
+        core::mem::take(&mut self.block)
+    }
+
+    fn look(&mut self, t_s: f64, step: &Step) {
+        let point = &mut self.point;
+        point.samples += 1;
+        point.statistic = point.statistic.max(step.statistic);
+        if point.samples.is_multiple_of(point.per_look) {
+            let detector = self.pipeline.detector();
+            let energy = detector.levels().energy;
+            let known = !detector.is_learning();
+            for (highest, energy) in point.energy.iter_mut().zip(energy) {
+                *highest = if known { highest.max(energy) } else { *highest };
+            }
+            point.moving |= detector.is_moving();
+        }
+        if point.samples >= point.per_point {
+            let threshold = thresholds(&self.config, point.moving);
+            let Looks { energy, statistic, .. } = *point;
+            self.block.bands.push(BandPoint { t_s, energy, threshold, statistic });
+            *point = point.next();
+        }
+    }
+
+    fn turn(&mut self, t_s: f64, x: f32) {
+        let noise = self.pipeline.detector().noise_rms();
+        if noise != self.noise {
+            self.noise = noise;
+            self.finder = TurnFinder::new(self.hysteresis());
+        }
+        if noise <= 0.0 || x.abs() >= grip_record::HUGE_READING {
+            return;
+        }
+        if let Some(turn) = self.finder.push(t_s, x)
+            && self.block.turns.len() < MOST_TURNS
+        {
+            let is_peak = turn.kind == TurnKind::Peak;
+            self.block.turns.push(Turn { t_s: turn.position_m, height: turn.height_m, is_peak });
+        }
+    }
+
+    /// As for the irregularities of a slip.
+    fn hysteresis(&self) -> f32 {
+        let observation = &self.config.observation;
+        let least = match self.config.signal {
+            slip_core::Signal::Displacement => observation.min_hysteresis_m,
+            slip_core::Signal::Vibration => 0.0,
+        };
+        (observation.hysteresis_sigmas * self.noise).max(least)
+    }
+
+    fn evidence(&self, t_s: f64, step: &Step) -> EvidencePoint {
+        let speed = step.velocity.map(|velocity| (velocity.speed_m_s, velocity.sigma_m_s));
+        let esc = step.features.and_then(|features| features.esc_chosen).map(|esc| esc_point(&esc));
+        let estimate = step.features.zip(step.estimate).map(|(features, estimate)| {
+            let [low, high] = self.margin(&features, step.velocity, estimate.force_n);
+            [estimate.force_n, low, high]
+        });
+        EvidencePoint { t_s, esc, speed, estimate }
+    }
+
+    /// The estimates where the acceleration is one standard deviation off: that of a difference of two speeds over the stretch.
+    fn margin(&self, features: &Features, velocity: Option<Velocity>, force_n: f32) -> [f32; 2] {
+        let sigma_m_s = velocity.map_or(f32::NAN, |velocity| velocity.sigma_m_s);
+        let sigma_m_s2 = core::f32::consts::SQRT_2 * sigma_m_s / features.contact_time_s;
+        let at = |off: f32| {
+            let slip_acceleration_m_s2 = features.slip_acceleration_m_s2 + off;
+            let moved = Features { slip_acceleration_m_s2, ..*features };
+            self.estimator.estimate(&moved).map_or(f32::NAN, |estimate| estimate.force_n)
+        };
+        let (a, b) = (at(-sigma_m_s2), at(sigma_m_s2));
+        [a.min(b).min(force_n), a.max(b).max(force_n)]
+    }
+}
+
+impl Looks {
+    fn new(rate_hz: f32) -> Self {
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "small")]
+        let samples = |time_s: f32| ((time_s * rate_hz) as u32).max(1);
+        let (per_look, per_point) = (samples(LOOK_S), samples(POINT_S));
+        let energy = [f32::NAN; BANDS];
+        Self { samples: 0, per_look, per_point, energy, statistic: 0.0, moving: false }
+    }
+
+    const fn next(self) -> Self {
+        let energy = [f32::NAN; BANDS];
+        Self { samples: 0, energy, statistic: 0.0, moving: false, ..self }
+    }
+}
+
+/// Energy over floor at which each band is a slip; the four that do not overlap are asked only while the robot moves.
+fn thresholds(config: &PipelineConfig, moving: bool) -> [f32; BANDS] {
+    let bands = config.detector.bands();
+    core::array::from_fn(|band| match bands.get(band) {
+        Some(band_of) if moving || band < 2 => band_of.threshold,
+        _ => f32::INFINITY,
+    })
+}
+
+/// E_sc as the scope shows it.
+pub(crate) fn esc_point(esc: &Esc) -> EscPoint {
+    let EscValue { kind, flags, .. } = convert::esc(*esc);
+    #[expect(clippy::cast_possible_truncation, reason = "shown with seven digits")]
+    let [value, low, high] = [esc.value as f32, esc.lo as f32, esc.hi as f32];
+    // Rounding must not put the value outside its own enclosure.
+    EscPoint { kind, value, low: low.next_down(), high: high.next_up(), flags }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,166 @@
+//! The address of a daemon in; what it tells out, for as long as the scope looks, however often the daemon goes and comes.
+
+use super::ClientAction;
+use super::hearing::Hearing;
+use super::outlet::Outlet;
+use super::retry::Retry;
+use crate::feed::{Feed, Level, NoticeLine, SourceStatus};
+use core::time::Duration;
+use grip_daemon::client::{Client, ClientError};
+use grip_daemon::clients::Listen;
+use grip_link::message::daemon::{Command, Operation, Subscribe, Topics};
+use grip_link::message::{FaultCode, Versions};
+use rtrb::Consumer;
+
+/// How long a connection may take.
+const PATIENCE: Duration = Duration::from_secs(2);
+/// How long one look for bytes waits.
+const TURN: Duration = Duration::from_millis(10);
+/// How long a pause looks away from the scope.
+const STEP: Duration = Duration::from_millis(25);
+/// A daemon tells its health every second; one that says nothing for so long is gone.
+const SILENCE: Duration = Duration::from_secs(6);
+/// An answer to SUBSCRIBE takes no longer.
+const GREETING: Duration = Duration::from_secs(3);
+/// States come at most this often (ms).
+const STATE_MS: u16 = 10;
+
+/// Listens to the daemon until the scope lets go.
+pub(super) fn run(
+    listen: &Listen,
+    every_nth: u16,
+    outlet: &mut Outlet,
+    orders: &mut Consumer<ClientAction>,
+) {
+    let mut retry = Retry::default();
+    let mut attempt = 0_u32;
+    while !outlet.stops() {
+        attempt = attempt.wrapping_add(1);
+        outlet.status(SourceStatus::Connecting { what: listen.to_string() });
+        let wanted = Subscribe {
+            versions: Versions::OURS,
+            topics: Topics::ALL,
+            every_nth,
+            state_ms: STATE_MS,
+        };
+        let reason = match Client::connect(listen, nonce(attempt), wanted, PATIENCE) {
+            Ok(client) => {
+                let mut talk = Talk { client, hearing: Hearing::new(listen, every_nth), orders };
+                let reason = talk.run(outlet);
+                if talk.hearing.was_greeted() {
+                    retry.worked();
+                }
+                reason
+            }
+            Err(error) => sentence(&error),
+        };
+        // What was asked for while nobody was there is old when somebody is.
+        while orders.pop().is_ok() {
+            tell(outlet, Level::Warning, "there is no daemon to take the command".to_owned());
+        }
+        pause(outlet, &reason, retry.failed());
+    }
+}
+
+/// Waits, unless the scope lets go.
+fn pause(outlet: &mut Outlet, reason: &str, time: Duration) {
+    let again_in_s = time.as_secs_f32();
+    outlet.status(SourceStatus::Waiting { reason: reason.to_owned(), again_in_s });
+    let until = outlet.clock.now() + time;
+    while !outlet.stops() && outlet.clock.now() < until {
+        outlet.catch_up();
+        outlet.clock.wait(STEP);
+    }
+}
+
+/// One connection.
+struct Talk<'a> {
+    client: Client,
+    hearing: Hearing,
+    orders: &'a mut Consumer<ClientAction>,
+}
+
+impl Talk<'_> {
+    /// Listens until the connection ends: why, as a sentence.
+    fn run(&mut self, outlet: &mut Outlet) -> String {
+        outlet.offer(Feed::Restart);
+        if let Err(error) = self.client.query() {
+            return sentence(&error);
+        }
+        let begun = outlet.clock.now();
+        let mut heard = begun;
+        loop {
+            if outlet.stops() {
+                return String::new();
+            }
+            let hearing = &mut self.hearing;
+            match self.client.wait(TURN, &mut |message| hearing.take(message)) {
+                Ok(true) => heard = outlet.clock.now(),
+                Ok(false) => {}
+                Err(error) => return self.hearing.farewell().unwrap_or_else(|| sentence(&error)),
+            }
+            self.hearing.deliver(outlet);
+            let now = outlet.clock.now();
+            if !self.hearing.was_greeted() && now > begun + GREETING {
+                return "something answers there, but not as gripd does".to_owned();
+            }
+            if now > heard + SILENCE {
+                let silence_s = SILENCE.as_secs();
+                return format!("the daemon has said nothing for {silence_s} s");
+            }
+            if let Some(reason) = self.hearing.refusal() {
+                return reason;
+            }
+            if let Err(error) = self.obey(outlet) {
+                return sentence(&error);
+            }
+        }
+    }
+
+    /// Passes on what a person asks for.
+    fn obey(&mut self, outlet: &mut Outlet) -> Result<(), ClientError> {
+        while let Ok(action) = self.orders.pop() {
+            let Some(token) = self.hearing.token() else {
+                tell(outlet, Level::Warning, "the daemon allows no commands".to_owned());
+                continue;
+            };
+            self.client.command(&command(action, token))?;
+            self.hearing.asked(self.client.link().last_request(), action);
+        }
+        Ok(())
+    }
+}
+
+/// The command as the daemon takes it.
+fn command(action: ClientAction, token: u32) -> Command {
+    let plain = Command::new;
+    match action {
+        ClientAction::AtLeast(force_n) => {
+            #[expect(clippy::cast_possible_truncation, reason = "the cast saturates")]
+            let force_mn = (1e3 * force_n).round() as i32;
+            Command { force_mn: force_mn.max(0), ..plain(Operation::AtLeast) }
+        }
+        ClientAction::Release => Command { token, ..plain(Operation::Release) },
+        ClientAction::Grasp => plain(Operation::Grasp),
+        ClientAction::Stop => plain(Operation::Stop),
+        ClientAction::ClearFault(code) => {
+            Command { fault: FaultCode(code), ..plain(Operation::ClearFault) }
+        }
+    }
+}
+
+fn tell(outlet: &mut Outlet, level: Level, text: String) {
+    outlet.offer(Feed::Notice(NoticeLine { level, text }));
+}
+
+/// Differs from that of other programs and of the attempt before.
+fn nonce(attempt: u32) -> u16 {
+    let mixed = std::process::id().wrapping_mul(0x9e37_79b9) ^ attempt.wrapping_mul(0x85eb_ca6b);
+    let [low, high, ..] = (mixed ^ (mixed >> 16)).to_le_bytes();
+    u16::from_le_bytes([low, high]).max(1)
+}
+
+/// An error with its cause, once.
+fn sentence(error: &ClientError) -> String {
+    error.to_string()
+}

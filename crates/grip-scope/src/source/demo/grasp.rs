@@ -1,0 +1,180 @@
+//! A simulated object and time in; what sensors, pipeline and controller do with it out.
+
+use super::super::told;
+use super::{GRASP_US, World};
+use crate::feed::{EventKind, EventMark, Feed, GripperInfo, StatePoint};
+use crate::source::outlet::Outlet;
+use grip_daemon::State;
+use grip_daemon::clients::convert;
+use grip_host::model::default_estimator;
+use grip_host::report::EventLine;
+use grip_host::session::ClientCommand;
+use grip_host::{News, Session, SessionOptions};
+use grip_link::frame::MAX_WIRE;
+use grip_link::message::daemon::Slip;
+use grip_sim::{Scene, VirtualMcu};
+use slip_core::{Sample, units::Micros};
+
+/// States come at most this often (us), and on change.
+const STATE_US: u64 = 5_000;
+
+/// One object in the fingers.
+pub(super) struct Grasp {
+    mcu: VirtualMcu,
+    pub(super) session: Session,
+    released: bool,
+    next_index: Option<u32>,
+    told: Option<StatePoint>,
+}
+
+impl Grasp {
+    pub(super) fn new(scene: &Scene, number: u64, world: &World) -> Result<Self, String> {
+        let boot_id = u32::try_from(number).unwrap_or(u32::MAX).saturating_add(1);
+        let mcu = VirtualMcu::new(scene, boot_id).map_err(|error| error.to_string())?;
+        let estimator = default_estimator().map_err(|error| error.to_string())?;
+        let options = SessionOptions::default();
+        let mut session = Session::new(world.config.clone(), estimator, options)
+            .map_err(|error| error.to_string())?;
+        let nonce = u16::try_from(number % 65_535).unwrap_or(0) + 1;
+        session.open(0, nonce).map_err(|error| error.to_string())?;
+        Ok(Self { mcu, session, released: false, next_index: None, told: None })
+    }
+
+    pub(super) fn begin(&self, scene: &Scene) -> EventMark {
+        let object = scene.object();
+        let text = format!(
+            "next object: {:.0} g, friction {:.2}, needs {:.2} N",
+            1e3 * object.mass_kg,
+            object.friction,
+            object.force_needed_n()
+        );
+        EventMark::plain(f64::NAN, EventKind::Reload, text)
+    }
+
+    pub(super) fn now_us(&self) -> u64 {
+        self.mcu.grasp().now().0
+    }
+
+    pub(super) fn about(&self) -> GripperInfo {
+        let link = self.session.link();
+        let in_force = link.in_force();
+        #[expect(clippy::cast_precision_loss, reason = "below 2^24 mN in any gripper")]
+        let force_max_n = in_force.map(|config| config.force_max_mn as f32 / 1e3);
+        GripperInfo {
+            uid: link.ident().map_or([0; 16], |ident| ident.uid),
+            boot_id: self.mcu.boot_id(),
+            rate_hz: in_force.map_or(0, |config| config.sample_rate_hz),
+            force_max_n,
+            link: convert::link(link.state()),
+            taxels: u8::try_from(self.session.taxels()).unwrap_or(u8::MAX),
+        }
+    }
+
+    /// Lets simulation and session go on.
+    pub(super) fn run_until(
+        &mut self,
+        until_us: u64,
+        world: &mut World,
+        outlet: &mut Outlet,
+    ) -> Result<(), String> {
+        let mut bytes = Vec::with_capacity(4 * MAX_WIRE);
+        while self.mcu.next_due().0 <= until_us {
+            let now = self.mcu.next_due();
+            self.mcu.advance(now);
+            bytes.clear();
+            self.mcu.transmit(now, &mut bytes);
+            let events = self.turn(now, &bytes, world, outlet)?;
+            self.tell_state(world.start_us, outlet);
+            events.into_iter().for_each(|event| outlet.offer(event));
+            if now.0 > GRASP_US && !core::mem::replace(&mut self.released, true) {
+                self.session.obey(now.0, ClientCommand::Release);
+            }
+        }
+        Ok(())
+    }
+
+    /// One exchange of bytes: the events it led to.
+    fn turn(
+        &mut self,
+        now: Micros,
+        bytes: &[u8],
+        world: &mut World,
+        outlet: &Outlet,
+    ) -> Result<Vec<Feed>, String> {
+        let mut out = [0; MAX_WIRE];
+        let mut events = Vec::new();
+        let World { tally, stream, start_us, .. } = world;
+        let next = &mut self.next_index;
+        let mut tell = |news: News<'_>| match news {
+            News::Step { index, sample, taxels, .. } => {
+                if let Some(expected) = next.replace(index.wrapping_add(1)).filter(|n| *n != index)
+                {
+                    stream.broken(index.wrapping_sub(expected));
+                }
+                stream.push(&Sample { t: sample.t.plus(Micros(*start_us)), ..*sample }, taxels);
+            }
+            News::Event(line) => events.extend(slip_event(&line, *start_us)),
+            _ => {}
+        };
+        let began_ns = outlet.clock.now_ns();
+        let answer = self
+            .session
+            .receive(now.0, bytes, &mut out, &mut tell)
+            .map_err(|error| error.to_string())?;
+        if !bytes.is_empty() {
+            tally.latency.record(outlet.clock.now_ns().saturating_sub(began_ns));
+        }
+        if let Some(len) = answer {
+            self.mcu.receive(now, out.get(..len).unwrap_or(&out));
+        }
+        while let Some(len) = self.session.poll_transmit(now.0, &mut out) {
+            self.mcu.receive(now, out.get(..len).unwrap_or(&out));
+        }
+        Ok(events)
+    }
+
+    fn tell_state(&mut self, start_us: u64, outlet: &mut Outlet) {
+        let Some(state) = self.state(start_us) else { return };
+        let news = self.told.is_none_or(|told| {
+            let due_s = told.t_s + told::seconds(STATE_US);
+            let changed =
+                (told.scene, told.grip, told.sensors) != (state.scene, state.grip, state.sensors);
+            changed || state.t_s >= due_s
+        });
+        if news {
+            self.told = Some(state);
+            outlet.offer(Feed::State(state));
+        }
+    }
+
+    fn state(&self, start_us: u64) -> Option<StatePoint> {
+        let step = self.session.latest()?;
+        let (features, estimate) = self.session.log().evidence();
+        let in_force = self.session.link().in_force();
+        let state = State {
+            t: step.t.plus(Micros(start_us)),
+            scene: step.scene,
+            grip: self.session.grip_state(),
+            statistic: step.statistic,
+            command: step.command,
+            applied_n: self.session.applied_n(),
+            esc: features.and_then(|features| features.esc_chosen),
+            estimate,
+            health: step.health,
+            reference_health: step.reference_health,
+            travel_health: step.travel_health,
+            pressure_health: step.pressure_health,
+            lost: self.session.lost(),
+            rate_hz: in_force.map_or(0, |config| config.sample_rate_hz),
+        };
+        let message = convert::state(0, &state, self.mcu.link().state(), self.mcu.link().fault());
+        Some(StatePoint { limit_n: self.about().force_max_n, ..told::state(&message) })
+    }
+}
+
+/// The mark of a slip whose times begin at `start_us`.
+fn slip_event(line: &EventLine, start_us: u64) -> Option<Feed> {
+    let slip = convert::slip(0, line)?;
+    let slip = Slip { device_us: slip.device_us + start_us, ..slip };
+    Some(Feed::Event(told::slip(&slip)))
+}

@@ -1,0 +1,131 @@
+//! The name of a simulated scene in; grasps in real time, one after the other, each with another object, out.
+//!
+//! The simulated gripper and the session that gripd has exchange their bytes in this thread; only the line and the daemon's threads are
+//! left out. Device times go on from grasp to grasp, as if one gripper took one object after the other.
+
+mod grasp;
+mod tally;
+
+use super::ClientAction;
+use super::hearing::observer;
+use super::outlet::Outlet;
+use super::stream::Stream;
+use crate::feed::{DaemonInfo, Feed, Level, NoticeLine, SourceStatus};
+use core::time::Duration;
+use grasp::Grasp;
+use grip_host::HostConfig;
+use grip_host::session::ClientCommand;
+use grip_link::message::daemon::RealTime;
+use rtrb::Consumer;
+use tally::Tally;
+
+/// How long each object is held (us).
+const GRASP_US: u64 = 4_000_000;
+/// From letting go to the next object (us).
+const BETWEEN_US: u64 = 500_000;
+/// From one delivery to the next.
+const TURN: Duration = Duration::from_millis(8);
+/// After a longer pause of this program the simulation goes on where it was (us).
+const ASLEEP_US: u64 = 500_000;
+
+/// Runs grasps until the scope lets go.
+pub(super) fn run(
+    (scene, seed): (&str, u64),
+    outlet: &mut Outlet,
+    orders: &mut Consumer<ClientAction>,
+) {
+    if let Err(sentence) = grasps((scene, seed), outlet, orders) {
+        outlet.status(SourceStatus::Failed { sentence });
+    }
+}
+
+/// What goes on from grasp to grasp.
+struct World {
+    config: HostConfig,
+    tally: Tally,
+    stream: Stream,
+    /// Device time at which the present grasp began (us).
+    start_us: u64,
+}
+
+fn grasps(
+    (name, seed): (&str, u64),
+    outlet: &mut Outlet,
+    orders: &mut Consumer<ClientAction>,
+) -> Result<(), String> {
+    let scene = grip_host::scene::load(name).map_err(|error| error.to_string())?;
+    let config = HostConfig::default();
+    let mut stream = Stream::default();
+    stream.observe(Some(observer(config.link.sample_rate_hz)?));
+    let mut world = World { config, tally: Tally::default(), stream, start_us: 0 };
+    greet(name, outlet);
+    let mut lag_us = 0;
+    for number in 0.. {
+        let object = scene.reseeded(seed.wrapping_add(number)).map_err(|e| e.to_string())?;
+        let mut grasp = Grasp::new(&object, number, &world)?;
+        outlet.offer(Feed::Event(grasp.begin(&object)));
+        while grasp.now_us() < GRASP_US + BETWEEN_US {
+            if outlet.stops() {
+                return Ok(());
+            }
+            let begun_us = world.start_us + grasp.now_us();
+            let behind_us = outlet.clock.now_us().saturating_sub(lag_us + begun_us);
+            lag_us += if behind_us > ASLEEP_US { behind_us } else { 0 };
+            let now_us = outlet.clock.now_us().saturating_sub(lag_us + world.start_us);
+            grasp.run_until(now_us, &mut world, outlet)?;
+            obey(&mut grasp, orders, outlet);
+            deliver(&mut world, &grasp, outlet);
+            outlet.clock.wait(TURN);
+        }
+        world.tally.end(&grasp.session);
+        world.start_us += grasp.now_us();
+        world.stream.broken(0);
+        outlet.offer(Feed::Restart);
+    }
+    Ok(())
+}
+
+fn greet(name: &str, outlet: &mut Outlet) {
+    outlet.offer(Feed::Welcome(DaemonInfo {
+        name: format!("simulated grasps, scene {name}"),
+        place: "this program".to_owned(),
+        may_command: true,
+        dry_run: false,
+        records: false,
+        real_time: RealTime::NotAsked,
+        every_nth: 1,
+    }));
+    outlet.status(SourceStatus::Live);
+}
+
+fn deliver(world: &mut World, grasp: &Grasp, outlet: &mut Outlet) {
+    world.stream.take().into_iter().for_each(|feed| outlet.offer(feed));
+    let now_us = world.start_us + grasp.now_us();
+    let times_us = (now_us, grasp.now_us());
+    if let Some(health) = world.tally.health(times_us, &grasp.session) {
+        outlet.offer(Feed::Gripper(grasp.about()));
+        outlet.offer(Feed::Health(Box::new(health)));
+    }
+    outlet.catch_up();
+    outlet.wake();
+}
+
+/// Carries out what a person asks for.
+fn obey(grasp: &mut Grasp, orders: &mut Consumer<ClientAction>, outlet: &mut Outlet) {
+    while let Ok(action) = orders.pop() {
+        let (what, command) = match action {
+            ClientAction::AtLeast(force_n) => ("hold", ClientCommand::AtLeast(force_n)),
+            ClientAction::Release => ("release", ClientCommand::Release),
+            ClientAction::Grasp => ("grasp", ClientCommand::Grasp),
+            ClientAction::Stop => ("stop", ClientCommand::Stop),
+            ClientAction::ClearFault(code) => ("clear fault", ClientCommand::ClearFault(code)),
+        };
+        let now_us = grasp.now_us();
+        let done = grasp.session.obey(now_us, command);
+        let (level, text) = match done {
+            true => (Level::Info, format!("{what}: carried out by the simulated gripper")),
+            false => (Level::Warning, format!("{what}: not possible now")),
+        };
+        outlet.offer(Feed::Notice(NoticeLine { level, text }));
+    }
+}

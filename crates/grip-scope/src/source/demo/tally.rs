@@ -1,0 +1,129 @@
+//! Sessions of one grasp after the other in, the figures a daemon would tell out.
+
+use super::super::told;
+use crate::feed::{HealthPoint, LatencyFigures};
+use grip_daemon::Latency;
+use grip_daemon::clients::convert;
+use grip_host::Session;
+use grip_link::message::daemon::{BadFrames, Recording};
+
+/// From one point to the next (us).
+const EVERY_US: u64 = 1_000_000;
+
+/// Counts over all grasps.
+#[derive(Default)]
+pub(super) struct Tally {
+    pub(super) latency: Latency,
+    /// What the grasps before the present one counted.
+    before: Counts,
+    told_us: u64,
+    samples_then: u64,
+}
+
+#[derive(Clone, Copy, Default)]
+struct Counts {
+    samples: u64,
+    commands: u64,
+    slips: u64,
+    lost: u64,
+    stages: [u64; 4],
+    grasps: u32,
+}
+
+impl Counts {
+    fn with(self, session: &Session) -> Self {
+        let counters = session.counters();
+        let stages = session.pipeline_counters().map_or([0; 4], |(stages, _)| {
+            [stages.bands, stages.gate, stages.methods, stages.observation]
+        });
+        let sum = |k: usize| {
+            self.stages.get(k).copied().unwrap_or(0) + stages.get(k).copied().unwrap_or(0)
+        };
+        Self {
+            samples: self.samples + counters.samples,
+            commands: self.commands + counters.commands,
+            slips: self.slips + session.log().slips(),
+            lost: self.lost + session.lost(),
+            stages: core::array::from_fn(sum),
+            grasps: self.grasps + 1,
+        }
+    }
+}
+
+impl Tally {
+    /// A grasp is over.
+    pub(super) fn end(&mut self, session: &Session) {
+        self.before = self.before.with(session);
+    }
+
+    /// The figures, once a second of device time; `grasp_us` of it belong to the present session.
+    pub(super) fn health(
+        &mut self,
+        (now_us, grasp_us): (u64, u64),
+        session: &Session,
+    ) -> Option<HealthPoint> {
+        let since_us = now_us.saturating_sub(self.told_us);
+        if since_us < EVERY_US {
+            return None;
+        }
+        let counts = self.before.with(session);
+        let fresh = counts.samples - core::mem::replace(&mut self.samples_then, counts.samples);
+        self.told_us = now_us;
+        let link = session.link();
+        let frames = link.counters();
+        #[expect(clippy::cast_precision_loss, reason = "samples of a second")]
+        let rate_hz = Some(1e6 * fresh as f32 / since_us as f32);
+        Some(HealthPoint {
+            host_s: told::seconds(now_us),
+            rate_hz,
+            samples: counts.samples,
+            lost: counts.lost,
+            bad: BadFrames {
+                too_long: frames.too_long,
+                cobs: frames.cobs,
+                length: frames.length,
+                crc: frames.crc,
+                useless: frames.stale,
+                gap: frames.gap,
+            },
+            dropped: [0; 3],
+            clients: 1,
+            link: convert::link(link.state()),
+            recording: Recording::Off,
+            recorded_bytes: 0,
+            latency: figures(&self.latency),
+            stages: counts.stages,
+            slips: u32::try_from(counts.slips).unwrap_or(u32::MAX),
+            reconnects: counts.grasps - 1,
+            commands: counts.commands,
+            clock_us: link.clock().and_then(|clock| {
+                let host_us = clock.host_us(grasp_us)?;
+                let offset_us = 1e6 * (told::seconds(host_us) - told::seconds(grasp_us));
+                Some((offset_us, clock.uncertainty_us()))
+            }),
+        })
+    }
+}
+
+/// Quantiles and histogram of the latency.
+fn figures(latency: &Latency) -> LatencyFigures {
+    let us = |q| latency.quantile_ns(q).map(micros);
+    let mut below = 0;
+    let histogram = latency.cumulative().map(|(upper_ns, upto)| {
+        let count = upto - core::mem::replace(&mut below, upto);
+        (micros(upper_ns), count)
+    });
+    let histogram = histogram.collect();
+    LatencyFigures {
+        p50_us: us(0.5),
+        p99_us: us(0.99),
+        p999_us: us(0.999),
+        max_us: (latency.count() > 0).then(|| micros(latency.max_ns())),
+        histogram,
+    }
+}
+
+#[expect(clippy::cast_precision_loss, reason = "told with seven digits")]
+fn micros(ns: u64) -> f32 {
+    ns as f32 / 1e3
+}

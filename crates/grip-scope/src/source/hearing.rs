@@ -1,0 +1,302 @@
+//! Messages of one connection to a daemon in, items for the model out.
+
+use super::ClientAction;
+use super::outlet::Outlet;
+use super::stream::Stream;
+use super::told;
+use crate::derive::Observer;
+use crate::feed::{
+    DaemonInfo, EventKind, EventMark, Feed, GripperInfo, Level, NoticeLine, SourceStatus,
+};
+use core::time::Duration;
+use grip_daemon::clients::Listen;
+use grip_host::{HostConfig, model};
+use grip_link::message::daemon::{Goodbye, NoticeKind, Rows, ToClient, Welcome, WelcomeFlags};
+use grip_link::message::{Kind, NackReason, Versions};
+use slip_core::units::Hertz;
+
+/// Rows wait at most so long for their block to fill.
+const BLOCK: Duration = Duration::from_millis(10);
+/// Without rows for so long the stream has stalled.
+const STALL: Duration = Duration::from_secs(1);
+
+/// What was heard and not passed on yet.
+pub(super) struct Hearing {
+    place: String,
+    every_nth: u16,
+    stream: Stream,
+    news: Vec<Feed>,
+    greeted: bool,
+    token: Option<u32>,
+    farewell: Option<String>,
+    refusal: Option<String>,
+    /// Number of the next row.
+    next_index: Option<u32>,
+    gripper: Option<GripperInfo>,
+    rate_hz: u32,
+    /// The rate that the observer was made for, or could not be.
+    observed_hz: u32,
+    asked: Option<(u16, ClientAction)>,
+    delivered: Duration,
+    rows_at: Option<Duration>,
+    rows_since: bool,
+}
+
+impl Hearing {
+    pub(super) fn new(listen: &Listen, every_nth: u16) -> Self {
+        Self {
+            place: listen.to_string(),
+            every_nth,
+            stream: Stream::default(),
+            news: Vec::new(),
+            greeted: false,
+            token: None,
+            farewell: None,
+            refusal: None,
+            next_index: None,
+            gripper: None,
+            rate_hz: 0,
+            observed_hz: 0,
+            asked: None,
+            delivered: Duration::ZERO,
+            rows_at: None,
+            rows_since: false,
+        }
+    }
+
+    pub(super) const fn was_greeted(&self) -> bool {
+        self.greeted
+    }
+
+    /// What commands must bear, where they are allowed.
+    pub(super) const fn token(&self) -> Option<u32> {
+        self.token
+    }
+
+    /// Why the daemon closed the connection, where it said so.
+    pub(super) fn farewell(&mut self) -> Option<String> {
+        self.farewell.take()
+    }
+
+    /// Why this connection is of no use, where it is not.
+    pub(super) fn refusal(&mut self) -> Option<String> {
+        self.refusal.take()
+    }
+
+    pub(super) fn asked(&mut self, seq: u16, action: ClientAction) {
+        self.asked = Some((seq, action));
+    }
+
+    /// Takes a message.
+    pub(super) fn take(&mut self, message: &ToClient<'_>) {
+        match message {
+            ToClient::Welcome(welcome) => self.greet(welcome),
+            ToClient::Slip(slip) => self.news.push(Feed::Event(told::slip(slip))),
+            ToClient::State(state) => {
+                self.set_rate(state.rate_hz);
+                self.news.push(Feed::State(told::state(state)));
+            }
+            ToClient::Health(health) => {
+                self.news.push(Feed::Health(Box::new(told::health(health))));
+            }
+            ToClient::Gripper(gripper) => self.meet(told::gripper(gripper)),
+            ToClient::Rows(rows) => self.take_rows(rows),
+            ToClient::Notice(notice) => {
+                if notice.kind == NoticeKind::Goodbye {
+                    let version = notice.code == Goodbye::Version.code();
+                    let what = notice.as_str();
+                    let text = format!("{}: the daemon closed the connection: {what}", self.place);
+                    self.farewell = Some(if version { self.misfit(None) } else { text });
+                }
+                self.news.push(Feed::Notice(told::notice(notice)));
+                self.event_of(notice.kind, notice.as_str());
+            }
+            ToClient::Nack(nack) if nack.kind == Kind::COMMAND => {
+                let text = format!("{}: refused, {}", self.what(nack.seq), refused(nack.reason));
+                self.news.push(Feed::Notice(NoticeLine { level: Level::Warning, text }));
+            }
+            ToClient::Nack(nack) if nack.reason == NackReason::Version => {
+                self.refusal = Some(self.misfit(None));
+            }
+            ToClient::Nack(_) | ToClient::Ack(_) => {}
+        }
+    }
+
+    /// News of link and clients as marks in time.
+    fn event_of(&mut self, kind: NoticeKind, text: &str) {
+        let kind = match kind {
+            NoticeKind::Link => EventKind::Link,
+            NoticeKind::Client => EventKind::Client,
+            _ => return,
+        };
+        self.news.push(Feed::Event(EventMark::plain(f64::NAN, kind, text)));
+    }
+
+    fn greet(&mut self, welcome: &Welcome<'_>) {
+        if Versions::OURS.common(welcome.versions).is_none() {
+            self.refusal = Some(self.misfit(Some(welcome.versions)));
+            return;
+        }
+        self.greeted = true;
+        let flags = welcome.flags;
+        self.token = flags.has(WelcomeFlags::COMMANDS).then_some(welcome.token);
+        self.news.push(Feed::Welcome(DaemonInfo {
+            name: welcome.daemon().to_owned(),
+            place: self.place.clone(),
+            may_command: self.token.is_some(),
+            dry_run: flags.has(WelcomeFlags::DRY_RUN),
+            records: flags.has(WelcomeFlags::RECORDS),
+            real_time: welcome.real_time,
+            every_nth: self.every_nth,
+        }));
+        if self.every_nth > 1 {
+            let text = format!(
+                "every {}th sample comes: band energies, peaks, spectra and bounds of E_sc are not derived from decimated rows",
+                self.every_nth
+            );
+            self.news.push(Feed::Notice(NoticeLine { level: Level::Info, text }));
+        }
+    }
+
+    /// No version in common.
+    fn misfit(&self, theirs: Option<Versions>) -> String {
+        let Versions { min, max } = Versions::OURS;
+        let ours = if min == max { min.to_string() } else { format!("{min} to {max}") };
+        let place = &self.place;
+        match theirs {
+            Some(Versions { min, max }) => format!(
+                "{place}: the daemon speaks versions {min} to {max} of the protocol, this program {ours}: install both from one release"
+            ),
+            None => format!(
+                "{place}: the daemon does not speak version {ours} of the protocol: install daemon and scope from one release"
+            ),
+        }
+    }
+
+    fn meet(&mut self, gripper: GripperInfo) {
+        let before = self.gripper.replace(gripper);
+        self.set_rate(gripper.rate_hz);
+        self.news.push(Feed::Gripper(gripper));
+        let other = before.is_some_and(|before| {
+            (before.uid, before.boot_id) != (gripper.uid, gripper.boot_id) && before.boot_id != 0
+        });
+        if other {
+            self.observed_hz = 0;
+            let text = "another gripper, or the same one after a restart";
+            self.news.push(Feed::Event(EventMark::plain(f64::NAN, EventKind::Reload, text)));
+        }
+    }
+
+    fn set_rate(&mut self, rate_hz: u32) {
+        if rate_hz > 0 {
+            self.rate_hz = rate_hz;
+        }
+    }
+
+    fn take_rows(&mut self, rows: &Rows<'_>) {
+        self.observe();
+        let step = u32::from(rows.header.every_nth);
+        let mut taxels = Vec::with_capacity(usize::from(rows.header.taxels));
+        for row in rows.iter() {
+            if let Some(expected) = self.next_index.filter(|next| *next != row.index) {
+                // A number that went back belongs to another start of the gripper.
+                let ahead = row.index.wrapping_sub(expected);
+                self.stream.broken(if ahead < 1 << 31 { ahead / step } else { 0 });
+            }
+            self.next_index = Some(row.index.wrapping_add(step));
+            taxels.clear();
+            taxels.extend((0..usize::from(rows.header.taxels)).filter_map(|k| row.taxel(k)));
+            self.stream.push(&told::sample(&row), &taxels);
+        }
+        self.rows_since = true;
+    }
+
+    /// Makes an observer for the rate in force.
+    fn observe(&mut self) {
+        if self.every_nth != 1 || self.rate_hz == self.observed_hz {
+            return;
+        }
+        self.observed_hz = self.rate_hz;
+        match observer(self.rate_hz) {
+            Ok(observer) => self.stream.observe(Some(observer)),
+            Err(text) => {
+                self.stream.observe(None);
+                self.news.push(Feed::Notice(NoticeLine { level: Level::Warning, text }));
+            }
+        }
+    }
+
+    /// Passes on what was heard, rows once their block is old enough, and tells whether the stream flows.
+    pub(super) fn deliver(&mut self, outlet: &mut Outlet) {
+        let now = outlet.clock.now();
+        let due = now >= self.delivered + BLOCK;
+        if self.news.is_empty() && !due {
+            return;
+        }
+        // Rows come first: states and events are placed by the rows around them.
+        let rows = self.stream.take();
+        let something = !(rows.is_empty() && self.news.is_empty());
+        rows.into_iter().chain(self.news.drain(..)).for_each(|feed| outlet.offer(feed));
+        outlet.catch_up();
+        self.delivered = now;
+        if something {
+            outlet.wake();
+        }
+        self.tell_flow(now, outlet);
+    }
+
+    fn tell_flow(&mut self, now: Duration, outlet: &mut Outlet) {
+        if core::mem::take(&mut self.rows_since) {
+            self.rows_at = Some(now);
+        }
+        if !self.greeted {
+            return;
+        }
+        let silent = now - *self.rows_at.get_or_insert(now);
+        if silent < STALL {
+            outlet.status(SourceStatus::Live);
+        } else {
+            // Whole seconds, so that the scope is not woken for every look.
+            let for_s = Duration::from_secs(silent.as_secs()).as_secs_f32();
+            outlet.status(SourceStatus::Stalled { for_s });
+        }
+    }
+
+    fn what(&self, seq: u16) -> &'static str {
+        match self.asked.filter(|(asked, _)| *asked == seq).map(|(_, action)| action) {
+            Some(ClientAction::AtLeast(_)) => "hold with at least",
+            Some(ClientAction::Release) => "release",
+            Some(ClientAction::Grasp) => "grasp",
+            Some(ClientAction::Stop) => "stop",
+            Some(ClientAction::ClearFault(_)) => "clear fault",
+            None => "the command",
+        }
+    }
+}
+
+/// The observer for samples at this rate with the shipped settings, or why there is none.
+pub(super) fn observer(rate_hz: u32) -> Result<Observer, String> {
+    #[expect(clippy::cast_precision_loss, reason = "rates are below 2^24")]
+    let rate = Hertz(rate_hz as f32);
+    let told = |error: &dyn core::fmt::Display| {
+        format!("at {rate_hz} Hz nothing is derived from the samples: {error}")
+    };
+    let estimator = model::default_estimator().map_err(|error| told(&error))?;
+    Observer::new(HostConfig::default().pipeline(rate), estimator).map_err(|error| told(&error))
+}
+
+/// Why a command was refused.
+const fn refused(reason: NackReason) -> &'static str {
+    match reason {
+        NackReason::UnknownType => "the daemon does not know it",
+        NackReason::Malformed => "a value is outside its range",
+        NackReason::WrongState => "not in this state",
+        NackReason::Latched => "a fault or a stop is latched",
+        NackReason::OtherFault => "another fault is latched",
+        NackReason::Version => "no protocol version in common",
+        NackReason::Forbidden => "the daemon allows no commands",
+        NackReason::Token => "the token does not fit",
+        NackReason::Busy => "too many requests wait",
+        _ => "for a reason this program does not know",
+    }
+}

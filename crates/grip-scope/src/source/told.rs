@@ -1,0 +1,244 @@
+//! Messages of a daemon in, items for the model out.
+
+use crate::channel::Channel;
+use crate::feed::{
+    EscPoint, EventKind, EventMark, GripperInfo, HealthPoint, LatencyFigures, Level, NoticeLine,
+    RowBlock, SlipFacts, StatePoint, TaxelBlock,
+};
+use grip_link::message::daemon::{
+    EscKind, Gripper, Health, Method, Notice, NoticeKind, Phase, RowOfSample, RowSet, Slip,
+    SpeedSource, State,
+};
+use slip_core::{Sample, units::Micros};
+
+/// Bit of STATE's notes: the estimate is extrapolated.
+const EXTRAPOLATED: u8 = Slip::EXTRAPOLATED;
+
+pub(super) fn state(state: &State) -> StatePoint {
+    let esc = state.esc.value.filter(|_| state.esc.kind != EscKind::None);
+    let (low, high) = (f32::NAN, f32::NAN);
+    let kind = state.esc.kind;
+    StatePoint {
+        t_s: seconds(state.device_us),
+        scene: state.scene,
+        grip: state.grip,
+        sensors: state.sensors,
+        device: Some(state.device),
+        fault: state.fault.0,
+        statistic: state.statistic,
+        command_n: state.command_n,
+        applied_n: state.applied_n,
+        estimate_n: state.estimate_n,
+        extrapolated: state.notes & EXTRAPOLATED != 0,
+        esc: esc.map(|value| EscPoint { kind, value, low, high, flags: state.esc.flags }),
+        limit_n: None,
+        rate_hz: state.rate_hz,
+        lost: state.lost,
+    }
+}
+
+pub(super) fn slip(slip: &Slip) -> EventMark {
+    let kind = match slip.phase {
+        Phase::Gross => EventKind::Gross,
+        Phase::Ended => EventKind::Ended,
+        _ => EventKind::Incipient,
+    };
+    let facts = SlipFacts {
+        method: Some(slip.method).filter(|method| *method != Method::None),
+        statistic: slip.statistic,
+        confidence: slip.confidence,
+        speed_m_s: slip.speed_m_s,
+        speed_sigma_m_s: slip.sigma_m_s,
+        speed_source: Some(slip.speed_source).filter(|source| *source != SpeedSource::None),
+        moved_m: slip.moved_m,
+        irregularities: slip.irregularities,
+        esc_w: slip.esc_w,
+        estimate_n: slip.estimate_n,
+        command_n: slip.command_n,
+        duration_s: slip.duration_s,
+    };
+    EventMark {
+        t_s: seconds(slip.device_us),
+        kind,
+        text: slip_text(kind, &facts),
+        slip: Some(facts),
+    }
+}
+
+/// A line for people.
+pub(super) fn slip_text(kind: EventKind, facts: &SlipFacts) -> String {
+    let mut text = kind.name().to_owned();
+    let mut add = |part: Option<String>| {
+        if let Some(part) = part {
+            text.push_str(&part);
+        }
+    };
+    add(facts.method.map(|method| format!(" by {}", method.name())));
+    add(facts.duration_s.map(|time_s| format!(" after {:.1} ms", 1e3 * time_s)));
+    add(facts.statistic.map(|statistic| format!(", statistic {statistic:.1}")));
+    // Never rounded up to certainty.
+    add(facts.confidence.map(|sure| match sure {
+        0.999.. => ", confidence > 99.9 %".to_owned(),
+        _ => format!(", confidence {:.0} %", (100.0 * sure).floor()),
+    }));
+    add(facts.speed_m_s.map(|speed| format!(", {:.1} mm/s", 1e3 * speed)));
+    add(facts.moved_m.map(|moved| format!(", moved {:.2} mm", 1e3 * moved)));
+    add(facts.esc_w.map(|esc| format!(", E_sc {esc:.3} W")));
+    add(facts.estimate_n.map(|force| format!(", estimate {force:.2} N")));
+    add(facts.command_n.map(|force| format!(", command {force:.2} N")));
+    text
+}
+
+pub(super) fn health(health: &Health) -> HealthPoint {
+    let dropped = health.dropped;
+    HealthPoint {
+        host_s: seconds(health.host_us),
+        rate_hz: health.rate_hz,
+        samples: health.samples,
+        lost: health.lost,
+        bad: health.bad,
+        dropped: [dropped.service, dropped.recorder, dropped.clients.into()],
+        clients: health.clients,
+        link: health.link,
+        recording: health.recording,
+        recorded_bytes: health.recorded_bytes,
+        latency: LatencyFigures {
+            p50_us: health.latency.p50_us,
+            p99_us: health.latency.p99_us,
+            p999_us: None,
+            max_us: health.latency.max_us,
+            histogram: Vec::new(),
+        },
+        stages: health.stages,
+        slips: health.slips,
+        reconnects: health.reconnects,
+        commands: health.commands,
+        clock_us: None,
+    }
+}
+
+pub(super) fn gripper(gripper: &Gripper) -> GripperInfo {
+    GripperInfo {
+        uid: gripper.uid,
+        boot_id: gripper.boot_id,
+        rate_hz: gripper.rate_hz,
+        force_max_n: gripper.force_max_n,
+        link: gripper.link,
+        taxels: gripper.taxels,
+    }
+}
+
+pub(super) fn notice(notice: &Notice<'_>) -> NoticeLine {
+    let level = match notice.kind {
+        NoticeKind::Dropped | NoticeKind::Sensor => Level::Warning,
+        NoticeKind::Goodbye => Level::Error,
+        _ => Level::Info,
+    };
+    NoticeLine { level, text: notice.as_str().to_owned() }
+}
+
+/// The channels of ROWS, in the order of [`Channel::ROWS`].
+const SETS: [RowSet; 9] = [
+    RowSet::STYLUS,
+    RowSet::NORMAL_FORCE,
+    RowSet::TANGENTIAL_FORCE,
+    RowSet::TRAVEL,
+    RowSet::VELOCITY,
+    RowSet::SECOND_STYLUS,
+    RowSet::REFERENCE,
+    RowSet::PRESSURE,
+    RowSet::MOTION,
+];
+
+/// The sample that a row is.
+pub(super) fn sample(row: &RowOfSample<'_>) -> Sample {
+    let value = |set| row.value(set).filter(|value: &f32| !value.is_nan());
+    Sample {
+        t: Micros(row.t_us),
+        stylus: row.value(RowSet::STYLUS).unwrap_or(f32::NAN),
+        normal_force_n: value(SETS[1]),
+        tangential_n: value(SETS[2]),
+        travel_m: value(SETS[3]),
+        velocity_m_s: value(SETS[4]),
+        second_stylus: value(SETS[5]),
+        reference: value(SETS[6]),
+        pressure: value(SETS[7]),
+        motion: value(SETS[8]),
+    }
+}
+
+/// Samples on their way into blocks of one set of channels.
+#[derive(Debug, Default)]
+pub(super) struct Blocks {
+    block: RowBlock,
+}
+
+impl Blocks {
+    /// Adds a sample with the frame of the array that came with it.
+    pub(super) fn push(&mut self, sample: &Sample, taxels: &[f32]) {
+        let row = self.block.times_us.len();
+        self.block.times_us.push(sample.t.0);
+        for (channel, value) in Channel::ROWS.into_iter().zip(readings(sample)) {
+            match self.block.columns.iter_mut().find(|(known, _)| *known == channel) {
+                Some((_, column)) => column.push(value.unwrap_or(f32::NAN)),
+                None if value.is_some() => {
+                    let mut column = vec![f32::NAN; row];
+                    column.push(value.unwrap_or(f32::NAN));
+                    self.block.columns.push((channel, column));
+                }
+                None => {}
+            }
+        }
+        self.push_taxels(taxels, row);
+    }
+
+    fn push_taxels(&mut self, taxels: &[f32], row: usize) {
+        if taxels.is_empty() && self.block.taxels.is_none() {
+            return;
+        }
+        let block = self.block.taxels.get_or_insert_with(|| TaxelBlock {
+            count: taxels.len(),
+            values: vec![f32::NAN; row * taxels.len()],
+        });
+        let none = core::iter::repeat(&f32::NAN);
+        block.values.extend(taxels.iter().chain(none).take(block.count));
+    }
+
+    /// Rows that wait.
+    pub(super) fn len(&self) -> usize {
+        self.block.times_us.len()
+    }
+
+    /// The rows so far.
+    pub(super) fn take(&mut self) -> Option<RowBlock> {
+        (self.len() > 0).then(|| core::mem::take(&mut self.block))
+    }
+
+    /// Rows are missing before the next one: the rows so far, and the next block says so.
+    pub(super) fn broken(&mut self, lost: u32) -> Option<RowBlock> {
+        let before = self.take();
+        self.block.broken = true;
+        self.block.lost = self.block.lost.saturating_add(lost);
+        before
+    }
+}
+
+/// The values in the order of [`Channel::ROWS`].
+const fn readings(sample: &Sample) -> [Option<f32>; 9] {
+    [
+        Some(sample.stylus),
+        sample.normal_force_n,
+        sample.tangential_n,
+        sample.travel_m,
+        sample.velocity_m_s,
+        sample.second_stylus,
+        sample.reference,
+        sample.pressure,
+        sample.motion,
+    ]
+}
+
+#[expect(clippy::cast_precision_loss, reason = "exact for 285 years of microseconds")]
+pub(super) fn seconds(us: u64) -> f64 {
+    us as f64 / 1e6
+}
