@@ -115,7 +115,7 @@ fn measure(state: &mut ViewState, engine: &mut Engine, action: &Action) {
             Some(t_s) => engine.model.mark(t_s, "marker"),
             None => state.tell("There is nothing to mark yet."),
         },
-        Action::Hover(at_s) => state.hover_s = at_s,
+        Action::Hover(at_s) => state.hover_s = at_s.filter(|_| !state.no_pointer),
         Action::Select(at_s) => state.select_s = at_s,
         _ => {}
     }

@@ -113,6 +113,8 @@ pub struct ViewState {
     pub command: CommandForm,
     /// Beginning of the names of exported files.
     pub stem: String,
+    /// The pointer is not looked at: for pictures.
+    pub no_pointer: bool,
     /// What was done or failed last.
     pub message: Option<Message>,
 }
@@ -134,6 +136,7 @@ impl ViewState {
             triggered: 0,
             command: CommandForm { force_n: 5.0, ..CommandForm::default() },
             stem: "gripmon".to_owned(),
+            no_pointer: false,
             message: None,
         }
     }

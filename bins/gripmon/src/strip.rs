@@ -165,7 +165,8 @@ fn bands() -> Vec<Curve> {
     let tones = || (0..count).zip(SERIES.into_iter().cycle());
     let energy = tones().map(|(band, tone)| curve(Channel::BandEnergy(band), tone));
     let threshold = tones().map(|(band, tone)| Curve { told: false, ..limit(Channel::BandThreshold(band), tone) });
-    threshold.chain(energy).collect()
+    // The lowest band is drawn last, on top.
+    threshold.chain(energy.collect::<Vec<_>>().into_iter().rev()).collect()
 }
 
 /// The two curves between which the value of a plot's curve lies.

@@ -76,7 +76,9 @@ impl ViewFile {
         let Some(from_s) = self.from_s(model, length_s, data) else { return false };
         let zero_s = if self.look.event.is_some() { from_s + length_s / 3.0 } else { from_s };
         state.window = TimeWindow::new(length_s);
-        state.window.show(Span::new(from_s, from_s + length_s));
+        if self.look.event.is_some() || !self.look.cursors.is_empty() {
+            state.window.show(Span::new(from_s, from_s + length_s));
+        }
         let cursor = |i: usize| self.look.cursors.get(i).map(|after_s| zero_s + after_s);
         state.cursors = [cursor(0), cursor(1)];
         state.help = self.look.help;

@@ -96,6 +96,7 @@ impl App {
         let pump = Pump::start(Arc::clone(&shared), ctx.clone()).context("the pump's thread")?;
         let _first = pump.thread().map(|thread| pumping.set(thread.clone()));
         let mut state = ViewState::new(plan.layout);
+        state.no_pointer = plan.job.as_ref().is_some_and(|job| job.picture.is_some());
         if !plan.spec.is_live() {
             state.window.all();
         }

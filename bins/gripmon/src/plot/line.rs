@@ -16,19 +16,19 @@ pub enum Style {
     Dashed,
 }
 
-/// Draws samples `[t_s, value]` in rising time; NaN interrupts the line.
+/// Draws samples `[t_s, value]` in rising time; what is not finite interrupts the line.
 pub fn polyline(painter: &Painter, frame: &Frame, samples: &[[f64; 2]], (colour, style): (Color32, Style)) {
     let mut part: Vec<Pos2> = Vec::with_capacity(samples.len());
     let apart = frame.rect.width() * 2.0 / crate::num::narrow(crate::num::count(samples.len().max(1)));
     for &[t_s, value] in samples {
-        if value.is_nan() {
+        if !value.is_finite() {
             stretch(painter, &mut part, colour, style);
         } else {
             part.push(frame.at(t_s, value));
         }
     }
     if style == Style::Solid && apart > DOTS_FROM * 2.0 {
-        let dots = samples.iter().filter(|[t_s, value]| !value.is_nan() && frame.span.holds(*t_s));
+        let dots = samples.iter().filter(|[t_s, value]| value.is_finite() && frame.span.holds(*t_s));
         let dot = |&[t_s, value]: &[f64; 2]| Shape::circle_filled(frame.at(t_s, value), 1.9, colour);
         painter.extend(dots.map(dot).collect::<Vec<_>>());
     }

@@ -4,7 +4,7 @@
 //! neighbours, so that a spike of one sample is a bar of its own. Edges fade over one pixel. Four corners a column: the cost depends on the width of the
 //! window only.
 
-use super::Frame;
+use super::{Frame, Style};
 use eframe::egui::{Color32, Mesh, Pos2, epaint::Vertex, epaint::WHITE_UV, pos2};
 use grip_scope::Bucket;
 
@@ -14,10 +14,11 @@ const HALF: f32 = 0.6;
 const FADE: f32 = 0.8;
 
 /// Adds the ribbon of the buckets to a mesh.
-pub fn ribbon(mesh: &mut Mesh, frame: &Frame, buckets: &[Bucket], colour: Color32) {
+pub fn ribbon(mesh: &mut Mesh, frame: &Frame, buckets: &[Bucket], (colour, style): (Color32, Style)) {
     let mut before: Option<(f32, f32)> = None;
     for bucket in buckets {
-        if bucket.count == 0 || !(bucket.min <= bucket.max) {
+        let open = style == Style::Dashed && is_between_dashes(frame, bucket.from_s);
+        if open || bucket.count == 0 || !(bucket.min <= bucket.max) {
             before = None;
             continue;
         }
@@ -36,6 +37,11 @@ pub fn ribbon(mesh: &mut Mesh, frame: &Frame, buckets: &[Bucket], colour: Color3
         }
         before = Some((top, bottom));
     }
+}
+
+/// Dashes stand still on the screen: 5 points drawn, 4 open.
+fn is_between_dashes(frame: &Frame, t_s: f64) -> bool {
+    (frame.x(t_s) - frame.rect.left()).rem_euclid(9.0) >= 5.0
 }
 
 /// Adds the area between two curves, given as columns of the same times, to a mesh: the lowest of the one to the highest of the other.
@@ -84,7 +90,7 @@ const fn corner(pos: Pos2, color: Color32) -> Vertex {
 #[cfg(test)]
 mod tests {
     use super::{Frame, band, ribbon};
-    use crate::plot::{Kind, Scale};
+    use crate::plot::{Kind, Scale, Style};
     use eframe::egui::{Color32, Mesh, Rect, pos2};
     use grip_scope::{Bucket, Span};
 
@@ -118,20 +124,20 @@ mod tests {
         let mut values = vec![(0.1, 0.1); 50];
         values[20] = (0.1, 0.9);
         let mut mesh = Mesh::default();
-        ribbon(&mut mesh, &frame(), &buckets(&values), Color32::WHITE);
+        ribbon(&mut mesh, &frame(), &buckets(&values), (Color32::WHITE, Style::Solid));
         assert!(mesh.is_valid() && covers(&mesh, 10.0));
     }
 
     #[test]
     fn neighbours_touch_and_gaps_stay_open() {
         let mut mesh = Mesh::default();
-        ribbon(&mut mesh, &frame(), &buckets(&[(0.1, 0.2), (0.7, 0.8)]), Color32::WHITE);
+        ribbon(&mut mesh, &frame(), &buckets(&[(0.1, 0.2), (0.7, 0.8)]), (Color32::WHITE, Style::Solid));
         let joined = mesh.indices.len();
         // The second column reaches down to the first one's top.
         assert!(covers(&mesh, 80.0));
         let mut gap = Mesh::default();
         let values = [(0.1, 0.2), (f32::NAN, f32::NAN), (0.7, 0.8)];
-        ribbon(&mut gap, &frame(), &buckets(&values), Color32::WHITE);
+        ribbon(&mut gap, &frame(), &buckets(&values), (Color32::WHITE, Style::Solid));
         assert!(gap.is_valid() && gap.indices.len() == 36 && joined == 36);
         assert!(gap.indices.chunks(18).all(|part| part.iter().all(|i| *i < 8) || part.iter().all(|i| *i >= 8)));
     }
@@ -140,7 +146,7 @@ mod tests {
     fn wild_values_stay_in_the_window() {
         let mut mesh = Mesh::default();
         let values = buckets(&[(-1e30, 1e30), (f32::NEG_INFINITY, f32::INFINITY), (0.5, 0.4)]);
-        ribbon(&mut mesh, &frame(), &values, Color32::WHITE);
+        ribbon(&mut mesh, &frame(), &values, (Color32::WHITE, Style::Solid));
         band(&mut mesh, &frame(), (&values, &values), Color32::WHITE);
         assert!(mesh.vertices.iter().all(|v| v.pos.y.abs() < 200.0));
     }

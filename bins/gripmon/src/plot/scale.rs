@@ -53,7 +53,12 @@ impl Scale {
         let step = 10f64.powf((length / 2.0).log10().floor());
         let step = if length / step > 8.0 { step * 2.0 } else { step / 2.0 };
         let room = length * 0.04;
-        Self::new(kind, ((exact.low - room) / step).floor() * step, ((exact.high + room) / step).ceil() * step)
+        // Where values begin or end at zero the axis does too, but for a margin.
+        let end = |value: f64, out: f64| match value.abs() < 0.03 * length {
+            true => out * 0.3 * step,
+            false => out * ((out * value + room) / step).ceil() * step,
+        };
+        Self::new(kind, end(exact.low, -1.0), end(exact.high, 1.0))
     }
 
     /// Where a value stands: 0 at the bottom, 1 at the top, beyond both for values outside, at most 50 times.

@@ -125,7 +125,7 @@ fn latency(ui: &mut Ui, latency: &LatencyFigures, seen: &Seen<'_>) {
 fn histogram(ui: &mut Ui, latency: &LatencyFigures, seen: &Seen<'_>) {
     let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width() - 8.0, HIGH), Sense::hover());
     response.widget_info(|| WidgetInfo::labeled(Role::Figure, true, "Latency histogram"));
-    let plot = Rect::from_min_max(rect.min, rect.max - vec2(0.0, 14.0));
+    let plot = Rect::from_min_max(rect.min, rect.max - vec2(0.0, 16.0));
     let painter = ui.painter();
     painter.rect(plot, 0, seen.palette.plot, Stroke::new(1.0, seen.palette.edge), eframe::egui::StrokeKind::Inside);
     let (first, last) = filled(&latency.histogram);

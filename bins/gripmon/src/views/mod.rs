@@ -73,16 +73,24 @@ impl core::fmt::Debug for Scratch {
 
 /// The panel at the right.
 pub fn panel(ui: &mut Ui, panel: Panel, seen: &Seen<'_>) -> Vec<Action> {
-    let contents = |ui: &mut Ui| match panel {
+    let contents = |ui: &mut Ui| {
+        ui.spacing_mut().interact_size.y = 16.0;
+        ui.spacing_mut().item_spacing.y = 3.0;
+        contents(ui, panel, seen)
+    };
+    let area = egui::ScrollArea::vertical().auto_shrink([false, false]);
+    area.show(ui, contents).inner
+}
+
+fn contents(ui: &mut Ui, panel: Panel, seen: &Seen<'_>) -> Vec<Action> {
+    match panel {
         Panel::Health => health::health(ui, seen),
         Panel::Events => events::events(ui, seen),
         Panel::Cursors => cursors::cursors(ui, seen),
         Panel::Trigger => trigger::trigger(ui, seen),
         Panel::Export => export::export(ui, seen),
         Panel::Command => command::command(ui, seen),
-    };
-    let area = egui::ScrollArea::vertical().auto_shrink([false, false]);
-    area.show(ui, contents).inner
+    }
 }
 
 /// What lies over the plots.

@@ -3,7 +3,7 @@
 use super::{Scratch, Seen, lane};
 use crate::action::Action;
 use crate::palette::Tone;
-use crate::plot::{self, Frame, Kind, Scale};
+use crate::plot::{self, Frame, Kind, Scale, Style};
 use eframe::egui::{Align2, FontId, Mesh, PointerButton, Rect, Response, Sense, Shape, Stroke, Ui, WidgetInfo, Role, pos2};
 use grip_scope::{Channel, Span};
 
@@ -45,7 +45,7 @@ fn signal(ui: &Ui, rect: Rect, data: Span, (seen, scratch): (&Seen<'_>, &mut Scr
     if let Some(series) = series {
         series.envelope(data, COLUMNS, &mut scratch.buckets);
         let mut mesh = Mesh::default();
-        plot::ribbon(&mut mesh, &frame, &scratch.buckets, seen.palette.tone(Tone::Blue).gamma_multiply(0.8));
+        plot::ribbon(&mut mesh, &frame, &scratch.buckets, (seen.palette.tone(Tone::Blue).gamma_multiply(0.8), Style::Solid));
         ui.painter().with_clip_rect(rect).add(Shape::mesh(mesh));
     }
     Frame { rect, ..frame }

@@ -4,7 +4,7 @@ use super::Seen;
 use crate::format;
 use crate::palette::{self, Tone};
 use crate::strip::{Curve, StripId, enclosure};
-use eframe::egui::{Color32, RichText, Sense, Ui, vec2};
+use eframe::egui::{Align, Color32, Label, Layout, Response, RichText, Sense, Ui, vec2};
 use grip_scope::Channel;
 
 /// Room for the values right of a plot (points).
@@ -15,6 +15,7 @@ const STAYS_S: f64 = 0.5;
 /// One line for each curve: its colour, its name, its value at the time that is looked at, its unit.
 pub(super) fn readout(ui: &mut Ui, strip: StripId, curves: &[Curve], seen: &Seen<'_>) {
     ui.spacing_mut().item_spacing = vec2(5.0, 1.0);
+    ui.spacing_mut().interact_size.y = 15.0;
     let told: Vec<&Curve> = curves.iter().filter(|curve| curve.told).collect();
     let room = ((ui.available_height() + 1.0) / 16.0).floor();
     let most = crate::num::whole(f64::from(room)).max(1);
@@ -33,9 +34,10 @@ fn line(ui: &mut Ui, curve: &Curve, seen: &Seen<'_>) {
     ui.horizontal(|ui| {
         swatch(ui, seen.palette.tone(curve.tone), curve.style == crate::plot::Style::Dashed);
         let name = RichText::new(curve.channel.name()).size(11.5);
-        ui.add_sized(vec2(84.0, 15.0), left(name)).on_hover_text(curve.channel.name());
+        cell(ui, 90.0, Layout::left_to_right(Align::Center), name).on_hover_text(curve.channel.name());
         let (number, unit) = shown.map_or((format::NOTHING.to_owned(), String::new()), |s| (s.number, s.unit));
-        ui.add_sized(vec2(50.0, 15.0), right(RichText::new(number).font(palette::number_font())));
+        let number = RichText::new(number).font(palette::number_font());
+        cell(ui, 50.0, Layout::right_to_left(Align::Center), number);
         ui.label(RichText::new(unit).size(11.0).weak());
     });
     if let Some((low, high)) = enclosure(curve.channel).filter(|_| ui.available_height() > 30.0) {
@@ -47,12 +49,13 @@ fn line(ui: &mut Ui, curve: &Curve, seen: &Seen<'_>) {
     }
 }
 
-fn left(text: RichText) -> impl eframe::egui::Widget {
-    eframe::egui::Label::new(text).truncate().halign(eframe::egui::Align::LEFT)
-}
-
-fn right(text: RichText) -> impl eframe::egui::Widget {
-    eframe::egui::Label::new(text).truncate().halign(eframe::egui::Align::RIGHT)
+/// A text in so much room, at one side of it.
+fn cell(ui: &mut Ui, wide: f32, layout: Layout, text: RichText) -> Response {
+    let add = |ui: &mut Ui| {
+        ui.set_min_width(wide);
+        ui.add(Label::new(text).truncate())
+    };
+    ui.allocate_ui_with_layout(vec2(wide, 15.0), layout, add).inner
 }
 
 fn swatch(ui: &mut Ui, colour: Color32, dashed: bool) {

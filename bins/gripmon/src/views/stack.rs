@@ -79,7 +79,7 @@ fn one(ui: &mut Ui, (plot, rect): (&StripLayout, Rect), (seen, scratch): (&Seen<
 
 fn interact(ui: &Ui, strip: StripId, frame: &Frame, seen: &Seen<'_>) -> Vec<Action> {
     let inside = ui.interact(frame.rect, ui.scope_id().with((strip, "plot")), Sense::click_and_drag());
-    inside.widget_info(|| WidgetInfo::labeled(Role::Figure, true, format!("{} plot", strip.title())));
+    inside.widget_info(|| WidgetInfo::labeled(Role::Figure, true, name(strip, seen)));
     let labels = Rect::from_min_max(pos2(frame.rect.left() - GUTTER, frame.rect.top()), frame.rect.left_bottom());
     let mut actions = gestures::over_plot(ui, &inside, frame, seen);
     if strip.has_curves() {
@@ -88,6 +88,12 @@ fn interact(ui: &Ui, strip: StripId, frame: &Frame, seen: &Seen<'_>) -> Vec<Acti
         actions.extend(gestures::over_axis(ui, &axis, frame, strip));
     }
     actions
+}
+
+/// What a plot is called where it cannot be seen.
+fn name(strip: StripId, seen: &Seen<'_>) -> String {
+    let empty = if strip::has_data(strip, seen.model) { "" } else { strip.nothing() };
+    format!("{} plot {empty}", strip.title()).trim_end().to_owned()
 }
 
 fn draw(ui: &Ui, (strip, frame): (StripId, &Frame), wanted: &[Curve], (seen, scratch): (&Seen<'_>, &mut Scratch)) {
@@ -168,7 +174,7 @@ pub(super) fn empty(ui: &Ui, rect: Rect, text: &str, palette: &Palette) {
 fn axis(ui: &Ui, rect: Rect, seen: &Seen<'_>) -> Vec<Action> {
     let frame = Frame { rect, span: seen.span, scale: Scale::new(Kind::Linear, 0.0, 1.0) };
     plot::time_axis(ui.painter(), &frame, true, &seen.palette);
-    let unit = pos2(rect.right() + 12.0, rect.top() + 5.0);
+    let unit = pos2(rect.right() + 24.0, rect.top() + 5.0);
     ui.painter().text(unit, Align2::LEFT_TOP, "s, device time", crate::palette::axis_font(), seen.palette.weak);
     let mut actions = Vec::new();
     for (cursor, name) in [(Cursor::A, "A"), (Cursor::B, "B")] {

@@ -4,7 +4,7 @@ use super::{Scratch, Seen, readout};
 use crate::palette::Tone;
 use crate::plot::{self, Frame, Kind, Scale, Style, polyline};
 use crate::strip::{Curve, StripId, enclosure};
-use eframe::egui::{Align2, FontId, Mesh, Painter, Pos2, Rect, Shape, Stroke, pos2, vec2};
+use eframe::egui::{Align2, Color32, FontId, Mesh, Painter, Pos2, Rect, Shape, Stroke, pos2, vec2};
 use grip_scope::{Series, Span};
 
 /// Up to so many samples of a curve are drawn one by one.
@@ -61,17 +61,20 @@ pub(super) fn curves(painter: &Painter, frame: &Frame, wanted: &[Curve], (seen, 
         if series.points(frame.span, FEW, &mut scratch.points) {
             polyline(&inside, frame, &scratch.points, (colour, curve.style));
         } else {
-            dense(&inside, (frame, columns), series, (colour, scratch));
+            dense(&inside, (frame, columns), series, ((colour, curve.style), scratch));
         }
     }
 }
 
-fn dense(painter: &Painter, (frame, columns): (&Frame, usize), series: &Series, (colour, scratch): (eframe::egui::Color32, &mut Scratch)) {
+/// A colour and how it is drawn.
+type Pen = (Color32, Style);
+
+fn dense(painter: &Painter, (frame, columns): (&Frame, usize), series: &Series, (pen, scratch): (Pen, &mut Scratch)) {
     series.envelope(frame.span, columns, &mut scratch.buckets);
     let mut mesh = Mesh::default();
     mesh.vertices.reserve(4 * scratch.buckets.len());
     mesh.indices.reserve(18 * scratch.buckets.len());
-    plot::ribbon(&mut mesh, frame, &scratch.buckets, colour);
+    plot::ribbon(&mut mesh, frame, &scratch.buckets, pen);
     painter.add(Shape::mesh(mesh));
 }
 
@@ -99,7 +102,7 @@ pub(super) fn turns(painter: &Painter, frame: &Frame, seen: &Seen<'_>) {
 }
 
 /// A triangle that points to where it stands, from above or below.
-fn triangle(tip: Pos2, down: f32, colour: eframe::egui::Color32) -> Shape {
+fn triangle(tip: Pos2, down: f32, colour: Color32) -> Shape {
     let corners = vec![tip, tip + vec2(-4.0, 6.0 * down), tip + vec2(4.0, 6.0 * down)];
     Shape::convex_polygon(corners, colour, Stroke::NONE)
 }
