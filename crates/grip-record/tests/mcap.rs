@@ -2,8 +2,8 @@
 #![expect(clippy::unwrap_used, clippy::cast_possible_truncation, reason = "test code")]
 
 use grip_record::mcap::{
-    Attached, ClientRecord, CommandRecord, Entry, EventRecord, LinkRecord, McapError, McapReader,
-    McapWriter, PipelineRecord, Record, SampleRecord, StateRecord, WireRecord, recover,
+    Attached, ClientRecord, CommandRecord, Entry, EventRecord, LinkRecord, McapError, McapIndex,
+    McapReader, McapWriter, PipelineRecord, Record, SampleRecord, StateRecord, WireRecord, recover,
 };
 use proptest::prelude::{Just, Strategy, any, prop_assert, prop_assert_eq, prop_oneof, proptest};
 use slip_core::{
@@ -348,4 +348,31 @@ proptest! {
         prop_assert!(found.is_empty());
         recovered(&file);
     }
+}
+
+#[test]
+fn an_index_leads_into_the_middle_and_a_broken_one_is_not_believed() {
+    let bytes = samples(1000, 100);
+    let index = McapIndex::read(Cursor::new(&bytes)).unwrap().unwrap();
+    assert_eq!(index.chunks.len(), 10);
+    let fifth = index.chunks[5];
+    assert_eq!((fifth.from_ns, fifth.to_ns), (ZERO_NS + 500_000_000, ZERO_NS + 599_000_000));
+    let mut reader = McapReader::new(Path::new("x.mcap"), Cursor::new(&bytes)).unwrap();
+    // The start announces what the messages are.
+    while !matches!(reader.next_entry().unwrap(), Some(Entry::Message { .. })) {}
+    reader.jump(fifth.offset).unwrap();
+    let Some(Entry::Message { record: Record::Sample(sample), .. }) = reader.next_entry().unwrap()
+    else {
+        panic!("no sample")
+    };
+    assert_eq!(sample.index, 500);
+    for cut in [1, 9, 30, 200] {
+        let cut = &bytes[..bytes.len() - cut];
+        assert_eq!(McapIndex::read(Cursor::new(cut)).unwrap(), None);
+    }
+    let mut wrong = bytes.clone();
+    let place = bytes.len() - 100;
+    wrong[place] ^= 1;
+    assert_eq!(McapIndex::read(Cursor::new(&wrong)).unwrap(), None);
+    assert_eq!(McapIndex::read(Cursor::new(b"short")).unwrap(), None);
 }

@@ -7,6 +7,7 @@
 mod cdr;
 mod codes;
 mod error;
+mod index;
 mod raw;
 mod read;
 mod record;
@@ -16,6 +17,7 @@ mod write;
 
 pub use cdr::{CdrError, CdrReader, CdrWriter};
 pub use error::{McapError, McapWriteError};
+pub use index::{ChunkPlace, McapIndex};
 pub use read::{Entry, McapReader};
 pub use record::{
     ClientRecord, CommandRecord, EventRecord, LinkRecord, PipelineRecord, Record, SampleRecord,

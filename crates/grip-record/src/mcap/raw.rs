@@ -5,7 +5,7 @@
 //! is a record that holds records, compressed.
 
 use std::collections::BTreeMap;
-use std::io::{self, Read};
+use std::io::{self, Read, Seek, SeekFrom};
 
 /// The longest record, and the longest chunk after decompression, that is believed (bytes); far above what any recorder writes.
 pub(super) const LONGEST: u64 = 64 << 20;
@@ -19,6 +19,7 @@ mod op {
     pub(super) const CHANNEL: u8 = 0x04;
     pub(super) const MESSAGE: u8 = 0x05;
     pub(super) const CHUNK: u8 = 0x06;
+    pub(super) const CHUNK_INDEX: u8 = 0x08;
     pub(super) const ATTACHMENT: u8 = 0x09;
     pub(super) const METADATA: u8 = 0x0c;
     pub(super) const DATA_END: u8 = 0x0f;
@@ -111,6 +112,18 @@ pub(super) struct RawReader<R> {
     sound: bool,
 }
 
+impl<R: Read + Seek> RawReader<R> {
+    /// Goes to the record of the file that begins at `offset`. Whether the data are sound as a whole is not known any more.
+    pub(super) fn jump(&mut self, offset: u64) -> Result<(), RawError> {
+        self.input.seek(SeekFrom::Start(offset)).map_err(RawError::Io)?;
+        self.next = offset;
+        self.chunk.clear();
+        self.at = 0;
+        self.ended = false;
+        Ok(())
+    }
+}
+
 impl<R: Read> RawReader<R> {
     /// # Errors
     /// [`RawError::NoMcap`], [`RawError::Io`].
@@ -142,11 +155,16 @@ impl<R: Read> RawReader<R> {
         self.offset
     }
 
+    /// Whether the present chunk holds more records.
+    pub(super) fn chunk_goes_on(&self) -> bool {
+        self.at < self.chunk.len()
+    }
+
     /// Goes to the next record that matters; `None` at the end of the data. After [`RawError::Damaged`] that is `skippable` the
     /// records behind the damage follow.
     pub(super) fn advance(&mut self) -> Result<Option<Place>, RawError> {
         loop {
-            if self.at < self.chunk.len() {
+            if self.chunk_goes_on() {
                 let Some((opcode, body)) = inner_record(&self.chunk, self.at) else {
                     self.at = self.chunk.len();
                     return Err(damaged(
@@ -305,10 +323,48 @@ fn fill(input: &mut impl Read, out: &mut [u8]) -> io::Result<usize> {
     Ok(filled)
 }
 
+/// One entry of a file's index.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct ChunkIndex {
+    pub(super) from_ns: u64,
+    pub(super) to_ns: u64,
+    pub(super) offset: u64,
+    pub(super) len: u64,
+}
+
+/// Where the index begins, by the last bytes of a file; `None` where they are no end of a file or there is no index.
+pub(super) fn footer(tail: &[u8]) -> Option<u64> {
+    let rest = tail.strip_suffix(&MAGIC)?;
+    let mut fields = Fields(rest.get(rest.len().checked_sub(FOOTER)?..)?);
+    let opcode = fields.take::<1>()?;
+    let (_len, start) = (fields.u64()?, fields.u64()?);
+    (opcode == [op::FOOTER] && start > 0).then_some(start)
+}
+
+/// The chunks that the bytes from the index on tell of; `None` where a record is not whole.
+pub(super) fn summary_chunks(summary: &[u8]) -> Option<Vec<ChunkIndex>> {
+    if !is_end(summary) {
+        return None;
+    }
+    let mut chunks = Vec::new();
+    let mut at = 0;
+    while at + FOOTER + MAGIC.len() < summary.len() {
+        let (opcode, body) = inner_record(summary, at)?;
+        at = body.end;
+        if opcode == op::CHUNK_INDEX {
+            let mut f = Fields(summary.get(body)?);
+            let (from_ns, to_ns) = (f.u64()?, f.u64()?);
+            chunks.push(ChunkIndex { from_ns, to_ns, offset: f.u64()?, len: f.u64()? });
+        }
+    }
+    Some(chunks)
+}
+
+/// Bytes of a footer: opcode, length, place of the index, place of its offsets, checksum.
+const FOOTER: usize = 9 + 8 + 8 + 4;
+
 /// Whether the bytes after the data are an index with its checksum, the footer and the magic.
 fn is_end(bytes: &[u8]) -> bool {
-    // Opcode, length, place of the index, place of its offsets, checksum.
-    const FOOTER: usize = 9 + 8 + 8 + 4;
     let whole = || {
         let rest = bytes.strip_suffix(&MAGIC)?;
         let footer = rest.get(rest.len().checked_sub(FOOTER)?..)?;

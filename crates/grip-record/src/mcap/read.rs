@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::fs::File;
-use std::io::{BufReader, Read};
+use std::io::{BufReader, Read, Seek};
 use std::path::{Path, PathBuf};
 
 use super::error::McapError;
@@ -62,7 +62,30 @@ impl McapReader<BufReader<File>> {
     }
 }
 
+impl<R: Read + Seek> McapReader<R> {
+    /// Goes on with the chunk, or other record, that begins at `offset`, as an index tells it. Topics that were announced in a part that
+    /// was never read are not known there; gripd announces them at the start of a file.
+    ///
+    /// # Errors
+    /// Where the input cannot be sought.
+    pub fn jump(&mut self, offset: u64) -> Result<(), McapError> {
+        self.raw.jump(offset).map_err(|error| told(&self.file, error))
+    }
+}
+
 impl<R: Read> McapReader<R> {
+    /// Bytes of the file up to where reading went.
+    #[must_use]
+    pub fn position(&self) -> u64 {
+        self.raw.position()
+    }
+
+    /// Whether the chunk that is being read holds more records.
+    #[must_use]
+    pub fn chunk_goes_on(&self) -> bool {
+        self.raw.chunk_goes_on()
+    }
+
     /// Reads from `input`; `file` is only named in errors.
     ///
     /// # Errors

@@ -111,9 +111,14 @@ impl Chunk {
 
     /// Forgets the samples; what the nodes know of them stays. The bytes that are free now.
     pub(super) fn thin(&mut self) -> usize {
-        let before = self.bytes();
+        let freed = self.whole_bytes();
         self.values = Vec::new();
-        before - self.bytes()
+        freed
+    }
+
+    /// Bytes that thinning it out would free.
+    pub(super) const fn whole_bytes(&self) -> usize {
+        self.values.capacity() * size_of::<f32>()
     }
 
     pub(super) const fn is_thin(&self) -> bool {

@@ -9,6 +9,7 @@ use crate::feed::{
     BandPoint, DerivedBlock, EventKind, EventMark, EvidencePoint, Feed, RowBlock, StatePoint,
 };
 use crate::span::Span;
+use grip_link::message::daemon::{GripStage, SensorHealth};
 use std::collections::BTreeMap;
 
 impl Model {
@@ -127,12 +128,15 @@ impl Model {
     }
 
     fn take_state(&mut self, state: StatePoint) {
-        self.info.state = Some(state);
+        let before = self.info.state.replace(state);
         let Some(t_s) = self.axis.state(state.t_s) else {
             self.health.stray_state();
             return;
         };
         let restarted = core::mem::take(&mut self.states_restarted);
+        for mark in changes(before.filter(|_| !restarted).as_ref(), &state, t_s) {
+            self.events.push(mark);
+        }
         self.events.state(t_s, state.scene, state.grip, !restarted);
         let limit_n = state.limit_n.or_else(|| self.info.gripper.and_then(|g| g.force_max_n));
         let values = [
@@ -211,6 +215,39 @@ impl Model {
         }
     }
 }
+
+/// What a state tells that the one before it did not: sensors that fail and recover, faults, and the answer to a slip.
+fn changes(before: Option<&StatePoint>, now: &StatePoint, t_s: f64) -> Vec<EventMark> {
+    let mut marks = Vec::new();
+    let healthy = [SensorHealth::Good; 4];
+    let sensors = before.map_or(healthy, |before| before.sensors);
+    for ((name, was), is) in SENSORS.iter().zip(sensors).zip(now.sensors) {
+        if was != is && is != SensorHealth::Good {
+            let text = format!("{name}: {}", is.name());
+            marks.push(EventMark::plain(t_s, EventKind::Fault, text));
+        }
+    }
+    let fault = before.map_or(0, |before| before.fault);
+    if now.fault != fault && now.fault != 0 {
+        let text = format!("the gripper has stopped with fault {:04x}", now.fault);
+        marks.push(EventMark::plain(t_s, EventKind::Fault, text));
+    }
+    let ailed = sensors != healthy || fault != 0;
+    if ailed && now.sensors == healthy && now.fault == 0 {
+        marks.push(EventMark::plain(t_s, EventKind::Recovered, "sensors and gripper are well"));
+    }
+    let answers = |state: &StatePoint| state.grip == GripStage::Slipping;
+    if answers(now) && before.is_some_and(|before| !answers(before)) {
+        let force = |state: &StatePoint| state.command_n.unwrap_or(f32::NAN);
+        let from_n = before.map_or(f32::NAN, force);
+        let text = format!("force raised from {from_n:.2} N to {:.2} N", force(now));
+        marks.push(EventMark::plain(t_s, EventKind::Reflex, text));
+    }
+    marks
+}
+
+/// Names of the sensors, in the order of [`StatePoint::sensors`].
+const SENSORS: [&str; 4] = ["stylus", "travel", "pressure", "reference"];
 
 fn entry(series: &mut BTreeMap<Channel, Series>, channel: Channel) -> &mut Series {
     series.entry(channel).or_insert_with(|| Series::new(channel))

@@ -1,7 +1,7 @@
 //! What sources tell in; everything a scope shows out: bounded history of each channel, events, spectra, health.
 //!
 //! Nothing here knows windows, threads or clocks. Memory is bounded: the samples of the oldest chunks are dropped first, their extremes,
-//! means and rms of 32 samples stay; then the oldest chunks go as a whole.
+//! means and rms of 32 samples stay; when what is left of the samples fits a quarter of the memory, the oldest chunks go as a whole.
 
 mod axis;
 mod chunk;
@@ -36,8 +36,8 @@ use taxels::Taxels;
 
 /// Peaks and valleys kept; the oldest go first.
 const MOST_TURNS: usize = 500_000;
-/// The newest samples (s) are thinned out only when nothing else can go.
-const KEEP_S: f64 = 30.0;
+/// The newest samples that fit this part of the memory stay whole; the oldest history goes before them.
+const WHOLE_PART: usize = 4;
 
 /// Who and what is being watched.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -243,10 +243,11 @@ impl Model {
 
     /// Thins out or drops the oldest chunk of all channels: the bytes that are free now.
     fn shed_one(&mut self) -> usize {
-        let old_s = self.axis.end_s() - KEEP_S;
+        let whole_bytes: usize =
+            self.series.values().map(|series| series.store().whole_bytes()).sum();
         let whole = oldest(&mut self.series, |series| series.store().oldest_whole_s());
-        if let Some((at_s, series)) = whole
-            && at_s < old_s
+        if let Some((_, series)) = whole
+            && whole_bytes > self.limit_bytes / WHOLE_PART
         {
             return freed(series, |store| store.thin_oldest());
         }

@@ -173,7 +173,7 @@ impl Series {
         let edge = |column: usize| width_s.mul_add(count(column), span.from_s);
         // Columns before the first and behind the last sample are not looked at.
         let first = columns_before(have.from_s - span.from_s, width_s);
-        let last = columns_before(have.to_s - span.from_s, width_s).saturating_add(1).min(columns);
+        let last = columns_before(have.to_s - span.from_s, width_s).saturating_add(3).min(columns);
         let mut walks = [Walk::new(&self.store), Walk::new(&self.preview)];
         for column in first..last {
             let (from_s, to_s) = (edge(column), edge(column + 1));

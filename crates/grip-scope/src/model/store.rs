@@ -29,6 +29,8 @@ pub(super) struct Store {
     bytes: usize,
     /// Closed chunks from the front that are thinned out.
     thin: usize,
+    /// Bytes that thinning all chunks would free.
+    whole_bytes: usize,
 }
 
 /// One level of the pyramid; its first node has the number `first`.
@@ -67,6 +69,7 @@ impl Store {
         let mut sum = Sum::default();
         chunk.fold(0, chunk.len(), &mut sum);
         self.bytes += chunk.bytes();
+        self.whole_bytes += chunk.whole_bytes();
         self.chunks.push_back(chunk);
         self.climb(sum.node());
     }
@@ -193,6 +196,11 @@ impl Store {
             + places * size_of::<Chunk>()
     }
 
+    /// Bytes of the samples that are whole.
+    pub(super) const fn whole_bytes(&self) -> usize {
+        self.whole_bytes
+    }
+
     /// Time of the oldest samples that are whole and belong to a closed chunk.
     pub(super) fn oldest_whole_s(&self) -> Option<f64> {
         self.chunks.get(self.thin).map(Chunk::from_s)
@@ -206,7 +214,9 @@ impl Store {
     /// Thins the oldest whole chunk out.
     pub(super) fn thin_oldest(&mut self) {
         if let Some(chunk) = self.chunks.get_mut(self.thin) {
-            self.bytes -= chunk.thin();
+            let freed = chunk.thin();
+            self.bytes -= freed;
+            self.whole_bytes -= freed;
             self.thin += 1;
         }
     }
@@ -215,6 +225,7 @@ impl Store {
     pub(super) fn drop_oldest(&mut self) {
         let Some(chunk) = self.chunks.pop_front() else { return };
         self.bytes -= chunk.bytes();
+        self.whole_bytes -= chunk.whole_bytes();
         self.first += 1;
         self.thin = self.thin.saturating_sub(1);
         let mut bits = 0;

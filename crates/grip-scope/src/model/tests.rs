@@ -1,1 +1,342 @@
+//! The history against naive scans, its bounds in bytes, and everything that sources should not send.
 
+use super::series::Series;
+use super::{Bucket, Model};
+use crate::feed::{EventKind, EventMark, Feed, RowBlock, SourceStatus, StatePoint};
+use crate::{Channel, Span};
+use grip_link::message::daemon::{GripStage, SceneCode, SensorHealth};
+use proptest::prelude::{Just, Strategy, any, prop_assert, prop_assert_eq, prop_oneof, proptest};
+
+/// Times (us) and values: mostly even, sometimes not, sometimes with gaps.
+fn samples() -> impl Strategy<Value = Vec<(u64, f32, bool)>> {
+    let step = prop_oneof![20 => Just(50_u64), 2 => 1_u64..200, 1 => 1000_u64..100_000];
+    let value = prop_oneof![
+        30 => -1.0_f32..1.0,
+        1 => Just(f32::NAN),
+        1 => Just(1e30_f32),
+        1 => Just(f32::NEG_INFINITY),
+        1 => any::<f32>(),
+    ];
+    let one = (step, value, proptest::bool::weighted(0.002));
+    proptest::collection::vec(one, 1..6000).prop_map(|steps| {
+        let mut t_us = 1_000_000;
+        let row = |(step, value, broken)| {
+            t_us += step;
+            (t_us, value, broken)
+        };
+        steps.into_iter().map(row).collect()
+    })
+}
+
+#[expect(clippy::cast_precision_loss, reason = "exact below 2^53")]
+fn seconds(us: u64) -> f64 {
+    us as f64 / 1e6
+}
+
+fn series_of(samples: &[(u64, f32, bool)]) -> Series {
+    let mut series = Series::new(Channel::Stylus);
+    samples.iter().for_each(|(t, value, broken)| series.push(seconds(*t), *value, *broken));
+    series
+}
+
+/// Extremes and finite count of the samples in a part.
+fn naive(times: &[(f64, f32)], part: &Bucket, closed: bool) -> (u64, f32, f32) {
+    let inside = |t: f64| t >= part.from_s && (t < part.to_s || (closed && t == part.to_s));
+    let values = times.iter().filter(|(t, v)| inside(*t) && v.is_finite()).map(|(_, v)| *v);
+    values.fold((0, f32::INFINITY, f32::NEG_INFINITY), |(n, low, high), v| {
+        (n + 1, low.min(v), high.max(v))
+    })
+}
+
+proptest! {
+    #![proptest_config(proptest::test_runner::Config::with_cases(64))]
+
+    #[test]
+    fn an_envelope_is_a_scan_of_all_samples(
+        samples in samples(),
+        (from, length) in (0.0_f64..1.0, 0.0_f64..1.2),
+        columns in 1_usize..300,
+    ) {
+        let series = series_of(&samples);
+        // Even times are kept to a part of a microsecond: the scan uses the same ones.
+        let all = series.span().unwrap();
+        let times = kept(&series);
+        prop_assert_eq!(times.len(), samples.len());
+        for ((t, ..), (kept, _)) in samples.iter().zip(&times) {
+            prop_assert!((seconds(*t) - kept).abs() <= 2.1e-6, "{} {}", t, kept);
+        }
+        let from_s = all.from_s - 0.01 + from * all.length_s();
+        let span = Span::new(from_s, from_s + 1e-6 + length * all.length_s());
+        let mut parts = Vec::new();
+        series.envelope(span, columns, &mut parts);
+        prop_assert!(parts.len() <= columns);
+        let mut counted = 0;
+        for part in &parts {
+            let closed = part.to_s >= span.to_s - 1e-12;
+            let (count, low, high) = naive(&times, part, closed);
+            prop_assert_eq!(part.count, count);
+            if count > 0 {
+                prop_assert_eq!((part.min, part.max), (low, high));
+            }
+            counted += count;
+        }
+        let whole = Bucket { from_s: span.from_s, to_s: span.to_s, ..parts.first().copied().unwrap_or(EMPTY) };
+        let (count, low, high) = naive(&times, &whole, true);
+        prop_assert_eq!(counted, count);
+        let stats = series.stats(span);
+        prop_assert_eq!(stats.map_or(0, |stats| stats.count), count);
+        if let Some(stats) = stats {
+            prop_assert_eq!((stats.min, stats.max), (low, high));
+        }
+    }
+}
+
+const EMPTY: Bucket =
+    Bucket { from_s: 0.0, to_s: 0.0, min: 0.0, max: 0.0, mean: 0.0, count: 0, broken: false };
+
+/// Every sample with the time at which it is kept.
+fn kept(series: &Series) -> Vec<(f64, f32)> {
+    let store = series.store();
+    let chunks = (store.first()..store.end()).filter_map(|number| store.chunk(number));
+    chunks.flat_map(|chunk| (0..chunk.len()).map(|k| (chunk.time(k), chunk.value(k)))).collect()
+}
+
+fn rows(from_us: u64, step_us: u64, values: &[f32]) -> RowBlock {
+    let times_us = (0..).map(|k| from_us + k * step_us).take(values.len()).collect();
+    let columns = vec![(Channel::Stylus, values.to_vec())];
+    RowBlock { times_us, columns, ..RowBlock::default() }
+}
+
+fn state(t_s: f64) -> StatePoint {
+    StatePoint {
+        t_s,
+        scene: SceneCode::Holding,
+        grip: GripStage::Holding,
+        sensors: [SensorHealth::Good; 4],
+        device: None,
+        fault: 0,
+        statistic: Some(0.5),
+        command_n: Some(2.0),
+        applied_n: None,
+        estimate_n: None,
+        extrapolated: false,
+        esc: None,
+        limit_n: Some(30.0),
+        rate_hz: 1000,
+        lost: 0,
+    }
+}
+
+fn kinds(model: &Model) -> Vec<EventKind> {
+    model.events().iter().map(|mark| mark.kind).collect()
+}
+
+#[test]
+fn a_spike_of_one_sample_is_seen_at_every_zoom_of_an_hour() {
+    let mut series = Series::new(Channel::Stylus);
+    let (rate, hour_s) = (2000_u32, 3600_u32);
+    let spike = 5_000_123;
+    for k in 0..rate * hour_s {
+        let value = if k == spike { 1.0 } else { 1e-3 };
+        series.push(f64::from(k) / f64::from(rate), value, false);
+    }
+    let at_s = f64::from(spike) / f64::from(rate);
+    let mut parts = Vec::new();
+    for (width_s, columns) in [(3600.0, 1), (3600.0, 1920), (600.0, 77), (1.0, 1000), (0.01, 3)] {
+        let span = Span::new(at_s - 0.3 * width_s, at_s + 0.7 * width_s);
+        series.envelope(span, columns, &mut parts);
+        let seen = parts.iter().filter(|part| part.max == 1.0).count();
+        assert_eq!(seen, 1, "{width_s} s in {columns}");
+    }
+    assert_eq!(series.at(at_s), Some(1.0));
+    let stats = series.stats(Span::new(0.0, 3600.0)).unwrap();
+    assert_eq!((stats.max, stats.count), (1.0, u64::from(rate * hour_s)));
+    let exact = 1e-3 + 0.999 / f64::from(rate * hour_s);
+    assert!((stats.mean / exact - 1.0).abs() < 1e-5, "{}", stats.mean);
+}
+
+#[test]
+fn memory_stays_within_its_bound_and_spikes_outlive_their_samples() {
+    let limit = 4_000_000;
+    let mut model = Model::new(limit);
+    let mut time_us = 0;
+    for block in 0..2000_u32 {
+        let mut values = vec![1e-6; 1000];
+        values[417] = if block == 1200 { 1.0 } else { 1e-6 };
+        let mut rows = rows(time_us, 50, &values);
+        rows.columns.push((Channel::NormalForce, values));
+        time_us += 50_000;
+        model.take(Feed::Rows(rows));
+        assert!(model.bytes() <= limit, "{} at block {block}", model.bytes());
+    }
+    let series = model.series(Channel::Stylus).unwrap();
+    let thin_s = series.thin_before_s().unwrap();
+    let spike_s = 60.0 + 417.0 * 50e-6;
+    let have = series.span().unwrap();
+    assert!(have.from_s < 60.0 && thin_s > spike_s, "{have:?} thin to {thin_s}");
+    let mut parts = Vec::new();
+    series.envelope(have, 500, &mut parts);
+    let seen: Vec<&Bucket> = parts.iter().filter(|part| part.max == 1.0).collect();
+    assert_eq!(seen.len(), 1);
+    let near_s = 32.0 * 50e-6;
+    assert!(seen[0].from_s - near_s <= spike_s && spike_s <= seen[0].to_s + near_s);
+    // The newest samples are all there.
+    let mut points = Vec::new();
+    assert!(series.points(Span::new(have.to_s - 0.5, have.to_s), 20_000, &mut points));
+    assert!(!series.points(Span::new(have.from_s, have.from_s + 0.5), 20_000, &mut points));
+}
+
+#[test]
+fn time_that_goes_back_begins_another_run_and_single_late_rows_are_left_out() {
+    let mut model = Model::new(1 << 24);
+    model.take(Feed::Rows(rows(5_000_000, 1000, &[1.0; 100])));
+    let mut late = rows(5_100_000, 1000, &[2.0; 10]);
+    late.times_us[4] = 5_090_000;
+    model.take(Feed::Rows(late));
+    assert_eq!(model.health().late_rows(), 1);
+    model.take(Feed::State(state(5.1)));
+    model.take(Feed::Rows(rows(20_000, 1000, &[3.0; 100])));
+    assert_eq!(kinds(&model), [EventKind::Clock]);
+    let text = &model.events().iter().next().unwrap().text;
+    assert!(text.contains("5.109") && text.contains("0.020"), "{text}");
+    let series = model.series(Channel::Stylus).unwrap();
+    let span = series.span().unwrap();
+    assert!((span.from_s - 5.0).abs() < 1e-9 && (span.to_s - 6.208).abs() < 1e-9, "{span:?}");
+    assert_eq!(series.latest().unwrap().1, 3.0);
+    let mut parts = Vec::new();
+    series.envelope(Span::new(6.0, 6.3), 3, &mut parts);
+    assert!(parts.iter().any(|part| part.broken));
+    assert!((model.device_s(6.208) - 0.119).abs() < 1e-9);
+    // A state of the run before is left out, one of this run is not.
+    model.take(Feed::State(state(5.11)));
+    model.take(Feed::State(state(0.11)));
+    assert_eq!(model.health().stray_states(), 1);
+    assert!((model.series(Channel::Statistic).unwrap().latest().unwrap().0 - 6.199).abs() < 1e-9);
+}
+
+#[test]
+fn a_time_that_is_none_does_not_ruin_the_axis() {
+    let mut model = Model::new(1 << 24);
+    model.take(Feed::Rows(rows(1_000_000, 1000, &[1.0; 100])));
+    model.take(Feed::Rows(rows(u64::MAX / 2, 1000, &[2.0; 100])));
+    model.take(Feed::Rows(rows(1_300_000, 1000, &[3.0; 100])));
+    let span = model.span().unwrap();
+    assert!(span.to_s < 5.0, "{span:?}");
+    assert_eq!(kinds(&model), [EventKind::Clock, EventKind::Clock]);
+}
+
+#[test]
+fn readings_that_are_none_leave_gaps_and_huge_ones_do_not_set_the_scale() {
+    let mut model = Model::new(1 << 24);
+    let mut values: Vec<f32> = (0..1000_u16).map(|k| 1e-6 * f32::from(k % 10)).collect();
+    (values[100], values[200], values[300]) = (f32::NAN, 1e30, f32::INFINITY);
+    model.take(Feed::Rows(rows(0, 1000, &values)));
+    let series = model.series(Channel::Stylus).unwrap();
+    let all = series.span().unwrap();
+    assert_eq!(model.health().huge(), 2);
+    let (low, high) = series.robust_range(all).unwrap();
+    assert!(low == 0.0 && (high - 9e-6).abs() < 1e-9, "{low} {high}");
+    assert_eq!(series.stats(all).unwrap().max, 1e30);
+    let mut parts = Vec::new();
+    series.envelope(all, 10, &mut parts);
+    let broken: Vec<bool> = parts.iter().map(|part| part.broken).collect();
+    assert_eq!(broken.iter().filter(|broken| **broken).count(), 2, "{broken:?}");
+    assert!(series.at(0.1).unwrap().is_nan());
+}
+
+#[test]
+fn lost_rows_are_a_gap_in_the_curve_and_among_the_events() {
+    let mut model = Model::new(1 << 24);
+    model.take(Feed::Rows(rows(0, 1000, &[1.0; 50])));
+    model.take(Feed::Rows(RowBlock { broken: true, lost: 10, ..rows(60_000, 1000, &[1.0; 50]) }));
+    assert_eq!(kinds(&model), [EventKind::Gap]);
+    assert_eq!(model.events().iter().next().unwrap().text, "10 rows are missing, 11.0 ms");
+    let gaps: Vec<Span> =
+        model.events().gaps(Span::new(0.0, 1.0)).map(|stretch| stretch.span).collect();
+    assert_eq!(gaps, [Span::new(0.049, 0.06)]);
+    let mut points = Vec::new();
+    assert!(model.series(Channel::Stylus).unwrap().points(Span::new(0.0, 1.0), 200, &mut points));
+    assert_eq!(points.iter().filter(|point| point[1].is_nan()).count(), 1);
+}
+
+#[test]
+fn faults_reflexes_and_scenes_come_from_the_states() {
+    let mut model = Model::new(1 << 24);
+    model.take(Feed::State(state(1.0)));
+    let slipping = StatePoint {
+        scene: SceneCode::Slipping,
+        grip: GripStage::Slipping,
+        command_n: Some(2.2),
+        ..state(1.1)
+    };
+    model.take(Feed::State(slipping));
+    let mut ill = state(1.2);
+    ill.sensors[0] = SensorHealth::Frozen;
+    model.take(Feed::State(ill));
+    model.take(Feed::State(StatePoint { t_s: 1.25, ..ill }));
+    model.take(Feed::State(state(1.3)));
+    assert_eq!(kinds(&model), [EventKind::Reflex, EventKind::Fault, EventKind::Recovered]);
+    let all = Span::new(0.0, 9.0);
+    let scenes: Vec<(SceneCode, f64, f64)> = model
+        .events()
+        .scenes(all)
+        .map(|stretch| (stretch.what, stretch.span.from_s, stretch.span.to_s))
+        .collect();
+    let [holding, slipping] = [SceneCode::Holding, SceneCode::Slipping];
+    assert_eq!(scenes, [(holding, 1.0, 1.1), (slipping, 1.1, 1.2), (holding, 1.2, 1.3)]);
+    let faults: Vec<Span> = model.events().faults(all).map(|stretch| stretch.span).collect();
+    assert_eq!(faults, [Span::new(1.2, 1.3)]);
+}
+
+#[test]
+fn events_are_found_from_any_time_on() {
+    let mut model = Model::new(1 << 24);
+    model.take(Feed::Rows(rows(1_000_000, 1000, &[1.0; 1500])));
+    for (t_s, kind) in
+        [(1.5, EventKind::Incipient), (1.6, EventKind::Gross), (1.9, EventKind::Ended)]
+    {
+        model.take(Feed::Event(EventMark::plain(t_s, kind, "x")));
+    }
+    model.mark(1.7, "here");
+    assert_eq!(model.events().next_after(1.6).unwrap().kind, EventKind::Marker);
+    assert_eq!(model.events().before(1.6).unwrap().kind, EventKind::Incipient);
+    assert!(model.events().next_after(1.9).is_none());
+    assert_eq!(model.events().in_span(Span::new(1.6, 1.8)).count(), 2);
+    let slips: Vec<(EventKind, Span)> = model
+        .events()
+        .slips(Span::new(0.0, 9.0))
+        .map(|stretch| (stretch.what, stretch.span))
+        .collect();
+    let (first, second) = (Span::new(1.5, 1.6), Span::new(1.6, 1.9));
+    assert_eq!(slips, [(EventKind::Incipient, first), (EventKind::Gross, second)]);
+}
+
+#[test]
+fn the_revision_changes_with_what_is_seen_and_only_then() {
+    let mut model = Model::new(1 << 24);
+    model.take(Feed::Status(SourceStatus::Live));
+    let before = model.revision();
+    model.take(Feed::Status(SourceStatus::Live));
+    model.set_dropped(0);
+    assert_eq!(model.revision(), before);
+    model.set_dropped(3);
+    assert_ne!(model.revision(), before);
+    assert_eq!(model.health().lost_in_scope(), 3);
+}
+
+#[test]
+fn a_preview_shows_what_is_not_loaded_yet_and_goes_when_all_is() {
+    let mut model = Model::new(1 << 24);
+    model.take(Feed::Preview(rows(5_000_000, 1000, &[7.0; 10])));
+    model.take(Feed::Rows(rows(0, 1000, &[1.0; 1000])));
+    let envelope = |model: &Model| {
+        let mut parts = Vec::new();
+        let series = model.series(Channel::Stylus).unwrap();
+        series.envelope(Span::new(0.0, 10.0), 10, &mut parts);
+        parts.iter().map(|part| part.max).collect::<Vec<_>>()
+    };
+    assert_eq!(envelope(&model), [1.0, 7.0]);
+    assert!((model.span().unwrap().to_s - 5.009).abs() < 1e-9);
+    model.take(Feed::Status(SourceStatus::Complete { note: String::new() }));
+    assert_eq!(envelope(&model), [1.0]);
+}

@@ -7,16 +7,18 @@ mod daemon;
 mod demo;
 mod hearing;
 mod outlet;
+mod recording;
 mod retry;
 mod spec;
 mod stream;
+mod study;
 mod told;
 
 pub use spec::{SourceSpec, SpecError};
 
 use crate::{feed::Feed, model::Model};
 use core::sync::atomic::Ordering;
-use outlet::{Outlet, RING, Shared};
+use outlet::{FILE_RING, LIVE_RING, Outlet, Shared};
 use rtrb::{Consumer, Producer, RingBuffer};
 use std::sync::Arc;
 use std::thread::{self, JoinHandle};
@@ -69,7 +71,7 @@ impl SourceHandle {
     /// # Errors
     /// Where the system starts no thread.
     pub fn spawn(spec: SourceSpec, wake: impl Fn() + Send + 'static) -> std::io::Result<Self> {
-        let (to_model, ring) = RingBuffer::new(RING);
+        let (to_model, ring) = RingBuffer::new(if spec.is_live() { LIVE_RING } else { FILE_RING });
         let (commands, mut orders) = RingBuffer::new(COMMANDS);
         let shared = Arc::new(Shared::default());
         let mut outlet = Outlet::new(to_model, Arc::clone(&shared), Box::new(wake));
@@ -142,8 +144,7 @@ fn run(spec: &SourceSpec, outlet: &mut Outlet, orders: &mut Consumer<ClientActio
     match spec {
         SourceSpec::Daemon(listen) => daemon::run(listen, 1, outlet, orders),
         SourceSpec::Demo { scene, seed } => demo::run((scene, *seed), outlet, orders),
-        SourceSpec::Recording(_) | SourceSpec::Study(_) => {
-            outlet.status(crate::SourceStatus::Connecting { what: spec.to_string() });
-        }
+        SourceSpec::Recording(file) => recording::run(file, outlet),
+        SourceSpec::Study(file) => study::run(file, outlet),
     }
 }

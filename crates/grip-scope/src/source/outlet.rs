@@ -8,8 +8,10 @@ use rtrb::{Producer, PushError};
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-/// Items that the ring holds.
-pub(super) const RING: usize = 2048;
+/// Items that the ring of a live source holds: some seconds.
+pub(super) const LIVE_RING: usize = 2048;
+/// Items that the ring of a file holds: its blocks are larger, and its thread waits.
+pub(super) const FILE_RING: usize = 64;
 /// News that wait for room; samples never do.
 const BACKLOG: usize = 256;
 /// How long a file's thread waits for room before it looks again.
@@ -117,8 +119,12 @@ impl Outlet {
         }
     }
 
-    pub(super) const fn is(&self, status: &SourceStatus) -> bool {
-        matches!((&self.status, status), (SourceStatus::Live, SourceStatus::Live))
+    /// Tells how far a file has been read, where there is room.
+    pub(super) fn progress(&mut self, done: f32) {
+        let status = SourceStatus::Loading { done };
+        if self.status != status && self.ring.push(Feed::Status(status.clone())).is_ok() {
+            self.status = status;
+        }
     }
 
     /// Something is there to be seen.

@@ -2,7 +2,7 @@
 
 use super::told::Blocks;
 use crate::derive::Observer;
-use crate::feed::{DerivedBlock, Feed, RowBlock};
+use crate::feed::{DerivedBlock, Feed};
 use slip_core::{Sample, Step};
 
 /// Samples on their way to the model.
@@ -21,10 +21,6 @@ impl Stream {
         if let Some(observer) = &mut self.observer {
             observer.interrupt();
         }
-    }
-
-    pub(super) const fn observes(&self) -> bool {
-        self.observer.is_some()
     }
 
     /// Takes a sample and the frame of the array that came with it: what the observer says.
@@ -63,10 +59,5 @@ impl Stream {
     pub(super) fn take(&mut self) -> Vec<Feed> {
         self.flush();
         core::mem::take(&mut self.done)
-    }
-
-    /// The rows so far, without what is derived.
-    pub(super) fn take_rows(&mut self) -> Option<RowBlock> {
-        self.blocks.take()
     }
 }

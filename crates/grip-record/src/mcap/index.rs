@@ -1,0 +1,68 @@
+//! The end of an MCAP file in; where its chunks stand, and when, out: what is needed to look into the middle of a large recording.
+
+use super::raw::{ChunkIndex, LONGEST, footer, summary_chunks};
+use std::io::{self, Read, Seek, SeekFrom};
+
+/// Bytes at the end of a file that hold its footer.
+const TAIL: u64 = 64;
+
+/// A chunk of a recording.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ChunkPlace {
+    /// Where it begins (bytes from the start of the file).
+    pub offset: u64,
+    /// Bytes that it takes in the file.
+    pub len: u64,
+    /// Log time of its first message (ns since 1970).
+    pub from_ns: u64,
+    /// Log time of its last message (ns since 1970).
+    pub to_ns: u64,
+}
+
+/// Where the chunks of a recording stand, in the order of the file.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct McapIndex {
+    /// The chunks.
+    pub chunks: Vec<ChunkPlace>,
+}
+
+impl McapIndex {
+    /// Reads the index of a finished file; `None` where there is none that can be believed, as in a file that was cut off. `input` stands
+    /// anywhere afterwards.
+    ///
+    /// # Errors
+    /// Where the input cannot be read.
+    pub fn read(mut input: impl Read + Seek) -> io::Result<Option<Self>> {
+        let len = input.seek(SeekFrom::End(0))?;
+        let tail = read_at(&mut input, len.saturating_sub(TAIL), TAIL.min(len))?;
+        let Some(start) = footer(&tail).filter(|start| (1..len).contains(start)) else {
+            return Ok(None);
+        };
+        if len - start > LONGEST {
+            return Ok(None);
+        }
+        let summary = read_at(&mut input, start, len - start)?;
+        let believable = |chunk: &ChunkIndex| {
+            chunk.offset.checked_add(chunk.len).is_some_and(|end| end <= start)
+        };
+        let Some(mut chunks) = summary_chunks(&summary) else { return Ok(None) };
+        if !chunks.iter().all(believable) {
+            return Ok(None);
+        }
+        chunks.sort_by_key(|chunk| chunk.offset);
+        let place = |chunk: &ChunkIndex| ChunkPlace {
+            offset: chunk.offset,
+            len: chunk.len,
+            from_ns: chunk.from_ns,
+            to_ns: chunk.to_ns,
+        };
+        Ok(Some(Self { chunks: chunks.iter().map(place).collect() }))
+    }
+}
+
+fn read_at(input: &mut (impl Read + Seek), from: u64, len: u64) -> io::Result<Vec<u8>> {
+    input.seek(SeekFrom::Start(from))?;
+    let mut bytes = Vec::new();
+    input.take(len).read_to_end(&mut bytes)?;
+    Ok(bytes)
+}

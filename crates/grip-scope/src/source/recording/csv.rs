@@ -1,0 +1,181 @@
+//! A CSV recording in; its samples, and what a pipeline makes of them, out, some megabytes at a time.
+
+use super::{Stop, deliver};
+use crate::derive::Observer;
+use crate::feed::{EventMark, Feed, Level, NoticeLine, StatePoint};
+use crate::source::outlet::Outlet;
+use crate::source::stream::Stream;
+use crate::source::told;
+use grip_daemon::State;
+use grip_daemon::clients::convert;
+use grip_host::HostConfig;
+use grip_host::model::default_estimator;
+use grip_host::replay::pipeline_config;
+use grip_host::report::EventLog;
+use grip_link::message::{DeviceState, FaultCode};
+use grip_record::{CsvOptions, Recording, parse_csv};
+use slip_core::{Sample, Step};
+use std::fs::File;
+use std::io::{BufRead, BufReader, Read};
+use std::path::Path;
+
+/// Bytes read at a time.
+const PIECE: u64 = 4 << 20;
+/// Rows of a block.
+const BLOCK: usize = 2048;
+/// States come at most this often (us), and on change.
+const STATE_US: u64 = 10_000;
+
+/// Reads the recording to its end, or to its first fault.
+pub(super) fn read(file: &Path, outlet: &mut Outlet) -> Result<(), Stop> {
+    let failed = |error: std::io::Error| {
+        Stop::Failed(format!(
+            "{}: cannot be read ({error}); check the path and its permissions",
+            file.display()
+        ))
+    };
+    let input = File::open(file).map_err(failed)?;
+    let len = input.metadata().map_err(failed)?.len();
+    let mut input = BufReader::with_capacity(1 << 16, input);
+    let mut header = Vec::new();
+    input.read_until(b'\n', &mut header).map_err(failed)?;
+    let mut tape = Tape::default();
+    let mut read = header.len() as u64;
+    loop {
+        let mut piece = header.clone();
+        (&mut input).take(PIECE).read_to_end(&mut piece).map_err(failed)?;
+        input.read_until(b'\n', &mut piece).map_err(failed)?;
+        let fresh = piece.len() - header.len();
+        if fresh == 0 && read > header.len() as u64 {
+            break;
+        }
+        read += fresh as u64;
+        let recording = parse_csv(file, &piece, &CsvOptions::default())
+            .map_err(|error| stop(&error.to_string(), &tape))?;
+        tape.play(&recording, outlet, share(read, len))?;
+        if fresh == 0 {
+            break;
+        }
+    }
+    Ok(())
+}
+
+/// Lines are counted from the start of a piece: beyond the first one they say nothing.
+fn stop(error: &str, tape: &Tape) -> Stop {
+    if tape.rows == 0 {
+        return Stop::Failed(error.to_owned());
+    }
+    Stop::Short(format!(
+        "only the first {} rows can be used; `gripctl replay` says what is wrong with the rest",
+        tape.rows
+    ))
+}
+
+/// What was read so far.
+#[derive(Default)]
+struct Tape {
+    stream: Stream,
+    log: EventLog,
+    rows: u64,
+    /// The median step of the first piece (us), by which gaps are told.
+    step_us: u64,
+    last_us: Option<u64>,
+    told: Option<StatePoint>,
+    rate_hz: u32,
+}
+
+impl Tape {
+    fn play(&mut self, recording: &Recording, outlet: &mut Outlet, done: f64) -> Result<(), Stop> {
+        if self.rows == 0 {
+            self.begin(recording, outlet)?;
+        }
+        let mut news = Vec::new();
+        for (row, sample) in recording.samples.iter().enumerate() {
+            let taxels = recording.taxels.as_ref().map_or(&[] as &[f32], |t| t.frame(row));
+            self.push(sample, taxels, &mut news);
+            self.rows += 1;
+            if self.stream.len() >= BLOCK || row + 1 == recording.samples.len() {
+                let mut feeds = self.stream.take();
+                feeds.append(&mut news);
+                deliver(outlet, feeds, done)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// The pipeline of the shipped settings, and what is odd about the file.
+    fn begin(&mut self, recording: &Recording, outlet: &mut Outlet) -> Result<(), Stop> {
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturates")]
+        let (rate_hz, step_us) = (recording.rate_hz as u32, (1e6 / recording.rate_hz) as u64);
+        (self.rate_hz, self.step_us) = (rate_hz, step_us.max(1));
+        let config = pipeline_config(recording, &HostConfig::default(), true);
+        let observer = default_estimator()
+            .map_err(|error| error.to_string())
+            .and_then(|model| Observer::new(config, model).map_err(|error| error.to_string()));
+        match observer {
+            Ok(observer) => self.stream.observe(Some(observer)),
+            Err(error) => {
+                let text = format!("nothing is derived from the samples: {error}");
+                let note = NoticeLine { level: Level::Warning, text };
+                deliver(outlet, vec![Feed::Notice(note)], 0.0)?;
+            }
+        }
+        let notes = &recording.notes;
+        if !notes.ignored_columns.is_empty() {
+            let text = format!("columns that are not shown: {}", notes.ignored_columns.join(", "));
+            let note = NoticeLine { level: Level::Info, text };
+            deliver(outlet, vec![Feed::Notice(note)], 0.0)?;
+        }
+        Ok(())
+    }
+
+    fn push(&mut self, sample: &Sample, taxels: &[f32], news: &mut Vec<Feed>) {
+        let since_us = self.last_us.map(|last_us| sample.t.0.saturating_sub(last_us));
+        if let Some(since_us) = since_us.filter(|since| 2 * since > 5 * self.step_us) {
+            let lost = u32::try_from(since_us / self.step_us).unwrap_or(u32::MAX);
+            self.stream.broken(lost.saturating_sub(1));
+        }
+        self.last_us = Some(sample.t.0);
+        let Some(step) = self.stream.push(sample, taxels) else { return };
+        let lines = self.log.lines(&step);
+        let slips = lines.iter().flatten().filter_map(|line| convert::slip(0, line));
+        let marks: Vec<EventMark> = slips.map(|slip| told::slip(&slip)).collect();
+        let state = self.state(sample, &step);
+        let news_of_it = self.told.is_none_or(|told| {
+            let changed = (told.scene, told.sensors) != (state.scene, state.sensors);
+            changed || state.t_s >= told.t_s + told::seconds(STATE_US)
+        });
+        if news_of_it {
+            self.told = Some(state);
+            news.push(Feed::State(state));
+        }
+        news.extend(marks.into_iter().map(Feed::Event));
+    }
+
+    fn state(&self, sample: &Sample, step: &Step) -> StatePoint {
+        let (features, estimate) = self.log.evidence();
+        let state = State {
+            t: step.t,
+            scene: step.scene,
+            grip: None,
+            statistic: step.statistic,
+            command: None,
+            applied_n: sample.normal_force_n,
+            esc: features.and_then(|features| features.esc_chosen),
+            estimate,
+            health: step.health,
+            reference_health: step.reference_health,
+            travel_health: step.travel_health,
+            pressure_health: step.pressure_health,
+            lost: 0,
+            rate_hz: self.rate_hz,
+        };
+        let message = convert::state(0, &state, DeviceState::Active, FaultCode::NONE);
+        StatePoint { device: None, ..told::state(&message) }
+    }
+}
+
+#[expect(clippy::cast_precision_loss, reason = "a share of a file")]
+fn share(read: u64, len: u64) -> f64 {
+    (read as f64 / len.max(1) as f64).min(1.0)
+}

@@ -1,0 +1,226 @@
+//! What an MCAP recording holds in, items for the model out.
+
+use crate::derive::Observer;
+use crate::feed::{EscPoint, EventKind, EventMark, Feed, Level, NoticeLine, SlipFacts, StatePoint};
+use crate::source::stream::Stream;
+use crate::source::told;
+use grip_daemon::State;
+use grip_daemon::clients::convert;
+use grip_host::HostEstimator;
+use grip_host::model::{default_estimator, parse_estimator};
+use grip_host::recording::{MODEL_NAME, UNRECORDED, beginning};
+use grip_link::message::daemon::{EscKind, Method};
+use grip_link::message::{DeviceState, FaultCode};
+use grip_record::mcap::{
+    ClientRecord, Entry, EventRecord, LinkRecord, PipelineRecord, Record, SampleRecord, StateRecord,
+};
+use slip_core::units::Newtons;
+
+/// Rows of a block.
+const BLOCK: usize = 2048;
+/// Device time of a block (us): states are placed by the rows around them.
+const BLOCK_US: u64 = 500_000;
+
+/// What was read and not passed on yet.
+#[derive(Default)]
+pub(super) struct Entries {
+    stream: Stream,
+    news: Vec<Feed>,
+    done: Vec<Feed>,
+    model: Option<HostEstimator>,
+    next_index: Option<u32>,
+    first_us: Option<u64>,
+    last_us: u64,
+}
+
+impl Entries {
+    /// Takes one entry.
+    pub(super) fn take_entry(&mut self, entry: &Entry<'_>) {
+        match entry {
+            Entry::Message { record, .. } => self.record(record),
+            Entry::Attachment { name: MODEL_NAME, data, .. } => {
+                match parse_estimator(MODEL_NAME, &String::from_utf8_lossy(data)) {
+                    Ok(model) => self.model = Some(model),
+                    Err(error) => self.note(Level::Warning, error.to_string()),
+                }
+            }
+            Entry::Attachment { .. } | Entry::Metadata { .. } => {}
+        }
+    }
+
+    fn record(&mut self, record: &Record<'_>) {
+        match record {
+            Record::Sample(row) => self.sample(row),
+            Record::State(state) => self.news.push(Feed::State(state_point(state))),
+            Record::Event(event) => self.news.extend(event_mark(event).map(Feed::Event)),
+            Record::Client(command) => self.mark(EventKind::Client, client_text(command)),
+            Record::Link(link) => self.link(link),
+            Record::Pipeline(pipeline) => self.begin(pipeline),
+            Record::Command(_) | Record::Wire(_) => {}
+        }
+    }
+
+    fn sample(&mut self, row: &SampleRecord<'_>) {
+        let time_us = row.sample.t.0;
+        if self.first_us.is_some() && time_us <= self.last_us {
+            // Another start of the gripper: states and events before it belong to the one before.
+            self.flush();
+        }
+        if let Some(expected) = self.next_index.filter(|next| *next != row.index) {
+            let ahead = row.index.wrapping_sub(expected);
+            self.stream.broken(if ahead < 1 << 31 { ahead } else { 0 });
+        }
+        self.next_index = Some(row.index.wrapping_add(1));
+        self.first_us.get_or_insert(time_us);
+        self.last_us = time_us;
+        self.stream.push(&row.sample, row.taxels);
+    }
+
+    /// A pipeline begins: the observer takes its settings.
+    fn begin(&mut self, record: &PipelineRecord<'_>) {
+        let begun = match beginning(record) {
+            Ok(begun) => begun,
+            Err(error) => {
+                let text = format!(
+                    "the settings of the pipeline are those of another version: nothing is derived from the samples ({error})"
+                );
+                self.stream.observe(None);
+                return self.note(Level::Warning, text);
+            }
+        };
+        let observer = self
+            .model
+            .clone()
+            .map_or_else(default_estimator, Ok)
+            .map_err(|error| error.to_string())
+            .and_then(|model| Observer::new(begun.config, model).map_err(|e| e.to_string()));
+        match observer {
+            Ok(observer) => self.stream.observe(Some(observer)),
+            Err(text) => self.note(Level::Warning, text),
+        }
+        let rate_hz = record.rate_hz;
+        let how = if record.continued { "goes on from the file before" } else { "begins" };
+        self.mark(EventKind::Reload, format!("a pipeline {how}, {rate_hz:.0} Hz"));
+    }
+
+    fn link(&mut self, link: &LinkRecord<'_>) {
+        match link.kind {
+            UNRECORDED => {
+                self.stream.broken(0);
+                let text = format!("items were not recorded here: {}", link.detail);
+                self.mark(EventKind::Gap, text.clone());
+                self.note(Level::Warning, text);
+            }
+            "identified" | "rebooted" | "other_gripper" | "closed" | "port_lost" => {
+                let text = format!("{} {}", link.kind.replace('_', " "), link.detail);
+                self.mark(EventKind::Link, text);
+            }
+            _ => {}
+        }
+    }
+
+    fn mark(&mut self, kind: EventKind, text: String) {
+        let t_s = self.first_us.map_or(f64::NAN, |_| told::seconds(self.last_us));
+        self.news.push(Feed::Event(EventMark::plain(t_s, kind, text)));
+    }
+
+    fn note(&mut self, level: Level, text: String) {
+        self.news.push(Feed::Notice(NoticeLine { level, text }));
+    }
+
+    /// Whether what waits makes a block.
+    pub(super) fn is_due(&self) -> bool {
+        let since_us = self.first_us.map_or(0, |first_us| self.last_us.saturating_sub(first_us));
+        self.stream.len() >= BLOCK || since_us >= BLOCK_US || self.news.len() >= BLOCK
+    }
+
+    /// Rows first: states and events are placed by the rows around them.
+    fn flush(&mut self) {
+        self.done.extend(self.stream.take());
+        self.done.append(&mut self.news);
+        self.first_us = None;
+    }
+
+    /// What waits, in order.
+    pub(super) fn take(&mut self) -> Vec<Feed> {
+        self.flush();
+        core::mem::take(&mut self.done)
+    }
+}
+
+fn state_point(record: &StateRecord) -> StatePoint {
+    let state = State {
+        t: record.t,
+        scene: record.scene,
+        grip: record.grip,
+        statistic: record.statistic,
+        command: record.command_n.map(Newtons),
+        applied_n: record.applied_n,
+        esc: None,
+        estimate: None,
+        health: record.health,
+        reference_health: record.reference_health,
+        travel_health: record.travel_health,
+        pressure_health: record.pressure_health,
+        lost: record.lost,
+        rate_hz: record.rate_hz,
+    };
+    let message = convert::state(0, &state, DeviceState::Active, FaultCode::NONE);
+    #[expect(clippy::cast_possible_truncation, reason = "shown with seven digits")]
+    let esc = record.esc_w.map(|value| EscPoint {
+        kind: EscKind::Literal,
+        value: value as f32,
+        low: f32::NAN,
+        high: f32::NAN,
+        flags: if record.esc_informative { 0 } else { 1 << 2 },
+    });
+    StatePoint {
+        device: None,
+        estimate_n: record.estimate_n,
+        extrapolated: record.extrapolated,
+        esc,
+        ..told::state(&message)
+    }
+}
+
+/// The mark of a slip; what sensors do is seen in the states.
+fn event_mark(record: &EventRecord<'_>) -> Option<EventMark> {
+    let kind = match (record.kind, record.phase) {
+        ("slip", "gross") => EventKind::Gross,
+        ("slip", _) => EventKind::Incipient,
+        ("slip_end", _) => EventKind::Ended,
+        _ => return None,
+    };
+    let known = |value: f32| Some(value).filter(|value| !value.is_nan());
+    #[expect(clippy::cast_possible_truncation, reason = "shown with seven digits")]
+    let known_long = |value: f64| known(value as f32);
+    let method = (1..=3).map(Method::from_code).find(|method| method.name() == record.method);
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturates")]
+    let count = known(record.irregularities).map(|count| count as u32);
+    let facts = SlipFacts {
+        method,
+        statistic: known(record.statistic),
+        confidence: known(record.confidence),
+        speed_m_s: known(record.speed_m_s),
+        speed_sigma_m_s: known(record.speed_sigma_m_s),
+        speed_source: None,
+        moved_m: known(record.moved_m),
+        irregularities: count,
+        esc_w: known_long(record.esc_w),
+        estimate_n: known(record.estimate_n),
+        command_n: known(record.command_n),
+        duration_s: known_long(record.duration_s),
+    };
+    let text = told::slip_text(kind, &facts);
+    Some(EventMark { t_s: record.t_s, kind, text, slip: Some(facts) })
+}
+
+fn client_text(command: &ClientRecord) -> String {
+    match command {
+        ClientRecord::AtLeast(force_n) => format!("a client asks for at least {force_n} N"),
+        ClientRecord::Release => "a client lets go".to_owned(),
+        ClientRecord::Grasp => "a client lets the fingers close".to_owned(),
+        ClientRecord::Stop => "a client stops the gripper".to_owned(),
+        ClientRecord::ClearFault(code) => format!("a client clears fault {code:04x}"),
+    }
+}
