@@ -21,8 +21,14 @@ use std::time::Instant;
 const FRAMES: usize = 300;
 const RATE_HZ: f64 = 20_000.0;
 /// The plots of the first row: all of curves at the sample rate.
-const SIX: [StripId; 6] =
-    [StripId::Stylus, StripId::Force, StripId::Speed, StripId::Travel, StripId::Reference, StripId::Pressure];
+const SIX: [StripId; 6] = [
+    StripId::Stylus,
+    StripId::Force,
+    StripId::Speed,
+    StripId::Travel,
+    StripId::Reference,
+    StripId::Pressure,
+];
 
 fn main() {
     println!("{:<44} {:>9} {:>9} {:>9} {:>10}", "frame", "median", "95 %", "slowest", "triangles");
@@ -49,7 +55,8 @@ fn live() {
     let mut taken = Vec::new();
     let rows = 667;
     let grow = |bench: &mut Bench, i: usize| {
-        let block = fixture::rows(&Channel::ROWS, RATE_HZ, (100_000 + i * rows, 100_000 + (i + 1) * rows));
+        let block =
+            fixture::rows(&Channel::ROWS, RATE_HZ, (100_000 + i * rows, 100_000 + (i + 1) * rows));
         let start = now();
         bench.scope.shared.engine().model.take(Feed::Rows(block));
         taken.push(start.elapsed());
@@ -84,13 +91,18 @@ impl Bench {
         for i in 0..FRAMES + 20 {
             before(self, i);
             let screen = Rect::from_min_size(Pos2::ZERO, vec2(1600.0, 1000.0));
-            let input = RawInput { screen_rect: Some(screen), time: Some(i as f64 / 30.0), ..RawInput::default() };
+            let input = RawInput {
+                screen_rect: Some(screen),
+                time: Some(i as f64 / 30.0),
+                ..RawInput::default()
+            };
             let start = now();
-            let output = self.ctx.run_ui(input, |ui| {
+            let mut output = self.ctx.run_ui(input, |ui| {
                 let _effects = self.scope.ui(ui);
             });
             let drawn = self.ctx.tessellate(output.shapes, output.pixels_per_point);
             let time = start.elapsed();
+            output.textures_delta.clear();
             triangles = drawn.iter().map(|part| count(&part.primitive)).sum();
             // The first frames make fonts.
             if i >= 20 {

@@ -25,12 +25,27 @@ pub fn apply(state: &mut ViewState, engine: &mut Engine, action: Action) -> Opti
         Action::ExportPicture => return Some(Effect::Picture),
         Action::ExportCsv => return Some(Effect::Csv),
         Action::ExportMcap => return Some(Effect::Mcap),
-        Action::Arm(_) | Action::ForceEntry(_) | Action::AskRelease(_) | Action::Send(_) => command(state, engine, &action),
+        Action::Arm(_) | Action::ForceEntry(_) | Action::AskRelease(_) | Action::Send(_) => {
+            command(state, engine, &action)
+        }
         Action::ToggleTrigger | Action::SetTrigger(_) => trigger(state, engine, &action),
-        Action::ToggleStrip(_) | Action::Height(..) | Action::MoveStrip(..) | Action::TogglePanel(_) | Action::ToggleTheme
-        | Action::ToggleHelp | Action::Dismiss | Action::Values(..) | Action::AutoValues | Action::ExportStem(_) => arrange(state, action),
-        Action::CursorHere(_) | Action::PlaceCursor(..) | Action::ClearCursors | Action::ZoomToCursors | Action::MarkHere
-        | Action::Hover(_) | Action::Select(_) => measure(state, engine, &action),
+        Action::ToggleStrip(_)
+        | Action::Height(..)
+        | Action::MoveStrip(..)
+        | Action::TogglePanel(_)
+        | Action::ToggleTheme
+        | Action::ToggleHelp
+        | Action::Dismiss
+        | Action::Values(..)
+        | Action::AutoValues
+        | Action::ExportStem(_) => arrange(state, action),
+        Action::CursorHere(_)
+        | Action::PlaceCursor(..)
+        | Action::ClearCursors
+        | Action::ZoomToCursors
+        | Action::MarkHere
+        | Action::Hover(_)
+        | Action::Select(_) => measure(state, engine, &action),
         _ => time(state, engine, &action),
     }
     None
@@ -42,7 +57,8 @@ pub fn follow_up(state: &mut ViewState, engine: &mut Engine) {
         state.window.show(span);
         state.triggered += 1;
     }
-    if state.trigger.armed && engine.is_trigger_done() && state.trigger.mode == TriggerMode::Single {
+    if state.trigger.armed && engine.is_trigger_done() && state.trigger.mode == TriggerMode::Single
+    {
         state.trigger.armed = false;
         engine.watch(None);
     }
@@ -67,7 +83,9 @@ fn time(state: &mut ViewState, engine: &Engine, action: &Action) {
         Action::Show(span) => state.window.show(span),
         Action::Length(length_s) => state.window.resize(length_s, data),
         Action::JumpTo(t_s) => jump(state, engine, t_s),
-        Action::NextEvent | Action::PreviousEvent => step(state, engine, *action == Action::NextEvent),
+        Action::NextEvent | Action::PreviousEvent => {
+            step(state, engine, *action == Action::NextEvent)
+        }
         _ => {}
     }
 }
@@ -85,7 +103,11 @@ fn jump(state: &mut ViewState, engine: &Engine, t_s: f64) {
 /// Goes to the event after or before the one that was looked at last, or the part that is seen.
 fn step(state: &mut ViewState, engine: &Engine, later: bool) {
     let seen = state.window.visible(engine.model.span());
-    let at_s = state.event_s.filter(|t_s| seen.holds(*t_s)).unwrap_or(if later { seen.from_s } else { seen.to_s });
+    let at_s = state.event_s.filter(|t_s| seen.holds(*t_s)).unwrap_or(if later {
+        seen.from_s
+    } else {
+        seen.to_s
+    });
     let events = engine.model.events();
     let found = if later { events.next_after(at_s) } else { events.before(at_s) };
     match found.map(|mark| mark.t_s) {
@@ -105,7 +127,9 @@ fn measure(state: &mut ViewState, engine: &mut Engine, action: &Action) {
             let at_s = state.hover_s.unwrap_or(seen.from_s + share * seen.length_s());
             state.set_cursor(cursor, Some(at_s));
         }
-        Action::PlaceCursor(cursor, at_s) if at_s.is_finite() => state.set_cursor(cursor, Some(at_s)),
+        Action::PlaceCursor(cursor, at_s) if at_s.is_finite() => {
+            state.set_cursor(cursor, Some(at_s))
+        }
         Action::ClearCursors => state.cursors = [None; 2],
         Action::ZoomToCursors => match state.between() {
             Some(span) if span.length_s() > 0.0 => state.window.show(span),
@@ -142,13 +166,19 @@ fn arrange(state: &mut ViewState, action: Action) {
             found.into_iter().for_each(|plot| plot.height = height.clamp(0.3, 8.0));
         }
         Action::MoveStrip(strip, up) => {
-            let Some(place) = layout.plots.iter().position(|plot| plot.plot == strip) else { return };
+            let Some(place) = layout.plots.iter().position(|plot| plot.plot == strip) else {
+                return;
+            };
             let to = place.saturating_add_signed(-isize::from(up)).min(layout.plots.len() - 1);
             let plot = layout.plots.remove(place);
             layout.plots.insert(to, plot);
         }
-        Action::TogglePanel(panel) => layout.panel = Some(panel).filter(|_| layout.panel != Some(panel)),
-        Action::ToggleTheme => layout.theme = if layout.theme == Look::Dark { Look::Light } else { Look::Dark },
+        Action::TogglePanel(panel) => {
+            layout.panel = Some(panel).filter(|_| layout.panel != Some(panel))
+        }
+        Action::ToggleTheme => {
+            layout.theme = if layout.theme == Look::Dark { Look::Light } else { Look::Dark }
+        }
         Action::ToggleHelp => state.help = !state.help,
         Action::Dismiss => {
             state.help = false;
@@ -169,7 +199,9 @@ fn arrange(state: &mut ViewState, action: Action) {
 fn command(state: &mut ViewState, engine: &mut Engine, action: &Action) {
     match *action {
         Action::Arm(armed) => state.command.armed = armed,
-        Action::ForceEntry(force_n) if force_n.is_finite() => state.command.force_n = force_n.max(0.0),
+        Action::ForceEntry(force_n) if force_n.is_finite() => {
+            state.command.force_n = force_n.max(0.0)
+        }
         Action::AskRelease(asks) => state.command.asks_release = asks && state.command.armed,
         Action::Send(order) => {
             state.command.asks_release = false;
@@ -185,21 +217,31 @@ fn send(state: &mut ViewState, engine: &mut Engine, order: Order) {
         state.complain("Arm the commands first.");
         return;
     }
-    let limit_n = engine.model.info().gripper.and_then(|gripper| gripper.force_max_n).map_or(f64::INFINITY, f64::from);
+    let limit_n = engine
+        .model
+        .info()
+        .gripper
+        .and_then(|gripper| gripper.force_max_n)
+        .map_or(f64::INFINITY, f64::from);
     let fault = engine.model.info().state.map_or(0, |state| state.fault);
     let (action, name) = match order {
         Order::AtLeast(force_n) if force_n > limit_n => {
             state.complain(format!("{force_n:.2} N is above the limit of {limit_n:.2} N."));
             return;
         }
-        Order::AtLeast(force_n) => (ClientAction::AtLeast(crate::num::narrow(force_n)), format!("hold with {force_n:.2} N")),
+        Order::AtLeast(force_n) => (
+            ClientAction::AtLeast(crate::num::narrow(force_n)),
+            format!("hold with {force_n:.2} N"),
+        ),
         Order::Release => (ClientAction::Release, "release".to_owned()),
         Order::Grasp => (ClientAction::Grasp, "grasp".to_owned()),
         Order::Stop => (ClientAction::Stop, "stop".to_owned()),
         Order::ClearFault => (ClientAction::ClearFault(fault), format!("clear fault {fault:04x}")),
     };
     match engine.command(action) {
-        Ok(()) => state.tell(format!("Sent: {name}. Whether it was carried out stands among the events.")),
+        Ok(()) => {
+            state.tell(format!("Sent: {name}. Whether it was carried out stands among the events."))
+        }
         Err(refused) => state.complain(format!("Not sent: {refused}.")),
     }
 }

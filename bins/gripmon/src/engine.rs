@@ -86,8 +86,8 @@ const fn kind(status: &SourceStatus) -> core::mem::Discriminant<SourceStatus> {
 mod tests {
     use super::{Brought, Engine};
     use grip_scope::feed::{EventKind, EventMark, Feed};
-    use grip_scope::{Model, SourceStatus, Trigger};
     use grip_scope::trigger::{TriggerMode, TriggerSource};
+    use grip_scope::{Model, SourceStatus, Trigger};
 
     #[test]
     fn only_what_is_new_is_told() {
@@ -101,7 +101,12 @@ mod tests {
     #[test]
     fn what_the_trigger_found_waits_to_be_shown() {
         let mut engine = Engine::new(Model::new(1 << 20), None);
-        engine.watch(Some(Trigger::new(TriggerSource::Event(EventKind::Marker), TriggerMode::Auto, 0.0, 0.0)));
+        engine.watch(Some(Trigger::new(
+            TriggerSource::Event(EventKind::Marker),
+            TriggerMode::Auto,
+            0.0,
+            0.0,
+        )));
         engine.take_in(1);
         engine.model.take(Feed::Event(EventMark::plain(2.0, EventKind::Marker, "x")));
         engine.model.take(Feed::Status(SourceStatus::Live));

@@ -12,7 +12,9 @@ use std::path::{Path, PathBuf};
 pub fn free_name(stem: &str, ending: &str) -> io::Result<PathBuf> {
     let names = (1..10_000).map(|n| PathBuf::from(format!("{stem}-{n:04}.{ending}")));
     let mut free = names.filter(|path| !path.exists());
-    free.next().ok_or_else(|| io::Error::new(io::ErrorKind::AlreadyExists, format!("{stem}-0001 to -9999 exist")))
+    free.next().ok_or_else(|| {
+        io::Error::new(io::ErrorKind::AlreadyExists, format!("{stem}-0001 to -9999 exist"))
+    })
 }
 
 /// Writes a picture as PNG.
@@ -26,7 +28,8 @@ pub fn write_png(path: &Path, image: &ColorImage) -> io::Result<()> {
     encoder.set_color(png::ColorType::Rgb);
     encoder.set_depth(png::BitDepth::Eight);
     encoder.set_compression(png::Compression::High);
-    let bytes: Vec<u8> = image.pixels.iter().flat_map(|pixel| [pixel.r(), pixel.g(), pixel.b()]).collect();
+    let bytes: Vec<u8> =
+        image.pixels.iter().flat_map(|pixel| [pixel.r(), pixel.g(), pixel.b()]).collect();
     let mut writer = encoder.write_header().map_err(io::Error::other)?;
     writer.write_image_data(&bytes).map_err(io::Error::other)?;
     writer.finish().map_err(io::Error::other)

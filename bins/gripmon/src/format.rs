@@ -2,7 +2,15 @@
 
 /// Powers of ten that have a name.
 const PREFIXES: [(f64, &str); 9] = [
-    (1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "\u{b5}"), (1e-9, "n"), (1e-12, "p"), (1e-15, "f"),
+    (1e9, "G"),
+    (1e6, "M"),
+    (1e3, "k"),
+    (1.0, ""),
+    (1e-3, "m"),
+    (1e-6, "\u{b5}"),
+    (1e-9, "n"),
+    (1e-12, "p"),
+    (1e-15, "f"),
 ];
 /// Units that take no prefix.
 const PLAIN: [&str; 4] = ["", "%", "dB", "s^-1"];

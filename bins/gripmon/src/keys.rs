@@ -25,11 +25,21 @@ const TIME: &str = "Time";
 const MEASURE: &str = "Measure";
 const WINDOW: &str = "Window";
 
-fn plain(key: Key, shown: &'static str, does: &'static str, (part, action): (&'static str, Action)) -> Binding {
+fn plain(
+    key: Key,
+    shown: &'static str,
+    does: &'static str,
+    (part, action): (&'static str, Action),
+) -> Binding {
     Binding { key, modifiers: Modifiers::NONE, shown, does, part, action }
 }
 
-fn shift(key: Key, shown: &'static str, does: &'static str, (part, action): (&'static str, Action)) -> Binding {
+fn shift(
+    key: Key,
+    shown: &'static str,
+    does: &'static str,
+    (part, action): (&'static str, Action),
+) -> Binding {
     Binding { modifiers: Modifiers::SHIFT, ..plain(key, shown, does, (part, action)) }
 }
 
@@ -44,8 +54,18 @@ pub fn bindings() -> Vec<Binding> {
 
 fn time() -> Vec<Binding> {
     vec![
-        plain(Key::Space, "Space", "pause the view, or follow the newest data", (TIME, Action::TogglePause)),
-        plain(Key::ArrowLeft, "Left", "a tenth of the view earlier", (TIME, Action::PanShare(-0.1))),
+        plain(
+            Key::Space,
+            "Space",
+            "pause the view, or follow the newest data",
+            (TIME, Action::TogglePause),
+        ),
+        plain(
+            Key::ArrowLeft,
+            "Left",
+            "a tenth of the view earlier",
+            (TIME, Action::PanShare(-0.1)),
+        ),
         plain(Key::ArrowRight, "Right", "a tenth of the view later", (TIME, Action::PanShare(0.1))),
         shift(Key::ArrowLeft, "Shift Left", "a whole view earlier", (TIME, Action::PanShare(-1.0))),
         shift(Key::ArrowRight, "Shift Right", "a whole view later", (TIME, Action::PanShare(1.0))),
@@ -112,7 +132,8 @@ pub fn pressed(ctx: &Context) -> Vec<Action> {
         matched.then_some(binding.action)
     };
     // Those with modifiers first: a plain binding would take their key.
-    let (held, plain): (Vec<_>, Vec<_>) = bindings().into_iter().partition(|b| !b.modifiers.is_none());
+    let (held, plain): (Vec<_>, Vec<_>) =
+        bindings().into_iter().partition(|b| !b.modifiers.is_none());
     held.into_iter().chain(plain).filter_map(wanted).collect()
 }
 
@@ -124,7 +145,8 @@ mod tests {
     fn no_key_means_two_things() {
         let all = bindings();
         for (i, one) in all.iter().enumerate() {
-            let again = all.iter().skip(i + 1).find(|b| (b.key, b.modifiers) == (one.key, one.modifiers));
+            let again =
+                all.iter().skip(i + 1).find(|b| (b.key, b.modifiers) == (one.key, one.modifiers));
             assert!(again.is_none(), "{} and {}", one.does, again.unwrap().does);
         }
     }

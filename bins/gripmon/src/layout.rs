@@ -28,7 +28,8 @@ pub enum Panel {
 
 impl Panel {
     /// Every panel, in the order of their tabs.
-    pub const ALL: [Self; 6] = [Self::Health, Self::Events, Self::Cursors, Self::Trigger, Self::Export, Self::Command];
+    pub const ALL: [Self; 6] =
+        [Self::Health, Self::Events, Self::Cursors, Self::Trigger, Self::Export, Self::Command];
 
     /// What its tab says.
     #[must_use]
@@ -84,6 +85,7 @@ pub struct Layout {
     /// Colours.
     pub theme: Look,
     /// What stands at the right; nothing where absent.
+    #[serde(default)]
     pub panel: Option<Panel>,
     /// Seconds seen while the view follows the data.
     pub seconds: f64,
@@ -95,7 +97,16 @@ pub struct Layout {
 
 impl Default for Layout {
     fn default() -> Self {
-        let shown = |strip| matches!(strip, StripId::Stylus | StripId::Bands | StripId::Statistic | StripId::Force | StripId::Esc);
+        let shown = |strip| {
+            matches!(
+                strip,
+                StripId::Stylus
+                    | StripId::Bands
+                    | StripId::Statistic
+                    | StripId::Force
+                    | StripId::Esc
+            )
+        };
         let plot = |plot: StripId| StripLayout { plot, shown: shown(plot), height: plot.weight() };
         Self {
             theme: Look::Dark,
@@ -138,7 +149,8 @@ impl Layout {
     /// [`LayoutError`], with the line that is wrong.
     pub fn read(path: &Path) -> Result<Self, LayoutError> {
         match fs::read_to_string(path) {
-            Ok(text) => Self::parse(&text).map_err(|source| LayoutError::Text { path: path.to_owned(), source }),
+            Ok(text) => Self::parse(&text)
+                .map_err(|source| LayoutError::Text { path: path.to_owned(), source }),
             Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(Self::default()),
             Err(source) => Err(LayoutError::File { path: path.to_owned(), source }),
         }
@@ -156,17 +168,25 @@ impl Layout {
     #[must_use]
     pub fn mended(mut self) -> Self {
         let mut seen = Vec::new();
-        self.plots.retain(|strip| !seen.contains(&strip.plot) && { seen.push(strip.plot); true });
+        self.plots.retain(|strip| {
+            !seen.contains(&strip.plot) && {
+                seen.push(strip.plot);
+                true
+            }
+        });
         for plot in StripId::ALL {
             if !seen.contains(&plot) {
                 self.plots.push(StripLayout { plot, shown: false, height: plot.weight() });
             }
         }
         for strip in &mut self.plots {
-            strip.height = if strip.height.is_finite() { strip.height.clamp(0.3, 8.0) } else { 1.0 };
+            strip.height =
+                if strip.height.is_finite() { strip.height.clamp(0.3, 8.0) } else { 1.0 };
         }
         self.seconds = if self.seconds.is_finite() { self.seconds.clamp(1e-3, 1e5) } else { 5.0 };
-        self.window = self.window.map(|side| if side.is_finite() { side.clamp(480.0, 8000.0) } else { 860.0 });
+        self.window = self
+            .window
+            .map(|side| if side.is_finite() { side.clamp(480.0, 8000.0) } else { 860.0 });
         self
     }
 
@@ -203,14 +223,15 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a").join("layout.toml");
         assert_eq!(Layout::read(&path).unwrap(), Layout::default());
-        let mut layout = Layout { theme: Look::Light, panel: Some(Panel::Trigger), ..Layout::default() };
+        let mut layout =
+            Layout { theme: Look::Light, panel: Some(Panel::Trigger), ..Layout::default() };
         layout.plots.swap(0, 3);
         layout.plots[1].height = 2.5;
         layout.write(&path).unwrap();
         assert_eq!(Layout::read(&path).unwrap(), layout);
         layout.panel = None;
         layout.write(&path).unwrap();
-        assert_eq!(Layout::read(&path).unwrap().panel, Layout::default().panel.filter(|_| false));
+        assert_eq!(Layout::read(&path).unwrap().panel, None);
     }
 
     #[test]
@@ -224,6 +245,9 @@ mod tests {
         let path = folder.path().join("layout.toml");
         std::fs::write(&path, "theme = \"pink\"").unwrap();
         let error = Layout::read(&path).unwrap_err();
-        assert!(matches!(error, LayoutError::Text { .. }) && error.to_string().contains("line 1"), "{error}");
+        assert!(
+            matches!(error, LayoutError::Text { .. }) && error.to_string().contains("line 1"),
+            "{error}"
+        );
     }
 }

@@ -4,7 +4,9 @@
 //! each has a contrast of at least 3 to its background (a test measures it). A colour never stands alone: every series has its name beside
 //! it, every event its word.
 
-use eframe::egui::{self, Color32, CornerRadius, FontFamily, FontId, Margin, Stroke, TextStyle, Theme, Vec2};
+use eframe::egui::{
+    self, Color32, CornerRadius, FontFamily, FontId, Margin, Stroke, TextStyle, Theme, Vec2,
+};
 
 /// What something drawn means; the theme decides its colour.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -28,7 +30,8 @@ pub enum Tone {
 }
 
 /// The tones in which any number of like series follow each other.
-pub const SERIES: [Tone; 6] = [Tone::Blue, Tone::Orange, Tone::Green, Tone::Purple, Tone::Sky, Tone::Red];
+pub const SERIES: [Tone; 6] =
+    [Tone::Blue, Tone::Orange, Tone::Green, Tone::Purple, Tone::Sky, Tone::Red];
 
 /// The colours of one theme.
 #[derive(Clone, Copy, Debug)]

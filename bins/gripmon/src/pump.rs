@@ -47,7 +47,9 @@ impl Pump {
     pub fn start(shared: Arc<Shared>, ctx: Context) -> io::Result<Self> {
         let watch = Arc::new(Watch::default());
         let seen = Arc::clone(&watch);
-        let thread = thread::Builder::new().name("pump".to_owned()).spawn(move || run(&shared, &ctx, &seen))?;
+        let thread = thread::Builder::new()
+            .name("pump".to_owned())
+            .spawn(move || run(&shared, &ctx, &seen))?;
         Ok(Self { watch, thread: Some(thread) })
     }
 
@@ -94,7 +96,10 @@ fn run(shared: &Shared, ctx: &Context, watch: &Watch) {
     }
 }
 
-#[expect(clippy::disallowed_methods, reason = "a thread of the program waits here and nowhere else")]
+#[expect(
+    clippy::disallowed_methods,
+    reason = "a thread of the program waits here and nowhere else"
+)]
 fn rest(time: Duration) {
     thread::sleep(time);
 }

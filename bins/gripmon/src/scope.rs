@@ -104,10 +104,15 @@ impl Scope {
 fn show(ui: &mut Ui, seen: &Seen<'_>, scratch: &mut Scratch) -> Vec<crate::action::Action> {
     let mut actions = keys::pressed(ui.ctx());
     let bar = |x, y| Frame::new().fill(seen.palette.panel).inner_margin(Margin::symmetric(x, y));
-    actions.extend(Panel::top("toolbar").frame(bar(8, 5)).show(ui, |ui| views::toolbar(ui, seen)).inner);
-    actions.extend(Panel::bottom("status").frame(bar(8, 3)).show(ui, |ui| views::status(ui, seen)).inner);
+    actions.extend(
+        Panel::top("toolbar").frame(bar(8, 5)).show(ui, |ui| views::toolbar(ui, seen)).inner,
+    );
+    actions.extend(
+        Panel::bottom("status").frame(bar(8, 3)).show(ui, |ui| views::status(ui, seen)).inner,
+    );
     if let Some(panel) = seen.state.layout.panel {
-        let side = Panel::right("panel").default_size(300.0).size_range(240.0..=520.0).frame(bar(10, 4));
+        let side =
+            Panel::right("panel").default_size(300.0).size_range(240.0..=520.0).frame(bar(10, 4));
         actions.extend(side.show(ui, |ui| views::panel(ui, panel, seen)).inner);
     }
     let middle = CentralPanel::default().frame(Frame::new().fill(seen.palette.panel));

@@ -131,18 +131,21 @@ const fn limit(channel: Channel, tone: Tone) -> Curve {
 #[must_use]
 pub fn curves(strip: StripId, model: &Model) -> Vec<Curve> {
     let mut found = wanted(strip);
-    found.retain(|curve| model.series(curve.channel).is_some_and(|series| series.latest().is_some()));
+    found.retain(|curve| {
+        model.series(curve.channel).is_some_and(|series| series.latest().is_some())
+    });
     found
 }
 
 fn wanted(strip: StripId) -> Vec<Curve> {
     match strip {
-        StripId::Stylus => vec![curve(Channel::SecondStylus, Tone::Orange), curve(Channel::Stylus, Tone::Blue)],
+        StripId::Stylus => {
+            vec![curve(Channel::SecondStylus, Tone::Orange), curve(Channel::Stylus, Tone::Blue)]
+        }
         StripId::Bands => bands(),
-        StripId::Statistic => vec![
-            curve(Channel::OwnStatistic, Tone::Quiet),
-            curve(Channel::Statistic, Tone::Blue),
-        ],
+        StripId::Statistic => {
+            vec![curve(Channel::OwnStatistic, Tone::Quiet), curve(Channel::Statistic, Tone::Blue)]
+        }
         StripId::Force => vec![
             curve(Channel::NormalForce, Tone::Green),
             curve(Channel::Applied, Tone::Sky),
@@ -152,9 +155,13 @@ fn wanted(strip: StripId) -> Vec<Curve> {
             limit(Channel::ForceLimit, Tone::Limit),
         ],
         StripId::Esc => vec![curve(Channel::Esc, Tone::Purple)],
-        StripId::Speed => vec![curve(Channel::Velocity, Tone::Green), curve(Channel::SlipSpeed, Tone::Orange)],
+        StripId::Speed => {
+            vec![curve(Channel::Velocity, Tone::Green), curve(Channel::SlipSpeed, Tone::Orange)]
+        }
         StripId::Travel => vec![curve(Channel::Travel, Tone::Green)],
-        StripId::Reference => vec![curve(Channel::Motion, Tone::Orange), curve(Channel::Reference, Tone::Blue)],
+        StripId::Reference => {
+            vec![curve(Channel::Motion, Tone::Orange), curve(Channel::Reference, Tone::Blue)]
+        }
         StripId::Pressure => vec![curve(Channel::Pressure, Tone::Blue)],
         StripId::Spectrogram => Vec::new(),
     }
@@ -164,7 +171,8 @@ fn bands() -> Vec<Curve> {
     let count = u8::try_from(slip_core::detector::BANDS).unwrap_or(u8::MAX);
     let tones = || (0..count).zip(SERIES.into_iter().cycle());
     let energy = tones().map(|(band, tone)| curve(Channel::BandEnergy(band), tone));
-    let threshold = tones().map(|(band, tone)| Curve { told: false, ..limit(Channel::BandThreshold(band), tone) });
+    let threshold = tones()
+        .map(|(band, tone)| Curve { told: false, ..limit(Channel::BandThreshold(band), tone) });
     // The lowest band is drawn last, on top.
     threshold.chain(energy.collect::<Vec<_>>().into_iter().rev()).collect()
 }
@@ -200,7 +208,8 @@ pub fn has_data(strip: StripId, model: &Model) -> bool {
     match strip {
         StripId::Spectrogram => !model.spectrogram().is_empty(),
         StripId::Pressure => {
-            model.span().is_some_and(|span| model.taxels(span.to_s).is_some()) || !curves(strip, model).is_empty()
+            model.span().is_some_and(|span| model.taxels(span.to_s).is_some())
+                || !curves(strip, model).is_empty()
         }
         _ => !curves(strip, model).is_empty(),
     }

@@ -40,7 +40,15 @@ pub struct LookAt {
 impl Default for LookAt {
     fn default() -> Self {
         let (event, length_s, cursors) = (None, None, Vec::new());
-        Self { event, from_s: f64::NEG_INFINITY, after_s: 0.0, length_s, cursors, help: false, patience_s: 60.0 }
+        Self {
+            event,
+            from_s: f64::NEG_INFINITY,
+            after_s: 0.0,
+            length_s,
+            cursors,
+            help: false,
+            patience_s: 60.0,
+        }
     }
 }
 
@@ -50,7 +58,8 @@ impl ViewFile {
     /// # Errors
     /// [`LayoutError`], with the line that is wrong; a file that is not there is one too.
     pub fn read(path: &Path) -> Result<Self, LayoutError> {
-        let text = fs::read_to_string(path).map_err(|source| LayoutError::File { path: path.to_owned(), source })?;
+        let text = fs::read_to_string(path)
+            .map_err(|source| LayoutError::File { path: path.to_owned(), source })?;
         let told = |source| LayoutError::Text { path: path.to_owned(), source };
         let file: Self = toml::from_str(&text).map_err(|error| told(Box::new(error)))?;
         file.kind().map_err(|message| told(Box::new(serde::de::Error::custom(message))))?;
@@ -67,8 +76,13 @@ impl ViewFile {
 
     /// Puts the state there, where the data have come so far; `false` where they have not.
     pub fn place(&self, state: &mut ViewState, model: &Model) -> bool {
-        let Some(data) = model.span() else { return model.study().is_some() && self.look.event.is_none() };
-        let loading = matches!(model.status(), SourceStatus::Loading { .. } | SourceStatus::Connecting { .. });
+        let Some(data) = model.span() else {
+            return model.study().is_some() && self.look.event.is_none();
+        };
+        let loading = matches!(
+            model.status(),
+            SourceStatus::Loading { .. } | SourceStatus::Connecting { .. }
+        );
         if loading || data.length_s() < self.look.after_s {
             return false;
         }
@@ -91,7 +105,8 @@ impl ViewFile {
         let rest = Span { from_s: self.look.from_s, to_s: f64::INFINITY };
         let mark = model.events().in_span(rest).find(|mark| mark.kind == kind)?;
         let from_s = mark.t_s - length_s / 3.0;
-        (data.to_s >= from_s + length_s || !matches!(model.status(), SourceStatus::Live)).then_some(from_s)
+        (data.to_s >= from_s + length_s || !matches!(model.status(), SourceStatus::Live))
+            .then_some(from_s)
     }
 }
 
@@ -107,7 +122,9 @@ mod tests {
             std::fs::write(&path, text).unwrap();
             ViewFile::read(&path).map_err(|error| error.to_string())
         };
-        let good = read("[layout]\ntheme = \"light\"\n[look]\nevent = \"gross slip\"\nlength_s = 0.2\n").unwrap();
+        let good =
+            read("[layout]\ntheme = \"light\"\n[look]\nevent = \"gross slip\"\nlength_s = 0.2\n")
+                .unwrap();
         assert_eq!(good.look.length_s, Some(0.2));
         assert!(read("[look]\nevent = \"earthquake\"\n").unwrap_err().contains("gross slip"));
         assert!(read("[look]\nevnt = \"gap\"\n").unwrap_err().contains("evnt"));

@@ -28,7 +28,8 @@ const SETTLE: u64 = 4;
 /// Where a file of the command line cannot be used, there is no display, or the picture that was asked for was not made.
 pub fn run(cli: &Cli, spec: SourceSpec) -> anyhow::Result<()> {
     let view = cli.view.as_deref().map(ViewFile::read).transpose()?;
-    let remembered = if view.is_some() { None } else { cli.layout.clone().or_else(layout::default_path) };
+    let remembered =
+        if view.is_some() { None } else { cli.layout.clone().or_else(layout::default_path) };
     let layout = match (&view, &remembered) {
         (Some(view), _) => view.layout.clone(),
         (None, Some(path)) => Layout::read(path)?,
@@ -43,11 +44,26 @@ pub fn run(cli: &Cli, spec: SourceSpec) -> anyhow::Result<()> {
         ..eframe::NativeOptions::default()
     };
     let outcome = Arc::new(Mutex::new(None));
-    let job = view.zip(Some(cli.picture.clone())).map(|(view, picture)| Job { view, picture, placed: None });
-    let plan = Plan { spec, layout, remembered, memory_bytes: cli.memory_bytes(), job, outcome: Arc::clone(&outcome) };
-    eframe::run_native("gripmon", options, Box::new(|cc| Ok(Box::new(App::new(&cc.egui_ctx, plan)?))))
-        .map_err(|error| anyhow::anyhow!("{error}"))
-        .context("no window could be opened; gripmon needs a display with OpenGL (is DISPLAY set?)")?;
+    let job = view.zip(Some(cli.picture.clone())).map(|(view, picture)| Job {
+        view,
+        picture,
+        placed: None,
+    });
+    let plan = Plan {
+        spec,
+        layout,
+        remembered,
+        memory_bytes: cli.memory_bytes(),
+        job,
+        outcome: Arc::clone(&outcome),
+    };
+    eframe::run_native(
+        "gripmon",
+        options,
+        Box::new(|cc| Ok(Box::new(App::new(&cc.egui_ctx, plan)?))),
+    )
+    .map_err(|error| anyhow::anyhow!("{error}"))
+    .context("no window could be opened; gripmon needs a display with OpenGL (is DISPLAY set?)")?;
     let failed = outcome.lock().unwrap_or_else(PoisonError::into_inner).take();
     match failed {
         Some(sentence) => bail!(sentence),
@@ -120,9 +136,11 @@ impl App {
     fn picture(&self, ctx: &egui::Context, path: PathBuf, ends: bool) {
         let (tell, outcome, again) = (self.tell.clone(), Arc::clone(&self.outcome), ctx.clone());
         ctx.request_screenshot(move |image: Arc<ColorImage>| {
-            let message = written(&path, files::write_png(&path, &image).map_err(anyhow::Error::from));
+            let message =
+                written(&path, files::write_png(&path, &image).map_err(anyhow::Error::from));
             if ends && message.is_error {
-                *outcome.lock().unwrap_or_else(PoisonError::into_inner) = Some(message.text.clone());
+                *outcome.lock().unwrap_or_else(PoisonError::into_inner) =
+                    Some(message.text.clone());
             }
             // Nobody listens any more where the window is closing.
             let _sent = tell.send(message);
@@ -138,7 +156,10 @@ impl App {
         let shared = Arc::clone(&self.scope.shared);
         let span = {
             let engine = shared.engine_first();
-            self.scope.state.between().unwrap_or_else(|| self.scope.state.window.visible(engine.model.span()))
+            self.scope
+                .state
+                .between()
+                .unwrap_or_else(|| self.scope.state.window.visible(engine.model.span()))
         };
         let ending = if effect == Effect::Csv { "csv" } else { "mcap" };
         let path = match files::free_name(&self.scope.state.stem, ending) {
@@ -177,7 +198,10 @@ impl App {
                 self.picture(ctx, path, true);
             }
             (None, Some(_)) if late => {
-                let sentence = format!("no picture: what the view asks for did not come within {} s", job.view.look.patience_s);
+                let sentence = format!(
+                    "no picture: what the view asks for did not come within {} s",
+                    job.view.look.patience_s
+                );
                 *self.outcome.lock().unwrap_or_else(PoisonError::into_inner) = Some(sentence);
                 ctx.send_viewport_cmd(ViewportCommand::Close);
             }
@@ -222,10 +246,18 @@ impl eframe::App for App {
 fn shown_channels(scope: &Scope) -> Vec<Channel> {
     let engine = scope.shared.engine_first();
     let plots = scope.state.layout.plots.iter().filter(|plot| plot.shown);
-    plots.flat_map(|plot| crate::strip::curves(plot.plot, &engine.model)).map(|curve| curve.channel).collect()
+    plots
+        .flat_map(|plot| crate::strip::curves(plot.plot, &engine.model))
+        .map(|curve| curve.channel)
+        .collect()
 }
 
-fn write(effect: Effect, (shared, _spec): (&Shared, &SourceSpec), (span, channels): (Span, &[Channel]), path: &Path) -> anyhow::Result<()> {
+fn write(
+    effect: Effect,
+    (shared, _spec): (&Shared, &SourceSpec),
+    (span, channels): (Span, &[Channel]),
+    path: &Path,
+) -> anyhow::Result<()> {
     let engine = shared.engine_first();
     match effect {
         Effect::Csv => export::csv(&engine.model, span, channels, path).map(|_| ())?,

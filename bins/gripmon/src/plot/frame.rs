@@ -62,11 +62,19 @@ impl Frame {
 /// Draws background, border, grid and the labels of the values, left of the plot.
 pub fn value_axis(painter: &Painter, frame: &Frame, unit: &str, palette: &Palette) {
     let rect = frame.rect;
-    painter.rect(rect, CORNERS, palette.plot, Stroke::new(1.0, palette.edge), eframe::egui::StrokeKind::Outside);
+    painter.rect(
+        rect,
+        CORNERS,
+        palette.plot,
+        Stroke::new(1.0, palette.edge),
+        eframe::egui::StrokeKind::Outside,
+    );
     let most = num::whole(f64::from(rect.height() / VALUE_STEP)).clamp(2, 9);
     let (places, decimals) = value_ticks(&frame.scale, most);
     let (factor, prefix) = match frame.scale.kind() {
-        Kind::Linear => format::prefix_of(frame.scale.low().abs().max(frame.scale.high().abs()), unit),
+        Kind::Linear => {
+            format::prefix_of(frame.scale.low().abs().max(frame.scale.high().abs()), unit)
+        }
         Kind::Log => (1.0, ""),
     };
     let decimals = decimals.map(|(step, _)| time::ticks(0.0, step / factor * 4.0, 4).decimals);
@@ -76,11 +84,19 @@ pub fn value_axis(painter: &Painter, frame: &Frame, unit: &str, palette: &Palett
             painter.hline(rect.x_range(), painter.round_to_pixel_center(y), palette.grid_stroke());
         }
         let text = match decimals {
-            Some(decimals) => format!("{:.*}", decimals.min(6), no_minus_zero(value / factor, decimals)),
+            Some(decimals) => {
+                format!("{:.*}", decimals.min(6), no_minus_zero(value / factor, decimals))
+            }
             None => power(value),
         };
         let y = y.clamp(rect.top() + 5.0, rect.bottom() - 5.0);
-        painter.text(pos2(rect.left() - 6.0, y), Align2::RIGHT_CENTER, text, palette::axis_font(), palette.weak);
+        painter.text(
+            pos2(rect.left() - 6.0, y),
+            Align2::RIGHT_CENTER,
+            text,
+            palette::axis_font(),
+            palette.weak,
+        );
     }
     if !unit.is_empty() {
         let at = pos2(rect.left() - GUTTER + 4.0, rect.center().y);
@@ -111,7 +127,11 @@ fn no_minus_zero(value: f64, decimals: usize) -> f64 {
 }
 
 fn power(value: f64) -> String {
-    if (0.0099..=1001.0).contains(&value) { format!("{value}") } else { format!("1e{:.0}", value.log10()) }
+    if (0.0099..=1001.0).contains(&value) {
+        format!("{value}")
+    } else {
+        format!("1e{:.0}", value.log10())
+    }
 }
 
 /// Draws the vertical grid, and the labels of the time below the plot where `labelled`.
@@ -124,7 +144,13 @@ pub fn time_axis(painter: &Painter, frame: &Frame, labelled: bool, palette: &Pal
         if labelled {
             let text = time::label(t_s, &ticks);
             painter.vline(x, rect.top()..=rect.top() + 4.0, Stroke::new(1.0, palette.edge));
-            painter.text(pos2(x, rect.top() + 5.0), Align2::CENTER_TOP, text, palette::axis_font(), palette.weak);
+            painter.text(
+                pos2(x, rect.top() + 5.0),
+                Align2::CENTER_TOP,
+                text,
+                palette::axis_font(),
+                palette.weak,
+            );
         } else if x > rect.left() + 0.5 && x < rect.right() - 0.5 {
             painter.vline(x, rect.y_range(), palette.grid_stroke());
         }

@@ -17,9 +17,15 @@ pub enum Style {
 }
 
 /// Draws samples `[t_s, value]` in rising time; what is not finite interrupts the line.
-pub fn polyline(painter: &Painter, frame: &Frame, samples: &[[f64; 2]], (colour, style): (Color32, Style)) {
+pub fn polyline(
+    painter: &Painter,
+    frame: &Frame,
+    samples: &[[f64; 2]],
+    (colour, style): (Color32, Style),
+) {
     let mut part: Vec<Pos2> = Vec::with_capacity(samples.len());
-    let apart = frame.rect.width() * 2.0 / crate::num::narrow(crate::num::count(samples.len().max(1)));
+    let apart =
+        frame.rect.width() * 2.0 / crate::num::narrow(crate::num::count(samples.len().max(1)));
     for &[t_s, value] in samples {
         if !value.is_finite() {
             stretch(painter, &mut part, colour, style);
@@ -28,8 +34,10 @@ pub fn polyline(painter: &Painter, frame: &Frame, samples: &[[f64; 2]], (colour,
         }
     }
     if style == Style::Solid && apart > DOTS_FROM * 2.0 {
-        let dots = samples.iter().filter(|[t_s, value]| value.is_finite() && frame.span.holds(*t_s));
-        let dot = |&[t_s, value]: &[f64; 2]| Shape::circle_filled(frame.at(t_s, value), 1.9, colour);
+        let dots =
+            samples.iter().filter(|[t_s, value]| value.is_finite() && frame.span.holds(*t_s));
+        let dot =
+            |&[t_s, value]: &[f64; 2]| Shape::circle_filled(frame.at(t_s, value), 1.9, colour);
         painter.extend(dots.map(dot).collect::<Vec<_>>());
     }
     stretch(painter, &mut part, colour, style);
@@ -40,7 +48,10 @@ fn stretch(painter: &Painter, part: &mut Vec<Pos2>, colour: Color32, style: Styl
     match (points.as_slice(), style) {
         ([], _) => {}
         ([alone], _) => {
-            painter.line_segment([*alone - vec2(1.5, 0.0), *alone + vec2(1.5, 0.0)], Stroke::new(1.4, colour));
+            painter.line_segment(
+                [*alone - vec2(1.5, 0.0), *alone + vec2(1.5, 0.0)],
+                Stroke::new(1.4, colour),
+            );
         }
         (_, Style::Solid) => {
             painter.line(points, Stroke::new(1.3, colour));

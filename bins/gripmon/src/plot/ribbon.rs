@@ -14,7 +14,12 @@ const HALF: f32 = 0.6;
 const FADE: f32 = 0.8;
 
 /// Adds the ribbon of the buckets to a mesh.
-pub fn ribbon(mesh: &mut Mesh, frame: &Frame, buckets: &[Bucket], (colour, style): (Color32, Style)) {
+pub fn ribbon(
+    mesh: &mut Mesh,
+    frame: &Frame,
+    buckets: &[Bucket],
+    (colour, style): (Color32, Style),
+) {
     let mut before: Option<(f32, f32)> = None;
     for bucket in buckets {
         let open = style == Style::Dashed && is_between_dashes(frame, bucket.from_s);
@@ -131,7 +136,12 @@ mod tests {
     #[test]
     fn neighbours_touch_and_gaps_stay_open() {
         let mut mesh = Mesh::default();
-        ribbon(&mut mesh, &frame(), &buckets(&[(0.1, 0.2), (0.7, 0.8)]), (Color32::WHITE, Style::Solid));
+        ribbon(
+            &mut mesh,
+            &frame(),
+            &buckets(&[(0.1, 0.2), (0.7, 0.8)]),
+            (Color32::WHITE, Style::Solid),
+        );
         let joined = mesh.indices.len();
         // The second column reaches down to the first one's top.
         assert!(covers(&mesh, 80.0));
@@ -139,7 +149,11 @@ mod tests {
         let values = [(0.1, 0.2), (f32::NAN, f32::NAN), (0.7, 0.8)];
         ribbon(&mut gap, &frame(), &buckets(&values), (Color32::WHITE, Style::Solid));
         assert!(gap.is_valid() && gap.indices.len() == 36 && joined == 36);
-        assert!(gap.indices.chunks(18).all(|part| part.iter().all(|i| *i < 8) || part.iter().all(|i| *i >= 8)));
+        assert!(
+            gap.indices
+                .chunks(18)
+                .all(|part| part.iter().all(|i| *i < 8) || part.iter().all(|i| *i >= 8))
+        );
     }
 
     #[test]

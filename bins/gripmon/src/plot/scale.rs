@@ -115,7 +115,14 @@ mod tests {
 
     #[test]
     fn a_range_is_never_empty() {
-        for (low, high) in [(1.0, 1.0), (0.0, 0.0), (f64::NAN, 1.0), (5.0, -5.0), (1e30, 1e30), (-1e300, f64::INFINITY)] {
+        for (low, high) in [
+            (1.0, 1.0),
+            (0.0, 0.0),
+            (f64::NAN, 1.0),
+            (5.0, -5.0),
+            (1e30, 1e30),
+            (-1e300, f64::INFINITY),
+        ] {
             for kind in [Kind::Linear, Kind::Log] {
                 for scale in [Scale::new(kind, low, high), Scale::around(kind, low, high)] {
                     assert!(scale.high() > scale.low(), "{kind:?} {low} {high}: {scale:?}");
@@ -144,7 +151,10 @@ mod tests {
     #[test]
     fn zooming_keeps_the_value_under_the_pointer() {
         let scale = Scale::new(Kind::Linear, 0.0, 10.0).changed(0.25, 0.5, 0.0);
-        assert!((scale.value(0.25) - 2.5).abs() < 1e-9 && (scale.high() - scale.low() - 5.0).abs() < 1e-9);
+        assert!(
+            (scale.value(0.25) - 2.5).abs() < 1e-9
+                && (scale.high() - scale.low() - 5.0).abs() < 1e-9
+        );
         let moved = Scale::new(Kind::Linear, 0.0, 10.0).changed(0.0, 1.0, 0.1);
         assert!((moved.low() + 1.0).abs() < 1e-9);
     }

@@ -21,8 +21,12 @@ fn refusal(seen: &Seen<'_>) -> Option<&'static str> {
     let daemon = seen.model.info().daemon.as_ref();
     match daemon {
         None => Some("Only a running gripd takes commands; this source is none."),
-        Some(daemon) if daemon.dry_run => Some("This gripd only observes (dry run): it commands nothing."),
-        Some(daemon) if !daemon.may_command => Some("This gripd takes no commands of clients. Its configuration allows them with allow_commands = true."),
+        Some(daemon) if daemon.dry_run => {
+            Some("This gripd only observes (dry run): it commands nothing.")
+        }
+        Some(daemon) if !daemon.may_command => Some(
+            "This gripd takes no commands of clients. Its configuration allows them with allow_commands = true.",
+        ),
         Some(_) if seen.model.status().is_trouble() => Some("There is no connection to gripd now."),
         Some(_) => None,
     }
@@ -31,15 +35,26 @@ fn refusal(seen: &Seen<'_>) -> Option<&'static str> {
 fn allowed(ui: &mut Ui, seen: &Seen<'_>) -> Vec<Action> {
     let form = seen.state.command;
     let mut actions = Vec::new();
-    sentence(ui, "A software stop is not a safety function: whoever may be hurt needs an emergency stop that does not pass through this program.");
+    sentence(
+        ui,
+        "A software stop is not a safety function: whoever may be hurt needs an emergency stop that does not pass through this program.",
+    );
     ui.add_space(4.0);
     let stop = RichText::new("Stop").strong().color(seen.palette.tone(Tone::Red));
-    if ui.add(Button::new(stop).min_size(vec2(160.0, 24.0))).on_hover_text("Stops in software, latched by the gripper. Works without arming.").clicked() {
+    if ui
+        .add(Button::new(stop).min_size(vec2(160.0, 24.0)))
+        .on_hover_text("Stops in software, latched by the gripper. Works without arming.")
+        .clicked()
+    {
         actions.push(Action::Send(Order::Stop));
     }
     ui.add_space(4.0);
     let mut armed = form.armed;
-    if ui.checkbox(&mut armed, "Arm commands").on_hover_text("The buttons below work only while this is set.").changed() {
+    if ui
+        .checkbox(&mut armed, "Arm commands")
+        .on_hover_text("The buttons below work only while this is set.")
+        .changed()
+    {
         actions.push(Action::Arm(armed));
     }
     ui.add_enabled_ui(form.armed, |ui| {
@@ -60,12 +75,17 @@ fn force(ui: &mut Ui, seen: &Seen<'_>, actions: &mut Vec<Action>) {
     heading(ui, "Force");
     let limit_n = limit_n(seen);
     let mut force_n = seen.state.command.force_n.min(limit_n);
-    let slider = Slider::new(&mut force_n, 0.0..=limit_n).suffix(" N").text("At least").max_decimals(2);
+    let slider =
+        Slider::new(&mut force_n, 0.0..=limit_n).suffix(" N").text("At least").max_decimals(2);
     if ui.add(slider).changed() {
         actions.push(Action::ForceEntry(force_n));
     }
     row(ui, "limit", format::with_unit(limit_n, "N"));
-    if ui.button("Hold with this force").on_hover_text("The answer to a slip stays free to press harder.").clicked() {
+    if ui
+        .button("Hold with this force")
+        .on_hover_text("The answer to a slip stays free to press harder.")
+        .clicked()
+    {
         actions.push(Action::Send(Order::AtLeast(force_n)));
     }
 }

@@ -13,7 +13,11 @@ pub(super) fn cursors(ui: &mut Ui, seen: &Seen<'_>) -> Vec<Action> {
     heading(ui, "Cursors");
     ui.horizontal(|ui| {
         for (cursor, name) in [(Cursor::A, "Set A"), (Cursor::B, "Set B")] {
-            if ui.button(name).on_hover_text("In the middle of the view; the keys A and B set it at the pointer.").clicked() {
+            if ui
+                .button(name)
+                .on_hover_text("In the middle of the view; the keys A and B set it at the pointer.")
+                .clicked()
+            {
                 actions.push(Action::CursorHere(cursor));
             }
         }
@@ -21,7 +25,10 @@ pub(super) fn cursors(ui: &mut Ui, seen: &Seen<'_>) -> Vec<Action> {
         if ui.add_enabled(any, eframe::egui::Button::new("Clear")).clicked() {
             actions.push(Action::ClearCursors);
         }
-        if ui.add_enabled(seen.state.between().is_some(), eframe::egui::Button::new("Zoom")).clicked() {
+        if ui
+            .add_enabled(seen.state.between().is_some(), eframe::egui::Button::new("Zoom"))
+            .clicked()
+        {
             actions.push(Action::ZoomToCursors);
         }
     });
@@ -51,13 +58,16 @@ fn shown(seen: &Seen<'_>) -> Vec<Channel> {
 
 fn between(ui: &mut Ui, channel: Channel, (a_s, b_s): (f64, f64), seen: &Seen<'_>) {
     let unit = readout::unit(channel, seen);
-    let stats = seen.model.series(channel).and_then(|series| series.stats(grip_scope::Span::new(a_s, b_s)));
+    let stats =
+        seen.model.series(channel).and_then(|series| series.stats(grip_scope::Span::new(a_s, b_s)));
     let ends = [a_s, b_s].map(|t_s| readout::value_at(channel, seen, t_s));
     if stats.is_none() && ends.iter().all(Option::is_none) {
         return;
     }
     heading(ui, channel.name());
-    let told = |value: Option<f64>| value.map_or(format::NOTHING.to_owned(), |v| format::with_unit(v, &unit));
+    let told = |value: Option<f64>| {
+        value.map_or(format::NOTHING.to_owned(), |v| format::with_unit(v, &unit))
+    };
     let difference = match ends {
         [Some(a), Some(b)] => Some(b - a),
         _ => None,

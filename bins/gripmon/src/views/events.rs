@@ -14,16 +14,24 @@ pub(super) fn events(ui: &mut Ui, seen: &Seen<'_>) -> Vec<Action> {
     let all = seen.model.events();
     heading(ui, "Events");
     ui.horizontal(|ui| {
-        for (name, action) in [("Previous event", Action::PreviousEvent), ("Next event", Action::NextEvent)] {
+        for (name, action) in
+            [("Previous event", Action::PreviousEvent), ("Next event", Action::NextEvent)]
+        {
             if ui.add_enabled(!all.is_empty(), Button::new(name)).clicked() {
                 actions.push(action);
             }
         }
     });
     if all.is_empty() {
-        sentence(ui, "Nothing has happened yet. Slips, reflexes, gaps, faults and your own markers stand here.");
+        sentence(
+            ui,
+            "Nothing has happened yet. Slips, reflexes, gaps, faults and your own markers stand here.",
+        );
     } else if all.len() > MOST {
-        sentence(ui, format!("The newest {MOST} of {}; Previous event goes further back.", all.len()));
+        sentence(
+            ui,
+            format!("The newest {MOST} of {}; Previous event goes further back.", all.len()),
+        );
     }
     for mark in all.iter().rev().take(MOST) {
         actions.extend(event(ui, mark, seen));
@@ -34,7 +42,12 @@ pub(super) fn events(ui: &mut Ui, seen: &Seen<'_>) -> Vec<Action> {
 fn event(ui: &mut Ui, mark: &EventMark, seen: &Seen<'_>) -> Option<Action> {
     let colour = seen.palette.tone(lane::tone(mark.kind));
     let head = format!("{:>11.4} s  {}", mark.t_s, mark.kind.name());
-    let clicked = ui.selectable_label(seen.state.event_s == Some(mark.t_s), RichText::new(head).monospace().color(colour)).clicked();
+    let clicked = ui
+        .selectable_label(
+            seen.state.event_s == Some(mark.t_s),
+            RichText::new(head).monospace().color(colour),
+        )
+        .clicked();
     ui.add(Label::new(RichText::new(facts(mark)).size(11.0).weak()).wrap());
     clicked.then_some(Action::JumpTo(mark.t_s))
 }
@@ -42,7 +55,9 @@ fn event(ui: &mut Ui, mark: &EventMark, seen: &Seen<'_>) -> Option<Action> {
 /// The sentence of an event, or what is known of a slip.
 fn facts(mark: &EventMark) -> String {
     let Some(slip) = &mark.slip else { return mark.text.clone() };
-    let number = |name: &str, value: Option<f32>, unit: &str| value.map(|v| format!("{name} {}", format::with_unit(v.into(), unit)));
+    let number = |name: &str, value: Option<f32>, unit: &str| {
+        value.map(|v| format!("{name} {}", format::with_unit(v.into(), unit)))
+    };
     let parts = [
         slip.method.map(|method| format!("by {}", method.name())),
         number("statistic", slip.statistic, ""),

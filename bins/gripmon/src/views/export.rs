@@ -16,14 +16,23 @@ pub(super) fn export(ui: &mut Ui, seen: &Seen<'_>) -> Vec<Action> {
     ui.add_space(4.0);
     let label = ui.label("Names begin with (folders are allowed)");
     let mut stem = seen.state.stem.clone();
-    if ui.add(TextEdit::singleline(&mut stem).desired_width(220.0)).labelled_by(label.id).changed() {
+    if ui.add(TextEdit::singleline(&mut stem).desired_width(220.0)).labelled_by(label.id).changed()
+    {
         actions.push(Action::ExportStem(stem));
     }
     ui.add_space(6.0);
     let any = seen.model.span().is_some();
     for (name, about, action) in [
-        ("Samples as CSV", "One row for each time at which a shown curve has a sample.", Action::ExportCsv),
-        ("Recording (MCAP)", "The same messages as gripd records: for gripctl replay, PlotJuggler, Foxglove.", Action::ExportMcap),
+        (
+            "Samples as CSV",
+            "One row for each time at which a shown curve has a sample.",
+            Action::ExportCsv,
+        ),
+        (
+            "Recording (MCAP)",
+            "The same messages as gripd records: for gripctl replay, PlotJuggler, Foxglove.",
+            Action::ExportMcap,
+        ),
         ("Picture (PNG)", "This window, key S.", Action::ExportPicture),
     ] {
         let button = eframe::egui::Button::new(name).min_size(eframe::egui::vec2(160.0, 22.0));

@@ -13,7 +13,12 @@ const WHEEL: f32 = 0.0022;
 const LEAST_DRAG: f32 = 4.0;
 
 /// Pointer over the inside of a plot: time moves.
-pub(super) fn over_plot(ui: &Ui, response: &Response, frame: &Frame, seen: &Seen<'_>) -> Vec<Action> {
+pub(super) fn over_plot(
+    ui: &Ui,
+    response: &Response,
+    frame: &Frame,
+    seen: &Seen<'_>,
+) -> Vec<Action> {
     let mut actions = Vec::new();
     let Some(pointer) = response.hover_pos().or_else(|| response.interact_pointer_pos()) else {
         return actions;
@@ -21,7 +26,8 @@ pub(super) fn over_plot(ui: &Ui, response: &Response, frame: &Frame, seen: &Seen
     let at_s = frame.time(pointer.x.clamp(frame.rect.left(), frame.rect.right()));
     actions.push(Action::Hover(Some(at_s)));
     let per_point = frame.span.length_s() / f64::from(frame.rect.width());
-    let wheel = if response.hovered() { ui.input(|i| i.smooth_scroll_delta()) } else { Default::default() };
+    let wheel =
+        if response.hovered() { ui.input(|i| i.smooth_scroll_delta()) } else { Default::default() };
     if wheel.y.abs() > 0.1 {
         actions.push(Action::Zoom { at_s, factor: f64::from((-wheel.y * WHEEL).exp()) });
     }
@@ -52,14 +58,20 @@ fn selected(seen: &Seen<'_>, frame: &Frame, to_s: f64) -> Vec<Action> {
 }
 
 /// Pointer over the labels of a plot's values: values move.
-pub(super) fn over_axis(ui: &Ui, response: &Response, frame: &Frame, strip: StripId) -> Vec<Action> {
+pub(super) fn over_axis(
+    ui: &Ui,
+    response: &Response,
+    frame: &Frame,
+    strip: StripId,
+) -> Vec<Action> {
     let mut actions = Vec::new();
     if response.double_clicked() {
         return vec![Action::Values(strip, None)];
     }
     let place = |y: f32| f64::from((frame.rect.bottom() - y) / frame.rect.height());
     let wheel = if response.hovered() { ui.input(|i| i.smooth_scroll_delta().y) } else { 0.0 };
-    let changed = |place: f64, factor: f64, by: f64| -> Scale { frame.scale.changed(place, factor, by) };
+    let changed =
+        |place: f64, factor: f64, by: f64| -> Scale { frame.scale.changed(place, factor, by) };
     if let Some(pointer) = response.hover_pos().filter(|_| wheel.abs() > 0.1) {
         let factor = f64::from((-wheel * WHEEL).exp());
         actions.push(Action::Values(strip, Some(changed(place(pointer.y), factor, 0.0))));

@@ -4,7 +4,9 @@ use super::{Seen, gestures, strips};
 use crate::action::Action;
 use crate::palette::{Palette, Tone};
 use crate::plot::{Frame, GUTTER, Kind, Scale};
-use eframe::egui::{Align2, Color32, FontId, Rect, Sense, Stroke, Ui, WidgetInfo, Role, pos2, vec2};
+use eframe::egui::{
+    Align2, Color32, FontId, Rect, Role, Sense, Stroke, Ui, WidgetInfo, pos2, vec2,
+};
 use grip_link::message::daemon::SceneCode;
 use grip_scope::{EventKind, EventMark};
 
@@ -35,7 +37,13 @@ pub(super) fn lane(ui: &Ui, rect: Rect, seen: &Seen<'_>) -> Vec<Action> {
     let response = ui.interact(rect, ui.scope_id().with("lane"), Sense::click_and_drag());
     response.widget_info(|| WidgetInfo::labeled(Role::Figure, true, "Scenes and events"));
     let painter = ui.painter();
-    painter.rect(rect, 0, seen.palette.plot, Stroke::new(1.0, seen.palette.edge), eframe::egui::StrokeKind::Outside);
+    painter.rect(
+        rect,
+        0,
+        seen.palette.plot,
+        Stroke::new(1.0, seen.palette.edge),
+        eframe::egui::StrokeKind::Outside,
+    );
     names(ui, rect, &seen.palette);
     scenes(ui, &frame, seen);
     stretches(ui, &frame, seen);
@@ -52,7 +60,9 @@ pub(super) fn lane(ui: &Ui, rect: Rect, seen: &Seen<'_>) -> Vec<Action> {
 fn names(ui: &Ui, rect: Rect, palette: &Palette) {
     let font = FontId::proportional(11.0);
     let x = rect.left() - 6.0;
-    let label = |y: f32, text: &str| ui.painter().text(pos2(x, y), Align2::RIGHT_CENTER, text, font.clone(), palette.weak);
+    let label = |y: f32, text: &str| {
+        ui.painter().text(pos2(x, y), Align2::RIGHT_CENTER, text, font.clone(), palette.weak)
+    };
     label(rect.top() + SCENES / 2.0, "scene");
     label(rect.top() + SCENES + (HEIGHT - SCENES) / 2.0, "events");
     debug_assert!(GUTTER > 40.0);
@@ -75,11 +85,21 @@ fn scenes(ui: &Ui, frame: &Frame, seen: &Seen<'_>) {
         let across = left.max(band.left())..=right.min(band.right()).max(left.max(band.left()));
         let rect = Rect::from_x_y_ranges(across, band.y_range());
         let (colour, strong) = scene_colour(stretch.what, &seen.palette);
-        let fill = if strong { colour.gamma_multiply(if seen.palette.dark { 0.55 } else { 0.38 }) } else { colour };
+        let fill = if strong {
+            colour.gamma_multiply(if seen.palette.dark { 0.55 } else { 0.38 })
+        } else {
+            colour
+        };
         ui.painter().rect_filled(rect, 0, fill);
         if rect.width() > 50.0 {
             let font = FontId::proportional(10.5);
-            ui.painter().text(rect.left_center() + vec2(5.0, 0.0), Align2::LEFT_CENTER, stretch.what.name(), font, seen.palette.text);
+            ui.painter().text(
+                rect.left_center() + vec2(5.0, 0.0),
+                Align2::LEFT_CENTER,
+                stretch.what.name(),
+                font,
+                seen.palette.text,
+            );
         }
     }
 }
@@ -88,7 +108,8 @@ fn scenes(ui: &Ui, frame: &Frame, seen: &Seen<'_>) {
 fn stretches(ui: &Ui, frame: &Frame, seen: &Seen<'_>) {
     let events = seen.model.events();
     let top = frame.rect.top() + SCENES + 2.0;
-    let all = events.slips(frame.span).chain(events.faults(frame.span)).chain(events.gaps(frame.span));
+    let all =
+        events.slips(frame.span).chain(events.faults(frame.span)).chain(events.gaps(frame.span));
     for stretch in all {
         let across = strips::stretch(frame, stretch.span).x_range();
         let rect = Rect::from_x_y_ranges(across, top..=top + 6.0);
@@ -97,7 +118,12 @@ fn stretches(ui: &Ui, frame: &Frame, seen: &Seen<'_>) {
 }
 
 /// Ticks and, where there is room, words; the event nearest to the pointer.
-fn marks<'a>(ui: &Ui, frame: &Frame, seen: &Seen<'a>, pointer: Option<f32>) -> Option<&'a EventMark> {
+fn marks<'a>(
+    ui: &Ui,
+    frame: &Frame,
+    seen: &Seen<'a>,
+    pointer: Option<f32>,
+) -> Option<&'a EventMark> {
     let mut nearest: Option<(f32, &EventMark)> = None;
     let mut free_from = f32::NEG_INFINITY;
     let painter = ui.painter().with_clip_rect(frame.rect);
@@ -108,7 +134,13 @@ fn marks<'a>(ui: &Ui, frame: &Frame, seen: &Seen<'a>, pointer: Option<f32>) -> O
         painter.vline(painter.round_to_pixel_center(x), y, Stroke::new(1.5, colour));
         if x >= free_from {
             let at = pos2(x + 4.0, frame.rect.bottom() - 11.0);
-            let drawn = painter.text(at, Align2::LEFT_CENTER, mark.kind.name(), FontId::proportional(10.5), seen.palette.text);
+            let drawn = painter.text(
+                at,
+                Align2::LEFT_CENTER,
+                mark.kind.name(),
+                FontId::proportional(10.5),
+                seen.palette.text,
+            );
             free_from = x + drawn.width().max(LABEL / 2.0) + 8.0;
         }
         let away = pointer.map_or(f32::INFINITY, |pointer| (pointer - x).abs());

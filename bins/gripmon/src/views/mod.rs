@@ -50,7 +50,8 @@ impl Seen<'_> {
     /// The time that numbers beside the plots belong to (s): that of the pointer, else the newest that is seen.
     #[must_use]
     pub fn looked_at_s(&self) -> f64 {
-        let newest_s = self.model.span().map_or(self.span.to_s, |data| data.to_s.min(self.span.to_s));
+        let newest_s =
+            self.model.span().map_or(self.span.to_s, |data| data.to_s.min(self.span.to_s));
         self.state.hover_s.unwrap_or(newest_s)
     }
 }

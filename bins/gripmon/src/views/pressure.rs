@@ -27,16 +27,21 @@ pub(super) fn draw(ui: &Ui, frame: &Frame, (seen, scratch): (&Seen<'_>, &mut Scr
 fn image(seen: &Seen<'_>, frame: &Frame, wide: usize) -> ColorImage {
     let first_s = seen.model.span().map_or(f64::INFINITY, |data| data.from_s);
     let end_s = seen.model.span().map_or(f64::NEG_INFINITY, |data| data.to_s);
-    let at = |x: usize| frame.span.from_s + (num::count(x) + 0.5) / num::count(wide) * frame.span.length_s();
+    let at = |x: usize| {
+        frame.span.from_s + (num::count(x) + 0.5) / num::count(wide) * frame.span.length_s()
+    };
     let frames: Vec<_> = (0..wide)
-        .map(|x| Some(at(x)).filter(|t| (first_s..=end_s).contains(t)).and_then(|t| seen.model.taxels(t)))
+        .map(|x| {
+            Some(at(x)).filter(|t| (first_s..=end_s).contains(t)).and_then(|t| seen.model.taxels(t))
+        })
         .collect();
     let high = frames.iter().flatten().map(|frame| frame.values.len()).max().unwrap_or(1);
     let (low, top) = range(frames.iter().flatten().flat_map(|frame| frame.values.iter()));
     let mut image = ColorImage::filled([wide, high], Color32::TRANSPARENT);
     for (x, found) in frames.iter().enumerate() {
         let Some(found) = found else { continue };
-        for (taxel, value) in found.values.iter().enumerate().filter(|(_, value)| value.is_finite()) {
+        for (taxel, value) in found.values.iter().enumerate().filter(|(_, value)| value.is_finite())
+        {
             if let Some(pixel) = image.pixels.get_mut((high - 1 - taxel) * wide + x) {
                 *pixel = Palette::heat((value - low) / (top - low));
             }
@@ -50,7 +55,13 @@ fn range<'a>(values: impl Iterator<Item = &'a f32>) -> (f32, f32) {
     let (low, high) = values
         .filter(|value| value.is_finite())
         .fold((f32::INFINITY, f32::NEG_INFINITY), |(low, high), v| (low.min(*v), high.max(*v)));
-    if low < high { (low, high) } else if low.is_finite() { (low - 0.5, low + 0.5) } else { (0.0, 1.0) }
+    if low < high {
+        (low, high)
+    } else if low.is_finite() {
+        (low - 0.5, low + 0.5)
+    } else {
+        (0.0, 1.0)
+    }
 }
 
 /// The frame at the time that is looked at, as square as its number of taxels allows.
@@ -67,12 +78,22 @@ pub(super) fn readout(ui: &mut Ui, seen: &Seen<'_>) {
     let side = (room.x / cells.x).min(room.y / cells.y).clamp(3.0, 26.0);
     let (rect, _) = ui.allocate_exact_size(side * cells, Sense::hover());
     for (taxel, value) in frame.values.iter().enumerate() {
-        let cell = vec2(num::narrow(num::count(taxel % across)), num::narrow(num::count(taxel / across)));
+        let cell =
+            vec2(num::narrow(num::count(taxel % across)), num::narrow(num::count(taxel / across)));
         let cell = Rect::from_min_size(rect.min + side * cell, vec2(side - 1.0, side - 1.0));
-        let colour = if value.is_finite() { Palette::heat((value - low) / (high - low)) } else { seen.palette.grid };
+        let colour = if value.is_finite() {
+            Palette::heat((value - low) / (high - low))
+        } else {
+            seen.palette.grid
+        };
         ui.painter().rect_filled(cell, 1, colour);
     }
-    let text = format!("{} taxels, {} .. {}", frame.values.len(), crate::format::number(low.into()), crate::format::number(high.into()));
+    let text = format!(
+        "{} taxels, {} .. {}",
+        frame.values.len(),
+        crate::format::number(low.into()),
+        crate::format::number(high.into())
+    );
     ui.label(RichText::new(text).size(10.5).weak());
 }
 

@@ -34,8 +34,10 @@ fn line(ui: &mut Ui, curve: &Curve, seen: &Seen<'_>) {
     ui.horizontal(|ui| {
         swatch(ui, seen.palette.tone(curve.tone), curve.style == crate::plot::Style::Dashed);
         let name = RichText::new(curve.channel.name()).size(11.5);
-        cell(ui, 90.0, Layout::left_to_right(Align::Center), name).on_hover_text(curve.channel.name());
-        let (number, unit) = shown.map_or((format::NOTHING.to_owned(), String::new()), |s| (s.number, s.unit));
+        cell(ui, 90.0, Layout::left_to_right(Align::Center), name)
+            .on_hover_text(curve.channel.name());
+        let (number, unit) =
+            shown.map_or((format::NOTHING.to_owned(), String::new()), |s| (s.number, s.unit));
         let number = RichText::new(number).font(palette::number_font());
         cell(ui, 50.0, Layout::right_to_left(Align::Center), number);
         ui.label(RichText::new(unit).size(11.0).weak());
@@ -43,7 +45,11 @@ fn line(ui: &mut Ui, curve: &Curve, seen: &Seen<'_>) {
     if let Some((low, high)) = enclosure(curve.channel).filter(|_| ui.available_height() > 30.0) {
         let ends = [low, high].map(|channel| value(channel, seen));
         if let [Some(low), Some(high)] = ends {
-            let text = format!("    {} .. {}", format::with_unit(low, &unit), format::with_unit(high, &unit));
+            let text = format!(
+                "    {} .. {}",
+                format::with_unit(low, &unit),
+                format::with_unit(high, &unit)
+            );
             ui.label(RichText::new(text).size(10.5).weak());
         }
     }
@@ -86,7 +92,9 @@ pub(super) fn value_at(channel: Channel, seen: &Seen<'_>, t_s: f64) -> Option<f6
 /// The unit of a channel; E_sc has that of the reading that is shown.
 pub(super) fn unit(channel: Channel, seen: &Seen<'_>) -> String {
     match channel {
-        Channel::Esc | Channel::EscLow | Channel::EscHigh => seen.model.info().esc_unit().to_owned(),
+        Channel::Esc | Channel::EscLow | Channel::EscHigh => {
+            seen.model.info().esc_unit().to_owned()
+        }
         _ => channel.unit().to_owned(),
     }
 }

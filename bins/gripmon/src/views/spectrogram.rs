@@ -22,12 +22,20 @@ pub(super) struct Picture {
 
 impl Picture {
     /// The texture of what is asked for, made anew where it shows something else.
-    pub(super) fn of(&mut self, ui: &Ui, shows: (Span, u64, usize), make: impl FnOnce() -> ColorImage) -> Option<&TextureHandle> {
+    pub(super) fn of(
+        &mut self,
+        ui: &Ui,
+        shows: (Span, u64, usize),
+        make: impl FnOnce() -> ColorImage,
+    ) -> Option<&TextureHandle> {
         if self.shows != Some(shows) || self.texture.is_none() {
             let image = make();
             match &mut self.texture {
                 Some(texture) => texture.set(image, TextureOptions::NEAREST),
-                None => self.texture = Some(ui.ctx().load_texture("picture", image, TextureOptions::NEAREST)),
+                None => {
+                    self.texture =
+                        Some(ui.ctx().load_texture("picture", image, TextureOptions::NEAREST))
+                }
             }
             self.shows = Some(shows);
         }
@@ -55,8 +63,10 @@ pub(super) fn draw(ui: &Ui, frame: &Frame, (seen, scratch): (&Seen<'_>, &mut Scr
 fn image(spectra: &Spectrogram, frame: &Frame, wide: usize) -> ColorImage {
     let columns: Vec<_> = spectra.in_span(frame.span).collect();
     let high = columns.iter().map(|column| column.bins.len()).max().unwrap_or(1);
-    let strongest = columns.iter().flat_map(|column| column.bins.iter().skip(2)).max().copied().unwrap_or(0);
-    let lut: Vec<Color32> = (0..=u8::MAX).map(|byte| Palette::heat(level(byte, strongest))).collect();
+    let strongest =
+        columns.iter().flat_map(|column| column.bins.iter().skip(2)).max().copied().unwrap_or(0);
+    let lut: Vec<Color32> =
+        (0..=u8::MAX).map(|byte| Palette::heat(level(byte, strongest))).collect();
     let mut image = ColorImage::filled([wide, high], Color32::TRANSPARENT);
     let place = |t_s: f64| {
         let share = (t_s - frame.span.from_s) / frame.span.length_s();
@@ -93,7 +103,11 @@ pub(super) fn readout(ui: &mut Ui, seen: &Seen<'_>) {
     let bins = column.bins.iter().enumerate().skip(2);
     if let Some((bin, byte)) = bins.max_by_key(|(_, byte)| **byte) {
         let width_hz = f64::from(column.top_hz) / num::count(column.bins.len());
-        super::row(ui, "strongest", crate::format::with_unit((num::count(bin) + 0.5) * width_hz, "Hz"));
+        super::row(
+            ui,
+            "strongest",
+            crate::format::with_unit((num::count(bin) + 0.5) * width_hz, "Hz"),
+        );
         super::row(ui, "its power", format!("{:.0} dB", Spectrogram::db(*byte)));
     }
 }

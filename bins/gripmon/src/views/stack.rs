@@ -6,10 +6,14 @@ use crate::layout::StripLayout;
 use crate::palette::{Palette, Tone};
 use crate::plot::{self, Frame, GUTTER, Kind, Scale};
 use crate::strip::{self, Curve, StripId};
-use eframe::egui::{self, Align2, FontId, Rect, Sense, Stroke, Ui, UiBuilder, WidgetInfo, Role, pos2, vec2};
+use eframe::egui::{
+    self, Align2, FontId, Rect, Role, Sense, Stroke, Ui, UiBuilder, WidgetInfo, pos2, vec2,
+};
 
 /// Height of the time axis with the cursors' flags (points).
 const AXIS: f32 = 22.0;
+/// A stack narrower than this has no values beside its plots (points).
+const NARROW: f32 = 480.0;
 /// Space between two plots (points).
 const BETWEEN: f32 = 5.0;
 /// Height of the title of a plot (points).
@@ -18,8 +22,12 @@ const TITLE: f32 = 15.0;
 /// Draws everything that shares the time axis.
 pub fn stack(ui: &mut Ui, seen: &Seen<'_>, scratch: &mut Scratch) -> Vec<Action> {
     let all = ui.available_rect_before_wrap().shrink2(vec2(8.0, 4.0));
-    let shown: Vec<StripLayout> = seen.state.layout.plots.iter().filter(|plot| plot.shown).copied().collect();
-    let inside = all.left() + GUTTER..=all.right() - readout::WIDTH;
+    let shown: Vec<StripLayout> =
+        seen.state.layout.plots.iter().filter(|plot| plot.shown).copied().collect();
+    // A narrow window has no room for values beside the plots.
+    let beside = if all.width() > NARROW { readout::WIDTH } else { 4.0 };
+    let left = all.left() + GUTTER;
+    let inside = left..=(all.right() - beside).max(left + 20.0);
     let row = |top: f32, height: f32| Rect::from_x_y_ranges(inside.clone(), top..=top + height);
     let mut actions = Vec::new();
     let top = all.top() + lane::HEIGHT + BETWEEN;
@@ -39,7 +47,11 @@ pub fn stack(ui: &mut Ui, seen: &Seen<'_>, scratch: &mut Scratch) -> Vec<Action>
         actions.push(Action::Hover(None));
     }
     actions.extend(axis(ui, row(bottom, AXIS), seen));
-    actions.extend(overview::overview(ui, row(all.bottom() - overview::HEIGHT, overview::HEIGHT), (seen, scratch)));
+    actions.extend(overview::overview(
+        ui,
+        row(all.bottom() - overview::HEIGHT, overview::HEIGHT),
+        (seen, scratch),
+    ));
     ui.advance_cursor_after_rect(all);
     actions
 }
@@ -58,7 +70,11 @@ fn heights(shown: &[StripLayout], top: f32, bottom: f32) -> Vec<(StripLayout, f3
     shown.iter().map(place).collect()
 }
 
-fn one(ui: &mut Ui, (plot, rect): (&StripLayout, Rect), (seen, scratch): (&Seen<'_>, &mut Scratch)) -> Vec<Action> {
+fn one(
+    ui: &mut Ui,
+    (plot, rect): (&StripLayout, Rect),
+    (seen, scratch): (&Seen<'_>, &mut Scratch),
+) -> Vec<Action> {
     let strip = plot.plot;
     let wanted = strip::curves(strip, seen.model);
     let scale = match strip {
@@ -69,7 +85,13 @@ fn one(ui: &mut Ui, (plot, rect): (&StripLayout, Rect), (seen, scratch): (&Seen<
     let frame = Frame { rect, span: seen.span, scale };
     let mut actions = interact(ui, strip, &frame, seen);
     draw(ui, (strip, &frame), &wanted, (seen, scratch));
-    let beside = Rect::from_min_max(pos2(rect.right() + 10.0, rect.top()), pos2(rect.right() + readout::WIDTH, rect.bottom()));
+    let beside = Rect::from_min_max(
+        pos2(rect.right() + 10.0, rect.top()),
+        pos2(rect.right() + readout::WIDTH, rect.bottom()),
+    );
+    if beside.right() > ui.max_rect().right() {
+        return actions;
+    }
     let mut child = ui.new_child(UiBuilder::new().max_rect(beside).id_salt((strip, "values")));
     child.set_clip_rect(beside.expand(2.0).intersect(ui.clip_rect()));
     actions.extend(beside_plot(&mut child, strip, &wanted, seen));
@@ -78,13 +100,20 @@ fn one(ui: &mut Ui, (plot, rect): (&StripLayout, Rect), (seen, scratch): (&Seen<
 }
 
 fn interact(ui: &Ui, strip: StripId, frame: &Frame, seen: &Seen<'_>) -> Vec<Action> {
-    let inside = ui.interact(frame.rect, ui.scope_id().with((strip, "plot")), Sense::click_and_drag());
+    let inside =
+        ui.interact(frame.rect, ui.scope_id().with((strip, "plot")), Sense::click_and_drag());
     inside.widget_info(|| WidgetInfo::labeled(Role::Figure, true, name(strip, seen)));
-    let labels = Rect::from_min_max(pos2(frame.rect.left() - GUTTER, frame.rect.top()), frame.rect.left_bottom());
+    let labels = Rect::from_min_max(
+        pos2(frame.rect.left() - GUTTER, frame.rect.top()),
+        frame.rect.left_bottom(),
+    );
     let mut actions = gestures::over_plot(ui, &inside, frame, seen);
     if strip.has_curves() {
-        let axis = ui.interact(labels, ui.scope_id().with((strip, "axis")), Sense::click_and_drag());
-        axis.widget_info(|| WidgetInfo::labeled(Role::Figure, true, format!("{} axis", strip.title())));
+        let axis =
+            ui.interact(labels, ui.scope_id().with((strip, "axis")), Sense::click_and_drag());
+        axis.widget_info(|| {
+            WidgetInfo::labeled(Role::Figure, true, format!("{} axis", strip.title()))
+        });
         actions.extend(gestures::over_axis(ui, &axis, frame, strip));
     }
     actions
@@ -96,7 +125,12 @@ fn name(strip: StripId, seen: &Seen<'_>) -> String {
     format!("{} plot {empty}", strip.title()).trim_end().to_owned()
 }
 
-fn draw(ui: &Ui, (strip, frame): (StripId, &Frame), wanted: &[Curve], (seen, scratch): (&Seen<'_>, &mut Scratch)) {
+fn draw(
+    ui: &Ui,
+    (strip, frame): (StripId, &Frame),
+    wanted: &[Curve],
+    (seen, scratch): (&Seen<'_>, &mut Scratch),
+) {
     let painter = ui.painter();
     let unit = match strip {
         StripId::Spectrogram => "Hz".to_owned(),
@@ -117,7 +151,12 @@ fn draw(ui: &Ui, (strip, frame): (StripId, &Frame), wanted: &[Curve], (seen, scr
     title(ui, frame.rect, strip, &seen.palette);
 }
 
-fn plot_curves(ui: &Ui, (strip, frame): (StripId, &Frame), wanted: &[Curve], (seen, scratch): (&Seen<'_>, &mut Scratch)) {
+fn plot_curves(
+    ui: &Ui,
+    (strip, frame): (StripId, &Frame),
+    wanted: &[Curve],
+    (seen, scratch): (&Seen<'_>, &mut Scratch),
+) {
     let painter = ui.painter();
     strips::spans(painter, frame, seen);
     strips::curves(painter, frame, wanted, (seen, scratch));
@@ -135,7 +174,9 @@ fn beside_plot(ui: &mut Ui, strip: StripId, wanted: &[Curve], seen: &Seen<'_>) -
         _ => readout::readout(ui, strip, wanted, seen),
     }
     if seen.state.chosen(strip).is_some() {
-        let by_hand = ui.small_button("values by hand").on_hover_text("Click to scale to what is seen again.");
+        let by_hand = ui
+            .small_button("values by hand")
+            .on_hover_text("Click to scale to what is seen again.");
         if by_hand.clicked() {
             return vec![Action::Values(strip, None)];
         }
@@ -144,30 +185,51 @@ fn beside_plot(ui: &mut Ui, strip: StripId, wanted: &[Curve], seen: &Seen<'_>) -
 }
 
 fn title(ui: &Ui, rect: Rect, strip: StripId, palette: &Palette) {
-    let galley = ui.painter().layout_no_wrap(strip.title().to_owned(), FontId::proportional(11.0), palette.text);
-    let place = Rect::from_min_size(rect.left_top() + vec2(5.0, 3.0), vec2(galley.size().x + 8.0, TITLE));
+    let galley = ui.painter().layout_no_wrap(
+        strip.title().to_owned(),
+        FontId::proportional(11.0),
+        palette.text,
+    );
+    let place =
+        Rect::from_min_size(rect.left_top() + vec2(5.0, 3.0), vec2(galley.size().x + 8.0, TITLE));
     ui.painter().rect_filled(place, 3, palette.plot.gamma_multiply(0.82));
-    ui.painter().galley(place.left_center() - vec2(-4.0, galley.size().y / 2.0), galley, palette.text);
+    ui.painter().galley(
+        place.left_center() - vec2(-4.0, galley.size().y / 2.0),
+        galley,
+        palette.text,
+    );
 }
 
 /// The lower edge of a plot, which makes it higher.
 fn edge(ui: &Ui, plot: &StripLayout, rect: Rect, seen: &Seen<'_>) -> Option<Action> {
-    let zone = Rect::from_min_max(pos2(rect.left(), rect.bottom()), pos2(rect.right(), rect.bottom() + BETWEEN));
+    let zone = Rect::from_min_max(
+        pos2(rect.left(), rect.bottom()),
+        pos2(rect.right(), rect.bottom() + BETWEEN),
+    );
     let response = ui.interact(zone, ui.scope_id().with((plot.plot, "edge")), Sense::drag());
-    response.widget_info(|| WidgetInfo::labeled(Role::Splitter, true, format!("{} height", plot.plot.title())));
+    response.widget_info(|| {
+        WidgetInfo::labeled(Role::Splitter, true, format!("{} height", plot.plot.title()))
+    });
     if response.hovered() || response.dragged() {
         ui.ctx().set_cursor_icon(egui::CursorIcon::ResizeVertical);
         ui.painter().hline(zone.x_range(), zone.center().y, Stroke::new(1.0, seen.palette.weak));
     }
     let by = response.drag_delta().y;
-    (response.dragged() && by != 0.0).then(|| Action::Height(plot.plot, plot.height * (1.0 + by / rect.height())))
+    (response.dragged() && by != 0.0)
+        .then(|| Action::Height(plot.plot, plot.height * (1.0 + by / rect.height())))
 }
 
 /// A sentence in an empty place.
 pub(super) fn empty(ui: &Ui, rect: Rect, text: &str, palette: &Palette) {
     let painter = ui.painter();
     painter.rect_filled(rect, 0, palette.plot);
-    painter.text(rect.center(), Align2::CENTER_CENTER, text, FontId::proportional(12.0), palette.weak);
+    painter.text(
+        rect.center(),
+        Align2::CENTER_CENTER,
+        text,
+        FontId::proportional(12.0),
+        palette.weak,
+    );
 }
 
 /// Labels of the time, and the flags by which cursors are moved.
@@ -175,7 +237,13 @@ fn axis(ui: &Ui, rect: Rect, seen: &Seen<'_>) -> Vec<Action> {
     let frame = Frame { rect, span: seen.span, scale: Scale::new(Kind::Linear, 0.0, 1.0) };
     plot::time_axis(ui.painter(), &frame, true, &seen.palette);
     let unit = pos2(rect.right() + 24.0, rect.top() + 5.0);
-    ui.painter().text(unit, Align2::LEFT_TOP, "s, device time", crate::palette::axis_font(), seen.palette.weak);
+    ui.painter().text(
+        unit,
+        Align2::LEFT_TOP,
+        "s, device time",
+        crate::palette::axis_font(),
+        seen.palette.weak,
+    );
     let mut actions = Vec::new();
     for (cursor, name) in [(Cursor::A, "A"), (Cursor::B, "B")] {
         let Some(at_s) = seen.state.cursor(cursor) else { continue };
@@ -185,13 +253,24 @@ fn axis(ui: &Ui, rect: Rect, seen: &Seen<'_>) -> Vec<Action> {
     actions
 }
 
-fn flag(ui: &Ui, frame: &Frame, (cursor, name, at_s): (Cursor, &str, f64), palette: &Palette) -> Option<Action> {
+fn flag(
+    ui: &Ui,
+    frame: &Frame,
+    (cursor, name, at_s): (Cursor, &str, f64),
+    palette: &Palette,
+) -> Option<Action> {
     let x = frame.x(at_s).clamp(frame.rect.left(), frame.rect.right());
     let rect = Rect::from_center_size(pos2(x, frame.rect.top() + 8.0), vec2(15.0, 15.0));
     let response = ui.interact(rect, ui.scope_id().with(("cursor", name)), Sense::drag());
     response.widget_info(|| WidgetInfo::labeled(Role::Slider, true, format!("Cursor {name}")));
     ui.painter().rect_filled(rect, 3, palette.cursor);
-    ui.painter().text(rect.center(), Align2::CENTER_CENTER, name, FontId::proportional(11.5), palette.plot);
+    ui.painter().text(
+        rect.center(),
+        Align2::CENTER_CENTER,
+        name,
+        FontId::proportional(11.5),
+        palette.plot,
+    );
     let pointer = response.interact_pointer_pos().filter(|_| response.dragged())?;
     Some(Action::PlaceCursor(cursor, frame.time(pointer.x)))
 }
@@ -202,7 +281,9 @@ fn pointer_time(ui: &Ui, frame: &Frame, seen: &Seen<'_>) {
     let text = format!("{t_s:.*} s", decimals.min(7));
     let galley = ui.painter().layout_no_wrap(text, crate::palette::axis_font(), seen.palette.plot);
     let half = galley.size().x / 2.0 + 4.0;
-    let x = frame.x(t_s).clamp(frame.rect.left() + half, (frame.rect.right() - half).max(frame.rect.left() + half));
+    let x = frame
+        .x(t_s)
+        .clamp(frame.rect.left() + half, (frame.rect.right() - half).max(frame.rect.left() + half));
     let rect = Rect::from_center_size(pos2(x, frame.rect.top() + 10.5), vec2(2.0 * half, 15.0));
     ui.painter().rect_filled(rect, 3, seen.palette.tone(Tone::Quiet));
     ui.painter().galley(rect.center() - galley.size() / 2.0, galley, seen.palette.plot);

@@ -16,13 +16,19 @@ pub fn status(ui: &mut Ui, seen: &Seen<'_>) -> Vec<Action> {
         lamp(ui, seen);
         ui.label(seen.model.status().sentence());
         if let SourceStatus::Loading { done } = seen.model.status() {
-            let bar = eframe::egui::ProgressBar::new(done.clamp(0.0, 1.0)).desired_width(120.0).desired_height(8.0);
+            let bar = eframe::egui::ProgressBar::new(done.clamp(0.0, 1.0))
+                .desired_width(120.0)
+                .desired_height(8.0);
             ui.add(bar);
         }
         if let Some(message) = &seen.state.message {
             ui.separator();
             let text = RichText::new(&message.text);
-            ui.label(if message.is_error { text.color(seen.palette.tone(Tone::Red)) } else { text });
+            ui.label(if message.is_error {
+                text.color(seen.palette.tone(Tone::Red))
+            } else {
+                text
+            });
             if ui.small_button("Close message").clicked() {
                 actions.push(Action::Dismiss);
             }
@@ -66,7 +72,8 @@ fn figures(ui: &mut Ui, seen: &Seen<'_>) {
     parts.push(format!("history {}", format::with_unit(num::count(seen.model.bytes()), "B")));
     let lost = seen.dropped + state.map_or(0, |state| state.lost);
     if lost > 0 {
-        let text = RichText::new(format!("! {} lost", format::count(lost))).color(seen.palette.tone(Tone::Orange));
+        let text = RichText::new(format!("! {} lost", format::count(lost)))
+            .color(seen.palette.tone(Tone::Orange));
         ui.label(text);
         ui.separator();
     }

@@ -23,8 +23,11 @@ pub(super) fn scale(strip: StripId, curves: &[Curve], seen: &Seen<'_>) -> Scale 
     let mut join = |low: f64, high: f64| {
         range = Some(range.map_or((low, high), |(l, h): (f64, f64)| (l.min(low), h.max(high))));
     };
-    for curve in curves.iter().filter(|curve| curve.style == Style::Solid || strip != StripId::Force) {
-        let found = seen.model.series(curve.channel).and_then(|series| series.robust_range(seen.span));
+    for curve in
+        curves.iter().filter(|curve| curve.style == Style::Solid || strip != StripId::Force)
+    {
+        let found =
+            seen.model.series(curve.channel).and_then(|series| series.robust_range(seen.span));
         if let Some((low, high)) = found {
             join(f64::from(low), f64::from(high));
         }
@@ -48,7 +51,12 @@ pub(super) fn scale(strip: StripId, curves: &[Curve], seen: &Seen<'_>) -> Scale 
 }
 
 /// Draws a plot of curves into its frame.
-pub(super) fn curves(painter: &Painter, frame: &Frame, wanted: &[Curve], (seen, scratch): (&Seen<'_>, &mut Scratch)) {
+pub(super) fn curves(
+    painter: &Painter,
+    frame: &Frame,
+    wanted: &[Curve],
+    (seen, scratch): (&Seen<'_>, &mut Scratch),
+) {
     let inside = painter.with_clip_rect(painter.clip_rect().intersect(frame.rect));
     let columns = frame.columns(painter.pixels_per_point());
     for curve in wanted {
@@ -69,7 +77,12 @@ pub(super) fn curves(painter: &Painter, frame: &Frame, wanted: &[Curve], (seen, 
 /// A colour and how it is drawn.
 type Pen = (Color32, Style);
 
-fn dense(painter: &Painter, (frame, columns): (&Frame, usize), series: &Series, (pen, scratch): (Pen, &mut Scratch)) {
+fn dense(
+    painter: &Painter,
+    (frame, columns): (&Frame, usize),
+    series: &Series,
+    (pen, scratch): (Pen, &mut Scratch),
+) {
     series.envelope(frame.span, columns, &mut scratch.buckets);
     let mut mesh = Mesh::default();
     mesh.vertices.reserve(4 * scratch.buckets.len());
@@ -79,13 +92,23 @@ fn dense(painter: &Painter, (frame, columns): (&Frame, usize), series: &Series, 
 }
 
 /// The enclosure of a value as a wash behind it.
-fn area(painter: &Painter, (frame, columns): (&Frame, usize), curve: &Curve, (seen, scratch): (&Seen<'_>, &mut Scratch)) {
+fn area(
+    painter: &Painter,
+    (frame, columns): (&Frame, usize),
+    curve: &Curve,
+    (seen, scratch): (&Seen<'_>, &mut Scratch),
+) {
     let Some((low, high)) = enclosure(curve.channel) else { return };
     let (Some(low), Some(high)) = (seen.model.series(low), seen.model.series(high)) else { return };
     low.envelope(frame.span, columns, &mut scratch.buckets);
     high.envelope(frame.span, columns, &mut scratch.others);
     let mut mesh = Mesh::default();
-    plot::band(&mut mesh, frame, (&scratch.buckets, &scratch.others), seen.palette.wash(curve.tone));
+    plot::band(
+        &mut mesh,
+        frame,
+        (&scratch.buckets, &scratch.others),
+        seen.palette.wash(curve.tone),
+    );
     painter.add(Shape::mesh(mesh));
 }
 
@@ -123,9 +146,15 @@ pub(super) fn threshold(painter: &Painter, frame: &Frame, value: f64, seen: &See
 /// Cursors, the pointer's line, the stretch that is being dragged over, gaps and slips, through the whole height of a plot.
 pub(super) fn lines(painter: &Painter, frame: &Frame, seen: &Seen<'_>) {
     let inside = painter.with_clip_rect(painter.clip_rect().intersect(frame.rect));
-    let line = |t_s: f64, stroke: Stroke| inside.vline(inside.round_to_pixel_center(frame.x(t_s)), frame.rect.y_range(), stroke);
+    let line = |t_s: f64, stroke: Stroke| {
+        inside.vline(inside.round_to_pixel_center(frame.x(t_s)), frame.rect.y_range(), stroke)
+    };
     if let (Some(from_s), Some(to_s)) = (seen.state.select_s, seen.state.hover_s) {
-        inside.rect_filled(stretch(frame, Span::new(from_s, to_s)), 0, seen.palette.wash(Tone::Blue));
+        inside.rect_filled(
+            stretch(frame, Span::new(from_s, to_s)),
+            0,
+            seen.palette.wash(Tone::Blue),
+        );
     }
     if let Some(between) = seen.state.between() {
         inside.rect_filled(stretch(frame, between), 0, seen.palette.cursor.gamma_multiply(0.045));
@@ -143,10 +172,18 @@ pub(super) fn spans(painter: &Painter, frame: &Frame, seen: &Seen<'_>) {
     let events = seen.model.events();
     for slip in events.slips(frame.span) {
         let tone = if slip.what == grip_scope::EventKind::Gross { Tone::Red } else { Tone::Orange };
-        painter.rect_filled(stretch(frame, slip.span), 0, seen.palette.tone(tone).gamma_multiply(0.10));
+        painter.rect_filled(
+            stretch(frame, slip.span),
+            0,
+            seen.palette.tone(tone).gamma_multiply(0.10),
+        );
     }
     for gap in events.gaps(frame.span) {
-        painter.rect_filled(stretch(frame, gap.span), 0, seen.palette.tone(Tone::Quiet).gamma_multiply(0.22));
+        painter.rect_filled(
+            stretch(frame, gap.span),
+            0,
+            seen.palette.tone(Tone::Quiet).gamma_multiply(0.22),
+        );
     }
 }
 

@@ -27,15 +27,28 @@ fn time(ui: &mut Ui, seen: &Seen<'_>, out: &mut Vec<Action>) {
     let held = seen.state.window.following() == Following::Held;
     let name = if held { "Follow" } else { "Pause" };
     let button = Button::new(RichText::new(name).strong()).min_size(eframe::egui::vec2(58.0, 21.0));
-    if ui.add(button.selected(held)).on_hover_text("Space. Recording goes on while the view is paused.").clicked() {
+    if ui
+        .add(button.selected(held))
+        .on_hover_text("Space. Recording goes on while the view is paused.")
+        .clicked()
+    {
         out.push(Action::TogglePause);
     }
     let mut seconds = seen.span.length_s();
     let speed = seconds * 0.01;
     let decimals = crate::num::whole((2.0 - seconds.max(1e-6).log10().floor()).clamp(0.0, 6.0));
     let label = ui.weak("View");
-    let value = DragValue::new(&mut seconds).speed(speed).range(2e-4..=1e6).suffix(" s").fixed_decimals(decimals);
-    if ui.add(value).labelled_by(label.id).on_hover_text("Seconds that are seen: drag, or click and type.").changed() {
+    let value = DragValue::new(&mut seconds)
+        .speed(speed)
+        .range(2e-4..=1e6)
+        .suffix(" s")
+        .fixed_decimals(decimals);
+    if ui
+        .add(value)
+        .labelled_by(label.id)
+        .on_hover_text("Seconds that are seen: drag, or click and type.")
+        .changed()
+    {
         out.push(Action::Length(seconds));
     }
     for (name, about, action) in [
@@ -59,7 +72,11 @@ fn events(ui: &mut Ui, seen: &Seen<'_>, out: &mut Vec<Action>) {
             out.push(action);
         }
     }
-    if ui.button("Mark").on_hover_text("Marker at the newest sample; the key M sets it at the pointer.").clicked() {
+    if ui
+        .button("Mark")
+        .on_hover_text("Marker at the newest sample; the key M sets it at the pointer.")
+        .clicked()
+    {
         out.push(Action::MarkHere);
     }
 }
@@ -67,7 +84,9 @@ fn events(ui: &mut Ui, seen: &Seen<'_>, out: &mut Vec<Action>) {
 fn measure(ui: &mut Ui, seen: &Seen<'_>, out: &mut Vec<Action>) {
     for (name, cursor) in [("A", Cursor::A), ("B", Cursor::B)] {
         let set = seen.state.cursor(cursor).is_some();
-        let about = format!("Cursor {name} in the middle of the view; the key {name} sets it at the pointer.");
+        let about = format!(
+            "Cursor {name} in the middle of the view; the key {name} sets it at the pointer."
+        );
         if ui.selectable_label(set, name).on_hover_text(about).clicked() {
             out.push(Action::CursorHere(cursor));
         }

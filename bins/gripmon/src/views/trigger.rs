@@ -10,7 +10,13 @@ use grip_scope::{Channel, EventKind};
 
 /// Events that are worth waiting for.
 const EVENTS: [EventKind; 7] = [
-    EventKind::Incipient, EventKind::Gross, EventKind::Ended, EventKind::Reflex, EventKind::Gap, EventKind::Fault, EventKind::Marker,
+    EventKind::Incipient,
+    EventKind::Gross,
+    EventKind::Ended,
+    EventKind::Reflex,
+    EventKind::Gap,
+    EventKind::Fault,
+    EventKind::Marker,
 ];
 
 pub(super) fn trigger(ui: &mut Ui, seen: &Seen<'_>) -> Vec<Action> {
@@ -69,23 +75,33 @@ fn kind(ui: &mut Ui, form: &mut TriggerForm) {
                 ui.selectable_value(&mut form.kind, TriggerKind::Event(kind), kind.name());
             }
         };
-        ComboBox::from_id_salt("condition").selected_text(text).width(150.0).show_ui(ui, choose).response
+        ComboBox::from_id_salt("condition")
+            .selected_text(text)
+            .width(150.0)
+            .show_ui(ui, choose)
+            .response
     });
 }
 
 fn level(ui: &mut Ui, form: &mut TriggerForm, seen: &Seen<'_>) {
     labelled(ui, "Channel", |ui| {
-        let channels: Vec<Channel> = seen.model.channels().filter(|c| !matches!(c, Channel::BandThreshold(_))).collect();
+        let channels: Vec<Channel> =
+            seen.model.channels().filter(|c| !matches!(c, Channel::BandThreshold(_))).collect();
         let chosen = form.channel.name();
         let choose = |ui: &mut Ui| {
             for channel in channels {
                 ui.selectable_value(&mut form.channel, channel, channel.name());
             }
         };
-        ComboBox::from_id_salt("channel").selected_text(chosen).width(150.0).show_ui(ui, choose).response
+        ComboBox::from_id_salt("channel")
+            .selected_text(chosen)
+            .width(150.0)
+            .show_ui(ui, choose)
+            .response
     });
     let size = form.level.abs();
-    let (factor, prefix) = if size > 0.0 { format::prefix_of(size, form.channel.unit()) } else { (1.0, "") };
+    let (factor, prefix) =
+        if size > 0.0 { format::prefix_of(size, form.channel.unit()) } else { (1.0, "") };
     let mut shown = form.level / factor;
     labelled(ui, "Level", |ui| {
         let suffix = format!(" {prefix}{}", form.channel.unit());
@@ -111,7 +127,8 @@ fn mode(ui: &mut Ui, form: &mut TriggerForm) {
 
 fn window(ui: &mut Ui, form: &mut TriggerForm) {
     heading(ui, "Shows");
-    let seconds = |value| DragValue::new(value).speed(0.01).range(0.001..=600.0).suffix(" s").max_decimals(3);
+    let seconds =
+        |value| DragValue::new(value).speed(0.01).range(0.001..=600.0).suffix(" s").max_decimals(3);
     labelled(ui, "Before it", |ui| ui.add(seconds(&mut form.pre_s)));
     labelled(ui, "In all", |ui| ui.add(seconds(&mut form.window_s)));
     form.window_s = form.window_s.max(form.pre_s);

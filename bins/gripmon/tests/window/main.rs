@@ -7,12 +7,12 @@ mod repaint;
 mod shown;
 
 use egui_kittest::Harness;
+use grip_scope::Model;
+use gripmon::Scope;
 use gripmon::engine::Engine;
 use gripmon::layout::{Layout, Panel};
 use gripmon::scope::{self, Shared};
 use gripmon::state::ViewState;
-use gripmon::Scope;
-use grip_scope::Model;
 use std::sync::Arc;
 
 /// A window on a model, with this panel open and every plot shown.

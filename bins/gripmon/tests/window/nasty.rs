@@ -7,14 +7,21 @@ use grip_scope::{Channel, Model};
 use gripmon::layout::Panel;
 
 fn block(times_us: Vec<u64>, values: Vec<f32>) -> Feed {
-    Feed::Rows(RowBlock { times_us, columns: vec![(Channel::Stylus, values)], ..RowBlock::default() })
+    Feed::Rows(RowBlock {
+        times_us,
+        columns: vec![(Channel::Stylus, values)],
+        ..RowBlock::default()
+    })
 }
 
 #[test]
 fn absurd_values_and_times_are_drawn() {
     let mut model = Model::new(8 << 20);
     model.take(block(vec![0, 100, 200, 300], vec![f32::NAN, 1e30, -1e30, f32::INFINITY]));
-    model.take(block(vec![250, 240, u64::MAX / 2, u64::MAX], vec![1e-5, 2e-5, f32::MIN_POSITIVE, 0.0]));
+    model.take(block(
+        vec![250, 240, u64::MAX / 2, u64::MAX],
+        vec![1e-5, 2e-5, f32::MIN_POSITIVE, 0.0],
+    ));
     model.take(Feed::Event(EventMark::plain(f64::NAN, EventKind::Fault, "when?")));
     model.take(Feed::Event(EventMark::plain(1e300, EventKind::Gap, "late")));
     for panel in Panel::ALL {

@@ -14,7 +14,17 @@ fn every_plot_is_there_with_its_curves_values_and_units() {
         let found = harness.query_all_by_label_contains(&format!("{} plot", strip.title())).count();
         assert_eq!(found, 1, "{strip:?}");
     }
-    for curve in ["stylus", "normal force", "commanded", "estimate", "limit", "E_sc", "statistic", "shear", "slip speed"] {
+    for curve in [
+        "stylus",
+        "normal force",
+        "commanded",
+        "estimate",
+        "limit",
+        "E_sc",
+        "statistic",
+        "shear",
+        "slip speed",
+    ] {
         assert!(harness.query_all_by_label(curve).count() >= 1, "{curve}");
     }
     // The newest command and the limit, with their unit.
@@ -29,10 +39,33 @@ fn every_plot_is_there_with_its_curves_values_and_units() {
 #[test]
 fn the_health_panel_tells_rates_losses_clocks_latency_stages_and_sensors() {
     let harness = window(fixture::grasp(), Panel::Health);
-    for name in ["sample rate", "rows lost", "CRC errors", "dropped inside", "clock offset", "real time", "p50", "p99", "p99.9", "max", "observation", "pressure"] {
+    for name in [
+        "sample rate",
+        "rows lost",
+        "CRC errors",
+        "dropped inside",
+        "clock offset",
+        "real time",
+        "p50",
+        "p99",
+        "p99.9",
+        "max",
+        "observation",
+        "pressure",
+    ] {
         assert!(harness.query_all_by_label(name).count() >= 1, "{name}");
     }
-    for value in ["9.999 kHz", "! 3", "! 2", "60.00 \u{b5}s", "400.0 \u{b5}s", "2.000 ms", "granted", "! frozen", "1.234 ms +- 40.00 \u{b5}s"] {
+    for value in [
+        "9.999 kHz",
+        "! 3",
+        "! 2",
+        "60.00 \u{b5}s",
+        "400.0 \u{b5}s",
+        "2.000 ms",
+        "granted",
+        "! frozen",
+        "1.234 ms +- 40.00 \u{b5}s",
+    ] {
         assert!(harness.query_all_by_label(value).count() >= 1, "{value}");
     }
     harness.get_by_label("Latency histogram");
@@ -43,7 +76,10 @@ fn the_health_panel_tells_rates_losses_clocks_latency_stages_and_sensors() {
 fn events_are_listed_with_what_is_known_of_them() {
     let harness = window(fixture::grasp(), Panel::Events);
     harness.get_by_label_contains("0.9500 s  gross slip");
-    assert!(harness.query_all_by_label_contains("by stylus, statistic 8.000, speed 50.00 mm/s").count() == 2);
+    assert!(
+        harness.query_all_by_label_contains("by stylus, statistic 8.000, speed 50.00 mm/s").count()
+            == 2
+    );
     harness.get_by_label_contains("the pressure array is frozen");
 }
 
@@ -78,9 +114,15 @@ fn an_empty_window_says_why() {
 #[test]
 fn trouble_is_a_state_with_a_sentence() {
     for (status, sentence) in [
-        (SourceStatus::Waiting { reason: "no daemon answers".into(), again_in_s: 2.0 }, "no daemon answers; trying again in 2.0 s"),
+        (
+            SourceStatus::Waiting { reason: "no daemon answers".into(), again_in_s: 2.0 },
+            "no daemon answers; trying again in 2.0 s",
+        ),
         (SourceStatus::Stalled { for_s: 3.0 }, "no samples for 3.0 s"),
-        (SourceStatus::Failed { sentence: "run.mcap: not a recording".into() }, "run.mcap: not a recording"),
+        (
+            SourceStatus::Failed { sentence: "run.mcap: not a recording".into() },
+            "run.mcap: not a recording",
+        ),
         (SourceStatus::Loading { done: 0.25 }, "loading, 25 %"),
     ] {
         let mut model = fixture::grasp();
