@@ -27,17 +27,22 @@ const LOOK_S: f32 = 5e-4;
 /// Turns kept of one block; a signal that turns more often shows nothing one by one.
 const MOST_TURNS: usize = 20_000;
 
-/// A pipeline that only looks.
+/// What looks at the samples: spectra at any rate, and a pipeline where the rate is enough for its bands.
 pub(crate) struct Observer {
+    detail: Option<Detail>,
+    spectra: Spectra,
+    block: DerivedBlock,
+    last_us: Option<u64>,
+}
+
+/// A pipeline that only looks.
+struct Detail {
     pipeline: Pipeline<Arc<[f32]>>,
     estimator: HostEstimator,
     config: PipelineConfig,
     finder: TurnFinder,
     noise: f32,
-    spectra: Spectra,
     point: Looks,
-    block: DerivedBlock,
-    last_us: Option<u64>,
 }
 
 /// The highest of what was seen since the last point.
@@ -60,53 +65,72 @@ impl Observer {
         config: PipelineConfig,
         estimator: HostEstimator,
     ) -> Result<Self, ConfigError> {
-        let config = PipelineConfig { grip: None, no_skip: true, ..config };
-        let pipeline = Pipeline::new(config, Some(estimator.clone()))?;
-        let rate_hz = config.sample_rate.0;
-        Ok(Self {
-            pipeline,
-            estimator,
-            config,
-            finder: TurnFinder::new(config.observation.min_hysteresis_m),
-            noise: 0.0,
-            spectra: Spectra::new(rate_hz),
-            point: Looks::new(rate_hz),
-            block: DerivedBlock::default(),
-            last_us: None,
-        })
+        let detail = Detail::new(config, estimator)?;
+        Ok(Self { detail: Some(detail), ..Self::spectra_only(config.sample_rate.0) })
+    }
+
+    /// An observer that makes spectra and nothing else, for samples at this rate (Hz).
+    pub(crate) fn spectra_only(rate_hz: f32) -> Self {
+        let block = DerivedBlock::default();
+        Self { detail: None, spectra: Spectra::new(rate_hz), block, last_us: None }
     }
 
     /// The next samples do not join the last ones.
     pub(crate) fn interrupt(&mut self) {
         self.spectra.restart();
-        self.finder = TurnFinder::new(self.hysteresis());
         self.block.broken = true;
+        if let Some(detail) = &mut self.detail {
+            detail.finder = TurnFinder::new(detail.hysteresis());
+        }
     }
 
-    /// Takes a sample and the frame of the array that came with it: what the pipeline says. One that is not later than the one before
-    /// changes nothing.
+    /// Takes a sample and the frame of the array that came with it: what the pipeline says, where there is one. A sample that is not later
+    /// than the one before changes nothing.
     pub(crate) fn push(&mut self, sample: &Sample, taxels: &[f32]) -> Option<Step> {
         if self.last_us.is_some_and(|last_us| sample.t.0 <= last_us) {
             return None;
         }
         self.last_us = Some(sample.t.0);
-        let step = self.pipeline.handle_with(sample, taxels);
         let t_s = sample.t.as_seconds();
-        self.look(t_s, &step);
-        self.turn(t_s, sample.stylus);
         self.block.spectra.extend(self.spectra.push(t_s, sample.stylus));
-        if step.features.is_some() || step.velocity.is_some() {
-            self.block.evidence.push(self.evidence(t_s, &step));
-        }
-        Some(step)
+        let detail = self.detail.as_mut()?;
+        Some(detail.push(sample, taxels, &mut self.block))
     }
 
     /// What was derived since the last time.
     pub(crate) fn take(&mut self) -> DerivedBlock {
         core::mem::take(&mut self.block)
     }
+}
 
-    fn look(&mut self, t_s: f64, step: &Step) {
+impl Detail {
+    fn new(config: PipelineConfig, estimator: HostEstimator) -> Result<Self, ConfigError> {
+        let config = PipelineConfig { grip: None, no_skip: true, ..config };
+        Ok(Self {
+            pipeline: Pipeline::new(config, Some(estimator.clone()))?,
+            estimator,
+            config,
+            finder: TurnFinder::new(config.observation.min_hysteresis_m),
+            noise: 0.0,
+            point: Looks::new(config.sample_rate.0),
+        })
+    }
+
+    fn push(&mut self, sample: &Sample, taxels: &[f32], block: &mut DerivedBlock) -> Step {
+        let step = self.pipeline.handle_with(sample, taxels);
+        let t_s = sample.t.as_seconds();
+        block.bands.extend(self.look(t_s, &step));
+        if block.turns.len() < MOST_TURNS {
+            block.turns.extend(self.turn(t_s, sample.stylus));
+        }
+        if step.features.is_some() || step.velocity.is_some() {
+            block.evidence.push(self.evidence(t_s, &step));
+        }
+        step
+    }
+
+    /// The highest of some milliseconds, at their end.
+    fn look(&mut self, t_s: f64, step: &Step) -> Option<BandPoint> {
         let point = &mut self.point;
         point.samples += 1;
         point.statistic = point.statistic.max(step.statistic);
@@ -119,29 +143,28 @@ impl Observer {
             }
             point.moving |= detector.is_moving();
         }
-        if point.samples >= point.per_point {
-            let threshold = thresholds(&self.config, point.moving);
-            let Looks { energy, statistic, .. } = *point;
-            self.block.bands.push(BandPoint { t_s, energy, threshold, statistic });
-            *point = point.next();
+        if point.samples < point.per_point {
+            return None;
         }
+        let threshold = thresholds(&self.config, point.moving);
+        let Looks { energy, statistic, .. } = *point;
+        *point = point.next();
+        Some(BandPoint { t_s, energy, threshold, statistic })
     }
 
-    fn turn(&mut self, t_s: f64, x: f32) {
+    /// The peak or valley that a reading confirms.
+    fn turn(&mut self, t_s: f64, x: f32) -> Option<Turn> {
         let noise = self.pipeline.detector().noise_rms();
         if noise != self.noise {
             self.noise = noise;
             self.finder = TurnFinder::new(self.hysteresis());
         }
         if noise <= 0.0 || x.abs() >= grip_record::HUGE_READING {
-            return;
+            return None;
         }
-        if let Some(turn) = self.finder.push(t_s, x)
-            && self.block.turns.len() < MOST_TURNS
-        {
-            let is_peak = turn.kind == TurnKind::Peak;
-            self.block.turns.push(Turn { t_s: turn.position_m, height: turn.height_m, is_peak });
-        }
+        let turn = self.finder.push(t_s, x)?;
+        let is_peak = turn.kind == TurnKind::Peak;
+        Some(Turn { t_s: turn.position_m, height: turn.height_m, is_peak })
     }
 
     /// As for the irregularities of a slip.

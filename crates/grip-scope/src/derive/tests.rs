@@ -1,1 +1,134 @@
+//! The observer against the pipeline it is, and on readings that are none.
 
+use super::Observer;
+use crate::feed::{DerivedBlock, EvidencePoint};
+use grip_host::{HostConfig, model::default_estimator};
+use proptest::prelude::{Strategy, any, prop_assert, prop_oneof, proptest};
+use slip_core::units::{Hertz, Micros};
+use slip_core::{Pipeline, PipelineConfig, Sample};
+
+const RATE_HZ: f32 = 10_000.0;
+
+fn config() -> PipelineConfig {
+    HostConfig::default().pipeline(Hertz(RATE_HZ))
+}
+
+/// Noise at rest for a second, then an object that slides over a surface for a tenth.
+fn slide() -> Vec<Sample> {
+    let mut state = 1_u64;
+    let mut noise = move || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+        f32::from(u16::try_from(state >> 48).unwrap()) / 65_536.0 - 0.5
+    };
+    (0..11_000_u16)
+        .map(|k| {
+            let t = Micros(100 * u64::from(k));
+            let sliding_s = f32::from(k.saturating_sub(10_000)) / RATE_HZ;
+            let position_m = 0.05 * sliding_s;
+            let wave = 5e-6 * (core::f32::consts::TAU * position_m / 2e-4).sin();
+            Sample {
+                normal_force_n: Some(3.0),
+                travel_m: Some((1e6 * position_m).round() / 1e6),
+                ..Sample::stylus(t, wave + 3e-7 * noise())
+            }
+        })
+        .collect()
+}
+
+fn derive(samples: &[Sample]) -> DerivedBlock {
+    let mut observer = Observer::new(config(), default_estimator().unwrap()).unwrap();
+    for sample in samples {
+        observer.push(sample, &[]);
+    }
+    observer.take()
+}
+
+#[test]
+fn a_slide_passes_its_thresholds_and_rest_does_not() {
+    let block = derive(&slide());
+    let over = |point: &crate::feed::BandPoint| {
+        let pairs = point.energy.iter().zip(&point.threshold);
+        pairs.filter(|(energy, threshold)| energy > threshold).count()
+    };
+    let rest: Vec<_> = block.bands.iter().filter(|point| point.t_s < 1.0).collect();
+    let slides: Vec<_> = block.bands.iter().filter(|point| point.t_s > 1.02).collect();
+    assert!(rest.len() > 200 && slides.len() > 15, "{} {}", rest.len(), slides.len());
+    assert!(rest.iter().all(|point| over(point) == 0));
+    assert!(slides.iter().all(|point| over(point) >= 1 && point.statistic > 1.0));
+    assert!(rest[0].energy[0].is_nan(), "the floor is not known at the start");
+}
+
+#[test]
+fn peaks_are_found_at_their_times_and_heights() {
+    let block = derive(&slide());
+    let peaks: Vec<_> = block.turns.iter().filter(|turn| turn.is_peak && turn.t_s > 1.0).collect();
+    // 5 mm of a wave of 0.2 mm at 50 mm/s: a peak every 4 ms.
+    assert!((22..=26).contains(&peaks.len()), "{}", peaks.len());
+    for pair in peaks.windows(2) {
+        assert!((pair[1].t_s - pair[0].t_s - 4e-3).abs() < 8e-4, "{pair:?}");
+        assert!((pair[0].height - 5e-6).abs() < 1e-6, "{pair:?}");
+    }
+}
+
+#[test]
+fn evidence_holds_its_own_value_and_what_the_network_says_of_it() {
+    let block = derive(&slide());
+    let known = |point: &&EvidencePoint| point.esc.is_some() && point.estimate.is_some();
+    let known: Vec<_> = block.evidence.iter().filter(known).collect();
+    assert!(known.len() > 20, "{}", known.len());
+    for point in known {
+        let (esc, [value, low, high]) = (point.esc.unwrap(), point.estimate.unwrap());
+        assert!(esc.low <= esc.value && esc.value <= esc.high, "{esc:?}");
+        assert!(low <= value && value <= high && low > 0.0, "{point:?}");
+        let (speed, sigma) = point.speed.unwrap();
+        assert!((speed - 0.05).abs() < 0.01 && sigma > 0.0, "{point:?}");
+    }
+}
+
+#[test]
+fn the_observer_says_what_the_pipeline_says() {
+    let mut observer = Observer::new(config(), default_estimator().unwrap()).unwrap();
+    let bare = PipelineConfig { grip: None, ..config() };
+    let mut pipeline = Pipeline::new(bare, Some(default_estimator().unwrap())).unwrap();
+    for sample in slide() {
+        let (seen, step) = (observer.push(&sample, &[]).unwrap(), pipeline.handle(&sample));
+        assert_eq!(seen.event, step.event);
+        assert_eq!(seen.features, step.features);
+        assert_eq!(seen.estimate, step.estimate);
+    }
+}
+
+fn reading() -> impl Strategy<Value = f32> {
+    let bad = vec![f32::NAN, f32::INFINITY, 1e30, -1e30, 0.0, f32::MIN_POSITIVE];
+    prop_oneof![4 => -1e-5_f32..1e-5, 1 => proptest::sample::select(bad), 1 => any::<f32>()]
+}
+
+proptest! {
+    #![proptest_config(proptest::test_runner::Config::with_cases(40))]
+
+    #[test]
+    fn nothing_that_a_sensor_sends_breaks_it(
+        rows in proptest::collection::vec((reading(), reading(), reading(), 0_u64..400), 1..3000),
+        rate_hz in 100_u32..20_000,
+    ) {
+        #[expect(clippy::cast_precision_loss, reason = "below 2^24")]
+        let rate = rate_hz as f32;
+        let config = HostConfig::default().pipeline(Hertz(rate));
+        let mut observer = Observer::new(config, default_estimator().unwrap())
+            .unwrap_or_else(|_| Observer::spectra_only(rate));
+        let mut t = 1_000_000;
+        for (stylus, force, travel, step) in rows {
+            t += step;
+            let sample = Sample {
+                normal_force_n: Some(force),
+                travel_m: Some(travel),
+                ..Sample::stylus(Micros(t), stylus)
+            };
+            observer.push(&sample, &[stylus; 16]);
+        }
+        let block = observer.take();
+        prop_assert!(block.turns.iter().all(|turn| turn.height.is_finite()));
+        prop_assert!(block.bands.is_sorted_by_key(|point| point.t_s));
+        prop_assert!(block.spectra.iter().all(|column| column.span[0] <= column.span[1]));
+    }
+}

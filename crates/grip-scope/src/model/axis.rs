@@ -65,8 +65,9 @@ impl Axis {
 
     fn leap(&mut self, t_s: f64, before_s: f64) -> Placed {
         let at_s = self.end_s + BETWEEN_S;
-        self.offset_s = at_s - t_s;
-        Placed::Leapt { at_s, before_s }
+        // Whole microseconds, as the times themselves.
+        self.offset_s = (1e6 * (at_s - t_s)).round() / 1e6;
+        Placed::Leapt { at_s: t_s + self.offset_s, before_s }
     }
 
     /// Where a state of this device time goes; `None` where it belongs to a run whose samples are not there.

@@ -140,7 +140,8 @@ impl Chunk {
     pub(super) fn time(&self, index: usize) -> f64 {
         match &self.times {
             Times::Growing(times) => times.get(index).copied().unwrap_or(self.last_s),
-            Times::Even => self.step_s.mul_add(exact(index), self.from_s),
+            // Devices tell whole microseconds: so even times come back as they were.
+            Times::Even => (1e6 * self.step_s.mul_add(exact(index), self.from_s)).round() / 1e6,
             Times::Uneven(after) => after
                 .get(index)
                 .map_or(self.last_s, |after| f64::from(*after).mul_add(1e-6, self.from_s)),

@@ -80,7 +80,8 @@ impl Model {
             }
         }
         self.events.reach(self.axis.end_s());
-        self.health.set_huge(self.series.values().map(Series::huge).sum());
+        let rows = self.series.values().filter(|series| series.channel().is_row());
+        self.health.set_huge(rows.map(Series::huge).sum());
     }
 
     /// Where a row goes, and whether the device's time leapt before it.

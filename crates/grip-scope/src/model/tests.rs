@@ -340,3 +340,46 @@ fn a_preview_shows_what_is_not_loaded_yet_and_goes_when_all_is() {
     model.take(Feed::Status(SourceStatus::Complete { note: String::new() }));
     assert_eq!(envelope(&model), [1.0]);
 }
+
+proptest! {
+    #![proptest_config(proptest::test_runner::Config::with_cases(200))]
+
+    #[test]
+    fn whatever_a_source_sends_the_axis_goes_on_and_memory_is_bounded(
+        blocks in proptest::collection::vec(
+            (prop_oneof![3 => 0_u64..10_000_000, 1 => any::<u64>()], 0_u64..5000, 1_usize..2000, any::<f32>(), any::<bool>()),
+            1..40,
+        ),
+        states in proptest::collection::vec(prop_oneof![3 => 0.0_f64..10.0, 1 => any::<f64>()], 0..40),
+    ) {
+        let limit = 500_000;
+        let mut model = Model::new(limit);
+        let mut states = states.into_iter();
+        let mut end_s = 0.0;
+        for (from_us, step_us, count, value, broken) in blocks {
+            let times_us = (0..count as u64).map(|k| from_us.wrapping_add(k * step_us)).collect();
+            let columns = vec![(Channel::Stylus, vec![value; count])];
+            model.take(Feed::Rows(RowBlock { times_us, columns, broken, ..RowBlock::default() }));
+            if let Some(t_s) = states.next() {
+                model.take(Feed::State(state(t_s)));
+                model.take(Feed::Event(EventMark::plain(t_s, EventKind::Link, "x")));
+            }
+            prop_assert!(model.end_s() >= end_s && model.end_s().is_finite());
+            end_s = model.end_s();
+            // What is being worked on: one open chunk of each channel, and the events.
+            prop_assert!(model.bytes() <= limit + 200_000, "{}", model.bytes());
+        }
+        let mut parts = Vec::new();
+        for channel in model.channels() {
+            let series = model.series(channel).unwrap();
+            if let Some(span) = series.span() {
+                prop_assert!(span.from_s <= span.to_s);
+                series.envelope(span, 100, &mut parts);
+                prop_assert!(parts.windows(2).all(|pair| pair[0].to_s <= pair[1].from_s + 1e-9));
+                let range = series.robust_range(span);
+                prop_assert!(range.is_none_or(|(low, high)| low <= high));
+            }
+        }
+        prop_assert!(model.events().iter().all(|mark| mark.t_s.is_finite()));
+    }
+}

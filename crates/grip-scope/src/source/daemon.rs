@@ -11,6 +11,7 @@ use grip_daemon::clients::Listen;
 use grip_link::message::daemon::{Command, Operation, Subscribe, Topics};
 use grip_link::message::{FaultCode, Versions};
 use rtrb::Consumer;
+use std::io::ErrorKind;
 
 /// How long a connection may take.
 const PATIENCE: Duration = Duration::from_secs(2);
@@ -160,7 +161,17 @@ fn nonce(attempt: u32) -> u16 {
     u16::from_le_bytes([low, high]).max(1)
 }
 
-/// An error with its cause, once.
+/// What is wrong, as a sentence. A daemon that dies with bytes unread resets the connection: that is how it is closed too.
 fn sentence(error: &ClientError) -> String {
-    error.to_string()
+    match error {
+        ClientError::Broken { listen, source }
+            if matches!(
+                source.kind(),
+                ErrorKind::ConnectionReset | ErrorKind::ConnectionAborted | ErrorKind::BrokenPipe
+            ) =>
+        {
+            format!("{listen}: the daemon closed the connection")
+        }
+        other => other.to_string(),
+    }
 }

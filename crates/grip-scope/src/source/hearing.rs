@@ -220,7 +220,7 @@ impl Hearing {
         match observer(self.rate_hz) {
             Ok(observer) => self.stream.observe(Some(observer)),
             Err(text) => {
-                self.stream.observe(None);
+                self.stream.observe(Some(spectra_only(self.rate_hz)));
                 self.news.push(Feed::Notice(NoticeLine { level: Level::Warning, text }));
             }
         }
@@ -279,10 +279,16 @@ pub(super) fn observer(rate_hz: u32) -> Result<Observer, String> {
     #[expect(clippy::cast_precision_loss, reason = "rates are below 2^24")]
     let rate = Hertz(rate_hz as f32);
     let told = |error: &dyn core::fmt::Display| {
-        format!("at {rate_hz} Hz nothing is derived from the samples: {error}")
+        format!("at {rate_hz} Hz only spectra are derived from the samples: {error}")
     };
     let estimator = model::default_estimator().map_err(|error| told(&error))?;
     Observer::new(HostConfig::default().pipeline(rate), estimator).map_err(|error| told(&error))
+}
+
+/// What is left where the pipeline cannot run.
+#[expect(clippy::cast_precision_loss, reason = "rates are below 2^24")]
+fn spectra_only(rate_hz: u32) -> Observer {
+    Observer::spectra_only(rate_hz as f32)
 }
 
 /// Why a command was refused.

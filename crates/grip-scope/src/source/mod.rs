@@ -71,12 +71,26 @@ impl SourceHandle {
     /// # Errors
     /// Where the system starts no thread.
     pub fn spawn(spec: SourceSpec, wake: impl Fn() + Send + 'static) -> std::io::Result<Self> {
+        Self::spawn_every(spec, 1, wake)
+    }
+
+    /// The same with every `every_nth` sample of a daemon only, for slow connections (1 to 65535; 0 counts as 1). Nothing is derived from
+    /// decimated samples, which is told.
+    ///
+    /// # Errors
+    /// Where the system starts no thread.
+    pub fn spawn_every(
+        spec: SourceSpec,
+        every_nth: u16,
+        wake: impl Fn() + Send + 'static,
+    ) -> std::io::Result<Self> {
         let (to_model, ring) = RingBuffer::new(if spec.is_live() { LIVE_RING } else { FILE_RING });
         let (commands, mut orders) = RingBuffer::new(COMMANDS);
         let shared = Arc::new(Shared::default());
         let mut outlet = Outlet::new(to_model, Arc::clone(&shared), Box::new(wake));
         let what = spec.clone();
-        let run = move || run(&what, &mut outlet, &mut orders);
+        let every_nth = every_nth.max(1);
+        let run = move || run((&what, every_nth), &mut outlet, &mut orders);
         let thread = thread::Builder::new().name("source".to_owned()).spawn(run)?;
         Ok(Self { spec, ring, commands, shared, thread: Some(thread) })
     }
@@ -140,9 +154,13 @@ impl Drop for SourceHandle {
 }
 
 /// What the thread does.
-fn run(spec: &SourceSpec, outlet: &mut Outlet, orders: &mut Consumer<ClientAction>) {
+fn run(
+    (spec, every_nth): (&SourceSpec, u16),
+    outlet: &mut Outlet,
+    orders: &mut Consumer<ClientAction>,
+) {
     match spec {
-        SourceSpec::Daemon(listen) => daemon::run(listen, 1, outlet, orders),
+        SourceSpec::Daemon(listen) => daemon::run(listen, every_nth, outlet, orders),
         SourceSpec::Demo { scene, seed } => demo::run((scene, *seed), outlet, orders),
         SourceSpec::Recording(file) => recording::run(file, outlet),
         SourceSpec::Study(file) => study::run(file, outlet),

@@ -137,3 +137,55 @@ impl Outlet {
 const fn is_bulk(feed: &Feed) -> bool {
     matches!(feed, Feed::Rows(_) | Feed::Preview(_) | Feed::State(_) | Feed::Derived(_))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{Outlet, Shared};
+    use crate::feed::{Feed, Level, NoticeLine, RowBlock, SourceStatus};
+    use core::sync::atomic::Ordering;
+    use rtrb::{Consumer, RingBuffer};
+    use std::sync::Arc;
+
+    fn outlet(room: usize) -> (Outlet, Consumer<Feed>, Arc<Shared>) {
+        let (to_model, ring) = RingBuffer::new(room);
+        let shared = Arc::new(Shared::default());
+        (Outlet::new(to_model, Arc::clone(&shared), Box::new(|| {})), ring, shared)
+    }
+
+    fn rows(time_us: u64) -> Feed {
+        Feed::Rows(RowBlock { times_us: vec![time_us], ..RowBlock::default() })
+    }
+
+    fn all(ring: &mut Consumer<Feed>) -> Vec<Feed> {
+        core::iter::from_fn(|| ring.pop().ok()).collect()
+    }
+
+    #[test]
+    fn samples_without_room_are_counted_and_leave_a_gap_and_news_wait() {
+        let (mut outlet, mut ring, shared) = outlet(4);
+        (0..7).for_each(|k| outlet.offer(rows(k)));
+        outlet.status(SourceStatus::Live);
+        let news = NoticeLine { level: Level::Info, text: "x".to_owned() };
+        outlet.offer(Feed::Notice(news.clone()));
+        assert_eq!(shared.dropped.load(Ordering::Relaxed), 3);
+        assert_eq!(all(&mut ring), (0..4).map(rows).collect::<Vec<_>>());
+        outlet.offer(rows(7));
+        outlet.offer(rows(8));
+        let seen = all(&mut ring);
+        assert_eq!(seen[..2], [Feed::Status(SourceStatus::Live), Feed::Notice(news)]);
+        let broken = |feed: &Feed| matches!(feed, Feed::Rows(block) if block.broken);
+        assert_eq!(seen[2..].iter().map(broken).collect::<Vec<_>>(), [true, false]);
+        assert_eq!(shared.dropped.load(Ordering::Relaxed), 3);
+    }
+
+    #[test]
+    fn a_scope_that_has_gone_ends_a_file() {
+        let (mut outlet, ring, shared) = outlet(1);
+        assert!(outlet.put(rows(0)));
+        shared.stop.store(true, Ordering::Relaxed);
+        assert!(!outlet.put(rows(1)));
+        shared.stop.store(false, Ordering::Relaxed);
+        drop(ring);
+        assert!(outlet.stops() && !outlet.put(rows(2)));
+    }
+}

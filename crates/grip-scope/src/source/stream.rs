@@ -14,7 +14,7 @@ pub(super) struct Stream {
 }
 
 impl Stream {
-    /// What is derived from now on, and with which settings; `None` where nothing can be.
+    /// What is derived from now on, and with which settings; `None` for nothing.
     pub(super) fn observe(&mut self, observer: Option<Observer>) {
         self.flush();
         self.observer = observer;

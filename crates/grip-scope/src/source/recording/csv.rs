@@ -115,7 +115,11 @@ impl Tape {
         match observer {
             Ok(observer) => self.stream.observe(Some(observer)),
             Err(error) => {
-                let text = format!("nothing is derived from the samples: {error}");
+                let rate_hz = recording.rate_hz;
+                self.stream.observe(Some(Observer::spectra_only(rate_hz)));
+                let text = format!(
+                    "at {rate_hz:.0} Hz only spectra are derived from the samples: {error}"
+                );
                 let note = NoticeLine { level: Level::Warning, text };
                 deliver(outlet, vec![Feed::Notice(note)], 0.0)?;
             }

@@ -82,9 +82,9 @@ impl Entries {
             Ok(begun) => begun,
             Err(error) => {
                 let text = format!(
-                    "the settings of the pipeline are those of another version: nothing is derived from the samples ({error})"
+                    "the settings of the pipeline are those of another version: only spectra are derived from the samples ({error})"
                 );
-                self.stream.observe(None);
+                self.stream.observe(Some(Observer::spectra_only(record.rate_hz)));
                 return self.note(Level::Warning, text);
             }
         };
@@ -96,7 +96,11 @@ impl Entries {
             .and_then(|model| Observer::new(begun.config, model).map_err(|e| e.to_string()));
         match observer {
             Ok(observer) => self.stream.observe(Some(observer)),
-            Err(text) => self.note(Level::Warning, text),
+            Err(error) => {
+                self.stream.observe(Some(Observer::spectra_only(record.rate_hz)));
+                let text = format!("only spectra are derived from the samples: {error}");
+                self.note(Level::Warning, text);
+            }
         }
         let rate_hz = record.rate_hz;
         let how = if record.continued { "goes on from the file before" } else { "begins" };

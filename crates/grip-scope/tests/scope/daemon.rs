@@ -1,0 +1,218 @@
+//! A daemon that is there, goes, comes back, stalls, says nothing, speaks otherwise.
+
+use crate::rig::{Watch, pause};
+use core::time::Duration;
+use grip_daemon::clients::{About, Clients, ClientsConfig, Listen};
+use grip_daemon::{Item, State};
+use grip_link::message::daemon::{Health, RealTime};
+use grip_scope::{Channel, ClientAction, EventKind, SourceSpec, SourceStatus};
+use slip_core::{
+    Sample, detector::ReferenceHealth, distance::TravelHealth, grip::GripState,
+    health::Health as StylusHealth, pressure::PressureHealth, scene::Scene, units::Micros,
+};
+use std::io::{Read as _, Write as _};
+use std::net::TcpListener;
+use std::path::Path;
+
+/// The part of gripd that clients see, without a gripper.
+struct Daemon {
+    clients: Clients,
+    now_us: u64,
+    index: u32,
+}
+
+impl Daemon {
+    fn new(path: &Path, commands: bool) -> Self {
+        let about = About {
+            name: "gripd test".into(),
+            run_id: 99,
+            dry_run: false,
+            records: true,
+            real_time: RealTime::Partly,
+        };
+        let config = ClientsConfig {
+            listen: Listen::Unix(path.to_owned()),
+            allow_commands: commands,
+            ..ClientsConfig::default()
+        };
+        Self { clients: Clients::listen(config, about).unwrap(), now_us: 1000, index: 0 }
+    }
+
+    fn turn(&mut self) {
+        self.now_us += 1000;
+        self.clients.poll(self.now_us, Duration::ZERO).unwrap();
+    }
+
+    /// A millisecond at 10 kHz.
+    fn samples(&mut self) {
+        for _ in 0..10 {
+            let t = Micros(u64::from(self.index) * 100);
+            let sample = Sample { normal_force_n: Some(2.0), ..Sample::stylus(t, 1e-6) };
+            let (host_us, index) = (self.now_us, self.index);
+            self.index += 1;
+            self.clients.take(&Item::Sample { host_us, index, sample: &sample, taxels: &[] });
+        }
+        let state = State {
+            t: Micros(u64::from(self.index - 1) * 100),
+            scene: Scene::Holding,
+            grip: Some(GripState::Holding),
+            statistic: 0.25,
+            command: None,
+            applied_n: Some(3.5),
+            esc: None,
+            estimate: None,
+            health: StylusHealth::Good,
+            reference_health: ReferenceHealth::Good,
+            travel_health: TravelHealth::Good,
+            pressure_health: PressureHealth::Good,
+            lost: 0,
+            rate_hz: 10_000,
+        };
+        self.clients.take(&Item::State { host_us: self.now_us, state: &state });
+        self.turn();
+    }
+}
+
+fn watch(path: &Path) -> Watch {
+    Watch::new(SourceSpec::Daemon(Listen::Unix(path.to_owned())))
+}
+
+#[test]
+fn what_a_daemon_tells_is_shown_and_derived_from() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("socket");
+    let mut daemon = Daemon::new(&path, false);
+    let mut watch = watch(&path);
+    watch.until(|| daemon.turn(), |model| model.info().daemon.is_some());
+    daemon.clients.health(&Health { samples: 5, rate_hz: Some(9_999.0), ..Health::default() });
+    watch.until(
+        || daemon.samples(),
+        |model| {
+            let energy = model.series(Channel::BandEnergy(0));
+            energy.is_some() && model.health().latest().is_some() && model.end_s() > 0.3
+        },
+    );
+    assert_eq!(watch.model.status(), &SourceStatus::Live);
+    let about = watch.model.info().daemon.clone().unwrap();
+    assert_eq!((about.name.as_str(), about.may_command, about.every_nth), ("gripd test", false, 1));
+    assert_eq!(watch.model.series(Channel::Applied).unwrap().latest().unwrap().1, 3.5);
+    assert_eq!(watch.model.health().latest().unwrap().rate_hz, Some(9_999.0));
+    assert!(watch.samples(Channel::Stylus) > 1000);
+    assert!(watch.model.events().iter().all(|mark| mark.kind != EventKind::Gap));
+    watch.handle.command(ClientAction::Release).unwrap();
+    watch.until(
+        || daemon.samples(),
+        |model| model.notices().any(|line| line.text.contains("allows no commands")),
+    );
+}
+
+#[test]
+fn decimated_rows_are_shown_and_nothing_is_derived_from_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("socket");
+    let mut daemon = Daemon::new(&path, false);
+    let spec = SourceSpec::Daemon(Listen::Unix(path));
+    let mut watch = Watch::every(spec, 10);
+    watch.until(|| daemon.samples(), |model| model.end_s() > 0.5);
+    assert!(watch.model.notices().any(|line| line.text.starts_with("every 10th sample comes")));
+    assert!(watch.model.series(Channel::BandEnergy(0)).is_none());
+    assert!(watch.model.spectrogram().is_empty());
+    let series = watch.model.series(Channel::Stylus).unwrap();
+    let (span, count) = (series.span().unwrap(), watch.samples(Channel::Stylus));
+    #[expect(clippy::cast_precision_loss, reason = "a few hundred")]
+    let step_s = span.length_s() / (count - 1) as f64;
+    assert!((step_s - 1e-3).abs() < 1e-9, "{step_s}");
+    assert!(watch.model.events().iter().all(|mark| mark.kind != EventKind::Gap));
+}
+
+#[test]
+fn a_daemon_that_goes_is_waited_for_and_the_gap_is_seen() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("socket");
+    let mut watch = watch(&path);
+    watch.until(|| {}, |model| matches!(model.status(), SourceStatus::Waiting { .. }));
+    assert!(watch.model.status().sentence().starts_with("no daemon answers at unix:"));
+    let mut daemon = Daemon::new(&path, false);
+    watch.until(|| daemon.samples(), |model| model.series(Channel::Stylus).is_some());
+    drop(daemon);
+    watch.until(|| {}, |model| matches!(model.status(), SourceStatus::Waiting { .. }));
+    let before = watch.samples(Channel::Stylus);
+    let mut daemon = Daemon::new(&path, false);
+    // The gripper went on meanwhile.
+    daemon.index = 1_000_000;
+    let live =
+        |model: &grip_scope::Model| model.status() == &SourceStatus::Live && model.end_s() > 100.0;
+    watch.until(|| daemon.samples(), live);
+    assert!(watch.samples(Channel::Stylus) > before);
+    let series = watch.model.series(Channel::Stylus).unwrap();
+    let mut parts = Vec::new();
+    series.envelope(grip_scope::Span::new(99.0, 102.0), 3, &mut parts);
+    assert!(parts.iter().any(|part| part.broken), "{parts:?}");
+}
+
+#[test]
+fn lost_rows_and_a_gripper_that_restarts_are_events() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("socket");
+    let mut daemon = Daemon::new(&path, false);
+    let mut watch = watch(&path);
+    watch.until(|| daemon.samples(), |model| model.end_s() > 0.2);
+    daemon.index += 25;
+    let has = |kind| move |model: &grip_scope::Model| model.events().iter().any(|m| m.kind == kind);
+    watch.until(|| daemon.samples(), has(EventKind::Gap));
+    let gap = watch.model.events().iter().find(|mark| mark.kind == EventKind::Gap).unwrap();
+    assert!(gap.text.starts_with("25 rows are missing"), "{}", gap.text);
+    daemon.index = 0;
+    watch.until(|| daemon.samples(), has(EventKind::Clock));
+}
+
+#[test]
+fn a_stream_that_stalls_says_for_how_long() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("socket");
+    let mut daemon = Daemon::new(&path, false);
+    let mut watch = watch(&path);
+    watch.until(|| daemon.samples(), |model| model.status() == &SourceStatus::Live);
+    watch.until(|| daemon.turn(), |model| matches!(model.status(), SourceStatus::Stalled { .. }));
+    assert_eq!(watch.model.status().sentence(), "no samples for 1.0 s");
+    watch.until(|| daemon.samples(), |model| model.status() == &SourceStatus::Live);
+}
+
+#[test]
+fn commands_reach_a_daemon_that_allows_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("socket");
+    let mut daemon = Daemon::new(&path, true);
+    let mut watch = watch(&path);
+    watch.until(|| daemon.samples(), |model| model.info().daemon.is_some());
+    assert!(watch.model.info().daemon.as_ref().unwrap().may_command);
+    watch.handle.command(ClientAction::AtLeast(4.5)).unwrap();
+    watch.handle.command(ClientAction::Release).unwrap();
+    let mut asked = Vec::new();
+    for _ in 0..60_000 {
+        daemon.turn();
+        while let Some(next) = daemon.clients.next_command() {
+            asked.push(format!("{:?}", next));
+        }
+        if asked.len() == 2 {
+            break;
+        }
+        pause();
+    }
+    assert_eq!(asked, ["AtLeast(4.5)", "Release"]);
+}
+
+#[test]
+fn what_is_no_daemon_is_told_and_tried_again() {
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let place = listener.local_addr().unwrap();
+    let mut watch = Watch::new(SourceSpec::parse(&format!("tcp:{place}")).unwrap());
+    let (mut peer, _) = listener.accept().unwrap();
+    let mut bytes = [0; 64];
+    assert!(peer.read(&mut bytes).unwrap() > 0);
+    peer.write_all(b"HTTP/1.1 400 Bad Request\r\n\r\n").unwrap();
+    watch.until(|| {}, |model| model.status().sentence().contains("not as gripd does"));
+    // The next attempt comes by itself; a connection that is closed at once is told too.
+    drop(listener.accept().unwrap());
+    watch.until(|| {}, |model| model.status().sentence().contains("closed the connection"));
+}

@@ -1,0 +1,60 @@
+//! The demo: grasps in real time, with everything that a daemon tells, and commands.
+
+use crate::rig::Watch;
+use grip_scope::{Channel, ClientAction, EventKind, Refused, SourceSpec, SourceStatus};
+
+#[test]
+fn a_grasp_shows_samples_states_bands_events_and_health() {
+    let mut watch = Watch::new(SourceSpec::parse("demo").unwrap());
+    watch.until(
+        || {},
+        |model| {
+            let has = |kind| model.events().iter().any(|mark| mark.kind == kind);
+            let curve = |channel| model.series(channel).is_some_and(|s| s.latest().is_some());
+            has(EventKind::Reload)
+                && (has(EventKind::Incipient) || has(EventKind::Gross))
+                && has(EventKind::Ended)
+                && has(EventKind::Reflex)
+                && curve(Channel::EscHigh)
+                && curve(Channel::EstimateHigh)
+                && model.health().latest().is_some()
+        },
+    );
+    assert_eq!(watch.model.status(), &SourceStatus::Live);
+    for channel in [
+        Channel::Stylus,
+        Channel::NormalForce,
+        Channel::Statistic,
+        Channel::Command,
+        Channel::Applied,
+        Channel::ForceLimit,
+        Channel::BandEnergy(1),
+        Channel::BandThreshold(1),
+        Channel::SlipSpeed,
+    ] {
+        assert!(watch.model.series(channel).is_some(), "{channel:?}");
+    }
+    let health = watch.model.health().latest().unwrap();
+    assert!(health.samples > 1000 && health.lost == 0, "{health:?}");
+    assert!(health.latency.p999_us >= health.latency.p50_us);
+    let counted: u64 = health.latency.histogram.iter().map(|bucket| bucket.1).sum();
+    assert!(counted > 0);
+    assert!(!watch.model.spectrogram().is_empty());
+    let all = watch.model.span().unwrap();
+    assert!(!watch.model.turns(all, usize::MAX).is_empty());
+    assert_eq!(watch.model.health().stray_states(), 0);
+    // The value told lies within the enclosure that the observer derives for the same slip.
+    watch.handle.command(ClientAction::Stop).unwrap();
+    watch.until(|| {}, |model| model.notices().any(|line| line.text.starts_with("stop")));
+    let refused = watch.handle.command(ClientAction::AtLeast(f32::NAN));
+    assert!(matches!(refused, Err(Refused::NoForce(_))));
+}
+
+#[test]
+fn a_scene_that_is_none_is_told() {
+    let mut watch = Watch::new(SourceSpec::parse("demo:nowhere").unwrap());
+    watch.until(|| {}, |model| matches!(model.status(), SourceStatus::Failed { .. }));
+    assert!(watch.model.status().sentence().contains("built in are"));
+    let mut file = Watch::new(SourceSpec::parse("x.mcap").unwrap());
+    assert_eq!(file.handle.command(ClientAction::Grasp), Err(Refused::NotLive));
+}

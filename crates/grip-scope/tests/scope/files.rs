@@ -1,0 +1,152 @@
+//! Recordings and studies: whole, cut off, foreign, of every rate, with readings that are none.
+
+use crate::rig::{Watch, recording};
+use grip_scope::{Channel, EventKind, SourceSpec, SourceStatus};
+use std::fs;
+use std::io::Write as _;
+use std::path::Path;
+
+fn open(path: &Path) -> Watch {
+    let mut watch = Watch::new(SourceSpec::parse(path.to_str().unwrap()).unwrap());
+    watch.until(
+        || {},
+        |model| {
+            matches!(model.status(), SourceStatus::Complete { .. } | SourceStatus::Failed { .. })
+        },
+    );
+    watch
+}
+
+fn sentence(watch: &Watch) -> String {
+    watch.model.status().sentence()
+}
+
+#[test]
+fn a_recording_is_all_there() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.mcap");
+    recording(&path, 12_345);
+    let watch = open(&path);
+    assert_eq!(watch.model.status(), &SourceStatus::Complete { note: String::new() });
+    assert_eq!(
+        (watch.samples(Channel::Stylus), watch.samples(Channel::NormalForce)),
+        (12_345, 12_345)
+    );
+    let (file, extent) = watch.model.info().recording.clone().unwrap();
+    assert_eq!((file, extent.from_s, extent.to_s), (path, 0.0, 12.344));
+    assert_eq!(watch.handle.dropped(), 0);
+    assert_eq!(watch.model.series(Channel::Stylus).unwrap().at(1.0405), Some(40e-9));
+    assert!(watch.model.events().is_empty());
+}
+
+#[test]
+fn a_recording_that_was_cut_off_shows_what_is_whole_and_says_so() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.mcap");
+    recording(&path, 10_000);
+    let bytes = fs::read(&path).unwrap();
+    fs::write(&path, &bytes[..bytes.len() / 2]).unwrap();
+    let watch = open(&path);
+    assert!(sentence(&watch).contains("gripctl recover"), "{}", sentence(&watch));
+    assert!((2_000..8_000).contains(&watch.samples(Channel::Stylus)));
+}
+
+#[test]
+fn what_is_no_recording_is_told_in_a_sentence() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = |name: &str, bytes: &[u8]| {
+        let path = folder.path().join(name);
+        fs::write(&path, bytes).unwrap();
+        let watch = open(&path);
+        assert!(watch.model.status().is_trouble(), "{name}: {}", sentence(&watch));
+        assert_eq!(watch.samples(Channel::Stylus), 0);
+        sentence(&watch)
+    };
+    assert!(file("a.mcap", b"\x89PNG and more").contains("no MCAP file"));
+    assert!(file("b.csv", b"time,height\n1,2\n").contains("stylus"));
+    assert!(file("c.csv", b"").contains("c.csv"));
+    assert!(file("d.csv", b"t_s,stylus\n0.0,1\n0.1,many\n").contains("many"));
+    assert!(file("e.json", b"{\"results\": 4}").contains("no report of a study"));
+    assert!(file("f.json", b"{").contains("no JSON"));
+    let mut foreign = Vec::new();
+    let mut writer = mcap::Writer::new(std::io::Cursor::new(&mut foreign)).unwrap();
+    let schema = writer.add_schema("other", "ros2msg", b"int32 a\n").unwrap();
+    writer.add_channel(schema, "/other", "cdr", &std::collections::BTreeMap::new()).unwrap();
+    writer.finish().unwrap();
+    drop(writer);
+    assert!(file("g.mcap", &foreign).contains("was not recorded by gripd"));
+    let gone = open(&folder.path().join("gone.mcap"));
+    assert!(sentence(&gone).contains("cannot be read"), "{}", sentence(&gone));
+}
+
+fn csv(path: &Path, rate_hz: f64, rows: u32, value: impl Fn(u32) -> String) {
+    let mut out = std::io::BufWriter::new(fs::File::create(path).unwrap());
+    writeln!(out, "t_s,stylus,force_n").unwrap();
+    for row in 0..rows {
+        writeln!(out, "{:.6},{},2.5", f64::from(row) / rate_hz, value(row)).unwrap();
+    }
+}
+
+#[test]
+fn every_rate_from_a_hundred_hertz_to_twenty_kilohertz_is_shown() {
+    let folder = tempfile::tempdir().unwrap();
+    for rate_hz in [100.0, 317.0, 2200.0, 20_000.0] {
+        let path = folder.path().join("x.csv");
+        csv(&path, rate_hz, 3000, |row| format!("{}", 1e-7 * f64::from(row % 7)));
+        let watch = open(&path);
+        assert_eq!(watch.samples(Channel::Stylus), 3000, "{rate_hz}: {}", sentence(&watch));
+        assert!(watch.model.events().iter().all(|mark| mark.kind != EventKind::Gap), "{rate_hz}");
+        assert!(!watch.model.spectrogram().is_empty());
+        // Below some hundred hertz the bands of the detector do not fit, which is told.
+        let told = watch.model.notices().any(|line| line.text.contains("only spectra"));
+        let derived = watch.model.series(Channel::BandEnergy(0)).is_some();
+        assert_eq!((derived, told), (rate_hz > 150.0, rate_hz < 150.0), "{rate_hz}");
+        assert_eq!(watch.model.series(Channel::Statistic).is_some(), derived);
+    }
+}
+
+#[test]
+fn a_large_table_comes_in_pieces_and_gaps_and_bad_readings_are_seen() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("x.csv");
+    let mut out = std::io::BufWriter::new(fs::File::create(&path).unwrap());
+    writeln!(out, "t_s,stylus").unwrap();
+    let rows = 600_000_u32;
+    for row in 0..rows {
+        let late = if row >= rows / 2 { 0.5 } else { 0.0 };
+        let value = match row % 100_000 {
+            77 => "NaN",
+            78 => "1e30",
+            _ => "0.0000012",
+        };
+        writeln!(out, "{:.5},{value}", f64::from(row) / 10_000.0 + late).unwrap();
+    }
+    drop(out);
+    assert!(fs::metadata(&path).unwrap().len() > 2 * (4 << 20));
+    let watch = open(&path);
+    assert_eq!(watch.samples(Channel::Stylus), u64::from(rows) - 6);
+    assert_eq!(watch.model.health().huge(), 6);
+    let gaps = watch.model.events().iter().filter(|mark| mark.kind == EventKind::Gap);
+    let texts: Vec<&str> = gaps.map(|mark| mark.text.as_str()).collect();
+    assert_eq!(texts.len(), 1, "{texts:?}");
+    assert!(texts[0].starts_with("5000 rows are missing"), "{texts:?}");
+}
+
+#[test]
+fn a_study_has_its_curves() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("study.json");
+    let text = r#"{"type":"study","title":"four nets","summary":["It works."],"results":[
+        {"title":"v and F","nets":[
+            {"net":"M1","trainer":"GD","curve":{"epoch":[0,1,4],"train":[0.5,0.25,0.125],"test":[0.6,0.5,0.4]}},
+            {"net":"M4","trainer":"SCG"}]}]}"#;
+    fs::write(&path, text).unwrap();
+    let watch = open(&path);
+    let study = watch.model.study().unwrap();
+    assert_eq!((study.title.as_str(), study.plots.len()), ("four nets", 1));
+    let plot = &study.plots[0];
+    let names: Vec<&str> = plot.curves.iter().map(|curve| curve.name.as_str()).collect();
+    assert_eq!((plot.title.as_str(), names), ("v and F", vec!["M1 GD, train", "M1 GD, test"]));
+    assert_eq!(plot.curves[1].points, [[0.0, 0.6], [1.0, 0.5], [4.0, 0.4]]);
+    assert_eq!(study.notes, ["It works."]);
+}

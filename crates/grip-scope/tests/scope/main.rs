@@ -1,0 +1,9 @@
+//! Sources on their threads: daemons that come and go, recordings whole and broken, studies, the demo.
+#![expect(clippy::unwrap_used, reason = "test code")]
+
+mod daemon;
+mod demo;
+mod export;
+mod files;
+mod rig;
+mod trigger;

@@ -1,0 +1,73 @@
+//! A source, a model, and patience: what the tests of sources share.
+
+use core::time::Duration;
+use grip_record::mcap::{McapWriter, Record, SampleRecord};
+use grip_scope::{Channel, Model, SourceHandle, SourceSpec};
+use slip_core::{Sample, units::Micros};
+use std::fs::File;
+use std::io::BufWriter;
+use std::path::Path;
+
+/// Looks at the model after which a test has hung.
+const PATIENCE: u32 = 60_000;
+
+pub(crate) struct Watch {
+    pub(crate) handle: SourceHandle,
+    pub(crate) model: Model,
+}
+
+impl Watch {
+    pub(crate) fn new(spec: SourceSpec) -> Self {
+        let handle = SourceHandle::spawn(spec, || {}).unwrap();
+        Self { handle, model: Model::new(64 << 20) }
+    }
+
+    pub(crate) fn every(spec: SourceSpec, every_nth: u16) -> Self {
+        let handle = SourceHandle::spawn_every(spec, every_nth, || {}).unwrap();
+        Self { handle, model: Model::new(64 << 20) }
+    }
+
+    pub(crate) fn look(&mut self) {
+        self.handle.drain(&mut self.model, 1000);
+    }
+
+    /// Looks until what is waited for is there; `meanwhile` goes on beside.
+    pub(crate) fn until(&mut self, mut meanwhile: impl FnMut(), done: impl Fn(&Model) -> bool) {
+        for _ in 0..PATIENCE {
+            self.look();
+            if done(&self.model) {
+                return;
+            }
+            meanwhile();
+            pause();
+        }
+        panic!("it never came: {:?} {:?}", self.model.status(), self.model.channels().count());
+    }
+
+    pub(crate) fn samples(&self, channel: Channel) -> u64 {
+        let series = self.model.series(channel);
+        series.and_then(|series| series.stats(series.span()?)).map_or(0, |stats| stats.count)
+    }
+}
+
+#[expect(clippy::disallowed_methods, reason = "a test may wait for another thread")]
+pub(crate) fn pause() {
+    std::thread::sleep(Duration::from_millis(1));
+}
+
+/// A recording of samples a millisecond apart, the stylus counting up; a chunk each hundred.
+pub(crate) fn recording(path: &Path, count: u32) {
+    let out = BufWriter::new(File::create(path).unwrap());
+    let mut writer = McapWriter::new(out, "test", 0).unwrap();
+    for index in 0..count {
+        let t = u64::from(index) * 1000;
+        let value = f32::from(u16::try_from(index % 1000).unwrap());
+        let normal_force_n = Some(2.0);
+        let sample = Sample { normal_force_n, ..Sample::stylus(Micros(t), 1e-9 * value) };
+        writer.write(t, &Record::Sample(SampleRecord { index, sample, taxels: &[] })).unwrap();
+        if index % 100 == 99 {
+            writer.flush().unwrap();
+        }
+    }
+    writer.finish().unwrap();
+}

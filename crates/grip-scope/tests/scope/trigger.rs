@@ -1,0 +1,80 @@
+//! Triggers: what is found, what is shown before and behind it, and how often.
+
+use grip_scope::feed::{EventKind, EventMark, RowBlock};
+use grip_scope::trigger::{TriggerMode, TriggerSource};
+use grip_scope::{Channel, Feed, Model, Span, Trigger};
+
+/// A tenth of a second of a stylus that is 0 but for one sample.
+fn tenth(model: &mut Model, number: u64, spike: Option<usize>) {
+    let times_us = (0..100).map(|k| number * 100_000 + k * 1000).collect();
+    let mut values = vec![0.0; 100];
+    if let Some(at) = spike {
+        values[at] = 1.0;
+    }
+    let columns = vec![(Channel::Stylus, values)];
+    model.take(Feed::Rows(RowBlock { times_us, columns, ..RowBlock::default() }));
+}
+
+fn rising(mode: TriggerMode) -> Trigger {
+    let source = TriggerSource::Level { channel: Channel::Stylus, level: 0.5, rising: true };
+    Trigger::new(source, mode, 0.05, 0.2)
+}
+
+fn run(trigger: &mut Trigger, spikes: &[(u64, usize)]) -> Vec<Span> {
+    let mut model = Model::new(1 << 24);
+    let mut shown = Vec::new();
+    for number in 0..20 {
+        let spike = spikes.iter().find(|spike| spike.0 == number).map(|spike| spike.1);
+        tenth(&mut model, number, spike);
+        shown.extend(trigger.poll(&model));
+    }
+    shown
+}
+
+fn near(span: &Span, from_s: f64, to_s: f64) -> bool {
+    (span.from_s - from_s).abs() < 1e-9 && (span.to_s - to_s).abs() < 1e-9
+}
+
+#[test]
+fn a_level_is_found_with_what_came_before_it() {
+    let shown = run(&mut rising(TriggerMode::Normal), &[(3, 40), (9, 0)]);
+    assert_eq!(shown.len(), 2, "{shown:?}");
+    assert!(near(&shown[0], 0.29, 0.49) && near(&shown[1], 0.85, 1.05), "{shown:?}");
+}
+
+#[test]
+fn a_single_trigger_waits_to_be_armed_again() {
+    let mut single = rising(TriggerMode::Single);
+    assert_eq!(run(&mut single, &[(3, 40), (9, 0)]).len(), 1);
+    assert!(single.is_done());
+    single.arm();
+    assert!(!single.is_done());
+    assert_eq!(run(&mut single, &[(5, 1)]).len(), 1);
+}
+
+#[test]
+fn an_automatic_trigger_shows_the_newest_where_nothing_is_found() {
+    let shown = run(&mut rising(TriggerMode::Auto), &[]);
+    assert!(shown.len() > 10, "{shown:?}");
+    let last = shown.last().unwrap();
+    assert!(near(last, 1.799, 1.999), "{last:?}");
+    assert!(run(&mut rising(TriggerMode::Normal), &[]).is_empty());
+}
+
+#[test]
+fn an_event_is_found_and_the_past_is_not() {
+    let mut model = Model::new(1 << 24);
+    tenth(&mut model, 0, None);
+    model.take(Feed::Event(EventMark::plain(0.05, EventKind::Gross, "old")));
+    let source = TriggerSource::Event(EventKind::Gross);
+    let mut trigger = Trigger::new(source, TriggerMode::Normal, 0.05, 0.1);
+    assert_eq!(trigger.poll(&model), None);
+    tenth(&mut model, 1, None);
+    model.take(Feed::Event(EventMark::plain(0.15, EventKind::Gross, "new")));
+    model.take(Feed::Event(EventMark::plain(0.16, EventKind::Gap, "other")));
+    assert_eq!(trigger.poll(&model), None);
+    assert_eq!(trigger.at_s(), Some(0.15));
+    tenth(&mut model, 2, None);
+    assert!(near(&trigger.poll(&model).unwrap(), 0.1, 0.2));
+    assert_eq!(trigger.poll(&model), None);
+}
