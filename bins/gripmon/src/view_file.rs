@@ -87,7 +87,7 @@ impl ViewFile {
             return false;
         }
         let length_s = self.look.length_s.unwrap_or_else(|| data.length_s());
-        let Some(from_s) = self.from_s(model, length_s, data) else { return false };
+        let Some(from_s) = self.left_edge_s(model, length_s, data) else { return false };
         let zero_s = if self.look.event.is_some() { from_s + length_s / 3.0 } else { from_s };
         state.window = TimeWindow::new(length_s);
         if self.look.event.is_some() || !self.look.cursors.is_empty() {
@@ -100,7 +100,7 @@ impl ViewFile {
     }
 
     /// The left edge; `None` while what is to be seen is not there.
-    fn from_s(&self, model: &Model, length_s: f64, data: Span) -> Option<f64> {
+    fn left_edge_s(&self, model: &Model, length_s: f64, data: Span) -> Option<f64> {
         let Ok(Some(kind)) = self.kind() else { return Some(data.to_s - length_s) };
         let rest = Span { from_s: self.look.from_s, to_s: f64::INFINITY };
         let mark = model.events().in_span(rest).find(|mark| mark.kind == kind)?;

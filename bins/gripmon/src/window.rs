@@ -136,8 +136,12 @@ impl App {
     fn picture(&self, ctx: &egui::Context, path: PathBuf, ends: bool) {
         let (tell, outcome, again) = (self.tell.clone(), Arc::clone(&self.outcome), ctx.clone());
         ctx.request_screenshot(move |image: Arc<ColorImage>| {
-            let message =
-                written(&path, files::write_png(&path, &image).map_err(anyhow::Error::from));
+            let message = written(
+                &path,
+                files::write_png(&path, &image)
+                    .map(|()| "this window".to_owned())
+                    .map_err(anyhow::Error::from),
+            );
             if ends && message.is_error {
                 *outcome.lock().unwrap_or_else(PoisonError::into_inner) =
                     Some(message.text.clone());
@@ -170,7 +174,7 @@ impl App {
         let (tell, ctx, spec) = (self.tell.clone(), ctx.clone(), self.spec.clone());
         let channels = shown_channels(&self.scope);
         let work = move || {
-            let result = write(effect, (&shared, &spec), (span, &channels), &path);
+            let result = write((effect, &path), (&shared, &spec), (span, &channels));
             let _sent = tell.send(written(&path, result));
             ctx.request_repaint();
         };
@@ -252,23 +256,41 @@ fn shown_channels(scope: &Scope) -> Vec<Channel> {
         .collect()
 }
 
+/// Writes a file of what is asked for; the sentence that tells it.
 fn write(
-    effect: Effect,
-    (shared, _spec): (&Shared, &SourceSpec),
+    (effect, path): (Effect, &Path),
+    (shared, spec): (&Shared, &SourceSpec),
     (span, channels): (Span, &[Channel]),
-    path: &Path,
-) -> anyhow::Result<()> {
-    let engine = shared.engine_first();
-    match effect {
-        Effect::Csv => export::csv(&engine.model, span, channels, path).map(|_| ())?,
-        _ => bail!("not there yet"),
+) -> anyhow::Result<String> {
+    match (effect, spec) {
+        (Effect::Csv, _) => {
+            // A copy, so that the window and the pump go on while it is written.
+            let model = shared.engine_first().model.clone();
+            let rows = export::csv(&model, span, channels, path)?;
+            Ok(format!("{} rows", crate::format::count(rows)))
+        }
+        (_, SourceSpec::Recording(from))
+            if from.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("mcap")) =>
+        {
+            Ok(sliced(export::mcap_slice(from, span, path)?))
+        }
+        _ => {
+            let model = shared.engine_first().model.clone();
+            Ok(sliced(export::mcap(&model, span, path)?))
+        }
     }
-    Ok(())
 }
 
-fn written(path: &Path, result: anyhow::Result<()>) -> Message {
+fn sliced(slice: export::Sliced) -> String {
+    let count = crate::format::count;
+    format!("{} samples, {} messages", count(slice.samples), count(slice.messages))
+}
+
+fn written(path: &Path, result: anyhow::Result<String>) -> Message {
     match result {
-        Ok(()) => Message { text: format!("Written: {}", path.display()), is_error: false },
+        Ok(what) => {
+            Message { text: format!("Written: {} ({what})", path.display()), is_error: false }
+        }
         Err(error) => Message { text: format!("{}: {error}", path.display()), is_error: true },
     }
 }

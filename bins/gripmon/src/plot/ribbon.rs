@@ -23,7 +23,7 @@ pub fn ribbon(
     let mut before: Option<(f32, f32)> = None;
     for bucket in buckets {
         let open = style == Style::Dashed && is_between_dashes(frame, bucket.from_s);
-        if open || bucket.count == 0 || !(bucket.min <= bucket.max) {
+        if open || bucket.count == 0 || bucket.min > bucket.max || bucket.min.is_nan() {
             before = None;
             continue;
         }
@@ -53,7 +53,7 @@ fn is_between_dashes(frame: &Frame, t_s: f64) -> bool {
 pub fn band(mesh: &mut Mesh, frame: &Frame, (low, high): (&[Bucket], &[Bucket]), colour: Color32) {
     let mut joined = false;
     for (low, high) in low.iter().zip(high) {
-        if low.count == 0 || high.count == 0 || !(low.min <= high.max) {
+        if low.count == 0 || high.count == 0 || low.min > high.max {
             joined = false;
             continue;
         }

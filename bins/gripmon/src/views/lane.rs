@@ -3,7 +3,7 @@
 use super::{Seen, gestures, strips};
 use crate::action::Action;
 use crate::palette::{Palette, Tone};
-use crate::plot::{Frame, GUTTER, Kind, Scale};
+use crate::plot::{Frame, Kind, Scale};
 use eframe::egui::{
     Align2, Color32, FontId, Rect, Role, Sense, Stroke, Ui, WidgetInfo, pos2, vec2,
 };
@@ -65,7 +65,6 @@ fn names(ui: &Ui, rect: Rect, palette: &Palette) {
     };
     label(rect.top() + SCENES / 2.0, "scene");
     label(rect.top() + SCENES + (HEIGHT - SCENES) / 2.0, "events");
-    debug_assert!(GUTTER > 40.0);
 }
 
 const fn scene_colour(scene: SceneCode, palette: &Palette) -> (Color32, bool) {

@@ -95,6 +95,7 @@ fn contents(ui: &mut Ui, panel: Panel, seen: &Seen<'_>) -> Vec<Action> {
 }
 
 /// What lies over the plots.
+#[must_use]
 pub fn overlay(ctx: &egui::Context, seen: &Seen<'_>) -> Vec<Action> {
     let mut actions = Vec::new();
     if seen.state.help {

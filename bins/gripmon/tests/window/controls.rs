@@ -33,7 +33,7 @@ fn a_paused_view_stands_while_data_go_on() {
     press(&mut harness, Key::End);
     click(&mut harness, "Pause");
     let before = seen(&harness);
-    let later = fixture::rows(&[grip_scope::Channel::Stylus], 10_000.0, (20_000, 30_000));
+    let later = fixture::rows(&[grip_scope::Channel::Stylus], 10_000, (20_000, 30_000));
     harness.state().shared.engine().model.take(Feed::Rows(later));
     harness.run();
     assert_eq!(seen(&harness), before);
@@ -107,7 +107,7 @@ fn cursors_measure_what_lies_between_them() {
             .stats(grip_scope::Span::new(1.0, 1.5))
             .unwrap()
     };
-    assert!((stats.max - fixture::SPIKE_M).abs() < 1e-9 && fixture::SPIKE_S < 1.5);
+    assert!((stats.max - fixture::SPIKE_M).abs() < 1e-9 && fixture::SPIKE_US < 1_500_000);
     let text = gripmon::format::with_unit(stats.peak_to_peak().into(), "m");
     harness.get_by_label_contains(&text);
     press(&mut harness, Key::Z);
@@ -128,7 +128,7 @@ fn a_trigger_stops_at_what_it_waits_for_once() {
         let mut engine = harness.state().shared.engine();
         engine.take_in(1);
         let rows = |from, to| {
-            Feed::Rows(fixture::rows(&[grip_scope::Channel::Stylus], 10_000.0, (from, to)))
+            Feed::Rows(fixture::rows(&[grip_scope::Channel::Stylus], 10_000, (from, to)))
         };
         engine.model.take(rows(20_000, 21_000));
         engine.model.take(Feed::Event(EventMark::plain(2.05, EventKind::Gross, "x")));

@@ -9,23 +9,24 @@ use grip_scope::feed::{
     SpectrumColumn, StatePoint, StudyCurve, StudyCurves, StudyPlot, TaxelBlock, Turn,
 };
 use grip_scope::{Channel, Model, SourceStatus};
+use gripmon::num::narrow;
 
-/// A spike of one sample stands here (s).
-pub(crate) const SPIKE_S: f64 = 1.234_5;
+/// A spike of one sample stands here (us).
+pub(crate) const SPIKE_US: u64 = 1_234_500;
 /// Its height (m).
 pub(crate) const SPIKE_M: f32 = 2e-3;
 
 /// Rows from `from` to before `to` of a run at `rate_hz`, with a value of every channel of `channels`.
-pub(crate) fn rows(channels: &[Channel], rate_hz: f64, (from, to): (usize, usize)) -> RowBlock {
-    let t_s = |i: usize| i as f64 / rate_hz;
+pub(crate) fn rows(channels: &[Channel], rate_hz: u64, (from, to): (usize, usize)) -> RowBlock {
+    let t_s = |i: usize| i as f64 / rate_hz as f64;
     let value = |channel: usize, i: usize| {
         let t_s = t_s(i);
         let wave = (t_s * (40.0 + 17.0 * channel as f64) * core::f64::consts::TAU).sin()
             + 0.1 * (t_s * 9973.0).sin();
-        (1e-5 * wave) as f32
+        narrow(1e-5 * wave)
     };
     RowBlock {
-        times_us: (from..to).map(|i| (t_s(i) * 1e6).round() as u64).collect(),
+        times_us: (from as u64..to as u64).map(|i| i * 1_000_000 / rate_hz).collect(),
         columns: channels
             .iter()
             .enumerate()
@@ -41,10 +42,10 @@ pub(crate) fn grasp() -> Model {
     greet(&mut model, true);
     for start in (0..20_000).step_by(500) {
         let mut block =
-            rows(&[Channel::Stylus, Channel::NormalForce], 10_000.0, (start, start + 500));
+            rows(&[Channel::Stylus, Channel::NormalForce], 10_000, (start, start + 500));
         block.columns[1].1.iter_mut().for_each(|n| *n = 5.0 + *n * 1e4);
         for (time_us, value) in block.times_us.iter().zip(&mut block.columns[0].1) {
-            if *time_us == (SPIKE_S * 1e6) as u64 {
+            if *time_us == SPIKE_US {
                 *value = SPIKE_M;
             }
         }

@@ -32,7 +32,7 @@ fn absurd_values_and_times_are_drawn() {
 
 #[test]
 fn one_sample_and_slow_and_fast_rates_are_drawn() {
-    for (rate_hz, rows) in [(100.0, 1), (100.0, 50), (20_000.0, 40_000)] {
+    for (rate_hz, rows) in [(100, 1), (100, 50), (20_000, 40_000)] {
         let mut model = Model::new(8 << 20);
         model.take(Feed::Rows(fixture::rows(&[Channel::Stylus], rate_hz, (0, rows))));
         window(model, Panel::Health).get_by_label_contains("Stylus plot");

@@ -32,6 +32,7 @@ struct Running {
     requests: Arc<AtomicU64>,
 }
 
+#[expect(clippy::unwrap_used, clippy::panic, reason = "part of a test")]
 impl Running {
     fn start() -> Self {
         let requests: Arc<AtomicU64> = Arc::default();
