@@ -56,7 +56,7 @@ impl Chunk {
         self.len >= CHUNK
     }
 
-    pub(super) const fn from_s(&self) -> f64 {
+    pub(super) const fn start_s(&self) -> f64 {
         self.from_s
     }
 

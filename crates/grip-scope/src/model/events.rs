@@ -99,6 +99,7 @@ impl Events {
     }
 
     /// All of them, in order of time.
+    #[must_use]
     pub fn iter(&self) -> impl DoubleEndedIterator<Item = &EventMark> + ExactSizeIterator {
         self.marks.iter()
     }
@@ -122,6 +123,7 @@ impl Events {
     }
 
     /// Those in the span, its ends included.
+    #[must_use]
     pub fn in_span(&self, span: Span) -> impl DoubleEndedIterator<Item = &EventMark> {
         let from = self.marks.partition_point(|mark| mark.t_s < span.from_s);
         let to = self.marks.partition_point(|mark| mark.t_s <= span.to_s);

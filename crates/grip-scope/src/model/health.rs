@@ -70,6 +70,7 @@ impl HealthBoard {
     }
 
     /// How they went, in order of time.
+    #[must_use]
     pub fn history(&self) -> impl ExactSizeIterator<Item = &HealthTrend> {
         self.history.iter()
     }

@@ -173,6 +173,7 @@ impl Model {
     }
 
     /// Lines for people, in order.
+    #[must_use]
     pub fn notices(&self) -> impl DoubleEndedIterator<Item = &NoticeLine> + ExactSizeIterator {
         self.notices.iter()
     }

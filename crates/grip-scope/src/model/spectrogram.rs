@@ -61,6 +61,7 @@ impl Spectrogram {
     }
 
     /// The spectra that touch the span, in order.
+    #[must_use]
     pub fn in_span(&self, span: Span) -> impl DoubleEndedIterator<Item = &SpectrumColumn> {
         let from = self.columns.partition_point(|column| column.span[1] < span.from_s);
         let to = self.columns.partition_point(|column| column.span[0] <= span.to_s);

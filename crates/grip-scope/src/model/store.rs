@@ -115,7 +115,7 @@ impl Store {
     pub(super) fn span(&self) -> Option<(f64, f64)> {
         let first = self.chunk(self.first)?;
         let last = self.chunk(self.end() - 1)?;
-        Some((first.from_s(), last.last_s()))
+        Some((first.start_s(), last.last_s()))
     }
 
     /// The first sample that is not before `t_s`, at or after the place `from`.
@@ -203,12 +203,12 @@ impl Store {
 
     /// Time of the oldest samples that are whole and belong to a closed chunk.
     pub(super) fn oldest_whole_s(&self) -> Option<f64> {
-        self.chunks.get(self.thin).map(Chunk::from_s)
+        self.chunks.get(self.thin).map(Chunk::start_s)
     }
 
     /// Time of the oldest closed chunk.
     pub(super) fn oldest_s(&self) -> Option<f64> {
-        self.chunks.front().map(Chunk::from_s)
+        self.chunks.front().map(Chunk::start_s)
     }
 
     /// Thins the oldest whole chunk out.

@@ -1,5 +1,5 @@
 //! Sources on their threads: daemons that come and go, recordings whole and broken, studies, the demo.
-#![expect(clippy::unwrap_used, reason = "test code")]
+#![expect(clippy::unwrap_used, clippy::panic, reason = "test code")]
 
 mod daemon;
 mod demo;
