@@ -48,7 +48,10 @@ impl Scale {
             let (low, high) = (low.max(SMALLEST).log10(), high.max(SMALLEST).log10());
             return Self::new(kind, 10f64.powf(low.floor()), 10f64.powf((high + 0.1).ceil()));
         }
-        let exact = Self::new(kind, low, high);
+        // A value that stands still is shown in a range of its own size.
+        let size = low.abs().max(high.abs());
+        let still = if high - low < 1e-4 * size { 0.1 * size } else { 0.0 };
+        let exact = Self::new(kind, low - still, high + still);
         let length = exact.high - exact.low;
         let step = 10f64.powf((length / 2.0).log10().floor());
         let step = if length / step > 8.0 { step * 2.0 } else { step / 2.0 };

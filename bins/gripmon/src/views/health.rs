@@ -32,6 +32,7 @@ pub(super) fn health(ui: &mut Ui, seen: &Seen<'_>) -> Vec<Action> {
 
 fn source(ui: &mut Ui, seen: &Seen<'_>) {
     heading(ui, "Source");
+    row(ui, "state", seen.model.status().sentence());
     let info = seen.model.info();
     if let Some(daemon) = &info.daemon {
         row(ui, "daemon", daemon.name.clone());
@@ -90,7 +91,7 @@ fn figures(ui: &mut Ui, point: &HealthPoint, seen: &Seen<'_>) {
         [point.bad.too_long, point.bad.cobs, point.bad.length, point.bad.useless, point.bad.gap];
     counted(ui, "other bad frames", other.iter().map(|n| u64::from(*n)).sum(), seen);
     counted(ui, "dropped inside", point.dropped.iter().sum(), seen);
-    counted(ui, "reconnects", point.reconnects.into(), seen);
+    row(ui, "lines opened", format::count(u64::from(point.reconnects) + 1));
     row(ui, "commands", format::count(point.commands));
     if let Some((offset_us, half_us)) = point.clock_us {
         row(

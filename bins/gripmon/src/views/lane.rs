@@ -5,7 +5,7 @@ use crate::action::Action;
 use crate::palette::{Palette, Tone};
 use crate::plot::{Frame, Kind, Scale};
 use eframe::egui::{
-    Align2, Color32, FontId, Rect, Role, Sense, Stroke, Ui, WidgetInfo, pos2, vec2,
+    Align2, Color32, FontId, Painter, Pos2, Rect, Role, Sense, Stroke, Ui, WidgetInfo, pos2, vec2,
 };
 use grip_link::message::daemon::SceneCode;
 use grip_scope::{EventKind, EventMark};
@@ -14,8 +14,6 @@ use grip_scope::{EventKind, EventMark};
 pub(super) const HEIGHT: f32 = 48.0;
 /// Height of the band of scenes (points).
 const SCENES: f32 = 15.0;
-/// Room that a label of an event takes (points).
-const LABEL: f32 = 64.0;
 /// Up to so many events have a tick of their own.
 const MOST: usize = 600;
 
@@ -124,28 +122,36 @@ fn marks<'a>(
     pointer: Option<f32>,
 ) -> Option<&'a EventMark> {
     let mut nearest: Option<(f32, &EventMark)> = None;
-    let mut free_from = f32::NEG_INFINITY;
     let painter = ui.painter().with_clip_rect(frame.rect);
-    for mark in seen.model.events().in_span(frame.span).take(MOST) {
+    let all = || seen.model.events().in_span(frame.span).take(MOST);
+    for mark in all() {
         let x = frame.x(mark.t_s);
         let colour = seen.palette.tone(tone(mark.kind));
         let y = frame.rect.top() + SCENES + 10.0..=frame.rect.bottom();
         painter.vline(painter.round_to_pixel_center(x), y, Stroke::new(1.5, colour));
-        if x >= free_from {
-            let at = pos2(x + 4.0, frame.rect.bottom() - 11.0);
-            let drawn = painter.text(
-                at,
-                Align2::LEFT_CENTER,
-                mark.kind.name(),
-                FontId::proportional(10.5),
-                seen.palette.text,
-            );
-            free_from = x + drawn.width().max(LABEL / 2.0) + 8.0;
-        }
         let away = pointer.map_or(f32::INFINITY, |pointer| (pointer - x).abs());
         if away < 7.0 && nearest.is_none_or(|(best, _)| away < best) {
             nearest = Some((away, mark));
         }
     }
+    let mut free_from = f32::NEG_INFINITY;
+    for mark in all() {
+        let x = frame.x(mark.t_s);
+        if x >= free_from {
+            free_from =
+                word(&painter, pos2(x + 3.0, frame.rect.bottom() - 11.0), mark, &seen.palette)
+                    + 6.0;
+        }
+    }
     nearest.map(|(_, mark)| mark)
+}
+
+/// The word of an event over the ticks of those right behind it; where it ends.
+fn word(painter: &Painter, at: Pos2, mark: &EventMark, palette: &Palette) -> f32 {
+    let text = mark.kind.name().to_owned();
+    let galley = painter.layout_no_wrap(text, FontId::proportional(10.5), palette.text);
+    let place = Rect::from_min_size(pos2(at.x, at.y - galley.size().y / 2.0), galley.size());
+    painter.rect_filled(place.expand2(vec2(1.0, 0.0)), 2, palette.plot.gamma_multiply(0.85));
+    painter.galley(place.min, galley, palette.text);
+    place.right()
 }

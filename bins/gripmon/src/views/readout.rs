@@ -8,7 +8,7 @@ use eframe::egui::{Align, Color32, Label, Layout, Response, RichText, Sense, Ui,
 use grip_scope::Channel;
 
 /// Room for the values right of a plot (points).
-pub(super) const WIDTH: f32 = 186.0;
+pub(super) const WIDTH: f32 = 204.0;
 /// A value of a slow channel stays true for so long (s).
 const STAYS_S: f64 = 0.5;
 

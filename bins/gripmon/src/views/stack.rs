@@ -192,7 +192,7 @@ fn title(ui: &Ui, rect: Rect, strip: StripId, palette: &Palette) {
     );
     let place =
         Rect::from_min_size(rect.left_top() + vec2(5.0, 3.0), vec2(galley.size().x + 8.0, TITLE));
-    ui.painter().rect_filled(place, 3, palette.plot.gamma_multiply(0.82));
+    ui.painter().rect_filled(place, 3, palette.plot.gamma_multiply(0.6));
     ui.painter().galley(
         place.left_center() - vec2(-4.0, galley.size().y / 2.0),
         galley,

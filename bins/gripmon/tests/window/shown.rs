@@ -107,7 +107,7 @@ fn the_curves_of_a_study_take_the_place_of_the_plots() {
 fn an_empty_window_says_why() {
     let harness = window(Model::new(1 << 20), Panel::Health);
     harness.get_by_label_contains("No stylus samples yet.");
-    harness.get_by_label_contains("no source");
+    assert!(harness.query_all_by_label_contains("no source").count() >= 1);
     harness.get_by_label_contains("This source tells no figures of a link");
 }
 
