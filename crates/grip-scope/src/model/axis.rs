@@ -19,6 +19,8 @@ pub(super) struct Axis {
     state_s: Option<f64>,
     /// The end of the axis.
     end_s: f64,
+    /// Runs begun after the first.
+    leaps: u32,
 }
 
 /// What became of a row's time.
@@ -65,6 +67,7 @@ impl Axis {
 
     fn leap(&mut self, t_s: f64, before_s: f64) -> Placed {
         let at_s = self.end_s + BETWEEN_S;
+        self.leaps = self.leaps.wrapping_add(1);
         // Whole microseconds, as the times themselves.
         self.offset_s = (1e6 * (at_s - t_s)).round() / 1e6;
         Placed::Leapt { at_s: t_s + self.offset_s, before_s }
@@ -104,6 +107,11 @@ impl Axis {
 
     pub(super) const fn end_s(&self) -> f64 {
         self.end_s
+    }
+
+    /// Runs begun after the first.
+    pub(super) const fn leaps(&self) -> u32 {
+        self.leaps
     }
 
     /// Whether device times stand on the axis as they are.

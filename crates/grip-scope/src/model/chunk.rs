@@ -60,6 +60,11 @@ impl Chunk {
         self.from_s
     }
 
+    /// Mean time from sample to sample (s) of a chunk that was closed.
+    pub(super) const fn step_s(&self) -> f64 {
+        self.step_s
+    }
+
     pub(super) const fn last_s(&self) -> f64 {
         self.last_s
     }

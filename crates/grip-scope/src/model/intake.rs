@@ -54,14 +54,16 @@ impl Model {
     fn take_rows(&mut self, block: &RowBlock) {
         let mut times = Vec::with_capacity(block.times_us.len());
         let mut broken = core::mem::take(&mut self.restarted) || block.broken;
-        let was_s = self.axis.end_s();
+        let (was_s, leaps) = (self.axis.end_s(), self.axis.leaps());
         let known = self.series.contains_key(&Channel::Stylus);
         for time_us in &block.times_us {
             let placed = self.place_row(*time_us);
             times.push(placed.map(|(at_s, leapt)| (at_s, leapt || core::mem::take(&mut broken))));
         }
         let first_s = times.iter().flatten().next().map(|(at_s, _)| *at_s);
-        if let Some(first_s) = first_s.filter(|_| block.broken && known) {
+        // A leap of the device's time is told as such.
+        let joined = leaps == self.axis.leaps();
+        if let Some(first_s) = first_s.filter(|_| block.broken && known && joined) {
             self.tell_gap(Span::new(was_s, first_s), block.lost);
         }
         for (channel, values) in &block.columns {

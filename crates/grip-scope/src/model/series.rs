@@ -215,7 +215,8 @@ impl Series {
         true
     }
 
-    /// The last sample at or before `t_s`; the mean of 32 where samples are thinned out. `None` before the first one and beyond the last.
+    /// The last sample at or before `t_s`; the mean of 32 where samples are thinned out. `None` before the first one, beyond the last, and
+    /// in gaps.
     #[must_use]
     pub fn at(&self, t_s: f64) -> Option<f32> {
         let (from_s, to_s) = self.store.span()?;
@@ -224,7 +225,13 @@ impl Series {
         }
         let behind = self.store.place(t_s.next_up(), 0);
         let place = self.before(behind);
-        self.store.chunk(place.chunk).map(|chunk| chunk.value(place.index))
+        let chunk = self.store.chunk(place.chunk)?;
+        let ends = place.index + 1 == chunk.len();
+        let in_gap = ends && self.store.chunk(place.chunk + 1).is_some_and(|next| next.broken);
+        let age_s = t_s - chunk.time(place.index);
+        let most_s =
+            if in_gap { self.patience_s.min(1.5 * chunk.step_s()) } else { self.patience_s };
+        (age_s <= most_s).then(|| chunk.value(place.index))
     }
 
     /// Figures of the samples in the span, both ends included; `None` where there is no finite one.

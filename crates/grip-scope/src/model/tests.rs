@@ -254,6 +254,11 @@ fn lost_rows_are_a_gap_in_the_curve_and_among_the_events() {
     let gaps: Vec<Span> =
         model.events().gaps(Span::new(0.0, 1.0)).map(|stretch| stretch.span).collect();
     assert_eq!(gaps, [Span::new(0.049, 0.06)]);
+    let series = model.series(Channel::Stylus).unwrap();
+    assert_eq!(
+        (series.at(0.0495), series.at(0.055), series.at(0.06)),
+        (Some(1.0), None, Some(1.0))
+    );
     let mut points = Vec::new();
     assert!(model.series(Channel::Stylus).unwrap().points(Span::new(0.0, 1.0), 200, &mut points));
     assert_eq!(points.iter().filter(|point| point[1].is_nan()).count(), 1);

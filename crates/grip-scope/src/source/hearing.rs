@@ -44,10 +44,13 @@ pub(super) struct Hearing {
 
 impl Hearing {
     pub(super) fn new(listen: &Listen, every_nth: u16) -> Self {
+        // Whatever was there before this connection, something is missing since.
+        let mut stream = Stream::default();
+        stream.broken(0);
         Self {
             place: listen.to_string(),
             every_nth,
-            stream: Stream::default(),
+            stream,
             news: Vec::new(),
             greeted: false,
             token: None,

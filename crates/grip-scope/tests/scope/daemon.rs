@@ -4,7 +4,10 @@ use crate::rig::{Watch, pause};
 use core::time::Duration;
 use grip_daemon::clients::{About, Clients, ClientsConfig, Listen};
 use grip_daemon::{Item, State};
-use grip_link::message::daemon::{Health, RealTime};
+use grip_link::decoder::{Decoder, Role, Verdict};
+use grip_link::frame::{Direction, Header, MAX_PAYLOAD, MAX_WIRE, encode};
+use grip_link::message::daemon::{Health, RealTime, Welcome, WelcomeFlags};
+use grip_link::message::{Kind, Versions};
 use grip_scope::{Channel, ClientAction, EventKind, SourceSpec, SourceStatus};
 use slip_core::{
     Sample, detector::ReferenceHealth, distance::TravelHealth, grip::GripState,
@@ -148,6 +151,45 @@ fn a_daemon_that_goes_is_waited_for_and_the_gap_is_seen() {
     let mut parts = Vec::new();
     series.envelope(grip_scope::Span::new(99.0, 102.0), 3, &mut parts);
     assert!(parts.iter().any(|part| part.broken), "{parts:?}");
+    let gap = watch.model.events().iter().find(|mark| mark.kind == EventKind::Gap).unwrap();
+    assert!(gap.text.starts_with("samples are missing for"), "{}", gap.text);
+}
+
+/// A payload in a frame to a client, in the session that the client opened.
+fn frame(session: u16, kind: Kind, write: impl FnOnce(&mut [u8]) -> usize) -> Vec<u8> {
+    let (mut payload, mut wire) = ([0; MAX_PAYLOAD], [0; MAX_WIRE]);
+    let len = write(&mut payload);
+    let header = Header::new(Direction::ToHost, kind, 0, session);
+    let len = encode(&header, &payload[..len], &mut wire).unwrap();
+    wire[..len].to_vec()
+}
+
+#[test]
+fn a_daemon_of_another_protocol_is_named_as_such() {
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let place = listener.local_addr().unwrap();
+    let mut watch = Watch::new(SourceSpec::parse(&place.to_string()).unwrap());
+    let (mut peer, _) = listener.accept().unwrap();
+    let mut bytes = [0; 256];
+    let count = peer.read(&mut bytes).unwrap();
+    let mut decoder = Decoder::new(Role::Daemon);
+    let mut input = &bytes[..count];
+    let Some(Verdict::Frame(asked)) = decoder.next(&mut input) else { panic!("no SUBSCRIBE") };
+    let welcome = Welcome {
+        versions: Versions { min: 9, max: 11 },
+        max_rx: 480,
+        flags: WelcomeFlags::default(),
+        token: 0,
+        run_id: 1,
+        host_us: 0,
+        real_time: RealTime::NotAsked,
+        text: b"gripd of tomorrow",
+    };
+    let answer = frame(asked.header.session, Kind::WELCOME, |out| welcome.write(out).unwrap());
+    peer.write_all(&answer).unwrap();
+    watch.until(|| {}, |model| model.status().sentence().contains("versions 9 to 11"));
+    assert!(watch.model.status().sentence().contains("install both from one release"));
+    assert!(watch.model.info().daemon.is_none());
 }
 
 #[test]

@@ -66,6 +66,7 @@ fn what_is_no_recording_is_told_in_a_sentence() {
     assert!(file("b.csv", b"time,height\n1,2\n").contains("stylus"));
     assert!(file("c.csv", b"").contains("c.csv"));
     assert!(file("d.csv", b"t_s,stylus\n0.0,1\n0.1,many\n").contains("many"));
+    assert!(file("n.csv", b"stylus\n1\n2\n").contains("needs a column t_s"));
     assert!(file("e.json", b"{\"results\": 4}").contains("no report of a study"));
     assert!(file("f.json", b"{").contains("no JSON"));
     let mut foreign = Vec::new();

@@ -79,7 +79,6 @@ fn grasps(
         }
         world.tally.end(&grasp.session);
         world.start_us += grasp.now_us();
-        world.stream.broken(0);
         outlet.offer(Feed::Restart);
     }
     Ok(())

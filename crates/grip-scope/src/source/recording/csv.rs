@@ -13,7 +13,7 @@ use grip_host::model::default_estimator;
 use grip_host::replay::pipeline_config;
 use grip_host::report::EventLog;
 use grip_link::message::{DeviceState, FaultCode};
-use grip_record::{CsvOptions, Recording, parse_csv};
+use grip_record::{CsvError, CsvOptions, Recording, parse_csv};
 use slip_core::{Sample, Step};
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read};
@@ -51,13 +51,24 @@ pub(super) fn read(file: &Path, outlet: &mut Outlet) -> Result<(), Stop> {
         }
         read += fresh as u64;
         let recording = parse_csv(file, &piece, &CsvOptions::default())
-            .map_err(|error| stop(&error.to_string(), &tape))?;
+            .map_err(|error| stop(&sentence(&error), &tape))?;
         tape.play(&recording, outlet, share(read, len))?;
         if fresh == 0 {
             break;
         }
     }
     Ok(())
+}
+
+/// What is wrong with the file; what the scope has no flag for is said in its own words.
+fn sentence(error: &CsvError) -> String {
+    match error {
+        CsvError::NoTime { file, .. } | CsvError::NoRate { file, .. } => format!(
+            "{}: has no times: what the scope shows needs a column t_s in seconds (`gripctl replay --rate HZ` does without)",
+            file.display()
+        ),
+        other => other.to_string(),
+    }
 }
 
 /// Lines are counted from the start of a piece: beyond the first one they say nothing.
