@@ -10,7 +10,7 @@ cargo build --release -p gripmon -p gripd
 binaries="${CARGO_TARGET_DIR:-target}/release"
 work=$(mktemp -d)
 display=${SCREENSHOT_DISPLAY:-:91}
-Xvfb "$display" -screen 0 1400x900x24 -nolisten tcp >"$work/xvfb.log" 2>&1 &
+Xvfb "$display" -screen 0 1400x900x24 -nolisten tcp -noreset >"$work/xvfb.log" 2>&1 &
 server=$!
 trap 'kill "$server" 2>/dev/null; rm -rf "$work"' EXIT
 tries=0

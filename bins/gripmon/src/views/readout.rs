@@ -8,7 +8,7 @@ use eframe::egui::{Align, Color32, Label, Layout, Response, RichText, Sense, Ui,
 use grip_scope::Channel;
 
 /// Room for the values right of a plot (points).
-pub(super) const WIDTH: f32 = 204.0;
+pub(super) const WIDTH: f32 = 212.0;
 /// A value of a slow channel stays true for so long (s).
 const STAYS_S: f64 = 0.5;
 
@@ -39,7 +39,7 @@ fn line(ui: &mut Ui, curve: &Curve, seen: &Seen<'_>) {
         let (number, unit) =
             shown.map_or((format::NOTHING.to_owned(), String::new()), |s| (s.number, s.unit));
         let number = RichText::new(number).font(palette::number_font());
-        cell(ui, 50.0, Layout::right_to_left(Align::Center), number);
+        cell(ui, 60.0, Layout::right_to_left(Align::Center), number);
         ui.label(RichText::new(unit).size(11.0).weak());
     });
     if let Some((low, high)) = enclosure(curve.channel).filter(|_| ui.available_height() > 30.0) {
