@@ -126,8 +126,16 @@ fn load(megabytes: u64) {
         model.bytes() as f64 / 1e6,
         model.status().sentence()
     );
+    resident();
     drop(handle);
     fs::remove_file(&path).unwrap();
+}
+
+/// Memory of the whole program, as the system counts it.
+fn resident() {
+    let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let line = status.lines().find(|line| line.starts_with("VmRSS")).unwrap_or("VmRSS: unknown");
+    println!("{}", line.split_whitespace().collect::<Vec<_>>().join(" "));
 }
 
 fn view() {
@@ -153,6 +161,7 @@ fn view() {
         model.bytes() as f64 / 1e6,
         begun.elapsed().as_secs_f64()
     );
+    resident();
     let series = model.series(Channel::Stylus).unwrap();
     let all = series.span().unwrap();
     let thin_s = series.thin_before_s().unwrap_or(0.0);

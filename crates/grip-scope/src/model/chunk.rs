@@ -1,11 +1,13 @@
 //! At most a thousand samples in order of time in; their times, values and extremes out, in as little memory as they take.
 
-use super::node::{Node, Sum};
+use super::node::{Fold, Node, Sum};
 
 /// Samples of a chunk.
 pub(super) const CHUNK: usize = 1024;
 /// Samples of a node, the finest that is kept of old samples.
 pub(super) const NODE: usize = 32;
+/// Nodes of a group, which is one step on the way from nodes to the chunk.
+const GROUP: usize = 8;
 /// Times that are off an even step by less than this (s), or this share of the step, are not kept one by one.
 const EVEN_S: f64 = 2e-6;
 const EVEN_SHARE: f64 = 0.01;
@@ -20,6 +22,7 @@ pub(super) struct Chunk {
     /// Empty once it is thinned out.
     values: Vec<f32>,
     nodes: Vec<Node>,
+    groups: Vec<Node>,
     len: usize,
     /// Something is missing before it.
     pub(super) broken: bool,
@@ -43,6 +46,7 @@ impl Chunk {
             times: Times::Growing(Vec::new()),
             values: Vec::new(),
             nodes: Vec::new(),
+            groups: Vec::new(),
             len: 0,
             broken,
         }
@@ -87,9 +91,16 @@ impl Chunk {
     fn end_node(&mut self) {
         let from = self.nodes.len() * NODE;
         let mut sum = Sum::default();
-        sum.broken = from == 0 && self.broken;
-        self.values.iter().skip(from).for_each(|value| sum.add(*value));
+        if from == 0 && self.broken {
+            sum.set_broken();
+        }
+        sum.add_values(self.values.get(from..).unwrap_or_default());
         self.nodes.push(sum.node());
+        if self.nodes.len().is_multiple_of(GROUP) {
+            let mut sum = Sum::default();
+            self.nodes.iter().rev().take(GROUP).for_each(|node| sum.add_node(node));
+            self.groups.push(sum.node());
+        }
     }
 
     /// Ends its growth: times that are even, to the accuracy of a device's clock, are not kept.
@@ -99,10 +110,9 @@ impl Chunk {
         let steps = self.len.saturating_sub(1).max(1) as f64;
         let (from_s, step_s) = (self.from_s, (self.last_s - self.from_s) / steps);
         let bound_s = EVEN_S.max(EVEN_SHARE * step_s);
-        let even = times
-            .iter()
-            .enumerate()
-            .all(|(index, t_s)| (t_s - step_s.mul_add(exact(index), from_s)).abs() <= bound_s);
+        let even = times.iter().enumerate().all(|(index, t_s)| {
+            (t_s - whole_micros(from_s + step_s * exact(index))).abs() <= bound_s
+        });
         self.step_s = step_s;
         let after = |t_s: &f64| micros(t_s - from_s);
         self.times =
@@ -112,6 +122,7 @@ impl Chunk {
         }
         self.values.shrink_to_fit();
         self.nodes.shrink_to_fit();
+        self.groups.shrink_to_fit();
     }
 
     /// Forgets the samples; what the nodes know of them stays. The bytes that are free now.
@@ -138,7 +149,15 @@ impl Chunk {
             Times::Uneven(after) => size_of_val(&**after),
         };
         let values = self.values.capacity() * size_of::<f32>();
-        size_of::<Self>() + times + values + self.nodes.capacity() * size_of::<Node>()
+        let nodes = self.nodes.capacity() + self.groups.capacity();
+        size_of::<Self>() + times + values + nodes * size_of::<Node>()
+    }
+
+    /// How many chunks like this one lie between its start and `t_s`.
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturates")]
+    pub(super) fn lengths_to(&self, t_s: f64) -> u64 {
+        let length_s = self.last_s - self.from_s + self.step_s;
+        ((t_s - self.from_s) / length_s).max(0.0) as u64
     }
 
     /// Time of a sample (s).
@@ -146,10 +165,10 @@ impl Chunk {
         match &self.times {
             Times::Growing(times) => times.get(index).copied().unwrap_or(self.last_s),
             // Devices tell whole microseconds: so even times come back as they were.
-            Times::Even => (1e6 * self.step_s.mul_add(exact(index), self.from_s)).round() / 1e6,
-            Times::Uneven(after) => after
-                .get(index)
-                .map_or(self.last_s, |after| f64::from(*after).mul_add(1e-6, self.from_s)),
+            Times::Even => whole_micros(self.from_s + self.step_s * exact(index)),
+            Times::Uneven(after) => {
+                after.get(index).map_or(self.last_s, |after| self.from_s + 1e-6 * f64::from(*after))
+            }
         }
     }
 
@@ -174,15 +193,16 @@ impl Chunk {
     }
 
     /// Adds the samples of a range; where they are thinned out, the nodes that begin in it.
-    pub(super) fn fold(&self, from: usize, to: usize, sum: &mut Sum) {
+    pub(super) fn fold(&self, from: usize, to: usize, sum: &mut impl Fold) {
         let to = to.min(self.len);
         if from >= to {
             return;
         }
-        sum.broken |= from == 0 && self.broken;
+        if from == 0 && self.broken {
+            sum.set_broken();
+        }
         if self.is_thin() {
-            let nodes = from.div_ceil(NODE)..to.div_ceil(NODE);
-            self.nodes.get(nodes).unwrap_or_default().iter().for_each(|node| sum.add_node(node));
+            self.fold_nodes(from.div_ceil(NODE), to.div_ceil(NODE), sum);
             return;
         }
         let first = from.div_ceil(NODE).min(self.nodes.len());
@@ -192,13 +212,23 @@ impl Chunk {
             return;
         }
         self.fold_values(from, first * NODE, sum);
-        self.nodes.get(first..last).unwrap_or_default().iter().for_each(|node| sum.add_node(node));
+        self.fold_nodes(first, last, sum);
         self.fold_values(last * NODE, to, sum);
     }
 
-    fn fold_values(&self, from: usize, to: usize, sum: &mut Sum) {
-        let values = self.values.get(from..to.min(self.len)).unwrap_or_default();
-        values.iter().for_each(|value| sum.add(*value));
+    fn fold_nodes(&self, from: usize, to: usize, sum: &mut impl Fold) {
+        let (first, last) = (from.div_ceil(GROUP), to / GROUP);
+        let parts = if first < last {
+            let groups = self.groups.get(first..last).unwrap_or_default();
+            [self.nodes.get(from..first * GROUP), Some(groups), self.nodes.get(last * GROUP..to)]
+        } else {
+            [self.nodes.get(from..to), None, None]
+        };
+        parts.into_iter().flatten().flatten().for_each(|node| sum.add_node(node));
+    }
+
+    fn fold_values(&self, from: usize, to: usize, sum: &mut impl Fold) {
+        sum.add_values(self.values.get(from..to.min(self.len)).unwrap_or_default());
     }
 
     /// The value of a sample; the mean of its node where the chunk is thinned out.
@@ -218,6 +248,16 @@ fn exact(index: usize) -> f64 {
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "the cast saturates")]
 fn floor_index(place: f64) -> usize {
     if place.is_finite() { place as usize } else { 0 }
+}
+
+/// The nearest whole microsecond (s); times on the axis are not negative.
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_precision_loss,
+    reason = "exact for 285 years"
+)]
+fn whole_micros(t_s: f64) -> f64 {
+    (1e6 * t_s + 0.5) as i64 as f64 / 1e6
 }
 
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "the cast saturates")]

@@ -1,7 +1,7 @@
 //! Samples of one channel in; envelopes, points and figures of any stretch of them out.
 
 use super::chunk::NODE;
-use super::node::Sum;
+use super::node::{Light, Sum};
 use super::store::{Place, Store};
 use crate::{channel::Channel, span::Span};
 use grip_record::HUGE_READING;
@@ -240,8 +240,9 @@ impl Series {
         let (from, to) = self.places(span);
         let mut sum = Sum::default();
         self.store.fold(from, to, &mut sum);
-        let Sum { min, max, count, broken, .. } = sum;
-        (count > 0).then(|| Stats { min, max, mean: sum.mean(), rms: sum.rms(), count, broken })
+        let Light { min, max, count, broken, .. } = sum.light;
+        let (mean, rms) = (sum.light.mean(), sum.rms());
+        (count > 0).then_some(Stats { min, max, mean, rms, count, broken })
     }
 
     /// The least and the greatest value that an axis should show in the span: extremes of single readings that no gripper sends (1e30
@@ -318,7 +319,7 @@ impl<'a> Walk<'a> {
     }
 
     /// The samples from `from_s` to before `to_s`, or up to it in the last part. Parts are asked for in order.
-    fn part(&mut self, from_s: f64, to_s: f64, closed: bool) -> Sum {
+    fn part(&mut self, from_s: f64, to_s: f64, closed: bool) -> Light {
         let from = match self.next {
             Some((end_s, place)) if end_s == from_s => place,
             Some((_, place)) => self.store.place(from_s, place.chunk),
@@ -327,15 +328,15 @@ impl<'a> Walk<'a> {
         let end_s = if closed { to_s.next_up() } else { to_s };
         let to = self.store.place(end_s, from.chunk);
         self.next = Some((to_s, to));
-        let mut sum = Sum::default();
+        let mut sum = Light::default();
         self.store.fold(from, to, &mut sum);
         sum
     }
 }
 
 #[expect(clippy::cast_possible_truncation, reason = "kept with seven digits")]
-fn bucket(from_s: f64, to_s: f64, sum: &Sum) -> Bucket {
-    let Sum { min, max, count, broken, .. } = *sum;
+fn bucket(from_s: f64, to_s: f64, sum: &Light) -> Bucket {
+    let Light { min, max, count, broken, .. } = *sum;
     let (min, max) = if count == 0 { (f32::NAN, f32::NAN) } else { (min, max) };
     let mean = if count == 0 { f32::NAN } else { sum.mean() as f32 };
     Bucket { from_s, to_s, min, max, mean, count, broken }

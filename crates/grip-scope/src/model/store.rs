@@ -1,14 +1,14 @@
 //! Chunks of samples in; sums over any stretch of them out, at a cost that hardly grows with its length.
 //!
-//! Above the chunks stands a pyramid: sixteen chunks, sixteen times sixteen, and so on. The oldest chunks are first thinned out to
+//! Above the chunks stands a pyramid: four chunks, four times four, and so on. The oldest chunks are first thinned out to
 //! their nodes and then dropped.
 
 use super::chunk::{Chunk, partition};
-use super::node::{Node, Sum};
+use super::node::{Fold, Node, Sum};
 use std::collections::VecDeque;
 
 /// Nodes of a level that one node of the next level holds, as bits.
-const FACTOR_BITS: u32 = 4;
+const FACTOR_BITS: u32 = 2;
 
 /// A place among the samples: number of the chunk since the beginning, and of the sample in it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -123,9 +123,13 @@ impl Store {
         let (from, end) = (from.max(self.first), self.end());
         let ends_before =
             |number: u64| self.chunk(number).is_some_and(|chunk| chunk.last_s() < t_s);
-        // The place is mostly near: leaps that double, then halving.
+        // Chunks are mostly as long as the first one: a guess, then leaps that double, then halving.
+        let ahead = self.chunk(from).map_or(0, |chunk| chunk.lengths_to(t_s));
+        let guess = from.saturating_add(ahead);
+        let guess = guess.min(end.saturating_sub(1)).max(from);
+        let hit = !ends_before(guess) && (guess == from || ends_before(guess - 1));
         let mut leap = 1;
-        let mut low = from;
+        let mut low = if hit || ends_before(guess) { guess } else { from };
         while low + leap < end && ends_before(low + leap) {
             low += leap;
             leap *= 2;
@@ -137,7 +141,7 @@ impl Store {
     }
 
     /// Adds the samples from one place to before another.
-    pub(super) fn fold(&self, from: Place, to: Place, sum: &mut Sum) {
+    pub(super) fn fold(&self, from: Place, to: Place, sum: &mut impl Fold) {
         if from.chunk >= to.chunk {
             if let Some(chunk) = self.chunk(from.chunk).filter(|_| from.chunk == to.chunk) {
                 chunk.fold(from.index, to.index, sum);
@@ -158,7 +162,7 @@ impl Store {
     }
 
     /// Adds whole chunks by their numbers, over the highest levels that fit.
-    fn fold_chunks(&self, mut from: u64, to: u64, sum: &mut Sum) {
+    fn fold_chunks(&self, mut from: u64, to: u64, sum: &mut impl Fold) {
         while from < to {
             if self.is_open(from) {
                 if let Some(chunk) = &self.open {
