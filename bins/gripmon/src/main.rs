@@ -2,7 +2,7 @@
 
 use clap::Parser as _;
 use grip_host::exit::{self, Exit};
-use gripmon::{cli::Cli, window};
+use gripmon::{cli::Cli, layout::LayoutError, window};
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
@@ -18,7 +18,12 @@ fn main() -> ExitCode {
         Ok(()) => Exit::Done.into(),
         Err(error) => {
             eprintln!("gripmon: {}", exit::message(error.as_ref()));
-            Exit::of(error.as_ref()).into()
+            let exit = if error.is::<LayoutError>() {
+                Exit::WrongArguments
+            } else {
+                Exit::of(error.as_ref())
+            };
+            exit.into()
         }
     }
 }

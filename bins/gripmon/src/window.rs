@@ -62,13 +62,18 @@ pub fn run(cli: &Cli, spec: SourceSpec) -> anyhow::Result<()> {
         options,
         Box::new(|cc| Ok(Box::new(App::new(&cc.egui_ctx, plan)?))),
     )
-    .map_err(|error| anyhow::anyhow!("{error}"))
+    .map_err(|error| anyhow::anyhow!("{}", last_part(&error.to_string())))
     .context("no window could be opened; gripmon needs a display with OpenGL (is DISPLAY set?)")?;
     let failed = outcome.lock().unwrap_or_else(PoisonError::into_inner).take();
     match failed {
         Some(sentence) => bail!(sentence),
         None => Ok(()),
     }
+}
+
+/// The last part of a library's message: what stands before it are places in its source.
+fn last_part(message: &str) -> &str {
+    message.rsplit(": ").next().unwrap_or(message)
 }
 
 /// What is to be opened.
@@ -187,13 +192,21 @@ impl App {
     fn work(&mut self, ctx: &egui::Context) {
         let Some(job) = &mut self.job else { return };
         let frames = self.scope.frames();
+        let mut failed = None;
         if job.placed.is_none() {
             let engine = self.scope.shared.engine_first();
             if job.view.place(&mut self.scope.state, &engine.model) {
                 job.placed = Some(frames);
             }
+            if let grip_scope::SourceStatus::Failed { sentence } = engine.model.status() {
+                failed = Some(format!("no picture: {sentence}"));
+            }
         }
-        let late = ctx.input(|input| input.time) > job.view.look.patience_s;
+        let patience_s = job.view.look.patience_s;
+        if ctx.input(|input| input.time) > patience_s {
+            let sentence = "no picture: what the view asks for did not come within";
+            failed = failed.or_else(|| Some(format!("{sentence} {patience_s} s")));
+        }
         match (job.placed, &job.picture) {
             (Some(_), None) => self.job = None,
             (Some(placed), Some(path)) if frames >= placed + SETTLE => {
@@ -201,12 +214,8 @@ impl App {
                 self.job = None;
                 self.picture(ctx, path, true);
             }
-            (None, Some(_)) if late => {
-                let sentence = format!(
-                    "no picture: what the view asks for did not come within {} s",
-                    job.view.look.patience_s
-                );
-                *self.outcome.lock().unwrap_or_else(PoisonError::into_inner) = Some(sentence);
+            (None, Some(_)) if failed.is_some() => {
+                *self.outcome.lock().unwrap_or_else(PoisonError::into_inner) = failed;
                 ctx.send_viewport_cmd(ViewportCommand::Close);
             }
             _ => ctx.request_repaint_after(core::time::Duration::from_millis(50)),
