@@ -33,7 +33,7 @@ const SIX: [StripId; 6] = [
 fn main() {
     line(&format!(
         "{:<44} {:>9} {:>9} {:>9} {:>10}",
-        "frame", "median", "95 %", "slowest", "triangles"
+        "frame", "least", "median", "95 %", "triangles"
     ));
     let mut model = Model::new(800 << 20);
     for start in (0..1_000_000).step_by(10_000) {

@@ -1,6 +1,6 @@
 //! All data at a glance, and the part of them that is seen: drag it, or click where to look.
 
-use super::{Scratch, Seen, lane};
+use super::{Scratch, Seen, lane, strips};
 use crate::action::Action;
 use crate::palette::Tone;
 use crate::plot::{self, Frame, Kind, Scale, Style};
@@ -59,7 +59,8 @@ pub(super) fn overview(
 fn signal(ui: &Ui, rect: Rect, data: Span, (seen, scratch): (&Seen<'_>, &mut Scratch)) -> Frame {
     let first = || seen.model.channels().find_map(|channel| seen.model.series(channel));
     let series = seen.model.series(Channel::Stylus).or_else(first);
-    let (low, high) = series.and_then(|series| series.robust_range(data)).unwrap_or((0.0, 1.0));
+    let (low, high) =
+        series.and_then(|series| strips::extremes(series, data)).unwrap_or((0.0, 1.0));
     let frame = Frame {
         rect: rect.shrink2(eframe::egui::vec2(0.0, 3.0)),
         span: data,

@@ -13,6 +13,10 @@ const FEW: usize = 700;
 const TURNS: usize = 400;
 /// Least height and width of a step that is drawn as curve and not as a level (log axes).
 const LEAST_LOG: f64 = 1e-3;
+/// Extremes up to so many times the rms need no second look: a lone reading among thousands stands further out.
+const USUAL: f64 = 30.0;
+/// Nor do values below this (units of the channel), which some sensor may send.
+const LARGE: f64 = 1e9;
 
 /// The scale of a plot: chosen by hand, or what is seen of its curves.
 pub(super) fn scale(strip: StripId, curves: &[Curve], seen: &Seen<'_>) -> Scale {
@@ -26,8 +30,7 @@ pub(super) fn scale(strip: StripId, curves: &[Curve], seen: &Seen<'_>) -> Scale 
     for curve in
         curves.iter().filter(|curve| curve.style == Style::Solid || strip != StripId::Force)
     {
-        let found =
-            seen.model.series(curve.channel).and_then(|series| series.robust_range(seen.span));
+        let found = seen.model.series(curve.channel).and_then(|series| extremes(series, seen.span));
         if let Some((low, high)) = found {
             join(f64::from(low), f64::from(high));
         }
@@ -48,6 +51,22 @@ pub(super) fn scale(strip: StripId, curves: &[Curve], seen: &Seen<'_>) -> Scale 
             Scale::around(strip.kind(), low, high)
         }
     }
+}
+
+/// Least and greatest value that an axis should show. Where no extreme stands far out of the rms it is taken as it is, which costs a tenth of
+/// looking for single readings that no sensor sends.
+pub(super) fn extremes(series: &Series, span: Span) -> Option<(f32, f32)> {
+    // Of a recording that is still being loaded only the look ahead knows the rest.
+    let loaded_s = series.latest().map_or(f64::NEG_INFINITY, |(t_s, _)| t_s);
+    if series.span().is_some_and(|all| all.to_s > loaded_s) {
+        return series.robust_range(span);
+    }
+    let stats = series.stats(span)?;
+    let greatest = f64::from(stats.max.abs().max(stats.min.abs()));
+    if greatest <= USUAL * stats.rms && stats.rms < LARGE {
+        return Some((stats.min, stats.max));
+    }
+    series.robust_range(span)
 }
 
 /// Draws a plot of curves into its frame.
