@@ -1,6 +1,5 @@
 //! What the scope costs: `scope_cost load [MB]` writes a recording of so many megabytes into the temporary folder and times how it comes
-//! into the model; `scope_cost view` fills an hour of four channels at 20 kHz and times envelopes; `scope_cost live` times a second of
-//! samples through observer and model.
+//! into the model; `scope_cost view` fills an hour of four channels at 20 kHz and times envelopes.
 #![expect(
     clippy::disallowed_methods,
     clippy::print_stdout,
@@ -11,10 +10,16 @@
 )]
 
 use core::time::Duration;
+use grip_host::HostConfig;
+use grip_host::recording::pipeline_record;
+use grip_host::session::Beginning;
 use grip_record::mcap::{McapWriter, Record, SampleRecord};
 use grip_scope::feed::RowBlock;
 use grip_scope::{Channel, Feed, Model, SourceHandle, SourceSpec, SourceStatus, Span};
-use slip_core::{Sample, units::Micros};
+use slip_core::{
+    Sample,
+    units::{Hertz, Micros},
+};
 use std::fs::{self, File};
 use std::io::BufWriter;
 use std::path::Path;
@@ -57,6 +62,17 @@ impl Readings {
 fn write(path: &Path, bytes: u64) -> u64 {
     let out = BufWriter::with_capacity(1 << 20, File::create(path).unwrap());
     let mut writer = McapWriter::new(out, "scope_cost", 0).unwrap();
+    // With settings of a pipeline the observer runs over all samples, as with a recording of gripd.
+    let beginning = Beginning {
+        config: HostConfig::default().pipeline(Hertz(20_000.0)),
+        carried_n: None,
+        least_n: 0.0,
+        released: false,
+        taxels: 0,
+    };
+    let mut json = Vec::new();
+    let pipeline = pipeline_record(&beginning, &mut json).unwrap();
+    writer.write(0, &Record::Pipeline(pipeline)).unwrap();
     let mut readings = Readings { state: 1 };
     let mut index = 0_u64;
     while writer.written().bytes < bytes {

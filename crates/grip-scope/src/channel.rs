@@ -76,17 +76,21 @@ pub enum Channel {
     Applied,
     /// Estimate of the adequate force (N).
     Estimate,
-    /// The estimate where the slip speed is one standard deviation off, the lower one (N).
+    /// The same as the scope's own observer has it (N).
+    OwnEstimate,
+    /// The observer's estimate where the slip speed is one standard deviation off, the lower one (N).
     EstimateLow,
-    /// The estimate where the slip speed is one standard deviation off, the higher one (N).
+    /// The observer's estimate where the slip speed is one standard deviation off, the higher one (N).
     EstimateHigh,
     /// Largest force of the controller (N).
     ForceLimit,
     /// E_sc (W or J, see [`Info::esc_unit`](crate::Info)).
     Esc,
-    /// Lower end of its enclosure.
+    /// E_sc as the scope's own observer has it; the same where it saw the same samples with the same settings.
+    OwnEsc,
+    /// Lower end of the enclosure of the observer's E_sc.
     EscLow,
-    /// Upper end of its enclosure.
+    /// Upper end of the enclosure of the observer's E_sc.
     EscHigh,
     /// Slip speed as the observer has it (m/s).
     SlipSpeed,
@@ -132,10 +136,12 @@ impl Channel {
             Self::Command => "commanded",
             Self::Applied => "applied",
             Self::Estimate => "estimate",
+            Self::OwnEstimate => "estimate (own observer)",
             Self::EstimateLow => "estimate, low",
             Self::EstimateHigh => "estimate, high",
             Self::ForceLimit => "limit",
             Self::Esc => "E_sc",
+            Self::OwnEsc => "E_sc (own observer)",
             Self::EscLow => "E_sc, lower bound",
             Self::EscHigh => "E_sc, upper bound",
             Self::SlipSpeed => "slip speed",
@@ -163,10 +169,12 @@ impl Channel {
             Self::Command => "command_n".to_owned(),
             Self::Applied => "applied_n".to_owned(),
             Self::Estimate => "estimate_n".to_owned(),
+            Self::OwnEstimate => "own_estimate_n".to_owned(),
             Self::EstimateLow => "estimate_low_n".to_owned(),
             Self::EstimateHigh => "estimate_high_n".to_owned(),
             Self::ForceLimit => "limit_n".to_owned(),
             Self::Esc => "esc".to_owned(),
+            Self::OwnEsc => "own_esc".to_owned(),
             Self::EscLow => "esc_low".to_owned(),
             Self::EscHigh => "esc_high".to_owned(),
             Self::SlipSpeed => "slip_speed_m_s".to_owned(),
@@ -184,11 +192,12 @@ impl Channel {
             | Self::Command
             | Self::Applied
             | Self::Estimate
+            | Self::OwnEstimate
             | Self::EstimateLow
             | Self::EstimateHigh
             | Self::ForceLimit => "N",
             Self::Velocity | Self::SlipSpeed | Self::SlipSpeedSigma => "m/s",
-            Self::Esc | Self::EscLow | Self::EscHigh => "W",
+            Self::Esc | Self::OwnEsc | Self::EscLow | Self::EscHigh => "W",
             _ => "",
         }
     }
@@ -203,7 +212,7 @@ impl Channel {
             Self::Pressure => Group::Pressure,
             Self::Statistic | Self::OwnStatistic => Group::Statistic,
             Self::BandEnergy(_) | Self::BandThreshold(_) => Group::Bands,
-            Self::Esc | Self::EscLow | Self::EscHigh => Group::Esc,
+            Self::Esc | Self::OwnEsc | Self::EscLow | Self::EscHigh => Group::Esc,
             _ => Group::Force,
         }
     }

@@ -192,10 +192,12 @@ impl Model {
     }
 
     fn take_evidence(&mut self, t_s: f64, point: &EvidencePoint) {
-        let [_, low, high] = point.estimate.map_or([None; 3], |values| values.map(Some));
+        let [estimate, low, high] = point.estimate.map_or([None; 3], |values| values.map(Some));
         let values = [
+            (Channel::OwnEsc, point.esc.map(|esc| esc.value)),
             (Channel::EscLow, point.esc.map(|esc| esc.low)),
             (Channel::EscHigh, point.esc.map(|esc| esc.high)),
+            (Channel::OwnEstimate, estimate),
             (Channel::EstimateLow, low),
             (Channel::EstimateHigh, high),
             (Channel::SlipSpeed, point.speed.map(|speed| speed.0)),
