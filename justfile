@@ -2,6 +2,10 @@
 run:
     cargo run --release -p gripd -- --port sim --duration 10
 
+# The monitor with the built-in simulator.
+monitor:
+    cargo run --release -p gripmon -- --demo
+
 # All tests.
 test:
     cargo test --workspace

@@ -1,0 +1,247 @@
+//! A wish of the user in; the state, the model, the source changed: the one place where that happens.
+
+use crate::action::{Action, Cursor, Order};
+use crate::engine::Engine;
+use crate::layout::Look;
+use crate::state::ViewState;
+use crate::time::Following;
+use grip_scope::trigger::TriggerMode;
+use grip_scope::{ClientAction, Span};
+
+/// What cannot be done between two frames: the window does it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Effect {
+    /// A picture of the window.
+    Picture,
+    /// The samples as CSV.
+    Csv,
+    /// The samples as a recording.
+    Mcap,
+}
+
+/// Fulfils a wish; what remains to be done.
+pub fn apply(state: &mut ViewState, engine: &mut Engine, action: Action) -> Option<Effect> {
+    match action {
+        Action::ExportPicture => return Some(Effect::Picture),
+        Action::ExportCsv => return Some(Effect::Csv),
+        Action::ExportMcap => return Some(Effect::Mcap),
+        Action::Arm(_) | Action::ForceEntry(_) | Action::AskRelease(_) | Action::Send(_) => {
+            command(state, engine, &action)
+        }
+        Action::ToggleTrigger | Action::SetTrigger(_) => trigger(state, engine, &action),
+        Action::ToggleStrip(_)
+        | Action::Height(..)
+        | Action::MoveStrip(..)
+        | Action::TogglePanel(_)
+        | Action::ToggleTheme
+        | Action::ToggleHelp
+        | Action::Dismiss
+        | Action::Values(..)
+        | Action::AutoValues
+        | Action::ExportStem(_) => arrange(state, action),
+        Action::CursorHere(_)
+        | Action::PlaceCursor(..)
+        | Action::ClearCursors
+        | Action::ZoomToCursors
+        | Action::MarkHere
+        | Action::Hover(_)
+        | Action::Select(_) => measure(state, engine, &action),
+        _ => time(state, engine, &action),
+    }
+    None
+}
+
+/// What is found by the trigger is shown; commands are locked where the source is gone.
+pub fn follow_up(state: &mut ViewState, engine: &mut Engine) {
+    if let Some(span) = engine.triggered() {
+        state.window.show(span);
+        state.triggered += 1;
+    }
+    if state.trigger.armed && engine.is_trigger_done() && state.trigger.mode == TriggerMode::Single
+    {
+        state.trigger.armed = false;
+        engine.watch(None);
+    }
+    if engine.model.status().is_trouble() {
+        state.command.armed = false;
+        state.command.asks_release = false;
+    }
+}
+
+fn time(state: &mut ViewState, engine: &Engine, action: &Action) {
+    let data = engine.model.span();
+    let seen = state.window.visible(data);
+    match *action {
+        Action::TogglePause if state.window.following() == Following::Held => state.window.follow(),
+        Action::TogglePause => state.window.hold(data),
+        Action::Follow => state.window.follow(),
+        Action::ShowAll => state.window.all(),
+        Action::Pan(by_s) => state.window.pan(by_s, data),
+        Action::PanShare(share) => state.window.pan(share * seen.length_s(), data),
+        Action::Zoom { at_s, factor } => state.window.zoom(at_s, factor, data),
+        Action::ZoomKey(factor) => state.window.zoom(pointed(state, seen), factor, data),
+        Action::Show(span) => state.window.show(span),
+        Action::Length(length_s) => state.window.resize(length_s, data),
+        Action::JumpTo(t_s) => jump(state, engine, t_s),
+        Action::NextEvent | Action::PreviousEvent => {
+            step(state, engine, *action == Action::NextEvent)
+        }
+        _ => {}
+    }
+}
+
+/// The pointer's time, else the middle of the view.
+fn pointed(state: &ViewState, seen: Span) -> f64 {
+    state.hover_s.unwrap_or_else(|| f64::midpoint(seen.from_s, seen.to_s))
+}
+
+fn jump(state: &mut ViewState, engine: &Engine, t_s: f64) {
+    state.window.centre(t_s, engine.model.span());
+    state.event_s = Some(t_s);
+}
+
+/// Goes to the event after or before the one that was looked at last, or the part that is seen.
+fn step(state: &mut ViewState, engine: &Engine, later: bool) {
+    let seen = state.window.visible(engine.model.span());
+    let at_s = state.event_s.filter(|t_s| seen.holds(*t_s)).unwrap_or(if later {
+        seen.from_s
+    } else {
+        seen.to_s
+    });
+    let events = engine.model.events();
+    let found = if later { events.next_after(at_s) } else { events.before(at_s) };
+    match found.map(|mark| mark.t_s) {
+        Some(t_s) => jump(state, engine, t_s),
+        None if later => state.tell("No later event."),
+        None => state.tell("No earlier event."),
+    }
+}
+
+fn measure(state: &mut ViewState, engine: &mut Engine, action: &Action) {
+    let data = engine.model.span();
+    let seen = state.window.visible(data);
+    match *action {
+        Action::CursorHere(cursor) => {
+            // Without a pointer the two stand apart, so that both are seen.
+            let share = if cursor == Cursor::A { 0.4 } else { 0.6 };
+            let at_s = state.hover_s.unwrap_or(seen.from_s + share * seen.length_s());
+            state.set_cursor(cursor, Some(at_s));
+        }
+        Action::PlaceCursor(cursor, at_s) if at_s.is_finite() => {
+            state.set_cursor(cursor, Some(at_s))
+        }
+        Action::ClearCursors => state.cursors = [None; 2],
+        Action::ZoomToCursors => match state.between() {
+            Some(span) if span.length_s() > 0.0 => state.window.show(span),
+            _ => state.tell("Set both cursors first."),
+        },
+        Action::MarkHere => match state.hover_s.or(data.map(|data| data.to_s)) {
+            Some(t_s) => engine.model.mark(t_s, "marker"),
+            None => state.tell("There is nothing to mark yet."),
+        },
+        Action::Hover(at_s) => state.hover_s = at_s.filter(|_| !state.no_pointer),
+        Action::Select(at_s) => state.select_s = at_s,
+        _ => {}
+    }
+}
+
+fn trigger(state: &mut ViewState, engine: &mut Engine, action: &Action) {
+    match *action {
+        Action::ToggleTrigger => state.trigger.armed = !state.trigger.armed,
+        Action::SetTrigger(form) => state.trigger = form,
+        _ => return,
+    }
+    engine.watch(state.trigger.armed.then(|| state.trigger.trigger()));
+}
+
+fn arrange(state: &mut ViewState, action: Action) {
+    let layout = &mut state.layout;
+    match action {
+        Action::ToggleStrip(strip) => {
+            let found = layout.plots.iter_mut().find(|plot| plot.plot == strip);
+            found.into_iter().for_each(|plot| plot.shown = !plot.shown);
+        }
+        Action::Height(strip, height) if height.is_finite() => {
+            let found = layout.plots.iter_mut().find(|plot| plot.plot == strip);
+            found.into_iter().for_each(|plot| plot.height = height.clamp(0.3, 8.0));
+        }
+        Action::MoveStrip(strip, up) => {
+            let Some(place) = layout.plots.iter().position(|plot| plot.plot == strip) else {
+                return;
+            };
+            let to = place.saturating_add_signed(-isize::from(up)).min(layout.plots.len() - 1);
+            let plot = layout.plots.remove(place);
+            layout.plots.insert(to, plot);
+        }
+        Action::TogglePanel(panel) => {
+            layout.panel = Some(panel).filter(|_| layout.panel != Some(panel))
+        }
+        Action::ToggleTheme => {
+            layout.theme = if layout.theme == Look::Dark { Look::Light } else { Look::Dark }
+        }
+        Action::ToggleHelp => state.help = !state.help,
+        Action::Dismiss => {
+            state.help = false;
+            state.message = None;
+            state.select_s = None;
+            state.command.asks_release = false;
+        }
+        Action::Values(strip, scale) => {
+            state.values.retain(|(id, _)| *id != strip);
+            state.values.extend(scale.map(|scale| (strip, scale)));
+        }
+        Action::AutoValues => state.values.clear(),
+        Action::ExportStem(stem) => state.stem = stem,
+        _ => {}
+    }
+}
+
+fn command(state: &mut ViewState, engine: &mut Engine, action: &Action) {
+    match *action {
+        Action::Arm(armed) => state.command.armed = armed,
+        Action::ForceEntry(force_n) if force_n.is_finite() => {
+            state.command.force_n = force_n.max(0.0)
+        }
+        Action::AskRelease(asks) => state.command.asks_release = asks && state.command.armed,
+        Action::Send(order) => {
+            state.command.asks_release = false;
+            send(state, engine, order);
+        }
+        _ => {}
+    }
+}
+
+/// Sends a command: a stop always, everything else only while the lock is off.
+fn send(state: &mut ViewState, engine: &mut Engine, order: Order) {
+    if !state.command.armed && order != Order::Stop {
+        state.complain("Arm the commands first.");
+        return;
+    }
+    let limit_n = engine
+        .model
+        .info()
+        .gripper
+        .and_then(|gripper| gripper.force_max_n)
+        .map_or(f64::INFINITY, f64::from);
+    let fault = engine.model.info().state.map_or(0, |state| state.fault);
+    let (action, name) = match order {
+        Order::AtLeast(force_n) if force_n > limit_n => {
+            state.complain(format!("{force_n:.2} N is above the limit of {limit_n:.2} N."));
+            return;
+        }
+        Order::AtLeast(force_n) => (
+            ClientAction::AtLeast(crate::num::narrow(force_n)),
+            format!("hold with {force_n:.2} N"),
+        ),
+        Order::Release => (ClientAction::Release, "release".to_owned()),
+        Order::Grasp => (ClientAction::Grasp, "grasp".to_owned()),
+        Order::Stop => (ClientAction::Stop, "stop".to_owned()),
+        Order::ClearFault => (ClientAction::ClearFault(fault), format!("clear fault {fault:04x}")),
+    };
+    match engine.command(action) {
+        Ok(()) => {
+            state.tell(format!("Sent: {name}. Whether it was carried out stands among the events."))
+        }
+        Err(refused) => state.complain(format!("Not sent: {refused}.")),
+    }
+}

@@ -1,0 +1,79 @@
+//! The command line of gripmon. The names are a contract.
+
+use clap::Parser;
+use grip_scope::SourceSpec;
+use std::path::PathBuf;
+
+/// Where gripd listens unless it is told otherwise.
+pub const USUAL: &str = "tcp:127.0.0.1:7747";
+
+/// Shows what a gripper feels and does: signals, events, health, live or from a recording.
+///
+/// Without a source it looks for a gripd on this computer and goes on looking. Press ? in the window for its keys.
+///
+/// Exit codes: 0 done, 1 failed, 2 wrong arguments or configuration.
+#[derive(Clone, Debug, Parser)]
+#[command(name = "gripmon", version)]
+pub struct Cli {
+    /// A running gripd (tcp:HOST:PORT or unix:PATH), a recording (.mcap or .csv), the report of a study (.json), or demo:SCENE.
+    #[arg(value_name = "SOURCE", default_value = USUAL)]
+    pub source: String,
+    /// Show the built-in simulator.
+    #[arg(long, conflicts_with = "source")]
+    pub demo: bool,
+    /// Seed of the simulator.
+    #[arg(long, value_name = "N")]
+    pub seed: Option<u64>,
+    /// Remember the arrangement of the window in this file, instead of gripmon/layout.toml among your configurations.
+    #[arg(long, value_name = "FILE")]
+    pub layout: Option<PathBuf>,
+    /// Begin with the arrangement and the place that this file describes (docs/monitor.md); nothing is remembered then.
+    #[arg(long, value_name = "FILE", conflicts_with = "layout")]
+    pub view: Option<PathBuf>,
+    /// Write a picture of the window to this file as soon as what --view asks for is there, and end.
+    #[arg(long, value_name = "FILE", requires = "view")]
+    pub picture: Option<PathBuf>,
+    /// Most memory for the history, in MB; the oldest samples go first.
+    #[arg(long, value_name = "MB", default_value_t = 600, value_parser = clap::value_parser!(u32).range(16..=65_536))]
+    pub memory: u32,
+}
+
+impl Cli {
+    /// The source that is asked for.
+    ///
+    /// # Errors
+    /// A sentence.
+    pub fn source(&self) -> Result<SourceSpec, grip_scope::source::SpecError> {
+        let text = if self.demo { "demo" } else { &self.source };
+        let spec = SourceSpec::parse(text)?;
+        Ok(match (spec, self.seed) {
+            (SourceSpec::Demo { scene, .. }, Some(seed)) => SourceSpec::Demo { scene, seed },
+            (spec, _) => spec,
+        })
+    }
+
+    /// Bytes for the history.
+    #[must_use]
+    pub fn memory_bytes(&self) -> usize {
+        usize::try_from(self.memory).unwrap_or(usize::MAX).saturating_mul(1_000_000)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Cli;
+    use clap::Parser as _;
+
+    #[test]
+    fn sources_are_what_they_seem() {
+        let source = |words: &[&str]| {
+            let words = ["gripmon"].iter().chain(words);
+            Cli::try_parse_from(words).unwrap().source().map(|spec| spec.to_string())
+        };
+        assert_eq!(source(&[]).unwrap(), "tcp:127.0.0.1:7747");
+        assert_eq!(source(&["--demo", "--seed", "7"]).unwrap(), "demo:default");
+        assert_eq!(source(&["run.mcap"]).unwrap(), "run.mcap");
+        assert!(source(&["notes.txt"]).is_err());
+        assert!(Cli::try_parse_from(["gripmon", "--picture", "a.png"]).is_err());
+    }
+}

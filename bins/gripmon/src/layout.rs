@@ -1,0 +1,253 @@
+//! What a user has arranged: which plots, how high, which panel, which theme; read from and written to a TOML file.
+
+use crate::strip::StripId;
+use serde::{Deserialize, Serialize};
+use std::{
+    env, fs, io,
+    path::{Path, PathBuf},
+};
+use thiserror::Error;
+
+/// What stands at the right.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Panel {
+    /// Link, latency, sensors, stages.
+    Health,
+    /// Both cursors, and what lies between.
+    Cursors,
+    /// What happened.
+    Events,
+    /// When to stop and show.
+    Trigger,
+    /// Files of what is seen.
+    Export,
+    /// Commands to the gripper.
+    Command,
+}
+
+impl Panel {
+    /// Every panel, in the order of their tabs.
+    pub const ALL: [Self; 6] =
+        [Self::Health, Self::Events, Self::Cursors, Self::Trigger, Self::Export, Self::Command];
+
+    /// What its tab says.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Health => "Health",
+            Self::Cursors => "Cursors",
+            Self::Events => "Events",
+            Self::Trigger => "Trigger",
+            Self::Export => "Export",
+            Self::Command => "Command",
+        }
+    }
+}
+
+/// Colours.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Look {
+    /// Light on dark.
+    #[default]
+    Dark,
+    /// Dark on light.
+    Light,
+}
+
+/// One plot as it was arranged.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct StripLayout {
+    /// Which.
+    pub plot: StripId,
+    /// Whether it is seen.
+    #[serde(default = "yes")]
+    pub shown: bool,
+    /// Height relative to the others (0.3 to 8).
+    #[serde(default = "one")]
+    pub height: f32,
+}
+
+const fn yes() -> bool {
+    true
+}
+
+const fn one() -> f32 {
+    1.0
+}
+
+/// Everything that is remembered from one start to the next.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Layout {
+    /// Colours.
+    pub theme: Look,
+    /// What stands at the right; nothing where absent.
+    #[serde(default)]
+    pub panel: Option<Panel>,
+    /// Seconds seen while the view follows the data.
+    pub seconds: f64,
+    /// Size of the window (points).
+    pub window: [f32; 2],
+    /// The plots, from top to bottom.
+    pub plots: Vec<StripLayout>,
+}
+
+impl Default for Layout {
+    fn default() -> Self {
+        let shown = |strip| {
+            matches!(
+                strip,
+                StripId::Stylus
+                    | StripId::Bands
+                    | StripId::Statistic
+                    | StripId::Force
+                    | StripId::Esc
+            )
+        };
+        let plot = |plot: StripId| StripLayout { plot, shown: shown(plot), height: plot.weight() };
+        Self {
+            theme: Look::Dark,
+            panel: Some(Panel::Health),
+            seconds: 5.0,
+            window: [1360.0, 860.0],
+            plots: StripId::ALL.map(plot).to_vec(),
+        }
+    }
+}
+
+/// Why a layout was not read or written.
+#[derive(Debug, Error)]
+pub enum LayoutError {
+    /// The system refuses.
+    #[error("{}: {source}", path.display())]
+    File {
+        /// Which file.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+    /// It is no layout.
+    #[error("{}: {source}", path.display())]
+    Text {
+        /// Which file.
+        path: PathBuf,
+        /// Why, with the place.
+        source: Box<toml::de::Error>,
+    },
+    /// It cannot be told as text.
+    #[error("the layout cannot be written: {0}")]
+    Write(#[from] toml::ser::Error),
+}
+
+impl Layout {
+    /// Reads a layout; the default where there is no such file yet.
+    ///
+    /// # Errors
+    /// [`LayoutError`], with the line that is wrong.
+    pub fn read(path: &Path) -> Result<Self, LayoutError> {
+        match fs::read_to_string(path) {
+            Ok(text) => Self::parse(&text)
+                .map_err(|source| LayoutError::Text { path: path.to_owned(), source }),
+            Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(Self::default()),
+            Err(source) => Err(LayoutError::File { path: path.to_owned(), source }),
+        }
+    }
+
+    /// A layout from its text. Plots that it does not name follow unseen, numbers out of range take the nearest that is not.
+    ///
+    /// # Errors
+    /// What TOML says.
+    pub fn parse(text: &str) -> Result<Self, Box<toml::de::Error>> {
+        Ok(toml::from_str::<Self>(text).map_err(Box::new)?.mended())
+    }
+
+    /// The same with every plot once and every number in its range.
+    #[must_use]
+    pub fn mended(mut self) -> Self {
+        let mut seen = Vec::new();
+        self.plots.retain(|strip| {
+            !seen.contains(&strip.plot) && {
+                seen.push(strip.plot);
+                true
+            }
+        });
+        for plot in StripId::ALL {
+            if !seen.contains(&plot) {
+                self.plots.push(StripLayout { plot, shown: false, height: plot.weight() });
+            }
+        }
+        for strip in &mut self.plots {
+            strip.height =
+                if strip.height.is_finite() { strip.height.clamp(0.3, 8.0) } else { 1.0 };
+        }
+        self.seconds = if self.seconds.is_finite() { self.seconds.clamp(1e-3, 1e5) } else { 5.0 };
+        self.window = self
+            .window
+            .map(|side| if side.is_finite() { side.clamp(480.0, 8000.0) } else { 860.0 });
+        self
+    }
+
+    /// Writes it in one go: a file that is there is replaced whole or not at all.
+    ///
+    /// # Errors
+    /// [`LayoutError`].
+    pub fn write(&self, path: &Path) -> Result<(), LayoutError> {
+        let text = toml::to_string(self)?;
+        let failed = |source| LayoutError::File { path: path.to_owned(), source };
+        if let Some(folder) = path.parent() {
+            fs::create_dir_all(folder).map_err(failed)?;
+        }
+        let beside = path.with_extension("toml.new");
+        fs::write(&beside, text).map_err(failed)?;
+        fs::rename(&beside, path).map_err(failed)
+    }
+}
+
+/// Where the layout stands: `gripmon/layout.toml` in the user's configuration folder; `None` where there is none.
+#[must_use]
+pub fn default_path() -> Option<PathBuf> {
+    let named = env::var_os("XDG_CONFIG_HOME").map(PathBuf::from).filter(|path| path.is_absolute());
+    let home = || env::var_os("HOME").map(|home| Path::new(&home).join(".config"));
+    named.or_else(home).map(|folder| folder.join("gripmon").join("layout.toml"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Layout, LayoutError, Look, Panel, StripId};
+
+    #[test]
+    fn what_is_written_is_read() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a").join("layout.toml");
+        assert_eq!(Layout::read(&path).unwrap(), Layout::default());
+        let mut layout =
+            Layout { theme: Look::Light, panel: Some(Panel::Trigger), ..Layout::default() };
+        layout.plots.swap(0, 3);
+        layout.plots[1].height = 2.5;
+        layout.write(&path).unwrap();
+        assert_eq!(Layout::read(&path).unwrap(), layout);
+        layout.panel = None;
+        layout.write(&path).unwrap();
+        assert_eq!(Layout::read(&path).unwrap().panel, None);
+    }
+
+    #[test]
+    fn odd_layouts_are_mended_and_wrong_ones_told() {
+        let text = "seconds = nan\nplots = [{plot = \"force\", height = 1e9}, {plot = \"force\"}]";
+        let layout = Layout::parse(text).unwrap();
+        assert_eq!(layout.plots.len(), StripId::ALL.len());
+        assert_eq!((layout.plots[0].plot, layout.plots[0].height), (StripId::Force, 8.0));
+        assert!(layout.seconds == 5.0 && !layout.plots[1].shown);
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("layout.toml");
+        std::fs::write(&path, "theme = \"pink\"").unwrap();
+        let error = Layout::read(&path).unwrap_err();
+        assert!(
+            matches!(error, LayoutError::Text { .. }) && error.to_string().contains("line 1"),
+            "{error}"
+        );
+    }
+}

@@ -1,0 +1,31 @@
+//! A source in; a window that shows what a gripper feels, does and how its link is, out.
+//!
+//! ```text
+//! source's thread -> ring -> pump -> Engine { Model } -> views(&Seen) -> Vec<Action> -> apply
+//! ```
+//!
+//! [`Scope`] is the whole window without a system behind it: tests and benches run it as the program does. Views are functions that look and
+//! give back [`Action`](action::Action)s; [`apply`] is the one place that fulfils them.
+
+pub mod action;
+pub mod apply;
+pub mod cli;
+pub mod engine;
+pub mod files;
+pub mod format;
+pub mod keys;
+pub mod layout;
+pub mod num;
+pub mod palette;
+pub mod plot;
+pub mod pump;
+pub mod scope;
+pub mod state;
+pub mod strip;
+pub mod time;
+pub mod view_file;
+pub mod views;
+pub mod window;
+
+pub use engine::Engine;
+pub use scope::Scope;

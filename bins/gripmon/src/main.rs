@@ -1,0 +1,29 @@
+//! The live scope of the slip-detection workspace.
+
+use clap::Parser as _;
+use grip_host::exit::{self, Exit};
+use gripmon::{cli::Cli, layout::LayoutError, window};
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    let cli = Cli::parse();
+    let spec = match cli.source() {
+        Ok(spec) => spec,
+        Err(error) => {
+            eprintln!("gripmon: {error}");
+            return Exit::WrongArguments.into();
+        }
+    };
+    match window::run(&cli, spec) {
+        Ok(()) => Exit::Done.into(),
+        Err(error) => {
+            eprintln!("gripmon: {}", exit::message(error.as_ref()));
+            let exit = if error.is::<LayoutError>() {
+                Exit::WrongArguments
+            } else {
+                Exit::of(error.as_ref())
+            };
+            exit.into()
+        }
+    }
+}

@@ -1,0 +1,11 @@
+//! Drawing of curves: a rectangle, a span of time and a scale of values in; shapes out. Nothing here knows grippers.
+
+mod frame;
+mod line;
+mod ribbon;
+mod scale;
+
+pub use frame::{Frame, GUTTER, time_axis, value_axis};
+pub use line::{Style, polyline};
+pub use ribbon::{band, ribbon};
+pub use scale::{Kind, Scale};

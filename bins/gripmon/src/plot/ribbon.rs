@@ -1,0 +1,167 @@
+//! Columns of lowest and highest values in; one mesh out, a ribbon that holds every sample.
+//!
+//! Dense curves are not drawn as lines: a column of pixels that holds thousands of samples is a bar from the lowest to the highest, stretched to touch its
+//! neighbours, so that a spike of one sample is a bar of its own. Edges fade over one pixel. Four corners a column: the cost depends on the width of the
+//! window only.
+
+use super::{Frame, Style};
+use eframe::egui::{Color32, Mesh, Pos2, epaint::Vertex, epaint::WHITE_UV, pos2};
+use grip_scope::Bucket;
+
+/// Half the thickness of a level curve (points).
+const HALF: f32 = 0.6;
+/// Width over which edges fade (points).
+const FADE: f32 = 0.8;
+
+/// Adds the ribbon of the buckets to a mesh.
+pub fn ribbon(
+    mesh: &mut Mesh,
+    frame: &Frame,
+    buckets: &[Bucket],
+    (colour, style): (Color32, Style),
+) {
+    let mut before: Option<(f32, f32)> = None;
+    for bucket in buckets {
+        let open = style == Style::Dashed && is_between_dashes(frame, bucket.from_s);
+        if open || bucket.count == 0 || bucket.min > bucket.max || bucket.min.is_nan() {
+            before = None;
+            continue;
+        }
+        let x = frame.x(f64::midpoint(bucket.from_s, bucket.to_s));
+        let (top, bottom) = (edge(frame, bucket.max), edge(frame, bucket.min));
+        let joined = before.filter(|_| !bucket.broken);
+        // Touch the column before: a jump between two columns is a bar as well.
+        let (high, low) = joined.map_or((top, bottom), |(t, b)| (top.min(b), bottom.max(t)));
+        let width = frame.x(bucket.to_s) - frame.x(bucket.from_s);
+        if joined.is_none() && width > 0.0 {
+            // The first column of a stretch stands alone, however short the stretch is.
+            column(mesh, x - width.max(1.0) / 2.0, (top, bottom), colour, false);
+            column(mesh, x, (high, low), colour, true);
+        } else {
+            column(mesh, x, (high, low), colour, joined.is_some());
+        }
+        before = Some((top, bottom));
+    }
+}
+
+/// Dashes stand still on the screen: 5 points drawn, 4 open.
+fn is_between_dashes(frame: &Frame, t_s: f64) -> bool {
+    (frame.x(t_s) - frame.rect.left()).rem_euclid(9.0) >= 5.0
+}
+
+/// Adds the area between two curves, given as columns of the same times, to a mesh: the lowest of the one to the highest of the other.
+pub fn band(mesh: &mut Mesh, frame: &Frame, (low, high): (&[Bucket], &[Bucket]), colour: Color32) {
+    let mut joined = false;
+    for (low, high) in low.iter().zip(high) {
+        if low.count == 0 || high.count == 0 || low.min > high.max {
+            joined = false;
+            continue;
+        }
+        let x = frame.x(f64::midpoint(low.from_s, low.to_s));
+        let edges = (edge(frame, high.max), edge(frame, low.min));
+        column(mesh, x, edges, colour, joined && !low.broken && !high.broken);
+        joined = true;
+    }
+}
+
+fn edge(frame: &Frame, value: f32) -> f32 {
+    frame.y(f64::from(value)).clamp(frame.rect.top() - 4.0, frame.rect.bottom() + 4.0)
+}
+
+/// Four corners at `x` and, where it continues, the area since the last four.
+fn column(mesh: &mut Mesh, x: f32, (top, bottom): (f32, f32), colour: Color32, continues: bool) {
+    let Ok(base) = u32::try_from(mesh.vertices.len()) else { return };
+    let clear = Color32::TRANSPARENT;
+    let corners = [
+        (top - HALF - FADE, clear),
+        (top - HALF, colour),
+        (bottom + HALF, colour),
+        (bottom + HALF + FADE, clear),
+    ];
+    mesh.vertices.extend(corners.map(|(y, color)| corner(pos2(x, y), color)));
+    if !continues || base < 4 {
+        return;
+    }
+    for row in 0..3 {
+        let (a, b) = (base - 4 + row, base + row);
+        mesh.indices.extend([a, a + 1, b, b, a + 1, b + 1]);
+    }
+}
+
+const fn corner(pos: Pos2, color: Color32) -> Vertex {
+    Vertex { pos, uv: WHITE_UV, color }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Frame, band, ribbon};
+    use crate::plot::{Kind, Scale, Style};
+    use eframe::egui::{Color32, Mesh, Rect, pos2};
+    use grip_scope::{Bucket, Span};
+
+    fn frame() -> Frame {
+        let rect = Rect::from_min_max(pos2(0.0, 0.0), pos2(100.0, 100.0));
+        let span = Span { from_s: 0.0, to_s: 1.0 };
+        Frame { rect, span, scale: Scale::new(Kind::Linear, 0.0, 1.0) }
+    }
+
+    fn buckets(values: &[(f32, f32)]) -> Vec<Bucket> {
+        let width = 1.0 / values.len() as f64;
+        let at = |i: usize| i as f64 * width;
+        let bucket = |(i, &(min, max)): (usize, &(f32, f32))| Bucket {
+            from_s: at(i),
+            to_s: at(i + 1),
+            min,
+            max,
+            mean: f32::midpoint(min, max),
+            count: u32::from(min.is_finite()).into(),
+            broken: false,
+        };
+        values.iter().enumerate().map(bucket).collect()
+    }
+
+    fn covers(mesh: &Mesh, y: f32) -> bool {
+        mesh.vertices.iter().any(|v| (v.pos.y - y).abs() < 1.0 && v.color != Color32::TRANSPARENT)
+    }
+
+    #[test]
+    fn a_spike_of_one_column_reaches_its_height() {
+        let mut values = vec![(0.1, 0.1); 50];
+        values[20] = (0.1, 0.9);
+        let mut mesh = Mesh::default();
+        ribbon(&mut mesh, &frame(), &buckets(&values), (Color32::WHITE, Style::Solid));
+        assert!(mesh.is_valid() && covers(&mesh, 10.0));
+    }
+
+    #[test]
+    fn neighbours_touch_and_gaps_stay_open() {
+        let mut mesh = Mesh::default();
+        ribbon(
+            &mut mesh,
+            &frame(),
+            &buckets(&[(0.1, 0.2), (0.7, 0.8)]),
+            (Color32::WHITE, Style::Solid),
+        );
+        let joined = mesh.indices.len();
+        // The second column reaches down to the first one's top.
+        assert!(covers(&mesh, 80.0));
+        let mut gap = Mesh::default();
+        let values = [(0.1, 0.2), (f32::NAN, f32::NAN), (0.7, 0.8)];
+        ribbon(&mut gap, &frame(), &buckets(&values), (Color32::WHITE, Style::Solid));
+        assert!(gap.is_valid() && gap.indices.len() == 36 && joined == 36);
+        assert!(
+            gap.indices
+                .chunks(18)
+                .all(|part| part.iter().all(|i| *i < 8) || part.iter().all(|i| *i >= 8))
+        );
+    }
+
+    #[test]
+    fn wild_values_stay_in_the_window() {
+        let mut mesh = Mesh::default();
+        let values = buckets(&[(-1e30, 1e30), (f32::NEG_INFINITY, f32::INFINITY), (0.5, 0.4)]);
+        ribbon(&mut mesh, &frame(), &values, (Color32::WHITE, Style::Solid));
+        band(&mut mesh, &frame(), (&values, &values), Color32::WHITE);
+        assert!(mesh.vertices.iter().all(|v| v.pos.y.abs() < 200.0));
+    }
+}

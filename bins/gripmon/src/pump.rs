@@ -1,0 +1,105 @@
+//! A source's items into the engine, on a thread of their own; requests to paint out.
+//!
+//! The window's thread only draws. Where nobody looks (a view that stands still, a hidden window, a file that is loaded) data go on being taken
+//! in, and nothing is painted.
+
+use crate::scope::Shared;
+use core::sync::atomic::{AtomicBool, Ordering};
+use core::time::Duration;
+use eframe::egui::Context;
+use std::io;
+use std::sync::Arc;
+use std::thread::{self, JoinHandle, Thread};
+
+/// Time between two frames of live data (30 a second).
+pub const FRAME: Duration = Duration::from_millis(33);
+/// Items taken in at once while the window may want the engine.
+const BUDGET: usize = 32;
+/// Least time between two looks at the source.
+const REST: Duration = Duration::from_millis(8);
+/// Longest time between two looks.
+const PATIENCE: Duration = Duration::from_millis(500);
+/// How long the window is let in.
+const YIELD: Duration = Duration::from_micros(500);
+
+/// What the window tells the pump.
+#[derive(Debug, Default)]
+pub struct Watch {
+    /// The view stands still.
+    pub paused: AtomicBool,
+    /// Nobody can see the window.
+    pub hidden: AtomicBool,
+    stop: AtomicBool,
+}
+
+/// The thread; dropping it ends it.
+#[derive(Debug)]
+pub struct Pump {
+    watch: Arc<Watch>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Pump {
+    /// Starts the thread.
+    ///
+    /// # Errors
+    /// Where the system starts none.
+    pub fn start(shared: Arc<Shared>, ctx: Context) -> io::Result<Self> {
+        let watch = Arc::new(Watch::default());
+        let seen = Arc::clone(&watch);
+        let thread = thread::Builder::new()
+            .name("pump".to_owned())
+            .spawn(move || run(&shared, &ctx, &seen))?;
+        Ok(Self { watch, thread: Some(thread) })
+    }
+
+    /// What the window tells it.
+    #[must_use]
+    pub fn watch(&self) -> &Watch {
+        &self.watch
+    }
+
+    /// The thread to wake when a source has something.
+    #[must_use]
+    pub fn thread(&self) -> Option<&Thread> {
+        self.thread.as_ref().map(JoinHandle::thread)
+    }
+}
+
+impl Drop for Pump {
+    fn drop(&mut self) {
+        self.watch.stop.store(true, Ordering::Relaxed);
+        if let Some(thread) = self.thread.take() {
+            thread.thread().unpark();
+            // A thread that has panicked has nothing left to say.
+            let _ended = thread.join();
+        }
+    }
+}
+
+fn run(shared: &Shared, ctx: &Context, watch: &Watch) {
+    while !watch.stop.load(Ordering::Relaxed) {
+        let brought = shared.engine().take_in(BUDGET);
+        let looked_at = !watch.paused.load(Ordering::Relaxed);
+        let visible = !watch.hidden.load(Ordering::Relaxed);
+        if visible && (brought.urgent || (brought.changed && looked_at)) {
+            ctx.request_repaint_after(FRAME);
+        }
+        if brought.more {
+            if shared.is_waited_for() {
+                rest(YIELD);
+            }
+            continue;
+        }
+        rest(REST);
+        thread::park_timeout(PATIENCE);
+    }
+}
+
+#[expect(
+    clippy::disallowed_methods,
+    reason = "a thread of the program waits here and nowhere else"
+)]
+fn rest(time: Duration) {
+    thread::sleep(time);
+}

@@ -1,0 +1,183 @@
+//! Everything that a user has changed since the start, and that is no data.
+
+use crate::action::Cursor;
+use crate::layout::Layout;
+use crate::plot::Scale;
+use crate::strip::StripId;
+use crate::time::TimeWindow;
+use grip_scope::trigger::{Trigger, TriggerMode, TriggerSource};
+use grip_scope::{Channel, EventKind, Span};
+
+/// What the trigger waits for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum TriggerKind {
+    /// A channel crosses a level upwards.
+    Rising,
+    /// A channel crosses a level downwards.
+    Falling,
+    /// Something happens.
+    Event(EventKind),
+}
+
+/// The trigger as its panel has it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TriggerForm {
+    /// Whether it waits.
+    pub armed: bool,
+    /// For what.
+    pub kind: TriggerKind,
+    /// Of which channel.
+    pub channel: Channel,
+    /// At which level (unit of the channel).
+    pub level: f64,
+    /// How often.
+    pub mode: TriggerMode,
+    /// How much is seen before it (s).
+    pub pre_s: f64,
+    /// How much is seen in all (s).
+    pub window_s: f64,
+}
+
+impl Default for TriggerForm {
+    fn default() -> Self {
+        Self {
+            armed: false,
+            kind: TriggerKind::Event(EventKind::Gross),
+            channel: Channel::Statistic,
+            level: 1.0,
+            mode: TriggerMode::Normal,
+            pre_s: 0.1,
+            window_s: 0.5,
+        }
+    }
+}
+
+impl TriggerForm {
+    /// The trigger that does this.
+    #[must_use]
+    pub const fn trigger(&self) -> Trigger {
+        let (channel, level) = (self.channel, crate::num::narrow(self.level));
+        let source = match self.kind {
+            TriggerKind::Rising => TriggerSource::Level { channel, level, rising: true },
+            TriggerKind::Falling => TriggerSource::Level { channel, level, rising: false },
+            TriggerKind::Event(kind) => TriggerSource::Event(kind),
+        };
+        Trigger::new(source, self.mode, self.pre_s, self.window_s)
+    }
+}
+
+/// The command panel.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct CommandForm {
+    /// Whether the lock is off.
+    pub armed: bool,
+    /// The force entered (N).
+    pub force_n: f64,
+    /// Whether the question before a release stands.
+    pub asks_release: bool,
+}
+
+/// A sentence over the plots, until it is closed or replaced.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Message {
+    /// The sentence.
+    pub text: String,
+    /// Whether something failed.
+    pub is_error: bool,
+}
+
+/// What a user has changed.
+#[derive(Clone, Debug)]
+pub struct ViewState {
+    /// What is remembered.
+    pub layout: Layout,
+    /// What part of the time is seen.
+    pub window: TimeWindow,
+    /// Cursors A and B (s).
+    pub cursors: [Option<f64>; 2],
+    /// Where the pointer is (s).
+    pub hover_s: Option<f64>,
+    /// Where the stretch that is being dragged over begins (s).
+    pub select_s: Option<f64>,
+    /// The event that was jumped to last (s).
+    pub event_s: Option<f64>,
+    /// Values that were chosen by hand.
+    pub values: Vec<(StripId, Scale)>,
+    /// Whether the keys are shown.
+    pub help: bool,
+    /// The trigger.
+    pub trigger: TriggerForm,
+    /// Stretches that the trigger has found so far.
+    pub triggered: u64,
+    /// The commands.
+    pub command: CommandForm,
+    /// Beginning of the names of exported files.
+    pub stem: String,
+    /// The pointer is not looked at: for pictures.
+    pub no_pointer: bool,
+    /// What was done or failed last.
+    pub message: Option<Message>,
+}
+
+impl ViewState {
+    /// A fresh state with a layout.
+    #[must_use]
+    pub fn new(layout: Layout) -> Self {
+        Self {
+            window: TimeWindow::new(layout.seconds),
+            layout,
+            cursors: [None; 2],
+            hover_s: None,
+            select_s: None,
+            event_s: None,
+            values: Vec::new(),
+            help: false,
+            trigger: TriggerForm::default(),
+            triggered: 0,
+            command: CommandForm { force_n: 5.0, ..CommandForm::default() },
+            stem: "gripmon".to_owned(),
+            no_pointer: false,
+            message: None,
+        }
+    }
+
+    /// Where a cursor stands (s).
+    #[must_use]
+    pub const fn cursor(&self, cursor: Cursor) -> Option<f64> {
+        match cursor {
+            Cursor::A => self.cursors[0],
+            Cursor::B => self.cursors[1],
+        }
+    }
+
+    /// Puts a cursor somewhere (s), or away.
+    pub const fn set_cursor(&mut self, cursor: Cursor, at_s: Option<f64>) {
+        match cursor {
+            Cursor::A => self.cursors[0] = at_s,
+            Cursor::B => self.cursors[1] = at_s,
+        }
+    }
+
+    /// The stretch between both cursors, where there are both.
+    #[must_use]
+    pub fn between(&self) -> Option<Span> {
+        let [Some(a), Some(b)] = self.cursors else { return None };
+        Some(Span::new(a, b))
+    }
+
+    /// The values that were chosen by hand for a plot.
+    #[must_use]
+    pub fn chosen(&self, strip: StripId) -> Option<Scale> {
+        self.values.iter().find(|(id, _)| *id == strip).map(|(_, scale)| *scale)
+    }
+
+    /// Says what was done.
+    pub fn tell(&mut self, text: impl Into<String>) {
+        self.message = Some(Message { text: text.into(), is_error: false });
+    }
+
+    /// Says what failed.
+    pub fn complain(&mut self, text: impl Into<String>) {
+        self.message = Some(Message { text: text.into(), is_error: true });
+    }
+}

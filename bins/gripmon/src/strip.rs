@@ -1,0 +1,231 @@
+//! Which plots there are, and which curves of a model each of them shows, in which tone.
+
+use crate::palette::{SERIES, Tone};
+use crate::plot::{Kind, Style};
+use grip_scope::{Channel, Group, Model};
+use serde::{Deserialize, Serialize};
+
+/// One plot of the stack.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum StripId {
+    /// The stylus, with peaks and valleys where single samples are seen.
+    Stylus,
+    /// How strong each frequency of the stylus is.
+    Spectrogram,
+    /// Energies of the detector's bands against their thresholds.
+    Bands,
+    /// The slip statistic.
+    Statistic,
+    /// Forces.
+    Force,
+    /// E_sc.
+    Esc,
+    /// Moved distance.
+    Travel,
+    /// Slip speed.
+    Speed,
+    /// Motion reference.
+    Reference,
+    /// Pressure distribution.
+    Pressure,
+}
+
+impl StripId {
+    /// Every plot, from top to bottom.
+    pub const ALL: [Self; 10] = [
+        Self::Stylus,
+        Self::Spectrogram,
+        Self::Bands,
+        Self::Statistic,
+        Self::Force,
+        Self::Esc,
+        Self::Speed,
+        Self::Travel,
+        Self::Reference,
+        Self::Pressure,
+    ];
+
+    /// What stands over it.
+    #[must_use]
+    pub const fn title(self) -> &'static str {
+        match self {
+            Self::Stylus => "Stylus",
+            Self::Spectrogram => "Spectrogram",
+            Self::Bands => "Band energy / floor",
+            Self::Statistic => "Slip statistic",
+            Self::Force => "Force",
+            Self::Esc => "E_sc",
+            Self::Speed => "Slip speed",
+            Self::Travel => "Travel",
+            Self::Reference => "Motion reference",
+            Self::Pressure => "Pressure",
+        }
+    }
+
+    /// A sentence for its place while the model has nothing for it.
+    #[must_use]
+    pub const fn nothing(self) -> &'static str {
+        match self {
+            Self::Stylus => "No stylus samples yet.",
+            Self::Spectrogram => "A spectrum needs some hundred stylus samples without a gap.",
+            Self::Bands => "Band energies begin once the noise floor is learned (0.2 s at rest).",
+            Self::Statistic => "No slip statistic yet.",
+            Self::Force => "This source has no forces.",
+            Self::Esc => "E_sc is known while an object slips.",
+            Self::Speed => "Slip speed is known while an object slips.",
+            Self::Travel => "This source measures no travel.",
+            Self::Reference => "This source has no motion reference.",
+            Self::Pressure => "This source has no pressure array.",
+        }
+    }
+
+    /// How its values are spread.
+    #[must_use]
+    pub const fn kind(self) -> Kind {
+        match self {
+            Self::Bands | Self::Statistic => Kind::Log,
+            _ => Kind::Linear,
+        }
+    }
+
+    /// Height relative to the others.
+    #[must_use]
+    pub const fn weight(self) -> f32 {
+        match self {
+            Self::Stylus | Self::Force => 1.3,
+            Self::Esc | Self::Speed | Self::Travel | Self::Reference => 0.8,
+            _ => 1.0,
+        }
+    }
+
+    /// Whether it shows curves, and not a picture.
+    #[must_use]
+    pub const fn has_curves(self) -> bool {
+        !matches!(self, Self::Spectrogram | Self::Pressure)
+    }
+}
+
+/// One curve of a plot.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Curve {
+    /// What is drawn.
+    pub channel: Channel,
+    /// In which colour.
+    pub tone: Tone,
+    /// How.
+    pub style: Style,
+    /// Whether it has a line of its own beside the plot.
+    pub told: bool,
+}
+
+const fn curve(channel: Channel, tone: Tone) -> Curve {
+    Curve { channel, tone, style: Style::Solid, told: true }
+}
+
+const fn limit(channel: Channel, tone: Tone) -> Curve {
+    Curve { channel, tone, style: Style::Dashed, told: true }
+}
+
+/// The curves of a plot that the model has data of, in the order in which they are drawn.
+#[must_use]
+pub fn curves(strip: StripId, model: &Model) -> Vec<Curve> {
+    let mut found = wanted(strip);
+    found.retain(|curve| {
+        model.series(curve.channel).is_some_and(|series| series.latest().is_some())
+    });
+    found
+}
+
+fn wanted(strip: StripId) -> Vec<Curve> {
+    match strip {
+        StripId::Stylus => {
+            vec![curve(Channel::SecondStylus, Tone::Orange), curve(Channel::Stylus, Tone::Blue)]
+        }
+        StripId::Bands => bands(),
+        StripId::Statistic => {
+            vec![curve(Channel::OwnStatistic, Tone::Quiet), curve(Channel::Statistic, Tone::Blue)]
+        }
+        StripId::Force => vec![
+            curve(Channel::NormalForce, Tone::Green),
+            curve(Channel::Applied, Tone::Sky),
+            curve(Channel::TangentialForce, Tone::Purple),
+            curve(Channel::Estimate, Tone::Orange),
+            curve(Channel::Command, Tone::Blue),
+            limit(Channel::ForceLimit, Tone::Limit),
+        ],
+        StripId::Esc => vec![curve(Channel::Esc, Tone::Purple)],
+        StripId::Speed => {
+            vec![curve(Channel::Velocity, Tone::Green), curve(Channel::SlipSpeed, Tone::Orange)]
+        }
+        StripId::Travel => vec![curve(Channel::Travel, Tone::Green)],
+        StripId::Reference => {
+            vec![curve(Channel::Motion, Tone::Orange), curve(Channel::Reference, Tone::Blue)]
+        }
+        StripId::Pressure => vec![curve(Channel::Pressure, Tone::Blue)],
+        StripId::Spectrogram => Vec::new(),
+    }
+}
+
+fn bands() -> Vec<Curve> {
+    let count = u8::try_from(slip_core::detector::BANDS).unwrap_or(u8::MAX);
+    let tones = || (0..count).zip(SERIES.into_iter().cycle());
+    let energy = tones().map(|(band, tone)| curve(Channel::BandEnergy(band), tone));
+    let threshold = tones()
+        .map(|(band, tone)| Curve { told: false, ..limit(Channel::BandThreshold(band), tone) });
+    // The lowest band is drawn last, on top.
+    threshold.chain(energy.collect::<Vec<_>>().into_iter().rev()).collect()
+}
+
+/// The two curves between which the value of a plot's curve lies.
+#[must_use]
+pub const fn enclosure(channel: Channel) -> Option<(Channel, Channel)> {
+    match channel {
+        Channel::Estimate => Some((Channel::EstimateLow, Channel::EstimateHigh)),
+        Channel::Esc => Some((Channel::EscLow, Channel::EscHigh)),
+        _ => None,
+    }
+}
+
+/// The group whose curves a plot shows.
+#[must_use]
+pub const fn group(strip: StripId) -> Group {
+    match strip {
+        StripId::Stylus | StripId::Spectrogram => Group::Stylus,
+        StripId::Bands => Group::Bands,
+        StripId::Statistic => Group::Statistic,
+        StripId::Force => Group::Force,
+        StripId::Esc => Group::Esc,
+        StripId::Speed | StripId::Travel => Group::Motion,
+        StripId::Reference => Group::Reference,
+        StripId::Pressure => Group::Pressure,
+    }
+}
+
+/// Whether the model has anything for a plot.
+#[must_use]
+pub fn has_data(strip: StripId, model: &Model) -> bool {
+    match strip {
+        StripId::Spectrogram => !model.spectrogram().is_empty(),
+        StripId::Pressure => {
+            model.span().is_some_and(|span| model.taxels(span.to_s).is_some())
+                || !curves(strip, model).is_empty()
+        }
+        _ => !curves(strip, model).is_empty(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{StripId, group, wanted};
+
+    #[test]
+    fn every_curve_stands_in_the_plot_of_its_group_and_one_unit_is_on_an_axis() {
+        for strip in StripId::ALL {
+            for curve in wanted(strip) {
+                assert_eq!(curve.channel.group(), group(strip), "{strip:?} {curve:?}");
+                assert_eq!(curve.channel.unit(), wanted(strip)[0].channel.unit(), "{strip:?}");
+            }
+        }
+    }
+}

@@ -1,0 +1,92 @@
+//! Both cursors, and of every curve that is shown: its values there, what lies between.
+
+use super::{Seen, heading, readout, row, sentence};
+use crate::action::{Action, Cursor};
+use crate::format;
+use crate::palette;
+use crate::strip;
+use eframe::egui::{Grid, RichText, Ui};
+use grip_scope::Channel;
+
+pub(super) fn cursors(ui: &mut Ui, seen: &Seen<'_>) -> Vec<Action> {
+    let mut actions = Vec::new();
+    heading(ui, "Cursors");
+    ui.horizontal(|ui| {
+        for (cursor, name) in [(Cursor::A, "Set A"), (Cursor::B, "Set B")] {
+            if ui
+                .button(name)
+                .on_hover_text("In the middle of the view; the keys A and B set it at the pointer.")
+                .clicked()
+            {
+                actions.push(Action::CursorHere(cursor));
+            }
+        }
+        let any = seen.state.cursors.iter().any(Option::is_some);
+        if ui.add_enabled(any, eframe::egui::Button::new("Clear")).clicked() {
+            actions.push(Action::ClearCursors);
+        }
+        if ui
+            .add_enabled(seen.state.between().is_some(), eframe::egui::Button::new("Zoom"))
+            .clicked()
+        {
+            actions.push(Action::ZoomToCursors);
+        }
+    });
+    let time = |at_s: Option<f64>| at_s.map_or(format::NOTHING.to_owned(), |s| format!("{s:.6} s"));
+    row(ui, "A", time(seen.state.cursors[0]));
+    row(ui, "B", time(seen.state.cursors[1]));
+    let [Some(a_s), Some(b_s)] = seen.state.cursors else {
+        sentence(ui, "Set both cursors to measure what lies between them.");
+        return actions;
+    };
+    row(ui, "B - A", format::with_unit(b_s - a_s, "s"));
+    if (b_s - a_s).abs() > 0.0 {
+        row(ui, "1 / (B - A)", format::with_unit(1.0 / (b_s - a_s).abs(), "Hz"));
+    }
+    for channel in shown(seen) {
+        between(ui, channel, (a_s, b_s), seen);
+    }
+    actions
+}
+
+/// The curves of the plots that are shown.
+fn shown(seen: &Seen<'_>) -> Vec<Channel> {
+    let plots = seen.state.layout.plots.iter().filter(|plot| plot.shown);
+    let curves = plots.flat_map(|plot| strip::curves(plot.plot, seen.model));
+    curves.filter(|curve| curve.told).map(|curve| curve.channel).collect()
+}
+
+fn between(ui: &mut Ui, channel: Channel, (a_s, b_s): (f64, f64), seen: &Seen<'_>) {
+    let unit = readout::unit(channel, seen);
+    let stats =
+        seen.model.series(channel).and_then(|series| series.stats(grip_scope::Span::new(a_s, b_s)));
+    let ends = [a_s, b_s].map(|t_s| readout::value_at(channel, seen, t_s));
+    if stats.is_none() && ends.iter().all(Option::is_none) {
+        return;
+    }
+    heading(ui, channel.name());
+    let told = |value: Option<f64>| {
+        value.map_or(format::NOTHING.to_owned(), |v| format::with_unit(v, &unit))
+    };
+    let difference = match ends {
+        [Some(a), Some(b)] => Some(b - a),
+        _ => None,
+    };
+    let mean = stats.map(|stats| stats.mean);
+    let peaks = stats.map(|stats| f64::from(stats.peak_to_peak()));
+    let rms = stats.map(|stats| stats.rms);
+    let rows = [
+        [("A", told(ends[0])), ("B", told(ends[1]))],
+        [("B - A", told(difference)), ("peak-peak", told(peaks))],
+        [("mean", told(mean)), ("rms", told(rms))],
+    ];
+    Grid::new(("between", channel)).num_columns(4).spacing([8.0, 1.0]).show(ui, |ui| {
+        for cells in rows {
+            for (name, value) in cells {
+                ui.label(RichText::new(name).size(11.0).weak());
+                ui.label(RichText::new(format!("{value:<12}")).font(palette::number_font()));
+            }
+            ui.end_row();
+        }
+    });
+}

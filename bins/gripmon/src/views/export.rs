@@ -1,0 +1,46 @@
+//! Files of what is seen.
+
+use super::{Seen, heading, row, sentence};
+use crate::action::Action;
+use crate::format;
+use eframe::egui::{TextEdit, Ui};
+
+pub(super) fn export(ui: &mut Ui, seen: &Seen<'_>) -> Vec<Action> {
+    let mut actions = Vec::new();
+    heading(ui, "Export");
+    sentence(ui, "What is seen now: between the cursors where both are set, else the whole view.");
+    let span = seen.state.between().unwrap_or(seen.span);
+    row(ui, "from", format!("{:.4} s", span.from_s));
+    row(ui, "to", format!("{:.4} s", span.to_s));
+    row(ui, "lasts", format::duration(span.length_s()));
+    ui.add_space(4.0);
+    let label = ui.label("Names begin with (folders are allowed)");
+    let mut stem = seen.state.stem.clone();
+    if ui.add(TextEdit::singleline(&mut stem).desired_width(220.0)).labelled_by(label.id).changed()
+    {
+        actions.push(Action::ExportStem(stem));
+    }
+    ui.add_space(6.0);
+    let any = seen.model.span().is_some();
+    for (name, about, action) in [
+        (
+            "Samples as CSV",
+            "One row for each time at which a shown curve has a sample.",
+            Action::ExportCsv,
+        ),
+        (
+            "Recording (MCAP)",
+            "The same messages as gripd records: for gripctl replay, PlotJuggler, Foxglove.",
+            Action::ExportMcap,
+        ),
+        ("Picture (PNG)", "This window, key S.", Action::ExportPicture),
+    ] {
+        let button = eframe::egui::Button::new(name).min_size(eframe::egui::vec2(160.0, 22.0));
+        let enabled = any || action == Action::ExportPicture;
+        if ui.add_enabled(enabled, button).on_hover_text(about).clicked() {
+            actions.push(action);
+        }
+    }
+    sentence(ui, "Files that are there are never replaced: the next free number is taken.");
+    actions
+}

@@ -1,0 +1,253 @@
+//! The health of the link: rates, losses, clocks, latency, stages, sensors.
+
+use super::{Seen, heading, row, row_in, sentence};
+use crate::action::Action;
+use crate::format;
+use crate::num;
+use crate::palette::{self, Tone};
+use eframe::egui::{Align2, Rect, RichText, Role, Sense, Stroke, Ui, WidgetInfo, pos2, vec2};
+use grip_link::message::daemon::SensorHealth;
+use grip_scope::feed::{HealthPoint, LatencyFigures};
+
+/// Height of the histogram (points).
+const HIGH: f32 = 74.0;
+
+pub(super) fn health(ui: &mut Ui, seen: &Seen<'_>) -> Vec<Action> {
+    source(ui, seen);
+    sensors(ui, seen);
+    match seen.model.health().latest() {
+        Some(point) => figures(ui, point, seen),
+        None => {
+            heading(ui, "Link");
+            sentence(
+                ui,
+                "This source tells no figures of a link: a running gripd and the demo do.",
+            );
+        }
+    }
+    scope(ui, seen);
+    notices(ui, seen);
+    Vec::new()
+}
+
+fn source(ui: &mut Ui, seen: &Seen<'_>) {
+    heading(ui, "Source");
+    row(ui, "state", seen.model.status().sentence());
+    let info = seen.model.info();
+    if let Some(daemon) = &info.daemon {
+        row(ui, "daemon", daemon.name.clone());
+        row(ui, "at", daemon.place.clone());
+        let commands = match (daemon.dry_run, daemon.may_command) {
+            (true, _) => "none: dry run",
+            (false, true) => "allowed",
+            (false, false) => "not allowed",
+        };
+        row(ui, "commands", commands);
+        row(ui, "real time", daemon.real_time.name());
+    }
+    if let Some((file, span)) = &info.recording {
+        row(ui, "file", file.file_name().unwrap_or_default().to_string_lossy());
+        row(ui, "holds", format::duration(span.length_s()));
+    }
+    if let Some(gripper) = info.gripper {
+        let uid: String = gripper.uid.iter().take(6).map(|byte| format!("{byte:02x}")).collect();
+        row(ui, "gripper", uid);
+        row(ui, "link", gripper.link.name());
+        let limit = gripper
+            .force_max_n
+            .map_or(format::NOTHING.to_owned(), |n| format::with_unit(n.into(), "N"));
+        row(ui, "force limit", limit);
+    }
+}
+
+fn sensors(ui: &mut Ui, seen: &Seen<'_>) {
+    let Some(state) = seen.model.info().state else { return };
+    heading(ui, "Grasp and sensors");
+    row(ui, "scene", state.scene.name());
+    row(ui, "controller", state.grip.name());
+    for (name, health) in
+        ["stylus", "travel", "pressure", "reference"].into_iter().zip(state.sensors)
+    {
+        let good = health == SensorHealth::Good;
+        let tone = if good { Tone::Green } else { Tone::Red };
+        let mark = if good { health.name().to_owned() } else { format!("! {}", health.name()) };
+        row_in(ui, name, RichText::new(mark).monospace().color(seen.palette.tone(tone)));
+    }
+    if state.fault != 0 {
+        let text = RichText::new(format!("! {:04x}", state.fault)).monospace();
+        row_in(ui, "gripper fault", text.color(seen.palette.tone(Tone::Red)));
+    }
+}
+
+fn figures(ui: &mut Ui, point: &HealthPoint, seen: &Seen<'_>) {
+    heading(ui, "Link");
+    let rate =
+        point.rate_hz.map_or(format::NOTHING.to_owned(), |hz| format::with_unit(hz.into(), "Hz"));
+    row(ui, "sample rate", rate);
+    row(ui, "samples", format::count(point.samples));
+    counted(ui, "rows lost", point.lost, seen);
+    counted(ui, "CRC errors", point.bad.crc.into(), seen);
+    let other =
+        [point.bad.too_long, point.bad.cobs, point.bad.length, point.bad.useless, point.bad.gap];
+    counted(ui, "other bad frames", other.iter().map(|n| u64::from(*n)).sum(), seen);
+    counted(ui, "dropped inside", point.dropped.iter().sum(), seen);
+    row(ui, "lines opened", format::count(u64::from(point.reconnects) + 1));
+    row(ui, "commands", format::count(point.commands));
+    if let Some((offset_us, half_us)) = point.clock_us {
+        row(
+            ui,
+            "clock offset",
+            format!(
+                "{} +- {}",
+                format::with_unit(offset_us * 1e-6, "s"),
+                format::with_unit(half_us * 1e-6, "s")
+            ),
+        );
+    }
+    row(
+        ui,
+        "recording",
+        format!(
+            "{}, {}",
+            point.recording.name(),
+            format::with_unit(num::counter(point.recorded_bytes), "B")
+        ),
+    );
+    latency(ui, &point.latency, seen);
+    heading(ui, "Work");
+    for (name, samples) in
+        ["bands", "gate", "other methods", "observation"].into_iter().zip(point.stages)
+    {
+        let share = 100.0 * num::counter(samples) / num::counter(point.samples.max(1));
+        row(ui, name, format!("{share:5.1} % of samples"));
+    }
+    row(ui, "slips", format::count(point.slips.into()));
+}
+
+fn counted(ui: &mut Ui, name: &str, count: u64, seen: &Seen<'_>) {
+    let text = RichText::new(if count == 0 {
+        "0".to_owned()
+    } else {
+        format!("! {}", format::count(count))
+    });
+    let text = text.monospace();
+    row_in(ui, name, if count == 0 { text } else { text.color(seen.palette.tone(Tone::Orange)) });
+}
+
+fn latency(ui: &mut Ui, latency: &LatencyFigures, seen: &Seen<'_>) {
+    heading(ui, "Latency, last byte to command");
+    let figures = [
+        ("p50", latency.p50_us),
+        ("p99", latency.p99_us),
+        ("p99.9", latency.p999_us),
+        ("max", latency.max_us),
+    ];
+    ui.horizontal(|ui| {
+        for (name, value) in figures {
+            ui.vertical(|ui| {
+                ui.weak(name);
+                let text = value.map_or(format::NOTHING.to_owned(), |us| {
+                    format::with_unit(f64::from(us) * 1e-6, "s")
+                });
+                ui.monospace(text);
+            });
+        }
+    });
+    if latency.histogram.is_empty() {
+        sentence(
+            ui,
+            "The protocol carries quantiles only; the histogram is in gripd's metrics and in the demo.",
+        );
+        return;
+    }
+    histogram(ui, latency, seen);
+}
+
+/// Bars by their logarithm, so that one slow command in a million is seen.
+fn histogram(ui: &mut Ui, latency: &LatencyFigures, seen: &Seen<'_>) {
+    let (rect, response) =
+        ui.allocate_exact_size(vec2(ui.available_width() - 8.0, HIGH), Sense::hover());
+    response.widget_info(|| WidgetInfo::labeled(Role::Figure, true, "Latency histogram"));
+    let plot = Rect::from_min_max(rect.min, rect.max - vec2(0.0, 16.0));
+    let painter = ui.painter();
+    painter.rect(
+        plot,
+        0,
+        seen.palette.plot,
+        Stroke::new(1.0, seen.palette.edge),
+        eframe::egui::StrokeKind::Inside,
+    );
+    let (first, last) = filled(&latency.histogram);
+    let Some(bars) = latency.histogram.get(first..last) else { return };
+    let most = bars.iter().map(|(_, count)| *count).max().unwrap_or(1).max(1);
+    let wide = plot.width() / num::narrow(num::count(bars.len().max(1)));
+    let log = |count: u64| (1.0 + num::counter(count)).log10() / (1.0 + num::counter(most)).log10();
+    for (i, (_, count)) in bars.iter().enumerate() {
+        let left = plot.left() + wide * num::narrow(num::count(i));
+        let top = plot.bottom() - num::narrow(log(*count)) * (plot.height() - 4.0);
+        let bar = Rect::from_min_max(pos2(left + 0.5, top), pos2(left + wide - 0.5, plot.bottom()));
+        painter.rect_filled(bar, 0, seen.palette.tone(Tone::Blue));
+    }
+    let label = |x: f32, align: Align2, bound: Option<&(f32, u64)>| {
+        let text = bound.map_or(String::new(), |(us, _)| bound_text(*us));
+        painter.text(pos2(x, rect.bottom()), align, text, palette::axis_font(), seen.palette.weak);
+    };
+    label(plot.left(), Align2::LEFT_BOTTOM, bars.first());
+    label(plot.center().x, Align2::CENTER_BOTTOM, bars.get(bars.len() / 2));
+    label(plot.right(), Align2::RIGHT_BOTTOM, bars.last());
+    response.on_hover_text(
+        "Commands by latency; heights are logarithmic, so that single slow ones are seen.",
+    );
+}
+
+fn bound_text(us: f32) -> String {
+    if us.is_finite() { format::with_unit(f64::from(us) * 1e-6, "s") } else { "more".to_owned() }
+}
+
+/// From the first to behind the last bucket that holds anything, with one more at each side.
+fn filled(histogram: &[(f32, u64)]) -> (usize, usize) {
+    let holds = |(_, count): &(f32, u64)| *count > 0;
+    let first = histogram.iter().position(holds).unwrap_or(0);
+    let last = histogram.iter().rposition(holds).map_or(histogram.len(), |last| last + 1);
+    (first.saturating_sub(1), (last + 1).min(histogram.len()))
+}
+
+fn scope(ui: &mut Ui, seen: &Seen<'_>) {
+    heading(ui, "This program");
+    let health = seen.model.health();
+    row(ui, "history", format::with_unit(num::count(seen.model.bytes()), "B"));
+    counted(ui, "dropped here", seen.dropped, seen);
+    for (name, count) in [
+        ("late rows", health.late_rows()),
+        ("stray states", health.stray_states()),
+        ("absurd values", health.huge()),
+    ] {
+        if count > 0 {
+            counted(ui, name, count, seen);
+        }
+    }
+}
+
+fn notices(ui: &mut Ui, seen: &Seen<'_>) {
+    if seen.model.notices().len() == 0 {
+        return;
+    }
+    heading(ui, "Last notices");
+    for line in seen.model.notices().rev().take(6) {
+        sentence(ui, line.text.clone());
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::filled;
+
+    #[test]
+    fn empty_ends_of_a_histogram_are_left_out() {
+        let bars =
+            |counts: &[u64]| -> Vec<(f32, u64)> { counts.iter().map(|n| (1.0, *n)).collect() };
+        assert_eq!(filled(&bars(&[0, 0, 0, 5, 1, 0, 0])), (2, 6));
+        assert_eq!(filled(&bars(&[1])), (0, 1));
+        assert_eq!(filled(&bars(&[0, 0])), (0, 2));
+    }
+}

@@ -1,0 +1,108 @@
+//! The names and values beside a plot.
+
+use super::Seen;
+use crate::format;
+use crate::palette::{self, Tone};
+use crate::strip::{Curve, StripId, enclosure};
+use eframe::egui::{Align, Color32, Label, Layout, Response, RichText, Sense, Ui, vec2};
+use grip_scope::Channel;
+
+/// Room for the values right of a plot (points).
+pub(super) const WIDTH: f32 = 212.0;
+/// A value of a slow channel stays true for so long (s).
+const STAYS_S: f64 = 0.5;
+
+/// One line for each curve: its colour, its name, its value at the time that is looked at, its unit.
+pub(super) fn readout(ui: &mut Ui, strip: StripId, curves: &[Curve], seen: &Seen<'_>) {
+    ui.spacing_mut().item_spacing = vec2(5.0, 1.0);
+    ui.spacing_mut().interact_size.y = 15.0;
+    let told: Vec<&Curve> = curves.iter().filter(|curve| curve.told).collect();
+    let room = ((ui.available_height() + 1.0) / 16.0).floor();
+    let most = crate::num::whole(f64::from(room)).max(1);
+    // The curve drawn last lies on top; it is also told first.
+    for curve in told.iter().rev().take(most) {
+        line(ui, curve, seen);
+    }
+    if strip == StripId::Esc {
+        flags(ui, seen);
+    }
+}
+
+fn line(ui: &mut Ui, curve: &Curve, seen: &Seen<'_>) {
+    let unit = unit(curve.channel, seen);
+    let shown = value(curve.channel, seen).map(|value| format::value(value, &unit));
+    ui.horizontal(|ui| {
+        swatch(ui, seen.palette.tone(curve.tone), curve.style == crate::plot::Style::Dashed);
+        let name = RichText::new(curve.channel.name()).size(11.5);
+        cell(ui, 90.0, Layout::left_to_right(Align::Center), name)
+            .on_hover_text(curve.channel.name());
+        let (number, unit) =
+            shown.map_or((format::NOTHING.to_owned(), String::new()), |s| (s.number, s.unit));
+        let number = RichText::new(number).font(palette::number_font());
+        cell(ui, 60.0, Layout::right_to_left(Align::Center), number);
+        ui.label(RichText::new(unit).size(11.0).weak());
+    });
+    if let Some((low, high)) = enclosure(curve.channel).filter(|_| ui.available_height() > 30.0) {
+        let ends = [low, high].map(|channel| value(channel, seen));
+        if let [Some(low), Some(high)] = ends {
+            let text = format!(
+                "    {} .. {}",
+                format::with_unit(low, &unit),
+                format::with_unit(high, &unit)
+            );
+            ui.label(RichText::new(text).size(10.5).weak());
+        }
+    }
+}
+
+/// A text in so much room, at one side of it.
+fn cell(ui: &mut Ui, wide: f32, layout: Layout, text: RichText) -> Response {
+    let add = |ui: &mut Ui| {
+        ui.set_min_width(wide);
+        ui.add(Label::new(text).truncate())
+    };
+    ui.allocate_ui_with_layout(vec2(wide, 15.0), layout, add).inner
+}
+
+fn swatch(ui: &mut Ui, colour: Color32, dashed: bool) {
+    let (rect, _) = ui.allocate_exact_size(vec2(9.0, 15.0), Sense::hover());
+    let stroke = eframe::egui::Stroke::new(2.5, colour);
+    let (left, right, y) = (rect.left(), rect.right(), rect.center().y);
+    if dashed {
+        ui.painter().hline(left..=left + 3.5, y, stroke);
+        ui.painter().hline(right - 3.5..=right, y, stroke);
+    } else {
+        ui.painter().hline(left..=right, y, stroke);
+    }
+}
+
+/// The value of a channel at the time that is looked at; of slow ones the last one that still holds.
+pub(super) fn value(channel: Channel, seen: &Seen<'_>) -> Option<f64> {
+    value_at(channel, seen, seen.looked_at_s())
+}
+
+/// The same at another time (s).
+pub(super) fn value_at(channel: Channel, seen: &Seen<'_>, t_s: f64) -> Option<f64> {
+    let series = seen.model.series(channel)?;
+    let last = series.latest().filter(|(last_s, _)| (*last_s..=last_s + STAYS_S).contains(&t_s));
+    let value = series.at(t_s).or(last.map(|(_, value)| value))?;
+    (!value.is_nan()).then_some(f64::from(value))
+}
+
+/// The unit of a channel; E_sc has that of the reading that is shown.
+pub(super) fn unit(channel: Channel, seen: &Seen<'_>) -> String {
+    match channel {
+        Channel::Esc | Channel::EscLow | Channel::EscHigh => {
+            seen.model.info().esc_unit().to_owned()
+        }
+        _ => channel.unit().to_owned(),
+    }
+}
+
+fn flags(ui: &mut Ui, seen: &Seen<'_>) {
+    let last = seen.model.info().state.and_then(|state| state.esc);
+    for name in last.map(|esc| esc.flag_names()).unwrap_or_default() {
+        let text = RichText::new(format!("! {name}")).size(11.0);
+        ui.label(text.color(seen.palette.tone(Tone::Orange)));
+    }
+}

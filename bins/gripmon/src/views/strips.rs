@@ -1,0 +1,220 @@
+//! One plot of curves: grid, areas, curves, peaks and valleys, cursors.
+
+use super::{Scratch, Seen, readout};
+use crate::palette::Tone;
+use crate::plot::{self, Frame, Kind, Scale, Style, polyline};
+use crate::strip::{Curve, StripId, enclosure};
+use eframe::egui::{Align2, Color32, FontId, Mesh, Painter, Pos2, Rect, Shape, Stroke, pos2, vec2};
+use grip_scope::{Series, Span};
+
+/// Up to so many samples of a curve are drawn one by one.
+const FEW: usize = 700;
+/// Up to so many peaks and valleys are drawn.
+const TURNS: usize = 400;
+/// Least height and width of a step that is drawn as curve and not as a level (log axes).
+const LEAST_LOG: f64 = 1e-3;
+/// Extremes up to so many times the rms need no second look: a lone reading among thousands stands further out.
+const USUAL: f64 = 30.0;
+/// Nor do values below this (units of the channel), which some sensor may send.
+const LARGE: f64 = 1e9;
+
+/// The scale of a plot: chosen by hand, or what is seen of its curves.
+pub(super) fn scale(strip: StripId, curves: &[Curve], seen: &Seen<'_>) -> Scale {
+    if let Some(chosen) = seen.state.chosen(strip) {
+        return chosen;
+    }
+    let mut range: Option<(f64, f64)> = None;
+    let mut join = |low: f64, high: f64| {
+        range = Some(range.map_or((low, high), |(l, h): (f64, f64)| (l.min(low), h.max(high))));
+    };
+    for curve in
+        curves.iter().filter(|curve| curve.style == Style::Solid || strip != StripId::Force)
+    {
+        let found = seen.model.series(curve.channel).and_then(|series| extremes(series, seen.span));
+        if let Some((low, high)) = found {
+            join(f64::from(low), f64::from(high));
+        }
+    }
+    match strip {
+        StripId::Statistic | StripId::Bands => {
+            join(1.0, 2.0);
+            let (low, high) = range.unwrap_or((0.1, 10.0));
+            Scale::around(Kind::Log, low.max(high * 1e-7).max(LEAST_LOG), high)
+        }
+        StripId::Force => {
+            join(0.0, 1.0);
+            let (low, high) = range.unwrap_or((0.0, 10.0));
+            Scale::around(Kind::Linear, low, high)
+        }
+        _ => {
+            let (low, high) = range.unwrap_or((0.0, 1.0));
+            Scale::around(strip.kind(), low, high)
+        }
+    }
+}
+
+/// Least and greatest value that an axis should show. Where no extreme stands far out of the rms it is taken as it is, which costs a tenth of
+/// looking for single readings that no sensor sends.
+pub(super) fn extremes(series: &Series, span: Span) -> Option<(f32, f32)> {
+    // Of a recording that is still being loaded only the look ahead knows the rest.
+    let loaded_s = series.latest().map_or(f64::NEG_INFINITY, |(t_s, _)| t_s);
+    if series.span().is_some_and(|all| all.to_s > loaded_s) {
+        return series.robust_range(span);
+    }
+    let stats = series.stats(span)?;
+    let greatest = f64::from(stats.max.abs().max(stats.min.abs()));
+    if greatest <= USUAL * stats.rms && stats.rms < LARGE {
+        return Some((stats.min, stats.max));
+    }
+    series.robust_range(span)
+}
+
+/// Draws a plot of curves into its frame.
+pub(super) fn curves(
+    painter: &Painter,
+    frame: &Frame,
+    wanted: &[Curve],
+    (seen, scratch): (&Seen<'_>, &mut Scratch),
+) {
+    let inside = painter.with_clip_rect(painter.clip_rect().intersect(frame.rect));
+    let columns = frame.columns(painter.pixels_per_point());
+    for curve in wanted {
+        area(&inside, (frame, columns), curve, (seen, scratch));
+    }
+    for curve in wanted {
+        let Some(series) = seen.model.series(curve.channel) else { continue };
+        let colour = seen.palette.tone(curve.tone);
+        let colour = if curve.told { colour } else { colour.gamma_multiply(0.75) };
+        if series.points(frame.span, FEW, &mut scratch.points) {
+            polyline(&inside, frame, &scratch.points, (colour, curve.style));
+        } else {
+            dense(&inside, (frame, columns), series, ((colour, curve.style), scratch));
+        }
+    }
+}
+
+/// A colour and how it is drawn.
+type Pen = (Color32, Style);
+
+fn dense(
+    painter: &Painter,
+    (frame, columns): (&Frame, usize),
+    series: &Series,
+    (pen, scratch): (Pen, &mut Scratch),
+) {
+    series.envelope(frame.span, columns, &mut scratch.buckets);
+    let mut mesh = Mesh::default();
+    mesh.vertices.reserve(4 * scratch.buckets.len());
+    mesh.indices.reserve(18 * scratch.buckets.len());
+    plot::ribbon(&mut mesh, frame, &scratch.buckets, pen);
+    painter.add(Shape::mesh(mesh));
+}
+
+/// The enclosure of a value as a wash behind it.
+fn area(
+    painter: &Painter,
+    (frame, columns): (&Frame, usize),
+    curve: &Curve,
+    (seen, scratch): (&Seen<'_>, &mut Scratch),
+) {
+    let Some((low, high)) = enclosure(curve.channel) else { return };
+    let (Some(low), Some(high)) = (seen.model.series(low), seen.model.series(high)) else { return };
+    low.envelope(frame.span, columns, &mut scratch.buckets);
+    high.envelope(frame.span, columns, &mut scratch.others);
+    let mut mesh = Mesh::default();
+    plot::band(
+        &mut mesh,
+        frame,
+        (&scratch.buckets, &scratch.others),
+        seen.palette.wash(curve.tone),
+    );
+    painter.add(Shape::mesh(mesh));
+}
+
+/// Peaks and valleys of the stylus as the observer has them, where they are few enough to be told apart.
+pub(super) fn turns(painter: &Painter, frame: &Frame, seen: &Seen<'_>) {
+    let inside = painter.with_clip_rect(painter.clip_rect().intersect(frame.rect));
+    let (peak, valley) = (seen.palette.tone(Tone::Red), seen.palette.tone(Tone::Green));
+    let mark = |turn: grip_scope::feed::Turn| {
+        let at = frame.at(turn.t_s, f64::from(turn.height));
+        let (colour, down) = if turn.is_peak { (peak, -1.0) } else { (valley, 1.0) };
+        triangle(at + vec2(0.0, 3.0 * down), down, colour)
+    };
+    inside.extend(seen.model.turns(frame.span, TURNS).into_iter().map(mark).collect::<Vec<_>>());
+}
+
+/// A triangle that points to where it stands, from above or below.
+fn triangle(tip: Pos2, down: f32, colour: Color32) -> Shape {
+    let corners = vec![tip, tip + vec2(-4.0, 6.0 * down), tip + vec2(4.0, 6.0 * down)];
+    Shape::convex_polygon(corners, colour, Stroke::NONE)
+}
+
+/// A line across a logarithmic plot where a statistic becomes a slip.
+pub(super) fn threshold(painter: &Painter, frame: &Frame, value: f64, seen: &Seen<'_>) {
+    let y = frame.y(value);
+    if y < frame.rect.top() || y > frame.rect.bottom() {
+        return;
+    }
+    let colour = seen.palette.tone(Tone::Limit);
+    let ends = [pos2(frame.rect.left(), y), pos2(frame.rect.right(), y)];
+    painter.extend(Shape::dashed_line(&ends, Stroke::new(1.2, colour), 5.0, 4.0));
+    let at = pos2(frame.rect.right() - 4.0, y - 1.0);
+    painter.text(at, Align2::RIGHT_BOTTOM, "threshold", FontId::proportional(10.0), colour);
+}
+
+/// Cursors, the pointer's line, the stretch that is being dragged over, gaps and slips, through the whole height of a plot.
+pub(super) fn lines(painter: &Painter, frame: &Frame, seen: &Seen<'_>) {
+    let inside = painter.with_clip_rect(painter.clip_rect().intersect(frame.rect));
+    let line = |t_s: f64, stroke: Stroke| {
+        inside.vline(inside.round_to_pixel_center(frame.x(t_s)), frame.rect.y_range(), stroke)
+    };
+    if let (Some(from_s), Some(to_s)) = (seen.state.select_s, seen.state.hover_s) {
+        inside.rect_filled(
+            stretch(frame, Span::new(from_s, to_s)),
+            0,
+            seen.palette.wash(Tone::Blue),
+        );
+    }
+    if let Some(between) = seen.state.between() {
+        inside.rect_filled(stretch(frame, between), 0, seen.palette.cursor.gamma_multiply(0.045));
+    }
+    if let Some(t_s) = seen.state.hover_s {
+        line(t_s, Stroke::new(1.0, seen.palette.weak.gamma_multiply(0.6)));
+    }
+    for t_s in seen.state.cursors.into_iter().flatten() {
+        line(t_s, Stroke::new(1.2, seen.palette.cursor));
+    }
+}
+
+/// Slips, faults and gaps as washes behind the curves.
+pub(super) fn spans(painter: &Painter, frame: &Frame, seen: &Seen<'_>) {
+    let events = seen.model.events();
+    for slip in events.slips(frame.span) {
+        let tone = if slip.what == grip_scope::EventKind::Gross { Tone::Red } else { Tone::Orange };
+        painter.rect_filled(
+            stretch(frame, slip.span),
+            0,
+            seen.palette.tone(tone).gamma_multiply(0.10),
+        );
+    }
+    for gap in events.gaps(frame.span) {
+        painter.rect_filled(
+            stretch(frame, gap.span),
+            0,
+            seen.palette.tone(Tone::Quiet).gamma_multiply(0.22),
+        );
+    }
+}
+
+/// A stretch of time over the height of a plot, at least one point wide.
+pub(super) fn stretch(frame: &Frame, span: Span) -> Rect {
+    let (left, right) = (frame.x(span.from_s), frame.x(span.to_s));
+    let right = right.max(left + 1.0);
+    let across = left.max(frame.rect.left())..=right.min(frame.rect.right());
+    Rect::from_x_y_ranges(across, frame.rect.y_range())
+}
+
+/// The unit of a plot's axis.
+pub(super) fn unit(curves: &[Curve], seen: &Seen<'_>) -> String {
+    curves.first().map(|curve| readout::unit(curve.channel, seen)).unwrap_or_default()
+}

@@ -1,0 +1,224 @@
+//! Every control does what its label says.
+
+use super::{fixture, window};
+use eframe::egui::Key;
+use egui_kittest::Harness;
+use egui_kittest::kittest::Queryable as _;
+use grip_scope::feed::{EventKind, EventMark, Feed};
+use grip_scope::trigger::TriggerMode;
+use gripmon::Scope;
+use gripmon::layout::{Look, Panel};
+use gripmon::state::TriggerKind;
+use gripmon::time::Following;
+
+fn click(harness: &mut Harness<'_, Scope>, label: &str) {
+    harness.get_by_label(label).click();
+    harness.run();
+}
+
+fn press(harness: &mut Harness<'_, Scope>, key: Key) {
+    harness.key_press(key);
+    harness.run();
+}
+
+fn seen(harness: &Harness<'_, Scope>) -> (f64, f64) {
+    let scope = harness.state();
+    let span = scope.state.window.visible(scope.shared.engine().model.span());
+    (span.from_s, span.to_s)
+}
+
+#[test]
+fn a_paused_view_stands_while_data_go_on() {
+    let mut harness = window(fixture::grasp(), Panel::Health);
+    press(&mut harness, Key::End);
+    click(&mut harness, "Pause");
+    let before = seen(&harness);
+    let later = fixture::rows(&[grip_scope::Channel::Stylus], 10_000, (20_000, 30_000));
+    harness.state().shared.engine().model.take(Feed::Rows(later));
+    harness.run();
+    assert_eq!(seen(&harness), before);
+    click(&mut harness, "Follow");
+    assert!((seen(&harness).1 - 2.9999).abs() < 1e-6, "{:?}", seen(&harness));
+    press(&mut harness, Key::Space);
+    assert_eq!(harness.state().state.window.following(), Following::Held);
+}
+
+#[test]
+fn events_are_jumped_to_forth_and_back() {
+    let mut harness = window(fixture::grasp(), Panel::Health);
+    let times: Vec<f64> =
+        harness.state().shared.engine().model.events().iter().map(|mark| mark.t_s).collect();
+    assert!(times.len() >= 6);
+    click(&mut harness, "Event >");
+    assert_eq!(harness.state().state.event_s, Some(times[0]));
+    press(&mut harness, Key::N);
+    assert_eq!(harness.state().state.event_s, Some(times[1]));
+    click(&mut harness, "< Event");
+    let (from_s, to_s) = seen(&harness);
+    assert_eq!(harness.state().state.event_s, Some(times[0]));
+    assert!(from_s < times[0] && to_s > times[0]);
+    press(&mut harness, Key::P);
+    assert_eq!(harness.state().state.message.as_ref().unwrap().text, "No earlier event.");
+    click(&mut harness, "Close message");
+    assert!(harness.state().state.message.is_none());
+}
+
+#[test]
+fn zoom_and_pan_by_key_button_and_mouse() {
+    let mut harness = window(fixture::grasp(), Panel::Health);
+    let whole = seen(&harness);
+    click(&mut harness, "+");
+    let near = seen(&harness);
+    assert!((near.1 - near.0) < 0.6 * (whole.1 - whole.0), "{near:?}");
+    press(&mut harness, Key::ArrowRight);
+    assert!(seen(&harness).0 > near.0);
+    let plot = harness.get_by_label_contains("Force plot").rect();
+    harness.drag_at(plot.center());
+    harness.run_steps(2);
+    harness.hover_at(plot.center() + eframe::egui::vec2(-200.0, 0.0));
+    harness.run_steps(2);
+    let panned = seen(&harness);
+    harness.drop_at(plot.center() + eframe::egui::vec2(-200.0, 0.0));
+    harness.run();
+    assert!(panned.0 > near.0 + 0.05, "{near:?} {panned:?}");
+    click(&mut harness, "All");
+    assert_eq!(seen(&harness), whole);
+}
+
+#[test]
+fn cursors_measure_what_lies_between_them() {
+    let mut harness = window(fixture::grasp(), Panel::Cursors);
+    harness.get_by_label("Set both cursors to measure what lies between them.");
+    click(&mut harness, "Set A");
+    click(&mut harness, "Set B");
+    let scope = harness.state_mut();
+    scope.state.cursors = [Some(1.0), Some(1.5)];
+    harness.run();
+    harness.get_by_label("500.0 ms");
+    harness.get_by_label("2.000 Hz");
+    // The spike of one sample is in the peak-to-peak value, to its last digit.
+    assert!(harness.query_all_by_label_contains("2.0").count() >= 1);
+    let stats = {
+        let engine = harness.state().shared.engine();
+        engine
+            .model
+            .series(grip_scope::Channel::Stylus)
+            .unwrap()
+            .stats(grip_scope::Span::new(1.0, 1.5))
+            .unwrap()
+    };
+    assert!((stats.max - fixture::SPIKE_M).abs() < 1e-9 && fixture::SPIKE_US < 1_500_000);
+    let text = gripmon::format::with_unit(stats.peak_to_peak().into(), "m");
+    harness.get_by_label_contains(&text);
+    press(&mut harness, Key::Z);
+    assert_eq!(seen(&harness), (1.0, 1.5));
+    press(&mut harness, Key::C);
+    assert_eq!(harness.state().state.cursors, [None; 2]);
+}
+
+#[test]
+fn a_trigger_stops_at_what_it_waits_for_once() {
+    let mut harness = window(fixture::grasp(), Panel::Trigger);
+    click(&mut harness, "Single");
+    assert_eq!(harness.state().state.trigger.mode, TriggerMode::Single);
+    assert_eq!(harness.state().state.trigger.kind, TriggerKind::Event(EventKind::Gross));
+    click(&mut harness, "Arm");
+    harness.get_by_label("armed, waiting");
+    {
+        let mut engine = harness.state().shared.engine();
+        engine.take_in(1);
+        let rows = |from, to| {
+            Feed::Rows(fixture::rows(&[grip_scope::Channel::Stylus], 10_000, (from, to)))
+        };
+        engine.model.take(rows(20_000, 21_000));
+        engine.model.take(Feed::Event(EventMark::plain(2.05, EventKind::Gross, "x")));
+        engine.take_in(1);
+        engine.model.take(rows(21_000, 30_000));
+        engine.take_in(1);
+    }
+    harness.run();
+    let (from_s, to_s) = seen(&harness);
+    assert!((from_s - 1.95).abs() < 1e-6 && (to_s - 2.45).abs() < 1e-6, "{from_s} {to_s}");
+    assert!(!harness.state().state.trigger.armed && harness.state().state.triggered == 1);
+}
+
+#[test]
+fn markers_themes_panels_plots_and_keys() {
+    let mut harness = window(fixture::grasp(), Panel::Events);
+    click(&mut harness, "Mark");
+    harness.get_by_label_contains("s  marker");
+    click(&mut harness, "Light");
+    assert_eq!(harness.state().state.layout.theme, Look::Light);
+    press(&mut harness, Key::L);
+    assert_eq!(harness.state().state.layout.theme, Look::Dark);
+    press(&mut harness, Key::H);
+    assert_eq!(harness.state().state.layout.panel, Some(Panel::Health));
+    press(&mut harness, Key::H);
+    assert_eq!(harness.state().state.layout.panel, None);
+    click(&mut harness, "Plots");
+    click(&mut harness, "Spectrogram");
+    press(&mut harness, Key::Escape);
+    assert_eq!(harness.query_all_by_label_contains("Spectrogram plot").count(), 0);
+    click(&mut harness, "?");
+    harness.get_by_label("Keys and mouse");
+    click(&mut harness, "Close");
+    assert!(!harness.state().state.help);
+}
+
+#[test]
+fn commands_are_locked_limited_and_a_release_is_asked_for() {
+    let mut harness = window(fixture::grasp(), Panel::Command);
+    // A locked button does nothing.
+    harness.get_by_label("Hold with this force").click();
+    harness.run();
+    assert!(harness.state().state.message.is_none());
+    click(&mut harness, "Arm commands");
+    click(&mut harness, "Hold with this force");
+    // This model has no source behind it: the refusal is told.
+    assert!(
+        harness
+            .state()
+            .state
+            .message
+            .as_ref()
+            .unwrap()
+            .text
+            .starts_with("Not sent: only a running daemon")
+    );
+    click(&mut harness, "Release ..");
+    click(&mut harness, "Keep holding");
+    assert!(!harness.state().state.command.asks_release);
+    click(&mut harness, "Release ..");
+    click(&mut harness, "Yes, release");
+    assert!(harness.state().state.message.as_ref().unwrap().is_error);
+    // The connection is lost: the lock is on again.
+    let gone = grip_scope::SourceStatus::Waiting { reason: "gone".into(), again_in_s: 1.0 };
+    harness.state().shared.engine().model.take(Feed::Status(gone));
+    harness.run();
+    assert!(!harness.state().state.command.armed);
+    harness.get_by_label("There is no connection to gripd now.");
+}
+
+#[test]
+fn a_daemon_that_takes_no_commands_is_not_asked_for_any() {
+    let mut model = fixture::grasp();
+    fixture::greet(&mut model, false);
+    let harness = window(model, Panel::Command);
+    harness.get_by_label_contains("takes no commands of clients");
+    assert_eq!(harness.query_all_by_label("Arm commands").count(), 0);
+}
+
+#[test]
+fn a_plot_is_scaled_by_its_axis_and_by_itself_again() {
+    let mut harness = window(fixture::grasp(), Panel::Health);
+    let axis = harness.get_by_label("Force axis").rect();
+    harness.drag_at(axis.center());
+    harness.run_steps(2);
+    harness.hover_at(axis.center() + eframe::egui::vec2(0.0, 20.0));
+    harness.run_steps(2);
+    harness.drop_at(axis.center() + eframe::egui::vec2(0.0, 20.0));
+    harness.run();
+    assert_eq!(harness.state().state.values.len(), 1);
+    click(&mut harness, "values by hand");
+    assert!(harness.state().state.values.is_empty());
+}

@@ -1,0 +1,224 @@
+//! Made-up runs of a gripper, filled into a model by hand.
+
+use grip_link::message::daemon::{
+    BadFrames, EscKind, GripStage, LinkState, Method, RealTime, Recording, SceneCode, SensorHealth,
+};
+use grip_scope::feed::{
+    BandPoint, DaemonInfo, DerivedBlock, EscPoint, EventKind, EventMark, EvidencePoint, Feed,
+    GripperInfo, HealthPoint, LatencyFigures, Level, NoticeLine, RowBlock, SlipFacts,
+    SpectrumColumn, StatePoint, StudyCurve, StudyCurves, StudyPlot, TaxelBlock, Turn,
+};
+use grip_scope::{Channel, Model, SourceStatus};
+use gripmon::num::narrow;
+
+/// A spike of one sample stands here (us).
+pub(crate) const SPIKE_US: u64 = 1_234_500;
+/// Its height (m).
+pub(crate) const SPIKE_M: f32 = 2e-3;
+
+/// Rows from `from` to before `to` of a run at `rate_hz`, with a value of every channel of `channels`.
+pub(crate) fn rows(channels: &[Channel], rate_hz: u64, (from, to): (usize, usize)) -> RowBlock {
+    let t_s = |i: usize| i as f64 / rate_hz as f64;
+    let value = |channel: usize, i: usize| {
+        let t_s = t_s(i);
+        let wave = (t_s * (40.0 + 17.0 * channel as f64) * core::f64::consts::TAU).sin()
+            + 0.1 * (t_s * 9973.0).sin();
+        narrow(1e-5 * wave)
+    };
+    RowBlock {
+        times_us: (from as u64..to as u64).map(|i| i * 1_000_000 / rate_hz).collect(),
+        columns: channels
+            .iter()
+            .enumerate()
+            .map(|(n, c)| (*c, (from..to).map(|i| value(n, i)).collect()))
+            .collect(),
+        ..RowBlock::default()
+    }
+}
+
+/// Two seconds of a grasp at 10 kHz with a slip, a fault and everything else that a daemon tells.
+pub(crate) fn grasp() -> Model {
+    let mut model = Model::new(64 << 20);
+    greet(&mut model, true);
+    for start in (0..20_000).step_by(500) {
+        let mut block =
+            rows(&[Channel::Stylus, Channel::NormalForce], 10_000, (start, start + 500));
+        block.columns[1].1.iter_mut().for_each(|n| *n = 5.0 + *n * 1e4);
+        for (time_us, value) in block.times_us.iter().zip(&mut block.columns[0].1) {
+            if *time_us == SPIKE_US {
+                *value = SPIKE_M;
+            }
+        }
+        block.taxels =
+            Some(TaxelBlock { count: 4, values: (0..2000).map(|i| (i % 7) as f32).collect() });
+        model.take(Feed::Rows(block));
+        let t_s = (start + 500) as f64 / 10_000.0;
+        (0..5).for_each(|i| model.take(Feed::State(state(t_s - 0.04 + 0.01 * f64::from(i)))));
+        model.take(Feed::Derived(Box::new(derived(t_s - 0.05))));
+    }
+    events(&mut model);
+    model.take(Feed::Health(Box::new(health())));
+    model
+}
+
+/// Who is there.
+pub(crate) fn greet(model: &mut Model, may_command: bool) {
+    model.take(Feed::Status(SourceStatus::Live));
+    model.take(Feed::Welcome(DaemonInfo {
+        name: "gripd 0.1.0".to_owned(),
+        place: "tcp:127.0.0.1:7747".to_owned(),
+        may_command,
+        dry_run: false,
+        records: false,
+        real_time: RealTime::Granted,
+        every_nth: 1,
+    }));
+    let gripper = GripperInfo {
+        uid: [7; 16],
+        boot_id: 1,
+        rate_hz: 10_000,
+        force_max_n: Some(40.0),
+        link: LinkState::Stream,
+        taxels: 4,
+    };
+    model.take(Feed::Gripper(gripper));
+    model
+        .take(Feed::Notice(NoticeLine { level: Level::Info, text: "the link streams".to_owned() }));
+}
+
+fn state(t_s: f64) -> StatePoint {
+    let slipping = (0.9..1.1).contains(&t_s);
+    let scene = if t_s < 0.3 {
+        SceneCode::Idle
+    } else if slipping {
+        SceneCode::Slipping
+    } else {
+        SceneCode::Holding
+    };
+    let esc = EscPoint { kind: EscKind::Literal, value: 0.2, low: 0.15, high: 0.3, flags: 4 };
+    StatePoint {
+        t_s,
+        scene,
+        grip: GripStage::Holding,
+        sensors: [SensorHealth::Good, SensorHealth::Good, SensorHealth::Frozen, SensorHealth::Good],
+        device: None,
+        fault: 0,
+        statistic: Some(if slipping { 8.0 } else { 0.1 }),
+        command_n: Some(if t_s > 1.0 { 12.0 } else { 5.0 }),
+        applied_n: Some(5.0),
+        estimate_n: slipping.then_some(9.5),
+        extrapolated: false,
+        esc: slipping.then_some(esc),
+        limit_n: Some(40.0),
+        rate_hz: 10_000,
+        lost: 3,
+    }
+}
+
+fn derived(from_s: f64) -> DerivedBlock {
+    let at = |i: u32| from_s + 0.005 * f64::from(i);
+    let band = |i| BandPoint {
+        t_s: at(i),
+        energy: [1.0, 2.0, 3.0, 4.0, 5.0, 6.0],
+        threshold: [25.0; 6],
+        statistic: 0.2,
+    };
+    let turn = |i: u32| Turn { t_s: at(i), height: 1e-5, is_peak: i.is_multiple_of(2) };
+    let evidence = |i| EvidencePoint {
+        t_s: at(i),
+        esc: None,
+        speed: Some((0.05, 0.01)),
+        estimate: Some([9.5, 8.0, 11.0]),
+    };
+    DerivedBlock {
+        bands: (0..10).map(band).collect(),
+        turns: (0..10).map(turn).collect(),
+        evidence: if (0.9..1.1).contains(&from_s) {
+            (0..10).map(evidence).collect()
+        } else {
+            Vec::new()
+        },
+        spectra: vec![SpectrumColumn {
+            span: [from_s, from_s + 0.05],
+            top_hz: 5000.0,
+            bins: (0..64).collect(),
+        }],
+        broken: false,
+    }
+}
+
+fn events(model: &mut Model) {
+    let slip = SlipFacts {
+        method: Some(Method::Stylus),
+        statistic: Some(8.0),
+        speed_m_s: Some(0.05),
+        ..SlipFacts::default()
+    };
+    let mark = |t_s, kind, text: &str, slip| {
+        Feed::Event(EventMark { slip, ..EventMark::plain(t_s, kind, text) })
+    };
+    model.take(mark(0.9, EventKind::Incipient, "incipient", Some(slip)));
+    model.take(mark(0.95, EventKind::Gross, "gross", Some(slip)));
+    model.take(mark(0.96, EventKind::Reflex, "12 N", None));
+    model.take(mark(1.1, EventKind::Ended, "ended", None));
+    model.take(mark(1.5, EventKind::Fault, "the pressure array is frozen", None));
+    model.take(mark(1.6, EventKind::Recovered, "the pressure array is good", None));
+}
+
+fn health() -> HealthPoint {
+    HealthPoint {
+        host_s: 10.0,
+        rate_hz: Some(9_999.0),
+        samples: 20_000,
+        lost: 3,
+        bad: BadFrames { crc: 2, ..BadFrames::default() },
+        dropped: [0; 3],
+        clients: 1,
+        link: LinkState::Stream,
+        recording: Recording::Off,
+        recorded_bytes: 0,
+        latency: LatencyFigures {
+            p50_us: Some(21.0),
+            p99_us: Some(60.0),
+            p999_us: Some(400.0),
+            max_us: Some(2000.0),
+            histogram: vec![
+                (10.0, 0),
+                (20.0, 500),
+                (50.0, 3000),
+                (100.0, 200),
+                (1000.0, 3),
+                (f32::INFINITY, 1),
+            ],
+        },
+        stages: [20_000, 100, 5_000, 2_000],
+        slips: 1,
+        reconnects: 0,
+        commands: 120,
+        clock_us: Some((1234.0, 40.0)),
+    }
+}
+
+/// The curves of a study.
+pub(crate) fn study() -> Model {
+    let curve = |name: &str| StudyCurve {
+        name: name.to_owned(),
+        points: (1..50).map(|i| [f64::from(i), 1.0 / f64::from(i)]).collect(),
+    };
+    let plot = StudyPlot {
+        title: "Learning of surface2".to_owned(),
+        x_label: "epoch".to_owned(),
+        y_label: "mean squared error".to_owned(),
+        log_y: true,
+        curves: vec![curve("gd"), curve("lm")],
+    };
+    let curves = StudyCurves {
+        title: "Four nets".to_owned(),
+        plots: vec![plot],
+        notes: vec!["twenty starts each".to_owned()],
+    };
+    let mut model = Model::new(1 << 20);
+    model.take(Feed::Study(Box::new(curves)));
+    model.take(Feed::Status(SourceStatus::Complete { note: String::new() }));
+    model
+}

@@ -1,0 +1,87 @@
+//! When a frame is painted: only where something that can be seen is new.
+
+use super::{fixture, window};
+use core::sync::atomic::{AtomicU64, Ordering};
+use core::time::Duration;
+use eframe::egui::{Context, ViewportId};
+use grip_scope::{Model, SourceHandle, SourceSpec};
+use gripmon::engine::Engine;
+use gripmon::layout::Panel;
+use gripmon::pump::Pump;
+use gripmon::scope::Shared;
+use std::sync::{Arc, OnceLock};
+use std::thread::{self, Thread};
+
+#[test]
+fn a_window_without_news_asks_for_no_further_frame() {
+    for panel in Panel::ALL {
+        let mut harness = window(fixture::grasp(), panel);
+        let frames = harness.state().frames();
+        harness.step();
+        let output = &harness.output().viewport_output[&ViewportId::ROOT];
+        assert_eq!(output.repaint_delay, Duration::MAX, "{panel:?}");
+        assert_eq!(harness.state().frames(), frames + 1);
+    }
+}
+
+/// The simulator runs; whoever asks for a frame gets one, and they are counted.
+struct Running {
+    pump: Pump,
+    shared: Arc<Shared>,
+    ctx: Context,
+    requests: Arc<AtomicU64>,
+}
+
+#[expect(clippy::unwrap_used, clippy::panic, reason = "part of a test")]
+impl Running {
+    fn start() -> Self {
+        let requests: Arc<AtomicU64> = Arc::default();
+        let (counted, ctx) = (Arc::clone(&requests), Context::default());
+
+        ctx.set_request_repaint_callback(move |_| {
+            counted.fetch_add(1, Ordering::Relaxed);
+        });
+        let thread: Arc<OnceLock<Thread>> = Arc::default();
+        let woken = Arc::clone(&thread);
+        let wake = move || woken.get().into_iter().for_each(Thread::unpark);
+        let source = SourceHandle::spawn(SourceSpec::parse("demo").unwrap(), wake).unwrap();
+        let shared = Arc::new(Shared::new(Engine::new(Model::new(64 << 20), Some(source))));
+        let pump = Pump::start(Arc::clone(&shared), ctx.clone()).unwrap();
+        thread.set(pump.thread().unwrap().clone()).unwrap();
+        Self { pump, shared, ctx, requests }
+    }
+
+    /// Frames until the model has this much more news, however long a busy machine takes for it.
+    fn after_news(&self, news: u64) -> u64 {
+        let revision = || self.shared.engine().model.revision();
+        let (mut frames, until) = (0, revision() + news);
+        for _ in 0..6000 {
+            if self.requests.swap(0, Ordering::Relaxed) > 0 {
+                let mut output = self.ctx.run_ui(eframe::egui::RawInput::default(), |_| {});
+                output.textures_delta.clear();
+                frames += 1;
+            }
+            if revision() >= until {
+                return frames;
+            }
+            thread::park_timeout(Duration::from_millis(10));
+        }
+        panic!("the demo stands still");
+    }
+}
+
+#[test]
+fn data_paint_a_view_that_follows_and_none_that_is_paused_or_hidden() {
+    let running = Running::start();
+    assert!(running.after_news(50) > 0);
+    let live = running.after_news(1);
+    running.pump.watch().paused.store(true, Ordering::Relaxed);
+    // What was under way when the view was paused.
+    let _settling = running.after_news(5);
+    assert_eq!(running.after_news(50), 0, "paused, after {live}");
+    running.pump.watch().paused.store(false, Ordering::Relaxed);
+    assert!(running.after_news(50) > 0);
+    running.pump.watch().hidden.store(true, Ordering::Relaxed);
+    let _settling = running.after_news(5);
+    assert_eq!(running.after_news(50), 0, "hidden");
+}

@@ -1,0 +1,132 @@
+//! Every view shows what it is for.
+
+use super::{fixture, window};
+use egui_kittest::kittest::Queryable as _;
+use grip_scope::feed::Feed;
+use grip_scope::{Model, SourceStatus};
+use gripmon::layout::Panel;
+use gripmon::strip::StripId;
+
+#[test]
+fn every_plot_is_there_with_its_curves_values_and_units() {
+    let harness = window(fixture::grasp(), Panel::Events);
+    for strip in StripId::ALL {
+        let found = harness.query_all_by_label_contains(&format!("{} plot", strip.title())).count();
+        assert_eq!(found, 1, "{strip:?}");
+    }
+    for curve in [
+        "stylus",
+        "normal force",
+        "commanded",
+        "estimate",
+        "limit",
+        "E_sc",
+        "statistic",
+        "shear",
+        "slip speed",
+    ] {
+        assert!(harness.query_all_by_label(curve).count() >= 1, "{curve}");
+    }
+    // The newest command and the limit, with their unit.
+    assert!(harness.query_all_by_label("12.00").count() >= 1);
+    assert!(harness.query_all_by_label("40.00").count() >= 1);
+    assert!(harness.query_all_by_label("N").count() >= 3);
+    assert!(harness.query_all_by_label("! no information").count() <= 1);
+    harness.get_by_label("Scenes and events");
+    harness.get_by_label("Overview of all data");
+}
+
+#[test]
+fn the_health_panel_tells_rates_losses_clocks_latency_stages_and_sensors() {
+    let harness = window(fixture::grasp(), Panel::Health);
+    for name in [
+        "sample rate",
+        "rows lost",
+        "CRC errors",
+        "dropped inside",
+        "clock offset",
+        "real time",
+        "p50",
+        "p99",
+        "p99.9",
+        "max",
+        "observation",
+        "pressure",
+    ] {
+        assert!(harness.query_all_by_label(name).count() >= 1, "{name}");
+    }
+    for value in [
+        "9.999 kHz",
+        "! 3",
+        "! 2",
+        "60.00 \u{b5}s",
+        "400.0 \u{b5}s",
+        "2.000 ms",
+        "granted",
+        "! frozen",
+        "1.234 ms +- 40.00 \u{b5}s",
+    ] {
+        assert!(harness.query_all_by_label(value).count() >= 1, "{value}");
+    }
+    harness.get_by_label("Latency histogram");
+    harness.get_by_label_contains("10.0 % of samples");
+}
+
+#[test]
+fn events_are_listed_with_what_is_known_of_them() {
+    let harness = window(fixture::grasp(), Panel::Events);
+    harness.get_by_label_contains("0.9500 s  gross slip");
+    assert!(
+        harness.query_all_by_label_contains("by stylus, statistic 8.000, speed 50.00 mm/s").count()
+            == 2
+    );
+    harness.get_by_label_contains("the pressure array is frozen");
+}
+
+#[test]
+fn the_other_panels_open_with_their_controls() {
+    for (panel, label) in [
+        (Panel::Cursors, "Set A"),
+        (Panel::Trigger, "Arm"),
+        (Panel::Export, "Samples as CSV"),
+        (Panel::Command, "Arm commands"),
+    ] {
+        window(fixture::grasp(), panel).get_by_label(label);
+    }
+}
+
+#[test]
+fn the_curves_of_a_study_take_the_place_of_the_plots() {
+    let harness = window(fixture::study(), Panel::Health);
+    harness.get_by_label("Learning of surface2 plot");
+    harness.get_by_label("twenty starts each");
+    assert_eq!(harness.query_all_by_label("Stylus plot").count(), 0);
+}
+
+#[test]
+fn an_empty_window_says_why() {
+    let harness = window(Model::new(1 << 20), Panel::Health);
+    harness.get_by_label_contains("No stylus samples yet.");
+    assert!(harness.query_all_by_label_contains("no source").count() >= 1);
+    harness.get_by_label_contains("This source tells no figures of a link");
+}
+
+#[test]
+fn trouble_is_a_state_with_a_sentence() {
+    for (status, sentence) in [
+        (
+            SourceStatus::Waiting { reason: "no daemon answers".into(), again_in_s: 2.0 },
+            "no daemon answers; trying again in 2.0 s",
+        ),
+        (SourceStatus::Stalled { for_s: 3.0 }, "no samples for 3.0 s"),
+        (
+            SourceStatus::Failed { sentence: "run.mcap: not a recording".into() },
+            "run.mcap: not a recording",
+        ),
+        (SourceStatus::Loading { done: 0.25 }, "loading, 25 %"),
+    ] {
+        let mut model = fixture::grasp();
+        model.take(Feed::Status(status));
+        window(model, Panel::Command).get_by_label(sentence);
+    }
+}

@@ -1,0 +1,46 @@
+#!/bin/sh
+# Makes the pictures of gripmon in docs/images from the real window of the release binary, on a display of its own.
+# Needs: apt-get install -y --no-install-recommends xvfb
+# Live pictures differ from run to run in what the simulator was just doing; what is looked at stands in docs/views.
+set -eu
+cd "$(dirname "$0")/.."
+command -v Xvfb >/dev/null || { echo "Xvfb is not installed: apt-get install -y --no-install-recommends xvfb" >&2; exit 1; }
+
+cargo build --release -p gripmon -p gripd
+binaries="${CARGO_TARGET_DIR:-target}/release"
+work=$(mktemp -d)
+display=${SCREENSHOT_DISPLAY:-:91}
+Xvfb "$display" -screen 0 1400x900x24 -nolisten tcp -noreset >"$work/xvfb.log" 2>&1 &
+server=$!
+trap 'kill "$server" 2>/dev/null; rm -rf "$work"' EXIT
+tries=0
+until [ -S "/tmp/.X11-unix/X${display#:}" ]; do
+    tries=$((tries + 1))
+    [ "$tries" -lt 100 ] || { echo "no X server:" >&2; cat "$work/xvfb.log" >&2; exit 1; }
+    sleep 0.1
+done
+
+picture() {
+    echo "docs/images/$1.png"
+    DISPLAY="$display" "$binaries/gripmon" "$2" --view "docs/views/$1.toml" --picture "docs/images/$1.png"
+    size=$(wc -c <"docs/images/$1.png")
+    [ "$size" -lt 300000 ] || { echo "docs/images/$1.png has $size bytes: more than 300,000" >&2; exit 1; }
+}
+
+mkdir -p docs/images
+picture live demo
+picture light demo
+picture event demo
+picture cursors demo
+picture spectrogram demo
+
+# A grasp whose stylus sends the same reading from 1.2 s on.
+# A busy machine loses samples (exit code 3) or even the object: then again.
+tries=0
+until "$binaries/gripd" --port sim --seed 3 --duration 2.5 --record "$work/whole.csv" >"$work/gripd.log" 2>&1; do
+    tries=$((tries + 1))
+    [ "$tries" -lt 10 ] || { echo "no recording without loss:" >&2; cat "$work/gripd.log" >&2; exit 1; }
+done
+awk -F, -v OFS=, 'NR == 1 { for (i = 1; i <= NF; i++) if ($i == "stylus") column = i; print; next }
+    $1 < 1.2 { held = $column } { $column = held; print }' "$work/whole.csv" >"$work/frozen.csv"
+picture fault "$work/frozen.csv"
