@@ -117,11 +117,7 @@ pub(crate) fn run(cli: &Cli, settings: Settings) -> anyhow::Result<Exit> {
     let lines =
         SupplyEnds { lines: line_in, lost: lost_out, news: news_in, shared: Arc::clone(&shared) };
     let supply = Supply::new(source, options.patient, lines);
-    let ending = Ending(Arc::clone(&shared));
-    let port = named("port").spawn(move || {
-        let _ending = ending;
-        supply.run()
-    })?;
+    let port = start_port(supply, Arc::clone(&shared))?;
     let (hot, granted) = start_hot(hot, wanted, shared)?;
     service.granted(&granted);
     service.run();
@@ -189,6 +185,15 @@ fn end_us(duration_s: Option<f64>) -> u64 {
 type HotEnd = anyhow::Result<(HotCounters, u64, Option<f32>)>;
 type HotThread = JoinHandle<HotEnd>;
 type PortThread = JoinHandle<Result<Source, PortError>>;
+
+/// The port thread. With its end everything ends.
+fn start_port(supply: Supply, shared: Arc<Shared>) -> io::Result<PortThread> {
+    let ending = Ending(shared);
+    named("port").spawn(move || {
+        let _ending = ending;
+        supply.run()
+    })
+}
 
 /// The hot thread, and where it tells what it was granted. With its end everything ends.
 fn start_hot<C: Fn() -> u64 + Send + 'static>(
