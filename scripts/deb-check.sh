@@ -22,7 +22,7 @@ PATH=$PATH:$(realpath -m "$target")/tools/bin
 command -v cargo-deb >/dev/null || cargo install cargo-deb --version 3.8.0 --locked --debug --root "$target/tools"
 
 echo "deb-check: building"
-cargo build --profile "$profile" -p gripd -p gripctl
+cargo build --profile "$profile" -p gripd -p gripctl -p slip-benches
 rm -rf target/manuals "$target/deb-check"
 cargo run --quiet -p grip-manuals -- target/manuals
 "$built/gripd" --check-config --config packaging/gripd.toml

@@ -11,7 +11,7 @@ work=$target/mcap-check
 python=$work/environment/bin/python
 
 if [ -z "${GRIPCTL:-}" ]; then
-    (cd "$root" && CARGO_TARGET_DIR="$target" cargo build --release --locked -p gripctl)
+    (cd "$root" && CARGO_TARGET_DIR="$target" cargo build --release --locked -p gripd -p gripctl -p slip-benches)
     GRIPCTL=$target/release/gripctl
 fi
 if [ -z "${RECORDING:-}" ]; then
