@@ -6,8 +6,10 @@ use super::node::{Fold, Node, Sum};
 pub(super) const CHUNK: usize = 1024;
 /// Samples of a node, the finest that is kept of old samples.
 pub(super) const NODE: usize = 32;
-/// Nodes of a group, which is one step on the way from nodes to the chunk.
-const GROUP: usize = 8;
+/// Samples of a unit, the lowest level of the pyramid above the chunks.
+pub(super) const UNIT: usize = 128;
+/// Units of every chunk; those behind the end of a short one are empty.
+pub(super) const UNITS: usize = CHUNK / UNIT;
 /// Times that are off an even step by less than this (s), or this share of the step, are not kept one by one.
 const EVEN_S: f64 = 2e-6;
 const EVEN_SHARE: f64 = 0.01;
@@ -22,7 +24,6 @@ pub(super) struct Chunk {
     /// Empty once it is thinned out.
     values: Vec<f32>,
     nodes: Vec<Node>,
-    groups: Vec<Node>,
     len: usize,
     /// Something is missing before it.
     pub(super) broken: bool,
@@ -46,7 +47,6 @@ impl Chunk {
             times: Times::Growing(Vec::new()),
             values: Vec::new(),
             nodes: Vec::new(),
-            groups: Vec::new(),
             len: 0,
             broken,
         }
@@ -96,11 +96,14 @@ impl Chunk {
         }
         sum.add_values(self.values.get(from..).unwrap_or_default());
         self.nodes.push(sum.node());
-        if self.nodes.len().is_multiple_of(GROUP) {
-            let mut sum = Sum::default();
-            self.nodes.iter().rev().take(GROUP).for_each(|node| sum.add_node(node));
-            self.groups.push(sum.node());
-        }
+    }
+
+    /// What is known of a unit of a chunk that was closed.
+    pub(super) fn unit(&self, number: usize) -> Node {
+        let mut sum = Sum::default();
+        let from = number * (UNIT / NODE);
+        self.nodes.iter().skip(from).take(UNIT / NODE).for_each(|node| sum.add_node(node));
+        sum.node()
     }
 
     /// Ends its growth: times that are even, to the accuracy of a device's clock, are not kept.
@@ -122,7 +125,6 @@ impl Chunk {
         }
         self.values.shrink_to_fit();
         self.nodes.shrink_to_fit();
-        self.groups.shrink_to_fit();
     }
 
     /// Forgets the samples; what the nodes know of them stays. The bytes that are free now.
@@ -149,8 +151,7 @@ impl Chunk {
             Times::Uneven(after) => size_of_val(&**after),
         };
         let values = self.values.capacity() * size_of::<f32>();
-        let nodes = self.nodes.capacity() + self.groups.capacity();
-        size_of::<Self>() + times + values + nodes * size_of::<Node>()
+        size_of::<Self>() + times + values + self.nodes.capacity() * size_of::<Node>()
     }
 
     /// How many chunks like this one lie between its start and `t_s`.
@@ -192,6 +193,28 @@ impl Chunk {
         }
     }
 
+    /// Where to cut near the sample at `index`, the first that is not before `t_s`, so that few parts are looked at: at the nearest border
+    /// of the chunk, of a unit or of a node, the coarsest that moves no sample by more than `most_s` over the cut; else, and while the
+    /// chunk grows, at the sample.
+    pub(super) fn cut(&self, index: usize, t_s: f64, most_s: f64) -> usize {
+        if matches!(self.times, Times::Growing(_)) {
+            return index;
+        }
+        for grain in [CHUNK, UNIT, NODE] {
+            // What is too coarse on the average is not tried: in columns of few samples the cut is exact.
+            if exact(grain / 2) * self.step_s > most_s {
+                continue;
+            }
+            let border = ((index + grain / 2) / grain * grain).min(self.len);
+            let moved_s =
+                if border <= index { t_s - self.time(border) } else { self.time(border - 1) - t_s };
+            if moved_s <= most_s {
+                return border;
+            }
+        }
+        index
+    }
+
     /// Adds the samples of a range; where they are thinned out, the nodes that begin in it.
     pub(super) fn fold(&self, from: usize, to: usize, sum: &mut impl Fold) {
         let to = to.min(self.len);
@@ -217,14 +240,7 @@ impl Chunk {
     }
 
     fn fold_nodes(&self, from: usize, to: usize, sum: &mut impl Fold) {
-        let (first, last) = (from.div_ceil(GROUP), to / GROUP);
-        let parts = if first < last {
-            let groups = self.groups.get(first..last).unwrap_or_default();
-            [self.nodes.get(from..first * GROUP), Some(groups), self.nodes.get(last * GROUP..to)]
-        } else {
-            [self.nodes.get(from..to), None, None]
-        };
-        parts.into_iter().flatten().flatten().for_each(|node| sum.add_node(node));
+        self.nodes.get(from..to).into_iter().flatten().for_each(|node| sum.add_node(node));
     }
 
     fn fold_values(&self, from: usize, to: usize, sum: &mut impl Fold) {

@@ -1,9 +1,9 @@
 //! Chunks of samples in; sums over any stretch of them out, at a cost that hardly grows with its length.
 //!
-//! Above the chunks stands a pyramid: four chunks, four times four, and so on. The oldest chunks are first thinned out to
+//! Above the chunks stands a pyramid: units of 128 samples, four of them, four times four, and so on. The oldest chunks are first thinned out to
 //! their nodes and then dropped.
 
-use super::chunk::{Chunk, partition};
+use super::chunk::{CHUNK, Chunk, UNIT, UNITS, partition};
 use super::node::{Fold, Node, Sum};
 use std::collections::VecDeque;
 
@@ -23,6 +23,7 @@ pub(super) struct Store {
     /// Closed chunks; the first has the number `first`.
     chunks: VecDeque<Chunk>,
     first: u64,
+    /// The pyramid; units have the number of their chunk times [`UNITS`] and on.
     levels: Vec<Layer>,
     open: Option<Chunk>,
     /// Bytes of the closed chunks.
@@ -66,15 +67,13 @@ impl Store {
     fn close(&mut self) {
         let Some(mut chunk) = self.open.take() else { return };
         chunk.close();
-        let mut sum = Sum::default();
-        chunk.fold(0, chunk.len(), &mut sum);
+        (0..UNITS).for_each(|number| self.climb(chunk.unit(number)));
         self.bytes += chunk.bytes();
         self.whole_bytes += chunk.whole_bytes();
         self.chunks.push_back(chunk);
-        self.climb(sum.node());
     }
 
-    /// Adds the node of a chunk to the lowest level, and those that it completes above.
+    /// Adds the node of a unit to the lowest level, and those that it completes above.
     fn climb(&mut self, mut node: Node) {
         for level in 0.. {
             if level == self.levels.len() {
@@ -107,10 +106,6 @@ impl Store {
         if at == self.chunks.len() { self.open.as_ref() } else { self.chunks.get(at) }
     }
 
-    fn is_open(&self, number: u64) -> bool {
-        number == self.first + self.chunks.len() as u64
-    }
-
     /// Time of the first and of the last sample.
     pub(super) fn span(&self) -> Option<(f64, f64)> {
         let first = self.chunk(self.first)?;
@@ -120,7 +115,19 @@ impl Store {
 
     /// The first sample that is not before `t_s`, at or after the place `from`.
     pub(super) fn place(&self, t_s: f64, from: u64) -> Place {
-        let (from, end) = (from.max(self.first), self.end());
+        let from = from.max(self.first);
+        let ends_before =
+            |number: u64| self.chunk(number).is_some_and(|chunk| chunk.last_s() < t_s);
+        // The next column of a picture mostly begins in the same chunk or in the next.
+        let near = (from..from + 2).find(|number| !ends_before(*number));
+        let chunk = near.unwrap_or_else(|| self.chunk_far(t_s, from));
+        let index = self.chunk(chunk).map_or(0, |chunk| chunk.place(t_s));
+        Place { chunk, index }
+    }
+
+    /// The first chunk that does not end before `t_s`, from `from` on.
+    fn chunk_far(&self, t_s: f64, from: u64) -> u64 {
+        let end = self.end();
         let ends_before =
             |number: u64| self.chunk(number).is_some_and(|chunk| chunk.last_s() < t_s);
         // Chunks are mostly as long as the first one: a guess, then leaps that double, then halving.
@@ -135,58 +142,63 @@ impl Store {
             leap *= 2;
         }
         let most = usize::try_from((low + leap).min(end) - low.min(end)).unwrap_or(0);
-        let chunk = low + partition(most, |k| ends_before(low + k as u64)) as u64;
-        let index = self.chunk(chunk).map_or(0, |chunk| chunk.place(t_s));
-        Place { chunk, index }
+        low + partition(most, |k| ends_before(low + k as u64)) as u64
+    }
+
+    /// A place near `place`, the first sample that is not before `t_s`, where a part may end at little cost: see [`Chunk::cut`].
+    pub(super) fn cut(&self, place: Place, t_s: f64, most_s: f64) -> Place {
+        let Some(chunk) = self.chunk(place.chunk) else { return place };
+        let index = chunk.cut(place.index, t_s, most_s);
+        if index < chunk.len() {
+            return Place { index, ..place };
+        }
+        Place { chunk: place.chunk + 1, index: 0 }
     }
 
     /// Adds the samples from one place to before another.
     pub(super) fn fold(&self, from: Place, to: Place, sum: &mut impl Fold) {
-        if from.chunk >= to.chunk {
-            if let Some(chunk) = self.chunk(from.chunk).filter(|_| from.chunk == to.chunk) {
+        if from >= to {
+            return;
+        }
+        let unit = |place: Place, within: usize| place.chunk * UNITS as u64 + within as u64;
+        let first = unit(from, from.index.div_ceil(UNIT));
+        let last = unit(to, to.index / UNIT);
+        if first > last {
+            // All within one unit.
+            if let Some(chunk) = self.chunk(from.chunk) {
                 chunk.fold(from.index, to.index, sum);
             }
             return;
         }
-        let mut whole = from.chunk;
-        if from.index > 0 {
-            if let Some(chunk) = self.chunk(from.chunk) {
-                chunk.fold(from.index, chunk.len(), sum);
-            }
-            whole += 1;
+        if let Some(chunk) = self.chunk(from.chunk).filter(|_| !from.index.is_multiple_of(UNIT)) {
+            chunk.fold(from.index, from.index.next_multiple_of(UNIT), sum);
         }
-        self.fold_chunks(whole, to.chunk, sum);
-        if let Some(chunk) = self.chunk(to.chunk).filter(|_| to.index > 0) {
-            chunk.fold(0, to.index, sum);
+        self.fold_units(first, last, sum);
+        if let Some(chunk) = self.chunk(to.chunk).filter(|_| !to.index.is_multiple_of(UNIT)) {
+            chunk.fold(to.index / UNIT * UNIT, to.index, sum);
         }
     }
 
-    /// Adds whole chunks by their numbers, over the highest levels that fit.
-    fn fold_chunks(&self, mut from: u64, to: u64, sum: &mut impl Fold) {
-        while from < to {
-            if self.is_open(from) {
-                if let Some(chunk) = &self.open {
-                    chunk.fold(0, chunk.len(), sum);
-                }
-                return;
-            }
-            let mut level = 0;
-            let mut node = self.levels.first().and_then(|layer| layer.get(from));
-            for (above, layer) in self.levels.iter().enumerate().skip(1) {
-                let bits = FACTOR_BITS * u32::try_from(above).unwrap_or(u32::MAX);
-                let fits = bits < 60
-                    && from.trailing_zeros() >= bits
-                    && from.checked_add(1 << bits).is_some_and(|end| end <= to);
-                let found = layer.get(from.checked_shr(bits).unwrap_or(0)).filter(|_| fits);
-                if found.is_none() {
-                    break;
-                }
-                (level, node) = (bits, found);
-            }
-            if let Some(node) = node {
-                sum.add_node(node);
-            }
-            from += 1 << level;
+    /// Adds whole units by their numbers, over the highest levels that fit.
+    fn fold_units(&self, mut from: u64, to: u64, sum: &mut impl Fold) {
+        let closed = to.min(self.levels.first().map_or(0, Layer::end));
+        while from < closed {
+            // A node of this level begins here and ends in time.
+            let level =
+                (from.trailing_zeros() / FACTOR_BITS).min((closed - from).ilog2() / FACTOR_BITS);
+            let node = |level: u32| {
+                let layer = self.levels.get(usize::try_from(level).ok()?)?;
+                layer.get(from >> (FACTOR_BITS * level)).map(|node| (level, node))
+            };
+            let found = (0..=level).rev().find_map(node);
+            found.into_iter().for_each(|(_, node)| sum.add_node(node));
+            from += 1 << (FACTOR_BITS * found.map_or(0, |(level, _)| level));
+        }
+        if let Some(open) = self.open.as_ref().filter(|_| from < to) {
+            let start = self.levels.first().map_or(0, Layer::end);
+            let within =
+                |unit: u64| usize::try_from(unit - start).map_or(CHUNK, |n| n.min(UNITS) * UNIT);
+            open.fold(within(from), within(to), sum);
         }
     }
 
@@ -234,7 +246,7 @@ impl Store {
         self.thin = self.thin.saturating_sub(1);
         let mut bits = 0;
         for layer in &mut self.levels {
-            let keep = self.first.checked_shr(bits).unwrap_or(0);
+            let keep = (self.first * UNITS as u64).checked_shr(bits).unwrap_or(0);
             while layer.first < keep && layer.nodes.pop_front().is_some() {
                 layer.first += 1;
             }
