@@ -107,6 +107,8 @@ fn what_a_daemon_tells_is_shown_and_derived_from() {
         || daemon.samples(),
         |model| model.notices().any(|line| line.text.contains("allows no commands")),
     );
+    let answer = watch.model.events().iter().find(|mark| mark.kind == EventKind::Client).unwrap();
+    assert!(answer.text.contains("allows no commands"), "{}", answer.text);
 }
 
 #[test]
