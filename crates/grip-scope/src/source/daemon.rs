@@ -36,16 +36,17 @@ pub(super) fn run(
 ) {
     let mut retry = Retry::default();
     let mut attempt = 0_u32;
+    let mut before = String::new();
     while !outlet.stops() {
         attempt = attempt.wrapping_add(1);
-        outlet.status(SourceStatus::Connecting { what: listen.to_string() });
+        outlet.status(SourceStatus::Connecting { what: listen.to_string(), before });
         let wanted = Subscribe {
             versions: Versions::OURS,
             topics: Topics::ALL,
             every_nth,
             state_ms: STATE_MS,
         };
-        let reason = match Client::connect(listen, nonce(attempt), wanted, PATIENCE) {
+        before = match Client::connect(listen, nonce(attempt), wanted, PATIENCE) {
             Ok(client) => {
                 let mut talk = Talk { client, hearing: Hearing::new(listen, every_nth), orders };
                 let reason = talk.run(outlet);
@@ -60,7 +61,7 @@ pub(super) fn run(
         while orders.pop().is_ok() {
             unsent(outlet, "there is no daemon to take the command");
         }
-        pause(outlet, &reason, retry.failed());
+        pause(outlet, &before, retry.failed());
     }
 }
 
