@@ -1,7 +1,8 @@
 //! Recordings and studies: whole, cut off, foreign, of every rate, with readings that are none.
 
 use crate::rig::{Watch, recording};
-use grip_scope::{Channel, EventKind, SourceSpec, SourceStatus};
+use grip_record::mcap::McapIndex;
+use grip_scope::{Channel, EventKind, EventMark, SourceSpec, SourceStatus, Span};
 use std::fs;
 use std::io::Write as _;
 use std::path::Path;
@@ -49,6 +50,28 @@ fn a_recording_that_was_cut_off_shows_what_is_whole_and_says_so() {
     let watch = open(&path);
     assert!(sentence(&watch).contains("gripctl recover"), "{}", sentence(&watch));
     assert!((2_000..8_000).contains(&watch.samples(Channel::Stylus)));
+}
+
+#[test]
+fn damaged_parts_are_passed_over_counted_and_leave_gaps() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.mcap");
+    recording(&path, 10_000);
+    let chunks = McapIndex::read(fs::File::open(&path).unwrap()).unwrap().unwrap().chunks;
+    let mut bytes = fs::read(&path).unwrap();
+    let at = |place: u64, behind: usize| usize::try_from(place).unwrap() + behind;
+    // Samples of a chunk, and the length of another one: there only the index tells where the next one begins.
+    bytes[at(chunks[20].offset + chunks[20].len, 0) - 40] ^= 0x55;
+    bytes[at(chunks[60].offset, 8)] = 0x7f;
+    fs::write(&path, &bytes).unwrap();
+    let watch = open(&path);
+    let said = sentence(&watch);
+    assert!(said.starts_with("loaded; 2 damaged parts were passed over, the first one:"), "{said}");
+    assert!(said.contains(&format!("damaged at byte {}:", chunks[20].offset)), "{said}");
+    assert_eq!(watch.samples(Channel::Stylus), 9_800);
+    let told = |mark: &&EventMark| mark.kind == EventKind::Gap && mark.text.contains("passed over");
+    assert_eq!(watch.model.events().iter().filter(told).count(), 2);
+    assert_eq!(watch.model.events().gaps(Span::new(0.0, 10.0)).count(), 2);
 }
 
 #[test]
