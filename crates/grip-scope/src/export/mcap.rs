@@ -228,7 +228,8 @@ fn numbered(points: &[[f64; 2]], span: Span) -> Vec<(u32, [f64; 2])> {
 
 /// The usual time between two samples (s).
 fn median_step(points: &[[f64; 2]]) -> f64 {
-    let mut steps: Vec<f64> = points.windows(2).map(|pair| pair[1][0] - pair[0][0]).collect();
+    let mut steps: Vec<f64> =
+        points.iter().zip(points.iter().skip(1)).map(|(a, b)| b[0] - a[0]).collect();
     steps.retain(|step_s| *step_s > 0.0);
     let middle = steps.len() / 2;
     if steps.is_empty() {
