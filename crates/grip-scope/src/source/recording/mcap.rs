@@ -35,14 +35,15 @@ pub(super) fn read(file: &Path, outlet: &mut Outlet) -> Result<(), Stop> {
             }
             Ok(None) => break,
             Err(error) => {
-                if damage.is_new(&error) {
-                    entries.damaged(error.damaged_at().unwrap_or(position));
+                let more = go_on(&mut reader, &error, index.as_ref());
+                if let Some(at_byte) = error.damaged_at().filter(|_| more && damage.is_new(&error))
+                {
+                    entries.damaged(at_byte);
                 }
-                if !go_on(&mut reader, &error, index.as_ref()) {
-                    damage.take(error, true);
+                damage.take(error, !more);
+                if !more {
                     break;
                 }
-                damage.take(error, false);
             }
         }
         if entries.is_due() {
