@@ -57,6 +57,8 @@ pub enum SourceStatus {
     Connecting {
         /// What is being opened.
         what: String,
+        /// Why the attempt before was of no use, a sentence; empty for the first one.
+        before: String,
     },
     /// Data come as they are made.
     Live,
@@ -95,7 +97,10 @@ impl SourceStatus {
     pub fn sentence(&self) -> String {
         match self {
             Self::Idle => "no source".to_owned(),
-            Self::Connecting { what } => format!("connecting to {what}"),
+            Self::Connecting { what, before } if before.is_empty() => {
+                format!("connecting to {what}")
+            }
+            Self::Connecting { before, .. } => format!("{before}; trying again"),
             Self::Live => "live".to_owned(),
             Self::Loading { done } => format!("loading, {:.0} %", 100.0 * done),
             Self::Complete { note } if note.is_empty() => "loaded".to_owned(),
@@ -111,7 +116,11 @@ impl SourceStatus {
     /// Whether something is wrong.
     #[must_use]
     pub const fn is_trouble(&self) -> bool {
-        matches!(self, Self::Waiting { .. } | Self::Stalled { .. } | Self::Failed { .. })
+        match self {
+            Self::Waiting { .. } | Self::Stalled { .. } | Self::Failed { .. } => true,
+            Self::Connecting { before, .. } => !before.is_empty(),
+            Self::Idle | Self::Live | Self::Loading { .. } | Self::Complete { .. } => false,
+        }
     }
 }
 

@@ -66,6 +66,19 @@ pub enum McapError {
     },
 }
 
+impl McapError {
+    /// Where the damage begins (bytes from the start of the file), where it is damage and what lies behind it may be whole.
+    #[must_use]
+    pub const fn damaged_at(&self) -> Option<u64> {
+        match self {
+            Self::Truncated { offset, .. }
+            | Self::Damaged { offset, .. }
+            | Self::Message { offset, .. } => Some(*offset),
+            Self::Unreadable { .. } | Self::NoMcap { .. } | Self::Foreign { .. } => None,
+        }
+    }
+}
+
 /// Why a recording cannot be written on.
 #[derive(Debug, thiserror::Error)]
 #[error("the recording cannot be written: {}", cause(.0))]

@@ -240,6 +240,11 @@ impl<R: Read> RawReader<R> {
         Ok(Some(opcode))
     }
 
+    /// Whether reading has come to an end: of the data, or of what can be made out.
+    pub(super) fn ended(&self) -> bool {
+        self.ended
+    }
+
     /// Whether the end of the data was followed by an index that is whole.
     pub(super) fn finished(&self) -> bool {
         self.finished

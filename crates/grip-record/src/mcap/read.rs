@@ -80,6 +80,13 @@ impl<R: Read> McapReader<R> {
         self.raw.position()
     }
 
+    /// Whether [`McapReader::next_entry`] may find more, also after an error that told damage: then what follows the damaged part. A file
+    /// that ends too early, or where no next record can be made out, goes on only after [`McapReader::jump`].
+    #[must_use]
+    pub fn goes_on(&self) -> bool {
+        !self.raw.ended()
+    }
+
     /// Whether the chunk that is being read holds more records.
     #[must_use]
     pub fn chunk_goes_on(&self) -> bool {

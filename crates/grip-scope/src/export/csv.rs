@@ -3,11 +3,11 @@
 //! `t_s` is the device's time on the axis of the model; a channel without a sample at a time has an empty cell, so rows of samples and
 //! states stand in one file. Where samples are thinned out, the file says in which columns: `NAME_min` and `NAME_max` of 32 samples each.
 
-use super::ExportError;
+use super::{ExportError, fill};
 use crate::model::{Bucket, Series};
 use crate::{channel::Channel, model::Model, span::Span};
 use std::fs::File;
-use std::io::{BufWriter, Write};
+use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
 /// Rows beyond this are not written: a file of some hundred MB helps nobody.
@@ -23,7 +23,7 @@ struct Column {
 /// Writes the samples of `channels` in the span as CSV: how many rows.
 ///
 /// # Errors
-/// Where there is nothing to write, too much, or the file cannot be written.
+/// Where there is nothing to write, too much, there is a file of this name, or it cannot be written.
 pub fn csv(
     model: &Model,
     span: Span,
@@ -36,23 +36,30 @@ pub fn csv(
     if columns.is_empty() {
         return Err(ExportError::Empty);
     }
-    let failed = |source| ExportError::Write { file: path.to_owned(), source };
-    let mut out = BufWriter::new(File::create(path).map_err(failed)?);
+    fill(path, |file| {
+        rows(&mut columns, file)
+            .map_err(|source| ExportError::Write { file: path.to_owned(), source })
+    })
+}
+
+/// Writes the columns: how many rows.
+fn rows(columns: &mut [Column], file: File) -> io::Result<u64> {
+    let mut out = BufWriter::new(file);
     let names: Vec<&str> = columns.iter().map(|column| column.name.as_str()).collect();
-    writeln!(out, "t_s,{}", names.join(",")).map_err(failed)?;
+    writeln!(out, "t_s,{}", names.join(","))?;
     let mut rows = 0;
-    while let Some(t_s) = next_time(&columns) {
-        write!(out, "{t_s:.6}").map_err(failed)?;
-        for column in &mut columns {
+    while let Some(t_s) = next_time(columns) {
+        write!(out, "{t_s:.6}")?;
+        for column in columns.iter_mut() {
             match column.take(t_s) {
-                Some(value) => write!(out, ",{value}").map_err(failed)?,
-                None => write!(out, ",").map_err(failed)?,
+                Some(value) => write!(out, ",{value}")?,
+                None => write!(out, ",")?,
             }
         }
-        writeln!(out).map_err(failed)?;
+        writeln!(out)?;
         rows += 1;
     }
-    out.flush().map_err(failed)?;
+    out.flush()?;
     Ok(rows)
 }
 

@@ -1,7 +1,8 @@
 //! A recording, or what the model keeps of a live source, and a span in; a recording of that span out.
 
-use super::ExportError;
-use crate::{channel::Channel, model::Model, span::Span};
+use super::{ExportError, fill};
+use crate::model::{Model, Series};
+use crate::{channel::Channel, span::Span};
 use grip_record::mcap::{Attached, Entry, McapReader, McapWriter, Record, SampleRecord};
 use slip_core::{Sample, units::Micros};
 use std::collections::BTreeMap;
@@ -29,13 +30,13 @@ pub struct Sliced {
 /// attachments, and the settings of the pipeline that was running. States, events and all else go with the samples around them.
 ///
 /// # Errors
-/// Where the recording cannot be read up to there, holds no sample in the span, or the slice cannot be written.
+/// Where the recording cannot be read up to there, holds no sample in the span, there is a file of the slice's name, or it cannot be written.
 pub fn mcap_slice(from: &Path, span: Span, path: &Path) -> Result<Sliced, ExportError> {
     if fs::canonicalize(from).ok().is_some_and(|a| fs::canonicalize(path).ok() == Some(a)) {
         return Err(ExportError::Same { file: path.to_owned() });
     }
-    let written = (|| {
-        let mut slice = Slice::new(path, span)?;
+    fill(path, |file| {
+        let mut slice = Slice::new((path, file), span)?;
         let mut reader = McapReader::open(from)?;
         while let Some(entry) = reader.next_entry()? {
             if !slice.take(&entry)? {
@@ -43,12 +44,7 @@ pub fn mcap_slice(from: &Path, span: Span, path: &Path) -> Result<Sliced, Export
             }
         }
         slice.finish()
-    })();
-    if written.is_err() {
-        // A slice without its end would look like a recording that was cut off.
-        let _gone = fs::remove_file(path);
-    }
-    written
+    })
 }
 
 struct Slice<'a> {
@@ -70,9 +66,7 @@ struct Held {
 }
 
 impl<'a> Slice<'a> {
-    fn new(path: &'a Path, span: Span) -> Result<Self, ExportError> {
-        let file = File::create(path)
-            .map_err(|source| ExportError::Write { file: path.to_owned(), source })?;
+    fn new((path, file): (&'a Path, File), span: Span) -> Result<Self, ExportError> {
         // Log times of the slice are those of the recording: host time 0 is 1970.
         let out = McapWriter::new(BufWriter::new(file), PROGRAM, 0)
             .map_err(|source| ExportError::Record { file: path.to_owned(), source })?;
@@ -163,46 +157,90 @@ impl<'a> Slice<'a> {
     }
 }
 
-/// Writes the samples that the model keeps of the span as a recording, for sources that are no file: samples only, times as on the axis.
+/// Writes the samples that the model keeps of the span as a recording, for sources that are no file: samples, and the frames of the array
+/// that are kept (at most a hundred a second); times as on the axis. Numbers of rows jump where samples are missing.
 ///
 /// # Errors
-/// Where there are none, they are thinned out, or the file cannot be written.
+/// Where there are none, they are thinned out, there is a file of this name, or it cannot be written.
 pub fn mcap(model: &Model, span: Span, path: &Path) -> Result<Sliced, ExportError> {
+    let Some(stylus) = model.series(Channel::Stylus) else { return Err(ExportError::Empty) };
+    let rows = numbered(&kept(stylus, span)?, span);
+    if rows.is_empty() {
+        return Err(ExportError::Empty);
+    }
     let mut columns = Vec::new();
-    for channel in Channel::ROWS {
+    for channel in Channel::ROWS.into_iter().filter(|channel| *channel != Channel::Stylus) {
         let Some(series) = model.series(channel) else { continue };
-        let mut points = Vec::new();
-        if !series.points(span, MOST, &mut points) {
-            return Err(ExportError::Thin);
-        }
+        let mut points = kept(series, span)?;
         points.retain(|[t_s, value]| span.holds(*t_s) && !value.is_nan());
         columns.push((channel, points.into_iter().peekable()));
     }
-    let styli = columns.iter().position(|(channel, _)| *channel == Channel::Stylus);
-    let Some((_, stylus)) = styli.map(|at| columns.remove(at)) else {
-        return Err(ExportError::Empty);
-    };
     let failed = |source| ExportError::Record { file: path.to_owned(), source };
-    let file = File::create(path)
-        .map_err(|source| ExportError::Write { file: path.to_owned(), source })?;
-    let mut out = McapWriter::new(BufWriter::new(file), PROGRAM, 0).map_err(failed)?;
-    let mut samples = 0_u32;
-    for [t_s, value] in stylus {
-        let mut sample = Sample::stylus(micros(t_s), single(value));
-        for (channel, points) in &mut columns {
-            while points.next_if(|point| point[0] < t_s - 1e-6).is_some() {}
-            let found = points.next_if(|point| point[0] <= t_s + 1e-6);
-            set(&mut sample, *channel, found.map(|point| single(point[1])));
+    fill(path, |file| {
+        let mut out = McapWriter::new(BufWriter::new(file), PROGRAM, 0).map_err(failed)?;
+        for &(index, [t_s, value]) in &rows {
+            let mut sample = Sample::stylus(micros(t_s), single(value));
+            for (channel, points) in &mut columns {
+                while points.next_if(|point| point[0] < t_s - SAME_S).is_some() {}
+                let found = points.next_if(|point| point[0] <= t_s + SAME_S);
+                set(&mut sample, *channel, found.map(|point| single(point[1])));
+            }
+            let frame = model.taxels(t_s + SAME_S).filter(|frame| frame.t_s >= t_s - SAME_S);
+            let taxels = frame.map_or(&[] as &[f32], |frame| &frame.values);
+            let record = SampleRecord { index, sample, taxels };
+            out.write(sample.t.0, &Record::Sample(record)).map_err(failed)?;
         }
-        let record = SampleRecord { index: samples, sample, taxels: &[] };
-        out.write(sample.t.0, &Record::Sample(record)).map_err(failed)?;
-        samples += 1;
+        out.finish().map_err(failed)?;
+        let samples = rows.len() as u64;
+        Ok(Sliced { samples, messages: samples })
+    })
+}
+
+/// Times that differ by less than this (s) are one row.
+const SAME_S: f64 = 1e-6;
+
+/// The samples of the span, a NaN where some are missing.
+fn kept(series: &Series, span: Span) -> Result<Vec<[f64; 2]>, ExportError> {
+    let mut points = Vec::new();
+    if series.points(span, MOST, &mut points) { Ok(points) } else { Err(ExportError::Thin) }
+}
+
+/// The samples of the span with the numbers of their rows. Where samples are missing as many are left out as fit the time, and one where
+/// none fits: what was broken must not join.
+fn numbered(points: &[[f64; 2]], span: Span) -> Vec<(u32, [f64; 2])> {
+    let step_s = median_step(points);
+    let mut rows: Vec<(u32, [f64; 2])> = Vec::with_capacity(points.len());
+    let mut broken = false;
+    for &point in points.iter().filter(|point| span.holds(point[0])) {
+        if point[1].is_nan() {
+            broken = true;
+            continue;
+        }
+        let index = rows.last().map_or(0, |(before, [before_s, _])| {
+            let steps = if broken { steps((point[0] - before_s) / step_s).max(2) } else { 1 };
+            before.saturating_add(steps)
+        });
+        broken = false;
+        rows.push((index, point));
     }
-    out.finish().map_err(failed)?;
-    if samples == 0 {
-        return Err(ExportError::Empty);
+    rows
+}
+
+/// The usual time between two samples (s).
+fn median_step(points: &[[f64; 2]]) -> f64 {
+    let mut steps: Vec<f64> =
+        points.iter().zip(points.iter().skip(1)).map(|(a, b)| b[0] - a[0]).collect();
+    steps.retain(|step_s| *step_s > 0.0);
+    let middle = steps.len() / 2;
+    if steps.is_empty() {
+        return f64::INFINITY;
     }
-    Ok(Sliced { samples: samples.into(), messages: samples.into() })
+    *steps.select_nth_unstable_by(middle, f64::total_cmp).1
+}
+
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "the cast saturates")]
+fn steps(count: f64) -> u32 {
+    count.round() as u32
 }
 
 const fn set(sample: &mut Sample, channel: Channel, value: Option<f32>) {

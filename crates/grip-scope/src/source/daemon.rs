@@ -4,7 +4,8 @@ use super::ClientAction;
 use super::hearing::Hearing;
 use super::outlet::Outlet;
 use super::retry::Retry;
-use crate::feed::{Feed, Level, NoticeLine, SourceStatus};
+use super::told;
+use crate::feed::{Feed, Level, SourceStatus};
 use core::time::Duration;
 use grip_daemon::client::{Client, ClientError};
 use grip_daemon::clients::Listen;
@@ -35,16 +36,17 @@ pub(super) fn run(
 ) {
     let mut retry = Retry::default();
     let mut attempt = 0_u32;
+    let mut before = String::new();
     while !outlet.stops() {
         attempt = attempt.wrapping_add(1);
-        outlet.status(SourceStatus::Connecting { what: listen.to_string() });
+        outlet.status(SourceStatus::Connecting { what: listen.to_string(), before });
         let wanted = Subscribe {
             versions: Versions::OURS,
             topics: Topics::ALL,
             every_nth,
             state_ms: STATE_MS,
         };
-        let reason = match Client::connect(listen, nonce(attempt), wanted, PATIENCE) {
+        before = match Client::connect(listen, nonce(attempt), wanted, PATIENCE) {
             Ok(client) => {
                 let mut talk = Talk { client, hearing: Hearing::new(listen, every_nth), orders };
                 let reason = talk.run(outlet);
@@ -57,9 +59,9 @@ pub(super) fn run(
         };
         // What was asked for while nobody was there is old when somebody is.
         while orders.pop().is_ok() {
-            tell(outlet, Level::Warning, "there is no daemon to take the command".to_owned());
+            unsent(outlet, "there is no daemon to take the command");
         }
-        pause(outlet, &reason, retry.failed());
+        pause(outlet, &before, retry.failed());
     }
 }
 
@@ -122,7 +124,7 @@ impl Talk<'_> {
     fn obey(&mut self, outlet: &mut Outlet) -> Result<(), ClientError> {
         while let Ok(action) = self.orders.pop() {
             let Some(token) = self.hearing.token() else {
-                tell(outlet, Level::Warning, "the daemon allows no commands".to_owned());
+                unsent(outlet, "the daemon allows no commands");
                 continue;
             };
             self.client.command(&command(action, token))?;
@@ -150,8 +152,10 @@ fn command(action: ClientAction, token: u32) -> Command {
     }
 }
 
-fn tell(outlet: &mut Outlet, level: Level, text: String) {
-    outlet.offer(Feed::Notice(NoticeLine { level, text }));
+/// Why a command was not sent.
+fn unsent(outlet: &mut Outlet, why: &str) {
+    let feeds = told::answer(Level::Warning, why.to_owned());
+    feeds.into_iter().for_each(|feed| outlet.offer(feed));
 }
 
 /// Differs from that of other programs and of the attempt before.

@@ -116,7 +116,7 @@ impl Hearing {
             }
             ToClient::Nack(nack) if nack.kind == Kind::COMMAND => {
                 let text = format!("{}: refused, {}", self.what(nack.seq), refused(nack.reason));
-                self.news.push(Feed::Notice(NoticeLine { level: Level::Warning, text }));
+                self.news.extend(told::answer(Level::Warning, text));
             }
             ToClient::Nack(nack) if nack.reason == NackReason::Version => {
                 self.refusal = Some(self.misfit(None));
@@ -307,5 +307,27 @@ const fn refused(reason: NackReason) -> &'static str {
         NackReason::Token => "the token does not fit",
         NackReason::Busy => "too many requests wait",
         _ => "for a reason this program does not know",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{ClientAction, Hearing};
+    use crate::feed::{EventKind, Feed};
+    use grip_daemon::clients::Listen;
+    use grip_link::message::daemon::ToClient;
+    use grip_link::message::{Kind, Nack, NackReason};
+
+    #[test]
+    fn a_refused_command_is_told_and_stands_among_the_events() {
+        let mut hearing = Hearing::new(&Listen::Unix("socket".into()), 1);
+        hearing.asked(7, ClientAction::Grasp);
+        let nack = Nack { kind: Kind::COMMAND, reason: NackReason::Latched, seq: 7 };
+        hearing.take(&ToClient::Nack(nack));
+        let told = "grasp: refused, a fault or a stop is latched";
+        let as_event = |feed: &Feed| matches!(feed, Feed::Event(mark) if mark.kind == EventKind::Client && mark.text == told);
+        assert!(hearing.news.iter().any(as_event), "{:?}", hearing.news);
+        let as_line = |feed: &Feed| matches!(feed, Feed::Notice(line) if line.text == told);
+        assert!(hearing.news.iter().any(as_line), "{:?}", hearing.news);
     }
 }

@@ -31,7 +31,9 @@ pub enum SpecError {
     )]
     Empty,
     /// The address cannot be one.
-    #[error("{0:?} is no address: tcp:HOST:PORT with a number for the host, or unix:PATH")]
+    #[error(
+        "{0:?} is no address: tcp:HOST:PORT, where HOST is localhost or a number as 127.0.0.1 or [::1] (names are not looked up), or unix:PATH"
+    )]
     Address(String),
     /// The file is of no kind that is known.
     #[error(
@@ -114,6 +116,8 @@ mod tests {
         let refused = |text| SourceSpec::parse(text).unwrap_err();
         assert_eq!(refused("  "), SpecError::Empty);
         assert_eq!(refused("tcp:nowhere"), SpecError::Address("tcp:nowhere".to_owned()));
+        let name = refused("tcp:gripper.local:7747").to_string();
+        assert!(name.contains("localhost") && name.contains("names are not looked up"), "{name}");
         assert!(refused("notes.txt").to_string().contains(".mcap"));
     }
 }

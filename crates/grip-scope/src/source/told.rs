@@ -2,8 +2,8 @@
 
 use crate::channel::Channel;
 use crate::feed::{
-    EscPoint, EventKind, EventMark, GripperInfo, HealthPoint, LatencyFigures, Level, NoticeLine,
-    RowBlock, SlipFacts, StatePoint, TaxelBlock,
+    EscPoint, EventKind, EventMark, Feed, GripperInfo, HealthPoint, LatencyFigures, Level,
+    NoticeLine, RowBlock, SlipFacts, StatePoint, TaxelBlock,
 };
 use grip_link::message::daemon::{
     EscKind, Gripper, Health, Method, Notice, NoticeKind, Phase, RowOfSample, RowSet, Slip,
@@ -87,6 +87,12 @@ pub(super) fn slip_text(kind: EventKind, facts: &SlipFacts) -> String {
     add(facts.estimate_n.map(|force| format!(", estimate {force:.2} N")));
     add(facts.command_n.map(|force| format!(", command {force:.2} N")));
     text
+}
+
+/// What became of a command: a line for people, and the same among the events.
+pub(super) fn answer(level: Level, text: String) -> [Feed; 2] {
+    let mark = EventMark::plain(f64::NAN, EventKind::Client, text.clone());
+    [Feed::Event(mark), Feed::Notice(NoticeLine { level, text })]
 }
 
 pub(super) fn health(health: &Health) -> HealthPoint {

@@ -107,6 +107,8 @@ fn what_a_daemon_tells_is_shown_and_derived_from() {
         || daemon.samples(),
         |model| model.notices().any(|line| line.text.contains("allows no commands")),
     );
+    let answer = watch.model.events().iter().find(|mark| mark.kind == EventKind::Client).unwrap();
+    assert!(answer.text.contains("allows no commands"), "{}", answer.text);
 }
 
 #[test]
@@ -254,7 +256,14 @@ fn what_is_no_daemon_is_told_and_tried_again() {
     assert!(peer.read(&mut bytes).unwrap() > 0);
     peer.write_all(b"HTTP/1.1 400 Bad Request\r\n\r\n").unwrap();
     watch.until(|| {}, |model| model.status().sentence().contains("not as gripd does"));
-    // The next attempt comes by itself; a connection that is closed at once is told too.
+    // The next attempt comes by itself and does not hide why the one before was of no use.
+    let again =
+        |model: &grip_scope::Model| matches!(model.status(), SourceStatus::Connecting { .. });
+    watch.until(|| {}, again);
+    let sentence = watch.model.status().sentence();
+    assert!(sentence.ends_with("not as gripd does; trying again"), "{sentence}");
+    assert!(watch.model.status().is_trouble());
+    // A connection that is closed at once is told too.
     drop(listener.accept().unwrap());
     watch.until(|| {}, |model| model.status().sentence().contains("closed the connection"));
 }

@@ -1,7 +1,10 @@
 //! The demo: grasps in real time, with everything that a daemon tells, and commands.
 
 use crate::rig::Watch;
-use grip_scope::{Channel, ClientAction, EventKind, Refused, SourceSpec, SourceStatus};
+use grip_link::message::DeviceState;
+use grip_scope::{
+    Channel, ClientAction, EventKind, EventMark, Model, Refused, SourceSpec, SourceStatus,
+};
 
 #[test]
 fn a_grasp_shows_samples_states_bands_events_and_health() {
@@ -57,4 +60,32 @@ fn a_scene_that_is_none_is_told() {
     assert!(watch.model.status().sentence().contains("built in are"));
     let mut file = Watch::new(SourceSpec::parse("x.mcap").unwrap());
     assert_eq!(file.handle.command(ClientAction::Grasp), Err(Refused::NotLive));
+}
+
+#[test]
+fn a_stop_is_an_event_and_holds_until_the_fingers_close_again() {
+    let mut watch = Watch::new(SourceSpec::parse("demo").unwrap());
+    let objects = |model: &Model| {
+        let begun = |mark: &&EventMark| mark.text.starts_with("next object");
+        model.events().iter().filter(begun).count()
+    };
+    watch.until(|| {}, |model| model.end_s() > 0.5);
+    watch.handle.command(ClientAction::Stop).unwrap();
+    let answered = |text: &'static str| {
+        move |model: &Model| {
+            let mut marks = model.events().iter();
+            marks.any(|mark| mark.kind == EventKind::Client && mark.text.starts_with(text))
+        }
+    };
+    watch.until(|| {}, answered("stop: "));
+    // Without the stop the object is let go after 4 s, and the next one comes.
+    watch.until(|| {}, |model| model.end_s() > 5.0);
+    let state = watch.model.info().state.unwrap();
+    assert_eq!(state.device, Some(DeviceState::Estop));
+    assert_eq!(objects(&watch.model), 1);
+    watch.handle.command(ClientAction::Release).unwrap();
+    watch.until(|| {}, answered("release: not possible while it is stopped"));
+    watch.handle.command(ClientAction::Grasp).unwrap();
+    watch.until(|| {}, |model| objects(model) == 2);
+    assert!(answered("grasp: the stop is over")(&watch.model));
 }

@@ -1,7 +1,8 @@
 //! Recordings and studies: whole, cut off, foreign, of every rate, with readings that are none.
 
 use crate::rig::{Watch, recording};
-use grip_scope::{Channel, EventKind, SourceSpec, SourceStatus};
+use grip_record::mcap::McapIndex;
+use grip_scope::{Channel, EventKind, EventMark, SourceSpec, SourceStatus, Span};
 use std::fs;
 use std::io::Write as _;
 use std::path::Path;
@@ -52,6 +53,28 @@ fn a_recording_that_was_cut_off_shows_what_is_whole_and_says_so() {
 }
 
 #[test]
+fn damaged_parts_are_passed_over_counted_and_leave_gaps() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.mcap");
+    recording(&path, 10_000);
+    let chunks = McapIndex::read(fs::File::open(&path).unwrap()).unwrap().unwrap().chunks;
+    let mut bytes = fs::read(&path).unwrap();
+    let at = |place: u64, behind: usize| usize::try_from(place).unwrap() + behind;
+    // Samples of a chunk, and the length of another one: there only the index tells where the next one begins.
+    bytes[at(chunks[20].offset + chunks[20].len, 0) - 40] ^= 0x55;
+    bytes[at(chunks[60].offset, 8)] = 0x7f;
+    fs::write(&path, &bytes).unwrap();
+    let watch = open(&path);
+    let said = sentence(&watch);
+    assert!(said.starts_with("loaded; 2 damaged parts were passed over, the first one:"), "{said}");
+    assert!(said.contains(&format!("damaged at byte {}:", chunks[20].offset)), "{said}");
+    assert_eq!(watch.samples(Channel::Stylus), 9_800);
+    let told = |mark: &&EventMark| mark.kind == EventKind::Gap && mark.text.contains("passed over");
+    assert_eq!(watch.model.events().iter().filter(told).count(), 2);
+    assert_eq!(watch.model.events().gaps(Span::new(0.0, 10.0)).count(), 2);
+}
+
+#[test]
 fn what_is_no_recording_is_told_in_a_sentence() {
     let folder = tempfile::tempdir().unwrap();
     let file = |name: &str, bytes: &[u8]| {
@@ -63,7 +86,12 @@ fn what_is_no_recording_is_told_in_a_sentence() {
         sentence(&watch)
     };
     assert!(file("a.mcap", b"\x89PNG and more").contains("no MCAP file"));
-    assert!(file("b.csv", b"time,height\n1,2\n").contains("stylus"));
+    for header in ["time,height", "t_s,stylus,vibration"] {
+        let said = file("b.csv", format!("{header}\n1,2,3\n").as_bytes());
+        // The scope itself has no such flag.
+        let own = said.replace("`gripctl replay --map", "");
+        assert!(said.contains("rename") && !own.contains("--map"), "{said}");
+    }
     assert!(file("c.csv", b"").contains("c.csv"));
     assert!(file("d.csv", b"t_s,stylus\n0.0,1\n0.1,many\n").contains("many"));
     assert!(file("n.csv", b"stylus\n1\n2\n").contains("needs a column t_s"));
@@ -103,6 +131,24 @@ fn every_rate_from_a_hundred_hertz_to_twenty_kilohertz_is_shown() {
         let derived = watch.model.series(Channel::BandEnergy(0)).is_some();
         assert_eq!((derived, told), (rate_hz > 150.0, rate_hz < 150.0), "{rate_hz}");
         assert_eq!(watch.model.series(Channel::Statistic).is_some(), derived);
+    }
+}
+
+#[test]
+fn rows_before_a_bad_one_are_shown() {
+    let folder = tempfile::tempdir().unwrap();
+    for rows in [500_u32, 300_000] {
+        let path = folder.path().join("x.csv");
+        let bad = rows * 9 / 10;
+        let text = |row| if row == bad { "many".to_owned() } else { "0.0000012".to_owned() };
+        csv(&path, 10_000.0, rows, text);
+        let watch = open(&path);
+        assert_eq!(watch.samples(Channel::Stylus), u64::from(bad), "{}", sentence(&watch));
+        let said = sentence(&watch);
+        assert!(said.starts_with(&format!("loaded; only the first {bad} rows can be")), "{said}");
+        // Lines of a later piece are not those of the file.
+        let line = format!("line {}, column stylus: \"many\" is not a number", bad + 2);
+        assert_eq!(said.contains(&line), rows == 500, "{said}");
     }
 }
 

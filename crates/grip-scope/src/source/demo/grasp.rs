@@ -1,8 +1,9 @@
 //! A simulated object and time in; what sensors, pipeline and controller do with it out.
 
 use super::super::told;
-use super::{GRASP_US, World};
-use crate::feed::{EventKind, EventMark, Feed, GripperInfo, StatePoint};
+use super::{BETWEEN_US, GRASP_US, World};
+use crate::feed::{EventKind, EventMark, Feed, GripperInfo, Level, StatePoint};
+use crate::source::ClientAction;
 use crate::source::outlet::Outlet;
 use grip_daemon::State;
 use grip_daemon::clients::convert;
@@ -18,11 +19,21 @@ use slip_core::{Sample, units::Micros};
 /// States come at most this often (us), and on change.
 const STATE_US: u64 = 5_000;
 
+/// Whether a person has stopped the gripper, which then keeps the force it has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Stopped {
+    No,
+    Yes,
+    /// The fingers were asked to close again: on the next object.
+    Over,
+}
+
 /// One object in the fingers.
 pub(super) struct Grasp {
     mcu: VirtualMcu,
     pub(super) session: Session,
     released: bool,
+    stopped: Stopped,
     next_index: Option<u32>,
     told: Option<StatePoint>,
 }
@@ -37,7 +48,14 @@ impl Grasp {
             .map_err(|error| error.to_string())?;
         let nonce = u16::try_from(number % 65_535).unwrap_or(0) + 1;
         session.open(0, nonce).map_err(|error| error.to_string())?;
-        Ok(Self { mcu, session, released: false, next_index: None, told: None })
+        Ok(Self {
+            mcu,
+            session,
+            released: false,
+            stopped: Stopped::No,
+            next_index: None,
+            told: None,
+        })
     }
 
     pub(super) fn begin(&self, scene: &Scene) -> EventMark {
@@ -53,6 +71,41 @@ impl Grasp {
 
     pub(super) fn now_us(&self) -> u64 {
         self.mcu.grasp().now().0
+    }
+
+    /// Whether the next object has to wait.
+    pub(super) fn goes_on(&self) -> bool {
+        match self.stopped {
+            Stopped::No => self.now_us() < GRASP_US + BETWEEN_US,
+            Stopped::Yes => true,
+            Stopped::Over => false,
+        }
+    }
+
+    /// Carries out what a person asks for: what became of it.
+    pub(super) fn obey(&mut self, action: ClientAction) -> (Level, String) {
+        let (what, command) = match action {
+            ClientAction::AtLeast(force_n) => ("hold", ClientCommand::AtLeast(force_n)),
+            ClientAction::Release => ("release", ClientCommand::Release),
+            ClientAction::Grasp => ("grasp", ClientCommand::Grasp),
+            ClientAction::Stop => ("stop", ClientCommand::Stop),
+            ClientAction::ClearFault(code) => ("clear fault", ClientCommand::ClearFault(code)),
+        };
+        if self.stopped != Stopped::No && action == ClientAction::Grasp {
+            self.stopped = Stopped::Over;
+            return (Level::Info, "grasp: the stop is over, the next object comes".to_owned());
+        }
+        let done = self.session.obey(self.now_us(), command);
+        if action == ClientAction::Stop {
+            self.stopped = Stopped::Yes;
+            let text = "stop: the simulated gripper keeps its force and waits for grasp";
+            return (Level::Info, text.to_owned());
+        }
+        match (done, self.stopped) {
+            (true, _) => (Level::Info, format!("{what}: carried out by the simulated gripper")),
+            (false, Stopped::No) => (Level::Warning, format!("{what}: not possible now")),
+            (false, _) => (Level::Warning, format!("{what}: not possible while it is stopped")),
+        }
     }
 
     pub(super) fn about(&self) -> GripperInfo {
@@ -86,7 +139,8 @@ impl Grasp {
             let events = self.turn(now, &bytes, world, outlet)?;
             self.tell_state(world.start_us, outlet);
             events.into_iter().for_each(|event| outlet.offer(event));
-            if now.0 > GRASP_US && !core::mem::replace(&mut self.released, true) {
+            let due = now.0 > GRASP_US && self.stopped == Stopped::No;
+            if due && !core::mem::replace(&mut self.released, true) {
                 self.session.obey(now.0, ClientCommand::Release);
             }
         }

@@ -6,20 +6,19 @@
 mod grasp;
 mod tally;
 
-use super::ClientAction;
 use super::hearing::observer;
 use super::outlet::Outlet;
 use super::stream::Stream;
-use crate::feed::{DaemonInfo, Feed, Level, NoticeLine, SourceStatus};
+use super::{ClientAction, told};
+use crate::feed::{DaemonInfo, Feed, SourceStatus};
 use core::time::Duration;
 use grasp::Grasp;
 use grip_host::HostConfig;
-use grip_host::session::ClientCommand;
 use grip_link::message::daemon::RealTime;
 use rtrb::Consumer;
 use tally::Tally;
 
-/// How long each object is held (us).
+/// How long each object is held (us), unless the gripper is stopped.
 const GRASP_US: u64 = 4_000_000;
 /// From letting go to the next object (us).
 const BETWEEN_US: u64 = 500_000;
@@ -64,7 +63,7 @@ fn grasps(
         let object = scene.reseeded(seed.wrapping_add(number)).map_err(|e| e.to_string())?;
         let mut grasp = Grasp::new(&object, number, &world)?;
         outlet.offer(Feed::Event(grasp.begin(&object)));
-        while grasp.now_us() < GRASP_US + BETWEEN_US {
+        while grasp.goes_on() {
             if outlet.stops() {
                 return Ok(());
             }
@@ -112,19 +111,7 @@ fn deliver(world: &mut World, grasp: &Grasp, outlet: &mut Outlet) {
 /// Carries out what a person asks for.
 fn obey(grasp: &mut Grasp, orders: &mut Consumer<ClientAction>, outlet: &mut Outlet) {
     while let Ok(action) = orders.pop() {
-        let (what, command) = match action {
-            ClientAction::AtLeast(force_n) => ("hold", ClientCommand::AtLeast(force_n)),
-            ClientAction::Release => ("release", ClientCommand::Release),
-            ClientAction::Grasp => ("grasp", ClientCommand::Grasp),
-            ClientAction::Stop => ("stop", ClientCommand::Stop),
-            ClientAction::ClearFault(code) => ("clear fault", ClientCommand::ClearFault(code)),
-        };
-        let now_us = grasp.now_us();
-        let done = grasp.session.obey(now_us, command);
-        let (level, text) = match done {
-            true => (Level::Info, format!("{what}: carried out by the simulated gripper")),
-            false => (Level::Warning, format!("{what}: not possible now")),
-        };
-        outlet.offer(Feed::Notice(NoticeLine { level, text }));
+        let (level, text) = grasp.obey(action);
+        told::answer(level, text).into_iter().for_each(|feed| outlet.offer(feed));
     }
 }

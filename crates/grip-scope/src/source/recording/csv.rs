@@ -50,9 +50,20 @@ pub(super) fn read(file: &Path, outlet: &mut Outlet) -> Result<(), Stop> {
             break;
         }
         read += fresh as u64;
-        let recording = parse_csv(file, &piece, &CsvOptions::default())
-            .map_err(|error| stop(&sentence(&error), &tape))?;
-        tape.play(&recording, outlet, share(read, len))?;
+        let options = CsvOptions::default();
+        match parse_csv(file, &piece, &options) {
+            Ok(recording) => tape.play(&recording, outlet, share(read, len))?,
+            Err(error) => {
+                let first = tape.rows == 0;
+                // Where nothing before the bad row can be used either, that row is what is to be told.
+                if let Some(Ok(recording)) =
+                    before(&piece, &error).map(|whole| parse_csv(file, whole, &options))
+                {
+                    tape.play(&recording, outlet, share(read, len))?;
+                }
+                return Err(stop(&sentence(&error), first, &tape));
+            }
+        }
         if fresh == 0 {
             break;
         }
@@ -67,19 +78,44 @@ fn sentence(error: &CsvError) -> String {
             "{}: has no times: what the scope shows needs a column t_s in seconds (`gripctl replay --rate HZ` does without)",
             file.display()
         ),
+        CsvError::NoStylus { file, found } => format!(
+            "{}: no column stylus or vibration; rename one in the header (`gripctl replay --map stylus=NAME` does without); the file has: {}",
+            file.display(),
+            found.join(", ")
+        ),
+        CsvError::Ambiguous { file, first, second } => format!(
+            "{}: has {first} and {second}, only one of them can be used; rename or remove the other (`gripctl replay --map {first}={first}` does without)",
+            file.display()
+        ),
         other => other.to_string(),
     }
 }
 
+/// The lines of the piece before the one that cannot be used; `None` where it is not a line that is wrong.
+fn before<'a>(piece: &'a [u8], error: &CsvError) -> Option<&'a [u8]> {
+    let (CsvError::FieldCount { line, .. }
+    | CsvError::NotANumber { line, .. }
+    | CsvError::TimeOutOfRange { line, .. }
+    | CsvError::TimeBackwards { line, .. }) = error
+    else {
+        return None;
+    };
+    let lines = usize::try_from(*line).ok()?.checked_sub(1)?;
+    let ends = piece.iter().enumerate().filter(|(_, byte)| **byte == b'\n');
+    let (end, _) = ends.take(lines).last()?;
+    piece.get(..=end)
+}
+
 /// Lines are counted from the start of a piece: beyond the first one they say nothing.
-fn stop(error: &str, tape: &Tape) -> Stop {
-    if tape.rows == 0 {
-        return Stop::Failed(error.to_owned());
+fn stop(error: &str, first: bool, tape: &Tape) -> Stop {
+    let rows = tape.rows;
+    match (rows, first) {
+        (0, _) => Stop::Failed(error.to_owned()),
+        (_, true) => Stop::Short(format!("only the first {rows} rows can be used; {error}")),
+        (_, false) => Stop::Short(format!(
+            "only the first {rows} rows can be used; `gripctl replay` says what is wrong with the rest"
+        )),
     }
-    Stop::Short(format!(
-        "only the first {} rows can be used; `gripctl replay` says what is wrong with the rest",
-        tape.rows
-    ))
 }
 
 /// What was read so far.

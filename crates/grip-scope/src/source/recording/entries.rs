@@ -123,6 +123,13 @@ impl Entries {
         }
     }
 
+    /// A part of the recording cannot be read: what comes next does not join.
+    pub(super) fn damaged(&mut self, at_byte: u64) {
+        self.stream.broken(0);
+        let text = format!("the recording is damaged at byte {at_byte}: passed over");
+        self.mark(EventKind::Gap, text);
+    }
+
     fn mark(&mut self, kind: EventKind, text: String) {
         let t_s = self.first_us.map_or(f64::NAN, |_| told::seconds(self.last_us));
         self.news.push(Feed::Event(EventMark::plain(t_s, kind, text)));
