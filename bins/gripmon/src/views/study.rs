@@ -46,12 +46,12 @@ fn draw(ui: &Ui, rect: Rect, one: &StudyPlot, palette: &Palette) {
     };
     let painter = ui.painter();
     plot::value_axis(painter, &frame, "", palette);
-    plot::time_axis(painter, &frame, false, palette);
+    plot::grid(painter, &frame, palette);
     let below = Frame {
         rect: Rect::from_min_size(inside.left_bottom(), vec2(inside.width(), 20.0)),
         ..frame
     };
-    plot::time_axis(painter, &below, true, palette);
+    plot::labels(painter, &below, plot::Across::Numbers, palette);
     let text = |at, align, text: &str| {
         painter.text(at, align, text, FontId::proportional(11.5), palette.weak)
     };
@@ -113,8 +113,33 @@ fn frame(rect: Rect, one: &StudyPlot) -> Option<Frame> {
 
 #[cfg(test)]
 mod tests {
-    use super::{StudyCurve, StudyPlot, frame};
-    use eframe::egui::{Rect, pos2};
+    use super::{StudyCurve, StudyPlot, draw, frame};
+    use crate::palette::Palette;
+    use eframe::egui::{self, Rect, Shape, pos2};
+
+    /// The texts that a plot paints.
+    fn texts(one: &StudyPlot) -> Vec<String> {
+        let ctx = egui::Context::default();
+        let output = ctx.run_ui(egui::RawInput::default(), |ui| {
+            let rect = Rect::from_min_max(pos2(0.0, 0.0), pos2(640.0, 270.0));
+            draw(ui, rect, one, &Palette::of(egui::Theme::Dark));
+        });
+        let text = |shape: egui::epaint::ClippedShape| match shape.shape {
+            Shape::Text(text) => Some(text.galley.text().to_owned()),
+            _ => None,
+        };
+        output.shapes.into_iter().filter_map(text).collect()
+    }
+
+    #[test]
+    fn epochs_are_plain_numbers() {
+        let points = vec![[0.0, 1.0], [1000.0, 0.1], [2000.0, 0.01]];
+        let curves = vec![StudyCurve { name: "a, train".into(), points }];
+        let found = texts(&StudyPlot { log_y: true, curves, ..StudyPlot::default() });
+        assert!(found.iter().any(|text| text == "1000"), "{found:?}");
+        assert!(found.iter().any(|text| text == "2000"), "{found:?}");
+        assert!(!found.iter().any(|text| text.contains(':')), "{found:?}");
+    }
 
     #[test]
     fn a_plot_without_points_has_no_frame_and_nonsense_is_left_out() {
