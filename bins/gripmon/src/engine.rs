@@ -1,6 +1,7 @@
 //! A source and the model that it fills, with the trigger that watches it: what the pump feeds and the window looks at.
 
-use grip_scope::{ClientAction, Model, Refused, SourceHandle, SourceStatus, Span, Trigger};
+use grip_scope::trigger::Found;
+use grip_scope::{ClientAction, Model, Refused, SourceHandle, SourceStatus, Trigger};
 
 /// Data and where they come from.
 #[derive(Debug)]
@@ -9,7 +10,7 @@ pub struct Engine {
     pub model: Model,
     source: Option<SourceHandle>,
     trigger: Option<Trigger>,
-    found: Option<Span>,
+    found: Option<Found>,
     seen_revision: u64,
 }
 
@@ -37,16 +38,18 @@ impl Engine {
         let before = kind(self.model.status());
         let moved = self.source.as_mut().map_or(0, |source| source.drain(&mut self.model, budget));
         let found = self.trigger.as_mut().and_then(|trigger| trigger.poll(&self.model));
-        let triggered = found.is_some();
-        self.found = found.or(self.found.take());
+        let triggered = matches!(found, Some(Found::Hit(_)));
+        if triggered || !matches!(self.found, Some(Found::Hit(_))) {
+            self.found = found.or(self.found);
+        }
         let revision = self.model.revision();
         let changed = core::mem::replace(&mut self.seen_revision, revision) != revision;
         let urgent = triggered || kind(self.model.status()) != before;
         Brought { changed, urgent, more: moved >= budget }
     }
 
-    /// The stretch that the trigger has found since the last call.
-    pub const fn triggered(&mut self) -> Option<Span> {
+    /// What the trigger has found since the last call: the last hit, else the last sweep.
+    pub const fn triggered(&mut self) -> Option<Found> {
         self.found.take()
     }
 

@@ -4,7 +4,7 @@ use crate::action::Cursor;
 use crate::layout::Layout;
 use crate::plot::Scale;
 use crate::strip::StripId;
-use crate::time::TimeWindow;
+use crate::time::{Following, TimeWindow};
 use grip_scope::trigger::{Trigger, TriggerMode, TriggerSource};
 use grip_scope::{Channel, EventKind, Span};
 
@@ -107,8 +107,12 @@ pub struct ViewState {
     pub help: bool,
     /// The trigger.
     pub trigger: TriggerForm,
-    /// Stretches that the trigger has found so far.
+    /// How often the trigger has found what it waits for.
     pub triggered: u64,
+    /// The view stands at what an automatic trigger has found, until its next sweep: the user did not pause it.
+    pub stands_at_hit: bool,
+    /// Where the trigger has found something in a recording (s).
+    pub hit_s: Option<f64>,
     /// The commands.
     pub command: CommandForm,
     /// Beginning of the names of exported files.
@@ -134,11 +138,19 @@ impl ViewState {
             help: false,
             trigger: TriggerForm::default(),
             triggered: 0,
+            stands_at_hit: false,
+            hit_s: None,
             command: CommandForm { force_n: 5.0, ..CommandForm::default() },
             stem: "gripmon".to_owned(),
             no_pointer: false,
             message: None,
         }
+    }
+
+    /// Whether the user holds the view where it is.
+    #[must_use]
+    pub fn is_paused(&self) -> bool {
+        self.window.following() == Following::Held && !self.stands_at_hit
     }
 
     /// Where a cursor stands (s).

@@ -60,6 +60,7 @@ fn figures(ui: &mut Ui, seen: &Seen<'_>) {
     let view = match seen.state.window.following() {
         Following::Newest => "following",
         Following::All => "all data",
+        Following::Held if seen.state.stands_at_hit => "triggered",
         Following::Held => "view paused",
     };
     let mut parts = vec![format!("{view}, {}", format::duration(seen.span.length_s()))];

@@ -3,7 +3,6 @@
 use super::Seen;
 use crate::action::{Action, Cursor};
 use crate::layout::{Look, Panel};
-use crate::time::Following;
 use eframe::egui::{Align, Button, DragValue, Layout, RichText, Ui};
 
 /// Draws the line.
@@ -24,7 +23,7 @@ pub fn toolbar(ui: &mut Ui, seen: &Seen<'_>) -> Vec<Action> {
 }
 
 fn time(ui: &mut Ui, seen: &Seen<'_>, out: &mut Vec<Action>) {
-    let held = seen.state.window.following() == Following::Held;
+    let held = seen.state.is_paused();
     let name = if held { "Follow" } else { "Pause" };
     let button = Button::new(RichText::new(name).strong()).min_size(eframe::egui::vec2(58.0, 21.0));
     if ui

@@ -142,6 +142,63 @@ fn a_trigger_stops_at_what_it_waits_for_once() {
     assert!(!harness.state().state.trigger.armed && harness.state().state.triggered == 1);
 }
 
+/// A tenth of a second more, and what the trigger makes of it.
+fn tenth(harness: &mut Harness<'_, Scope>, number: usize) {
+    let rows = (number * 1000, (number + 1) * 1000);
+    let rows = fixture::rows(&[grip_scope::Channel::Stylus], 10_000, rows);
+    {
+        let mut engine = harness.state().shared.engine();
+        engine.model.take(Feed::Rows(rows));
+        engine.take_in(1);
+    }
+    harness.run();
+}
+
+#[test]
+fn an_automatic_trigger_leaves_a_paused_view_and_counts_only_what_it_finds() {
+    let mut harness = window(fixture::grasp(), Panel::Trigger);
+    click(&mut harness, "Auto");
+    click(&mut harness, "Arm");
+    tenth(&mut harness, 20);
+    tenth(&mut harness, 21);
+    let swept = seen(&harness);
+    assert!((swept.1 - 2.2).abs() < 1e-3 && harness.state().state.triggered == 0, "{swept:?}");
+    press(&mut harness, Key::Space);
+    tenth(&mut harness, 22);
+    assert_eq!(seen(&harness), swept);
+    press(&mut harness, Key::Space);
+    tenth(&mut harness, 23);
+    let mark = EventMark::plain(2.405, EventKind::Gross, "x");
+    harness.state().shared.engine().model.take(Feed::Event(mark));
+    (24..30).for_each(|number| tenth(&mut harness, number));
+    assert_eq!(harness.state().state.triggered, 1);
+    // The hit is shown as what the trigger does, and can be paused like everything else.
+    let hit = seen(&harness);
+    assert!((hit.0 - 2.305).abs() < 1e-6 && !harness.state().state.is_paused(), "{hit:?}");
+    press(&mut harness, Key::Space);
+    (30..45).for_each(|number| tenth(&mut harness, number));
+    assert_eq!(seen(&harness), hit);
+    press(&mut harness, Key::Space);
+    tenth(&mut harness, 45);
+    assert!((seen(&harness).1 - 4.6).abs() < 1e-3, "{:?}", seen(&harness));
+}
+
+#[test]
+fn a_trigger_searches_a_recording_from_the_left_edge_and_says_where_there_is_nothing() {
+    let mut model = fixture::grasp();
+    model.take(Feed::Status(grip_scope::SourceStatus::Complete { note: String::new() }));
+    let mut harness = window(model, Panel::Trigger);
+    press(&mut harness, Key::T);
+    harness.run();
+    assert!((seen(&harness).0 - 0.85).abs() < 1e-6, "{:?}", seen(&harness));
+    assert!(!harness.state().state.trigger.armed && harness.state().state.triggered == 1);
+    press(&mut harness, Key::T);
+    harness.run();
+    let message = harness.state().state.message.clone().unwrap();
+    assert_eq!(message.text, "The trigger finds nothing after 0.9500 s.");
+    assert!(!harness.state().state.trigger.armed);
+}
+
 #[test]
 fn markers_themes_panels_plots_and_keys() {
     let mut harness = window(fixture::grasp(), Panel::Events);
