@@ -96,6 +96,12 @@ fn cursors_measure_what_lies_between_them() {
     harness.run();
     harness.get_by_label("500.0 ms");
     harness.get_by_label("2.000 Hz");
+    let heading = |band| {
+        let name = grip_scope::Channel::BandEnergy(band).name();
+        let places = harness.query_all_by_label(name).map(|node| node.rect().left_top());
+        places.max_by(|a, b| a.x.total_cmp(&b.x)).unwrap()
+    };
+    assert!(heading(0).y < heading(1).y && heading(1).y < heading(5).y);
     // The spike of one sample is in the peak-to-peak value, to its last digit.
     assert!(harness.query_all_by_label_contains("2.0").count() >= 1);
     let stats = {
@@ -197,6 +203,30 @@ fn a_trigger_searches_a_recording_from_the_left_edge_and_says_where_there_is_not
     let message = harness.state().state.message.clone().unwrap();
     assert_eq!(message.text, "The trigger finds nothing after 0.9500 s.");
     assert!(!harness.state().state.trigger.armed);
+}
+
+#[test]
+fn keys_do_nothing_behind_a_dialog_but_close_it() {
+    let mut harness = window(fixture::grasp(), Panel::Command);
+    click(&mut harness, "Arm commands");
+    click(&mut harness, "Release ..");
+    let before = seen(&harness);
+    for key in [Key::H, Key::T, Key::L, Key::ArrowUp, Key::Space] {
+        press(&mut harness, key);
+    }
+    let state = &harness.state().state;
+    assert!(!state.trigger.armed && state.command.asks_release);
+    assert_eq!((state.layout.panel, state.layout.theme), (Some(Panel::Command), Look::Dark));
+    assert_eq!(seen(&harness), before);
+    press(&mut harness, Key::Escape);
+    assert!(!harness.state().state.command.asks_release);
+    click(&mut harness, "?");
+    press(&mut harness, Key::H);
+    assert_eq!(harness.state().state.layout.panel, Some(Panel::Command));
+    press(&mut harness, Key::Escape);
+    assert!(!harness.state().state.help);
+    press(&mut harness, Key::H);
+    assert_eq!(harness.state().state.layout.panel, Some(Panel::Health));
 }
 
 #[test]

@@ -73,6 +73,14 @@ fn the_health_panel_tells_rates_losses_clocks_latency_stages_and_sensors() {
 }
 
 #[test]
+fn a_sensor_that_never_sent_anything_is_not_called_good() {
+    let harness = window(fixture::grasp(), Panel::Health);
+    // The stylus is good, the array frozen; there is neither travel nor a reference.
+    assert_eq!(harness.query_all_by_label("good").count(), 1);
+    assert_eq!(harness.query_all_by_label("\u{2013}").count(), 2);
+}
+
+#[test]
 fn events_are_listed_with_what_is_known_of_them() {
     let harness = window(fixture::grasp(), Panel::Events);
     harness.get_by_label_contains("0.9500 s  gross slip");
