@@ -53,6 +53,7 @@ pub fn apply(state: &mut ViewState, engine: &mut Engine, action: Action) -> Opti
 
 /// What is found by the trigger is shown; commands are locked where the source is gone.
 pub fn follow_up(state: &mut ViewState, engine: &mut Engine) {
+    state.forget_sent(&engine.model);
     match engine.triggered() {
         Some(Found::Hit(span)) => {
             state.stands_at_hit = state.trigger.mode == TriggerMode::Auto && !state.is_paused();
@@ -270,7 +271,8 @@ fn send(state: &mut ViewState, engine: &mut Engine, order: Order) {
     };
     match engine.command(action) {
         Ok(()) => {
-            state.tell(format!("Sent: {name}. Whether it was carried out stands among the events."))
+            let text = format!("Sent: {name}. Whether it was carried out stands among the events.");
+            state.tell_sent(text, &engine.model);
         }
         Err(refused) => state.complain(format!("Not sent: {refused}.")),
     }

@@ -154,9 +154,9 @@ fn beside_plot(painter: &Painter, place: Rect, lines: &[Line], palette: &Palette
         let mark = [pos2(place.left(), y), pos2(place.left() + MARK - 6.0, y)];
         let stroke = egui::Stroke::new(2.0, palette.tone(line.tone));
         match line.style {
-            Style::Solid => painter.line_segment(mark, stroke),
+            Style::Solid => painter.extend([Shape::line_segment(mark, stroke)]),
             Style::Dashed => painter.extend(Shape::dashed_line(&mark, stroke, 5.0, 4.0)),
-        };
+        }
         let at = pos2(place.left() + MARK, y - line.text.size().y / 2.0);
         painter.galley(at, Arc::clone(&line.text), palette.text);
     }
