@@ -88,9 +88,9 @@ const fn kind(status: &SourceStatus) -> core::mem::Discriminant<SourceStatus> {
 #[cfg(test)]
 mod tests {
     use super::{Brought, Engine};
-    use grip_scope::feed::{EventKind, EventMark, Feed};
-    use grip_scope::trigger::{TriggerMode, TriggerSource};
-    use grip_scope::{Model, SourceStatus, Trigger};
+    use grip_scope::feed::{EventKind, EventMark, Feed, RowBlock};
+    use grip_scope::trigger::{Found, TriggerMode, TriggerSource};
+    use grip_scope::{Channel, Model, SourceStatus, Span, Trigger};
 
     #[test]
     fn only_what_is_new_is_told() {
@@ -110,11 +110,17 @@ mod tests {
             0.0,
             0.0,
         )));
-        engine.take_in(1);
+        assert!(!engine.take_in(1).urgent, "nothing was found");
+        let columns = vec![(Channel::Stylus, vec![0.0])];
+        let times_us = vec![3_000_000];
+        engine.model.take(Feed::Rows(RowBlock { times_us, columns, ..RowBlock::default() }));
         engine.model.take(Feed::Event(EventMark::plain(2.0, EventKind::Marker, "x")));
         engine.model.take(Feed::Status(SourceStatus::Live));
         let brought = engine.take_in(1);
         assert!(brought.urgent, "{brought:?}");
-        assert!(engine.triggered().is_some() && engine.triggered().is_none());
+        // A sweep that comes before the next frame does not hide it.
+        engine.take_in(1);
+        assert_eq!(engine.triggered(), Some(Found::Hit(Span::new(2.0, 2.0))));
+        assert_eq!(engine.triggered(), None);
     }
 }

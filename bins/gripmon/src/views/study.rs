@@ -193,10 +193,11 @@ mod tests {
     /// The texts that a plot paints.
     fn texts(one: &StudyPlot) -> Vec<String> {
         let ctx = egui::Context::default();
-        let output = ctx.run_ui(egui::RawInput::default(), |ui| {
+        let mut output = ctx.run_ui(egui::RawInput::default(), |ui| {
             let rect = Rect::from_min_max(pos2(0.0, 0.0), pos2(640.0, 270.0));
             draw(ui, rect, one, &Palette::of(egui::Theme::Dark));
         });
+        output.textures_delta.clear();
         let text = |shape: egui::epaint::ClippedShape| match shape.shape {
             Shape::Text(text) => Some(text.galley.text().to_owned()),
             _ => None,
