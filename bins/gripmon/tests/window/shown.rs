@@ -96,9 +96,13 @@ fn in_the_lines(harness: &Harness<'_, Scope>, high: f32) -> Vec<(String, Rect)> 
 
 #[test]
 fn nothing_in_the_lines_at_top_and_bottom_stands_over_another() {
-    for (wide, panel) in
-        [(480.0, None), (760.0, Some(Panel::Health)), (1000.0, None), (1360.0, Some(Panel::Events))]
-    {
+    for (wide, panel) in [
+        (480.0, None),
+        (760.0, Some(Panel::Health)),
+        (1000.0, None),
+        (1257.0, None),
+        (1360.0, Some(Panel::Events)),
+    ] {
         let mut harness = window(fixture::grasp(), Panel::Health);
         let state = &mut harness.state_mut().state;
         state.layout.panel = panel;
