@@ -4,9 +4,9 @@ use crate::action::{Action, Cursor, Order};
 use crate::engine::Engine;
 use crate::layout::Look;
 use crate::state::ViewState;
-use crate::time::Following;
-use grip_scope::trigger::TriggerMode;
-use grip_scope::{ClientAction, Span};
+use crate::time::TimeWindow;
+use grip_scope::trigger::{Found, TriggerMode};
+use grip_scope::{ClientAction, SourceStatus, Span};
 
 /// What cannot be done between two frames: the window does it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -53,9 +53,21 @@ pub fn apply(state: &mut ViewState, engine: &mut Engine, action: Action) -> Opti
 
 /// What is found by the trigger is shown; commands are locked where the source is gone.
 pub fn follow_up(state: &mut ViewState, engine: &mut Engine) {
-    if let Some(span) = engine.triggered() {
-        state.window.show(span);
-        state.triggered += 1;
+    state.forget_sent(&engine.model);
+    match engine.triggered() {
+        Some(Found::Hit(span)) => {
+            state.stands_at_hit = state.trigger.mode == TriggerMode::Auto && !state.is_paused();
+            state.window.show(span);
+            state.triggered += 1;
+        }
+        Some(Found::Sweep(span)) if !state.is_paused() => {
+            state.stands_at_hit = false;
+            state.window = TimeWindow::new(span.length_s());
+        }
+        Some(Found::Sweep(_)) | None => {}
+    }
+    if state.trigger.armed && matches!(engine.model.status(), SourceStatus::Complete { .. }) {
+        search(state, engine);
     }
     if state.trigger.armed && engine.is_trigger_done() && state.trigger.mode == TriggerMode::Single
     {
@@ -68,11 +80,30 @@ pub fn follow_up(state: &mut ViewState, engine: &mut Engine) {
     }
 }
 
+/// Nothing more comes: what is waited for is looked for behind the left edge of the view, or behind what was found last and is still seen.
+fn search(state: &mut ViewState, engine: &mut Engine) {
+    let seen = state.window.visible(engine.model.span());
+    let from_s = state.hit_s.filter(|t_s| seen.holds(*t_s)).unwrap_or(seen.from_s);
+    let trigger = state.trigger.trigger();
+    state.hit_s = trigger.first_after(&engine.model, from_s);
+    state.trigger.armed = false;
+    engine.watch(None);
+    match state.hit_s {
+        Some(at_s) => {
+            state.window.show(trigger.around(at_s));
+            state.triggered += 1;
+        }
+        None => state.tell(format!("The trigger finds nothing after {from_s:.4} s.")),
+    }
+}
+
 fn time(state: &mut ViewState, engine: &Engine, action: &Action) {
     let data = engine.model.span();
     let seen = state.window.visible(data);
+    let paused = state.is_paused();
+    state.stands_at_hit = false;
     match *action {
-        Action::TogglePause if state.window.following() == Following::Held => state.window.follow(),
+        Action::TogglePause if paused => state.window.follow(),
         Action::TogglePause => state.window.hold(data),
         Action::Follow => state.window.follow(),
         Action::ShowAll => state.window.all(),
@@ -240,7 +271,8 @@ fn send(state: &mut ViewState, engine: &mut Engine, order: Order) {
     };
     match engine.command(action) {
         Ok(()) => {
-            state.tell(format!("Sent: {name}. Whether it was carried out stands among the events."))
+            let text = format!("Sent: {name}. Whether it was carried out stands among the events.");
+            state.tell_sent(text, &engine.model);
         }
         Err(refused) => state.complain(format!("Not sent: {refused}.")),
     }

@@ -2,6 +2,7 @@
 
 use clap::Parser;
 use grip_scope::SourceSpec;
+use grip_scope::source::SpecError;
 use std::path::PathBuf;
 
 /// Where gripd listens unless it is told otherwise.
@@ -21,7 +22,7 @@ pub struct Cli {
     /// Show the built-in simulator.
     #[arg(long, conflicts_with = "source")]
     pub demo: bool,
-    /// Seed of the simulator.
+    /// Seed of the simulator; other sources take none.
     #[arg(long, value_name = "N")]
     pub seed: Option<u64>,
     /// Remember the arrangement of the window in this file, instead of gripmon/layout.toml among your configurations.
@@ -38,18 +39,30 @@ pub struct Cli {
     pub memory: u32,
 }
 
+/// Why no source was found in the arguments.
+#[derive(Debug, thiserror::Error)]
+pub enum SourceError {
+    /// The source is none.
+    #[error(transparent)]
+    Spec(#[from] SpecError),
+    /// A seed for something that takes none.
+    #[error("--seed is for the simulator: {0} takes none; add --demo, or name demo:SCENE")]
+    Seed(SourceSpec),
+}
+
 impl Cli {
     /// The source that is asked for.
     ///
     /// # Errors
-    /// A sentence.
-    pub fn source(&self) -> Result<SourceSpec, grip_scope::source::SpecError> {
+    /// [`SourceError`], a sentence.
+    pub fn source(&self) -> Result<SourceSpec, SourceError> {
         let text = if self.demo { "demo" } else { &self.source };
         let spec = SourceSpec::parse(text)?;
-        Ok(match (spec, self.seed) {
-            (SourceSpec::Demo { scene, .. }, Some(seed)) => SourceSpec::Demo { scene, seed },
-            (spec, _) => spec,
-        })
+        match (spec, self.seed) {
+            (SourceSpec::Demo { scene, .. }, Some(seed)) => Ok(SourceSpec::Demo { scene, seed }),
+            (spec, Some(_)) => Err(SourceError::Seed(spec)),
+            (spec, None) => Ok(spec),
+        }
     }
 
     /// Bytes for the history.
@@ -74,6 +87,9 @@ mod tests {
         assert_eq!(source(&["--demo", "--seed", "7"]).unwrap(), "demo:default");
         assert_eq!(source(&["run.mcap"]).unwrap(), "run.mcap");
         assert!(source(&["notes.txt"]).is_err());
+        let told = source(&["run.mcap", "--seed", "7"]).unwrap_err().to_string();
+        assert!(told.starts_with("--seed is for the simulator: run.mcap takes none"), "{told}");
+        assert!(source(&["--seed", "7"]).is_err());
         assert!(Cli::try_parse_from(["gripmon", "--picture", "a.png"]).is_err());
     }
 }

@@ -1,6 +1,7 @@
 //! A source and the model that it fills, with the trigger that watches it: what the pump feeds and the window looks at.
 
-use grip_scope::{ClientAction, Model, Refused, SourceHandle, SourceStatus, Span, Trigger};
+use grip_scope::trigger::Found;
+use grip_scope::{ClientAction, Model, Refused, SourceHandle, SourceStatus, Trigger};
 
 /// Data and where they come from.
 #[derive(Debug)]
@@ -9,7 +10,7 @@ pub struct Engine {
     pub model: Model,
     source: Option<SourceHandle>,
     trigger: Option<Trigger>,
-    found: Option<Span>,
+    found: Option<Found>,
     seen_revision: u64,
 }
 
@@ -37,16 +38,18 @@ impl Engine {
         let before = kind(self.model.status());
         let moved = self.source.as_mut().map_or(0, |source| source.drain(&mut self.model, budget));
         let found = self.trigger.as_mut().and_then(|trigger| trigger.poll(&self.model));
-        let triggered = found.is_some();
-        self.found = found.or(self.found.take());
+        let triggered = matches!(found, Some(Found::Hit(_)));
+        if triggered || !matches!(self.found, Some(Found::Hit(_))) {
+            self.found = found.or(self.found);
+        }
         let revision = self.model.revision();
         let changed = core::mem::replace(&mut self.seen_revision, revision) != revision;
         let urgent = triggered || kind(self.model.status()) != before;
         Brought { changed, urgent, more: moved >= budget }
     }
 
-    /// The stretch that the trigger has found since the last call.
-    pub const fn triggered(&mut self) -> Option<Span> {
+    /// What the trigger has found since the last call: the last hit, else the last sweep.
+    pub const fn triggered(&mut self) -> Option<Found> {
         self.found.take()
     }
 
@@ -85,9 +88,9 @@ const fn kind(status: &SourceStatus) -> core::mem::Discriminant<SourceStatus> {
 #[cfg(test)]
 mod tests {
     use super::{Brought, Engine};
-    use grip_scope::feed::{EventKind, EventMark, Feed};
-    use grip_scope::trigger::{TriggerMode, TriggerSource};
-    use grip_scope::{Model, SourceStatus, Trigger};
+    use grip_scope::feed::{EventKind, EventMark, Feed, RowBlock};
+    use grip_scope::trigger::{Found, TriggerMode, TriggerSource};
+    use grip_scope::{Channel, Model, SourceStatus, Span, Trigger};
 
     #[test]
     fn only_what_is_new_is_told() {
@@ -107,11 +110,17 @@ mod tests {
             0.0,
             0.0,
         )));
-        engine.take_in(1);
+        assert!(!engine.take_in(1).urgent, "nothing was found");
+        let columns = vec![(Channel::Stylus, vec![0.0])];
+        let times_us = vec![3_000_000];
+        engine.model.take(Feed::Rows(RowBlock { times_us, columns, ..RowBlock::default() }));
         engine.model.take(Feed::Event(EventMark::plain(2.0, EventKind::Marker, "x")));
         engine.model.take(Feed::Status(SourceStatus::Live));
         let brought = engine.take_in(1);
         assert!(brought.urgent, "{brought:?}");
-        assert!(engine.triggered().is_some() && engine.triggered().is_none());
+        // A sweep that comes before the next frame does not hide it.
+        engine.take_in(1);
+        assert_eq!(engine.triggered(), Some(Found::Hit(Span::new(2.0, 2.0))));
+        assert_eq!(engine.triggered(), None);
     }
 }

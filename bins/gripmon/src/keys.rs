@@ -117,9 +117,9 @@ pub const MOUSE: [(&str, &str); 7] = [
     ("Drag A or B", "move a cursor by its flag"),
 ];
 
-/// What the keys of this frame ask for; nothing while text is being typed.
+/// What the keys of this frame ask for; nothing while text is being typed, and behind a dialog only what closes it or shows the keys.
 #[must_use]
-pub fn pressed(ctx: &Context) -> Vec<Action> {
+pub fn pressed(ctx: &Context, behind_dialog: bool) -> Vec<Action> {
     if ctx.text_edit_focused() {
         return Vec::new();
     }
@@ -132,8 +132,9 @@ pub fn pressed(ctx: &Context) -> Vec<Action> {
         matched.then_some(binding.action)
     };
     // Those with modifiers first: a plain binding would take their key.
-    let (held, plain): (Vec<_>, Vec<_>) =
-        bindings().into_iter().partition(|b| !b.modifiers.is_none());
+    let stays = |action: &Action| matches!(action, Action::Dismiss | Action::ToggleHelp);
+    let obeyed = bindings().into_iter().filter(|b| !behind_dialog || stays(&b.action));
+    let (held, plain): (Vec<_>, Vec<_>) = obeyed.partition(|b| !b.modifiers.is_none());
     held.into_iter().chain(plain).filter_map(wanted).collect()
 }
 

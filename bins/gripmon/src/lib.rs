@@ -13,6 +13,7 @@ pub mod cli;
 pub mod engine;
 pub mod files;
 pub mod format;
+pub mod job;
 pub mod keys;
 pub mod layout;
 pub mod num;

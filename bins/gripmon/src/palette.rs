@@ -5,7 +5,8 @@
 //! it, every event its word.
 
 use eframe::egui::{
-    self, Color32, CornerRadius, FontFamily, FontId, Margin, Stroke, TextStyle, Theme, Vec2,
+    self, Color32, CornerRadius, FontDefinitions, FontFamily, FontId, Margin, Stroke, TextStyle,
+    Theme, Vec2,
 };
 
 /// What something drawn means; the theme decides its colour.
@@ -147,12 +148,23 @@ pub const fn number_font() -> FontId {
 
 /// Puts both themes into a window; done once.
 pub fn install(ctx: &egui::Context) {
+    ctx.set_fonts(fonts());
     for theme in [Theme::Dark, Theme::Light] {
         ctx.style_mut_of(theme, |style| {
             shape(style);
             colour(&mut style.visuals, &Palette::of(theme));
         });
     }
+}
+
+/// The fonts of egui; signs that its font for text lacks, such as arrows, come from the one with equal widths.
+fn fonts() -> FontDefinitions {
+    let mut fonts = FontDefinitions::default();
+    let equal = fonts.families.get(&FontFamily::Monospace).cloned().unwrap_or_default();
+    let text = fonts.families.entry(FontFamily::Proportional).or_default();
+    let missing: Vec<String> = equal.into_iter().filter(|name| !text.contains(name)).collect();
+    text.extend(missing);
+    fonts
 }
 
 fn shape(style: &mut egui::Style) {
@@ -206,8 +218,8 @@ fn colour(visuals: &mut egui::Visuals, palette: &Palette) {
 
 #[cfg(test)]
 mod tests {
-    use super::{Palette, SERIES, Tone};
-    use eframe::egui::{Color32, Rgba, Theme};
+    use super::{Palette, SERIES, Tone, install};
+    use eframe::egui::{Color32, Context, FontId, RawInput, Rgba, Theme};
 
     /// Contrast of two colours as in WCAG 2.
     fn contrast(a: Color32, b: Color32) -> f32 {
@@ -231,6 +243,21 @@ mod tests {
                 assert!(contrast(palette.text, ground) >= 7.0);
                 assert!(contrast(palette.weak, ground) >= 4.5, "{theme:?}");
             }
+        }
+    }
+
+    #[test]
+    fn texts_of_studies_have_every_sign() {
+        let ctx = Context::default();
+        install(&ctx);
+        let mut output = ctx.run_ui(RawInput::default(), |_| {});
+        output.textures_delta.clear();
+        for font in [FontId::proportional(12.0), FontId::monospace(12.0)] {
+            let lacking: Vec<char> = "ln F \u{2192} ln f, \u{b1} \u{b5} \u{d7} \u{2013} \u{b2}"
+                .chars()
+                .filter(|sign| !ctx.fonts_mut(|fonts| fonts.has_glyph(&font, *sign)))
+                .collect();
+            assert!(lacking.is_empty(), "{font:?}: {lacking:?}");
         }
     }
 

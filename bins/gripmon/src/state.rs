@@ -4,9 +4,11 @@ use crate::action::Cursor;
 use crate::layout::Layout;
 use crate::plot::Scale;
 use crate::strip::StripId;
-use crate::time::TimeWindow;
+use crate::time::{Following, TimeWindow};
+use core::mem::Discriminant;
+use grip_link::message::daemon::{GripStage, SceneCode};
 use grip_scope::trigger::{Trigger, TriggerMode, TriggerSource};
-use grip_scope::{Channel, EventKind, Span};
+use grip_scope::{Channel, EventKind, Model, SourceStatus, Span};
 
 /// What the trigger waits for.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -86,6 +88,22 @@ pub struct Message {
     pub is_error: bool,
 }
 
+/// How gripper and source were when a command was sent.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Standing {
+    source: Discriminant<SourceStatus>,
+    gripper: Option<(SceneCode, GripStage, u16)>,
+}
+
+impl Standing {
+    /// How they are now.
+    #[must_use]
+    pub fn now(model: &Model) -> Self {
+        let gripper = model.info().state.map(|state| (state.scene, state.grip, state.fault));
+        Self { source: core::mem::discriminant(model.status()), gripper }
+    }
+}
+
 /// What a user has changed.
 #[derive(Clone, Debug)]
 pub struct ViewState {
@@ -107,8 +125,12 @@ pub struct ViewState {
     pub help: bool,
     /// The trigger.
     pub trigger: TriggerForm,
-    /// Stretches that the trigger has found so far.
+    /// How often the trigger has found what it waits for.
     pub triggered: u64,
+    /// The view stands at what an automatic trigger has found, until its next sweep: the user did not pause it.
+    pub stands_at_hit: bool,
+    /// Where the trigger has found something in a recording (s).
+    pub hit_s: Option<f64>,
     /// The commands.
     pub command: CommandForm,
     /// Beginning of the names of exported files.
@@ -117,6 +139,8 @@ pub struct ViewState {
     pub no_pointer: bool,
     /// What was done or failed last.
     pub message: Option<Message>,
+    /// What was told of a command, until gripper or source are otherwise.
+    pub sent: Option<(Message, Standing)>,
 }
 
 impl ViewState {
@@ -134,11 +158,20 @@ impl ViewState {
             help: false,
             trigger: TriggerForm::default(),
             triggered: 0,
+            stands_at_hit: false,
+            hit_s: None,
             command: CommandForm { force_n: 5.0, ..CommandForm::default() },
             stem: "gripmon".to_owned(),
             no_pointer: false,
             message: None,
+            sent: None,
         }
+    }
+
+    /// Whether the user holds the view where it is.
+    #[must_use]
+    pub fn is_paused(&self) -> bool {
+        self.window.following() == Following::Held && !self.stands_at_hit
     }
 
     /// Where a cursor stands (s).
@@ -176,8 +209,50 @@ impl ViewState {
         self.message = Some(Message { text: text.into(), is_error: false });
     }
 
+    /// Says what was sent, until gripper or source are otherwise.
+    pub fn tell_sent(&mut self, text: impl Into<String>, model: &Model) {
+        self.tell(text);
+        self.sent = self.message.clone().map(|message| (message, Standing::now(model)));
+    }
+
+    /// Takes away what was told of a command where gripper or source are otherwise since.
+    pub fn forget_sent(&mut self, model: &Model) {
+        let now = Standing::now(model);
+        if let Some((message, _)) = self.sent.take_if(|(_, then)| *then != now)
+            && self.message.as_ref() == Some(&message)
+        {
+            self.message = None;
+        }
+    }
+
     /// Says what failed.
     pub fn complain(&mut self, text: impl Into<String>) {
         self.message = Some(Message { text: text.into(), is_error: true });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::ViewState;
+    use crate::layout::Layout;
+    use grip_scope::feed::Feed;
+    use grip_scope::{Model, SourceStatus};
+
+    #[test]
+    fn what_was_sent_is_told_until_the_status_is_another() {
+        let mut model = Model::new(1 << 20);
+        model.take(Feed::Status(SourceStatus::Live));
+        let mut state = ViewState::new(Layout::default());
+        state.tell_sent("Sent: stop.", &model);
+        state.forget_sent(&model);
+        assert!(state.message.is_some());
+        model.take(Feed::Status(SourceStatus::Stalled { for_s: 1.0 }));
+        state.forget_sent(&model);
+        assert_eq!(state.message, None);
+        state.tell_sent("Sent: stop.", &model);
+        state.complain("Something else.");
+        model.take(Feed::Status(SourceStatus::Live));
+        state.forget_sent(&model);
+        assert!(state.message.is_some());
     }
 }

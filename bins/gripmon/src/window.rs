@@ -4,11 +4,11 @@ use crate::apply::Effect;
 use crate::cli::Cli;
 use crate::engine::Engine;
 use crate::files;
+use crate::job::{Job, Step};
 use crate::layout::{self, Layout};
 use crate::pump::Pump;
 use crate::scope::{self, Scope, Shared};
 use crate::state::{Message, ViewState};
-use crate::time::Following;
 use crate::view_file::ViewFile;
 use anyhow::{Context as _, bail};
 use core::sync::atomic::Ordering;
@@ -18,9 +18,6 @@ use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::thread::{self, Thread};
-
-/// Frames between the last change and a picture: sizes of panels need one to settle.
-const SETTLE: u64 = 4;
 
 /// Opens the window and runs until it is closed.
 ///
@@ -44,11 +41,7 @@ pub fn run(cli: &Cli, spec: SourceSpec) -> anyhow::Result<()> {
         ..eframe::NativeOptions::default()
     };
     let outcome = Arc::new(Mutex::new(None));
-    let job = view.zip(Some(cli.picture.clone())).map(|(view, picture)| Job {
-        view,
-        picture,
-        placed: None,
-    });
+    let job = view.map(|view| Job::new(view, cli.picture.clone()));
     let plan = Plan {
         spec,
         layout,
@@ -84,14 +77,6 @@ struct Plan {
     memory_bytes: usize,
     job: Option<Job>,
     outcome: Arc<Mutex<Option<String>>>,
-}
-
-/// A place to go to, and perhaps a picture to make there.
-struct Job {
-    view: ViewFile,
-    picture: Option<PathBuf>,
-    /// The frame at which the place was reached.
-    placed: Option<u64>,
 }
 
 struct App {
@@ -191,34 +176,27 @@ impl App {
     /// Goes where --view wants to look, and makes the picture there.
     fn work(&mut self, ctx: &egui::Context) {
         let Some(job) = &mut self.job else { return };
-        let frames = self.scope.frames();
-        let mut failed = None;
-        if job.placed.is_none() {
+        let so_far = (self.scope.frames(), ctx.input(|input| input.time));
+        let step = {
             let engine = self.scope.shared.engine_first();
-            if job.view.place(&mut self.scope.state, &engine.model) {
-                job.placed = Some(frames);
-            }
-            if let grip_scope::SourceStatus::Failed { sentence } = engine.model.status() {
-                failed = Some(format!("no picture: {sentence}"));
-            }
+            job.step(&mut self.scope.state, &engine.model, so_far)
+        };
+        let ends = job.picture.is_some();
+        if let Step::Wait(time) = step {
+            return ctx.request_repaint_after(time);
         }
-        let patience_s = job.view.look.patience_s;
-        if ctx.input(|input| input.time) > patience_s {
-            let sentence = "no picture: what the view asks for did not come within";
-            failed = failed.or_else(|| Some(format!("{sentence} {patience_s} s")));
-        }
-        match (job.placed, &job.picture) {
-            (Some(_), None) => self.job = None,
-            (Some(placed), Some(path)) if frames >= placed + SETTLE => {
-                let path = path.clone();
-                self.job = None;
-                self.picture(ctx, path, true);
-            }
-            (None, Some(_)) if failed.is_some() => {
-                *self.outcome.lock().unwrap_or_else(PoisonError::into_inner) = failed;
+        self.job = None;
+        match step {
+            Step::Picture(path) => self.picture(ctx, path, true),
+            Step::Failed(sentence) if ends => {
+                *self.outcome.lock().unwrap_or_else(PoisonError::into_inner) = Some(sentence);
                 ctx.send_viewport_cmd(ViewportCommand::Close);
             }
-            _ => ctx.request_repaint_after(core::time::Duration::from_millis(50)),
+            Step::Failed(sentence) => {
+                self.scope.state.complain(sentence);
+                ctx.request_repaint();
+            }
+            Step::Done | Step::Wait(_) => ctx.request_repaint(),
         }
     }
 }
@@ -242,8 +220,7 @@ impl eframe::App for App {
         }
         let size = ctx.content_rect().size();
         self.scope.state.layout.window = [size.x, size.y];
-        let paused = self.scope.state.window.following() == Following::Held;
-        self.pump.watch().paused.store(paused && self.job.is_none(), Ordering::Relaxed);
+        self.pump.watch().paused.store(self.scope.state.is_paused(), Ordering::Relaxed);
         self.work(&ctx);
     }
 
@@ -300,6 +277,25 @@ fn written(path: &Path, result: anyhow::Result<String>) -> Message {
         Ok(what) => {
             Message { text: format!("Written: {} ({what})", path.display()), is_error: false }
         }
-        Err(error) => Message { text: format!("{}: {error}", path.display()), is_error: true },
+        Err(error) => {
+            let (name, told) = (path.display().to_string(), error.to_string());
+            // Some errors name the file themselves.
+            let text = if told.starts_with(&name) { told } else { format!("{name}: {told}") };
+            Message { text, is_error: true }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::written;
+    use std::path::Path;
+
+    #[test]
+    fn an_error_names_its_file_once() {
+        let path = Path::new("run-0001.csv");
+        let told = |error: &str| written(path, Err(anyhow::anyhow!(error.to_owned()))).text;
+        assert_eq!(told("run-0001.csv: cannot be written"), "run-0001.csv: cannot be written");
+        assert_eq!(told("there are no samples"), "run-0001.csv: there are no samples");
     }
 }

@@ -30,6 +30,25 @@ pub enum TriggerMode {
     Auto,
 }
 
+/// What a look brought.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Found {
+    /// What was waited for, with what is shown around it.
+    Hit(Span),
+    /// The newest data, where nothing was found for a while ([`TriggerMode::Auto`]).
+    Sweep(Span),
+}
+
+impl Found {
+    /// What is to be shown.
+    #[must_use]
+    pub const fn span(self) -> Span {
+        match self {
+            Self::Hit(span) | Self::Sweep(span) => span,
+        }
+    }
+}
+
 /// A trigger as oscilloscopes have one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Trigger {
@@ -77,8 +96,21 @@ impl Trigger {
         }
     }
 
-    /// Looks at what is new: the span to show, once all of it is there.
-    pub fn poll(&mut self, model: &Model) -> Option<Span> {
+    /// The first place after `from_s` among what is there already (s).
+    #[must_use]
+    pub fn first_after(&self, model: &Model, from_s: f64) -> Option<f64> {
+        let end_s = model.end_s();
+        self.find(model, Span::new(from_s.min(end_s), end_s))
+    }
+
+    /// What is shown around a place (s).
+    #[must_use]
+    pub fn around(&self, at_s: f64) -> Span {
+        Span::new(at_s - self.pre_s, at_s - self.pre_s + self.window_s)
+    }
+
+    /// Looks at what is new: what to show, once all of it is there.
+    pub fn poll(&mut self, model: &Model) -> Option<Found> {
         let end_s = model.end_s();
         let from_s = *self.looked_s.get_or_insert(end_s);
         if self.done {
@@ -96,11 +128,11 @@ impl Trigger {
                 self.found_s = None;
                 self.shown_s = Some(at_s);
                 self.done = self.mode == TriggerMode::Single;
-                Some(Span::new(at_s - self.pre_s, at_s + behind_s))
+                Some(Found::Hit(self.around(at_s)))
             }
             None if self.mode == TriggerMode::Auto => {
                 let idle = self.shown_s.is_none_or(|at_s| end_s > at_s + 2.0 * self.window_s);
-                idle.then(|| Span::new(end_s - self.window_s, end_s))
+                idle.then(|| Found::Sweep(Span::new(end_s - self.window_s, end_s)))
             }
             _ => None,
         }

@@ -134,25 +134,52 @@ fn power(value: f64) -> String {
     }
 }
 
-/// Draws the vertical grid, and the labels of the time below the plot where `labelled`.
+/// What stands across a plot.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Across {
+    /// Times, in seconds or as on a clock.
+    Time,
+    /// Plain numbers.
+    Numbers,
+}
+
+/// Draws the vertical grid of a time axis, and its labels below the plot where `labelled`.
 pub fn time_axis(painter: &Painter, frame: &Frame, labelled: bool, palette: &Palette) {
+    if labelled {
+        labels(painter, frame, Across::Time, palette);
+    } else {
+        grid(painter, frame, palette);
+    }
+}
+
+/// Draws the vertical grid of a plot.
+pub fn grid(painter: &Painter, frame: &Frame, palette: &Palette) {
     let rect = frame.rect;
-    let most = num::whole(f64::from(rect.width() / TIME_STEP)).clamp(2, 20);
-    let ticks = time::ticks(frame.span.from_s, frame.span.to_s, most);
-    for &t_s in &ticks.at {
+    for &t_s in &across(frame).at {
         let x = painter.round_to_pixel_center(frame.x(t_s));
-        if labelled {
-            let text = time::label(t_s, &ticks);
-            painter.vline(x, rect.top()..=rect.top() + 4.0, Stroke::new(1.0, palette.edge));
-            painter.text(
-                pos2(x, rect.top() + 5.0),
-                Align2::CENTER_TOP,
-                text,
-                palette::axis_font(),
-                palette.weak,
-            );
-        } else if x > rect.left() + 0.5 && x < rect.right() - 0.5 {
+        if x > rect.left() + 0.5 && x < rect.right() - 0.5 {
             painter.vline(x, rect.y_range(), palette.grid_stroke());
         }
     }
+}
+
+/// Draws the labels of what stands across, at the top of the frame's rectangle.
+pub fn labels(painter: &Painter, frame: &Frame, of: Across, palette: &Palette) {
+    let (rect, ticks) = (frame.rect, across(frame));
+    let text = match of {
+        Across::Time => time::label,
+        Across::Numbers => time::number,
+    };
+    for &value in &ticks.at {
+        let x = painter.round_to_pixel_center(frame.x(value));
+        painter.vline(x, rect.top()..=rect.top() + 4.0, Stroke::new(1.0, palette.edge));
+        let at = pos2(x, rect.top() + 5.0);
+        let text = text(value, &ticks);
+        painter.text(at, Align2::CENTER_TOP, text, palette::axis_font(), palette.weak);
+    }
+}
+
+fn across(frame: &Frame) -> time::Ticks {
+    let most = num::whole(f64::from(frame.rect.width() / TIME_STEP)).clamp(2, 20);
+    time::ticks(frame.span.from_s, frame.span.to_s, most)
 }

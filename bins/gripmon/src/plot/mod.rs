@@ -5,7 +5,7 @@ mod line;
 mod ribbon;
 mod scale;
 
-pub use frame::{Frame, GUTTER, time_axis, value_axis};
+pub use frame::{Across, Frame, GUTTER, grid, labels, time_axis, value_axis};
 pub use line::{Style, polyline};
 pub use ribbon::{band, ribbon};
 pub use scale::{Kind, Scale};

@@ -3,5 +3,5 @@
 mod ticks;
 mod window;
 
-pub use ticks::{Ticks, decades, label, ticks};
+pub use ticks::{Ticks, decades, label, number, ticks};
 pub use window::{Following, TimeWindow};

@@ -47,12 +47,18 @@ pub fn decades(from: f64, to: f64, most: usize) -> Vec<f64> {
     (0..count).map(|i| 10f64.powf(low + every * num::count(i))).collect()
 }
 
+/// A plain number as text.
+#[must_use]
+pub fn number(value: f64, ticks: &Ticks) -> String {
+    format!("{value:.*}", ticks.decimals.min(9))
+}
+
 /// A time (s) as text: seconds, or hours, minutes and seconds where seconds alone say little.
 #[must_use]
 pub fn label(t_s: f64, ticks: &Ticks) -> String {
     let decimals = ticks.decimals.min(9);
     if t_s.abs() < 1000.0 || ticks.step < 0.1 {
-        return format!("{t_s:.decimals$}");
+        return number(t_s, ticks);
     }
     let (sign, t_s) = if t_s < 0.0 { ("-", -t_s) } else { ("", t_s) };
     let minutes = (t_s / 60.0).floor();

@@ -7,6 +7,7 @@ use crate::num;
 use crate::palette::{self, Tone};
 use eframe::egui::{Align2, Rect, RichText, Role, Sense, Stroke, Ui, WidgetInfo, pos2, vec2};
 use grip_link::message::daemon::SensorHealth;
+use grip_scope::Channel;
 use grip_scope::feed::{HealthPoint, LatencyFigures};
 
 /// Height of the histogram (points).
@@ -60,14 +61,32 @@ fn source(ui: &mut Ui, seen: &Seen<'_>) {
     }
 }
 
+/// The sensors in the order of a state, and the channels that each of them fills.
+const SENSORS: [(&str, &[Channel]); 4] = [
+    ("stylus", &[Channel::Stylus, Channel::SecondStylus]),
+    ("travel", &[Channel::Travel]),
+    ("pressure", &[Channel::Pressure]),
+    ("reference", &[Channel::Reference]),
+];
+/// What stands for the health of a sensor that never sent anything.
+const ABSENT: &str = "\u{2013}";
+
+/// Whether any of these channels ever had a sample.
+fn ever(seen: &Seen<'_>, channels: &[Channel]) -> bool {
+    let any = |channel| seen.model.series(channel).is_some_and(|series| series.latest().is_some());
+    channels.iter().copied().any(any)
+}
+
 fn sensors(ui: &mut Ui, seen: &Seen<'_>) {
     let Some(state) = seen.model.info().state else { return };
     heading(ui, "Grasp and sensors");
     row(ui, "scene", state.scene.name());
     row(ui, "controller", state.grip.name());
-    for (name, health) in
-        ["stylus", "travel", "pressure", "reference"].into_iter().zip(state.sensors)
-    {
+    for ((name, channels), health) in SENSORS.into_iter().zip(state.sensors) {
+        if health == SensorHealth::Good && !ever(seen, channels) {
+            row(ui, name, ABSENT);
+            continue;
+        }
         let good = health == SensorHealth::Good;
         let tone = if good { Tone::Green } else { Tone::Red };
         let mark = if good { health.name().to_owned() } else { format!("! {}", health.name()) };

@@ -6,36 +6,61 @@ use crate::format;
 use crate::num;
 use crate::palette::Tone;
 use crate::time::Following;
-use eframe::egui::{Align, Layout, RichText, Sense, Ui, vec2};
+use eframe::egui::{Align, Label, Layout, RichText, Sense, Ui, vec2};
 use grip_scope::SourceStatus;
 
-/// Draws the line.
+/// Narrower windows show the figures in a line of their own (points).
+const ONE_LINE: f32 = 1000.0;
+
+/// Draws the line, or two where the window is narrow. What finds no room is cut short; the pointer shows all of it.
 pub fn status(ui: &mut Ui, seen: &Seen<'_>) -> Vec<Action> {
     let mut actions = Vec::new();
-    ui.horizontal(|ui| {
-        lamp(ui, seen);
-        ui.label(seen.model.status().sentence());
-        if let SourceStatus::Loading { done } = seen.model.status() {
-            let bar = eframe::egui::ProgressBar::new(done.clamp(0.0, 1.0))
-                .desired_width(120.0)
-                .desired_height(8.0);
-            ui.add(bar);
+    let right = Layout::right_to_left(Align::Center);
+    let high = ui.spacing().interact_size.y;
+    let line = vec2(ui.available_width(), high);
+    let narrow = ui.available_width() < ONE_LINE;
+    ui.allocate_ui_with_layout(line, right, |ui| {
+        if !narrow {
+            figures(ui, seen);
         }
-        if let Some(message) = &seen.state.message {
-            ui.separator();
-            let text = RichText::new(&message.text);
-            ui.label(if message.is_error {
-                text.color(seen.palette.tone(Tone::Red))
-            } else {
-                text
-            });
-            if ui.small_button("Close message").clicked() {
-                actions.push(Action::Dismiss);
-            }
+        if seen.state.message.is_some() && ui.small_button("Close message").clicked() {
+            actions.push(Action::Dismiss);
         }
-        ui.with_layout(Layout::right_to_left(Align::Center), |ui| figures(ui, seen));
+        let rest = vec2(ui.available_width(), high);
+        let left = Layout::left_to_right(Align::Center);
+        ui.allocate_ui_with_layout(rest, left, |ui| sentences(ui, seen));
     });
+    if narrow {
+        ui.allocate_ui_with_layout(line, right, |ui| figures(ui, seen));
+    }
     actions
+}
+
+fn sentences(ui: &mut Ui, seen: &Seen<'_>) {
+    ui.set_min_width(ui.available_width());
+    lamp(ui, seen);
+    let share = if seen.state.message.is_some() { 0.4 } else { 1.0 };
+    let status = RichText::new(seen.model.status().sentence());
+    cut(ui, status, ui.available_width() * share);
+    if let SourceStatus::Loading { done } = seen.model.status() {
+        let wide = ui.available_width().min(120.0);
+        let bar = eframe::egui::ProgressBar::new(done.clamp(0.0, 1.0));
+        ui.add(bar.desired_width(wide).desired_height(8.0));
+    }
+    if let Some(message) = &seen.state.message {
+        ui.separator();
+        let text = RichText::new(&message.text);
+        let red = seen.palette.tone(Tone::Red);
+        cut(ui, if message.is_error { text.color(red) } else { text }, ui.available_width());
+    }
+}
+
+/// A text in at most so much room.
+fn cut(ui: &mut Ui, text: RichText, most: f32) {
+    ui.scope(|ui| {
+        ui.set_max_width(most);
+        ui.add(Label::new(text).truncate());
+    });
 }
 
 /// The tone of a status.
@@ -60,6 +85,7 @@ fn figures(ui: &mut Ui, seen: &Seen<'_>) {
     let view = match seen.state.window.following() {
         Following::Newest => "following",
         Following::All => "all data",
+        Following::Held if seen.state.stands_at_hit => "triggered",
         Following::Held => "view paused",
     };
     let mut parts = vec![format!("{view}, {}", format::duration(seen.span.length_s()))];
@@ -77,5 +103,6 @@ fn figures(ui: &mut Ui, seen: &Seen<'_>) {
         ui.label(text);
         ui.separator();
     }
-    ui.weak(parts.join("   "));
+    let text = RichText::new(parts.join("   ")).weak();
+    ui.add(Label::new(text).truncate());
 }

@@ -3,14 +3,19 @@
 use super::Seen;
 use crate::action::Action;
 use crate::num;
-use crate::palette::{Palette, SERIES};
+use crate::palette::{Palette, SERIES, Tone};
 use crate::plot::{self, Frame, GUTTER, Kind, Scale, Style};
-use eframe::egui::{self, Align2, FontId, Rect, Role, Sense, Ui, WidgetInfo, pos2, vec2};
+use eframe::egui::{
+    self, Align2, FontId, Galley, Painter, Rect, Role, Sense, Shape, Ui, WidgetInfo, pos2, vec2,
+};
 use grip_scope::Span;
 use grip_scope::feed::{StudyCurve, StudyCurves, StudyPlot};
+use std::sync::Arc;
 
 /// Height of a plot with its title and labels (points).
 const HIGH: f32 = 270.0;
+/// Room for the line before a name of the legend (points).
+const MARK: f32 = 24.0;
 
 /// Draws the page.
 pub fn study(ui: &mut Ui, study: &StudyCurves, seen: &Seen<'_>) -> Vec<Action> {
@@ -39,19 +44,36 @@ pub fn study(ui: &mut Ui, study: &StudyCurves, seen: &Seen<'_>) -> Vec<Action> {
 }
 
 fn draw(ui: &Ui, rect: Rect, one: &StudyPlot, palette: &Palette) {
-    let inside = Rect::from_min_max(rect.min + vec2(GUTTER, 24.0), rect.max - vec2(12.0, 34.0));
+    let legend = legend(ui, &one.curves, palette);
+    let beside = legend.iter().map(|line| line.text.size().x).fold(0.0, f32::max) + MARK + 12.0;
+    let beside = beside.min(rect.width() * 0.45);
+    let inside =
+        Rect::from_min_max(rect.min + vec2(GUTTER, 24.0), rect.max - vec2(beside + 6.0, 34.0));
     let Some(frame) = frame(inside, one) else {
         super::stack::empty(ui, inside, "No finite points.", palette);
         return;
     };
     let painter = ui.painter();
     plot::value_axis(painter, &frame, "", palette);
-    plot::time_axis(painter, &frame, false, palette);
+    plot::grid(painter, &frame, palette);
     let below = Frame {
         rect: Rect::from_min_size(inside.left_bottom(), vec2(inside.width(), 20.0)),
         ..frame
     };
-    plot::time_axis(painter, &below, true, palette);
+    plot::labels(painter, &below, plot::Across::Numbers, palette);
+    titles(painter, (rect, inside), one, palette);
+    let clipped = painter.with_clip_rect(inside.intersect(ui.clip_rect()));
+    for (curve, (tone, style)) in one.curves.iter().zip(looks(&one.curves)) {
+        plot::polyline(&clipped, &frame, &curve.points, (palette.tone(tone), style));
+    }
+    let place = Rect::from_min_max(
+        pos2(inside.right() + 8.0, inside.top()),
+        pos2(rect.right(), rect.bottom()),
+    );
+    beside_plot(painter, place, &legend, palette);
+}
+
+fn titles(painter: &Painter, (rect, inside): (Rect, Rect), one: &StudyPlot, palette: &Palette) {
     let text = |at, align, text: &str| {
         painter.text(at, align, text, FontId::proportional(11.5), palette.weak)
     };
@@ -63,30 +85,80 @@ fn draw(ui: &Ui, rect: Rect, one: &StudyPlot, palette: &Palette) {
         palette.text,
     );
     text(pos2(inside.center().x, rect.bottom()), Align2::CENTER_BOTTOM, &one.x_label);
-    text(pos2(inside.right(), rect.top() + 5.0), Align2::RIGHT_TOP, &one.y_label);
-    let clipped = painter.with_clip_rect(inside.intersect(ui.clip_rect()));
-    for (curve, tone) in one.curves.iter().zip(SERIES.into_iter().cycle()) {
-        plot::polyline(&clipped, &frame, &curve.points, (palette.tone(tone), Style::Solid));
-    }
-    legend(ui, inside, &one.curves, palette);
+    text(pos2(rect.right(), rect.top() + 5.0), Align2::RIGHT_TOP, &one.y_label);
 }
 
-fn legend(ui: &Ui, inside: Rect, curves: &[StudyCurve], palette: &Palette) {
-    for (i, (curve, tone)) in curves.iter().zip(SERIES.into_iter().cycle()).enumerate() {
-        let at =
-            pos2(inside.right() - 6.0, inside.top() + 10.0 + 15.0 * num::narrow(num::count(i)));
-        if at.y > inside.bottom() - 8.0 {
-            return;
-        }
-        let drawn = ui.painter().text(
-            at,
-            Align2::RIGHT_CENTER,
-            &curve.name,
+/// The net of a curve, and whether its errors are those of rows that were not trained on.
+fn net(name: &str) -> (&str, bool) {
+    match name.rsplit_once(", ") {
+        Some((net, "train")) => (net, false),
+        Some((net, "test")) => (net, true),
+        _ => (name, false),
+    }
+}
+
+/// How each curve is drawn: a colour for each net, dashes for the rows that were not trained on.
+fn looks(curves: &[StudyCurve]) -> Vec<(Tone, Style)> {
+    let mut nets: Vec<&str> = Vec::new();
+    let look = |curve| {
+        let (name, is_test) = net(curve);
+        let place = nets.iter().position(|known| *known == name).unwrap_or_else(|| {
+            nets.push(name);
+            nets.len() - 1
+        });
+        let style = if is_test { Style::Dashed } else { Style::Solid };
+        (SERIES[place % SERIES.len()], style)
+    };
+    curves.iter().map(|curve| curve.name.as_str()).map(look).collect()
+}
+
+/// A line of the legend.
+struct Line {
+    tone: Tone,
+    style: Style,
+    text: Arc<Galley>,
+}
+
+/// Each net once, in its colour, then what dashes mean.
+fn legend(ui: &Ui, curves: &[StudyCurve], palette: &Palette) -> Vec<Line> {
+    let written = |text: &str, (tone, style)| Line {
+        tone,
+        style,
+        text: ui.painter().layout_no_wrap(
+            text.to_owned(),
             FontId::proportional(11.0),
             palette.text,
-        );
-        let mark = drawn.left() - 16.0..=drawn.left() - 4.0;
-        ui.painter().hline(mark, at.y, egui::Stroke::new(2.5, palette.tone(tone)));
+        ),
+    };
+    let looks = looks(curves);
+    let mut known: Vec<&str> = Vec::new();
+    let mut lines = Vec::new();
+    for (curve, (tone, _)) in curves.iter().zip(&looks) {
+        let (name, _) = net(&curve.name);
+        if !known.contains(&name) {
+            known.push(name);
+            lines.push(written(name, (*tone, Style::Solid)));
+        }
+    }
+    if looks.iter().any(|(_, style)| *style == Style::Dashed) {
+        lines.push(written("train", (Tone::Quiet, Style::Solid)));
+        lines.push(written("test", (Tone::Quiet, Style::Dashed)));
+    }
+    lines
+}
+
+fn beside_plot(painter: &Painter, place: Rect, lines: &[Line], palette: &Palette) {
+    let painter = painter.with_clip_rect(place.intersect(painter.clip_rect()));
+    for (i, line) in lines.iter().enumerate() {
+        let y = place.top() + 8.0 + 15.0 * num::narrow(num::count(i));
+        let mark = [pos2(place.left(), y), pos2(place.left() + MARK - 6.0, y)];
+        let stroke = egui::Stroke::new(2.0, palette.tone(line.tone));
+        match line.style {
+            Style::Solid => painter.extend([Shape::line_segment(mark, stroke)]),
+            Style::Dashed => painter.extend(Shape::dashed_line(&mark, stroke, 5.0, 4.0)),
+        }
+        let at = pos2(place.left() + MARK, y - line.text.size().y / 2.0);
+        painter.galley(at, Arc::clone(&line.text), palette.text);
     }
 }
 
@@ -113,8 +185,53 @@ fn frame(rect: Rect, one: &StudyPlot) -> Option<Frame> {
 
 #[cfg(test)]
 mod tests {
-    use super::{StudyCurve, StudyPlot, frame};
-    use eframe::egui::{Rect, pos2};
+    use super::{StudyCurve, StudyPlot, draw, frame, looks};
+    use crate::palette::{Palette, SERIES};
+    use crate::plot::Style;
+    use eframe::egui::{self, Rect, Shape, pos2};
+
+    /// The texts that a plot paints.
+    fn texts(one: &StudyPlot) -> Vec<String> {
+        let ctx = egui::Context::default();
+        let mut output = ctx.run_ui(egui::RawInput::default(), |ui| {
+            let rect = Rect::from_min_max(pos2(0.0, 0.0), pos2(640.0, 270.0));
+            draw(ui, rect, one, &Palette::of(egui::Theme::Dark));
+        });
+        output.textures_delta.clear();
+        let text = |shape: egui::epaint::ClippedShape| match shape.shape {
+            Shape::Text(text) => Some(text.galley.text().to_owned()),
+            _ => None,
+        };
+        output.shapes.into_iter().filter_map(text).collect()
+    }
+
+    #[test]
+    fn epochs_are_plain_numbers() {
+        let points = vec![[0.0, 1.0], [1000.0, 0.1], [2000.0, 0.01]];
+        let curves = vec![StudyCurve { name: "a, train".into(), points }];
+        let found = texts(&StudyPlot { log_y: true, curves, ..StudyPlot::default() });
+        assert!(found.iter().any(|text| text == "1000"), "{found:?}");
+        assert!(found.iter().any(|text| text == "2000"), "{found:?}");
+        assert!(!found.iter().any(|text| text.contains(':')), "{found:?}");
+    }
+
+    #[test]
+    fn a_net_has_one_colour_and_its_test_rows_are_dashed() {
+        let nets = ["2-10-1 gd", "2-10-1 lm", "2-20-1 gd", "2-20-1 lm", "cg", "bfgs"];
+        let points = vec![[1.0, 1.0], [2.0, 0.5]];
+        let curve =
+            |net: &str, rows| StudyCurve { name: format!("{net}, {rows}"), points: points.clone() };
+        let curves: Vec<StudyCurve> =
+            nets.iter().flat_map(|net| [curve(net, "train"), curve(net, "test")]).collect();
+        let looks = looks(&curves);
+        for (pair, tone) in looks.chunks(2).zip(SERIES) {
+            assert_eq!(pair, [(tone, Style::Solid), (tone, Style::Dashed)]);
+        }
+        let found = texts(&StudyPlot { log_y: true, curves, ..StudyPlot::default() });
+        for told in nets.iter().chain(&["train", "test"]) {
+            assert_eq!(found.iter().filter(|text| text == told).count(), 1, "{told}: {found:?}");
+        }
+    }
 
     #[test]
     fn a_plot_without_points_has_no_frame_and_nonsense_is_left_out() {

@@ -3,28 +3,39 @@
 use super::Seen;
 use crate::action::{Action, Cursor};
 use crate::layout::{Look, Panel};
-use crate::time::Following;
 use eframe::egui::{Align, Button, DragValue, Layout, RichText, Ui};
 
-/// Draws the line.
+/// From this width on everything stands in one line, the panels at the right (points).
+const ONE_LINE: f32 = 1240.0;
+
+/// Draws the line, or several where the window is narrow.
 pub fn toolbar(ui: &mut Ui, seen: &Seen<'_>) -> Vec<Action> {
     let mut actions = Vec::new();
-    ui.horizontal(|ui| {
-        let out = &mut actions;
-        time(ui, seen, out);
-        ui.separator();
-        events(ui, seen, out);
-        ui.separator();
-        measure(ui, seen, out);
-        ui.separator();
-        plots(ui, seen, out);
-        ui.with_layout(Layout::right_to_left(Align::Center), |ui| panels(ui, seen, out));
-    });
+    let out = &mut actions;
+    if ui.available_width() < ONE_LINE {
+        ui.horizontal_wrapped(|ui| {
+            controls(ui, seen, out);
+            panels(ui, seen, false, out);
+        });
+    } else {
+        ui.horizontal(|ui| {
+            controls(ui, seen, out);
+            let right = Layout::right_to_left(Align::Center);
+            ui.with_layout(right, |ui| panels(ui, seen, true, out));
+        });
+    }
     actions
 }
 
+fn controls(ui: &mut Ui, seen: &Seen<'_>, out: &mut Vec<Action>) {
+    time(ui, seen, out);
+    events(ui, seen, out);
+    measure(ui, seen, out);
+    plots(ui, seen, out);
+}
+
 fn time(ui: &mut Ui, seen: &Seen<'_>, out: &mut Vec<Action>) {
-    let held = seen.state.window.following() == Following::Held;
+    let held = seen.state.is_paused();
     let name = if held { "Follow" } else { "Pause" };
     let button = Button::new(RichText::new(name).strong()).min_size(eframe::egui::vec2(58.0, 21.0));
     if ui
@@ -121,18 +132,27 @@ fn plots(ui: &mut Ui, seen: &Seen<'_>, out: &mut Vec<Action>) {
     });
 }
 
-fn panels(ui: &mut Ui, seen: &Seen<'_>, out: &mut Vec<Action>) {
-    if ui.button("?").on_hover_text("Keys and mouse").clicked() {
-        out.push(Action::ToggleHelp);
+fn panels(ui: &mut Ui, seen: &Seen<'_>, from_right: bool, out: &mut Vec<Action>) {
+    let mut buttons: Vec<(&str, bool, &str, Action)> = Panel::ALL
+        .into_iter()
+        .map(|panel| {
+            let open = seen.state.layout.panel == Some(panel);
+            (panel.name(), open, "", Action::TogglePanel(panel))
+        })
+        .collect();
+    let theme = if seen.state.layout.theme == Look::Dark { "Light" } else { "Dark" };
+    buttons.push((theme, false, "Other colours (L)", Action::ToggleTheme));
+    buttons.push(("?", false, "Keys and mouse", Action::ToggleHelp));
+    if from_right {
+        buttons.reverse();
     }
-    let name = if seen.state.layout.theme == Look::Dark { "Light" } else { "Dark" };
-    if ui.button(name).on_hover_text("Other colours (L)").clicked() {
-        out.push(Action::ToggleTheme);
-    }
-    ui.separator();
-    for panel in Panel::ALL.into_iter().rev() {
-        if ui.selectable_label(seen.state.layout.panel == Some(panel), panel.name()).clicked() {
-            out.push(Action::TogglePanel(panel));
+    for (name, open, about, action) in buttons {
+        let is_panel = about.is_empty();
+        let button = if is_panel { Button::selectable(open, name) } else { Button::new(name) };
+        let response = ui.add(button);
+        let response = if is_panel { response } else { response.on_hover_text(about) };
+        if response.clicked() {
+            out.push(action);
         }
     }
 }

@@ -96,6 +96,12 @@ fn cursors_measure_what_lies_between_them() {
     harness.run();
     harness.get_by_label("500.0 ms");
     harness.get_by_label("2.000 Hz");
+    let heading = |band| {
+        let name = grip_scope::Channel::BandEnergy(band).name();
+        let places = harness.query_all_by_label(name).map(|node| node.rect().left_top());
+        places.max_by(|a, b| a.x.total_cmp(&b.x)).unwrap()
+    };
+    assert!(heading(0).y < heading(1).y && heading(1).y < heading(5).y);
     // The spike of one sample is in the peak-to-peak value, to its last digit.
     assert!(harness.query_all_by_label_contains("2.0").count() >= 1);
     let stats = {
@@ -140,6 +146,87 @@ fn a_trigger_stops_at_what_it_waits_for_once() {
     let (from_s, to_s) = seen(&harness);
     assert!((from_s - 1.95).abs() < 1e-6 && (to_s - 2.45).abs() < 1e-6, "{from_s} {to_s}");
     assert!(!harness.state().state.trigger.armed && harness.state().state.triggered == 1);
+}
+
+/// A tenth of a second more, and what the trigger makes of it.
+fn tenth(harness: &mut Harness<'_, Scope>, number: usize) {
+    let rows = (number * 1000, (number + 1) * 1000);
+    let rows = fixture::rows(&[grip_scope::Channel::Stylus], 10_000, rows);
+    {
+        let mut engine = harness.state().shared.engine();
+        engine.model.take(Feed::Rows(rows));
+        engine.take_in(1);
+    }
+    harness.run();
+}
+
+#[test]
+fn an_automatic_trigger_leaves_a_paused_view_and_counts_only_what_it_finds() {
+    let mut harness = window(fixture::grasp(), Panel::Trigger);
+    click(&mut harness, "Auto");
+    click(&mut harness, "Arm");
+    tenth(&mut harness, 20);
+    tenth(&mut harness, 21);
+    let swept = seen(&harness);
+    assert!((swept.1 - 2.2).abs() < 1e-3 && harness.state().state.triggered == 0, "{swept:?}");
+    press(&mut harness, Key::Space);
+    tenth(&mut harness, 22);
+    assert_eq!(seen(&harness), swept);
+    press(&mut harness, Key::Space);
+    tenth(&mut harness, 23);
+    let mark = EventMark::plain(2.405, EventKind::Gross, "x");
+    harness.state().shared.engine().model.take(Feed::Event(mark));
+    (24..30).for_each(|number| tenth(&mut harness, number));
+    assert_eq!(harness.state().state.triggered, 1);
+    // The hit is shown as what the trigger does, and can be paused like everything else.
+    let hit = seen(&harness);
+    assert!((hit.0 - 2.305).abs() < 1e-6 && !harness.state().state.is_paused(), "{hit:?}");
+    press(&mut harness, Key::Space);
+    (30..45).for_each(|number| tenth(&mut harness, number));
+    assert_eq!(seen(&harness), hit);
+    press(&mut harness, Key::Space);
+    tenth(&mut harness, 45);
+    assert!((seen(&harness).1 - 4.6).abs() < 1e-3, "{:?}", seen(&harness));
+}
+
+#[test]
+fn a_trigger_searches_a_recording_from_the_left_edge_and_says_where_there_is_nothing() {
+    let mut model = fixture::grasp();
+    model.take(Feed::Status(grip_scope::SourceStatus::Complete { note: String::new() }));
+    let mut harness = window(model, Panel::Trigger);
+    press(&mut harness, Key::T);
+    harness.run();
+    assert!((seen(&harness).0 - 0.85).abs() < 1e-6, "{:?}", seen(&harness));
+    assert!(!harness.state().state.trigger.armed && harness.state().state.triggered == 1);
+    press(&mut harness, Key::T);
+    harness.run();
+    let message = harness.state().state.message.clone().unwrap();
+    assert_eq!(message.text, "The trigger finds nothing after 0.9500 s.");
+    assert!(!harness.state().state.trigger.armed);
+}
+
+#[test]
+fn keys_do_nothing_behind_a_dialog_but_close_it() {
+    let mut harness = window(fixture::grasp(), Panel::Command);
+    click(&mut harness, "Arm commands");
+    click(&mut harness, "Release ..");
+    let before = seen(&harness);
+    for key in [Key::H, Key::T, Key::L, Key::ArrowUp, Key::Space] {
+        press(&mut harness, key);
+    }
+    let state = &harness.state().state;
+    assert!(!state.trigger.armed && state.command.asks_release);
+    assert_eq!((state.layout.panel, state.layout.theme), (Some(Panel::Command), Look::Dark));
+    assert_eq!(seen(&harness), before);
+    press(&mut harness, Key::Escape);
+    assert!(!harness.state().state.command.asks_release);
+    click(&mut harness, "?");
+    press(&mut harness, Key::H);
+    assert_eq!(harness.state().state.layout.panel, Some(Panel::Command));
+    press(&mut harness, Key::Escape);
+    assert!(!harness.state().state.help);
+    press(&mut harness, Key::H);
+    assert_eq!(harness.state().state.layout.panel, Some(Panel::Health));
 }
 
 #[test]

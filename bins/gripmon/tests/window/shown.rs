@@ -1,9 +1,12 @@
 //! Every view shows what it is for.
 
 use super::{fixture, window};
-use egui_kittest::kittest::Queryable as _;
+use eframe::egui::{Rect, vec2};
+use egui_kittest::Harness;
+use egui_kittest::kittest::{By, NodeT as _, Queryable as _};
 use grip_scope::feed::Feed;
 use grip_scope::{Model, SourceStatus};
+use gripmon::Scope;
 use gripmon::layout::Panel;
 use gripmon::strip::StripId;
 
@@ -70,6 +73,56 @@ fn the_health_panel_tells_rates_losses_clocks_latency_stages_and_sensors() {
     }
     harness.get_by_label("Latency histogram");
     harness.get_by_label_contains("10.0 % of samples");
+}
+
+#[test]
+fn a_sensor_that_never_sent_anything_is_not_called_good() {
+    let harness = window(fixture::grasp(), Panel::Health);
+    // The stylus is good, the array frozen; there is neither travel nor a reference.
+    assert_eq!(harness.query_all_by_label("good").count(), 1);
+    assert_eq!(harness.query_all_by_label("\u{2013}").count(), 2);
+}
+
+/// Rectangles of the controls and labels in the lines at the top and at the bottom.
+fn in_the_lines(harness: &Harness<'_, Scope>, high: f32) -> Vec<(String, Rect)> {
+    let named = harness.query_all(By::new().predicate(|node| node.label().is_some()));
+    let lines = named.filter_map(|node| {
+        let rect = node.rect();
+        let name = node.accesskit_node().label().unwrap_or_default();
+        (rect.bottom() < 110.0 || rect.top() > high - 56.0).then_some((name, rect))
+    });
+    lines.filter(|(_, rect)| rect.height() < 30.0 && rect.width() > 0.0).collect()
+}
+
+#[test]
+fn nothing_in_the_lines_at_top_and_bottom_stands_over_another() {
+    for (wide, panel) in [
+        (480.0, None),
+        (760.0, Some(Panel::Health)),
+        (1000.0, None),
+        (1257.0, None),
+        (1360.0, Some(Panel::Events)),
+    ] {
+        let mut harness = window(fixture::grasp(), Panel::Health);
+        let state = &mut harness.state_mut().state;
+        state.layout.panel = panel;
+        state.layout.plots.clear();
+        state.cursors = [Some(1.0), Some(1.5)];
+        state.trigger.armed = true;
+        state.complain("/a/long/path/to/a/file/that/could/not/be/written/gripmon-0001.mcap: cannot be written (no space is left on this device, and so on and on)");
+        harness.set_size(vec2(wide, 700.0));
+        harness.run();
+        let found = in_the_lines(&harness, 700.0);
+        assert!(found.len() > 15, "{found:?}");
+        for (i, (name, rect)) in found.iter().enumerate() {
+            assert!(rect.left() >= 0.0 && rect.right() <= wide, "{wide}: {name} {rect:?}");
+            for (other, there) in &found[i + 1..] {
+                let both = rect.intersect(*there);
+                let apart = both.width() < 0.5 || both.height() < 0.5;
+                assert!(apart, "{wide}: {name} {rect:?} and {other} {there:?}");
+            }
+        }
+    }
 }
 
 #[test]

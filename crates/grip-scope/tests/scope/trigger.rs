@@ -1,8 +1,8 @@
 //! Triggers: what is found, what is shown before and behind it, and how often.
 
 use grip_scope::feed::{EventKind, EventMark, RowBlock};
-use grip_scope::trigger::{TriggerMode, TriggerSource};
-use grip_scope::{Channel, Feed, Model, Span, Trigger};
+use grip_scope::trigger::{Found, TriggerMode, TriggerSource};
+use grip_scope::{Channel, Feed, Model, Trigger};
 
 /// A tenth of a second of a stylus that is 0 but for one sample.
 fn tenth(model: &mut Model, number: u64, spike: Option<usize>) {
@@ -20,7 +20,7 @@ fn rising(mode: TriggerMode) -> Trigger {
     Trigger::new(source, mode, 0.05, 0.2)
 }
 
-fn run(trigger: &mut Trigger, spikes: &[(u64, usize)]) -> Vec<Span> {
+fn run(trigger: &mut Trigger, spikes: &[(u64, usize)]) -> Vec<Found> {
     let mut model = Model::new(1 << 24);
     let mut shown = Vec::new();
     for number in 0..20 {
@@ -31,7 +31,8 @@ fn run(trigger: &mut Trigger, spikes: &[(u64, usize)]) -> Vec<Span> {
     shown
 }
 
-fn near(span: &Span, from_s: f64, to_s: f64) -> bool {
+fn near(found: &Found, from_s: f64, to_s: f64) -> bool {
+    let span = found.span();
     (span.from_s - from_s).abs() < 1e-9 && (span.to_s - to_s).abs() < 1e-9
 }
 
@@ -58,6 +59,9 @@ fn an_automatic_trigger_shows_the_newest_where_nothing_is_found() {
     assert!(shown.len() > 10, "{shown:?}");
     let last = shown.last().unwrap();
     assert!(near(last, 1.799, 1.999), "{last:?}");
+    let shown = run(&mut rising(TriggerMode::Auto), &[(9, 0)]);
+    let hits: Vec<&Found> = shown.iter().filter(|found| matches!(found, Found::Hit(_))).collect();
+    assert!(hits.len() == 1 && near(hits[0], 0.85, 1.05), "{shown:?}");
     assert!(run(&mut rising(TriggerMode::Normal), &[]).is_empty());
 }
 
@@ -77,4 +81,8 @@ fn an_event_is_found_and_the_past_is_not() {
     tenth(&mut model, 2, None);
     assert!(near(&trigger.poll(&model).unwrap(), 0.1, 0.2));
     assert_eq!(trigger.poll(&model), None);
+    // What is there already is found where it is asked for.
+    assert_eq!(trigger.first_after(&model, 0.0), Some(0.05));
+    assert_eq!(trigger.first_after(&model, 0.05), Some(0.15));
+    assert_eq!(trigger.first_after(&model, 0.15), None);
 }
