@@ -2,8 +2,10 @@
 
 use super::{Pipeline, rest::Rest};
 use crate::{
+    estimate::G_M_S2,
     event::Step,
-    grip::{Evidence, GripEvent, GripInput, SlipNow},
+    features::Features,
+    grip::{Evidence, GripEvent, GripInput, Sliding, SlipNow},
     health::Health,
     methods::Method,
     sample::Sample,
@@ -16,6 +18,7 @@ pub(super) struct SlipNews {
     slip: SlipNow,
     moved_m: Option<f32>,
     evidence: Option<Evidence>,
+    sliding: Option<Sliding>,
 }
 
 impl<W: AsRef<[f32]>> Pipeline<W> {
@@ -29,6 +32,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             slip: if goes_on { SlipNow::Evident } else { SlipNow::Fading },
             moved_m: self.observation.moved_m(sample),
             evidence: evidence_of(step),
+            sliding: step.features.as_ref().and_then(sliding_of),
         }
     }
 
@@ -86,6 +90,8 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             slip: news.slip,
             moved_m: news.moved_m,
             evidence: news.evidence,
+            sliding: news.sliding,
+            travel: sample.travel_m.is_some(),
             applied_n: sample.normal_force_n,
             touching: self.contact.is_touching(),
             healthy,
@@ -99,4 +105,13 @@ fn evidence_of(step: &Step) -> Option<Evidence> {
     let estimate = step.estimate?;
     (!estimate.extrapolated)
         .then_some(Evidence { estimate_n: estimate.force_n, sigma_n: estimate.sigma_n })
+}
+
+/// How the object slides. The acceleration by another sensor than the moved distance is a mean over too long a time.
+fn sliding_of(features: &Features) -> Option<Sliding> {
+    features.slip_acceleration_sigma_m_s2?;
+    Some(Sliding {
+        force_n: features.trial_force_n,
+        acceleration_g: features.slip_acceleration_m_s2 / G_M_S2,
+    })
 }
