@@ -116,6 +116,23 @@ impl Channel {
         Self::Motion,
     ];
 
+    /// The same channel of a recording's samples, where it is one that they may lack.
+    #[must_use]
+    pub const fn recorded(self) -> Option<grip_record::Channel> {
+        use grip_record::Channel as Recorded;
+        Some(match self {
+            Self::NormalForce => Recorded::NormalForce,
+            Self::TangentialForce => Recorded::Tangential,
+            Self::Travel => Recorded::Travel,
+            Self::Velocity => Recorded::Velocity,
+            Self::SecondStylus => Recorded::SecondStylus,
+            Self::Reference => Recorded::Reference,
+            Self::Pressure => Recorded::Pressure,
+            Self::Motion => Recorded::Motion,
+            _ => return None,
+        })
+    }
+
     /// What a legend says.
     #[must_use]
     pub fn name(self) -> &'static str {

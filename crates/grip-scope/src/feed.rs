@@ -3,8 +3,8 @@
 use crate::channel::Channel;
 use grip_link::message::DeviceState;
 use grip_link::message::daemon::{
-    BadFrames, EscKind, GripStage, LinkState, Method, RealTime, Recording, SceneCode, SensorHealth,
-    SpeedSource,
+    BadFrames, EscKind, GripStage, Gripper, LinkState, Method, RealTime, Recording, SceneCode,
+    SensorHealth, SpeedSource,
 };
 use slip_core::detector::BANDS;
 use std::path::PathBuf;
@@ -31,7 +31,7 @@ pub enum Feed {
     /// Figures of the daemon.
     Health(Box<HealthPoint>),
     /// Which gripper it is.
-    Gripper(GripperInfo),
+    Gripper(Gripper),
     /// A line for people.
     Notice(NoticeLine),
     /// Curves of a study.
@@ -458,23 +458,6 @@ pub struct LatencyFigures {
     pub max_us: Option<f32>,
     /// Upper bound (us) and count of each bucket; empty where the source tells none.
     pub histogram: Vec<(f32, u64)>,
-}
-
-/// Which gripper it is.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct GripperInfo {
-    /// Identity; zeros where no gripper was seen yet.
-    pub uid: [u8; 16],
-    /// Number of its starts.
-    pub boot_id: u32,
-    /// Sample rate in force (Hz); 0: none yet.
-    pub rate_hz: u32,
-    /// Largest force of the controller (N).
-    pub force_max_n: Option<f32>,
-    /// State of the link.
-    pub link: LinkState,
-    /// Taxels of its array.
-    pub taxels: u8,
 }
 
 /// A line for people.

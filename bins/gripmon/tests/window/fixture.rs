@@ -1,12 +1,13 @@
 //! Made-up runs of a gripper, filled into a model by hand.
 
 use grip_link::message::daemon::{
-    BadFrames, EscKind, GripStage, LinkState, Method, RealTime, Recording, SceneCode, SensorHealth,
+    BadFrames, EscKind, GripStage, Gripper, LinkState, Method, RealTime, Recording, SceneCode,
+    SensorHealth,
 };
 use grip_scope::feed::{
     BandPoint, DaemonInfo, DerivedBlock, EscPoint, EventKind, EventMark, EvidencePoint, Feed,
-    GripperInfo, HealthPoint, LatencyFigures, Level, NoticeLine, RowBlock, SlipFacts,
-    SpectrumColumn, StatePoint, StudyCurve, StudyCurves, StudyPlot, TaxelBlock, Turn,
+    HealthPoint, LatencyFigures, Level, NoticeLine, RowBlock, SlipFacts, SpectrumColumn,
+    StatePoint, StudyCurve, StudyCurves, StudyPlot, TaxelBlock, Turn,
 };
 use grip_scope::{Channel, Model, SourceStatus};
 use gripmon::num::narrow;
@@ -73,7 +74,7 @@ pub(crate) fn greet(model: &mut Model, may_command: bool) {
         real_time: RealTime::Granted,
         every_nth: 1,
     }));
-    let gripper = GripperInfo {
+    let gripper = Gripper {
         uid: [7; 16],
         boot_id: 1,
         rate_hz: 10_000,

@@ -17,6 +17,7 @@ mod taxels;
 #[cfg(test)]
 mod tests;
 
+pub(crate) use axis::{Axis, Placed};
 pub use events::{Events, Stretch};
 pub use health::{HealthBoard, HealthTrend};
 pub use series::{Bucket, Series, Stats};
@@ -25,11 +26,10 @@ pub use taxels::TaxelFrame;
 
 use crate::channel::Channel;
 use crate::feed::{
-    DaemonInfo, EventKind, EventMark, GripperInfo, NoticeLine, SourceStatus, StatePoint,
-    StudyCurves, Turn,
+    DaemonInfo, EventKind, EventMark, NoticeLine, SourceStatus, StatePoint, StudyCurves, Turn,
 };
 use crate::span::Span;
-use axis::Axis;
+use grip_link::message::daemon::Gripper;
 use std::collections::{BTreeMap, VecDeque};
 use std::path::PathBuf;
 use taxels::Taxels;
@@ -45,7 +45,7 @@ pub struct Info {
     /// The daemon.
     pub daemon: Option<DaemonInfo>,
     /// The gripper.
-    pub gripper: Option<GripperInfo>,
+    pub gripper: Option<Gripper>,
     /// The last state of the pipeline.
     pub state: Option<StatePoint>,
     /// The recording, and where it begins and ends once it is loaded.
@@ -188,6 +188,11 @@ impl Model {
     #[must_use]
     pub fn taxels(&self, t_s: f64) -> Option<&TaxelFrame> {
         self.taxels.at(t_s)
+    }
+
+    /// The frames of the pressure array in the span, its ends included.
+    pub fn taxel_frames(&self, span: Span) -> impl Iterator<Item = &TaxelFrame> {
+        self.taxels.within(span)
     }
 
     /// Changes where something that can be seen has changed.

@@ -2,12 +2,12 @@
 
 use crate::channel::Channel;
 use crate::feed::{
-    EscPoint, EventKind, EventMark, Feed, GripperInfo, HealthPoint, LatencyFigures, Level,
-    NoticeLine, RowBlock, SlipFacts, StatePoint, TaxelBlock,
+    EscPoint, EventKind, EventMark, Feed, HealthPoint, LatencyFigures, Level, NoticeLine, RowBlock,
+    SlipFacts, StatePoint, TaxelBlock,
 };
 use grip_link::message::daemon::{
-    EscKind, Gripper, Health, Method, Notice, NoticeKind, Phase, RowOfSample, RowSet, Slip,
-    SpeedSource, State,
+    EscKind, Health, Method, Notice, NoticeKind, Phase, RowOfSample, RowSet, Slip, SpeedSource,
+    State,
 };
 use slip_core::{Sample, units::Micros};
 
@@ -123,17 +123,6 @@ pub(super) fn health(health: &Health) -> HealthPoint {
     }
 }
 
-pub(super) fn gripper(gripper: &Gripper) -> GripperInfo {
-    GripperInfo {
-        uid: gripper.uid,
-        boot_id: gripper.boot_id,
-        rate_hz: gripper.rate_hz,
-        force_max_n: gripper.force_max_n,
-        link: gripper.link,
-        taxels: gripper.taxels,
-    }
-}
-
 pub(super) fn notice(notice: &Notice<'_>) -> NoticeLine {
     let level = match notice.kind {
         NoticeKind::Dropped | NoticeKind::Sensor => Level::Warning,
@@ -184,7 +173,7 @@ impl Blocks {
     pub(super) fn push(&mut self, sample: &Sample, taxels: &[f32]) {
         let row = self.block.times_us.len();
         self.block.times_us.push(sample.t.0);
-        for (channel, value) in Channel::ROWS.into_iter().zip(readings(sample)) {
+        for (channel, value) in Channel::ROWS.into_iter().zip(sample.readings()) {
             match self.block.columns.iter_mut().find(|(known, _)| *known == channel) {
                 Some((_, column)) => column.push(value.unwrap_or(f32::NAN)),
                 None if value.is_some() => {
@@ -227,21 +216,6 @@ impl Blocks {
         self.block.lost = self.block.lost.saturating_add(lost);
         before
     }
-}
-
-/// The values in the order of [`Channel::ROWS`].
-const fn readings(sample: &Sample) -> [Option<f32>; 9] {
-    [
-        Some(sample.stylus),
-        sample.normal_force_n,
-        sample.tangential_n,
-        sample.travel_m,
-        sample.velocity_m_s,
-        sample.second_stylus,
-        sample.reference,
-        sample.pressure,
-        sample.motion,
-    ]
 }
 
 #[expect(clippy::cast_precision_loss, reason = "exact for 285 years of microseconds")]
