@@ -218,6 +218,42 @@ impl Series {
         true
     }
 
+    /// Copies the samples of the span, both ends included, to `out`; a NaN stands before each that does not join the one before it.
+    /// `false`, and an empty `out`, where some are thinned out.
+    pub fn copy(&self, span: Span, out: &mut Vec<[f64; 2]>) -> bool {
+        out.clear();
+        let (mut place, to) = self.places(span);
+        while let Some(chunk) = self.store.chunk(place.chunk).filter(|_| place < to) {
+            let end = if place.chunk == to.chunk { to.index } else { chunk.len() };
+            if chunk.is_thin() && place.index < end {
+                out.clear();
+                return false;
+            }
+            if chunk.broken && place.index == 0 && end > 0 {
+                out.push([chunk.time(0), f64::NAN]);
+            }
+            out.extend((place.index..end).map(|k| [chunk.time(k), f64::from(chunk.value(k))]));
+            place = Place { chunk: place.chunk + 1, index: 0 };
+        }
+        true
+    }
+
+    /// The time (s) of the sample that is `count` behind the first one not before `from_s`; `None` where there are not so many.
+    #[must_use]
+    pub fn time_of(&self, from_s: f64, count: usize) -> Option<f64> {
+        let mut place = self.store.place(from_s, 0);
+        let mut left = count;
+        while let Some(chunk) = self.store.chunk(place.chunk) {
+            let here = chunk.len().saturating_sub(place.index);
+            if left < here {
+                return Some(chunk.time(place.index + left));
+            }
+            left -= here;
+            place = Place { chunk: place.chunk + 1, index: 0 };
+        }
+        None
+    }
+
     /// The last sample at or before `t_s`; the mean of 32 where samples are thinned out. `None` before the first one, beyond the last, and
     /// in gaps.
     #[must_use]
