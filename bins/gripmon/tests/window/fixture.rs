@@ -166,7 +166,7 @@ fn events(model: &mut Model) {
     model.take(mark(1.6, EventKind::Recovered, "the pressure array is good", None));
 }
 
-fn health() -> HealthPoint {
+pub(crate) fn health() -> HealthPoint {
     HealthPoint {
         host_s: 10.0,
         rate_hz: Some(9_999.0),

@@ -41,7 +41,7 @@ fn every_plot_is_there_with_its_curves_values_and_units() {
 
 #[test]
 fn the_health_panel_tells_rates_losses_clocks_latency_stages_and_sensors() {
-    let harness = window(fixture::grasp(), Panel::Health);
+    let mut harness = window(fixture::grasp(), Panel::Health);
     for name in [
         "sample rate",
         "rows lost",
@@ -72,6 +72,20 @@ fn the_health_panel_tells_rates_losses_clocks_latency_stages_and_sensors() {
         assert!(harness.query_all_by_label(value).count() >= 1, "{value}");
     }
     harness.get_by_label("Latency histogram");
+    // An older daemon tells quantiles only, a young one has sent nothing yet.
+    for (histogram, said) in [
+        (Vec::new(), "This gripd is older than gripmon and tells quantiles only."),
+        (vec![(10.0, 0), (f32::INFINITY, 0)], "No command was sent yet."),
+    ] {
+        let mut health = fixture::health();
+        health.latency.histogram = histogram;
+        health.clock_us = None;
+        harness.state().shared.engine().model.take(Feed::Health(Box::new(health)));
+        harness.run();
+        harness.get_by_label(said);
+        harness.get_by_label("clock offset");
+        assert_eq!(harness.query_all_by_label("Latency histogram").count(), 0);
+    }
     harness.get_by_label_contains("10.0 % of samples");
 }
 

@@ -6,8 +6,8 @@ use crate::feed::{
     SlipFacts, StatePoint, TaxelBlock,
 };
 use grip_link::message::daemon::{
-    EscKind, Health, Method, Notice, NoticeKind, Phase, RowOfSample, RowSet, Slip, SpeedSource,
-    State,
+    Appended, ClockOffset, EscKind, Health, Method, Notice, NoticeKind, Phase, RowOfSample, RowSet,
+    Slip, SpeedSource, State,
 };
 use slip_core::{Sample, units::Micros};
 
@@ -111,16 +111,30 @@ pub(super) fn health(health: &Health) -> HealthPoint {
         latency: LatencyFigures {
             p50_us: health.latency.p50_us,
             p99_us: health.latency.p99_us,
-            p999_us: None,
+            p999_us: health.appended.and_then(|appended| appended.p999_us),
             max_us: health.latency.max_us,
-            histogram: Vec::new(),
+            histogram: health
+                .appended
+                .map_or(Vec::new(), |appended| histogram(&appended.histogram)),
         },
         stages: health.stages,
         slips: health.slips,
         reconnects: health.reconnects,
         commands: health.commands,
-        clock_us: None,
+        clock_us: health.appended.and_then(|appended| appended.clock).map(clock_us),
     }
+}
+
+#[expect(clippy::cast_precision_loss, reason = "exact for 285 years of microseconds")]
+fn clock_us(clock: ClockOffset) -> (f64, f64) {
+    (clock.offset_us as f64, clock.half_us.into())
+}
+
+/// Upper bound (us) and count of each bucket.
+pub(super) fn histogram(counts: &[u64; Appended::BUCKETS]) -> Vec<(f32, u64)> {
+    #[expect(clippy::cast_precision_loss, reason = "powers of two")]
+    let upper_us = |bucket| Appended::upper_ns(bucket).map_or(f32::INFINITY, |ns| ns as f32 / 1e3);
+    counts.iter().enumerate().map(|(bucket, count)| (upper_us(bucket), *count)).collect()
 }
 
 pub(super) fn notice(notice: &Notice<'_>) -> NoticeLine {
