@@ -77,6 +77,7 @@ impl Exports {
     }
 
     /// What was written since the last call.
+    #[must_use]
     pub fn written(&self) -> Option<Written> {
         self.told.try_recv().ok()
     }

@@ -27,6 +27,7 @@ struct Held {
 }
 
 /// A window whose files begin with `run` in this folder.
+#[expect(clippy::unwrap_used, reason = "part of a test")]
 fn window(folder: &Path, model: Model, job: Option<Job>) -> Harness<'static, Held> {
     let layout = Layout { panel: Some(Panel::Export), ..Layout::default() };
     let remember = Remember::new(Some(folder.join("layout.toml")), layout.clone());
@@ -54,6 +55,7 @@ fn click(harness: &mut Harness<'_, Held>, label: &str) {
 }
 
 /// Frames until the file that was begun is written.
+#[expect(clippy::panic, reason = "part of a test")]
 fn written(harness: &mut Harness<'_, Held>) -> Message {
     for _ in 0..60_000 {
         harness.run_steps(1);

@@ -48,7 +48,7 @@ pub fn csv<G: Deref<Target = Model>>(
 
 /// Copies the next piece of all curves; `false` behind the last one.
 fn copy(model: &Model, rest: &mut Rest, curves: &mut [Curve]) -> Result<bool, ExportError> {
-    let from_s = rest.from_s();
+    let from_s = rest.begin_s();
     let ends = curves.iter().map(|curve| curve.reach(model, from_s));
     let Some(piece) = rest.next(ends) else { return Ok(false) };
     for curve in curves {

@@ -57,7 +57,7 @@ struct Piece {
 impl Piece {
     /// Copies the next piece; `false` behind the last one. What is thinned out cannot be a recording, from the start or `begun` already.
     fn copy(&mut self, model: &Model, rest: &mut Rest, begun: bool) -> Result<bool, ExportError> {
-        let from_s = rest.from_s();
+        let from_s = rest.begin_s();
         let series: Vec<&Series> =
             Channel::ROWS.into_iter().filter_map(|channel| model.series(channel)).collect();
         let Some(span) = rest.next(series.iter().map(|series| reach(series, from_s))) else {

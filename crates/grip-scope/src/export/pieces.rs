@@ -38,7 +38,7 @@ impl Rest {
     }
 
     /// Where the next piece begins (s).
-    pub(super) const fn from_s(&self) -> f64 {
+    pub(super) const fn begin_s(&self) -> f64 {
         self.from_s
     }
 }
@@ -71,7 +71,7 @@ mod tests {
         let series = model.series(Channel::Stylus).unwrap();
         let mut rest = Rest::new(Span::new(0.5, 81.99));
         let (mut copied, mut piece, mut pieces) = (Vec::new(), Vec::new(), 0);
-        while let Some(span) = rest.next([reach(series, rest.from_s())].into_iter()) {
+        while let Some(span) = rest.next([reach(series, rest.begin_s())].into_iter()) {
             assert!(series.copy(span, &mut piece));
             assert!(piece.len() <= PIECE, "{}", piece.len());
             copied.extend(piece.iter().map(|point| point[1]));

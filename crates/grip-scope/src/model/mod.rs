@@ -64,6 +64,18 @@ impl Info {
     }
 }
 
+/// How what comes next goes on from what was before.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum Join {
+    /// It does.
+    #[default]
+    On,
+    /// Something is missing between: curves have a gap, what has changed is told.
+    Broken,
+    /// It is another run: nothing that has changed is told.
+    Afresh,
+}
+
 /// Everything that is known.
 #[derive(Clone, Debug)]
 pub struct Model {
@@ -81,8 +93,8 @@ pub struct Model {
     axis: Axis,
     /// The next rows do not join the last ones.
     restarted: bool,
-    /// The next states do not.
-    states_restarted: bool,
+    /// How the next state goes on from the last.
+    states: Join,
     revision: u64,
 }
 
@@ -104,7 +116,7 @@ impl Model {
             study: None,
             axis: Axis::default(),
             restarted: false,
-            states_restarted: false,
+            states: Join::On,
             revision: 0,
         }
     }

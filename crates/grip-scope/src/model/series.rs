@@ -62,6 +62,7 @@ pub struct Series {
     last: Option<(f64, f32)>,
     misplaced: u64,
     huge: u64,
+    nan: u64,
 }
 
 impl Series {
@@ -76,6 +77,7 @@ impl Series {
             last: None,
             misplaced: 0,
             huge: 0,
+            nan: 0,
         }
     }
 
@@ -87,6 +89,7 @@ impl Series {
             return;
         }
         self.huge += u64::from(value.abs() >= HUGE_READING);
+        self.nan += u64::from(value.is_nan());
         let broken = broken || (self.last.is_some() && t_s - last_s > self.patience_s);
         self.store.push(t_s, value, broken);
         self.last = Some((t_s, value));
@@ -150,6 +153,12 @@ impl Series {
     #[must_use]
     pub const fn huge(&self) -> u64 {
         self.huge
+    }
+
+    /// Samples that are no number.
+    #[must_use]
+    pub const fn nan(&self) -> u64 {
+        self.nan
     }
 
     /// Time before which only extremes and means of 32 samples are kept.

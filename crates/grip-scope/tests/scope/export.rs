@@ -251,7 +251,7 @@ fn samples_that_are_thinned_out_are_told_by_their_extremes_or_refused() {
     assert!(parts.is_sorted_by(|a, b| a[0] < b[0]));
     // The highest and the lowest of each sawtooth is there.
     let highest = parts.iter().filter(|part| part[2] == 7918.0).count() as u64;
-    assert!((highest as i64 - (samples.count / 7919) as i64).abs() <= 2, "{highest}");
+    assert!(highest.abs_diff(samples.count / 7919) <= 2, "{highest}");
     let refused = export::mcap(|| &model, span, &folder.path().join("all.mcap"));
     assert!(matches!(refused, Err(ExportError::Thin)), "{refused:?}");
     assert!(!folder.path().join("all.mcap").exists());
