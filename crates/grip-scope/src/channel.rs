@@ -147,7 +147,7 @@ impl Channel {
             Self::Pressure => "pressure",
             Self::Motion => "commanded motion",
             Self::Statistic => "statistic",
-            Self::OwnStatistic => "statistic (own observer)",
+            Self::OwnStatistic => "own statistic",
             Self::BandEnergy(band) => band_name(band),
             Self::BandThreshold(_) => "threshold",
             Self::Command => "commanded",

@@ -408,6 +408,17 @@ pub struct SlipFacts {
     pub duration_s: Option<f32>,
 }
 
+impl SlipFacts {
+    /// The confidence for people (`confidence 76 %`), never rounded up to certainty.
+    #[must_use]
+    pub fn sure(&self) -> Option<String> {
+        self.confidence.map(|sure| match sure {
+            0.999.. => "confidence > 99.9 %".to_owned(),
+            _ => format!("confidence {:.0} %", (100.0 * sure).floor()),
+        })
+    }
+}
+
 /// Figures of a daemon, or of what runs in its place.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HealthPoint {

@@ -152,6 +152,7 @@ fn events(model: &mut Model) {
     let slip = SlipFacts {
         method: Some(Method::Stylus),
         statistic: Some(8.0),
+        confidence: Some(0.9998),
         speed_m_s: Some(0.05),
         ..SlipFacts::default()
     };

@@ -144,7 +144,11 @@ fn events_are_listed_with_what_is_known_of_them() {
     let harness = window(fixture::grasp(), Panel::Events);
     harness.get_by_label_contains("0.9500 s  gross slip");
     assert!(
-        harness.query_all_by_label_contains("by stylus, statistic 8.000, speed 50.00 mm/s").count()
+        harness
+            .query_all_by_label_contains(
+                "by stylus, statistic 8.000, confidence > 99.9 %, speed 50.00 mm/s"
+            )
+            .count()
             == 2
     );
     harness.get_by_label_contains("the pressure array is frozen");

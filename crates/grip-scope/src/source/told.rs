@@ -76,11 +76,7 @@ pub(super) fn slip_text(kind: EventKind, facts: &SlipFacts) -> String {
     add(facts.method.map(|method| format!(" by {}", method.name())));
     add(facts.duration_s.map(|time_s| format!(" after {:.1} ms", 1e3 * time_s)));
     add(facts.statistic.map(|statistic| format!(", statistic {statistic:.1}")));
-    // Never rounded up to certainty.
-    add(facts.confidence.map(|sure| match sure {
-        0.999.. => ", confidence > 99.9 %".to_owned(),
-        _ => format!(", confidence {:.0} %", (100.0 * sure).floor()),
-    }));
+    add(facts.sure().map(|sure| format!(", {sure}")));
     add(facts.speed_m_s.map(|speed| format!(", {:.1} mm/s", 1e3 * speed)));
     add(facts.moved_m.map(|moved| format!(", moved {:.2} mm", 1e3 * moved)));
     add(facts.esc_w.map(|esc| format!(", E_sc {esc:.3} W")));
