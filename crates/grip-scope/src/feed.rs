@@ -218,11 +218,11 @@ pub struct EscPoint {
 }
 
 impl EscPoint {
-    /// Names of its flags.
+    /// Names of the flags that are set.
     #[must_use]
-    pub fn flag_names(&self) -> Vec<&'static str> {
+    pub fn flag_names(flags: u8) -> Vec<&'static str> {
         let names = ["pole inside", "sign unknown", "no information", "degenerate"];
-        let set = names.into_iter().enumerate().filter(|(bit, _)| self.flags >> bit & 1 == 1);
+        let set = names.into_iter().enumerate().filter(|(bit, _)| flags >> bit & 1 == 1);
         set.map(|(_, name)| name).collect()
     }
 }

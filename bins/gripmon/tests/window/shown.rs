@@ -5,7 +5,7 @@ use eframe::egui::{Rect, vec2};
 use egui_kittest::Harness;
 use egui_kittest::kittest::{By, NodeT as _, Queryable as _};
 use grip_scope::feed::Feed;
-use grip_scope::{Model, SourceStatus};
+use grip_scope::{Model, SourceStatus, Span};
 use gripmon::Scope;
 use gripmon::layout::Panel;
 use gripmon::strip::StripId;
@@ -34,9 +34,20 @@ fn every_plot_is_there_with_its_curves_values_and_units() {
     assert!(harness.query_all_by_label("12.00").count() >= 1);
     assert!(harness.query_all_by_label("40.00").count() >= 1);
     assert!(harness.query_all_by_label("N").count() >= 3);
-    assert!(harness.query_all_by_label("! no information").count() <= 1);
     harness.get_by_label("Scenes and events");
     harness.get_by_label("Overview of all data");
+}
+
+#[test]
+fn flags_of_esc_are_those_of_the_value_beside_them() {
+    let mut harness = window(fixture::grasp(), Panel::Events);
+    // At the end nothing slips any more; the fixture's slip says that it knows nothing.
+    for (to_s, flags) in [(2.0, 0), (1.05, 1), (0.8, 0)] {
+        harness.state_mut().state.window.show(Span::new(0.5, to_s));
+        harness.run();
+        let found = harness.query_all_by_label("! no information").count();
+        assert_eq!(found, flags, "at {to_s}");
+    }
 }
 
 #[test]

@@ -155,6 +155,7 @@ impl Model {
             (Channel::Estimate, state.estimate_n),
             (Channel::ForceLimit, limit_n),
             (Channel::Esc, state.esc.map(|esc| esc.value)),
+            (Channel::EscFlags, state.esc.map(|esc| f32::from(esc.flags))),
         ];
         for (channel, value) in values {
             self.put(channel, t_s, (value, broken));
