@@ -2,6 +2,7 @@
 
 use super::{Pipeline, rest::Rest};
 use crate::{
+    estimate::{Estimator, ForceEstimate},
     event::Step,
     grip::{Evidence, GripEvent, GripInput, SlipNow},
     health::Health,
@@ -27,7 +28,11 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         let goes_on = self.is_fresh(sample.t) && self.observation.advancing() != Some(false);
         SlipNews {
             slip: if goes_on { SlipNow::Evident } else { SlipNow::Fading },
-            moved_m: self.observation.moved_m(sample),
+            // Without estimates the controller must not wait for one.
+            moved_m: self
+                .observation
+                .moved_m(sample)
+                .filter(|_| self.estimator.as_ref().is_none_or(Estimator::is_trustworthy)),
             evidence: evidence_of(step),
         }
     }
@@ -94,9 +99,8 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
     }
 }
 
-/// What the step says of the force that is needed. An answer from outside the range the network knows must not move the fingers.
+/// What the step says of the force that is needed. An answer that nothing vouches for must not move the fingers.
 fn evidence_of(step: &Step) -> Option<Evidence> {
-    let estimate = step.estimate?;
-    (!estimate.extrapolated)
-        .then_some(Evidence { estimate_n: estimate.force_n, sigma_n: estimate.sigma_n })
+    let estimate = step.estimate.filter(ForceEstimate::is_trusted)?;
+    Some(Evidence { estimate_n: estimate.force_n, sigma_n: estimate.sigma_n })
 }
