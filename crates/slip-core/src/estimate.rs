@@ -1,5 +1,7 @@
 //! Features of a slip in, the adequate grasp force out: the network with its inputs by name.
 
+pub mod friction;
+
 use crate::features::{Feature, Features};
 use mlp::{Model, Network, PredictError, scaler::MAX_IO};
 

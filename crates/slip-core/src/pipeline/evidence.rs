@@ -9,6 +9,9 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
     pub(super) fn observe(&mut self, sample: &Sample, step: &mut Step) {
         self.counters.observation += 1;
         self.velocity.push(sample);
+        if let (Some(normal_n), Some(tangential_n)) = (sample.normal_force_n, sample.tangential_n) {
+            self.friction.push(normal_n, tangential_n, self.is_fresh(sample.t));
+        }
         match self.speed_of_two_styli(sample) {
             Some(velocity_m_s) => {
                 let velocity_m_s = Some(velocity_m_s);
@@ -29,6 +32,10 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             let answer = estimator.estimate(features);
             self.counters.refused_estimates += u64::from(answer.is_err());
             step.estimate = answer.ok();
+        }
+        // Where the network has nothing to go by.
+        if !step.estimate.is_some_and(|estimate| estimate.is_trusted()) {
+            step.estimate = self.friction.estimate().or(step.estimate);
         }
     }
 

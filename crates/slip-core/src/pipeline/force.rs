@@ -62,7 +62,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
     }
 
     /// Whether the slip goes on right now: by the stylus, the fastest, where it sees the slip; else by the others.
-    fn is_fresh(&self, t: Micros) -> bool {
+    pub(super) fn is_fresh(&self, t: Micros) -> bool {
         match self.slip {
             Some(slip) if !slip.felt => self.fusion.is_fresh(t),
             _ => self.detector.is_fresh(),
