@@ -22,7 +22,7 @@ pub struct ForceEstimate {
     /// Adequate normal force of one finger (N).
     pub force_n: f32,
     /// Its standard deviation (N): what the networks of an ensemble differ by, what they missed by on rows they were not trained on, and the
-    /// noise of the travel sensor, each taken as independent of the others.
+    /// noise of the sensor of travel or speed, each taken as independent of the others.
     pub sigma_n: f32,
     /// Whether a feature lay outside the range the network was trained on.
     pub extrapolated: bool,

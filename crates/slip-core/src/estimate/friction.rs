@@ -110,7 +110,11 @@ impl FrictionMeter {
         self.filled = (self.filled + 1).min(BLOCKS);
         self.mean = self.usable_mean();
         let Some(mean) = self.mean else { return };
-        let ratio = mean.tangential_n / mean.normal_n;
+        self.learn(mean.tangential_n / mean.normal_n, felt);
+    }
+
+    /// Takes the ratio of the last blocks.
+    fn learn(&mut self, ratio: f32, felt: bool) {
         if ratio > self.mu {
             self.mu = ratio;
         } else if felt && !self.stands() {
@@ -120,6 +124,7 @@ impl FrictionMeter {
         }
     }
 
+    /// Not of a sensor that shows the same for all of them: nothing that is alive does.
     fn usable_mean(&self) -> Option<Block> {
         let sum = |part: fn(&Block) -> f32| self.blocks.iter().map(part).sum::<f32>();
         let mean = Block {
@@ -127,7 +132,9 @@ impl FrictionMeter {
             tangential_n: 0.25 * sum(|block| block.tangential_n),
         };
         let enough = mean.normal_n >= LEAST_N && mean.tangential_n >= LEAST_N;
-        (self.filled == BLOCKS && enough).then_some(mean)
+        let [first, others @ ..] = self.blocks;
+        let alive = others.iter().any(|block| block.tangential_n != first.tangential_n);
+        (self.filled == BLOCKS && enough && alive).then_some(mean)
     }
 
     /// Whether the normal force has just grown alone.
@@ -249,10 +256,16 @@ mod tests {
         for slip in [Slip { scale: 0.0, ..Slip::HELD }, Slip { scale: 0.01, ..Slip::HELD }] {
             assert!(slip.run().iter().all(|(estimate, ..)| estimate.is_none()));
         }
-        let mut meter = FrictionMeter::new(10_000.0);
-        for _ in 0..30 {
-            meter.push(2.0, 0.6, true);
-        }
-        assert_eq!((meter.estimate(), meter.friction()), (None, None), "four blocks are needed");
+        let after = |samples: u16, stuck: bool| {
+            let mut meter = FrictionMeter::new(10_000.0);
+            for i in 0..samples {
+                let noise_n = if stuck { 0.0 } else { 1e-3 * f32::from(i % 7) };
+                meter.push(2.0 + 0.1 * f32::from(i), 0.6 + noise_n, true);
+            }
+            (meter.estimate(), meter.friction())
+        };
+        assert_eq!(after(39, false), (None, None), "four blocks are needed");
+        assert!(after(40, false).0.is_some());
+        assert_eq!(after(400, true), (None, None), "a sensor that is stuck");
     }
 }

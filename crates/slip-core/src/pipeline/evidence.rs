@@ -1,7 +1,11 @@
 //! Samples of a slip in; speed, features and the network's answer out.
 
 use super::Pipeline;
-use crate::{event::Step, sample::Sample, velocity::Measured};
+use crate::{
+    event::Step,
+    sample::Sample,
+    velocity::{Measured, Velocity},
+};
 
 impl<W: AsRef<[f32]>> Pipeline<W> {
     /// Follows a slip: speed, irregularities and E_sc with every sample, features and the network's
@@ -13,11 +17,16 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             self.friction.push(normal_n, tangential_n, self.is_fresh(sample.t));
         }
         match self.speed_of_two_styli(sample) {
-            Some(velocity_m_s) => {
-                let velocity_m_s = Some(velocity_m_s);
-                self.observation.push(&Sample { velocity_m_s, ..*sample });
+            Some(Velocity { speed_m_s, sigma_m_s, .. }) => {
+                self.observation.trust_speed(Some(sigma_m_s));
+                self.observation.push(&Sample { velocity_m_s: Some(speed_m_s), ..*sample });
             }
-            None => self.observation.push(sample),
+            None => {
+                let direct = sample.velocity_m_s.map(|_| self.config.velocity.direct_sigma_m_s);
+                let configured = self.config.observation.speed.fixed_m_s.is_some();
+                self.observation.trust_speed(direct.filter(|_| !configured));
+                self.observation.push(sample);
+            }
         }
         let Some(slip) = &mut self.slip else { return };
         if sample.t < slip.next_evidence {
@@ -39,14 +48,14 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         }
     }
 
-    /// The speed of the two styli (m/s), where no other sensor tells it.
+    /// The speed of the two styli, where no other sensor tells it.
     #[inline]
-    fn speed_of_two_styli(&self, sample: &Sample) -> Option<f32> {
+    fn speed_of_two_styli(&self, sample: &Sample) -> Option<Velocity> {
         if sample.travel_m.is_some() || sample.velocity_m_s.is_some() {
             return None;
         }
         sample.second_stylus?;
-        self.velocity.two_styli().map(|velocity| velocity.speed_m_s)
+        self.velocity.two_styli()
     }
 
     fn measured(&self, sample: &Sample) -> Measured {
