@@ -11,7 +11,7 @@
 //! scale of the tangential sensor cancels. [`KAPPA`] is that of the networks.
 //!
 //! Friction at break-away is above that of sliding (by a fifth at most in the scenes), and a contact may get wet. So the largest ratio fades
-//! towards the present one with [`FADE_BLOCKS`], while a stylus feels the slip and F_t does not show that the object stands: where it does, F grows and
+//! towards the present one with `FADE_BLOCKS`, while a stylus feels the slip and F_t does not show that the object stands: where it does, F grows and
 //! F_t takes no part in it.
 //!
 //! Forces are means over blocks of a millisecond, taken over four of them: the estimate is 2 ms old.
