@@ -26,6 +26,7 @@ fn main() -> ExitCode {
         Command::Generate(args) => commands::generate::run(&args),
         Command::Train(args) => commands::train::run(&args),
         Command::Search(args) => commands::search::run(&args),
+        Command::Estimate(args) => commands::estimate::run(&args),
         Command::Eval(args) => commands::eval::run(&args),
         Command::Export(args) => commands::export::run(&args),
         Command::Study(args) => commands::study::run(&args),

@@ -23,7 +23,7 @@ pub(crate) struct Cli {
     /// Configuration file; ./gripd.toml, the user's and /etc/gripd/gripd.toml are not read then.
     #[arg(long, env = "GRIPD_CONFIG", value_name = "FILE")]
     pub(crate) config: Option<PathBuf>,
-    /// Model file, instead of the embedded network.
+    /// Built-in model (default, or paper: that of the source study) or model file.
     #[arg(long, env = "GRIPD_MODEL", value_name = "FILE")]
     pub(crate) model: Option<PathBuf>,
     /// Show this reading of E_sc beside the literal one: literal, arc_cot, slope_power, lift_work or viscous_work.

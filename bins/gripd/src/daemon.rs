@@ -67,6 +67,7 @@ pub(crate) fn run(cli: &Cli, settings: Settings) -> anyhow::Result<Exit> {
     let options =
         HotOptions { end_us: end_us(cli.duration), patient: cli.wait || Notify::is_asked_for() };
     let session = session(cli, &settings)?;
+    let weakness = settings.weakness()?;
     let source = Source::open(&settings.port_args(), move || clock.now_us())?;
     // Opened before anything moves: an address or a file that cannot be had is told at once.
     let (servers, complaint) = servers(&settings, clock)?;
@@ -99,7 +100,7 @@ pub(crate) fn run(cli: &Cli, settings: Settings) -> anyhow::Result<Exit> {
         },
         servers,
     )?;
-    if let Some(complaint) = complaint {
+    for complaint in complaint.into_iter().chain(weakness) {
         service.say(LogLevel::Warn, &complaint);
     }
     let ends = Ends {

@@ -17,7 +17,10 @@ use grip_host::{
 use grip_link::message::daemon::RealTime;
 use grip_port::{DEFAULT_BAUD, PortArgs};
 use grip_record::mcap::Attached;
-use std::path::{Path, PathBuf};
+use std::{
+    borrow::Cow,
+    path::{Path, PathBuf},
+};
 
 /// Name and version.
 pub(crate) const PROGRAM: &str = concat!("gripd ", env!("CARGO_PKG_VERSION"));
@@ -88,6 +91,16 @@ impl Settings {
         self.config.model.as_deref().map_or_else(model::default_estimator, model::read_estimator)
     }
 
+    /// What a user should know of the model.
+    pub(crate) fn weakness(&self) -> Result<Option<String>, ModelError> {
+        let weakness = model::weakness(&self.estimator()?);
+        Ok(weakness.map(|text| format!("model {}: {text}", self.model_name())))
+    }
+
+    fn model_name(&self) -> Cow<'_, str> {
+        self.config.model.as_deref().map_or("embedded model".into(), Path::to_string_lossy)
+    }
+
     /// Where the settings come from and what looks unintended about them, for --check-config.
     pub(crate) fn origin(&self) -> anyhow::Result<String> {
         let mut files: Vec<String> =
@@ -96,10 +109,10 @@ impl Settings {
         if files.is_empty() {
             files.push("no configuration file\n".to_owned());
         }
-        let model =
-            self.config.model.as_deref().map_or("embedded model".into(), Path::to_string_lossy);
+        let model = self.model_name();
         let set = self.layers.settings()?;
-        let warnings = advice::warnings(&self.config, &set);
+        let mut warnings = advice::warnings(&self.config, &set);
+        warnings.extend(self.weakness()?);
         let warnings = warnings.iter().map(|warning| format!("\nwarning: {warning}"));
         let set = table(&set);
         Ok(format!("{}model: {model}{set}{}", files.concat(), warnings.collect::<String>()))
@@ -170,7 +183,7 @@ impl Settings {
         let mut files = vec![file(CONFIG_NAME, "application/toml", config.into_bytes())];
         // Also the embedded one: a later gripctl may have another.
         let model = match &self.config.model {
-            Some(model) => read(model)?,
+            Some(model) => model::read_text(model)?.into_owned().into_bytes(),
             None => model::default_text().as_bytes().to_vec(),
         };
         files.push(file(MODEL_NAME, "application/json", model));

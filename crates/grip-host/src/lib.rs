@@ -1,5 +1,6 @@
 //! What the daemon and the toolbox share: configuration, model and scene files, replay, and the lines they print.
 
+pub mod accuracy;
 pub mod calibrate;
 pub mod config;
 pub mod esc;

@@ -1,11 +1,21 @@
-//! A model file in, the force estimator or the reason against it out.
+//! A model file or the name of a built-in model in, the force estimator or the reason against it out.
+//!
+//! | built in | inputs | |
+//! |---|---|---|
+//! | `default` | slip acceleration and mean force over a stretch of sliding | determines the force |
+//! | `paper` | slip speed and E_sc as printed, as in the source study | cannot: where the trial force varies, both say only how far it is from enough |
+//!
+//! A file holds one network or the members of an ensemble (`gripctl train --model ensemble`), of which at most
+//! [`MAX_MEMBERS`](slip_core::estimate::MAX_MEMBERS) run in real time. What a model missed by on its test rows becomes part of the deviation of each
+//! estimate ([`ModelFile::deviation`]); estimates that are too unsure are shown and never move the fingers ([`weakness`]).
 
-use mlp::train::{FileError, ModelFile};
+use mlp::train::{EnsembleFile, FileError, ModelFile, ensemble_file::is_ensemble, file::Deviation};
 use slip_core::{
     estimate::{Estimator, EstimatorError},
     features::Feature,
 };
 use std::{
+    borrow::Cow,
     path::{Path, PathBuf},
     sync::Arc,
 };
@@ -15,6 +25,10 @@ pub type HostEstimator = Estimator<Arc<[f32]>>;
 
 /// The model that is used where no other is named.
 const DEFAULT: &str = include_str!("../models/default.json");
+
+/// Names and texts of the built-in models.
+pub const BUILT_IN: [(&str, &str); 2] =
+    [("default", DEFAULT), ("paper", include_str!("../models/paper.json"))];
 
 /// Why a model file cannot serve.
 #[derive(Debug, thiserror::Error)]
@@ -74,7 +88,7 @@ fn explain(fault: &FileError) -> String {
         ),
         FileError::Format { found: Some(kind) } if kind.ends_with("-model") => {
             format!(
-                "this is of the kind {kind}; only a single network (mlp-model) runs in real time"
+                "this is of the kind {kind}; only one network (mlp-model) or a few (ensemble-model) run in real time"
             )
         }
         FileError::Version { found: None } | FileError::Format { .. } => {
@@ -88,14 +102,30 @@ fn known_features() -> String {
     Feature::ALL.map(Feature::name).join(", ")
 }
 
-/// Reads a model file.
+/// The text of the built-in model of that name. A file of the same name is meant by `./default` or `./paper`.
+#[must_use]
+pub fn built_in(name: &Path) -> Option<&'static str> {
+    BUILT_IN.into_iter().find(|(known, _)| name == Path::new(known)).map(|(_, text)| text)
+}
+
+/// The text of a built-in model or a model file.
+///
+/// # Errors
+/// Where the file cannot be read.
+pub fn read_text(file: &Path) -> Result<Cow<'static, str>, ModelError> {
+    if let Some(text) = built_in(file) {
+        return Ok(text.into());
+    }
+    let read = std::fs::read_to_string(file);
+    Ok(read.map_err(|source| ModelError::Read { file: file.to_owned(), source })?.into())
+}
+
+/// Reads a built-in model or a model file.
 ///
 /// # Errors
 /// Where the file cannot be read, is no model, or does not estimate a force from features of a slip.
 pub fn read_estimator(file: &Path) -> Result<HostEstimator, ModelError> {
-    let text = std::fs::read_to_string(file)
-        .map_err(|source| ModelError::Read { file: file.to_owned(), source })?;
-    parse_estimator(&file.display().to_string(), &text)
+    parse_estimator(&file.display().to_string(), &read_text(file)?)
 }
 
 /// The text of the embedded model.
@@ -117,65 +147,79 @@ pub fn default_estimator() -> Result<HostEstimator, ModelError> {
 /// # Errors
 /// As [`read_estimator`].
 pub fn parse_estimator(file: &str, text: &str) -> Result<HostEstimator, ModelError> {
-    let file = file.to_owned();
-    let fault = |fault| ModelError::File { file: file.clone(), fault };
-    let content = ModelFile::from_json(text).map_err(fault)?;
+    let fault = |fault| ModelError::File { file: file.to_owned(), fault };
+    let shape = |source| ModelError::Shape { file: file.to_owned(), source };
+    let (deviation, networks) = if is_ensemble(text) {
+        let ensemble = EnsembleFile::from_json(text).map_err(fault)?;
+        (mean_deviation(ensemble.members()), ensemble.aligned())
+    } else {
+        let network = ModelFile::from_json(text).map_err(fault)?;
+        (mean_deviation(core::slice::from_ref(&network)), vec![network])
+    };
+    let mut networks = networks.into_iter();
+    let first = networks.next().ok_or_else(|| fault(FileError::NoMembers))?;
+    let features = features(file, &first)?;
+    let mut estimator =
+        Estimator::new(first.model_in().map_err(fault)?, &features).map_err(shape)?;
+    for member in networks {
+        estimator = estimator.with_member(member.model_in().map_err(fault)?).map_err(shape)?;
+    }
+    let [relative, absolute_n] = deviation;
+    Ok(estimator.with_deviation(relative, absolute_n))
+}
+
+/// The features that the inputs of a network name; its target must be a force.
+fn features(file: &str, network: &ModelFile) -> Result<Vec<Feature>, ModelError> {
     let mut features = Vec::new();
-    for input in &content.inputs {
-        let feature = Feature::from_name(&input.name)
-            .ok_or_else(|| ModelError::Input { file: file.clone(), input: input.name.clone() })?;
-        features.push(feature);
+    for input in &network.inputs {
+        let unknown = || ModelError::Input { file: file.to_owned(), input: input.name.clone() };
+        features.push(Feature::from_name(&input.name).ok_or_else(unknown)?);
     }
-    if let Some(target) = content.targets.first()
-        && target.unit != "N"
-    {
-        let (target, unit) = (target.name.clone(), target.unit.clone());
-        return Err(ModelError::Target { file, target, unit });
+    match network.targets.first() {
+        Some(target) if target.unit != "N" => {
+            let (target, unit) = (target.name.clone(), target.unit.clone());
+            Err(ModelError::Target { file: file.to_owned(), target, unit })
+        }
+        _ => Ok(features),
     }
-    let model = content.model_in().map_err(fault)?;
-    Estimator::new(model, &features).map_err(|source| ModelError::Shape { file, source })
+}
+
+/// What the members missed by, as far as their files know: a share of the answer, and newtons.
+fn mean_deviation(members: &[ModelFile]) -> [f32; 2] {
+    let mut squares = [0.0_f32; 2];
+    let mut known = 0.0_f32;
+    for deviation in members.iter().filter_map(ModelFile::deviation) {
+        match deviation {
+            Deviation::Relative(share) => squares[0] += share * share,
+            Deviation::Absolute(newtons) => squares[1] += newtons * newtons,
+        }
+        known += 1.0;
+    }
+    squares.map(|sum| (sum / known.max(1.0)).sqrt())
+}
+
+/// What a user should know of an estimator that knows too little to be trusted with the force.
+#[must_use]
+pub fn weakness<W: AsRef<[f32]>>(estimator: &Estimator<W>) -> Option<String> {
+    let (share, _) = estimator.deviation();
+    (!estimator.is_trustworthy()).then(|| {
+        format!(
+            "this model missed its test rows by {:.0} % (one standard deviation): its estimates are shown, but none moves the fingers, and slips are answered by the reflex alone",
+            100.0 * share
+        )
+    })
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{ModelError, default_estimator, parse_estimator};
-    use grip_sim::generator::{GeneratorConfig, Source, rows};
-    use slip_core::features::Features;
-
-    #[expect(clippy::cast_possible_truncation, reason = "features are f32")]
-    fn features(row: &grip_sim::Row) -> Features {
-        Features {
-            slip_speed_m_s: row.slip_speed_m_s as f32,
-            contact_time_s: row.contact_time_s as f32,
-            slip_acceleration_m_s2: row.slip_acceleration_m_s2 as f32,
-            slip_acceleration_sigma_m_s2: None,
-            micro_displacement_m: row.micro_displacement_m as f32,
-            trial_force_n: row.trial_force_n as f32,
-            irregularities: row.irregularities,
-            mean_slope: None,
-            esc: None,
-            esc_chosen: None,
-        }
-    }
-
-    /// Objects the training never saw (it used seed 1), in the ranges it covers.
-    #[test]
-    fn the_embedded_model_is_within_ten_percent_on_new_objects() {
-        let estimator = default_estimator().unwrap();
-        let config = GeneratorConfig { source: Source::Stretch, ..GeneratorConfig::default() };
-        let (mut answered, mut within) = (0, 0);
-        for row in rows(config, 77, 5000).unwrap() {
-            let estimate = estimator.estimate(&features(&row)).unwrap();
-            if estimate.extrapolated {
-                continue;
-            }
-            answered += 1;
-            let ratio = f64::from(estimate.force_n) / row.adequate_force_n;
-            within += u32::from((0.9..=1.1).contains(&ratio));
-        }
-        assert!(answered > 4900, "{answered} of 5000 inside the training range");
-        assert!(f64::from(within) >= 0.99 * f64::from(answered), "{within} of {answered}");
-    }
+    use super::{
+        EnsembleFile, ModelError, ModelFile, built_in, default_estimator, parse_estimator,
+        read_estimator, weakness,
+    };
+    use crate::accuracy::features_of;
+    use grip_sim::generator::{GeneratorConfig, rows};
+    use slip_core::estimate::MAX_MEMBERS;
+    use std::path::Path;
 
     #[test]
     fn a_model_that_answers_something_else_is_refused() {
@@ -191,5 +235,41 @@ mod tests {
             text.replace("adequate_force_n", "adequate_speed_m_s").replacen("\"N\"", "\"m/s\"", 9);
         let error = parse_estimator("m.json", &other).unwrap_err();
         assert!(matches!(error, ModelError::Target { .. }), "{error}");
+    }
+
+    #[test]
+    fn the_model_of_the_study_is_built_in_and_its_weakness_is_told() {
+        let paper = read_estimator(Path::new("paper")).unwrap();
+        assert_eq!(weakness(&default_estimator().unwrap()), None);
+        let told = weakness(&paper).unwrap();
+        assert!(told.contains("54 %") && told.contains("none moves the fingers"), "{told}");
+        let inputs = ModelFile::from_json(built_in(Path::new("paper")).unwrap()).unwrap().inputs;
+        assert_eq!(inputs[0].name, "slip_speed_m_s");
+        assert_eq!(inputs[1].name, "esc_literal_w");
+        let absent = read_estimator(Path::new("./paper")).unwrap_err();
+        assert!(matches!(absent, ModelError::Read { .. }), "{absent}");
+    }
+
+    /// The answers are those of one network, and what they missed by in the test is their deviation.
+    #[test]
+    fn an_ensemble_runs_as_far_as_it_is_small() {
+        let text = include_str!("../models/default.json");
+        let ensemble = |members: usize| {
+            let file = ModelFile::from_json(text).unwrap();
+            EnsembleFile::new(vec![file; members]).unwrap().to_json().unwrap()
+        };
+        let one = default_estimator().unwrap();
+        let four = parse_estimator("e.json", &ensemble(MAX_MEMBERS)).unwrap();
+        assert_eq!((one.members(), four.members()), (1, MAX_MEMBERS));
+        assert!((one.deviation().0 / four.deviation().0 - 1.0).abs() < 1e-5, "{one:?}");
+        assert!((0.005..0.01).contains(&one.deviation().0) && one.deviation().1 == 0.0);
+        let row = rows(GeneratorConfig::default(), 77, 1).unwrap().next().unwrap();
+        let [a, b] = [&one, &four].map(|model| model.estimate(&features_of(&row)).unwrap());
+        assert!((a.force_n / b.force_n - 1.0).abs() < 1e-4, "{a:?} {b:?}");
+        assert!((a.sigma_n / a.force_n - one.deviation().0).abs() < 1e-4, "{a:?}");
+        let error = parse_estimator("e.json", &ensemble(MAX_MEMBERS + 1)).unwrap_err();
+        assert!(error.to_string().contains("at most 4 networks"), "{error}");
+        let error = parse_estimator("e.json", &ensemble(2).replace("ln", "log")).unwrap_err();
+        assert!(matches!(error, ModelError::File { .. }), "{error}");
     }
 }

@@ -82,6 +82,12 @@ impl<W: AsRef<[f32]>> Model<W> {
         &self.network
     }
 
+    /// The network alone.
+    #[must_use]
+    pub fn into_network(self) -> Network<W> {
+        self.network
+    }
+
     /// Ranges of the features.
     #[must_use]
     pub fn inputs(&self) -> &Scaler {
@@ -101,6 +107,15 @@ impl<W: AsRef<[f32]>> Model<W> {
     /// Any [`PredictError`]; `out` is then not written, except for [`PredictError::Overflow`], where the
     /// targets before the named one are.
     pub fn predict(&self, raw: &[f32], out: &mut [f32]) -> Result<Coverage, PredictError> {
+        self.predict_by(&self.network, raw, out)
+    }
+
+    fn predict_by(
+        &self,
+        network: &Network<W>,
+        raw: &[f32],
+        out: &mut [f32],
+    ) -> Result<Coverage, PredictError> {
         let inputs = self.inputs.len();
         if raw.len() != inputs {
             return Err(ShapeError::Inputs { needed: inputs, given: raw.len() }.into());
@@ -113,7 +128,7 @@ impl<W: AsRef<[f32]>> Model<W> {
         let coverage = self.scale(raw, &mut scaled)?;
         let mut outputs = [0.0_f32; MAX_WIDTH];
         let scaled = scaled.get(..inputs).unwrap_or(&[]);
-        self.network.forward(scaled, outputs.get_mut(..targets).unwrap_or(&mut []))?;
+        network.forward(scaled, outputs.get_mut(..targets).unwrap_or(&mut []))?;
         for (target, (place, output)) in out.iter_mut().zip(outputs).enumerate() {
             *place = match self.targets.raw(target, output) {
                 Some(value) if value.is_finite() => value,
@@ -128,8 +143,16 @@ impl<W: AsRef<[f32]>> Model<W> {
     /// # Errors
     /// Any [`PredictError`]; [`ShapeError::Outputs`] when the model has several targets.
     pub fn estimate(&self, raw: &[f32]) -> Result<Estimate, PredictError> {
+        self.estimate_by(&self.network, raw)
+    }
+
+    /// [`Model::estimate`] by another network behind the same ranges, such as the next one of an ensemble.
+    ///
+    /// # Errors
+    /// As [`Model::estimate`]; [`PredictError::Shape`] too where `network` has other sizes outside.
+    pub fn estimate_by(&self, network: &Network<W>, raw: &[f32]) -> Result<Estimate, PredictError> {
         let mut out = [0.0];
-        let coverage = self.predict(raw, &mut out)?;
+        let coverage = self.predict_by(network, raw, &mut out)?;
         Ok(Estimate { value: out[0], extrapolated: coverage != Coverage::Inside })
     }
 

@@ -1,12 +1,17 @@
 //! Features of a slip in, the adequate grasp force out: the network with its inputs by name.
 
+pub mod friction;
+
 use crate::features::{Feature, Features};
-use mlp::{Model, PredictError, scaler::MAX_IO};
+use mlp::{Model, Network, PredictError, scaler::MAX_IO};
 
 /// Networks of an ensemble, at most.
 pub const MAX_MEMBERS: usize = 4;
 /// Friction over weight below which a free fall is not told from a slip.
 const LEAST_FRICTION: f32 = 0.05;
+
+/// An estimate with a larger deviation than this share of itself is no measure: whether it is a third too much or too little is not known.
+const MOST_UNSURE: f32 = 0.5;
 
 /// Acceleration of gravity (m/s^2).
 pub const G_M_S2: f32 = 9.806_65;
@@ -16,11 +21,20 @@ pub const G_M_S2: f32 = 9.806_65;
 pub struct ForceEstimate {
     /// Adequate normal force of one finger (N).
     pub force_n: f32,
-    /// Its standard deviation (N): what the models of an ensemble differ by, what they missed by on rows they were not trained on, and the
-    /// noise of the travel sensor, each taken as independent of the others.
+    /// Its standard deviation (N): what the networks of an ensemble differ by, what they missed by on rows they were not trained on, and the
+    /// noise of the sensor of travel or speed, each taken as independent of the others.
     pub sigma_n: f32,
     /// Whether a feature lay outside the range the network was trained on.
     pub extrapolated: bool,
+}
+
+impl ForceEstimate {
+    /// Whether it may move the fingers: made within the range that the network knows, with a deviation of at most half of itself. What may not is
+    /// shown all the same.
+    #[must_use]
+    pub fn is_trusted(&self) -> bool {
+        !self.extrapolated && self.sigma_n <= MOST_UNSURE * self.force_n
+    }
 }
 
 /// Why a network cannot serve as estimator.
@@ -43,6 +57,9 @@ pub enum EstimatorError {
     /// More networks than an ensemble may have.
     #[error("an ensemble has at most {MAX_MEMBERS} networks")]
     Members,
+    /// A network of an ensemble with other ranges than the first one.
+    #[error("the networks of an ensemble have different ranges")]
+    Ranges,
 }
 
 /// Why there is no estimate for a slip.
@@ -63,10 +80,11 @@ pub enum NoEstimate {
 #[derive(Clone, Debug)]
 pub struct Estimator<W> {
     model: Model<W>,
-    /// Further networks of an ensemble.
-    others: [Option<Model<W>>; MAX_MEMBERS - 1],
-    /// Relative deviation of the answers on rows that the networks were not trained on.
-    spread: f32,
+    /// Further networks of an ensemble, behind the same ranges.
+    others: [Option<Network<W>>; MAX_MEMBERS - 1],
+    /// Deviation of the answers on rows that the networks were not trained on: a share of them, and in newtons.
+    relative: f32,
+    absolute_n: f32,
     features: [Feature; MAX_IO],
     inputs: usize,
     /// Whether the acceleration of the slip is an input.
@@ -92,30 +110,40 @@ impl<W: AsRef<[f32]>> Estimator<W> {
         }
         let accelerated = features.contains(&Feature::SlipAcceleration);
         let others = core::array::from_fn(|_| None);
-        Ok(Self { model, others, spread: 0.0, features: order, inputs, accelerated })
+        let (relative, absolute_n) = (0.0, 0.0);
+        Ok(Self { model, others, relative, absolute_n, features: order, inputs, accelerated })
     }
 
-    /// The same with another network of an ensemble; the answer is the mean of all.
+    /// The same with the network of `model` as another one of an ensemble; the answer is the mean of all.
     ///
     /// # Errors
-    /// Where it has other inputs or outputs than the first one, or [`MAX_MEMBERS`] are there already.
+    /// Where it has other ranges than the first one, or [`MAX_MEMBERS`] are there already.
     pub fn with_member(mut self, model: Model<W>) -> Result<Self, EstimatorError> {
-        let (inputs, outputs) = (model.inputs().len(), model.targets().len());
-        if inputs != self.inputs {
-            return Err(EstimatorError::Inputs { inputs, named: self.inputs });
-        }
-        if outputs != 1 {
-            return Err(EstimatorError::Outputs { outputs });
+        if model.inputs() != self.model.inputs() || model.targets() != self.model.targets() {
+            return Err(EstimatorError::Ranges);
         }
         let free = self.others.iter_mut().find(|place| place.is_none());
-        *free.ok_or(EstimatorError::Members)? = Some(model);
+        *free.ok_or(EstimatorError::Members)? = Some(model.into_network());
         Ok(self)
     }
 
-    /// The same where the answers are known to deviate by this much, relative to the truth; below 0 or not a number counts as 0.
+    /// The same where answers are known to be off by this share of them and by this many newtons (one standard deviation each); what is below
+    /// 0 or not a number counts as 0.
     #[must_use]
-    pub fn with_spread(self, spread: f32) -> Self {
-        Self { spread: if spread > 0.0 { spread } else { 0.0 }, ..self }
+    pub fn with_deviation(self, relative: f32, absolute_n: f32) -> Self {
+        Self { relative: relative.max(0.0), absolute_n: absolute_n.max(0.0), ..self }
+    }
+
+    /// Whether its answers are sure enough on the whole to move the fingers; see [`ForceEstimate::is_trusted`].
+    #[must_use]
+    pub fn is_trustworthy(&self) -> bool {
+        self.relative <= MOST_UNSURE
+    }
+
+    /// What answers are known to be off by: a share of them, and newtons.
+    #[must_use]
+    pub fn deviation(&self) -> (f32, f32) {
+        (self.relative, self.absolute_n)
     }
 
     /// Networks that are asked.
@@ -135,19 +163,21 @@ impl<W: AsRef<[f32]>> Estimator<W> {
         }
         let input = input.get(..self.inputs).unwrap_or(&[]);
         let answer = self.model.estimate(input).map_err(NoEstimate::Refused)?;
-        let (mut sum, mut squares, mut count) = (answer.value, 0.0_f32, 1.0_f32);
+        let (mut off, mut squares, mut others) = (0.0_f32, 0.0_f32, 0.0_f32);
         for member in self.others.iter().flatten() {
-            let other = member.estimate(input).map_err(NoEstimate::Refused)?.value - answer.value;
-            sum += answer.value + other;
-            squares += other * other;
-            count += 1.0;
+            let other = self.model.estimate_by(member, input).map_err(NoEstimate::Refused)?;
+            let apart = other.value - answer.value;
+            off += apart;
+            squares += apart * apart;
+            others += 1.0;
         }
-        let force_n = sum / count;
+        let force_n = answer.value + off / (1.0 + others);
         if force_n > 0.0 {
-            let off = force_n - answer.value;
-            let between = (squares / count - off * off).max(0.0);
-            let relative = squared(self.spread) + squared(self.noise(features));
-            let sigma_n = libm::sqrtf(between + squared(force_n) * relative);
+            // About the mean, of as many less one.
+            let between = (squares - off * off / (1.0 + others)).max(0.0) / others.max(1.0);
+            let relative = squared(self.relative) + squared(self.noise(features));
+            let variance = between + squared(force_n) * relative + squared(self.absolute_n);
+            let sigma_n = libm::sqrtf(variance);
             Ok(ForceEstimate { force_n, sigma_n, extrapolated: answer.extrapolated })
         } else {
             Err(NoEstimate::NotPositive(force_n))
@@ -165,3 +195,6 @@ impl<W: AsRef<[f32]>> Estimator<W> {
 fn squared(x: f32) -> f32 {
     x * x
 }
+
+#[cfg(test)]
+mod tests;

@@ -11,7 +11,7 @@ pub struct Features {
     pub contact_time_s: f32,
     /// Mean slip acceleration over that stretch (m/s^2); negative while friction wins.
     pub slip_acceleration_m_s2: f32,
-    /// Standard deviation of that acceleration by the noise of the travel sensor (m/s^2); `None` where another sensor tells the speed.
+    /// Standard deviation of that acceleration by the noise of what measures travel or speed (m/s^2); `None` where the speed is configured.
     pub slip_acceleration_sigma_m_s2: Option<f32>,
     /// Distance moved since the slip was noticed (m).
     pub micro_displacement_m: f32,

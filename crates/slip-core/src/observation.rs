@@ -75,6 +75,8 @@ pub struct SlipObservation {
     rate_hz: f32,
     /// Deviation of one reading of the travel (m).
     travel_sigma_m: f32,
+    /// Deviation of the latest speed that is measured otherwise (m/s); `None` where it is not known.
+    speed_sigma_m_s: Option<f32>,
     heights: bool,
     window: SpeedWindow,
     extractor: IrregularityExtractor,
@@ -99,6 +101,8 @@ struct Advance {
 
 /// An object that has not moved forward for this long has stopped.
 const STOPPED_AFTER: Micros = Micros(3000);
+/// A speed that is older than this, and than two samples and a half, says nothing of now.
+const SPEED_LASTS: Micros = Micros(5000);
 
 #[derive(Clone, Copy, Debug)]
 struct Onset {
@@ -108,6 +112,8 @@ struct Onset {
 #[derive(Clone, Copy, Debug)]
 struct Stretch {
     start: Micros,
+    /// The time of the latest reading.
+    end: Micros,
     start_speed_m_s: f32,
     impulse_ns: f64,
     latest: SpeedReading,
@@ -131,6 +137,7 @@ impl SlipObservation {
             config,
             rate_hz,
             travel_sigma_m: 0.0,
+            speed_sigma_m_s: None,
             heights: true,
             window: SpeedWindow::new(config.speed, rate_hz),
             extractor: IrregularityExtractor::new(config.min_hysteresis_m),
@@ -152,6 +159,12 @@ impl SlipObservation {
         Self { travel_sigma_m, ..self }
     }
 
+    /// The deviation of the speed (m/s) in the samples that follow, where it does not come from the travel.
+    #[inline]
+    pub fn trust_speed(&mut self, sigma_m_s: Option<f32>) {
+        self.speed_sigma_m_s = sigma_m_s;
+    }
+
     /// Begins with the next sample. `noise_m` is the deviation of the stylus noise (m, rms), `None` where
     /// the stylus does not measure displacement and irregularities have no heights.
     pub fn begin(&mut self, noise_m: Option<f32>) {
@@ -170,7 +183,7 @@ impl SlipObservation {
     /// The latest slip speed (m/s), `None` before the first window is full.
     #[must_use]
     pub fn speed_m_s(&self) -> Option<f32> {
-        self.stretch.map(|stretch| stretch.latest.speed_m_s)
+        self.fresh_stretch().map(|stretch| stretch.latest.speed_m_s)
     }
 
     /// The mean speed of the moved distance (m/s) and the length of its window (s); `None` where the speed is not measured so.
@@ -216,7 +229,7 @@ impl SlipObservation {
             self.slope_sum += irregularity.delta_m / irregularity.spacing_m;
         }
         if let Some(reading) = reading {
-            self.extend_stretch(sample.t, dt_s, reading);
+            self.extend_stretch(sample.t, reading);
         }
     }
 
@@ -247,27 +260,41 @@ impl SlipObservation {
         factor * self.config.min_speed_m_s
     }
 
-    fn extend_stretch(&mut self, t: Micros, dt_s: f64, reading: SpeedReading) {
+    fn extend_stretch(&mut self, t: Micros, reading: SpeedReading) {
         let longest_s = f64::from(self.config.longest_ms) * 1e-3;
         if reading.speed_m_s.abs() < self.slowest_m_s() {
             self.stretch = None;
             return;
         }
-        match &mut self.stretch {
-            Some(stretch) if t.since(stretch.start).as_seconds() <= longest_s => {
+        let last = self.stretch.filter(|stretch| self.is_recent(stretch.end, t));
+        match last {
+            Some(mut stretch) if t.since(stretch.start).as_seconds() <= longest_s => {
                 let mean_n = 0.5 * (f64::from(stretch.latest.force_n) + f64::from(reading.force_n));
-                stretch.impulse_ns += mean_n * dt_s;
+                stretch.impulse_ns += mean_n * t.since(stretch.end).as_seconds();
+                stretch.end = t;
                 stretch.latest = reading;
+                self.stretch = Some(stretch);
             }
             _ => {
                 self.stretch = Some(Stretch {
                     start: t,
+                    end: t,
                     start_speed_m_s: reading.speed_m_s,
                     impulse_ns: 0.0,
                     latest: reading,
                 });
             }
         }
+    }
+
+    /// The stretch, as long as its last speed is one of now.
+    fn fresh_stretch(&self) -> Option<Stretch> {
+        self.stretch.filter(|stretch| self.is_recent(stretch.end, self.last_t))
+    }
+
+    fn is_recent(&self, then: Micros, now: Micros) -> bool {
+        let age = now.since(then);
+        age <= SPEED_LASTS || age.as_seconds() * f64::from(self.rate_hz) <= 2.5
     }
 
     /// Speed, mean acceleration and mean force of the stretch (s, m/s, m/s^2, N); `None` while it is too short.
@@ -285,18 +312,21 @@ impl SlipObservation {
                 force_n: balance.force_n,
             });
         }
-        let stretch = self.stretch?;
-        let span_s = self.last_t.since(stretch.start).as_seconds();
+        let stretch = self.fresh_stretch()?;
+        let span_s = stretch.end.since(stretch.start).as_seconds();
         if span_s < f64::from(shortest_s) || span_s <= 0.0 {
             return None;
         }
         let speed_m_s = stretch.latest.speed_m_s;
         let gained = f64::from(speed_m_s - stretch.start_speed_m_s);
+        let span = span_s as f32;
+        // Of two speeds that are equally unsure.
+        let sigma = |sigma_m_s: f32| core::f32::consts::SQRT_2 * sigma_m_s / span;
         Some(Motion {
-            span_s: span_s as f32,
+            span_s: span,
             speed_m_s,
             acceleration_m_s2: (gained / span_s) as f32,
-            acceleration_sigma_m_s2: None,
+            acceleration_sigma_m_s2: self.speed_sigma_m_s.map(sigma),
             force_n: (stretch.impulse_ns / span_s) as f32,
         })
     }
@@ -371,6 +401,54 @@ mod tests {
         assert!(checked > 300 && features.irregularities > 5, "{checked} {features:?}");
         let slope = features.mean_slope.unwrap();
         assert!((slope - 0.1).abs() < 0.02, "2e-5 high, 2e-4 apart: {slope}");
+    }
+
+    /// A speed of 1 m/s that grows by 2 m/s^2, measured to 1 mm/s: over T seconds two of them tell the acceleration to sqrt(2) mm/s / T.
+    #[test]
+    fn an_acceleration_is_as_unsure_as_the_speeds_it_comes_from() {
+        for sigma_m_s in [None, Some(1e-3)] {
+            let mut observation = SlipObservation::new(ObservationConfig::default(), 1000.0);
+            observation.begin(None);
+            for i in 0..20_u8 {
+                observation.trust_speed(sigma_m_s);
+                observation.push(&Sample {
+                    normal_force_n: Some(2.0),
+                    velocity_m_s: Some(1.0 + 2e-3 * f32::from(i)),
+                    ..Sample::stylus(Micros(u64::from(i) * 1000), 0.0)
+                });
+            }
+            let features = observation.features().unwrap();
+            assert!((features.slip_acceleration_m_s2 - 2.0).abs() < 1e-3, "{features:?}");
+            let sigma = features.slip_acceleration_sigma_m_s2;
+            let wanted = sigma_m_s.map(|sigma| 1.414 * sigma / features.contact_time_s);
+            let close = |(a, b): (f32, f32)| (a / b - 1.0).abs() < 1e-3;
+            assert_eq!(sigma.is_some(), sigma_m_s.is_some());
+            assert!(sigma.zip(wanted).is_none_or(close), "{sigma:?} {wanted:?}");
+        }
+    }
+
+    /// A speed with every fifth sample gives what one with every sample does; where it ends there is nothing to go by soon.
+    #[test]
+    fn a_speed_that_comes_seldom_counts_and_one_that_has_gone_does_not() {
+        let mut observation = SlipObservation::new(ObservationConfig::default(), 1000.0);
+        observation.begin(None);
+        let mut seen = [0_u8; 2];
+        for i in 0..60_u8 {
+            let speed = (i < 30 && i.is_multiple_of(5)).then(|| 0.5 + 4e-3 * f32::from(i));
+            let sample = Sample::stylus(Micros(u64::from(i) * 1000), 0.0);
+            let force_n = 2.0 + 0.1 * f32::from(i);
+            observation.push(&Sample {
+                normal_force_n: Some(force_n),
+                velocity_m_s: speed,
+                ..sample
+            });
+            let Some(features) = observation.features() else { continue };
+            seen[usize::from(i >= 31)] += 1;
+            assert!((features.slip_acceleration_m_s2 - 4.0).abs() < 1e-3, "{i}: {features:?}");
+            let mean_n = 2.0 + 0.05 * f32::from(i / 5 * 5).min(25.0);
+            assert!((features.trial_force_n - mean_n).abs() < 1e-4, "{i}: {features:?}");
+        }
+        assert_eq!(seen, [26, 0], "from the second speed on, until 5 ms after the last");
     }
 
     #[test]

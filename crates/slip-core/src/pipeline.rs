@@ -13,7 +13,7 @@ use crate::{
     detector::{KnownFloors, MotionInput, SlipDetector, SlipState},
     distance::Fingers,
     drift::Hold,
-    estimate::Estimator,
+    estimate::{Estimator, friction::FrictionMeter},
     event::{Phase, SlipEvent, Step},
     fusion::{Channels, Fusion, Told},
     grip::{GripController, GripState, Trials},
@@ -42,6 +42,7 @@ pub struct Pipeline<W> {
     fusion: Fusion,
     observation: SlipObservation,
     velocity: VelocityMeter,
+    friction: FrictionMeter,
     estimator: Option<Estimator<W>>,
     grip: Option<GripController>,
     last_t: Option<Micros>,
@@ -104,6 +105,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             observation: SlipObservation::new(config.observation, rate_hz)
                 .with_travel_sigma(config.velocity.travel_sigma_m(config.travel.resolution_m)),
             velocity: VelocityMeter::new(config.velocity, rate_hz)?,
+            friction: FrictionMeter::new(rate_hz),
             estimator,
             grip: config.grip.map(GripController::new),
             last_t: None,
@@ -341,6 +343,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
                 let heights = self.config.signal == Signal::Displacement;
                 self.observation.begin(heights.then(|| self.detector.noise_rms()));
                 self.velocity.begin();
+                self.friction.begin();
                 self.slip = Some(Slip {
                     since: sample.t,
                     gross,

@@ -23,15 +23,16 @@ fn any_sample() -> impl Strategy<Value = Sample> {
     let channel = || prop::option::of(prop_oneof![3 => 0.0_f32..30.0, 1 => any_reading()]);
     let reference = prop::option::of(any_reading());
     let motion = prop::option::of(prop::sample::select(vec![0.0_f32, 0.0, 0.0, 1.0, f32::NAN]));
-    let others = (channel(), reference, motion);
+    let others = (channel(), channel(), reference, motion);
     (any_reading(), channel(), channel(), channel(), 0_u64..400, others).prop_map(
-        |(stylus, force, travel, speed, dt, (second, reference, motion))| Sample {
+        |(stylus, force, travel, speed, dt, (second, tangential, reference, motion))| Sample {
             t: Micros(dt),
             stylus,
             normal_force_n: force,
             travel_m: travel,
             velocity_m_s: speed,
             second_stylus: second,
+            tangential_n: tangential,
             reference,
             motion,
             ..Sample::default()
@@ -81,6 +82,10 @@ proptest! {
             let command = step.command.unwrap().0;
             prop_assert!((0.0..=limit).contains(&command), "{step:?}");
             prop_assert!(step.statistic.is_finite() && step.statistic >= 0.0, "{step:?}");
+            if let Some(estimate) = step.estimate {
+                prop_assert!(estimate.force_n.is_finite() && estimate.force_n > 0.0, "{estimate:?}");
+                prop_assert!(estimate.sigma_n.is_finite() && estimate.sigma_n >= 0.0, "{estimate:?}");
+            }
             if let Some(features) = step.features {
                 prop_assert!(features.slip_speed_m_s.is_finite() && features.trial_force_n.is_finite());
                 prop_assert!(features.slip_acceleration_m_s2.is_finite(), "{features:?}");

@@ -42,7 +42,7 @@ pub(crate) struct GraspArgs {
     /// Configuration file, as for gripd.
     #[arg(long)]
     pub(crate) config: Option<PathBuf>,
-    /// Model file instead of the embedded network.
+    /// Built-in model (default, or paper: that of the source study) or model file.
     #[arg(long)]
     pub(crate) model: Option<PathBuf>,
     /// Print every grasp, not only the totals.

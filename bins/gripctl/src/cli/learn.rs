@@ -193,8 +193,30 @@ pub(crate) struct SearchArgs {
 }
 
 #[derive(Debug, Args)]
+pub(crate) struct EstimateArgs {
+    /// Built-in models and model files, two rows each.
+    #[arg(default_values = ["default", "paper"])]
+    pub(crate) model: Vec<PathBuf>,
+    /// Objects of each row.
+    #[arg(long, default_value_t = 5000, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    pub(crate) rows: u32,
+    /// Seed of the objects; not 1, with which the built-in models were trained.
+    #[arg(long, default_value_t = 77)]
+    pub(crate) seed: u64,
+    /// Relative noise of speed and acceleration.
+    #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
+    pub(crate) speed_noise: f64,
+    /// Relative noise of the force.
+    #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
+    pub(crate) force_noise: f64,
+    /// One JSON object a line.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
 pub(crate) struct EvalArgs {
-    /// The model file.
+    /// A model file, or a built-in model: default or paper.
     pub(crate) model: PathBuf,
     /// The rows.
     pub(crate) data: PathBuf,
@@ -205,7 +227,7 @@ pub(crate) struct EvalArgs {
 
 #[derive(Debug, Args)]
 pub(crate) struct ExportArgs {
-    /// The model file.
+    /// A model file, or a built-in model: default or paper.
     pub(crate) model: PathBuf,
     /// What to write.
     #[arg(long, value_enum)]

@@ -5,7 +5,7 @@ pub(crate) mod learn;
 
 use clap::{ArgGroup, Args, Parser, Subcommand};
 use grasp::GraspArgs;
-use learn::{EvalArgs, ExportArgs, GenerateArgs, SearchArgs, StudyArgs, TrainArgs};
+use learn::{EstimateArgs, EvalArgs, ExportArgs, GenerateArgs, SearchArgs, StudyArgs, TrainArgs};
 use std::path::PathBuf;
 
 /// Simulate, replay, score and train.
@@ -57,6 +57,13 @@ pub(crate) enum Command {
     Train(Box<TrainArgs>),
     /// Search for the shape, activation and training of a network with a genetic algorithm.
     Search(SearchArgs),
+    /// Ask models of the adequate force about generated objects that no training saw.
+    ///
+    /// Two rows for each model: `stretch`, what the pipeline sees of any slip, and `trial`, trial grasps of 2 mm. Each object has a
+    /// mass, a friction, a surface and a force of its own. Columns: objects inside the range that the model knows; answers within 10 % of the adequate
+    /// force, of all objects and of those in range; error; answers off by at most one and two of their stated deviations; answers
+    /// that may move the fingers.
+    Estimate(EstimateArgs),
     /// Evaluate a model file on a CSV file.
     Eval(EvalArgs),
     /// Write a model file as C99 source or as an ONNX graph.
@@ -154,7 +161,7 @@ pub(crate) struct ReplayArgs {
     /// Configuration file, as for gripd.
     #[arg(long)]
     pub(crate) config: Option<PathBuf>,
-    /// Model file instead of the embedded network.
+    /// Built-in model (default, or paper: that of the source study) or model file, instead of the recorded one.
     #[arg(long)]
     pub(crate) model: Option<PathBuf>,
     /// Show this reading of E_sc beside the literal one: literal, arc_cot, slope_power, lift_work or viscous_work.

@@ -3,7 +3,7 @@
 use super::read;
 use crate::{cli::learn::EvalArgs, output};
 use anyhow::Context as _;
-use grip_host::{ModelError, exit::Exit};
+use grip_host::{ModelError, exit::Exit, model};
 use grip_study::outlook::{Ensemble, Predict, Score, Svr, ensemble, score, svr};
 use mlp::{
     Column, Model,
@@ -23,8 +23,7 @@ struct Result {
 }
 
 pub(crate) fn run(args: &EvalArgs) -> anyhow::Result<Exit> {
-    let text = std::fs::read_to_string(&args.model)
-        .map_err(|source| ModelError::Read { file: args.model.clone(), source })?;
+    let text = model::read_text(&args.model)?;
     let fault = |fault| ModelError::File { file: args.model.display().to_string(), fault };
     let load = |(inputs, targets): (Vec<ColumnSpec>, Vec<ColumnSpec>)| -> anyhow::Result<DataSet> {
         let name = args.data.display().to_string();

@@ -7,6 +7,7 @@ mod columns;
 pub(crate) mod csv;
 pub(crate) mod doctor;
 pub(crate) mod esc;
+pub(crate) mod estimate;
 pub(crate) mod eval;
 pub(crate) mod export;
 mod export_verify;
@@ -60,10 +61,12 @@ fn calibrated_config(
 }
 
 fn estimator(model_file: Option<&Path>, config: &HostConfig) -> Result<HostEstimator, ModelError> {
-    match model_file.or(config.model.as_deref()) {
-        Some(file) => model::read_estimator(file),
-        None => model::default_estimator(),
+    let file = model_file.or(config.model.as_deref());
+    let estimator = file.map_or_else(model::default_estimator, model::read_estimator)?;
+    if let Some((file, text)) = file.zip(model::weakness(&estimator)) {
+        eprintln!("gripctl: model {}: {text}", file.display());
     }
+    Ok(estimator)
 }
 
 /// A number of the command line that must be positive and finite, or also zero if `zero`.
@@ -81,9 +84,8 @@ fn read(file: &Path) -> anyhow::Result<Vec<u8>> {
 
 /// A model file and its text.
 fn model_file(file: &Path) -> Result<(ModelFile, String), ModelError> {
-    let text = std::fs::read_to_string(file)
-        .map_err(|source| ModelError::Read { file: file.to_owned(), source })?;
+    let text = model::read_text(file)?;
     let content = ModelFile::from_json(&text)
         .map_err(|fault| ModelError::File { file: file.display().to_string(), fault })?;
-    Ok((content, text))
+    Ok((content, text.into_owned()))
 }

@@ -378,6 +378,9 @@ impl Session {
             ..GripCommand::newtons(force_n)?
         };
         let len = self.link.grip(now_us, &command, out)?;
+        if let Some(sent_n) = self.sent_n() {
+            self.pace.was_held_to(sent_n);
+        }
         self.commanded_us = now_us;
         self.counters.commands += 1;
         Some(len)

@@ -42,6 +42,11 @@ impl Pace {
         (self.sent_n, self.at_s) = (Some(force_n), wanted.at_s);
         Some(force_n)
     }
+
+    /// What was really sent (N): while its data are stale the link holds the force, and what it held back must not leap out either.
+    pub(super) fn was_held_to(&mut self, force_n: f32) {
+        self.sent_n = self.sent_n.map(|allowed_n| allowed_n.min(force_n));
+    }
 }
 
 #[cfg(test)]
@@ -63,6 +68,23 @@ mod tests {
         let next = sent(at(1.102, 9.0, false));
         assert!((next - 1.0).abs() < 1e-4, "{next}");
         assert!((sent(at(1.112, 9.0, false)) - 2.0).abs() < 1e-4);
+    }
+
+    #[test]
+    fn what_the_link_held_back_does_not_leap_out() {
+        let mut pace = Pace::begin(None);
+        pace.force(&at(1.0, 1.0, false)).unwrap();
+        for ms in 1..50 {
+            pace.force(&at(1.0 + 0.001 * f64::from(ms), 9.0, false)).unwrap();
+            pace.was_held_to(1.0);
+        }
+        let next = pace.force(&at(1.050, 9.0, false)).unwrap();
+        assert!((next - 1.1).abs() < 1e-4, "{next}");
+        pace.was_held_to(5.0);
+        assert!(
+            pace.force(&at(1.051, 9.0, false)).unwrap() < 1.3,
+            "more than allowed was not sent"
+        );
     }
 
     #[test]

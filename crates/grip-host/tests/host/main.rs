@@ -9,6 +9,7 @@
 
 mod estimate;
 mod grasp;
+mod link_loss;
 mod methods;
 mod session;
 mod velocity;

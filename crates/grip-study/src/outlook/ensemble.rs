@@ -1,21 +1,18 @@
 //! Rows of data and one setting in, several nets with the mean and the spread of their answers out.
 
 use mlp::train::{
-    ColumnSpec, DataSet, FileError, Fit, FitConfig, ModelFile, SettingError, file::FileColumn, fit,
+    ColumnSpec, DataSet, EnsembleFile, FileError, Fit, FitConfig, ModelFile, SettingError,
+    file::FileColumn, fit,
 };
 use mlp::{Model, PredictError, ShapeError};
 use rand_chacha::ChaCha8Rng;
 use rand_core::{Rng as _, SeedableRng as _};
 use rayon::iter::{IntoParallelIterator as _, ParallelIterator as _};
-use serde::{Deserialize, Serialize};
+use serde::Deserialize;
 
 use super::score::{OutlookError, Predict, Spread};
 
-/// Value of the field `format`.
-pub const FORMAT: &str = "ensemble-model";
-
-/// Value of the field `version` that is read and written.
-pub const VERSION: u64 = 1;
+pub use mlp::train::ensemble_file::FORMAT;
 
 /// What makes the members differ.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -63,18 +60,6 @@ impl EnsembleConfig {
 pub struct Ensemble {
     files: Vec<ModelFile>,
     models: Vec<Model<Box<[f32]>>>,
-}
-
-#[derive(Serialize)]
-struct Written<'a> {
-    format: &'static str,
-    version: u64,
-    members: &'a [ModelFile],
-}
-
-#[derive(Deserialize)]
-struct Read {
-    members: Vec<serde_json::Value>,
 }
 
 #[derive(Deserialize)]
@@ -154,29 +139,15 @@ impl Ensemble {
     /// # Errors
     /// [`FileError::Json`].
     pub fn to_json(&self) -> Result<String, FileError> {
-        let written = Written { format: FORMAT, version: VERSION, members: &self.files };
-        serde_json::to_string_pretty(&written).map_err(|error| json_error(&error))
+        EnsembleFile::new(self.files.clone())?.to_json()
     }
 
     /// Reads the text of a file.
     ///
     /// # Errors
-    /// Any [`FileError`] of the file or a member; [`FileError::Shape`] where a member has other columns than the first.
+    /// Any [`FileError`] of [`EnsembleFile::from_json`].
     pub fn from_json(text: &str) -> Result<Self, FileError> {
-        check_head(text, FORMAT, VERSION)?;
-        let read: Read = serde_json::from_str(text).map_err(|error| json_error(&error))?;
-        let files = read
-            .members
-            .iter()
-            .map(|member| ModelFile::from_json(&member.to_string()))
-            .collect::<Result<Vec<_>, _>>()?;
-        let Some(first) = files.first() else {
-            return Err(ShapeError::Layers { given: 0 }.into());
-        };
-        if files.iter().any(|file| file.specs() != first.specs()) {
-            let (needed, given) = (first.inputs.len(), 0);
-            return Err(ShapeError::Inputs { needed, given }.into());
-        }
+        let files = EnsembleFile::from_json(text)?.into_members();
         let models = files.iter().map(ModelFile::model).collect::<Result<_, _>>()?;
         Ok(Self { files, models })
     }

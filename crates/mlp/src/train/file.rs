@@ -51,6 +51,15 @@ pub enum FileError {
         /// The field `format`, if there is one.
         found: Option<String>,
     },
+    /// An ensemble without members.
+    #[error("the ensemble has no members")]
+    NoMembers,
+    /// A member of an ensemble that has other columns than the first one.
+    #[error("member {member} of the ensemble has other columns than the first")]
+    Member {
+        /// Its place, counted from 1.
+        member: usize,
+    },
     /// Another version of the format.
     #[error("version is {found:?}: this program reads version {VERSION}")]
     Version {
@@ -190,6 +199,15 @@ pub struct ModelFile {
     pub training: Option<TrainingNote>,
 }
 
+/// By how much answers are off (one standard deviation).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Deviation {
+    /// In the unit of the target.
+    Absolute(f32),
+    /// Of the logarithm of the answer, which for small ones is the share of it.
+    Relative(f32),
+}
+
 #[derive(Deserialize)]
 struct Head {
     format: Option<String>,
@@ -281,6 +299,20 @@ impl ModelFile {
         Ok(Model::new(network, inputs, targets)?)
     }
 
+    /// How far its answers were off, as a standard deviation: on the test rows, or on the training rows where there were no test rows; nothing
+    /// where the file does not say how it was trained. Over all targets; the first one says whether it is relative.
+    #[must_use]
+    pub fn deviation(&self) -> Option<Deviation> {
+        let (note, target) = (self.training.as_ref()?, self.targets.first()?);
+        let scaled = note.test_scaled_mse.unwrap_or(note.train_scaled_mse).max(0.0).sqrt();
+        let half = |low: f64, high: f64| 0.5 * (high - low) * scaled;
+        let (min, max) = (f64::from(target.min), f64::from(target.max));
+        Some(match target.transform {
+            Transform::Identity => Deviation::Absolute(rounded(half(min, max))),
+            Transform::Ln => Deviation::Relative(rounded(half(min.ln(), max.ln()))),
+        })
+    }
+
     /// The column specs with which a CSV file is read for this model.
     #[must_use]
     pub fn specs(&self) -> (Vec<ColumnSpec>, Vec<ColumnSpec>) {
@@ -344,7 +376,7 @@ fn scaler(kind: &'static str, columns: &[FileColumn]) -> Result<Scaler, FileErro
     })
 }
 
-fn json_error(error: &serde_json::Error) -> FileError {
+pub(super) fn json_error(error: &serde_json::Error) -> FileError {
     let (line, column, text) = (error.line(), error.column(), error.to_string());
     let place = format!(" at line {line} column {column}");
     let message = text.strip_suffix(&place).unwrap_or(&text).to_owned();

@@ -11,6 +11,7 @@ mod aligned;
 pub mod column;
 mod csv_file;
 pub mod data;
+pub mod ensemble_file;
 pub mod file;
 pub mod fit;
 pub mod init;
@@ -29,6 +30,7 @@ mod vector;
 
 pub use column::{ColumnSpec, ColumnSpecError};
 pub use data::{DataSet, DataSetError, Patterns};
+pub use ensemble_file::EnsembleFile;
 pub use file::{FileError, ModelFile};
 pub use fit::{Choice, Fit, FitConfig, FitError, Fitting, Precision, fit};
 pub use lanes::Isa;

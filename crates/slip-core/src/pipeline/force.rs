@@ -2,7 +2,7 @@
 
 use super::{Pipeline, rest::Rest};
 use crate::{
-    estimate::G_M_S2,
+    estimate::{Estimator, ForceEstimate, G_M_S2},
     event::Step,
     features::Features,
     grip::{Evidence, GripEvent, GripInput, Sliding, SlipNow},
@@ -11,6 +11,9 @@ use crate::{
     sample::Sample,
     units::{Micros, Newtons},
 };
+
+/// A mean over at most this long (s) says how an object slides now.
+const LATELY_S: f32 = 0.01;
 
 /// What the controller is told of the slip; the default where there is none.
 #[derive(Clone, Copy, Debug, Default)]
@@ -30,7 +33,11 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         let goes_on = self.is_fresh(sample.t) && self.observation.advancing() != Some(false);
         SlipNews {
             slip: if goes_on { SlipNow::Evident } else { SlipNow::Fading },
-            moved_m: self.observation.moved_m(sample),
+            // Without estimates the controller must not wait for one.
+            moved_m: self
+                .observation
+                .moved_m(sample)
+                .filter(|_| self.estimator.as_ref().is_none_or(Estimator::is_trustworthy)),
             evidence: evidence_of(step),
             sliding: step.features.as_ref().and_then(sliding_of),
         }
@@ -61,7 +68,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
     }
 
     /// Whether the slip goes on right now: by the stylus, the fastest, where it sees the slip; else by the others.
-    fn is_fresh(&self, t: Micros) -> bool {
+    pub(super) fn is_fresh(&self, t: Micros) -> bool {
         match self.slip {
             Some(slip) if !slip.felt => self.fusion.is_fresh(t),
             _ => self.detector.is_fresh(),
@@ -100,17 +107,15 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
     }
 }
 
-/// What the step says of the force that is needed. An answer from outside the range the network knows must not move the fingers.
+/// What the step says of the force that is needed. An answer that nothing vouches for must not move the fingers.
 fn evidence_of(step: &Step) -> Option<Evidence> {
-    let estimate = step.estimate?;
-    (!estimate.extrapolated)
-        .then_some(Evidence { estimate_n: estimate.force_n, sigma_n: estimate.sigma_n })
+    let estimate = step.estimate.filter(ForceEstimate::is_trusted)?;
+    Some(Evidence { estimate_n: estimate.force_n, sigma_n: estimate.sigma_n })
 }
 
-/// How the object slides. The acceleration by another sensor than the moved distance is a mean over too long a time.
+/// How the object slides. A mean over more than some milliseconds says too little of now.
 fn sliding_of(features: &Features) -> Option<Sliding> {
-    features.slip_acceleration_sigma_m_s2?;
-    Some(Sliding {
+    (features.contact_time_s <= LATELY_S).then(|| Sliding {
         force_n: features.trial_force_n,
         acceleration_g: features.slip_acceleration_m_s2 / G_M_S2,
     })

@@ -13,6 +13,7 @@ use super::{
     HostConfig,
     error::{HostConfigError, Place, ValueError, line_and_column},
 };
+use crate::model::built_in;
 use serde::Deserialize as _;
 use std::{
     io,
@@ -127,7 +128,10 @@ impl Layers {
     /// [`HostConfigError`] with the place of the mistake.
     pub fn resolve(&self) -> Result<HostConfig, HostConfigError> {
         let mut config = self.merged()?;
-        config.model = config.model.map(|file| self.beside("model", file));
+        config.model = config.model.map(|file| match built_in(&file) {
+            Some(_) => file,
+            None => self.beside("model", file),
+        });
         config.calibration = config.calibration.map(|file| self.beside("calibration", file));
         config.check().map_err(|(key, source)| self.blame(key, source))?;
         match config.calibration.clone() {
