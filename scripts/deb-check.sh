@@ -22,9 +22,10 @@ PATH=$PATH:$(realpath -m "$target")/tools/bin
 command -v cargo-deb >/dev/null || cargo install cargo-deb --version 3.8.0 --locked --debug --root "$target/tools"
 
 echo "deb-check: building"
-cargo build --profile "$profile" -p gripd -p gripctl -p slip-benches
+if [ "$profile" = release ]; then scripts/release-build.sh; else cargo build --profile "$profile" -p gripd -p gripctl; fi
 rm -rf target/manuals "$target/deb-check"
-cargo run --quiet -p grip-manuals -- target/manuals
+cargo build --quiet --workspace --bin grip-manuals
+"$target/debug/grip-manuals" target/manuals
 "$built/gripd" --check-config --config packaging/gripd.toml
 "$built/gripd" --check-config --config docs/gripd.toml
 mkdir -p "$target/deb-check"

@@ -51,7 +51,7 @@ cost -DGL_CHANNELS=1 -DGL_KEPT_BATCHES=1 -DGL_BATCH_BYTES=20
 # shellcheck disable=SC2086
 arm-none-eabi-g++ -std=c++11 $chip -Wall -Wextra -Werror -c -o "$build/arduino.o" "$root/protocol/c/test/arduino.cpp"
 
-(cd "$root" && cargo build --release -p gripd -p gripctl -p slip-benches)
+"$root/scripts/release-build.sh"
 # check.py ends QEMU and gripd, whatever happens; the trap ends check.py.
 PYTHONDONTWRITEBYTECODE=1 python3 "$root/protocol/firmware/test/check.py" \
     --firmware "$build/bench-O2/firmware.elf" --gripd "$target/release/gripd" &

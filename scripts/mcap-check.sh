@@ -11,11 +11,11 @@ work=$target/mcap-check
 python=$work/environment/bin/python
 
 if [ -z "${GRIPCTL:-}" ]; then
-    (cd "$root" && CARGO_TARGET_DIR="$target" cargo build --release --locked -p gripd -p gripctl -p slip-benches)
+    CARGO_TARGET_DIR="$target" "$root/scripts/release-build.sh"
     GRIPCTL=$target/release/gripctl
 fi
 if [ -z "${RECORDING:-}" ]; then
-    (cd "$root" && CARGO_TARGET_DIR="$target" cargo build --release --locked -p grip-daemon --example recording)
+    CARGO_TARGET_DIR="$target" "$root/scripts/release-build.sh"
     RECORDING=$target/release/examples/recording
 fi
 [ -x "$python" ] || "${PYTHON:-python3}" -m venv --clear "$work/environment"

@@ -10,7 +10,7 @@ target=$(cd "$target" && pwd)
 work=$target/metrics-check
 wanted=prometheus_client==0.22.1
 
-(cd "$root" && CARGO_TARGET_DIR="$target" cargo test --quiet --locked -p grip-daemon --test service shown)
+(cd "$root" && CARGO_TARGET_DIR="$target" cargo test --quiet --locked --workspace --test service shown)
 
 if [ "$(cat "$work/wanted" 2>/dev/null)" != "$wanted" ] || [ ! -x "$work/environment/bin/python" ]; then
     "${PYTHON:-python3}" -m venv --clear "$work/environment"

@@ -11,7 +11,7 @@ work=$target/onnx-check
 python=$work/environment/bin/python
 
 if [ -z "${GRIPCTL:-}" ]; then
-    (cd "$root" && CARGO_TARGET_DIR="$target" cargo build --release --locked -p gripd -p gripctl -p slip-benches)
+    CARGO_TARGET_DIR="$target" "$root/scripts/release-build.sh"
     GRIPCTL=$target/release/gripctl
 fi
 [ -x "$python" ] || "${PYTHON:-python3}" -m venv --clear "$work/environment"

@@ -11,7 +11,7 @@ work=$target/python-peer
 package=$root/protocol/python
 export PYTHONPYCACHEPREFIX="$work/byte-code"
 
-(cd "$root" && CARGO_TARGET_DIR="$target" cargo build --release --locked -p gripd -p gripctl -p slip-benches)
+CARGO_TARGET_DIR="$target" "$root/scripts/release-build.sh"
 
 if ! cmp -s "$package/pyproject.toml" "$work/pyproject.toml" || [ ! -x "$work/environment/bin/python" ]; then
     "${PYTHON:-python3}" -m venv --clear "$work/environment"
