@@ -46,6 +46,8 @@ expect -rw-r--r-- usr/share/bash-completion/completions/gripctl
 expect -rw-r--r-- usr/share/zsh/vendor-completions/_gripd
 expect -rw-r--r-- usr/share/fish/vendor_completions.d/gripd.fish
 expect -rw-r--r-- usr/share/doc/gripd/copyright
+# gripmon needs a display and is no part of it.
+if grep -q gripmon <<<"$listing"; then fail "parts of gripmon in the package"; fi
 if grep -vE '^([-d]rw[-x]r-[-x]r-[-x]|lrwxrwxrwx) root/root ' <<<"$listing"; then fail "odd owners or rights"; fi
 control=$(dpkg-deb --info "$deb")
 for word in "Package: gripd" "Depends: libc6" "conffiles" "postinst" "prerm" "postrm"; do

@@ -1,13 +1,17 @@
 #!/bin/sh
 # Makes the pictures of gripmon in docs/images from the real window of the release binary, on a display of its own.
+# GRIP_BIN names a folder that holds gripmon and gripd already; without it a release build is made.
 # Needs: apt-get install -y --no-install-recommends xvfb
 # Live pictures differ from run to run in what the simulator was just doing; what is looked at stands in docs/views.
 set -eu
 cd "$(dirname "$0")/.."
 command -v Xvfb >/dev/null || { echo "Xvfb is not installed: apt-get install -y --no-install-recommends xvfb" >&2; exit 1; }
 
-cargo build --release -p gripmon -p gripd
-binaries="${CARGO_TARGET_DIR:-target}/release"
+binaries=${GRIP_BIN:-}
+if [ -z "$binaries" ]; then
+    cargo build --release -p gripmon -p gripd
+    binaries="${CARGO_TARGET_DIR:-target}/release"
+fi
 work=$(mktemp -d)
 display=${SCREENSHOT_DISPLAY:-:91}
 Xvfb "$display" -screen 0 1400x900x24 -nolisten tcp -noreset >"$work/xvfb.log" 2>&1 &

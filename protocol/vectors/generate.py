@@ -80,6 +80,7 @@ FIELDS.update({
         ("longest", "f"), ("recorded", "Q"), ("bands", "Q"), ("gate", "Q"), ("methods", "Q"), ("observation", "Q"),
         ("slips", "I"), ("reconnects", "I"), ("commands", "Q"),
     ],
+    "HEALTH_APPENDED": [("p999", "f"), ("clock_half", "f"), ("clock_offset", "q"), ("histogram", "24Q")],
     "GRIPPER": [
         ("uid", "16s"), ("boot_id", "I"), ("rate_hz", "I"), ("force_max", "f"), ("link", "B"), ("taxels", "B"), (None, "H"),
     ],
@@ -123,7 +124,14 @@ def cobs(data):
 
 
 def pack(table, values):
-    return struct.pack("<" + "".join(code for _, code in table), *(values[name] if name else 0 for name, _ in table))
+    listed = [values[name] if name else 0 for name, _ in table]
+    flat = [x for value in listed for x in (value if isinstance(value, tuple) else (value,))]
+    return struct.pack("<" + "".join(code for _, code in table), *flat)
+
+
+def table_of(kind, v):
+    grown = FIELDS[kind + "_APPENDED"] if kind == "HEALTH" and "histogram" in v else []
+    return FIELDS.get(kind, []) + grown
 
 
 def payload(kind, v):
@@ -132,7 +140,7 @@ def payload(kind, v):
         return struct.pack("<IHBB", crc(config), v["config_seq"], v["clamped"], 0) + config
     if kind == "LOG":
         return struct.pack("<QBB", v["tick"], v["level"], len(v["text"])) + v["text"]
-    data = pack(FIELDS[kind], v)
+    data = pack(table_of(kind, v), v)
     if kind in ("WELCOME", "NOTICE"):
         data += bytes([len(v["text"])]) + v["text"]
     if kind == "ROWS":
@@ -163,7 +171,7 @@ def frame(kind, data, **header):
 
 
 def show(kind, v):
-    table = CONFIG if kind == "CONFIG_ACK" else FIELDS.get(kind, [])
+    table = CONFIG if kind == "CONFIG_ACK" else table_of(kind, v)
     names = {"CONFIG_ACK": ["config_seq", "clamped"], "LOG": ["tick", "level", "text"]}.get(kind, [])
     names = names + [name for name, _ in table if name] + ["text"] * (kind in ("WELCOME", "NOTICE"))
     words = []
@@ -171,6 +179,8 @@ def show(kind, v):
         value = v[name]
         if dict(table).get(name) == "f":
             value = struct.pack(">f", value)
+        if isinstance(value, tuple):
+            value = ",".join(map(str, value))
         words.append(f"{name}={value.hex() if isinstance(value, bytes) else value}")
     if kind == "ROWS":
         rows = (",".join([str(row[0])] + [struct.pack(">f", x).hex() for x in row[1:]]) for row in v["rows"])
@@ -282,7 +292,8 @@ slip = dict(number=3, device_us=5000000, host_us=5000321, phase=1, method=1, spe
 state = dict(device_us=5000000, host_us=5000321, scene=2, grip=4, stylus=0, travel=6, pressure=3, reference=7, device=4, notes=2,
              fault=0x0101, esc_flags=1, esc_kind=2, statistic=0.25, command=2.5, applied=2.25, esc=-1.5, estimate=NAN,
              rate_hz=10000, lost=12)  # fmt: skip
-health = {name: i + 1 for i, (name, _) in enumerate(FIELDS["HEALTH"])}
+health_first = {name: i + 1 for i, (name, _) in enumerate(FIELDS["HEALTH"])}
+health = dict(health_first, p999=28, clock_half=29.5, clock_offset=-30, histogram=tuple(range(31, 55)))
 rows = dict(first_index=1000, t0_us=5000000, every_nth=10, channels=3, n=2, taxels=0, rows=[(0, 1e-6, 2.5), (1001, NAN, 2.75)])
 notice = dict(kind=1, code=1, value=0, count=42, host_us=5000321, text=b"42 frames of rows dropped: you read too slowly")
 subscribe = dict(min=1, max=1, topics=15, every_nth=10, state_ms=100)
@@ -298,7 +309,13 @@ valid("welcome_255_bytes", "WELCOME", dict(welcome, text=b"x" * 255), rows=CLIEN
 valid("slip_ended_nothing_known", "SLIP", dict({name: NAN if code == "f" else 0 for name, code in FIELDS["SLIP"]},
       phase=3, irregularities=2**32 - 1, duration=0.125), rows=CLIENTS)  # fmt: skip
 valid("state_unknown_codes", "STATE", dict(state, scene=200, grip=255, reference=99, device=77), rows=CLIENTS)
-valid("health_all_ones", "HEALTH", {name: {"B": 255, "H": 65535, "I": 2**32 - 1, "Q": 2**64 - 1}.get(code, NAN) for name, code in FIELDS["HEALTH"]}, rows=CLIENTS)
+MOST = {"B": 255, "H": 65535, "I": 2**32 - 1, "Q": 2**64 - 1}
+health_most = {name: MOST.get(code, NAN) for name, code in FIELDS["HEALTH"]}
+valid("health_all_ones", "HEALTH", dict(health_most, p999=NAN, clock_half=0.0, clock_offset=-(2**63), histogram=(2**64 - 1,) * 24), rows=CLIENTS)
+valid("health_clock_not_known", "HEALTH", dict(health, clock_half=NAN, clock_offset=0), rows=CLIENTS)
+valid("health_of_an_older_daemon", "HEALTH", health_first, rows=CLIENTS)
+valid("health_grown_in_part", "HEALTH", health_first, use="decode", extra=b"\x01" * 207, rows=CLIENTS)
+valid("health_grown_again", "HEALTH", health, use="decode", extra=b"\x01\x02\x03", rows=CLIENTS)
 valid("gripper_none", "GRIPPER", dict(uid=bytes(16), boot_id=0, rate_hz=0, force_max=NAN, link=0, taxels=0), rows=CLIENTS)
 valid("rows_64_taxels", "ROWS", dict(rows, channels=511, n=1, taxels=64, first_index=2**32 - 1, every_nth=65535, rows=[(0, *range(9), *range(64))]), rows=CLIENTS)
 valid("rows_full", "ROWS", dict(rows, channels=1, n=57, every_nth=1, rows=[(100 * i, i * 1e-8) for i in range(57)]), rows=CLIENTS)
@@ -398,6 +415,8 @@ invalid("client_stale_state", "client", frame("STATE", STATE, session=0x1234, **
 invalid("client_state_of_session_0", "client", frame("STATE", STATE, session=0, **UP), "stale")
 invalid("client_ident_of_session_0", "client", frame("IDENT", payload("IDENT", ident), session=0, **UP), "stale")
 invalid("client_state_infinite", "client", frame("STATE", payload("STATE", dict(state, command=float("inf"))), **UP), "ok", "value@32")
+invalid("client_health_short", "client", frame("HEALTH", payload("HEALTH", health_first)[:143], **UP), "ok", "short")
+invalid("client_health_infinite_half", "client", frame("HEALTH", payload("HEALTH", dict(health, clock_half=float("inf"))), **UP), "ok", "value@148")
 invalid("client_slip_short", "client", frame("SLIP", SLIP[:71], **UP), "ok", "short")
 invalid("client_rows_none", "client", frame("ROWS", ROW[:16] + b"\0" + ROW[17:], **UP), "ok", "value@16")
 invalid("client_rows_step_0", "client", frame("ROWS", ROW[:12] + b"\0\0" + ROW[14:], **UP), "ok", "value@12")

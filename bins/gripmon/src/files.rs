@@ -3,7 +3,7 @@
 use eframe::egui::ColorImage;
 use std::fs::File;
 use std::io::{self, BufWriter};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// The first of `STEM-0001.ENDING`, `STEM-0002.ENDING` .. that is not there.
 ///
@@ -17,14 +17,14 @@ pub fn free_name(stem: &str, ending: &str) -> io::Result<PathBuf> {
     })
 }
 
-/// Writes a picture as PNG.
+/// Writes a picture as PNG into a fresh file.
 ///
 /// # Errors
-/// Where the file cannot be written.
-pub fn write_png(path: &Path, image: &ColorImage) -> io::Result<()> {
+/// Where it cannot be written.
+pub fn write_png(file: File, image: &ColorImage) -> io::Result<()> {
     let too_large = || io::Error::new(io::ErrorKind::InvalidInput, "the picture is too large");
     let [wide, high] = image.size.map(|side| u32::try_from(side).map_err(|_| too_large()));
-    let mut encoder = png::Encoder::new(BufWriter::new(File::create(path)?), wide?, high?);
+    let mut encoder = png::Encoder::new(BufWriter::new(file), wide?, high?);
     encoder.set_color(png::ColorType::Rgb);
     encoder.set_depth(png::BitDepth::Eight);
     encoder.set_compression(png::Compression::High);
@@ -57,7 +57,7 @@ mod tests {
         let path = folder.path().join("a.png");
         let mut image = ColorImage::filled([3, 2], Color32::from_rgb(1, 2, 3));
         image.pixels[4] = Color32::from_rgb(200, 100, 0);
-        write_png(&path, &image).unwrap();
+        write_png(std::fs::File::create(&path).unwrap(), &image).unwrap();
         let file = std::io::BufReader::new(std::fs::File::open(&path).unwrap());
         let mut reader = png::Decoder::new(file).read_info().unwrap();
         let mut bytes = [0; 18];

@@ -1,16 +1,19 @@
 //! A source in; a window that shows what a gripper feels, does and how its link is, out.
 //!
 //! ```text
-//! source's thread -> ring -> pump -> Engine { Model } -> views(&Seen) -> Vec<Action> -> apply
+//! source's thread -> ring -> pump -> Engine { Model } -> views(&Seen) -> Vec<Action> -> apply -> Vec<Effect> -> Exports
 //! ```
 //!
 //! [`Scope`] is the whole window without a system behind it: tests and benches run it as the program does. Views are functions that look and
 //! give back [`Action`](action::Action)s; [`apply`] is the one place that fulfils them.
+//! [`Desk`](desk::Desk) adds what is written to files.
 
 pub mod action;
 pub mod apply;
 pub mod cli;
+pub mod desk;
 pub mod engine;
+pub mod exports;
 pub mod files;
 pub mod format;
 pub mod job;
@@ -20,6 +23,7 @@ pub mod num;
 pub mod palette;
 pub mod plot;
 pub mod pump;
+pub mod remember;
 pub mod scope;
 pub mod state;
 pub mod strip;

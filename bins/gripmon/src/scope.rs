@@ -7,8 +7,10 @@ use crate::layout::Look;
 use crate::palette::{self, Palette};
 use crate::state::ViewState;
 use crate::views::{self, Scratch, Seen};
+use core::ops::Deref;
 use core::sync::atomic::{AtomicBool, Ordering};
 use eframe::egui::{self, CentralPanel, Frame, Margin, Panel, Theme, Ui};
+use grip_scope::Model;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// The engine, shared by the pump and the window.
@@ -39,10 +41,27 @@ impl Shared {
         engine
     }
 
+    /// The model, for whoever copies a piece of it.
+    pub fn lend(&self) -> Lent<'_> {
+        Lent(self.engine())
+    }
+
     /// Whether the window waits.
     #[must_use]
     pub fn is_waited_for(&self) -> bool {
         self.waits.load(Ordering::Relaxed)
+    }
+}
+
+/// The model, while nobody else has the engine.
+#[derive(Debug)]
+pub struct Lent<'a>(MutexGuard<'a, Engine>);
+
+impl Deref for Lent<'_> {
+    type Target = Model;
+
+    fn deref(&self) -> &Model {
+        &self.0.model
     }
 }
 

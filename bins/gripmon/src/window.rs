@@ -1,23 +1,24 @@
 //! The system's window around [`Scope`]: its thread, its files, its pictures.
 
-use crate::apply::Effect;
 use crate::cli::Cli;
+use crate::desk::{Ask, Desk, Picture};
 use crate::engine::Engine;
-use crate::files;
-use crate::job::{Job, Step};
-use crate::layout::{self, Layout};
+use crate::job::Job;
+use crate::layout::{self, Layout, LayoutError};
 use crate::pump::Pump;
+use crate::remember::Remember;
 use crate::scope::{self, Scope, Shared};
-use crate::state::{Message, ViewState};
+use crate::state::ViewState;
 use crate::view_file::ViewFile;
 use anyhow::{Context as _, bail};
 use core::sync::atomic::Ordering;
 use eframe::egui::{self, ColorImage, Ui, ViewportCommand};
-use grip_scope::{Channel, Model, SourceHandle, SourceSpec, Span, export};
-use std::path::{Path, PathBuf};
+use grip_scope::{Model, SourceHandle, SourceSpec};
+use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+use signal_hook::low_level::emulate_default_handler;
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
-use std::thread::{self, Thread};
+use std::thread::Thread;
 
 /// Opens the window and runs until it is closed.
 ///
@@ -40,12 +41,16 @@ pub fn run(cli: &Cli, spec: SourceSpec) -> anyhow::Result<()> {
             .with_min_inner_size([480.0, 320.0]),
         ..eframe::NativeOptions::default()
     };
+    let remember = Remember::new(remembered, layout.clone());
+    remember
+        .on_signals(&[SIGTERM, SIGINT, SIGHUP], told_to_end)
+        .context("the thread that waits for signals")?;
     let outcome = Arc::new(Mutex::new(None));
     let job = view.map(|view| Job::new(view, cli.picture.clone()));
     let plan = Plan {
         spec,
         layout,
-        remembered,
+        remember,
         memory_bytes: cli.memory_bytes(),
         job,
         outcome: Arc::clone(&outcome),
@@ -69,24 +74,35 @@ fn last_part(message: &str) -> &str {
     message.rsplit(": ").next().unwrap_or(message)
 }
 
+/// The program is told to end: it ends as it would without us, once the arrangement is written.
+fn told_to_end(signal: i32, written: Result<(), LayoutError>) {
+    if let Err(error) = written {
+        told_last(&error);
+    }
+    // It does not come back; if it does, the signal had no effect and the next one is waited for.
+    let _ended = emulate_default_handler(signal);
+}
+
+#[expect(clippy::print_stderr, reason = "nobody is left to tell it")]
+fn told_last(error: &LayoutError) {
+    eprintln!("gripmon: the arrangement of the window is not remembered: {error}");
+}
+
 /// What is to be opened.
 struct Plan {
     spec: SourceSpec,
     layout: Layout,
-    remembered: Option<PathBuf>,
+    remember: Remember,
     memory_bytes: usize,
     job: Option<Job>,
     outcome: Arc<Mutex<Option<String>>>,
 }
 
 struct App {
-    scope: Scope,
+    desk: Desk,
     pump: Pump,
-    remembered: Option<PathBuf>,
-    spec: SourceSpec,
-    job: Option<Job>,
-    told: Receiver<Message>,
-    tell: Sender<Message>,
+    made: Receiver<(Picture, Arc<ColorImage>)>,
+    make: Sender<(Picture, Arc<ColorImage>)>,
     outcome: Arc<Mutex<Option<String>>>,
 }
 
@@ -106,97 +122,23 @@ impl App {
         if !plan.spec.is_live() {
             state.window.all();
         }
-        let (tell, told) = channel();
-        let scope = Scope::new(shared, state);
-        let (remembered, spec) = (plan.remembered, plan.spec);
-        Ok(Self { scope, pump, remembered, spec, job: plan.job, told, tell, outcome: plan.outcome })
+        let (make, made) = channel();
+        let desk = Desk::new(Scope::new(shared, state), plan.spec, plan.job, plan.remember);
+        Ok(Self { desk, pump, made, make, outcome: plan.outcome })
     }
 
-    fn effect(&mut self, ctx: &egui::Context, effect: Effect) {
-        match effect {
-            Effect::Picture => match files::free_name(&self.scope.state.stem, "png") {
-                Ok(path) => self.picture(ctx, path, false),
-                Err(error) => self.scope.state.complain(error.to_string()),
-            },
-            Effect::Csv | Effect::Mcap => self.export(ctx, effect),
-        }
-    }
-
-    /// Asks for the next frame as a picture; another thread writes it.
-    fn picture(&self, ctx: &egui::Context, path: PathBuf, ends: bool) {
-        let (tell, outcome, again) = (self.tell.clone(), Arc::clone(&self.outcome), ctx.clone());
-        ctx.request_screenshot(move |image: Arc<ColorImage>| {
-            let message = written(
-                &path,
-                files::write_png(&path, &image)
-                    .map(|()| "this window".to_owned())
-                    .map_err(anyhow::Error::from),
-            );
-            if ends && message.is_error {
-                *outcome.lock().unwrap_or_else(PoisonError::into_inner) =
-                    Some(message.text.clone());
+    fn fulfil(&self, ctx: &egui::Context, ask: Ask) {
+        match ask {
+            Ask::Picture(picture) => {
+                let (make, again) = (self.make.clone(), ctx.clone());
+                ctx.request_screenshot(move |image| {
+                    // Nobody waits for it any more where the window is closing.
+                    let _sent = make.send((picture, image));
+                    again.request_repaint();
+                });
             }
-            // Nobody listens any more where the window is closing.
-            let _sent = tell.send(message);
-            if ends {
-                again.send_viewport_cmd(ViewportCommand::Close);
-            }
-            again.request_repaint();
-        });
-    }
-
-    /// Writes what is seen, on a thread of its own.
-    fn export(&mut self, ctx: &egui::Context, effect: Effect) {
-        let shared = Arc::clone(&self.scope.shared);
-        let span = {
-            let engine = shared.engine_first();
-            self.scope
-                .state
-                .between()
-                .unwrap_or_else(|| self.scope.state.window.visible(engine.model.span()))
-        };
-        let ending = if effect == Effect::Csv { "csv" } else { "mcap" };
-        let path = match files::free_name(&self.scope.state.stem, ending) {
-            Ok(path) => path,
-            Err(error) => return self.scope.state.complain(error.to_string()),
-        };
-        self.scope.state.tell(format!("Writing {} ..", path.display()));
-        let (tell, ctx, spec) = (self.tell.clone(), ctx.clone(), self.spec.clone());
-        let channels = shown_channels(&self.scope);
-        let work = move || {
-            let result = write((effect, &path), (&shared, &spec), (span, &channels));
-            let _sent = tell.send(written(&path, result));
-            ctx.request_repaint();
-        };
-        if let Err(error) = thread::Builder::new().name("export".to_owned()).spawn(work) {
-            self.scope.state.complain(format!("no thread to write with: {error}"));
-        }
-    }
-
-    /// Goes where --view wants to look, and makes the picture there.
-    fn work(&mut self, ctx: &egui::Context) {
-        let Some(job) = &mut self.job else { return };
-        let so_far = (self.scope.frames(), ctx.input(|input| input.time));
-        let step = {
-            let engine = self.scope.shared.engine_first();
-            job.step(&mut self.scope.state, &engine.model, so_far)
-        };
-        let ends = job.picture.is_some();
-        if let Step::Wait(time) = step {
-            return ctx.request_repaint_after(time);
-        }
-        self.job = None;
-        match step {
-            Step::Picture(path) => self.picture(ctx, path, true),
-            Step::Failed(sentence) if ends => {
-                *self.outcome.lock().unwrap_or_else(PoisonError::into_inner) = Some(sentence);
-                ctx.send_viewport_cmd(ViewportCommand::Close);
-            }
-            Step::Failed(sentence) => {
-                self.scope.state.complain(sentence);
-                ctx.request_repaint();
-            }
-            Step::Done | Step::Wait(_) => ctx.request_repaint(),
+            Ask::Close => ctx.send_viewport_cmd(ViewportCommand::Close),
+            Ask::Repaint(time) => ctx.request_repaint_after(time),
         }
     }
 }
@@ -211,91 +153,18 @@ impl eframe::App for App {
     }
 
     fn ui(&mut self, ui: &mut Ui, _frame: &mut eframe::Frame) {
-        while let Ok(message) = self.told.try_recv() {
-            self.scope.state.message = Some(message);
-        }
         let ctx = ui.ctx().clone();
-        for effect in self.scope.ui(ui) {
-            self.effect(&ctx, effect);
+        while let Ok((picture, image)) = self.made.try_recv() {
+            self.desk.pictured(&ctx, picture, image);
         }
-        let size = ctx.content_rect().size();
-        self.scope.state.layout.window = [size.x, size.y];
-        self.pump.watch().paused.store(self.scope.state.is_paused(), Ordering::Relaxed);
-        self.work(&ctx);
+        for ask in self.desk.ui(ui) {
+            self.fulfil(&ctx, ask);
+        }
+        let paused = self.desk.scope.state.is_paused();
+        self.pump.watch().paused.store(paused, Ordering::Relaxed);
     }
 
     fn on_exit(&mut self, _gl: Option<&eframe::glow::Context>) {
-        let Some(path) = &self.remembered else { return };
-        if let Err(error) = self.scope.layout().write(path) {
-            let sentence = format!("the arrangement of the window is not remembered: {error}");
-            *self.outcome.lock().unwrap_or_else(PoisonError::into_inner) = Some(sentence);
-        }
-    }
-}
-
-fn shown_channels(scope: &Scope) -> Vec<Channel> {
-    let engine = scope.shared.engine_first();
-    let plots = scope.state.layout.plots.iter().filter(|plot| plot.shown);
-    plots
-        .flat_map(|plot| crate::strip::curves(plot.plot, &engine.model))
-        .map(|curve| curve.channel)
-        .collect()
-}
-
-/// Writes a file of what is asked for; the sentence that tells it.
-fn write(
-    (effect, path): (Effect, &Path),
-    (shared, spec): (&Shared, &SourceSpec),
-    (span, channels): (Span, &[Channel]),
-) -> anyhow::Result<String> {
-    match (effect, spec) {
-        (Effect::Csv, _) => {
-            // A copy, so that the window and the pump go on while it is written.
-            let model = shared.engine_first().model.clone();
-            let rows = export::csv(&model, span, channels, path)?;
-            Ok(format!("{} rows", crate::format::count(rows)))
-        }
-        (_, SourceSpec::Recording(from))
-            if from.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("mcap")) =>
-        {
-            Ok(sliced(export::mcap_slice(from, span, path)?))
-        }
-        _ => {
-            let model = shared.engine_first().model.clone();
-            Ok(sliced(export::mcap(&model, span, path)?))
-        }
-    }
-}
-
-fn sliced(slice: export::Sliced) -> String {
-    let count = crate::format::count;
-    format!("{} samples, {} messages", count(slice.samples), count(slice.messages))
-}
-
-fn written(path: &Path, result: anyhow::Result<String>) -> Message {
-    match result {
-        Ok(what) => {
-            Message { text: format!("Written: {} ({what})", path.display()), is_error: false }
-        }
-        Err(error) => {
-            let (name, told) = (path.display().to_string(), error.to_string());
-            // Some errors name the file themselves.
-            let text = if told.starts_with(&name) { told } else { format!("{name}: {told}") };
-            Message { text, is_error: true }
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::written;
-    use std::path::Path;
-
-    #[test]
-    fn an_error_names_its_file_once() {
-        let path = Path::new("run-0001.csv");
-        let told = |error: &str| written(path, Err(anyhow::anyhow!(error.to_owned()))).text;
-        assert_eq!(told("run-0001.csv: cannot be written"), "run-0001.csv: cannot be written");
-        assert_eq!(told("there are no samples"), "run-0001.csv: there are no samples");
+        *self.outcome.lock().unwrap_or_else(PoisonError::into_inner) = self.desk.close();
     }
 }

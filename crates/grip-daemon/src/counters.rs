@@ -2,6 +2,7 @@
 
 use crate::latency::Latency;
 use grip_host::Session;
+use grip_link::message::daemon::ClockOffset;
 use grip_link::{decoder::Counters as FrameCounters, host::LossCount};
 use slip_core::{health::HealthCounters, stages::StageCounters};
 
@@ -48,6 +49,8 @@ pub struct HotCounters {
     pub recorder_dropped: u64,
     /// From the last byte of a frame to its command written.
     pub latency: Latency,
+    /// The clocks of host and gripper, where both are known.
+    pub clock: Option<ClockOffset>,
 }
 
 impl HotCounters {
@@ -63,6 +66,9 @@ impl HotCounters {
         self.frames = *link.counters();
         self.malformed = link.malformed();
         self.unexpected = link.unexpected();
+        #[expect(clippy::cast_possible_truncation, reason = "told with seven digits")]
+        let offset = |(offset_us, half_us)| ClockOffset { offset_us, half_us: half_us as f32 };
+        self.clock = session.clock_offset_us().map(offset);
         if let Some((stages, health)) = session.pipeline_counters() {
             self.stages = stages;
             self.health = health;

@@ -75,6 +75,17 @@ impl Latency {
         None
     }
 
+    /// Times by whole doublings: those below 256 ns, below 512 ns and so on up to 1.07 s, and all longer ones.
+    #[must_use]
+    pub fn doublings(&self) -> [u64; DOUBLINGS as usize + 2] {
+        let mut below = 0;
+        let mut all = self.cumulative().map(|(_, upto)| upto).chain([self.count()]);
+        core::array::from_fn(|_| {
+            let upto = all.next().unwrap_or(below);
+            upto - core::mem::replace(&mut below, upto)
+        })
+    }
+
     /// Upper bounds (ns) of whole doublings, each with the number of times up to it: the buckets of a Prometheus histogram
     /// but the infinite one, which is [`Latency::count`].
     pub fn cumulative(&self) -> impl Iterator<Item = (u64, u64)> {
@@ -109,6 +120,7 @@ fn upper_ns(index: usize) -> Option<u64> {
 #[cfg(test)]
 mod tests {
     use super::{BUCKETS, Latency, index, upper_ns};
+    use grip_link::message::daemon::Appended;
 
     #[test]
     fn every_time_lies_below_the_end_of_its_bucket_and_not_in_the_one_before() {
@@ -149,5 +161,12 @@ mod tests {
         assert_eq!((rows[0], rows[1], rows[2]), ((256, 2), (512, 4), (1024, 5)));
         assert_eq!((rows.len(), rows[22], latency.count()), (23, (1 << 30, 6), 7));
         assert!(rows.is_sorted_by_key(|row| row.1));
+        let counts = latency.doublings();
+        assert_eq!((counts[0], counts[1], counts[2], counts[12]), (2, 2, 1, 1));
+        assert_eq!((counts[23], counts.iter().sum()), (1, latency.count()));
+        for (bucket, (upper_ns, _)) in rows.into_iter().enumerate() {
+            assert_eq!(Appended::upper_ns(bucket), Some(upper_ns));
+        }
+        assert_eq!(counts.len(), Appended::BUCKETS);
     }
 }

@@ -185,30 +185,37 @@ pub fn describe_usb(usb: &UsbPort) -> String {
     format!("{:04x}:{:04x}{words}{serial}, socket {}", usb.vid, usb.pid, usb.socket)
 }
 
-/// Pauses between tries: 50 ms at first, twice as long each time, at most 2 s.
+/// Pauses between tries, each twice as long as the one before; by default from 50 ms to 2 s.
 #[derive(Clone, Copy, Debug)]
-pub struct Backoff(Duration);
+pub struct Backoff {
+    first: Duration,
+    longest: Duration,
+    next: Duration,
+}
 
 impl Backoff {
-    const FIRST: Duration = Duration::from_millis(50);
-    const LONGEST: Duration = Duration::from_secs(2);
+    /// Pauses from `first` to `longest`.
+    #[must_use]
+    pub const fn new(first: Duration, longest: Duration) -> Self {
+        Self { first, longest, next: first }
+    }
 
     /// The pause before the next try.
     pub fn pause(&mut self) -> Duration {
-        let pause = self.0;
-        self.0 = (2 * pause).min(Self::LONGEST);
+        let pause = self.next;
+        self.next = (2 * pause).min(self.longest);
         pause
     }
 
     /// It worked: the next pause is a short one again.
     pub fn reset(&mut self) {
-        *self = Self::default();
+        self.next = self.first;
     }
 }
 
 impl Default for Backoff {
     fn default() -> Self {
-        Self(Self::FIRST)
+        Self::new(Duration::from_millis(50), Duration::from_secs(2))
     }
 }
 

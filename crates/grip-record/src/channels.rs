@@ -88,7 +88,8 @@ impl Channel {
         }
     }
 
-    pub(crate) const fn set(self, sample: &mut Sample, value: Option<f32>) {
+    /// Puts a reading of this channel into `sample`, in the unit given at the variant, or takes it out.
+    pub const fn set(self, sample: &mut Sample, value: Option<f32>) {
         match self {
             Self::NormalForce => sample.normal_force_n = value,
             Self::Tangential => sample.tangential_n = value,

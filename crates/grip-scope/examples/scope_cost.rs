@@ -1,5 +1,6 @@
 //! What the scope costs: `scope_cost load [MB]` writes a recording of so many megabytes into the temporary folder and times how it comes
-//! into the model; `scope_cost view` fills an hour of four channels at 20 kHz and times envelopes.
+//! into the model; `scope_cost view` fills an hour of four channels at 20 kHz and times envelopes; `scope_cost export` writes two million samples
+//! of nine channels to files and times how long anybody else waits for the model meanwhile.
 #![expect(
     clippy::disallowed_methods,
     clippy::print_stdout,
@@ -14,6 +15,7 @@ use grip_host::HostConfig;
 use grip_host::recording::pipeline_record;
 use grip_host::session::Beginning;
 use grip_record::mcap::{McapWriter, Record, SampleRecord};
+use grip_scope::export::{csv, mcap};
 use grip_scope::feed::RowBlock;
 use grip_scope::{Channel, Feed, Model, SourceHandle, SourceSpec, SourceStatus, Span};
 use slip_core::{
@@ -23,6 +25,8 @@ use slip_core::{
 use std::fs::{self, File};
 use std::io::BufWriter;
 use std::path::Path;
+use std::sync::Mutex;
+use std::thread;
 use std::time::Instant;
 
 const MEMORY: usize = 600_000_000;
@@ -34,7 +38,8 @@ fn main() {
     match arguments.first().map(String::as_str) {
         Some("load") => load(megabytes),
         Some("view") => view(),
-        _ => println!("scope_cost load [MB] | view"),
+        Some("export") => export(),
+        _ => println!("scope_cost load [MB] | view | export"),
     }
 }
 
@@ -126,7 +131,7 @@ fn load(megabytes: u64) {
         if matches!(model.status(), SourceStatus::Complete { .. } | SourceStatus::Failed { .. }) {
             break;
         }
-        std::thread::sleep(Duration::from_micros(200));
+        thread::sleep(Duration::from_micros(200));
     }
     let done = begun.elapsed();
     let count = model.series(Channel::Stylus).and_then(|s| s.stats(s.span()?)).unwrap().count;
@@ -199,4 +204,39 @@ fn view() {
     let turn = Instant::now();
     let stats = series.stats(span).unwrap();
     println!("figures of {} samples: {:.1} us", stats.count, turn.elapsed().as_secs_f64() * 1e6);
+}
+
+/// Writes files of a model that another thread wants every 0.2 ms, as window and pump do.
+fn export() {
+    let mut model = Model::new(MEMORY);
+    for block in 0..2000_u64 {
+        let times_us = (0..1000).map(|row| RATE_US * (1000 * block + row)).collect();
+        let columns = Channel::ROWS.map(|channel| (channel, vec![1.234e-6; 1000])).to_vec();
+        model.take(Feed::Rows(RowBlock { times_us, columns, ..RowBlock::default() }));
+    }
+    let begun = Instant::now();
+    let bytes = model.clone().bytes();
+    println!("a copy of the model ({:.0} MB): {:?}", bytes as f64 / 1e6, begun.elapsed());
+    let (span, model) = (model.span().unwrap(), Mutex::new(model));
+    for ending in ["csv", "mcap"] {
+        let path = std::env::temp_dir().join(format!("scope-cost-{}.{ending}", std::process::id()));
+        let look = || model.lock().unwrap();
+        let begun = Instant::now();
+        let longest = thread::scope(|scope| {
+            let work = scope.spawn(|| match ending {
+                "csv" => csv(look, span, &Channel::ROWS, &path).unwrap(),
+                _ => mcap(look, span, &path).unwrap().samples,
+            });
+            let mut longest = Duration::ZERO;
+            while !work.is_finished() {
+                let asked = Instant::now();
+                drop(model.lock().unwrap());
+                longest = longest.max(asked.elapsed());
+                thread::sleep(Duration::from_micros(200));
+            }
+            longest
+        });
+        println!("{ending}: {:?}, longest wait for the model {longest:?}", begun.elapsed());
+        fs::remove_file(&path).unwrap();
+    }
 }

@@ -92,6 +92,8 @@ pub enum Channel {
     EscLow,
     /// Upper end of the enclosure of the observer's E_sc.
     EscHigh,
+    /// Flags of E_sc as a whole number, see [`EscPoint::flags`](crate::feed::EscPoint): no curve.
+    EscFlags,
     /// Slip speed as the observer has it (m/s).
     SlipSpeed,
     /// Its standard deviation (m/s).
@@ -116,6 +118,23 @@ impl Channel {
         Self::Motion,
     ];
 
+    /// The same channel of a recording's samples, where it is one that they may lack.
+    #[must_use]
+    pub const fn recorded(self) -> Option<grip_record::Channel> {
+        use grip_record::Channel as Recorded;
+        Some(match self {
+            Self::NormalForce => Recorded::NormalForce,
+            Self::TangentialForce => Recorded::Tangential,
+            Self::Travel => Recorded::Travel,
+            Self::Velocity => Recorded::Velocity,
+            Self::SecondStylus => Recorded::SecondStylus,
+            Self::Reference => Recorded::Reference,
+            Self::Pressure => Recorded::Pressure,
+            Self::Motion => Recorded::Motion,
+            _ => return None,
+        })
+    }
+
     /// What a legend says.
     #[must_use]
     pub fn name(self) -> &'static str {
@@ -130,7 +149,7 @@ impl Channel {
             Self::Pressure => "pressure",
             Self::Motion => "commanded motion",
             Self::Statistic => "statistic",
-            Self::OwnStatistic => "statistic (own observer)",
+            Self::OwnStatistic => "own statistic",
             Self::BandEnergy(band) => band_name(band),
             Self::BandThreshold(_) => "threshold",
             Self::Command => "commanded",
@@ -144,6 +163,7 @@ impl Channel {
             Self::OwnEsc => "E_sc (own observer)",
             Self::EscLow => "E_sc, lower bound",
             Self::EscHigh => "E_sc, upper bound",
+            Self::EscFlags => "E_sc, flags",
             Self::SlipSpeed => "slip speed",
             Self::SlipSpeedSigma => "slip speed, deviation",
         }
@@ -177,6 +197,7 @@ impl Channel {
             Self::OwnEsc => "own_esc".to_owned(),
             Self::EscLow => "esc_low".to_owned(),
             Self::EscHigh => "esc_high".to_owned(),
+            Self::EscFlags => "esc_flags".to_owned(),
             Self::SlipSpeed => "slip_speed_m_s".to_owned(),
             Self::SlipSpeedSigma => "slip_speed_sigma_m_s".to_owned(),
         }
@@ -212,7 +233,7 @@ impl Channel {
             Self::Pressure => Group::Pressure,
             Self::Statistic | Self::OwnStatistic => Group::Statistic,
             Self::BandEnergy(_) | Self::BandThreshold(_) => Group::Bands,
-            Self::Esc | Self::OwnEsc | Self::EscLow | Self::EscHigh => Group::Esc,
+            Self::Esc | Self::OwnEsc | Self::EscLow | Self::EscHigh | Self::EscFlags => Group::Esc,
             _ => Group::Force,
         }
     }

@@ -3,8 +3,8 @@
 use crate::channel::Channel;
 use grip_link::message::DeviceState;
 use grip_link::message::daemon::{
-    BadFrames, EscKind, GripStage, LinkState, Method, RealTime, Recording, SceneCode, SensorHealth,
-    SpeedSource,
+    BadFrames, EscKind, GripStage, Gripper, LinkState, Method, RealTime, Recording, SceneCode,
+    SensorHealth, SpeedSource,
 };
 use slip_core::detector::BANDS;
 use std::path::PathBuf;
@@ -31,7 +31,7 @@ pub enum Feed {
     /// Figures of the daemon.
     Health(Box<HealthPoint>),
     /// Which gripper it is.
-    Gripper(GripperInfo),
+    Gripper(Gripper),
     /// A line for people.
     Notice(NoticeLine),
     /// Curves of a study.
@@ -218,11 +218,11 @@ pub struct EscPoint {
 }
 
 impl EscPoint {
-    /// Names of its flags.
+    /// Names of the flags that are set.
     #[must_use]
-    pub fn flag_names(&self) -> Vec<&'static str> {
+    pub fn flag_names(flags: u8) -> Vec<&'static str> {
         let names = ["pole inside", "sign unknown", "no information", "degenerate"];
-        let set = names.into_iter().enumerate().filter(|(bit, _)| self.flags >> bit & 1 == 1);
+        let set = names.into_iter().enumerate().filter(|(bit, _)| flags >> bit & 1 == 1);
         set.map(|(_, name)| name).collect()
     }
 }
@@ -408,6 +408,17 @@ pub struct SlipFacts {
     pub duration_s: Option<f32>,
 }
 
+impl SlipFacts {
+    /// The confidence for people (`confidence 76 %`), never rounded up to certainty.
+    #[must_use]
+    pub fn sure(&self) -> Option<String> {
+        self.confidence.map(|sure| match sure {
+            0.999.. => "confidence > 99.9 %".to_owned(),
+            _ => format!("confidence {:.0} %", (100.0 * sure).floor()),
+        })
+    }
+}
+
 /// Figures of a daemon, or of what runs in its place.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HealthPoint {
@@ -458,23 +469,6 @@ pub struct LatencyFigures {
     pub max_us: Option<f32>,
     /// Upper bound (us) and count of each bucket; empty where the source tells none.
     pub histogram: Vec<(f32, u64)>,
-}
-
-/// Which gripper it is.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct GripperInfo {
-    /// Identity; zeros where no gripper was seen yet.
-    pub uid: [u8; 16],
-    /// Number of its starts.
-    pub boot_id: u32,
-    /// Sample rate in force (Hz); 0: none yet.
-    pub rate_hz: u32,
-    /// Largest force of the controller (N).
-    pub force_max_n: Option<f32>,
-    /// State of the link.
-    pub link: LinkState,
-    /// Taxels of its array.
-    pub taxels: u8,
 }
 
 /// A line for people.

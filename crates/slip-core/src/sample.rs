@@ -36,4 +36,20 @@ impl Sample {
     pub fn stylus(t: Micros, stylus: f32) -> Self {
         Self { t, stylus, ..Self::default() }
     }
+
+    /// The readings in the order of the fields above, without the time.
+    #[must_use]
+    pub const fn readings(&self) -> [Option<f32>; 9] {
+        [
+            Some(self.stylus),
+            self.normal_force_n,
+            self.tangential_n,
+            self.travel_m,
+            self.velocity_m_s,
+            self.second_stylus,
+            self.reference,
+            self.pressure,
+            self.motion,
+        ]
+    }
 }

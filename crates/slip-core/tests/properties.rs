@@ -4,7 +4,7 @@
 use proptest::prelude::*;
 use slip_core::{
     Pipeline, PipelineConfig, Sample, SlipEvent,
-    grip::{Evidence, GripConfig, GripController, GripInput, GripState, SlipNow},
+    grip::{Evidence, GripConfig, GripController, GripInput, GripState, Sliding, SlipNow},
     units::{Hertz, Micros},
 };
 
@@ -108,7 +108,10 @@ proptest! {
     #[test]
     fn the_force_rises_only_on_evidence_from_a_good_sensor_and_within_the_slew(
         inputs in prop::collection::vec(
-            (0_u8..3, prop::option::of(any_reading()), prop::option::of(any::<f32>()), any::<[bool; 2]>(), -1e-3_f32..0.1),
+            (
+                0_u8..3, prop::option::of(any_reading()), prop::option::of(any::<f32>()), any::<[bool; 2]>(), -1e-3_f32..0.1,
+                prop::option::of(any::<[f32; 2]>())
+            ),
             1..400
         )
     ) {
@@ -117,11 +120,12 @@ proptest! {
         grip.grasp(None);
         let mut last = 0.0;
         let (mut stale_s, mut open) = (1.0_f32, true);
-        for (slip, moved_m, estimate_n, [healthy, touching], dt_s) in inputs {
+        for (slip, moved_m, estimate_n, [healthy, touching], dt_s, slides) in inputs {
             let slip = [SlipNow::No, SlipNow::Fading, SlipNow::Evident][usize::from(slip)];
             let closing = grip.state() == GripState::Closing;
             let evidence = estimate_n.map(|estimate_n| Evidence { estimate_n, sigma_n: 0.1 });
-            let command = grip.step(&GripInput { dt_s, slip, moved_m, evidence, applied_n: moved_m, touching, healthy });
+            let sliding = slides.map(|[force_n, acceleration_g]| Sliding { force_n, acceleration_g });
+            let command = grip.step(&GripInput { dt_s, slip, moved_m, evidence, sliding, travel: moved_m.is_some(), applied_n: moved_m, touching, healthy });
             prop_assert!((0.0..=config.f_max_n).contains(&command), "{command}");
             let rise = command - last;
             prop_assert!(rise <= config.slew_n_s * dt_s.clamp(0.0, 0.01) * 1.000_01 + 1e-5, "{rise} in {dt_s} s");

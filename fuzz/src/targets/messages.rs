@@ -6,8 +6,8 @@ use super::gripper::ident;
 use core::fmt::Debug;
 use grip_link::frame::{Direction, Frame, Header, MAX_PAYLOAD};
 use grip_link::message::daemon::{
-    Command, Gripper, Health, Notice, RowSet, Rows, Slip, State, Subscribe, ToClient, ToDaemon,
-    Welcome,
+    Appended, Command, Gripper, Health, Notice, RowSet, Rows, Slip, State, Subscribe, ToClient,
+    ToDaemon, Welcome,
 };
 use grip_link::message::{
     Ack, ClearFault, Config, ConfigAck, Event, Grip, Heartbeat, Hello, Ident, Kind, Layout, Log,
@@ -60,6 +60,7 @@ macro_rules! rounds {
                 let mut out = [0; MAX_PAYLOAD];
                 round($payload, &mut out, Notice::parse, |notice, out| notice.write(out));
             }
+            Kind::HEALTH => health($payload),
             Kind::ROWS => {
                 let mut out = [0; MAX_PAYLOAD];
                 round($payload, &mut out, Rows::parse, |rows, out| rows.write(out));
@@ -90,6 +91,26 @@ fn samples(payload: &[u8]) {
     }
 }
 
+/// What was appended is all there or not at all, and is written only where it was.
+fn health(payload: &[u8]) {
+    let Ok(message) = Health::parse(payload) else { return };
+    let (mut out, mut second) = ([0; MAX_PAYLOAD], [0; MAX_PAYLOAD]);
+    let len = message.write(&mut out).unwrap();
+    let whole = Health::SIZE + Appended::SIZE;
+    assert_eq!(message.appended.is_some(), payload.len() >= whole);
+    assert_eq!(len, if message.appended.is_some() { whole } else { Health::SIZE });
+    for short in 0..len {
+        assert_eq!(message.write(&mut second[..short]), Err(PayloadError::Full { have: short }));
+    }
+    let again = Health::parse(&out[..len]);
+    assert_eq!(again.as_ref(), Ok(&message), "decode(encode(x)) = x");
+    assert!(Health::parse(&out[..Health::SIZE - 1]).is_err(), "a byte short is refused");
+    assert_eq!(again.unwrap().write(&mut second), Ok(len));
+    assert_eq!(second[..len], out[..len], "encode(decode(b)) is stable");
+    let first = Health { appended: None, ..message };
+    assert_eq!(Health::parse(&out[..whole.min(len) - usize::from(len == whole)]), Ok(first));
+}
+
 /// As many rows as the header says, each with a value for each of its channels and taxels and for no other.
 fn rows(payload: &[u8]) {
     let Ok(rows) = Rows::parse(payload) else { return };
@@ -116,7 +137,7 @@ pub fn check(data: &[u8]) {
         HELLO => Hello, CONFIG => Config, PING => Ping, GRIP => Grip, HEARTBEAT => Heartbeat,
         CLEAR_FAULT => ClearFault, IDENT => Ident, CONFIG_ACK => ConfigAck, PONG => Pong, ACK => Ack,
         NACK => Nack, STATUS => Status, STATS => Stats, EVENT => Event,
-        SLIP => Slip, STATE => State, HEALTH => Health, GRIPPER => Gripper, SUBSCRIBE => Subscribe, COMMAND => Command,
+        SLIP => Slip, STATE => State, GRIPPER => Gripper, SUBSCRIBE => Subscribe, COMMAND => Command,
     );
     let header = Header::new(Direction::ToDevice, kind, 0, 1);
     let parsed = ToDevice::parse(&Frame { header, payload });

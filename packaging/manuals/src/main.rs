@@ -1,4 +1,4 @@
-//! The command lines of gripd and gripctl in; their man pages and shell completions, in a folder, out.
+//! The command lines of gripd, gripctl and gripmon in; their man pages and shell completions, in a folder, out.
 //!
 //! A program of its own, so that what is installed carries neither the generators nor a hidden command.
 
@@ -7,6 +7,9 @@
 mod gripctl;
 #[path = "../../../bins/gripd/src/cli.rs"]
 mod gripd;
+#[path = "../../../bins/gripmon/src/cli.rs"]
+#[expect(dead_code, unreachable_pub, reason = "of the command line only the names are wanted here")]
+mod gripmon;
 
 use anyhow::Context as _;
 use clap::{Command, CommandFactory as _, Parser};
@@ -19,7 +22,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// Writes man pages and shell completions of gripd and gripctl.
+/// Writes man pages and shell completions of gripd, gripctl and gripmon.
 #[derive(Debug, Parser)]
 #[command(name = "grip-manuals", version)]
 struct Cli {
@@ -29,7 +32,7 @@ struct Cli {
 
 fn main() -> anyhow::Result<()> {
     let out = Cli::parse().out;
-    for command in [gripd::Cli::command(), gripctl::Cli::command()] {
+    for command in [gripd::Cli::command(), gripctl::Cli::command(), gripmon::Cli::command()] {
         write_all(&out, command)?;
     }
     Ok(())
@@ -53,21 +56,26 @@ fn write_all(out: &Path, mut command: Command) -> anyhow::Result<()> {
 
 #[cfg(test)]
 mod tests {
-    use super::{gripctl, gripd, write_all};
+    use super::{gripctl, gripd, gripmon, write_all};
     use clap::CommandFactory as _;
     use std::fs::read_to_string;
 
     #[test]
     fn every_flag_and_command_is_in_its_manual() {
         let folder = tempfile::tempdir().unwrap();
-        write_all(folder.path(), gripd::Cli::command()).unwrap();
-        write_all(folder.path(), gripctl::Cli::command()).unwrap();
+        for command in [gripd::Cli::command(), gripctl::Cli::command(), gripmon::Cli::command()] {
+            write_all(folder.path(), command).unwrap();
+        }
         let read = |file: &str| read_to_string(folder.path().join(file)).unwrap();
-        let (manual, bash) = (read("man/gripd.1"), read("bash/gripd"));
-        for argument in gripd::Cli::command().get_arguments() {
-            let Some(long) = argument.get_long() else { continue };
-            assert!(manual.contains(&long.replace('-', "\\-")), "--{long} is not in the manual");
-            assert!(bash.contains(&format!("--{long}")), "--{long} is not completed");
+        for command in [gripd::Cli::command(), gripmon::Cli::command()] {
+            let name = command.get_name();
+            let (manual, bash) = (read(&format!("man/{name}.1")), read(&format!("bash/{name}")));
+            for argument in command.get_arguments() {
+                let Some(long) = argument.get_long() else { continue };
+                let there = manual.contains(&long.replace('-', "\\-"));
+                assert!(there, "--{long} is not in the manual of {name}");
+                assert!(bash.contains(&format!("--{long}")), "--{long} of {name} is not completed");
+            }
         }
         for command in gripctl::Cli::command().get_subcommands() {
             let name = command.get_name();

@@ -62,8 +62,12 @@ def shown(message: Any) -> dict[str, str]:
         values["rows"] = ";".join(",".join([str(after), *map(bits, row)]) for after, *row in message.raw)
     words = {}
     for name, value in values.items():
+        if value is None:
+            continue
         if isinstance(value, str):
             words[name] = value
+        elif isinstance(value, tuple):
+            words[name] = ",".join(map(str, value))
         elif isinstance(value, bytes):
             words[name] = value.hex()
         else:

@@ -61,7 +61,7 @@ fn facts(mark: &EventMark) -> String {
     let parts = [
         slip.method.map(|method| format!("by {}", method.name())),
         number("statistic", slip.statistic, ""),
-        number("confidence", slip.confidence, ""),
+        slip.sure(),
         number("speed", slip.speed_m_s, "m/s"),
         number("estimate", slip.estimate_n, "N"),
         number("commanded", slip.command_n, "N"),

@@ -112,17 +112,11 @@ fn figures(ui: &mut Ui, point: &HealthPoint, seen: &Seen<'_>) {
     counted(ui, "dropped inside", point.dropped.iter().sum(), seen);
     row(ui, "lines opened", format::count(u64::from(point.reconnects) + 1));
     row(ui, "commands", format::count(point.commands));
-    if let Some((offset_us, half_us)) = point.clock_us {
-        row(
-            ui,
-            "clock offset",
-            format!(
-                "{} +- {}",
-                format::with_unit(offset_us * 1e-6, "s"),
-                format::with_unit(half_us * 1e-6, "s")
-            ),
-        );
-    }
+    let seconds = |us: f64| format::with_unit(us * 1e-6, "s");
+    let clock = point.clock_us.map_or(format::NOTHING.to_owned(), |(offset_us, half_us)| {
+        format!("{} +- {}", seconds(offset_us), seconds(half_us))
+    });
+    row(ui, "clock offset", clock);
     row(
         ui,
         "recording",
@@ -173,13 +167,12 @@ fn latency(ui: &mut Ui, latency: &LatencyFigures, seen: &Seen<'_>) {
         }
     });
     if latency.histogram.is_empty() {
-        sentence(
-            ui,
-            "The protocol carries quantiles only; the histogram is in gripd's metrics and in the demo.",
-        );
-        return;
+        sentence(ui, "This gripd is older than gripmon and tells quantiles only.");
+    } else if latency.histogram.iter().all(|(_, count)| *count == 0) {
+        sentence(ui, "No command was sent yet.");
+    } else {
+        histogram(ui, latency, seen);
     }
-    histogram(ui, latency, seen);
 }
 
 /// Bars by their logarithm, so that one slow command in a million is seen.
@@ -240,6 +233,7 @@ fn scope(ui: &mut Ui, seen: &Seen<'_>) {
         ("late rows", health.late_rows()),
         ("stray states", health.stray_states()),
         ("absurd values", health.huge()),
+        ("NaN of the stylus", health.nan()),
     ] {
         if count > 0 {
             counted(ui, name, count, seen);

@@ -6,6 +6,7 @@ use crate::palette::{self, Tone};
 use crate::strip::{Curve, StripId, enclosure};
 use eframe::egui::{Align, Color32, Label, Layout, Response, RichText, Sense, Ui, vec2};
 use grip_scope::Channel;
+use grip_scope::feed::EscPoint;
 
 /// Room for the values right of a plot (points).
 pub(super) const WIDTH: f32 = 212.0;
@@ -99,9 +100,11 @@ pub(super) fn unit(channel: Channel, seen: &Seen<'_>) -> String {
     }
 }
 
+/// The flags of the value that is told; of thinned-out stretches, which keep means only, none.
 fn flags(ui: &mut Ui, seen: &Seen<'_>) {
-    let last = seen.model.info().state.and_then(|state| state.esc);
-    for name in last.map(|esc| esc.flag_names()).unwrap_or_default() {
+    let flags = value(Channel::EscFlags, seen).filter(|flags| flags.fract() == 0.0);
+    let flags = flags.and_then(|flags| u8::try_from(crate::num::whole(flags)).ok());
+    for name in flags.map(EscPoint::flag_names).unwrap_or_default() {
         let text = RichText::new(format!("! {name}")).size(11.0);
         ui.label(text.color(seen.palette.tone(Tone::Orange)));
     }

@@ -41,6 +41,8 @@ fn sentences(ui: &mut Ui, seen: &Seen<'_>) {
     lamp(ui, seen);
     let share = if seen.state.message.is_some() { 0.4 } else { 1.0 };
     let status = RichText::new(seen.model.status().sentence());
+    let failed = matches!(seen.model.status(), SourceStatus::Failed { .. });
+    let status = if failed { status.color(seen.palette.tone(Tone::Red)) } else { status };
     cut(ui, status, ui.available_width() * share);
     if let SourceStatus::Loading { done } = seen.model.status() {
         let wide = ui.available_width().min(120.0);
@@ -67,6 +69,8 @@ fn cut(ui: &mut Ui, text: RichText, most: f32) {
 #[must_use]
 pub(super) const fn tone(status: &SourceStatus) -> Tone {
     match status {
+        // What is odd about a file is told.
+        SourceStatus::Complete { note } if !note.is_empty() => Tone::Orange,
         SourceStatus::Live | SourceStatus::Complete { .. } => Tone::Green,
         SourceStatus::Idle => Tone::Quiet,
         SourceStatus::Connecting { .. } | SourceStatus::Loading { .. } => Tone::Blue,

@@ -85,8 +85,11 @@ fn kind(ui: &mut Ui, form: &mut TriggerForm) {
 
 fn level(ui: &mut Ui, form: &mut TriggerForm, seen: &Seen<'_>) {
     labelled(ui, "Channel", |ui| {
-        let channels: Vec<Channel> =
-            seen.model.channels().filter(|c| !matches!(c, Channel::BandThreshold(_))).collect();
+        let channels: Vec<Channel> = seen
+            .model
+            .channels()
+            .filter(|c| !matches!(c, Channel::BandThreshold(_) | Channel::EscFlags))
+            .collect();
         let chosen = form.channel.name();
         let choose = |ui: &mut Ui| {
             for channel in channels {

@@ -1,12 +1,13 @@
 //! Made-up runs of a gripper, filled into a model by hand.
 
 use grip_link::message::daemon::{
-    BadFrames, EscKind, GripStage, LinkState, Method, RealTime, Recording, SceneCode, SensorHealth,
+    BadFrames, EscKind, GripStage, Gripper, LinkState, Method, RealTime, Recording, SceneCode,
+    SensorHealth,
 };
 use grip_scope::feed::{
     BandPoint, DaemonInfo, DerivedBlock, EscPoint, EventKind, EventMark, EvidencePoint, Feed,
-    GripperInfo, HealthPoint, LatencyFigures, Level, NoticeLine, RowBlock, SlipFacts,
-    SpectrumColumn, StatePoint, StudyCurve, StudyCurves, StudyPlot, TaxelBlock, Turn,
+    HealthPoint, LatencyFigures, Level, NoticeLine, RowBlock, SlipFacts, SpectrumColumn,
+    StatePoint, StudyCurve, StudyCurves, StudyPlot, TaxelBlock, Turn,
 };
 use grip_scope::{Channel, Model, SourceStatus};
 use gripmon::num::narrow;
@@ -73,7 +74,7 @@ pub(crate) fn greet(model: &mut Model, may_command: bool) {
         real_time: RealTime::Granted,
         every_nth: 1,
     }));
-    let gripper = GripperInfo {
+    let gripper = Gripper {
         uid: [7; 16],
         boot_id: 1,
         rate_hz: 10_000,
@@ -151,6 +152,7 @@ fn events(model: &mut Model) {
     let slip = SlipFacts {
         method: Some(Method::Stylus),
         statistic: Some(8.0),
+        confidence: Some(0.9998),
         speed_m_s: Some(0.05),
         ..SlipFacts::default()
     };
@@ -165,7 +167,7 @@ fn events(model: &mut Model) {
     model.take(mark(1.6, EventKind::Recovered, "the pressure array is good", None));
 }
 
-fn health() -> HealthPoint {
+pub(crate) fn health() -> HealthPoint {
     HealthPoint {
         host_s: 10.0,
         rate_hz: Some(9_999.0),

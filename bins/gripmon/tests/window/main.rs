@@ -1,6 +1,7 @@
 //! The whole window without a display: what it shows, found by its labels; what its controls do; when it paints.
 
 mod controls;
+mod desk;
 mod fixture;
 mod nasty;
 mod repaint;

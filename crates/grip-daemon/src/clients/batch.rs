@@ -114,7 +114,7 @@ impl Batch {
         *time = after.to_le_bytes();
         let (fixed, array) = values.split_at_mut(self.header.channels.len());
         let wanted = self.header.channels.0;
-        let readings = readings(row.sample);
+        let readings = row.sample.readings();
         let chosen = readings.iter().enumerate().filter(|(bit, _)| wanted >> bit & 1 == 1);
         for (slot, (_, value)) in fixed.iter_mut().zip(chosen) {
             *slot = value.unwrap_or(f32::NAN).to_le_bytes();
@@ -145,23 +145,9 @@ fn taxels(row: &Row<'_>) -> u8 {
     u8::try_from(row.taxels.len()).unwrap_or(u8::MAX).min(MOST_TAXELS)
 }
 
-/// The values in the order of [`RowSet`].
-const fn readings(sample: &Sample) -> [Option<f32>; RowSet::MOST] {
-    [
-        Some(sample.stylus),
-        sample.normal_force_n,
-        sample.tangential_n,
-        sample.travel_m,
-        sample.velocity_m_s,
-        sample.second_stylus,
-        sample.reference,
-        sample.pressure,
-        sample.motion,
-    ]
-}
-
+/// The channels that a sample has; [`RowSet`] has the order of its readings.
 fn channels(sample: &Sample) -> RowSet {
-    let there = readings(sample).map(|value| u16::from(value.is_some()));
+    let there = sample.readings().map(|value| u16::from(value.is_some()));
     RowSet(there.iter().rev().fold(0, |set, bit| set << 1 | bit))
 }
 

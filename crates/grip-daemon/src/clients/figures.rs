@@ -2,7 +2,7 @@
 
 use super::convert;
 use crate::Board;
-use grip_link::message::daemon::{BadFrames, Dropped, Health, Latency, Recording};
+use grip_link::message::daemon::{Appended, BadFrames, Dropped, Health, Latency, Recording};
 
 /// Figures of the daemon at host time `now_us` (us), for [`Clients::health`](super::Clients::health).
 #[must_use]
@@ -47,6 +47,11 @@ pub fn health(board: &Board, now_us: u64) -> Health {
         slips: u32::try_from(hot.slips).unwrap_or(u32::MAX),
         reconnects: u32::try_from(hot.reconnects).unwrap_or(u32::MAX),
         commands: hot.commands,
+        appended: Some(Appended {
+            p999_us: us(0.999),
+            clock: hot.clock,
+            histogram: hot.latency.doublings(),
+        }),
     }
 }
 

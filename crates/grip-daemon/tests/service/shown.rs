@@ -2,10 +2,11 @@
 
 use crate::{made, parser::parse};
 use grip_daemon::{
-    Board, HotCounters, Item, LinkNote, board::About, exposition::Exposition, metrics,
+    Board, HotCounters, Item, LinkNote, board::About, clients, exposition::Exposition, metrics,
     status::Status,
 };
 use grip_link::host::CloseReason;
+use grip_link::message::daemon::ClockOffset;
 
 fn page(board: &Board) -> String {
     let mut page = Exposition::default();
@@ -66,6 +67,22 @@ fn the_histogram_is_whole() {
     );
     let sum = samples[&("gripd_latency_seconds_sum".to_owned(), Vec::new())];
     assert!((sum - 0.5005).abs() < 1e-9, "{sum}");
+}
+
+#[test]
+fn clients_are_told_the_same_histogram_and_quantiles_and_the_clocks() {
+    let mut board = made::board();
+    let told = clients::health(&board, 2_500_000);
+    let appended = told.appended.unwrap();
+    assert_eq!(appended.histogram.iter().sum::<u64>(), 1000);
+    // 1 us to 1 ms, once each: below 131.072 us are 131, below 262.144 us 131 more.
+    assert_eq!((appended.histogram[9], appended.histogram[10]), (66, 131));
+    let p999_us = appended.p999_us.unwrap();
+    assert!((999.0..=1000.0 * 1.125).contains(&p999_us), "{p999_us}");
+    assert_eq!(appended.clock, None);
+    let clock = Some(ClockOffset { offset_us: -7, half_us: 40.0 });
+    board.count(&HotCounters { clock, ..*board.counters() });
+    assert_eq!(clients::health(&board, 2_500_000).appended.unwrap().clock, clock);
 }
 
 #[test]

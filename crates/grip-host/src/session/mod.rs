@@ -431,6 +431,15 @@ impl Session {
         &self.link
     }
 
+    /// Host time minus device time of the newest sample, and what that may be off (us); `None` before there are both.
+    #[must_use]
+    pub fn clock_offset_us(&self) -> Option<(i64, f64)> {
+        let clock = self.link.clock().filter(|_| self.newest_tick > 0)?;
+        let device_us = micros(self.newest_tick, self.tick_hz).cast_signed();
+        let offset_us = clock.host_us(self.newest_tick)?.cast_signed().wrapping_sub(device_us);
+        Some((offset_us, clock.uncertainty_us()))
+    }
+
     /// Rows lost since the session began, over all openings of the port.
     #[must_use]
     pub fn lost(&self) -> u64 {

@@ -81,6 +81,10 @@ impl<'a> Reader<'a> {
         self.take().map(u64::from_le_bytes)
     }
 
+    pub(crate) fn i64(&mut self) -> Result<i64, PayloadError> {
+        self.take().map(i64::from_le_bytes)
+    }
+
     pub(crate) fn i32(&mut self) -> Result<i32, PayloadError> {
         self.take().map(i32::from_le_bytes)
     }
@@ -154,6 +158,10 @@ impl<'a> Writer<'a> {
     }
 
     pub(crate) fn i32(self, value: i32) -> Self {
+        self.put(&value.to_le_bytes())
+    }
+
+    pub(crate) fn i64(self, value: i64) -> Self {
         self.put(&value.to_le_bytes())
     }
 

@@ -5,6 +5,7 @@ use crate::table::rows;
 use crate::targets::words::{hex, unhex};
 use grip_link::crc::crc32c;
 use grip_link::decoder::{Decoder, Role, Verdict};
+use grip_link::message::daemon::{Appended, Health};
 use std::collections::BTreeMap;
 
 /// A frame of valid.tsv.
@@ -56,13 +57,13 @@ fn heading(name: &str) -> &'static str {
     found[0]
 }
 
-/// Rows with a number as offset and size, one after the other without holes.
+/// Rows with a number as offset and size, one after the other without holes; an appended table goes on where the first ends.
 fn fixed(name: &str, table: &[Row]) -> Vec<(usize, usize, Row)> {
     let fixed: Vec<_> = table
         .iter()
         .filter_map(|row| Some((row[0].parse().ok()?, row[1].parse().ok()?, row.clone())))
         .collect();
-    let mut end = 0;
+    let mut end = if name == "HEALTH appended" { Health::SIZE } else { 0 };
     for (at, size, row) in &fixed {
         assert_eq!(*at, end, "{name}: {row:?}");
         end = at + size;
@@ -82,19 +83,38 @@ fn read(kind: &str, bytes: &[u8]) -> String {
         "f32" => return hex(&bytes.iter().rev().copied().collect::<Vec<_>>()),
         "u64" => 64,
         "u8[16]" => return hex(bytes),
+        "u64[24]" => return counts(bytes),
+        "i64" => 64,
         other => panic!("no type {other}"),
     };
     assert_eq!(bytes.len() * 8, bits, "{kind}");
-    if kind == "i32" {
-        i32::from_le_bytes(bytes.try_into().unwrap()).to_string()
-    } else {
-        value.to_string()
+    match kind {
+        "i32" => i32::from_le_bytes(bytes.try_into().unwrap()).to_string(),
+        "i64" => value.cast_signed().to_string(),
+        _ => value.to_string(),
     }
+}
+
+fn counts(bytes: &[u8]) -> String {
+    assert_eq!(bytes.len(), 192);
+    let words =
+        bytes.chunks(8).map(|word| u64::from_le_bytes(word.try_into().unwrap()).to_string());
+    words.collect::<Vec<_>>().join(",")
 }
 
 /// Reads `payload` by a table; what the vectors name is compared and taken out of `left`.
 fn compare(vector: &Vector, table: &[Row], payload: &[u8], left: &mut BTreeMap<String, String>) {
-    for (at, size, row) in fixed(&vector.name, table) {
+    compare_as(&vector.name, vector, (table, payload), left);
+}
+
+/// The same for a table of this name.
+fn compare_as(
+    name: &str,
+    vector: &Vector,
+    (table, payload): (&[Row], &[u8]),
+    left: &mut BTreeMap<String, String>,
+) {
+    for (at, size, row) in fixed(name, table) {
         let (kind, field) = (row[2].as_str(), row[3].as_str());
         if kind.is_empty() {
             continue;
@@ -134,6 +154,7 @@ fn vectors_read_by_the_tables_give_their_fields() {
         if let Some(table) = found.first() {
             compare(&vector, table, &vector.payload, &mut left);
         }
+        let payload = vector.payload.as_slice();
         match vector.name.as_str() {
             "CONFIG_ACK" => {
                 compare(&vector, &table(heading("CONFIG")), &vector.payload[8..], &mut left);
@@ -141,6 +162,9 @@ fn vectors_read_by_the_tables_give_their_fields() {
             "IDENT" => {
                 let written = channels(&found[1], &vector.payload);
                 assert_eq!(left.remove("channels"), Some(written), "{}", vector.case);
+            }
+            "HEALTH" if payload.len() > Health::SIZE => {
+                compare_as("HEALTH appended", &vector, (&found[1], payload), &mut left);
             }
             "WELCOME" => assert_eq!(left.remove("text"), Some(hex(&vector.payload[26..]))),
             "NOTICE" => assert_eq!(left.remove("text"), Some(hex(&vector.payload[17..]))),
@@ -163,5 +187,12 @@ fn tables_end_where_the_screen_says() {
             .first()
             .map_or(0, |table| fixed(&row[1], table).last().map_or(0, |(at, size, _)| at + size));
         assert_eq!(end, size, "{}", row[1]);
+        // A second size is that with the fields that were appended.
+        if let Some(grown) = row[3].split(" or ").nth(1) {
+            let appended = fixed(&format!("{} appended", row[1]), &found[1]);
+            let end = appended.last().map_or(0, |(at, size, _)| at + size);
+            assert_eq!(end, grown.parse::<usize>().unwrap(), "{}", row[1]);
+            assert_eq!(end, Health::SIZE + Appended::SIZE);
+        }
     }
 }

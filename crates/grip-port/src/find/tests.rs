@@ -263,4 +263,9 @@ fn pauses_grow_to_two_seconds_and_start_again() {
     assert_eq!(pauses, [50, 100, 200, 400, 800, 1600, 2000, 2000]);
     backoff.reset();
     assert_eq!(backoff.pause(), Duration::from_millis(50));
+    let mut slow = Backoff::new(Duration::from_millis(250), Duration::from_secs(5));
+    let pauses: Vec<u128> = (0..7).map(|_| slow.pause().as_millis()).collect();
+    assert_eq!(pauses, [250, 500, 1000, 2000, 4000, 5000, 5000]);
+    slow.reset();
+    assert_eq!(slow.pause(), Duration::from_millis(250));
 }

@@ -99,7 +99,10 @@ impl Observer {
 
     /// What was derived since the last time.
     pub(crate) fn take(&mut self) -> DerivedBlock {
-        core::mem::take(&mut self.block)
+        let block = core::mem::take(&mut self.block);
+        // A break stays one until something is behind it.
+        self.block.broken = block.broken && block.bands.is_empty();
+        block
     }
 }
 

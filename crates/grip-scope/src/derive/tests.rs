@@ -132,3 +132,25 @@ proptest! {
         prop_assert!(block.spectra.iter().all(|column| column.span[0] <= column.span[1]));
     }
 }
+
+#[test]
+fn a_break_is_told_with_the_first_that_is_behind_it() {
+    let mut observer = Observer::new(config(), default_estimator().unwrap()).unwrap();
+    let samples = slide();
+    samples[..4000].iter().for_each(|sample| {
+        observer.push(sample, &[]);
+    });
+    assert!(!observer.take().broken);
+    observer.interrupt();
+    let nothing = observer.take();
+    assert!(nothing.broken && nothing.bands.is_empty());
+    samples[4500..5000].iter().for_each(|sample| {
+        observer.push(sample, &[]);
+    });
+    let behind = observer.take();
+    assert!(behind.broken && !behind.bands.is_empty());
+    samples[5000..5500].iter().for_each(|sample| {
+        observer.push(sample, &[]);
+    });
+    assert!(!observer.take().broken);
+}

@@ -3,15 +3,77 @@
 //! `t_s` is the device's time on the axis of the model; a channel without a sample at a time has an empty cell, so rows of samples and
 //! states stand in one file. Where samples are thinned out, the file says in which columns: `NAME_min` and `NAME_max` of 32 samples each.
 
+use super::pieces::{Rest, SAME_S, reach};
 use super::{ExportError, fill};
 use crate::model::{Bucket, Series};
 use crate::{channel::Channel, model::Model, span::Span};
+use core::ops::Deref;
 use std::fs::File;
-use std::io::{self, BufWriter, Write};
+use std::io::{BufWriter, Write};
 use std::path::Path;
 
-/// Rows beyond this are not written: a file of some hundred MB helps nobody.
-const MOST: usize = 20_000_000;
+/// A channel with more samples than this in the span is told by its extremes: a file of some hundred MB helps nobody.
+const MOST: u64 = 20_000_000;
+/// Parts of thinned-out samples that are looked at in one piece.
+const PARTS: usize = 1024;
+
+/// Writes the samples of `channels` in the span as CSV: how many rows. `look` lends the model, each time for a piece of some thousand
+/// samples a channel, so that whoever fills or shows it goes on.
+///
+/// # Errors
+/// Where there is nothing to write, there is a file of this name, it cannot be written, or the samples are thinned out meanwhile.
+pub fn csv<G: Deref<Target = Model>>(
+    look: impl Fn() -> G,
+    span: Span,
+    channels: &[Channel],
+    path: &Path,
+) -> Result<u64, ExportError> {
+    let mut curves: Vec<Curve> = {
+        let model = look();
+        let series = channels.iter().filter_map(|channel| model.series(*channel));
+        series.filter_map(|series| Curve::new(series, span)).collect()
+    };
+    if curves.is_empty() {
+        return Err(ExportError::Empty);
+    }
+    fill(path, |file| {
+        let mut rest = Rest::new(span);
+        let mut out = Rows::begin(&curves, file, path)?;
+        while copy(&look(), &mut rest, &mut curves)? {
+            out.write(&mut curves)?;
+        }
+        out.finish()
+    })
+}
+
+/// Copies the next piece of all curves; `false` behind the last one.
+fn copy(model: &Model, rest: &mut Rest, curves: &mut [Curve]) -> Result<bool, ExportError> {
+    let from_s = rest.begin_s();
+    let ends = curves.iter().map(|curve| curve.reach(model, from_s));
+    let Some(piece) = rest.next(ends) else { return Ok(false) };
+    for curve in curves {
+        curve.copy(model, piece)?;
+    }
+    Ok(true)
+}
+
+/// A channel in the file: one column of samples, or two of extremes.
+struct Curve {
+    channel: Channel,
+    /// Of thinned-out samples, or too many.
+    grid: Option<Grid>,
+    columns: Vec<Column>,
+    parts: Vec<Bucket>,
+}
+
+/// Equal parts of the stretch in which a channel has samples.
+#[derive(Clone, Copy)]
+struct Grid {
+    from_s: f64,
+    width_s: f64,
+    parts: usize,
+    next: usize,
+}
 
 /// One column of the file.
 struct Column {
@@ -20,72 +82,123 @@ struct Column {
     next: usize,
 }
 
-/// Writes the samples of `channels` in the span as CSV: how many rows.
-///
-/// # Errors
-/// Where there is nothing to write, too much, there is a file of this name, or it cannot be written.
-pub fn csv(
-    model: &Model,
-    span: Span,
-    channels: &[Channel],
-    path: &Path,
-) -> Result<u64, ExportError> {
-    let series = channels.iter().filter_map(|channel| model.series(*channel));
-    let mut columns: Vec<Column> = series.flat_map(|series| columns_of(series, span)).collect();
-    columns.retain(|column| !column.points.is_empty());
-    if columns.is_empty() {
-        return Err(ExportError::Empty);
+impl Curve {
+    /// `None` where the channel has no sample in the span.
+    fn new(series: &Series, span: Span) -> Option<Self> {
+        let count = series.stats(span)?.count;
+        let whole = series.thin_before_s().is_none_or(|thin_s| thin_s < span.from_s);
+        let grid =
+            if whole && count <= MOST { None } else { Some(Grid::new(series, span, count)?) };
+        let name = series.channel().column();
+        let column = |name| Column { name, points: Vec::new(), next: 0 };
+        let columns = match grid {
+            None => vec![column(name.to_owned())],
+            Some(_) => vec![column(format!("{name}_min")), column(format!("{name}_max"))],
+        };
+        Some(Self { channel: series.channel(), grid, columns, parts: Vec::new() })
     }
-    fill(path, |file| {
-        rows(&mut columns, file)
-            .map_err(|source| ExportError::Write { file: path.to_owned(), source })
-    })
-}
 
-/// Writes the columns: how many rows.
-fn rows(columns: &mut [Column], file: File) -> io::Result<u64> {
-    let mut out = BufWriter::new(file);
-    let names: Vec<&str> = columns.iter().map(|column| column.name.as_str()).collect();
-    writeln!(out, "t_s,{}", names.join(","))?;
-    let mut rows = 0;
-    while let Some(t_s) = next_time(columns) {
-        write!(out, "{t_s:.6}")?;
-        for column in columns.iter_mut() {
-            match column.take(t_s) {
-                Some(value) => write!(out, ",{value}")?,
-                None => write!(out, ",")?,
-            }
+    /// Where the next piece has to end (s).
+    fn reach(&self, model: &Model, from_s: f64) -> Option<f64> {
+        match self.grid {
+            None => reach(model.series(self.channel)?, from_s),
+            Some(grid) => (grid.next + PARTS < grid.parts).then(|| grid.edge(grid.next + PARTS)),
         }
-        writeln!(out)?;
-        rows += 1;
     }
-    out.flush()?;
-    Ok(rows)
+
+    /// Copies a piece from the model.
+    fn copy(&mut self, model: &Model, piece: Span) -> Result<(), ExportError> {
+        let Some(series) = model.series(self.channel) else { return Ok(()) };
+        match (&mut self.grid, self.columns.as_mut_slice()) {
+            (None, [column]) => {
+                if !series.copy(piece, &mut column.points) {
+                    return Err(ExportError::Thinned);
+                }
+                column.points.retain(|[_, value]| !value.is_nan());
+            }
+            (Some(grid), [min, max]) => {
+                grid.copy(series, piece, &mut self.parts);
+                let point = |part: &Bucket, value: f32| [part.from_s, f64::from(value)];
+                min.points = self.parts.iter().map(|part| point(part, part.min)).collect();
+                max.points = self.parts.iter().map(|part| point(part, part.max)).collect();
+            }
+            _ => {}
+        }
+        self.columns.iter_mut().for_each(|column| column.next = 0);
+        Ok(())
+    }
 }
 
-/// The samples of a channel; lowest and highest of each finest part, where they are thinned out or too many.
-fn columns_of(series: &Series, span: Span) -> Vec<Column> {
-    let name = series.channel().column();
-    let mut points = Vec::new();
-    if series.points(span, MOST, &mut points) {
-        points.retain(|[t_s, value]| span.holds(*t_s) && !value.is_nan());
-        return vec![Column { name, points, next: 0 }];
+impl Grid {
+    fn new(series: &Series, span: Span, count: u64) -> Option<Self> {
+        let have = series.span()?.common(span)?;
+        let wanted = usize::try_from(count.min(MOST)).unwrap_or(usize::MAX) / Series::finest();
+        let parts = wanted.max(1);
+        #[expect(clippy::cast_precision_loss, reason = "below 2^53")]
+        let width_s = have.length_s() / parts as f64;
+        Some(Self { from_s: have.from_s, width_s, parts, next: 0 })
     }
-    let Some(have) = series.span().and_then(|have| have.common(span)) else { return Vec::new() };
-    let mut parts = Vec::new();
-    let count = series.stats(have).map_or(0, |stats| stats.count);
-    let wanted = usize::try_from(count).unwrap_or(usize::MAX) / Series::finest();
-    series.envelope(have, wanted.clamp(1, MOST), &mut parts);
-    let column = |suffix: &str, value: fn(&Bucket) -> f32| Column {
-        name: format!("{name}_{suffix}"),
-        points: parts.iter().map(|part| [part.from_s, f64::from(value(part))]).collect(),
-        next: 0,
-    };
-    vec![column("min", |part| part.min), column("max", |part| part.max)]
+
+    #[expect(clippy::cast_precision_loss, reason = "below 2^53")]
+    fn edge(&self, part: usize) -> f64 {
+        self.width_s.mul_add(part as f64, self.from_s)
+    }
+
+    /// The parts that begin in the piece.
+    fn copy(&mut self, series: &Series, piece: Span, out: &mut Vec<Bucket>) {
+        let from = self.next;
+        while self.next < self.parts && self.edge(self.next) <= piece.to_s {
+            self.next += 1;
+        }
+        let (from_s, to_s) = (self.edge(from), self.edge(self.next));
+        series.envelope(Span { from_s, to_s }, self.next - from, out);
+        out.retain(|part| part.count > 0);
+    }
 }
 
-/// Times that differ by less than this (s) are one row.
-const SAME_S: f64 = 1e-6;
+/// The file while it is written.
+struct Rows<'a> {
+    out: BufWriter<File>,
+    path: &'a Path,
+    rows: u64,
+}
+
+impl<'a> Rows<'a> {
+    fn begin(curves: &[Curve], file: File, path: &'a Path) -> Result<Self, ExportError> {
+        let mut rows = Self { out: BufWriter::new(file), path, rows: 0 };
+        let columns = curves.iter().flat_map(|curve| &curve.columns);
+        let names: Vec<&str> = columns.map(|column| column.name.as_str()).collect();
+        let header = writeln!(rows.out, "t_s,{}", names.join(","));
+        rows.told(header)?;
+        Ok(rows)
+    }
+
+    /// Writes what was copied last.
+    fn write(&mut self, curves: &mut [Curve]) -> Result<(), ExportError> {
+        let mut columns: Vec<&mut Column> =
+            curves.iter_mut().flat_map(|curve| &mut curve.columns).collect();
+        while let Some(t_s) = next_time(&columns) {
+            let cells: String = columns
+                .iter_mut()
+                .map(|column| column.take(t_s).map_or(",".to_owned(), |value| format!(",{value}")))
+                .collect();
+            let written = writeln!(self.out, "{t_s:.6}{cells}");
+            self.told(written)?;
+            self.rows += 1;
+        }
+        Ok(())
+    }
+
+    fn finish(mut self) -> Result<u64, ExportError> {
+        let flushed = self.out.flush();
+        self.told(flushed)?;
+        Ok(self.rows)
+    }
+
+    fn told(&self, done: std::io::Result<()>) -> Result<(), ExportError> {
+        done.map_err(|source| ExportError::Write { file: self.path.to_owned(), source })
+    }
+}
 
 impl Column {
     /// The value at this time, where there is one.
@@ -100,7 +213,7 @@ impl Column {
     }
 }
 
-fn next_time(columns: &[Column]) -> Option<f64> {
+fn next_time(columns: &[&mut Column]) -> Option<f64> {
     let next = columns.iter().filter_map(|column| column.points.get(column.next));
     next.map(|point| point[0]).min_by(f64::total_cmp)
 }

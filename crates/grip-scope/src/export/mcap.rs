@@ -1,260 +1,188 @@
-//! A recording, or what the model keeps of a live source, and a span in; a recording of that span out.
+//! What the model keeps of a live source and a span in; a recording of that span out.
 
-use super::{ExportError, fill};
-use crate::model::{Model, Series};
-use crate::{channel::Channel, span::Span};
-use grip_record::mcap::{Attached, Entry, McapReader, McapWriter, Record, SampleRecord};
+use super::pieces::{Rest, SAME_S, reach};
+use super::{ExportError, PROGRAM, Sliced, fill};
+use crate::model::{Series, TaxelFrame};
+use crate::{channel::Channel, model::Model, span::Span};
+use core::ops::Deref;
+use grip_record::mcap::{McapWriteError, McapWriter, Record, SampleRecord};
 use slip_core::{Sample, units::Micros};
 use std::collections::BTreeMap;
-use std::fs::{self, File};
+use std::fs::File;
 use std::io::BufWriter;
 use std::path::Path;
 
-/// Who writes.
-const PROGRAM: &str = concat!("grip-scope ", env!("CARGO_PKG_VERSION"));
-/// Title of the metadata of a slice.
-const SLICE: &str = "slice";
-/// Rows looked at once.
-const MOST: usize = 20_000_000;
-
-/// What a slice holds.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Sliced {
-    /// Samples.
-    pub samples: u64,
-    /// Messages of all kinds, samples included.
-    pub messages: u64,
-}
-
-/// Copies what the recording `from` holds between two device times (s) to `path`: messages as they are with their log times, the
-/// attachments, and the settings of the pipeline that was running. States, events and all else go with the samples around them.
-///
-/// # Errors
-/// Where the recording cannot be read up to there, holds no sample in the span, there is a file of the slice's name, or it cannot be written.
-pub fn mcap_slice(from: &Path, span: Span, path: &Path) -> Result<Sliced, ExportError> {
-    if fs::canonicalize(from).ok().is_some_and(|a| fs::canonicalize(path).ok() == Some(a)) {
-        return Err(ExportError::Same { file: path.to_owned() });
-    }
-    fill(path, |file| {
-        let mut slice = Slice::new((path, file), span)?;
-        let mut reader = McapReader::open(from)?;
-        while let Some(entry) = reader.next_entry()? {
-            if !slice.take(&entry)? {
-                break;
-            }
-        }
-        slice.finish()
-    })
-}
-
-struct Slice<'a> {
-    path: &'a Path,
-    span: Span,
-    out: McapWriter<BufWriter<File>>,
-    /// Log time of the file's begin (ns): the writer counts from it.
-    inside: bool,
-    /// The settings of the last pipeline, and its log time: they stand before the first sample.
-    pipeline: Option<Held>,
-    sliced: Sliced,
-}
-
-/// A pipeline's record, kept until it is needed.
-struct Held {
-    log_us: u64,
-    config: String,
-    record: grip_record::mcap::PipelineRecord<'static>,
-}
-
-impl<'a> Slice<'a> {
-    fn new((path, file): (&'a Path, File), span: Span) -> Result<Self, ExportError> {
-        // Log times of the slice are those of the recording: host time 0 is 1970.
-        let out = McapWriter::new(BufWriter::new(file), PROGRAM, 0)
-            .map_err(|source| ExportError::Record { file: path.to_owned(), source })?;
-        let sliced = Sliced::default();
-        Ok(Self { path, span, out, inside: false, pipeline: None, sliced })
-    }
-
-    /// Takes the next entry; `false` once the span is over.
-    fn take(&mut self, entry: &Entry<'_>) -> Result<bool, ExportError> {
-        match entry {
-            Entry::Message { log_ns, record } => return self.message(log_ns / 1000, record),
-            Entry::Attachment { name, media_type, data } => {
-                let [name, media_type] = [name, media_type].map(|text| (*text).to_owned());
-                let file = Attached { name, media_type, data: data.to_vec() };
-                let attached = self.out.attach(0, &file);
-                self.told(attached)?;
-            }
-            Entry::Metadata { name, values } => {
-                let written = self.out.metadata(name, values);
-                self.told(written)?;
-            }
-        }
-        Ok(true)
-    }
-
-    fn message(&mut self, log_us: u64, record: &Record<'_>) -> Result<bool, ExportError> {
-        match record {
-            Record::Sample(row) => {
-                let t_s = row.sample.t.as_seconds();
-                if !self.inside && self.span.holds(t_s) {
-                    self.inside = true;
-                    self.begin()?;
-                } else if self.inside && t_s > self.span.to_s {
-                    return Ok(false);
-                }
-                self.sliced.samples += u64::from(self.inside);
-            }
-            Record::Pipeline(begun) if !self.inside => {
-                let record = grip_record::mcap::PipelineRecord { config: "", ..*begun };
-                self.pipeline = Some(Held { log_us, config: begun.config.to_owned(), record });
-            }
-            _ => {}
-        }
-        if self.inside {
-            self.sliced.messages += 1;
-            let written = self.out.write(log_us, record);
-            self.told(written)?;
-        }
-        Ok(true)
-    }
-
-    /// The settings under which the first sample was taken.
-    fn begin(&mut self) -> Result<(), ExportError> {
-        let about = BTreeMap::from([
-            ("from_s".to_owned(), self.span.from_s.to_string()),
-            ("to_s".to_owned(), self.span.to_s.to_string()),
-        ]);
-        let written = self.out.metadata(SLICE, &about);
-        self.told(written)?;
-        let Some(held) = self.pipeline.take() else { return Ok(()) };
-        // It has a past that is not in this file.
-        let record = grip_record::mcap::PipelineRecord {
-            continued: true,
-            config: &held.config,
-            ..held.record
-        };
-        self.sliced.messages += 1;
-        let written = self.out.write(held.log_us, &Record::Pipeline(record));
-        self.told(written)
-    }
-
-    fn told<T>(
-        &self,
-        done: Result<T, grip_record::mcap::McapWriteError>,
-    ) -> Result<T, ExportError> {
-        done.map_err(|source| ExportError::Record { file: self.path.to_owned(), source })
-    }
-
-    fn finish(self) -> Result<Sliced, ExportError> {
-        if self.sliced.samples == 0 {
-            return Err(ExportError::Empty);
-        }
-        let path = self.path;
-        self.out
-            .finish()
-            .map_err(|source| ExportError::Record { file: path.to_owned(), source })?;
-        Ok(self.sliced)
-    }
-}
+/// Steps from which on a piece tells the usual one.
+const STEPS: usize = 16;
 
 /// Writes the samples that the model keeps of the span as a recording, for sources that are no file: samples, and the frames of the array
-/// that are kept (at most a hundred a second); times as on the axis. Numbers of rows jump where samples are missing.
+/// that are kept (at most a hundred a second); times as on the axis. Numbers of rows jump where samples are missing. `look` lends the
+/// model, each time for a piece of some thousand samples a channel, so that whoever fills or shows it goes on.
 ///
 /// # Errors
 /// Where there are none, they are thinned out, there is a file of this name, or it cannot be written.
-pub fn mcap(model: &Model, span: Span, path: &Path) -> Result<Sliced, ExportError> {
-    let Some(stylus) = model.series(Channel::Stylus) else { return Err(ExportError::Empty) };
-    let rows = numbered(&kept(stylus, span)?, span);
-    if rows.is_empty() {
+pub fn mcap<G: Deref<Target = Model>>(
+    look: impl Fn() -> G,
+    span: Span,
+    path: &Path,
+) -> Result<Sliced, ExportError> {
+    if look().series(Channel::Stylus).and_then(|stylus| stylus.stats(span)).is_none() {
         return Err(ExportError::Empty);
-    }
-    let mut columns = Vec::new();
-    for channel in Channel::ROWS.into_iter().filter(|channel| *channel != Channel::Stylus) {
-        let Some(series) = model.series(channel) else { continue };
-        let mut points = kept(series, span)?;
-        points.retain(|[t_s, value]| span.holds(*t_s) && !value.is_nan());
-        columns.push((channel, points.into_iter().peekable()));
     }
     let failed = |source| ExportError::Record { file: path.to_owned(), source };
     fill(path, |file| {
         let mut out = McapWriter::new(BufWriter::new(file), PROGRAM, 0).map_err(failed)?;
-        for &(index, [t_s, value]) in &rows {
-            let mut sample = Sample::stylus(micros(t_s), single(value));
-            for (channel, points) in &mut columns {
-                while points.next_if(|point| point[0] < t_s - SAME_S).is_some() {}
-                let found = points.next_if(|point| point[0] <= t_s + SAME_S);
-                set(&mut sample, *channel, found.map(|point| single(point[1])));
-            }
-            let frame = model.taxels(t_s + SAME_S).filter(|frame| frame.t_s >= t_s - SAME_S);
-            let taxels = frame.map_or(&[] as &[f32], |frame| &frame.values);
-            let record = SampleRecord { index, sample, taxels };
-            out.write(sample.t.0, &Record::Sample(record)).map_err(failed)?;
+        let (mut rest, mut piece, mut numbers) =
+            (Rest::new(span), Piece::default(), Numbers::default());
+        let mut samples = 0;
+        while piece.copy(&look(), &mut rest, samples > 0)? {
+            samples += piece.write(&mut numbers, &mut out).map_err(failed)?;
         }
         out.finish().map_err(failed)?;
-        let samples = rows.len() as u64;
-        Ok(Sliced { samples, messages: samples })
+        if samples == 0 {
+            Err(ExportError::Empty)
+        } else {
+            Ok(Sliced { samples, messages: samples })
+        }
     })
 }
 
-/// Times that differ by less than this (s) are one row.
-const SAME_S: f64 = 1e-6;
-
-/// The samples of the span, a NaN where some are missing.
-fn kept(series: &Series, span: Span) -> Result<Vec<[f64; 2]>, ExportError> {
-    let mut points = Vec::new();
-    if series.points(span, MOST, &mut points) { Ok(points) } else { Err(ExportError::Thin) }
+/// What was copied at one look.
+#[derive(Default)]
+struct Piece {
+    columns: BTreeMap<Channel, Vec<[f64; 2]>>,
+    frames: Vec<TaxelFrame>,
 }
 
-/// The samples of the span with the numbers of their rows. Where samples are missing as many are left out as fit the time, and one where
-/// none fits: what was broken must not join.
-fn numbered(points: &[[f64; 2]], span: Span) -> Vec<(u32, [f64; 2])> {
-    let step_s = median_step(points);
-    let mut rows: Vec<(u32, [f64; 2])> = Vec::with_capacity(points.len());
-    let mut broken = false;
-    for &point in points.iter().filter(|point| span.holds(point[0])) {
-        if point[1].is_nan() {
-            broken = true;
-            continue;
+impl Piece {
+    /// Copies the next piece; `false` behind the last one. What is thinned out cannot be a recording, from the start or `begun` already.
+    fn copy(&mut self, model: &Model, rest: &mut Rest, begun: bool) -> Result<bool, ExportError> {
+        let from_s = rest.begin_s();
+        let series: Vec<&Series> =
+            Channel::ROWS.into_iter().filter_map(|channel| model.series(channel)).collect();
+        let Some(span) = rest.next(series.iter().map(|series| reach(series, from_s))) else {
+            return Ok(false);
+        };
+        for series in series {
+            if !series.copy(span, self.columns.entry(series.channel()).or_default()) {
+                return Err(if begun { ExportError::Thinned } else { ExportError::Thin });
+            }
         }
-        let index = rows.last().map_or(0, |(before, [before_s, _])| {
-            let steps = if broken { steps((point[0] - before_s) / step_s).max(2) } else { 1 };
-            before.saturating_add(steps)
-        });
-        broken = false;
-        rows.push((index, point));
+        self.frames.clear();
+        self.frames.extend(model.taxel_frames(span).cloned());
+        Ok(true)
     }
-    rows
+
+    /// Writes the rows of the piece: how many.
+    fn write(
+        &self,
+        numbers: &mut Numbers,
+        out: &mut McapWriter<BufWriter<File>>,
+    ) -> Result<u64, McapWriteError> {
+        let stylus = self.columns.get(&Channel::Stylus).map_or(&[] as &[_], Vec::as_slice);
+        let mut others: Vec<(grip_record::Channel, Column<'_>)> = Vec::new();
+        for (channel, points) in &self.columns {
+            others.extend(channel.recorded().map(|channel| (channel, Column { points })));
+        }
+        let mut frames = self.frames.as_slice();
+        let mut rows = 0;
+        for (index, [t_s, value]) in numbers.rows(stylus) {
+            let mut sample = Sample::stylus(micros(t_s), single(value));
+            for (channel, column) in &mut others {
+                channel.set(&mut sample, column.take(t_s));
+            }
+            let taxels = frame_at(&mut frames, t_s);
+            out.write(sample.t.0, &Record::Sample(SampleRecord { index, sample, taxels }))?;
+            rows += 1;
+        }
+        Ok(rows)
+    }
 }
 
-/// The usual time between two samples (s).
-fn median_step(points: &[[f64; 2]]) -> f64 {
+/// Samples of a channel in order of time.
+struct Column<'a> {
+    points: &'a [[f64; 2]],
+}
+
+impl Column<'_> {
+    /// The sample at this time, where there is one that is a number.
+    fn take(&mut self, t_s: f64) -> Option<f32> {
+        while let [[at_s, value], rest @ ..] = self.points {
+            if *at_s > t_s + SAME_S {
+                return None;
+            }
+            self.points = rest;
+            if *at_s >= t_s - SAME_S && !value.is_nan() {
+                return Some(single(*value));
+            }
+        }
+        None
+    }
+}
+
+/// The frame at this time; empty where there is none.
+fn frame_at<'a>(frames: &mut &'a [TaxelFrame], t_s: f64) -> &'a [f32] {
+    while let [frame, rest @ ..] = *frames {
+        if frame.t_s > t_s + SAME_S {
+            return &[];
+        }
+        *frames = rest;
+        if frame.t_s >= t_s - SAME_S {
+            return &frame.values;
+        }
+    }
+    &[]
+}
+
+/// Numbers of rows, from piece to piece.
+#[derive(Default)]
+struct Numbers {
+    last: Option<(u32, f64)>,
+    broken: bool,
+    /// The usual time between two samples (s).
+    step_s: Option<f64>,
+}
+
+impl Numbers {
+    /// The samples with the numbers of their rows. Where samples are missing (a NaN) as many are left out as fit the time, and one where
+    /// none fits: what was broken must not join.
+    fn rows(&mut self, points: &[[f64; 2]]) -> Vec<(u32, [f64; 2])> {
+        self.step_s = median_step(points, self.step_s).or(self.step_s);
+        let mut rows = Vec::with_capacity(points.len());
+        for &point in points {
+            if point[1].is_nan() {
+                self.broken = true;
+                continue;
+            }
+            let index = self.last.map_or(0, |last| self.after(last, point[0]));
+            self.broken = false;
+            self.last = Some((index, point[0]));
+            rows.push((index, point));
+        }
+        rows
+    }
+
+    fn after(&self, (before, before_s): (u32, f64), t_s: f64) -> u32 {
+        let missing = self.step_s.map_or(0.0, |step_s| (t_s - before_s) / step_s);
+        before.saturating_add(if self.broken { steps(missing).max(2) } else { 1 })
+    }
+}
+
+/// The usual time between two samples (s); a few of them tell nothing where it is `known`.
+fn median_step(points: &[[f64; 2]], known: Option<f64>) -> Option<f64> {
     let mut steps: Vec<f64> =
         points.iter().zip(points.iter().skip(1)).map(|(a, b)| b[0] - a[0]).collect();
     steps.retain(|step_s| *step_s > 0.0);
-    let middle = steps.len() / 2;
-    if steps.is_empty() {
-        return f64::INFINITY;
+    if steps.is_empty() || (known.is_some() && steps.len() < STEPS) {
+        return None;
     }
-    *steps.select_nth_unstable_by(middle, f64::total_cmp).1
+    let middle = steps.len() / 2;
+    Some(*steps.select_nth_unstable_by(middle, f64::total_cmp).1)
 }
 
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "the cast saturates")]
 fn steps(count: f64) -> u32 {
     count.round() as u32
-}
-
-const fn set(sample: &mut Sample, channel: Channel, value: Option<f32>) {
-    match channel {
-        Channel::NormalForce => sample.normal_force_n = value,
-        Channel::TangentialForce => sample.tangential_n = value,
-        Channel::Travel => sample.travel_m = value,
-        Channel::Velocity => sample.velocity_m_s = value,
-        Channel::SecondStylus => sample.second_stylus = value,
-        Channel::Reference => sample.reference = value,
-        Channel::Pressure => sample.pressure = value,
-        Channel::Motion => sample.motion = value,
-        _ => {}
-    }
 }
 
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "the cast saturates")]

@@ -1,15 +1,32 @@
 //! The model and a span in, files out: CSV of what is kept, an MCAP slice of a recording or of what is kept.
+//!
+//! The model is borrowed for a piece at a time: nothing waits for a file.
 
 mod csv;
 mod mcap;
+mod pieces;
+mod slice;
 
 pub use csv::csv;
-pub use mcap::{Sliced, mcap, mcap_slice};
+pub use mcap::mcap;
+pub use slice::mcap_slice;
 
 use grip_record::mcap::{McapError, McapWriteError};
 use std::fs::{self, File};
 use std::io;
 use std::path::{Path, PathBuf};
+
+/// Who writes.
+const PROGRAM: &str = concat!("grip-scope ", env!("CARGO_PKG_VERSION"));
+
+/// What a recording that was written holds.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Sliced {
+    /// Samples.
+    pub samples: u64,
+    /// Messages of all kinds, samples included.
+    pub messages: u64,
+}
 
 /// Why nothing, or not all, was written.
 #[derive(Debug, thiserror::Error)]
@@ -53,10 +70,18 @@ pub enum ExportError {
         "the samples of this span are thinned out to extremes of 32: a recording needs all of them; write CSV, or slice the file"
     )]
     Thin,
+    /// The oldest samples of the span were thinned out between two looks.
+    #[error(
+        "the oldest samples of this span were thinned out while it was written, because the memory for the history is full; try again, or begin later"
+    )]
+    Thinned,
 }
 
 /// Makes the file and lets `write` fill it: nothing is replaced, and nothing is left behind where writing fails.
-fn fill<T>(
+///
+/// # Errors
+/// Where there is a file of this name, it cannot be made, or `write` fails.
+pub fn fill<T>(
     path: &Path,
     write: impl FnOnce(File) -> Result<T, ExportError>,
 ) -> Result<T, ExportError> {

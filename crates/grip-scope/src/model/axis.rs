@@ -11,7 +11,7 @@ const NEAR_S: f64 = 2.0;
 
 /// From device times to the axis.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Axis {
+pub(crate) struct Axis {
     offset_s: f64,
     /// Device time of the last row.
     row_s: Option<f64>,
@@ -25,7 +25,7 @@ pub(super) struct Axis {
 
 /// What became of a row's time.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Placed {
+pub(crate) enum Placed {
     /// It is here (s on the axis).
     At(f64),
     /// It is not later than the row before and cannot be shown.
@@ -41,7 +41,7 @@ pub(super) enum Placed {
 
 impl Axis {
     /// Where a row of this device time (s) goes.
-    pub(super) fn row(&mut self, t_s: f64) -> Placed {
+    pub(crate) fn row(&mut self, t_s: f64) -> Placed {
         let placed = match self.row_s {
             None => self.first(t_s),
             Some(last_s) if t_s > last_s && t_s - last_s <= LEAP_S => {

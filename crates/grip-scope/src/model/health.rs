@@ -14,6 +14,7 @@ pub struct HealthBoard {
     lost_in_scope: u64,
     late_rows: u64,
     huge: u64,
+    nan: u64,
     stray_states: u64,
 }
 
@@ -55,8 +56,8 @@ impl HealthBoard {
         self.stray_states += 1;
     }
 
-    pub(super) fn set_huge(&mut self, huge: u64) {
-        self.huge = huge;
+    pub(super) fn set_unusable(&mut self, huge: u64, nan: u64) {
+        (self.huge, self.nan) = (huge, nan);
     }
 
     pub(super) fn set_lost_in_scope(&mut self, dropped: u64) -> bool {
@@ -97,6 +98,12 @@ impl HealthBoard {
     #[must_use]
     pub const fn huge(&self) -> u64 {
         self.huge
+    }
+
+    /// Readings of the stylus that are no number.
+    #[must_use]
+    pub const fn nan(&self) -> u64 {
+        self.nan
     }
 
     /// Bytes it takes.

@@ -3,7 +3,7 @@
 use super::axis::Placed;
 use super::events::note;
 use super::series::Series;
-use super::{MOST_TURNS, Model};
+use super::{Join, MOST_TURNS, Model};
 use crate::channel::Channel;
 use crate::feed::{
     BandPoint, DerivedBlock, EventKind, EventMark, EvidencePoint, Feed, RowBlock, StatePoint,
@@ -47,13 +47,16 @@ impl Model {
 
     fn restart(&mut self) {
         self.restarted = true;
-        self.states_restarted = true;
+        self.states = Join::Afresh;
         self.events.interrupt();
     }
 
     fn take_rows(&mut self, block: &RowBlock) {
         let mut times = Vec::with_capacity(block.times_us.len());
         let mut broken = core::mem::take(&mut self.restarted) || block.broken;
+        if block.broken && self.states == Join::On {
+            self.states = Join::Broken;
+        }
         let (was_s, leaps) = (self.axis.end_s(), self.axis.leaps());
         let known = self.series.contains_key(&Channel::Stylus);
         for time_us in &block.times_us {
@@ -83,7 +86,9 @@ impl Model {
         }
         self.events.reach(self.axis.end_s());
         let rows = self.series.values().filter(|series| series.channel().is_row());
-        self.health.set_huge(rows.map(Series::huge).sum());
+        // Other channels may lack readings: they are NaN there.
+        let nan = self.series.get(&Channel::Stylus).map_or(0, Series::nan);
+        self.health.set_unusable(rows.map(Series::huge).sum(), nan);
     }
 
     /// Where a row goes, and whether the device's time leapt before it.
@@ -97,7 +102,7 @@ impl Model {
             }
             Placed::Leapt { at_s, before_s } => {
                 self.events.interrupt();
-                self.states_restarted = true;
+                self.states = Join::Afresh;
                 let text = format!(
                     "the device's time went from {before_s:.3} s to {device_s:.3} s: shown here from {at_s:.3} s on"
                 );
@@ -136,7 +141,8 @@ impl Model {
             self.health.stray_state();
             return;
         };
-        let restarted = core::mem::take(&mut self.states_restarted);
+        let join = core::mem::take(&mut self.states);
+        let (restarted, broken) = (join == Join::Afresh, join != Join::On);
         for mark in changes(before.filter(|_| !restarted).as_ref(), &state, t_s) {
             self.events.push(mark);
         }
@@ -149,9 +155,10 @@ impl Model {
             (Channel::Estimate, state.estimate_n),
             (Channel::ForceLimit, limit_n),
             (Channel::Esc, state.esc.map(|esc| esc.value)),
+            (Channel::EscFlags, state.esc.map(|esc| f32::from(esc.flags))),
         ];
         for (channel, value) in values {
-            self.put(channel, t_s, (value, restarted));
+            self.put(channel, t_s, (value, broken));
         }
     }
 

@@ -17,6 +17,7 @@ mod taxels;
 #[cfg(test)]
 mod tests;
 
+pub(crate) use axis::{Axis, Placed};
 pub use events::{Events, Stretch};
 pub use health::{HealthBoard, HealthTrend};
 pub use series::{Bucket, Series, Stats};
@@ -25,11 +26,10 @@ pub use taxels::TaxelFrame;
 
 use crate::channel::Channel;
 use crate::feed::{
-    DaemonInfo, EventKind, EventMark, GripperInfo, NoticeLine, SourceStatus, StatePoint,
-    StudyCurves, Turn,
+    DaemonInfo, EventKind, EventMark, NoticeLine, SourceStatus, StatePoint, StudyCurves, Turn,
 };
 use crate::span::Span;
-use axis::Axis;
+use grip_link::message::daemon::Gripper;
 use std::collections::{BTreeMap, VecDeque};
 use std::path::PathBuf;
 use taxels::Taxels;
@@ -45,7 +45,7 @@ pub struct Info {
     /// The daemon.
     pub daemon: Option<DaemonInfo>,
     /// The gripper.
-    pub gripper: Option<GripperInfo>,
+    pub gripper: Option<Gripper>,
     /// The last state of the pipeline.
     pub state: Option<StatePoint>,
     /// The recording, and where it begins and ends once it is loaded.
@@ -62,6 +62,18 @@ impl Info {
             _ => "W",
         }
     }
+}
+
+/// How what comes next goes on from what was before.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum Join {
+    /// It does.
+    #[default]
+    On,
+    /// Something is missing between: curves have a gap, what has changed is told.
+    Broken,
+    /// It is another run: nothing that has changed is told.
+    Afresh,
 }
 
 /// Everything that is known.
@@ -81,8 +93,8 @@ pub struct Model {
     axis: Axis,
     /// The next rows do not join the last ones.
     restarted: bool,
-    /// The next states do not.
-    states_restarted: bool,
+    /// How the next state goes on from the last.
+    states: Join,
     revision: u64,
 }
 
@@ -104,7 +116,7 @@ impl Model {
             study: None,
             axis: Axis::default(),
             restarted: false,
-            states_restarted: false,
+            states: Join::On,
             revision: 0,
         }
     }
@@ -188,6 +200,11 @@ impl Model {
     #[must_use]
     pub fn taxels(&self, t_s: f64) -> Option<&TaxelFrame> {
         self.taxels.at(t_s)
+    }
+
+    /// The frames of the pressure array in the span, its ends included.
+    pub fn taxel_frames(&self, span: Span) -> impl Iterator<Item = &TaxelFrame> {
+        self.taxels.within(span)
     }
 
     /// Changes where something that can be seen has changed.

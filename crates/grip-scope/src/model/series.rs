@@ -62,6 +62,7 @@ pub struct Series {
     last: Option<(f64, f32)>,
     misplaced: u64,
     huge: u64,
+    nan: u64,
 }
 
 impl Series {
@@ -76,6 +77,7 @@ impl Series {
             last: None,
             misplaced: 0,
             huge: 0,
+            nan: 0,
         }
     }
 
@@ -87,6 +89,7 @@ impl Series {
             return;
         }
         self.huge += u64::from(value.abs() >= HUGE_READING);
+        self.nan += u64::from(value.is_nan());
         let broken = broken || (self.last.is_some() && t_s - last_s > self.patience_s);
         self.store.push(t_s, value, broken);
         self.last = Some((t_s, value));
@@ -150,6 +153,12 @@ impl Series {
     #[must_use]
     pub const fn huge(&self) -> u64 {
         self.huge
+    }
+
+    /// Samples that are no number.
+    #[must_use]
+    pub const fn nan(&self) -> u64 {
+        self.nan
     }
 
     /// Time before which only extremes and means of 32 samples are kept.
@@ -216,6 +225,42 @@ impl Series {
             number += 1;
         }
         true
+    }
+
+    /// Copies the samples of the span, both ends included, to `out`; a NaN stands before each that does not join the one before it.
+    /// `false`, and an empty `out`, where some are thinned out.
+    pub fn copy(&self, span: Span, out: &mut Vec<[f64; 2]>) -> bool {
+        out.clear();
+        let (mut place, to) = self.places(span);
+        while let Some(chunk) = self.store.chunk(place.chunk).filter(|_| place < to) {
+            let end = if place.chunk == to.chunk { to.index } else { chunk.len() };
+            if chunk.is_thin() && place.index < end {
+                out.clear();
+                return false;
+            }
+            if chunk.broken && place.index == 0 && end > 0 {
+                out.push([chunk.time(0), f64::NAN]);
+            }
+            out.extend((place.index..end).map(|k| [chunk.time(k), f64::from(chunk.value(k))]));
+            place = Place { chunk: place.chunk + 1, index: 0 };
+        }
+        true
+    }
+
+    /// The time (s) of the sample that is `count` behind the first one not before `from_s`; `None` where there are not so many.
+    #[must_use]
+    pub fn time_of(&self, from_s: f64, count: usize) -> Option<f64> {
+        let mut place = self.store.place(from_s, 0);
+        let mut left = count;
+        while let Some(chunk) = self.store.chunk(place.chunk) {
+            let here = chunk.len().saturating_sub(place.index);
+            if left < here {
+                return Some(chunk.time(place.index + left));
+            }
+            left -= here;
+            place = Place { chunk: place.chunk + 1, index: 0 };
+        }
+        None
     }
 
     /// The last sample at or before `t_s`; the mean of 32 where samples are thinned out. `None` before the first one, beyond the last, and

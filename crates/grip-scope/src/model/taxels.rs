@@ -1,6 +1,7 @@
 //! Frames of the pressure array in, the frame at a time out.
 
 use crate::feed::TaxelBlock;
+use crate::span::Span;
 use std::collections::VecDeque;
 
 /// Bytes kept; the oldest frames go first.
@@ -47,6 +48,12 @@ impl Taxels {
     pub(super) fn at(&self, t_s: f64) -> Option<&TaxelFrame> {
         let behind = self.frames.partition_point(|frame| frame.t_s <= t_s);
         self.frames.get(behind.checked_sub(1)?)
+    }
+
+    /// The frames of a span, its ends included.
+    pub(super) fn within(&self, span: Span) -> impl Iterator<Item = &TaxelFrame> {
+        let from = self.frames.partition_point(|frame| frame.t_s < span.from_s);
+        self.frames.range(from..).take_while(move |frame| frame.t_s <= span.to_s)
     }
 
     pub(super) const fn bytes(&self) -> usize {

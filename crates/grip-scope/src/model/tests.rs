@@ -272,8 +272,13 @@ fn readings_that_are_none_leave_gaps_and_huge_ones_do_not_set_the_scale() {
 #[test]
 fn lost_rows_are_a_gap_in_the_curve_and_among_the_events() {
     let mut model = Model::new(1 << 24);
+    let states = |model: &mut Model, times: [f64; 2]| {
+        times.into_iter().for_each(|t_s| model.take(Feed::State(state(t_s))));
+    };
     model.take(Feed::Rows(rows(0, 1000, &[1.0; 50])));
+    states(&mut model, [0.02, 0.04]);
     model.take(Feed::Rows(RowBlock { broken: true, lost: 10, ..rows(60_000, 1000, &[1.0; 50]) }));
+    states(&mut model, [0.08, 0.1]);
     assert_eq!(kinds(&model), [EventKind::Gap]);
     assert_eq!(model.events().iter().next().unwrap().text, "10 rows are missing, 11.0 ms");
     let gaps: Vec<Span> =
@@ -285,8 +290,13 @@ fn lost_rows_are_a_gap_in_the_curve_and_among_the_events() {
         (Some(1.0), None, Some(1.0))
     );
     let mut points = Vec::new();
-    assert!(model.series(Channel::Stylus).unwrap().points(Span::new(0.0, 1.0), 200, &mut points));
-    assert_eq!(points.iter().filter(|point| point[1].is_nan()).count(), 1);
+    for (channel, behind_s) in [(Channel::Stylus, 0.06), (Channel::Statistic, 0.08)] {
+        let series = model.series(channel).unwrap();
+        assert!(series.points(Span::new(0.0, 1.0), 200, &mut points));
+        let gaps: Vec<f64> =
+            points.iter().filter(|point| point[1].is_nan()).map(|point| point[0]).collect();
+        assert_eq!(gaps, [behind_s], "{channel:?}");
+    }
 }
 
 #[test]

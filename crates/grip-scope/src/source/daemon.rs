@@ -3,7 +3,6 @@
 use super::ClientAction;
 use super::hearing::Hearing;
 use super::outlet::Outlet;
-use super::retry::Retry;
 use super::told;
 use crate::feed::{Feed, Level, SourceStatus};
 use core::time::Duration;
@@ -11,6 +10,7 @@ use grip_daemon::client::{Client, ClientError};
 use grip_daemon::clients::Listen;
 use grip_link::message::daemon::{Command, Operation, Subscribe, Topics};
 use grip_link::message::{FaultCode, Versions};
+use grip_port::Backoff;
 use rtrb::Consumer;
 use std::io::ErrorKind;
 
@@ -24,6 +24,9 @@ const STEP: Duration = Duration::from_millis(25);
 const SILENCE: Duration = Duration::from_secs(6);
 /// An answer to SUBSCRIBE takes no longer.
 const GREETING: Duration = Duration::from_secs(3);
+/// Pauses between attempts grow from the one to the other.
+const FIRST: Duration = Duration::from_millis(250);
+const LONGEST: Duration = Duration::from_secs(5);
 /// States come at most this often (ms).
 const STATE_MS: u16 = 10;
 
@@ -34,7 +37,7 @@ pub(super) fn run(
     outlet: &mut Outlet,
     orders: &mut Consumer<ClientAction>,
 ) {
-    let mut retry = Retry::default();
+    let mut backoff = Backoff::new(FIRST, LONGEST);
     let mut attempt = 0_u32;
     let mut before = String::new();
     while !outlet.stops() {
@@ -51,7 +54,7 @@ pub(super) fn run(
                 let mut talk = Talk { client, hearing: Hearing::new(listen, every_nth), orders };
                 let reason = talk.run(outlet);
                 if talk.hearing.was_greeted() {
-                    retry.worked();
+                    backoff.reset();
                 }
                 reason
             }
@@ -61,7 +64,7 @@ pub(super) fn run(
         while orders.pop().is_ok() {
             unsent(outlet, "there is no daemon to take the command");
         }
-        pause(outlet, &before, retry.failed());
+        pause(outlet, &before, backoff.pause());
     }
 }
 

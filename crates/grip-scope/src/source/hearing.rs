@@ -5,13 +5,13 @@ use super::outlet::Outlet;
 use super::stream::Stream;
 use super::told;
 use crate::derive::Observer;
-use crate::feed::{
-    DaemonInfo, EventKind, EventMark, Feed, GripperInfo, Level, NoticeLine, SourceStatus,
-};
+use crate::feed::{DaemonInfo, EventKind, EventMark, Feed, Level, NoticeLine, SourceStatus};
 use core::time::Duration;
 use grip_daemon::clients::Listen;
 use grip_host::{HostConfig, model};
-use grip_link::message::daemon::{Goodbye, NoticeKind, Rows, ToClient, Welcome, WelcomeFlags};
+use grip_link::message::daemon::{
+    Goodbye, Gripper, NoticeKind, Rows, ToClient, Welcome, WelcomeFlags,
+};
 use grip_link::message::{Kind, NackReason, Versions};
 use slip_core::units::Hertz;
 
@@ -32,7 +32,7 @@ pub(super) struct Hearing {
     refusal: Option<String>,
     /// Number of the next row.
     next_index: Option<u32>,
-    gripper: Option<GripperInfo>,
+    gripper: Option<Gripper>,
     rate_hz: u32,
     /// The rate that the observer was made for, or could not be.
     observed_hz: u32,
@@ -102,7 +102,7 @@ impl Hearing {
             ToClient::Health(health) => {
                 self.news.push(Feed::Health(Box::new(told::health(health))));
             }
-            ToClient::Gripper(gripper) => self.meet(told::gripper(gripper)),
+            ToClient::Gripper(gripper) => self.meet(*gripper),
             ToClient::Rows(rows) => self.take_rows(rows),
             ToClient::Notice(notice) => {
                 if notice.kind == NoticeKind::Goodbye {
@@ -176,7 +176,7 @@ impl Hearing {
         }
     }
 
-    fn meet(&mut self, gripper: GripperInfo) {
+    fn meet(&mut self, gripper: Gripper) {
         let before = self.gripper.replace(gripper);
         self.set_rate(gripper.rate_hz);
         self.news.push(Feed::Gripper(gripper));

@@ -8,7 +8,6 @@ mod demo;
 mod hearing;
 mod outlet;
 mod recording;
-mod retry;
 mod spec;
 mod stream;
 mod study;

@@ -31,8 +31,10 @@ impl Stream {
 
     /// Rows are missing before the next sample; how many, where that is known, otherwise 0.
     pub(super) fn broken(&mut self, lost: u32) {
-        let before = self.blocks.broken(lost);
-        self.done.extend(before.map(Feed::Rows));
+        // What was derived before the break goes before it.
+        self.flush();
+        let none = self.blocks.broken(lost);
+        self.done.extend(none.map(Feed::Rows));
         if let Some(observer) = &mut self.observer {
             observer.interrupt();
         }

@@ -2,12 +2,12 @@
 
 use crate::channel::Channel;
 use crate::feed::{
-    EscPoint, EventKind, EventMark, Feed, GripperInfo, HealthPoint, LatencyFigures, Level,
-    NoticeLine, RowBlock, SlipFacts, StatePoint, TaxelBlock,
+    EscPoint, EventKind, EventMark, Feed, HealthPoint, LatencyFigures, Level, NoticeLine, RowBlock,
+    SlipFacts, StatePoint, TaxelBlock,
 };
 use grip_link::message::daemon::{
-    EscKind, Gripper, Health, Method, Notice, NoticeKind, Phase, RowOfSample, RowSet, Slip,
-    SpeedSource, State,
+    Appended, ClockOffset, EscKind, Health, Method, Notice, NoticeKind, Phase, RowOfSample, RowSet,
+    Slip, SpeedSource, State,
 };
 use slip_core::{Sample, units::Micros};
 
@@ -76,11 +76,7 @@ pub(super) fn slip_text(kind: EventKind, facts: &SlipFacts) -> String {
     add(facts.method.map(|method| format!(" by {}", method.name())));
     add(facts.duration_s.map(|time_s| format!(" after {:.1} ms", 1e3 * time_s)));
     add(facts.statistic.map(|statistic| format!(", statistic {statistic:.1}")));
-    // Never rounded up to certainty.
-    add(facts.confidence.map(|sure| match sure {
-        0.999.. => ", confidence > 99.9 %".to_owned(),
-        _ => format!(", confidence {:.0} %", (100.0 * sure).floor()),
-    }));
+    add(facts.sure().map(|sure| format!(", {sure}")));
     add(facts.speed_m_s.map(|speed| format!(", {:.1} mm/s", 1e3 * speed)));
     add(facts.moved_m.map(|moved| format!(", moved {:.2} mm", 1e3 * moved)));
     add(facts.esc_w.map(|esc| format!(", E_sc {esc:.3} W")));
@@ -111,27 +107,30 @@ pub(super) fn health(health: &Health) -> HealthPoint {
         latency: LatencyFigures {
             p50_us: health.latency.p50_us,
             p99_us: health.latency.p99_us,
-            p999_us: None,
+            p999_us: health.appended.and_then(|appended| appended.p999_us),
             max_us: health.latency.max_us,
-            histogram: Vec::new(),
+            histogram: health
+                .appended
+                .map_or(Vec::new(), |appended| histogram(&appended.histogram)),
         },
         stages: health.stages,
         slips: health.slips,
         reconnects: health.reconnects,
         commands: health.commands,
-        clock_us: None,
+        clock_us: health.appended.and_then(|appended| appended.clock).map(clock_us),
     }
 }
 
-pub(super) fn gripper(gripper: &Gripper) -> GripperInfo {
-    GripperInfo {
-        uid: gripper.uid,
-        boot_id: gripper.boot_id,
-        rate_hz: gripper.rate_hz,
-        force_max_n: gripper.force_max_n,
-        link: gripper.link,
-        taxels: gripper.taxels,
-    }
+#[expect(clippy::cast_precision_loss, reason = "exact for 285 years of microseconds")]
+fn clock_us(clock: ClockOffset) -> (f64, f64) {
+    (clock.offset_us as f64, clock.half_us.into())
+}
+
+/// Upper bound (us) and count of each bucket.
+pub(super) fn histogram(counts: &[u64; Appended::BUCKETS]) -> Vec<(f32, u64)> {
+    #[expect(clippy::cast_precision_loss, reason = "powers of two")]
+    let upper_us = |bucket| Appended::upper_ns(bucket).map_or(f32::INFINITY, |ns| ns as f32 / 1e3);
+    counts.iter().enumerate().map(|(bucket, count)| (upper_us(bucket), *count)).collect()
 }
 
 pub(super) fn notice(notice: &Notice<'_>) -> NoticeLine {
@@ -184,7 +183,7 @@ impl Blocks {
     pub(super) fn push(&mut self, sample: &Sample, taxels: &[f32]) {
         let row = self.block.times_us.len();
         self.block.times_us.push(sample.t.0);
-        for (channel, value) in Channel::ROWS.into_iter().zip(readings(sample)) {
+        for (channel, value) in Channel::ROWS.into_iter().zip(sample.readings()) {
             match self.block.columns.iter_mut().find(|(known, _)| *known == channel) {
                 Some((_, column)) => column.push(value.unwrap_or(f32::NAN)),
                 None if value.is_some() => {
@@ -227,21 +226,6 @@ impl Blocks {
         self.block.lost = self.block.lost.saturating_add(lost);
         before
     }
-}
-
-/// The values in the order of [`Channel::ROWS`].
-const fn readings(sample: &Sample) -> [Option<f32>; 9] {
-    [
-        Some(sample.stylus),
-        sample.normal_force_n,
-        sample.tangential_n,
-        sample.travel_m,
-        sample.velocity_m_s,
-        sample.second_stylus,
-        sample.reference,
-        sample.pressure,
-        sample.motion,
-    ]
 }
 
 #[expect(clippy::cast_precision_loss, reason = "exact for 285 years of microseconds")]

@@ -6,7 +6,7 @@ use grip_daemon::clients::{About, Clients, ClientsConfig, Listen};
 use grip_daemon::{Item, State};
 use grip_link::decoder::{Decoder, Role, Verdict};
 use grip_link::frame::{Direction, Header, MAX_PAYLOAD, MAX_WIRE, encode};
-use grip_link::message::daemon::{Health, RealTime, Welcome, WelcomeFlags};
+use grip_link::message::daemon::{Appended, ClockOffset, Health, RealTime, Welcome, WelcomeFlags};
 use grip_link::message::{Kind, Versions};
 use grip_scope::{Channel, ClientAction, EventKind, SourceSpec, SourceStatus};
 use slip_core::{
@@ -87,7 +87,12 @@ fn what_a_daemon_tells_is_shown_and_derived_from() {
     let mut daemon = Daemon::new(&path, false);
     let mut watch = watch(&path);
     watch.until(|| daemon.turn(), |model| model.info().daemon.is_some());
-    daemon.clients.health(&Health { samples: 5, rate_hz: Some(9_999.0), ..Health::default() });
+    let clock = Some(ClockOffset { offset_us: -5_000_000, half_us: 40.0 });
+    let mut histogram = [0; Appended::BUCKETS];
+    (histogram[7], histogram[23]) = (90, 1);
+    let appended = Some(Appended { p999_us: Some(400.0), clock, histogram });
+    let health = Health { samples: 5, rate_hz: Some(9_999.0), appended, ..Health::default() };
+    daemon.clients.health(&health);
     watch.until(
         || daemon.samples(),
         |model| {
@@ -99,7 +104,11 @@ fn what_a_daemon_tells_is_shown_and_derived_from() {
     let about = watch.model.info().daemon.clone().unwrap();
     assert_eq!((about.name.as_str(), about.may_command, about.every_nth), ("gripd test", false, 1));
     assert_eq!(watch.model.series(Channel::Applied).unwrap().latest().unwrap().1, 3.5);
-    assert_eq!(watch.model.health().latest().unwrap().rate_hz, Some(9_999.0));
+    let health = watch.model.health().latest().unwrap();
+    assert_eq!((health.rate_hz, health.clock_us), (Some(9_999.0), Some((-5e6, 40.0))));
+    assert_eq!((health.latency.p999_us, health.latency.histogram.len()), (Some(400.0), 24));
+    assert_eq!(health.latency.histogram[7], (32.768, 90));
+    assert_eq!(health.latency.histogram[23], (f32::INFINITY, 1));
     assert!(watch.samples(Channel::Stylus) > 1000);
     assert!(watch.model.events().iter().all(|mark| mark.kind != EventKind::Gap));
     watch.handle.command(ClientAction::Release).unwrap();

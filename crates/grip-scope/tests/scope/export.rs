@@ -1,12 +1,15 @@
 //! Exports: what is written is what is shown, and comes back.
 
 use crate::rig::{Watch, recording};
-use grip_record::mcap::{Entry, McapReader, Record};
+use core::cell::{Cell, RefCell};
+use grip_record::mcap::{Entry, McapReader, McapWriter, Record, SampleRecord};
 use grip_record::{CsvOptions, read_csv};
 use grip_scope::export::{self, ExportError};
 use grip_scope::feed::{RowBlock, TaxelBlock};
 use grip_scope::{Channel, EventKind, Feed, Model, SourceSpec, SourceStatus, Span};
-use std::fs;
+use slip_core::{Sample, units::Micros};
+use std::fs::{self, File};
+use std::io::BufWriter;
 use std::path::Path;
 
 fn loaded(path: &Path) -> Watch {
@@ -35,20 +38,20 @@ fn a_csv_of_the_view_reads_back_as_a_recording() {
     let watch = loaded(&path);
     let out = folder.path().join("view.csv");
     let channels = [Channel::Stylus, Channel::NormalForce, Channel::Statistic];
-    let rows = export::csv(&watch.model, Span::new(1.0, 1.999), &channels, &out).unwrap();
+    let rows = export::csv(|| &watch.model, Span::new(1.0, 1.999), &channels, &out).unwrap();
     assert_eq!(rows, 1000);
     let read = read_csv(&out, &CsvOptions::default()).unwrap();
     let wanted = samples(&path);
     let got: Vec<(u64, f32)> = read.samples.iter().map(|s| (s.t.0, s.stylus)).collect();
     assert_eq!(got, wanted[1000..2000]);
     let before = fs::read(&out).unwrap();
-    let again = export::csv(&watch.model, Span::new(1.0, 1.5), &channels, &out).unwrap_err();
+    let again = export::csv(|| &watch.model, Span::new(1.0, 1.5), &channels, &out).unwrap_err();
     assert!(
         again.to_string().contains("view.csv: is there already and is not replaced"),
         "{again}"
     );
     assert_eq!(fs::read(&out).unwrap(), before);
-    let nothing = export::csv(&watch.model, Span::new(90.0, 91.0), &channels, &out);
+    let nothing = export::csv(|| &watch.model, Span::new(90.0, 91.0), &channels, &out);
     assert!(matches!(nothing, Err(ExportError::Empty)));
 }
 
@@ -79,7 +82,7 @@ fn what_is_kept_of_a_live_source_becomes_a_recording() {
     recording(&path, 5000);
     let watch = loaded(&path);
     let out = folder.path().join("kept.mcap");
-    let sliced = export::mcap(&watch.model, Span::new(1.0, 1.999), &out).unwrap();
+    let sliced = export::mcap(|| &watch.model, Span::new(1.0, 1.999), &out).unwrap();
     assert_eq!(sliced.samples, 1000);
     assert_eq!(samples(&out), samples(&path)[1000..2000]);
     let again = loaded(&out);
@@ -87,10 +90,10 @@ fn what_is_kept_of_a_live_source_becomes_a_recording() {
     let none = folder.path().join("none.mcap");
     let span = Span::new(70.0, 71.0);
     for model in [&Model::new(1 << 20), &watch.model] {
-        assert!(matches!(export::mcap(model, span, &none), Err(ExportError::Empty)));
+        assert!(matches!(export::mcap(|| model, span, &none), Err(ExportError::Empty)));
         assert!(!none.exists());
     }
-    let again = export::mcap(&watch.model, Span::new(1.0, 1.5), &out);
+    let again = export::mcap(|| &watch.model, Span::new(1.0, 1.5), &out);
     assert!(matches!(again, Err(ExportError::Exists { .. })));
 }
 
@@ -117,7 +120,7 @@ fn what_is_kept_of_a_live_source_has_its_array_and_its_gaps() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("kept.mcap");
     let model = with_an_array_and_a_gap();
-    let sliced = export::mcap(&model, Span::new(0.0, 1.0), &out).unwrap();
+    let sliced = export::mcap(|| &model, Span::new(0.0, 1.0), &out).unwrap();
     assert_eq!(sliced.samples, 960);
     let mut reader = McapReader::open(&out).unwrap();
     let mut frames = 0;
@@ -135,4 +138,143 @@ fn what_is_kept_of_a_live_source_has_its_array_and_its_gaps() {
     let gaps = again.model.events().iter().filter(|mark| mark.kind == EventKind::Gap);
     let texts: Vec<&str> = gaps.map(|mark| mark.text.as_str()).collect();
     assert_eq!(texts, ["40 rows are missing, 41.0 ms"]);
+}
+
+/// A recording of three runs of a second at 1 kHz, the gripper having restarted between them; the stylus counts all samples (nm).
+fn restarted(path: &Path) {
+    let mut writer =
+        McapWriter::new(BufWriter::new(File::create(path).unwrap()), "test", 0).unwrap();
+    for count in 0..3000_u32 {
+        let (run, index) = (count / 1000, count % 1000);
+        // The device's time begins at 5 s, at 0.2 s and at 0.7 s.
+        let t = [5_000_000, 200_000, 700_000][run as usize] + 1000 * u64::from(index);
+        let sample = Sample::stylus(Micros(t), 1e-9 * f32::from(u16::try_from(count).unwrap()));
+        let record = Record::Sample(SampleRecord { index, sample, taxels: &[] });
+        writer.write(1000 * u64::from(count), &record).unwrap();
+    }
+    writer.finish().unwrap();
+}
+
+#[test]
+fn a_span_behind_a_leap_of_time_backwards_is_the_one_that_is_shown() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.mcap");
+    restarted(&path);
+    let watch = loaded(&path);
+    let begins: Vec<f64> = (watch.model.events().iter())
+        .filter(|mark| mark.kind == EventKind::Clock)
+        .map(|mark| mark.t_s)
+        .collect();
+    assert_eq!(begins.len(), 2);
+    let counts = |path: &Path| -> Vec<f32> { samples(path).iter().map(|row| row.1).collect() };
+    let all = counts(&path);
+    for (number, (from_s, rows)) in
+        [(begins[0] + 0.1, 1100..1300), (begins[1] + 0.3, 2300..2500), (5.5, 500..700)]
+            .into_iter()
+            .enumerate()
+    {
+        let span = Span::new(from_s - 0.0005, from_s + 0.1995);
+        let [slice, kept] =
+            ["slice", "kept"].map(|name| folder.path().join(format!("{name}{number}.mcap")));
+        assert_eq!(export::mcap_slice(&path, span, &slice).unwrap().samples, 200);
+        assert_eq!(counts(&slice), all[rows.clone()]);
+        assert_eq!(export::mcap(|| &watch.model, span, &kept).unwrap().samples, 200);
+        assert_eq!(counts(&kept), all[rows]);
+    }
+    // All of it, both leaps included; what is kept goes on where the axis does.
+    let (span, out) = (Span::new(0.0, 100.0), folder.path().join("all.mcap"));
+    assert_eq!(export::mcap_slice(&path, span, &out).unwrap().samples, 3000);
+    assert_eq!(samples(&out), samples(&path));
+    let kept = folder.path().join("kept.mcap");
+    assert_eq!(export::mcap(|| &watch.model, span, &kept).unwrap().samples, 3000);
+    assert!(samples(&kept).is_sorted_by(|a, b| a.0 < b.0));
+    assert_eq!(counts(&kept), all);
+}
+
+/// Rows of stylus and force at 10 kHz.
+fn rows(from: u32, to: u32) -> Feed {
+    let values: Vec<f32> = (from..to).map(|row| (row % 7919) as f32).collect();
+    let columns = vec![(Channel::Stylus, values.clone()), (Channel::NormalForce, values)];
+    let times_us = (from..to).map(|row| 100 * u64::from(row)).collect();
+    Feed::Rows(RowBlock { times_us, columns, ..RowBlock::default() })
+}
+
+#[test]
+fn the_model_is_lent_for_pieces_and_goes_on_between_them() {
+    const ROWS: u32 = 100_000;
+    let folder = tempfile::tempdir().unwrap();
+    let model = RefCell::new(Model::new(256 << 20));
+    model.borrow_mut().take(rows(0, ROWS));
+    let (looks, next) = (Cell::new(0), Cell::new(ROWS));
+    // Whoever fills the model gets at it before each look.
+    let look = || {
+        looks.set(looks.get() + 1);
+        model.borrow_mut().take(rows(next.get(), next.get() + 500));
+        next.set(next.get() + 500);
+        model.borrow()
+    };
+    let span = Span::new(0.0, 9.99995);
+    let out = folder.path().join("a.csv");
+    let channels = [Channel::Stylus, Channel::NormalForce];
+    assert_eq!(export::csv(look, span, &channels, &out).unwrap(), u64::from(ROWS));
+    assert!(looks.get() >= 24, "{}", looks.get());
+    looks.set(0);
+    let kept = folder.path().join("a.mcap");
+    assert_eq!(export::mcap(look, span, &kept).unwrap().samples, u64::from(ROWS));
+    assert!(looks.get() >= 24, "{}", looks.get());
+    let read = read_csv(&out, &CsvOptions::default()).unwrap();
+    let got: Vec<(u64, f32)> = read.samples.iter().map(|s| (s.t.0, s.stylus)).collect();
+    let wanted: Vec<(u64, f32)> =
+        (0..ROWS).map(|row| (100 * u64::from(row), (row % 7919) as f32)).collect();
+    assert!(got == wanted && samples(&kept) == wanted);
+    assert!(read.samples.iter().all(|s| s.normal_force_n == Some(s.stylus)));
+}
+
+#[test]
+fn samples_that_are_thinned_out_are_told_by_their_extremes_or_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut model = Model::new(2 << 20);
+    (0..1000).for_each(|block| model.take(rows(1000 * block, 1000 * (block + 1))));
+    let thin_s = model.series(Channel::Stylus).unwrap().thin_before_s().unwrap();
+    let span = model.span().unwrap();
+    assert!(thin_s > span.from_s + 1.0 && thin_s < span.to_s - 1.0, "{thin_s} {span:?}");
+    let out = folder.path().join("all.csv");
+    let count = export::csv(|| &model, span, &[Channel::Stylus], &out).unwrap();
+    let text = fs::read_to_string(&out).unwrap();
+    let mut lines = text.lines();
+    assert_eq!(lines.next(), Some("t_s,stylus_min,stylus_max"));
+    let parts: Vec<Vec<f64>> =
+        lines.map(|line| line.split(',').map(|cell| cell.parse().unwrap()).collect()).collect();
+    assert_eq!(parts.len() as u64, count);
+    let samples = model.series(Channel::Stylus).unwrap().stats(span).unwrap();
+    assert!(count <= samples.count / 32 && count > samples.count / 80, "{count}");
+    assert!(parts.is_sorted_by(|a, b| a[0] < b[0]));
+    // The highest and the lowest of each sawtooth is there.
+    let highest = parts.iter().filter(|part| part[2] == 7918.0).count() as u64;
+    assert!(highest.abs_diff(samples.count / 7919) <= 2, "{highest}");
+    let refused = export::mcap(|| &model, span, &folder.path().join("all.mcap"));
+    assert!(matches!(refused, Err(ExportError::Thin)), "{refused:?}");
+    assert!(!folder.path().join("all.mcap").exists());
+    // What is whole is written as it is.
+    let whole = Span::new(thin_s + 0.001, span.to_s);
+    let rows = export::csv(|| &model, whole, &[Channel::Stylus], &folder.path().join("b.csv"));
+    assert_eq!(rows.unwrap(), model.series(Channel::Stylus).unwrap().stats(whole).unwrap().count);
+}
+
+#[test]
+fn samples_that_are_thinned_out_meanwhile_are_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let model = RefCell::new(Model::new(2 << 20));
+    model.borrow_mut().take(rows(0, 100_000));
+    let next = Cell::new(100_000);
+    let look = || {
+        model.borrow_mut().take(rows(next.get(), next.get() + 40_000));
+        next.set(next.get() + 40_000);
+        model.borrow()
+    };
+    let whole = Span::new(1.0, 10.0);
+    let out = folder.path().join("a.csv");
+    let told = export::csv(look, whole, &[Channel::Stylus], &out).unwrap_err();
+    assert!(matches!(told, ExportError::Thinned), "{told}");
+    assert!(!out.exists());
 }

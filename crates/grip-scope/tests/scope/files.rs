@@ -93,6 +93,10 @@ fn what_is_no_recording_is_told_in_a_sentence() {
         assert!(said.contains("rename") && !own.contains("--map"), "{said}");
     }
     assert!(file("c.csv", b"").contains("c.csv"));
+    assert!(
+        file("h.csv", b"\x7fELF\x02\x01\x00\n\x00\x01\n").ends_with("its first line is no text")
+    );
+    assert!(file("i.csv", b"\xff\xfe\xc3,\x28\n1,2\n").ends_with("its first line is no text"));
     assert!(file("d.csv", b"t_s,stylus\n0.0,1\n0.1,many\n").contains("many"));
     assert!(file("n.csv", b"stylus\n1\n2\n").contains("needs a column t_s"));
     assert!(file("e.json", b"{\"results\": 4}").contains("no report of a study"));
@@ -172,7 +176,7 @@ fn a_large_table_comes_in_pieces_and_gaps_and_bad_readings_are_seen() {
     assert!(fs::metadata(&path).unwrap().len() > 2 * (4 << 20));
     let watch = open(&path);
     assert_eq!(watch.samples(Channel::Stylus), u64::from(rows) - 6);
-    assert_eq!(watch.model.health().huge(), 6);
+    assert_eq!((watch.model.health().huge(), watch.model.health().nan()), (6, 6));
     let gaps = watch.model.events().iter().filter(|mark| mark.kind == EventKind::Gap);
     let texts: Vec<&str> = gaps.map(|mark| mark.text.as_str()).collect();
     assert_eq!(texts.len(), 1, "{texts:?}");

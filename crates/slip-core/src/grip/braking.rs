@@ -1,24 +1,58 @@
 //! Evidence of a slip that goes on in, the force that stops it and the force to hold with afterwards out.
 
-use super::{Evidence, GripConfig, GripInput, SlipNow};
+use super::{Evidence, GripConfig, GripInput, Sliding, SlipNow};
 
 /// Lead of the command over the target, at most: fingers that lose the object measure no force.
 const LARGEST_LEAD: f32 = 0.5;
 /// Estimates that the force to hold with is a mean of, at most.
-const MEAN_OF: f32 = 6.0;
+const MEAN_OF: f32 = 5.0;
 /// Of the force that has stopped a slip this share is kept.
 const KEPT: f32 = 0.95;
+/// An object that becomes faster for this long (s) although its weight is known may be another one.
+const BELIEVED_S: f32 = 0.05;
+/// What is known of the weight grows by no more than this factor in one slip: a blow is no weight.
+const HEAVIER: f32 = 1.3;
+/// A load of more than this times the weight is none of the weight.
+const OVERLOAD: f32 = 1.25;
+/// The margin that the estimate has over what is needed.
+const MARGIN: f32 = 1.2;
+/// What slips although its need was known needs more and more: it is being filled, or becomes slippery. Over the reflex.
+const GROWS: f32 = 1.1;
+/// A slip under less than this share of what is needed began before the weight was there.
+const EARLY: f32 = 0.7;
+/// Of an estimate with its margin that was made while the weight was put on, at least this share is needed.
+const ROUGHLY: f32 = 0.6;
+/// Without news of how the object slides for this long (s) it does not.
+const UNSEEN_S: f32 = 0.005;
 /// Estimates over which the growth of the load is judged.
 const GROWTH_OF: usize = 4;
+
+/// What earlier slips have told of the object.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Known {
+    /// What its weight needs, with the margin of the estimate (N).
+    pub(super) weight_n: Option<f32>,
+    /// Whether that was found by a search.
+    pub(super) found: bool,
+}
 
 /// Memory of the slip that goes on.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Braking {
     /// Command when the slip began (N).
     base_n: f32,
+    /// What it is raised to at once; less is not enough afterwards (N).
+    step_n: f32,
     /// What the object was held with before the slip (N).
     hold_before_n: f32,
+    /// What the weight of the object needs by an earlier slip, with its margin (N).
+    weight_n: Option<f32>,
+    /// For how long the object has become faster and faster (s), and since when nothing says how it slides (s).
+    falling_s: f32,
+    unseen_s: f32,
     confirmed: bool,
+    /// Whether more than the weight had to be held.
+    overloaded: bool,
     /// Mean of the last estimates, with their margin (N).
     mean_n: Option<f32>,
     estimates: f32,
@@ -30,9 +64,27 @@ pub(super) struct Braking {
 
 impl Braking {
     /// A slip that begins under `command_n`, while `hold_n` (N) was to be held.
-    pub(super) fn begin(config: &GripConfig, command_n: f32, hold_n: f32) -> Self {
-        let target_n = (command_n * (1.0 + config.reflex_step)).min(config.ceiling_n());
-        Self { base_n: command_n, hold_before_n: hold_n, target_n, ..Self::default() }
+    pub(super) fn begin(config: &GripConfig, command_n: f32, hold_n: f32, known: &Known) -> Self {
+        let grows = if known.found { GROWS } else { 1.0 };
+        let step_n = (grows * command_n * (1.0 + config.reflex_step)).min(config.ceiling_n());
+        Self {
+            base_n: command_n,
+            hold_before_n: hold_n,
+            weight_n: known.weight_n,
+            step_n,
+            target_n: step_n,
+            ..Self::default()
+        }
+    }
+
+    /// What the weight of the object needs by all that is known now, with its margin (N).
+    pub(super) fn weight_n(&self) -> Option<f32> {
+        let mean_n = self.mean_n.filter(|_| self.confirmed);
+        match (self.weight_n, mean_n) {
+            (Some(before_n), Some(mean_n)) => Some(mean_n.min(HEAVIER * before_n)),
+            // What has stopped a slip too slow for an estimate is about what the weight needs.
+            (before_n, mean_n) => mean_n.or(before_n).or(self.confirmed.then_some(self.target_n)),
+        }
     }
 
     /// What the measured force should become (N).
@@ -54,14 +106,26 @@ impl Braking {
         dt_s: f32,
     ) {
         self.confirmed |= input.moved_m.is_none_or(|moved| moved >= config.confirm_m);
-        if let Some(evidence) = input.evidence.filter(Evidence::is_usable) {
+        self.watch(input.sliding, dt_s);
+        let estimate_n = input.evidence.filter(Evidence::is_usable).map(|evidence| {
             let with_margin = evidence.with_margin(config);
             let growth_n = self.learn(with_margin);
-            if self.confirmed {
-                // The estimate is some milliseconds old, and a load that has grown goes on growing.
-                let ahead_n = (config.ahead * growth_n).max(0.0).min(LARGEST_LEAD * with_margin);
-                self.aim(config, config.brake_gain * (with_margin + ahead_n));
-            }
+            // The estimate is some milliseconds old, and a load that has grown goes on growing.
+            let noise_n = core::f32::consts::SQRT_2 * evidence.sigma_n;
+            let ahead_n =
+                (config.ahead * (growth_n - noise_n)).max(0.0).min(LARGEST_LEAD * with_margin);
+            with_margin + ahead_n
+        });
+        let load_n = input.sliding.and_then(|sliding| self.load_n(&sliding));
+        if let (Some(load_n), Some(weight_n)) = (load_n, self.weight_n) {
+            self.overloaded |= load_n > OVERLOAD * weight_n;
+        }
+        let wanted_n = match (estimate_n, load_n) {
+            (Some(estimate_n), Some(load_n)) => Some(estimate_n.min(load_n)),
+            (estimate_n, load_n) => estimate_n.or(load_n),
+        };
+        if let Some(wanted_n) = wanted_n.filter(|_| self.confirmed) {
+            self.aim(config, config.brake_gain * wanted_n);
         }
         let blind = self.mean_n.is_none() && input.slip == SlipNow::Evident;
         if blind && self.confirmed && command_n >= self.target_n {
@@ -72,6 +136,22 @@ impl Braking {
             let rise_n = self.target_n.max(1.0) * dt_s / (1e-3 * tau_ms);
             self.aim(config, self.target_n + rise_n);
         }
+    }
+
+    /// How long the object has been falling.
+    fn watch(&mut self, sliding: Option<Sliding>, dt_s: f32) {
+        self.unseen_s = if sliding.is_some() { 0.0 } else { self.unseen_s + dt_s };
+        let slows = sliding.is_some_and(|sliding| sliding.acceleration_g <= 0.0);
+        let falls = !slows && self.unseen_s < UNSEEN_S;
+        self.falling_s = if falls { self.falling_s + dt_s } else { 0.0 };
+    }
+
+    /// What the load needs now where the weight w is known (N): by `m a = L - 2 mu F` that is F + w a/g, whatever the load is. The estimate takes
+    /// it for the weight alone, and is too high where something hits or pulls the object.
+    fn load_n(&self, sliding: &Sliding) -> Option<f32> {
+        let weight_n = self.weight_n.filter(|_| self.falling_s <= BELIEVED_S)?;
+        let load_n = MARGIN * sliding.force_n + weight_n * sliding.acceleration_g;
+        (load_n.is_finite() && load_n > 0.0).then_some(load_n)
     }
 
     /// Takes an estimate with its margin; how much the estimates have grown in the time of the last [`GROWTH_OF`] (N).
@@ -94,20 +174,28 @@ impl Braking {
     }
 
     /// What the command has to be for the measured force to become the target soon (N).
-    pub(super) fn command_n(&self, config: &GripConfig, applied_n: Option<f32>) -> f32 {
+    pub(super) fn command_n(&self, config: &GripConfig, applied_n: Option<f32>, lead: f32) -> f32 {
         let missing_n = applied_n.map_or(0.0, |applied| (self.target_n - applied).max(0.0));
-        let lead_n = (config.lead * missing_n).min(LARGEST_LEAD * self.target_n);
+        let lead_n = (lead * missing_n).min(LARGEST_LEAD * self.target_n);
         (self.target_n + lead_n).min(config.ceiling_n())
     }
 
+    /// The least force that may do (N), where the slip has told the need roughly only.
+    pub(super) fn least_n(&self) -> Option<f32> {
+        let mean_n = self.mean_n.filter(|_| self.confirmed && !self.overloaded)?;
+        let need_n = mean_n / MARGIN;
+        (self.weight_n.is_none() && self.base_n < EARLY * need_n).then_some(ROUGHLY * mean_n)
+    }
+
     /// The slip has ended: what is the force to hold with (N)?
-    pub(super) fn hold_n(&self, config: &GripConfig) -> f32 {
-        // The object slipped at `base_n`, so less than a step above it is not enough.
-        let step_n = self.base_n * (1.0 + config.reflex_step);
+    pub(super) fn hold_n(&self, config: &GripConfig, believed: bool) -> f32 {
         let hold_n = match self.mean_n {
-            _ if !self.confirmed => self.hold_before_n,
-            // What stopped the slip is enough; the estimates may be from before the whole load was there.
-            Some(mean_n) => mean_n.max(step_n).max(KEPT * self.target_n),
+            _ if !believed => self.hold_before_n,
+            _ if !self.confirmed => self.step_n,
+            // More than the weight had to be held: what stopped the slip is enough.
+            Some(mean_n) if self.overloaded => mean_n.max(self.step_n).max(KEPT * self.target_n),
+            Some(mean_n) if self.least_n().is_none() => mean_n.max(self.step_n),
+            Some(mean_n) => (KEPT * self.target_n).max(mean_n).max(self.step_n),
             None => self.target_n,
         };
         hold_n.min(config.ceiling_n())

@@ -16,6 +16,11 @@ pub struct GripConfig {
     pub fragile_n: f32,
     /// Force of the first, light grasp (N).
     pub trial_force_n: f32,
+    /// An object that has not slipped since it was grasped is held with less and less, down to this force (N); then it is light enough not to be
+    /// harmed. At least a few times what the force sensor may be off by.
+    pub least_force_n: f32,
+    /// The share of the force by which it falls in a second while nothing has slipped yet; 0 keeps the trial force.
+    pub relax_per_s: f32,
     /// Fastest rise of the command (N/s).
     pub slew_n_s: f32,
     /// Rise while the fingers close (N/s).
@@ -27,7 +32,7 @@ pub struct GripConfig {
     /// Wait between reaching the trial force and watching for slip (ms).
     pub settle_ms: f32,
     /// Immediate rise on a slip, relative to the force at that moment; what slipped at a force needs more than that force, so this much is never
-    /// too much for an object that stands the margin of the estimate.
+    /// too much for an object that can be held with a margin.
     pub reflex_step: f32,
     /// Time in which the reflex raises the force by a factor e where no sensor measures the slip (ms).
     pub reflex_tau_ms: f32,
@@ -53,19 +58,21 @@ impl Default for GripConfig {
         Self {
             f_max_n: 60.0,
             fragile_n: 0.0,
-            trial_force_n: 2.0,
+            trial_force_n: 1.2,
+            least_force_n: 0.2,
+            relax_per_s: 1.0,
             slew_n_s: 2000.0,
             close_rate_n_s: 20.0,
             backoff_n_s: 20.0,
-            contact_n: 0.3,
+            contact_n: 0.05,
             settle_ms: 50.0,
-            reflex_step: 0.2,
+            reflex_step: 0.25,
             reflex_tau_ms: 20.0,
             measured_tau_ms: 80.0,
             brake_gain: 1.0,
             margin_sigmas: 0.25,
             lead: 1.5,
-            ahead: 0.2,
+            ahead: 1.5,
             confirm_m: 2e-5,
             lost_ms: 30.0,
         }
@@ -86,6 +93,8 @@ impl GripConfig {
         ConfigError::within("grip.f_max_n", self.f_max_n, 0.01, 5000.0)?;
         ConfigError::within("grip.fragile_n", self.fragile_n, 0.0, 5000.0)?;
         ConfigError::within("grip.trial_force_n", self.trial_force_n, 0.01, self.ceiling_n())?;
+        ConfigError::within("grip.least_force_n", self.least_force_n, 0.01, self.trial_force_n)?;
+        ConfigError::within("grip.relax_per_s", self.relax_per_s, 0.0, 10.0)?;
         ConfigError::within("grip.slew_n_s", self.slew_n_s, 0.1, 1e6)?;
         ConfigError::within("grip.close_rate_n_s", self.close_rate_n_s, 0.1, self.slew_n_s)?;
         ConfigError::within("grip.backoff_n_s", self.backoff_n_s, 0.0, self.slew_n_s)?;

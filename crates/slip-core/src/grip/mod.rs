@@ -12,7 +12,7 @@
 //! On a slip the reflex raises the force at once by [`GripConfig::reflex_step`]. Where a moved-distance sensor says that nothing has moved yet,
 //! that is all. As soon as there is an estimate it takes over: what the load so far needs is what the measured force should become, and the
 //! command leads it by what is missing. Without an estimate the force grows exponentially as long as
-//! the slip shows. After the slip the force falls slowly to the mean of the last estimates.
+//! the slip shows. After the slip the force falls slowly to what the slip has told, and then, until it just slips, to what is really needed.
 //!
 //! The command never exceeds `f_max_n` or `fragile_n`, never rises faster than `slew_n_s`, and rises only while closing to the trial force, on
 //! slip evidence from a good sensor that is not older than 20 ms, or towards a force that somebody asked for with
@@ -20,12 +20,16 @@
 
 mod braking;
 mod config;
+mod lag;
+mod search;
 mod touch;
 
 pub use config::GripConfig;
 pub use touch::GripEvent;
 
-use braking::Braking;
+use braking::{Braking, Known};
+use lag::Lag;
+use search::Search;
 use touch::Touch;
 
 /// What the controller is doing.
@@ -69,6 +73,15 @@ pub struct Evidence {
     pub sigma_n: f32,
 }
 
+/// How the object slid over the last milliseconds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sliding {
+    /// Mean normal force of one finger (N).
+    pub force_n: f32,
+    /// Acceleration over that of gravity.
+    pub acceleration_g: f32,
+}
+
 /// What the controller is told with each sample.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct GripInput {
@@ -80,6 +93,10 @@ pub struct GripInput {
     pub moved_m: Option<f32>,
     /// New evidence of the force that is needed.
     pub evidence: Option<Evidence>,
+    /// How the object slides, where the moved distance tells it.
+    pub sliding: Option<Sliding>,
+    /// Whether the moved distance is measured.
+    pub travel: bool,
     /// Measured normal force (N).
     pub applied_n: Option<f32>,
     /// Whether the fingers touch anything, as far as that is measured; always where it is not.
@@ -104,9 +121,15 @@ pub struct GripController {
     state: GripState,
     command_n: f32,
     hold_n: f32,
+    /// What the weight of the object needs by its slips, with its margin (N).
+    weight_n: Option<f32>,
+    search: Search,
+    /// Whether the moved distance has ever been measured.
+    travel: bool,
     /// Force that somebody asked for (N).
     least_n: f32,
     settle_s: f32,
+    lag: Lag,
     /// Since the last evidence of the slip (s).
     quiet_s: f32,
     braking: Braking,
@@ -129,8 +152,12 @@ impl GripController {
             state: GripState::Open,
             command_n: 0.0,
             hold_n: 0.0,
+            weight_n: None,
+            search: Search::default(),
+            travel: false,
             least_n: 0.0,
             settle_s: 0.0,
+            lag: Lag::default(),
             quiet_s: 0.0,
             braking: Braking::default(),
             moved_m: 0.0,
@@ -169,6 +196,8 @@ impl GripController {
         self.state = GripState::Released;
         self.command_n = 0.0;
         self.hold_n = 0.0;
+        self.weight_n = None;
+        self.search = Search::default();
         self.touch = Touch::default();
     }
 
@@ -188,6 +217,8 @@ impl GripController {
             self.state = GripState::Closing;
             self.touch = Touch::default();
             self.trials = Trials { trials: 1, moved_m: 0.0 };
+            self.weight_n = None;
+            self.search = Search::begin();
             let held = applied_n.filter(|force| *force > self.config.contact_n);
             self.command_n = held.map_or(0.0, |force| force.min(self.config.ceiling_n()));
         }
@@ -228,6 +259,14 @@ impl GripController {
             && self.command_n <= self.hold_n.max(self.least_n)
             && self.command_n >= self.least_n
             && self.touch.is_settled()
+            && !self.searches()
+    }
+
+    /// Whether a first reading of the moved distance would change what the controller does.
+    #[must_use]
+    #[inline]
+    pub fn awaits_travel(&self) -> bool {
+        !self.travel
     }
 
     /// The command after the next sample (N), from 0 to the largest force.
@@ -235,6 +274,7 @@ impl GripController {
     pub fn step(&mut self, input: &GripInput) -> f32 {
         let dt_s = if input.dt_s >= 0.0 { input.dt_s.min(MAX_DT_S) } else { 0.0 };
         self.touch.begin(input.touching);
+        self.travel |= input.travel;
         if !input.healthy {
             // Closing goes on where it stopped.
             if matches!(self.state, GripState::Holding | GripState::Slipping) {
@@ -248,14 +288,17 @@ impl GripController {
         }
         match self.state {
             GripState::Open | GripState::Released => {}
-            GripState::Closing => self.close(dt_s, input.applied_n),
-            GripState::Settling => self.settle(dt_s),
+            GripState::Closing => self.close(dt_s, input),
+            GripState::Settling => self.settle(dt_s, input.applied_n),
             GripState::Fault => self.hold(self.command_n),
             GripState::Holding if input.slip != SlipNow::No => self.begin_slip(dt_s, input),
             GripState::Holding if self.command_n < self.least_n => {
                 self.raise_towards(self.least_n, self.config.close_rate_n_s, dt_s);
             }
             GripState::Holding => {
+                if self.searches() {
+                    self.hold_n = self.search.step(&self.config, self.hold_n, dt_s);
+                }
                 let fall = self.config.backoff_n_s * dt_s;
                 let kept = self.hold_n.max(self.least_n).min(self.command_n);
                 self.command_n = (self.command_n - fall).max(kept);
@@ -270,7 +313,7 @@ impl GripController {
     fn feel_object(&mut self, dt_s: f32) -> bool {
         match self.state {
             GripState::Closing => {
-                let pressing = self.command_n >= self.config.trial_force_n;
+                let pressing = self.command_n >= self.config.least_force_n;
                 self.touch.close(pressing, dt_s);
             }
             GripState::Settling => self.touch.settle(),
@@ -282,6 +325,8 @@ impl GripController {
                     }
                     Some(GripEvent::Regrasped) => {
                         self.trials = Trials { trials: 1, moved_m: 0.0 };
+                        self.weight_n = None;
+                        self.search = Search::begin();
                         self.settle_s = 0.0;
                         self.state = GripState::Settling;
                         return true;
@@ -307,25 +352,37 @@ impl GripController {
         self.command_n = self.command_n.max(target_n.min(limit));
     }
 
-    fn close(&mut self, dt_s: f32, applied_n: Option<f32>) {
-        let trial_n = self.config.trial_force_n;
-        self.raise_towards(trial_n, self.config.close_rate_n_s, dt_s);
-        let reached = applied_n.is_none_or(|force| force >= 0.8 * trial_n);
-        if self.command_n >= trial_n.min(self.config.ceiling_n()) && reached {
+    /// A light touch first, then up to the trial force.
+    fn close(&mut self, dt_s: f32, input: &GripInput) {
+        let trial_n = self.config.trial_force_n.min(self.config.ceiling_n());
+        let goal_n = if input.touching { trial_n } else { self.config.least_force_n.min(trial_n) };
+        self.raise_towards(goal_n, self.config.close_rate_n_s, dt_s);
+        if self.command_n < trial_n {
+            return;
+        }
+        self.lag.risen(input.applied_n);
+        if input.applied_n.is_none_or(|force| force >= 0.8 * trial_n) {
             self.settle_s = 0.0;
             self.state = GripState::Settling;
         }
     }
 
-    fn settle(&mut self, dt_s: f32) {
+    fn settle(&mut self, dt_s: f32, applied_n: Option<f32>) {
         self.settle_s += dt_s;
         if self.settle_s >= 1e-3 * self.config.settle_ms {
+            self.lag.settled(applied_n, self.config.close_rate_n_s);
             self.hold(self.command_n);
         }
     }
 
+    /// Whether less force is to be tried. Where nothing tells how an object slides it costs too much to let it.
+    fn searches(&self) -> bool {
+        self.travel && self.search.goes_on(&self.config, self.hold_n)
+    }
+
     fn begin_slip(&mut self, dt_s: f32, input: &GripInput) {
-        self.braking = Braking::begin(&self.config, self.command_n, self.hold_n);
+        let known = Known { weight_n: self.weight_n, found: self.search.is_over() };
+        self.braking = Braking::begin(&self.config, self.command_n, self.hold_n, &known);
         self.state = GripState::Slipping;
         self.quiet_s = 0.0;
         self.moved_m = 0.0;
@@ -344,7 +401,7 @@ impl GripController {
     /// Towards the target of the slip, within the slew. Old evidence raises nothing; what the command leads by falls with what is missing.
     fn drive(&mut self, dt_s: f32, applied_n: Option<f32>) {
         let reach_n = self.config.slew_n_s * dt_s;
-        let wanted_n = self.braking.command_n(&self.config, applied_n);
+        let wanted_n = self.braking.command_n(&self.config, applied_n, self.lag.lead(&self.config));
         if wanted_n > self.command_n {
             if self.quiet_s <= FRESH_S {
                 self.command_n = wanted_n.min(self.command_n + reach_n);
@@ -371,11 +428,16 @@ impl GripController {
     /// The slip has ended: what is the force to hold with?
     fn end_slip(&mut self) {
         self.end_moving();
-        if !self.braking.confirmed() {
+        self.weight_n = self.braking.weight_n();
+        let believed = self.braking.confirmed() || self.search.believes(&self.config);
+        let hold_n = self.braking.hold_n(&self.config, believed);
+        if believed {
+            self.search.found(self.braking.least_n());
+        } else {
             // Nothing has moved: an alarm, not a trial.
             self.trials.trials = self.trials.trials.saturating_sub(1).max(1);
         }
-        self.hold(self.braking.hold_n(&self.config));
+        self.hold(hold_n);
     }
 }
 

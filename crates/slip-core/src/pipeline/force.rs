@@ -2,14 +2,18 @@
 
 use super::{Pipeline, rest::Rest};
 use crate::{
-    estimate::{Estimator, ForceEstimate},
+    estimate::{Estimator, ForceEstimate, G_M_S2},
     event::Step,
-    grip::{Evidence, GripEvent, GripInput, SlipNow},
+    features::Features,
+    grip::{Evidence, GripEvent, GripInput, Sliding, SlipNow},
     health::Health,
     methods::Method,
     sample::Sample,
     units::{Micros, Newtons},
 };
+
+/// A mean over at most this long (s) says how an object slides now.
+const LATELY_S: f32 = 0.01;
 
 /// What the controller is told of the slip; the default where there is none.
 #[derive(Clone, Copy, Debug, Default)]
@@ -17,6 +21,7 @@ pub(super) struct SlipNews {
     slip: SlipNow,
     moved_m: Option<f32>,
     evidence: Option<Evidence>,
+    sliding: Option<Sliding>,
 }
 
 impl<W: AsRef<[f32]>> Pipeline<W> {
@@ -34,6 +39,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
                 .moved_m(sample)
                 .filter(|_| self.estimator.as_ref().is_none_or(Estimator::is_trustworthy)),
             evidence: evidence_of(step),
+            sliding: step.features.as_ref().and_then(sliding_of),
         }
     }
 
@@ -91,6 +97,8 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             slip: news.slip,
             moved_m: news.moved_m,
             evidence: news.evidence,
+            sliding: news.sliding,
+            travel: sample.travel_m.is_some(),
             applied_n: sample.normal_force_n,
             touching: self.contact.is_touching(),
             healthy,
@@ -103,4 +111,12 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
 fn evidence_of(step: &Step) -> Option<Evidence> {
     let estimate = step.estimate.filter(ForceEstimate::is_trusted)?;
     Some(Evidence { estimate_n: estimate.force_n, sigma_n: estimate.sigma_n })
+}
+
+/// How the object slides. A mean over more than some milliseconds says too little of now.
+fn sliding_of(features: &Features) -> Option<Sliding> {
+    (features.contact_time_s <= LATELY_S).then(|| Sliding {
+        force_n: features.trial_force_n,
+        acceleration_g: features.slip_acceleration_m_s2 / G_M_S2,
+    })
 }

@@ -45,7 +45,8 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
     pub(super) fn rest_of(&self, sample: &Sample) -> Rest {
         let held = self.rest == Rest::Holding;
         let soon = self.last_t.is_some_and(|last| sample.t.since(last) <= self.gap);
-        if soon && self.contact.would_touch(sample.normal_force_n) == held {
+        let news = sample.travel_m.is_some() && self.grip.is_some_and(|grip| grip.awaits_travel());
+        if soon && !news && self.contact.would_touch(sample.normal_force_n) == held {
             self.rest
         } else {
             Rest::Awake

@@ -85,7 +85,11 @@ pub(crate) struct HealthReport {
     pub(crate) recorded_bytes: u64,
     pub(crate) latency_p50_us: Option<f32>,
     pub(crate) latency_p99_us: Option<f32>,
+    /// Absent, as the clocks, where the daemon is older than that.
+    pub(crate) latency_p99_9_us: Option<f32>,
     pub(crate) latency_max_us: Option<f32>,
+    pub(crate) clock_offset_us: Option<i64>,
+    pub(crate) clock_half_us: Option<f32>,
     pub(crate) stage_bands: u64,
     pub(crate) stage_gate: u64,
     pub(crate) stage_methods: u64,
@@ -215,6 +219,7 @@ impl StateReport {
 impl HealthReport {
     fn of(health: &Health) -> Self {
         let [stage_bands, stage_gate, stage_methods, stage_observation] = health.stages;
+        let clock = health.appended.and_then(|appended| appended.clock);
         Self {
             rate_hz: health.rate_hz,
             samples: health.samples,
@@ -233,7 +238,10 @@ impl HealthReport {
             recorded_bytes: health.recorded_bytes,
             latency_p50_us: health.latency.p50_us,
             latency_p99_us: health.latency.p99_us,
+            latency_p99_9_us: health.appended.and_then(|appended| appended.p999_us),
             latency_max_us: health.latency.max_us,
+            clock_offset_us: clock.map(|clock| clock.offset_us),
+            clock_half_us: clock.map(|clock| clock.half_us),
             stage_bands,
             stage_gate,
             stage_methods,

@@ -101,6 +101,14 @@ fn figures(health: &HealthReport) -> Vec<String> {
     } else {
         "bad frames: ".to_owned() + &bad.join(", ")
     };
+    let clock = match (health.clock_offset_us, health.clock_half_us) {
+        (Some(offset_us), Some(half_us)) => {
+            let way = if offset_us < 0 { "behind" } else { "ahead of" };
+            let offset_s = seconds(offset_us).abs();
+            format!("daemon {offset_s:.6} s {way} the gripper, +- {half_us:.0} us")
+        }
+        _ => "not known".to_owned(),
+    };
     vec![
         format!(
             "samples    {} at {}, {} lost, {} frames missing, {bad}",
@@ -110,11 +118,13 @@ fn figures(health: &HealthReport) -> Vec<String> {
             health.gap
         ),
         format!(
-            "latency    p50 {}, p99 {}, longest {}",
+            "latency    p50 {}, p99 {}, p99.9 {}, longest {}",
             with_unit(health.latency_p50_us, 1.0, 0, "us"),
             with_unit(health.latency_p99_us, 1.0, 0, "us"),
+            with_unit(health.latency_p99_9_us, 1.0, 0, "us"),
             with_unit(health.latency_max_us, 1.0, 0, "us")
         ),
+        format!("clock      {clock}"),
         format!(
             "dropped    {} items for log and clients, {} for the recorder, {} frames for slow clients",
             health.dropped_service, health.dropped_recorder, health.dropped_clients
@@ -180,6 +190,11 @@ fn percent(confidence: f32) -> f32 {
 fn with_unit(value: Option<f32>, scale: f32, digits: usize, unit: &str) -> String {
     let Some(value) = value else { return "-".to_owned() };
     format!("{:.digits$} {unit}", scale * value).trim_end().to_owned()
+}
+
+#[expect(clippy::cast_precision_loss, reason = "exact for 285 years of microseconds")]
+fn seconds(us: i64) -> f64 {
+    us as f64 / 1e6
 }
 
 fn duration(seconds: f64) -> String {

@@ -42,6 +42,26 @@ pub struct Latency {
     pub max_us: Option<f32>,
 }
 
+/// Where the clock of the gripper stands against that of the daemon.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ClockOffset {
+    /// Host time minus device time of the newest sample (us).
+    pub offset_us: i64,
+    /// What that may be off: half of the shortest round trip (us).
+    pub half_us: f32,
+}
+
+/// What was appended to HEALTH after its first version: daemons older than that do not send it.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Appended {
+    /// 999 of 1000 frames were faster (us).
+    pub p999_us: Option<f32>,
+    /// The clocks; `None` before the first answer of the gripper.
+    pub clock: Option<ClockOffset>,
+    /// Frames by their latency: see [`Appended::upper_ns`].
+    pub histogram: [u64; Appended::BUCKETS],
+}
+
 /// HEALTH (A3), daemon to client. Counts are since the daemon's start.
 ///
 /// | offset | size | type | field | unit |
@@ -63,6 +83,10 @@ pub struct Latency {
 /// | 128 | 4 | u32 | slips | |
 /// | 132 | 4 | u32 | lines opened after the first | |
 /// | 136 | 8 | u64 | force commands written | |
+/// | 144 | 4 | f32 | latency: p99.9; from here on appended, and absent where an older daemon speaks | us |
+/// | 148 | 4 | f32 | what the clock offset may be off | us |
+/// | 152 | 8 | i64 | host time minus device time | us |
+/// | 160 | 192 | u64\[24\] | frames by latency | |
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Health {
     /// Host time (us since the daemon's start).
@@ -95,6 +119,8 @@ pub struct Health {
     pub reconnects: u32,
     /// Force commands written.
     pub commands: u64,
+    /// What older daemons do not send.
+    pub appended: Option<Appended>,
 }
 
 impl Default for Health {
@@ -115,6 +141,7 @@ impl Default for Health {
             slips: 0,
             reconnects: 0,
             commands: 0,
+            appended: None,
         }
     }
 }
@@ -137,8 +164,39 @@ impl BadFrames {
     }
 }
 
+impl Appended {
+    /// Buckets of the histogram.
+    pub const BUCKETS: usize = 24;
+    /// Bytes of it in the payload.
+    pub const SIZE: usize = 208;
+
+    /// The latency (ns) below which the times of a bucket lie: 256 ns, and twice as much from each bucket to the next; the last one has no
+    /// such bound.
+    #[must_use]
+    pub const fn upper_ns(bucket: usize) -> Option<u64> {
+        if bucket + 1 < Self::BUCKETS { Some(256 << bucket) } else { None }
+    }
+
+    fn read(r: &mut Reader<'_>) -> Result<Self, PayloadError> {
+        let (p999_us, half_us, offset_us) = (r.maybe()?, r.maybe()?, r.i64()?);
+        let clock = half_us.map(|half_us| ClockOffset { offset_us, half_us });
+        let mut histogram = [0; Self::BUCKETS];
+        for count in &mut histogram {
+            *count = r.u64()?;
+        }
+        Ok(Self { p999_us, clock, histogram })
+    }
+
+    fn write<'a>(&self, w: Writer<'a>) -> Writer<'a> {
+        let half_us = self.clock.map(|clock| clock.half_us);
+        let offset_us = self.clock.map_or(0, |clock| clock.offset_us);
+        let w = w.maybe(self.p999_us).maybe(half_us).i64(offset_us);
+        self.histogram.iter().fold(w, |w, count| w.u64(*count))
+    }
+}
+
 impl Health {
-    /// Bytes of the payload.
+    /// Bytes of the payload without what was appended.
     pub const SIZE: usize = 144;
 
     /// Reads a payload.
@@ -153,7 +211,7 @@ impl Health {
         let dropped = Dropped { service: r.u64()?, recorder: r.u64()?, clients: r.u32()? };
         let clients = r.u16()?;
         let [link, recording] = r.take()?;
-        Ok(Self {
+        let health = Self {
             host_us,
             rate_hz,
             samples,
@@ -169,7 +227,12 @@ impl Health {
             slips: r.u32()?,
             reconnects: r.u32()?,
             commands: r.u64()?,
-        })
+            appended: None,
+        };
+        // All of it or nothing: what a reader knows of a longer payload is at its beginning.
+        let whole = payload.len() >= Self::SIZE + Appended::SIZE;
+        let appended = if whole { Some(Appended::read(&mut r)?) } else { None };
+        Ok(Self { appended, ..health })
     }
 
     /// Writes the payload; its length.
@@ -185,6 +248,44 @@ impl Health {
         let w = w.maybe(p50_us).maybe(p99_us).maybe(max_us).u64(self.recorded_bytes);
         let [bands, gate, methods, observation] = self.stages;
         let w = w.u64(bands).u64(gate).u64(methods).u64(observation);
-        w.u32(self.slips).u32(self.reconnects).u64(self.commands).finish()
+        let w = w.u32(self.slips).u32(self.reconnects).u64(self.commands);
+        match &self.appended {
+            Some(appended) => appended.write(w).finish(),
+            None => w.finish(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Appended, ClockOffset, Health};
+    use crate::message::PayloadError;
+
+    #[test]
+    fn a_payload_of_an_older_daemon_lacks_what_was_appended_and_a_longer_one_is_read() {
+        let clock = Some(ClockOffset { offset_us: -1_234_567_890_123, half_us: 40.5 });
+        let mut histogram = [0; Appended::BUCKETS];
+        histogram[7] = u64::MAX;
+        let appended = Some(Appended { p999_us: Some(250.0), clock, histogram });
+        let health = Health { samples: 5, appended, ..Health::default() };
+        let mut bytes = [0xEE; 400];
+        let len = health.write(&mut bytes).unwrap();
+        assert_eq!(len, Health::SIZE + Appended::SIZE);
+        for more in [len, len + 1, 400] {
+            assert_eq!(Health::parse(&bytes[..more]), Ok(health));
+        }
+        let first = Health { appended: None, ..health };
+        for less in [Health::SIZE, Health::SIZE + 1, len - 1] {
+            assert_eq!(Health::parse(&bytes[..less]), Ok(first));
+        }
+        let short = Health::parse(&bytes[..Health::SIZE - 1]);
+        assert!(matches!(short, Err(PayloadError::Short { .. })), "{short:?}");
+        assert_eq!(first.write(&mut bytes), Ok(Health::SIZE));
+    }
+
+    #[test]
+    fn buckets_double_up_to_a_second_and_the_last_has_no_end() {
+        assert_eq!((Appended::upper_ns(0), Appended::upper_ns(22)), (Some(256), Some(1 << 30)));
+        assert_eq!((Appended::upper_ns(23), Appended::upper_ns(99)), (None, None));
     }
 }

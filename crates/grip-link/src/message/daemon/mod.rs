@@ -5,7 +5,7 @@
 //! | A0 | WELCOME | to client | 26 + text | | [`Welcome`] |
 //! | A1 | SLIP | to client | 72 | | [`Slip`] |
 //! | A2 | STATE | to client | 60 | | [`State`] |
-//! | A3 | HEALTH | to client | 144 | | [`Health`] |
+//! | A3 | HEALTH | to client | 144 or 352 | | [`Health`] |
 //! | A4 | GRIPPER | to client | 32 | | [`Gripper`] |
 //! | A5 | ROWS | to client | 20 + rows | | [`Rows`] |
 //! | A6 | NOTICE | to client | 17 + text | | [`Notice`] |
@@ -34,7 +34,7 @@ pub use codes::{
 pub use command::Command;
 pub use greet::{Subscribe, Topics, Welcome, WelcomeFlags};
 pub use gripper::Gripper;
-pub use health::{BadFrames, Dropped, Health, Latency};
+pub use health::{Appended, BadFrames, ClockOffset, Dropped, Health, Latency};
 pub use notice::Notice;
 pub use rows::{ROWS_HEADER, RowOfSample, RowSet, Rows, RowsHeader};
 pub use slip::Slip;
@@ -45,6 +45,7 @@ use crate::frame::Frame;
 
 /// Every message to a client.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[expect(clippy::large_enum_variant, reason = "one lives at a time, and nothing here allocates")]
 pub enum ToClient<'a> {
     /// A0
     Welcome(Welcome<'a>),

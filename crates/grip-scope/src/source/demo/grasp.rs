@@ -2,7 +2,7 @@
 
 use super::super::told;
 use super::{BETWEEN_US, GRASP_US, World};
-use crate::feed::{EventKind, EventMark, Feed, GripperInfo, Level, StatePoint};
+use crate::feed::{EventKind, EventMark, Feed, Level, StatePoint};
 use crate::source::ClientAction;
 use crate::source::outlet::Outlet;
 use grip_daemon::State;
@@ -12,7 +12,7 @@ use grip_host::report::EventLine;
 use grip_host::session::ClientCommand;
 use grip_host::{News, Session, SessionOptions};
 use grip_link::frame::MAX_WIRE;
-use grip_link::message::daemon::Slip;
+use grip_link::message::daemon::{Gripper, Slip};
 use grip_sim::{Scene, VirtualMcu};
 use slip_core::{Sample, units::Micros};
 
@@ -108,12 +108,12 @@ impl Grasp {
         }
     }
 
-    pub(super) fn about(&self) -> GripperInfo {
+    pub(super) fn about(&self) -> Gripper {
         let link = self.session.link();
         let in_force = link.in_force();
         #[expect(clippy::cast_precision_loss, reason = "below 2^24 mN in any gripper")]
         let force_max_n = in_force.map(|config| config.force_max_mn as f32 / 1e3);
-        GripperInfo {
+        Gripper {
             uid: link.ident().map_or([0; 16], |ident| ident.uid),
             boot_id: self.mcu.boot_id(),
             rate_hz: in_force.map_or(0, |config| config.sample_rate_hz),

@@ -99,8 +99,7 @@ fn greet(name: &str, outlet: &mut Outlet) {
 fn deliver(world: &mut World, grasp: &Grasp, outlet: &mut Outlet) {
     world.stream.take().into_iter().for_each(|feed| outlet.offer(feed));
     let now_us = world.start_us + grasp.now_us();
-    let times_us = (now_us, grasp.now_us());
-    if let Some(health) = world.tally.health(times_us, &grasp.session) {
+    if let Some(health) = world.tally.health(now_us, &grasp.session) {
         outlet.offer(Feed::Gripper(grasp.about()));
         outlet.offer(Feed::Health(Box::new(health)));
     }

@@ -56,12 +56,8 @@ impl Tally {
         self.before = self.before.with(session);
     }
 
-    /// The figures, once a second of device time; `grasp_us` of it belong to the present session.
-    pub(super) fn health(
-        &mut self,
-        (now_us, grasp_us): (u64, u64),
-        session: &Session,
-    ) -> Option<HealthPoint> {
+    /// The figures, once a second of device time.
+    pub(super) fn health(&mut self, now_us: u64, session: &Session) -> Option<HealthPoint> {
         let since_us = now_us.saturating_sub(self.told_us);
         if since_us < EVERY_US {
             return None;
@@ -96,11 +92,7 @@ impl Tally {
             slips: u32::try_from(counts.slips).unwrap_or(u32::MAX),
             reconnects: counts.grasps - 1,
             commands: counts.commands,
-            clock_us: link.clock().and_then(|clock| {
-                let host_us = clock.host_us(grasp_us)?;
-                let offset_us = 1e6 * (told::seconds(host_us) - told::seconds(grasp_us));
-                Some((offset_us, clock.uncertainty_us()))
-            }),
+            clock_us: session.clock_offset_us().map(exact),
         })
     }
 }
@@ -108,19 +100,18 @@ impl Tally {
 /// Quantiles and histogram of the latency.
 fn figures(latency: &Latency) -> LatencyFigures {
     let us = |q| latency.quantile_ns(q).map(micros);
-    let mut below = 0;
-    let histogram = latency.cumulative().map(|(upper_ns, upto)| {
-        let count = upto - core::mem::replace(&mut below, upto);
-        (micros(upper_ns), count)
-    });
-    let histogram = histogram.collect();
     LatencyFigures {
         p50_us: us(0.5),
         p99_us: us(0.99),
         p999_us: us(0.999),
         max_us: (latency.count() > 0).then(|| micros(latency.max_ns())),
-        histogram,
+        histogram: told::histogram(&latency.doublings()),
     }
+}
+
+#[expect(clippy::cast_precision_loss, reason = "exact for 285 years of microseconds")]
+const fn exact((offset_us, half_us): (i64, f64)) -> (f64, f64) {
+    (offset_us as f64, half_us)
 }
 
 #[expect(clippy::cast_precision_loss, reason = "told with seven digits")]

@@ -78,6 +78,9 @@ fn sentence(error: &CsvError) -> String {
             "{}: has no times: what the scope shows needs a column t_s in seconds (`gripctl replay --rate HZ` does without)",
             file.display()
         ),
+        CsvError::NoStylus { file, found } if found.iter().any(|name| !is_text(name)) => {
+            format!("{}: is no table: its first line is no text", file.display())
+        }
         CsvError::NoStylus { file, found } => format!(
             "{}: no column stylus or vibration; rename one in the header (`gripctl replay --map stylus=NAME` does without); the file has: {}",
             file.display(),
@@ -89,6 +92,11 @@ fn sentence(error: &CsvError) -> String {
         ),
         other => other.to_string(),
     }
+}
+
+/// Whether a name may be one: what is no text has control characters, or none that could be read.
+fn is_text(name: &str) -> bool {
+    !name.chars().any(|c| c.is_control() || c == char::REPLACEMENT_CHARACTER)
 }
 
 /// The lines of the piece before the one that cannot be used; `None` where it is not a line that is wrong.

@@ -15,6 +15,7 @@ NOT_KNOWN = 0xFFFFFFFF
 _SLIP = struct.Struct("<IQQBBBBfffffIffBBHfff")
 _STATE = struct.Struct("<QQBBBBBBBBHBBfffffIQ")
 _HEALTH = struct.Struct("<QfQQIIIIIIQQIHBBfffQQQQQIIQ")
+_APPENDED = struct.Struct("<ffq" + 24 * "Q")
 _GRIPPER = struct.Struct("<16sIIfBBH")
 
 
@@ -25,11 +26,11 @@ def _offsets(layout: struct.Struct) -> list[int]:
     return [sum(sizes[:n]) for n in range(len(sizes))]
 
 
-def _finite(layout: struct.Struct, payload: bytes) -> tuple[Any, ...]:
-    values = unpack(layout, payload)
+def _finite(layout: struct.Struct, payload: bytes, start: int = 0) -> tuple[Any, ...]:
+    values = unpack(layout, payload[start:])
     for at, value in zip(_offsets(layout), values):
         if isinstance(value, float) and math.isinf(value):
-            raise BadValue(at, value)
+            raise BadValue(start + at, value)
     return values
 
 
@@ -125,7 +126,7 @@ class State:
 
 @dataclass(frozen=True)
 class Health:
-    """HEALTH (A3), 144 bytes: figures of the daemon since its start."""
+    """HEALTH (A3), 352 bytes, 144 from older daemons: figures of the daemon since its start."""
 
     host_us: int
     rate: float
@@ -159,17 +160,31 @@ class Health:
     slips: int
     reconnects: int
     commands: int
+    p999: float | None = None
+    """us; None, as all from here on, where the daemon is older than that."""
+    clock_half: float | None = None
+    """us, what clock_offset may be off; NaN: the clocks are not known."""
+    clock_offset: int | None = None
+    """us, host time minus device time."""
+    histogram: tuple[int, ...] | None = None
+    """Frames by latency: number k counts those below 256 * 2**k ns that no number before counts; the last one all longer ones."""
 
     @classmethod
     def parse(cls, payload: bytes) -> Health:
         """Reads a payload; raises PayloadError."""
         v = _finite(_HEALTH, payload)
         values: list[Any] = [*v[:14], LinkState(v[14]), Recording(v[15]), *v[16:]]
+        if len(payload) >= _HEALTH.size + _APPENDED.size:
+            p999, clock_half, clock_offset, *histogram = _finite(_APPENDED, payload, _HEALTH.size)
+            # An offset that is not known is none, whatever stands there.
+            values += [p999, clock_half, 0 if math.isnan(clock_half) else clock_offset, tuple(histogram)]
         return cls(*values)
 
     def pack(self) -> bytes:
         """The payload; raises PayloadError."""
-        return pack(_HEALTH, *astuple(self))
+        *first, p999, clock_half, clock_offset, histogram = astuple(self)
+        appended = b"" if histogram is None else pack(_APPENDED, p999, clock_half, clock_offset, *histogram)
+        return pack(_HEALTH, *first) + appended
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,244 @@
+//! What is to be kept in; files, written on threads of their own, and sentences about them out.
+
+use crate::apply::Effect;
+use crate::files;
+use crate::format;
+use crate::scope::{Scope, Shared};
+use crate::state::Message;
+use eframe::egui::ColorImage;
+use grip_scope::export::{self, ExportError, Sliced};
+use grip_scope::{Channel, SourceSpec, Span};
+use std::io;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::thread::{self, JoinHandle};
+
+/// What is to be written.
+#[derive(Clone, Debug)]
+pub enum Work {
+    /// The samples of these channels as CSV.
+    Csv(Span, Vec<Channel>),
+    /// A recording: a part of the file where the source is one, else what is kept of it.
+    Mcap(Span, SourceSpec),
+    /// A picture of the window.
+    Picture(Arc<ColorImage>),
+    /// The picture of the command line: it replaces the one before, and the program ends with it.
+    LastPicture(Arc<ColorImage>),
+}
+
+/// A file that was written, or was not.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Written {
+    /// The sentence about it.
+    pub message: Message,
+    /// It was the picture of the command line.
+    pub is_last: bool,
+}
+
+/// The threads that write; dropping it waits for them, so that no file is left in halves.
+#[derive(Debug)]
+pub struct Exports {
+    tell: Sender<Written>,
+    told: Receiver<Written>,
+    threads: Vec<JoinHandle<()>>,
+}
+
+impl Default for Exports {
+    fn default() -> Self {
+        let (tell, told) = channel();
+        Self { tell, told, threads: Vec::new() }
+    }
+}
+
+impl Exports {
+    /// Begins to write; `wake` is called when it is done.
+    ///
+    /// # Errors
+    /// Where the system starts no thread.
+    pub fn begin(
+        &mut self,
+        work: Work,
+        path: PathBuf,
+        shared: Arc<Shared>,
+        wake: impl FnOnce() + Send + 'static,
+    ) -> io::Result<()> {
+        self.threads.retain(|thread| !thread.is_finished());
+        let tell = self.tell.clone();
+        let run = move || {
+            let is_last = matches!(work, Work::LastPicture(_));
+            let message = sentence(&path, write(work, &path, &shared));
+            // Nobody listens any more where the window is closing.
+            let _sent = tell.send(Written { message, is_last });
+            wake();
+        };
+        self.threads.push(thread::Builder::new().name("export".to_owned()).spawn(run)?);
+        Ok(())
+    }
+
+    /// What was written since the last call.
+    #[must_use]
+    pub fn written(&self) -> Option<Written> {
+        self.told.try_recv().ok()
+    }
+}
+
+impl Drop for Exports {
+    fn drop(&mut self) {
+        for thread in self.threads.drain(..) {
+            // A thread that has panicked has left nothing to wait for.
+            let _ended = thread.join();
+        }
+    }
+}
+
+/// What an effect of the window writes, and where; a picture is made by the window first.
+///
+/// # Errors
+/// Where ten thousand files of this name are there.
+pub fn work(
+    effect: Effect,
+    scope: &Scope,
+    spec: &SourceSpec,
+) -> io::Result<(Option<Work>, PathBuf)> {
+    let (work, ending) = match effect {
+        Effect::Picture => (None, "png"),
+        Effect::Csv => (Some(Work::Csv(span(scope), shown_channels(scope))), "csv"),
+        Effect::Mcap => (Some(Work::Mcap(span(scope), spec.clone())), "mcap"),
+    };
+    Ok((work, files::free_name(&scope.state.stem, ending)?))
+}
+
+/// Between the cursors, else what is seen.
+fn span(scope: &Scope) -> Span {
+    let engine = scope.shared.engine_first();
+    let state = &scope.state;
+    state.between().unwrap_or_else(|| state.window.visible(engine.model.span()))
+}
+
+fn shown_channels(scope: &Scope) -> Vec<Channel> {
+    let engine = scope.shared.engine_first();
+    let plots = scope.state.layout.plots.iter().filter(|plot| plot.shown);
+    plots
+        .flat_map(|plot| crate::strip::curves(plot.plot, &engine.model))
+        .map(|curve| curve.channel)
+        .collect()
+}
+
+/// Writes the file: what it holds.
+fn write(work: Work, path: &Path, shared: &Shared) -> Result<String, ExportError> {
+    // Window and pump go on while it is written: the model is borrowed for a piece at a time.
+    let look = || shared.lend();
+    match work {
+        Work::Csv(span, channels) => {
+            let rows = export::csv(look, span, &channels, path)?;
+            Ok(format!("{} rows", format::count(rows)))
+        }
+        Work::Mcap(span, SourceSpec::Recording(from)) if is_mcap(&from) => {
+            Ok(held(export::mcap_slice(&from, span, path)?))
+        }
+        Work::Mcap(span, _) => Ok(held(export::mcap(look, span, path)?)),
+        Work::Picture(image) => {
+            let failed = |source| ExportError::Write { file: path.to_owned(), source };
+            export::fill(path, |file| files::write_png(file, &image).map_err(failed))?;
+            Ok("this window".to_owned())
+        }
+        Work::LastPicture(image) => {
+            std::fs::File::create(path)
+                .and_then(|file| files::write_png(file, &image))
+                .map_err(|source| ExportError::Write { file: path.to_owned(), source })?;
+            Ok("this window".to_owned())
+        }
+    }
+}
+
+fn is_mcap(path: &Path) -> bool {
+    path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("mcap"))
+}
+
+fn held(slice: Sliced) -> String {
+    let count = format::count;
+    format!("{} samples, {} messages", count(slice.samples), count(slice.messages))
+}
+
+fn sentence(path: &Path, result: Result<String, ExportError>) -> Message {
+    match result {
+        Ok(what) => {
+            Message { text: format!("Written: {} ({what})", path.display()), is_error: false }
+        }
+        Err(error) => {
+            let (name, told) = (path.display().to_string(), error.to_string());
+            // Some errors name the file themselves.
+            let text = if told.starts_with(&name) { told } else { format!("{name}: {told}") };
+            Message { text, is_error: true }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{ExportError, Exports, Work, sentence};
+    use crate::engine::Engine;
+    use crate::scope::Shared;
+    use eframe::egui::{Color32, ColorImage};
+    use grip_scope::{Channel, Model, Span};
+    use std::fs;
+    use std::path::Path;
+    use std::sync::Arc;
+    use std::sync::mpsc::channel;
+
+    fn shared() -> Arc<Shared> {
+        Arc::new(Shared::new(Engine::new(Model::new(1 << 20), None)))
+    }
+
+    #[test]
+    fn an_error_names_its_file_once() {
+        let path = Path::new("run-0001.csv");
+        let told = |error| sentence(path, Err(error)).text;
+        let there = told(ExportError::Exists { file: path.to_owned() });
+        assert!(there.starts_with("run-0001.csv: is there already"), "{there}");
+        let empty = told(ExportError::Empty);
+        assert!(empty.starts_with("run-0001.csv: there are no samples"), "{empty}");
+    }
+
+    #[test]
+    fn a_picture_replaces_nothing_but_where_the_command_line_names_it() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.png");
+        fs::write(&path, "mine").unwrap();
+        let image = Arc::new(ColorImage::filled([3, 2], Color32::from_rgb(1, 2, 3)));
+        let mut exports = Exports::default();
+        let mut done = |work: Work| {
+            let (wake, woken) = channel();
+            let wake = move || wake.send(()).unwrap();
+            exports.begin(work, path.clone(), shared(), wake).unwrap();
+            woken.recv().unwrap();
+            exports.written().unwrap()
+        };
+        let refused = done(Work::Picture(Arc::clone(&image)));
+        assert!(refused.message.is_error && !refused.is_last, "{refused:?}");
+        assert!(refused.message.text.contains("is there already"), "{refused:?}");
+        assert_eq!(fs::read(&path).unwrap(), b"mine");
+        let written = done(Work::LastPicture(image));
+        assert!(!written.message.is_error && written.is_last, "{written:?}");
+        assert!(fs::read(&path).unwrap().starts_with(b"\x89PNG"));
+    }
+
+    #[test]
+    fn what_was_begun_is_written_when_the_window_closes() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.csv");
+        let shared = shared();
+        let values: Vec<f32> = vec![1e-6; 200_000];
+        let times_us = (0..200_000).map(|row| 100 * row).collect();
+        let columns = vec![(Channel::Stylus, values)];
+        let rows = grip_scope::feed::RowBlock { times_us, columns, ..Default::default() };
+        shared.engine().model = Model::new(64 << 20);
+        shared.engine().model.take(grip_scope::Feed::Rows(rows));
+        let mut exports = Exports::default();
+        let work = Work::Csv(Span::new(0.0, 100.0), vec![Channel::Stylus]);
+        exports.begin(work, path.clone(), shared, || {}).unwrap();
+        drop(exports);
+        assert_eq!(fs::read_to_string(&path).unwrap().lines().count(), 200_001);
+    }
+}

@@ -1,0 +1,91 @@
+//! The arrangement of the window in; its file out, when the window is closed and when the program is told to end.
+
+use crate::layout::{Layout, LayoutError};
+use signal_hook::iterator::Signals;
+use std::io;
+use std::path::PathBuf;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread;
+
+/// Where the arrangement is remembered, and how it is now.
+#[derive(Clone, Debug)]
+pub struct Remember {
+    path: Option<PathBuf>,
+    now: Arc<Mutex<Layout>>,
+}
+
+impl Remember {
+    /// Remembers in this file; nowhere without one.
+    #[must_use]
+    pub fn new(path: Option<PathBuf>, layout: Layout) -> Self {
+        Self { path, now: Arc::new(Mutex::new(layout)) }
+    }
+
+    /// Takes note of how it is now.
+    pub fn note(&self, layout: Layout) {
+        *self.now.lock().unwrap_or_else(PoisonError::into_inner) = layout;
+    }
+
+    /// Writes what was noted last.
+    ///
+    /// # Errors
+    /// Where it cannot be written.
+    pub fn write(&self) -> Result<(), LayoutError> {
+        let now = self.now.lock().unwrap_or_else(PoisonError::into_inner).clone();
+        self.path.as_ref().map_or(Ok(()), |path| now.write(path))
+    }
+
+    /// Writes it when one of these signals comes, then calls `end` with what became of it, on a thread of its own: a window that is hidden
+    /// or hangs does not keep it from being written.
+    ///
+    /// # Errors
+    /// Where the system refuses signals or threads.
+    pub fn on_signals(
+        &self,
+        signals: &[i32],
+        end: impl Fn(i32, Result<(), LayoutError>) + Send + 'static,
+    ) -> io::Result<()> {
+        let (remember, mut signals) = (self.clone(), Signals::new(signals)?);
+        let wait = move || {
+            for signal in signals.forever() {
+                end(signal, remember.write());
+            }
+        };
+        thread::Builder::new().name("signals".to_owned()).spawn(wait)?;
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Remember;
+    use crate::layout::{Layout, Look};
+    use signal_hook::consts::SIGUSR1;
+    use std::sync::mpsc::channel;
+
+    #[test]
+    fn a_signal_writes_what_was_noted_last() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("gripmon").join("layout.toml");
+        let remember = Remember::new(Some(path.clone()), Layout::default());
+        let (told, heard) = channel();
+        let end =
+            move |signal, written: Result<(), _>| told.send((signal, written.is_ok())).unwrap();
+        remember.on_signals(&[SIGUSR1], end).unwrap();
+        remember.note(Layout { theme: Look::Light, seconds: 0.25, ..Layout::default() });
+        signal_hook::low_level::raise(SIGUSR1).unwrap();
+        assert_eq!(heard.recv().unwrap(), (SIGUSR1, true));
+        let read = Layout::read(&path).unwrap();
+        assert_eq!((read.theme, read.seconds), (Look::Light, 0.25));
+    }
+
+    #[test]
+    fn without_a_file_nothing_is_written_and_a_folder_that_cannot_be_made_is_told() {
+        let folder = tempfile::tempdir().unwrap();
+        Remember::new(None, Layout::default()).write().unwrap();
+        let file = folder.path().join("file");
+        std::fs::write(&file, "").unwrap();
+        let told = Remember::new(Some(file.join("layout.toml")), Layout::default()).write();
+        assert!(told.unwrap_err().to_string().contains("layout.toml"));
+    }
+}

@@ -1,0 +1,227 @@
+//! What is exported, remembered and pictured, by the buttons for it.
+
+use super::fixture;
+use eframe::egui::{Color32, ColorImage, Context, Key, Ui};
+use egui_kittest::Harness;
+use egui_kittest::kittest::{NodeT as _, Queryable as _};
+use grip_record::mcap::{Entry, McapReader, Record};
+use grip_scope::feed::Feed;
+use grip_scope::{Model, SourceSpec, SourceStatus};
+use gripmon::desk::{Ask, Desk, Picture};
+use gripmon::engine::Engine;
+use gripmon::job::Job;
+use gripmon::layout::{Layout, Look, Panel};
+use gripmon::remember::Remember;
+use gripmon::scope::{self, Scope, Shared};
+use gripmon::state::{Message, ViewState};
+use gripmon::view_file::ViewFile;
+use std::fs;
+use std::path::Path;
+use std::sync::Arc;
+
+/// A desk, what it asked the system for, and the context for pictures.
+struct Held {
+    desk: Desk,
+    asked: Vec<Ask>,
+    ctx: Option<Context>,
+}
+
+/// A window whose files begin with `run` in this folder.
+#[expect(clippy::unwrap_used, reason = "part of a test")]
+fn window(folder: &Path, model: Model, job: Option<Job>) -> Harness<'static, Held> {
+    let layout = Layout { panel: Some(Panel::Export), ..Layout::default() };
+    let remember = Remember::new(Some(folder.join("layout.toml")), layout.clone());
+    let mut state = ViewState::new(layout);
+    state.window.all();
+    state.stem = folder.join("run").to_string_lossy().into_owned();
+    let scope = Scope::new(Arc::new(Shared::new(Engine::new(model, None))), state);
+    let spec = SourceSpec::parse("demo").unwrap();
+    let held = Held { desk: Desk::new(scope, spec, job, remember), asked: Vec::new(), ctx: None };
+    let frame = |ui: &mut Ui, held: &mut Held| {
+        if held.ctx.replace(ui.ctx().clone()).is_none() {
+            scope::prepare(ui.ctx(), Look::Dark);
+        }
+        let asks = held.desk.ui(ui);
+        held.asked.extend(asks);
+    };
+    let mut harness = Harness::builder().with_size([1400.0, 1000.0]).build_ui_state(frame, held);
+    harness.run_steps(2);
+    harness
+}
+
+fn click(harness: &mut Harness<'_, Held>, label: &str) {
+    harness.get_by_label(label).click();
+    harness.run_steps(2);
+}
+
+/// Frames until the file that was begun is written.
+#[expect(clippy::panic, reason = "part of a test")]
+fn written(harness: &mut Harness<'_, Held>) -> Message {
+    for _ in 0..60_000 {
+        harness.run_steps(1);
+        let message = harness.state().desk.scope.state.message.clone();
+        if let Some(message) = message.filter(|message| !message.text.starts_with("Writing ")) {
+            harness.state_mut().desk.scope.state.message = None;
+            return message;
+        }
+        std::thread::yield_now();
+    }
+    panic!("it was never written");
+}
+
+#[test]
+fn what_is_seen_or_lies_between_the_cursors_becomes_a_table() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut harness = window(folder.path(), fixture::grasp(), None);
+    click(&mut harness, "Samples as CSV");
+    let message = written(&mut harness);
+    let name = folder.path().join("run-0001.csv");
+    let said = format!("Written: {} (", name.display());
+    assert!(message.text.starts_with(&said) && !message.is_error, "{}", message.text);
+    let text = fs::read_to_string(&name).unwrap();
+    let header = text.lines().next().unwrap();
+    assert!(header.starts_with("t_s,stylus,") && header.contains("force_n"), "{header}");
+    assert!(text.lines().count() > 20_000, "{}", text.lines().count());
+    // Between the cursors, into the next free name.
+    harness.state_mut().desk.scope.state.cursors = [Some(1.0), Some(1.0995)];
+    click(&mut harness, "Samples as CSV");
+    assert!(written(&mut harness).text.contains("run-0002.csv"));
+    let text = fs::read_to_string(folder.path().join("run-0002.csv")).unwrap();
+    let stylus = text.lines().skip(1).filter(|line| line.split(',').nth(1) != Some(""));
+    assert_eq!(stylus.count(), 996);
+}
+
+#[test]
+fn what_is_kept_becomes_a_recording() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut harness = window(folder.path(), fixture::grasp(), None);
+    harness.state_mut().desk.scope.state.cursors = [Some(0.5), Some(0.9999)];
+    click(&mut harness, "Recording (MCAP)");
+    let message = written(&mut harness);
+    assert!(message.text.ends_with("(5,000 samples, 5,000 messages)"), "{}", message.text);
+    let mut reader = McapReader::open(&folder.path().join("run-0001.mcap")).unwrap();
+    let mut times = Vec::new();
+    while let Some(entry) = reader.next_entry().unwrap() {
+        if let Entry::Message { record: Record::Sample(row), .. } = entry {
+            times.push(row.sample.t.0);
+        }
+    }
+    assert_eq!((times.len(), times[0], times[4999]), (5000, 500_000, 999_900));
+}
+
+#[test]
+fn a_picture_is_asked_for_written_and_replaces_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut harness = window(folder.path(), fixture::grasp(), None);
+    click(&mut harness, "Picture (PNG)");
+    let path = folder.path().join("run-0001.png");
+    let picture = Picture { path: path.clone(), is_last: false };
+    assert_eq!(harness.state().asked, [Ask::Picture(picture.clone())]);
+    let image = Arc::new(ColorImage::filled([4, 3], Color32::GREEN));
+    let make = |harness: &mut Harness<'_, Held>| {
+        let held = harness.state_mut();
+        let ctx = held.ctx.clone().unwrap();
+        held.desk.pictured(&ctx, picture.clone(), Arc::clone(&image));
+        written(harness)
+    };
+    let message = make(&mut harness);
+    assert!(message.text.ends_with("run-0001.png (this window)"), "{}", message.text);
+    let first = fs::read(&path).unwrap();
+    assert!(first.starts_with(b"\x89PNG"));
+    // Another program took the name between the wish and the picture.
+    let message = make(&mut harness);
+    assert!(message.is_error && message.text.contains("is not replaced"), "{}", message.text);
+    assert_eq!(fs::read(&path).unwrap(), first);
+    assert!(!harness.state().asked.contains(&Ask::Close));
+    harness.key_press(Key::S);
+    harness.run_steps(2);
+    let second = Picture { path: folder.path().join("run-0002.png"), is_last: false };
+    assert_eq!(harness.state().asked.last(), Some(&Ask::Picture(second)));
+}
+
+#[test]
+fn what_cannot_be_written_is_told_in_a_sentence() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut harness = window(folder.path(), fixture::grasp(), None);
+    harness.state_mut().desk.scope.state.cursors = [Some(50.0), Some(60.0)];
+    for label in ["Samples as CSV", "Recording (MCAP)"] {
+        click(&mut harness, label);
+        let message = written(&mut harness);
+        assert!(
+            message.is_error && message.text.contains("no samples in this span"),
+            "{message:?}"
+        );
+    }
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
+    let nowhere = folder.path().join("nowhere").join("run");
+    harness.state_mut().desk.scope.state.stem = nowhere.to_string_lossy().into_owned();
+    harness.state_mut().desk.scope.state.cursors = [None; 2];
+    click(&mut harness, "Samples as CSV");
+    let message = written(&mut harness);
+    assert!(message.is_error && message.text.contains("cannot be written"), "{message:?}");
+}
+
+#[test]
+fn without_data_there_is_nothing_to_export_but_the_window() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut harness = window(folder.path(), Model::new(1 << 20), None);
+    for label in ["Samples as CSV", "Recording (MCAP)"] {
+        assert!(harness.get_by_label(label).accesskit_node().is_disabled());
+        click(&mut harness, label);
+        assert_eq!(harness.state().desk.scope.state.message, None);
+    }
+    click(&mut harness, "Picture (PNG)");
+    assert!(matches!(harness.state().asked.as_slice(), [Ask::Picture(_)]));
+}
+
+#[test]
+fn the_arrangement_is_remembered_when_the_window_closes() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut harness = window(folder.path(), fixture::grasp(), None);
+    click(&mut harness, "Light");
+    click(&mut harness, "Trigger");
+    harness.state_mut().desk.scope.state.layout.plots.swap(0, 2);
+    harness.run_steps(1);
+    assert_eq!(harness.state_mut().desk.close(), None);
+    let read = Layout::read(&folder.path().join("layout.toml")).unwrap();
+    assert_eq!((read.theme, read.panel), (Look::Light, Some(Panel::Trigger)));
+    assert_eq!(read.window, [1400.0, 1000.0]);
+    assert_eq!(read.plots, harness.state().desk.scope.layout().plots);
+    // A file that cannot be written is told at the end.
+    fs::remove_file(folder.path().join("layout.toml")).unwrap();
+    fs::create_dir(folder.path().join("layout.toml")).unwrap();
+    let told = harness.state_mut().desk.close().unwrap();
+    assert!(told.starts_with("the arrangement of the window is not remembered: "), "{told}");
+}
+
+#[test]
+fn the_picture_of_the_command_line_closes_the_window_and_so_does_its_failure() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.png");
+    let job = || Some(Job::new(ViewFile::default(), Some(path.clone())));
+    let mut model = fixture::grasp();
+    model.take(Feed::Status(SourceStatus::Complete { note: String::new() }));
+    let mut harness = window(folder.path(), model, job());
+    harness.run_steps(10);
+    let Some(Ask::Picture(picture)) =
+        harness.state().asked.iter().find(|ask| matches!(ask, Ask::Picture(_))).cloned()
+    else {
+        panic!("no picture: {:?}", harness.state().asked);
+    };
+    assert!(picture.is_last && picture.path == path);
+    let image = Arc::new(ColorImage::filled([4, 3], Color32::GREEN));
+    let held = harness.state_mut();
+    held.desk.pictured(&held.ctx.clone().unwrap(), picture, image);
+    written(&mut harness);
+    assert_eq!(harness.state().asked.last(), Some(&Ask::Close));
+    assert_eq!(harness.state_mut().desk.close(), None);
+    assert!(fs::read(&path).unwrap().starts_with(b"\x89PNG"));
+    // A source that fails.
+    let mut model = Model::new(1 << 20);
+    let sentence = "x.mcap: is no recording".to_owned();
+    model.take(Feed::Status(SourceStatus::Failed { sentence }));
+    let mut harness = window(folder.path(), model, job());
+    assert_eq!(harness.state().asked.last(), Some(&Ask::Close));
+    let told = harness.state_mut().desk.close().unwrap();
+    assert_eq!(told, "no picture: x.mcap: is no recording");
+}

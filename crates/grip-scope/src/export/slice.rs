@@ -1,0 +1,153 @@
+//! A recording and a span in; a recording of that span out.
+
+use super::{ExportError, PROGRAM, Sliced, fill};
+use crate::model::{Axis, Placed};
+use crate::span::Span;
+use grip_record::mcap::{Attached, Entry, McapReader, McapWriter, Record};
+use std::collections::BTreeMap;
+use std::fs::{self, File};
+use std::io::BufWriter;
+use std::path::Path;
+
+/// Title of the metadata of a slice.
+const SLICE: &str = "slice";
+
+/// Copies what the recording `from` holds in a span of the axis, where the model shows it, to `path`: messages as they are with their log
+/// times, the attachments, and the settings of the pipeline that was running. States, events and all else go with the samples around
+/// them. Device times stay as they are in the file: where they went back, the axis does not show them so.
+///
+/// # Errors
+/// Where the recording cannot be read up to there, holds no sample in the span, there is a file of the slice's name, or it cannot be written.
+pub fn mcap_slice(from: &Path, span: Span, path: &Path) -> Result<Sliced, ExportError> {
+    if fs::canonicalize(from).ok().is_some_and(|a| fs::canonicalize(path).ok() == Some(a)) {
+        return Err(ExportError::Same { file: path.to_owned() });
+    }
+    fill(path, |file| {
+        let mut slice = Slice::new((path, file), span)?;
+        let mut reader = McapReader::open(from)?;
+        while let Some(entry) = reader.next_entry()? {
+            if !slice.take(&entry)? {
+                break;
+            }
+        }
+        slice.finish()
+    })
+}
+
+struct Slice<'a> {
+    path: &'a Path,
+    span: Span,
+    /// Where the model puts the rows.
+    axis: Axis,
+    out: McapWriter<BufWriter<File>>,
+    /// The first sample of the span was seen.
+    inside: bool,
+    /// The settings of the last pipeline, and its log time: they stand before the first sample.
+    pipeline: Option<Held>,
+    sliced: Sliced,
+}
+
+/// A pipeline's record, kept until it is needed.
+struct Held {
+    log_us: u64,
+    config: String,
+    record: grip_record::mcap::PipelineRecord<'static>,
+}
+
+impl<'a> Slice<'a> {
+    fn new((path, file): (&'a Path, File), span: Span) -> Result<Self, ExportError> {
+        // Log times of the slice are those of the recording: host time 0 is 1970.
+        let out = McapWriter::new(BufWriter::new(file), PROGRAM, 0)
+            .map_err(|source| ExportError::Record { file: path.to_owned(), source })?;
+        let sliced = Sliced::default();
+        let axis = Axis::default();
+        Ok(Self { path, span, axis, out, inside: false, pipeline: None, sliced })
+    }
+
+    /// Takes the next entry; `false` once the span is over.
+    fn take(&mut self, entry: &Entry<'_>) -> Result<bool, ExportError> {
+        match entry {
+            Entry::Message { log_ns, record } => return self.message(log_ns / 1000, record),
+            Entry::Attachment { name, media_type, data } => {
+                let [name, media_type] = [name, media_type].map(|text| (*text).to_owned());
+                let file = Attached { name, media_type, data: data.to_vec() };
+                let attached = self.out.attach(0, &file);
+                self.told(attached)?;
+            }
+            Entry::Metadata { name, values } => {
+                let written = self.out.metadata(name, values);
+                self.told(written)?;
+            }
+        }
+        Ok(true)
+    }
+
+    fn message(&mut self, log_us: u64, record: &Record<'_>) -> Result<bool, ExportError> {
+        match record {
+            Record::Sample(row) => {
+                let at_s = match self.axis.row(row.sample.t.as_seconds()) {
+                    Placed::At(at_s) | Placed::Leapt { at_s, .. } => Some(at_s),
+                    // A row out of order goes with those around it.
+                    Placed::Late => None,
+                };
+                if self.inside && at_s.is_some_and(|at_s| at_s > self.span.to_s) {
+                    return Ok(false);
+                }
+                if !self.inside && at_s.is_some_and(|at_s| self.span.holds(at_s)) {
+                    self.inside = true;
+                    self.begin()?;
+                }
+                self.sliced.samples += u64::from(self.inside);
+            }
+            Record::Pipeline(begun) if !self.inside => {
+                let record = grip_record::mcap::PipelineRecord { config: "", ..*begun };
+                self.pipeline = Some(Held { log_us, config: begun.config.to_owned(), record });
+            }
+            _ => {}
+        }
+        if self.inside {
+            self.sliced.messages += 1;
+            let written = self.out.write(log_us, record);
+            self.told(written)?;
+        }
+        Ok(true)
+    }
+
+    /// The settings under which the first sample was taken.
+    fn begin(&mut self) -> Result<(), ExportError> {
+        let about = BTreeMap::from([
+            ("from_s".to_owned(), self.span.from_s.to_string()),
+            ("to_s".to_owned(), self.span.to_s.to_string()),
+        ]);
+        let written = self.out.metadata(SLICE, &about);
+        self.told(written)?;
+        let Some(held) = self.pipeline.take() else { return Ok(()) };
+        // It has a past that is not in this file.
+        let record = grip_record::mcap::PipelineRecord {
+            continued: true,
+            config: &held.config,
+            ..held.record
+        };
+        self.sliced.messages += 1;
+        let written = self.out.write(held.log_us, &Record::Pipeline(record));
+        self.told(written)
+    }
+
+    fn told<T>(
+        &self,
+        done: Result<T, grip_record::mcap::McapWriteError>,
+    ) -> Result<T, ExportError> {
+        done.map_err(|source| ExportError::Record { file: self.path.to_owned(), source })
+    }
+
+    fn finish(self) -> Result<Sliced, ExportError> {
+        if self.sliced.samples == 0 {
+            return Err(ExportError::Empty);
+        }
+        let path = self.path;
+        self.out
+            .finish()
+            .map_err(|source| ExportError::Record { file: path.to_owned(), source })?;
+        Ok(self.sliced)
+    }
+}

@@ -1,0 +1,75 @@
+//! Slips and alarms of an object in; how much less force may be tried out.
+//!
+//! An object that does not slip says nothing of the force it needs. So what holds it falls slowly until it just slips: static friction gives way
+//! at the force that is needed, whatever the object is. One that slips while its weight is put on is searched for a second time, since the
+//! estimate of such a slip is of the load that was there.
+
+use super::GripConfig;
+
+/// Over the rate of an object that has not slipped.
+const SLOWLY: f32 = 0.5;
+/// Whether less is to be tried.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+enum Mode {
+    /// It is known what the object needs.
+    #[default]
+    Found,
+    /// Nothing has slipped: nothing is known but that the force is not too little.
+    Untried,
+    /// It slipped while its weight was put on, so its need is known roughly: not below this force (N).
+    Above(f32),
+}
+
+/// The search for the smallest force that is enough.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Search {
+    mode: Mode,
+    /// Whether it has slipped.
+    slipped: bool,
+}
+
+impl Search {
+    /// An object of which nothing is known.
+    pub(super) fn begin() -> Self {
+        Self { mode: Mode::Untried, ..Self::default() }
+    }
+
+    /// Whether the need of the object was known.
+    pub(super) fn is_over(&self) -> bool {
+        self.slipped && self.mode == Mode::Found
+    }
+
+    /// The least force that is to be tried (N), and the share by which the force falls in a second.
+    fn fall(&self, config: &GripConfig) -> (f32, f32) {
+        match self.mode {
+            Mode::Found => (f32::INFINITY, 0.0),
+            Mode::Untried => (config.least_force_n, config.relax_per_s),
+            Mode::Above(least_n) => {
+                (least_n.max(config.least_force_n), SLOWLY * config.relax_per_s)
+            }
+        }
+    }
+
+    /// Whether less than `hold_n` (N) is to be tried.
+    pub(super) fn goes_on(&self, config: &GripConfig, hold_n: f32) -> bool {
+        let (least_n, per_s) = self.fall(config);
+        per_s > 0.0 && hold_n > least_n
+    }
+
+    /// What to hold with instead of `hold_n` (N) after `dt_s`.
+    pub(super) fn step(&self, config: &GripConfig, hold_n: f32, dt_s: f32) -> f32 {
+        let (least_n, per_s) = self.fall(config);
+        (hold_n * (1.0 - (per_s * dt_s).min(1.0))).max(least_n).min(hold_n)
+    }
+
+    /// Whether a slip in which nothing was seen to move is believed all the same: where less and less is held it is what the search waits for.
+    pub(super) fn believes(&self, config: &GripConfig) -> bool {
+        self.fall(config).1 > 0.0
+    }
+
+    /// A slip that was believed has told what is needed; where it did roughly only, `least_n` (N) is the least that may do.
+    pub(super) fn found(&mut self, least_n: Option<f32>) {
+        self.mode = least_n.map_or(Mode::Found, Mode::Above);
+        self.slipped = true;
+    }
+}

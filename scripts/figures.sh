@@ -1,0 +1,32 @@
+#!/bin/sh
+# The pictures of docs/figures.md: one of each command that draws, into docs/images (that of `profile` is docs/profile.svg, which the README shows too).
+# GRIP_BIN names a folder that holds gripctl and accuracy already; without it a release build is made. The recordings for `gripctl score`
+# stand beside the project or in the folder named by GRIP_DATA (CONTRIBUTING.md); without them its picture stays as it is.
+set -eu
+cd "$(dirname "$0")/.."
+
+bin=${GRIP_BIN:-}
+if [ -z "$bin" ]; then
+    cargo build --release --locked -p gripctl -p slip-benches --bin gripctl --bin accuracy
+    bin=${CARGO_TARGET_DIR:-target}/release
+fi
+images=docs/images
+work=$(mktemp -d)
+trap 'rm -r "$work"' EXIT
+
+"$bin/gripctl" study --out "$work/study" --quick > /dev/null
+cp "$work/study/figures/fig-3-varied-v.png" "$images/study.png"
+
+recordings=${GRIP_DATA:-../shared/data}/biotac_slide
+if [ -f "$recordings/labels.csv" ]; then
+    "$bin/gripctl" score "$recordings" --guard-ms 60 --detectors stylus,cusum,glrt --curve "$images/score.svg" > /dev/null
+else
+    echo "figures: $recordings is not there, $images/score.svg stays as it is" >&2
+fi
+
+"$bin/gripctl" grasp --all --trials 20 --plot "$images/grasp.svg" > /dev/null
+
+"$bin/gripctl" profile docs/profile.csv --speed 0.05 --force 2 --cutoff-mm 0.8 --plot docs/profile.svg > /dev/null
+
+"$bin/accuracy" --only esc --plots "$work" > /dev/null
+cp "$work/accuracy-esc_n10.svg" "$images/accuracy.svg"
