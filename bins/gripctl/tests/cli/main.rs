@@ -4,6 +4,7 @@
 
 mod calibrate;
 mod doctor;
+mod estimate;
 mod export;
 mod grasp;
 mod learn;
