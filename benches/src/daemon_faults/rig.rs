@@ -70,12 +70,12 @@ impl<'a> Rig<'a> {
         Ok(rig)
     }
 
-    /// Writes the configuration, with one more line about the grip.
+    /// Writes the configuration, with one more line about the grip. Nothing is searched, so a force that falls is a fault.
     pub(super) fn configure(&self, grip: &str) -> Result<(), RunError> {
         let file = self.folder.path().join("gripd.toml");
         let Limits { force_max_mn, slew_mn_s } = LIMITS;
         let text = format!(
-            "listen = \"tcp:{}\"\nallow_commands = true\n[grip]\nf_max_n = {:?}\nslew_n_s = {:?}\n{grip}\n",
+            "listen = \"tcp:{}\"\nallow_commands = true\n[grip]\nf_max_n = {:?}\nslew_n_s = {:?}\ntrial_force_n = 2.0\nrelax_per_s = 0.0\n{grip}\n",
             self.address,
             f64::from(force_max_mn) / 1e3,
             f64::from(slew_mn_s) / 1e3

@@ -46,7 +46,7 @@ fn a_reload_in_between_is_replayed() {
     running.wait_for("the new settings are in force: detector.shear.threshold: 25.0 -> 30.0");
     fs::write(folder.path().join("gripd.toml"), "[grip]\ntrial_force_n = 2.5\n").unwrap();
     running.signal(Signal::HUP);
-    running.wait_for("grip.trial_force_n: 2.0 -> 2.5");
+    running.wait_for("grip.trial_force_n: 1.2 -> 2.5");
     let ran = running.stop();
     assert_eq!(replays(folder.path(), &ran).pipelines, 3);
 }

@@ -23,6 +23,9 @@ pub(crate) struct Daemon(Child);
 
 impl Daemon {
     pub(crate) fn start(folder: &Path, port: &Path) -> Self {
+        // A force that stands, whatever the object needs.
+        let grip = "[grip]\ntrial_force_n = 2.0\nrelax_per_s = 0.0\n";
+        std::fs::write(folder.join("gripd.toml"), grip).unwrap();
         let mut command = Command::new(env!("CARGO_BIN_EXE_gripd"));
         command.current_dir(folder).env_clear().env("HOME", folder).arg("--port").arg(port);
         command.stdout(Stdio::null()).stderr(Stdio::inherit());

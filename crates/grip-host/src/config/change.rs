@@ -123,12 +123,20 @@ impl HostConfig {
                 let name = format!("{path}{key}");
                 match value {
                     toml::Value::Table(inner) => open.push((format!("{name}."), inner)),
+                    toml::Value::Float(value) => drop(flat.insert(name, short(value))),
                     value => drop(flat.insert(name, value.to_string())),
                 }
             }
         }
         flat
     }
+}
+
+/// A value of single precision with as many digits as were written.
+fn short(value: f64) -> String {
+    #[expect(clippy::cast_possible_truncation, reason = "compared with what it was")]
+    let single = value as f32;
+    if f64::from(single) == value { format!("{single:?}") } else { format!("{value:?}") }
 }
 
 /// The names of [`NEEDS_RESTART`] that differ, each once.
@@ -153,9 +161,9 @@ mod tests {
     #[test]
     fn changes_are_told_by_key() {
         let (old, new) =
-            (config("baud = 9600\n[grip]\nf_max_n = 9.0\n"), config("[grip]\nf_max_n = 8.0\n"));
+            (config("baud = 9600\n[grip]\nf_max_n = 9.0\n"), config("[grip]\nf_max_n = 8.1\n"));
         let told: Vec<String> = old.diff(&new).iter().map(ToString::to_string).collect();
-        assert_eq!(told, ["baud: 9600 -> nothing", "grip.f_max_n: 9.0 -> 8.0"]);
+        assert_eq!(told, ["baud: 9600 -> nothing", "grip.f_max_n: 9.0 -> 8.1"]);
         assert_eq!(needs_restart(&old, &new), ["baud"]);
         assert!(old.diff(&old).is_empty());
     }

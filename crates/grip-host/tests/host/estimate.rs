@@ -38,7 +38,10 @@ impl Held {
 
 /// Grips, lifts at 0.7 s and holds until 1.6 s an object that needs `needed_n`.
 fn hold(rate_hz: f64, needed_n: f64) -> Held {
-    let config = HostConfig::default().pipeline(Hertz(rate_hz as f32));
+    let mut config = HostConfig::default();
+    // The object slips once, in its fall, and nothing is searched after it.
+    (config.grip.trial_force_n, config.grip.relax_per_s) = (2.0, 0.0);
+    let config = config.pipeline(Hertz(rate_hz as f32));
     let estimator = model::default_estimator().unwrap();
     let mut pipeline = Pipeline::new(config, Some(estimator)).unwrap();
     let mut held =

@@ -64,9 +64,9 @@ fn the_oracle_knows_what_is_poured_in_only_where_it_feels_the_load() {
 #[test]
 fn laws_that_feel_slip_raise_the_force_and_none_raises_it_without() {
     for (named, seed) in [(Law::Pr2, 1), (Law::Fft, 1)] {
-        let quiet = grasp("raw_egg", seed, &law(named));
+        let quiet = grasp("light_bulb", seed, &law(named));
         assert_eq!(quiet.slips, 0, "{quiet:?}");
-        assert!((quiet.force_final_n - 2.0).abs() < 0.01, "{quiet:?}");
+        assert!((quiet.force_final_n - 1.2).abs() < 0.01, "{quiet:?}");
         let slipped = grasp("brick", seed, &law(named));
         assert!(slipped.slips > 0 && slipped.force_peak_n > 3.0, "{slipped:?}");
     }
@@ -109,7 +109,9 @@ fn a_stylus_that_dies_during_the_hold_never_opens_the_fingers() {
         let alive = grasp("raw_egg", seed, &stress("none"));
         let dead = grasp("raw_egg", seed, &stress("dead-stylus"));
         assert!(dead.held, "{dead:?}");
-        assert!((dead.force_final_n / alive.force_final_n - 1.0).abs() < 0.01, "{dead:?}");
+        // It keeps what it held when the stylus died; the search for less ends there.
+        assert!(dead.force_final_n > 0.99 * alive.force_final_n, "{dead:?} {alive:?}");
+        assert!(dead.force_peak_n <= 1.21, "{dead:?}");
     }
 }
 

@@ -70,11 +70,11 @@ fn motion_comes_from_the_gripper_and_is_recorded() {
     let recording = parse_csv(Path::new("x.csv"), &recording, &CsvOptions::default()).unwrap();
     let with =
         |motion: f32| recording.samples.iter().filter(move |sample| sample.motion == Some(motion));
-    // Still while the floor is learned (200 ms), 100 ms of travel up to the contact, still again.
+    // Still while the floor is learned (200 ms), 100 ms of travel up to the contact, 50 ms of more force up to the trial force, still again.
     let moving: Vec<f64> = with(1.0).map(|sample| sample.t.as_seconds()).collect();
     let (first, last) = (moving[0], moving[moving.len() - 1]);
     assert!((0.15..0.3).contains(&first), "{first} s");
-    assert!((0.1..0.15).contains(&(last - first)), "{first} to {last} s");
+    assert!((0.14..0.17).contains(&(last - first)), "{first} to {last} s");
     assert!((moving.len() as f64 * 1e-4 - (last - first)).abs() < 0.01, "in one piece");
     let slip: serde_json::Value = lines
         .iter()
@@ -154,7 +154,7 @@ fn late_samples_do_not_raise_the_force() {
             mcu.receive(now, &out[..len]);
         }
     }
-    assert!(before_mn >= 2000 && wanted_n > 3.0, "{before_mn} mN, {wanted_n} N");
+    assert!(before_mn >= 500 && wanted_n > 3.0, "{before_mn} mN, {wanted_n} N");
 }
 
 /// A stop silences the commands and takes back what was asked for; what comes after its end begins with the force that the gripper was left with.

@@ -69,7 +69,7 @@ fn a_range_names_the_place_of_the_value_in_force() {
     let told = error(&[("gripd.toml", "[grip]\nf_max_n = 1.0\n")]);
     assert_eq!(
         told,
-        "gripd.toml:1:2: grip.trial_force_n = 2 is outside 0.01 to 1 (a default, which does not fit what is set)"
+        "gripd.toml:1:2: grip.trial_force_n = 1.2 is outside 0.01 to 1 (a default, which does not fit what is set)"
     );
     let mut layers = layers(&[etc]);
     layers.set("--baud or GRIPD_BAUD", "baud", 0);
