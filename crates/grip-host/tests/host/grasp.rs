@@ -111,7 +111,7 @@ fn a_stylus_that_dies_during_the_hold_never_opens_the_fingers() {
         assert!(dead.held, "{dead:?}");
         // It keeps what it held when the stylus died; the search for less ends there.
         assert!(dead.force_final_n > 0.99 * alive.force_final_n, "{dead:?} {alive:?}");
-        assert!(dead.force_peak_n <= 1.21, "{dead:?}");
+        assert!(dead.force_peak_n < 1.4, "{dead:?}");
     }
 }
 
