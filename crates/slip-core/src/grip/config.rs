@@ -73,7 +73,7 @@ impl Default for GripConfig {
             margin_sigmas: 0.25,
             lead: 1.5,
             ahead: 1.5,
-            confirm_m: 2e-5,
+            confirm_m: 3e-5,
             lost_ms: 30.0,
         }
     }
