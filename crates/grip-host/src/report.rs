@@ -2,9 +2,15 @@
 
 use serde::Serialize;
 use slip_core::{
-    SlipEvent, Step, detector::ReferenceHealth, distance::TravelHealth, esc::Flags,
-    estimate::ForceEstimate, features::Features, health::Health, pressure::PressureHealth,
-    velocity::Velocity,
+    SlipEvent, Step,
+    detector::ReferenceHealth,
+    distance::TravelHealth,
+    esc::Flags,
+    estimate::ForceEstimate,
+    features::Features,
+    health::Health,
+    pressure::PressureHealth,
+    velocity::{Velocity, VelocitySource},
 };
 
 /// One event, as it is printed.
@@ -161,8 +167,10 @@ impl EventLog {
             self.features = step.features;
             self.estimate = step.estimate;
         }
-        if step.velocity.is_some() {
-            self.velocity = step.velocity;
+        if let Some(now) = step.velocity
+            && (is_measured(&now) || !self.velocity.is_some_and(|last| is_measured(&last)))
+        {
+            self.velocity = Some(now);
         }
         let t_s = step.t.as_seconds();
         let mut lines = [None; 6];
@@ -207,6 +215,8 @@ impl EventLog {
                 EventLine::Slip { t_s, phase, method, statistic, confidence, evidence }
             }
             SlipEvent::Ended { duration } => {
+                // The model of a free fall knows nothing of the end of one.
+                self.velocity = self.velocity.filter(is_measured);
                 let evidence = EvidenceFields::new(self, step);
                 EventLine::SlipEnd { t_s, duration_s: duration.as_seconds(), evidence }
             }
@@ -240,6 +250,11 @@ impl core::fmt::Display for EventLine {
             }
         }
     }
+}
+
+/// Whether a sensor has told the speed, and not a model.
+fn is_measured(velocity: &Velocity) -> bool {
+    velocity.source != VelocitySource::Gravity
 }
 
 /// In percent, never rounded up to certainty.
@@ -297,6 +312,7 @@ mod tests {
         pressure::PressureHealth,
         scene::Scene,
         units::{Micros, Newtons},
+        velocity::{Velocity, VelocitySource},
     };
 
     fn step(t: u64, event: Option<SlipEvent>) -> Step {
@@ -365,6 +381,24 @@ mod tests {
         let lost = Step { reference_health: ReferenceHealth::Lost, ..jumped };
         let [None, None, None, Some(line), None, None] = log.lines(&lost) else { panic!() };
         assert_eq!(line, EventLine::Health { t_s: 3e-6, channel: "reference", health: "lost" });
+    }
+
+    #[test]
+    fn the_speed_of_a_slip_that_has_ended_is_the_last_measured_one() {
+        let velocity = |source, speed_m_s| Some(Velocity { speed_m_s, sigma_m_s: 1e-3, source });
+        let ended = step(9, Some(SlipEvent::Ended { duration: Micros(5) }));
+        for (measured, wanted) in [(true, Some(0.02)), (false, None)] {
+            let mut log = EventLog::default();
+            if measured {
+                log.lines(&Step {
+                    velocity: velocity(VelocitySource::Travel, 0.02),
+                    ..step(1, None)
+                });
+            }
+            log.lines(&Step { velocity: velocity(VelocitySource::Gravity, 0.3), ..step(2, None) });
+            let Some(EventLine::SlipEnd { evidence, .. }) = log.lines(&ended)[4] else { panic!() };
+            assert_eq!(evidence.speed_m_s, wanted);
+        }
     }
 
     #[test]

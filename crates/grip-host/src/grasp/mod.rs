@@ -112,6 +112,8 @@ impl Bench {
             roomy: needed_n <= 0.7 * scene.object().crush_n && 1.2 * needed_n <= limit_n,
             slip_mm: truth.slip_mm(),
             slips: outcome.slips,
+            forces_tried: (outcome.trials.trials > 0).then_some(outcome.trials.trials),
+            tried_mm: 1e3 * outcome.trials.moved_m,
             stable_s: truth.stable_after_s,
             force_needed_n: needed_n,
             needed_end_n: truth.needed_now_n,

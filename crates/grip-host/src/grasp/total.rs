@@ -33,6 +33,10 @@ pub struct GraspResult {
     pub slip_mm: f64,
     /// Slips that were noticed.
     pub slips: u64,
+    /// Forces that were tried until the object was held: the first one and one for each slip that was answered; `None` from older laws.
+    pub forces_tried: Option<u32>,
+    /// What the object moved while slips were answered, as far as it was measured (mm).
+    pub tried_mm: f32,
     /// From the lift to the end of the last slip (s).
     pub stable_s: f64,
     /// Largest force that it needed during the hold (N).
@@ -96,6 +100,8 @@ pub struct Total {
     pub peak_n: f64,
     /// Slips that were noticed.
     pub slips: Quantiles,
+    /// Forces that were tried.
+    pub forces_tried: Quantiles,
     /// From the lift to the end of the last slip (s).
     pub stable_s: Quantiles,
 }
@@ -138,6 +144,9 @@ pub fn total(scene: &str, grasps: &[&GraspResult]) -> Total {
             .map(|grasp| grasp.force_peak_n.max(f64::from(grasp.peak_command_n)))
             .fold(0.0, f64::max),
         slips,
+        forces_tried: Quantiles::of(
+            grasps.iter().filter_map(|grasp| grasp.forces_tried).map(f64::from).collect(),
+        ),
         stable_s: of_kept(&|grasp| grasp.stable_s),
     }
 }

@@ -29,7 +29,7 @@ pub(super) fn grasp(grasp: &GraspResult) -> String {
 /// The line of a scene whose objects were grasped in one way.
 pub(super) fn total(total: &Total) -> String {
     format!(
-        "{:18} {} grasps: {} dropped ({} of them holdable), {} crushed; slip median {} mm, 95 % {} mm; final force over needed median {}, 95 % {}; within 1.0-1.6: {}, within 1.0-1.4: {}; peak over needed median {}, 95 % {}; slips median {}, stable after {} s; highest force {:.1} N; with room: {}",
+        "{:18} {} grasps: {} dropped ({} of them holdable), {} crushed; slip median {} mm, 95 % {} mm; final force over needed median {}, 95 % {}; within 1.0-1.6: {}, within 1.0-1.4: {}; peak over needed median {}, 95 % {}; slips median {}, forces tried median {}, stable after {} s; highest force {:.1} N; with room: {}",
         total.scene,
         total.trials,
         total.dropped,
@@ -44,6 +44,7 @@ pub(super) fn total(total: &Total) -> String {
         or_dash(total.peak_ratio.p50, 2),
         or_dash(total.peak_ratio.p95, 2),
         or_dash(total.slips.p50, 0),
+        or_dash(total.forces_tried.p50, 0),
         or_dash(total.stable_s.p50, 2),
         total.peak_n,
         with_room(total)
