@@ -34,6 +34,8 @@ pub(super) struct Known {
     pub(super) weight_n: Option<f32>,
     /// Whether that was found by a search.
     pub(super) found: bool,
+    /// How far the command may run ahead of what is known, from 0 to 1.
+    pub(super) promptness: f32,
 }
 
 /// Memory of the slip that goes on.
@@ -43,6 +45,7 @@ pub(super) struct Braking {
     base_n: f32,
     /// What it is raised to at once; less is not enough afterwards (N).
     step_n: f32,
+    promptness: f32,
     /// What the object was held with before the slip (N).
     hold_before_n: f32,
     /// What the weight of the object needs by an earlier slip, with its margin (N).
@@ -72,6 +75,7 @@ impl Braking {
             hold_before_n: hold_n,
             weight_n: known.weight_n,
             step_n,
+            promptness: known.promptness,
             target_n: step_n,
             ..Self::default()
         }
@@ -112,8 +116,9 @@ impl Braking {
             let growth_n = self.learn(with_margin);
             // The estimate is some milliseconds old, and a load that has grown goes on growing.
             let noise_n = core::f32::consts::SQRT_2 * evidence.sigma_n;
-            let ahead_n =
-                (config.ahead * (growth_n - noise_n)).max(0.0).min(LARGEST_LEAD * with_margin);
+            let ahead_n = (self.promptness * config.ahead * (growth_n - noise_n))
+                .max(0.0)
+                .min(LARGEST_LEAD * with_margin);
             with_margin + ahead_n
         });
         let load_n = input.sliding.and_then(|sliding| self.load_n(&sliding));
@@ -174,9 +179,9 @@ impl Braking {
     }
 
     /// What the command has to be for the measured force to become the target soon (N).
-    pub(super) fn command_n(&self, config: &GripConfig, applied_n: Option<f32>, lead: f32) -> f32 {
+    pub(super) fn command_n(&self, config: &GripConfig, applied_n: Option<f32>) -> f32 {
         let missing_n = applied_n.map_or(0.0, |applied| (self.target_n - applied).max(0.0));
-        let lead_n = (lead * missing_n).min(LARGEST_LEAD * self.target_n);
+        let lead_n = (self.promptness * config.lead * missing_n).min(LARGEST_LEAD * self.target_n);
         (self.target_n + lead_n).min(config.ceiling_n())
     }
 

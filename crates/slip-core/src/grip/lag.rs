@@ -1,9 +1,7 @@
-//! Measured forces while the fingers close in; how far the command may lead what is missing out.
-
-use super::GripConfig;
+//! Measured forces while the fingers close in; how far the command may run ahead out.
 
 /// A gripper whose force follows within this time (s) answers at once ...
-const PROMPT_S: f32 = 0.007;
+const PROMPT_S: f32 = 0.008;
 /// ... and one that has not been seen to follow is taken for one that needs this long (s).
 const UNKNOWN_S: f32 = 0.01;
 
@@ -28,9 +26,10 @@ impl Lag {
         }
     }
 
-    /// How far the command may lead what is missing: a gripper that answers late would press too hard before it is seen.
-    pub(super) fn lead(&self, config: &GripConfig) -> f32 {
+    /// How far the command may run ahead of what is known, as a share of what it may where the gripper answers at once: a late one would press
+    /// too hard before it is seen.
+    pub(super) fn promptness(&self) -> f32 {
         let share = PROMPT_S / self.seconds.unwrap_or(UNKNOWN_S).max(PROMPT_S);
-        config.lead * share * share
+        share * share
     }
 }

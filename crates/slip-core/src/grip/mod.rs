@@ -381,7 +381,11 @@ impl GripController {
     }
 
     fn begin_slip(&mut self, dt_s: f32, input: &GripInput) {
-        let known = Known { weight_n: self.weight_n, found: self.search.is_over() };
+        let known = Known {
+            weight_n: self.weight_n,
+            found: self.search.is_over(),
+            promptness: self.lag.promptness(),
+        };
         self.braking = Braking::begin(&self.config, self.command_n, self.hold_n, &known);
         self.state = GripState::Slipping;
         self.quiet_s = 0.0;
@@ -401,7 +405,7 @@ impl GripController {
     /// Towards the target of the slip, within the slew. Old evidence raises nothing; what the command leads by falls with what is missing.
     fn drive(&mut self, dt_s: f32, applied_n: Option<f32>) {
         let reach_n = self.config.slew_n_s * dt_s;
-        let wanted_n = self.braking.command_n(&self.config, applied_n, self.lag.lead(&self.config));
+        let wanted_n = self.braking.command_n(&self.config, applied_n);
         if wanted_n > self.command_n {
             if self.quiet_s <= FRESH_S {
                 self.command_n = wanted_n.min(self.command_n + reach_n);
