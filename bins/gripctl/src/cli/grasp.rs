@@ -15,7 +15,7 @@ pub(crate) struct GraspArgs {
     #[arg(long, conflicts_with_all = ["scene", "scenes"])]
     pub(crate) all: bool,
     /// Grasps per scene, with seeds counting up.
-    #[arg(long, default_value_t = 100, value_parser = clap::value_parser!(u64).range(1..))]
+    #[arg(long, default_value_t = 100, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
     pub(crate) trials: u64,
     /// First seed.
     #[arg(long, default_value_t = 0)]

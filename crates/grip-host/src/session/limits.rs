@@ -14,6 +14,8 @@ pub(super) fn limited(grip: GripConfig, given: &Config) -> GripConfig {
         f_max_n,
         slew_n_s,
         trial_force_n: grip.trial_force_n.min(f_max_n),
+        least_force_n: grip.least_force_n.min(f_max_n),
+        contact_n: grip.contact_n.min(0.5 * grip.least_force_n.min(f_max_n)),
         close_rate_n_s: grip.close_rate_n_s.min(slew_n_s),
         backoff_n_s: grip.backoff_n_s.min(slew_n_s),
         ..grip

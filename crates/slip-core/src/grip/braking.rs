@@ -16,8 +16,6 @@ const HEAVIER: f32 = 1.3;
 const OVERLOAD: f32 = 1.25;
 /// The margin that the estimate has over what is needed.
 const MARGIN: f32 = 1.2;
-/// What slips although its need was known needs more and more: it is being filled, or becomes slippery. Over the reflex.
-const GROWS: f32 = 1.1;
 /// A slip under less than this share of what is needed began before the weight was there.
 const EARLY: f32 = 0.7;
 /// Of an estimate with its margin that was made while the weight was put on, at least this share is needed.
@@ -32,8 +30,6 @@ const GROWTH_OF: usize = 4;
 pub(super) struct Known {
     /// What its weight needs, with the margin of the estimate (N).
     pub(super) weight_n: Option<f32>,
-    /// Whether that was found by a search.
-    pub(super) found: bool,
     /// How far the command may run ahead of what is known, from 0 to 1.
     pub(super) promptness: f32,
 }
@@ -68,8 +64,7 @@ pub(super) struct Braking {
 impl Braking {
     /// A slip that begins under `command_n`, while `hold_n` (N) was to be held.
     pub(super) fn begin(config: &GripConfig, command_n: f32, hold_n: f32, known: &Known) -> Self {
-        let grows = if known.found { GROWS } else { 1.0 };
-        let step_n = (grows * command_n * (1.0 + config.reflex_step)).min(config.ceiling_n());
+        let step_n = (command_n * (1.0 + config.reflex_step)).min(config.ceiling_n());
         Self {
             base_n: command_n,
             hold_before_n: hold_n,
@@ -209,7 +204,7 @@ impl Braking {
 
 impl Evidence {
     fn is_usable(&self) -> bool {
-        self.estimate_n > 0.0 && self.estimate_n.is_finite()
+        self.estimate_n > 0.0 && self.estimate_n.is_finite() && !self.sigma_n.is_nan()
     }
 
     /// The estimate with the margin for its uncertainty (N).

@@ -27,7 +27,7 @@ pub struct GripConfig {
     pub close_rate_n_s: f32,
     /// Fall towards the estimate after a slip (N/s).
     pub backoff_n_s: f32,
-    /// Measured force that counts as touch (N).
+    /// Measured force that counts as touch (N); at most half of `least_force_n`, or the fingers would stop before they touch.
     pub contact_n: f32,
     /// Wait between reaching the trial force and watching for slip (ms).
     pub settle_ms: f32,
@@ -98,7 +98,7 @@ impl GripConfig {
         ConfigError::within("grip.slew_n_s", self.slew_n_s, 0.1, 1e6)?;
         ConfigError::within("grip.close_rate_n_s", self.close_rate_n_s, 0.1, self.slew_n_s)?;
         ConfigError::within("grip.backoff_n_s", self.backoff_n_s, 0.0, self.slew_n_s)?;
-        ConfigError::within("grip.contact_n", self.contact_n, 1e-3, self.trial_force_n)?;
+        ConfigError::within("grip.contact_n", self.contact_n, 1e-3, 0.5 * self.least_force_n)?;
         ConfigError::within("grip.settle_ms", self.settle_ms, 0.0, 10_000.0)?;
         ConfigError::within("grip.reflex_step", self.reflex_step, 0.0, 2.0)?;
         ConfigError::within("grip.reflex_tau_ms", self.reflex_tau_ms, 1.0, 10_000.0)?;

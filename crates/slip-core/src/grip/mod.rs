@@ -124,8 +124,8 @@ pub struct GripController {
     /// What the weight of the object needs by its slips, with its margin (N).
     weight_n: Option<f32>,
     search: Search,
-    /// Whether the moved distance has ever been measured.
-    travel: bool,
+    /// Since the last reading of the moved distance (s).
+    unmeasured_s: f32,
     /// Force that somebody asked for (N).
     least_n: f32,
     settle_s: f32,
@@ -138,6 +138,10 @@ pub struct GripController {
     touch: Touch,
 }
 
+/// Fingers that touch have the trial force after this long (s), whatever is measured.
+const REACHED_S: f32 = 0.3;
+/// Without a reading of the moved distance for this long (s) it is not measured.
+const UNMEASURED_S: f32 = 0.05;
 /// Longest step in time the controller believes (s): after a gap the force must not jump.
 const MAX_DT_S: f32 = 0.01;
 /// Evidence of a slip that is older than this (s) raises nothing.
@@ -154,7 +158,7 @@ impl GripController {
             hold_n: 0.0,
             weight_n: None,
             search: Search::default(),
-            travel: false,
+            unmeasured_s: f32::INFINITY,
             least_n: 0.0,
             settle_s: 0.0,
             lag: Lag::default(),
@@ -218,8 +222,10 @@ impl GripController {
             self.touch = Touch::default();
             self.trials = Trials { trials: 1, moved_m: 0.0 };
             self.weight_n = None;
-            self.search = Search::begin();
+            self.settle_s = 0.0;
             let held = applied_n.filter(|force| *force > self.config.contact_n);
+            // What others have gripped may be held for a reason.
+            self.search = if held.is_some() { Search::default() } else { Search::begin() };
             self.command_n = held.map_or(0.0, |force| force.min(self.config.ceiling_n()));
         }
     }
@@ -266,7 +272,7 @@ impl GripController {
     #[must_use]
     #[inline]
     pub fn awaits_travel(&self) -> bool {
-        !self.travel
+        self.unmeasured_s >= UNMEASURED_S
     }
 
     /// The command after the next sample (N), from 0 to the largest force.
@@ -274,7 +280,7 @@ impl GripController {
     pub fn step(&mut self, input: &GripInput) -> f32 {
         let dt_s = if input.dt_s >= 0.0 { input.dt_s.min(MAX_DT_S) } else { 0.0 };
         self.touch.begin(input.touching);
-        self.travel |= input.travel;
+        self.unmeasured_s = if input.travel { 0.0 } else { self.unmeasured_s + dt_s };
         if !input.healthy {
             // Closing goes on where it stopped.
             if matches!(self.state, GripState::Holding | GripState::Slipping) {
@@ -356,12 +362,18 @@ impl GripController {
     fn close(&mut self, dt_s: f32, input: &GripInput) {
         let trial_n = self.config.trial_force_n.min(self.config.ceiling_n());
         let goal_n = if input.touching { trial_n } else { self.config.least_force_n.min(trial_n) };
+        let rises = self.command_n < trial_n;
         self.raise_towards(goal_n, self.config.close_rate_n_s, dt_s);
         if self.command_n < trial_n {
             return;
         }
-        self.lag.risen(input.applied_n);
-        if input.applied_n.is_none_or(|force| force >= 0.8 * trial_n) {
+        if rises {
+            self.lag.risen(input.applied_n);
+        }
+        self.settle_s = if input.touching { self.settle_s + dt_s } else { 0.0 };
+        // A sensor that shows too little, or a gripper that cannot do more, must not leave the object unwatched.
+        let waited = self.settle_s >= REACHED_S;
+        if waited || input.applied_n.is_none_or(|force| force >= 0.8 * trial_n) {
             self.settle_s = 0.0;
             self.state = GripState::Settling;
         }
@@ -377,15 +389,11 @@ impl GripController {
 
     /// Whether less force is to be tried. Where nothing tells how an object slides it costs too much to let it.
     fn searches(&self) -> bool {
-        self.travel && self.search.goes_on(&self.config, self.hold_n)
+        self.unmeasured_s < UNMEASURED_S && self.search.goes_on(&self.config, self.hold_n)
     }
 
     fn begin_slip(&mut self, dt_s: f32, input: &GripInput) {
-        let known = Known {
-            weight_n: self.weight_n,
-            found: self.search.is_over(),
-            promptness: self.lag.promptness(),
-        };
+        let known = Known { weight_n: self.weight_n, promptness: self.lag.promptness() };
         self.braking = Braking::begin(&self.config, self.command_n, self.hold_n, &known);
         self.state = GripState::Slipping;
         self.quiet_s = 0.0;

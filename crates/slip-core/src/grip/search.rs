@@ -1,7 +1,7 @@
 //! Slips and alarms of an object in; how much less force may be tried out.
 //!
 //! An object that does not slip says nothing of the force it needs. So what holds it falls slowly until it just slips: static friction gives way
-//! at the force that is needed, whatever the object is. One that slips while its weight is put on is searched for a second time, since the
+//! at the force that is needed over the ratio of static and kinetic friction, whatever the object is. One that slips while its weight is put on is searched for a second time, since the
 //! estimate of such a slip is of the load that was there.
 
 use super::GripConfig;
@@ -24,19 +24,12 @@ enum Mode {
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Search {
     mode: Mode,
-    /// Whether it has slipped.
-    slipped: bool,
 }
 
 impl Search {
     /// An object of which nothing is known.
     pub(super) fn begin() -> Self {
-        Self { mode: Mode::Untried, ..Self::default() }
-    }
-
-    /// Whether the need of the object was known.
-    pub(super) fn is_over(&self) -> bool {
-        self.slipped && self.mode == Mode::Found
+        Self { mode: Mode::Untried }
     }
 
     /// The least force that is to be tried (N), and the share by which the force falls in a second.
@@ -70,6 +63,5 @@ impl Search {
     /// A slip that was believed has told what is needed; where it did roughly only, `least_n` (N) is the least that may do.
     pub(super) fn found(&mut self, least_n: Option<f32>) {
         self.mode = least_n.map_or(Mode::Found, Mode::Above);
-        self.slipped = true;
     }
 }

@@ -3,7 +3,7 @@
 /// What became of the object in hand.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum GripEvent {
-    /// The fingers are told to press with the trial force and touch nothing: there is no object.
+    /// The fingers are told to press with the least force and touch nothing: there is no object.
     Empty,
     /// Touch is gone while the fingers are told to press: the object is lost.
     Lost,
@@ -72,7 +72,7 @@ impl Touch {
         self.touched |= self.touching;
     }
 
-    /// Fingers that close; `pressing` says whether they are told to press with the trial force.
+    /// Fingers that close; `pressing` says whether they are told to press.
     pub(super) fn close(&mut self, pressing: bool, dt_s: f32) {
         self.settle();
         let before_s = self.absent_s;

@@ -88,6 +88,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         if !(stylus && self.detector.is_learning()) {
             grip.grasp(sample.normal_force_n);
         }
+        let travel = self.fusion.believed_travel(sample.travel_m);
         let healthy =
             if stylus { self.health.health() == Health::Good } else { self.fusion.healthy() };
         #[expect(clippy::cast_possible_truncation, reason = "the controller limits the step")]
@@ -98,7 +99,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             moved_m: news.moved_m,
             evidence: news.evidence,
             sliding: news.sliding,
-            travel: sample.travel_m.is_some(),
+            travel: travel.is_some(),
             applied_n: sample.normal_force_n,
             touching: self.contact.is_touching(),
             healthy,

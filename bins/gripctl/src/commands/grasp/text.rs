@@ -10,7 +10,8 @@ pub(super) fn grasp(grasp: &GraspResult) -> String {
     let fate = match grasp {
         GraspResult { dropped: true, .. } => "dropped",
         GraspResult { crushed: true, .. } => "crushed",
-        _ => "held",
+        GraspResult { held: true, .. } => "held",
+        _ => "not lifted",
     };
     format!(
         "{:18} {:22} seed {:4}  {fate:8} slip {:6.2} mm in {:2} slips, force {:6.2} N of {:6.2} N needed (x {:.2}), peak {:6.2} N",

@@ -115,14 +115,41 @@ fn an_alarm_without_movement_is_none_where_nothing_is_searched() {
 }
 
 #[test]
-fn what_slips_although_its_need_was_known_gets_a_tenth_more() {
+fn every_slip_gets_a_quarter_more() {
     let mut grip = held(config());
-    slip(&mut grip, 1e-3, Some(2.1));
-    wait(&mut grip, 1.0);
-    assert!((grip.command_n() - 2.5).abs() < 1e-3, "the first slip: {}", grip.command_n());
-    slip(&mut grip, 1e-3, Some(2.1));
-    wait(&mut grip, 1.0);
-    assert!((grip.command_n() - 2.5 * 1.25 * 1.1).abs() < 0.01, "{}", grip.command_n());
+    for slips in 1..4 {
+        slip(&mut grip, 1e-3, Some(2.1));
+        wait(&mut grip, 1.0);
+        let wanted = 2.0 * 1.25_f32.powi(slips);
+        assert!((grip.command_n() - wanted).abs() < 0.01, "{slips}: {}", grip.command_n());
+    }
+}
+
+#[test]
+fn a_grip_that_others_began_is_neither_searched_nor_led_as_if_it_answered_at_once() {
+    let mut grip = GripController::new(searching());
+    grip.grasp(Some(5.0));
+    for _ in 0..3000 {
+        grip.step(&GripInput { applied_n: Some(5.0), ..watched() });
+    }
+    assert_eq!((grip.command_n(), grip.state()), (5.0, GripState::Holding));
+    assert!(grip.lag.promptness() < 0.9);
+}
+
+#[test]
+fn a_distance_that_is_no_longer_measured_ends_the_search() {
+    let mut grip = held(searching());
+    wait(&mut grip, 0.5);
+    for _ in 0..50 {
+        grip.step(&calm());
+    }
+    let held = grip.command_n();
+    for _ in 0..1000 {
+        grip.step(&calm());
+    }
+    assert!(grip.command_n() == held && held > 1.0 && grip.is_steady(), "{held}");
+    wait(&mut grip, 0.5);
+    assert!(grip.command_n() < 0.7 * held, "it goes on with the next reading");
 }
 
 /// An object of which 6 N are known to hold the weight, and what the command becomes in `ms` of a slip that is `sliding`.
