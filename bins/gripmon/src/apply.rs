@@ -51,7 +51,7 @@ pub fn apply(state: &mut ViewState, engine: &mut Engine, action: Action) -> Opti
     None
 }
 
-/// What is found by the trigger is shown; commands are locked where the source is gone.
+/// What is found by the trigger is shown; commands are locked where nobody is there to take them.
 pub fn follow_up(state: &mut ViewState, engine: &mut Engine) {
     state.forget_sent(&engine.model);
     match engine.triggered() {
@@ -74,7 +74,7 @@ pub fn follow_up(state: &mut ViewState, engine: &mut Engine) {
         state.trigger.armed = false;
         engine.watch(None);
     }
-    if engine.model.status().is_trouble() {
+    if engine.model.status().is_disconnected() {
         state.command.armed = false;
         state.command.asks_release = false;
     }

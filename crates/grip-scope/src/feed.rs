@@ -113,6 +113,19 @@ impl SourceStatus {
         }
     }
 
+    /// Whether nobody is there who could take a command. A stream that stalls has its connection still.
+    #[must_use]
+    pub const fn is_disconnected(&self) -> bool {
+        match self {
+            Self::Connecting { .. } | Self::Waiting { .. } | Self::Failed { .. } => true,
+            Self::Idle
+            | Self::Live
+            | Self::Loading { .. }
+            | Self::Complete { .. }
+            | Self::Stalled { .. } => false,
+        }
+    }
+
     /// Whether something is wrong.
     #[must_use]
     pub const fn is_trouble(&self) -> bool {

@@ -62,6 +62,8 @@ pub struct Trigger {
     pub window_s: f64,
     /// Up to where it has looked (s).
     looked_s: Option<f64>,
+    /// How many events had come when it looked last.
+    looked_at: u64,
     /// Where it was found, until all of its window is there.
     found_s: Option<f64>,
     shown_s: Option<f64>,
@@ -73,7 +75,8 @@ impl Trigger {
     #[must_use]
     pub const fn new(source: TriggerSource, mode: TriggerMode, pre_s: f64, window_s: f64) -> Self {
         let (looked_s, found_s, shown_s) = (None, None, None);
-        Self { source, mode, pre_s, window_s, looked_s, found_s, shown_s, done: false }
+        let (looked_at, done) = (0, false);
+        Self { source, mode, pre_s, window_s, looked_s, looked_at, found_s, shown_s, done }
     }
 
     /// Looks again, from now on.
@@ -112,14 +115,23 @@ impl Trigger {
     /// Looks at what is new: what to show, once all of it is there.
     pub fn poll(&mut self, model: &Model) -> Option<Found> {
         let end_s = model.end_s();
+        if self.looked_s.is_none() {
+            self.looked_at = model.events().arrived();
+        }
         let from_s = *self.looked_s.get_or_insert(end_s);
         if self.done {
             return None;
         }
         if self.found_s.is_none() {
-            // What comes within the window that was shown last belongs to it.
-            let free_s = self.shown_s.map_or(from_s, |at_s| at_s + self.window_s - self.pre_s);
-            self.found_s = self.find(model, Span::new(from_s.max(free_s).min(end_s), end_s));
+            self.found_s = match self.source {
+                TriggerSource::Event(kind) => self.next_arrival(model, kind),
+                TriggerSource::Level { .. } => {
+                    // What comes within the window that was shown last belongs to it.
+                    let free_s =
+                        self.shown_s.map_or(from_s, |at_s| at_s + self.window_s - self.pre_s);
+                    self.find(model, Span::new(from_s.max(free_s).min(end_s), end_s))
+                }
+            };
             self.looked_s = Some(end_s);
         }
         let behind_s = self.window_s - self.pre_s;
@@ -136,6 +148,17 @@ impl Trigger {
             }
             _ => None,
         }
+    }
+
+    /// The next event that has come since the last look. Its time may be before that: a gap is told when it is over, a mark may be set anywhere.
+    fn next_arrival(&mut self, model: &Model, kind: EventKind) -> Option<f64> {
+        let shown = self.shown_s.map(|at_s| self.around(at_s));
+        let found = model.events().arrivals_after(self.looked_at).find(|(_, other, t_s)| {
+            // What comes within the window that was shown last belongs to it.
+            *other == kind && !shown.is_some_and(|span| span.holds(*t_s))
+        });
+        self.looked_at = found.map_or_else(|| model.events().arrived(), |(number, ..)| number);
+        found.map(|(_, _, t_s)| t_s)
     }
 
     fn find(&self, model: &Model, span: Span) -> Option<f64> {

@@ -20,27 +20,47 @@ pub fn ribbon(
     buckets: &[Bucket],
     (colour, style): (Color32, Style),
 ) {
-    let mut before: Option<(f32, f32)> = None;
+    let mut before: Option<End> = None;
     for bucket in buckets {
         let open = style == Style::Dashed && is_between_dashes(frame, bucket.from_s);
         if open || bucket.count == 0 || bucket.min > bucket.max || bucket.min.is_nan() {
-            before = None;
+            end(mesh, before.take(), colour);
             continue;
         }
         let x = frame.x(f64::midpoint(bucket.from_s, bucket.to_s));
         let (top, bottom) = (edge(frame, bucket.max), edge(frame, bucket.min));
-        let joined = before.filter(|_| !bucket.broken);
-        // Touch the column before: a jump between two columns is a bar as well.
-        let (high, low) = joined.map_or((top, bottom), |(t, b)| (top.min(b), bottom.max(t)));
         let width = frame.x(bucket.to_s) - frame.x(bucket.from_s);
-        if joined.is_none() && width > 0.0 {
-            // The first column of a stretch stands alone, however short the stretch is.
-            column(mesh, x - width.max(1.0) / 2.0, (top, bottom), colour, false);
-            column(mesh, x, (high, low), colour, true);
-        } else {
-            column(mesh, x, (high, low), colour, joined.is_some());
+        let half = if width > 0.0 { width.max(1.0) / 2.0 } else { 0.0 };
+        match before.take() {
+            Some(last) if !bucket.broken => {
+                // Touch the column before: a jump between two columns is a bar as well.
+                let (above, below) = last.edges;
+                column(mesh, x, (top.min(below), bottom.max(above)), colour, true);
+            }
+            other => {
+                // A stretch has all of its first and last column, however short it is.
+                end(mesh, other, colour);
+                column(mesh, x - half, (top, bottom), colour, false);
+                column(mesh, x, (top, bottom), colour, true);
+            }
         }
-        before = Some((top, bottom));
+        before = Some(End { x: x + half, edges: (top, bottom) });
+    }
+    end(mesh, before, colour);
+}
+
+/// Where the stretch that is being drawn would end.
+#[derive(Clone, Copy)]
+struct End {
+    x: f32,
+    /// Top and bottom of its last column.
+    edges: (f32, f32),
+}
+
+/// The right half of a stretch's last column.
+fn end(mesh: &mut Mesh, stretch: Option<End>, colour: Color32) {
+    if let Some(End { x, edges }) = stretch {
+        column(mesh, x, edges, colour, true);
     }
 }
 
@@ -96,7 +116,7 @@ const fn corner(pos: Pos2, color: Color32) -> Vertex {
 mod tests {
     use super::{Frame, band, ribbon};
     use crate::plot::{Kind, Scale, Style};
-    use eframe::egui::{Color32, Mesh, Rect, pos2};
+    use eframe::egui::{Color32, Mesh, Rect, epaint::Vertex, pos2};
     use grip_scope::{Bucket, Span};
 
     fn frame() -> Frame {
@@ -148,12 +168,46 @@ mod tests {
         let mut gap = Mesh::default();
         let values = [(0.1, 0.2), (f32::NAN, f32::NAN), (0.7, 0.8)];
         ribbon(&mut gap, &frame(), &buckets(&values), (Color32::WHITE, Style::Solid));
-        assert!(gap.is_valid() && gap.indices.len() == 36 && joined == 36);
+        assert!(gap.is_valid() && gap.indices.len() == 72 && joined == 54);
         assert!(
             gap.indices
-                .chunks(18)
-                .all(|part| part.iter().all(|i| *i < 8) || part.iter().all(|i| *i >= 8))
+                .chunks(36)
+                .all(|part| part.iter().all(|i| *i < 12) || part.iter().all(|i| *i >= 12))
         );
+    }
+
+    /// Whether full colour lies on this place: within a triangle all of whose corners have it.
+    fn paints(mesh: &Mesh, (x, y): (f32, f32)) -> bool {
+        mesh.indices.chunks_exact(3).any(|three| {
+            let [a, b, c] = [0, 1, 2].map(|k| mesh.vertices[three[k] as usize]);
+            let side = |p: Vertex, q: Vertex| {
+                (q.pos.x - p.pos.x) * (y - p.pos.y) - (q.pos.y - p.pos.y) * (x - p.pos.x)
+            };
+            let sides = [side(a, b), side(b, c), side(c, a)];
+            let inside = sides.iter().all(|s| *s >= 0.0) || sides.iter().all(|s| *s <= 0.0);
+            inside && [a, b, c].iter().all(|v| v.color == Color32::WHITE)
+        })
+    }
+
+    #[test]
+    fn a_column_between_gaps_covers_both_halves_of_its_pixel() {
+        // Fifty columns of two points each: gaps as columns without samples, and as breaks between neighbours.
+        let mut breaks = buckets(&[(0.4, 0.6); 50]);
+        breaks.iter_mut().for_each(|bucket| bucket.broken = true);
+        let holes: Vec<_> =
+            (0..50).map(|i| if i % 2 == 0 { (0.4, 0.6) } else { (f32::NAN, f32::NAN) }).collect();
+        for (columns, step) in [(breaks, 1), (buckets(&holes), 2)] {
+            let mut mesh = Mesh::default();
+            ribbon(&mut mesh, &frame(), &columns, (Color32::WHITE, Style::Solid));
+            assert!(mesh.is_valid());
+            for column in (0..50).step_by(step) {
+                let centre = 2.0 * column as f32 + 1.0;
+                for x in [centre - 0.9, centre, centre + 0.9] {
+                    assert!(paints(&mesh, (x, 50.0)), "column {column} at {x}");
+                }
+                assert_eq!(paints(&mesh, (centre + 1.5, 50.0)), step == 1 && column < 49);
+            }
+        }
     }
 
     #[test]

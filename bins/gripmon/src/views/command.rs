@@ -5,6 +5,7 @@ use crate::action::{Action, Order};
 use crate::format;
 use crate::palette::Tone;
 use eframe::egui::{self, Button, RichText, Slider, Ui, vec2};
+use grip_scope::SourceStatus;
 
 /// Largest force that can be entered where the gripper tells no limit (N).
 const MODEST_N: f64 = 10.0;
@@ -19,7 +20,15 @@ pub(super) fn command(ui: &mut Ui, seen: &Seen<'_>) -> Vec<Action> {
 /// Why there can be no commands, a sentence.
 fn refusal(seen: &Seen<'_>) -> Option<&'static str> {
     let daemon = seen.model.info().daemon.as_ref();
+    let status = seen.model.status();
     match daemon {
+        None if matches!(
+            status,
+            SourceStatus::Connecting { .. } | SourceStatus::Waiting { .. }
+        ) =>
+        {
+            Some("No gripd has answered yet.")
+        }
         None => Some("Only a running gripd takes commands; this source is none."),
         Some(daemon) if daemon.dry_run => {
             Some("This gripd only observes (dry run): it commands nothing.")
@@ -27,7 +36,7 @@ fn refusal(seen: &Seen<'_>) -> Option<&'static str> {
         Some(daemon) if !daemon.may_command => Some(
             "This gripd takes no commands of clients. Its configuration allows them with allow_commands = true.",
         ),
-        Some(_) if seen.model.status().is_trouble() => Some("There is no connection to gripd now."),
+        Some(_) if status.is_disconnected() => Some("There is no connection to gripd now."),
         Some(_) => None,
     }
 }

@@ -11,7 +11,7 @@ use gripmon::layout::{Look, Panel};
 use gripmon::state::TriggerKind;
 use gripmon::time::Following;
 
-fn click(harness: &mut Harness<'_, Scope>, label: &str) {
+pub(crate) fn click(harness: &mut Harness<'_, Scope>, label: &str) {
     harness.get_by_label(label).click();
     harness.run();
 }
@@ -250,49 +250,6 @@ fn markers_themes_panels_plots_and_keys() {
     harness.get_by_label("Keys and mouse");
     click(&mut harness, "Close");
     assert!(!harness.state().state.help);
-}
-
-#[test]
-fn commands_are_locked_limited_and_a_release_is_asked_for() {
-    let mut harness = window(fixture::grasp(), Panel::Command);
-    // A locked button does nothing.
-    harness.get_by_label("Hold with this force").click();
-    harness.run();
-    assert!(harness.state().state.message.is_none());
-    click(&mut harness, "Arm commands");
-    click(&mut harness, "Hold with this force");
-    // This model has no source behind it: the refusal is told.
-    assert!(
-        harness
-            .state()
-            .state
-            .message
-            .as_ref()
-            .unwrap()
-            .text
-            .starts_with("Not sent: only a running daemon")
-    );
-    click(&mut harness, "Release ..");
-    click(&mut harness, "Keep holding");
-    assert!(!harness.state().state.command.asks_release);
-    click(&mut harness, "Release ..");
-    click(&mut harness, "Yes, release");
-    assert!(harness.state().state.message.as_ref().unwrap().is_error);
-    // The connection is lost: the lock is on again.
-    let gone = grip_scope::SourceStatus::Waiting { reason: "gone".into(), again_in_s: 1.0 };
-    harness.state().shared.engine().model.take(Feed::Status(gone));
-    harness.run();
-    assert!(!harness.state().state.command.armed);
-    harness.get_by_label("There is no connection to gripd now.");
-}
-
-#[test]
-fn a_daemon_that_takes_no_commands_is_not_asked_for_any() {
-    let mut model = fixture::grasp();
-    fixture::greet(&mut model, false);
-    let harness = window(model, Panel::Command);
-    harness.get_by_label_contains("takes no commands of clients");
-    assert_eq!(harness.query_all_by_label("Arm commands").count(), 0);
 }
 
 #[test]

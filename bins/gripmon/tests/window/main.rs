@@ -1,5 +1,6 @@
 //! The whole window without a display: what it shows, found by its labels; what its controls do; when it paints.
 
+mod commands;
 mod controls;
 mod desk;
 mod fixture;

@@ -21,6 +21,10 @@ pub struct Stretch<T> {
 #[derive(Clone, Debug, Default)]
 pub struct Events {
     marks: VecDeque<EventMark>,
+    /// Kind and time of the newest marks, in the order in which they came.
+    arrivals: VecDeque<(EventKind, f64)>,
+    /// Marks that have come so far.
+    arrived: u64,
     scenes: VecDeque<Stretch<SceneCode>>,
     stages: VecDeque<Stretch<GripStage>>,
     slips: VecDeque<Stretch<EventKind>>,
@@ -57,6 +61,8 @@ impl Events {
             }
             _ => {}
         }
+        self.arrived += 1;
+        append(&mut self.arrivals, (mark.kind, mark.t_s));
         // Nearly always at the end: events come in order.
         let behind = self.marks.iter().rev().take_while(|other| other.t_s > mark.t_s).count();
         self.text_bytes += mark.text.capacity();
@@ -130,6 +136,20 @@ impl Events {
         self.marks.range(from..to.max(from))
     }
 
+    /// How many have come so far, those included that were dropped.
+    #[must_use]
+    pub const fn arrived(&self) -> u64 {
+        self.arrived
+    }
+
+    /// Number, kind and time (s) of those that came after the first `number`, in the order in which they came, whatever their times.
+    pub fn arrivals_after(&self, number: u64) -> impl Iterator<Item = (u64, EventKind, f64)> {
+        let first = self.arrived - self.arrivals.len() as u64;
+        let skipped = usize::try_from(number.saturating_sub(first)).unwrap_or(usize::MAX);
+        let numbered = (first + 1..).zip(&self.arrivals).skip(skipped);
+        numbered.map(|(number, (kind, t_s))| (number, *kind, *t_s))
+    }
+
     /// The first one later than `t_s`.
     #[must_use]
     pub fn next_after(&self, t_s: f64) -> Option<&EventMark> {
@@ -175,12 +195,14 @@ impl Events {
         let stretches = stretches + self.faults.capacity() + self.gaps.capacity();
         self.text_bytes
             + self.marks.capacity() * size_of::<EventMark>()
+            + self.arrivals.capacity() * size_of::<(EventKind, f64)>()
             + stretches * size_of::<Stretch<SceneCode>>()
     }
 }
 
-fn append<T>(list: &mut VecDeque<Stretch<T>>, stretch: Stretch<T>) {
-    list.push_back(stretch);
+/// Puts the newest in; the oldest goes where there are too many.
+fn append<T>(list: &mut VecDeque<T>, newest: T) {
+    list.push_back(newest);
     if list.len() > MOST {
         list.pop_front();
     }

@@ -184,6 +184,32 @@ fn a_large_table_comes_in_pieces_and_gaps_and_bad_readings_are_seen() {
 }
 
 #[test]
+fn states_and_slips_of_a_slow_table_with_gaps_stand_where_they_belong() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("x.csv");
+    let mut out = std::io::BufWriter::new(fs::File::create(&path).unwrap());
+    writeln!(out, "t_s,stylus,force_n").unwrap();
+    // 14 s at 1 kHz; 5 rows are missing every 1.5 s, and 4 s at once; from 8 s on it slips for 0.3 s.
+    let mut seed = 1_u32;
+    for row in (0..14_000_u32).filter(|row| row % 1500 >= 5 && !(2000..6000).contains(row)) {
+        seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        let noise = f64::from(seed >> 8) / f64::from(1 << 24) - 0.5;
+        let height = if (8000..8300).contains(&row) { 1e-4 } else { 1e-7 };
+        writeln!(out, "{:.3},{:e},2.5", f64::from(row) / 1000.0, height * noise).unwrap();
+    }
+    drop(out);
+    let watch = open(&path);
+    assert_eq!(watch.model.health().stray_states(), 0, "{}", sentence(&watch));
+    let scenes: Vec<Span> =
+        watch.model.events().scenes(Span::new(0.0, 14.0)).map(|stretch| stretch.span).collect();
+    assert!(scenes[0].from_s < 0.1 && scenes[scenes.len() - 1].to_s > 13.9, "{scenes:?}");
+    let is_slip = |mark: &&EventMark| matches!(mark.kind, EventKind::Incipient | EventKind::Gross);
+    let slips: Vec<f64> =
+        watch.model.events().iter().filter(is_slip).map(|mark| mark.t_s).collect();
+    assert!(!slips.is_empty() && slips.iter().all(|t_s| (8.0..8.3).contains(t_s)), "{slips:?}");
+}
+
+#[test]
 fn a_study_has_its_curves() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("study.json");

@@ -86,3 +86,60 @@ fn an_event_is_found_and_the_past_is_not() {
     assert_eq!(trigger.first_after(&model, 0.05), Some(0.15));
     assert_eq!(trigger.first_after(&model, 0.15), None);
 }
+
+/// A trigger on this kind, looked at once before anything happens.
+fn waiting(model: &Model, kind: EventKind) -> Trigger {
+    let mut trigger = Trigger::new(TriggerSource::Event(kind), TriggerMode::Normal, 0.05, 0.1);
+    assert_eq!(trigger.poll(model), None);
+    trigger
+}
+
+#[test]
+fn events_are_found_however_the_looks_fall_between_rows_and_events() {
+    let mut model = Model::new(1 << 24);
+    let mut trigger = waiting(&model, EventKind::Gross);
+    let mut hits = Vec::new();
+    for number in 0..10 {
+        tenth(&mut model, number, None);
+        hits.extend(trigger.poll(&model));
+        if number == 4 || number == 7 {
+            // The rows of that time, and those after it, were looked at before it came.
+            let t_s = 0.1 * number as f64 + 0.01;
+            model.take(Feed::Event(EventMark::plain(t_s, EventKind::Gross, "late")));
+            hits.extend(trigger.poll(&model));
+        }
+    }
+    assert!(hits.len() == 2, "{hits:?}");
+    assert!(near(&hits[0], 0.36, 0.46) && near(&hits[1], 0.66, 0.76), "{hits:?}");
+}
+
+#[test]
+fn a_gap_and_a_mark_in_the_past_are_found() {
+    let mut model = Model::new(1 << 24);
+    tenth(&mut model, 0, None);
+    let (mut gap, mut marker) =
+        (waiting(&model, EventKind::Gap), waiting(&model, EventKind::Marker));
+    // The gap stands where the rows ended before it, which is how far the trigger has looked.
+    let columns = vec![(Channel::Stylus, vec![0.0; 100])];
+    let times_us = (0..100).map(|k| 300_000 + k * 1000).collect();
+    model.take(Feed::Rows(RowBlock { times_us, columns, broken: true, ..RowBlock::default() }));
+    assert!(near(&gap.poll(&model).unwrap(), 0.049, 0.149));
+    assert_eq!(gap.poll(&model), None);
+    assert_eq!(marker.poll(&model), None);
+    model.mark(0.05, "here");
+    assert!(near(&marker.poll(&model).unwrap(), 0.0, 0.1));
+    assert_eq!(marker.poll(&model), None);
+}
+
+#[test]
+fn of_events_that_come_together_each_outside_the_window_shown_is_found() {
+    let mut model = Model::new(1 << 24);
+    let mut trigger = waiting(&model, EventKind::Gross);
+    (0..6).for_each(|number| tenth(&mut model, number, None));
+    for t_s in [0.1, 0.12, 0.3] {
+        model.take(Feed::Event(EventMark::plain(t_s, EventKind::Gross, "x")));
+    }
+    let hits: Vec<Found> = (0..5).filter_map(|_| trigger.poll(&model)).collect();
+    assert!(hits.len() == 2, "{hits:?}");
+    assert!(near(&hits[0], 0.05, 0.15) && near(&hits[1], 0.25, 0.35), "{hits:?}");
+}

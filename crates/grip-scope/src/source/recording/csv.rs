@@ -21,8 +21,10 @@ use std::path::Path;
 
 /// Bytes read at a time.
 const PIECE: u64 = 4 << 20;
-/// Rows of a block.
+/// Rows, or news, of a block.
 const BLOCK: usize = 2048;
+/// Device time of a block (us): states and events are placed by the rows around them.
+const BLOCK_US: u64 = 500_000;
 /// States come at most this often (us), and on change.
 const STATE_US: u64 = 10_000;
 
@@ -130,6 +132,12 @@ fn stop(error: &str, first: bool, tape: &Tape) -> Stop {
 #[derive(Default)]
 struct Tape {
     stream: Stream,
+    /// States and events of the rows that wait.
+    news: Vec<Feed>,
+    /// Rows that wait, on both sides of gaps.
+    waiting: usize,
+    /// Time of the first of them (us).
+    first_us: Option<u64>,
     log: EventLog,
     rows: u64,
     /// The median step of the first piece (us), by which gaps are told.
@@ -144,18 +152,29 @@ impl Tape {
         if self.rows == 0 {
             self.begin(recording, outlet)?;
         }
-        let mut news = Vec::new();
         for (row, sample) in recording.samples.iter().enumerate() {
             let taxels = recording.taxels.as_ref().map_or(&[] as &[f32], |t| t.frame(row));
-            self.push(sample, taxels, &mut news);
-            self.rows += 1;
-            if self.stream.len() >= BLOCK || row + 1 == recording.samples.len() {
-                let mut feeds = self.stream.take();
-                feeds.append(&mut news);
-                deliver(outlet, feeds, done)?;
+            if self.is_due(sample) {
+                deliver(outlet, self.take(), done)?;
             }
+            self.push(sample, taxels);
+            self.rows += 1;
         }
-        Ok(())
+        deliver(outlet, self.take(), done)
+    }
+
+    /// Whether what waits makes a block without this sample: across a long gap nothing is placed any more.
+    fn is_due(&self, sample: &Sample) -> bool {
+        let since_us = self.first_us.map_or(0, |first_us| sample.t.0.saturating_sub(first_us));
+        self.waiting >= BLOCK || since_us >= BLOCK_US || self.news.len() >= BLOCK
+    }
+
+    /// What waits. Rows first: states and events are placed by the rows around them.
+    fn take(&mut self) -> Vec<Feed> {
+        (self.waiting, self.first_us) = (0, None);
+        let mut feeds = self.stream.take();
+        feeds.append(&mut self.news);
+        feeds
     }
 
     /// The pipeline of the shipped settings, and what is odd about the file.
@@ -188,13 +207,15 @@ impl Tape {
         Ok(())
     }
 
-    fn push(&mut self, sample: &Sample, taxels: &[f32], news: &mut Vec<Feed>) {
+    fn push(&mut self, sample: &Sample, taxels: &[f32]) {
         let since_us = self.last_us.map(|last_us| sample.t.0.saturating_sub(last_us));
         if let Some(since_us) = since_us.filter(|since| 2 * since > 5 * self.step_us) {
             let lost = u32::try_from(since_us / self.step_us).unwrap_or(u32::MAX);
             self.stream.broken(lost.saturating_sub(1));
         }
         self.last_us = Some(sample.t.0);
+        self.first_us.get_or_insert(sample.t.0);
+        self.waiting += 1;
         let Some(step) = self.stream.push(sample, taxels) else { return };
         let lines = self.log.lines(&step);
         let slips = lines.iter().flatten().filter_map(|line| convert::slip(0, line));
@@ -206,9 +227,9 @@ impl Tape {
         });
         if news_of_it {
             self.told = Some(state);
-            news.push(Feed::State(state));
+            self.news.push(Feed::State(state));
         }
-        news.extend(marks.into_iter().map(Feed::Event));
+        self.news.extend(marks.into_iter().map(Feed::Event));
     }
 
     fn state(&self, sample: &Sample, step: &Step) -> StatePoint {

@@ -62,8 +62,9 @@ impl Entries {
 
     fn sample(&mut self, row: &SampleRecord<'_>) {
         let time_us = row.sample.t.0;
-        if self.first_us.is_some() && time_us <= self.last_us {
-            // Another start of the gripper: states and events before it belong to the one before.
+        // Another start of the gripper, or a long gap: states and events before it belong to the rows before it.
+        let afar = |first_us| time_us <= self.last_us || time_us - first_us >= BLOCK_US;
+        if self.first_us.is_some_and(afar) {
             self.flush();
         }
         if let Some(expected) = self.next_index.filter(|next| *next != row.index) {
@@ -233,5 +234,35 @@ fn client_text(command: &ClientRecord) -> String {
         ClientRecord::Grasp => "a client lets the fingers close".to_owned(),
         ClientRecord::Stop => "a client stops the gripper".to_owned(),
         ClientRecord::ClearFault(code) => format!("a client clears fault {code:04x}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Entries;
+    use crate::feed::Feed;
+    use grip_record::mcap::{ClientRecord, Record, SampleRecord};
+    use slip_core::{Sample, units::Micros};
+
+    #[test]
+    fn what_happened_before_a_long_gap_or_another_start_is_told_before_the_rows_behind_it() {
+        for next_us in [5_000_000, 3] {
+            let mut entries = Entries::default();
+            for (index, time_us) in [(0, 5), (1, next_us)] {
+                let sample = Sample::stylus(Micros(time_us), 1e-6);
+                entries.record(&Record::Sample(SampleRecord { index, sample, taxels: &[] }));
+                entries.record(&Record::Client(ClientRecord::Release));
+            }
+            let kinds: Vec<&str> = entries
+                .take()
+                .iter()
+                .map(|feed| match feed {
+                    Feed::Rows(_) => "rows",
+                    Feed::Event(_) => "event",
+                    _ => "other",
+                })
+                .collect();
+            assert_eq!(kinds, ["rows", "event", "rows", "event"], "{next_us} us");
+        }
     }
 }

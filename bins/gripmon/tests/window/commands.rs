@@ -1,0 +1,100 @@
+//! Commands are locked, limited and asked for; they are refused where nobody is there to take them, and only there.
+
+use super::controls::click;
+use super::{fixture, window};
+use egui_kittest::Harness;
+use egui_kittest::kittest::Queryable as _;
+use grip_scope::feed::Feed;
+use grip_scope::{Model, SourceStatus};
+use gripmon::Scope;
+use gripmon::layout::Panel;
+
+#[test]
+fn commands_are_locked_limited_and_a_release_is_asked_for() {
+    let mut harness = window(fixture::grasp(), Panel::Command);
+    // A locked button does nothing.
+    harness.get_by_label("Hold with this force").click();
+    harness.run();
+    assert!(harness.state().state.message.is_none());
+    click(&mut harness, "Arm commands");
+    click(&mut harness, "Hold with this force");
+    // This model has no source behind it: the refusal is told.
+    assert!(
+        harness
+            .state()
+            .state
+            .message
+            .as_ref()
+            .unwrap()
+            .text
+            .starts_with("Not sent: only a running daemon")
+    );
+    click(&mut harness, "Release ..");
+    click(&mut harness, "Keep holding");
+    assert!(!harness.state().state.command.asks_release);
+    click(&mut harness, "Release ..");
+    click(&mut harness, "Yes, release");
+    assert!(harness.state().state.message.as_ref().unwrap().is_error);
+    // The connection is lost: the lock is on again.
+    let gone = SourceStatus::Waiting { reason: "gone".into(), again_in_s: 1.0 };
+    harness.state().shared.engine().model.take(Feed::Status(gone));
+    harness.run();
+    assert!(!harness.state().state.command.armed);
+    harness.get_by_label("There is no connection to gripd now.");
+}
+
+fn tell(harness: &mut Harness<'_, Scope>, status: SourceStatus) {
+    harness.state().shared.engine().model.take(Feed::Status(status));
+    harness.run();
+}
+
+#[test]
+fn a_stream_that_stalls_can_be_stopped_and_a_lost_connection_locks() {
+    let mut harness = window(fixture::grasp(), Panel::Command);
+    click(&mut harness, "Arm commands");
+    tell(&mut harness, SourceStatus::Stalled { for_s: 1.0 });
+    assert!(harness.state().state.command.armed);
+    click(&mut harness, "Stop");
+    // It was tried: this model has no source behind it.
+    let message = harness.state().state.message.clone().unwrap();
+    assert!(message.text.starts_with("Not sent: only a running daemon"), "{message:?}");
+    let gone = [
+        SourceStatus::Connecting { what: "tcp:x".into(), before: String::new() },
+        SourceStatus::Connecting { what: "tcp:x".into(), before: "gone".into() },
+        SourceStatus::Waiting { reason: "gone".into(), again_in_s: 1.0 },
+        SourceStatus::Failed { sentence: "gone".into() },
+    ];
+    for status in gone {
+        tell(&mut harness, SourceStatus::Live);
+        harness.state_mut().state.command.armed = true;
+        harness.run();
+        assert!(harness.state().state.command.armed, "{status:?}");
+        tell(&mut harness, status.clone());
+        assert!(!harness.state().state.command.armed, "{status:?}");
+        harness.get_by_label("There is no connection to gripd now.");
+        assert_eq!(harness.query_all_by_label("Stop").count(), 0, "{status:?}");
+    }
+}
+
+#[test]
+fn before_the_first_contact_it_is_told_that_no_daemon_has_answered() {
+    let mut harness = window(Model::new(1 << 20), Panel::Command);
+    harness.get_by_label_contains("this source is none");
+    let waiting = SourceStatus::Waiting { reason: "gone".into(), again_in_s: 1.0 };
+    for status in
+        [SourceStatus::Connecting { what: "tcp:x".into(), before: String::new() }, waiting]
+    {
+        tell(&mut harness, status);
+        harness.get_by_label("No gripd has answered yet.");
+        assert_eq!(harness.query_all_by_label("Stop").count(), 0);
+    }
+}
+
+#[test]
+fn a_daemon_that_takes_no_commands_is_not_asked_for_any() {
+    let mut model = fixture::grasp();
+    fixture::greet(&mut model, false);
+    let harness = window(model, Panel::Command);
+    harness.get_by_label_contains("takes no commands of clients");
+    assert_eq!(harness.query_all_by_label("Arm commands").count(), 0);
+}
