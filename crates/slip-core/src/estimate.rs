@@ -13,6 +13,9 @@ const LEAST_FRICTION: f32 = 0.05;
 /// An estimate with a larger deviation than this share of itself is no measure: whether it is a third too much or too little is not known.
 const MOST_UNSURE: f32 = 0.5;
 
+/// Adequate over needed force, as the networks were trained.
+pub const KAPPA: f32 = 1.2;
+
 /// Acceleration of gravity (m/s^2).
 pub const G_M_S2: f32 = 9.806_65;
 

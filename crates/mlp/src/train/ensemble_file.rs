@@ -8,7 +8,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::file::{FileColumn, FileError, FileLayer, ModelFile, json_error};
+use super::file::{FileColumn, FileError, FileLayer, Head, ModelFile, json_error};
 use super::rounded;
 use crate::scaler::Transform;
 
@@ -36,12 +36,6 @@ struct Read {
     members: Vec<serde_json::Value>,
 }
 
-#[derive(Deserialize)]
-struct Head {
-    format: Option<String>,
-    version: Option<u64>,
-}
-
 /// Whether a text says that it holds an ensemble. A text that is no JSON does not.
 #[must_use]
 pub fn is_ensemble(text: &str) -> bool {
@@ -67,13 +61,7 @@ impl EnsembleFile {
     /// # Errors
     /// Any [`FileError`]: of the file, of a member, or those of [`EnsembleFile::new`].
     pub fn from_json(text: &str) -> Result<Self, FileError> {
-        let head: Head = serde_json::from_str(text).map_err(|error| json_error(&error))?;
-        if head.format.as_deref() != Some(FORMAT) {
-            return Err(FileError::Format { found: head.format });
-        }
-        if head.version != Some(VERSION) {
-            return Err(FileError::Version { found: head.version });
-        }
+        Head::check(text, FORMAT, VERSION)?;
         let read: Read = serde_json::from_str(text).map_err(|error| json_error(&error))?;
         let member = |member: &serde_json::Value| ModelFile::from_json(&member.to_string());
         Self::new(read.members.iter().map(member).collect::<Result<_, _>>()?)

@@ -208,10 +208,25 @@ pub enum Deviation {
     Relative(f32),
 }
 
+/// What a text says it is.
 #[derive(Deserialize)]
-struct Head {
-    format: Option<String>,
+pub(super) struct Head {
+    pub(super) format: Option<String>,
     version: Option<u64>,
+}
+
+impl Head {
+    /// That of a text which must be of this format and version.
+    pub(super) fn check(text: &str, format: &str, version: u64) -> Result<(), FileError> {
+        let head: Self = serde_json::from_str(text).map_err(|error| json_error(&error))?;
+        if head.format.as_deref() != Some(format) {
+            return Err(FileError::Format { found: head.format });
+        }
+        if head.version != Some(version) {
+            return Err(FileError::Version { found: head.version });
+        }
+        Ok(())
+    }
 }
 
 impl ModelFile {
@@ -247,13 +262,7 @@ impl ModelFile {
     /// # Errors
     /// Any [`FileError`]; the first fault found.
     pub fn from_json(text: &str) -> Result<Self, FileError> {
-        let head: Head = serde_json::from_str(text).map_err(|error| json_error(&error))?;
-        if head.format.as_deref() != Some(FORMAT) {
-            return Err(FileError::Format { found: head.format });
-        }
-        if head.version != Some(VERSION) {
-            return Err(FileError::Version { found: head.version });
-        }
+        Head::check(text, FORMAT, VERSION)?;
         let file: Self = serde_json::from_str(text).map_err(|error| json_error(&error))?;
         file.model()?;
         Ok(file)

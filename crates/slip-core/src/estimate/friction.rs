@@ -16,10 +16,8 @@
 //!
 //! Forces are means over blocks of a millisecond, taken over four of them: the estimate is 2 ms old.
 
-use super::ForceEstimate;
+use super::{ForceEstimate, KAPPA};
 
-/// Adequate over needed force, as the networks were trained.
-pub const KAPPA: f32 = 1.2;
 /// Blocks that are averaged, and compared, the first with the last.
 const BLOCKS: usize = 4;
 /// Blocks in which a ratio that is too large fades to 1/e of what it is too large by: where the present one may be that of sliding, and where it is

@@ -1,6 +1,7 @@
 //! Evidence of a slip that goes on in, the force that stops it and the force to hold with afterwards out.
 
 use super::{Evidence, GripConfig, GripInput, Sliding, SlipNow};
+use crate::estimate::KAPPA;
 
 /// Lead of the command over the target, at most: fingers that lose the object measure no force.
 const LARGEST_LEAD: f32 = 0.5;
@@ -14,8 +15,6 @@ const BELIEVED_S: f32 = 0.05;
 const HEAVIER: f32 = 1.3;
 /// A load of more than this times the weight is none of the weight.
 const OVERLOAD: f32 = 1.25;
-/// The margin that the estimate has over what is needed.
-const MARGIN: f32 = 1.2;
 /// A slip under less than this share of what is needed began before the weight was there.
 const EARLY: f32 = 0.7;
 /// Of an estimate with its margin that was made while the weight was put on, at least this share is needed.
@@ -41,6 +40,7 @@ pub(super) struct Braking {
     base_n: f32,
     /// What it is raised to at once; less is not enough afterwards (N).
     step_n: f32,
+    /// How far the command may run ahead of what is known, from 0 to 1.
     promptness: f32,
     /// What the object was held with before the slip (N).
     hold_before_n: f32,
@@ -150,7 +150,7 @@ impl Braking {
     /// it for the weight alone, and is too high where something hits or pulls the object.
     fn load_n(&self, sliding: &Sliding) -> Option<f32> {
         let weight_n = self.weight_n.filter(|_| self.falling_s <= BELIEVED_S)?;
-        let load_n = MARGIN * sliding.force_n + weight_n * sliding.acceleration_g;
+        let load_n = KAPPA * sliding.force_n + weight_n * sliding.acceleration_g;
         (load_n.is_finite() && load_n > 0.0).then_some(load_n)
     }
 
@@ -183,7 +183,7 @@ impl Braking {
     /// The least force that may do (N), where the slip has told the need roughly only.
     pub(super) fn least_n(&self) -> Option<f32> {
         let mean_n = self.mean_n.filter(|_| self.confirmed && !self.overloaded)?;
-        let need_n = mean_n / MARGIN;
+        let need_n = mean_n / KAPPA;
         (self.weight_n.is_none() && self.base_n < EARLY * need_n).then_some(ROUGHLY * mean_n)
     }
 
