@@ -33,7 +33,9 @@ fn grip(port: &Path, seconds: f64) -> Session {
         }
         let count = match line.read(&mut input) {
             Ok(count) => count,
-            Err(error) if error.kind() == ErrorKind::TimedOut => 0,
+            Err(error) if [ErrorKind::TimedOut, ErrorKind::Interrupted].contains(&error.kind()) => {
+                0
+            }
             Err(error) => panic!("{error}"),
         };
         let mut tell = |news: News<'_>| {

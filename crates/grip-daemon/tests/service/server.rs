@@ -47,6 +47,7 @@ impl Rig {
             match stream.read(&mut bytes) {
                 Ok(0) => return String::from_utf8(answer).unwrap(),
                 Ok(count) => answer.extend(&bytes[..count]),
+                Err(error) if error.kind() == ErrorKind::Interrupted => {}
                 Err(error)
                     if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut) => {}
                 Err(error) => panic!("{error} after {} bytes", answer.len()),
