@@ -30,6 +30,9 @@ pub enum AddressError {
     /// Not 32 hexadecimal digits.
     #[error("`{0}` is no identity: expected 32 hexadecimal digits")]
     Uid(String),
+    /// Not one word.
+    #[error("`{0}` is no name of a site: expected 1 to 64 letters, digits, -, _ and .")]
+    Site(String),
 }
 
 impl Listen {
@@ -97,7 +100,7 @@ pub(super) fn socket<'de, D: Deserializer<'de>>(from: D) -> Result<Option<Socket
 }
 
 /// The identity of a gripper: 16 bytes, written as 32 hexadecimal digits.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
 pub struct Uid(pub [u8; 16]);
 
@@ -133,9 +136,60 @@ impl From<Uid> for String {
     }
 }
 
+/// Where grippers stand together: a plant, a laboratory. One word of 1 to 64 letters, digits, `-`, `_` and `.`.
+#[derive(Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(try_from = "String", into = "String")]
+pub struct Site(String);
+
+impl Site {
+    /// Longest name (bytes).
+    const LONGEST: usize = 64;
+}
+
+impl FromStr for Site {
+    type Err = AddressError;
+
+    fn from_str(text: &str) -> Result<Self, AddressError> {
+        let fits = |byte: u8| byte.is_ascii_alphanumeric() || b"-_.".contains(&byte);
+        let long = text.is_empty() || text.len() > Self::LONGEST;
+        if long || !text.bytes().all(fits) {
+            return Err(AddressError::Site(text.to_owned()));
+        }
+        Ok(Self(text.to_owned()))
+    }
+}
+
+impl fmt::Display for Site {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+impl TryFrom<String> for Site {
+    type Error = AddressError;
+
+    fn try_from(text: String) -> Result<Self, AddressError> {
+        text.parse()
+    }
+}
+
+impl From<Site> for String {
+    fn from(site: Site) -> Self {
+        site.0
+    }
+}
+
 #[cfg(test)]
 mod tests {
-    use super::{Listen, Uid};
+    use super::{Listen, Site, Uid};
+
+    #[test]
+    fn a_site_is_one_word() {
+        assert_eq!("hall-2.east".parse::<Site>().unwrap().to_string(), "hall-2.east");
+        for wrong in ["", "a/b", "*", "a b", "a$", "#", "hall?", "größe", &"x".repeat(65)] {
+            assert!(wrong.parse::<Site>().is_err(), "{wrong}");
+        }
+    }
 
     #[test]
     fn addresses_are_read_as_they_are_written() {

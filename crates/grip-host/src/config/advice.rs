@@ -38,6 +38,10 @@ pub fn warnings(config: &HostConfig, set: &[Setting]) -> Vec<String> {
         config.realtime.mode == RealtimeMode::Off && is_set("realtime"),
         "[realtime] is set, but nothing is asked of the system: realtime.mode is \"off\"",
     );
+    warn(
+        config.fleet.site.is_none() && is_set("fleet"),
+        "[fleet] is set, but nothing is told to a fleet: fleet.site is not set",
+    );
     let calibrated =
         ["detector.shear.threshold", "detector.vibration.threshold", "detector.octaves"]
             .into_iter()

@@ -9,7 +9,7 @@ use std::{
 
 /// Keys and tables that a running gripd does not change: they name ports, sockets and files that are open, privileges that
 /// were asked for once, and what the gripper was asked for when it was attached.
-pub const NEEDS_RESTART: [&str; 14] = [
+pub const NEEDS_RESTART: [&str; 15] = [
     "port",
     "baud",
     "uid",
@@ -24,6 +24,7 @@ pub const NEEDS_RESTART: [&str; 14] = [
     "realtime",
     "dump_dir",
     "link",
+    "fleet",
 ];
 
 /// A key whose value differs.
@@ -100,6 +101,7 @@ impl HostConfig {
             realtime: old.realtime,
             dump_dir: old.dump_dir,
             link: old.link,
+            fleet: old.fleet,
             ..new.clone()
         };
         taken.check().map_err(|(_, source): (&str, ValueError)| {
@@ -184,6 +186,7 @@ mod tests {
             realtime.mode = "warn"
             dump_dir = "x"
             link.batch = 5
+            fleet.spool_mib = 5
             usb.vid = 1
             log_level = "debug"
             grip.f_max_n = 30.0

@@ -22,6 +22,10 @@ impl HostConfig {
         if self.listen.is_remote() && !self.allow_remote {
             return Err(("listen", ValueError::ListenRemote(self.listen.clone())));
         }
+        let fleet = &self.fleet;
+        if fleet.site.is_some() && fleet.router.is_none() && fleet.network.is_none() {
+            return Err(("fleet.site", ValueError::FleetNowhere));
+        }
         match self.metrics {
             Some(address) if !address.ip().is_loopback() && !self.allow_remote => {
                 Err(("metrics", ValueError::MetricsRemote(address)))
@@ -46,6 +50,8 @@ impl HostConfig {
         ConfigError::within("recording.max_age_s", shown(max_age_s), 1.0, 31_536_000.0)?;
         ConfigError::within("recording.flush_ms", shown(flush_ms), 50.0, 10_000.0)?;
         ConfigError::within("realtime.priority", f32::from(self.realtime.priority), 1.0, 99.0)?;
+        let spool_mib = f32::from(self.fleet.spool_mib);
+        ConfigError::within("fleet.spool_mib", spool_mib, 1.0, 1024.0)?;
         let cpu = f32::from(self.realtime.cpu.unwrap_or(0));
         ConfigError::within("realtime.cpu", cpu, 0.0, 1023.0)?;
         self.pipeline(Hertz(rate)).check()

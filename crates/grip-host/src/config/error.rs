@@ -43,6 +43,11 @@ pub enum ValueError {
         "metrics = {0} is open to other computers; allow_remote = true says that this is meant"
     )]
     MetricsRemote(SocketAddr),
+    /// A site without a way to it.
+    #[error(
+        "fleet.site is set, but neither fleet.router nor fleet.network says where the router is"
+    )]
+    FleetNowhere,
 }
 
 /// Why a configuration is refused.

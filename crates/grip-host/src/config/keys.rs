@@ -1,6 +1,8 @@
 //! The tables of `gripd.toml` that concern the daemon, not the pipeline.
 
+use super::address::Site;
 use serde::{Deserialize, Serialize};
+use std::path::PathBuf;
 
 /// What is asked of the microcontroller when the link is set up.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -84,6 +86,37 @@ pub struct RealtimeConfig {
 impl Default for RealtimeConfig {
     fn default() -> Self {
         Self { mode: RealtimeMode::Off, priority: 50, cpu: None }
+    }
+}
+
+/// Where and how the gripper is seen beside many others; only a gripd that was built with the feature `fleet` has that.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct FleetConfig {
+    /// The name of the place; where it is absent, nothing leaves this computer.
+    pub site: Option<Site>,
+    /// Where a Zenoh router listens, such as `tcp/10.0.0.1:7447`; what `network` says, where absent.
+    pub router: Option<String>,
+    /// Zenoh configuration file, for TLS and the rest.
+    pub network: Option<PathBuf>,
+    /// The folder that keeps events until they were fetched, also over an end of gripd; memory, where absent.
+    pub spool: Option<PathBuf>,
+    /// Room for events (MiB), 1 to 1024; the oldest go first.
+    pub spool_mib: u16,
+    /// Every so manieth sample is told, 0 to 65,535; none for 0.
+    pub samples_every: u16,
+}
+
+impl Default for FleetConfig {
+    fn default() -> Self {
+        Self {
+            site: None,
+            router: None,
+            network: None,
+            spool: None,
+            spool_mib: 16,
+            samples_every: 0,
+        }
     }
 }
 

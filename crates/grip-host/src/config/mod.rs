@@ -9,11 +9,13 @@ mod keys;
 mod layers;
 mod template;
 
-pub use address::{AddressError, Listen, Uid};
+pub use address::{AddressError, Listen, Site, Uid};
 pub use change::{Change, NEEDS_RESTART, needs_restart};
 pub use check::BOOT_LOADER_BAUD;
 pub use error::{HostConfigError, Place, ValueError};
-pub use keys::{LinkConfig, LogLevel, RealtimeConfig, RealtimeMode, RecordingConfig, UsbFilter};
+pub use keys::{
+    FleetConfig, LinkConfig, LogLevel, RealtimeConfig, RealtimeMode, RecordingConfig, UsbFilter,
+};
 pub use layers::{Layers, Setting};
 pub use template::{RecordTemplate, TemplateError};
 
@@ -81,6 +83,8 @@ pub struct HostConfig {
     pub realtime: RealtimeConfig,
     /// Which ports `auto` takes.
     pub usb: UsbFilter,
+    /// How the gripper is seen beside many others.
+    pub fleet: FleetConfig,
     /// How the noise floor is found.
     pub floor: FloorConfig,
     /// Bands and thresholds of the slip detector.
@@ -121,6 +125,7 @@ impl Default for HostConfig {
             recording: RecordingConfig::default(),
             realtime: RealtimeConfig::default(),
             usb: UsbFilter::default(),
+            fleet: FleetConfig::default(),
             floor: FloorConfig::default(),
             detector: DetectorConfig::default(),
             health: HealthConfig::default(),

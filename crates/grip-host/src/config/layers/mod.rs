@@ -133,6 +133,9 @@ impl Layers {
             None => self.beside("model", file),
         });
         config.calibration = config.calibration.map(|file| self.beside("calibration", file));
+        let fleet = &mut config.fleet;
+        fleet.network = fleet.network.take().map(|file| self.beside("fleet.network", file));
+        fleet.spool = fleet.spool.take().map(|folder| self.beside("fleet.spool", folder));
         config.check().map_err(|(key, source)| self.blame(key, source))?;
         match config.calibration.clone() {
             Some(file) => config.with_calibration(&file),
@@ -187,7 +190,8 @@ impl Layers {
 
     /// A relative path is meant from the folder of the file that says it.
     fn beside(&self, key: &str, path: PathBuf) -> PathBuf {
-        let says = self.layers.iter().rev().find(|layer| layer.depth(key).0 == 1);
+        let names = key.split('.').count();
+        let says = self.layers.iter().rev().find(|layer| layer.depth(key).0 == names);
         match says.map(|layer| &layer.source) {
             Some(Source::File(file)) => file.with_file_name(path),
             _ => path,
