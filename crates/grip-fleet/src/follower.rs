@@ -1,0 +1,308 @@
+//! Numbered events of one gripper in, as they come and as they are asked for again; each of them out once, in the order of the log.
+
+use crate::id::EventId;
+use std::collections::VecDeque;
+
+/// Runs whose last event is remembered: more starts of a daemon than a receiver is away for.
+const RUNS: usize = 64;
+
+/// What a receiver wants that has heard nothing yet.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Since {
+    /// Everything that the gripper still has.
+    Start,
+    /// What happens from now on.
+    Now,
+}
+
+/// What becomes of an event.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Verdict {
+    /// It is the next one.
+    New {
+        /// Events before it that nobody has any more.
+        missing: u64,
+    },
+    /// It was told before.
+    Known,
+    /// Others come before it: ask. It comes again with the answer.
+    Early,
+}
+
+/// What one receiver has heard of one gripper.
+#[derive(Clone, Debug)]
+pub struct Follower {
+    since: Since,
+    /// The last event of each run, the run heard last at the end.
+    heard: VecDeque<EventId>,
+    asking: bool,
+    /// Something came while it was asking that the answer may not hold.
+    again: bool,
+}
+
+impl Follower {
+    /// A receiver that has heard nothing.
+    #[must_use]
+    pub const fn new(since: Since) -> Self {
+        Self { since, heard: VecDeque::new(), asking: false, again: false }
+    }
+
+    /// Takes an event as it was published.
+    pub fn live(&mut self, id: EventId) -> Verdict {
+        if self.known(id) {
+            return Verdict::Known;
+        }
+        if self.asking {
+            self.again = true;
+            return Verdict::Early;
+        }
+        let next = match self.heard.back() {
+            Some(last) => last.run == id.run && last.seq + 1 == id.seq,
+            None => self.since == Since::Now,
+        };
+        if next {
+            self.hear(id);
+            Verdict::New { missing: 0 }
+        } else {
+            Verdict::Early
+        }
+    }
+
+    /// Takes the number of the gripper's last event, which stands beside everything else that it publishes; whether that is one to
+    /// ask for.
+    pub fn head(&mut self, id: EventId) -> bool {
+        if self.heard.is_empty() && self.since == Since::Now {
+            self.hear(id);
+        }
+        let behind = !self.known(id) && (id.seq > 0 || self.heard.is_empty());
+        self.again |= behind && self.asking;
+        behind
+    }
+
+    /// What to ask for: everything behind the event, or everything. `None` while an answer is on its way, and where nothing before
+    /// the next event is wanted.
+    pub fn ask(&mut self) -> Option<Option<EventId>> {
+        let waits = self.heard.is_empty() && self.since == Since::Now;
+        if waits || core::mem::replace(&mut self.asking, true) {
+            return None;
+        }
+        self.again = false;
+        Some(self.heard.back().copied())
+    }
+
+    /// Takes an event of the answer.
+    pub fn answer(&mut self, id: EventId) -> Verdict {
+        if self.known(id) {
+            return Verdict::Known;
+        }
+        let before = self.heard.iter().find(|last| last.run == id.run).map(|last| last.seq);
+        let expected = match before {
+            Some(seq) => seq + 1,
+            // What a gripper no longer had when it was first heard is not missed.
+            None if self.heard.is_empty() => id.seq,
+            None => 1,
+        };
+        self.hear(id);
+        Verdict::New { missing: id.seq.saturating_sub(expected) }
+    }
+
+    /// The answer is complete, or will not come; whether to ask again at once.
+    pub fn answered(&mut self) -> bool {
+        self.asking = false;
+        core::mem::take(&mut self.again)
+    }
+
+    /// The last event that was told.
+    #[must_use]
+    pub fn last(&self) -> Option<EventId> {
+        self.heard.back().copied()
+    }
+
+    fn known(&self, id: EventId) -> bool {
+        self.heard.iter().any(|last| last.run == id.run && id.seq <= last.seq)
+    }
+
+    fn hear(&mut self, id: EventId) {
+        self.heard.retain(|last| last.run != id.run);
+        if self.heard.len() == RUNS {
+            self.heard.pop_front();
+        }
+        self.heard.push_back(id);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{EventId, Follower, Since, Verdict};
+    use crate::log::EventLog;
+    use proptest::prelude::*;
+
+    const NEW: Verdict = Verdict::New { missing: 0 };
+
+    fn id(run: u32, seq: u64) -> EventId {
+        EventId { run, seq }
+    }
+
+    #[test]
+    fn events_in_order_need_no_question() {
+        let mut follower = Follower::new(Since::Now);
+        assert!(!follower.head(id(1, 4)));
+        for seq in 5..9 {
+            assert_eq!(follower.live(id(1, seq)), NEW);
+            assert_eq!(follower.live(id(1, seq)), Verdict::Known);
+            assert!(!follower.head(id(1, seq)));
+        }
+    }
+
+    #[test]
+    fn a_gap_is_asked_for_once_and_filled() {
+        let mut follower = Follower::new(Since::Now);
+        assert_eq!(follower.live(id(1, 1)), NEW);
+        assert_eq!(follower.live(id(1, 4)), Verdict::Early);
+        assert_eq!(follower.ask(), Some(Some(id(1, 1))));
+        assert_eq!(follower.ask(), None, "an answer is on its way");
+        assert_eq!(follower.live(id(1, 5)), Verdict::Early);
+        for seq in 2..5 {
+            assert_eq!(follower.answer(id(1, seq)), NEW);
+        }
+        assert!(follower.answered(), "number 5 came meanwhile");
+        assert_eq!(follower.ask(), Some(Some(id(1, 4))));
+        assert_eq!(follower.answer(id(1, 5)), NEW);
+        assert!(!follower.answered());
+        assert_eq!(follower.live(id(1, 6)), NEW);
+    }
+
+    #[test]
+    fn the_last_events_before_a_silence_are_missed_too() {
+        let mut follower = Follower::new(Since::Now);
+        assert_eq!(follower.live(id(1, 1)), NEW);
+        assert!(follower.head(id(1, 3)));
+        assert_eq!(follower.ask(), Some(Some(id(1, 1))));
+    }
+
+    #[test]
+    fn another_run_is_asked_for_from_its_beginning() {
+        let mut follower = Follower::new(Since::Start);
+        assert!(follower.head(id(1, 0)), "earlier runs may have left something");
+        assert_eq!(follower.ask(), Some(None));
+        assert_eq!(follower.answer(id(1, 7)), NEW, "what made room before is not missed");
+        assert!(!follower.answered());
+        assert!(!follower.head(id(2, 0)), "a run without events");
+        assert_eq!(follower.live(id(2, 1)), Verdict::Early, "run 1 may have ended later");
+        assert_eq!(follower.ask(), Some(Some(id(1, 7))));
+        assert_eq!(follower.answer(id(1, 8)), NEW);
+        assert_eq!(follower.answer(id(2, 3)), Verdict::New { missing: 2 });
+        assert_eq!(follower.answer(id(1, 8)), Verdict::Known);
+        assert_eq!(follower.answer(id(2, 6)), Verdict::New { missing: 2 });
+    }
+
+    /// What happens to the next event on its way.
+    #[derive(Clone, Copy, Debug)]
+    enum Fate {
+        Arrives,
+        Lost,
+        Twice,
+        /// The daemon starts again before it.
+        Restart,
+        /// The number of the last event is told.
+        Told,
+    }
+
+    fn fate() -> impl Strategy<Value = Fate> {
+        prop_oneof![
+            4 => Just(Fate::Arrives),
+            3 => Just(Fate::Lost),
+            1 => Just(Fate::Twice),
+            1 => Just(Fate::Restart),
+            2 => Just(Fate::Told),
+        ]
+    }
+
+    /// A gripper and a receiver with a bad line between them; `cut` answers end early.
+    struct Line {
+        log: EventLog,
+        follower: Follower,
+        got: Vec<EventId>,
+        sent: Vec<EventId>,
+        cut: usize,
+    }
+
+    impl Line {
+        fn take(&mut self, verdict: Verdict, id: EventId) {
+            match verdict {
+                Verdict::New { missing } => {
+                    assert_eq!(missing, 0, "{id}");
+                    self.got.push(id);
+                }
+                Verdict::Known => {}
+                Verdict::Early => self.catch_up(),
+            }
+        }
+
+        fn catch_up(&mut self) {
+            while let Some(after) = self.follower.ask() {
+                let whole = self.cut == 0;
+                self.cut = self.cut.saturating_sub(1);
+                let take = if whole { usize::MAX } else { 1 };
+                let answer: Vec<EventId> =
+                    self.log.after(after).map(|event| event.id).take(take).collect();
+                for id in answer {
+                    let verdict = self.follower.answer(id);
+                    self.take(verdict, id);
+                }
+                if !self.follower.answered() {
+                    break;
+                }
+            }
+        }
+
+        fn send(&mut self, fate: Fate) {
+            match fate {
+                Fate::Restart => {
+                    let mut next = EventLog::new(self.log.head().run + 1, 1 << 20);
+                    self.log.after(None).for_each(|event| next.restore(event.clone()));
+                    self.log = next;
+                }
+                Fate::Told => {
+                    if self.follower.head(self.log.head()) {
+                        self.catch_up();
+                    }
+                }
+                Fate::Arrives | Fate::Lost | Fate::Twice => {
+                    let id = self.log.append(vec![0; 10]);
+                    self.sent.push(id);
+                    let times = match fate {
+                        Fate::Arrives => 1,
+                        Fate::Twice => 2,
+                        _ => 0,
+                    };
+                    for _ in 0..times {
+                        let verdict = self.follower.live(id);
+                        self.take(verdict, id);
+                    }
+                }
+            }
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn every_event_is_told_once_in_order_over_any_line(
+            fates in prop::collection::vec(fate(), 0..60),
+            cut in 0_usize..4,
+        ) {
+            let mut line = Line {
+                log: EventLog::new(1, 1 << 20),
+                follower: Follower::new(Since::Start),
+                got: Vec::new(),
+                sent: Vec::new(),
+                cut,
+            };
+            fates.into_iter().for_each(|fate| line.send(fate));
+            // The line is good from now on, and something is said over it.
+            line.cut = 0;
+            line.send(Fate::Arrives);
+            prop_assert_eq!(&line.got, &line.sent);
+        }
+    }
+}

@@ -1,0 +1,79 @@
+//! The number of an event in, twelve bytes out, and back.
+
+use core::{fmt, str::FromStr};
+
+/// Which event of a gripper this is. Every start of the daemon that keeps the log is a run of its own and counts from 1, so that
+/// no number is ever given twice, also where a crash of the machine has cost the end of the log.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub struct EventId {
+    /// The run: differs from start to start of the daemon, in no order.
+    pub run: u32,
+    /// Number in the run, from 1; 0 before the first event.
+    pub seq: u64,
+}
+
+/// Why a text is no number of an event.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("`{0}` is no number of an event: expected RUN.NUMBER, for example 7f03a1c2.15")]
+pub struct IdError(pub String);
+
+impl EventId {
+    /// Bytes that [`EventId::to_bytes`] gives.
+    pub const SIZE: usize = 12;
+
+    /// Run, then number, little-endian: what stands beside a publication.
+    #[must_use]
+    pub const fn to_bytes(self) -> [u8; Self::SIZE] {
+        let [r0, r1, r2, r3] = self.run.to_le_bytes();
+        let [s0, s1, s2, s3, s4, s5, s6, s7] = self.seq.to_le_bytes();
+        [r0, r1, r2, r3, s0, s1, s2, s3, s4, s5, s6, s7]
+    }
+
+    /// The number whose bytes these are; `None` for another count of bytes.
+    #[must_use]
+    pub fn from_bytes(bytes: &[u8]) -> Option<Self> {
+        let (run, rest) = bytes.split_first_chunk::<4>()?;
+        let seq: &[u8; 8] = rest.try_into().ok()?;
+        Some(Self { run: u32::from_le_bytes(*run), seq: u64::from_le_bytes(*seq) })
+    }
+}
+
+impl fmt::Display for EventId {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{:08x}.{}", self.run, self.seq)
+    }
+}
+
+impl FromStr for EventId {
+    type Err = IdError;
+
+    fn from_str(text: &str) -> Result<Self, IdError> {
+        let wrong = || IdError(text.to_owned());
+        let plain = |part: &str| part.bytes().all(|byte| byte.is_ascii_hexdigit());
+        let (run, seq) = text.split_once('.').ok_or_else(wrong)?;
+        if run.len() != 8 || !plain(run) || !plain(seq) {
+            return Err(wrong());
+        }
+        let run = u32::from_str_radix(run, 16).map_err(|_| wrong())?;
+        Ok(Self { run, seq: seq.parse().map_err(|_| wrong())? })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::EventId;
+
+    #[test]
+    fn numbers_are_read_as_they_are_written() {
+        for id in [EventId::default(), EventId { run: 0x7f03_a1c2, seq: u64::MAX }] {
+            assert_eq!(EventId::from_bytes(&id.to_bytes()), Some(id));
+            assert_eq!(id.to_string().parse(), Ok(id));
+        }
+        for wrong in ["", "1.2", "7f03a1c2", "7f03a1c2.", "7f03a1c2.+1", "7f03a1c2.f", "+f03a1c2.1"]
+        {
+            assert!(wrong.parse::<EventId>().is_err(), "{wrong}");
+        }
+        assert_eq!(EventId::from_bytes(&[0; 11]), None);
+        assert_eq!(EventId::from_bytes(&[0; 13]), None);
+    }
+}

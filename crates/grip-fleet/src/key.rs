@@ -1,0 +1,168 @@
+//! A site and a gripper in, the names under which its messages are published out, and back.
+//!
+//! `grip/v1/SITE/UID/state`, `.../events`, `.../health`, `.../samples` are publications, `.../alive` is the sign that the gripper's
+//! daemon is there, `.../status` and `.../config` answer questions.
+
+use core::fmt;
+use grip_host::config::{Site, Uid};
+
+/// What every name begins with: who, and the version of what follows.
+const PREFIX: &str = "grip/v1";
+
+/// A kind of publication.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Topic {
+    /// STATE: what the pipeline thinks.
+    State,
+    /// SLIP, GRIPPER and NOTICE: each once and in order.
+    Events,
+    /// HEALTH: figures of the daemon, every second.
+    Health,
+    /// ROWS: samples.
+    Samples,
+}
+
+impl Topic {
+    /// All.
+    pub const ALL: [Self; 4] = [Self::State, Self::Events, Self::Health, Self::Samples];
+
+    /// The last word of the name.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::State => "state",
+            Self::Events => "events",
+            Self::Health => "health",
+            Self::Samples => "samples",
+        }
+    }
+}
+
+/// What stands behind the gripper in a name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Part {
+    /// A publication.
+    Topic(Topic),
+    /// The sign of life.
+    Alive,
+    /// Answers with everything known now.
+    Status,
+    /// Answers with the configuration in force.
+    Config,
+}
+
+impl Part {
+    const ALL: [Self; 7] = [
+        Self::Topic(Topic::State),
+        Self::Topic(Topic::Events),
+        Self::Topic(Topic::Health),
+        Self::Topic(Topic::Samples),
+        Self::Alive,
+        Self::Status,
+        Self::Config,
+    ];
+
+    /// The last word of the name.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Topic(topic) => topic.name(),
+            Self::Alive => "alive",
+            Self::Status => "status",
+            Self::Config => "config",
+        }
+    }
+}
+
+/// One gripper among all.
+#[derive(Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct Member {
+    /// Where.
+    pub site: Site,
+    /// Which.
+    pub uid: Uid,
+}
+
+impl Member {
+    /// The name of a part of it.
+    #[must_use]
+    pub fn key(&self, part: Part) -> String {
+        format!("{PREFIX}/{self}/{}", part.name())
+    }
+
+    /// A name taken apart; `None` for one of something else, or of a version that is not known.
+    #[must_use]
+    pub fn parse(key: &str) -> Option<(Self, Part)> {
+        let rest = key.strip_prefix(PREFIX)?.strip_prefix('/')?;
+        let mut words = rest.split('/');
+        let (site, uid, last) = (words.next()?, words.next()?, words.next()?);
+        if words.next().is_some() {
+            return None;
+        }
+        let part = Part::ALL.into_iter().find(|part| part.name() == last)?;
+        Some((Self { site: site.parse().ok()?, uid: uid.parse().ok()? }, part))
+    }
+}
+
+impl fmt::Display for Member {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}/{}", self.site, self.uid)
+    }
+}
+
+/// Which grippers: what is absent stands for any.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Selector {
+    /// Where.
+    pub site: Option<Site>,
+    /// Which.
+    pub uid: Option<Uid>,
+}
+
+impl Selector {
+    /// The names of a part of all of them.
+    #[must_use]
+    pub fn key(&self, part: Part) -> String {
+        let any = || "*".to_owned();
+        let site = self.site.as_ref().map_or_else(any, ToString::to_string);
+        let uid = self.uid.map_or_else(any, |uid| uid.to_string());
+        format!("{PREFIX}/{site}/{uid}/{}", part.name())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Member, Part, Selector, Topic};
+    use grip_host::config::{Site, Uid};
+
+    #[test]
+    fn names_are_read_as_they_are_written() {
+        let site: Site = "hall-2.east".parse().unwrap();
+        let member = Member { site: site.clone(), uid: Uid([7; 16]) };
+        for part in Part::ALL {
+            assert_eq!(Member::parse(&member.key(part)), Some((member.clone(), part)));
+        }
+        let key = member.key(Part::Topic(Topic::Events));
+        assert_eq!(key, "grip/v1/hall-2.east/07070707070707070707070707070707/events");
+        let here = Selector { site: Some(site), uid: None };
+        assert_eq!(here.key(Part::Alive), "grip/v1/hall-2.east/*/alive");
+        assert_eq!(Selector::default().key(Part::Status), "grip/v1/*/*/status");
+    }
+
+    #[test]
+    fn other_names_are_not_ours() {
+        let uid = "07070707070707070707070707070707";
+        for key in [
+            String::new(),
+            "grip/v1".to_owned(),
+            format!("grip/v2/a/{uid}/state"),
+            format!("grip/v1/a/{uid}"),
+            format!("grip/v1/a/{uid}/state/x"),
+            format!("grip/v1/a/{uid}/other"),
+            "grip/v1/a/07/state".to_owned(),
+            format!("grip/v1//{uid}/state"),
+        ] {
+            assert_eq!(Member::parse(&key), None, "{key}");
+        }
+    }
+}

@@ -1,0 +1,149 @@
+//! Events in, numbered once each; all that came after one of them out, as long as there was room.
+
+use crate::id::EventId;
+use std::collections::VecDeque;
+
+/// An event with its number.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Logged {
+    /// Its number.
+    pub id: EventId,
+    /// The frame.
+    pub wire: Vec<u8>,
+}
+
+impl Logged {
+    /// What it takes of the room (bytes): itself and what stands beside it.
+    const fn size(&self) -> usize {
+        self.wire.len() + EventId::SIZE
+    }
+}
+
+/// The events of one gripper, oldest first. Older ones make room for new ones.
+#[derive(Clone, Debug)]
+pub struct EventLog {
+    run: u32,
+    last: u64,
+    events: VecDeque<Logged>,
+    bytes: usize,
+    room: usize,
+    dropped: u64,
+}
+
+impl EventLog {
+    /// An empty log of a run; at most `room` bytes are kept, but always the last event.
+    #[must_use]
+    pub const fn new(run: u32, room: usize) -> Self {
+        Self { run, last: 0, events: VecDeque::new(), bytes: 0, room, dropped: 0 }
+    }
+
+    /// Puts an event of an earlier run behind the others.
+    pub(crate) fn restore(&mut self, event: Logged) {
+        self.push(event);
+    }
+
+    /// Numbers an event and keeps it.
+    pub fn append(&mut self, wire: Vec<u8>) -> EventId {
+        self.last += 1;
+        let id = self.head();
+        self.push(Logged { id, wire });
+        id
+    }
+
+    fn push(&mut self, event: Logged) {
+        self.bytes += event.size();
+        self.events.push_back(event);
+        while self.bytes > self.room && self.events.len() > 1 {
+            if let Some(oldest) = self.events.pop_front() {
+                self.bytes -= oldest.size();
+                self.dropped = self.dropped.saturating_add(1);
+            }
+        }
+    }
+
+    /// Number of the last event of this run; its `seq` is 0 before the first.
+    #[must_use]
+    pub const fn head(&self) -> EventId {
+        EventId { run: self.run, seq: self.last }
+    }
+
+    /// Everything behind an event, oldest first, also where that one has made room or was never here: then everything of later runs,
+    /// and of its own run what has a higher number. Without one, everything there is.
+    pub fn after(&self, id: Option<EventId>) -> impl Iterator<Item = &Logged> {
+        let known = id.and_then(|id| {
+            let of_run = |event: &Logged| event.id.run == id.run && event.id.seq <= id.seq;
+            self.events.iter().rposition(of_run)
+        });
+        self.events.iter().skip(known.map_or(0, |at| at + 1))
+    }
+
+    /// Events there are.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.events.len()
+    }
+
+    /// Whether there are none.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.events.is_empty()
+    }
+
+    /// Events that have made room for others.
+    #[must_use]
+    pub const fn dropped(&self) -> u64 {
+        self.dropped
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{EventId, EventLog, Logged};
+
+    fn log(run: u32, events: u64, room: usize) -> EventLog {
+        let mut log = EventLog::new(run, room);
+        for event in 0..events {
+            log.append(vec![u8::try_from(event % 256).unwrap(); 8]);
+        }
+        log
+    }
+
+    fn seqs<'a>(events: impl Iterator<Item = &'a Logged>) -> Vec<u64> {
+        events.map(|event| event.id.seq).collect()
+    }
+
+    #[test]
+    fn everything_behind_an_event_is_told_in_order() {
+        let log = log(5, 6, 1000);
+        let after = |seq| seqs(log.after(Some(EventId { run: 5, seq })));
+        assert_eq!(seqs(log.after(None)), [1, 2, 3, 4, 5, 6]);
+        assert_eq!(after(0), [1, 2, 3, 4, 5, 6]);
+        assert_eq!(after(4), [5, 6]);
+        assert!(after(6).is_empty());
+        // A number that was lost with the end of the log: what is there was told before.
+        assert!(after(9).is_empty());
+    }
+
+    #[test]
+    fn the_oldest_make_room() {
+        let log = log(5, 10, 4 * 20);
+        assert_eq!((log.len(), log.dropped(), log.head().seq), (4, 6, 10));
+        assert_eq!(seqs(log.after(Some(EventId { run: 5, seq: 2 }))), [7, 8, 9, 10]);
+        let tiny = super::tests::log(5, 3, 0);
+        assert_eq!((tiny.len(), tiny.dropped()), (1, 2));
+    }
+
+    #[test]
+    fn runs_stand_one_behind_the_other() {
+        let mut both = EventLog::new(1, 1000);
+        for event in log(9, 3, 1000).after(None) {
+            both.restore(event.clone());
+        }
+        both.append(vec![1]);
+        both.append(vec![2]);
+        assert_eq!(both.head(), EventId { run: 1, seq: 2 });
+        assert_eq!(seqs(both.after(Some(EventId { run: 9, seq: 2 }))), [3, 1, 2]);
+        assert_eq!(seqs(both.after(Some(EventId { run: 9, seq: 7 }))), [1, 2]);
+        assert_eq!(seqs(both.after(Some(EventId { run: 4, seq: 7 }))), [1, 2, 3, 1, 2]);
+    }
+}
