@@ -1,0 +1,135 @@
+//! A router's address in, a session with it out, and what grippers and receivers do there.
+//!
+//! One session each, as a client of a router; nothing is searched for by multicast or gossip, and nothing listens. TLS, names and
+//! access rules come from a Zenoh configuration file, whose keys are read first; mode, scouting and, where it is given, the endpoint
+//! are then set here.
+
+mod announce;
+mod list;
+mod watch;
+
+pub use announce::Announced;
+pub use list::{Listed, list};
+pub use watch::{Told, Watch};
+
+use core::time::Duration;
+use std::path::PathBuf;
+pub use zenoh::Session;
+use zenoh::{Config, Wait as _};
+
+/// Which network.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Network {
+    /// Where the router is, as Zenoh writes it: `tcp/10.0.0.1:7447`, `unixsock-stream//run/zenoh.sock`. What the file says, where absent.
+    pub router: Option<String>,
+    /// Zenoh configuration file.
+    pub file: Option<PathBuf>,
+}
+
+/// Why there is no session, or why it does not do what it should.
+#[derive(Debug, thiserror::Error)]
+pub enum NetError {
+    /// The configuration file is none.
+    #[error("{}: no Zenoh configuration: {reason}", file.display())]
+    File {
+        /// The file.
+        file: PathBuf,
+        /// What Zenoh says.
+        reason: String,
+    },
+    /// The address is none.
+    #[error("router = {router}: {reason}; expected an endpoint such as tcp/10.0.0.1:7447")]
+    Router {
+        /// The address.
+        router: String,
+        /// What Zenoh says.
+        reason: String,
+    },
+    /// Neither address nor file.
+    #[error(
+        "no router: say where one listens, for example tcp/10.0.0.1:7447, or name a Zenoh configuration file that does"
+    )]
+    Nowhere,
+    /// No router answers.
+    #[error("no router answers at {router}: {reason}")]
+    NoRouter {
+        /// Where it was looked for.
+        router: String,
+        /// What Zenoh says.
+        reason: String,
+    },
+    /// The session refuses something.
+    #[error("the session refuses {key}: {reason}")]
+    Refused {
+        /// The name that was asked for.
+        key: String,
+        /// What Zenoh says.
+        reason: String,
+    },
+}
+
+impl Network {
+    /// The configuration of the session.
+    fn config(&self) -> Result<Config, NetError> {
+        let mut config = match &self.file {
+            Some(file) => Config::from_file(file).map_err(|reason| NetError::File {
+                file: file.clone(),
+                reason: reason.to_string(),
+            })?,
+            None => Config::default(),
+        };
+        let name = self.name();
+        let mut set = |key: &str, value: &str| {
+            config.insert_json5(key, value).map_err(|reason| NetError::Router {
+                router: name.clone(),
+                reason: reason.to_string(),
+            })
+        };
+        set("mode", "\"client\"")?;
+        set("scouting/multicast/enabled", "false")?;
+        set("scouting/gossip/enabled", "false")?;
+        set("listen/endpoints", "[]")?;
+        match &self.router {
+            Some(router) => set("connect/endpoints", &format!("[{router:?}]"))?,
+            None if self.file.is_none() => return Err(NetError::Nowhere),
+            None => {}
+        }
+        Ok(config)
+    }
+
+    /// Whether the configuration can be used at all; nothing is opened.
+    ///
+    /// # Errors
+    /// [`NetError`] that trying again will not mend.
+    pub fn check(&self) -> Result<(), NetError> {
+        self.config().map(drop)
+    }
+
+    /// Opens a session. A router that goes away later is looked for again by the session itself.
+    ///
+    /// # Errors
+    /// [`NetError::NoRouter`] where none answers now; the others will not go away.
+    pub fn open(&self) -> Result<Session, NetError> {
+        zenoh::open(self.config()?).wait().map_err(|reason| NetError::NoRouter {
+            router: self.name(),
+            reason: reason.to_string(),
+        })
+    }
+
+    /// Where the router is, for people.
+    fn name(&self) -> String {
+        match (&self.router, &self.file) {
+            (Some(router), _) => router.clone(),
+            (None, Some(file)) => format!("the endpoints of {}", file.display()),
+            (None, None) => "no endpoint".to_owned(),
+        }
+    }
+}
+
+fn refused(key: &str) -> impl FnOnce(zenoh::Error) -> NetError + use<> {
+    let key = key.to_owned();
+    move |reason| NetError::Refused { key, reason: reason.to_string() }
+}
+
+/// Patience with answers over the network.
+pub const PATIENCE: Duration = Duration::from_secs(3);

@@ -1,0 +1,250 @@
+//! A session in, the events of many grippers out: each once, those of one gripper in order, and who comes and goes.
+
+use super::{NetError, refused};
+use crate::{
+    follower::{Follower, Since, Verdict},
+    id::EventId,
+    key::{Member, Part, Selector, Topic},
+    message::Message,
+};
+use core::{
+    sync::atomic::{AtomicUsize, Ordering},
+    time::Duration,
+};
+use std::{
+    collections::HashMap,
+    sync::{
+        Arc,
+        mpsc::{Receiver, Sender, channel},
+    },
+};
+use zenoh::{
+    Session, Wait as _,
+    pubsub::Subscriber,
+    query::{ConsolidationMode, Reply},
+    sample::{Sample, SampleKind},
+};
+
+/// With so much waiting for the receiver, what is out of date soon is dropped.
+const WAITING: usize = 4096;
+/// Patience with an answer from a log.
+const PATIENCE: Duration = Duration::from_secs(10);
+
+/// What a receiver is told.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Told {
+    /// A gripper is there.
+    Came(Member),
+    /// A gripper, or the way to it, is gone.
+    Gone(Member),
+    /// An event, once.
+    Event {
+        /// Whose.
+        member: Member,
+        /// Its number.
+        id: EventId,
+        /// What happened.
+        message: Message,
+        /// Events before it that nobody has any more.
+        missing: u64,
+    },
+    /// Something else that was asked for, as it comes.
+    Telemetry {
+        /// Whose.
+        member: Member,
+        /// What it says.
+        message: Message,
+    },
+    /// Something that cannot be read, under one of our names.
+    Unreadable {
+        /// The name.
+        key: String,
+    },
+}
+
+/// What comes from the network.
+#[derive(Debug)]
+enum News {
+    Life(Member, bool),
+    Live(Member, Part, EventId, Message),
+    Answer(Member, EventId, Message),
+    Answered(Member),
+    Unreadable(String),
+}
+
+/// What is known of one gripper.
+#[derive(Debug)]
+struct Watched {
+    follower: Follower,
+    alive: bool,
+}
+
+/// The way from the threads of the session to the receiver.
+#[derive(Clone, Debug)]
+struct Way {
+    sender: Sender<News>,
+    waiting: Arc<AtomicUsize>,
+}
+
+impl Way {
+    fn send(&self, news: News) {
+        self.waiting.fetch_add(1, Ordering::Relaxed);
+        // A receiver that is gone wants nothing.
+        let _gone = self.sender.send(news);
+    }
+
+    /// A publication or an answer.
+    fn sample(&self, sample: &Sample, answer: bool) {
+        let key = sample.key_expr().as_str();
+        let Some((member, part)) = Member::parse(key) else { return };
+        if part != Part::Topic(Topic::Events) && self.waiting.load(Ordering::Relaxed) > WAITING {
+            return;
+        }
+        let id = sample.attachment().and_then(|bytes| EventId::from_bytes(&bytes.to_bytes()));
+        let message = Message::from_wire(&sample.payload().to_bytes());
+        self.send(match (id, message) {
+            (Some(id), Ok(message)) if answer => News::Answer(member, id, message),
+            (Some(id), Ok(message)) => News::Live(member, part, id, message),
+            _ => News::Unreadable(key.to_owned()),
+        });
+    }
+
+    fn life(&self, sample: &Sample) {
+        if let Some((member, _)) = Member::parse(sample.key_expr().as_str()) {
+            self.send(News::Life(member, sample.kind() == SampleKind::Put));
+        }
+    }
+}
+
+/// Tells the end of an answer, however it ends.
+struct End(Way, Member);
+
+impl Drop for End {
+    fn drop(&mut self) {
+        self.0.send(News::Answered(self.1.clone()));
+    }
+}
+
+/// The receiver of a selection of grippers.
+#[derive(Debug)]
+pub struct Watch {
+    session: Session,
+    since: Since,
+    telemetry: Vec<Topic>,
+    news: Receiver<News>,
+    way: Way,
+    watched: HashMap<Member, Watched>,
+    _subscribers: Vec<Subscriber<()>>,
+}
+
+impl Watch {
+    /// Watches grippers: events, and what is chosen of the rest.
+    ///
+    /// # Errors
+    /// [`NetError::Refused`].
+    pub fn new(
+        session: Session,
+        selector: &Selector,
+        since: Since,
+        telemetry: &[Topic],
+    ) -> Result<Self, NetError> {
+        let (sender, news) = channel();
+        let way = Way { sender, waiting: Arc::default() };
+        let mut subscribers = Vec::new();
+        // HEALTH comes in any case: it says every second which event was the last.
+        let mut topics = vec![Topic::Events, Topic::Health];
+        topics.extend(telemetry.iter().filter(|topic| **topic != Topic::Health));
+        for topic in topics {
+            let (key, way) = (selector.key(Part::Topic(topic)), way.clone());
+            let heard = move |sample: Sample| way.sample(&sample, false);
+            let subscriber = session.declare_subscriber(key.clone()).callback(heard).wait();
+            subscribers.push(subscriber.map_err(refused(&key))?);
+        }
+        let (key, life) = (selector.key(Part::Alive), way.clone());
+        let heard = move |sample: Sample| life.life(&sample);
+        let liveliness = session.liveliness();
+        let subscriber = liveliness.declare_subscriber(&key).history(true).callback(heard).wait();
+        subscribers.push(subscriber.map_err(refused(&key))?);
+        let telemetry = telemetry.to_vec();
+        let watched = HashMap::new();
+        Ok(Self { session, since, telemetry, news, way, watched, _subscribers: subscribers })
+    }
+
+    /// What happens next, waiting at most so long for it; `None` where nothing happened that the receiver is told.
+    ///
+    /// # Errors
+    /// [`NetError::Refused`] where the session has ended.
+    pub fn next(&mut self, patience: Duration) -> Result<Option<Told>, NetError> {
+        // The way holds a sender: it never ends.
+        let Ok(news) = self.news.recv_timeout(patience) else { return Ok(None) };
+        self.way.waiting.fetch_sub(1, Ordering::Relaxed);
+        match news {
+            News::Life(member, alive) => self.life(member, alive),
+            News::Live(member, Part::Topic(Topic::Events), id, message) => {
+                let verdict = self.watched(&member).follower.live(id);
+                self.event(verdict, member, id, message)
+            }
+            News::Live(member, part, id, message) => {
+                if self.watched(&member).follower.head(id) {
+                    self.ask(&member)?;
+                }
+                let wanted = self.telemetry.iter().any(|topic| part == Part::Topic(*topic));
+                Ok(wanted.then_some(Told::Telemetry { member, message }))
+            }
+            News::Answer(member, id, message) => {
+                let verdict = self.watched(&member).follower.answer(id);
+                self.event(verdict, member, id, message)
+            }
+            News::Answered(member) => {
+                if self.watched(&member).follower.answered() {
+                    self.ask(&member)?;
+                }
+                Ok(None)
+            }
+            News::Unreadable(key) => Ok(Some(Told::Unreadable { key })),
+        }
+    }
+
+    fn life(&mut self, member: Member, alive: bool) -> Result<Option<Told>, NetError> {
+        let changed = core::mem::replace(&mut self.watched(&member).alive, alive) != alive;
+        if alive {
+            self.ask(&member)?;
+        }
+        Ok(changed.then(|| if alive { Told::Came(member) } else { Told::Gone(member) }))
+    }
+
+    fn event(
+        &mut self,
+        verdict: Verdict,
+        member: Member,
+        id: EventId,
+        message: Message,
+    ) -> Result<Option<Told>, NetError> {
+        match verdict {
+            Verdict::New { missing } => Ok(Some(Told::Event { member, id, message, missing })),
+            Verdict::Known => Ok(None),
+            Verdict::Early => self.ask(&member).map(|()| None),
+        }
+    }
+
+    fn watched(&mut self, member: &Member) -> &mut Watched {
+        let since = self.since;
+        let new = || Watched { follower: Follower::new(since), alive: false };
+        self.watched.entry(member.clone()).or_insert_with(new)
+    }
+
+    /// Asks for what is missing, unless an answer is on its way.
+    fn ask(&mut self, member: &Member) -> Result<(), NetError> {
+        let Some(after) = self.watched(member).follower.ask() else { return Ok(()) };
+        let key = member.key(Part::Topic(Topic::Events));
+        let selector = after.map_or_else(|| key.clone(), |id| format!("{key}?after={id}"));
+        let end = End(self.way.clone(), member.clone());
+        let heard = move |reply: Reply| {
+            if let Ok(sample) = reply.result() {
+                end.0.sample(sample, true);
+            }
+        };
+        let get = self.session.get(&selector).consolidation(ConsolidationMode::None);
+        get.timeout(PATIENCE).callback(heard).wait().map_err(refused(&key))
+    }
+}

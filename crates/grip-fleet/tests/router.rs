@@ -1,0 +1,266 @@
+//! A real router in this process, two grippers and receivers, on loopback: routers stop, daemons start again, and every event
+//! arrives once.
+
+use core::time::Duration;
+use grip_fleet::{
+    EventId, Member, Selector, Since, Site, Spool, Topic, Uid,
+    net::{Announced, NetError, Network, Told, Watch, list},
+};
+use grip_link::{
+    frame::{self, Direction, Header, MAX_WIRE},
+    message::{
+        Kind,
+        daemon::{Gripper as Ident, Health, Notice, NoticeKind, ToClient},
+    },
+};
+use std::{collections::BTreeMap, fs, net::TcpListener, path::Path};
+use zenoh::{Config, Session, Wait as _};
+
+const STEP: Duration = Duration::from_millis(2);
+/// Looks at the network before a test gives up: more than a minute.
+const MOST: usize = 40_000;
+const ROOM: usize = 1 << 20;
+
+/// A port that is free now.
+fn port() -> u16 {
+    TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port()
+}
+
+fn router(port: u16) -> Session {
+    let mut config = Config::default();
+    let endpoint = format!("[\"tcp/127.0.0.1:{port}\"]");
+    for (key, value) in [
+        ("mode", "\"router\""),
+        ("scouting/multicast/enabled", "false"),
+        ("scouting/gossip/enabled", "false"),
+        ("listen/endpoints", &endpoint),
+    ] {
+        config.insert_json5(key, value).unwrap();
+    }
+    zenoh::open(config).wait().unwrap()
+}
+
+/// A network that looks for its router every fifth of a second.
+fn network(folder: &Path, port: u16) -> Network {
+    let file = folder.join("zenoh.json5");
+    let text = "{ connect: { retry: { period_init_ms: 200, period_max_ms: 200 } } }";
+    fs::write(&file, text).unwrap();
+    Network { router: Some(format!("tcp/127.0.0.1:{port}")), file: Some(file) }
+}
+
+fn wire(kind: Kind, write: impl FnOnce(&mut [u8]) -> usize) -> Vec<u8> {
+    let (mut payload, mut out) = ([0; 480], [0; MAX_WIRE]);
+    let len = write(&mut payload);
+    let header = Header::new(Direction::ToHost, kind, 0, 0);
+    let len = frame::encode(&header, &payload[..len], &mut out).unwrap();
+    out[..len].to_vec()
+}
+
+/// An event whose text is a number.
+fn event(number: u32) -> Vec<u8> {
+    let text = number.to_string();
+    let (kind, text) = (NoticeKind::Link, text.as_bytes());
+    let notice = Notice { kind, code: 0, value: 0, count: 0, host_us: 0, text };
+    wire(Kind::NOTICE, |out| notice.write(out).unwrap())
+}
+
+/// A daemon with its gripper.
+struct Daemon {
+    member: Member,
+    spool: Spool,
+    announced: Announced,
+    _session: Session,
+    sent: u32,
+}
+
+impl Daemon {
+    fn start(folder: &Path, network: &Network, uid: u8, run: u32) -> Self {
+        let member = Member { site: site(), uid: Uid([uid; 16]) };
+        let spool = Spool::open(folder, member.uid, run, ROOM).unwrap();
+        let session = network.open().unwrap();
+        let announced = Announced::new(&session, &member).unwrap();
+        Self { member, spool, announced, _session: session, sent: 0 }
+    }
+
+    fn tell(&mut self) {
+        self.sent += 1;
+        let wire = event(self.sent);
+        let id = self.spool.append(wire.clone());
+        assert!(self.spool.trouble().is_none());
+        self.announced.publish(Topic::Events, id, &wire);
+    }
+
+    /// What a daemon does all the time.
+    fn turn(&mut self, at: usize) {
+        let head = self.spool.log().head();
+        let health = wire(Kind::HEALTH, |out| Health::default().write(out).unwrap());
+        if at.is_multiple_of(50) {
+            self.announced.publish(Topic::Health, head, &health);
+        }
+        let ident = Ident { uid: self.member.uid.0, boot_id: 7, ..Ident::NONE };
+        let ident = wire(Kind::GRIPPER, |out| ident.write(out).unwrap());
+        self.announced.answer(self.spool.log(), &[&ident, &health], "baud = 1\n");
+    }
+}
+
+fn site() -> Site {
+    "hall".parse().unwrap()
+}
+
+/// A receiver, and what it got: numbers of the texts, by gripper.
+struct Receiver {
+    watch: Watch,
+    got: BTreeMap<Member, Vec<u32>>,
+    ids: Vec<(Member, EventId)>,
+}
+
+impl Receiver {
+    fn new(network: &Network, since: Since) -> Self {
+        let session = network.open().unwrap();
+        let watch = Watch::new(session, &Selector::default(), since, &[]).unwrap();
+        Self { watch, got: BTreeMap::new(), ids: Vec::new() }
+    }
+
+    fn turn(&mut self, patience: Duration) {
+        let mut patience = patience;
+        while let Some(told) = self.watch.next(patience).unwrap() {
+            patience = Duration::ZERO;
+            let Told::Event { member, id, message, missing } = told else { continue };
+            assert_eq!(missing, 0, "{member} {id}");
+            let ToClient::Notice(notice) = message.read().unwrap() else { panic!("{message:?}") };
+            let number = core::str::from_utf8(notice.text).unwrap().parse().unwrap();
+            self.ids.push((member.clone(), id));
+            self.got.entry(member).or_default().push(number);
+        }
+    }
+
+    /// Whether it has got the last event of all.
+    fn has_all(&self, daemons: &[Daemon]) -> bool {
+        daemons.iter().all(|daemon| {
+            self.got.get(&daemon.member).is_some_and(|got| got.last() == Some(&daemon.sent))
+        })
+    }
+
+    fn check(&self, daemons: &[Daemon]) {
+        for daemon in daemons {
+            let wanted: Vec<u32> = (1..=daemon.sent).collect();
+            assert_eq!(self.got.get(&daemon.member), Some(&wanted), "{}", daemon.member);
+        }
+    }
+}
+
+fn turn(daemons: &mut [Daemon], receivers: &mut [Receiver], at: usize) {
+    daemons.iter_mut().for_each(|daemon| daemon.turn(at));
+    receivers.iter_mut().for_each(|receiver| receiver.turn(STEP));
+}
+
+/// Goes on until everybody has everything; then a little longer, for what comes twice.
+fn settle(daemons: &mut [Daemon], receivers: &mut [Receiver]) {
+    let mut calm = 0;
+    for at in 0..MOST {
+        turn(daemons, receivers, at);
+        calm += usize::from(receivers.iter().all(|receiver| receiver.has_all(daemons)));
+        if calm > 300 {
+            break;
+        }
+    }
+    receivers.iter().for_each(|receiver| receiver.check(daemons));
+}
+
+#[test]
+fn a_router_that_stops_and_starts_again_costs_no_event_and_doubles_none() {
+    let (folder, port) = (tempfile::tempdir().unwrap(), port());
+    let network = network(folder.path(), port);
+    let mut running = Some(router(port));
+    let mut daemons = [1, 2].map(|uid| Daemon::start(folder.path(), &network, uid, 1));
+    let mut receivers = vec![Receiver::new(&network, Since::Start)];
+    for at in 0..900 {
+        match at {
+            200 => running.take().unwrap().close().wait().unwrap(),
+            500 => running = Some(router(port)),
+            _ => {}
+        }
+        if at % 3 == 0 {
+            daemons.iter_mut().for_each(Daemon::tell);
+        }
+        turn(&mut daemons, &mut receivers, at);
+    }
+    settle(&mut daemons, &mut receivers);
+    assert_eq!(daemons[0].sent, 300);
+    // Who comes late and wants everything gets the same.
+    let mut late = [Receiver::new(&network, Since::Start)];
+    settle(&mut daemons, &mut late);
+    drop(running);
+}
+
+#[test]
+fn a_daemon_that_starts_again_costs_no_event_and_doubles_none() {
+    let (folder, port) = (tempfile::tempdir().unwrap(), port());
+    let network = network(folder.path(), port);
+    let _router = router(port);
+    let mut receivers = [Receiver::new(&network, Since::Start)];
+    let mut daemons = [Daemon::start(folder.path(), &network, 3, 10)];
+    for run in 11..14 {
+        for at in 0..60 {
+            daemons[0].tell();
+            turn(&mut daemons, &mut receivers, at);
+        }
+        // The last of them are told to nobody but the spool.
+        for _ in 0..5 {
+            daemons[0].sent += 1;
+            let wire = event(daemons[0].sent);
+            daemons[0].spool.append(wire);
+        }
+        let [old] = daemons;
+        let sent = old.sent;
+        drop(old);
+        daemons = [Daemon::start(folder.path(), &network, 3, run)];
+        daemons[0].sent = sent;
+    }
+    settle(&mut daemons, &mut receivers);
+    let runs: Vec<u32> = receivers[0].ids.iter().map(|(_, id)| id.run).collect();
+    assert_eq!((runs.first(), runs.last()), (Some(&10), Some(&12)));
+}
+
+#[test]
+fn who_is_there_is_listed_with_what_it_says_of_itself() {
+    let (folder, port) = (tempfile::tempdir().unwrap(), port());
+    let network = network(folder.path(), port);
+    let _router = router(port);
+    let mut daemons = [1, 2].map(|uid| Daemon::start(folder.path(), &network, uid, 1));
+    let session = network.open().unwrap();
+    let asking = std::thread::spawn(move || list(&session, &Selector::default()).unwrap());
+    for at in 0..MOST {
+        daemons.iter_mut().for_each(|daemon| daemon.turn(at));
+        std::thread::yield_now();
+        if asking.is_finished() {
+            break;
+        }
+    }
+    let listed = asking.join().unwrap();
+    assert_eq!(listed.len(), 2);
+    for (member, listed) in &listed {
+        assert_eq!(listed.gripper.unwrap().uid, member.uid.0);
+        assert!(listed.health.is_some());
+    }
+}
+
+#[test]
+fn a_network_that_cannot_be_is_told_in_a_sentence() {
+    let text = |network: Network| match network.open() {
+        Ok(_) => panic!("{network:?}"),
+        Err(error) => error.to_string(),
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("zenoh.json5");
+    fs::write(&file, "{ connect: 5 }").unwrap();
+    let told = text(Network { router: None, file: Some(file.clone()) });
+    assert!(told.starts_with(&format!("{}: no Zenoh configuration: ", file.display())), "{told}");
+    assert!(text(Network::default()).starts_with("no router: "));
+    let told = text(Network { router: Some("somewhere".to_owned()), file: None });
+    assert!(told.starts_with("router = somewhere: "), "{told}");
+    let router = format!("tcp/127.0.0.1:{}", port());
+    let network = Network { router: Some(router.clone()), file: None };
+    let Err(error @ NetError::NoRouter { .. }) = network.open() else { panic!("{network:?}") };
+    assert!(error.to_string().starts_with(&format!("no router answers at {router}: ")), "{error}");
+}
