@@ -15,7 +15,7 @@ use anyhow::{Context as _, anyhow};
 use core::sync::atomic::Ordering;
 use grip_daemon::{
     HotCounters,
-    clients::Clients,
+    clients::{Clients, ClientsConfig, Listen},
     hot::{Ends, Hot, HotOptions, Shared},
     http::HttpServer,
     log::LogLevel,
@@ -71,6 +71,12 @@ pub(crate) fn run(cli: &Cli, settings: Settings) -> anyhow::Result<Exit> {
     let source = Source::open(&settings.port_args(), move || clock.now_us())?;
     // Opened before anything moves: an address or a file that cannot be had is told at once.
     let (servers, complaint) = servers(&settings, clock)?;
+    #[cfg(feature = "fleet")]
+    let (servers, fleet) = {
+        let mut servers = servers;
+        let fleet = crate::fleet::Fleet::start(&settings, servers.clients.as_mut(), clock)?;
+        (servers, fleet)
+    };
     let started = Recording::start(&settings, clock)?;
     let (recorder, recording, recorded) = started
         .map_or((None, None, None), |(ring, thread, recorded)| {
@@ -97,6 +103,8 @@ pub(crate) fn run(cli: &Cli, settings: Settings) -> anyhow::Result<Exit> {
             commands: command_in,
             recorded,
             shared: Arc::clone(&shared),
+            #[cfg(feature = "fleet")]
+            fleet,
         },
         servers,
     )?;
@@ -155,13 +163,19 @@ fn session(cli: &Cli, settings: &Settings) -> anyhow::Result<Session> {
 fn servers(settings: &Settings, clock: Clock) -> anyhow::Result<(Servers, Option<String>)> {
     let (config, asked) = settings.clients()?;
     let about = settings.client_about(clock.run_id());
-    let (clients, complaint) = match Clients::listen(config, about) {
+    let nowhere = ClientsConfig { listen: Listen::Off, ..config.clone() };
+    let (clients, complaint) = match Clients::listen(config, about.clone()) {
         Ok(clients) => {
             let warning = clients.warning().map(str::to_owned);
             (Some(clients), warning)
         }
         Err(error) if asked => return Err(error.into()),
-        Err(error) => (None, Some(format!("{}; going on without clients", message(&error)))),
+        Err(error) => {
+            // The fleet is a client that needs no address.
+            let fleet = settings.config.fleet.site.is_some();
+            let clients = fleet.then(|| Clients::listen(nowhere, about)).transpose()?;
+            (clients, Some(format!("{}; going on without clients", message(&error))))
+        }
     };
     let http = settings
         .config

@@ -5,6 +5,8 @@ mod clock;
 mod console;
 mod daemon;
 mod figures;
+#[cfg(feature = "fleet")]
+mod fleet;
 mod notify;
 mod recording;
 mod service;

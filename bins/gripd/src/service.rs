@@ -61,6 +61,9 @@ pub(crate) struct ServiceEnds {
     pub(crate) recorded: Option<Recorded>,
     /// What is shared with the hot loop.
     pub(crate) shared: Arc<Shared>,
+    /// The thread that tells the fleet, where there is one.
+    #[cfg(feature = "fleet")]
+    pub(crate) fleet: Option<crate::fleet::Fleet>,
 }
 
 /// Sockets and what stands behind them.
@@ -176,6 +179,12 @@ impl Service {
         if let Some(clients) = &mut self.servers.clients {
             clients.close(self.clock.now_us());
         }
+        #[cfg(feature = "fleet")]
+        if let Some(fleet) = self.ends.fleet.take()
+            && !fleet.finish()
+        {
+            self.console.say(LogLevel::Error, "the fleet thread failed");
+        }
         self.ends.inbox.drops().now()
     }
 
@@ -196,6 +205,10 @@ impl Service {
             self.console.port(&news);
         }
         self.hear_recorder();
+        #[cfg(feature = "fleet")]
+        for (level, text) in self.ends.fleet.iter().flat_map(|fleet| fleet.told()) {
+            self.console.say(level, &text);
+        }
         self.pass_commands();
         self.hear_settings();
         let now_us = self.clock.now_us();

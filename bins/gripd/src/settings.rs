@@ -57,6 +57,7 @@ impl Settings {
     pub(crate) fn new(cli: &Cli) -> anyhow::Result<Self> {
         let layers = layers(cli)?;
         let settings = Self::of(layers.resolve()?, layers, cli.clone());
+        settings.check_fleet()?;
         if cli.check_config {
             settings.estimator()?;
         } else if settings.port.is_empty() {
@@ -85,6 +86,20 @@ impl Settings {
         let (changes, restart) = (self.config.diff(&new), needs_restart(&self.config, &new));
         let settings = Self::of(config, layers, self.cli.clone());
         Ok(Reload { estimator: settings.estimator()?, settings, changes, restart })
+    }
+
+    /// Only some builds can tell a fleet.
+    fn check_fleet(&self) -> anyhow::Result<()> {
+        if cfg!(feature = "fleet") || self.config.fleet.site.is_none() {
+            return Ok(());
+        }
+        let set = self.layers.settings()?;
+        let place = set.iter().find(|setting| setting.key == "fleet.site");
+        let place = place.map_or_else(String::new, |setting| format!("{}: ", setting.place));
+        let message = format!(
+            "{place}fleet.site is set, but this gripd was built without the fleet; build it with `cargo build --release -p gripd --features fleet`"
+        );
+        Err(WrongArgument(message).into())
     }
 
     pub(crate) fn estimator(&self) -> Result<HostEstimator, ModelError> {

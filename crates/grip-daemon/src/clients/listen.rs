@@ -159,6 +159,13 @@ impl Stream {
         }
     }
 
+    /// One end of a pair in this program.
+    pub(super) fn inside(stream: UnixStream) -> io::Result<Self> {
+        let stream = Self::Unix(stream);
+        stream.prepare()?;
+        Ok(stream)
+    }
+
     /// Never waits from now on; small frames leave at once, and a peer that is gone is noticed.
     fn prepare(&self) -> io::Result<()> {
         match self {

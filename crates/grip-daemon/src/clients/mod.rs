@@ -31,6 +31,7 @@ use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::io::Errno;
 use std::collections::VecDeque;
 use std::io::{self, Read as _, Write as _};
+use std::os::unix::net::UnixStream;
 
 /// Commands that may wait for the hot thread.
 const MOST_COMMANDS: usize = 64;
@@ -229,6 +230,16 @@ impl Clients {
     #[must_use]
     pub fn subscribed(&self) -> usize {
         self.roster.clients.iter().filter(|client| client.session.is_subscribed()).count()
+    }
+
+    /// Connects a thread of this program, as any client: the other end of the connection, which it must read and greet.
+    ///
+    /// # Errors
+    /// What the system says.
+    pub fn connect_inside(&mut self, now_us: u64) -> io::Result<UnixStream> {
+        let (ours, theirs) = UnixStream::pair()?;
+        self.admit(Stream::inside(ours)?, now_us);
+        Ok(theirs)
     }
 
     /// Whether somebody wants samples.
