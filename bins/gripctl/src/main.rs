@@ -14,6 +14,8 @@ fn main() -> ExitCode {
         Command::Ports(args) => commands::ports::run(&args),
         Command::Doctor(args) => commands::doctor::run(&args),
         Command::Status(args) => commands::status::run(&args),
+        #[cfg(feature = "fleet")]
+        Command::Fleet(args) => commands::fleet::run(&args),
         Command::Sim(args) => commands::sim::run(&args),
         Command::Replay(args) => commands::replay::run(&args),
         Command::Recover(args) => commands::recover::run(&args),

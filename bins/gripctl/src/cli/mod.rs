@@ -1,5 +1,7 @@
 //! The command line of gripctl. The names are a contract.
 
+#[cfg(feature = "fleet")]
+pub(crate) mod fleet;
 pub(crate) mod grasp;
 pub(crate) mod learn;
 
@@ -29,6 +31,9 @@ pub(crate) enum Command {
     Doctor(DoctorArgs),
     /// Ask a running gripd how it does: link, rate, losses, latency, grip, events.
     Status(StatusArgs),
+    /// See many grippers at once: who is there, what happens to them.
+    #[cfg(feature = "fleet")]
+    Fleet(fleet::FleetArgs),
     /// Run a virtual gripper on a pseudo-terminal.
     Sim(SimArgs),
     /// Run a recording through the pipeline: events and estimates.

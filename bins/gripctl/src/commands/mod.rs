@@ -11,6 +11,8 @@ pub(crate) mod estimate;
 pub(crate) mod eval;
 pub(crate) mod export;
 mod export_verify;
+#[cfg(feature = "fleet")]
+pub(crate) mod fleet;
 pub(crate) mod generate;
 pub(crate) mod grasp;
 mod measure;

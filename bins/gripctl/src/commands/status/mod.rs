@@ -1,7 +1,7 @@
 //! `gripctl status`: the address of a gripd in; how it does, once, every second, or event by event out.
 
-mod report;
-mod text;
+pub(super) mod report;
+pub(super) mod text;
 
 use super::clock;
 use crate::{cli::StatusArgs, output};

@@ -142,7 +142,7 @@ fn figures(health: &HealthReport) -> Vec<String> {
 }
 
 /// One line of `--events`.
-pub(super) fn event(event: &EventReport) -> String {
+pub(crate) fn event(event: &EventReport) -> String {
     match event {
         EventReport::Slip {
             t_s,

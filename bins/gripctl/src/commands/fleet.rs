@@ -1,0 +1,251 @@
+//! `gripctl fleet`: a router in; who is there, and what happens to them, out.
+
+use super::{
+    checked, clock,
+    status::{
+        report::{EventReport, Report, StateReport},
+        text,
+    },
+};
+use crate::{
+    cli::fleet::{FleetArgs, FleetCommand, PlaceArgs},
+    output,
+};
+use core::{
+    sync::atomic::{AtomicBool, Ordering},
+    time::Duration,
+};
+use grip_fleet::{
+    EventId, Member, Message, Selector, Since, Topic, Uid,
+    net::{Listed, Network, Told, Watch, list},
+};
+use grip_host::exit::{Exit, WrongArgument};
+use grip_link::message::daemon::ToClient;
+use serde::Serialize;
+use signal_hook::consts::{SIGINT, SIGTERM};
+use std::sync::Arc;
+
+/// Longest wait between two looks at the signals.
+const LOOK: Duration = Duration::from_millis(100);
+
+pub(crate) fn run(args: &FleetArgs) -> anyhow::Result<Exit> {
+    match &args.command {
+        FleetCommand::List(args) => show_list(&args.place),
+        FleetCommand::Events(args) => {
+            let since = if args.all { Since::Start } else { Since::Now };
+            let seconds = duration(args.seconds)?;
+            watch(&args.place, args.uid, since, &[], seconds)
+        }
+        FleetCommand::Tail(args) => {
+            let seconds = duration(args.seconds)?;
+            watch(&args.place, Some(args.uid), Since::Now, &[Topic::State], seconds)
+        }
+    }
+}
+
+fn duration(seconds: Option<f64>) -> Result<Duration, WrongArgument> {
+    let Some(seconds) = seconds else { return Ok(Duration::MAX) };
+    let seconds = checked("--seconds", seconds, false)?;
+    Ok(Duration::try_from_secs_f64(seconds).unwrap_or(Duration::MAX))
+}
+
+/// The network of the arguments; what can never be one is a wrong argument.
+fn network(place: &PlaceArgs) -> anyhow::Result<Network> {
+    let network = Network { router: place.router.clone(), file: place.network.clone() };
+    network.check().map_err(|error| WrongArgument(error.to_string()))?;
+    Ok(network)
+}
+
+/// One gripper of the list.
+#[derive(Debug, Serialize)]
+struct Line {
+    site: String,
+    uid: String,
+    #[serde(flatten)]
+    report: Report,
+}
+
+fn show_list(place: &PlaceArgs) -> anyhow::Result<Exit> {
+    let session = network(place)?.open()?;
+    let selector = Selector { site: place.site.clone(), uid: None };
+    let listed = list(&session, &selector)?;
+    if place.json {
+        for (member, listed) in &listed {
+            let (site, uid) = (member.site.to_string(), member.uid.to_string());
+            output::json(&Line { site, uid, report: report(listed) })?;
+        }
+        return Ok(Exit::Done);
+    }
+    if listed.is_empty() {
+        let site = place.site.as_ref().map_or_else(String::new, |site| format!(" at {site}"));
+        output::line(&format!("no gripper is there{site}"))?;
+    }
+    for (member, listed) in &listed {
+        output::line(&format!("{member}  {}", summary(&report(listed))))?;
+    }
+    Ok(Exit::Done)
+}
+
+fn report(listed: &Listed) -> Report {
+    let mut report = Report::default();
+    let gripper = listed.gripper.map(ToClient::Gripper);
+    let state = listed.state.map(ToClient::State);
+    let health = listed.health.map(ToClient::Health);
+    for message in [gripper, state, health].iter().flatten() {
+        report.take(message);
+    }
+    report
+}
+
+/// How one gripper does, on one line.
+fn summary(report: &Report) -> String {
+    let Some(gripper) = &report.gripper else { return "does not answer".to_owned() };
+    let mut text = format!("link {}, {} Hz", gripper.link, gripper.rate_hz);
+    if let Some(state) = &report.state {
+        text += &format!(", {}", doing(state));
+    }
+    if let Some(health) = &report.health {
+        text += &format!(", {} slips, {} samples lost", health.slips, health.lost);
+    }
+    text
+}
+
+fn doing(state: &StateReport) -> String {
+    let mut text = format!("{}, scene {}", state.grip, state.scene);
+    if let Some(command_n) = state.command_n {
+        text += &format!(", {command_n:.2} N commanded");
+    }
+    if let Some(applied_n) = state.applied_n {
+        text += &format!(", {applied_n:.2} N measured");
+    }
+    let sensors = [
+        ("stylus", state.stylus),
+        ("travel", state.travel),
+        ("pressure", state.pressure),
+        ("reference", state.reference),
+    ];
+    for (name, health) in sensors.into_iter().filter(|(_, health)| *health != "good") {
+        text += &format!(", {name} {health}");
+    }
+    if state.fault != 0 {
+        text += &format!(", FAULT {:04x}", state.fault);
+    }
+    text
+}
+
+/// One line for machines.
+#[derive(Debug, Serialize)]
+struct Tagged<T: Serialize> {
+    site: String,
+    uid: String,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    id: Option<String>,
+    #[serde(flatten)]
+    what: T,
+}
+
+#[derive(Debug, Serialize)]
+#[serde(tag = "type", rename_all = "snake_case")]
+enum Other<'a> {
+    Alive { alive: bool },
+    Missing { events: u64 },
+    State(&'a StateReport),
+}
+
+/// Prints what happens, for people or machines.
+struct Printer {
+    json: bool,
+    lost: bool,
+}
+
+fn watch(
+    place: &PlaceArgs,
+    uid: Option<Uid>,
+    since: Since,
+    telemetry: &[Topic],
+    limit: Duration,
+) -> anyhow::Result<Exit> {
+    let network = network(place)?;
+    let stopped = Arc::new(AtomicBool::new(false));
+    for signal in [SIGINT, SIGTERM] {
+        signal_hook::flag::register(signal, Arc::clone(&stopped))?;
+    }
+    let selector = Selector { site: place.site.clone(), uid };
+    let mut watch = Watch::new(network.open()?, &selector, since, telemetry)?;
+    let mut printer = Printer { json: place.json, lost: false };
+    let start = clock::monotonic();
+    while !stopped.load(Ordering::Relaxed) {
+        let left = limit.saturating_sub(clock::monotonic().saturating_sub(start));
+        if left.is_zero() {
+            break;
+        }
+        if let Some(told) = watch.next(left.min(LOOK))? {
+            printer.told(&told)?;
+        }
+    }
+    Ok(if printer.lost { Exit::DataLost } else { Exit::Done })
+}
+
+impl Printer {
+    fn told(&mut self, told: &Told) -> anyhow::Result<()> {
+        match told {
+            Told::Came(member) => self.life(member, true),
+            Told::Gone(member) => self.life(member, false),
+            Told::Event { member, id, message, missing } => {
+                self.missing(member, *missing)?;
+                self.event(member, *id, message)
+            }
+            Told::Telemetry { member, message } => self.telemetry(member, message),
+            Told::Unreadable { key } => {
+                eprintln!("gripctl: {key}: something came that no gripd sends");
+                Ok(())
+            }
+        }
+    }
+
+    fn life(&self, member: &Member, alive: bool) -> anyhow::Result<()> {
+        if self.json {
+            return machine(member, None, Other::Alive { alive });
+        }
+        Ok(output::line(&format!("{member}  {}", if alive { "is there" } else { "is gone" }))?)
+    }
+
+    fn missing(&mut self, member: &Member, events: u64) -> anyhow::Result<()> {
+        if events == 0 {
+            return Ok(());
+        }
+        self.lost = true;
+        if self.json {
+            return machine(member, None, Other::Missing { events });
+        }
+        Ok(output::line(&format!("{member}  {events} events are missing: they had to make room"))?)
+    }
+
+    fn event(&self, member: &Member, id: EventId, message: &Message) -> anyhow::Result<()> {
+        let Ok(Some(event)) = message.read().map(|message| EventReport::of(&message)) else {
+            eprintln!("gripctl: {member}: event {id} is of a kind that this gripctl does not know");
+            return Ok(());
+        };
+        if self.json {
+            return machine(member, Some(id), event);
+        }
+        Ok(output::line(&format!("{member}  {}", text::event(&event)))?)
+    }
+
+    fn telemetry(&self, member: &Member, message: &Message) -> anyhow::Result<()> {
+        let mut report = Report::default();
+        if let Ok(message) = message.read() {
+            report.take(&message);
+        }
+        let Some(state) = &report.state else { return Ok(()) };
+        if self.json {
+            return machine(member, None, Other::State(state));
+        }
+        Ok(output::line(&format!("{:10.4} s  {}", state.t_s, doing(state)))?)
+    }
+}
+
+fn machine(member: &Member, id: Option<EventId>, what: impl Serialize) -> anyhow::Result<()> {
+    let (site, uid) = (member.site.to_string(), member.uid.to_string());
+    output::json(&Tagged { site, uid, id: id.map(|id| id.to_string()), what })
+}
