@@ -71,12 +71,6 @@ pub(crate) fn run(cli: &Cli, settings: Settings) -> anyhow::Result<Exit> {
     let source = Source::open(&settings.port_args(), move || clock.now_us())?;
     // Opened before anything moves: an address or a file that cannot be had is told at once.
     let (servers, complaint) = servers(&settings, clock)?;
-    #[cfg(feature = "fleet")]
-    let (servers, fleet) = {
-        let mut servers = servers;
-        let fleet = crate::fleet::Fleet::start(&settings, servers.clients.as_mut(), clock)?;
-        (servers, fleet)
-    };
     let started = Recording::start(&settings, clock)?;
     let (recorder, recording, recorded) = started
         .map_or((None, None, None), |(ring, thread, recorded)| {
@@ -103,8 +97,6 @@ pub(crate) fn run(cli: &Cli, settings: Settings) -> anyhow::Result<Exit> {
             commands: command_in,
             recorded,
             shared: Arc::clone(&shared),
-            #[cfg(feature = "fleet")]
-            fleet,
         },
         servers,
     )?;
@@ -182,7 +174,15 @@ fn servers(settings: &Settings, clock: Clock) -> anyhow::Result<(Servers, Option
         .metrics
         .map(|address| HttpServer::bind(address, settings.config.allow_remote))
         .transpose()?;
-    Ok((Servers { clients, http }, complaint))
+    #[cfg(feature = "fleet")]
+    let (clients, fleet) = crate::fleet::Fleet::start(settings, clients, clock)?;
+    let servers = Servers {
+        clients,
+        http,
+        #[cfg(feature = "fleet")]
+        fleet,
+    };
+    Ok((servers, complaint))
 }
 
 /// The time at which the loop ends (us).

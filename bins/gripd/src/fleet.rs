@@ -42,30 +42,31 @@ pub(crate) struct Fleet {
 }
 
 impl Fleet {
-    /// Begins to publish where the settings ask for it.
+    /// Begins to publish where the settings ask for it; there are clients then, if only this one.
     pub(crate) fn start(
         settings: &Settings,
-        clients: Option<&mut Clients>,
+        clients: Option<Clients>,
         clock: Clock,
-    ) -> anyhow::Result<Option<Self>> {
+    ) -> anyhow::Result<(Option<Clients>, Option<Self>)> {
         let config = &settings.config.fleet;
-        let Some(site) = config.site.clone() else { return Ok(None) };
-        let network = Network { router: config.router.clone(), file: config.network.clone() };
-        network.check()?;
-        let clients = clients.context("nothing can be told to the fleet without clients")?;
-        let stream = clients.connect_inside(clock.now_us())?;
+        let Some(site) = config.site.clone() else { return Ok((clients, None)) };
+        let mut clients = clients.context("nothing can be told to the fleet without clients")?;
+        let bridge = Bridge::new(1);
+        let mut stream = clients.connect_inside(clock.now_us())?;
         stream.set_read_timeout(Some(PAUSE))?;
+        // Before anything happens, so that nothing is missed.
+        stream.write_all(&bridge.subscribe(config.samples_every))?;
         let (say, told) = mpsc::channel();
         let stopped = Arc::new(AtomicBool::new(false));
         let gateway = Gateway {
-            bridge: Bridge::new(1),
+            bridge,
             site,
             config: config.clone(),
             shown: toml::to_string(&settings.config)
                 .context("the configuration cannot be written")?,
             run: clock.run_id(),
             spool: None,
-            session: open(network, say.clone(), Arc::clone(&stopped))?,
+            session: open(network(config), say.clone(), Arc::clone(&stopped))?,
             announced: None,
             say,
         };
@@ -73,7 +74,7 @@ impl Fleet {
             gateway.run(stream);
             stopped.store(true, Ordering::Relaxed);
         })?;
-        Ok(Some(Self { thread, told }))
+        Ok((Some(clients), Some(Self { thread, told })))
     }
 
     /// What it has said meanwhile.
@@ -85,6 +86,11 @@ impl Fleet {
     pub(crate) fn finish(self) -> bool {
         self.thread.join().is_ok()
     }
+}
+
+/// The network that the configuration names.
+pub(crate) fn network(config: &FleetConfig) -> Network {
+    Network { router: config.router.clone(), file: config.network.clone() }
 }
 
 /// Looks for the router until it answers; from then on the session does that by itself.
@@ -140,10 +146,6 @@ struct Gateway {
 impl Gateway {
     /// Runs until the daemon closes the connection.
     fn run(mut self, mut stream: UnixStream) {
-        let wanted = self.bridge.subscribe(self.config.samples_every);
-        if let Err(error) = stream.write_all(&wanted) {
-            return self.tell(LogLevel::Error, &format!("cannot listen to the daemon: {error}"));
-        }
         let mut bytes = [0; CHUNK];
         loop {
             match stream.read(&mut bytes) {

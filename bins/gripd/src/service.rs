@@ -61,9 +61,6 @@ pub(crate) struct ServiceEnds {
     pub(crate) recorded: Option<Recorded>,
     /// What is shared with the hot loop.
     pub(crate) shared: Arc<Shared>,
-    /// The thread that tells the fleet, where there is one.
-    #[cfg(feature = "fleet")]
-    pub(crate) fleet: Option<crate::fleet::Fleet>,
 }
 
 /// Sockets and what stands behind them.
@@ -73,6 +70,9 @@ pub(crate) struct Servers {
     pub(crate) clients: Option<Clients>,
     /// The server of figures.
     pub(crate) http: Option<HttpServer>,
+    /// The thread that tells the fleet, where there is one.
+    #[cfg(feature = "fleet")]
+    pub(crate) fleet: Option<crate::fleet::Fleet>,
 }
 
 /// Settings that were sent and not yet answered.
@@ -180,7 +180,7 @@ impl Service {
             clients.close(self.clock.now_us());
         }
         #[cfg(feature = "fleet")]
-        if let Some(fleet) = self.ends.fleet.take()
+        if let Some(fleet) = self.servers.fleet.take()
             && !fleet.finish()
         {
             self.console.say(LogLevel::Error, "the fleet thread failed");
@@ -206,7 +206,7 @@ impl Service {
         }
         self.hear_recorder();
         #[cfg(feature = "fleet")]
-        for (level, text) in self.ends.fleet.iter().flat_map(|fleet| fleet.told()) {
+        for (level, text) in self.servers.fleet.iter().flat_map(crate::fleet::Fleet::told) {
             self.console.say(level, &text);
         }
         self.pass_commands();

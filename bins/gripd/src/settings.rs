@@ -88,18 +88,16 @@ impl Settings {
         Ok(Reload { estimator: settings.estimator()?, settings, changes, restart })
     }
 
-    /// Only some builds can tell a fleet.
+    /// What keeps this program from telling the fleet that the configuration names.
     fn check_fleet(&self) -> anyhow::Result<()> {
-        if cfg!(feature = "fleet") || self.config.fleet.site.is_none() {
+        if self.config.fleet.site.is_none() {
             return Ok(());
         }
+        let Some((key, trouble)) = fleet_trouble(&self.config) else { return Ok(()) };
         let set = self.layers.settings()?;
-        let place = set.iter().find(|setting| setting.key == "fleet.site");
+        let place = set.iter().find(|setting| setting.key == key);
         let place = place.map_or_else(String::new, |setting| format!("{}: ", setting.place));
-        let message = format!(
-            "{place}fleet.site is set, but this gripd was built without the fleet; build it with `cargo build --release -p gripd --features fleet`"
-        );
-        Err(WrongArgument(message).into())
+        Err(WrongArgument(format!("{place}{trouble}")).into())
     }
 
     pub(crate) fn estimator(&self) -> Result<HostEstimator, ModelError> {
@@ -212,6 +210,20 @@ impl Settings {
     pub(crate) fn port_args(&self) -> PortArgs<'_> {
         PortArgs { name: &self.port, baud: self.baud, seed: self.cli.seed, usb: &self.config.usb }
     }
+}
+
+/// The key at fault and what is wrong with it.
+#[cfg(feature = "fleet")]
+fn fleet_trouble(config: &HostConfig) -> Option<(&'static str, String)> {
+    let key = if config.fleet.router.is_some() { "fleet.router" } else { "fleet.network" };
+    crate::fleet::network(&config.fleet).check().err().map(|error| (key, error.to_string()))
+}
+
+#[cfg(not(feature = "fleet"))]
+#[expect(clippy::unnecessary_wraps, reason = "with the feature there may be none")]
+fn fleet_trouble(_config: &HostConfig) -> Option<(&'static str, String)> {
+    let text = "fleet.site is set, but this gripd was built without the fleet; build it with `cargo build --release -p gripd --features fleet`";
+    Some(("fleet.site", text.to_owned()))
 }
 
 fn read(file: &Path) -> anyhow::Result<Vec<u8>> {

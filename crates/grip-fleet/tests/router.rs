@@ -1,10 +1,13 @@
 //! A real router in this process, two grippers and receivers, on loopback: routers stop, daemons start again, and every event
 //! arrives once.
 
-use core::time::Duration;
+use core::{
+    sync::atomic::{AtomicBool, Ordering},
+    time::Duration,
+};
 use grip_fleet::{
     EventId, Member, Selector, Since, Site, Spool, Topic, Uid,
-    net::{Announced, NetError, Network, Told, Watch, list},
+    net::{self, Announced, NetError, Network, Session, Told, Watch, list},
 };
 use grip_link::{
     frame::{self, Direction, Header, MAX_WIRE},
@@ -13,8 +16,16 @@ use grip_link::{
         daemon::{Gripper as Ident, Health, Notice, NoticeKind, ToClient},
     },
 };
-use std::{collections::BTreeMap, fs, net::TcpListener, path::Path};
-use zenoh::{Config, Session, Wait as _};
+use std::{
+    collections::BTreeMap,
+    fs,
+    io::{Read as _, Write as _},
+    net::{TcpListener, TcpStream},
+    path::Path,
+    sync::Arc,
+    thread,
+};
+use zenoh::Wait as _;
 
 const STEP: Duration = Duration::from_millis(2);
 /// Looks at the network before a test gives up: more than a minute.
@@ -27,17 +38,7 @@ fn port() -> u16 {
 }
 
 fn router(port: u16) -> Session {
-    let mut config = Config::default();
-    let endpoint = format!("[\"tcp/127.0.0.1:{port}\"]");
-    for (key, value) in [
-        ("mode", "\"router\""),
-        ("scouting/multicast/enabled", "false"),
-        ("scouting/gossip/enabled", "false"),
-        ("listen/endpoints", &endpoint),
-    ] {
-        config.insert_json5(key, value).unwrap();
-    }
-    zenoh::open(config).wait().unwrap()
+    net::router(&format!("tcp/127.0.0.1:{port}")).unwrap()
 }
 
 /// A network that looks for its router every fifth of a second.
@@ -193,6 +194,82 @@ fn a_router_that_stops_and_starts_again_costs_no_event_and_doubles_none() {
     drop(running);
 }
 
+/// A line to the router that can be cut: nothing passes, and nobody is told. What was under way then is lost.
+struct Line {
+    port: u16,
+    cut: Arc<AtomicBool>,
+}
+
+impl Line {
+    fn to(router: u16) -> Self {
+        let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+        let line = Self { port: listener.local_addr().unwrap().port(), cut: Arc::default() };
+        let cut = Arc::clone(&line.cut);
+        thread::spawn(move || {
+            while let Ok((near, _)) = listener.accept() {
+                let Ok(far) = TcpStream::connect(("127.0.0.1", router)) else { continue };
+                let (near_too, far_too) = (near.try_clone().unwrap(), far.try_clone().unwrap());
+                let (one, other) = (Arc::clone(&cut), Arc::clone(&cut));
+                thread::spawn(move || pass(near, far_too, &one));
+                thread::spawn(move || pass(far, near_too, &other));
+            }
+        });
+        line
+    }
+
+    fn cut(&self, is: bool) {
+        self.cut.store(is, Ordering::SeqCst);
+    }
+}
+
+/// Passes bytes on; a connection that saw the cut ends with it.
+fn pass(mut from: TcpStream, mut to: TcpStream, cut: &AtomicBool) {
+    from.set_read_timeout(Some(Duration::from_millis(10))).unwrap();
+    let (mut bytes, mut saw) = ([0; 4096], false);
+    loop {
+        let is_cut = cut.load(Ordering::SeqCst);
+        saw |= is_cut;
+        let count = match from.read(&mut bytes) {
+            Ok(0) => break,
+            Ok(count) => count,
+            Err(_) if saw && !is_cut => break,
+            Err(error) if error.kind() == std::io::ErrorKind::WouldBlock => continue,
+            Err(_) => break,
+        };
+        if saw && !is_cut || !saw && to.write_all(&bytes[..count]).is_err() {
+            break;
+        }
+    }
+    // The other direction ends too; of one that has ended there is nothing to close.
+    let _gone = from.shutdown(std::net::Shutdown::Both);
+    let _gone = to.shutdown(std::net::Shutdown::Both);
+}
+
+#[test]
+fn a_line_that_is_cut_for_a_while_costs_no_event_and_doubles_none() {
+    let (folder, port) = (tempfile::tempdir().unwrap(), port());
+    let _router = router(port);
+    let line = Line::to(port);
+    let through = network(folder.path(), line.port);
+    let mut daemons = [Daemon::start(folder.path(), &through, 1, 1)];
+    let direct = network(folder.path(), port);
+    let mut receivers = [Receiver::new(&direct, Since::Start), Receiver::new(&through, Since::Now)];
+    // Who wants only what is new must have heard of the gripper before.
+    turn(&mut daemons, &mut receivers, 0);
+    for at in 1..1500 {
+        match at {
+            300 => line.cut(true),
+            900 => line.cut(false),
+            _ => {}
+        }
+        if at % 5 == 0 {
+            daemons[0].tell();
+        }
+        turn(&mut daemons, &mut receivers, at);
+    }
+    settle(&mut daemons, &mut receivers);
+}
+
 #[test]
 fn a_daemon_that_starts_again_costs_no_event_and_doubles_none() {
     let (folder, port) = (tempfile::tempdir().unwrap(), port());
@@ -229,10 +306,10 @@ fn who_is_there_is_listed_with_what_it_says_of_itself() {
     let _router = router(port);
     let mut daemons = [1, 2].map(|uid| Daemon::start(folder.path(), &network, uid, 1));
     let session = network.open().unwrap();
-    let asking = std::thread::spawn(move || list(&session, &Selector::default()).unwrap());
+    let asking = thread::spawn(move || list(&session, &Selector::default()).unwrap());
     for at in 0..MOST {
         daemons.iter_mut().for_each(|daemon| daemon.turn(at));
-        std::thread::yield_now();
+        thread::yield_now();
         if asking.is_finished() {
             break;
         }

@@ -1,6 +1,8 @@
 //! gripd as a person or a script meets it: its arguments in, its output, recording and exit code out.
 #![expect(clippy::unwrap_used, clippy::panic, reason = "test code")]
 
+#[cfg(feature = "fleet")]
+mod fleet;
 mod live;
 mod ports;
 mod recording;

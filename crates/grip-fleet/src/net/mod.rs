@@ -126,6 +126,28 @@ impl Network {
     }
 }
 
+/// A router in this process, at an endpoint such as `tcp/127.0.0.1:7447`: for tests, and for trying things out where none is installed.
+/// It ends with the session.
+///
+/// # Errors
+/// [`NetError::Router`] where it cannot listen there.
+pub fn router(endpoint: &str) -> Result<Session, NetError> {
+    let wrong = |reason: zenoh::Error| NetError::Router {
+        router: endpoint.to_owned(),
+        reason: reason.to_string(),
+    };
+    let mut config = Config::default();
+    for (key, value) in [
+        ("mode", "\"router\""),
+        ("scouting/multicast/enabled", "false"),
+        ("scouting/gossip/enabled", "false"),
+        ("listen/endpoints", &format!("[{endpoint:?}]")),
+    ] {
+        config.insert_json5(key, value).map_err(wrong)?;
+    }
+    zenoh::open(config).wait().map_err(wrong)
+}
+
 fn refused(key: &str) -> impl FnOnce(zenoh::Error) -> NetError + use<> {
     let key = key.to_owned();
     move |reason| NetError::Refused { key, reason: reason.to_string() }
