@@ -6,6 +6,8 @@ mod calibrate;
 mod doctor;
 mod estimate;
 mod export;
+#[cfg(feature = "fleet")]
+mod fleet;
 mod grasp;
 mod learn;
 mod refusals;

@@ -1,0 +1,114 @@
+//! `gripctl fleet` beside a router in the test, and one gripper that the test plays.
+
+use crate::run::gripctl;
+use core::sync::atomic::{AtomicBool, Ordering};
+use grip_fleet::{
+    Member, Spool, Topic, Uid,
+    net::{self, Announced, Network},
+};
+use grip_link::{
+    frame::{self, Direction, Header, MAX_WIRE},
+    message::{
+        Kind,
+        daemon::{Gripper, Notice, NoticeKind},
+    },
+};
+use serde_json::Value;
+use std::{net::TcpListener, path::Path, thread};
+
+fn endpoint() -> String {
+    let port = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
+    format!("tcp/127.0.0.1:{port}")
+}
+
+fn wire(kind: Kind, write: impl FnOnce(&mut [u8]) -> usize) -> Vec<u8> {
+    let (mut payload, mut out) = ([0; 480], [0; MAX_WIRE]);
+    let len = write(&mut payload);
+    let header = Header::new(Direction::ToHost, kind, 0, 0);
+    let len = frame::encode(&header, &payload[..len], &mut out).unwrap();
+    out[..len].to_vec()
+}
+
+/// A gripper with three events that answers until it is told to end.
+fn play(endpoint: &str, end: &AtomicBool, there: &AtomicBool) {
+    let session = Network { router: Some(endpoint.to_owned()), file: None }.open().unwrap();
+    let member = Member { site: "hall".parse().unwrap(), uid: Uid([0xAB; 16]) };
+    let mut spool = Spool::in_memory(1, 1 << 20);
+    for text in ["one", "two", "three"] {
+        let (kind, text) = (NoticeKind::Link, text.as_bytes());
+        let notice = Notice { kind, code: 0, value: 0, count: 0, host_us: 1_000_000, text };
+        spool.append(wire(Kind::NOTICE, |out| notice.write(out).unwrap()));
+    }
+    let gripper = Gripper { uid: member.uid.0, rate_hz: 1000, ..Gripper::NONE };
+    let gripper = wire(Kind::GRIPPER, |out| gripper.write(out).unwrap());
+    let mut announced = Announced::new(&session, &member).unwrap();
+    there.store(true, Ordering::SeqCst);
+    while !end.load(Ordering::SeqCst) {
+        announced.publish(Topic::State, spool.log().head(), &gripper);
+        announced.answer(spool.log(), &[&gripper], "");
+        thread::yield_now();
+    }
+}
+
+/// What `args` print while the gripper is there.
+fn beside(args: &[&str]) -> Vec<String> {
+    let folder = tempfile::tempdir().unwrap();
+    let endpoint = endpoint();
+    let _router = net::router(&endpoint).unwrap();
+    let (end, there) = (AtomicBool::new(false), AtomicBool::new(false));
+    thread::scope(|scope| {
+        scope.spawn(|| play(&endpoint, &end, &there));
+        while !there.load(Ordering::SeqCst) {
+            thread::yield_now();
+        }
+        let ran = gripctl(folder.path(), &[args, &["--router", &endpoint]].concat());
+        end.store(true, Ordering::SeqCst);
+        assert_eq!(ran.code, 0, "{ran:?}");
+        ran.out.lines().map(str::to_owned).collect()
+    })
+}
+
+const MEMBER: &str = "hall/abababababababababababababababab";
+
+#[test]
+fn who_is_there_is_listed() {
+    let lines = beside(&["fleet", "list"]);
+    assert_eq!(lines, [format!("{MEMBER}  link closed, 1000 Hz")]);
+    let lines = beside(&["fleet", "list", "--json", "--site", "hall"]);
+    let value: Value = serde_json::from_str(&lines[0]).unwrap();
+    assert_eq!((&value["site"], &value["gripper"]["rate_hz"]), (&"hall".into(), &1000.into()));
+    assert_eq!(beside(&["fleet", "list", "--site", "yard"]), ["no gripper is there at yard"]);
+}
+
+#[test]
+fn kept_events_are_shown_once_and_in_order() {
+    let lines = beside(&["fleet", "events", "--all", "--seconds", "5"]);
+    let events: Vec<&String> = lines.iter().filter(|line| line.contains("link: ")).collect();
+    let wanted = ["one", "two", "three"].map(|text| format!("{MEMBER}      1.0000 s  link: {text}"));
+    assert_eq!(events, wanted.iter().collect::<Vec<_>>(), "{lines:?}");
+    assert_eq!(lines[0], format!("{MEMBER}  is there"));
+    let lines = beside(&["fleet", "events", "--all", "--seconds", "5", "--json"]);
+    let values: Vec<Value> = lines.iter().map(|line| serde_json::from_str(line).unwrap()).collect();
+    let ids: Vec<&str> = values.iter().filter_map(|value| value["id"].as_str()).collect();
+    assert_eq!(ids, ["00000001.1", "00000001.2", "00000001.3"]);
+}
+
+#[test]
+fn what_cannot_be_is_told_in_a_sentence() {
+    let refuse = |code: i32, args: &[&str], words: &[&str]| {
+        let ran = gripctl(Path::new("."), &[&["fleet"], args].concat());
+        assert_eq!(ran.code, code, "{ran:?}");
+        for word in words {
+            assert!(ran.err.contains(word), "no {word:?} in {}", ran.err);
+        }
+    };
+    refuse(2, &["list"], &["no router: say where one listens"]);
+    refuse(2, &["list", "--router", "here"], &["router = here: ", "expected an endpoint"]);
+    refuse(2, &["list", "--network", "none.json5"], &["none.json5: no Zenoh configuration"]);
+    refuse(2, &["list", "--site", "a/b"], &["`a/b` is no name of a site"]);
+    refuse(2, &["tail", "12", "--router", "tcp/127.0.0.1:1"], &["`12` is no identity"]);
+    let seconds = ["events", "--seconds", "0", "--router", "tcp/127.0.0.1:1"];
+    refuse(2, &seconds, &["--seconds 0: expected a number of more than 0"]);
+    let nobody = endpoint();
+    refuse(1, &["list", "--router", &nobody], &[&format!("no router answers at {nobody}: ")]);
+}
