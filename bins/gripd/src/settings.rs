@@ -220,7 +220,6 @@ fn fleet_trouble(config: &HostConfig) -> Option<(&'static str, String)> {
 }
 
 #[cfg(not(feature = "fleet"))]
-#[expect(clippy::unnecessary_wraps, reason = "with the feature there may be none")]
 fn fleet_trouble(_config: &HostConfig) -> Option<(&'static str, String)> {
     let text = "fleet.site is set, but this gripd was built without the fleet; build it with `cargo build --release -p gripd --features fleet`";
     Some(("fleet.site", text.to_owned()))
