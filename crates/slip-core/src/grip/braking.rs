@@ -68,7 +68,9 @@ pub(super) struct Braking {
 impl Braking {
     /// A slip that begins under `command_n`, while `hold_n` (N) was to be held.
     pub(super) fn begin(config: &GripConfig, command_n: f32, hold_n: f32, known: &Known) -> Self {
-        let step_n = (command_n * (1.0 + config.reflex_step)).min(config.ceiling_n());
+        // A force that is on its way back to the one to hold with moves the pads, and alarms by that must not add up.
+        let step_n = ((1.0 + config.reflex_step) * hold_n.min(command_n)).max(command_n);
+        let step_n = step_n.min(config.ceiling_n());
         Self {
             base_n: command_n,
             hold_before_n: hold_n,
