@@ -1,5 +1,6 @@
 //! At most a thousand samples in order of time in; their times, values and extremes out, in as little memory as they take.
 
+use super::allocated;
 use super::node::{Fold, Node, Sum};
 
 /// Samples of a chunk.
@@ -98,6 +99,11 @@ impl Chunk {
         self.nodes.push(sum.node());
     }
 
+    /// What is known of the samples from `number` times [`NODE`] on; `None` while there are not so many.
+    pub(super) fn node(&self, number: usize) -> Option<&Node> {
+        self.nodes.get(number)
+    }
+
     /// What is known of a unit of a chunk that was closed.
     pub(super) fn unit(&self, number: usize) -> Node {
         let mut sum = Sum::default();
@@ -136,7 +142,7 @@ impl Chunk {
 
     /// Bytes that thinning it out would free.
     pub(super) const fn whole_bytes(&self) -> usize {
-        self.values.capacity() * size_of::<f32>()
+        allocated(self.values.capacity() * size_of::<f32>())
     }
 
     pub(super) const fn is_thin(&self) -> bool {
@@ -150,8 +156,8 @@ impl Chunk {
             Times::Even => 0,
             Times::Uneven(after) => size_of_val(&**after),
         };
-        let values = self.values.capacity() * size_of::<f32>();
-        size_of::<Self>() + times + values + self.nodes.capacity() * size_of::<Node>()
+        let nodes = self.nodes.capacity() * size_of::<Node>();
+        size_of::<Self>() + allocated(times) + self.whole_bytes() + allocated(nodes)
     }
 
     /// How many chunks like this one lie between its start and `t_s`.
