@@ -45,9 +45,10 @@ impl Chunk {
             from_s: 0.0,
             last_s: 0.0,
             step_s: 0.0,
-            times: Times::Growing(Vec::new()),
-            values: Vec::new(),
-            nodes: Vec::new(),
+            // Pieces of memory of few sizes leave few holes behind: what one chunk frees another takes as it is.
+            times: Times::Growing(Vec::with_capacity(CHUNK)),
+            values: Vec::with_capacity(CHUNK),
+            nodes: Vec::with_capacity(CHUNK / NODE),
             len: 0,
             broken,
         }
@@ -149,7 +150,7 @@ impl Chunk {
         self.values.is_empty()
     }
 
-    /// Bytes it takes, its own included.
+    /// Bytes of what it holds, its own not included.
     pub(super) fn bytes(&self) -> usize {
         let times = match &self.times {
             Times::Growing(times) => times.capacity() * size_of::<f64>(),
@@ -157,7 +158,7 @@ impl Chunk {
             Times::Uneven(after) => size_of_val(&**after),
         };
         let nodes = self.nodes.capacity() * size_of::<Node>();
-        size_of::<Self>() + allocated(times) + self.whole_bytes() + allocated(nodes)
+        allocated(times) + self.whole_bytes() + allocated(nodes)
     }
 
     /// How many chunks like this one lie between its start and `t_s`.

@@ -4,6 +4,7 @@
 //! means and rms of 32 samples stay; when what is left of the samples fits a quarter of the memory, the oldest chunks go as a whole.
 
 mod axis;
+mod blocks;
 mod chunk;
 mod crossing;
 mod envelope;
