@@ -4,12 +4,14 @@
 //! in, and nothing is painted.
 
 use crate::scope::Shared;
+use core::panic::AssertUnwindSafe;
 use core::sync::atomic::{AtomicBool, Ordering};
 use core::time::Duration;
 use eframe::egui::Context;
-use std::io;
+use grip_scope::{Feed, SourceStatus};
 use std::sync::Arc;
 use std::thread::{self, JoinHandle, Thread};
+use std::{io, panic};
 
 /// Time between two frames of live data (30 a second).
 pub const FRAME: Duration = Duration::from_millis(33);
@@ -49,7 +51,7 @@ impl Pump {
         let seen = Arc::clone(&watch);
         let thread = thread::Builder::new()
             .name("pump".to_owned())
-            .spawn(move || run(&shared, &ctx, &seen))?;
+            .spawn(move || guarded(&shared, &ctx, || run(&shared, &ctx, &seen)))?;
         Ok(Self { watch, thread: Some(thread) })
     }
 
@@ -74,6 +76,17 @@ impl Drop for Pump {
             // A thread that has panicked has nothing left to say.
             let _ended = thread.join();
         }
+    }
+}
+
+/// A panic here is a fault of this program: told as a state, so that nobody takes a view that stands still for one that is live.
+fn guarded(shared: &Shared, ctx: &Context, run: impl FnOnce()) {
+    // What the model holds was put there item by item; a lock that was held is taken over.
+    if panic::catch_unwind(AssertUnwindSafe(run)).is_err() {
+        let sentence =
+            "data are no longer taken in by a fault of this program, please report it".to_owned();
+        shared.engine().model.take(Feed::Status(SourceStatus::Failed { sentence }));
+        ctx.request_repaint();
     }
 }
 
@@ -102,4 +115,26 @@ fn run(shared: &Shared, ctx: &Context, watch: &Watch) {
 )]
 fn rest(time: Duration) {
     thread::sleep(time);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::guarded;
+    use crate::engine::Engine;
+    use crate::scope::Shared;
+    use eframe::egui::Context;
+    use grip_scope::{Model, SourceStatus};
+
+    #[test]
+    fn a_panic_while_data_are_taken_in_is_a_state_with_a_sentence() {
+        let shared = Shared::new(Engine::new(Model::new(1 << 20), None));
+        guarded(&shared, &Context::default(), || {
+            let engine = shared.engine();
+            assert_eq!(engine.dropped(), 1, "under the lock");
+        });
+        let status = shared.engine().model.status().clone();
+        assert!(
+            matches!(&status, SourceStatus::Failed { sentence } if sentence.contains("report"))
+        );
+    }
 }

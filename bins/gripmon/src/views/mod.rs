@@ -1,5 +1,6 @@
 //! What is seen in; pictures on the screen and wishes of the user out. Views change nothing themselves.
 
+mod axis;
 mod command;
 mod cursors;
 mod events;
@@ -7,8 +8,10 @@ mod export;
 mod gestures;
 mod health;
 mod help;
+mod joined;
 mod lane;
 mod overview;
+mod picture;
 mod pressure;
 mod readout;
 mod spectrogram;
@@ -62,8 +65,9 @@ pub struct Scratch {
     buckets: Vec<Bucket>,
     others: Vec<Bucket>,
     points: Vec<[f64; 2]>,
-    spectrogram: spectrogram::Picture,
-    pressure: spectrogram::Picture,
+    washes: Vec<strips::Wash>,
+    spectrogram: picture::Picture,
+    pressure: picture::Picture,
 }
 
 impl core::fmt::Debug for Scratch {

@@ -3,9 +3,9 @@
 //! Above the chunks stands a pyramid: units of 128 samples, four of them, four times four, and so on. The oldest chunks are first thinned out to
 //! their nodes and then dropped.
 
+use super::blocks::Blocks;
 use super::chunk::{CHUNK, Chunk, UNIT, UNITS, partition};
 use super::node::{Fold, Node, Sum};
-use std::collections::VecDeque;
 
 /// Nodes of a level that one node of the next level holds, as bits.
 const FACTOR_BITS: u32 = 2;
@@ -21,7 +21,7 @@ pub(super) struct Place {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Store {
     /// Closed chunks; the first has the number `first`.
-    chunks: VecDeque<Chunk>,
+    chunks: Blocks<Chunk>,
     first: u64,
     /// The pyramid; units have the number of their chunk times [`UNITS`] and on.
     levels: Vec<Layer>,
@@ -37,7 +37,7 @@ pub(super) struct Store {
 /// One level of the pyramid; its first node has the number `first`.
 #[derive(Clone, Debug, Default)]
 struct Layer {
-    nodes: VecDeque<Node>,
+    nodes: Blocks<Node>,
     first: u64,
 }
 
@@ -86,7 +86,7 @@ impl Store {
                 return;
             }
             let mut sum = Sum::default();
-            let group = layer.nodes.iter().rev().take(1 << FACTOR_BITS);
+            let group = layer.nodes.newest().take(1 << FACTOR_BITS);
             group.for_each(|node| sum.add_node(node));
             node = sum.node();
         }
@@ -204,12 +204,9 @@ impl Store {
 
     /// Bytes of samples, times and the pyramid.
     pub(super) fn bytes(&self) -> usize {
-        let nodes: usize = self.levels.iter().map(|layer| layer.nodes.capacity()).sum();
-        let places = self.chunks.capacity() - self.chunks.len();
-        self.bytes
-            + self.open.as_ref().map_or(0, Chunk::bytes)
-            + nodes * size_of::<Node>()
-            + places * size_of::<Chunk>()
+        let nodes: usize = self.levels.iter().map(|layer| layer.nodes.bytes()).sum();
+        let open = self.open.as_ref().map_or(0, |open| size_of::<Chunk>() + open.bytes());
+        self.bytes + open + nodes + self.chunks.bytes()
     }
 
     /// Bytes of the samples that are whole.

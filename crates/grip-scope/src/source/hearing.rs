@@ -5,7 +5,9 @@ use super::outlet::Outlet;
 use super::stream::Stream;
 use super::told;
 use crate::derive::Observer;
-use crate::feed::{DaemonInfo, EventKind, EventMark, Feed, Level, NoticeLine, SourceStatus};
+use crate::feed::{
+    DaemonInfo, EventKind, EventMark, Feed, Level, NoticeLine, ObserverSettings, SourceStatus,
+};
 use core::time::Duration;
 use grip_daemon::clients::Listen;
 use grip_host::{HostConfig, model};
@@ -221,7 +223,11 @@ impl Hearing {
         }
         self.observed_hz = self.rate_hz;
         match observer(self.rate_hz) {
-            Ok(observer) => self.stream.observe(Some(observer)),
+            Ok(observer) => {
+                self.stream.observe(Some(observer));
+                // The protocol does not carry the settings of the daemon.
+                self.news.push(Feed::Observes(ObserverSettings::Shipped));
+            }
             Err(text) => {
                 self.stream.observe(Some(spectra_only(self.rate_hz)));
                 self.news.push(Feed::Notice(NoticeLine { level: Level::Warning, text }));
