@@ -1,10 +1,8 @@
 //! Evidence of a slip that goes on in, the force that stops it and the force to hold with afterwards out.
 
-use super::{Evidence, GripConfig, GripInput, Sliding, SlipNow};
+use super::{Evidence, GripConfig, GripInput, Sliding, SlipNow, lag::Reach};
 use crate::estimate::KAPPA;
 
-/// Lead of the command over the target, at most: fingers that lose the object measure no force.
-const LARGEST_LEAD: f32 = 0.5;
 /// Estimates that the force to hold with is a mean of, at most.
 const MEAN_OF: f32 = 5.0;
 /// Of the force that has stopped a slip this share is kept.
@@ -17,6 +15,8 @@ const HEAVIER: f32 = 1.3;
 const OVERLOAD: f32 = 1.25;
 /// A slip under less than this share of what is needed began before the weight was there.
 const EARLY: f32 = 0.7;
+/// What slips under a force that falls slowly needs no more than the reflex gives, times this.
+const SOUGHT: f32 = 1.04;
 /// Of an estimate with its margin that was made while the weight was put on, at least this share is needed.
 const ROUGHLY: f32 = 0.6;
 /// Without news of how the object slides for this long (s) it does not.
@@ -29,8 +29,10 @@ const GROWTH_OF: usize = 4;
 pub(super) struct Known {
     /// What its weight needs, with the margin of the estimate (N).
     pub(super) weight_n: Option<f32>,
-    /// How far the command may run ahead of what is known, from 0 to 1.
-    pub(super) promptness: f32,
+    /// How far the command may run ahead of what is known.
+    pub(super) reach: Reach,
+    /// Whether the force was falling for the object to slip.
+    pub(super) sought: bool,
 }
 
 /// Memory of the slip that goes on.
@@ -40,8 +42,10 @@ pub(super) struct Braking {
     base_n: f32,
     /// What it is raised to at once; less is not enough afterwards (N).
     step_n: f32,
-    /// How far the command may run ahead of what is known, from 0 to 1.
-    promptness: f32,
+    /// How far the command may run ahead of what is known.
+    reach: Reach,
+    /// Whether the force was falling for the object to slip.
+    sought: bool,
     /// What the object was held with before the slip (N).
     hold_before_n: f32,
     /// What the weight of the object needs by an earlier slip, with its margin (N).
@@ -64,13 +68,16 @@ pub(super) struct Braking {
 impl Braking {
     /// A slip that begins under `command_n`, while `hold_n` (N) was to be held.
     pub(super) fn begin(config: &GripConfig, command_n: f32, hold_n: f32, known: &Known) -> Self {
-        let step_n = (command_n * (1.0 + config.reflex_step)).min(config.ceiling_n());
+        // A force that is on its way back to the one to hold with moves the pads, and alarms by that must not add up.
+        let step_n = ((1.0 + config.reflex_step) * hold_n.min(command_n)).max(command_n);
+        let step_n = step_n.min(config.ceiling_n());
         Self {
             base_n: command_n,
             hold_before_n: hold_n,
             weight_n: known.weight_n,
             step_n,
-            promptness: known.promptness,
+            reach: known.reach,
+            sought: known.sought,
             target_n: step_n,
             ..Self::default()
         }
@@ -108,13 +115,10 @@ impl Braking {
         self.watch(input.sliding, dt_s);
         let estimate_n = input.evidence.filter(Evidence::is_usable).map(|evidence| {
             let with_margin = evidence.with_margin(config);
-            let growth_n = self.learn(with_margin);
+            let (agreed_n, growth_n) = self.learn(with_margin);
             // The estimate is some milliseconds old, and a load that has grown goes on growing.
             let noise_n = core::f32::consts::SQRT_2 * evidence.sigma_n;
-            let ahead_n = (self.promptness * config.ahead * (growth_n - noise_n))
-                .max(0.0)
-                .min(LARGEST_LEAD * with_margin);
-            with_margin + ahead_n
+            agreed_n + self.reach.beyond(agreed_n, config.ahead * (growth_n - noise_n))
         });
         let load_n = input.sliding.and_then(|sliding| self.load_n(&sliding));
         if let (Some(load_n), Some(weight_n)) = (load_n, self.weight_n) {
@@ -154,8 +158,9 @@ impl Braking {
         (load_n.is_finite() && load_n > 0.0).then_some(load_n)
     }
 
-    /// Takes an estimate with its margin; how much the estimates have grown in the time of the last [`GROWTH_OF`] (N).
-    fn learn(&mut self, with_margin: f32) -> f32 {
+    /// Takes an estimate with its margin. What it and the one before say at least, since a single one may be noise and the target never falls; and how
+    /// much the estimates have grown in the time of the last [`GROWTH_OF`] (N).
+    fn learn(&mut self, with_margin: f32) -> (f32, f32) {
         self.estimates = (self.estimates + 1.0).min(MEAN_OF);
         let mean = self.mean_n.unwrap_or(with_margin);
         self.mean_n = Some(mean + (with_margin - mean) / self.estimates);
@@ -166,7 +171,8 @@ impl Braking {
             *place = value;
         }
         self.last_n = Some(now);
-        with_margin - before[0]
+        let [first, .., last] = before;
+        (with_margin.min(last), with_margin - first)
     }
 
     fn aim(&mut self, config: &GripConfig, force_n: f32) {
@@ -175,8 +181,8 @@ impl Braking {
 
     /// What the command has to be for the measured force to become the target soon (N).
     pub(super) fn command_n(&self, config: &GripConfig, applied_n: Option<f32>) -> f32 {
-        let missing_n = applied_n.map_or(0.0, |applied| (self.target_n - applied).max(0.0));
-        let lead_n = (self.promptness * config.lead * missing_n).min(LARGEST_LEAD * self.target_n);
+        let missing_n = applied_n.map_or(0.0, |applied| self.target_n - applied);
+        let lead_n = self.reach.beyond(self.target_n, config.lead * missing_n);
         (self.target_n + lead_n).min(config.ceiling_n())
     }
 
@@ -194,6 +200,10 @@ impl Braking {
             _ if !self.confirmed => self.step_n,
             // More than the weight had to be held: what stopped the slip is enough.
             Some(mean_n) if self.overloaded => mean_n.max(self.step_n).max(KEPT * self.target_n),
+            _ if self.sought && self.least_n().is_none() => {
+                let told_n = self.mean_n.unwrap_or(self.target_n);
+                told_n.min(SOUGHT * self.step_n).max(self.step_n)
+            }
             Some(mean_n) if self.least_n().is_none() => mean_n.max(self.step_n),
             Some(mean_n) => (KEPT * self.target_n).max(mean_n).max(self.step_n),
             None => self.target_n,

@@ -71,8 +71,8 @@ impl Default for GripConfig {
             measured_tau_ms: 80.0,
             brake_gain: 1.0,
             margin_sigmas: 0.25,
-            lead: 1.5,
-            ahead: 1.5,
+            lead: 2.0,
+            ahead: 2.0,
             confirm_m: 3e-5,
             lost_ms: 30.0,
         }

@@ -5,6 +5,13 @@ const PROMPT_S: f32 = 0.008;
 /// ... and one that has not been seen to follow is taken for one that needs this long (s).
 const UNKNOWN_S: f32 = 0.01;
 
+/// Beyond this delay (s), and the more up to twice of it, an object falls too far unless the command runs ahead all the same ...
+const LATE_S: f32 = 0.02;
+/// ... by up to this share of what is known.
+const LATE_REACH: f32 = 0.3;
+/// Nothing runs ahead further than by this share: fingers that lose the object measure no force.
+const LARGEST: f32 = 0.5;
+
 /// How late the measured force follows the command: drive, link and everything between.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Lag {
@@ -26,10 +33,29 @@ impl Lag {
         }
     }
 
-    /// How far the command may run ahead of what is known, as a share of what it may where the gripper answers at once: a late one would press
-    /// too hard before it is seen.
-    pub(super) fn promptness(&self) -> f32 {
-        let share = PROMPT_S / self.seconds.unwrap_or(UNKNOWN_S).max(PROMPT_S);
-        share * share
+    /// How far the command may run ahead of what is known.
+    pub(super) fn reach(&self) -> Reach {
+        let seconds = self.seconds.unwrap_or(UNKNOWN_S);
+        let share = PROMPT_S / seconds.max(PROMPT_S);
+        let late = ((seconds - LATE_S) / LATE_S).clamp(0.0, 1.0);
+        Reach { promptness: share * share, late: LATE_REACH * late }
+    }
+}
+
+/// How far the command may run ahead of what is known, by the delay of the gripper: all of the way where it answers at once; less, with the square of
+/// the delay, where it is later and would press too hard before that is seen; and where it is so late that objects fall meanwhile at least some.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Reach {
+    /// Share of what is wished for, from 0 to 1.
+    promptness: f32,
+    /// Share of the known force that is allowed in any case.
+    late: f32,
+}
+
+impl Reach {
+    /// How much more than `known_n` (N) may be commanded where `wish_n` (N) more is wished for.
+    pub(super) fn beyond(&self, known_n: f32, wish_n: f32) -> f32 {
+        let late_n = wish_n.min(self.late * known_n);
+        (self.promptness * wish_n).max(late_n).clamp(0.0, LARGEST * known_n.max(0.0))
     }
 }

@@ -284,7 +284,10 @@ impl GripController {
         if !input.healthy {
             // Closing goes on where it stopped.
             if matches!(self.state, GripState::Holding | GripState::Slipping) {
-                self.leave_slip();
+                if self.state == GripState::Slipping {
+                    self.leave_slip();
+                    self.hold_n = self.command_n;
+                }
                 self.state = GripState::Fault;
             }
             return self.command_n;
@@ -296,7 +299,7 @@ impl GripController {
             GripState::Open | GripState::Released => {}
             GripState::Closing => self.close(dt_s, input),
             GripState::Settling => self.settle(dt_s, input.applied_n),
-            GripState::Fault => self.hold(self.command_n),
+            GripState::Fault => self.state = GripState::Holding,
             GripState::Holding if input.slip != SlipNow::No => self.begin_slip(dt_s, input),
             GripState::Holding if self.command_n < self.least_n => {
                 self.raise_towards(self.least_n, self.config.close_rate_n_s, dt_s);
@@ -393,7 +396,8 @@ impl GripController {
     }
 
     fn begin_slip(&mut self, dt_s: f32, input: &GripInput) {
-        let known = Known { weight_n: self.weight_n, promptness: self.lag.promptness() };
+        let known =
+            Known { weight_n: self.weight_n, reach: self.lag.reach(), sought: self.searches() };
         self.braking = Braking::begin(&self.config, self.command_n, self.hold_n, &known);
         self.state = GripState::Slipping;
         self.quiet_s = 0.0;

@@ -177,8 +177,10 @@ fn the_target_follows_a_load_that_grows_and_an_estimate_that_is_unsure_adds_its_
         grip.braking.target_n()
     };
     assert_eq!(target(&[4.0; 9], 0.0), 4.0, "a load that stands");
-    assert_eq!(target(&[4.0, 4.0, 4.0, 4.0, 4.5, 5.0], 0.0), 6.0, "1 N in 4 ms");
-    assert_eq!(target(&[4.0, 4.0, 20.0], 0.0), 30.0, "at most half of the estimate");
+    assert_eq!(target(&[4.0, 4.0, 4.0, 4.0, 4.5, 5.0], 0.0), 5.5, "4.5 N, and 1 N in 4 ms");
+    assert_eq!(target(&[4.0, 4.0, 20.0], 0.0), 6.0, "two agree on 4 N: half of that at most");
+    assert_eq!(target(&[4.0, 4.0, 20.0, 20.0], 0.0), 30.0, "two agree on 20 N");
+    assert_eq!(target(&[4.0, 9.0, 4.0, 9.0, 4.0], 0.0), 6.0, "noise");
     assert_eq!(target(&[5.0, 4.0, 3.0], 0.0), 5.0, "braking never lets go");
     assert_eq!(target(&[4.0; 9], 0.5), 4.5, "a margin of one deviation");
     assert_eq!(target(&[4.0; 9], 1e9), 8.0, "an estimate that says nothing");
@@ -209,6 +211,60 @@ fn an_alarm_without_movement_is_forgotten() {
         grip.step(&calm());
     }
     assert_eq!(grip.command_n(), 2.0);
+}
+
+/// The force on its way back moves the pads: alarms by that begin from the force to hold with.
+#[test]
+fn alarms_do_not_add_up() {
+    let mut grip = holding();
+    for _ in 0..20 {
+        for _ in 0..5 {
+            let command_n = grip.step(&GripInput { applied_n: None, ..slipping(0.0, None) });
+            assert!(command_n <= 2.5, "{command_n}");
+        }
+        for _ in 0..3 {
+            grip.step(&calm());
+        }
+        assert!(grip.state() == GripState::Holding && grip.command_n() > 2.2);
+    }
+    for _ in 0..100 {
+        grip.step(&calm());
+    }
+    assert_eq!(grip.command_n(), 2.0);
+}
+
+#[test]
+fn a_force_on_its_way_back_goes_on_after_a_fault() {
+    let mut grip = holding();
+    for _ in 0..5 {
+        grip.step(&slipping(0.0, None));
+    }
+    grip.step(&calm());
+    let before = grip.step(&calm());
+    assert!(before > 2.3, "{before}");
+    for _ in 0..100 {
+        assert_eq!(grip.step(&GripInput { healthy: false, ..calm() }), before);
+    }
+    for _ in 0..100 {
+        grip.step(&calm());
+    }
+    assert_eq!(grip.command_n(), 2.0);
+}
+
+#[test]
+fn a_slip_that_a_fault_ends_keeps_what_was_to_be_reached_without_the_lead() {
+    let mut grip = holding();
+    for _ in 0..20 {
+        grip.step(&slipping(1e-3, Some(8.0)));
+    }
+    assert!(grip.command_n() > 8.0, "led: 2 N are measured");
+    for _ in 0..100 {
+        assert_eq!(grip.step(&GripInput { healthy: false, ..calm() }), 8.0);
+    }
+    for _ in 0..100 {
+        grip.step(&calm());
+    }
+    assert_eq!((grip.state(), grip.command_n()), (GripState::Holding, 8.0));
 }
 
 #[test]
