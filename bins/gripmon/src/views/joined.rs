@@ -1,7 +1,7 @@
 //! Stretches of time, however many, in; as few rectangles across a plot as can be told apart out.
 
 use crate::plot::Frame;
-use eframe::egui::Rangef;
+use eframe::egui::{Color32, Mesh, Painter, Rangef, Rect, Shape};
 use grip_scope::model::Stretch;
 
 /// What begins within so much of a narrow one is joined with it (points).
@@ -41,6 +41,15 @@ pub(super) fn joined<'a, T: Copy + 'a>(
         }
     }
     pieces
+}
+
+/// Draws rectangles of one height as one shape: each by itself costs ten times as much, most of it for edges that fade.
+pub(super) fn fill(painter: &Painter, height: Rangef, of: impl Iterator<Item = (Rangef, Color32)>) {
+    let mut mesh = Mesh::default();
+    for (across, colour) in of {
+        mesh.add_colored_rect(Rect::from_x_y_ranges(across, height), colour);
+    }
+    painter.add(Shape::mesh(mesh));
 }
 
 #[cfg(test)]

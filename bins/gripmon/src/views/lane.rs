@@ -1,13 +1,14 @@
 //! What the grasp did, and what happened: a band of scenes, under it stretches of slips, faults and gaps, and a tick for every event.
 
-use super::joined::joined;
+use super::joined::{fill, joined};
 use super::{Seen, gestures, strips};
 use crate::action::Action;
 use crate::format;
 use crate::palette::{Palette, Tone};
 use crate::plot::{Frame, Kind, Scale};
 use eframe::egui::{
-    Align2, Color32, FontId, Painter, Pos2, Rect, Role, Sense, Stroke, Ui, WidgetInfo, pos2, vec2,
+    Align2, Color32, FontId, Painter, Pos2, Rangef, Rect, Role, Sense, Stroke, Ui, WidgetInfo,
+    pos2, vec2,
 };
 use grip_link::message::daemon::SceneCode;
 use grip_scope::{EventKind, EventMark};
@@ -150,25 +151,18 @@ const fn scene_colour(scene: SceneCode, palette: &Palette) -> (Color32, bool) {
 fn scenes(ui: &Ui, frame: &Frame, seen: &Seen<'_>) {
     let band = Rect::from_min_size(frame.rect.min, vec2(frame.rect.width(), SCENES));
     let strongest = |a: SceneCode, b: SceneCode| if b.code() > a.code() { b } else { a };
-    for piece in joined(seen.model.events().scenes(frame.span), frame, strongest) {
-        let rect = Rect::from_x_y_ranges(piece.across, band.y_range());
-        let (colour, strong) = scene_colour(piece.what, &seen.palette);
-        let fill = if strong {
-            colour.gamma_multiply(if seen.palette.dark { 0.55 } else { 0.38 })
-        } else {
-            colour
-        };
-        ui.painter().rect_filled(rect, 0, fill);
-        if rect.width() > 50.0 {
-            let font = FontId::proportional(10.5);
-            ui.painter().text(
-                rect.left_center() + vec2(5.0, 0.0),
-                Align2::LEFT_CENTER,
-                piece.what.name(),
-                font,
-                seen.palette.text,
-            );
-        }
+    let pieces = joined(seen.model.events().scenes(frame.span), frame, strongest);
+    let colour = |scene| {
+        let (colour, strong) = scene_colour(scene, &seen.palette);
+        let share = if seen.palette.dark { 0.55 } else { 0.38 };
+        if strong { colour.gamma_multiply(share) } else { colour }
+    };
+    let painter = ui.painter();
+    fill(painter, band.y_range(), pieces.iter().map(|p| (p.across, colour(p.what))));
+    for piece in pieces.iter().filter(|piece| piece.across.span() > 50.0) {
+        let at = pos2(piece.across.min + 5.0, band.center().y);
+        let (name, font) = (piece.what.name(), FontId::proportional(10.5));
+        painter.text(at, Align2::LEFT_CENTER, name, font, seen.palette.text);
     }
 }
 
@@ -181,20 +175,20 @@ fn stretches(ui: &Ui, frame: &Frame, seen: &Seen<'_>) {
         joined(events.faults(frame.span), frame, worst),
         joined(events.gaps(frame.span), frame, worst),
     ];
-    for piece in kinds.into_iter().flatten() {
-        let rect = Rect::from_x_y_ranges(piece.across, top..=top + 6.0);
-        ui.painter().rect_filled(rect, 0, seen.palette.tone(tone(piece.what)));
-    }
+    let pieces = kinds.into_iter().flatten();
+    let coloured = pieces.map(|piece| (piece.across, seen.palette.tone(tone(piece.what))));
+    fill(ui.painter(), Rangef::new(top, top + 6.0), coloured);
 }
 
 /// Ticks and, where there is room, words.
 fn marks(ui: &Ui, frame: &Frame, ticks: &[Tick<'_>], seen: &Seen<'_>) {
     let painter = ui.painter().with_clip_rect(frame.rect);
-    for tick in ticks {
-        let colour = seen.palette.tone(tone(tick.mark.kind));
-        let y = frame.rect.top() + SCENES + 10.0..=frame.rect.bottom();
-        painter.vline(painter.round_to_pixel_center(tick.x), y, Stroke::new(1.5, colour));
-    }
+    let height = Rangef::new(frame.rect.top() + SCENES + 10.0, frame.rect.bottom());
+    let line = |tick: &Tick<'_>| {
+        let x = painter.round_to_pixel_center(tick.x);
+        (Rangef::new(x - 0.75, x + 0.75), seen.palette.tone(tone(tick.mark.kind)))
+    };
+    fill(&painter, height, ticks.iter().map(line));
     let mut free_from = f32::NEG_INFINITY;
     for tick in ticks {
         if tick.x >= free_from {

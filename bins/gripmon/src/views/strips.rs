@@ -1,6 +1,6 @@
 //! One plot of curves: grid, areas, curves, peaks and valleys, cursors.
 
-use super::joined::joined;
+use super::joined::{fill, joined};
 use super::{Scratch, Seen, lane, readout};
 use crate::palette::Tone;
 use crate::plot::{self, Frame, Kind, Scale, Style, polyline};
@@ -208,10 +208,7 @@ pub(super) fn washes(frame: &Frame, seen: &Seen<'_>) -> Vec<Wash> {
 
 /// Draws them.
 pub(super) fn spans(painter: &Painter, frame: &Frame, washes: &[Wash]) {
-    for (across, colour) in washes {
-        let rect = Rect::from_x_y_ranges(*across, frame.rect.y_range());
-        painter.rect_filled(rect, 0, *colour);
-    }
+    fill(painter, frame.rect.y_range(), washes.iter().copied());
 }
 
 /// Where the limit of the force lies, where that is above the plot: the forces decide its scale.

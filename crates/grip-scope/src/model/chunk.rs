@@ -161,10 +161,10 @@ impl Chunk {
         allocated(times) + self.whole_bytes() + allocated(nodes)
     }
 
-    /// How many chunks like this one lie between its start and `t_s`.
+    /// How many chunks like this one lie between its start and `t_s`; the one behind it begins at `next_s`.
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturates")]
-    pub(super) fn lengths_to(&self, t_s: f64) -> u64 {
-        let length_s = self.last_s - self.from_s + self.step_s;
+    pub(super) fn lengths_to(&self, t_s: f64, next_s: Option<f64>) -> u64 {
+        let length_s = next_s.unwrap_or(self.last_s + self.step_s) - self.from_s;
         ((t_s - self.from_s) / length_s).max(0.0) as u64
     }
 

@@ -130,18 +130,31 @@ impl Store {
         let end = self.end();
         let ends_before =
             |number: u64| self.chunk(number).is_some_and(|chunk| chunk.last_s() < t_s);
-        // Chunks are mostly as long as the first one: a guess, then leaps that double, then halving.
-        let ahead = self.chunk(from).map_or(0, |chunk| chunk.lengths_to(t_s));
-        let guess = from.saturating_add(ahead);
-        let guess = guess.min(end.saturating_sub(1)).max(from);
-        let hit = !ends_before(guess) && (guess == from || ends_before(guess - 1));
-        let mut leap = 1;
-        let mut low = if hit || ends_before(guess) { guess } else { from };
-        while low + leap < end && ends_before(low + leap) {
-            low += leap;
-            leap *= 2;
+        // Chunks are mostly as long as the first one and as far from each other: a guess, then leaps that double, then halving.
+        let next_s = self.chunk(from + 1).map(Chunk::start_s);
+        let ahead = self.chunk(from).map_or(0, |chunk| chunk.lengths_to(t_s, next_s));
+        let guess = from.saturating_add(ahead).min(end.saturating_sub(1)).max(from);
+        let (mut low, mut high, mut leap) = (from, end, 1);
+        if ends_before(guess) {
+            low = guess + 1;
+            while low + leap < end && ends_before(low + leap) {
+                low += leap;
+                leap *= 2;
+            }
+            high = (low + leap).min(end).max(low);
+        } else {
+            high = high.min(guess);
+            while high > from {
+                let probe = high.saturating_sub(leap).max(from);
+                if ends_before(probe) {
+                    low = probe + 1;
+                    break;
+                }
+                high = probe;
+                leap *= 2;
+            }
         }
-        let most = usize::try_from((low + leap).min(end) - low.min(end)).unwrap_or(0);
+        let most = usize::try_from(high - low.min(high)).unwrap_or(0);
         low + partition(most, |k| ends_before(low + k as u64)) as u64
     }
 
