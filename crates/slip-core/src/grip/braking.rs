@@ -27,6 +27,8 @@ const GROWTH_OF: usize = 4;
 /// What earlier slips have told of the object.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Known {
+    /// What it is to be held with (N), by its slips or because somebody asked for it; the command may still be on its way there.
+    pub(super) kept_n: f32,
     /// What its weight needs, with the margin of the estimate (N).
     pub(super) weight_n: Option<f32>,
     /// How far the command may run ahead of what is known.
@@ -69,7 +71,7 @@ impl Braking {
     /// A slip that begins under `command_n`, while `hold_n` (N) was to be held.
     pub(super) fn begin(config: &GripConfig, command_n: f32, hold_n: f32, known: &Known) -> Self {
         // A force that is on its way back to the one to hold with moves the pads, and alarms by that must not add up.
-        let step_n = ((1.0 + config.reflex_step) * hold_n.min(command_n)).max(command_n);
+        let step_n = ((1.0 + config.reflex_step) * known.kept_n.min(command_n)).max(command_n);
         let step_n = step_n.min(config.ceiling_n());
         Self {
             base_n: command_n,

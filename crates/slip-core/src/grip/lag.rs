@@ -55,6 +55,7 @@ pub(super) struct Reach {
 impl Reach {
     /// How much more than `known_n` (N) may be commanded where `wish_n` (N) more is wished for.
     pub(super) fn beyond(&self, known_n: f32, wish_n: f32) -> f32 {
+        let wish_n = wish_n.max(0.0);
         let late_n = wish_n.min(self.late * known_n);
         (self.promptness * wish_n).max(late_n).clamp(0.0, LARGEST * known_n.max(0.0))
     }

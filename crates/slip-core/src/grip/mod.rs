@@ -396,8 +396,12 @@ impl GripController {
     }
 
     fn begin_slip(&mut self, dt_s: f32, input: &GripInput) {
-        let known =
-            Known { weight_n: self.weight_n, reach: self.lag.reach(), sought: self.searches() };
+        let known = Known {
+            kept_n: self.hold_n.max(self.least_n),
+            weight_n: self.weight_n,
+            reach: self.lag.reach(),
+            sought: self.searches(),
+        };
         self.braking = Braking::begin(&self.config, self.command_n, self.hold_n, &known);
         self.state = GripState::Slipping;
         self.quiet_s = 0.0;

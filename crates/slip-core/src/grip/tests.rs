@@ -233,6 +233,21 @@ fn alarms_do_not_add_up() {
     assert_eq!(grip.command_n(), 2.0);
 }
 
+/// The reflex is a share of what is really held, whoever asked for it.
+#[test]
+fn what_slips_although_a_client_asked_for_more_is_answered_from_there() {
+    let mut grip = holding();
+    grip.at_least(10.0);
+    for _ in 0..1000 {
+        grip.step(&calm());
+    }
+    assert_eq!(grip.command_n(), 10.0);
+    for _ in 0..5 {
+        grip.step(&GripInput { applied_n: None, ..slipping(0.0, None) });
+    }
+    assert_eq!(grip.command_n(), 12.5);
+}
+
 #[test]
 fn a_force_on_its_way_back_goes_on_after_a_fault() {
     let mut grip = holding();
