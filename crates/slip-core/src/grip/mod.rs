@@ -29,7 +29,7 @@ pub use config::GripConfig;
 pub use input::{Evidence, GripInput, GripState, Sliding, SlipNow, Trials};
 pub use touch::GripEvent;
 
-use braking::{Braking, Known};
+use braking::{Braking, HeldBy, Known};
 use lag::Lag;
 use search::Search;
 use touch::Touch;
@@ -44,8 +44,12 @@ pub struct GripController {
     /// What the weight of the object needs by its slips, with its margin (N).
     weight_n: Option<f32>,
     search: Search,
+    /// By how much the object comes back when it swings on its pads (m).
+    swing_m: f32,
     /// Since the last reading of the moved distance (s).
     unmeasured_s: f32,
+    /// Whether the command is on its way back from an alarm in which nothing moved.
+    ebbing: bool,
     /// Force that somebody asked for (N).
     least_n: f32,
     settle_s: f32,
@@ -78,7 +82,9 @@ impl GripController {
             hold_n: 0.0,
             weight_n: None,
             search: Search::default(),
+            swing_m: 0.0,
             unmeasured_s: f32::INFINITY,
+            ebbing: false,
             least_n: 0.0,
             settle_s: 0.0,
             lag: Lag::default(),
@@ -111,6 +117,10 @@ impl GripController {
     /// fingers. A force below 0 or not a number changes nothing.
     pub fn at_least(&mut self, force_n: f32) {
         if force_n >= 0.0 {
+            if self.is_wished() && self.may_search() {
+                // What was asked for has been tried, and less has not.
+                self.hold_n = self.command_n;
+            }
             self.least_n = force_n.min(self.config.ceiling_n());
         }
     }
@@ -121,6 +131,7 @@ impl GripController {
         self.command_n = 0.0;
         self.hold_n = 0.0;
         self.weight_n = None;
+        self.swing_m = 0.0;
         self.search = Search::default();
         self.touch = Touch::default();
     }
@@ -140,8 +151,11 @@ impl GripController {
         if self.state == GripState::Open {
             self.state = GripState::Closing;
             self.touch = Touch::default();
+            self.lag.begin();
+            self.ebbing = false;
             self.trials = Trials { trials: 1, moved_m: 0.0 };
             self.weight_n = None;
+            self.swing_m = 0.0;
             self.settle_s = 0.0;
             let held = applied_n.filter(|force| *force > self.config.contact_n);
             // What others have gripped may be held for a reason.
@@ -204,10 +218,7 @@ impl GripController {
         if !input.healthy {
             // Closing goes on where it stopped.
             if matches!(self.state, GripState::Holding | GripState::Slipping) {
-                if self.state == GripState::Slipping {
-                    self.leave_slip();
-                    self.hold_n = self.command_n;
-                }
+                self.leave_slip();
                 self.state = GripState::Fault;
             }
             return self.command_n;
@@ -224,14 +235,7 @@ impl GripController {
             GripState::Holding if self.command_n < self.least_n => {
                 self.raise_towards(self.least_n, self.config.close_rate_n_s, dt_s);
             }
-            GripState::Holding => {
-                if self.searches() {
-                    self.hold_n = self.search.step(&self.config, self.hold_n, dt_s);
-                }
-                let fall = self.config.backoff_n_s * dt_s;
-                let kept = self.hold_n.max(self.least_n).min(self.command_n);
-                self.command_n = (self.command_n - fall).max(kept);
-            }
+            GripState::Holding => self.ease(dt_s),
             GripState::Slipping if input.slip != SlipNow::No => self.brake(dt_s, input),
             GripState::Slipping => self.end_slip(),
         }
@@ -255,6 +259,7 @@ impl GripController {
                     Some(GripEvent::Regrasped) => {
                         self.trials = Trials { trials: 1, moved_m: 0.0 };
                         self.weight_n = None;
+                        self.swing_m = 0.0;
                         self.search = Search::begin();
                         self.settle_s = 0.0;
                         self.state = GripState::Settling;
@@ -267,6 +272,17 @@ impl GripController {
             _ => {}
         }
         false
+    }
+
+    /// Down to what is to be held, and on with the search.
+    fn ease(&mut self, dt_s: f32) {
+        if self.searches() {
+            self.hold_n = self.search.step(&self.config, self.hold_n, dt_s);
+        }
+        let fall = self.config.backoff_n_s * dt_s;
+        let kept = self.hold_n.max(self.least_n).min(self.command_n);
+        self.command_n = (self.command_n - fall).max(kept);
+        self.ebbing &= self.command_n > kept;
     }
 
     fn hold(&mut self, force_n: f32) {
@@ -310,17 +326,35 @@ impl GripController {
         }
     }
 
-    /// Whether less force is to be tried. Where nothing tells how an object slides it costs too much to let it.
+    /// Whether it is held as somebody asked for.
+    fn is_wished(&self) -> bool {
+        self.state == GripState::Holding && self.least_n > 0.0 && self.command_n <= self.least_n
+    }
+
+    /// Whether less than the command may be tried. Where nothing tells how an object slides it costs too much to let it.
+    fn may_search(&self) -> bool {
+        self.unmeasured_s < UNMEASURED_S && self.search.goes_on(&self.config, self.command_n)
+    }
+
+    /// Whether less force is to be tried.
     fn searches(&self) -> bool {
-        self.unmeasured_s < UNMEASURED_S && self.search.goes_on(&self.config, self.hold_n)
+        !self.is_wished() && self.may_search() && self.search.goes_on(&self.config, self.hold_n)
     }
 
     fn begin_slip(&mut self, dt_s: f32, input: &GripInput) {
+        let held_by = if self.is_wished() {
+            HeldBy::Wish
+        } else if self.searches() {
+            HeldBy::Search
+        } else {
+            HeldBy::Slips
+        };
         let known = Known {
-            kept_n: self.hold_n.max(self.least_n),
             weight_n: self.weight_n,
             reach: self.lag.reach(),
-            sought: self.searches(),
+            held_by,
+            ebbing: self.ebbing,
+            swing_m: self.swing_m,
         };
         self.braking = Braking::begin(&self.config, self.command_n, self.hold_n, &known);
         self.state = GripState::Slipping;
@@ -356,6 +390,8 @@ impl GripController {
         if self.state == GripState::Slipping {
             self.end_moving();
             self.command_n = self.command_n.min(self.braking.target_n());
+            self.hold_n = self.braking.left_n().min(self.command_n);
+            self.ebbing = self.command_n > self.hold_n;
         }
     }
 
@@ -369,8 +405,10 @@ impl GripController {
     fn end_slip(&mut self) {
         self.end_moving();
         self.weight_n = self.braking.weight_n();
-        let believed = self.braking.confirmed() || self.search.believes(&self.config);
+        self.swing_m = self.braking.swing_m();
+        let believed = self.braking.is_believed(self.search.believes(&self.config));
         let hold_n = self.braking.hold_n(&self.config, believed);
+        self.ebbing = !believed;
         if believed {
             self.search.found(self.braking.least_n());
         } else {

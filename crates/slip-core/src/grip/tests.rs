@@ -181,7 +181,12 @@ fn the_target_follows_a_load_that_grows_and_an_estimate_that_is_unsure_adds_its_
     assert_eq!(target(&[4.0, 4.0, 20.0], 0.0), 6.0, "two agree on 4 N: half of that at most");
     assert_eq!(target(&[4.0, 4.0, 20.0, 20.0], 0.0), 30.0, "two agree on 20 N");
     assert_eq!(target(&[4.0, 9.0, 4.0, 9.0, 4.0], 0.0), 6.0, "noise");
-    assert_eq!(target(&[5.0, 4.0, 3.0], 0.0), 5.0, "braking never lets go");
+    assert_eq!(
+        target(&[50.0], 0.0),
+        3.125,
+        "a first one, which nothing confirms: the reflex and a quarter"
+    );
+    assert_eq!(target(&[5.0, 5.0, 3.0], 0.0), 5.0, "braking never lets go");
     assert_eq!(target(&[4.0; 9], 0.5), 4.5, "a margin of one deviation");
     assert_eq!(target(&[4.0; 9], 1e9), 8.0, "an estimate that says nothing");
     let blind = target(&[f32::NAN, -3.0, f32::INFINITY], 0.0);
@@ -246,6 +251,67 @@ fn what_slips_although_a_client_asked_for_more_is_answered_from_there() {
         grip.step(&GripInput { applied_n: None, ..slipping(0.0, None) });
     }
     assert_eq!(grip.command_n(), 12.5);
+}
+
+/// Lifting shears the pads: an alarm, but no need of what a client asked for.
+#[test]
+fn a_wish_is_taken_back_although_something_moved_meanwhile() {
+    let mut grip = holding();
+    grip.at_least(15.0);
+    for _ in 0..1000 {
+        grip.step(&calm());
+    }
+    for moved_um in 0..40_u8 {
+        let moved_m = 1e-6 * f32::from(moved_um);
+        grip.step(&GripInput { applied_n: None, ..slipping(moved_m, Some(4.0)) });
+    }
+    assert!(grip.command_n() >= 15.0);
+    grip.at_least(0.0);
+    for _ in 0..2000 {
+        grip.step(&calm());
+    }
+    assert_eq!((grip.command_n(), grip.trials().trials), (2.0, 1));
+}
+
+#[test]
+fn what_slips_although_more_was_asked_for_is_held_with_what_it_needs() {
+    let mut grip = holding();
+    grip.at_least(5.0);
+    for _ in 0..1000 {
+        grip.step(&calm());
+    }
+    let mut applied_n = 5.0;
+    press(&mut grip, &slipping(1e-3, Some(9.0)), &mut applied_n, 40);
+    grip.at_least(0.0);
+    press(&mut grip, &calm(), &mut applied_n, 1000);
+    assert!((8.5..=9.0).contains(&grip.command_n()), "{}", grip.command_n());
+}
+
+/// Pads that swing 30 um forth and back, a little further each time.
+#[test]
+fn an_object_that_swings_on_its_pads_is_not_held_with_more_and_more() {
+    let (mut grip, mut first) = (holding(), 0.0);
+    for step in 0..20_000_u16 {
+        let swing = 1.5e-5 * (0.05 * f32::from(step)).sin();
+        let creep = 4e-8 * f32::from(step);
+        let moved_m = Some(1.5e-5 + swing + creep);
+        grip.step(&GripInput { moved_m, applied_n: None, ..slipping(0.0, None) });
+        if step == 100 {
+            first = grip.command_n();
+        }
+    }
+    assert!(first < 4.0 && grip.command_n() == first, "{first} {}", grip.command_n());
+}
+
+#[test]
+fn faults_in_alarms_do_not_add_up() {
+    let mut grip = holding();
+    for _ in 0..50 {
+        grip.step(&GripInput { applied_n: None, ..slipping(1e-6, None) });
+        grip.step(&GripInput { healthy: false, ..calm() });
+        grip.step(&calm());
+    }
+    assert!(grip.command_n() <= 2.5, "{}", grip.command_n());
 }
 
 #[test]

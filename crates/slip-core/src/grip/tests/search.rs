@@ -70,6 +70,21 @@ fn without_travel_or_where_it_is_not_wanted_the_trial_force_stays() {
     assert!(unmeasured.is_steady() && unwanted.is_steady());
 }
 
+/// What was asked for has been tried, and less has not: the search begins there.
+#[test]
+fn a_wish_that_is_taken_back_is_searched_from() {
+    let mut grip = held(searching());
+    grip.at_least(6.0);
+    wait(&mut grip, 3.0);
+    assert_eq!((grip.command_n(), grip.is_steady()), (6.0, true));
+    grip.at_least(0.0);
+    wait(&mut grip, 0.5);
+    let over = grip.command_n() / 6.0;
+    assert!((over - (-0.5_f32).exp()).abs() < 0.01, "{over}");
+    slip(&mut grip, 1e-5, None);
+    assert!(grip.is_steady() || grip.command_n() > 1.2 * 6.0 * over, "{}", grip.command_n());
+}
+
 #[test]
 fn a_grip_that_is_carried_on_is_not_searched() {
     let mut grip = GripController::holding(searching(), 5.0);
