@@ -62,6 +62,6 @@ impl Reach {
     pub(super) fn beyond(&self, known_n: f32, wish_n: f32) -> f32 {
         let wish_n = wish_n.max(0.0);
         let late_n = wish_n.min(self.late * known_n);
-        (self.promptness * wish_n).max(late_n).clamp(0.0, LARGEST * known_n.max(0.0))
+        (self.promptness * wish_n).max(late_n).min(LARGEST * known_n.max(0.0))
     }
 }
