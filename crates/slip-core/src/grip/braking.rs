@@ -73,6 +73,7 @@ pub(super) struct Braking {
     /// For how long the object has become faster and faster (s), and since when nothing says how it slides (s).
     falling_s: f32,
     unseen_s: f32,
+    /// Whether the object was seen to move, where that is measured.
     confirmed: bool,
     /// The same since the object last came back.
     goes_on: bool,

@@ -117,7 +117,7 @@ impl GripController {
     /// fingers. A force below 0 or not a number changes nothing.
     pub fn at_least(&mut self, force_n: f32) {
         if force_n >= 0.0 {
-            if self.is_wished() && self.may_search() {
+            if self.is_wished() && self.may_search_below(self.command_n) {
                 // What was asked for has been tried, and less has not.
                 self.hold_n = self.command_n;
             }
@@ -130,8 +130,7 @@ impl GripController {
         self.state = GripState::Released;
         self.command_n = 0.0;
         self.hold_n = 0.0;
-        self.weight_n = None;
-        self.swing_m = 0.0;
+        self.forget();
         self.search = Search::default();
         self.touch = Touch::default();
     }
@@ -152,10 +151,8 @@ impl GripController {
             self.state = GripState::Closing;
             self.touch = Touch::default();
             self.lag.begin();
-            self.ebbing = false;
             self.trials = Trials { trials: 1, moved_m: 0.0 };
-            self.weight_n = None;
-            self.swing_m = 0.0;
+            self.forget();
             self.settle_s = 0.0;
             let held = applied_n.filter(|force| *force > self.config.contact_n);
             // What others have gripped may be held for a reason.
@@ -258,8 +255,7 @@ impl GripController {
                     }
                     Some(GripEvent::Regrasped) => {
                         self.trials = Trials { trials: 1, moved_m: 0.0 };
-                        self.weight_n = None;
-                        self.swing_m = 0.0;
+                        self.forget();
                         self.search = Search::begin();
                         self.settle_s = 0.0;
                         self.state = GripState::Settling;
@@ -283,6 +279,13 @@ impl GripController {
         let kept = self.hold_n.max(self.least_n).min(self.command_n);
         self.command_n = (self.command_n - fall).max(kept);
         self.ebbing &= self.command_n > kept;
+    }
+
+    /// Nothing is known of the object in hand.
+    fn forget(&mut self) {
+        self.weight_n = None;
+        self.swing_m = 0.0;
+        self.ebbing = false;
     }
 
     fn hold(&mut self, force_n: f32) {
@@ -331,14 +334,14 @@ impl GripController {
         self.state == GripState::Holding && self.least_n > 0.0 && self.command_n <= self.least_n
     }
 
-    /// Whether less than the command may be tried. Where nothing tells how an object slides it costs too much to let it.
-    fn may_search(&self) -> bool {
-        self.unmeasured_s < UNMEASURED_S && self.search.goes_on(&self.config, self.command_n)
+    /// Whether less than `force_n` (N) may be tried. Where nothing tells how an object slides it costs too much to let it.
+    fn may_search_below(&self, force_n: f32) -> bool {
+        self.unmeasured_s < UNMEASURED_S && self.search.goes_on(&self.config, force_n)
     }
 
     /// Whether less force is to be tried.
     fn searches(&self) -> bool {
-        !self.is_wished() && self.may_search() && self.search.goes_on(&self.config, self.hold_n)
+        !self.is_wished() && self.may_search_below(self.hold_n)
     }
 
     fn begin_slip(&mut self, dt_s: f32, input: &GripInput) {
@@ -404,12 +407,12 @@ impl GripController {
     /// The slip has ended: what is the force to hold with?
     fn end_slip(&mut self) {
         self.end_moving();
-        self.weight_n = self.braking.weight_n();
         self.swing_m = self.braking.swing_m();
         let believed = self.braking.is_believed(self.search.believes(&self.config));
         let hold_n = self.braking.hold_n(&self.config, believed);
         self.ebbing = !believed;
         if believed {
+            self.weight_n = self.braking.weight_n();
             self.search.found(self.braking.least_n());
         } else {
             // Nothing has moved: an alarm, not a trial.

@@ -23,6 +23,13 @@ fn slipping(moved_m: f32, estimate_n: Option<f32>) -> GripInput {
     GripInput { slip: SlipNow::Evident, moved_m: Some(moved_m), evidence, ..calm() }
 }
 
+/// Nothing happens for `steps`.
+fn rest(grip: &mut GripController, steps: u32) {
+    for _ in 0..steps {
+        grip.step(&calm());
+    }
+}
+
 /// Tries 2 N and keeps that until something slips.
 fn config() -> GripConfig {
     GripConfig {
@@ -41,9 +48,7 @@ fn holding() -> GripController {
 fn held_with(config: GripConfig) -> GripController {
     let mut grip = GripController::new(config);
     grip.grasp(None);
-    for _ in 0..300 {
-        grip.step(&calm());
-    }
+    rest(&mut grip, 300);
     assert_eq!((grip.state(), grip.command_n()), (GripState::Holding, 2.0));
     grip
 }
@@ -63,17 +68,13 @@ fn a_wish_raises_within_the_limits_and_is_taken_back_slowly() {
         grip.at_least(wish);
         let before = grip.command_n();
         assert!(grip.step(&calm()) <= before + 20.0 * DT_S + 1e-4);
-        for _ in 0..3000 {
-            grip.step(&calm());
-        }
+        rest(&mut grip, 3000);
         assert_eq!((grip.command_n(), grip.is_steady()), (then, true), "{wish}");
     }
     grip.at_least(0.0);
     assert!(!grip.is_steady());
     assert!(grip.step(&calm()) > 59.9);
-    for _ in 0..3000 {
-        grip.step(&calm());
-    }
+    rest(&mut grip, 3000);
     assert_eq!((grip.command_n(), grip.is_steady()), (2.0, true));
 }
 
@@ -88,9 +89,7 @@ fn a_release_holds_until_it_is_ended_whatever_slips() {
     assert_eq!(grip.state(), GripState::Released);
     grip.close_again();
     grip.grasp(None);
-    for _ in 0..300 {
-        grip.step(&calm());
-    }
+    rest(&mut grip, 300);
     assert_eq!((grip.state(), grip.command_n()), (GripState::Holding, 2.0));
 }
 
@@ -212,9 +211,7 @@ fn an_alarm_without_movement_is_forgotten() {
     for _ in 0..5 {
         grip.step(&slipping(0.0, None));
     }
-    for _ in 0..100 {
-        grip.step(&calm());
-    }
+    rest(&mut grip, 100);
     assert_eq!(grip.command_n(), 2.0);
 }
 
@@ -227,14 +224,10 @@ fn alarms_do_not_add_up() {
             let command_n = grip.step(&GripInput { applied_n: None, ..slipping(0.0, None) });
             assert!(command_n <= 2.5, "{command_n}");
         }
-        for _ in 0..3 {
-            grip.step(&calm());
-        }
+        rest(&mut grip, 3);
         assert!(grip.state() == GripState::Holding && grip.command_n() > 2.2);
     }
-    for _ in 0..100 {
-        grip.step(&calm());
-    }
+    rest(&mut grip, 100);
     assert_eq!(grip.command_n(), 2.0);
 }
 
@@ -243,9 +236,7 @@ fn alarms_do_not_add_up() {
 fn what_slips_although_a_client_asked_for_more_is_answered_from_there() {
     let mut grip = holding();
     grip.at_least(10.0);
-    for _ in 0..1000 {
-        grip.step(&calm());
-    }
+    rest(&mut grip, 1000);
     assert_eq!(grip.command_n(), 10.0);
     for _ in 0..5 {
         grip.step(&GripInput { applied_n: None, ..slipping(0.0, None) });
@@ -258,18 +249,16 @@ fn what_slips_although_a_client_asked_for_more_is_answered_from_there() {
 fn a_wish_is_taken_back_although_something_moved_meanwhile() {
     let mut grip = holding();
     grip.at_least(15.0);
-    for _ in 0..1000 {
-        grip.step(&calm());
-    }
+    rest(&mut grip, 1000);
     for moved_um in 0..40_u8 {
         let moved_m = 1e-6 * f32::from(moved_um);
         grip.step(&GripInput { applied_n: None, ..slipping(moved_m, Some(4.0)) });
     }
     assert!(grip.command_n() >= 15.0);
+    grip.step(&calm());
+    assert_eq!(grip.weight_n, None, "nor does it tell the weight");
     grip.at_least(0.0);
-    for _ in 0..2000 {
-        grip.step(&calm());
-    }
+    rest(&mut grip, 2000);
     assert_eq!((grip.command_n(), grip.trials().trials), (2.0, 1));
 }
 
@@ -277,9 +266,7 @@ fn a_wish_is_taken_back_although_something_moved_meanwhile() {
 fn what_slips_although_more_was_asked_for_is_held_with_what_it_needs() {
     let mut grip = holding();
     grip.at_least(5.0);
-    for _ in 0..1000 {
-        grip.step(&calm());
-    }
+    rest(&mut grip, 1000);
     let mut applied_n = 5.0;
     press(&mut grip, &slipping(1e-3, Some(9.0)), &mut applied_n, 40);
     grip.at_least(0.0);
@@ -326,9 +313,7 @@ fn a_force_on_its_way_back_goes_on_after_a_fault() {
     for _ in 0..100 {
         assert_eq!(grip.step(&GripInput { healthy: false, ..calm() }), before);
     }
-    for _ in 0..100 {
-        grip.step(&calm());
-    }
+    rest(&mut grip, 100);
     assert_eq!(grip.command_n(), 2.0);
 }
 
@@ -342,9 +327,7 @@ fn a_slip_that_a_fault_ends_keeps_what_was_to_be_reached_without_the_lead() {
     for _ in 0..100 {
         assert_eq!(grip.step(&GripInput { healthy: false, ..calm() }), 8.0);
     }
-    for _ in 0..100 {
-        grip.step(&calm());
-    }
+    rest(&mut grip, 100);
     assert_eq!((grip.state(), grip.command_n()), (GripState::Holding, 8.0));
 }
 
@@ -364,16 +347,12 @@ fn a_bad_sensor_freezes_the_force() {
 fn a_bad_sensor_interrupts_the_closing() {
     let mut grip = GripController::new(config());
     grip.grasp(None);
-    for _ in 0..20 {
-        grip.step(&calm());
-    }
+    rest(&mut grip, 20);
     let reached = grip.command_n();
     for _ in 0..1000 {
         assert_eq!(grip.step(&GripInput { healthy: false, ..calm() }), reached);
     }
-    for _ in 0..200 {
-        grip.step(&calm());
-    }
+    rest(&mut grip, 200);
     assert_eq!((grip.state(), grip.command_n()), (GripState::Holding, 2.0));
 }
 
@@ -436,9 +415,7 @@ fn a_lost_object_is_told_once_and_keeps_the_force_until_it_is_touched_again() {
     grip.step(&GripInput { slip: SlipNow::No, ..calm() });
     assert_eq!((grip.state(), grip.event()), (GripState::Settling, Some(GripEvent::Regrasped)));
     assert_eq!(grip.trials(), Trials { trials: 1, moved_m: 0.0 });
-    for _ in 0..60 {
-        grip.step(&calm());
-    }
+    rest(&mut grip, 60);
     assert_eq!((grip.state(), grip.event()), (GripState::Holding, None));
 }
 
