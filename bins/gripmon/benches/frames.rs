@@ -43,8 +43,11 @@ fn main() {
     let mut bench = Bench::new(model, &SIX);
     let whole = |bench: &mut Bench, i: usize| bench.show(0.001 * i as f64, 50.0);
     bench.run("6 plots, 9 channels of 1e6 samples, all seen", whole);
+    // No column of the frame before can be used again.
+    let zoom = |bench: &mut Bench, i: usize| bench.show(0.0, 40.0 + 0.03 * i as f64);
+    bench.run("the same, another zoom in each frame", zoom);
     let part = |bench: &mut Bench, i: usize| bench.show(10.0 + 0.01 * i as f64, 1.0);
-    bench.run("the same, one second seen", part);
+    bench.run("the same, one second seen, moved on by 10 ms", part);
     let few = |bench: &mut Bench, i: usize| bench.show(10.0 + 0.0001 * i as f64, 0.02);
     bench.run("the same, 20 ms seen", few);
     live();

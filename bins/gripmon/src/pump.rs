@@ -19,6 +19,8 @@ pub const FRAME: Duration = Duration::from_millis(33);
 const BUDGET: usize = 32;
 /// Least time between two looks at the source.
 const REST: Duration = Duration::from_millis(8);
+/// The same while nobody looks.
+const UNSEEN: Duration = Duration::from_millis(60);
 /// Longest time between two looks.
 const PATIENCE: Duration = Duration::from_millis(500);
 /// How long the window is let in.
@@ -104,7 +106,7 @@ fn run(shared: &Shared, ctx: &Context, watch: &Watch) {
             }
             continue;
         }
-        rest(REST);
+        rest(if looked_at && visible { REST } else { UNSEEN });
         thread::park_timeout(PATIENCE);
     }
 }

@@ -21,7 +21,7 @@ pub mod trigger;
 pub use channel::Channel;
 pub use feed::{EventKind, EventMark, Feed, SourceStatus};
 pub use group::Group;
-pub use model::{Bucket, Info, Model, Series, Stats};
+pub use model::{Bucket, Columns, Info, Model, Series, Stats};
 pub use source::{ClientAction, Refused, SourceHandle, SourceSpec};
 pub use span::Span;
 pub use trigger::Trigger;

@@ -9,7 +9,7 @@ use eframe::egui::{
     Align2, Color32, FontId, Mesh, Painter, Pos2, Rangef, Rect, Shape, Stroke, pos2, vec2,
 };
 use grip_scope::feed::ObserverSettings;
-use grip_scope::{Channel, EventKind, Series, Span};
+use grip_scope::{Channel, Columns, EventKind, Series, Span};
 
 /// Up to so many samples of a curve are drawn one by one.
 const FEW: usize = 700;
@@ -106,11 +106,12 @@ fn dense(
     series: &Series,
     (pen, scratch): (Pen, &mut Scratch),
 ) {
-    series.envelope(frame.span, columns, &mut scratch.buckets);
+    let kept = scratch.columns.entry(series.channel()).or_default();
+    kept.update(series, frame.span, columns);
     let mut mesh = Mesh::default();
-    mesh.vertices.reserve(4 * scratch.buckets.len());
-    mesh.indices.reserve(18 * scratch.buckets.len());
-    plot::ribbon(&mut mesh, frame, &scratch.buckets, pen);
+    mesh.vertices.reserve(4 * kept.buckets().len());
+    mesh.indices.reserve(18 * kept.buckets().len());
+    plot::ribbon(&mut mesh, frame, kept.buckets(), pen);
     painter.add(Shape::mesh(mesh));
 }
 
@@ -123,15 +124,14 @@ fn area(
 ) {
     let Some((low, high)) = enclosure(curve.channel) else { return };
     let (Some(low), Some(high)) = (seen.model.series(low), seen.model.series(high)) else { return };
-    low.envelope(frame.span, columns, &mut scratch.buckets);
-    high.envelope(frame.span, columns, &mut scratch.others);
+    for series in [low, high] {
+        let kept = scratch.columns.entry(series.channel()).or_default();
+        kept.update(series, frame.span, columns);
+    }
+    let kept =
+        |series: &Series| scratch.columns.get(&series.channel()).map_or(&[][..], Columns::buckets);
     let mut mesh = Mesh::default();
-    plot::band(
-        &mut mesh,
-        frame,
-        (&scratch.buckets, &scratch.others),
-        seen.palette.wash(curve.tone),
-    );
+    plot::band(&mut mesh, frame, (kept(low), kept(high)), seen.palette.wash(curve.tone));
     painter.add(Shape::mesh(mesh));
 }
 

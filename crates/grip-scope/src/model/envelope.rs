@@ -25,7 +25,7 @@ impl Series {
         // Columns before the first and behind the last sample are not looked at.
         let first = columns_before(have.from_s - span.from_s, width_s);
         let last = columns_before(have.to_s - span.from_s, width_s).saturating_add(3).min(columns);
-        let mut walks = [Walk::new(self.store()), Walk::new(self.preview())];
+        let mut walks = [Walk::new(self.store(), None), Walk::new(self.preview(), None)];
         for column in first..last {
             let (from_s, to_s) = (edge(column), edge(column + 1));
             let end = if column + 1 == columns { End::Closed } else { End::Near(width_s / 8.0) };
@@ -42,7 +42,7 @@ impl Series {
 }
 
 /// Walks over the samples part by part.
-struct Walk<'a> {
+pub(super) struct Walk<'a> {
     store: &'a Store,
     /// Where the last part ended, and its place.
     next: Option<(f64, Place)>,
@@ -50,7 +50,7 @@ struct Walk<'a> {
 
 /// How a part ends.
 #[derive(Clone, Copy, Debug)]
-enum End {
+pub(super) enum End {
     /// With the sample at its end.
     Closed,
     /// Before the sample at its end, or at a cheaper place that is off by at most so much (s).
@@ -58,12 +58,18 @@ enum End {
 }
 
 impl<'a> Walk<'a> {
-    const fn new(store: &'a Store) -> Self {
-        Self { store, next: None }
+    /// A walk from the first part that is asked for, or on from where another one ended.
+    pub(super) const fn new(store: &'a Store, next: Option<(f64, Place)>) -> Self {
+        Self { store, next }
+    }
+
+    /// Where the last part ended.
+    pub(super) fn place(&self) -> Option<Place> {
+        self.next.map(|(_, place)| place)
     }
 
     /// The samples from `from_s`, or from where the part before was cut, to the end. Parts are asked for in order.
-    fn part(&mut self, from_s: f64, to_s: f64, end: End) -> Light {
+    pub(super) fn part(&mut self, from_s: f64, to_s: f64, end: End) -> Light {
         let from = match self.next {
             Some((end_s, place)) if end_s == from_s => place,
             Some((_, place)) => self.store.place(from_s, place.chunk).max(place),
@@ -83,7 +89,7 @@ impl<'a> Walk<'a> {
 }
 
 #[expect(clippy::cast_possible_truncation, reason = "kept with seven digits")]
-fn bucket(from_s: f64, to_s: f64, sum: &Light) -> Bucket {
+pub(super) fn bucket(from_s: f64, to_s: f64, sum: &Light) -> Bucket {
     let Light { min, max, count, broken, .. } = *sum;
     let (min, max) = if count == 0 { (f32::NAN, f32::NAN) } else { (min, max) };
     let mean = if count == 0 { f32::NAN } else { sum.mean() as f32 };

@@ -6,6 +6,7 @@
 mod axis;
 mod blocks;
 mod chunk;
+mod columns;
 mod crossing;
 mod envelope;
 mod events;
@@ -21,6 +22,7 @@ mod taxels;
 mod tests;
 
 pub(crate) use axis::{Axis, Placed};
+pub use columns::Columns;
 pub use events::{Events, Stretch};
 pub use health::HealthBoard;
 pub use series::{Bucket, Series, Stats};

@@ -178,13 +178,16 @@ impl Series {
         let (from, to) = self.places(span);
         let before = self.before(from);
         let store = &self.store;
+        if self.is_more_than(most, (from, to)) {
+            return false;
+        }
         let mut number = before.chunk;
         while let Some(chunk) = store.chunk(number).filter(|_| number <= to.chunk) {
             let start = if number == before.chunk { before.index } else { 0 };
             // One more than the span holds, so that a line leaves the plot.
             let end =
                 if number == to.chunk { (to.index + 1).min(chunk.len()) } else { chunk.len() };
-            if chunk.is_thin() || out.len() + end.saturating_sub(start) > most + 4 {
+            if chunk.is_thin() {
                 out.clear();
                 return false;
             }
@@ -195,6 +198,19 @@ impl Series {
             number += 1;
         }
         true
+    }
+
+    /// Whether more than so many samples lie between two places.
+    fn is_more_than(&self, most: usize, (from, to): (Place, Place)) -> bool {
+        let (mut count, mut number) = (0, from.chunk);
+        while let Some(chunk) = self.store.chunk(number).filter(|_| number < to.chunk) {
+            count += chunk.len();
+            if count > most + from.index {
+                return true;
+            }
+            number += 1;
+        }
+        count + to.index > most + from.index
     }
 
     /// Copies the samples of the span, both ends included, to `out`; a NaN stands before each that does not join the one before it.

@@ -17,8 +17,6 @@ use grip_link::message::daemon::{
 use grip_link::message::{Kind, NackReason, Versions};
 use slip_core::units::Hertz;
 
-/// Rows wait at most so long for their block to fill.
-const BLOCK: Duration = Duration::from_millis(10);
 /// Without rows for so long the stream has stalled.
 const STALL: Duration = Duration::from_secs(1);
 
@@ -39,7 +37,6 @@ pub(super) struct Hearing {
     /// The rate that the observer was made for, or could not be.
     observed_hz: u32,
     asked: Option<(u16, ClientAction)>,
-    delivered: Duration,
     rows_at: Option<Duration>,
     rows_since: bool,
 }
@@ -63,7 +60,6 @@ impl Hearing {
             rate_hz: 0,
             observed_hz: 0,
             asked: None,
-            delivered: Duration::ZERO,
             rows_at: None,
             rows_since: false,
         }
@@ -238,16 +234,11 @@ impl Hearing {
     /// Passes on what was heard, rows once their block is old enough, and tells whether the stream flows.
     pub(super) fn deliver(&mut self, outlet: &mut Outlet) {
         let now = outlet.clock.now();
-        let due = now >= self.delivered + BLOCK;
-        if self.news.is_empty() && !due {
-            return;
-        }
         // Rows come first: states and events are placed by the rows around them.
         let rows = self.stream.take();
         let something = !(rows.is_empty() && self.news.is_empty());
         rows.into_iter().chain(self.news.drain(..)).for_each(|feed| outlet.offer(feed));
         outlet.catch_up();
-        self.delivered = now;
         if something {
             outlet.wake();
         }
