@@ -13,16 +13,18 @@ if [ -z "$binaries" ]; then
     binaries="${CARGO_TARGET_DIR:-target}/release"
 fi
 work=$(mktemp -d)
-display=${SCREENSHOT_DISPLAY:-:91}
-Xvfb "$display" -screen 0 1400x900x24 -nolisten tcp -noreset >"$work/xvfb.log" 2>&1 &
+# The server itself finds a display that is free, unless one is named.
+named=${SCREENSHOT_DISPLAY:-}
+Xvfb ${named:+"$named"} -displayfd 3 -screen 0 1400x900x24 -nolisten tcp -noreset 3>"$work/display" >"$work/xvfb.log" 2>&1 &
 server=$!
 trap 'kill "$server" 2>/dev/null; rm -rf "$work"' EXIT
 tries=0
-until [ -S "/tmp/.X11-unix/X${display#:}" ]; do
+until [ -s "$work/display" ]; do
     tries=$((tries + 1))
     [ "$tries" -lt 100 ] || { echo "no X server:" >&2; cat "$work/xvfb.log" >&2; exit 1; }
     sleep 0.1
 done
+display=":$(cat "$work/display")"
 
 picture() {
     echo "docs/images/$1.png"

@@ -8,8 +8,9 @@ mod fixture;
 
 use core::time::Duration;
 use eframe::egui::{Context, Pos2, RawInput, Rect, vec2};
-use grip_scope::feed::Feed;
-use grip_scope::{Channel, Model, Span};
+use grip_link::message::daemon::SceneCode;
+use grip_scope::feed::{BandPoint, DerivedBlock, EventMark, Feed, SpectrumColumn, Turn};
+use grip_scope::{Channel, EventKind, Model, Span};
 use gripmon::layout::Layout;
 use gripmon::scope::{self, Shared};
 use gripmon::state::ViewState;
@@ -32,7 +33,7 @@ const SIX: [StripId; 6] = [
 
 fn main() {
     line(&format!(
-        "{:<44} {:>9} {:>9} {:>9} {:>10}",
+        "{:<46} {:>9} {:>9} {:>9} {:>10}",
         "frame", "least", "median", "95 %", "triangles"
     ));
     let mut model = Model::new(800 << 20);
@@ -42,14 +43,36 @@ fn main() {
     let mut bench = Bench::new(model, &SIX);
     let whole = |bench: &mut Bench, i: usize| bench.show(0.001 * i as f64, 50.0);
     bench.run("6 plots, 9 channels of 1e6 samples, all seen", whole);
+    // No column of the frame before can be used again.
+    let zoom = |bench: &mut Bench, i: usize| bench.show(0.0, 40.0 + 0.03 * i as f64);
+    bench.run("the same, another zoom in each frame", zoom);
     let part = |bench: &mut Bench, i: usize| bench.show(10.0 + 0.01 * i as f64, 1.0);
-    bench.run("the same, one second seen", part);
+    bench.run("the same, one second seen, moved on by 10 ms", part);
     let few = |bench: &mut Bench, i: usize| bench.show(10.0 + 0.0001 * i as f64, 0.02);
     bench.run("the same, 20 ms seen", few);
     live();
+    gaps();
+    spectrogram();
 }
 
-/// Twelve channels that grow at 20 kHz while every plot is seen: 33 ms of samples come before each frame.
+/// Channels that grow at 20 kHz beside those of states and bands.
+const TWELVE: [Channel; 12] = [
+    Channel::Stylus,
+    Channel::NormalForce,
+    Channel::TangentialForce,
+    Channel::Travel,
+    Channel::Velocity,
+    Channel::SecondStylus,
+    Channel::Reference,
+    Channel::Pressure,
+    Channel::Motion,
+    Channel::SlipSpeed,
+    Channel::OwnEsc,
+    Channel::OwnEstimate,
+];
+
+/// Twelve channels that grow at 20 kHz while every plot is seen, with everything else that a daemon tells and the scope derives: 33 ms of it
+/// come before each frame.
 fn live() {
     let mut model = fixture::grasp();
     model.take(Feed::Restart);
@@ -58,19 +81,113 @@ fn live() {
     let mut taken = Vec::new();
     let rows = 667;
     let grow = |bench: &mut Bench, i: usize| {
-        let block =
-            fixture::rows(&Channel::ROWS, RATE_HZ, (100_000 + i * rows, 100_000 + (i + 1) * rows));
+        let from = 100_000 + i * rows;
+        let block = fixture::rows(&TWELVE, RATE_HZ, (from, from + rows));
+        let more = beside(from as f64 / RATE_HZ as f64, i);
         let start = now();
-        bench.scope.shared.engine().model.take(Feed::Rows(block));
+        let mut engine = bench.scope.shared.engine();
+        engine.model.take(Feed::Rows(block));
+        more.into_iter().for_each(|feed| engine.model.take(feed));
         taken.push(start.elapsed());
     };
-    bench.run("10 plots, 12 and more channels, live at 20 kHz", grow);
+    bench.run("10 plots, 12 channels live at 20 kHz, 20 more", grow);
     taken.sort();
     line(&format!(
-        "{:<44} {:>9}",
-        "  33 ms of samples into the model",
+        "{:<46} {:>9}",
+        "  33 ms of all that into the model",
         shown(taken[taken.len() / 2])
     ));
+}
+
+/// What comes with the rows of 33 ms: states, bands, peaks and valleys, spectra, and now and then an event and figures.
+fn beside(from_s: f64, i: usize) -> Vec<Feed> {
+    let at = |k: u32, of: f64| from_s + of * f64::from(k);
+    let mut feeds: Vec<Feed> = (0..3).map(|k| Feed::State(fixture::state(at(k, 0.01)))).collect();
+    let band = |k| BandPoint {
+        t_s: at(k, 0.004),
+        energy: [1.0, 2.0, 3.0, 4.0, 5.0, 6.0],
+        threshold: [25.0; 6],
+        statistic: 0.2,
+    };
+    let turn = |k: u32| Turn { t_s: at(k, 0.0005), height: 1e-5, is_peak: k.is_multiple_of(2) };
+    feeds.push(Feed::Derived(Box::new(DerivedBlock {
+        bands: (0..8).map(band).collect(),
+        turns: (0..66).map(turn).collect(),
+        spectra: (0..3).map(|k| spectrum(at(k, 0.011), 0.011)).collect(),
+        ..DerivedBlock::default()
+    })));
+    if i.is_multiple_of(10) {
+        feeds.push(Feed::Event(EventMark::plain(from_s, EventKind::Client, "a client asks")));
+    }
+    if i.is_multiple_of(30) {
+        feeds.push(Feed::Health(Box::new(fixture::health())));
+    }
+    feeds
+}
+
+fn spectrum(from_s: f64, length_s: f64) -> SpectrumColumn {
+    let bins = (0..=u8::MAX).collect();
+    SpectrumColumn { span: [from_s, from_s + length_s], top_hz: 10_000.0, bins }
+}
+
+/// As many gaps, slips and scenes as are kept, all seen at once: nearly a thousand seconds at 1 kHz with a gap each 20 ms.
+fn gaps() {
+    let mut model = Model::new(800 << 20);
+    for gap in 0..50_000 {
+        let mut block = fixture::rows(&SIX_ROWS, 1000, (20 * gap, 20 * gap + 15));
+        block.broken = true;
+        model.take(Feed::Rows(block));
+        let t_s = 0.02 * gap as f64;
+        let mut state = fixture::state(t_s + 0.01);
+        state.scene = if gap.is_multiple_of(2) { SceneCode::Holding } else { SceneCode::Slipping };
+        model.take(Feed::State(state));
+        let kind = if gap.is_multiple_of(2) { EventKind::Gross } else { EventKind::Ended };
+        model.take(Feed::Event(EventMark::plain(t_s + 0.01, kind, "x")));
+    }
+    let mut bench = Bench::new(model, &SIX);
+    let whole = |bench: &mut Bench, i: usize| bench.show(0.001 * i as f64, 1000.0);
+    bench.run("6 plots, 50,000 gaps, 25,000 slips, all seen", whole);
+    let part = |bench: &mut Bench, i: usize| bench.show(10.0 + 0.01 * i as f64, 20.0);
+    bench.run("the same, a thousand gaps seen", part);
+}
+
+const SIX_ROWS: [Channel; 6] = [
+    Channel::Stylus,
+    Channel::NormalForce,
+    Channel::Travel,
+    Channel::Velocity,
+    Channel::Reference,
+    Channel::Pressure,
+];
+
+/// An hour of spectra, and more of them before each frame.
+fn spectrogram() {
+    let mut model = Model::new(800 << 20);
+    let second = |model: &mut Model, from: usize, rows: usize| {
+        let stylus = [Channel::Stylus];
+        model.take(Feed::Rows(fixture::rows(&stylus, 1000, (from, from + rows))));
+        let count = (rows / 13).max(1);
+        let step_s = rows as f64 / 1000.0 / count as f64;
+        let at = |k: usize| from as f64 / 1000.0 + step_s * k as f64;
+        let spectra = (0..count).map(|k| spectrum(at(k), step_s)).collect();
+        model.take(Feed::Derived(Box::new(DerivedBlock { spectra, ..DerivedBlock::default() })));
+    };
+    (0..3600).for_each(|s| second(&mut model, 1000 * s, 1000));
+    let spectra = model.spectrogram().len();
+    let mut bench = Bench::new(model, &[StripId::Spectrogram]);
+    let begin = 3_600_000;
+    let grow = |bench: &mut Bench, i: usize| {
+        second(&mut bench.scope.shared.engine().model, begin + 33 * i, 33);
+    };
+    bench.scope.state.window.all();
+    bench.run(&format!("spectrogram, live, {spectra} spectra seen"), grow);
+    let grow = |bench: &mut Bench, i: usize| {
+        second(&mut bench.scope.shared.engine().model, begin + 33 * (400 + i), 33);
+    };
+    bench.scope.state.window.follow();
+    bench.run("the same, 5 s seen", grow);
+    let moved = |bench: &mut Bench, i: usize| bench.show(10.0 * i as f64, 600.0);
+    bench.run("the same, 600 s seen, moved in each frame", moved);
 }
 
 struct Bench {
@@ -118,7 +235,7 @@ impl Bench {
         }
         times.sort();
         let at = |share: usize| shown(times[(times.len() - 1) * share / 100]);
-        line(&format!("{name:<44} {:>9} {:>9} {:>9} {triangles:>10}", at(0), at(50), at(95)));
+        line(&format!("{name:<46} {:>9} {:>9} {:>9} {triangles:>10}", at(0), at(50), at(95)));
     }
 }
 

@@ -92,6 +92,8 @@ pub enum Action {
     MoveStrip(StripId, i8),
     /// Show a panel, or close it.
     TogglePanel(Panel),
+    /// The panel is so wide now (points).
+    PanelWidth(f32),
     /// Light or dark.
     ToggleTheme,
     /// Show the keys, or close them.

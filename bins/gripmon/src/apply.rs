@@ -2,7 +2,7 @@
 
 use crate::action::{Action, Cursor, Order};
 use crate::engine::Engine;
-use crate::layout::Look;
+use crate::layout::{Look, TriggerLayout};
 use crate::state::ViewState;
 use crate::time::TimeWindow;
 use grip_scope::trigger::{Found, TriggerMode};
@@ -33,6 +33,7 @@ pub fn apply(state: &mut ViewState, engine: &mut Engine, action: Action) -> Opti
         | Action::Height(..)
         | Action::MoveStrip(..)
         | Action::TogglePanel(_)
+        | Action::PanelWidth(_)
         | Action::ToggleTheme
         | Action::ToggleHelp
         | Action::Dismiss
@@ -83,8 +84,9 @@ pub fn follow_up(state: &mut ViewState, engine: &mut Engine) {
 /// Nothing more comes: what is waited for is looked for behind the left edge of the view, or behind what was found last and is still seen.
 fn search(state: &mut ViewState, engine: &mut Engine) {
     let seen = state.window.visible(engine.model.span());
-    let from_s = state.hit_s.filter(|t_s| seen.holds(*t_s)).unwrap_or(seen.from_s);
     let trigger = state.trigger.trigger();
+    let hit_s = state.hit_s.filter(|t_s| seen.holds(*t_s));
+    let from_s = hit_s.map_or(seen.from_s, |at_s| trigger.behind(at_s));
     state.hit_s = trigger.first_after(&engine.model, from_s);
     state.trigger.armed = false;
     engine.watch(None);
@@ -179,7 +181,10 @@ fn measure(state: &mut ViewState, engine: &mut Engine, action: &Action) {
 fn trigger(state: &mut ViewState, engine: &mut Engine, action: &Action) {
     match *action {
         Action::ToggleTrigger => state.trigger.armed = !state.trigger.armed,
-        Action::SetTrigger(form) => state.trigger = form,
+        Action::SetTrigger(form) => {
+            state.trigger = form;
+            state.layout.trigger = TriggerLayout::of(&form);
+        }
         _ => return,
     }
     engine.watch(state.trigger.armed.then(|| state.trigger.trigger()));
@@ -207,6 +212,7 @@ fn arrange(state: &mut ViewState, action: Action) {
         Action::TogglePanel(panel) => {
             layout.panel = Some(panel).filter(|_| layout.panel != Some(panel))
         }
+        Action::PanelWidth(width) => layout.panel_width = width,
         Action::ToggleTheme => {
             layout.theme = if layout.theme == Look::Dark { Look::Light } else { Look::Dark }
         }

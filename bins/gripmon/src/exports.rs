@@ -158,7 +158,12 @@ fn is_mcap(path: &Path) -> bool {
 
 fn held(slice: Sliced) -> String {
     let count = format::count;
-    format!("{} samples, {} messages", count(slice.samples), count(slice.messages))
+    let left_out = match slice.damaged {
+        0 => String::new(),
+        1 => "; a damaged part is left out".to_owned(),
+        parts => format!("; {parts} damaged parts are left out"),
+    };
+    format!("{} samples, {} messages{left_out}", count(slice.samples), count(slice.messages))
 }
 
 fn sentence(path: &Path, result: Result<String, ExportError>) -> Message {

@@ -1,9 +1,9 @@
-//! Names of files that are not there yet, and pictures as PNG.
+//! Names of files that are not there yet, what links lead to, and pictures as PNG.
 
 use eframe::egui::ColorImage;
-use std::fs::File;
+use std::fs::{self, File};
 use std::io::{self, BufWriter};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// The first of `STEM-0001.ENDING`, `STEM-0002.ENDING` .. that is not there.
 ///
@@ -33,6 +33,25 @@ pub fn write_png(file: File, image: &ColorImage) -> io::Result<()> {
     let mut writer = encoder.write_header().map_err(io::Error::other)?;
     writer.write_image_data(&bytes).map_err(io::Error::other)?;
     writer.finish().map_err(io::Error::other)
+}
+
+/// Links that are followed from one to the next.
+const LINKS: usize = 16;
+
+/// The file that a path leads to, over links, whether it is there or not.
+///
+/// # Errors
+/// Where links lead in a circle.
+pub fn led_to(path: &Path) -> io::Result<PathBuf> {
+    let mut path = path.to_owned();
+    for _ in 0..LINKS {
+        match fs::read_link(&path) {
+            Ok(target) => path = path.parent().unwrap_or(Path::new("")).join(target),
+            // It is no link, or not there yet.
+            Err(_) => return Ok(path),
+        }
+    }
+    Err(io::Error::new(io::ErrorKind::InvalidInput, "links lead in a circle"))
 }
 
 #[cfg(test)]

@@ -55,6 +55,36 @@ pub fn prefix_of(size: f64, unit: &str) -> (f64, &'static str) {
     }
 }
 
+/// What was typed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Typed {
+    /// A number without a unit.
+    Number(f64),
+    /// A number with a unit, as a multiple of the unit without prefix.
+    Quantity(f64),
+}
+
+/// The number in a text, with or without a unit: `0.2 mm` is 2e-4 where the unit is `m`. `None` where it is no finite number, or another unit.
+#[must_use]
+pub fn parse(text: &str, unit: &str) -> Option<Typed> {
+    let text: String = text.chars().filter(|c| !c.is_whitespace()).collect();
+    let text = text.replace('\u{2212}', "-").replace(',', ".");
+    if let Ok(number) = text.parse::<f64>() {
+        return Some(Typed::Number(number)).filter(|_| number.is_finite());
+    }
+    let rest = text.strip_suffix(unit).filter(|_| !unit.is_empty())?;
+    if let Ok(number) = rest.parse::<f64>() {
+        return Some(Typed::Quantity(number)).filter(|_| number.is_finite());
+    }
+    // People type u, and keyboards differ in the letter that they have for it.
+    let rest = rest.replace(['u', '\u{3bc}'], "\u{b5}");
+    let named = PREFIXES.into_iter().filter(|(_, prefix)| !prefix.is_empty());
+    let number = named
+        .filter_map(|(factor, prefix)| Some((factor, rest.strip_suffix(prefix)?)))
+        .find_map(|(factor, number)| Some(factor * number.parse::<f64>().ok()?))?;
+    number.is_finite().then_some(Typed::Quantity(number))
+}
+
 /// Four digits of a number; powers of ten where it is very large or small.
 #[must_use]
 pub fn number(x: f64) -> String {
@@ -104,7 +134,7 @@ pub fn count(n: u64) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{count, duration, number, value, with_unit};
+    use super::{Typed, count, duration, number, parse, value, with_unit};
 
     #[test]
     fn values_have_four_digits_and_a_prefix() {
@@ -122,6 +152,26 @@ mod tests {
         assert_eq!(number(f64::NAN), "-");
         assert_eq!(number(f64::INFINITY), "inf");
         assert_eq!(with_unit(f64::NAN, "N"), "- N");
+    }
+
+    #[test]
+    fn a_number_may_be_typed_with_its_unit() {
+        assert_eq!(parse(" 2 ", "m"), Some(Typed::Number(2.0)));
+        assert_eq!(parse("\u{2212}1,5", "N"), Some(Typed::Number(-1.5)));
+        for (text, unit, wanted) in [
+            ("0.2 mm", "m", 2e-4),
+            ("20um", "m", 2e-5),
+            ("20 \u{3bc}m", "m", 2e-5),
+            ("5e-6 m", "m", 5e-6),
+            ("3 mm/s", "m/s", 3e-3),
+            ("1.5kN", "N", 1500.0),
+        ] {
+            let Some(Typed::Quantity(got)) = parse(text, unit) else { panic!("{text}") };
+            assert!((got / wanted - 1.0).abs() < 1e-12, "{text}: {got}");
+        }
+        for (text, unit) in [("2 N", "m"), ("x", "m"), ("", ""), ("nan", ""), ("2 xm", "m")] {
+            assert_eq!(parse(text, unit), None, "{text}");
+        }
     }
 
     #[test]

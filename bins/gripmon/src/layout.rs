@@ -1,5 +1,10 @@
 //! What a user has arranged: which plots, how high, which panel, which theme; read from and written to a TOML file.
 
+mod trigger;
+
+pub use trigger::{Condition, Mode, TriggerLayout};
+
+use crate::files;
 use crate::strip::StripId;
 use serde::{Deserialize, Serialize};
 use std::{
@@ -91,9 +96,18 @@ pub struct Layout {
     pub seconds: f64,
     /// Size of the window (points).
     pub window: [f32; 2],
+    /// Width of what stands at the right (points).
+    pub panel_width: f32,
     /// The plots, from top to bottom.
     pub plots: Vec<StripLayout>,
+    /// The trigger, but for whether it waits.
+    pub trigger: TriggerLayout,
 }
+
+/// Least and greatest width of what stands at the right (points).
+pub const PANEL: (f32, f32) = (240.0, 520.0);
+/// Its width at first (points).
+const PANEL_WIDTH: f32 = 300.0;
 
 impl Default for Layout {
     fn default() -> Self {
@@ -113,7 +127,9 @@ impl Default for Layout {
             panel: Some(Panel::Health),
             seconds: 5.0,
             window: [1360.0, 860.0],
+            panel_width: PANEL_WIDTH,
             plots: StripId::ALL.map(plot).to_vec(),
+            trigger: TriggerLayout::default(),
         }
     }
 }
@@ -187,22 +203,30 @@ impl Layout {
         self.window = self
             .window
             .map(|side| if side.is_finite() { side.clamp(480.0, 8000.0) } else { 860.0 });
+        self.panel_width = if self.panel_width.is_finite() {
+            self.panel_width.clamp(PANEL.0, PANEL.1)
+        } else {
+            PANEL_WIDTH
+        };
+        self.trigger = self.trigger.mended();
         self
     }
 
-    /// Writes it in one go: a file that is there is replaced whole or not at all.
+    /// Writes it in one go: a file that is there is replaced whole or not at all. Where the path is a link, what it leads to is replaced, and
+    /// not the link.
     ///
     /// # Errors
     /// [`LayoutError`].
     pub fn write(&self, path: &Path) -> Result<(), LayoutError> {
         let text = toml::to_string(self)?;
         let failed = |source| LayoutError::File { path: path.to_owned(), source };
+        let path = files::led_to(path).map_err(failed)?;
         if let Some(folder) = path.parent() {
             fs::create_dir_all(folder).map_err(failed)?;
         }
         let beside = path.with_extension("toml.new");
         fs::write(&beside, text).map_err(failed)?;
-        fs::rename(&beside, path).map_err(failed)
+        fs::rename(&beside, &path).map_err(failed)
     }
 }
 
@@ -223,8 +247,12 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a").join("layout.toml");
         assert_eq!(Layout::read(&path).unwrap(), Layout::default());
-        let mut layout =
-            Layout { theme: Look::Light, panel: Some(Panel::Trigger), ..Layout::default() };
+        let mut layout = Layout {
+            theme: Look::Light,
+            panel: Some(Panel::Trigger),
+            panel_width: 411.0,
+            ..Layout::default()
+        };
         layout.plots.swap(0, 3);
         layout.plots[1].height = 2.5;
         layout.write(&path).unwrap();
@@ -232,6 +260,30 @@ mod tests {
         layout.panel = None;
         layout.write(&path).unwrap();
         assert_eq!(Layout::read(&path).unwrap().panel, None);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_link_stays_one_and_what_it_leads_to_is_written() {
+        use std::os::unix::fs::symlink;
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        std::fs::create_dir(at("dotfiles")).unwrap();
+        symlink("between.toml", at("layout.toml")).unwrap();
+        symlink("dotfiles/real.toml", at("between.toml")).unwrap();
+        // First where the link leads to nothing yet, then where it does.
+        for seconds in [2.0, 3.0] {
+            let layout = Layout { seconds, ..Layout::default() };
+            layout.write(&at("layout.toml")).unwrap();
+            for link in ["layout.toml", "between.toml"] {
+                assert!(std::fs::symlink_metadata(at(link)).unwrap().is_symlink(), "{link}");
+            }
+            assert_eq!(Layout::read(&at("dotfiles/real.toml")).unwrap(), layout);
+        }
+        assert_eq!(std::fs::read_dir(at("dotfiles")).unwrap().count(), 1);
+        symlink("circle.toml", at("circle.toml")).unwrap();
+        let told = Layout::default().write(&at("circle.toml")).unwrap_err().to_string();
+        assert!(told.contains("circle.toml") && told.contains("circle"), "{told}");
     }
 
     #[test]

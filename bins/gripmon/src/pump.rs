@@ -4,12 +4,14 @@
 //! in, and nothing is painted.
 
 use crate::scope::Shared;
+use core::panic::AssertUnwindSafe;
 use core::sync::atomic::{AtomicBool, Ordering};
 use core::time::Duration;
 use eframe::egui::Context;
-use std::io;
+use grip_scope::{Feed, SourceStatus};
 use std::sync::Arc;
 use std::thread::{self, JoinHandle, Thread};
+use std::{io, panic};
 
 /// Time between two frames of live data (30 a second).
 pub const FRAME: Duration = Duration::from_millis(33);
@@ -17,6 +19,8 @@ pub const FRAME: Duration = Duration::from_millis(33);
 const BUDGET: usize = 32;
 /// Least time between two looks at the source.
 const REST: Duration = Duration::from_millis(8);
+/// The same while nobody looks.
+const UNSEEN: Duration = Duration::from_millis(60);
 /// Longest time between two looks.
 const PATIENCE: Duration = Duration::from_millis(500);
 /// How long the window is let in.
@@ -49,7 +53,7 @@ impl Pump {
         let seen = Arc::clone(&watch);
         let thread = thread::Builder::new()
             .name("pump".to_owned())
-            .spawn(move || run(&shared, &ctx, &seen))?;
+            .spawn(move || guarded(&shared, &ctx, || run(&shared, &ctx, &seen)))?;
         Ok(Self { watch, thread: Some(thread) })
     }
 
@@ -77,6 +81,17 @@ impl Drop for Pump {
     }
 }
 
+/// A panic here is a fault of this program: told as a state, so that nobody takes a view that stands still for one that is live.
+fn guarded(shared: &Shared, ctx: &Context, run: impl FnOnce()) {
+    // What the model holds was put there item by item; a lock that was held is taken over.
+    if panic::catch_unwind(AssertUnwindSafe(run)).is_err() {
+        let sentence =
+            "data are no longer taken in by a fault of this program, please report it".to_owned();
+        shared.engine().model.take(Feed::Status(SourceStatus::Failed { sentence }));
+        ctx.request_repaint();
+    }
+}
+
 fn run(shared: &Shared, ctx: &Context, watch: &Watch) {
     while !watch.stop.load(Ordering::Relaxed) {
         let brought = shared.engine().take_in(BUDGET);
@@ -91,7 +106,7 @@ fn run(shared: &Shared, ctx: &Context, watch: &Watch) {
             }
             continue;
         }
-        rest(REST);
+        rest(if looked_at && visible { REST } else { UNSEEN });
         thread::park_timeout(PATIENCE);
     }
 }
@@ -102,4 +117,26 @@ fn run(shared: &Shared, ctx: &Context, watch: &Watch) {
 )]
 fn rest(time: Duration) {
     thread::sleep(time);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::guarded;
+    use crate::engine::Engine;
+    use crate::scope::Shared;
+    use eframe::egui::Context;
+    use grip_scope::{Model, SourceStatus};
+
+    #[test]
+    fn a_panic_while_data_are_taken_in_is_a_state_with_a_sentence() {
+        let shared = Shared::new(Engine::new(Model::new(1 << 20), None));
+        guarded(&shared, &Context::default(), || {
+            let engine = shared.engine();
+            assert_eq!(engine.dropped(), 1, "under the lock");
+        });
+        let status = shared.engine().model.status().clone();
+        assert!(
+            matches!(&status, SourceStatus::Failed { sentence } if sentence.contains("report"))
+        );
+    }
 }

@@ -1,9 +1,10 @@
 //! The whole window, without a system behind it: data and state in, one frame out.
 
+use crate::action::Action;
 use crate::apply::{self, Effect};
 use crate::engine::Engine;
 use crate::keys;
-use crate::layout::Look;
+use crate::layout::{Look, PANEL};
 use crate::palette::{self, Palette};
 use crate::state::ViewState;
 use crate::views::{self, Scratch, Seen};
@@ -120,7 +121,7 @@ impl Scope {
     }
 }
 
-fn show(ui: &mut Ui, seen: &Seen<'_>, scratch: &mut Scratch) -> Vec<crate::action::Action> {
+fn show(ui: &mut Ui, seen: &Seen<'_>, scratch: &mut Scratch) -> Vec<Action> {
     let mut actions = keys::pressed(ui.ctx(), seen.state.help || seen.state.command.asks_release);
     let bar = |x, y| Frame::new().fill(seen.palette.panel).inner_margin(Margin::symmetric(x, y));
     actions.extend(
@@ -130,9 +131,20 @@ fn show(ui: &mut Ui, seen: &Seen<'_>, scratch: &mut Scratch) -> Vec<crate::actio
         Panel::bottom("status").frame(bar(8, 3)).show(ui, |ui| views::status(ui, seen)).inner,
     );
     if let Some(panel) = seen.state.layout.panel {
-        let side =
-            Panel::right("panel").default_size(300.0).size_range(240.0..=520.0).frame(bar(10, 4));
-        actions.extend(side.show(ui, |ui| views::panel(ui, panel, seen)).inner);
+        // The plots keep half of a narrow window.
+        let most = (ui.available_width() / 2.0).clamp(PANEL.0, PANEL.1);
+        let wanted = seen.state.layout.panel_width;
+        let side = Panel::right("panel")
+            .default_size(wanted.min(most))
+            .size_range(PANEL.0..=most)
+            .frame(bar(10, 4));
+        let shown = side.show(ui, |ui| views::panel(ui, panel, seen));
+        let width = shown.response.rect.width();
+        // A window that is narrow for a while does not change what is remembered.
+        if (width - wanted.min(most)).abs() > 0.5 {
+            actions.push(Action::PanelWidth(width));
+        }
+        actions.extend(shown.inner);
     }
     let middle = CentralPanel::default().frame(Frame::new().fill(seen.palette.panel));
     let shown = middle.show(ui, |ui| match seen.model.study() {

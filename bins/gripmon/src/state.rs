@@ -17,6 +17,10 @@ pub enum TriggerKind {
     Rising,
     /// A channel crosses a level downwards.
     Falling,
+    /// A channel is above a level.
+    Above,
+    /// A channel is below a level.
+    Below,
     /// Something happens.
     Event(EventKind),
 }
@@ -60,8 +64,10 @@ impl TriggerForm {
     pub const fn trigger(&self) -> Trigger {
         let (channel, level) = (self.channel, crate::num::narrow(self.level));
         let source = match self.kind {
-            TriggerKind::Rising => TriggerSource::Level { channel, level, rising: true },
-            TriggerKind::Falling => TriggerSource::Level { channel, level, rising: false },
+            TriggerKind::Rising => TriggerSource::Edge { channel, level, rising: true },
+            TriggerKind::Falling => TriggerSource::Edge { channel, level, rising: false },
+            TriggerKind::Above => TriggerSource::Level { channel, level, above: true },
+            TriggerKind::Below => TriggerSource::Level { channel, level, above: false },
             TriggerKind::Event(kind) => TriggerSource::Event(kind),
         };
         Trigger::new(source, self.mode, self.pre_s, self.window_s)
@@ -149,6 +155,7 @@ impl ViewState {
     pub fn new(layout: Layout) -> Self {
         Self {
             window: TimeWindow::new(layout.seconds),
+            trigger: layout.trigger.form(),
             layout,
             cursors: [None; 2],
             hover_s: None,
@@ -156,7 +163,6 @@ impl ViewState {
             event_s: None,
             values: Vec::new(),
             help: false,
-            trigger: TriggerForm::default(),
             triggered: 0,
             stands_at_hit: false,
             hit_s: None,

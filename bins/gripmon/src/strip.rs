@@ -76,7 +76,7 @@ impl StripId {
             Self::Speed => "Slip speed is known while an object slips.",
             Self::Travel => "This source measures no travel.",
             Self::Reference => "This source has no motion reference.",
-            Self::Pressure => "This source has no pressure array.",
+            Self::Pressure => "This source measures no pressure.",
         }
     }
 
@@ -99,10 +99,14 @@ impl StripId {
         }
     }
 
-    /// Whether it shows curves, and not a picture.
+    /// Whether it shows curves of this model, and not a picture. A lone value of pressure is a curve, an array is a picture.
     #[must_use]
-    pub const fn has_curves(self) -> bool {
-        !matches!(self, Self::Spectrogram | Self::Pressure)
+    pub fn has_curves(self, model: &Model) -> bool {
+        match self {
+            Self::Spectrogram => false,
+            Self::Pressure => !has_array(model),
+            _ => true,
+        }
     }
 }
 
@@ -150,11 +154,14 @@ fn wanted(strip: StripId) -> Vec<Curve> {
             curve(Channel::NormalForce, Tone::Green),
             curve(Channel::Applied, Tone::Sky),
             curve(Channel::TangentialForce, Tone::Purple),
+            curve(Channel::OwnEstimate, Tone::Quiet),
             curve(Channel::Estimate, Tone::Orange),
             curve(Channel::Command, Tone::Blue),
             limit(Channel::ForceLimit, Tone::Limit),
         ],
-        StripId::Esc => vec![curve(Channel::Esc, Tone::Purple)],
+        StripId::Esc => {
+            vec![curve(Channel::OwnEsc, Tone::Quiet), curve(Channel::Esc, Tone::Purple)]
+        }
         StripId::Speed => {
             vec![curve(Channel::Velocity, Tone::Green), curve(Channel::SlipSpeed, Tone::Orange)]
         }
@@ -177,12 +184,13 @@ fn bands() -> Vec<Curve> {
     threshold.chain(energy.collect::<Vec<_>>().into_iter().rev()).collect()
 }
 
-/// The two curves between which the value of a plot's curve lies.
+/// The two curves between which the value of a plot's curve lies. Sources tell no bounds: those that there are belong to the values of the
+/// scope's own observer, which may have other settings than the source.
 #[must_use]
 pub const fn enclosure(channel: Channel) -> Option<(Channel, Channel)> {
     match channel {
-        Channel::Estimate => Some((Channel::EstimateLow, Channel::EstimateHigh)),
-        Channel::Esc => Some((Channel::EscLow, Channel::EscHigh)),
+        Channel::OwnEstimate => Some((Channel::EstimateLow, Channel::EstimateHigh)),
+        Channel::OwnEsc => Some((Channel::EscLow, Channel::EscHigh)),
         _ => None,
     }
 }
@@ -207,17 +215,23 @@ pub const fn group(strip: StripId) -> Group {
 pub fn has_data(strip: StripId, model: &Model) -> bool {
     match strip {
         StripId::Spectrogram => !model.spectrogram().is_empty(),
-        StripId::Pressure => {
-            model.span().is_some_and(|span| model.taxels(span.to_s).is_some())
-                || !curves(strip, model).is_empty()
-        }
+        StripId::Pressure => has_array(model) || !curves(strip, model).is_empty(),
         _ => !curves(strip, model).is_empty(),
     }
 }
 
+/// Whether the model has frames of a pressure array.
+#[must_use]
+pub fn has_array(model: &Model) -> bool {
+    model.span().is_some_and(|span| model.taxels(span.to_s).is_some())
+}
+
 #[cfg(test)]
 mod tests {
-    use super::{StripId, group, wanted};
+    use super::{StripId, enclosure, group, wanted};
+    use grip_link::message::daemon::{EscKind, GripStage, SceneCode, SensorHealth};
+    use grip_scope::feed::{DerivedBlock, EscPoint, EvidencePoint, Feed, StatePoint};
+    use grip_scope::{Channel, Model};
 
     #[test]
     fn every_curve_stands_in_the_plot_of_its_group_and_one_unit_is_on_an_axis() {
@@ -227,5 +241,48 @@ mod tests {
                 assert_eq!(curve.channel.unit(), wanted(strip)[0].channel.unit(), "{strip:?}");
             }
         }
+    }
+
+    /// A source that says other values than the scope's own observer.
+    fn disagreeing() -> Model {
+        let kind = EscKind::Literal;
+        let esc = |value: f32| EscPoint { kind, value, low: 0.4, high: 0.6, flags: 0 };
+        let mut model = Model::new(1 << 20);
+        model.take(Feed::State(StatePoint {
+            t_s: 1.0,
+            scene: SceneCode::Slipping,
+            grip: GripStage::Slipping,
+            sensors: [SensorHealth::Good; 4],
+            device: None,
+            fault: 0,
+            statistic: None,
+            command_n: None,
+            applied_n: None,
+            estimate_n: Some(5.0),
+            extrapolated: false,
+            esc: Some(esc(0.2)),
+            limit_n: None,
+            rate_hz: 1000,
+            lost: 0,
+        }));
+        let (esc, estimate) = (Some(esc(0.5)), Some([9.0, 8.0, 10.0]));
+        let evidence = vec![EvidencePoint { t_s: 1.0, esc, speed: None, estimate }];
+        model.take(Feed::Derived(Box::new(DerivedBlock { evidence, ..DerivedBlock::default() })));
+        model
+    }
+
+    #[test]
+    fn an_enclosure_stands_beside_the_value_that_lies_in_it() {
+        let model = disagreeing();
+        let value = |channel: Channel| model.series(channel).unwrap().latest().unwrap().1;
+        let mut found = Vec::new();
+        for curve in StripId::ALL.into_iter().flat_map(wanted) {
+            if let Some((low, high)) = enclosure(curve.channel) {
+                let is = value(curve.channel);
+                assert!(value(low) <= is && is <= value(high), "{curve:?}: {is}");
+                found.push(curve.channel);
+            }
+        }
+        assert_eq!(found, [Channel::OwnEstimate, Channel::OwnEsc]);
     }
 }

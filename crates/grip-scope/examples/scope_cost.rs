@@ -160,6 +160,8 @@ fn resident() {
 }
 
 fn view() {
+    println!("the program alone:");
+    resident();
     let mut model = Model::new(MEMORY);
     let mut readings = Readings { state: 1 };
     let begun = Instant::now();

@@ -1,44 +1,7 @@
 //! The curves that a scope can show: name, unit and group of each.
 
+use crate::group::Group;
 use slip_core::detector::BANDS;
-
-/// Which plot a channel belongs in.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub enum Group {
-    /// The styli.
-    Stylus,
-    /// Energies of the detector's bands, and their thresholds.
-    Bands,
-    /// The slip statistic over its threshold.
-    Statistic,
-    /// Forces.
-    Force,
-    /// E_sc with its enclosure.
-    Esc,
-    /// Travel and slip speed.
-    Motion,
-    /// Motion reference and commanded motion.
-    Reference,
-    /// The static pressure.
-    Pressure,
-}
-
-impl Group {
-    /// Title of the plot.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Stylus => "stylus",
-            Self::Bands => "bands",
-            Self::Statistic => "slip statistic",
-            Self::Force => "force",
-            Self::Esc => "E_sc",
-            Self::Motion => "travel and speed",
-            Self::Reference => "motion reference",
-            Self::Pressure => "pressure",
-        }
-    }
-}
 
 /// One curve.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -118,6 +81,39 @@ impl Channel {
         Self::Motion,
     ];
 
+    /// Every channel that is no band.
+    const OTHERS: [Self; 16] = [
+        Self::Statistic,
+        Self::OwnStatistic,
+        Self::Command,
+        Self::Applied,
+        Self::Estimate,
+        Self::OwnEstimate,
+        Self::EstimateLow,
+        Self::EstimateHigh,
+        Self::ForceLimit,
+        Self::Esc,
+        Self::OwnEsc,
+        Self::EscLow,
+        Self::EscHigh,
+        Self::EscFlags,
+        Self::SlipSpeed,
+        Self::SlipSpeedSigma,
+    ];
+
+    /// Every channel.
+    pub fn all() -> impl Iterator<Item = Self> {
+        let bands = (0..).take(BANDS);
+        let bands = bands.flat_map(|band| [Self::BandEnergy(band), Self::BandThreshold(band)]);
+        Self::ROWS.into_iter().chain(Self::OTHERS).chain(bands)
+    }
+
+    /// The channel that a CSV file calls so.
+    #[must_use]
+    pub fn of_column(name: &str) -> Option<Self> {
+        Self::all().find(|channel| channel.column() == name)
+    }
+
     /// The same channel of a recording's samples, where it is one that they may lack.
     #[must_use]
     pub const fn recorded(self) -> Option<grip_record::Channel> {
@@ -155,12 +151,12 @@ impl Channel {
             Self::Command => "commanded",
             Self::Applied => "applied",
             Self::Estimate => "estimate",
-            Self::OwnEstimate => "estimate (own observer)",
+            Self::OwnEstimate => "own estimate",
             Self::EstimateLow => "estimate, low",
             Self::EstimateHigh => "estimate, high",
             Self::ForceLimit => "limit",
             Self::Esc => "E_sc",
-            Self::OwnEsc => "E_sc (own observer)",
+            Self::OwnEsc => "own E_sc",
             Self::EscLow => "E_sc, lower bound",
             Self::EscHigh => "E_sc, upper bound",
             Self::EscFlags => "E_sc, flags",
@@ -255,12 +251,14 @@ mod tests {
     use std::collections::BTreeSet;
 
     #[test]
-    fn columns_of_a_file_differ() {
-        let bands = (0..u8::try_from(BANDS).unwrap())
-            .flat_map(|band| [Channel::BandEnergy(band), Channel::BandThreshold(band)]);
-        let all: Vec<Channel> = bands.chain(Channel::ROWS).chain([Channel::Esc]).collect();
+    fn every_channel_has_a_column_of_its_own_by_which_it_is_found() {
+        let all: Vec<Channel> = Channel::all().collect();
         let names: BTreeSet<String> = all.iter().map(|channel| channel.column()).collect();
-        assert_eq!(names.len(), all.len());
+        assert_eq!((names.len(), all.len()), (all.len(), 9 + 16 + 2 * BANDS));
+        for channel in all {
+            assert_eq!(Channel::of_column(&channel.column()), Some(channel));
+        }
+        assert_eq!(Channel::of_column("nothing"), None);
         assert_eq!(Channel::BandEnergy(1).name(), "vibration");
     }
 }

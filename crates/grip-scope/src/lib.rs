@@ -8,17 +8,20 @@
 //! of one sample. [`Trigger`] finds what is worth stopping at, [`export`] writes what is seen.
 
 pub mod channel;
+mod damage;
 mod derive;
 pub mod export;
 pub mod feed;
+mod group;
 pub mod model;
 pub mod source;
 mod span;
 pub mod trigger;
 
-pub use channel::{Channel, Group};
+pub use channel::Channel;
 pub use feed::{EventKind, EventMark, Feed, SourceStatus};
-pub use model::{Bucket, Info, Model, Series, Stats};
+pub use group::Group;
+pub use model::{Bucket, Columns, Info, Model, Series, Stats};
 pub use source::{ClientAction, Refused, SourceHandle, SourceSpec};
 pub use span::Span;
 pub use trigger::Trigger;

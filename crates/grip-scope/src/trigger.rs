@@ -1,18 +1,28 @@
 //! The model in, the span that a person wanted to stop at out.
 
-use crate::{channel::Channel, feed::EventKind, model::Model, span::Span};
+use crate::model::{Model, Series};
+use crate::{channel::Channel, feed::EventKind, span::Span};
 
 /// What is waited for.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum TriggerSource {
     /// A channel passes a level.
-    Level {
+    Edge {
         /// The channel.
         channel: Channel,
         /// The level, in its unit.
         level: f32,
         /// Whether upwards; otherwise downwards.
         rising: bool,
+    },
+    /// A channel is beyond a level, however it came there.
+    Level {
+        /// The channel.
+        channel: Channel,
+        /// The level, in its unit.
+        level: f32,
+        /// Whether above it; otherwise below.
+        above: bool,
     },
     /// Something happens.
     Event(EventKind),
@@ -60,7 +70,7 @@ pub struct Trigger {
     pub pre_s: f64,
     /// How much is shown at all (s).
     pub window_s: f64,
-    /// Up to where it has looked (s).
+    /// Up to where it has looked (s): at the end of the axis for events, at the newest sample of its channel else.
     looked_s: Option<f64>,
     /// How many events had come when it looked last.
     looked_at: u64,
@@ -102,8 +112,17 @@ impl Trigger {
     /// The first place after `from_s` among what is there already (s).
     #[must_use]
     pub fn first_after(&self, model: &Model, from_s: f64) -> Option<f64> {
-        let end_s = model.end_s();
-        self.find(model, Span::new(from_s.min(end_s), end_s))
+        self.find(model, from_s, self.newest_s(model))
+    }
+
+    /// Where to look on behind a place that was found (s): a level goes on behind what is shown around it, else each window would be
+    /// followed by one that begins a sample later.
+    #[must_use]
+    pub fn behind(&self, at_s: f64) -> f64 {
+        match self.source {
+            TriggerSource::Level { .. } => self.around(at_s).to_s,
+            TriggerSource::Edge { .. } | TriggerSource::Event(_) => at_s,
+        }
     }
 
     /// What is shown around a place (s).
@@ -115,24 +134,25 @@ impl Trigger {
     /// Looks at what is new: what to show, once all of it is there.
     pub fn poll(&mut self, model: &Model) -> Option<Found> {
         let end_s = model.end_s();
+        let newest_s = self.newest_s(model);
         if self.looked_s.is_none() {
             self.looked_at = model.events().arrived();
         }
-        let from_s = *self.looked_s.get_or_insert(end_s);
+        let from_s = *self.looked_s.get_or_insert(newest_s);
         if self.done {
             return None;
         }
         if self.found_s.is_none() {
             self.found_s = match self.source {
                 TriggerSource::Event(kind) => self.next_arrival(model, kind),
-                TriggerSource::Level { .. } => {
+                TriggerSource::Edge { .. } | TriggerSource::Level { .. } => {
                     // What comes within the window that was shown last belongs to it.
                     let free_s =
                         self.shown_s.map_or(from_s, |at_s| at_s + self.window_s - self.pre_s);
-                    self.find(model, Span::new(from_s.max(free_s).min(end_s), end_s))
+                    self.find(model, from_s.max(free_s), newest_s)
                 }
             };
-            self.looked_s = Some(end_s);
+            self.looked_s = Some(newest_s);
         }
         let behind_s = self.window_s - self.pre_s;
         match self.found_s {
@@ -161,16 +181,35 @@ impl Trigger {
         found.map(|(_, _, t_s)| t_s)
     }
 
-    fn find(&self, model: &Model, span: Span) -> Option<f64> {
+    /// Up to where there is anything to look at (s). States, and what is derived, come behind the rows of their time: the end of the axis
+    /// says nothing about them.
+    fn newest_s(&self, model: &Model) -> f64 {
+        match self.source {
+            TriggerSource::Event(_) => model.end_s(),
+            TriggerSource::Edge { channel, .. } | TriggerSource::Level { channel, .. } => {
+                let newest = model.series(channel).and_then(Series::latest);
+                newest.map_or(f64::NEG_INFINITY, |(t_s, _)| t_s)
+            }
+        }
+    }
+
+    /// The first place behind the one time and up to the other (s).
+    fn find(&self, model: &Model, behind_s: f64, to_s: f64) -> Option<f64> {
+        let from_s = behind_s.max(f64::MIN).next_up();
+        if from_s > to_s {
+            return None;
+        }
+        let span = Span { from_s, to_s };
         match self.source {
             TriggerSource::Event(kind) => {
-                let late = model.events().in_span(span);
-                late.filter(|mark| mark.kind == kind && mark.t_s > span.from_s)
-                    .map(|mark| mark.t_s)
-                    .next()
+                let mut marks = model.events().in_span(span);
+                marks.find(|mark| mark.kind == kind).map(|mark| mark.t_s)
             }
-            TriggerSource::Level { channel, level, rising } => {
+            TriggerSource::Edge { channel, level, rising } => {
                 model.series(channel)?.crossing(span, level, rising)
+            }
+            TriggerSource::Level { channel, level, above } => {
+                model.series(channel)?.beyond(span, level, above)
             }
         }
     }

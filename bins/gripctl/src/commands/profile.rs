@@ -19,7 +19,7 @@ pub(crate) fn run(args: &ProfileArgs) -> anyhow::Result<Exit> {
     let options = options(args)?;
     let step_m = args.step_um.map(|um| checked("--step-um", um, false)).transpose()?;
     let step_m = step_m.map(|um| um * 1e-6);
-    args.plot.as_deref().map(profile_plot::check_ending).transpose()?;
+    args.plot.as_deref().map(profile_plot::check_file).transpose()?;
     let profile = HeightProfile::read(&args.file, step_m)?;
     let evaluation =
         evaluate(&profile, &options).with_context(|| args.file.display().to_string())?;

@@ -8,17 +8,19 @@ use std::path::Path;
 /// Points of the line in the picture, at most; two for each column of it.
 const POINTS: usize = 2400;
 
-/// Refuses a file that is neither SVG nor PNG, before any work is done.
-pub(super) fn check_ending(file: &Path) -> Result<(), WrongArgument> {
+/// Refuses a file that is neither SVG nor PNG, or whose folder does not exist, before any work is done.
+pub(super) fn check_file(file: &Path) -> Result<(), WrongArgument> {
     let known =
         |ending: &str| ["svg", "png"].iter().any(|known| ending.eq_ignore_ascii_case(known));
-    if file.extension().and_then(|ending| ending.to_str()).is_some_and(known) {
-        return Ok(());
+    let refused = |why: &str| WrongArgument(format!("--plot {}: {why}", file.display()));
+    if !file.extension().and_then(|ending| ending.to_str()).is_some_and(known) {
+        return Err(refused("expected a name that ends in .svg or .png"));
     }
-    Err(WrongArgument(format!(
-        "--plot {}: expected a name that ends in .svg or .png",
-        file.display()
-    )))
+    let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty());
+    if folder.is_some_and(|folder| !folder.is_dir()) {
+        return Err(refused("there is no such folder"));
+    }
+    Ok(())
 }
 
 /// The roughness profile of `name` with the peaks and valleys that were counted.
@@ -61,7 +63,7 @@ fn outline(heights_m: &[f64], step_m: f64) -> Vec<(f64, f64)> {
 
 #[cfg(test)]
 mod tests {
-    use super::{check_ending, outline};
+    use super::{check_file, outline};
     use std::path::Path;
 
     #[test]
@@ -77,12 +79,15 @@ mod tests {
     }
 
     #[test]
-    fn only_svg_and_png_are_written() {
-        assert!(
-            check_ending(Path::new("a.SVG")).is_ok() && check_ending(Path::new("a.png")).is_ok()
-        );
-        assert!(
-            check_ending(Path::new("a.pdf")).is_err() && check_ending(Path::new("svg")).is_err()
-        );
+    fn only_svg_and_png_in_a_folder_that_is_there_are_written() {
+        for (file, taken) in [
+            ("a.SVG", true),
+            ("a.png", true),
+            ("a.pdf", false),
+            ("svg", false),
+            ("no/a.svg", false),
+        ] {
+            assert_eq!(check_file(Path::new(file)).is_ok(), taken, "{file}");
+        }
     }
 }

@@ -158,7 +158,7 @@ fn bad_files_and_arguments_are_refused() {
     refuse(&["profile", "sine.csv", "--speed", "1", "--plot", "p.pdf"], &["p.pdf", ".svg or .png"]);
     refuse(&["profile", "sine.csv", "--speed", "1", "--filter", "box"], &["box", "gaussian"]);
     let to = ["profile", "sine.csv", "--speed", "1", "--plot", "gone/p.svg"];
-    gripctl(folder.path(), &to).refused(1, &["gone/p.svg", "No such file"]);
+    gripctl(folder.path(), &to).refused(2, &["gone/p.svg", "no such folder"]);
     let other = ["profile", "sine.csv", "--speed", "1", "--reference", "f.csv"];
     gripctl(folder.path(), &other).refused(1, &["f.csv", "no column height_um"]);
 }

@@ -98,7 +98,11 @@ fn column(mesh: &mut Mesh, x: f32, (top, bottom): (f32, f32), colour: Color32, c
         (bottom + HALF, colour),
         (bottom + HALF + FADE, clear),
     ];
-    mesh.vertices.extend(corners.map(|(y, color)| corner(pos2(x, y), color)));
+    let corners = corners.map(|(y, color)| corner(pos2(x, y), color));
+    if continues && lengthen(mesh, &corners) {
+        return;
+    }
+    mesh.vertices.extend(corners);
     if !continues || base < 4 {
         return;
     }
@@ -106,6 +110,23 @@ fn column(mesh: &mut Mesh, x: f32, (top, bottom): (f32, f32), colour: Color32, c
         let (a, b) = (base - 4 + row, base + row);
         mesh.indices.extend([a, a + 1, b, b, a + 1, b + 1]);
     }
+}
+
+/// Moves the last column to where the next one stands, if it, the one that it continues and the next are the same but for their place: a level
+/// stretch has two columns, however long it is.
+fn lengthen(mesh: &mut Mesh, next: &[Vertex; 4]) -> bool {
+    let ends = u32::try_from(mesh.vertices.len())
+        .is_ok_and(|len| mesh.indices.last() == Some(&(len.wrapping_sub(1))));
+    let Some(two) = mesh.vertices.last_chunk_mut::<8>().filter(|_| ends) else { return false };
+    let (before, last) = two.split_at_mut(4);
+    let alike = |column: &[Vertex]| {
+        column.iter().zip(next).all(|(a, b)| a.pos.y == b.pos.y && a.color == b.color)
+    };
+    if !alike(last) || !alike(before) {
+        return false;
+    }
+    last.copy_from_slice(next);
+    true
 }
 
 const fn corner(pos: Pos2, color: Color32) -> Vertex {
@@ -168,11 +189,11 @@ mod tests {
         let mut gap = Mesh::default();
         let values = [(0.1, 0.2), (f32::NAN, f32::NAN), (0.7, 0.8)];
         ribbon(&mut gap, &frame(), &buckets(&values), (Color32::WHITE, Style::Solid));
-        assert!(gap.is_valid() && gap.indices.len() == 72 && joined == 54);
+        assert!(gap.is_valid() && gap.indices.len() == 36 && joined == 54);
         assert!(
             gap.indices
-                .chunks(36)
-                .all(|part| part.iter().all(|i| *i < 12) || part.iter().all(|i| *i >= 12))
+                .chunks(18)
+                .all(|part| part.iter().all(|i| *i < 8) || part.iter().all(|i| *i >= 8))
         );
     }
 
@@ -187,6 +208,30 @@ mod tests {
             let inside = sides.iter().all(|s| *s >= 0.0) || sides.iter().all(|s| *s <= 0.0);
             inside && [a, b, c].iter().all(|v| v.color == Color32::WHITE)
         })
+    }
+
+    #[test]
+    fn a_level_stretch_costs_two_columns_and_is_as_long_as_it_was() {
+        let mut values = vec![(0.5, 0.5); 100];
+        values[60] = (0.5, 0.9);
+        let mut mesh = Mesh::default();
+        ribbon(&mut mesh, &frame(), &buckets(&values), (Color32::WHITE, Style::Solid));
+        assert!(mesh.is_valid() && mesh.vertices.len() < 4 * 12, "{}", mesh.vertices.len());
+        for x in [0.1, 30.2, 57.7, 62.3, 80.0, 99.9] {
+            assert!(paints(&mesh, (x, 50.0)) && !paints(&mesh, (x, 40.0)), "{x}");
+        }
+        assert!(paints(&mesh, (60.5, 12.0)));
+        // A gap is not bridged.
+        let mut gap = buckets(&[(0.5, 0.5); 100]);
+        gap[50].broken = true;
+        gap.remove(49);
+        let mut mesh = Mesh::default();
+        ribbon(&mut mesh, &frame(), &gap, (Color32::WHITE, Style::Solid));
+        assert!(
+            !paints(&mesh, (49.5, 50.0))
+                && paints(&mesh, (48.5, 50.0))
+                && paints(&mesh, (50.5, 50.0))
+        );
     }
 
     #[test]

@@ -30,7 +30,8 @@ pub(super) fn export(ui: &mut Ui, seen: &Seen<'_>) -> Vec<Action> {
         ),
         (
             "Recording (MCAP)",
-            "The same messages as gripd records: for gripctl replay, PlotJuggler, Foxglove.",
+            "Of an MCAP file the same messages as in it; of any other source the samples and the pressure array, without states and events. \
+             For gripctl replay, PlotJuggler, Foxglove.",
             Action::ExportMcap,
         ),
         ("Picture (PNG)", "This window, key S.", Action::ExportPicture),

@@ -8,7 +8,7 @@ use crate::palette::{self, Tone};
 use eframe::egui::{Align2, Rect, RichText, Role, Sense, Stroke, Ui, WidgetInfo, pos2, vec2};
 use grip_link::message::daemon::SensorHealth;
 use grip_scope::Channel;
-use grip_scope::feed::{HealthPoint, LatencyFigures};
+use grip_scope::feed::{HealthPoint, LatencyFigures, ObserverSettings};
 
 /// Height of the histogram (points).
 const HIGH: f32 = 74.0;
@@ -229,11 +229,20 @@ fn scope(ui: &mut Ui, seen: &Seen<'_>) {
     let health = seen.model.health();
     row(ui, "history", format::with_unit(num::count(seen.model.bytes()), "B"));
     counted(ui, "dropped here", seen.dropped, seen);
+    counted(ui, "gaps", seen.model.events().gapped(), seen);
+    if let Some(settings) = seen.model.info().observer {
+        let settings = match settings {
+            ObserverSettings::Source => "those of the source",
+            ObserverSettings::Shipped => "shipped settings",
+        };
+        row(ui, "thresholds", settings);
+    }
     for (name, count) in [
         ("late rows", health.late_rows()),
         ("stray states", health.stray_states()),
         ("absurd values", health.huge()),
         ("NaN of the stylus", health.nan()),
+        ("values too late", health.misplaced()),
     ] {
         if count > 0 {
             counted(ui, name, count, seen);

@@ -1,11 +1,14 @@
 //! What the grasp did, and what happened: a band of scenes, under it stretches of slips, faults and gaps, and a tick for every event.
 
+use super::joined::{fill, joined};
 use super::{Seen, gestures, strips};
 use crate::action::Action;
+use crate::format;
 use crate::palette::{Palette, Tone};
 use crate::plot::{Frame, Kind, Scale};
 use eframe::egui::{
-    Align2, Color32, FontId, Painter, Pos2, Rect, Role, Sense, Stroke, Ui, WidgetInfo, pos2, vec2,
+    Align2, Color32, FontId, Painter, Pos2, Rangef, Rect, Role, Sense, Stroke, Ui, WidgetInfo,
+    pos2, vec2,
 };
 use grip_link::message::daemon::SceneCode;
 use grip_scope::{EventKind, EventMark};
@@ -14,8 +17,8 @@ use grip_scope::{EventKind, EventMark};
 pub(super) const HEIGHT: f32 = 48.0;
 /// Height of the band of scenes (points).
 const SCENES: f32 = 15.0;
-/// Up to so many events have a tick of their own.
-const MOST: usize = 600;
+/// Events closer together than this share a tick (points).
+const APART: f32 = 1.5;
 
 /// The tone of an event.
 #[must_use]
@@ -30,10 +33,61 @@ pub(super) const fn tone(kind: EventKind) -> Tone {
     }
 }
 
+/// How loud an event is: of those that stand at one place the loudest is told.
+const fn rank(kind: EventKind) -> u8 {
+    match tone(kind) {
+        Tone::Red => 5,
+        Tone::Orange => 4,
+        Tone::Blue => 3,
+        Tone::Purple => 2,
+        Tone::Green => 0,
+        _ => 1,
+    }
+}
+
+/// The louder one.
+pub(super) const fn worst(a: EventKind, b: EventKind) -> EventKind {
+    if rank(b) > rank(a) { b } else { a }
+}
+
+/// A tick, for one event or for several that cannot be told apart.
+#[derive(Clone, Copy, Debug)]
+struct Tick<'a> {
+    x: f32,
+    /// The loudest, of equal ones the first.
+    mark: &'a EventMark,
+    count: u64,
+}
+
+/// The ticks of events in order of time: not more than the plot has points.
+fn ticks<'a>(marks: impl Iterator<Item = &'a EventMark>, frame: &Frame) -> Vec<Tick<'a>> {
+    let mut ticks: Vec<Tick<'a>> = Vec::new();
+    for mark in marks {
+        let x = frame.x(mark.t_s);
+        match ticks.last_mut().filter(|last| x < last.x + APART) {
+            Some(last) => {
+                last.count += 1;
+                if rank(mark.kind) > rank(last.mark.kind) {
+                    last.mark = mark;
+                }
+            }
+            None => ticks.push(Tick { x, mark, count: 1 }),
+        }
+    }
+    ticks
+}
+
 pub(super) fn lane(ui: &Ui, rect: Rect, seen: &Seen<'_>) -> Vec<Action> {
     let frame = Frame { rect, span: seen.span, scale: Scale::new(Kind::Linear, 0.0, 1.0) };
     let response = ui.interact(rect, ui.scope_id().with("lane"), Sense::click_and_drag());
-    response.widget_info(|| WidgetInfo::labeled(Role::Figure, true, "Scenes and events"));
+    let ticks = ticks(seen.model.events().in_span(frame.span), &frame);
+    let count: u64 = ticks.iter().map(|tick| tick.count).sum();
+    let told =
+        if count == 1 { "1 event".to_owned() } else { format!("{} events", format::count(count)) };
+    response.widget_info(|| WidgetInfo {
+        current_text_value: Some(told.clone()),
+        ..WidgetInfo::labeled(Role::Figure, true, "Scenes and events")
+    });
     let painter = ui.painter();
     painter.rect(
         rect,
@@ -43,16 +97,35 @@ pub(super) fn lane(ui: &Ui, rect: Rect, seen: &Seen<'_>) -> Vec<Action> {
         eframe::egui::StrokeKind::Outside,
     );
     names(ui, rect, &seen.palette);
+    let beside = pos2(rect.right() + 12.0, rect.bottom() - 12.0);
+    let font = crate::palette::axis_font();
+    painter.text(beside, Align2::LEFT_CENTER, told, font, seen.palette.weak);
     scenes(ui, &frame, seen);
     stretches(ui, &frame, seen);
-    let nearest = marks(ui, &frame, seen, response.hover_pos().map(|at| at.x));
+    marks(ui, &frame, &ticks, seen);
     strips::lines(painter, &frame, seen);
     let actions = gestures::over_plot(ui, &response, &frame, seen);
-    if let Some(mark) = nearest {
-        let text = format!("{} at {:.4} s\n{}", mark.kind.name(), mark.t_s, mark.text);
-        response.on_hover_text_at_pointer(text);
+    if let Some(tick) = response.hover_pos().and_then(|at| nearest(&ticks, at.x)) {
+        response.on_hover_text_at_pointer(about(&tick));
     }
     actions
+}
+
+/// The tick at the pointer.
+fn nearest<'a>(ticks: &[Tick<'a>], pointer: f32) -> Option<Tick<'a>> {
+    let away = |tick: &Tick<'_>| (tick.x - pointer).abs();
+    let near = ticks.iter().filter(|tick| away(tick) < 7.0);
+    near.min_by(|a, b| away(a).total_cmp(&away(b))).copied()
+}
+
+fn about(tick: &Tick<'_>) -> String {
+    let Tick { mark, count, .. } = tick;
+    let more = match count - 1 {
+        0 => String::new(),
+        1 => "\nand another event here".to_owned(),
+        more => format!("\nand {} more events here", format::count(more)),
+    };
+    format!("{} at {:.4} s\n{}{more}", mark.kind.name(), mark.t_s, mark.text)
 }
 
 fn names(ui: &Ui, rect: Rect, palette: &Palette) {
@@ -77,27 +150,19 @@ const fn scene_colour(scene: SceneCode, palette: &Palette) -> (Color32, bool) {
 
 fn scenes(ui: &Ui, frame: &Frame, seen: &Seen<'_>) {
     let band = Rect::from_min_size(frame.rect.min, vec2(frame.rect.width(), SCENES));
-    for stretch in seen.model.events().scenes(frame.span) {
-        let (left, right) = (frame.x(stretch.span.from_s), frame.x(stretch.span.to_s));
-        let across = left.max(band.left())..=right.min(band.right()).max(left.max(band.left()));
-        let rect = Rect::from_x_y_ranges(across, band.y_range());
-        let (colour, strong) = scene_colour(stretch.what, &seen.palette);
-        let fill = if strong {
-            colour.gamma_multiply(if seen.palette.dark { 0.55 } else { 0.38 })
-        } else {
-            colour
-        };
-        ui.painter().rect_filled(rect, 0, fill);
-        if rect.width() > 50.0 {
-            let font = FontId::proportional(10.5);
-            ui.painter().text(
-                rect.left_center() + vec2(5.0, 0.0),
-                Align2::LEFT_CENTER,
-                stretch.what.name(),
-                font,
-                seen.palette.text,
-            );
-        }
+    let strongest = |a: SceneCode, b: SceneCode| if b.code() > a.code() { b } else { a };
+    let pieces = joined(seen.model.events().scenes(frame.span), frame, strongest);
+    let colour = |scene| {
+        let (colour, strong) = scene_colour(scene, &seen.palette);
+        let share = if seen.palette.dark { 0.55 } else { 0.38 };
+        if strong { colour.gamma_multiply(share) } else { colour }
+    };
+    let painter = ui.painter();
+    fill(painter, band.y_range(), pieces.iter().map(|p| (p.across, colour(p.what))));
+    for piece in pieces.iter().filter(|piece| piece.across.span() > 50.0) {
+        let at = pos2(piece.across.min + 5.0, band.center().y);
+        let (name, font) = (piece.what.name(), FontId::proportional(10.5));
+        painter.text(at, Align2::LEFT_CENTER, name, font, seen.palette.text);
     }
 }
 
@@ -105,45 +170,32 @@ fn scenes(ui: &Ui, frame: &Frame, seen: &Seen<'_>) {
 fn stretches(ui: &Ui, frame: &Frame, seen: &Seen<'_>) {
     let events = seen.model.events();
     let top = frame.rect.top() + SCENES + 2.0;
-    let all =
-        events.slips(frame.span).chain(events.faults(frame.span)).chain(events.gaps(frame.span));
-    for stretch in all {
-        let across = strips::stretch(frame, stretch.span).x_range();
-        let rect = Rect::from_x_y_ranges(across, top..=top + 6.0);
-        ui.painter().rect_filled(rect, 0, seen.palette.tone(tone(stretch.what)));
-    }
+    let kinds = [
+        joined(events.slips(frame.span), frame, worst),
+        joined(events.faults(frame.span), frame, worst),
+        joined(events.gaps(frame.span), frame, worst),
+    ];
+    let pieces = kinds.into_iter().flatten();
+    let coloured = pieces.map(|piece| (piece.across, seen.palette.tone(tone(piece.what))));
+    fill(ui.painter(), Rangef::new(top, top + 6.0), coloured);
 }
 
-/// Ticks and, where there is room, words; the event nearest to the pointer.
-fn marks<'a>(
-    ui: &Ui,
-    frame: &Frame,
-    seen: &Seen<'a>,
-    pointer: Option<f32>,
-) -> Option<&'a EventMark> {
-    let mut nearest: Option<(f32, &EventMark)> = None;
+/// Ticks and, where there is room, words.
+fn marks(ui: &Ui, frame: &Frame, ticks: &[Tick<'_>], seen: &Seen<'_>) {
     let painter = ui.painter().with_clip_rect(frame.rect);
-    let all = || seen.model.events().in_span(frame.span).take(MOST);
-    for mark in all() {
-        let x = frame.x(mark.t_s);
-        let colour = seen.palette.tone(tone(mark.kind));
-        let y = frame.rect.top() + SCENES + 10.0..=frame.rect.bottom();
-        painter.vline(painter.round_to_pixel_center(x), y, Stroke::new(1.5, colour));
-        let away = pointer.map_or(f32::INFINITY, |pointer| (pointer - x).abs());
-        if away < 7.0 && nearest.is_none_or(|(best, _)| away < best) {
-            nearest = Some((away, mark));
-        }
-    }
+    let height = Rangef::new(frame.rect.top() + SCENES + 10.0, frame.rect.bottom());
+    let line = |tick: &Tick<'_>| {
+        let x = painter.round_to_pixel_center(tick.x);
+        (Rangef::new(x - 0.75, x + 0.75), seen.palette.tone(tone(tick.mark.kind)))
+    };
+    fill(&painter, height, ticks.iter().map(line));
     let mut free_from = f32::NEG_INFINITY;
-    for mark in all() {
-        let x = frame.x(mark.t_s);
-        if x >= free_from {
-            free_from =
-                word(&painter, pos2(x + 3.0, frame.rect.bottom() - 11.0), mark, &seen.palette)
-                    + 6.0;
+    for tick in ticks {
+        if tick.x >= free_from {
+            let at = pos2(tick.x + 3.0, frame.rect.bottom() - 11.0);
+            free_from = word(&painter, at, tick.mark, &seen.palette) + 6.0;
         }
     }
-    nearest.map(|(_, mark)| mark)
 }
 
 /// The word of an event over the ticks of those right behind it; where it ends.
@@ -154,4 +206,34 @@ fn word(painter: &Painter, at: Pos2, mark: &EventMark, palette: &Palette) -> f32
     painter.rect_filled(place.expand2(vec2(1.0, 0.0)), 2, palette.plot.gamma_multiply(0.85));
     painter.galley(place.min, galley, palette.text);
     place.right()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{about, nearest, ticks};
+    use crate::plot::{Frame, Kind, Scale};
+    use eframe::egui::{Rect, pos2};
+    use grip_scope::{EventKind, EventMark, Span};
+
+    #[test]
+    fn however_many_events_there_are_each_counts_and_the_loudest_of_a_place_is_told() {
+        let rect = Rect::from_min_max(pos2(0.0, 0.0), pos2(1000.0, 48.0));
+        let span = Span { from_s: 0.0, to_s: 20.0 };
+        let frame = Frame { rect, span, scale: Scale::new(Kind::Linear, 0.0, 1.0) };
+        let mark = |k: u32| {
+            let kind = if k == 19_000 { EventKind::Fault } else { EventKind::Client };
+            EventMark::plain(1e-3 * f64::from(k), kind, k.to_string())
+        };
+        let marks: Vec<EventMark> = (0..20_000).map(mark).collect();
+        let ticks = ticks(marks.iter(), &frame);
+        assert!(ticks.len() <= 667 && ticks.len() > 300, "{}", ticks.len());
+        assert_eq!(ticks.iter().map(|tick| tick.count).sum::<u64>(), 20_000);
+        // The newest are there as well as the oldest.
+        assert!(ticks[0].x < 1.0 && ticks[ticks.len() - 1].x > 998.0);
+        let loud = ticks.iter().find(|tick| tick.mark.kind == EventKind::Fault).unwrap();
+        assert!((948.0..=950.0).contains(&loud.x), "{loud:?}");
+        let told = about(&nearest(&ticks, loud.x).unwrap());
+        assert!(told.starts_with("fault at 19.0000 s\n19000\nand "), "{told}");
+        assert!(nearest(&ticks, 5000.0).is_none());
+    }
 }

@@ -1,5 +1,6 @@
 //! What is seen in; pictures on the screen and wishes of the user out. Views change nothing themselves.
 
+mod axis;
 mod command;
 mod cursors;
 mod events;
@@ -7,8 +8,10 @@ mod export;
 mod gestures;
 mod health;
 mod help;
+mod joined;
 mod lane;
 mod overview;
+mod picture;
 mod pressure;
 mod readout;
 mod spectrogram;
@@ -29,7 +32,8 @@ use crate::layout::Panel;
 use crate::palette::Palette;
 use crate::state::ViewState;
 use eframe::egui::{self, Ui};
-use grip_scope::{Bucket, Model, Span};
+use grip_scope::{Bucket, Channel, Columns, Model, Span};
+use std::collections::BTreeMap;
 
 /// What a view may look at.
 #[derive(Clone, Copy, Debug)]
@@ -60,10 +64,11 @@ impl Seen<'_> {
 #[derive(Default)]
 pub struct Scratch {
     buckets: Vec<Bucket>,
-    others: Vec<Bucket>,
+    columns: BTreeMap<Channel, Columns>,
     points: Vec<[f64; 2]>,
-    spectrogram: spectrogram::Picture,
-    pressure: spectrogram::Picture,
+    washes: Vec<strips::Wash>,
+    spectrogram: picture::Picture,
+    pressure: picture::Picture,
 }
 
 impl core::fmt::Debug for Scratch {

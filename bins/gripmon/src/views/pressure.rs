@@ -1,10 +1,11 @@
 //! The pressure array: a row for each taxel over time, and the frame that is looked at as a small map.
 
+use super::picture::Shows;
 use super::{Scratch, Seen};
 use crate::num;
 use crate::palette::Palette;
 use crate::plot::Frame;
-use eframe::egui::{Color32, ColorImage, Rect, RichText, Sense, Ui, pos2, vec2};
+use eframe::egui::{Color32, ColorImage, Rect, RichText, Sense, Ui, vec2};
 
 /// Frames across the picture, at most.
 const WIDE: usize = 400;
@@ -16,12 +17,9 @@ pub(super) fn count(seen: &Seen<'_>) -> f64 {
 
 pub(super) fn draw(ui: &Ui, frame: &Frame, (seen, scratch): (&Seen<'_>, &mut Scratch)) {
     let wide = frame.columns(1.0).min(WIDE);
-    let make = || image(seen, frame, wide);
-    let shows = (frame.span, seen.model.revision(), wide);
-    if let Some(texture) = scratch.pressure.of(ui, shows, make) {
-        let whole = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
-        ui.painter().image(texture.id(), frame.rect, whole, Color32::WHITE);
-    }
+    let newest_s = seen.model.taxels(frame.span.to_s).map_or(f64::NEG_INFINITY, |frame| frame.t_s);
+    let shows = Shows { span: frame.span, newest_s, wide };
+    scratch.pressure.draw(ui, (frame, shows), || image(seen, frame, wide));
 }
 
 fn image(seen: &Seen<'_>, frame: &Frame, wide: usize) -> ColorImage {

@@ -93,7 +93,7 @@ pub(super) fn value_at(channel: Channel, seen: &Seen<'_>, t_s: f64) -> Option<f6
 /// The unit of a channel; E_sc has that of the reading that is shown.
 pub(super) fn unit(channel: Channel, seen: &Seen<'_>) -> String {
     match channel {
-        Channel::Esc | Channel::EscLow | Channel::EscHigh => {
+        Channel::Esc | Channel::OwnEsc | Channel::EscLow | Channel::EscHigh => {
             seen.model.info().esc_unit().to_owned()
         }
         _ => channel.unit().to_owned(),

@@ -1,10 +1,11 @@
 //! How strong each frequency of the stylus is over time, as a picture.
 
+use super::picture::Shows;
 use super::{Scratch, Seen};
 use crate::num;
 use crate::palette::Palette;
 use crate::plot::Frame;
-use eframe::egui::{Color32, ColorImage, Rect, RichText, TextureHandle, TextureOptions, Ui, pos2};
+use eframe::egui::{Color32, ColorImage, RichText, Ui};
 use grip_scope::Span;
 use grip_scope::model::{DB_STEP, Spectrogram};
 
@@ -12,36 +13,6 @@ use grip_scope::model::{DB_STEP, Spectrogram};
 const WIDE: usize = 1200;
 /// From the strongest part of the picture to what is drawn darkest (dB).
 const RANGE_DB: f32 = 66.0;
-
-/// A picture on the graphics card and what it shows.
-#[derive(Default)]
-pub(super) struct Picture {
-    texture: Option<TextureHandle>,
-    shows: Option<(Span, u64, usize)>,
-}
-
-impl Picture {
-    /// The texture of what is asked for, made anew where it shows something else.
-    pub(super) fn of(
-        &mut self,
-        ui: &Ui,
-        shows: (Span, u64, usize),
-        make: impl FnOnce() -> ColorImage,
-    ) -> Option<&TextureHandle> {
-        if self.shows != Some(shows) || self.texture.is_none() {
-            let image = make();
-            match &mut self.texture {
-                Some(texture) => texture.set(image, TextureOptions::NEAREST),
-                None => {
-                    self.texture =
-                        Some(ui.ctx().load_texture("picture", image, TextureOptions::NEAREST))
-                }
-            }
-            self.shows = Some(shows);
-        }
-        self.texture.as_ref()
-    }
-}
 
 /// The highest frequency that the newest spectrum has (Hz).
 pub(super) fn top_hz(seen: &Seen<'_>) -> f32 {
@@ -51,41 +22,54 @@ pub(super) fn top_hz(seen: &Seen<'_>) -> f32 {
 
 pub(super) fn draw(ui: &Ui, frame: &Frame, (seen, scratch): (&Seen<'_>, &mut Scratch)) {
     let wide = frame.columns(ui.pixels_per_point()).min(WIDE);
-    let make = || image(seen.model.spectrogram(), frame, wide);
-    let shows = (frame.span, seen.model.revision(), wide);
-    if let Some(texture) = scratch.spectrogram.of(ui, shows, make) {
-        let whole = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
-        ui.painter().image(texture.id(), frame.rect, whole, Color32::WHITE);
-    }
+    let spectra = seen.model.spectrogram();
+    let newest = spectra.in_span(frame.span).next_back();
+    let newest_s = newest.map_or(f64::NEG_INFINITY, |column| column.span[1]);
+    let shows = Shows { span: frame.span, newest_s, wide };
+    scratch.spectrogram.draw(ui, (frame, shows), || image(spectra, frame.span, wide));
 }
 
-/// One row of pixels for each frequency, the highest on top, one column for each point across.
-fn image(spectra: &Spectrogram, frame: &Frame, wide: usize) -> ColorImage {
-    let columns: Vec<_> = spectra.in_span(frame.span).collect();
-    let high = columns.iter().map(|column| column.bins.len()).max().unwrap_or(1);
-    let strongest =
-        columns.iter().flat_map(|column| column.bins.iter().skip(2)).max().copied().unwrap_or(0);
-    let lut: Vec<Color32> =
-        (0..=u8::MAX).map(|byte| Palette::heat(level(byte, strongest))).collect();
-    let mut image = ColorImage::filled([wide, high], Color32::TRANSPARENT);
+/// One row of pixels for each frequency, the highest on top, one column for each point across: of several spectra in it the strongest of each
+/// frequency.
+fn image(spectra: &Spectrogram, span: Span, wide: usize) -> ColorImage {
+    let columns = || spectra.in_span(span);
+    let high = columns().map(|column| column.bins.len()).max().unwrap_or(1);
     let place = |t_s: f64| {
-        let share = (t_s - frame.span.from_s) / frame.span.length_s();
+        let share = (t_s - span.from_s) / span.length_s();
         num::whole((share * num::count(wide)).max(0.0)).min(wide)
     };
-    for column in columns {
-        let (from, to) = (place(column.span[0]), place(column.span[1]));
-        let to = to.max(from + 1).min(wide);
-        let bins = column.bins.len().max(1);
-        for y in 0..high {
-            let bin = (high - 1 - y) * bins / high;
-            let byte = column.bins.get(bin).copied().unwrap_or(0);
-            let colour = lut.get(usize::from(byte)).copied().unwrap_or(Color32::BLACK);
-            if let Some(pixels) = image.pixels.get_mut(y * wide + from.min(to)..y * wide + to) {
-                pixels.fill(colour);
-            }
+    // Bytes first, column by column, the lowest frequency first: 0 is nothing.
+    let mut bytes = vec![0_u8; wide * high];
+    for column in columns() {
+        let from = place(column.span[0]).min(wide.saturating_sub(1));
+        let to = place(column.span[1]).max(from + 1);
+        for x in from..to {
+            let there = bytes.get_mut(x * high..(x + 1) * high).unwrap_or_default();
+            strongest(there, &column.bins);
         }
     }
-    image
+    let top = bytes.chunks(high).flat_map(|column| column.iter().skip(2)).max();
+    let top = top.copied().unwrap_or(0);
+    let lut: Vec<Color32> = (0..=u8::MAX).map(|byte| Palette::heat(level(byte, top))).collect();
+    let pixel = |(x, y): (usize, usize)| match bytes.get(x * high + high - 1 - y) {
+        Some(0) | None => Color32::TRANSPARENT,
+        Some(byte) => lut.get(usize::from(*byte)).copied().unwrap_or(Color32::BLACK),
+    };
+    let places = (0..high).flat_map(|y| (0..wide).map(move |x| (x, y)));
+    ColorImage::new([wide, high], places.map(pixel).collect())
+}
+
+/// The stronger one of each frequency; spectra of other lengths are stretched.
+fn strongest(there: &mut [u8], bins: &[u8]) {
+    let (high, len) = (there.len(), bins.len());
+    if high == len {
+        there.iter_mut().zip(bins).for_each(|(byte, bin)| *byte = (*byte).max(*bin).max(1));
+        return;
+    }
+    for (y, byte) in there.iter_mut().enumerate() {
+        let bin = bins.get(y * len / high.max(1)).copied().unwrap_or(0);
+        *byte = (*byte).max(bin).max(1);
+    }
 }
 
 fn level(byte: u8, strongest: u8) -> f32 {
@@ -114,7 +98,38 @@ pub(super) fn readout(ui: &mut Ui, seen: &Seen<'_>) {
 
 #[cfg(test)]
 mod tests {
-    use super::level;
+    use super::{image, level};
+    use eframe::egui::Color32;
+    use grip_scope::feed::{DerivedBlock, SpectrumColumn};
+    use grip_scope::{Feed, Model, Span};
+
+    /// The brightness of each pixel, row by row from the top.
+    fn brightness(spectra: Vec<SpectrumColumn>, span: Span, wide: usize) -> Vec<u32> {
+        let mut model = Model::new(1 << 20);
+        model.take(Feed::Derived(Box::new(DerivedBlock { spectra, ..DerivedBlock::default() })));
+        let image = image(model.spectrogram(), span, wide);
+        let bright = |pixel: &Color32| pixel.to_array()[..3].iter().map(|c| u32::from(*c)).sum();
+        image.pixels.iter().map(bright).collect()
+    }
+
+    #[test]
+    fn a_short_burst_among_many_spectra_of_a_column_is_seen_at_its_frequency_and_gaps_are_empty() {
+        let spectrum = |k: u32| {
+            let mut bins: Box<[u8]> = vec![100; 8].into();
+            if k == 57 {
+                bins[5] = 160;
+            }
+            let from_s = 0.01 * f64::from(k);
+            SpectrumColumn { span: [from_s, from_s + 0.01], top_hz: 1000.0, bins }
+        };
+        let spectra = (0..100).filter(|k| !(20..40).contains(k)).map(spectrum).collect();
+        let found = brightness(spectra, Span { from_s: 0.0, to_s: 1.0 }, 10);
+        assert_eq!(found.len(), 80);
+        let at = |x: usize, bin: usize| found[(7 - bin) * 10 + x];
+        assert!(at(5, 5) > at(5, 4) && at(5, 5) > at(4, 5), "{found:?}");
+        assert_eq!((at(2, 3), at(3, 3)), (0, 0));
+        assert!(at(1, 3) > 0 && at(9, 3) > 0);
+    }
 
     #[test]
     fn the_strongest_is_brightest_and_66_db_below_it_is_dark() {

@@ -1,19 +1,21 @@
 //! The plots one over the other on one time axis, with the lane of events above and the overview of all data below.
 
-use super::{Scratch, Seen, gestures, lane, overview, pressure, readout, spectrogram, strips};
-use crate::action::{Action, Cursor};
+use super::{
+    Scratch, Seen, axis, gestures, lane, overview, pressure, readout, spectrogram, strips,
+};
+use crate::action::Action;
 use crate::layout::StripLayout;
-use crate::palette::{Palette, Tone};
+use crate::palette::Palette;
 use crate::plot::{self, Frame, GUTTER, Kind, Scale};
 use crate::strip::{self, Curve, StripId};
 use eframe::egui::{
     self, Align2, FontId, Rect, Role, Sense, Stroke, Ui, UiBuilder, WidgetInfo, pos2, vec2,
 };
 
-/// Height of the time axis with the cursors' flags (points).
-const AXIS: f32 = 22.0;
 /// A stack narrower than this has no values beside its plots (points).
-const NARROW: f32 = 480.0;
+const NARROW: f32 = 560.0;
+/// Room that a plot needs (points).
+const LEAST: f32 = 40.0;
 /// Space between two plots (points).
 const BETWEEN: f32 = 5.0;
 /// Height of the title of a plot (points).
@@ -29,24 +31,25 @@ pub fn stack(ui: &mut Ui, seen: &Seen<'_>, scratch: &mut Scratch) -> Vec<Action>
     let left = all.left() + GUTTER;
     let inside = left..=(all.right() - beside).max(left + 20.0);
     let row = |top: f32, height: f32| Rect::from_x_y_ranges(inside.clone(), top..=top + height);
-    let mut actions = Vec::new();
+    let mut actions = lane::lane(ui, row(all.top(), lane::HEIGHT), seen);
     let top = all.top() + lane::HEIGHT + BETWEEN;
-    actions.extend(lane::lane(ui, row(all.top(), lane::HEIGHT), seen));
-    let bottom = all.bottom() - overview::HEIGHT - BETWEEN - AXIS;
+    let bottom = all.bottom() - overview::HEIGHT - BETWEEN - axis::HIGH;
     if shown.is_empty() {
         let rect = row(top, (bottom - top).max(10.0));
         empty(ui, rect, "No plot is shown: choose some under Plots.", &seen.palette);
     }
-    let mut hovered = false;
-    for (plot, top, height) in heights(&shown, top, bottom) {
-        let found = one(ui, (&plot, row(top, height)), (seen, scratch));
-        hovered |= found.iter().any(|action| matches!(action, Action::Hover(_)));
-        actions.extend(found);
+    let room = crate::num::whole(f64::from((bottom - top) / LEAST)).clamp(1, shown.len().max(1));
+    let (fitting, others) = shown.split_at(room.min(shown.len()));
+    scratch.washes = strips::washes(&axis::time_frame(row(top, 1.0), seen), seen);
+    for (plot, top, height) in heights(fitting, top, bottom) {
+        actions.extend(one(ui, (&plot, row(top, height)), (seen, scratch)));
     }
+    axis::left_out(ui, row(bottom, axis::HIGH), others.len(), seen);
+    let hovered = actions.iter().any(|action| matches!(action, Action::Hover(_)));
     if !hovered && seen.state.hover_s.is_some() && !ui.ctx().input(|i| i.pointer.any_down()) {
         actions.push(Action::Hover(None));
     }
-    actions.extend(axis(ui, row(bottom, AXIS), seen));
+    actions.extend(axis::axis(ui, row(bottom, axis::HIGH), seen));
     actions.extend(overview::overview(
         ui,
         row(all.bottom() - overview::HEIGHT, overview::HEIGHT),
@@ -79,7 +82,9 @@ fn one(
     let wanted = strip::curves(strip, seen.model);
     let scale = match strip {
         StripId::Spectrogram => Scale::new(Kind::Linear, 0.0, spectrogram::top_hz(seen).into()),
-        StripId::Pressure => Scale::new(Kind::Linear, 0.0, pressure::count(seen)),
+        StripId::Pressure if strip::has_array(seen.model) => {
+            Scale::new(Kind::Linear, 0.0, pressure::count(seen))
+        }
         _ => strips::scale(strip, &wanted, seen),
     };
     let frame = Frame { rect, span: seen.span, scale };
@@ -108,7 +113,7 @@ fn interact(ui: &Ui, strip: StripId, frame: &Frame, seen: &Seen<'_>) -> Vec<Acti
         frame.rect.left_bottom(),
     );
     let mut actions = gestures::over_plot(ui, &inside, frame, seen);
-    if strip.has_curves() {
+    if strip.has_curves(seen.model) {
         let axis =
             ui.interact(labels, ui.scope_id().with((strip, "axis")), Sense::click_and_drag());
         axis.widget_info(|| {
@@ -121,8 +126,12 @@ fn interact(ui: &Ui, strip: StripId, frame: &Frame, seen: &Seen<'_>) -> Vec<Acti
 
 /// What a plot is called where it cannot be seen.
 fn name(strip: StripId, seen: &Seen<'_>) -> String {
-    let empty = if strip::has_data(strip, seen.model) { "" } else { strip.nothing() };
-    format!("{} plot {empty}", strip.title()).trim_end().to_owned()
+    let about = match strip {
+        _ if !strip::has_data(strip, seen.model) => strip.nothing(),
+        StripId::Bands => strips::foreign_thresholds(seen).unwrap_or_default(),
+        _ => "",
+    };
+    format!("{} plot {about}", strip.title()).trim_end().to_owned()
 }
 
 fn draw(
@@ -141,7 +150,9 @@ fn draw(
     if strip::has_data(strip, seen.model) {
         match strip {
             StripId::Spectrogram => spectrogram::draw(ui, frame, (seen, scratch)),
-            StripId::Pressure => pressure::draw(ui, frame, (seen, scratch)),
+            StripId::Pressure if strip::has_array(seen.model) => {
+                pressure::draw(ui, frame, (seen, scratch))
+            }
             _ => plot_curves(ui, (strip, frame), wanted, (seen, scratch)),
         }
     } else {
@@ -158,11 +169,13 @@ fn plot_curves(
     (seen, scratch): (&Seen<'_>, &mut Scratch),
 ) {
     let painter = ui.painter();
-    strips::spans(painter, frame, seen);
+    strips::spans(painter, frame, &scratch.washes);
     strips::curves(painter, frame, wanted, (seen, scratch));
     match strip {
         StripId::Stylus => strips::turns(painter, frame, seen),
         StripId::Statistic => strips::threshold(painter, frame, 1.0, seen),
+        StripId::Force => strips::limit_above(painter, frame, seen),
+        StripId::Bands => strips::foreign_note(painter, frame, seen),
         _ => {}
     }
 }
@@ -170,7 +183,7 @@ fn plot_curves(
 fn beside_plot(ui: &mut Ui, strip: StripId, wanted: &[Curve], seen: &Seen<'_>) -> Vec<Action> {
     match strip {
         StripId::Spectrogram => spectrogram::readout(ui, seen),
-        StripId::Pressure => pressure::readout(ui, seen),
+        StripId::Pressure if strip::has_array(seen.model) => pressure::readout(ui, seen),
         _ => readout::readout(ui, strip, wanted, seen),
     }
     if seen.state.chosen(strip).is_some() {
@@ -230,61 +243,4 @@ pub(super) fn empty(ui: &Ui, rect: Rect, text: &str, palette: &Palette) {
         FontId::proportional(12.0),
         palette.weak,
     );
-}
-
-/// Labels of the time, and the flags by which cursors are moved.
-fn axis(ui: &Ui, rect: Rect, seen: &Seen<'_>) -> Vec<Action> {
-    let frame = Frame { rect, span: seen.span, scale: Scale::new(Kind::Linear, 0.0, 1.0) };
-    plot::time_axis(ui.painter(), &frame, true, &seen.palette);
-    let unit = pos2(rect.right() + 24.0, rect.top() + 5.0);
-    ui.painter().text(
-        unit,
-        Align2::LEFT_TOP,
-        "s, device time",
-        crate::palette::axis_font(),
-        seen.palette.weak,
-    );
-    let mut actions = Vec::new();
-    for (cursor, name) in [(Cursor::A, "A"), (Cursor::B, "B")] {
-        let Some(at_s) = seen.state.cursor(cursor) else { continue };
-        actions.extend(flag(ui, &frame, (cursor, name, at_s), &seen.palette));
-    }
-    pointer_time(ui, &frame, seen);
-    actions
-}
-
-fn flag(
-    ui: &Ui,
-    frame: &Frame,
-    (cursor, name, at_s): (Cursor, &str, f64),
-    palette: &Palette,
-) -> Option<Action> {
-    let x = frame.x(at_s).clamp(frame.rect.left(), frame.rect.right());
-    let rect = Rect::from_center_size(pos2(x, frame.rect.top() + 8.0), vec2(15.0, 15.0));
-    let response = ui.interact(rect, ui.scope_id().with(("cursor", name)), Sense::drag());
-    response.widget_info(|| WidgetInfo::labeled(Role::Slider, true, format!("Cursor {name}")));
-    ui.painter().rect_filled(rect, 3, palette.cursor);
-    ui.painter().text(
-        rect.center(),
-        Align2::CENTER_CENTER,
-        name,
-        FontId::proportional(11.5),
-        palette.plot,
-    );
-    let pointer = response.interact_pointer_pos().filter(|_| response.dragged())?;
-    Some(Action::PlaceCursor(cursor, frame.time(pointer.x)))
-}
-
-fn pointer_time(ui: &Ui, frame: &Frame, seen: &Seen<'_>) {
-    let Some(t_s) = seen.state.hover_s else { return };
-    let decimals = crate::time::ticks(frame.span.from_s, frame.span.to_s, 200).decimals;
-    let text = format!("{t_s:.*} s", decimals.min(7));
-    let galley = ui.painter().layout_no_wrap(text, crate::palette::axis_font(), seen.palette.plot);
-    let half = galley.size().x / 2.0 + 4.0;
-    let x = frame
-        .x(t_s)
-        .clamp(frame.rect.left() + half, (frame.rect.right() - half).max(frame.rect.left() + half));
-    let rect = Rect::from_center_size(pos2(x, frame.rect.top() + 10.5), vec2(2.0 * half, 15.0));
-    ui.painter().rect_filled(rect, 3, seen.palette.tone(Tone::Quiet));
-    ui.painter().galley(rect.center() - galley.size() / 2.0, galley, seen.palette.plot);
 }

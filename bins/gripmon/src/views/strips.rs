@@ -1,11 +1,15 @@
 //! One plot of curves: grid, areas, curves, peaks and valleys, cursors.
 
-use super::{Scratch, Seen, readout};
+use super::joined::{fill, joined};
+use super::{Scratch, Seen, lane, readout};
 use crate::palette::Tone;
 use crate::plot::{self, Frame, Kind, Scale, Style, polyline};
 use crate::strip::{Curve, StripId, enclosure};
-use eframe::egui::{Align2, Color32, FontId, Mesh, Painter, Pos2, Rect, Shape, Stroke, pos2, vec2};
-use grip_scope::{Series, Span};
+use eframe::egui::{
+    Align2, Color32, FontId, Mesh, Painter, Pos2, Rangef, Rect, Shape, Stroke, pos2, vec2,
+};
+use grip_scope::feed::ObserverSettings;
+use grip_scope::{Channel, Columns, EventKind, Series, Span};
 
 /// Up to so many samples of a curve are drawn one by one.
 const FEW: usize = 700;
@@ -102,11 +106,12 @@ fn dense(
     series: &Series,
     (pen, scratch): (Pen, &mut Scratch),
 ) {
-    series.envelope(frame.span, columns, &mut scratch.buckets);
+    let kept = scratch.columns.entry(series.channel()).or_default();
+    kept.update(series, frame.span, columns);
     let mut mesh = Mesh::default();
-    mesh.vertices.reserve(4 * scratch.buckets.len());
-    mesh.indices.reserve(18 * scratch.buckets.len());
-    plot::ribbon(&mut mesh, frame, &scratch.buckets, pen);
+    mesh.vertices.reserve(4 * kept.buckets().len());
+    mesh.indices.reserve(18 * kept.buckets().len());
+    plot::ribbon(&mut mesh, frame, kept.buckets(), pen);
     painter.add(Shape::mesh(mesh));
 }
 
@@ -119,15 +124,14 @@ fn area(
 ) {
     let Some((low, high)) = enclosure(curve.channel) else { return };
     let (Some(low), Some(high)) = (seen.model.series(low), seen.model.series(high)) else { return };
-    low.envelope(frame.span, columns, &mut scratch.buckets);
-    high.envelope(frame.span, columns, &mut scratch.others);
+    for series in [low, high] {
+        let kept = scratch.columns.entry(series.channel()).or_default();
+        kept.update(series, frame.span, columns);
+    }
+    let kept =
+        |series: &Series| scratch.columns.get(&series.channel()).map_or(&[][..], Columns::buckets);
     let mut mesh = Mesh::default();
-    plot::band(
-        &mut mesh,
-        frame,
-        (&scratch.buckets, &scratch.others),
-        seen.palette.wash(curve.tone),
-    );
+    plot::band(&mut mesh, frame, (kept(low), kept(high)), seen.palette.wash(curve.tone));
     painter.add(Shape::mesh(mesh));
 }
 
@@ -186,24 +190,48 @@ pub(super) fn lines(painter: &Painter, frame: &Frame, seen: &Seen<'_>) {
     }
 }
 
-/// Slips, faults and gaps as washes behind the curves.
-pub(super) fn spans(painter: &Painter, frame: &Frame, seen: &Seen<'_>) {
+/// From the left to the right edge of a wash (points), and its colour.
+pub(super) type Wash = (Rangef, Color32);
+
+/// Slips and gaps behind the curves: the same in every plot, so they are looked for once.
+pub(super) fn washes(frame: &Frame, seen: &Seen<'_>) -> Vec<Wash> {
     let events = seen.model.events();
-    for slip in events.slips(frame.span) {
-        let tone = if slip.what == grip_scope::EventKind::Gross { Tone::Red } else { Tone::Orange };
-        painter.rect_filled(
-            stretch(frame, slip.span),
-            0,
-            seen.palette.tone(tone).gamma_multiply(0.10),
-        );
-    }
-    for gap in events.gaps(frame.span) {
-        painter.rect_filled(
-            stretch(frame, gap.span),
-            0,
-            seen.palette.tone(Tone::Quiet).gamma_multiply(0.22),
-        );
-    }
+    let colour = |kind| match kind {
+        EventKind::Gross => seen.palette.tone(Tone::Red).gamma_multiply(0.10),
+        EventKind::Gap => seen.palette.tone(Tone::Quiet).gamma_multiply(0.22),
+        _ => seen.palette.tone(Tone::Orange).gamma_multiply(0.10),
+    };
+    let slips = joined(events.slips(frame.span), frame, lane::worst);
+    let gaps = joined(events.gaps(frame.span), frame, lane::worst);
+    slips.into_iter().chain(gaps).map(|piece| (piece.across, colour(piece.what))).collect()
+}
+
+/// Draws them.
+pub(super) fn spans(painter: &Painter, frame: &Frame, washes: &[Wash]) {
+    fill(painter, frame.rect.y_range(), washes.iter().copied());
+}
+
+/// Where the limit of the force lies, where that is above the plot: the forces decide its scale.
+pub(super) fn limit_above(painter: &Painter, frame: &Frame, seen: &Seen<'_>) {
+    let limit_n = readout::value(Channel::ForceLimit, seen);
+    let Some(limit_n) = limit_n.filter(|limit_n| *limit_n > frame.scale.high()) else { return };
+    let text = format!("limit {} is above", crate::format::with_unit(limit_n, "N"));
+    let at = frame.rect.right_top() + vec2(-4.0, 2.0);
+    let colour = seen.palette.tone(Tone::Limit);
+    painter.text(at, Align2::RIGHT_TOP, text, FontId::proportional(10.0), colour);
+}
+
+/// A sentence about the thresholds of the bands, where the source does not tell its own.
+pub(super) fn foreign_thresholds(seen: &Seen<'_>) -> Option<&'static str> {
+    let shipped = seen.model.info().observer == Some(ObserverSettings::Shipped);
+    shipped.then_some("thresholds of the shipped settings")
+}
+
+/// The same in the plot.
+pub(super) fn foreign_note(painter: &Painter, frame: &Frame, seen: &Seen<'_>) {
+    let Some(text) = foreign_thresholds(seen) else { return };
+    let at = frame.rect.right_top() + vec2(-4.0, 2.0);
+    painter.text(at, Align2::RIGHT_TOP, text, FontId::proportional(10.0), seen.palette.weak);
 }
 
 /// A stretch of time over the height of a plot, at least one point wide.

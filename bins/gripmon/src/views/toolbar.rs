@@ -3,7 +3,7 @@
 use super::Seen;
 use crate::action::{Action, Cursor};
 use crate::layout::{Look, Panel};
-use eframe::egui::{Align, Button, DragValue, Layout, RichText, Ui};
+use eframe::egui::{Align, Button, DragValue, Layout, RichText, Role, Ui, WidgetInfo};
 
 /// From this width on everything stands in one line, the panels at the right (points).
 const ONE_LINE: f32 = 1240.0;
@@ -119,7 +119,9 @@ fn plots(ui: &mut Ui, seen: &Seen<'_>, out: &mut Vec<Action>) {
                 ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
                     let up = Button::new(RichText::new("up").small());
                     let up = ui.add_enabled(place > 0, up);
-                    if up.on_hover_text(format!("Move {} up", plot.plot.title())).clicked() {
+                    let about = format!("Move {} up", plot.plot.title());
+                    up.widget_info(|| WidgetInfo::labeled(Role::Button, place > 0, &about));
+                    if up.on_hover_text(about).clicked() {
                         out.push(Action::MoveStrip(plot.plot, 1));
                     }
                 });

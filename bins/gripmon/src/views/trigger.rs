@@ -1,8 +1,8 @@
 //! When the view shall stop and show: level and edge of a channel, or an event.
 
-use super::{Seen, heading, row, sentence};
+use super::{Seen, heading, readout, row, sentence};
 use crate::action::Action;
-use crate::format;
+use crate::format::{self, Typed};
 use crate::state::{TriggerForm, TriggerKind};
 use eframe::egui::{ComboBox, DragValue, Ui};
 use grip_scope::trigger::TriggerMode;
@@ -18,6 +18,23 @@ const EVENTS: [EventKind; 7] = [
     EventKind::Fault,
     EventKind::Marker,
 ];
+
+/// Height of a list of choices (points): all conditions are seen.
+const CHOICES: f32 = 320.0;
+
+/// What a channel can be waited for.
+const OF_A_CHANNEL: [TriggerKind; 4] =
+    [TriggerKind::Rising, TriggerKind::Falling, TriggerKind::Above, TriggerKind::Below];
+
+const fn name(kind: TriggerKind) -> &'static str {
+    match kind {
+        TriggerKind::Rising => "rising edge",
+        TriggerKind::Falling => "falling edge",
+        TriggerKind::Above => "above the level",
+        TriggerKind::Below => "below the level",
+        TriggerKind::Event(kind) => kind.name(),
+    }
+}
 
 pub(super) fn trigger(ui: &mut Ui, seen: &Seen<'_>) -> Vec<Action> {
     let before = seen.state.trigger;
@@ -62,28 +79,24 @@ fn labelled(ui: &mut Ui, name: &str, add: impl FnOnce(&mut Ui) -> eframe::egui::
 
 fn kind(ui: &mut Ui, form: &mut TriggerForm) {
     heading(ui, "Waits for");
-    let text = match form.kind {
-        TriggerKind::Rising => "rising edge".to_owned(),
-        TriggerKind::Falling => "falling edge".to_owned(),
-        TriggerKind::Event(kind) => kind.name().to_owned(),
-    };
+    let text = name(form.kind);
     labelled(ui, "Condition", |ui| {
         let choose = |ui: &mut Ui| {
-            ui.selectable_value(&mut form.kind, TriggerKind::Rising, "rising edge");
-            ui.selectable_value(&mut form.kind, TriggerKind::Falling, "falling edge");
-            for kind in EVENTS {
-                ui.selectable_value(&mut form.kind, TriggerKind::Event(kind), kind.name());
+            for kind in OF_A_CHANNEL.into_iter().chain(EVENTS.map(TriggerKind::Event)) {
+                ui.selectable_value(&mut form.kind, kind, name(kind));
             }
         };
         ComboBox::from_id_salt("condition")
             .selected_text(text)
             .width(150.0)
+            .height(CHOICES)
             .show_ui(ui, choose)
             .response
     });
 }
 
 fn level(ui: &mut Ui, form: &mut TriggerForm, seen: &Seen<'_>) {
+    let before = form.channel;
     labelled(ui, "Channel", |ui| {
         let channels: Vec<Channel> = seen
             .model
@@ -99,20 +112,56 @@ fn level(ui: &mut Ui, form: &mut TriggerForm, seen: &Seen<'_>) {
         ComboBox::from_id_salt("channel")
             .selected_text(chosen)
             .width(150.0)
+            .height(CHOICES)
             .show_ui(ui, choose)
             .response
     });
-    let size = form.level.abs();
-    let (factor, prefix) =
-        if size > 0.0 { format::prefix_of(size, form.channel.unit()) } else { (1.0, "") };
+    if form.channel != before {
+        form.level = middle(form.channel, seen);
+    }
+    // One unit for a channel, whatever the level: a number that is typed means the same each time.
+    let unit = readout::unit(form.channel, seen);
+    let (factor, prefix) = fixed_prefix(form.channel);
     let mut shown = form.level / factor;
+    let was = shown;
     labelled(ui, "Level", |ui| {
-        let suffix = format!(" {prefix}{}", form.channel.unit());
-        ui.add(DragValue::new(&mut shown).speed(0.01).suffix(suffix).max_decimals(4))
+        let suffix = format!(" {prefix}{unit}");
+        let suffix = suffix.trim_end();
+        let parse = |text: &str| {
+            format::parse(text, &unit).map(|typed| match typed {
+                Typed::Number(number) => number,
+                Typed::Quantity(value) => value / factor,
+            })
+        };
+        let value = DragValue::new(&mut shown)
+            .speed((0.01 * was.abs()).max(0.01))
+            .suffix(suffix)
+            .max_decimals(4)
+            .custom_parser(parse);
+        ui.add(value).on_hover_text("Drag, or click and type; a number may have a unit (0.2 mm).")
     });
-    if shown.is_finite() && (shown * factor - form.level).abs() > 1e-12 * size {
+    if shown.is_finite() && (shown - was).abs() > 0.0 {
         form.level = shown * factor;
     }
+}
+
+/// Factor and prefix in which the levels of a channel are told.
+const fn fixed_prefix(channel: Channel) -> (f64, &'static str) {
+    match channel {
+        Channel::Stylus | Channel::SecondStylus => (1e-6, "\u{b5}"),
+        Channel::Travel | Channel::Velocity | Channel::SlipSpeed | Channel::SlipSpeedSigma => {
+            (1e-3, "m")
+        }
+        _ => (1.0, ""),
+    }
+}
+
+/// The middle of what is seen of a channel, with two digits: a level of another channel means nothing here.
+fn middle(channel: Channel, seen: &Seen<'_>) -> f64 {
+    let stats = seen.model.series(channel).and_then(|series| series.stats(seen.span));
+    let middle = stats.map_or(0.0, |stats| f64::midpoint(stats.min.into(), stats.max.into()));
+    let step = 10_f64.powf(middle.abs().log10().floor() - 1.0);
+    if step.is_finite() && step > 0.0 { (middle / step).round() * step } else { 0.0 }
 }
 
 fn mode(ui: &mut Ui, form: &mut TriggerForm) {

@@ -187,6 +187,24 @@ fn the_arrangement_is_remembered_when_the_window_closes() {
     assert_eq!((read.theme, read.panel), (Look::Light, Some(Panel::Trigger)));
     assert_eq!(read.window, [1400.0, 1000.0]);
     assert_eq!(read.plots, harness.state().desk.scope.layout().plots);
+    // The width of the panel and the settings of the trigger are those of the next start.
+    harness.get_by_label("Resize panel").set_value_accesskit(0.3);
+    harness.run_steps(3);
+    harness.get_by_label("In all").set_value_accesskit(2.5);
+    harness.run_steps(2);
+    assert_eq!(harness.state_mut().desk.close(), None);
+    let read = Layout::read(&folder.path().join("layout.toml")).unwrap();
+    assert!((410.0..425.0).contains(&read.panel_width), "{}", read.panel_width);
+    let next = ViewState::new(read.clone());
+    assert_eq!((next.trigger.window_s, next.trigger.armed), (2.5, false));
+    // A window that begins so stays so.
+    let scope = Scope::new(Arc::new(Shared::new(Engine::new(fixture::grasp(), None))), next);
+    let frame = |ui: &mut Ui, scope: &mut Scope| {
+        let _effects = scope.ui(ui);
+    };
+    let mut again = Harness::builder().with_size([1400.0, 1000.0]).build_ui_state(frame, scope);
+    again.run_steps(4);
+    assert!((again.state().layout().panel_width - read.panel_width).abs() < 1.0);
     // A file that cannot be written is told at the end.
     fs::remove_file(folder.path().join("layout.toml")).unwrap();
     fs::create_dir(folder.path().join("layout.toml")).unwrap();

@@ -87,7 +87,8 @@ pub(crate) fn greet(model: &mut Model, may_command: bool) {
         .take(Feed::Notice(NoticeLine { level: Level::Info, text: "the link streams".to_owned() }));
 }
 
-fn state(t_s: f64) -> StatePoint {
+/// The pipeline at a time; it slips from 0.9 s to 1.1 s.
+pub(crate) fn state(t_s: f64) -> StatePoint {
     let slipping = (0.9..1.1).contains(&t_s);
     let scene = if t_s < 0.3 {
         SceneCode::Idle

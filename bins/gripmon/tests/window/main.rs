@@ -3,7 +3,9 @@
 mod commands;
 mod controls;
 mod desk;
+mod details;
 mod fixture;
+mod labels;
 mod nasty;
 mod repaint;
 mod shown;

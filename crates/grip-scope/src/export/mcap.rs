@@ -42,7 +42,7 @@ pub fn mcap<G: Deref<Target = Model>>(
         if samples == 0 {
             Err(ExportError::Empty)
         } else {
-            Ok(Sliced { samples, messages: samples })
+            Ok(Sliced { samples, messages: samples, damaged: 0 })
         }
     })
 }

@@ -26,6 +26,8 @@ pub struct Sliced {
     pub samples: u64,
     /// Messages of all kinds, samples included.
     pub messages: u64,
+    /// Damaged parts of the recording that were left out of it; one of them may be its end.
+    pub damaged: u32,
 }
 
 /// Why nothing, or not all, was written.

@@ -1,9 +1,10 @@
 //! A recording and a span in; a recording of that span out.
 
 use super::{ExportError, PROGRAM, Sliced, fill};
+use crate::damage::Damage;
 use crate::model::{Axis, Placed};
 use crate::span::Span;
-use grip_record::mcap::{Attached, Entry, McapReader, McapWriter, Record};
+use grip_record::mcap::{Attached, Entry, McapIndex, McapReader, McapWriter, Record};
 use std::collections::BTreeMap;
 use std::fs::{self, File};
 use std::io::BufWriter;
@@ -14,10 +15,11 @@ const SLICE: &str = "slice";
 
 /// Copies what the recording `from` holds in a span of the axis, where the model shows it, to `path`: messages as they are with their log
 /// times, the attachments, and the settings of the pipeline that was running. States, events and all else go with the samples around
-/// them. Device times stay as they are in the file: where they went back, the axis does not show them so.
+/// them. Device times stay as they are in the file: where they went back, the axis does not show them so. Damaged parts of the recording are
+/// passed over as the scope itself does, and counted where they lie in the span.
 ///
 /// # Errors
-/// Where the recording cannot be read up to there, holds no sample in the span, there is a file of the slice's name, or it cannot be written.
+/// Where the recording cannot be opened, or not be read up to there, holds no sample in the span, there is a file of the slice's name, or it cannot be written.
 pub fn mcap_slice(from: &Path, span: Span, path: &Path) -> Result<Sliced, ExportError> {
     if fs::canonicalize(from).ok().is_some_and(|a| fs::canonicalize(path).ok() == Some(a)) {
         return Err(ExportError::Same { file: path.to_owned() });
@@ -25,12 +27,24 @@ pub fn mcap_slice(from: &Path, span: Span, path: &Path) -> Result<Sliced, Export
     fill(path, |file| {
         let mut slice = Slice::new((path, file), span)?;
         let mut reader = McapReader::open(from)?;
-        while let Some(entry) = reader.next_entry()? {
-            if !slice.take(&entry)? {
-                break;
+        // Without an index damage is passed over as far as the file itself tells where it ends.
+        let index = File::open(from).ok().and_then(|file| McapIndex::read(file).ok().flatten());
+        let mut damage = Damage::default();
+        loop {
+            match reader.next_entry() {
+                Ok(Some(entry)) if slice.take(&entry)? => {}
+                Ok(_) => break,
+                Err(error) if error.damaged_at().is_none() => return Err(error.into()),
+                Err(error) => {
+                    let (more, new) = damage.pass(error, &mut reader, index.as_ref());
+                    slice.damaged(u32::from(!more || new.is_some()));
+                    if !more {
+                        break;
+                    }
+                }
             }
         }
-        slice.finish()
+        slice.finish(damage)
     })
 }
 
@@ -90,7 +104,8 @@ impl<'a> Slice<'a> {
                     // A row out of order goes with those around it.
                     Placed::Late => None,
                 };
-                if self.inside && at_s.is_some_and(|at_s| at_s > self.span.to_s) {
+                // The axis never goes back.
+                if at_s.is_some_and(|at_s| at_s > self.span.to_s) {
                     return Ok(false);
                 }
                 if !self.inside && at_s.is_some_and(|at_s| self.span.holds(at_s)) {
@@ -140,9 +155,17 @@ impl<'a> Slice<'a> {
         done.map_err(|source| ExportError::Record { file: self.path.to_owned(), source })
     }
 
-    fn finish(self) -> Result<Sliced, ExportError> {
+    /// Parts that cannot be read; those before the span are nobody's loss.
+    fn damaged(&mut self, parts: u32) {
+        if self.inside {
+            self.sliced.damaged += parts;
+        }
+    }
+
+    fn finish(self, damage: Damage) -> Result<Sliced, ExportError> {
         if self.sliced.samples == 0 {
-            return Err(ExportError::Empty);
+            // Damage is why nothing was found, where there is any.
+            return Err(damage.end.or(damage.first).map_or(ExportError::Empty, ExportError::Read));
         }
         let path = self.path;
         self.out

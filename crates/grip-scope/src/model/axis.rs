@@ -100,11 +100,6 @@ impl Axis {
         if near { t_s + self.offset_s } else { self.end_s }
     }
 
-    /// The device time of a time on the axis, as the present run has it.
-    pub(super) fn device_s(&self, at_s: f64) -> f64 {
-        at_s - self.offset_s
-    }
-
     pub(super) const fn end_s(&self) -> f64 {
         self.end_s
     }

@@ -1,5 +1,6 @@
 //! At most a thousand samples in order of time in; their times, values and extremes out, in as little memory as they take.
 
+use super::allocated;
 use super::node::{Fold, Node, Sum};
 
 /// Samples of a chunk.
@@ -44,9 +45,10 @@ impl Chunk {
             from_s: 0.0,
             last_s: 0.0,
             step_s: 0.0,
-            times: Times::Growing(Vec::new()),
-            values: Vec::new(),
-            nodes: Vec::new(),
+            // Pieces of memory of few sizes leave few holes behind: what one chunk frees another takes as it is.
+            times: Times::Growing(Vec::with_capacity(CHUNK)),
+            values: Vec::with_capacity(CHUNK),
+            nodes: Vec::with_capacity(CHUNK / NODE),
             len: 0,
             broken,
         }
@@ -98,6 +100,11 @@ impl Chunk {
         self.nodes.push(sum.node());
     }
 
+    /// What is known of the samples from `number` times [`NODE`] on; `None` while there are not so many.
+    pub(super) fn node(&self, number: usize) -> Option<&Node> {
+        self.nodes.get(number)
+    }
+
     /// What is known of a unit of a chunk that was closed.
     pub(super) fn unit(&self, number: usize) -> Node {
         let mut sum = Sum::default();
@@ -136,28 +143,28 @@ impl Chunk {
 
     /// Bytes that thinning it out would free.
     pub(super) const fn whole_bytes(&self) -> usize {
-        self.values.capacity() * size_of::<f32>()
+        allocated(self.values.capacity() * size_of::<f32>())
     }
 
     pub(super) const fn is_thin(&self) -> bool {
         self.values.is_empty()
     }
 
-    /// Bytes it takes, its own included.
+    /// Bytes of what it holds, its own not included.
     pub(super) fn bytes(&self) -> usize {
         let times = match &self.times {
             Times::Growing(times) => times.capacity() * size_of::<f64>(),
             Times::Even => 0,
             Times::Uneven(after) => size_of_val(&**after),
         };
-        let values = self.values.capacity() * size_of::<f32>();
-        size_of::<Self>() + times + values + self.nodes.capacity() * size_of::<Node>()
+        let nodes = self.nodes.capacity() * size_of::<Node>();
+        allocated(times) + self.whole_bytes() + allocated(nodes)
     }
 
-    /// How many chunks like this one lie between its start and `t_s`.
+    /// How many chunks like this one lie between its start and `t_s`; the one behind it begins at `next_s`.
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturates")]
-    pub(super) fn lengths_to(&self, t_s: f64) -> u64 {
-        let length_s = self.last_s - self.from_s + self.step_s;
+    pub(super) fn lengths_to(&self, t_s: f64, next_s: Option<f64>) -> u64 {
+        let length_s = next_s.unwrap_or(self.last_s + self.step_s) - self.from_s;
         ((t_s - self.from_s) / length_s).max(0.0) as u64
     }
 

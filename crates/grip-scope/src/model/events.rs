@@ -2,7 +2,7 @@
 
 use crate::feed::{EventKind, EventMark, NoticeLine};
 use crate::span::Span;
-use grip_link::message::daemon::{GripStage, SceneCode};
+use grip_link::message::daemon::SceneCode;
 use std::collections::VecDeque;
 
 /// Events and stretches kept of each kind; the oldest go first.
@@ -26,13 +26,14 @@ pub struct Events {
     /// Marks that have come so far.
     arrived: u64,
     scenes: VecDeque<Stretch<SceneCode>>,
-    stages: VecDeque<Stretch<GripStage>>,
     slips: VecDeque<Stretch<EventKind>>,
     faults: VecDeque<Stretch<EventKind>>,
     gaps: VecDeque<Stretch<EventKind>>,
     /// Whether the last slip, or the last fault, goes on.
     slipping: bool,
     faulty: bool,
+    /// Gaps so far, those included that were dropped.
+    gapped: u64,
     dropped: u64,
     text_bytes: usize,
 }
@@ -65,11 +66,11 @@ impl Events {
         append(&mut self.arrivals, (mark.kind, mark.t_s));
         // Nearly always at the end: events come in order.
         let behind = self.marks.iter().rev().take_while(|other| other.t_s > mark.t_s).count();
-        self.text_bytes += mark.text.capacity();
+        self.text_bytes += super::allocated(mark.text.capacity());
         self.marks.insert(self.marks.len() - behind, mark);
         if self.marks.len() > MOST {
             let gone = self.marks.pop_front();
-            self.text_bytes -= gone.map_or(0, |mark| mark.text.capacity());
+            self.text_bytes -= gone.map_or(0, |mark| super::allocated(mark.text.capacity()));
             self.dropped += 1;
         }
     }
@@ -81,12 +82,12 @@ impl Events {
     }
 
     pub(super) fn gap(&mut self, span: Span) {
+        self.gapped += 1;
         append(&mut self.gaps, Stretch { span, what: EventKind::Gap });
     }
 
-    pub(super) fn state(&mut self, t_s: f64, scene: SceneCode, stage: GripStage, joined: bool) {
+    pub(super) fn state(&mut self, t_s: f64, scene: SceneCode, joined: bool) {
         extend(&mut self.scenes, t_s, scene, joined);
-        extend(&mut self.stages, t_s, stage, joined);
         self.reach(t_s);
     }
 
@@ -136,6 +137,12 @@ impl Events {
         self.marks.range(from..to.max(from))
     }
 
+    /// Gaps in the samples so far, those included that were dropped.
+    #[must_use]
+    pub const fn gapped(&self) -> u64 {
+        self.gapped
+    }
+
     /// How many have come so far, those included that were dropped.
     #[must_use]
     pub const fn arrived(&self) -> u64 {
@@ -168,11 +175,6 @@ impl Events {
         within(&self.scenes, span)
     }
 
-    /// What the force controller did in the span.
-    pub fn stages(&self, span: Span) -> impl Iterator<Item = &Stretch<GripStage>> {
-        within(&self.stages, span)
-    }
-
     /// Slips in the span, their incipient and gross parts apart.
     pub fn slips(&self, span: Span) -> impl Iterator<Item = &Stretch<EventKind>> {
         within(&self.slips, span)
@@ -191,7 +193,7 @@ impl Events {
     /// Bytes it takes.
     #[must_use]
     pub fn bytes(&self) -> usize {
-        let stretches = self.scenes.capacity() + self.slips.capacity() + self.stages.capacity();
+        let stretches = self.scenes.capacity() + self.slips.capacity();
         let stretches = stretches + self.faults.capacity() + self.gaps.capacity();
         self.text_bytes
             + self.marks.capacity() * size_of::<EventMark>()

@@ -29,12 +29,13 @@ impl Model {
             Feed::Rows(block) => self.take_rows(&block),
             Feed::Preview(block) => self.take_preview(&block),
             Feed::State(state) => self.take_state(state),
+            Feed::Observes(settings) => self.info.observer = Some(settings),
             Feed::Derived(block) => self.take_derived(*block),
             Feed::Event(mark) => {
                 let t_s = self.axis.event(mark.t_s);
                 self.events.push(EventMark { t_s, ..mark });
             }
-            Feed::Health(point) => self.health.take(self.axis.end_s(), point),
+            Feed::Health(point) => self.health.take(point),
             Feed::Gripper(info) => self.info.gripper = Some(info),
             Feed::Notice(line) => note(&mut self.notices, line),
             Feed::Study(study) => self.study = Some(*study),
@@ -88,7 +89,8 @@ impl Model {
         let rows = self.series.values().filter(|series| series.channel().is_row());
         // Other channels may lack readings: they are NaN there.
         let nan = self.series.get(&Channel::Stylus).map_or(0, Series::nan);
-        self.health.set_unusable(rows.map(Series::huge).sum(), nan);
+        let misplaced = self.series.values().map(Series::misplaced).sum();
+        self.health.set_unusable(rows.map(Series::huge).sum(), nan, misplaced);
     }
 
     /// Where a row goes, and whether the device's time leapt before it.
@@ -146,7 +148,7 @@ impl Model {
         for mark in changes(before.filter(|_| !restarted).as_ref(), &state, t_s) {
             self.events.push(mark);
         }
-        self.events.state(t_s, state.scene, state.grip, !restarted);
+        self.events.state(t_s, state.scene, !restarted);
         let limit_n = state.limit_n.or_else(|| self.info.gripper.and_then(|g| g.force_max_n));
         let values = [
             (Channel::Statistic, state.statistic),

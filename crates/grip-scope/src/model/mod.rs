@@ -4,7 +4,11 @@
 //! means and rms of 32 samples stay; when what is left of the samples fits a quarter of the memory, the oldest chunks go as a whole.
 
 mod axis;
+mod blocks;
 mod chunk;
+mod columns;
+mod crossing;
+mod envelope;
 mod events;
 mod health;
 mod intake;
@@ -18,15 +22,17 @@ mod taxels;
 mod tests;
 
 pub(crate) use axis::{Axis, Placed};
+pub use columns::Columns;
 pub use events::{Events, Stretch};
-pub use health::{HealthBoard, HealthTrend};
+pub use health::HealthBoard;
 pub use series::{Bucket, Series, Stats};
 pub use spectrogram::{DB_BASE, DB_STEP, Spectrogram};
 pub use taxels::TaxelFrame;
 
 use crate::channel::Channel;
 use crate::feed::{
-    DaemonInfo, EventKind, EventMark, NoticeLine, SourceStatus, StatePoint, StudyCurves, Turn,
+    DaemonInfo, EventKind, EventMark, NoticeLine, ObserverSettings, SourceStatus, StatePoint,
+    StudyCurves, Turn,
 };
 use crate::span::Span;
 use grip_link::message::daemon::Gripper;
@@ -48,6 +54,8 @@ pub struct Info {
     pub gripper: Option<Gripper>,
     /// The last state of the pipeline.
     pub state: Option<StatePoint>,
+    /// Whose settings the scope's own observer has.
+    pub observer: Option<ObserverSettings>,
     /// The recording, and where it begins and ends once it is loaded.
     pub recording: Option<(PathBuf, Span)>,
 }
@@ -219,10 +227,10 @@ impl Model {
         self.axis.end_s()
     }
 
-    /// The device's time (s) of a time on the axis; they differ after the device has restarted. Holds for the present run.
+    /// Whether times on the axis are those of the device; they are not after it has restarted.
     #[must_use]
-    pub fn device_s(&self, at_s: f64) -> f64 {
-        self.axis.device_s(at_s)
+    pub fn is_device_time(&self) -> bool {
+        self.axis.is_plain()
     }
 
     /// Sets a mark of the user.
@@ -274,6 +282,11 @@ impl Model {
         }
         0
     }
+}
+
+/// What a piece of memory takes with what an allocator keeps beside it.
+const fn allocated(bytes: usize) -> usize {
+    if bytes == 0 { 0 } else { bytes + 16 }
 }
 
 fn freed(series: &mut Series, act: impl FnOnce(&mut store::Store)) -> usize {

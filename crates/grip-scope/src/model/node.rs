@@ -153,6 +153,16 @@ impl Fold for Sum {
 }
 
 impl Node {
+    /// Least and greatest sample; `None` where there is none that is finite.
+    pub(super) fn extremes(&self) -> Option<(f32, f32)> {
+        (self.count & !BROKEN > 0).then_some((self.min, self.max))
+    }
+
+    /// Whether something is missing in it.
+    pub(super) const fn is_broken(&self) -> bool {
+        self.count & BROKEN != 0
+    }
+
     /// The mean of its samples; NaN where there are none.
     pub(super) fn mean(&self) -> f32 {
         if self.count & !BROKEN == 0 { f32::NAN } else { self.mean }

@@ -1,4 +1,4 @@
-//! Samples of one channel in; envelopes, points and figures of any stretch of them out.
+//! Samples of one channel in; the samples and figures of any stretch of them out.
 
 use super::chunk::NODE;
 use super::node::{Light, Sum};
@@ -103,6 +103,10 @@ impl Series {
         }
     }
 
+    pub(super) const fn preview(&self) -> &Store {
+        &self.preview
+    }
+
     pub(super) fn forget_preview(&mut self) {
         self.preview = Store::default();
     }
@@ -167,40 +171,6 @@ impl Series {
         self.store.thin_before_s()
     }
 
-    /// Writes what each of `columns` equal parts of the span shows to `out`, parts without samples left out.
-    ///
-    /// Every sample of the span counts in exactly one part, so that a spike of one sample is never lost; where samples are thinned out,
-    /// groups of 32 count in the part in which they begin. Parts of few samples (below 128 at an even rate) hold exactly the samples of
-    /// their time. Of longer ones samples within an eighth of a part from the border between two may count in the neighbour: parts are cut
-    /// where groups of 32, 128 or 1024 samples begin, so that a part costs the same whether it holds ten samples or ten million. The ends
-    /// of the span are exact.
-    pub fn envelope(&self, span: Span, columns: usize, out: &mut Vec<Bucket>) {
-        out.clear();
-        let Some(have) = self.span() else { return };
-        if columns == 0 || span.length_s() <= 0.0 || have.common(span).is_none() {
-            return;
-        }
-        let loaded_s = self.store.span().map_or(f64::NEG_INFINITY, |(_, last_s)| last_s);
-        let width_s = span.length_s() / count(columns);
-        let edge = |column: usize| width_s.mul_add(count(column), span.from_s);
-        // Columns before the first and behind the last sample are not looked at.
-        let first = columns_before(have.from_s - span.from_s, width_s);
-        let last = columns_before(have.to_s - span.from_s, width_s).saturating_add(3).min(columns);
-        let mut walks = [Walk::new(&self.store), Walk::new(&self.preview)];
-        for column in first..last {
-            let (from_s, to_s) = (edge(column), edge(column + 1));
-            let end = if column + 1 == columns { End::Closed } else { End::Near(width_s / 8.0) };
-            let [loaded, preview] = &mut walks;
-            let mut sum = loaded.part(from_s, to_s, end);
-            if sum.is_empty() && to_s > loaded_s {
-                sum = preview.part(from_s, to_s, end);
-            }
-            if !sum.is_empty() {
-                out.push(bucket(from_s, to_s, &sum));
-            }
-        }
-    }
-
     /// Writes the samples of the span to `out` where they are at most `most`, with the ones right before and behind it; a NaN stands where
     /// samples are missing. `false`, and an empty `out`, where they are more, or thinned out.
     pub fn points(&self, span: Span, most: usize, out: &mut Vec<[f64; 2]>) -> bool {
@@ -208,13 +178,16 @@ impl Series {
         let (from, to) = self.places(span);
         let before = self.before(from);
         let store = &self.store;
+        if self.is_more_than(most, (from, to)) {
+            return false;
+        }
         let mut number = before.chunk;
         while let Some(chunk) = store.chunk(number).filter(|_| number <= to.chunk) {
             let start = if number == before.chunk { before.index } else { 0 };
             // One more than the span holds, so that a line leaves the plot.
             let end =
                 if number == to.chunk { (to.index + 1).min(chunk.len()) } else { chunk.len() };
-            if chunk.is_thin() || out.len() + end.saturating_sub(start) > most + 4 {
+            if chunk.is_thin() {
                 out.clear();
                 return false;
             }
@@ -225,6 +198,19 @@ impl Series {
             number += 1;
         }
         true
+    }
+
+    /// Whether more than so many samples lie between two places.
+    fn is_more_than(&self, most: usize, (from, to): (Place, Place)) -> bool {
+        let (mut count, mut number) = (0, from.chunk);
+        while let Some(chunk) = self.store.chunk(number).filter(|_| number < to.chunk) {
+            count += chunk.len();
+            if count > most + from.index {
+                return true;
+            }
+            number += 1;
+        }
+        count + to.index > most + from.index
     }
 
     /// Copies the samples of the span, both ends included, to `out`; a NaN stands before each that does not join the one before it.
@@ -303,13 +289,13 @@ impl Series {
     }
 
     /// Places of the first sample in the span and of the first behind it.
-    fn places(&self, span: Span) -> (Place, Place) {
+    pub(super) fn places(&self, span: Span) -> (Place, Place) {
         let from = self.store.place(span.from_s, 0);
         (from, self.store.place(span.to_s.next_up(), from.chunk))
     }
 
     /// The place of the sample before; the same where there is none.
-    fn before(&self, place: Place) -> Place {
+    pub(super) fn before(&self, place: Place) -> Place {
         if place.index > 0 {
             return Place { index: place.index - 1, ..place };
         }
@@ -320,97 +306,9 @@ impl Series {
         Place { chunk, index: len.saturating_sub(1) }
     }
 
-    /// When the channel first passes `level` in the span (s), from at or below it to above, or the other way round. Thinned-out samples
-    /// count by the means of 32.
-    #[must_use]
-    pub fn crossing(&self, span: Span, level: f32, rising: bool) -> Option<f64> {
-        let (from, to) = self.places(span);
-        let mut place = self.before(from);
-        let mut beyond = true;
-        while let Some(chunk) = self.store.chunk(place.chunk).filter(|_| place <= to) {
-            if place.index >= chunk.len() {
-                place = Place { chunk: place.chunk + 1, index: 0 };
-                continue;
-            }
-            if place >= to {
-                return None;
-            }
-            let value = chunk.value(place.index);
-            let is_beyond = if rising { value > level } else { value < level };
-            if is_beyond && !beyond && place >= from {
-                return Some(chunk.time(place.index));
-            }
-            // A gap hides on which side it was.
-            beyond = is_beyond || value.is_nan();
-            place.index += 1;
-        }
-        None
-    }
-
     /// Samples of the finest part that is kept of thinned-out stretches.
     #[must_use]
     pub const fn finest() -> usize {
         NODE
     }
-}
-
-/// Walks over the samples part by part.
-struct Walk<'a> {
-    store: &'a Store,
-    /// Where the last part ended, and its place.
-    next: Option<(f64, Place)>,
-}
-
-/// How a part ends.
-#[derive(Clone, Copy, Debug)]
-enum End {
-    /// With the sample at its end.
-    Closed,
-    /// Before the sample at its end, or at a cheaper place that is off by at most so much (s).
-    Near(f64),
-}
-
-impl<'a> Walk<'a> {
-    const fn new(store: &'a Store) -> Self {
-        Self { store, next: None }
-    }
-
-    /// The samples from `from_s`, or from where the part before was cut, to the end. Parts are asked for in order.
-    fn part(&mut self, from_s: f64, to_s: f64, end: End) -> Light {
-        let from = match self.next {
-            Some((end_s, place)) if end_s == from_s => place,
-            Some((_, place)) => self.store.place(from_s, place.chunk).max(place),
-            None => self.store.place(from_s, 0),
-        };
-        let to = match end {
-            End::Closed => self.store.place(to_s.next_up(), from.chunk),
-            End::Near(most_s) => {
-                self.store.cut(self.store.place(to_s, from.chunk), to_s, most_s).max(from)
-            }
-        };
-        self.next = Some((to_s, to));
-        let mut sum = Light::default();
-        self.store.fold(from, to, &mut sum);
-        sum
-    }
-}
-
-#[expect(clippy::cast_possible_truncation, reason = "kept with seven digits")]
-fn bucket(from_s: f64, to_s: f64, sum: &Light) -> Bucket {
-    let Light { min, max, count, broken, .. } = *sum;
-    let (min, max) = if count == 0 { (f32::NAN, f32::NAN) } else { (min, max) };
-    let mean = if count == 0 { f32::NAN } else { sum.mean() as f32 };
-    Bucket { from_s, to_s, min, max, mean, count, broken }
-}
-
-#[expect(clippy::cast_precision_loss, reason = "columns of a screen")]
-fn count(columns: usize) -> f64 {
-    columns as f64
-}
-
-/// Whole columns in a stretch of time.
-#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "the cast saturates")]
-fn columns_before(stretch_s: f64, width_s: f64) -> usize {
-    // One less, so that rounding at an edge costs a look and not a sample.
-    ((stretch_s / width_s).max(0.0) as usize).saturating_sub(1)
 }

@@ -88,11 +88,12 @@ impl Spectrogram {
 
     /// Bytes it takes.
     #[must_use]
-    pub const fn bytes(&self) -> usize {
-        self.bytes
+    pub fn bytes(&self) -> usize {
+        let free = self.columns.capacity() - self.columns.len();
+        self.bytes + free * size_of::<SpectrumColumn>()
     }
 }
 
 fn size(column: &SpectrumColumn) -> usize {
-    size_of::<SpectrumColumn>() + column.bins.len()
+    size_of::<SpectrumColumn>() + super::allocated(column.bins.len())
 }

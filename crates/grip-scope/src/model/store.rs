@@ -3,9 +3,9 @@
 //! Above the chunks stands a pyramid: units of 128 samples, four of them, four times four, and so on. The oldest chunks are first thinned out to
 //! their nodes and then dropped.
 
+use super::blocks::Blocks;
 use super::chunk::{CHUNK, Chunk, UNIT, UNITS, partition};
 use super::node::{Fold, Node, Sum};
-use std::collections::VecDeque;
 
 /// Nodes of a level that one node of the next level holds, as bits.
 const FACTOR_BITS: u32 = 2;
@@ -21,7 +21,7 @@ pub(super) struct Place {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Store {
     /// Closed chunks; the first has the number `first`.
-    chunks: VecDeque<Chunk>,
+    chunks: Blocks<Chunk>,
     first: u64,
     /// The pyramid; units have the number of their chunk times [`UNITS`] and on.
     levels: Vec<Layer>,
@@ -37,7 +37,7 @@ pub(super) struct Store {
 /// One level of the pyramid; its first node has the number `first`.
 #[derive(Clone, Debug, Default)]
 struct Layer {
-    nodes: VecDeque<Node>,
+    nodes: Blocks<Node>,
     first: u64,
 }
 
@@ -86,7 +86,7 @@ impl Store {
                 return;
             }
             let mut sum = Sum::default();
-            let group = layer.nodes.iter().rev().take(1 << FACTOR_BITS);
+            let group = layer.nodes.newest().take(1 << FACTOR_BITS);
             group.for_each(|node| sum.add_node(node));
             node = sum.node();
         }
@@ -130,18 +130,31 @@ impl Store {
         let end = self.end();
         let ends_before =
             |number: u64| self.chunk(number).is_some_and(|chunk| chunk.last_s() < t_s);
-        // Chunks are mostly as long as the first one: a guess, then leaps that double, then halving.
-        let ahead = self.chunk(from).map_or(0, |chunk| chunk.lengths_to(t_s));
-        let guess = from.saturating_add(ahead);
-        let guess = guess.min(end.saturating_sub(1)).max(from);
-        let hit = !ends_before(guess) && (guess == from || ends_before(guess - 1));
-        let mut leap = 1;
-        let mut low = if hit || ends_before(guess) { guess } else { from };
-        while low + leap < end && ends_before(low + leap) {
-            low += leap;
-            leap *= 2;
+        // Chunks are mostly as long as the first one and as far from each other: a guess, then leaps that double, then halving.
+        let next_s = self.chunk(from + 1).map(Chunk::start_s);
+        let ahead = self.chunk(from).map_or(0, |chunk| chunk.lengths_to(t_s, next_s));
+        let guess = from.saturating_add(ahead).min(end.saturating_sub(1)).max(from);
+        let (mut low, mut high, mut leap) = (from, end, 1);
+        if ends_before(guess) {
+            low = guess + 1;
+            while low + leap < end && ends_before(low + leap) {
+                low += leap;
+                leap *= 2;
+            }
+            high = (low + leap).min(end).max(low);
+        } else {
+            high = high.min(guess);
+            while high > from {
+                let probe = high.saturating_sub(leap).max(from);
+                if ends_before(probe) {
+                    low = probe + 1;
+                    break;
+                }
+                high = probe;
+                leap *= 2;
+            }
         }
-        let most = usize::try_from((low + leap).min(end) - low.min(end)).unwrap_or(0);
+        let most = usize::try_from(high - low.min(high)).unwrap_or(0);
         low + partition(most, |k| ends_before(low + k as u64)) as u64
     }
 
@@ -204,12 +217,9 @@ impl Store {
 
     /// Bytes of samples, times and the pyramid.
     pub(super) fn bytes(&self) -> usize {
-        let nodes: usize = self.levels.iter().map(|layer| layer.nodes.capacity()).sum();
-        let places = self.chunks.capacity() - self.chunks.len();
-        self.bytes
-            + self.open.as_ref().map_or(0, Chunk::bytes)
-            + nodes * size_of::<Node>()
-            + places * size_of::<Chunk>()
+        let nodes: usize = self.levels.iter().map(|layer| layer.nodes.bytes()).sum();
+        let open = self.open.as_ref().map_or(0, |open| size_of::<Chunk>() + open.bytes());
+        self.bytes + open + nodes + self.chunks.bytes()
     }
 
     /// Bytes of the samples that are whole.

@@ -56,11 +56,12 @@ impl Taxels {
         self.frames.range(from..).take_while(move |frame| frame.t_s <= span.to_s)
     }
 
-    pub(super) const fn bytes(&self) -> usize {
-        self.bytes
+    pub(super) fn bytes(&self) -> usize {
+        let free = self.frames.capacity() - self.frames.len();
+        self.bytes + free * size_of::<TaxelFrame>()
     }
 }
 
 fn frame_bytes(values: usize) -> usize {
-    size_of::<TaxelFrame>() + 4 * values
+    size_of::<TaxelFrame>() + super::allocated(4 * values)
 }

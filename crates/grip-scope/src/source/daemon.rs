@@ -18,6 +18,10 @@ use std::io::ErrorKind;
 const PATIENCE: Duration = Duration::from_secs(2);
 /// How long one look for bytes waits.
 const TURN: Duration = Duration::from_millis(10);
+/// Time between two looks while bytes come: what comes meanwhile is read at once, most of a picture's 33 ms of it.
+const REST: Duration = Duration::from_millis(20);
+/// Reads of one look: of a daemon that sends faster than this program reads the rest waits for the next look.
+const READS: usize = 64;
 /// How long a pause looks away from the scope.
 const STEP: Duration = Duration::from_millis(25);
 /// A daemon tells its health every second; one that says nothing for so long is gone.
@@ -99,11 +103,12 @@ impl Talk<'_> {
             if outlet.stops() {
                 return String::new();
             }
-            let hearing = &mut self.hearing;
-            match self.client.wait(TURN, &mut |message| hearing.take(message)) {
-                Ok(true) => heard = outlet.clock.now(),
-                Ok(false) => {}
+            let came = match self.look() {
+                Ok(came) => came,
                 Err(error) => return self.hearing.farewell().unwrap_or_else(|| sentence(&error)),
+            };
+            if came {
+                heard = outlet.clock.now();
             }
             self.hearing.deliver(outlet);
             let now = outlet.clock.now();
@@ -120,7 +125,23 @@ impl Talk<'_> {
             if let Err(error) = self.obey(outlet) {
                 return sentence(&error);
             }
+            if came {
+                outlet.clock.wait(REST);
+            }
         }
+    }
+
+    /// Waits for bytes and reads all that are there; `false` where none came.
+    fn look(&mut self) -> Result<bool, ClientError> {
+        let hearing = &mut self.hearing;
+        let mut patience = TURN;
+        for read in 0..READS {
+            if !self.client.wait(patience, &mut |message| hearing.take(message))? {
+                return Ok(read > 0);
+            }
+            patience = Duration::ZERO;
+        }
+        Ok(true)
     }
 
     /// Passes on what a person asks for.

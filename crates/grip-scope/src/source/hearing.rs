@@ -5,7 +5,9 @@ use super::outlet::Outlet;
 use super::stream::Stream;
 use super::told;
 use crate::derive::Observer;
-use crate::feed::{DaemonInfo, EventKind, EventMark, Feed, Level, NoticeLine, SourceStatus};
+use crate::feed::{
+    DaemonInfo, EventKind, EventMark, Feed, Level, NoticeLine, ObserverSettings, SourceStatus,
+};
 use core::time::Duration;
 use grip_daemon::clients::Listen;
 use grip_host::{HostConfig, model};
@@ -15,8 +17,6 @@ use grip_link::message::daemon::{
 use grip_link::message::{Kind, NackReason, Versions};
 use slip_core::units::Hertz;
 
-/// Rows wait at most so long for their block to fill.
-const BLOCK: Duration = Duration::from_millis(10);
 /// Without rows for so long the stream has stalled.
 const STALL: Duration = Duration::from_secs(1);
 
@@ -37,7 +37,6 @@ pub(super) struct Hearing {
     /// The rate that the observer was made for, or could not be.
     observed_hz: u32,
     asked: Option<(u16, ClientAction)>,
-    delivered: Duration,
     rows_at: Option<Duration>,
     rows_since: bool,
 }
@@ -61,7 +60,6 @@ impl Hearing {
             rate_hz: 0,
             observed_hz: 0,
             asked: None,
-            delivered: Duration::ZERO,
             rows_at: None,
             rows_since: false,
         }
@@ -221,7 +219,11 @@ impl Hearing {
         }
         self.observed_hz = self.rate_hz;
         match observer(self.rate_hz) {
-            Ok(observer) => self.stream.observe(Some(observer)),
+            Ok(observer) => {
+                self.stream.observe(Some(observer));
+                // The protocol does not carry the settings of the daemon.
+                self.news.push(Feed::Observes(ObserverSettings::Shipped));
+            }
             Err(text) => {
                 self.stream.observe(Some(spectra_only(self.rate_hz)));
                 self.news.push(Feed::Notice(NoticeLine { level: Level::Warning, text }));
@@ -232,16 +234,11 @@ impl Hearing {
     /// Passes on what was heard, rows once their block is old enough, and tells whether the stream flows.
     pub(super) fn deliver(&mut self, outlet: &mut Outlet) {
         let now = outlet.clock.now();
-        let due = now >= self.delivered + BLOCK;
-        if self.news.is_empty() && !due {
-            return;
-        }
         // Rows come first: states and events are placed by the rows around them.
         let rows = self.stream.take();
         let something = !(rows.is_empty() && self.news.is_empty());
         rows.into_iter().chain(self.news.drain(..)).for_each(|feed| outlet.offer(feed));
         outlet.catch_up();
-        self.delivered = now;
         if something {
             outlet.wake();
         }

@@ -15,10 +15,13 @@ mod told;
 
 pub use spec::{SourceSpec, SpecError};
 
-use crate::{feed::Feed, model::Model};
+use crate::feed::{Feed, SourceStatus};
+use crate::model::Model;
+use core::panic::AssertUnwindSafe;
 use core::sync::atomic::Ordering;
 use outlet::{FILE_RING, LIVE_RING, Outlet, Shared};
 use rtrb::{Consumer, Producer, RingBuffer};
+use std::panic;
 use std::sync::Arc;
 use std::thread::{self, JoinHandle};
 
@@ -89,7 +92,9 @@ impl SourceHandle {
         let mut outlet = Outlet::new(to_model, Arc::clone(&shared), Box::new(wake));
         let what = spec.clone();
         let every_nth = every_nth.max(1);
-        let run = move || run((&what, every_nth), &mut outlet, &mut orders);
+        let run = move || {
+            guarded(&mut outlet, |outlet| run((&what, every_nth), outlet, &mut orders));
+        };
         let thread = thread::Builder::new().name("source".to_owned()).spawn(run)?;
         Ok(Self { spec, ring, commands, shared, thread: Some(thread) })
     }
@@ -152,6 +157,20 @@ impl Drop for SourceHandle {
     }
 }
 
+/// A panic in a source is a fault of this program: told as a state, so that nobody waits for data that never come.
+fn guarded(outlet: &mut Outlet, run: impl FnOnce(&mut Outlet)) {
+    // What the source has left behind is not looked at again; the outlet is whole between two items.
+    let ended = panic::catch_unwind(AssertUnwindSafe(|| run(outlet)));
+    let Err(payload) = ended else { return };
+    let text = payload.downcast_ref::<&str>().map(|text| (*text).to_owned());
+    let text = text.or_else(|| payload.downcast_ref::<String>().cloned());
+    let sentence = format!(
+        "the source has failed by a fault of this program, please report it: {}",
+        text.as_deref().unwrap_or("it left no message")
+    );
+    outlet.last(SourceStatus::Failed { sentence });
+}
+
 /// What the thread does.
 fn run(
     (spec, every_nth): (&SourceSpec, u16),
@@ -163,5 +182,47 @@ fn run(
         SourceSpec::Demo { scene, seed } => demo::run((scene, *seed), outlet, orders),
         SourceSpec::Recording(file) => recording::run(file, outlet),
         SourceSpec::Study(file) => study::run(file, outlet),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::outlet::{Outlet, Shared};
+    use super::{Feed, SourceStatus, guarded};
+    use core::time::Duration;
+    use rtrb::RingBuffer;
+    use std::sync::Arc;
+
+    #[test]
+    fn a_panic_of_a_source_is_a_state_with_a_sentence_even_where_the_ring_is_full() {
+        for told_before in [0, 4] {
+            let (to_model, mut ring) = RingBuffer::new(4);
+            let mut outlet = Outlet::new(to_model, Arc::<Shared>::default(), Box::new(|| {}));
+            let (sent, received) = std::sync::mpsc::channel();
+            let reader = std::thread::spawn(move || {
+                let _begun = received.recv();
+                let mut last = None;
+                for _ in 0..60_000 {
+                    last = ring.pop().ok().or(last);
+                    if matches!(last, Some(Feed::Status(_))) {
+                        break;
+                    }
+                    std::thread::park_timeout(Duration::from_millis(1));
+                }
+                last
+            });
+            guarded(&mut outlet, |outlet| {
+                (0..told_before).for_each(|_| outlet.offer(Feed::Restart));
+                sent.send(()).unwrap();
+                let numbers: Vec<u32> = Vec::new();
+                assert_eq!(numbers.len(), 7, "seven were expected");
+            });
+            let Some(Feed::Status(SourceStatus::Failed { sentence })) = reader.join().unwrap()
+            else {
+                panic!("no state");
+            };
+            assert!(sentence.contains("please report it"), "{sentence}");
+            assert!(sentence.contains("seven were expected"), "{sentence}");
+        }
     }
 }

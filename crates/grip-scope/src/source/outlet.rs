@@ -119,6 +119,17 @@ impl Outlet {
         }
     }
 
+    /// Tells how the source is for the last time: nothing comes behind it, so it waits for room.
+    pub(super) fn last(&mut self, status: SourceStatus) {
+        while let Some(feed) = self.backlog.pop_front() {
+            if !self.put(feed) {
+                return;
+            }
+        }
+        self.put(Feed::Status(status));
+        self.wake();
+    }
+
     /// Tells how far a file has been read, where there is room.
     pub(super) fn progress(&mut self, done: f32) {
         let status = SourceStatus::Loading { done };

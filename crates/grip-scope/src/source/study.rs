@@ -5,7 +5,12 @@
 use super::outlet::Outlet;
 use crate::feed::{Feed, SourceStatus, StudyCurve, StudyCurves, StudyPlot};
 use serde_json::Value;
+use std::fs::File;
+use std::io::Read;
 use std::path::Path;
+
+/// Largest report that is read (bytes): read into memory it takes some ten times as much.
+const MOST: u64 = 16 << 20;
 
 /// Reads the report.
 pub(super) fn run(file: &Path, outlet: &mut Outlet) {
@@ -23,9 +28,18 @@ pub(super) fn run(file: &Path, outlet: &mut Outlet) {
 
 fn read(file: &Path) -> Result<StudyCurves, String> {
     let name = file.display();
-    let text = std::fs::read_to_string(file).map_err(|error| {
+    let mut text = String::new();
+    // Not by its length: a pipe has none.
+    let read = File::open(file).and_then(|input| input.take(MOST + 1).read_to_string(&mut text));
+    read.map_err(|error| {
         format!("{name}: cannot be read ({error}); check the path and its permissions")
     })?;
+    if text.len() as u64 > MOST {
+        let most_mb = MOST >> 20;
+        return Err(format!(
+            "{name}: is larger than {most_mb} MiB: no report of a study has so much"
+        ));
+    }
     let value: Value =
         serde_json::from_str(&text).map_err(|error| format!("{name}: is no JSON: {error}"))?;
     curves(&value).ok_or_else(|| {

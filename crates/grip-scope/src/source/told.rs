@@ -176,18 +176,24 @@ pub(super) fn sample(row: &RowOfSample<'_>) -> Sample {
 #[derive(Debug, Default)]
 pub(super) struct Blocks {
     block: RowBlock,
+    /// Rows of the last block: the next one has about as many.
+    usual: usize,
 }
 
 impl Blocks {
     /// Adds a sample with the frame of the array that came with it.
     pub(super) fn push(&mut self, sample: &Sample, taxels: &[f32]) {
         let row = self.block.times_us.len();
+        if row == 0 {
+            self.block.times_us.reserve(self.usual);
+        }
         self.block.times_us.push(sample.t.0);
         for (channel, value) in Channel::ROWS.into_iter().zip(sample.readings()) {
             match self.block.columns.iter_mut().find(|(known, _)| *known == channel) {
                 Some((_, column)) => column.push(value.unwrap_or(f32::NAN)),
                 None if value.is_some() => {
-                    let mut column = vec![f32::NAN; row];
+                    let mut column = Vec::with_capacity(self.usual.max(row + 1));
+                    column.resize(row, f32::NAN);
                     column.push(value.unwrap_or(f32::NAN));
                     self.block.columns.push((channel, column));
                 }
@@ -216,7 +222,11 @@ impl Blocks {
 
     /// The rows so far.
     pub(super) fn take(&mut self) -> Option<RowBlock> {
-        (self.len() > 0).then(|| core::mem::take(&mut self.block))
+        if self.len() == 0 {
+            return None;
+        }
+        self.usual = self.len();
+        Some(core::mem::take(&mut self.block))
     }
 
     /// Rows are missing before the next one: the rows so far, and the next block says so.

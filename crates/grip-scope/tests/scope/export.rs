@@ -2,7 +2,7 @@
 
 use crate::rig::{Watch, recording};
 use core::cell::{Cell, RefCell};
-use grip_record::mcap::{Entry, McapReader, McapWriter, Record, SampleRecord};
+use grip_record::mcap::{Entry, McapIndex, McapReader, McapWriter, Record, SampleRecord};
 use grip_record::{CsvOptions, read_csv};
 use grip_scope::export::{self, ExportError};
 use grip_scope::feed::{RowBlock, TaxelBlock};
@@ -189,6 +189,41 @@ fn a_span_behind_a_leap_of_time_backwards_is_the_one_that_is_shown() {
     assert_eq!(export::mcap(|| &watch.model, span, &kept).unwrap().samples, 3000);
     assert!(samples(&kept).is_sorted_by(|a, b| a.0 < b.0));
     assert_eq!(counts(&kept), all);
+}
+
+#[test]
+fn a_slice_of_a_damaged_recording_leaves_out_what_cannot_be_read_and_counts_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.mcap");
+    recording(&path, 10_000);
+    let chunks = McapIndex::read(File::open(&path).unwrap()).unwrap().unwrap().chunks;
+    let mut bytes = fs::read(&path).unwrap();
+    let at = |place: u64, behind: usize| usize::try_from(place).unwrap() + behind;
+    // Samples of one chunk, and the length of another one.
+    bytes[at(chunks[20].offset + chunks[20].len, 0) - 40] ^= 0x55;
+    bytes[at(chunks[60].offset, 8)] = 0x7f;
+    fs::write(&path, &bytes).unwrap();
+    let slice = |name: &str, from_s, to_s| {
+        export::mcap_slice(&path, Span::new(from_s, to_s), &folder.path().join(name))
+    };
+    let both = slice("both.mcap", 1.0, 6.999).unwrap();
+    assert_eq!((both.samples, both.damaged), (5800, 2));
+    assert_eq!(samples(&folder.path().join("both.mcap")).len(), 5800);
+    // Damage before the span is nobody's loss.
+    let behind = slice("behind.mcap", 7.0, 7.999).unwrap();
+    assert_eq!((behind.samples, behind.damaged), (1000, 0));
+    // All of the span lies in the damaged part.
+    let gone = slice("gone.mcap", 2.01, 2.09).unwrap_err();
+    assert!(gone.to_string().contains("damaged"), "{gone}");
+    assert!(!folder.path().join("gone.mcap").exists());
+    // A recording that was cut off: what was read of the span is written, and its end counts.
+    fs::write(&path, &bytes[..at(chunks[50].offset, 30)]).unwrap();
+    let end = slice("end.mcap", 4.0, 9.0).unwrap();
+    assert_eq!((end.samples, end.damaged), (1000, 1));
+    let whole = slice("whole.mcap", 3.0, 3.5).unwrap();
+    assert_eq!((whole.samples, whole.damaged), (501, 0));
+    let nothing = slice("nothing.mcap", 8.0, 9.0).unwrap_err();
+    assert!(matches!(nothing, ExportError::Read(_)), "{nothing}");
 }
 
 /// Rows of stylus and force at 10 kHz.

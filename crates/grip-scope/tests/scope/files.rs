@@ -112,6 +112,36 @@ fn what_is_no_recording_is_told_in_a_sentence() {
     assert!(sentence(&gone).contains("cannot be read"), "{}", sentence(&gone));
 }
 
+/// A file of so many bytes that takes no room on the disk: all of them are 0.
+fn hollow(path: &Path, bytes: u64) {
+    fs::File::create(path).unwrap().set_len(bytes).unwrap();
+}
+
+#[test]
+fn a_huge_foreign_file_is_told_in_a_sentence_and_not_read_into_memory() {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, told) in [
+        ("a.csv", "a.csv: is no table: its first line is longer than 64 KiB"),
+        ("b.json", "b.json: is larger than 16 MiB: no report of a study has so much"),
+    ] {
+        let path = folder.path().join(name);
+        hollow(&path, 1 << 30);
+        let watch = open(&path);
+        assert!(sentence(&watch).ends_with(told), "{}", sentence(&watch));
+    }
+    // Rows, then a line without an end.
+    let path = folder.path().join("c.csv");
+    csv(&path, 1000.0, 300_000, |_| "0.0000012".to_owned());
+    let rows = fs::metadata(&path).unwrap().len();
+    fs::OpenOptions::new().write(true).open(&path).unwrap().set_len(rows + (1 << 30)).unwrap();
+    let watch = open(&path);
+    let said = sentence(&watch);
+    assert!(
+        watch.samples(Channel::Stylus) > 100_000 && said.contains("rows can be used"),
+        "{said}"
+    );
+}
+
 fn csv(path: &Path, rate_hz: f64, rows: u32, value: impl Fn(u32) -> String) {
     let mut out = std::io::BufWriter::new(fs::File::create(path).unwrap());
     writeln!(out, "t_s,stylus,force_n").unwrap();

@@ -16,7 +16,7 @@ fn tenth(model: &mut Model, number: u64, spike: Option<usize>) {
 }
 
 fn rising(mode: TriggerMode) -> Trigger {
-    let source = TriggerSource::Level { channel: Channel::Stylus, level: 0.5, rising: true };
+    let source = TriggerSource::Edge { channel: Channel::Stylus, level: 0.5, rising: true };
     Trigger::new(source, mode, 0.05, 0.2)
 }
 
@@ -142,4 +142,108 @@ fn of_events_that_come_together_each_outside_the_window_shown_is_found() {
     let hits: Vec<Found> = (0..5).filter_map(|_| trigger.poll(&model)).collect();
     assert!(hits.len() == 2, "{hits:?}");
     assert!(near(&hits[0], 0.05, 0.15) && near(&hits[1], 0.25, 0.35), "{hits:?}");
+}
+
+/// Ten thousand rows at 10 kHz for each value, one block after the other.
+fn seconds(model: &mut Model, values: &[f32], spikes: &[usize]) {
+    for (second, value) in (0..).zip(values) {
+        let mut rows = vec![*value; 10_000];
+        for row in spikes.iter().filter(|row| **row / 10_000 == second) {
+            rows[*row % 10_000] = 1.0;
+        }
+        let times_us = (0..10_000).map(|row| 1_000_000 * second as u64 + 100 * row).collect();
+        let columns = vec![(Channel::Stylus, rows)];
+        model.take(Feed::Rows(RowBlock { times_us, columns, ..RowBlock::default() }));
+    }
+}
+
+#[test]
+fn edges_and_levels_are_found_in_samples_that_are_thinned_out_to_extremes() {
+    let mut model = Model::new(2 << 20);
+    seconds(&mut model, &[0.0; 100], &[300_123, 300_500, 990_000]);
+    let stylus = model.series(Channel::Stylus).unwrap();
+    let thin_s = stylus.thin_before_s().unwrap();
+    let begin_s = stylus.span().unwrap().from_s;
+    assert!(begin_s < 29.0 && thin_s > 31.0 && thin_s < 98.0, "{begin_s} {thin_s}");
+    let level = TriggerSource::Level { channel: Channel::Stylus, level: 0.5, above: true };
+    for source in [rising(TriggerMode::Normal).source, level] {
+        let trigger = Trigger::new(source, TriggerMode::Normal, 0.001, 0.005);
+        let mut found = vec![begin_s];
+        while let Some(at_s) = trigger.first_after(&model, trigger.behind(found[found.len() - 1])) {
+            found.push(at_s);
+            assert!(found.len() < 10, "{found:?}");
+        }
+        // Where the 32 samples begin that hold it; whole samples to the sample.
+        let [_, first, second, whole] = found.as_slice() else { panic!("{source:?}: {found:?}") };
+        assert!((0.0..3.3e-3).contains(&(30.0123 - first)), "{first}");
+        assert!((0.0..3.3e-3).contains(&(30.05 - second)), "{second}");
+        assert!((whole - 99.0).abs() < 1e-9, "{whole}");
+    }
+    // Downwards: behind each spike, not before the first one.
+    let down = TriggerSource::Edge { channel: Channel::Stylus, level: 0.5, rising: false };
+    let down = Trigger::new(down, TriggerMode::Normal, 0.001, 0.005);
+    let at_s = down.first_after(&model, begin_s).unwrap();
+    assert!((at_s - 30.0123).abs() < 3.3e-3, "{at_s}");
+    assert!((down.first_after(&model, 98.5).unwrap() - 99.0001).abs() < 1e-9);
+}
+
+#[test]
+fn a_level_is_found_without_an_edge_and_again_behind_each_window() {
+    let mut model = Model::new(1 << 24);
+    seconds(&mut model, &[1.0], &[]);
+    let level = TriggerSource::Level { channel: Channel::Stylus, level: 0.5, above: true };
+    let mut trigger = Trigger::new(level, TriggerMode::Normal, 0.05, 0.2);
+    assert_eq!(trigger.poll(&model), None);
+    let mut edge = rising(TriggerMode::Normal);
+    assert_eq!(edge.poll(&model), None);
+    let mut hits = Vec::new();
+    for second in 1..3_u64 {
+        for tenth in 0..10 {
+            let from_us = 1_000_000 * second + 100_000 * tenth;
+            let times_us = (0..1000).map(|row| from_us + 100 * row).collect();
+            let columns = vec![(Channel::Stylus, vec![if second < 2 { 1.0 } else { 0.0 }; 1000])];
+            model.take(Feed::Rows(RowBlock { times_us, columns, ..RowBlock::default() }));
+            hits.extend(trigger.poll(&model));
+            assert_eq!(edge.poll(&model), None);
+        }
+    }
+    // Each window begins where the one before ends, for as long as it stays above.
+    assert!(hits.len() >= 5 && hits.len() <= 7, "{hits:?}");
+    assert!((hits[0].span().from_s - 0.95).abs() < 1e-3, "{hits:?}");
+    let apart = hits.windows(2).all(|two| two[1].span().from_s + 0.051 >= two[0].span().to_s);
+    assert!(apart, "{hits:?}");
+}
+
+#[test]
+fn a_search_goes_on_behind_an_edge_that_was_found() {
+    let mut model = Model::new(1 << 24);
+    seconds(&mut model, &[0.0; 2], &[3000, 15_000]);
+    let trigger = rising(TriggerMode::Normal);
+    assert_eq!(trigger.first_after(&model, 0.0), Some(0.3));
+    assert_eq!(trigger.first_after(&model, 0.3), Some(1.5));
+    assert_eq!(trigger.first_after(&model, 1.5), None);
+}
+
+#[test]
+fn states_that_come_behind_the_rows_of_their_time_are_not_missed() {
+    use grip_scope::feed::{BandPoint, DerivedBlock};
+    let mut model = Model::new(1 << 24);
+    let source = TriggerSource::Edge { channel: Channel::OwnStatistic, level: 1.0, rising: true };
+    let mut trigger = Trigger::new(source, TriggerMode::Normal, 0.05, 0.1);
+    let mut hits = Vec::new();
+    for number in 0..10_u64 {
+        tenth(&mut model, number, None);
+        // The rows are looked at before what is derived from them is there.
+        hits.extend(trigger.poll(&model));
+        let point = |k: u64| BandPoint {
+            t_s: 0.1 * number as f64 + 0.01 * k as f64,
+            energy: [1.0; 6],
+            threshold: [25.0; 6],
+            statistic: if (number, k) == (4, 3) { 2.0 } else { 0.1 },
+        };
+        let bands = (0..10).map(point).collect();
+        model.take(Feed::Derived(Box::new(DerivedBlock { bands, ..DerivedBlock::default() })));
+        hits.extend(trigger.poll(&model));
+    }
+    assert!(hits.len() == 1 && near(&hits[0], 0.38, 0.48), "{hits:?}");
 }

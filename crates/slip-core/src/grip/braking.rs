@@ -19,20 +19,40 @@ const EARLY: f32 = 0.7;
 const SOUGHT: f32 = 1.04;
 /// Of an estimate with its margin that was made while the weight was put on, at least this share is needed.
 const ROUGHLY: f32 = 0.6;
+/// An object that comes back by this much (m) swings on its pads.
+const BACK_M: f32 = 6e-6;
+/// A first estimate, which no other confirms, counts up to the reflex times this.
+const FIRST: f32 = 1.25;
 /// Without news of how the object slides for this long (s) it does not.
 const UNSEEN_S: f32 = 0.005;
 /// Estimates over which the growth of the load is judged.
 const GROWTH_OF: usize = 4;
 
+/// Why an object is held as it is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) enum HeldBy {
+    /// By what its slips have told.
+    #[default]
+    Slips,
+    /// Less and less, until it slips.
+    Search,
+    /// As somebody asked for.
+    Wish,
+}
+
 /// What earlier slips have told of the object.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Known {
+    /// Whether the command is on its way back from an alarm in which nothing moved.
+    pub(super) ebbing: bool,
+    /// By how much the object comes back when it swings on its pads (m).
+    pub(super) swing_m: f32,
     /// What its weight needs, with the margin of the estimate (N).
     pub(super) weight_n: Option<f32>,
     /// How far the command may run ahead of what is known.
     pub(super) reach: Reach,
-    /// Whether the force was falling for the object to slip.
-    pub(super) sought: bool,
+    /// Why it is held as it is.
+    pub(super) held_by: HeldBy,
 }
 
 /// Memory of the slip that goes on.
@@ -44,8 +64,8 @@ pub(super) struct Braking {
     step_n: f32,
     /// How far the command may run ahead of what is known.
     reach: Reach,
-    /// Whether the force was falling for the object to slip.
-    sought: bool,
+    /// Why it was held as it was.
+    held_by: HeldBy,
     /// What the object was held with before the slip (N).
     hold_before_n: f32,
     /// What the weight of the object needs by an earlier slip, with its margin (N).
@@ -53,9 +73,18 @@ pub(super) struct Braking {
     /// For how long the object has become faster and faster (s), and since when nothing says how it slides (s).
     falling_s: f32,
     unseen_s: f32,
+    /// Whether the object was seen to move, where that is measured.
     confirmed: bool,
+    /// The same since the object last came back.
+    goes_on: bool,
+    /// Furthest that the object has moved, where it was when it last came back, and by how much it comes back at most (m).
+    furthest_m: f32,
+    from_m: f32,
+    swing_m: f32,
     /// Whether more than the weight had to be held.
     overloaded: bool,
+    /// What the load needed by the last reading of it (N).
+    last_load_n: Option<f32>,
     /// Mean of the last estimates, with their margin (N).
     mean_n: Option<f32>,
     estimates: f32,
@@ -68,14 +97,18 @@ pub(super) struct Braking {
 impl Braking {
     /// A slip that begins under `command_n`, while `hold_n` (N) was to be held.
     pub(super) fn begin(config: &GripConfig, command_n: f32, hold_n: f32, known: &Known) -> Self {
-        let step_n = (command_n * (1.0 + config.reflex_step)).min(config.ceiling_n());
+        // A force that is on its way back moves the pads, and alarms by that must not add up.
+        let from_n = if known.ebbing { hold_n.min(command_n) } else { command_n };
+        let step_n = ((1.0 + config.reflex_step) * from_n).max(command_n);
+        let step_n = step_n.min(config.ceiling_n());
         Self {
             base_n: command_n,
             hold_before_n: hold_n,
             weight_n: known.weight_n,
             step_n,
             reach: known.reach,
-            sought: known.sought,
+            held_by: known.held_by,
+            swing_m: known.swing_m,
             target_n: step_n,
             ..Self::default()
         }
@@ -96,9 +129,23 @@ impl Braking {
         self.target_n
     }
 
-    /// Whether the object was seen to move, where that is measured.
-    pub(super) fn confirmed(&self) -> bool {
-        self.confirmed
+    /// By how much the object comes back when it swings on its pads (m).
+    pub(super) fn swing_m(&self) -> f32 {
+        self.swing_m
+    }
+
+    /// Whether the slip tells what is needed; `searched` says that the search waits for one, moved or not. Pads give way when an object is lifted:
+    /// what is held as somebody asked for slips only where more than that is needed.
+    pub(super) fn is_believed(&self, searched: bool) -> bool {
+        if self.held_by == HeldBy::Wish {
+            return self.confirmed && self.mean_n.is_some_and(|mean_n| mean_n > self.base_n);
+        }
+        self.confirmed || searched
+    }
+
+    /// What to hold with (N) where the slip was left before its end.
+    pub(super) fn left_n(&self) -> f32 {
+        if self.is_believed(false) { self.target_n } else { self.hold_before_n }
     }
 
     /// Takes what is new.
@@ -109,7 +156,7 @@ impl Braking {
         command_n: f32,
         dt_s: f32,
     ) {
-        self.confirmed |= input.moved_m.is_none_or(|moved| moved >= config.confirm_m);
+        self.follow(config, input.moved_m);
         self.watch(input.sliding, dt_s);
         let estimate_n = input.evidence.filter(Evidence::is_usable).map(|evidence| {
             let with_margin = evidence.with_margin(config);
@@ -119,6 +166,9 @@ impl Braking {
             agreed_n + self.reach.beyond(agreed_n, config.ahead * (growth_n - noise_n))
         });
         let load_n = input.sliding.and_then(|sliding| self.load_n(&sliding));
+        let load_n = load_n.map(|load_n| {
+            load_n.min(self.last_load_n.replace(load_n).unwrap_or(FIRST * self.step_n))
+        });
         if let (Some(load_n), Some(weight_n)) = (load_n, self.weight_n) {
             self.overloaded |= load_n > OVERLOAD * weight_n;
         }
@@ -126,11 +176,11 @@ impl Braking {
             (Some(estimate_n), Some(load_n)) => Some(estimate_n.min(load_n)),
             (estimate_n, load_n) => estimate_n.or(load_n),
         };
-        if let Some(wanted_n) = wanted_n.filter(|_| self.confirmed) {
+        if let Some(wanted_n) = wanted_n.filter(|_| self.goes_on) {
             self.aim(config, config.brake_gain * wanted_n);
         }
         let blind = self.mean_n.is_none() && input.slip == SlipNow::Evident;
-        if blind && self.confirmed && command_n >= self.target_n {
+        if blind && self.goes_on && command_n >= self.target_n {
             let tau_ms = match input.moved_m {
                 Some(_) => config.measured_tau_ms,
                 None => config.reflex_tau_ms,
@@ -138,6 +188,23 @@ impl Braking {
             let rise_n = self.target_n.max(1.0) * dt_s / (1e-3 * tau_ms);
             self.aim(config, self.target_n + rise_n);
         }
+    }
+
+    /// Whether the object goes on. One that swings on its pads goes forth and back: how far it comes back is no slip.
+    fn follow(&mut self, config: &GripConfig, moved_m: Option<f32>) {
+        let Some(moved_m) = moved_m else {
+            (self.confirmed, self.goes_on) = (true, true);
+            return;
+        };
+        self.furthest_m = self.furthest_m.max(moved_m);
+        let back_m = self.furthest_m - moved_m;
+        if back_m >= BACK_M {
+            self.swing_m = self.swing_m.max(back_m);
+            self.from_m = moved_m;
+            self.goes_on = false;
+        }
+        self.goes_on |= moved_m - self.from_m >= config.confirm_m + self.swing_m;
+        self.confirmed |= self.goes_on;
     }
 
     /// How long the object has been falling.
@@ -162,6 +229,7 @@ impl Braking {
         self.estimates = (self.estimates + 1.0).min(MEAN_OF);
         let mean = self.mean_n.unwrap_or(with_margin);
         self.mean_n = Some(mean + (with_margin - mean) / self.estimates);
+        let known = self.last_n.is_some();
         let before = self.last_n.unwrap_or([with_margin; GROWTH_OF]);
         let [_, kept @ ..] = before;
         let mut now = [with_margin; GROWTH_OF];
@@ -170,6 +238,7 @@ impl Braking {
         }
         self.last_n = Some(now);
         let [first, .., last] = before;
+        let last = if known { last } else { FIRST * self.step_n };
         (with_margin.min(last), with_margin - first)
     }
 
@@ -198,7 +267,7 @@ impl Braking {
             _ if !self.confirmed => self.step_n,
             // More than the weight had to be held: what stopped the slip is enough.
             Some(mean_n) if self.overloaded => mean_n.max(self.step_n).max(KEPT * self.target_n),
-            _ if self.sought && self.least_n().is_none() => {
+            _ if self.held_by == HeldBy::Search && self.least_n().is_none() => {
                 let told_n = self.mean_n.unwrap_or(self.target_n);
                 told_n.min(SOUGHT * self.step_n).max(self.step_n)
             }

@@ -3,7 +3,7 @@
 /// A gripper whose force follows within this time (s) answers at once ...
 const PROMPT_S: f32 = 0.008;
 /// ... and one that has not been seen to follow is taken for one that needs this long (s).
-const UNKNOWN_S: f32 = 0.01;
+const UNKNOWN_S: f32 = 0.02;
 
 /// Beyond this delay (s), and the more up to twice of it, an object falls too far unless the command runs ahead all the same ...
 const LATE_S: f32 = 0.02;
@@ -24,6 +24,11 @@ impl Lag {
     /// The command has risen to the trial force while `applied_n` (N) was measured.
     pub(super) fn risen(&mut self, applied_n: Option<f32>) {
         self.risen_n = self.risen_n.or(applied_n);
+    }
+
+    /// A new grasp begins.
+    pub(super) fn begin(&mut self) {
+        self.risen_n = None;
     }
 
     /// The force has settled: what was missing at the end of a rise by `rate_n_s` (N/s) is the delay times that rate.
@@ -55,7 +60,8 @@ pub(super) struct Reach {
 impl Reach {
     /// How much more than `known_n` (N) may be commanded where `wish_n` (N) more is wished for.
     pub(super) fn beyond(&self, known_n: f32, wish_n: f32) -> f32 {
+        let wish_n = wish_n.max(0.0);
         let late_n = wish_n.min(self.late * known_n);
-        (self.promptness * wish_n).max(late_n).clamp(0.0, LARGEST * known_n.max(0.0))
+        (self.promptness * wish_n).max(late_n).min(LARGEST * known_n.max(0.0))
     }
 }

@@ -20,99 +20,19 @@
 
 mod braking;
 mod config;
+mod input;
 mod lag;
 mod search;
 mod touch;
 
 pub use config::GripConfig;
+pub use input::{Evidence, GripInput, GripState, Sliding, SlipNow, Trials};
 pub use touch::GripEvent;
 
-use braking::{Braking, Known};
+use braking::{Braking, HeldBy, Known};
 use lag::Lag;
 use search::Search;
 use touch::Touch;
-
-/// What the controller is doing.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum GripState {
-    /// Fingers open, no force (idle).
-    #[default]
-    Open,
-    /// The force rises to the trial force.
-    Closing,
-    /// The trial force stands; contact transients fade (loading).
-    Settling,
-    /// An object is held.
-    Holding,
-    /// A slip is being stopped.
-    Slipping,
-    /// The stylus cannot be trusted: the force stays as it is.
-    Fault,
-    /// Told to let go: no force, whatever slips (releasing).
-    Released,
-}
-
-/// A slip as the controller sees it.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum SlipNow {
-    /// There is none.
-    #[default]
-    No,
-    /// The signal is back below the threshold, the release time runs.
-    Fading,
-    /// The signal is above the threshold.
-    Evident,
-}
-
-/// What a stretch of the slip says of the force that is needed.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Evidence {
-    /// Adequate force (N).
-    pub estimate_n: f32,
-    /// Its standard deviation (N).
-    pub sigma_n: f32,
-}
-
-/// How the object slid over the last milliseconds.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Sliding {
-    /// Mean normal force of one finger (N).
-    pub force_n: f32,
-    /// Acceleration over that of gravity.
-    pub acceleration_g: f32,
-}
-
-/// What the controller is told with each sample.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct GripInput {
-    /// Time since the sample before (s).
-    pub dt_s: f32,
-    /// The slip as of this sample.
-    pub slip: SlipNow,
-    /// Distance moved since the slip began (m); `None` where no sensor tells.
-    pub moved_m: Option<f32>,
-    /// New evidence of the force that is needed.
-    pub evidence: Option<Evidence>,
-    /// How the object slides, where the moved distance tells it.
-    pub sliding: Option<Sliding>,
-    /// Whether the moved distance is measured.
-    pub travel: bool,
-    /// Measured normal force (N).
-    pub applied_n: Option<f32>,
-    /// Whether the fingers touch anything, as far as that is measured; always where it is not.
-    pub touching: bool,
-    /// Whether the stylus can be trusted.
-    pub healthy: bool,
-}
-
-/// How an object was tried until it was held.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Trials {
-    /// Forces that were tried: the trial force and one for each slip that was answered.
-    pub trials: u32,
-    /// What the object moved while slips were answered (m), as far as that is measured.
-    pub moved_m: f32,
-}
 
 /// The force controller.
 #[derive(Clone, Copy, Debug)]
@@ -124,8 +44,12 @@ pub struct GripController {
     /// What the weight of the object needs by its slips, with its margin (N).
     weight_n: Option<f32>,
     search: Search,
+    /// By how much the object comes back when it swings on its pads (m).
+    swing_m: f32,
     /// Since the last reading of the moved distance (s).
     unmeasured_s: f32,
+    /// Whether the command is on its way back from an alarm in which nothing moved.
+    ebbing: bool,
     /// Force that somebody asked for (N).
     least_n: f32,
     settle_s: f32,
@@ -158,7 +82,9 @@ impl GripController {
             hold_n: 0.0,
             weight_n: None,
             search: Search::default(),
+            swing_m: 0.0,
             unmeasured_s: f32::INFINITY,
+            ebbing: false,
             least_n: 0.0,
             settle_s: 0.0,
             lag: Lag::default(),
@@ -191,6 +117,10 @@ impl GripController {
     /// fingers. A force below 0 or not a number changes nothing.
     pub fn at_least(&mut self, force_n: f32) {
         if force_n >= 0.0 {
+            if self.is_wished() && self.may_search_below(self.command_n) {
+                // What was asked for has been tried, and less has not.
+                self.hold_n = self.command_n;
+            }
             self.least_n = force_n.min(self.config.ceiling_n());
         }
     }
@@ -200,7 +130,7 @@ impl GripController {
         self.state = GripState::Released;
         self.command_n = 0.0;
         self.hold_n = 0.0;
-        self.weight_n = None;
+        self.forget();
         self.search = Search::default();
         self.touch = Touch::default();
     }
@@ -220,8 +150,9 @@ impl GripController {
         if self.state == GripState::Open {
             self.state = GripState::Closing;
             self.touch = Touch::default();
+            self.lag.begin();
             self.trials = Trials { trials: 1, moved_m: 0.0 };
-            self.weight_n = None;
+            self.forget();
             self.settle_s = 0.0;
             let held = applied_n.filter(|force| *force > self.config.contact_n);
             // What others have gripped may be held for a reason.
@@ -284,10 +215,7 @@ impl GripController {
         if !input.healthy {
             // Closing goes on where it stopped.
             if matches!(self.state, GripState::Holding | GripState::Slipping) {
-                if self.state == GripState::Slipping {
-                    self.leave_slip();
-                    self.hold_n = self.command_n;
-                }
+                self.leave_slip();
                 self.state = GripState::Fault;
             }
             return self.command_n;
@@ -304,14 +232,7 @@ impl GripController {
             GripState::Holding if self.command_n < self.least_n => {
                 self.raise_towards(self.least_n, self.config.close_rate_n_s, dt_s);
             }
-            GripState::Holding => {
-                if self.searches() {
-                    self.hold_n = self.search.step(&self.config, self.hold_n, dt_s);
-                }
-                let fall = self.config.backoff_n_s * dt_s;
-                let kept = self.hold_n.max(self.least_n).min(self.command_n);
-                self.command_n = (self.command_n - fall).max(kept);
-            }
+            GripState::Holding => self.ease(dt_s),
             GripState::Slipping if input.slip != SlipNow::No => self.brake(dt_s, input),
             GripState::Slipping => self.end_slip(),
         }
@@ -334,7 +255,7 @@ impl GripController {
                     }
                     Some(GripEvent::Regrasped) => {
                         self.trials = Trials { trials: 1, moved_m: 0.0 };
-                        self.weight_n = None;
+                        self.forget();
                         self.search = Search::begin();
                         self.settle_s = 0.0;
                         self.state = GripState::Settling;
@@ -347,6 +268,24 @@ impl GripController {
             _ => {}
         }
         false
+    }
+
+    /// Down to what is to be held, and on with the search.
+    fn ease(&mut self, dt_s: f32) {
+        if self.searches() {
+            self.hold_n = self.search.step(&self.config, self.hold_n, dt_s);
+        }
+        let fall = self.config.backoff_n_s * dt_s;
+        let kept = self.hold_n.max(self.least_n).min(self.command_n);
+        self.command_n = (self.command_n - fall).max(kept);
+        self.ebbing &= self.command_n > kept;
+    }
+
+    /// Nothing is known of the object in hand.
+    fn forget(&mut self) {
+        self.weight_n = None;
+        self.swing_m = 0.0;
+        self.ebbing = false;
     }
 
     fn hold(&mut self, force_n: f32) {
@@ -390,14 +329,36 @@ impl GripController {
         }
     }
 
-    /// Whether less force is to be tried. Where nothing tells how an object slides it costs too much to let it.
+    /// Whether it is held as somebody asked for.
+    fn is_wished(&self) -> bool {
+        self.state == GripState::Holding && self.least_n > 0.0 && self.command_n <= self.least_n
+    }
+
+    /// Whether less than `force_n` (N) may be tried. Where nothing tells how an object slides it costs too much to let it.
+    fn may_search_below(&self, force_n: f32) -> bool {
+        self.unmeasured_s < UNMEASURED_S && self.search.goes_on(&self.config, force_n)
+    }
+
+    /// Whether less force is to be tried.
     fn searches(&self) -> bool {
-        self.unmeasured_s < UNMEASURED_S && self.search.goes_on(&self.config, self.hold_n)
+        !self.is_wished() && self.may_search_below(self.hold_n)
     }
 
     fn begin_slip(&mut self, dt_s: f32, input: &GripInput) {
-        let known =
-            Known { weight_n: self.weight_n, reach: self.lag.reach(), sought: self.searches() };
+        let held_by = if self.is_wished() {
+            HeldBy::Wish
+        } else if self.searches() {
+            HeldBy::Search
+        } else {
+            HeldBy::Slips
+        };
+        let known = Known {
+            weight_n: self.weight_n,
+            reach: self.lag.reach(),
+            held_by,
+            ebbing: self.ebbing,
+            swing_m: self.swing_m,
+        };
         self.braking = Braking::begin(&self.config, self.command_n, self.hold_n, &known);
         self.state = GripState::Slipping;
         self.quiet_s = 0.0;
@@ -432,6 +393,8 @@ impl GripController {
         if self.state == GripState::Slipping {
             self.end_moving();
             self.command_n = self.command_n.min(self.braking.target_n());
+            self.hold_n = self.braking.left_n().min(self.command_n);
+            self.ebbing = self.command_n > self.hold_n;
         }
     }
 
@@ -444,10 +407,12 @@ impl GripController {
     /// The slip has ended: what is the force to hold with?
     fn end_slip(&mut self) {
         self.end_moving();
-        self.weight_n = self.braking.weight_n();
-        let believed = self.braking.confirmed() || self.search.believes(&self.config);
+        self.swing_m = self.braking.swing_m();
+        let believed = self.braking.is_believed(self.search.believes(&self.config));
         let hold_n = self.braking.hold_n(&self.config, believed);
+        self.ebbing = !believed;
         if believed {
+            self.weight_n = self.braking.weight_n();
             self.search.found(self.braking.least_n());
         } else {
             // Nothing has moved: an alarm, not a trial.

@@ -28,7 +28,7 @@ pub(crate) fn run(args: &GraspArgs) -> anyhow::Result<Exit> {
         return Err(WrongArgument(message).into());
     }
     if let Some(file) = &args.plot {
-        profile_plot::check_ending(file)?;
+        profile_plot::check_file(file)?;
     }
     let config = host_config(args.config.as_deref())?;
     let estimator = estimator(args.model.as_deref(), &config)?;

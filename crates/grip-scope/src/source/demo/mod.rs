@@ -10,7 +10,7 @@ use super::hearing::observer;
 use super::outlet::Outlet;
 use super::stream::Stream;
 use super::{ClientAction, told};
-use crate::feed::{DaemonInfo, Feed, SourceStatus};
+use crate::feed::{DaemonInfo, Feed, ObserverSettings, SourceStatus};
 use core::time::Duration;
 use grasp::Grasp;
 use grip_host::HostConfig;
@@ -58,6 +58,7 @@ fn grasps(
     stream.observe(Some(observer(config.link.sample_rate_hz)?));
     let mut world = World { config, tally: Tally::default(), stream, start_us: 0 };
     greet(name, outlet);
+    outlet.offer(Feed::Observes(ObserverSettings::Source));
     let mut lag_us = 0;
     for number in 0.. {
         let object = scene.reseeded(seed.wrapping_add(number)).map_err(|e| e.to_string())?;

@@ -2,7 +2,7 @@
 
 use super::{Stop, deliver};
 use crate::derive::Observer;
-use crate::feed::{EventMark, Feed, Level, NoticeLine, StatePoint};
+use crate::feed::{EventMark, Feed, Level, NoticeLine, ObserverSettings, StatePoint};
 use crate::source::outlet::Outlet;
 use crate::source::stream::Stream;
 use crate::source::told;
@@ -21,6 +21,10 @@ use std::path::Path;
 
 /// Bytes read at a time.
 const PIECE: u64 = 4 << 20;
+/// Longest first line of a table (bytes).
+const HEADER: u64 = 64 << 10;
+/// Longest other line (bytes).
+const LINE: u64 = 1 << 20;
 /// Rows, or news, of a block.
 const BLOCK: usize = 2048;
 /// Device time of a block (us): states and events are placed by the rows around them.
@@ -40,18 +44,23 @@ pub(super) fn read(file: &Path, outlet: &mut Outlet) -> Result<(), Stop> {
     let len = input.metadata().map_err(failed)?.len();
     let mut input = BufReader::with_capacity(1 << 16, input);
     let mut header = Vec::new();
-    input.read_until(b'\n', &mut header).map_err(failed)?;
+    if !line(&mut input, HEADER, &mut header).map_err(failed)? {
+        return Err(Stop::Failed(too_long(file, "first line", HEADER)));
+    }
     let mut tape = Tape::default();
     let mut read = header.len() as u64;
     loop {
         let mut piece = header.clone();
         (&mut input).take(PIECE).read_to_end(&mut piece).map_err(failed)?;
-        input.read_until(b'\n', &mut piece).map_err(failed)?;
+        let ends = line(&mut input, LINE, &mut piece).map_err(failed)?;
         let fresh = piece.len() - header.len();
         if fresh == 0 && read > header.len() as u64 {
             break;
         }
         read += fresh as u64;
+        if !ends {
+            return Err(stop(&too_long(file, "line", LINE), tape.rows == 0, &tape));
+        }
         let options = CsvOptions::default();
         match parse_csv(file, &piece, &options) {
             Ok(recording) => tape.play(&recording, outlet, share(read, len))?,
@@ -71,6 +80,17 @@ pub(super) fn read(file: &Path, outlet: &mut Outlet) -> Result<(), Stop> {
         }
     }
     Ok(())
+}
+
+/// Reads to the end of a line; `false` where it is longer than a line of a table can be: a file without lines would fill the memory.
+fn line(input: &mut impl BufRead, most: u64, out: &mut Vec<u8>) -> std::io::Result<bool> {
+    let read = input.take(most).read_until(b'\n', out)?;
+    Ok((read as u64) < most || out.last() == Some(&b'\n'))
+}
+
+fn too_long(file: &Path, what: &str, most: u64) -> String {
+    let most_kb = most >> 10;
+    format!("{}: is no table: its {what} is longer than {most_kb} KiB", file.display())
 }
 
 /// What is wrong with the file; what the scope has no flag for is said in its own words.
@@ -187,7 +207,10 @@ impl Tape {
             .map_err(|error| error.to_string())
             .and_then(|model| Observer::new(config, model).map_err(|error| error.to_string()));
         match observer {
-            Ok(observer) => self.stream.observe(Some(observer)),
+            Ok(observer) => {
+                self.stream.observe(Some(observer));
+                deliver(outlet, vec![Feed::Observes(ObserverSettings::Shipped)], 0.0)?;
+            }
             Err(error) => {
                 let rate_hz = recording.rate_hz;
                 self.stream.observe(Some(Observer::spectra_only(rate_hz)));

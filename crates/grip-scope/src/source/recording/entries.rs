@@ -1,7 +1,10 @@
 //! What an MCAP recording holds in, items for the model out.
 
 use crate::derive::Observer;
-use crate::feed::{EscPoint, EventKind, EventMark, Feed, Level, NoticeLine, SlipFacts, StatePoint};
+use crate::feed::{
+    EscPoint, EventKind, EventMark, Feed, Level, NoticeLine, ObserverSettings, SlipFacts,
+    StatePoint,
+};
 use crate::source::stream::Stream;
 use crate::source::told;
 use grip_daemon::State;
@@ -96,7 +99,10 @@ impl Entries {
             .map_err(|error| error.to_string())
             .and_then(|model| Observer::new(begun.config, model).map_err(|e| e.to_string()));
         match observer {
-            Ok(observer) => self.stream.observe(Some(observer)),
+            Ok(observer) => {
+                self.stream.observe(Some(observer));
+                self.news.push(Feed::Observes(ObserverSettings::Source));
+            }
             Err(error) => {
                 self.stream.observe(Some(Observer::spectra_only(record.rate_hz)));
                 let text = format!("only spectra are derived from the samples: {error}");

@@ -2,11 +2,11 @@
 
 use super::entries::Entries;
 use super::{Stop, deliver, preview};
+use crate::damage::Damage;
 use crate::feed::Feed;
 use crate::source::outlet::Outlet;
 use grip_record::mcap::{Entry, McapError, McapIndex, McapReader};
 use std::fs::File;
-use std::io::{Read, Seek};
 use std::path::Path;
 
 /// Reads the recording to its end; damaged parts are passed over, told and counted.
@@ -35,12 +35,8 @@ pub(super) fn read(file: &Path, outlet: &mut Outlet) -> Result<(), Stop> {
             }
             Ok(None) => break,
             Err(error) => {
-                let more = go_on(&mut reader, &error, index.as_ref());
-                if let Some(at_byte) = error.damaged_at().filter(|_| more && damage.is_new(&error))
-                {
-                    entries.damaged(at_byte);
-                }
-                damage.take(error, !more);
+                let (more, at_byte) = damage.pass(error, &mut reader, index.as_ref());
+                at_byte.into_iter().for_each(|at_byte| entries.damaged(at_byte));
                 if !more {
                     break;
                 }
@@ -52,62 +48,22 @@ pub(super) fn read(file: &Path, outlet: &mut Outlet) -> Result<(), Stop> {
     }
     let rest: Vec<Feed> = entries.take();
     deliver(outlet, rest, 1.0)?;
-    damage.verdict(seen)
+    verdict(damage, seen)
 }
 
-/// Goes to what can be read behind the damage, by the index where nothing else tells it; `false` where nothing can be.
-fn go_on<R: Read + Seek>(
-    reader: &mut McapReader<R>,
-    error: &McapError,
-    index: Option<&McapIndex>,
-) -> bool {
-    let Some(at_byte) = error.damaged_at() else { return false };
-    let next = || index?.chunks.iter().find(|chunk| chunk.offset > at_byte);
-    reader.goes_on() || next().is_some_and(|chunk| reader.jump(chunk.offset).is_ok())
-}
-
-/// What cannot be read.
-#[derive(Default)]
-struct Damage {
-    first: Option<McapError>,
-    last_at: Option<u64>,
-    /// Damaged parts that were passed over.
-    passed: u32,
-    /// Why reading stopped before the end.
-    end: Option<McapError>,
-}
-
-impl Damage {
-    /// Whether it is another part than the one before: each message in a damaged one is told.
-    fn is_new(&self, error: &McapError) -> bool {
-        error.damaged_at().is_some_and(|at| self.last_at != Some(at))
-    }
-
-    fn take(&mut self, error: McapError, ends: bool) {
-        let new = self.is_new(&error);
-        self.last_at = error.damaged_at();
-        if ends {
-            self.end = Some(error);
-            return;
-        }
-        self.passed += u32::from(new);
-        self.first.get_or_insert(error);
-    }
-
-    /// What was read stands, unless nothing was.
-    fn verdict(self, seen: bool) -> Result<(), Stop> {
-        let parts = |first: McapError| match self.passed {
-            1 => format!("1 damaged part was passed over: {first}"),
-            count => format!("{count} damaged parts were passed over, the first one: {first}"),
-        };
-        let told = [self.first.map(parts), self.end.map(|error| error.to_string())];
-        let told: Vec<String> = told.into_iter().flatten().collect();
-        match (seen, told.is_empty()) {
-            (true, true) => Ok(()),
-            (true, false) => Err(Stop::Short(told.join("; "))),
-            (false, true) => Err(Stop::Short("the recording holds no messages".to_owned())),
-            (false, false) => Err(Stop::Failed(told.join("; "))),
-        }
+/// What was read stands, unless nothing was.
+fn verdict(damage: Damage, seen: bool) -> Result<(), Stop> {
+    let parts = |first: McapError| match damage.passed {
+        1 => format!("1 damaged part was passed over: {first}"),
+        count => format!("{count} damaged parts were passed over, the first one: {first}"),
+    };
+    let told = [damage.first.map(parts), damage.end.map(|error| error.to_string())];
+    let told: Vec<String> = told.into_iter().flatten().collect();
+    match (seen, told.is_empty()) {
+        (true, true) => Ok(()),
+        (true, false) => Err(Stop::Short(told.join("; "))),
+        (false, true) => Err(Stop::Short("the recording holds no messages".to_owned())),
+        (false, false) => Err(Stop::Failed(told.join("; "))),
     }
 }
 

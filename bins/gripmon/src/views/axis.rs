@@ -1,0 +1,89 @@
+//! The time axis under the plots: its labels, the flags of the cursors, and what found no room above it.
+
+use super::Seen;
+use crate::action::{Action, Cursor};
+use crate::palette::{Palette, Tone};
+use crate::plot::{self, Frame, GUTTER, Kind, Scale};
+use eframe::egui::{Align2, FontId, Rect, Role, Sense, Ui, WidgetInfo, pos2, vec2};
+
+/// Height of the time axis with the cursors' flags (points).
+pub(super) const HIGH: f32 = 22.0;
+
+/// A frame that only knows where times are.
+pub(super) fn time_frame(rect: Rect, seen: &Seen<'_>) -> Frame {
+    Frame { rect, span: seen.span, scale: Scale::new(Kind::Linear, 0.0, 1.0) }
+}
+
+/// How many plots found no room, left of the time axis.
+pub(super) fn left_out(ui: &Ui, axis: Rect, count: usize, seen: &Seen<'_>) {
+    if count == 0 {
+        return;
+    }
+    let text = if count == 1 { "+ 1 plot".to_owned() } else { format!("+ {count} plots") };
+    let place = Rect::from_min_max(pos2(axis.left() - GUTTER, axis.top()), axis.left_bottom());
+    let response = ui.interact(place, ui.scope_id().with("left out"), Sense::hover());
+    response.widget_info(|| WidgetInfo::labeled(Role::Label, true, &text));
+    let (at, font) = (place.left_center(), FontId::proportional(11.0));
+    ui.painter().text(at, Align2::LEFT_CENTER, &text, font, seen.palette.tone(Tone::Orange));
+    response.on_hover_text(
+        "They have no room in so low a window: make it higher, or close others under Plots.",
+    );
+}
+
+/// Labels of the time, and the flags by which cursors are moved.
+pub(super) fn axis(ui: &Ui, rect: Rect, seen: &Seen<'_>) -> Vec<Action> {
+    let frame = time_frame(rect, seen);
+    plot::time_axis(ui.painter(), &frame, true, &seen.palette);
+    let unit = pos2(rect.right() + 24.0, rect.top() + 5.0);
+    ui.painter().text(
+        unit,
+        Align2::LEFT_TOP,
+        // After a restart of the device the axis goes on where it was.
+        if seen.model.is_device_time() { "s, device time" } else { "s, over restarts" },
+        crate::palette::axis_font(),
+        seen.palette.weak,
+    );
+    let mut actions = Vec::new();
+    for (cursor, name) in [(Cursor::A, "A"), (Cursor::B, "B")] {
+        let Some(at_s) = seen.state.cursor(cursor) else { continue };
+        actions.extend(flag(ui, &frame, (cursor, name, at_s), &seen.palette));
+    }
+    pointer_time(ui, &frame, seen);
+    actions
+}
+
+fn flag(
+    ui: &Ui,
+    frame: &Frame,
+    (cursor, name, at_s): (Cursor, &str, f64),
+    palette: &Palette,
+) -> Option<Action> {
+    let x = frame.x(at_s).clamp(frame.rect.left(), frame.rect.right());
+    let rect = Rect::from_center_size(pos2(x, frame.rect.top() + 8.0), vec2(15.0, 15.0));
+    let response = ui.interact(rect, ui.scope_id().with(("cursor", name)), Sense::drag());
+    response.widget_info(|| WidgetInfo::labeled(Role::Slider, true, format!("Cursor {name}")));
+    ui.painter().rect_filled(rect, 3, palette.cursor);
+    ui.painter().text(
+        rect.center(),
+        Align2::CENTER_CENTER,
+        name,
+        FontId::proportional(11.5),
+        palette.plot,
+    );
+    let pointer = response.interact_pointer_pos().filter(|_| response.dragged())?;
+    Some(Action::PlaceCursor(cursor, frame.time(pointer.x)))
+}
+
+fn pointer_time(ui: &Ui, frame: &Frame, seen: &Seen<'_>) {
+    let Some(t_s) = seen.state.hover_s else { return };
+    let decimals = crate::time::ticks(frame.span.from_s, frame.span.to_s, 200).decimals;
+    let text = format!("{t_s:.*} s", decimals.min(7));
+    let galley = ui.painter().layout_no_wrap(text, crate::palette::axis_font(), seen.palette.plot);
+    let half = galley.size().x / 2.0 + 4.0;
+    let x = frame
+        .x(t_s)
+        .clamp(frame.rect.left() + half, (frame.rect.right() - half).max(frame.rect.left() + half));
+    let rect = Rect::from_center_size(pos2(x, frame.rect.top() + 10.5), vec2(2.0 * half, 15.0));
+    ui.painter().rect_filled(rect, 3, seen.palette.tone(Tone::Quiet));
+    ui.painter().galley(rect.center() - galley.size() / 2.0, galley, seen.palette.plot);
+}

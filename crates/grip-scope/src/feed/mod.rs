@@ -1,0 +1,84 @@
+//! What a source tells, one item after the other: the only thing that passes from its thread to the model.
+
+mod event;
+mod health;
+mod state;
+mod status;
+mod study;
+
+pub use event::{EventKind, EventMark, SlipFacts};
+pub use health::{HealthPoint, LatencyFigures};
+pub use state::{
+    BandPoint, DerivedBlock, EscPoint, EvidencePoint, ObserverSettings, SpectrumColumn, StatePoint,
+    Turn,
+};
+pub use status::{DaemonInfo, Level, NoticeLine, SourceStatus};
+pub use study::{StudyCurve, StudyCurves, StudyPlot};
+
+use crate::channel::Channel;
+use grip_link::message::daemon::Gripper;
+use std::path::PathBuf;
+
+/// One item. All times are device times (s) as the source has them; the model puts them on its axis.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Feed {
+    /// How the source is; told on every change.
+    Status(SourceStatus),
+    /// A conversation with a daemon begins.
+    Welcome(DaemonInfo),
+    /// What comes next is another run of the source: nothing joins it to what came before.
+    Restart,
+    /// Samples.
+    Rows(RowBlock),
+    /// Samples from somewhere later in a recording that is still being loaded, for a first picture.
+    Preview(RowBlock),
+    /// What the pipeline thinks.
+    State(StatePoint),
+    /// Whose settings the scope's own observer has from now on.
+    Observes(ObserverSettings),
+    /// What the scope's own observer makes of the samples.
+    Derived(Box<DerivedBlock>),
+    /// Something happened.
+    Event(EventMark),
+    /// Figures of the daemon.
+    Health(Box<HealthPoint>),
+    /// Which gripper it is.
+    Gripper(Gripper),
+    /// A line for people.
+    Notice(NoticeLine),
+    /// Curves of a study.
+    Study(Box<StudyCurves>),
+    /// Where a recording begins and ends (device time, s), before all of it is loaded; what file it is.
+    Extent {
+        /// Its first sample (s).
+        from_s: f64,
+        /// Its last one (s).
+        to_s: f64,
+        /// The file.
+        file: PathBuf,
+    },
+}
+
+/// Samples in order of time, column by column.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct RowBlock {
+    /// Times (us of the device), one for each row; a row that is not later than the one before begins a new run.
+    pub times_us: Vec<u64>,
+    /// Values of each channel, one for each row; NaN: no reading.
+    pub columns: Vec<(Channel, Vec<f32>)>,
+    /// Whether rows are missing before the first one.
+    pub broken: bool,
+    /// Rows that are missing there, where that is known.
+    pub lost: u32,
+    /// The array's frames, where there is one.
+    pub taxels: Option<TaxelBlock>,
+}
+
+/// Frames of the taxel array, one for each row.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct TaxelBlock {
+    /// Taxels of a frame.
+    pub count: usize,
+    /// Readings, frame by frame.
+    pub values: Vec<f32>,
+}

@@ -1,0 +1,138 @@
+//! What a pipeline thinks of the samples: that of the source, and the scope's own observer.
+
+use grip_link::message::DeviceState;
+use grip_link::message::daemon::{EscKind, GripStage, SceneCode, SensorHealth};
+use slip_core::detector::BANDS;
+
+/// The pipeline after a frame of samples.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StatePoint {
+    /// Device time (s).
+    pub t_s: f64,
+    /// What the grasp is doing.
+    pub scene: SceneCode,
+    /// What the force controller does.
+    pub grip: GripStage,
+    /// Stylus, travel, pressure, reference.
+    pub sensors: [SensorHealth; 4],
+    /// State of the gripper, where it is known.
+    pub device: Option<DeviceState>,
+    /// Its latched fault; 0 where there is none.
+    pub fault: u16,
+    /// Statistic over its threshold.
+    pub statistic: Option<f32>,
+    /// Commanded force (N).
+    pub command_n: Option<f32>,
+    /// Measured force (N).
+    pub applied_n: Option<f32>,
+    /// Estimate of the adequate force (N).
+    pub estimate_n: Option<f32>,
+    /// Whether it lies outside what the network was trained on.
+    pub extrapolated: bool,
+    /// The last E_sc.
+    pub esc: Option<EscPoint>,
+    /// Largest force of the controller (N).
+    pub limit_n: Option<f32>,
+    /// Sample rate in force (Hz).
+    pub rate_hz: u32,
+    /// Rows lost so far.
+    pub lost: u64,
+}
+
+/// A value of E_sc.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EscPoint {
+    /// Which reading.
+    pub kind: EscKind,
+    /// Its value (W or J).
+    pub value: f32,
+    /// The exact value is not below this; NaN where no enclosure is known, minus infinity where a pole may be inside.
+    pub low: f32,
+    /// The exact value is not above this.
+    pub high: f32,
+    /// b0 pole inside, b1 sign unknown, b2 no information, b3 degenerate.
+    pub flags: u8,
+}
+
+impl EscPoint {
+    /// Names of the flags that are set.
+    #[must_use]
+    pub fn flag_names(flags: u8) -> Vec<&'static str> {
+        let names = ["pole inside", "sign unknown", "no information", "degenerate"];
+        let set = names.into_iter().enumerate().filter(|(bit, _)| flags >> bit & 1 == 1);
+        set.map(|(_, name)| name).collect()
+    }
+}
+
+/// Whose settings the scope's own observer has: thresholds of its bands, and E_sc, follow them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ObserverSettings {
+    /// Those with which the source itself runs or ran.
+    Source,
+    /// The shipped ones: the source does not tell its own.
+    Shipped,
+}
+
+/// What the observer makes of some milliseconds of samples.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct DerivedBlock {
+    /// Band energies, a point for each few milliseconds.
+    pub bands: Vec<BandPoint>,
+    /// Peaks and valleys of the stylus.
+    pub turns: Vec<Turn>,
+    /// E_sc, estimate and slip speed while an object slips.
+    pub evidence: Vec<EvidencePoint>,
+    /// Spectra of the stylus.
+    pub spectra: Vec<SpectrumColumn>,
+    /// Whether what comes does not join what came before.
+    pub broken: bool,
+}
+
+/// The highest of some milliseconds of what the detector sees.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BandPoint {
+    /// Device time of their end (s).
+    pub t_s: f64,
+    /// Energy of each band over its floor; NaN while the floor is learned.
+    pub energy: [f32; BANDS],
+    /// Energy over floor at which it is a slip; infinity where the band is not asked.
+    pub threshold: [f32; BANDS],
+    /// The statistic over its threshold.
+    pub statistic: f32,
+}
+
+/// A peak or a valley of the stylus.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Turn {
+    /// When (s).
+    pub t_s: f64,
+    /// How high (unit of the stylus).
+    pub height: f32,
+    /// Whether it is a peak.
+    pub is_peak: bool,
+}
+
+/// What is known of a slip that goes on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EvidencePoint {
+    /// Device time (s).
+    pub t_s: f64,
+    /// E_sc with its enclosure.
+    pub esc: Option<EscPoint>,
+    /// Slip speed and its standard deviation (m/s).
+    pub speed: Option<(f32, f32)>,
+    /// Estimate (N), and the estimates one deviation of the acceleration away: value, low, high.
+    pub estimate: Option<[f32; 3]>,
+}
+
+/// One spectrum of the stylus.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SpectrumColumn {
+    /// Device times of its first and last sample (s).
+    pub span: [f64; 2],
+    /// Highest frequency (Hz); bins are spread evenly from 0 to it.
+    pub top_hz: f32,
+    /// Power of each bin (dB over one unit of the stylus squared per bin), in steps of [`DB_STEP`](crate::model::DB_STEP) above
+    /// [`DB_BASE`](crate::model::DB_BASE).
+    pub bins: Box<[u8]>,
+}

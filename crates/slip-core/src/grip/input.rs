@@ -1,0 +1,83 @@
+//! What the controller is told with each sample, and the words for what it does.
+
+/// What the controller is doing.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum GripState {
+    /// Fingers open, no force (idle).
+    #[default]
+    Open,
+    /// The force rises to the trial force.
+    Closing,
+    /// The trial force stands; contact transients fade (loading).
+    Settling,
+    /// An object is held.
+    Holding,
+    /// A slip is being stopped.
+    Slipping,
+    /// The stylus cannot be trusted: the force stays as it is.
+    Fault,
+    /// Told to let go: no force, whatever slips (releasing).
+    Released,
+}
+
+/// A slip as the controller sees it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum SlipNow {
+    /// There is none.
+    #[default]
+    No,
+    /// The signal is back below the threshold, the release time runs.
+    Fading,
+    /// The signal is above the threshold.
+    Evident,
+}
+
+/// What a stretch of the slip says of the force that is needed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Evidence {
+    /// Adequate force (N).
+    pub estimate_n: f32,
+    /// Its standard deviation (N).
+    pub sigma_n: f32,
+}
+
+/// How the object slid over the last milliseconds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sliding {
+    /// Mean normal force of one finger (N).
+    pub force_n: f32,
+    /// Acceleration over that of gravity.
+    pub acceleration_g: f32,
+}
+
+/// What the controller is told with each sample.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct GripInput {
+    /// Time since the sample before (s).
+    pub dt_s: f32,
+    /// The slip as of this sample.
+    pub slip: SlipNow,
+    /// Distance moved since the slip began (m); `None` where no sensor tells.
+    pub moved_m: Option<f32>,
+    /// New evidence of the force that is needed.
+    pub evidence: Option<Evidence>,
+    /// How the object slides, where the moved distance tells it.
+    pub sliding: Option<Sliding>,
+    /// Whether the moved distance is measured.
+    pub travel: bool,
+    /// Measured normal force (N).
+    pub applied_n: Option<f32>,
+    /// Whether the fingers touch anything, as far as that is measured; always where it is not.
+    pub touching: bool,
+    /// Whether the stylus can be trusted.
+    pub healthy: bool,
+}
+
+/// How an object was tried until it was held.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Trials {
+    /// Forces that were tried: the trial force and one for each slip that was answered.
+    pub trials: u32,
+    /// What the object moved while slips were answered (m), as far as that is measured.
+    pub moved_m: f32,
+}
