@@ -15,7 +15,7 @@ use grip_link::{
 };
 
 /// Milliseconds between two STATE.
-pub const STATE_MS: u16 = 200;
+const STATE_MS: u16 = 200;
 
 /// Something to be published.
 #[derive(Clone, Debug, PartialEq, Eq)]

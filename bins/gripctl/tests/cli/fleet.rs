@@ -84,7 +84,8 @@ fn who_is_there_is_listed() {
 fn kept_events_are_shown_once_and_in_order() {
     let lines = beside(&["fleet", "events", "--all", "--seconds", "5"]);
     let events: Vec<&String> = lines.iter().filter(|line| line.contains("link: ")).collect();
-    let wanted = ["one", "two", "three"].map(|text| format!("{MEMBER}      1.0000 s  link: {text}"));
+    let wanted =
+        ["one", "two", "three"].map(|text| format!("{MEMBER}      1.0000 s  link: {text}"));
     assert_eq!(events, wanted.iter().collect::<Vec<_>>(), "{lines:?}");
     assert_eq!(lines[0], format!("{MEMBER}  is there"));
     let lines = beside(&["fleet", "events", "--all", "--seconds", "5", "--json"]);

@@ -22,6 +22,7 @@ const MOST_QUESTIONS: usize = 64;
 /// One gripper on the network.
 #[derive(Debug)]
 pub struct Announced {
+    member: Member,
     events: Publisher<'static>,
     state: Publisher<'static>,
     health: Publisher<'static>,
@@ -60,6 +61,7 @@ impl Announced {
         ];
         let alive = member.key(Part::Alive);
         Ok(Self {
+            member: member.clone(),
             events: publisher(Topic::Events)?,
             state: publisher(Topic::State)?,
             health: publisher(Topic::Health)?,
@@ -87,7 +89,8 @@ impl Announced {
     /// Answers what was asked meanwhile: events from the log, `status` with the frames given, `config` with that text.
     pub fn answer(&mut self, log: &EventLog, status: &[&[u8]], config: &str) {
         while let Ok((part, query)) = self.questions.try_recv() {
-            let key = query.key_expr().clone();
+            // Questions may go to many grippers; each answers under its own name.
+            let key = self.member.key(part);
             let mut reply = |id: EventId, bytes: &[u8], encoding: Encoding| {
                 let reply = query.reply(key.clone(), bytes).attachment(id.to_bytes());
                 self.refused += u64::from(reply.encoding(encoding).wait().is_err());
