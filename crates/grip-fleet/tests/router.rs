@@ -1,5 +1,6 @@
 //! A real router in this process, two grippers and receivers, on loopback: routers stop, daemons start again, and every event
 //! arrives once.
+#![expect(clippy::unwrap_used, clippy::panic, reason = "test code")]
 
 use core::{
     sync::atomic::{AtomicBool, Ordering},

@@ -210,7 +210,7 @@ impl Watch {
         if alive {
             self.ask(&member)?;
         }
-        Ok(changed.then(|| if alive { Told::Came(member) } else { Told::Gone(member) }))
+        Ok(changed.then_some(if alive { Told::Came(member) } else { Told::Gone(member) }))
     }
 
     fn event(

@@ -1,0 +1,157 @@
+//! An address in; many pipelines that tell it their slips, and lines about what they did, out.
+
+use super::{Args, now_us, pause, tape};
+use anyhow::Context as _;
+use core::time::Duration;
+use grip_daemon::clients::convert;
+use grip_fleet::net::{Announced, Network, Session};
+use grip_fleet::{EventId, Member, Spool, Topic, Uid};
+use grip_host::report::{EventLine, EventLog};
+use grip_host::{HostConfig, HostEstimator, model};
+use grip_link::frame::{self, Direction, Header, MAX_PAYLOAD, MAX_WIRE};
+use grip_link::message::Kind;
+use grip_link::message::daemon::{Gripper as Identity, Health, Slip};
+use slip_core::units::Hertz;
+use slip_core::{Pipeline, PipelineConfig, Sample};
+use std::sync::Arc;
+
+/// Samples of a frame, as a gripper sends them: ten milliseconds.
+const BATCH: u64 = 10;
+/// Frames from one HEALTH to the next.
+const FIGURES: u64 = 100;
+/// Room for events (bytes).
+const ROOM: usize = 1 << 20;
+/// How long events may still travel after the last sample.
+const AFTER: Duration = Duration::from_secs(15);
+
+struct Gripper {
+    uid: Uid,
+    pipeline: Pipeline<Arc<[f32]>>,
+    log: EventLog,
+    tape: Arc<[Sample]>,
+    /// Where on the tape it began.
+    offset: u64,
+    spool: Spool,
+    slips: u32,
+    announced: Announced,
+    _session: Session,
+    identity: Vec<u8>,
+    figures: Vec<u8>,
+}
+
+/// Runs grippers for the time asked for and tells what each of them has sent.
+pub(crate) fn run(address: &str, (first, count): (u16, u16), args: &Args) -> anyhow::Result<()> {
+    let tapes = (0..6).map(|seed| tape::record(seed).map(Arc::from));
+    let tapes = tapes.collect::<anyhow::Result<Vec<Arc<[Sample]>>>>()?;
+    let estimator = model::default_estimator()?;
+    let network = Network { router: Some(address.to_owned()), file: None };
+    let made = tapes.iter().cycle().zip(first..first + count);
+    let made = made.map(|(tape, uid)| Gripper::new(tape, uid, &estimator, &network));
+    let mut grippers = made.collect::<anyhow::Result<Vec<Gripper>>>()?;
+    println!("ready");
+    let frames = u64::from(args.seconds) * u64::from(tape::RATE_HZ) / BATCH;
+    let start_us = now_us();
+    let mut latest_us = 0;
+    for frame in 0..frames {
+        let due_us = start_us + frame * BATCH * 1_000_000 / u64::from(tape::RATE_HZ);
+        let late_us = now_us().saturating_sub(due_us);
+        latest_us = latest_us.max(late_us);
+        pause(Duration::from_micros(due_us.saturating_sub(now_us())));
+        grippers.iter_mut().try_for_each(|gripper| gripper.frame(frame))?;
+    }
+    for gripper in &grippers {
+        let head = gripper.spool.log().head();
+        println!("sent {} {} {}", gripper.uid, head.run, head.seq);
+    }
+    println!("late {latest_us}");
+    println!("done");
+    // Whoever has missed something asks for it.
+    let end_us = now_us() + u64::try_from(AFTER.as_micros())?;
+    let mut turn = 0;
+    while now_us() < end_us {
+        grippers.iter_mut().for_each(|gripper| gripper.rest(turn));
+        turn += 1;
+        pause(Duration::from_millis(10));
+    }
+    Ok(())
+}
+
+impl Gripper {
+    fn new(
+        tape: &Arc<[Sample]>,
+        number: u16,
+        estimator: &HostEstimator,
+        network: &Network,
+    ) -> anyhow::Result<Self> {
+        let rate = Hertz(1000.0);
+        let config = PipelineConfig { grip: None, ..HostConfig::default().pipeline(rate) };
+        let mut uid = [0; 16];
+        uid[..2].copy_from_slice(&(number + 1).to_be_bytes());
+        let identity = Identity { uid, boot_id: 1, ..Identity::NONE };
+        let session = network.open()?;
+        let member = Member { site: "scale".parse()?, uid: Uid(uid) };
+        Ok(Self {
+            uid: Uid(uid),
+            pipeline: Pipeline::new(config, Some(estimator.clone()))?,
+            log: EventLog::default(),
+            tape: Arc::clone(tape),
+            offset: 37 * u64::from(number),
+            spool: Spool::in_memory(1, ROOM),
+            slips: 0,
+            announced: Announced::new(&session, &member)?,
+            _session: session,
+            identity: message(Kind::GRIPPER, |out| identity.write(out).ok())?,
+            figures: message(Kind::HEALTH, |out| Health::default().write(out).ok())?,
+        })
+    }
+
+    /// Ten milliseconds of samples, and what a daemon does with what comes of them.
+    fn frame(&mut self, frame: u64) -> anyhow::Result<()> {
+        for k in 0..BATCH {
+            let sample = tape::sample(&self.tape, self.offset + frame * BATCH + k)
+                .context("an empty tape")?;
+            let step = self.pipeline.handle(&sample);
+            for line in self.log.lines(&step).into_iter().flatten() {
+                self.tell(&line)?;
+            }
+        }
+        self.rest(frame);
+        Ok(())
+    }
+
+    /// Keeps a slip, then tells it.
+    fn tell(&mut self, line: &EventLine) -> anyhow::Result<()> {
+        let Some(slip) = convert::slip(now_us(), line) else { return Ok(()) };
+        self.slips += 1;
+        let slip = Slip { number: self.slips, ..slip };
+        let wire = message(Kind::SLIP, |out| slip.write(out).ok())?;
+        let id = self.spool.append(wire.clone());
+        self.publish(Topic::Events, id, &wire);
+        Ok(())
+    }
+
+    fn publish(&mut self, topic: Topic, id: EventId, wire: &[u8]) {
+        self.announced.publish(topic, id, wire);
+    }
+
+    /// What goes on without samples: figures still say what the last event was.
+    fn rest(&mut self, turn: u64) {
+        if turn.is_multiple_of(FIGURES) {
+            let head = self.spool.log().head();
+            self.publish(Topic::Health, head, &self.figures.clone());
+        }
+        self.answer();
+    }
+
+    fn answer(&mut self) {
+        self.announced.answer(self.spool.log(), &[&self.identity, &self.figures], "");
+    }
+}
+
+fn message(kind: Kind, write: impl FnOnce(&mut [u8]) -> Option<usize>) -> anyhow::Result<Vec<u8>> {
+    let (mut payload, mut out) = ([0; MAX_PAYLOAD], [0; MAX_WIRE]);
+    let len = write(&mut payload).context("no room for a payload")?;
+    let header = Header::new(Direction::ToHost, kind, 0, 0);
+    let len = frame::encode(&header, payload.get(..len).unwrap_or_default(), &mut out)?;
+    Ok(out.get(..len).unwrap_or_default().to_vec())
+}
