@@ -5,8 +5,7 @@
 //!
 //! * [`Bridge`]: bytes of the daemon in, what is to be published out;
 //! * [`EventLog`]: events in, numbered once and kept as long as there is room, in memory or in a [`Spool`];
-//! * [`Follower`]: numbered events of one gripper in, each of them out once and in order, or the wish to be told what is missing;
-//! * [`rollout`]: who gets a new model next, and who gives it back.
+//! * [`Follower`]: numbered events of one gripper in, each of them out once and in order, or the wish to be told what is missing.
 
 mod bridge;
 mod follower;
@@ -16,7 +15,6 @@ mod log;
 mod message;
 #[cfg(feature = "zenoh")]
 pub mod net;
-pub mod rollout;
 mod spool;
 
 pub use bridge::{Bridge, Publication};
