@@ -1,6 +1,6 @@
 #!/bin/sh
-# What no default build contains: lints of the fleet, its tests with a real router, gripd beside one; and that the default programs
-# know nothing of it. About 160 more crates are compiled.
+# What no default build contains: the fleet with a real router, gripd and gripctl beside one; and that the default programs know nothing
+# of it. About 160 more crates are compiled.
 set -eu
 cd "$(dirname "$0")/.."
 
@@ -8,7 +8,6 @@ if cargo tree --locked -p gripd -p gripctl -e normal --prefix none | grep -E "^(
     echo "a default gripd or gripctl contains the fleet" >&2
     exit 1
 fi
-features=grip-fleet/zenoh,gripd/fleet,gripctl/fleet
-cargo clippy --locked -p grip-fleet -p gripd -p gripctl --all-targets --features $features -- -D warnings
 cargo test --locked -p grip-fleet --features zenoh
 cargo test --locked -p gripd --features fleet --test daemon fleet
+cargo test --locked -p gripctl --features fleet --test cli fleet

@@ -15,7 +15,7 @@ pub use watch::{Told, Watch};
 use core::time::Duration;
 use std::path::PathBuf;
 pub use zenoh::Session;
-use zenoh::{Config, Wait as _};
+use zenoh::{Config, Wait as _, config::EndPoint};
 
 /// Which network.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -74,7 +74,7 @@ impl Network {
         let mut config = match &self.file {
             Some(file) => Config::from_file(file).map_err(|reason| NetError::File {
                 file: file.clone(),
-                reason: reason.to_string(),
+                reason: short(&reason),
             })?,
             None => Config::default(),
         };
@@ -82,7 +82,7 @@ impl Network {
         let mut set = |key: &str, value: &str| {
             config.insert_json5(key, value).map_err(|reason| NetError::Router {
                 router: name.clone(),
-                reason: reason.to_string(),
+                reason: short(&reason),
             })
         };
         set("mode", "\"client\"")?;
@@ -90,7 +90,14 @@ impl Network {
         set("scouting/gossip/enabled", "false")?;
         set("listen/endpoints", "[]")?;
         match &self.router {
-            Some(router) => set("connect/endpoints", &format!("[{router:?}]"))?,
+            Some(router) => {
+                let endpoint: Result<EndPoint, _> = router.parse();
+                endpoint.map_err(|reason| NetError::Router {
+                    router: router.clone(),
+                    reason: short(&reason),
+                })?;
+                set("connect/endpoints", &format!("[{router:?}]"))?;
+            }
             None if self.file.is_none() => return Err(NetError::Nowhere),
             None => {}
         }
@@ -112,7 +119,7 @@ impl Network {
     pub fn open(&self) -> Result<Session, NetError> {
         zenoh::open(self.config()?).wait().map_err(|reason| NetError::NoRouter {
             router: self.name(),
-            reason: reason.to_string(),
+            reason: short(&reason),
         })
     }
 
@@ -134,7 +141,7 @@ impl Network {
 pub fn router(endpoint: &str) -> Result<Session, NetError> {
     let wrong = |reason: zenoh::Error| NetError::Router {
         router: endpoint.to_owned(),
-        reason: reason.to_string(),
+        reason: short(&reason),
     };
     let mut config = Config::default();
     for (key, value) in [
@@ -148,9 +155,16 @@ pub fn router(endpoint: &str) -> Result<Session, NetError> {
     zenoh::open(config).wait().map_err(wrong)
 }
 
+/// What Zenoh says, without the places in its source.
+fn short(reason: &zenoh::Error) -> String {
+    let text = reason.to_string();
+    let sentence = text.split(" at /").next().unwrap_or_default();
+    sentence.trim_end_matches(['!', '.', ' ']).to_owned()
+}
+
 fn refused(key: &str) -> impl FnOnce(zenoh::Error) -> NetError + use<> {
     let key = key.to_owned();
-    move |reason| NetError::Refused { key, reason: reason.to_string() }
+    move |reason| NetError::Refused { key, reason: short(&reason) }
 }
 
 /// Patience with answers over the network.
