@@ -20,6 +20,8 @@ pub(crate) enum FleetCommand {
     Events(EventsArgs),
     /// Show what one gripper does: events, and its state five times a second.
     Tail(TailArgs),
+    /// Be a router until it is stopped, where none is installed.
+    Router(RouterArgs),
 }
 
 /// Where the grippers are.
@@ -28,7 +30,7 @@ pub(crate) struct PlaceArgs {
     /// Where a Zenoh router listens, for example tcp/10.0.0.1:7447.
     #[arg(long, value_name = "ENDPOINT", env = "GRIP_ROUTER")]
     pub(crate) router: Option<String>,
-    /// Zenoh configuration file, for TLS and the rest.
+    /// Zenoh configuration file, for names, retries and the rest.
     #[arg(long, value_name = "FILE", env = "GRIP_NETWORK")]
     pub(crate) network: Option<PathBuf>,
     /// Only grippers of this site.
@@ -69,4 +71,11 @@ pub(crate) struct TailArgs {
     /// Stop after this time (s).
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
     pub(crate) seconds: Option<f64>,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct RouterArgs {
+    /// Where grippers and gripctl reach it; whoever can, may listen in and publish.
+    #[arg(long, value_name = "ENDPOINT", default_value = "tcp/127.0.0.1:7447")]
+    pub(crate) listen: String,
 }

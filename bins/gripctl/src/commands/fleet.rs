@@ -17,12 +17,13 @@ use core::{
 };
 use grip_fleet::{
     EventId, Member, Message, Selector, Since, Topic, Uid,
-    net::{Listed, Network, Told, Watch, list},
+    net::{self, Listed, Network, Told, Watch, list},
 };
 use grip_host::exit::{Exit, WrongArgument};
 use grip_link::message::daemon::ToClient;
 use serde::Serialize;
 use signal_hook::consts::{SIGINT, SIGTERM};
+use signal_hook::iterator::Signals;
 use std::sync::Arc;
 
 /// Longest wait between two looks at the signals.
@@ -40,6 +41,7 @@ pub(crate) fn run(args: &FleetArgs) -> anyhow::Result<Exit> {
             let seconds = duration(args.seconds)?;
             watch(&args.place, Some(args.uid), Since::Now, &[Topic::State], seconds)
         }
+        FleetCommand::Router(args) => router(&args.listen),
     }
 }
 
@@ -54,6 +56,14 @@ fn network(place: &PlaceArgs) -> anyhow::Result<Network> {
     let network = Network { router: place.router.clone(), file: place.network.clone() };
     network.check().map_err(|error| WrongArgument(error.to_string()))?;
     Ok(network)
+}
+
+fn router(listen: &str) -> anyhow::Result<Exit> {
+    let _router = net::router(listen).map_err(|error| WrongArgument(error.to_string()))?;
+    let mut signals = Signals::new([SIGINT, SIGTERM])?;
+    output::line(&format!("a router listens at {listen}"))?;
+    signals.forever().next();
+    Ok(Exit::Done)
 }
 
 /// One gripper of the list.

@@ -4,7 +4,7 @@ use crate::run::gripctl;
 use core::sync::atomic::{AtomicBool, Ordering};
 use grip_fleet::{
     Member, Spool, Topic, Uid,
-    net::{self, Announced, Network},
+    net::{Announced, Network},
 };
 use grip_link::{
     frame::{self, Direction, Header, MAX_WIRE},
@@ -14,7 +14,13 @@ use grip_link::{
     },
 };
 use serde_json::Value;
-use std::{net::TcpListener, path::Path, thread};
+use std::{
+    io::{BufRead as _, BufReader},
+    net::TcpListener,
+    path::Path,
+    process::{Child, Command, Stdio},
+    thread,
+};
 
 fn endpoint() -> String {
     let port = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
@@ -50,11 +56,22 @@ fn play(endpoint: &str, end: &AtomicBool, there: &AtomicBool) {
     }
 }
 
+/// `gripctl fleet router`, as soon as it listens.
+fn router(endpoint: &str) -> Child {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_gripctl"));
+    command.args(["fleet", "router", "--listen", endpoint]).stdout(Stdio::piped());
+    let mut child = command.spawn().unwrap();
+    let mut line = String::new();
+    BufReader::new(child.stdout.take().unwrap()).read_line(&mut line).unwrap();
+    assert_eq!(line, format!("a router listens at {endpoint}\n"));
+    child
+}
+
 /// What `args` print while the gripper is there.
 fn beside(args: &[&str]) -> Vec<String> {
     let folder = tempfile::tempdir().unwrap();
     let endpoint = endpoint();
-    let _router = net::router(&endpoint).unwrap();
+    let mut router = router(&endpoint);
     let (end, there) = (AtomicBool::new(false), AtomicBool::new(false));
     thread::scope(|scope| {
         scope.spawn(|| play(&endpoint, &end, &there));
@@ -63,6 +80,8 @@ fn beside(args: &[&str]) -> Vec<String> {
         }
         let ran = gripctl(folder.path(), &[args, &["--router", &endpoint]].concat());
         end.store(true, Ordering::SeqCst);
+        router.kill().unwrap();
+        router.wait().unwrap();
         assert_eq!(ran.code, 0, "{ran:?}");
         ran.out.lines().map(str::to_owned).collect()
     })
@@ -106,6 +125,7 @@ fn what_cannot_be_is_told_in_a_sentence() {
     refuse(2, &["list"], &["no router: say where one listens"]);
     refuse(2, &["list", "--router", "here"], &["router = here: ", "expected an endpoint"]);
     refuse(2, &["list", "--network", "none.json5"], &["none.json5: no Zenoh configuration"]);
+    refuse(2, &["router", "--listen", "there"], &["router = there: "]);
     refuse(2, &["list", "--site", "a/b"], &["`a/b` is no name of a site"]);
     refuse(2, &["tail", "12", "--router", "tcp/127.0.0.1:1"], &["`12` is no identity"]);
     let seconds = ["events", "--seconds", "0", "--router", "tcp/127.0.0.1:1"];

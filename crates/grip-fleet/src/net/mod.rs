@@ -1,7 +1,7 @@
 //! A router's address in, a session with it out, and what grippers and receivers do there.
 //!
-//! One session each, as a client of a router; nothing is searched for by multicast or gossip, and nothing listens. TLS, names and
-//! access rules come from a Zenoh configuration file, whose keys are read first; mode, scouting and, where it is given, the endpoint
+//! One session each, as a client of a router; nothing is searched for by multicast or gossip, and nothing listens. Names,
+//! retries and the like come from a Zenoh configuration file, whose keys are read first; mode, scouting and, where it is given, the endpoint
 //! are then set here.
 
 mod announce;
@@ -72,18 +72,15 @@ impl Network {
     /// The configuration of the session.
     fn config(&self) -> Result<Config, NetError> {
         let mut config = match &self.file {
-            Some(file) => Config::from_file(file).map_err(|reason| NetError::File {
-                file: file.clone(),
-                reason: short(&reason),
-            })?,
+            Some(file) => Config::from_file(file)
+                .map_err(|reason| NetError::File { file: file.clone(), reason: short(&reason) })?,
             None => Config::default(),
         };
         let name = self.name();
         let mut set = |key: &str, value: &str| {
-            config.insert_json5(key, value).map_err(|reason| NetError::Router {
-                router: name.clone(),
-                reason: short(&reason),
-            })
+            config
+                .insert_json5(key, value)
+                .map_err(|reason| NetError::Router { router: name.clone(), reason: short(&reason) })
         };
         set("mode", "\"client\"")?;
         set("scouting/multicast/enabled", "false")?;
@@ -91,11 +88,7 @@ impl Network {
         set("listen/endpoints", "[]")?;
         match &self.router {
             Some(router) => {
-                let endpoint: Result<EndPoint, _> = router.parse();
-                endpoint.map_err(|reason| NetError::Router {
-                    router: router.clone(),
-                    reason: short(&reason),
-                })?;
+                check_endpoint(router)?;
                 set("connect/endpoints", &format!("[{router:?}]"))?;
             }
             None if self.file.is_none() => return Err(NetError::Nowhere),
@@ -117,10 +110,9 @@ impl Network {
     /// # Errors
     /// [`NetError::NoRouter`] where none answers now; the others will not go away.
     pub fn open(&self) -> Result<Session, NetError> {
-        zenoh::open(self.config()?).wait().map_err(|reason| NetError::NoRouter {
-            router: self.name(),
-            reason: short(&reason),
-        })
+        zenoh::open(self.config()?)
+            .wait()
+            .map_err(|reason| NetError::NoRouter { router: self.name(), reason: short(&reason) })
     }
 
     /// Where the router is, for people.
@@ -143,6 +135,7 @@ pub fn router(endpoint: &str) -> Result<Session, NetError> {
         router: endpoint.to_owned(),
         reason: short(&reason),
     };
+    check_endpoint(endpoint)?;
     let mut config = Config::default();
     for (key, value) in [
         ("mode", "\"router\""),
@@ -153,6 +146,13 @@ pub fn router(endpoint: &str) -> Result<Session, NetError> {
         config.insert_json5(key, value).map_err(wrong)?;
     }
     zenoh::open(config).wait().map_err(wrong)
+}
+
+/// Whether this is an address at all.
+fn check_endpoint(text: &str) -> Result<(), NetError> {
+    let parsed: Result<EndPoint, _> = text.parse();
+    let wrong = |reason| NetError::Router { router: text.to_owned(), reason: short(&reason) };
+    parsed.map(drop).map_err(wrong)
 }
 
 /// What Zenoh says, without the places in its source.

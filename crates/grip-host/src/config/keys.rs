@@ -97,7 +97,7 @@ pub struct FleetConfig {
     pub site: Option<Site>,
     /// Where a Zenoh router listens, such as `tcp/10.0.0.1:7447`; what `network` says, where absent.
     pub router: Option<String>,
-    /// Zenoh configuration file, for TLS and the rest.
+    /// Zenoh configuration file, for names, retries and the rest.
     pub network: Option<PathBuf>,
     /// The folder that keeps events until they were fetched, also over an end of gripd; memory, where absent.
     pub spool: Option<PathBuf>,
