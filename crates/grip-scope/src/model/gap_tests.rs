@@ -133,6 +133,42 @@ fn another_observer_opens_what_is_derived_though_no_sample_is_missing() {
     assert_eq!(breaks(&model, Channel::Statistic), [0.0; 0]);
 }
 
+/// Rows of the stylus, and of the travel where it is there.
+fn with_travel(from_us: u64, broken: bool, travel: bool) -> Feed {
+    let mut block = rows(from_us, 1000, &[1.0; 10]);
+    if travel {
+        block.columns.push((Channel::Travel, vec![2.0; 10]));
+    }
+    Feed::Rows(RowBlock { broken, ..block })
+}
+
+#[test]
+fn a_channel_that_is_missing_for_whole_blocks_is_open_there() {
+    let model = model([
+        with_travel(1_000_000, false, true),
+        with_travel(1_010_000, false, true),
+        with_travel(1_020_000, false, false),
+        with_travel(1_030_000, false, false),
+        with_travel(1_040_000, false, true),
+        with_travel(1_050_000, false, true),
+    ]);
+    assert_eq!(breaks(&model, Channel::Travel), [1.04]);
+    assert_eq!(breaks(&model, Channel::Stylus), [0.0; 0]);
+    let travel = model.series(Channel::Travel).unwrap();
+    assert_eq!((travel.at(1.019), travel.at(1.03), travel.at(1.04)), (Some(2.0), None, Some(2.0)));
+}
+
+#[test]
+fn a_channel_that_is_missing_right_behind_a_gap_is_open_until_it_is_there() {
+    let model = model([
+        with_travel(1_000_000, false, true),
+        with_travel(1_100_000, true, false),
+        with_travel(1_110_000, false, true),
+    ]);
+    assert_eq!(breaks(&model, Channel::Stylus), [1.1]);
+    assert_eq!(breaks(&model, Channel::Travel), [1.11]);
+}
+
 #[test]
 fn a_gap_before_rows_that_cannot_be_shown_is_one_before_the_next_that_can() {
     let model = model([

@@ -64,9 +64,11 @@ impl Model {
         }
         for (channel, values) in &block.columns {
             let series = entry(&mut self.series, *channel);
+            // What the rows before did not have begins anew.
+            let mut begins = row_s.is_some_and(|row_s| series.is_before(row_s));
             for (time, value) in times.iter().zip(values) {
                 if let Some((at_s, broken)) = time {
-                    series.push(*at_s, *value, *broken);
+                    series.push(*at_s, *value, *broken || core::mem::take(&mut begins));
                 }
             }
         }
