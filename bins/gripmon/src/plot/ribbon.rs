@@ -61,17 +61,34 @@ fn end(pen: &mut Pen<'_>, stretch: Option<End>) {
     }
 }
 
-/// Adds the area between two curves, given as columns of the same times, to a mesh: the lowest of the one to the highest of the other.
+/// Adds the area between two curves, given as columns of the same times, to a mesh: the lowest of the one to the highest of the other, where
+/// both have samples.
 pub fn band(mesh: &mut Mesh, frame: &Frame, (low, high): (&[Bucket], &[Bucket]), colour: Color32) {
+    let (mut low, mut high) = (low.iter().peekable(), high.iter().peekable());
     let mut joined = false;
-    for (low, high) in low.iter().zip(high) {
-        if low.count == 0 || high.count == 0 || low.min > high.max {
+    while let (Some(&below), Some(&above)) = (low.peek(), high.peek()) {
+        let x_s = f64::midpoint(below.from_s, below.to_s);
+        // Columns without samples are left out of each list for itself.
+        let alone = if above.from_s > x_s {
+            low.next()
+        } else if above.to_s <= x_s {
+            high.next()
+        } else {
+            low.next();
+            high.next();
+            None
+        };
+        if let Some(alone) = alone {
+            joined &= !alone.broken;
+            continue;
+        }
+        if below.count == 0 || above.count == 0 || below.min > above.max {
             joined = false;
             continue;
         }
-        let x = frame.x(f64::midpoint(low.from_s, low.to_s));
-        let edges = (edge(frame, high.max), edge(frame, low.min));
-        column(mesh, x, edges, colour, joined && !low.broken && !high.broken);
+        let edges = (edge(frame, above.max), edge(frame, below.min));
+        let joins = joined && !below.broken && !above.broken;
+        column(mesh, frame.x(x_s), edges, colour, joins);
         joined = true;
     }
 }
@@ -220,6 +237,29 @@ mod tests {
                 assert!(![5.1, 7.0, 8.9].into_iter().any(painted), "dash {dash}, {shift}");
             }
         }
+    }
+
+    #[test]
+    fn an_area_has_the_ends_of_one_time_though_columns_are_left_out() {
+        let values: Vec<(f32, f32)> =
+            (0..50_u8).map(|k| f32::from(k) / 100.0).map(|v| (v, v)).collect();
+        let mut low = buckets(&values);
+        let mut high = buckets(&values.iter().map(|v| (v.0 + 0.3, v.1 + 0.3)).collect::<Vec<_>>());
+        low.remove(20);
+        high.remove(30);
+        high.remove(30);
+        let mut mesh = Mesh::default();
+        band(&mut mesh, &frame(), (&low, &high), Color32::WHITE);
+        assert_eq!(mesh.vertices.len(), 4 * 47);
+        for corners in mesh.vertices.chunks_exact(4) {
+            let (top, bottom) = (corners[1].pos.y, corners[2].pos.y);
+            assert!((bottom - top - 31.2).abs() < 0.01, "{} {top} {bottom}", corners[0].pos.x);
+        }
+        // A lone column that does not join the one before it interrupts the area.
+        high[20].broken = true;
+        let mut cut = Mesh::default();
+        band(&mut cut, &frame(), (&low, &high), Color32::WHITE);
+        assert_eq!(mesh.indices.len() - cut.indices.len(), 18);
     }
 
     #[test]
