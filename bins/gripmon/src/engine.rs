@@ -21,6 +21,8 @@ pub struct Brought {
     pub changed: bool,
     /// It is worth painting a view that stands still: the source's state is another, or the trigger has found something.
     pub urgent: bool,
+    /// A file is on its way in: a view that stands still is worth painting now and then, for what is there and how far it is.
+    pub loading: bool,
     /// More is waiting.
     pub more: bool,
 }
@@ -45,7 +47,8 @@ impl Engine {
         let revision = self.model.revision();
         let changed = core::mem::replace(&mut self.seen_revision, revision) != revision;
         let urgent = triggered || kind(self.model.status()) != before;
-        Brought { changed, urgent, more: moved >= budget }
+        let loading = changed && matches!(self.model.status(), SourceStatus::Loading { .. });
+        Brought { changed, urgent, loading, more: moved >= budget }
     }
 
     /// What the trigger has found since the last call: the last hit, else the last sweep.
@@ -99,6 +102,20 @@ mod tests {
         engine.model.mark(1.0, "here");
         assert_eq!(engine.take_in(10), Brought { changed: true, ..Brought::default() });
         assert_eq!(engine.take_in(10), Brought::default());
+    }
+
+    #[test]
+    fn a_file_that_comes_in_is_worth_a_frame_while_there_is_more_of_it() {
+        let mut engine = Engine::new(Model::new(1 << 20), None);
+        for done in [0.1, 0.2] {
+            engine.model.take(Feed::Status(SourceStatus::Loading { done }));
+            assert!(engine.take_in(1).loading);
+            assert!(!engine.take_in(1).loading);
+        }
+        engine.model.take(Feed::Status(SourceStatus::Live));
+        engine.take_in(1);
+        engine.model.mark(1.0, "here");
+        assert!(!engine.take_in(1).loading);
     }
 
     #[test]

@@ -1,8 +1,9 @@
 //! A source's items into the engine, on a thread of their own; requests to paint out.
 //!
-//! The window's thread only draws. Where nobody looks (a view that stands still, a hidden window, a file that is loaded) data go on being taken
-//! in, and nothing is painted.
+//! The window's thread only draws. Where nobody looks (a view that stands still, a hidden window) data go on being taken in, and nothing is
+//! painted; while a file is loaded a view that stands still is painted a few times a second, as how far it is can be seen there.
 
+use crate::engine::Brought;
 use crate::scope::Shared;
 use core::panic::AssertUnwindSafe;
 use core::sync::atomic::{AtomicBool, Ordering};
@@ -15,6 +16,8 @@ use std::{io, panic};
 
 /// Time between two frames of live data (30 a second).
 pub const FRAME: Duration = Duration::from_millis(33);
+/// The same of a view that stands still while a file is loaded (5 a second).
+pub const PROGRESS: Duration = Duration::from_millis(200);
 /// Items taken in at once while the window may want the engine.
 const BUDGET: usize = 32;
 /// Least time between two looks at the source.
@@ -97,8 +100,8 @@ fn run(shared: &Shared, ctx: &Context, watch: &Watch) {
         let brought = shared.engine().take_in(BUDGET);
         let looked_at = !watch.paused.load(Ordering::Relaxed);
         let visible = !watch.hidden.load(Ordering::Relaxed);
-        if visible && (brought.urgent || (brought.changed && looked_at)) {
-            ctx.request_repaint_after(FRAME);
+        if let Some(wait) = wait(brought, looked_at).filter(|_| visible) {
+            ctx.request_repaint_after(wait);
         }
         if brought.more {
             if shared.is_waited_for() {
@@ -108,6 +111,17 @@ fn run(shared: &Shared, ctx: &Context, watch: &Watch) {
         }
         rest(if looked_at && visible { REST } else { UNSEEN });
         thread::park_timeout(PATIENCE);
+    }
+}
+
+/// How soon what was brought is worth a frame; `None` where it is not.
+const fn wait(brought: Brought, looked_at: bool) -> Option<Duration> {
+    if brought.urgent || (brought.changed && looked_at) {
+        Some(FRAME)
+    } else if brought.loading {
+        Some(PROGRESS)
+    } else {
+        None
     }
 }
 

@@ -1,7 +1,9 @@
 //! Drawing of curves: a rectangle, a span of time and a scale of values in; shapes out. Nothing here knows grippers.
 
+mod dash;
 mod frame;
 mod line;
+mod pen;
 mod ribbon;
 mod scale;
 

@@ -4,14 +4,10 @@
 //! neighbours, so that a spike of one sample is a bar of its own. Edges fade over one pixel. Four corners a column: the cost depends on the width of the
 //! window only.
 
+use super::pen::{Pen, column};
 use super::{Frame, Style};
-use eframe::egui::{Color32, Mesh, Pos2, epaint::Vertex, epaint::WHITE_UV, pos2};
+use eframe::egui::{Color32, Mesh};
 use grip_scope::Bucket;
-
-/// Half the thickness of a level curve (points).
-const HALF: f32 = 0.6;
-/// Width over which edges fade (points).
-const FADE: f32 = 0.8;
 
 /// Adds the ribbon of the buckets to a mesh.
 pub fn ribbon(
@@ -20,11 +16,12 @@ pub fn ribbon(
     buckets: &[Bucket],
     (colour, style): (Color32, Style),
 ) {
+    let dashes_from = (style == Style::Dashed).then_some(frame.rect.left());
+    let mut pen = Pen::new(mesh, colour, dashes_from);
     let mut before: Option<End> = None;
     for bucket in buckets {
-        let open = style == Style::Dashed && is_between_dashes(frame, bucket.from_s);
-        if open || bucket.count == 0 || bucket.min > bucket.max || bucket.min.is_nan() {
-            end(mesh, before.take(), colour);
+        if bucket.count == 0 || bucket.min > bucket.max || bucket.min.is_nan() {
+            end(&mut pen, before.take());
             continue;
         }
         let x = frame.x(f64::midpoint(bucket.from_s, bucket.to_s));
@@ -35,18 +32,18 @@ pub fn ribbon(
             Some(last) if !bucket.broken => {
                 // Touch the column before: a jump between two columns is a bar as well.
                 let (above, below) = last.edges;
-                column(mesh, x, (top.min(below), bottom.max(above)), colour, true);
+                pen.on(x, (top.min(below), bottom.max(above)));
             }
             other => {
                 // A stretch has all of its first and last column, however short it is.
-                end(mesh, other, colour);
-                column(mesh, x - half, (top, bottom), colour, false);
-                column(mesh, x, (top, bottom), colour, true);
+                end(&mut pen, other);
+                pen.begin(x - half, (top, bottom));
+                pen.on(x, (top, bottom));
             }
         }
         before = Some(End { x: x + half, edges: (top, bottom) });
     }
-    end(mesh, before, colour);
+    end(&mut pen, before);
 }
 
 /// Where the stretch that is being drawn would end.
@@ -58,79 +55,46 @@ struct End {
 }
 
 /// The right half of a stretch's last column.
-fn end(mesh: &mut Mesh, stretch: Option<End>, colour: Color32) {
+fn end(pen: &mut Pen<'_>, stretch: Option<End>) {
     if let Some(End { x, edges }) = stretch {
-        column(mesh, x, edges, colour, true);
+        pen.on(x, edges);
     }
 }
 
-/// Dashes stand still on the screen: 5 points drawn, 4 open.
-fn is_between_dashes(frame: &Frame, t_s: f64) -> bool {
-    (frame.x(t_s) - frame.rect.left()).rem_euclid(9.0) >= 5.0
-}
-
-/// Adds the area between two curves, given as columns of the same times, to a mesh: the lowest of the one to the highest of the other.
+/// Adds the area between two curves, given as columns of the same times, to a mesh: the lowest of the one to the highest of the other, where
+/// both have samples.
 pub fn band(mesh: &mut Mesh, frame: &Frame, (low, high): (&[Bucket], &[Bucket]), colour: Color32) {
+    let (mut low, mut high) = (low.iter().peekable(), high.iter().peekable());
     let mut joined = false;
-    for (low, high) in low.iter().zip(high) {
-        if low.count == 0 || high.count == 0 || low.min > high.max {
+    while let (Some(&below), Some(&above)) = (low.peek(), high.peek()) {
+        let x_s = f64::midpoint(below.from_s, below.to_s);
+        // Columns without samples are left out of each list for itself.
+        let alone = if above.from_s > x_s {
+            low.next()
+        } else if above.to_s <= x_s {
+            high.next()
+        } else {
+            low.next();
+            high.next();
+            None
+        };
+        if let Some(alone) = alone {
+            joined &= !alone.broken;
+            continue;
+        }
+        if below.count == 0 || above.count == 0 || below.min > above.max {
             joined = false;
             continue;
         }
-        let x = frame.x(f64::midpoint(low.from_s, low.to_s));
-        let edges = (edge(frame, high.max), edge(frame, low.min));
-        column(mesh, x, edges, colour, joined && !low.broken && !high.broken);
+        let edges = (edge(frame, above.max), edge(frame, below.min));
+        let joins = joined && !below.broken && !above.broken;
+        column(mesh, frame.x(x_s), edges, colour, joins);
         joined = true;
     }
 }
 
 fn edge(frame: &Frame, value: f32) -> f32 {
     frame.y(f64::from(value)).clamp(frame.rect.top() - 4.0, frame.rect.bottom() + 4.0)
-}
-
-/// Four corners at `x` and, where it continues, the area since the last four.
-fn column(mesh: &mut Mesh, x: f32, (top, bottom): (f32, f32), colour: Color32, continues: bool) {
-    let Ok(base) = u32::try_from(mesh.vertices.len()) else { return };
-    let clear = Color32::TRANSPARENT;
-    let corners = [
-        (top - HALF - FADE, clear),
-        (top - HALF, colour),
-        (bottom + HALF, colour),
-        (bottom + HALF + FADE, clear),
-    ];
-    let corners = corners.map(|(y, color)| corner(pos2(x, y), color));
-    if continues && lengthen(mesh, &corners) {
-        return;
-    }
-    mesh.vertices.extend(corners);
-    if !continues || base < 4 {
-        return;
-    }
-    for row in 0..3 {
-        let (a, b) = (base - 4 + row, base + row);
-        mesh.indices.extend([a, a + 1, b, b, a + 1, b + 1]);
-    }
-}
-
-/// Moves the last column to where the next one stands, if it, the one that it continues and the next are the same but for their place: a level
-/// stretch has two columns, however long it is.
-fn lengthen(mesh: &mut Mesh, next: &[Vertex; 4]) -> bool {
-    let ends = u32::try_from(mesh.vertices.len())
-        .is_ok_and(|len| mesh.indices.last() == Some(&(len.wrapping_sub(1))));
-    let Some(two) = mesh.vertices.last_chunk_mut::<8>().filter(|_| ends) else { return false };
-    let (before, last) = two.split_at_mut(4);
-    let alike = |column: &[Vertex]| {
-        column.iter().zip(next).all(|(a, b)| a.pos.y == b.pos.y && a.color == b.color)
-    };
-    if !alike(last) || !alike(before) {
-        return false;
-    }
-    last.copy_from_slice(next);
-    true
-}
-
-const fn corner(pos: Pos2, color: Color32) -> Vertex {
-    Vertex { pos, uv: WHITE_UV, color }
 }
 
 #[cfg(test)]
@@ -253,6 +217,49 @@ mod tests {
                 assert_eq!(paints(&mesh, (centre + 1.5, 50.0)), step == 1 && column < 49);
             }
         }
+    }
+
+    #[test]
+    fn dashes_stand_still_while_the_columns_under_them_move() {
+        for shift in 0..6_u8 {
+            let mut columns = buckets(&[(0.5, 0.5); 50]);
+            for bucket in &mut columns {
+                bucket.from_s -= f64::from(shift) * 0.003;
+                bucket.to_s -= f64::from(shift) * 0.003;
+            }
+            let mut mesh = Mesh::default();
+            ribbon(&mut mesh, &frame(), &columns, (Color32::WHITE, Style::Dashed));
+            assert!(mesh.is_valid() && mesh.vertices.len() <= 12 * 12);
+            for dash in 0..10_u8 {
+                let left = 9.0 * f32::from(dash);
+                let painted = |x: f32| paints(&mesh, (left + x, 50.0));
+                assert!([0.1, 2.5, 4.9].into_iter().all(painted), "dash {dash}, {shift}");
+                assert!(![5.1, 7.0, 8.9].into_iter().any(painted), "dash {dash}, {shift}");
+            }
+        }
+    }
+
+    #[test]
+    fn an_area_has_the_ends_of_one_time_though_columns_are_left_out() {
+        let values: Vec<(f32, f32)> =
+            (0..50_u8).map(|k| f32::from(k) / 100.0).map(|v| (v, v)).collect();
+        let mut low = buckets(&values);
+        let mut high = buckets(&values.iter().map(|v| (v.0 + 0.3, v.1 + 0.3)).collect::<Vec<_>>());
+        low.remove(20);
+        high.remove(30);
+        high.remove(30);
+        let mut mesh = Mesh::default();
+        band(&mut mesh, &frame(), (&low, &high), Color32::WHITE);
+        assert_eq!(mesh.vertices.len(), 4 * 47);
+        for corners in mesh.vertices.chunks_exact(4) {
+            let (top, bottom) = (corners[1].pos.y, corners[2].pos.y);
+            assert!((bottom - top - 31.2).abs() < 0.01, "{} {top} {bottom}", corners[0].pos.x);
+        }
+        // A lone column that does not join the one before it interrupts the area.
+        high[20].broken = true;
+        let mut cut = Mesh::default();
+        band(&mut cut, &frame(), (&low, &high), Color32::WHITE);
+        assert_eq!(mesh.indices.len() - cut.indices.len(), 18);
     }
 
     #[test]

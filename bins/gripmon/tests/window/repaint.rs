@@ -4,12 +4,12 @@ use super::{fixture, window};
 use core::sync::atomic::{AtomicU64, Ordering};
 use core::time::Duration;
 use eframe::egui::{Context, ViewportId};
-use grip_scope::{Model, SourceHandle, SourceSpec};
+use grip_scope::{Feed, Model, SourceHandle, SourceSpec, SourceStatus};
 use gripmon::engine::Engine;
 use gripmon::layout::Panel;
 use gripmon::pump::Pump;
 use gripmon::scope::Shared;
-use std::sync::{Arc, OnceLock};
+use std::sync::{Arc, Mutex, OnceLock};
 use std::thread::{self, Thread};
 
 #[test]
@@ -84,4 +84,35 @@ fn data_paint_a_view_that_follows_and_none_that_is_paused_or_hidden() {
     running.pump.watch().hidden.store(true, Ordering::Relaxed);
     let _settling = running.after_news(5);
     assert_eq!(running.after_news(50), 0, "hidden");
+}
+
+#[test]
+fn a_file_that_is_loaded_paints_a_view_that_stands_still_a_few_times_a_second() {
+    let (ctx, asked) = (Context::default(), Arc::<Mutex<Option<Duration>>>::default());
+    let heard = Arc::clone(&asked);
+    ctx.set_request_repaint_callback(move |info| *heard.lock().unwrap() = Some(info.delay));
+    let shared = Arc::new(Shared::new(Engine::new(Model::new(1 << 20), None)));
+    let pump = Pump::start(Arc::clone(&shared), ctx.clone()).unwrap();
+    pump.watch().paused.store(true, Ordering::Relaxed);
+    let frame = || {
+        let mut output = ctx.run_ui(eframe::egui::RawInput::default(), |_| {});
+        output.textures_delta.clear();
+    };
+    let told = |done: f32| {
+        frame();
+        *asked.lock().unwrap() = None;
+        shared.engine().model.take(Feed::Status(SourceStatus::Loading { done }));
+        pump.thread().unwrap().unpark();
+        // However long a busy machine takes for it.
+        (0..6000).find_map(|_| {
+            thread::park_timeout(Duration::from_millis(10));
+            asked.lock().unwrap().take()
+        })
+    };
+    // The first frames of a window ask for more of them.
+    (0..3).for_each(|_| frame());
+    for done in [0.1, 0.11] {
+        let delay = told(done).unwrap();
+        assert!((0.1..0.5).contains(&delay.as_secs_f32()), "{done}: {delay:?}");
+    }
 }

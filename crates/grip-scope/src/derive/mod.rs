@@ -101,7 +101,7 @@ impl Observer {
     pub(crate) fn take(&mut self) -> DerivedBlock {
         let block = core::mem::take(&mut self.block);
         // A break stays one until something is behind it.
-        self.block.broken = block.broken && block.bands.is_empty();
+        self.block.broken = block.broken && block.bands.is_empty() && block.evidence.is_empty();
         block
     }
 }

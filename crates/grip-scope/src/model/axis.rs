@@ -100,6 +100,11 @@ impl Axis {
         if near { t_s + self.offset_s } else { self.end_s }
     }
 
+    /// Where the last row went; `None` before the first one.
+    pub(super) fn row_s(&self) -> Option<f64> {
+        self.row_s.map(|row_s| row_s + self.offset_s)
+    }
+
     pub(super) const fn end_s(&self) -> f64 {
         self.end_s
     }

@@ -42,7 +42,10 @@ impl Columns {
         if (self.width_s - width_s).abs() > SAME_WIDTH * width_s {
             *self = Self { width_s, ..Self::default() };
         }
-        let Some((have_from_s, have_to_s)) = series.store().span() else { return };
+        let Some((have_from_s, have_to_s)) = series.store().span() else {
+            *self = Self { width_s, ..Self::default() };
+            return;
+        };
         let number = |t_s: f64| (t_s / self.width_s).floor();
         let first = number(span.from_s.max(have_from_s));
         let last = number(span.to_s.min(have_to_s));
@@ -202,6 +205,19 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn a_curve_whose_history_has_gone_has_no_columns() {
+        let (mut series, mut times) = (Series::new(Channel::Stylus), Vec::new());
+        grow(&mut series, &mut times, &[(50, false); 1024]);
+        let mut columns = Columns::default();
+        let span = Span::new(1.0, 1.05);
+        columns.update(&series, span, 100);
+        assert!(!columns.buckets().is_empty());
+        series.store_mut().drop_oldest();
+        columns.update(&series, span, 100);
+        assert_eq!(columns.buckets(), []);
     }
 
     #[test]

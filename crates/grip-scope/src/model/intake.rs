@@ -3,7 +3,7 @@
 use super::axis::Placed;
 use super::events::note;
 use super::series::Series;
-use super::{Join, MOST_TURNS, Model};
+use super::{MOST_TURNS, Model};
 use crate::channel::Channel;
 use crate::feed::{
     BandPoint, DerivedBlock, EventKind, EventMark, EvidencePoint, Feed, RowBlock, StatePoint,
@@ -48,33 +48,27 @@ impl Model {
 
     fn restart(&mut self) {
         self.restarted = true;
-        self.states = Join::Afresh;
+        self.afresh = true;
         self.events.interrupt();
     }
 
     fn take_rows(&mut self, block: &RowBlock) {
-        let mut times = Vec::with_capacity(block.times_us.len());
-        let mut broken = core::mem::take(&mut self.restarted) || block.broken;
-        if block.broken && self.states == Join::On {
-            self.states = Join::Broken;
-        }
         let (was_s, leaps) = (self.axis.end_s(), self.axis.leaps());
-        let known = self.series.contains_key(&Channel::Stylus);
-        for time_us in &block.times_us {
-            let placed = self.place_row(*time_us);
-            times.push(placed.map(|(at_s, leapt)| (at_s, leapt || core::mem::take(&mut broken))));
-        }
+        let row_s = self.axis.row_s();
+        let times = self.place_rows(block, row_s.is_some());
         let first_s = times.iter().flatten().next().map(|(at_s, _)| *at_s);
         // A leap of the device's time is told as such.
         let joined = leaps == self.axis.leaps();
-        if let Some(first_s) = first_s.filter(|_| block.broken && known && joined) {
+        if let Some(first_s) = first_s.filter(|_| block.broken && row_s.is_some() && joined) {
             self.tell_gap(Span::new(was_s, first_s), block.lost);
         }
         for (channel, values) in &block.columns {
             let series = entry(&mut self.series, *channel);
+            // What the rows before did not have begins anew.
+            let mut begins = row_s.is_some_and(|row_s| series.is_before(row_s));
             for (time, value) in times.iter().zip(values) {
                 if let Some((at_s, broken)) = time {
-                    series.push(*at_s, *value, *broken);
+                    series.push(*at_s, *value, *broken || core::mem::take(&mut begins));
                 }
             }
         }
@@ -93,6 +87,24 @@ impl Model {
         self.health.set_unusable(rows.map(Series::huge).sum(), nan, misplaced);
     }
 
+    /// Where the rows of a block go, and which of them do not join the one before; `known`: whether there is one before the first.
+    fn place_rows(&mut self, block: &RowBlock, known: bool) -> Vec<Option<(f64, bool)>> {
+        let mut times = Vec::with_capacity(block.times_us.len());
+        let mut broken = core::mem::take(&mut self.restarted) || block.broken;
+        for time_us in &block.times_us {
+            let placed = self.place_row(*time_us);
+            let joined = |(at_s, leapt)| (at_s, leapt || core::mem::take(&mut broken));
+            let placed = placed.map(joined);
+            if let Some((at_s, true)) = placed.filter(|_| known) {
+                self.gaps.push(at_s);
+            }
+            times.push(placed);
+        }
+        // Where no row of the block can be shown, the next one that can does not join either.
+        self.restarted = broken;
+        times
+    }
+
     /// Where a row goes, and whether the device's time leapt before it.
     fn place_row(&mut self, time_us: u64) -> Option<(f64, bool)> {
         let device_s = seconds(time_us);
@@ -104,7 +116,7 @@ impl Model {
             }
             Placed::Leapt { at_s, before_s } => {
                 self.events.interrupt();
-                self.states = Join::Afresh;
+                self.afresh = true;
                 let text = format!(
                     "the device's time went from {before_s:.3} s to {device_s:.3} s: shown here from {at_s:.3} s on"
                 );
@@ -143,8 +155,8 @@ impl Model {
             self.health.stray_state();
             return;
         };
-        let join = core::mem::take(&mut self.states);
-        let (restarted, broken) = (join == Join::Afresh, join != Join::On);
+        let restarted = core::mem::take(&mut self.afresh);
+        let from_s = if restarted { f64::INFINITY } else { self.gaps.before(t_s) };
         for mark in changes(before.filter(|_| !restarted).as_ref(), &state, t_s) {
             self.events.push(mark);
         }
@@ -160,15 +172,22 @@ impl Model {
             (Channel::EscFlags, state.esc.map(|esc| f32::from(esc.flags))),
         ];
         for (channel, value) in values {
-            self.put(channel, t_s, (value, broken));
+            self.put(channel, t_s, (value, from_s));
         }
     }
 
     fn take_derived(&mut self, block: DerivedBlock) {
-        let mut broken = block.broken;
+        if block.broken {
+            let bands = block.bands.first().map(|point| point.t_s);
+            let evidence = block.evidence.first().map(|point| point.t_s);
+            let first = bands.into_iter().chain(evidence).reduce(f64::min);
+            if let Some(t_s) = first.and_then(|t_s| self.axis.state(t_s)) {
+                self.gaps.derive_from(t_s);
+            }
+        }
         for point in &block.bands {
             if let Some(t_s) = self.axis.state(point.t_s) {
-                self.take_bands(t_s, point, core::mem::take(&mut broken));
+                self.take_bands(t_s, point);
             }
         }
         for turn in block.turns {
@@ -192,12 +211,13 @@ impl Model {
         }
     }
 
-    fn take_bands(&mut self, t_s: f64, point: &BandPoint, broken: bool) {
+    fn take_bands(&mut self, t_s: f64, point: &BandPoint) {
+        let from_s = self.gaps.derived_before(t_s);
         for (band, (energy, threshold)) in (0..).zip(point.energy.iter().zip(&point.threshold)) {
-            self.put(Channel::BandEnergy(band), t_s, (Some(*energy), broken));
-            self.put(Channel::BandThreshold(band), t_s, (Some(*threshold), broken));
+            self.put(Channel::BandEnergy(band), t_s, (Some(*energy), from_s));
+            self.put(Channel::BandThreshold(band), t_s, (Some(*threshold), from_s));
         }
-        self.put(Channel::OwnStatistic, t_s, (Some(point.statistic), broken));
+        self.put(Channel::OwnStatistic, t_s, (Some(point.statistic), from_s));
     }
 
     fn take_evidence(&mut self, t_s: f64, point: &EvidencePoint) {
@@ -212,21 +232,23 @@ impl Model {
             (Channel::SlipSpeed, point.speed.map(|speed| speed.0)),
             (Channel::SlipSpeedSigma, point.speed.map(|speed| speed.1)),
         ];
+        let from_s = self.gaps.derived_before(t_s);
         for (channel, value) in values {
-            self.put(channel, t_s, (value, false));
+            self.put(channel, t_s, (value, from_s));
         }
     }
 
-    /// Puts a value, or that there is none where there was one before.
-    fn put(&mut self, channel: Channel, t_s: f64, (value, broken): (Option<f32>, bool)) {
-        match value {
-            Some(value) => entry(&mut self.series, channel).push(t_s, value, broken),
-            None => {
-                if let Some(series) = self.series.get_mut(&channel) {
-                    series.push(t_s, f32::NAN, broken);
-                }
-            }
-        }
+    /// Puts a value, or that there is none where there was one before; it does not join one before `from_s`.
+    fn put(&mut self, channel: Channel, t_s: f64, (value, from_s): (Option<f32>, f64)) {
+        let series = match value {
+            Some(_) => entry(&mut self.series, channel),
+            None => match self.series.get_mut(&channel) {
+                Some(series) => series,
+                None => return,
+            },
+        };
+        let broken = series.is_before(from_s);
+        series.push(t_s, value.unwrap_or(f32::NAN), broken);
     }
 }
 

@@ -10,6 +10,9 @@ mod columns;
 mod crossing;
 mod envelope;
 mod events;
+#[cfg(test)]
+mod gap_tests;
+mod gaps;
 mod health;
 mod intake;
 mod node;
@@ -35,6 +38,7 @@ use crate::feed::{
     StudyCurves, Turn,
 };
 use crate::span::Span;
+use gaps::Gaps;
 use grip_link::message::daemon::Gripper;
 use std::collections::{BTreeMap, VecDeque};
 use std::path::PathBuf;
@@ -72,18 +76,6 @@ impl Info {
     }
 }
 
-/// How what comes next goes on from what was before.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-enum Join {
-    /// It does.
-    #[default]
-    On,
-    /// Something is missing between: curves have a gap, what has changed is told.
-    Broken,
-    /// It is another run: nothing that has changed is told.
-    Afresh,
-}
-
 /// Everything that is known.
 #[derive(Clone, Debug)]
 pub struct Model {
@@ -101,8 +93,10 @@ pub struct Model {
     axis: Axis,
     /// The next rows do not join the last ones.
     restarted: bool,
-    /// How the next state goes on from the last.
-    states: Join,
+    /// The next state belongs to another run than the last: nothing that has changed is told.
+    afresh: bool,
+    /// Where curves that are no rows do not go on.
+    gaps: Gaps,
     revision: u64,
 }
 
@@ -124,7 +118,8 @@ impl Model {
             study: None,
             axis: Axis::default(),
             restarted: false,
-            states: Join::On,
+            afresh: false,
+            gaps: Gaps::default(),
             revision: 0,
         }
     }

@@ -147,6 +147,11 @@ impl Series {
         self.last
     }
 
+    /// Whether it has samples, and all of them are before `t_s`.
+    pub(super) fn is_before(&self, t_s: f64) -> bool {
+        self.last.is_some_and(|(last_s, _)| last_s < t_s)
+    }
+
     /// Samples that came before the last one and were left out.
     #[must_use]
     pub const fn misplaced(&self) -> u64 {

@@ -125,13 +125,13 @@ fn kept(series: &Series) -> Vec<(f64, f32)> {
     chunks.flat_map(|chunk| (0..chunk.len()).map(|k| (chunk.time(k), chunk.value(k)))).collect()
 }
 
-fn rows(from_us: u64, step_us: u64, values: &[f32]) -> RowBlock {
+pub(super) fn rows(from_us: u64, step_us: u64, values: &[f32]) -> RowBlock {
     let times_us = (0..).map(|k| from_us + k * step_us).take(values.len()).collect();
     let columns = vec![(Channel::Stylus, values.to_vec())];
     RowBlock { times_us, columns, ..RowBlock::default() }
 }
 
-fn state(t_s: f64) -> StatePoint {
+pub(super) fn state(t_s: f64) -> StatePoint {
     StatePoint {
         t_s,
         scene: SceneCode::Holding,
