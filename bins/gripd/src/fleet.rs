@@ -1,5 +1,9 @@
-//! What every client of the daemon hears in, publications on a network of many grippers out: a thread of its own, which the service
-//! thread serves as it serves any client. Nothing here reaches the hot thread, and a network that is gone stops nothing.
+//! What every client of the daemon hears in, publications on a network of many grippers out, on two threads of their own: one keeps events
+//! and never waits for a network, one talks to it. The service thread serves the first as it serves any client; nothing here reaches the hot
+//! thread, and a network that is gone stops nothing.
+
+mod keeper;
+mod network;
 
 use crate::{clock::Clock, settings::Settings};
 use anyhow::Context as _;
@@ -8,16 +12,15 @@ use core::{
     time::Duration,
 };
 use grip_daemon::{clients::Clients, log::LogLevel};
-use grip_fleet::{
-    Bridge, EventId, Member, Publication, Site, Spool, Topic, Uid,
-    net::{Announced, NetError, Network, Session},
-};
-use grip_host::{config::FleetConfig, exit::message};
+use grip_fleet::{Bridge, EventId, Spool, Topic, Uid, net::Network};
+use grip_host::config::FleetConfig;
+use keeper::Keeper;
+use network::Speaker;
 use std::{
-    io::{self, Read as _, Write as _},
-    os::unix::net::UnixStream,
+    hash::{BuildHasher as _, RandomState},
+    io::Write as _,
     sync::{
-        Arc,
+        Arc, Mutex, MutexGuard, PoisonError,
         mpsc::{self, Receiver, Sender},
     },
     thread::{self, JoinHandle},
@@ -25,20 +28,57 @@ use std::{
 
 /// Pause between two looks at what was asked.
 const PAUSE: Duration = Duration::from_millis(10);
-/// Pause between two attempts to find the router.
-const RETRY: Duration = Duration::from_secs(2);
-/// Bytes read at once.
-const CHUNK: usize = 16 * 1024;
+/// Publications on their way to the network; what finds no room is asked for again, or out of date soon.
+const ON_THE_WAY: usize = 1024;
+/// How long the end may take: a session on a line that is cut takes ten seconds to close.
+const END: Duration = Duration::from_millis(1500);
 
 /// A sentence for the console.
 pub(crate) type Told = (LogLevel, String);
 
-/// The thread, as seen from outside.
+/// A publication on its way.
+type Outgoing = (Topic, EventId, Vec<u8>);
+
+/// What is known of the gripper, for both threads.
+#[derive(Debug, Default)]
+struct Kept {
+    /// Which one it is, and its events, as soon as it has said so.
+    gripper: Option<(Uid, Spool)>,
+    /// The last frames of what does not go into the log.
+    status: Vec<Vec<u8>>,
+}
+
+/// What both threads share.
+#[derive(Clone, Debug)]
+struct Common {
+    kept: Arc<Mutex<Kept>>,
+    ended: Arc<AtomicBool>,
+    say: Sender<Told>,
+}
+
+impl Common {
+    /// What a thread that has panicked left is still data.
+    fn kept(&self) -> MutexGuard<'_, Kept> {
+        self.kept.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn tell(&self, level: LogLevel, text: &str) {
+        // A console that is gone reads nothing.
+        let _gone = self.say.send((level, format!("fleet: {text}")));
+    }
+
+    fn has_ended(&self) -> bool {
+        self.ended.load(Ordering::Relaxed)
+    }
+}
+
+/// The threads, as seen from outside.
 #[derive(Debug)]
 pub(crate) struct Fleet {
-    thread: JoinHandle<()>,
-    /// What it has to say.
+    threads: Vec<JoinHandle<()>>,
+    /// What they have to say.
     told: Receiver<Told>,
+    mourned: bool,
 }
 
 impl Fleet {
@@ -56,35 +96,44 @@ impl Fleet {
         stream.set_read_timeout(Some(PAUSE))?;
         // Before anything happens, so that nothing is missed.
         stream.write_all(&bridge.subscribe(config.samples_every))?;
+        let shown =
+            toml::to_string(&settings.config).context("the configuration cannot be written")?;
         let (say, told) = mpsc::channel();
-        let stopped = Arc::new(AtomicBool::new(false));
-        let gateway = Gateway {
-            bridge,
-            site,
-            config: config.clone(),
-            shown: toml::to_string(&settings.config)
-                .context("the configuration cannot be written")?,
-            run: clock.run_id(),
-            spool: None,
-            session: open(network(config), say.clone(), Arc::clone(&stopped))?,
-            announced: None,
-            say,
+        let common = Common { kept: Arc::default(), ended: Arc::default(), say };
+        let (sender, outgoing) = mpsc::sync_channel(ON_THE_WAY);
+        let keeper = Keeper::new(bridge, config.clone(), run(), (common.clone(), sender));
+        let speaker = Speaker::new(network(config), site, shown, (common, outgoing));
+        let spawn = |name: &str, body: Box<dyn FnOnce() + Send>| {
+            thread::Builder::new().name(name.to_owned()).spawn(body)
         };
-        let thread = thread::Builder::new().name("fleet".to_owned()).spawn(move || {
-            gateway.run(stream);
-            stopped.store(true, Ordering::Relaxed);
-        })?;
-        Ok((Some(clients), Some(Self { thread, told })))
+        let threads = vec![
+            spawn("fleet", Box::new(move || keeper.run(stream)))?,
+            spawn("fleet-network", Box::new(move || speaker.run()))?,
+        ];
+        Ok((Some(clients), Some(Self { threads, told, mourned: false })))
     }
 
-    /// What it has said meanwhile.
-    pub(crate) fn told(&self) -> impl Iterator<Item = Told> {
-        self.told.try_iter()
+    /// What they have said meanwhile, and, once, that one of them has ended.
+    pub(crate) fn told(&mut self) -> Vec<Told> {
+        let mut told: Vec<Told> = self.told.try_iter().collect();
+        if !self.mourned && self.threads.iter().any(JoinHandle::is_finished) {
+            self.mourned = true;
+            let text = "fleet: this gripper is told to nobody any more until gripd starts again";
+            told.push((LogLevel::Error, text.to_owned()));
+        }
+        told
     }
 
-    /// Waits for its end, which comes when the service thread has said goodbye to its clients; whether it was a good one.
-    pub(crate) fn finish(self) -> bool {
-        self.thread.join().is_ok()
+    /// Waits a little for their end, which comes when the service thread has said goodbye to its clients: what they said last.
+    pub(crate) fn finish(self) -> Vec<Told> {
+        let steps = END.as_millis() / PAUSE.as_millis();
+        for _ in 0..steps {
+            if self.threads.iter().all(JoinHandle::is_finished) {
+                break;
+            }
+            pause(PAUSE);
+        }
+        self.told.try_iter().collect()
     }
 }
 
@@ -93,150 +142,16 @@ pub(crate) fn network(config: &FleetConfig) -> Network {
     Network { router: config.router.clone(), file: config.network.clone() }
 }
 
-/// Looks for the router until it answers; from then on the session does that by itself.
-fn open(
-    network: Network,
-    say: Sender<Told>,
-    stopped: Arc<AtomicBool>,
-) -> io::Result<Receiver<Session>> {
-    let (found, session) = mpsc::channel();
-    thread::Builder::new().name("fleet-open".to_owned()).spawn(move || {
-        let mut said = false;
-        while !stopped.load(Ordering::Relaxed) {
-            match network.open() {
-                Ok(session) => {
-                    // A gateway that has ended needs none.
-                    let _ended = found.send(session);
-                    return;
-                }
-                Err(error) if !core::mem::replace(&mut said, true) => {
-                    let text =
-                        format!("fleet: {}; events are kept and told later", message(&error));
-                    let _ended = say.send((LogLevel::Warn, text));
-                }
-                Err(_) => {}
-            }
-            pause(RETRY);
-        }
-    })?;
-    Ok(session)
+/// The number of this run: from the system's random numbers, since clocks may be set back.
+fn run() -> u32 {
+    let [_, _, _, _, a, b, c, d] = RandomState::new().hash_one(0).to_le_bytes();
+    u32::from_le_bytes([a, b, c, d])
 }
 
-#[expect(clippy::disallowed_methods, reason = "the driver may wait; nobody waits for this thread")]
+#[expect(
+    clippy::disallowed_methods,
+    reason = "the driver may wait; nobody waits for these threads"
+)]
 fn pause(time: Duration) {
     thread::sleep(time);
-}
-
-/// What the thread works with.
-struct Gateway {
-    bridge: Bridge,
-    site: Site,
-    config: FleetConfig,
-    /// The configuration in force, as text.
-    shown: String,
-    run: u32,
-    /// The events, as soon as the gripper has a name.
-    spool: Option<Spool>,
-    session: Receiver<Session>,
-    /// The session lives as long as what was announced in it.
-    announced: Option<(Announced, Session)>,
-    say: Sender<Told>,
-}
-
-impl Gateway {
-    /// Runs until the daemon closes the connection.
-    fn run(mut self, mut stream: UnixStream) {
-        let mut bytes = [0; CHUNK];
-        loop {
-            match stream.read(&mut bytes) {
-                Ok(0) => break,
-                Ok(count) => self.receive(bytes.get(..count).unwrap_or_default()),
-                Err(error) if is_pause(&error) => {}
-                Err(error) => {
-                    self.tell(LogLevel::Error, &format!("cannot listen to the daemon: {error}"));
-                    break;
-                }
-            }
-            self.announce();
-            self.answer();
-        }
-    }
-
-    fn receive(&mut self, bytes: &[u8]) {
-        let mut publications = Vec::new();
-        self.bridge.receive(bytes, &mut |publication| publications.push(publication));
-        for publication in publications {
-            self.publish(publication);
-        }
-    }
-
-    fn publish(&mut self, Publication { topic, wire }: Publication) {
-        let Some(uid) = self.bridge.uid() else { return };
-        if self.spool.is_none() {
-            self.spool = Some(self.keep(uid));
-        }
-        let Some(spool) = &mut self.spool else { return };
-        // First kept, then told: what is told can be asked for again.
-        let id: EventId = match topic {
-            Topic::Events => spool.append(wire.clone()),
-            Topic::State | Topic::Health | Topic::Samples => spool.log().head(),
-        };
-        let trouble = spool.trouble();
-        if let Some((announced, _)) = &mut self.announced {
-            announced.publish(topic, id, &wire);
-        }
-        if let Some(trouble) = trouble {
-            let text = format!("events are kept in memory only: {}", message(&trouble));
-            self.tell(LogLevel::Warn, &text);
-        }
-    }
-
-    /// Where events are kept; in memory where the folder cannot be used.
-    fn keep(&self, uid: Uid) -> Spool {
-        let room = usize::from(self.config.spool_mib) << 20;
-        let memory = || Spool::in_memory(self.run, room);
-        let Some(folder) = &self.config.spool else { return memory() };
-        Spool::open(folder, uid, self.run, room).unwrap_or_else(|error| {
-            let text = format!("events are kept in memory only: {}", message(&error));
-            self.tell(LogLevel::Error, &text);
-            memory()
-        })
-    }
-
-    /// Puts the gripper on the network, as soon as there are both.
-    fn announce(&mut self) {
-        let (None, Some(_), Some(uid)) = (&self.announced, &self.spool, self.bridge.uid()) else {
-            return;
-        };
-        let Ok(session) = self.session.try_recv() else { return };
-        let member = Member { site: self.site.clone(), uid };
-        match Announced::new(&session, &member) {
-            Ok(announced) => {
-                self.tell(LogLevel::Info, &format!("this gripper is there as {member}"));
-                self.announced = Some((announced, session));
-            }
-            Err(error) => self.tell(LogLevel::Error, &refusal(&error)),
-        }
-    }
-
-    fn answer(&mut self) {
-        if let (Some((announced, _)), Some(spool)) = (&mut self.announced, &self.spool) {
-            let status: Vec<&[u8]> = self.bridge.status().collect();
-            announced.answer(spool.log(), &status, &self.shown);
-        }
-    }
-
-    fn tell(&self, level: LogLevel, text: &str) {
-        // A console that is gone reads nothing.
-        let _gone = self.say.send((level, format!("fleet: {text}")));
-    }
-}
-
-fn refusal(error: &NetError) -> String {
-    format!("this gripper is told to nobody: {}", message(error))
-}
-
-fn is_pause(error: &io::Error) -> bool {
-    let kinds = [io::ErrorKind::WouldBlock, io::ErrorKind::TimedOut, io::ErrorKind::Interrupted];
-    kinds.contains(&error.kind())
 }

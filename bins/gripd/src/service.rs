@@ -180,10 +180,10 @@ impl Service {
             clients.close(self.clock.now_us());
         }
         #[cfg(feature = "fleet")]
-        if let Some(fleet) = self.servers.fleet.take()
-            && !fleet.finish()
+        for (level, text) in
+            self.servers.fleet.take().map_or(Vec::new(), crate::fleet::Fleet::finish)
         {
-            self.console.say(LogLevel::Error, "the fleet thread failed");
+            self.console.say(level, &text);
         }
         self.ends.inbox.drops().now()
     }
@@ -206,7 +206,9 @@ impl Service {
         }
         self.hear_recorder();
         #[cfg(feature = "fleet")]
-        for (level, text) in self.servers.fleet.iter().flat_map(crate::fleet::Fleet::told) {
+        for (level, text) in
+            self.servers.fleet.as_mut().map_or(Vec::new(), crate::fleet::Fleet::told)
+        {
             self.console.say(level, &text);
         }
         self.pass_commands();

@@ -10,7 +10,7 @@ use grip_link::{
     frame::{self, Direction, Header, MAX_PAYLOAD, MAX_WIRE},
     message::{
         Kind, Versions,
-        daemon::{Gripper, Subscribe, Topics},
+        daemon::{DroppedClass, Gripper, Notice, NoticeKind, Subscribe, Topics},
     },
 };
 
@@ -24,6 +24,15 @@ pub struct Publication {
     pub topic: Topic,
     /// The frame.
     pub wire: Vec<u8>,
+}
+
+/// What is heard of a daemon.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Heard {
+    /// Something to be published.
+    Publication(Publication),
+    /// The daemon had no room for so many events: this end has read too slowly.
+    Missed(u32),
 }
 
 /// One connection to a daemon, as a client that hears everything but samples.
@@ -60,8 +69,8 @@ impl Bridge {
         wire.get(..len).unwrap_or_default().to_vec()
     }
 
-    /// Takes bytes and hands out what they complete. News of a gripper that has not said who it is have no name and are counted.
-    pub fn receive(&mut self, mut bytes: &[u8], on: &mut dyn FnMut(Publication)) {
+    /// Takes bytes and hands out what they complete; what the daemon says of this connection is for nobody else. News of a gripper that has not said who it is have no name and are counted.
+    pub fn receive(&mut self, mut bytes: &[u8], on: &mut dyn FnMut(Heard)) {
         while let Some(verdict) = self.decoder.next(&mut bytes) {
             let Verdict::Frame(frame) = verdict else { continue };
             let (kind, payload) = (frame.header.kind, frame.payload);
@@ -71,13 +80,21 @@ impl Bridge {
             {
                 self.uid = Some(Uid(gripper.uid)).filter(|uid| uid.0 != [0; 16]);
             }
+            match connection(kind, payload) {
+                Some(0) => continue,
+                Some(missed) => {
+                    on(Heard::Missed(missed));
+                    continue;
+                }
+                None => {}
+            }
             // A frame that was received can be written.
             let Ok(wire) = message::wire(kind, payload) else { continue };
             if let Some(place) = place(kind).and_then(|place| self.known.get_mut(place)) {
                 *place = Some(wire.clone());
             }
             if self.uid.is_some() {
-                on(Publication { topic, wire });
+                on(Heard::Publication(Publication { topic, wire }));
             } else {
                 self.nameless = self.nameless.saturating_add(1);
             }
@@ -99,6 +116,16 @@ impl Bridge {
     #[must_use]
     pub const fn nameless(&self) -> u64 {
         self.nameless
+    }
+}
+
+/// How many events were dropped, of what the daemon says of this connection alone; `None` for everything else.
+fn connection(kind: Kind, payload: &[u8]) -> Option<u32> {
+    let notice = Notice::parse(payload).ok().filter(|_| kind == Kind::NOTICE)?;
+    match notice.kind {
+        NoticeKind::Dropped if notice.code == DroppedClass::News.code() => Some(notice.count),
+        NoticeKind::Dropped | NoticeKind::Goodbye => Some(0),
+        _ => None,
     }
 }
 
@@ -135,14 +162,14 @@ impl Publication {
 
 #[cfg(test)]
 mod tests {
-    use super::{Bridge, Publication, Topic};
+    use super::{Bridge, Heard, Publication, Topic};
     use grip_host::config::Uid;
     use grip_link::{
         decoder::{Decoder, Role, Verdict},
         frame::{self, Direction, Header, MAX_PAYLOAD, MAX_WIRE},
         message::{
             Kind,
-            daemon::{Gripper, Health, Notice, NoticeKind, ToClient, ToDaemon},
+            daemon::{DroppedClass, Gripper, Health, Notice, NoticeKind, ToClient, ToDaemon},
         },
     };
 
@@ -182,7 +209,10 @@ mod tests {
 
     fn take(bridge: &mut Bridge, bytes: &[u8]) -> Vec<Publication> {
         let mut taken = Vec::new();
-        bridge.receive(bytes, &mut |publication| taken.push(publication));
+        bridge.receive(bytes, &mut |heard| match heard {
+            Heard::Publication(publication) => taken.push(publication),
+            Heard::Missed(count) => panic!("{count}"),
+        });
         taken
     }
 
@@ -222,6 +252,28 @@ mod tests {
             assert_eq!(status.len(), 2);
             assert_eq!(status[1], taken[3].wire);
         }
+    }
+
+    #[test]
+    fn what_the_daemon_says_of_the_connection_is_not_published_and_drops_are_counted() {
+        let mut daemon = Daemon { session: 7, seq: 0, wire: Vec::new() };
+        daemon.gripper(5);
+        let dropped = |code: DroppedClass, count| Notice {
+            kind: NoticeKind::Dropped,
+            code: code.code(),
+            value: 0,
+            count,
+            host_us: 0,
+            text: b"you read too slowly",
+        };
+        daemon.say(Kind::NOTICE, |out| dropped(DroppedClass::Rows, 9).write(out).unwrap());
+        daemon.say(Kind::NOTICE, |out| dropped(DroppedClass::News, 3).write(out).unwrap());
+        let goodbye = Notice { kind: NoticeKind::Goodbye, ..dropped(DroppedClass::Rows, 0) };
+        daemon.say(Kind::NOTICE, |out| goodbye.write(out).unwrap());
+        let (mut bridge, mut heard) = (Bridge::new(7), Vec::new());
+        bridge.receive(&daemon.wire, &mut |one| heard.push(one));
+        assert_eq!(heard.len(), 2, "{heard:?}");
+        assert_eq!(heard[1], Heard::Missed(3));
     }
 
     #[test]

@@ -112,6 +112,12 @@ impl Follower {
         core::mem::take(&mut self.again)
     }
 
+    /// The answer will not come: the gripper, or the way to it, was away meanwhile. What comes of it later must not be taken.
+    pub fn abandon(&mut self) {
+        self.asking = false;
+        self.again = false;
+    }
+
     /// The last event that was told.
     #[must_use]
     pub fn last(&self) -> Option<EventId> {
@@ -196,6 +202,30 @@ mod tests {
         assert_eq!(follower.answer(id(2, 6)), Verdict::New { missing: 2 });
     }
 
+    #[test]
+    fn a_question_that_is_abandoned_can_be_asked_again() {
+        let mut follower = Follower::new(Since::Now);
+        assert_eq!(follower.live(id(1, 1)), NEW);
+        assert_eq!(follower.live(id(1, 3)), Verdict::Early);
+        assert_eq!(follower.ask(), Some(Some(id(1, 1))));
+        assert_eq!(follower.ask(), None);
+        follower.abandon();
+        assert_eq!(follower.ask(), Some(Some(id(1, 1))));
+    }
+
+    #[test]
+    fn events_that_nobody_could_number_are_missing() {
+        let mut log = EventLog::new(1, 1 << 20);
+        let mut follower = Follower::new(Since::Now);
+        let first = log.append(vec![0]);
+        assert_eq!(follower.live(first), NEW);
+        log.skip(4);
+        let next = log.append(vec![0]);
+        assert_eq!(follower.live(next), Verdict::Early);
+        assert_eq!(follower.ask(), Some(Some(first)));
+        assert_eq!(follower.answer(next), Verdict::New { missing: 4 });
+    }
+
     /// What happens to the next event on its way.
     #[derive(Clone, Copy, Debug)]
     enum Fate {
@@ -244,8 +274,12 @@ mod tests {
                 let whole = self.cut == 0;
                 self.cut = self.cut.saturating_sub(1);
                 let take = if whole { usize::MAX } else { 1 };
-                let answer: Vec<EventId> =
-                    self.log.after(after).map(|event| event.id).take(take).collect();
+                let answer: Vec<EventId> = self
+                    .log
+                    .from(self.log.place(after, Since::Start))
+                    .map(|event| event.id)
+                    .take(take)
+                    .collect();
                 for id in answer {
                     let verdict = self.follower.answer(id);
                     self.take(verdict, id);
@@ -260,7 +294,7 @@ mod tests {
             match fate {
                 Fate::Restart => {
                     let mut next = EventLog::new(self.log.head().run + 1, 1 << 20);
-                    self.log.after(None).for_each(|event| next.restore(event.clone()));
+                    self.log.from(0).for_each(|event| next.restore(event.clone()));
                     self.log = next;
                 }
                 Fate::Told => {

@@ -17,7 +17,7 @@ mod message;
 pub mod net;
 mod spool;
 
-pub use bridge::{Bridge, Publication};
+pub use bridge::{Bridge, Heard, Publication};
 pub use follower::{Follower, Since, Verdict};
 pub use grip_host::config::{Site, Uid};
 pub use id::{EventId, IdError};

@@ -1,6 +1,6 @@
 //! Events in, numbered once each; all that came after one of them out, as long as there was room.
 
-use crate::id::EventId;
+use crate::{follower::Since, id::EventId};
 use std::collections::VecDeque;
 
 /// An event with its number.
@@ -67,14 +67,41 @@ impl EventLog {
         EventId { run: self.run, seq: self.last }
     }
 
-    /// Everything behind an event, oldest first, also where that one has made room or was never here: then everything of later runs,
-    /// and of its own run what has a higher number. Without one, everything there is.
-    pub fn after(&self, id: Option<EventId>) -> impl Iterator<Item = &Logged> {
-        let known = id.and_then(|id| {
-            let of_run = |event: &Logged| event.id.run == id.run && event.id.seq <= id.seq;
-            self.events.iter().rposition(of_run)
-        });
-        self.events.iter().skip(known.map_or(0, |at| at + 1))
+    /// Leaves numbers out: events that had no room before they could be numbered. Whoever asks learns that so many are missing.
+    pub const fn skip(&mut self, count: u64) {
+        self.last = self.last.saturating_add(count);
+    }
+
+    /// The place behind an event, also where that one has made room. Of a run that this log does not know, nothing is: then the beginning
+    /// of all, or of this run where only what is new is wanted. Without an event, the beginning of all.
+    #[must_use]
+    pub fn place(&self, after: Option<EventId>, since: Since) -> u64 {
+        let Some(after) = after else { return self.dropped };
+        let of_run = |event: &Logged| event.id.run == after.run;
+        let begins = |run: u32| self.events.iter().position(|event| event.id.run == run);
+        let told = |event: &Logged| of_run(event) && event.id.seq <= after.seq;
+        let index = if let Some(last) = self.events.iter().rposition(told) {
+            last + 1
+        } else if let Some(first) = begins(after.run) {
+            first
+        } else if after.run == self.run || since == Since::Now {
+            begins(self.run).unwrap_or(self.events.len())
+        } else {
+            0
+        };
+        self.dropped + index as u64
+    }
+
+    /// Events from a place on, oldest first, as far as they have not made room.
+    pub fn from(&self, place: u64) -> impl ExactSizeIterator<Item = &Logged> {
+        let index = usize::try_from(place.saturating_sub(self.dropped)).unwrap_or(usize::MAX);
+        self.events.range(index.min(self.events.len())..)
+    }
+
+    /// Place of the oldest event that is there.
+    #[must_use]
+    pub const fn first(&self) -> u64 {
+        self.dropped
     }
 
     /// Events there are.
@@ -98,7 +125,7 @@ impl EventLog {
 
 #[cfg(test)]
 mod tests {
-    use super::{EventId, EventLog, Logged};
+    use super::{EventId, EventLog, Logged, Since};
 
     fn log(run: u32, events: u64, room: usize) -> EventLog {
         let mut log = EventLog::new(run, room);
@@ -112,23 +139,32 @@ mod tests {
         events.map(|event| event.id.seq).collect()
     }
 
+    fn after(log: &EventLog, after: Option<EventId>) -> Vec<u64> {
+        seqs(log.from(log.place(after, Since::Start)))
+    }
+
     #[test]
     fn everything_behind_an_event_is_told_in_order() {
         let log = log(5, 6, 1000);
-        let after = |seq| seqs(log.after(Some(EventId { run: 5, seq })));
-        assert_eq!(seqs(log.after(None)), [1, 2, 3, 4, 5, 6]);
-        assert_eq!(after(0), [1, 2, 3, 4, 5, 6]);
-        assert_eq!(after(4), [5, 6]);
-        assert!(after(6).is_empty());
+        let behind = |seq| after(&log, Some(EventId { run: 5, seq }));
+        assert_eq!(after(&log, None), [1, 2, 3, 4, 5, 6]);
+        assert_eq!(behind(0), [1, 2, 3, 4, 5, 6]);
+        assert_eq!(behind(4), [5, 6]);
+        assert!(behind(6).is_empty());
         // A number that was lost with the end of the log: what is there was told before.
-        assert!(after(9).is_empty());
+        assert!(behind(9).is_empty());
     }
 
     #[test]
     fn the_oldest_make_room() {
         let log = log(5, 10, 4 * 20);
         assert_eq!((log.len(), log.dropped(), log.head().seq), (4, 6, 10));
-        assert_eq!(seqs(log.after(Some(EventId { run: 5, seq: 2 }))), [7, 8, 9, 10]);
+        assert_eq!(after(&log, Some(EventId { run: 5, seq: 2 })), [7, 8, 9, 10]);
+        // Who has a place goes on from there, whatever has made room since.
+        assert_eq!(
+            (seqs(log.from(1)), seqs(log.from(8)), log.first()),
+            (vec![7, 8, 9, 10], vec![9, 10], 6)
+        );
         let tiny = super::tests::log(5, 3, 0);
         assert_eq!((tiny.len(), tiny.dropped()), (1, 2));
     }
@@ -136,14 +172,27 @@ mod tests {
     #[test]
     fn runs_stand_one_behind_the_other() {
         let mut both = EventLog::new(1, 1000);
-        for event in log(9, 3, 1000).after(None) {
+        for event in log(9, 3, 1000).from(0) {
             both.restore(event.clone());
         }
         both.append(vec![1]);
         both.append(vec![2]);
         assert_eq!(both.head(), EventId { run: 1, seq: 2 });
-        assert_eq!(seqs(both.after(Some(EventId { run: 9, seq: 2 }))), [3, 1, 2]);
-        assert_eq!(seqs(both.after(Some(EventId { run: 9, seq: 7 }))), [1, 2]);
-        assert_eq!(seqs(both.after(Some(EventId { run: 4, seq: 7 }))), [1, 2, 3, 1, 2]);
+        assert_eq!(after(&both, Some(EventId { run: 9, seq: 2 })), [3, 1, 2]);
+        assert_eq!(after(&both, Some(EventId { run: 9, seq: 7 })), [1, 2]);
+        assert_eq!(after(&both, Some(EventId { run: 4, seq: 7 })), [1, 2, 3, 1, 2]);
+        // Who wants what is new is told nothing of runs that were over before.
+        let unknown = Some(EventId { run: 4, seq: 7 });
+        assert_eq!(seqs(both.from(both.place(unknown, Since::Now))), [1, 2]);
+        let empty = log(4, 0, 1000);
+        assert!(after(&empty, Some(EventId { run: 4, seq: 0 })).is_empty());
+    }
+
+    #[test]
+    fn numbers_that_are_left_out_are_seen() {
+        let mut log = log(5, 2, 1000);
+        log.skip(3);
+        assert_eq!(log.append(vec![0]), EventId { run: 5, seq: 6 });
+        assert_eq!(after(&log, Some(EventId { run: 5, seq: 2 })), [6]);
     }
 }

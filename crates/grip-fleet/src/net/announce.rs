@@ -1,12 +1,16 @@
 //! What one gripper's daemon tells in, publications, a sign of life and answers out.
 
-use super::{NetError, refused};
+use super::{NetError, PATIENCE, refused};
 use crate::{
+    follower::Since,
     id::EventId,
     key::{Member, Part, Topic},
-    log::EventLog,
+    log::{EventLog, Logged},
 };
-use std::sync::mpsc::{Receiver, sync_channel};
+use std::{
+    collections::VecDeque,
+    sync::mpsc::{Receiver, sync_channel},
+};
 use zenoh::{
     Session, Wait as _,
     bytes::Encoding,
@@ -18,6 +22,8 @@ use zenoh::{
 
 /// Questions that may wait; more are not answered, and asked again.
 const MOST_QUESTIONS: usize = 64;
+/// Events of an answer between two looks at everything else.
+const SLICE: usize = 64;
 
 /// One gripper on the network.
 #[derive(Debug)]
@@ -27,29 +33,44 @@ pub struct Announced {
     state: Publisher<'static>,
     health: Publisher<'static>,
     samples: Publisher<'static>,
-    questions: Receiver<(Part, Query)>,
+    asked: Receiver<(Part, Query)>,
+    /// Answers that are under way.
+    open: VecDeque<Open>,
     refused: u64,
     _queryables: [Queryable<()>; 3],
     // The last one: whoever sees it can ask.
     _alive: LivelinessToken,
 }
 
+/// Events that somebody asked for, and how far the answer has come.
+#[derive(Debug)]
+struct Open {
+    query: Query,
+    /// Where it goes on in the log; not looked for yet, where absent.
+    place: Option<u64>,
+}
+
 impl Announced {
-    /// Puts a gripper on the network.
+    /// Puts a gripper on the network, unless one of its name is there already: what is asked of that name would reach only one of them.
     ///
     /// # Errors
-    /// [`NetError::Refused`].
+    /// [`NetError::Taken`] and [`NetError::Refused`].
     pub fn new(session: &Session, member: &Member) -> Result<Self, NetError> {
+        let alive = member.key(Part::Alive);
+        let same = session.liveliness().get(&alive).timeout(PATIENCE).wait();
+        if same.map_err(refused(&alive))?.iter().any(|reply| reply.result().is_ok()) {
+            return Err(NetError::Taken { member: member.to_string() });
+        }
         let publisher = |topic| publisher(session, &member.key(Part::Topic(topic)), topic);
-        let (asked, questions) = sync_channel(MOST_QUESTIONS);
+        let (ask, asked) = sync_channel(MOST_QUESTIONS);
         let queryable = |part: Part| {
-            let (key, asked) = (member.key(part), asked.clone());
+            let (key, ask) = (member.key(part), ask.clone());
             session
                 .declare_queryable(key.clone())
                 .complete(true)
                 .callback(move |query| {
                     // Where there is no room, the answer is empty, and asked for again.
-                    let _full = asked.try_send((part, query));
+                    let _full = ask.try_send((part, query));
                 })
                 .wait()
                 .map_err(refused(&key))
@@ -59,14 +80,14 @@ impl Announced {
             queryable(Part::Status)?,
             queryable(Part::Config)?,
         ];
-        let alive = member.key(Part::Alive);
         Ok(Self {
             member: member.clone(),
             events: publisher(Topic::Events)?,
             state: publisher(Topic::State)?,
             health: publisher(Topic::Health)?,
             samples: publisher(Topic::Samples)?,
-            questions,
+            asked,
+            open: VecDeque::new(),
             refused: 0,
             _queryables: queryables,
             _alive: session.liveliness().declare_token(&alive).wait().map_err(refused(&alive))?,
@@ -86,30 +107,67 @@ impl Announced {
         self.refused += u64::from(sent.is_err());
     }
 
-    /// Answers what was asked meanwhile: events from the log, `status` with the frames given, `config` with that text.
-    pub fn answer(&mut self, log: &EventLog, status: &[&[u8]], config: &str) {
-        while let Ok((part, query)) = self.questions.try_recv() {
-            // Questions may go to many grippers; each answers under its own name.
-            let key = self.member.key(part);
-            let mut reply = |id: EventId, bytes: &[u8], encoding: Encoding| {
-                let reply = query.reply(key.clone(), bytes).attachment(id.to_bytes());
-                self.refused += u64::from(reply.encoding(encoding).wait().is_err());
-            };
+    /// Answers what was asked meanwhile: `status` with the frames given, `config` with that text, and some of the events that are asked
+    /// for, so that nothing else waits long. `lend` hands out the log for a moment, in which nothing is sent.
+    pub fn answer(
+        &mut self,
+        lend: &dyn Fn(&mut dyn FnMut(&EventLog)),
+        status: &[impl AsRef<[u8]>],
+        config: &str,
+    ) {
+        let mut head = EventId::default();
+        lend(&mut |log| head = log.head());
+        while let Ok((part, query)) = self.asked.try_recv() {
             match part {
-                Part::Topic(_) => {
-                    let after = query.parameters().get("after").and_then(|id| id.parse().ok());
-                    for event in log.after(after) {
-                        reply(event.id, &event.wire, Encoding::APPLICATION_OCTET_STREAM);
-                    }
+                Part::Topic(_) if self.open.len() < MOST_QUESTIONS => {
+                    self.open.push_back(Open { query, place: None });
                 }
-                Part::Config => reply(log.head(), config.as_bytes(), Encoding::TEXT_PLAIN),
+                Part::Topic(_) => {}
+                Part::Config => {
+                    self.reply(&query, part, (head, config.as_bytes()), Encoding::TEXT_PLAIN);
+                }
                 Part::Status | Part::Alive => {
                     for frame in status {
-                        reply(log.head(), frame, Encoding::APPLICATION_OCTET_STREAM);
+                        self.reply(&query, part, (head, frame.as_ref()), FRAME);
                     }
                 }
             }
         }
+        if let Some(open) = self.open.pop_front() {
+            self.go_on(open, lend);
+        }
+    }
+
+    /// The next events of an answer; it comes to the end of the queue where it is not complete.
+    fn go_on(&mut self, mut open: Open, lend: &dyn Fn(&mut dyn FnMut(&EventLog))) {
+        let parameters = open.query.parameters();
+        let after = parameters.get("after").and_then(|id| id.parse().ok());
+        let since = if parameters.get("since") == Some("now") { Since::Now } else { Since::Start };
+        let mut events: Vec<Logged> = Vec::new();
+        lend(&mut |log| {
+            let place = open.place.unwrap_or_else(|| log.place(after, since)).max(log.first());
+            events = log.from(place).take(SLICE).cloned().collect();
+            open.place = Some(place + events.len() as u64);
+        });
+        for event in &events {
+            self.reply(&open.query, Part::Topic(Topic::Events), (event.id, &event.wire), FRAME);
+        }
+        // A question that is dropped is answered.
+        if events.len() == SLICE {
+            self.open.push_back(open);
+        }
+    }
+
+    /// Questions may go to many grippers; each answers under its own name.
+    fn reply(&mut self, query: &Query, part: Part, (id, bytes): (EventId, &[u8]), form: Encoding) {
+        let reply = query.reply(self.member.key(part), bytes).attachment(id.to_bytes());
+        self.refused += u64::from(reply.encoding(form).wait().is_err());
+    }
+
+    /// Whether an answer is under way: then look again soon.
+    #[must_use]
+    pub fn is_answering(&self) -> bool {
+        !self.open.is_empty()
     }
 
     /// What the session refused to send.
@@ -119,18 +177,21 @@ impl Announced {
     }
 }
 
-/// Events wait for room on the way, the rest does not.
+/// How frames are marked.
+const FRAME: Encoding = Encoding::APPLICATION_OCTET_STREAM;
+
+/// Nothing waits for room on the way: a receiver that hangs would delay all others. Events that are dropped are asked for again.
 fn publisher(session: &Session, key: &str, topic: Topic) -> Result<Publisher<'static>, NetError> {
-    let (congestion, priority) = match topic {
-        Topic::Events => (CongestionControl::Block, Priority::InteractiveHigh),
-        Topic::State | Topic::Health => (CongestionControl::Drop, Priority::Data),
-        Topic::Samples => (CongestionControl::Drop, Priority::DataLow),
+    let priority = match topic {
+        Topic::Events => Priority::InteractiveHigh,
+        Topic::State | Topic::Health => Priority::Data,
+        Topic::Samples => Priority::DataLow,
     };
     session
         .declare_publisher(key.to_owned())
-        .congestion_control(congestion)
+        .congestion_control(CongestionControl::Drop)
         .priority(priority)
-        .encoding(Encoding::APPLICATION_OCTET_STREAM)
+        .encoding(FRAME)
         .wait()
         .map_err(refused(key))
 }

@@ -58,6 +58,12 @@ pub enum NetError {
         /// What Zenoh says.
         reason: String,
     },
+    /// Somebody of that name is there already.
+    #[error("another gripd is there as {member}")]
+    Taken {
+        /// The name.
+        member: String,
+    },
     /// The session refuses something.
     #[error("the session refuses {key}: {reason}")]
     Refused {
@@ -148,11 +154,14 @@ pub fn router(endpoint: &str) -> Result<Session, NetError> {
     zenoh::open(config).wait().map_err(wrong)
 }
 
-/// Whether this is an address at all.
+/// Whether this is an address, of a kind that is built in.
 fn check_endpoint(text: &str) -> Result<(), NetError> {
-    let parsed: Result<EndPoint, _> = text.parse();
-    let wrong = |reason| NetError::Router { router: text.to_owned(), reason: short(&reason) };
-    parsed.map(drop).map_err(wrong)
+    let wrong = |reason| NetError::Router { router: text.to_owned(), reason };
+    let endpoint: EndPoint = text.parse().map_err(|reason| wrong(short(&reason)))?;
+    match endpoint.protocol().as_str() {
+        "tcp" | "unixsock-stream" => Ok(()),
+        other => Err(wrong(format!("{other} is not built in, only tcp and unixsock-stream are"))),
+    }
 }
 
 /// What Zenoh says, without the places in its source.

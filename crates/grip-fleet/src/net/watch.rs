@@ -67,8 +67,9 @@ pub enum Told {
 enum News {
     Life(Member, bool),
     Live(Member, Part, EventId, Message),
-    Answer(Member, EventId, Message),
-    Answered(Member),
+    /// Of the question of that number.
+    Answer(Member, u64, EventId, Message),
+    Answered(Member, u64),
     Unreadable(String),
 }
 
@@ -77,6 +78,8 @@ enum News {
 struct Watched {
     follower: Follower,
     alive: bool,
+    /// Number of the last question; answers to earlier ones are not taken.
+    asked: u64,
 }
 
 /// The way from the threads of the session to the receiver.
@@ -94,7 +97,7 @@ impl Way {
     }
 
     /// A publication or an answer.
-    fn sample(&self, sample: &Sample, answer: bool) {
+    fn sample(&self, sample: &Sample, answer: Option<u64>) {
         let key = sample.key_expr().as_str();
         let Some((member, part)) = Member::parse(key) else { return };
         if part != Part::Topic(Topic::Events) && self.waiting.load(Ordering::Relaxed) > WAITING {
@@ -103,8 +106,10 @@ impl Way {
         let id = sample.attachment().and_then(|bytes| EventId::from_bytes(&bytes.to_bytes()));
         let message = Message::from_wire(&sample.payload().to_bytes());
         self.send(match (id, message) {
-            (Some(id), Ok(message)) if answer => News::Answer(member, id, message),
-            (Some(id), Ok(message)) => News::Live(member, part, id, message),
+            (Some(id), Ok(message)) => match answer {
+                Some(asked) => News::Answer(member, asked, id, message),
+                None => News::Live(member, part, id, message),
+            },
             _ => News::Unreadable(key.to_owned()),
         });
     }
@@ -117,11 +122,11 @@ impl Way {
 }
 
 /// Tells the end of an answer, however it ends.
-struct End(Way, Member);
+struct End(Way, Member, u64);
 
 impl Drop for End {
     fn drop(&mut self) {
-        self.0.send(News::Answered(self.1.clone()));
+        self.0.send(News::Answered(self.1.clone(), self.2));
     }
 }
 
@@ -156,7 +161,7 @@ impl Watch {
         topics.extend(telemetry.iter().filter(|topic| **topic != Topic::Health));
         for topic in topics {
             let (key, way) = (selector.key(Part::Topic(topic)), way.clone());
-            let heard = move |sample: Sample| way.sample(&sample, false);
+            let heard = move |sample: Sample| way.sample(&sample, None);
             let subscriber = session.declare_subscriber(key.clone()).callback(heard).wait();
             subscribers.push(subscriber.map_err(refused(&key))?);
         }
@@ -191,11 +196,16 @@ impl Watch {
                 let wanted = self.telemetry.iter().any(|topic| part == Part::Topic(*topic));
                 Ok(wanted.then_some(Told::Telemetry { member, message }))
             }
-            News::Answer(member, id, message) => {
+            News::Answer(member, asked, ..) | News::Answered(member, asked)
+                if self.watched(&member).asked != asked =>
+            {
+                Ok(None)
+            }
+            News::Answer(member, _, id, message) => {
                 let verdict = self.watched(&member).follower.answer(id);
                 self.event(verdict, member, id, message)
             }
-            News::Answered(member) => {
+            News::Answered(member, _) => {
                 if self.watched(&member).follower.answered() {
                     self.ask(&member)?;
                 }
@@ -207,6 +217,8 @@ impl Watch {
 
     fn life(&mut self, member: Member, alive: bool) -> Result<Option<Told>, NetError> {
         let changed = core::mem::replace(&mut self.watched(&member).alive, alive) != alive;
+        // An answer that was under way when the gripper, or the way to it, went away may never end.
+        self.watched(&member).follower.abandon();
         if alive {
             self.ask(&member)?;
         }
@@ -229,7 +241,7 @@ impl Watch {
 
     fn watched(&mut self, member: &Member) -> &mut Watched {
         let since = self.since;
-        let new = || Watched { follower: Follower::new(since), alive: false };
+        let new = || Watched { follower: Follower::new(since), alive: false, asked: 0 };
         self.watched.entry(member.clone()).or_insert_with(new)
     }
 
@@ -237,11 +249,15 @@ impl Watch {
     fn ask(&mut self, member: &Member) -> Result<(), NetError> {
         let Some(after) = self.watched(member).follower.ask() else { return Ok(()) };
         let key = member.key(Part::Topic(Topic::Events));
-        let selector = after.map_or_else(|| key.clone(), |id| format!("{key}?after={id}"));
-        let end = End(self.way.clone(), member.clone());
+        let only_new = if self.since == Since::Now { ";since=now" } else { "" };
+        let selector =
+            after.map_or_else(|| key.clone(), |id| format!("{key}?after={id}{only_new}"));
+        let watched = self.watched(member);
+        watched.asked += 1;
+        let end = End(self.way.clone(), member.clone(), watched.asked);
         let heard = move |reply: Reply| {
             if let Ok(sample) = reply.result() {
-                end.0.sample(sample, true);
+                end.0.sample(sample, Some(end.2));
             }
         };
         let get = self.session.get(&selector).consolidation(ConsolidationMode::None);
