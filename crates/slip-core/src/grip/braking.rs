@@ -66,6 +66,8 @@ pub(super) struct Braking {
     reach: Reach,
     /// Why it was held as it was.
     held_by: HeldBy,
+    /// Whether it began on the way back from an alarm.
+    ebbing: bool,
     /// What the object was held with before the slip (N).
     hold_before_n: f32,
     /// What the weight of the object needs by an earlier slip, with its margin (N).
@@ -108,6 +110,7 @@ impl Braking {
             step_n,
             reach: known.reach,
             held_by: known.held_by,
+            ebbing: known.ebbing,
             swing_m: known.swing_m,
             target_n: step_n,
             ..Self::default()
@@ -135,12 +138,12 @@ impl Braking {
     }
 
     /// Whether the slip tells what is needed; `searched` says that the search waits for one, moved or not. Pads give way when an object is lifted:
-    /// what is held as somebody asked for slips only where more than that is needed.
+    /// what is held as somebody asked for slips only where more than that is needed. And the search does not wait for alarms on the way back from one.
     pub(super) fn is_believed(&self, searched: bool) -> bool {
         if self.held_by == HeldBy::Wish {
             return self.confirmed && self.mean_n.is_some_and(|mean_n| mean_n > self.base_n);
         }
-        self.confirmed || searched
+        self.confirmed || (searched && !self.ebbing)
     }
 
     /// What to hold with (N) where the slip was left before its end.

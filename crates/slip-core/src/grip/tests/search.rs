@@ -47,6 +47,25 @@ fn slip(grip: &mut GripController, moved_m: f32, estimate_n: Option<f32>) {
     assert_eq!(grip.state(), GripState::Holding);
 }
 
+/// What a client asked for and an alarm have raised moves the pads on its way back, and the search waits for a slip, moved or not.
+#[test]
+fn an_alarm_on_the_way_back_from_an_alarm_does_not_end_the_search() {
+    let mut grip = held(searching());
+    grip.at_least(6.0);
+    wait(&mut grip, 0.15);
+    let alarm = GripInput { travel: true, ..slipping(0.0, None) };
+    (0..10).for_each(|_| {
+        grip.step(&alarm);
+    });
+    grip.at_least(0.0);
+    grip.step(&watched());
+    assert!(grip.command_n() > 4.0 && grip.state() == GripState::Holding, "{grip:?}");
+    grip.step(&alarm);
+    grip.step(&watched());
+    wait(&mut grip, 3.0);
+    assert!(grip.command_n() < 0.5, "{}", grip.command_n());
+}
+
 #[test]
 fn an_object_that_never_slips_is_held_with_less_down_to_the_least_force() {
     let mut grip = held(searching());
