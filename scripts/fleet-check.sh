@@ -4,7 +4,8 @@
 set -eu
 cd "$(dirname "$0")/.."
 
-if cargo tree --locked -p gripd -p gripctl -e normal --prefix none | grep -E "^(zenoh|grip-fleet|tokio) "; then
+tree=$(cargo tree --locked -p gripd -p gripctl -e normal --prefix none)
+if echo "$tree" | grep -E "^(zenoh|grip-fleet|tokio) "; then
     echo "a default gripd or gripctl contains the fleet" >&2
     exit 1
 fi

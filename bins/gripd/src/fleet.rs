@@ -8,6 +8,7 @@ mod network;
 use crate::{clock::Clock, settings::Settings};
 use anyhow::Context as _;
 use core::{
+    hash::BuildHasher as _,
     sync::atomic::{AtomicBool, Ordering},
     time::Duration,
 };
@@ -17,7 +18,7 @@ use grip_host::config::FleetConfig;
 use keeper::Keeper;
 use network::Speaker;
 use std::{
-    hash::{BuildHasher as _, RandomState},
+    hash::RandomState,
     io::Write as _,
     sync::{
         Arc, Mutex, MutexGuard, PoisonError,

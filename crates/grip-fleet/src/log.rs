@@ -93,6 +93,7 @@ impl EventLog {
     }
 
     /// Events from a place on, oldest first, as far as they have not made room.
+    #[must_use]
     pub fn from(&self, place: u64) -> impl ExactSizeIterator<Item = &Logged> {
         let index = usize::try_from(place.saturating_sub(self.dropped)).unwrap_or(usize::MAX);
         self.events.range(index.min(self.events.len())..)

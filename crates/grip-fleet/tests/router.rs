@@ -7,7 +7,7 @@ use core::{
     time::Duration,
 };
 use grip_fleet::{
-    EventId, Member, Selector, Since, Site, Spool, Topic, Uid,
+    EventId, EventLog, Member, Selector, Since, Site, Spool, Topic, Uid,
     net::{self, Announced, NetError, Network, Session, Told, Watch, list},
 };
 use grip_link::{
@@ -80,7 +80,14 @@ impl Daemon {
         let member = Member { site: site(), uid: Uid([uid; 16]) };
         let spool = Spool::open(folder, member.uid, run, ROOM).unwrap();
         let session = network.open().unwrap();
-        let announced = Announced::new(&session, &member).unwrap();
+        // The router may not know yet that the one before has gone.
+        let announced = loop {
+            match Announced::new(&session, &member) {
+                Ok(announced) => break announced,
+                Err(NetError::Taken { .. }) => thread::yield_now(),
+                Err(error) => panic!("{error}"),
+            }
+        };
         Self { member, spool, announced, _session: session, sent: 0 }
     }
 
@@ -101,7 +108,8 @@ impl Daemon {
         }
         let ident = Ident { uid: self.member.uid.0, boot_id: 7, ..Ident::NONE };
         let ident = wire(Kind::GRIPPER, |out| ident.write(out).unwrap());
-        self.announced.answer(self.spool.log(), &[&ident, &health], "baud = 1\n");
+        let lend = |use_it: &mut dyn FnMut(&EventLog)| use_it(self.spool.log());
+        self.announced.answer(&lend, &[&ident, &health], "baud = 1\n");
     }
 }
 
@@ -332,6 +340,17 @@ fn who_is_there_is_listed_with_what_it_says_of_itself() {
 }
 
 #[test]
+fn two_of_one_name_are_not_there_together() {
+    let (folder, port) = (tempfile::tempdir().unwrap(), port());
+    let network = network(folder.path(), port);
+    let _router = router(port);
+    let first = Daemon::start(folder.path(), &network, 4, 1);
+    let session = network.open().unwrap();
+    let second = Announced::new(&session, &first.member).unwrap_err().to_string();
+    assert_eq!(second, format!("another gripd is there as {}", first.member));
+}
+
+#[test]
 fn a_network_that_cannot_be_is_told_in_a_sentence() {
     let text = |network: Network| match network.open() {
         Ok(_) => panic!("{network:?}"),
@@ -345,6 +364,8 @@ fn a_network_that_cannot_be_is_told_in_a_sentence() {
     assert!(text(Network::default()).starts_with("no router: "));
     let told = text(Network { router: Some("somewhere".to_owned()), file: None });
     assert!(told.starts_with("router = somewhere: ") && !told.contains(".rs"), "{told}");
+    let told = text(Network { router: Some("tls/10.0.0.1:7447".to_owned()), file: None });
+    assert!(told.contains("tls is not built in"), "{told}");
     let router = format!("tcp/127.0.0.1:{}", port());
     let network = Network { router: Some(router.clone()), file: None };
     let Err(error @ NetError::NoRouter { .. }) = network.open() else { panic!("{network:?}") };

@@ -3,7 +3,7 @@
 use crate::run::gripctl;
 use core::sync::atomic::{AtomicBool, Ordering};
 use grip_fleet::{
-    Member, Spool, Topic, Uid,
+    EventLog, Member, Spool, Topic, Uid,
     net::{Announced, Network},
 };
 use grip_link::{
@@ -51,7 +51,8 @@ fn play(endpoint: &str, end: &AtomicBool, there: &AtomicBool) {
     there.store(true, Ordering::SeqCst);
     while !end.load(Ordering::SeqCst) {
         announced.publish(Topic::State, spool.log().head(), &gripper);
-        announced.answer(spool.log(), &[&gripper], "");
+        let lend = |use_it: &mut dyn FnMut(&EventLog)| use_it(spool.log());
+        announced.answer(&lend, &[&gripper], "");
         thread::yield_now();
     }
 }

@@ -1,14 +1,14 @@
 //! Bytes of the daemon in; events kept, and what is to be published on its way to the network. It waits for nothing but the daemon and the disk.
 
 use super::{Common, Outgoing};
-use core::mem;
+use core::{mem, sync::atomic::Ordering};
 use grip_daemon::log::LogLevel;
 use grip_fleet::{Bridge, Heard, Publication, Spool, SpoolError, Topic, Uid};
 use grip_host::{config::FleetConfig, exit::message};
 use std::{
     io::{self, Read as _},
     os::unix::net::UnixStream,
-    sync::{atomic::Ordering, mpsc::SyncSender},
+    sync::mpsc::SyncSender,
 };
 
 /// Bytes read at once.
@@ -27,7 +27,7 @@ pub(super) struct Keeper {
 }
 
 impl Keeper {
-    pub(super) const fn new(
+    pub(super) fn new(
         bridge: Bridge,
         config: FleetConfig,
         run: u32,

@@ -25,7 +25,7 @@ pub(super) struct Speaker {
 }
 
 impl Speaker {
-    pub(super) const fn new(
+    pub(super) fn new(
         network: Network,
         site: Site,
         shown: String,

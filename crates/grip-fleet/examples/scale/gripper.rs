@@ -5,7 +5,7 @@ use anyhow::Context as _;
 use core::time::Duration;
 use grip_daemon::clients::convert;
 use grip_fleet::net::{Announced, Network, Session};
-use grip_fleet::{EventId, Member, Spool, Topic, Uid};
+use grip_fleet::{EventId, EventLog as KeptEvents, Member, Spool, Topic, Uid};
 use grip_host::report::{EventLine, EventLog};
 use grip_host::{HostConfig, HostEstimator, model};
 use grip_link::frame::{self, Direction, Header, MAX_PAYLOAD, MAX_WIRE};
@@ -144,7 +144,8 @@ impl Gripper {
     }
 
     fn answer(&mut self) {
-        self.announced.answer(self.spool.log(), &[&self.identity, &self.figures], "");
+        let lend = |use_it: &mut dyn FnMut(&KeptEvents)| use_it(self.spool.log());
+        self.announced.answer(&lend, &[&self.identity, &self.figures], "");
     }
 }
 

@@ -25,6 +25,9 @@ const MOST_QUESTIONS: usize = 64;
 /// Events of an answer between two looks at everything else.
 const SLICE: usize = 64;
 
+/// Hands out the log for a moment.
+pub type Lend<'a> = dyn Fn(&mut dyn FnMut(&EventLog)) + 'a;
+
 /// One gripper on the network.
 #[derive(Debug)]
 pub struct Announced {
@@ -109,12 +112,7 @@ impl Announced {
 
     /// Answers what was asked meanwhile: `status` with the frames given, `config` with that text, and some of the events that are asked
     /// for, so that nothing else waits long. `lend` hands out the log for a moment, in which nothing is sent.
-    pub fn answer(
-        &mut self,
-        lend: &dyn Fn(&mut dyn FnMut(&EventLog)),
-        status: &[impl AsRef<[u8]>],
-        config: &str,
-    ) {
+    pub fn answer(&mut self, lend: &Lend<'_>, status: &[impl AsRef<[u8]>], config: &str) {
         let mut head = EventId::default();
         lend(&mut |log| head = log.head());
         while let Ok((part, query)) = self.asked.try_recv() {
@@ -139,7 +137,7 @@ impl Announced {
     }
 
     /// The next events of an answer; it comes to the end of the queue where it is not complete.
-    fn go_on(&mut self, mut open: Open, lend: &dyn Fn(&mut dyn FnMut(&EventLog))) {
+    fn go_on(&mut self, mut open: Open, lend: &Lend<'_>) {
         let parameters = open.query.parameters();
         let after = parameters.get("after").and_then(|id| id.parse().ok());
         let since = if parameters.get("since") == Some("now") { Since::Now } else { Since::Start };

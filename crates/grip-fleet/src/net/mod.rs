@@ -8,7 +8,7 @@ mod announce;
 mod list;
 mod watch;
 
-pub use announce::Announced;
+pub use announce::{Announced, Lend};
 pub use list::{Listed, list};
 pub use watch::{Told, Watch};
 

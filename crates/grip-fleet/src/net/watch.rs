@@ -254,7 +254,8 @@ impl Watch {
             after.map_or_else(|| key.clone(), |id| format!("{key}?after={id}{only_new}"));
         let watched = self.watched(member);
         watched.asked += 1;
-        let end = End(self.way.clone(), member.clone(), watched.asked);
+        let asked = watched.asked;
+        let end = End(self.way.clone(), member.clone(), asked);
         let heard = move |reply: Reply| {
             if let Ok(sample) = reply.result() {
                 end.0.sample(sample, Some(end.2));
