@@ -11,6 +11,8 @@ use grip_scope::model::{DB_STEP, Spectrogram};
 
 /// Widest picture (pixels).
 const WIDE: usize = 1200;
+/// Frequencies that become pixels together.
+const TOGETHER: usize = 16;
 /// From the strongest part of the picture to what is drawn darkest (dB).
 const RANGE_DB: f32 = 66.0;
 
@@ -50,13 +52,31 @@ fn image(spectra: &Spectrogram, span: Span, wide: usize) -> ColorImage {
     }
     let top = bytes.chunks(high).flat_map(|column| column.iter().skip(2)).max();
     let top = top.copied().unwrap_or(0);
-    let lut: Vec<Color32> = (0..=u8::MAX).map(|byte| Palette::heat(level(byte, top))).collect();
-    let pixel = |(x, y): (usize, usize)| match bytes.get(x * high + high - 1 - y) {
-        Some(0) | None => Color32::TRANSPARENT,
-        Some(byte) => lut.get(usize::from(*byte)).copied().unwrap_or(Color32::BLACK),
-    };
-    let places = (0..high).flat_map(|y| (0..wide).map(move |x| (x, y)));
-    ColorImage::new([wide, high], places.map(pixel).collect())
+    let lut: Vec<Color32> = (0..=u8::MAX).map(|byte| colour(byte, top)).collect();
+    ColorImage::new([wide, high], pixels(&bytes, (wide, high), &lut))
+}
+
+/// What a byte looks like: 0 is nothing.
+fn colour(byte: u8, top: u8) -> Color32 {
+    if byte == 0 { Color32::TRANSPARENT } else { Palette::heat(level(byte, top)) }
+}
+
+/// Columns of bytes to rows of pixels, some frequencies of all columns at a time: what is read and written stays near.
+fn pixels(bytes: &[u8], (wide, high): (usize, usize), lut: &[Color32]) -> Vec<Color32> {
+    let mut pixels = vec![Color32::TRANSPARENT; wide * high];
+    // Rows from the lowest frequency up.
+    let mut rows: Vec<&mut [Color32]> = pixels.chunks_mut(wide.max(1)).rev().collect();
+    for (part, rows) in rows.chunks_mut(TOGETHER).enumerate() {
+        for (x, column) in bytes.chunks(high.max(1)).enumerate() {
+            let some = column.get(part * TOGETHER..).unwrap_or_default();
+            for (row, byte) in rows.iter_mut().zip(some) {
+                if let (Some(pixel), Some(colour)) = (row.get_mut(x), lut.get(usize::from(*byte))) {
+                    *pixel = *colour;
+                }
+            }
+        }
+    }
+    pixels
 }
 
 /// The stronger one of each frequency; spectra of other lengths are stretched.
