@@ -99,12 +99,6 @@ impl EventLog {
         self.events.range(index.min(self.events.len())..)
     }
 
-    /// Place of the oldest event that is there.
-    #[must_use]
-    pub const fn first(&self) -> u64 {
-        self.dropped
-    }
-
     /// Events there are.
     #[must_use]
     pub fn len(&self) -> usize {
@@ -117,7 +111,7 @@ impl EventLog {
         self.events.is_empty()
     }
 
-    /// Events that have made room for others.
+    /// Events that have made room for others: the place of the oldest that is there.
     #[must_use]
     pub const fn dropped(&self) -> u64 {
         self.dropped
@@ -163,7 +157,7 @@ mod tests {
         assert_eq!(after(&log, Some(EventId { run: 5, seq: 2 })), [7, 8, 9, 10]);
         // Who has a place goes on from there, whatever has made room since.
         assert_eq!(
-            (seqs(log.from(1)), seqs(log.from(8)), log.first()),
+            (seqs(log.from(1)), seqs(log.from(8)), log.dropped()),
             (vec![7, 8, 9, 10], vec![9, 10], 6)
         );
         let tiny = super::tests::log(5, 3, 0);

@@ -75,8 +75,9 @@ impl Keeper {
             }
         }
         let mut kept = self.common.kept();
-        kept.status.clear();
-        kept.status.extend(self.bridge.status().map(<[u8]>::to_vec));
+        if topic != Topic::Samples {
+            kept.status = self.bridge.status().map(<[u8]>::to_vec).collect();
+        }
         let Some((_, spool)) = &mut kept.gripper else { return };
         let id = match topic {
             Topic::Events => spool.append(wire.clone()),

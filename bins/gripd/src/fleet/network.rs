@@ -5,7 +5,7 @@ use core::{mem, time::Duration};
 use grip_daemon::log::LogLevel;
 use grip_fleet::{
     Member, Site,
-    net::{Announced, NetError, Network, Session},
+    net::{Announced, NetError, Network},
 };
 use grip_host::exit::message;
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
@@ -43,7 +43,10 @@ impl Speaker {
         };
         self.common.tell(LogLevel::Info, &format!("this gripper is there as {member}"));
         self.speak(&mut announced);
-        close(announced, session);
+        if announced.refused() > 0 {
+            let text = format!("the session has refused {} publications", announced.refused());
+            self.common.tell(LogLevel::Warn, &text);
+        }
     }
 
     /// The gripper's name, as soon as it has one.
@@ -101,10 +104,4 @@ impl Speaker {
             announced.answer(&lend, &status, &self.shown);
         }
     }
-}
-
-/// The gripper goes before the session that told of it.
-fn close(announced: Announced, session: Session) {
-    drop(announced);
-    drop(session);
 }

@@ -143,7 +143,7 @@ impl Announced {
         let since = if parameters.get("since") == Some("now") { Since::Now } else { Since::Start };
         let mut events: Vec<Logged> = Vec::new();
         lend(&mut |log| {
-            let place = open.place.unwrap_or_else(|| log.place(after, since)).max(log.first());
+            let place = open.place.unwrap_or_else(|| log.place(after, since)).max(log.dropped());
             events = log.from(place).take(SLICE).cloned().collect();
             open.place = Some(place + events.len() as u64);
         });
