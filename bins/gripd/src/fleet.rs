@@ -47,6 +47,8 @@ struct Kept {
     gripper: Option<(Uid, Spool)>,
     /// The last frames of what does not go into the log.
     status: Vec<Vec<u8>>,
+    /// What it is made of, as JSON.
+    about: String,
 }
 
 /// What both threads share.

@@ -47,7 +47,7 @@ fn play(endpoint: &str, end: &AtomicBool, there: &AtomicBool) {
     }
     let gripper = Gripper { uid: member.uid.0, rate_hz: 1000, ..Gripper::NONE };
     let gripper = wire(Kind::GRIPPER, |out| gripper.write(out).unwrap());
-    let mut announced = Announced::new(&session, &member).unwrap();
+    let mut announced = Announced::new(&session, &member, &[]).unwrap();
     there.store(true, Ordering::SeqCst);
     while !end.load(Ordering::SeqCst) {
         announced.publish(Topic::State, spool.log().head(), &gripper);

@@ -4,14 +4,17 @@ use super::{Common, Outgoing, PAUSE, pause};
 use core::{mem, time::Duration};
 use grip_daemon::log::LogLevel;
 use grip_fleet::{
-    Member, Site,
-    net::{Announced, NetError, Network},
+    Member, Part, Site,
+    net::{Announced, NetError, Network, Question},
 };
 use grip_host::exit::message;
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
 
 /// Pause between two attempts to find the router, or a free name.
 const RETRY: Duration = Duration::from_secs(2);
+
+/// What this gripper can be asked, beside events, status and configuration.
+const PARTS: [Part; 1] = [Part::About];
 
 pub(super) struct Speaker {
     network: Network,
@@ -38,7 +41,7 @@ impl Speaker {
     pub(super) fn run(mut self) {
         let Some(session) = self.retry(|network| network.open()) else { return };
         let Some(member) = self.member() else { return };
-        let Some(mut announced) = self.retry(|_| Announced::new(&session, &member)) else {
+        let Some(mut announced) = self.retry(|_| Announced::new(&session, &member, &PARTS)) else {
             return;
         };
         self.common.tell(LogLevel::Info, &format!("this gripper is there as {member}"));
@@ -102,6 +105,20 @@ impl Speaker {
                 }
             };
             announced.answer(&lend, &status, &self.shown);
+            while let Some(question) = announced.question() {
+                self.question(&question);
+            }
+        }
+    }
+
+    /// Answers what the log does not know.
+    fn question(&self, question: &Question) {
+        let answer = match question.part() {
+            Part::About => question.reply(self.common.kept().about.as_bytes()),
+            _ => question.refuse("this is not asked here"),
+        };
+        if let Err(error) = answer {
+            self.common.tell(LogLevel::Warn, &message(&error));
         }
     }
 }

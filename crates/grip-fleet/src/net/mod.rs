@@ -5,10 +5,12 @@
 //! are then set here.
 
 mod announce;
+mod ask;
 mod list;
 mod watch;
 
-pub use announce::{Announced, Lend};
+pub use announce::{Announced, Lend, Question};
+pub use ask::{Ask, ask};
 pub use list::{Listed, list};
 pub use watch::{Told, Watch};
 
@@ -62,6 +64,20 @@ pub enum NetError {
     #[error("another gripd is there as {member}")]
     Taken {
         /// The name.
+        member: String,
+    },
+    /// A gripper gives a reason instead of an answer.
+    #[error("{member}: {reason}")]
+    Declined {
+        /// Which one.
+        member: String,
+        /// The reason.
+        reason: String,
+    },
+    /// A gripper does not answer, or not in time.
+    #[error("{member} does not answer")]
+    Silent {
+        /// Which one.
         member: String,
     },
     /// The session refuses something.
