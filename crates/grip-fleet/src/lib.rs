@@ -7,6 +7,7 @@
 //! * [`EventLog`]: events in, numbered once and kept as long as there is room, in memory or in a [`Spool`];
 //! * [`Follower`]: numbered events of one gripper in, each of them out once and in order, or the wish to be told what is missing.
 
+mod about;
 mod bridge;
 mod follower;
 mod id;
@@ -17,6 +18,7 @@ mod message;
 pub mod net;
 mod spool;
 
+pub use about::About;
 pub use bridge::{Bridge, Heard, Publication};
 pub use follower::{Follower, Since, Verdict};
 pub use grip_host::config::{Site, Uid};
