@@ -17,8 +17,8 @@ use std::{
     thread,
 };
 
-/// Messages that wait for an app; with more the oldest go. A second at 4 kHz.
-const BACKLOG: usize = 4096;
+/// Messages that wait for an app; with more the oldest go. More than a second at 10 kHz.
+const BACKLOG: usize = 16_384;
 
 /// Why no app can be served.
 #[derive(Debug, thiserror::Error)]
