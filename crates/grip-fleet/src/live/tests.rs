@@ -196,12 +196,12 @@ fn samples_stand_at_the_time_of_the_gripper() {
     assert_eq!(times, [11_000_000_000, 11_001_000_000, 11_002_000_000]);
     let mut taxels = Vec::new();
     let topic = Topic::Sample.recorded().unwrap();
-    for (row, (_, _, bytes)) in told.iter().enumerate() {
+    for (row, (_, _, bytes)) in (0..).zip(&told) {
         let record = Record::decode(topic, bytes, &mut taxels).unwrap();
         let Record::Sample(record) = record else { panic!("{record:?}") };
-        assert_eq!((record.index as usize, record.taxels), (40 + 2 * row, &[0.25][..]));
+        assert_eq!((record.index, record.taxels), (40 + 2 * row, &[0.25][..]));
         assert_eq!(record.sample.normal_force_n, (row != 1).then_some(5.5));
-        assert_eq!(record.sample.t.0 as usize, 2_000_000 + 1000 * row);
+        assert_eq!(record.sample.t.0, 2_000_000 + 1000 * u64::from(row));
         assert_eq!(record.sample.travel_m, None);
     }
 }
