@@ -4,6 +4,7 @@
 
 mod keeper;
 mod network;
+mod ros;
 
 use crate::{clock::Clock, settings::Settings};
 use anyhow::Context as _;
@@ -17,6 +18,7 @@ use grip_fleet::{Bridge, EventId, Spool, Topic, Uid, net::Network};
 use grip_host::config::FleetConfig;
 use keeper::Keeper;
 use network::Speaker;
+use ros::Ros;
 use std::{
     hash::RandomState,
     io::Write as _,
@@ -103,7 +105,8 @@ impl Fleet {
         let common = Common { kept: Arc::default(), ended: Arc::default(), say };
         let (sender, outgoing) = mpsc::sync_channel(ON_THE_WAY);
         let keeper = Keeper::new(bridge, config.clone(), run(), (common.clone(), sender));
-        let speaker = Speaker::new(network(config), site, shown, (common, outgoing));
+        let ros = Ros::new(config.ros_domain, clock);
+        let speaker = Speaker::new(network(config), site, shown, (common, outgoing)).with_ros(ros);
         let spawn = |name: &str, body: Box<dyn FnOnce() + Send>| {
             thread::Builder::new().name(name.to_owned()).spawn(body)
         };

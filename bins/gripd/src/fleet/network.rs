@@ -1,11 +1,11 @@
 //! What is to be published in, a gripper on the network out. This thread may wait for the network; nobody waits for it.
 
-use super::{Common, Outgoing, PAUSE, pause};
+use super::{Common, Outgoing, PAUSE, pause, ros::Ros};
 use core::{mem, time::Duration};
 use grip_daemon::log::LogLevel;
 use grip_fleet::{
     Member, Site,
-    net::{Announced, NetError, Network},
+    net::{Announced, NetError, Network, RosAnnounced},
 };
 use grip_host::exit::message;
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
@@ -20,6 +20,8 @@ pub(super) struct Speaker {
     shown: String,
     common: Common,
     outgoing: Receiver<Outgoing>,
+    /// The gripper is a node of ROS 2 too.
+    ros: Option<Ros>,
     /// The last complaint was told.
     complained: bool,
 }
@@ -31,7 +33,13 @@ impl Speaker {
         shown: String,
         (common, outgoing): (Common, Receiver<Outgoing>),
     ) -> Self {
-        Self { network, site, shown, common, outgoing, complained: false }
+        Self { network, site, shown, common, outgoing, ros: None, complained: false }
+    }
+
+    /// As a node of ROS 2 too.
+    pub(super) fn with_ros(mut self, ros: Option<Ros>) -> Self {
+        self.ros = ros;
+        self
     }
 
     /// Runs until the keeper has ended.
@@ -42,9 +50,16 @@ impl Speaker {
             return;
         };
         self.common.tell(LogLevel::Info, &format!("this gripper is there as {member}"));
-        self.speak(&mut announced);
-        if announced.refused() > 0 {
-            let text = format!("the session has refused {} publications", announced.refused());
+        let mut node = None;
+        if let Some(ros) = self.ros.take() {
+            let Some(made) = self.retry(|_| ros.announce(&session, &member)) else { return };
+            self.common.tell(LogLevel::Info, &format!("ROS 2 has it as {}", made.name()));
+            node = Some((ros, made));
+        }
+        self.speak(&mut announced, node.as_mut());
+        let refused = announced.refused() + node.map_or(0, |(_, node)| node.refused());
+        if refused > 0 {
+            let text = format!("the session has refused {refused} publications");
             self.common.tell(LogLevel::Warn, &text);
         }
     }
@@ -86,12 +101,17 @@ impl Speaker {
         None
     }
 
-    fn speak(&self, announced: &mut Announced) {
+    fn speak(&self, announced: &mut Announced, mut node: Option<&mut (Ros, RosAnnounced)>) {
         loop {
             // While an answer is under way nothing is waited for.
             let patience = if announced.is_answering() { Duration::ZERO } else { PAUSE };
             match self.outgoing.recv_timeout(patience) {
-                Ok((topic, id, wire)) => announced.publish(topic, id, &wire),
+                Ok((topic, id, wire)) => {
+                    announced.publish(topic, id, &wire);
+                    if let Some((ros, node)) = &mut node {
+                        ros.publish(node, id, &wire);
+                    }
+                }
                 Err(RecvTimeoutError::Timeout) => {}
                 Err(RecvTimeoutError::Disconnected) => return,
             }

@@ -6,10 +6,12 @@
 
 mod announce;
 mod list;
+mod ros;
 mod watch;
 
 pub use announce::{Announced, Lend};
 pub use list::{Listed, list};
+pub use ros::{RosAnnounced, RosTimes};
 pub use watch::{Told, Watch};
 
 use core::time::Duration;
