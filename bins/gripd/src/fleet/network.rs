@@ -5,7 +5,7 @@ use core::{mem, time::Duration};
 use grip_daemon::log::LogLevel;
 use grip_fleet::{
     Member, Site,
-    net::{Announced, NetError, Network, RosAnnounced},
+    net::{Announced, NetError, Network, RosAnnounced, Session},
 };
 use grip_host::exit::message;
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
@@ -50,17 +50,28 @@ impl Speaker {
             return;
         };
         self.common.tell(LogLevel::Info, &format!("this gripper is there as {member}"));
-        let mut node = None;
-        if let Some(ros) = self.ros.take() {
-            let Some(made) = self.retry(|_| ros.announce(&session, &member)) else { return };
-            self.common.tell(LogLevel::Info, &format!("ROS 2 has it as {}", made.name()));
-            node = Some((ros, made));
-        }
+        let mut node = self.node(&session, &member);
         self.speak(&mut announced, node.as_mut());
         let refused = announced.refused() + node.map_or(0, |(_, node)| node.refused());
         if refused > 0 {
             let text = format!("the session has refused {refused} publications");
             self.common.tell(LogLevel::Warn, &text);
+        }
+    }
+
+    /// The gripper as a node of ROS 2, where it is to be one. What the session refuses now it will not take later, and the fleet can do without.
+    fn node(&mut self, session: &Session, member: &Member) -> Option<(Ros, RosAnnounced)> {
+        let ros = self.ros.take()?;
+        match ros.announce(session, member) {
+            Ok(node) => {
+                self.common.tell(LogLevel::Info, &format!("ROS 2 has it as {}", node.name()));
+                Some((ros, node))
+            }
+            Err(error) => {
+                let text = format!("ROS 2 does not have this gripper: {}", message(&error));
+                self.common.tell(LogLevel::Error, &text);
+                None
+            }
         }
     }
 

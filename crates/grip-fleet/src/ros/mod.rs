@@ -5,7 +5,7 @@
 //!
 //! * names, tokens and their form of the quality of service: `docs/design.md`, `liveliness_utils.cpp` and `qos.cpp` of
 //!   [rmw_zenoh](https://github.com/ros2/rmw_zenoh), as in the versions 0.2.9 (Jazzy) and 0.6.6 (Kilted);
-//! * what stands beside each publication: `attachment_helpers.cpp` there, in the form it has since the spring of 2025 (change 601);
+//! * what stands beside each publication: `attachment_helpers.cpp` there, in the form it has since 0.2.4 and 0.6.0 (change 601);
 //! * hashes: REP-2011 and `rosidl_generator_type_description`, RIHS01;
 //! * messages: plain CDR, little-endian ([`CdrWriter`](grip_record::mcap::CdrWriter)), as Fast-CDR writes them for both distributions.
 //!
