@@ -1,5 +1,5 @@
 //! The example of a router with TLS and access control, on loopback with keys made now: each does what it is there for and nothing else.
-#![expect(clippy::unwrap_used, clippy::panic, reason = "test code")]
+#![expect(clippy::unwrap_used, reason = "test code")]
 
 use core::{
     sync::atomic::{AtomicBool, Ordering},

@@ -10,6 +10,7 @@
 mod gripper;
 mod process;
 mod receiver;
+mod relay;
 mod tape;
 
 use anyhow::{Context as _, bail};
@@ -34,6 +35,10 @@ struct Args {
     /// Kill the router after a third of the time, and start another one so much later (s); 0: never
     #[arg(long, default_value_t = 0)]
     outage: u32,
+    /// Cut the line between grippers and router after a third of the time, for so long (s); 0: never. All of it then goes through a relay in
+    /// the receiver's process, which its processor time includes.
+    #[arg(long, default_value_t = 0, conflicts_with = "outage")]
+    cut: u32,
     /// What a process of this program is, for its own use: `router ADDRESS` or `grippers ADDRESS FIRST COUNT`
     #[arg(hide = true)]
     part: Vec<String>,
