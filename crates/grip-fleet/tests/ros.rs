@@ -56,8 +56,8 @@ fn endpoint() -> String {
 /// A router, a gripper's session and that of a ROS computer.
 fn network() -> [Session; 3] {
     let endpoint = endpoint();
-    let router = net::router(&endpoint).unwrap();
     let network = Network { router: Some(endpoint), file: None };
+    let router = net::router(&network).unwrap();
     [router, network.open().unwrap(), network.open().unwrap()]
 }
 
@@ -134,13 +134,14 @@ fn a_node_is_found_again_when_the_router_has_started_again() {
     let file = folder.path().join("zenoh.json5");
     let retry = "{ connect: { retry: { period_init_ms: 200, period_max_ms: 200 } } }";
     fs::write(&file, retry).unwrap();
-    let network = Network { router: Some(endpoint.clone()), file: Some(file) };
-    let router = net::router(&endpoint).unwrap();
+    let place = Network { router: Some(endpoint), file: None };
+    let network = Network { file: Some(file), ..place.clone() };
+    let router = net::router(&place).unwrap();
     let gripper = network.open().unwrap();
     let mut node = RosAnnounced::new(&gripper, &member(), 0).unwrap();
     let before = tokens_of(&network.open().unwrap(), 0, 4);
     router.close().wait().unwrap();
-    let _router = net::router(&endpoint).unwrap();
+    let _router = net::router(&place).unwrap();
     let ros = network.open().unwrap();
     assert_eq!(tokens_of(&ros, 0, 4), before);
     let heard = subscribe(&ros, &format!("0/{PLACE}/{JOINTS}"));
