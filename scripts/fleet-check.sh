@@ -11,4 +11,6 @@ if echo "$tree" | grep -E "^(zenoh|grip-fleet|tokio) "; then
 fi
 cargo test --locked -p grip-fleet --features zenoh
 cargo test --locked -p gripd --features fleet --test daemon fleet
+built=${CARGO_TARGET_DIR:-target}/debug
+MESSAGES=$built/examples/ros_messages GRIPD=$built/gripd scripts/ros-check.sh
 cargo test --locked -p gripctl --features fleet --test cli fleet

@@ -4,6 +4,7 @@
 
 mod keeper;
 mod network;
+mod ros;
 
 use crate::{clock::Clock, settings::Settings};
 use anyhow::Context as _;
@@ -18,6 +19,7 @@ use grip_host::config::FleetConfig;
 use grip_link::message::{NackReason, daemon::Command};
 use keeper::{Keeper, KeeperEnds};
 use network::{Place, Speaker, SpeakerEnds};
+use ros::Ros;
 use std::{
     hash::RandomState,
     io::Write as _,
@@ -117,7 +119,8 @@ impl Fleet {
         let keeper = Keeper::new(bridge, config.clone(), run(), ends);
         let commands = settings.config.allow_commands && config.commands;
         let ends = SpeakerEnds { common: common.clone(), outgoing, order, answers };
-        let speaker = Speaker::new(network(config), Place { site, shown, commands }, ends);
+        let place = Place { site, shown, commands, ros: Ros::new(config.ros_domain, clock) };
+        let speaker = Speaker::new(network(config), place, ends);
         let spawn = |name: &str, body: Box<dyn FnOnce() + Send>| {
             thread::Builder::new().name(name.to_owned()).spawn(body)
         };

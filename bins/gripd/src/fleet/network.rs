@@ -1,11 +1,11 @@
 //! What is to be published in, a gripper on the network out. This thread may wait for the network; nobody waits for it.
 
-use super::{Answered, Common, Order, Outgoing, PAUSE, pause};
+use super::{Answered, Common, Order, Outgoing, PAUSE, pause, ros::Ros};
 use core::{mem, time::Duration};
 use grip_daemon::log::LogLevel;
 use grip_fleet::{
     Member, Part, Site,
-    net::{Announced, NetError, Network, Question},
+    net::{Announced, NetError, Network, Question, RosAnnounced, Session},
 };
 use grip_host::exit::message;
 use grip_link::message::{NackReason, daemon::Command};
@@ -29,6 +29,8 @@ pub(super) struct Place {
     pub(super) shown: String,
     /// Whether commands are taken.
     pub(super) commands: bool,
+    /// A node of ROS 2 too.
+    pub(super) ros: Option<Ros>,
 }
 
 /// What leads to the other threads.
@@ -81,10 +83,28 @@ impl Speaker {
             return;
         };
         self.common.tell(LogLevel::Info, &format!("this gripper is there as {member}"));
-        self.speak(&mut announced);
-        if announced.refused() > 0 {
-            let text = format!("the session has refused {} publications", announced.refused());
+        let mut node = self.node(&session, &member);
+        self.speak(&mut announced, node.as_mut());
+        let refused = announced.refused() + node.map_or(0, |(_, node)| node.refused());
+        if refused > 0 {
+            let text = format!("the session has refused {refused} publications");
             self.common.tell(LogLevel::Warn, &text);
+        }
+    }
+
+    /// The gripper as a node of ROS 2, where it is to be one. What the session refuses now it will not take later, and the fleet can do without.
+    fn node(&mut self, session: &Session, member: &Member) -> Option<(Ros, RosAnnounced)> {
+        let ros = self.place.ros.take()?;
+        match ros.announce(session, member) {
+            Ok(node) => {
+                self.common.tell(LogLevel::Info, &format!("ROS 2 has it as {}", node.name()));
+                Some((ros, node))
+            }
+            Err(error) => {
+                let text = format!("ROS 2 does not have this gripper: {}", message(&error));
+                self.common.tell(LogLevel::Error, &text);
+                None
+            }
         }
     }
 
@@ -125,12 +145,17 @@ impl Speaker {
         None
     }
 
-    fn speak(&mut self, announced: &mut Announced) {
+    fn speak(&mut self, announced: &mut Announced, mut node: Option<&mut (Ros, RosAnnounced)>) {
         loop {
             // While an answer is under way nothing is waited for.
             let patience = if announced.is_answering() { Duration::ZERO } else { PAUSE };
             match self.outgoing.recv_timeout(patience) {
-                Ok((topic, id, wire)) => announced.publish(topic, id, &wire),
+                Ok((topic, id, wire)) => {
+                    announced.publish(topic, id, &wire);
+                    if let Some((ros, node)) = &mut node {
+                        ros.publish(node, id, &wire);
+                    }
+                }
                 Err(RecvTimeoutError::Timeout) => {}
                 Err(RecvTimeoutError::Disconnected) => return,
             }

@@ -7,11 +7,13 @@
 mod announce;
 mod ask;
 mod list;
+mod ros;
 mod watch;
 
 pub use announce::{Announced, Lend, Question};
 pub use ask::{Ask, ask};
 pub use list::{Listed, list};
+pub use ros::{RosAnnounced, RosTimes};
 pub use watch::{Told, Watch};
 
 use core::time::Duration;

@@ -52,6 +52,8 @@ impl HostConfig {
         ConfigError::within("realtime.priority", f32::from(self.realtime.priority), 1.0, 99.0)?;
         let spool_mib = f32::from(self.fleet.spool_mib);
         ConfigError::within("fleet.spool_mib", spool_mib, 1.0, 1024.0)?;
+        let ros_domain = f32::from(self.fleet.ros_domain.unwrap_or(0));
+        ConfigError::within("fleet.ros_domain", ros_domain, 0.0, 232.0)?;
         let cpu = f32::from(self.realtime.cpu.unwrap_or(0));
         ConfigError::within("realtime.cpu", cpu, 0.0, 1023.0)?;
         self.pipeline(Hertz(rate)).check()

@@ -1,0 +1,65 @@
+//! A kind of message in, its topic, type and the hash of its type out.
+
+/// What the node of a gripper publishes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum RosTopic {
+    /// The force of the fingers, as every tool of ROS understands it.
+    JointStates,
+    /// What the pipeline thinks.
+    State,
+    /// Slips.
+    Slip,
+}
+
+impl RosTopic {
+    /// All.
+    pub const ALL: [Self; 3] = [Self::JointStates, Self::State, Self::Slip];
+
+    /// Its name within the node's namespace.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::JointStates => "joint_states",
+            Self::State => "state",
+            Self::Slip => "slip",
+        }
+    }
+
+    /// Package and name of its type.
+    const fn parts(self) -> (&'static str, &'static str) {
+        match self {
+            Self::JointStates => ("sensor_msgs", "JointState"),
+            Self::State => ("grip_msgs", "GripState"),
+            Self::Slip => ("grip_msgs", "SlipEvent"),
+        }
+    }
+
+    /// Its type, as ROS writes it: `sensor_msgs/msg/JointState`.
+    #[must_use]
+    pub fn ros_type(self) -> String {
+        let (package, name) = self.parts();
+        format!("{package}/msg/{name}")
+    }
+
+    /// Its type, as DDS writes it: `sensor_msgs::msg::dds_::JointState_`.
+    #[must_use]
+    pub fn dds_type(self) -> String {
+        let (package, name) = self.parts();
+        format!("{package}::msg::dds_::{name}_")
+    }
+
+    /// RIHS01 of its type: SHA-256 of names and kinds of all fields, those of the types in it included. Subscribers with another definition hear
+    /// nothing. The test `ros_types` computes it from the definitions.
+    #[must_use]
+    pub const fn hash(self) -> &'static str {
+        match self {
+            Self::JointStates => {
+                "RIHS01_a13ee3a330e346c9d87b5aa18d24e11690752bd33a0350f11c5882bc9179260e"
+            }
+            Self::State => {
+                "RIHS01_207a131cce02a3ba53a806e635a48b92c3f87f761583168b8d96f293d9da3389"
+            }
+            Self::Slip => "RIHS01_ebd8847b570376a181087c1e2c2272784707b736941ca6b11dda38f55ea718d3",
+        }
+    }
+}

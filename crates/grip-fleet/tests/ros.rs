@@ -1,0 +1,215 @@
+//! A gripper as a node of ROS 2 beside a real router in this process: found by its tokens, heard under the names that subscribers of rmw_zenoh ask
+//! for, gone when it goes.
+#![expect(clippy::unwrap_used, clippy::panic, reason = "test code")]
+
+use core::time::Duration;
+use grip_fleet::{
+    EventId, Member, Uid,
+    net::{self, Network, RosAnnounced, RosTimes, Session},
+    ros::{Attachment, Gid},
+};
+use grip_link::{
+    frame::{self, Direction, Header, MAX_WIRE},
+    message::{
+        Kind,
+        daemon::{Notice, NoticeKind},
+    },
+};
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    fs,
+    net::TcpListener,
+};
+use zenoh::{Wait as _, handlers::FifoChannelHandler, pubsub::Subscriber, sample::Sample};
+
+/// More than any answer takes on a busy computer.
+const PATIENCE: Duration = Duration::from_secs(30);
+const LOOK: Duration = Duration::from_millis(300);
+const TIMES: RosTimes =
+    RosTimes { start_ns: 1_763_766_000_000_000_000, now_ns: 1_763_766_009_000_000_000 };
+const PLACE: &str = "hall_2/gripper_07070707070707070707070707070707";
+const JOINTS: &str = "joint_states/sensor_msgs::msg::dds_::JointState_/RIHS01_a13ee3a330e346c9d87b5aa18d24e11690752bd33a0350f11c5882bc9179260e";
+
+fn wire(kind: Kind, payload: &[u8]) -> Vec<u8> {
+    let mut out = [0; MAX_WIRE];
+    let header = Header::new(Direction::ToHost, kind, 0, 0);
+    let len = frame::encode(&header, payload, &mut out).unwrap();
+    out[..len].to_vec()
+}
+
+/// A STATE of zeros: idle, no force.
+fn state() -> Vec<u8> {
+    wire(Kind::STATE, &[0; 60])
+}
+
+fn slip(number: u8) -> Vec<u8> {
+    let mut payload = [0; 72];
+    payload[0] = number;
+    wire(Kind::SLIP, &payload)
+}
+
+fn endpoint() -> String {
+    let port = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
+    format!("tcp/127.0.0.1:{port}")
+}
+
+/// A router, a gripper's session and that of a ROS computer.
+fn network() -> [Session; 3] {
+    let endpoint = endpoint();
+    let network = Network { router: Some(endpoint), file: None };
+    let router = net::router(&network).unwrap();
+    [router, network.open().unwrap(), network.open().unwrap()]
+}
+
+fn member() -> Member {
+    Member { site: "hall-2".parse().unwrap(), uid: Uid([7; 16]) }
+}
+
+type Heard = Subscriber<FifoChannelHandler<Sample>>;
+
+fn subscribe(session: &Session, key: &str) -> Heard {
+    session.declare_subscriber(key.to_owned()).wait().unwrap()
+}
+
+/// The tokens of a domain, as a ROS computer asks for them when it starts.
+fn tokens(session: &Session, domain: u16) -> BTreeSet<String> {
+    let all = format!("@ros2_lv/{domain}/**");
+    let replies = session.liveliness().get(all).timeout(PATIENCE).wait().unwrap();
+    replies.iter().map(|reply| reply.result().unwrap().key_expr().to_string()).collect()
+}
+
+/// Waits until as many tokens are there: declarations need their time.
+fn tokens_of(session: &Session, domain: u16, count: usize) -> BTreeSet<String> {
+    for _ in 0..300 {
+        let tokens = tokens(session, domain);
+        if tokens.len() == count {
+            return tokens;
+        }
+        // Nothing is published in these names: only time passes.
+        let silence = subscribe(session, &format!("{domain}/silence"));
+        assert!(silence.recv_timeout(LOOK / 3).unwrap().is_none());
+    }
+    panic!("{:?}", tokens(session, domain))
+}
+
+/// Publishes until a subscriber hears it: subscriptions need their time as well.
+fn first(node: &mut RosAnnounced, heard: &Heard, wire: &[u8]) -> Sample {
+    for _ in 0..100 {
+        node.publish(EventId { run: 1, seq: 1 }, wire, TIMES);
+        if let Some(sample) = heard.recv_timeout(LOOK).unwrap() {
+            return sample;
+        }
+    }
+    panic!("nothing is heard")
+}
+
+fn attachment(sample: &Sample) -> (i64, i64, Vec<u8>) {
+    let bytes = sample.attachment().unwrap().to_bytes();
+    assert_eq!((bytes.len(), bytes[16]), (Attachment::SIZE, 16));
+    let number = |at: usize| i64::from_le_bytes(bytes[at..at + 8].try_into().unwrap());
+    (number(0), number(8), bytes[17..].to_vec())
+}
+
+#[test]
+fn a_node_and_its_publishers_are_found_and_gone_with_it() {
+    let [_router, gripper, ros] = network();
+    let node = RosAnnounced::new(&gripper, &member(), 42).unwrap();
+    assert_eq!(node.name(), format!("/{PLACE}/gripd"));
+    let found = tokens_of(&ros, 42, 4);
+    let begin = format!("@ros2_lv/42/{}/0", gripper.zid());
+    let place = format!("%/%{}", PLACE.replace('/', "%"));
+    assert!(found.contains(&format!("{begin}/0/NN/{place}/gripd")), "{found:?}");
+    let publisher =
+        format!("{begin}/1/MP/{place}/gripd/%{}%{JOINTS}/::,10:,:,:,,", PLACE.replace('/', "%"));
+    assert!(found.contains(&publisher), "{publisher} {found:?}");
+    // Another domain does not see it.
+    assert!(tokens(&ros, 4).is_empty());
+    drop(node);
+    tokens_of(&ros, 42, 0);
+}
+
+#[test]
+fn a_node_is_found_again_when_the_router_has_started_again() {
+    let (folder, endpoint) = (tempfile::tempdir().unwrap(), endpoint());
+    let file = folder.path().join("zenoh.json5");
+    let retry = "{ connect: { retry: { period_init_ms: 200, period_max_ms: 200 } } }";
+    fs::write(&file, retry).unwrap();
+    let place = Network { router: Some(endpoint), file: None };
+    let network = Network { file: Some(file), ..place.clone() };
+    let router = net::router(&place).unwrap();
+    let gripper = network.open().unwrap();
+    let mut node = RosAnnounced::new(&gripper, &member(), 0).unwrap();
+    let before = tokens_of(&network.open().unwrap(), 0, 4);
+    router.close().wait().unwrap();
+    let _router = net::router(&place).unwrap();
+    let ros = network.open().unwrap();
+    assert_eq!(tokens_of(&ros, 0, 4), before);
+    let heard = subscribe(&ros, &format!("0/{PLACE}/{JOINTS}"));
+    first(&mut node, &heard, &state());
+}
+
+#[test]
+fn a_subscriber_hears_joints_under_the_name_it_asks_for_numbered_and_signed() {
+    let [_router, gripper, ros] = network();
+    let mut node = RosAnnounced::new(&gripper, &member(), 0).unwrap();
+    let heard = subscribe(&ros, &format!("0/{PLACE}/{JOINTS}"));
+    let elsewhere = subscribe(&ros, &format!("1/{PLACE}/{JOINTS}"));
+    let sample = first(&mut node, &heard, &state());
+    let payload = sample.payload().to_bytes();
+    assert_eq!(payload[..4], [0, 1, 0, 0]);
+    assert_eq!(payload[4..8], 1_763_766_000_u32.to_le_bytes());
+    let (number, time, gid) = attachment(&sample);
+    assert_eq!(time, 1_763_766_009_000_000_000);
+    let token = tokens_of(&ros, 0, 4).into_iter().find(|token| token.contains("JointState"));
+    assert_eq!(gid, Gid::of(&token.unwrap()).0);
+    node.publish(EventId::default(), &state(), TIMES);
+    let next = heard.recv_timeout(PATIENCE).unwrap().unwrap();
+    assert_eq!(attachment(&next).0, number + 1);
+    assert!(elsewhere.try_recv().unwrap().is_none());
+    assert_eq!(node.refused(), 0);
+}
+
+/// What comes until nothing comes any more: the last number of each topic.
+fn numbers(heard: &Heard) -> BTreeMap<String, i64> {
+    let mut numbers = BTreeMap::new();
+    while let Some(sample) = heard.recv_timeout(LOOK).unwrap() {
+        let topic = sample.key_expr().as_str().split('/').nth(3).unwrap().to_owned();
+        numbers.insert(topic, attachment(&sample).0);
+    }
+    numbers
+}
+
+#[test]
+fn each_topic_is_counted_by_itself_and_other_news_do_not_travel() {
+    let [_router, gripper, ros] = network();
+    let mut node = RosAnnounced::new(&gripper, &member(), 0).unwrap();
+    let all = subscribe(&ros, &format!("0/{PLACE}/**"));
+    let mut before = BTreeMap::new();
+    for number in 0..100 {
+        node.publish(EventId::default(), &state(), TIMES);
+        node.publish(EventId { run: 1, seq: number.into() }, &slip(number), TIMES);
+        before = numbers(&all);
+        if before.len() == 3 {
+            break;
+        }
+    }
+    let notice =
+        Notice { kind: NoticeKind::Link, code: 0, value: 0, count: 0, host_us: 0, text: b"open" };
+    let mut payload = [0; 64];
+    let len = notice.write(&mut payload).unwrap();
+    for _ in 0..2 {
+        node.publish(EventId::default(), &wire(Kind::NOTICE, &payload[..len]), TIMES);
+        node.publish(EventId::default(), &slip(7), TIMES);
+    }
+    node.publish(EventId::default(), &state(), TIMES);
+    let after = [("joint_states", 1), ("slip", 2), ("state", 1)];
+    let after = after.map(|(topic, more)| (topic.to_owned(), before[topic] + more));
+    let mut heard = BTreeMap::new();
+    for _ in 0..100 {
+        heard.append(&mut numbers(&all));
+        if heard == after.clone().into() {
+            return;
+        }
+    }
+    panic!("{heard:?} after {before:?}");
+}
