@@ -1,0 +1,217 @@
+//! One gripper of a network in; the same items for the model as from its daemon's socket, but fewer of them, out.
+
+use super::{FIRST, GripperAt, LONGEST, LOOK, may_mend, place};
+use crate::feed::{EventKind, EventMark, Feed, SourceStatus};
+use crate::source::ClientAction;
+use crate::source::daemon::{pause, unsent};
+use crate::source::hearing::Hearing;
+use crate::source::outlet::Outlet;
+use core::time::Duration;
+use grip_fleet::net::{NetError, Session, Told, Watch, list};
+use grip_fleet::{Message, Selector, Since, Topic};
+use grip_link::message::daemon::ToClient;
+use grip_port::Backoff;
+use rtrb::Consumer;
+
+/// How long one look for messages waits.
+const TURN: Duration = Duration::from_millis(10);
+/// Messages of one look.
+const READS: usize = 256;
+/// Without rows for so long while states come, the gripper tells none.
+const ROWLESS: Duration = Duration::from_secs(2);
+/// STATE comes five times a second: without one for so long the gripper is silent.
+const SILENCE: Duration = Duration::from_secs(2);
+/// A gripper that is there is known to be so after this time.
+const GREETING: Duration = Duration::from_secs(3);
+
+/// Listens to the gripper until the scope lets go.
+pub(in crate::source) fn run(
+    at: &GripperAt,
+    outlet: &mut Outlet,
+    orders: &mut Consumer<ClientAction>,
+) {
+    let mut backoff = Backoff::new(FIRST, LONGEST);
+    let mut before = String::new();
+    while !outlet.stops() {
+        let what = format!("{at} over {}", place(&at.network));
+        outlet.status(SourceStatus::Connecting { what, before });
+        let Err(error) = Talk::run(at, outlet, orders) else { return };
+        before = error.to_string();
+        if !may_mend(&error) {
+            outlet.status(SourceStatus::Failed { sentence: before });
+            return;
+        }
+        pause(outlet, &before, backoff.pause());
+    }
+}
+
+/// One session.
+struct Talk<'a> {
+    at: &'a GripperAt,
+    session: Session,
+    watch: Watch,
+    hearing: Hearing,
+    begun: Duration,
+    looked: Duration,
+    /// Whether the router was there at the last look.
+    connected: bool,
+    alive: bool,
+    /// When the first and the last STATE or ROWS came, since the gripper came.
+    first: Option<Duration>,
+    last: Option<Duration>,
+    /// Every how manieth sample is told, as far as it is known: 0 for none.
+    every_nth: Option<u16>,
+}
+
+impl<'a> Talk<'a> {
+    fn run(
+        at: &'a GripperAt,
+        outlet: &mut Outlet,
+        orders: &mut Consumer<ClientAction>,
+    ) -> Result<(), NetError> {
+        let session = at.network.open()?;
+        let telemetry = [Topic::State, Topic::Health, Topic::Samples];
+        let watch = Watch::new(session.clone(), &selector(at), Since::Now, &telemetry)?;
+        let begun = outlet.clock.now();
+        let hearing = Hearing::new(place(&at.network), 0);
+        let mut talk = Self {
+            at,
+            session,
+            watch,
+            hearing,
+            begun,
+            looked: begun,
+            connected: true,
+            alive: false,
+            first: None,
+            last: None,
+            every_nth: None,
+        };
+        outlet.offer(Feed::Restart);
+        while !outlet.stops() {
+            talk.turn(outlet)?;
+            while orders.pop().is_ok() {
+                unsent(outlet, "no command travels over this network");
+            }
+        }
+        Ok(())
+    }
+
+    fn turn(&mut self, outlet: &mut Outlet) -> Result<(), NetError> {
+        let now = outlet.clock.now();
+        let mut patience = TURN;
+        for _ in 0..READS {
+            // Nothing may have come that is told: the next look tells.
+            let Some(told) = self.watch.next(patience)? else { break };
+            patience = Duration::ZERO;
+            self.take(told, now)?;
+        }
+        if now.saturating_sub(self.looked) >= LOOK {
+            self.looked = now;
+            self.connected = self.watch.is_connected();
+        }
+        self.find_rowless(now);
+        self.hearing.pass_on(outlet);
+        outlet.status(self.status(now));
+        Ok(())
+    }
+
+    fn take(&mut self, told: Told, now: Duration) -> Result<(), NetError> {
+        match told {
+            Told::Came(_) => return self.meet(),
+            Told::Gone(_) => {
+                (self.alive, self.first, self.last) = (false, None, None);
+                self.hearing.broken();
+                self.mark("its gripd, or the way to it, is gone");
+            }
+            Told::Event { message, missing, .. } => {
+                if missing > 0 {
+                    self.mark(&format!("{missing} events are missing: they had to make room"));
+                }
+                self.message(&message, now);
+            }
+            Told::Telemetry { message, .. } => self.message(&message, now),
+            Told::Unreadable { .. } => self.mark("something came that no gripd sends"),
+        }
+        Ok(())
+    }
+
+    /// What it is, which it tells nobody who comes later unless they ask.
+    fn meet(&mut self) -> Result<(), NetError> {
+        self.alive = true;
+        let listed = list(&self.session, &selector(self.at))?;
+        let known = listed.get(&self.at.member);
+        if let Some(gripper) = known.and_then(|known| known.gripper) {
+            self.hearing.take(&ToClient::Gripper(gripper));
+        }
+        if let Some(health) = known.and_then(|known| known.health) {
+            self.hearing.take(&ToClient::Health(health));
+        }
+        Ok(())
+    }
+
+    fn message(&mut self, message: &Message, now: Duration) {
+        let Ok(read) = message.read() else {
+            self.mark("a message of a kind that this gripmon does not know");
+            return;
+        };
+        match &read {
+            ToClient::State(_) => self.heard(now),
+            ToClient::Rows(rows) => {
+                self.heard(now);
+                self.tells(rows.header.every_nth);
+            }
+            _ => {}
+        }
+        self.hearing.take(&read);
+    }
+
+    fn heard(&mut self, now: Duration) {
+        self.first.get_or_insert(now);
+        self.last = Some(now);
+    }
+
+    /// Where states come and no rows, none will.
+    fn find_rowless(&mut self, now: Duration) {
+        let waited = self.first.is_some_and(|first| now.saturating_sub(first) >= ROWLESS);
+        if waited && self.every_nth.is_none() {
+            self.tells(0);
+        }
+    }
+
+    fn tells(&mut self, every_nth: u16) {
+        if self.every_nth.replace(every_nth) != Some(every_nth) {
+            self.hearing.greet_over_network(&self.at.to_string(), every_nth);
+        }
+    }
+
+    fn mark(&mut self, text: &str) {
+        self.hearing.mark(EventMark::plain(f64::NAN, EventKind::Link, text));
+    }
+
+    fn status(&self, now: Duration) -> SourceStatus {
+        let what = format!("{} over {}", self.at, place(&self.at.network));
+        let connecting = |before: String| SourceStatus::Connecting { what: what.clone(), before };
+        if !self.connected {
+            let place = place(&self.at.network);
+            return connecting(format!("no router answers any more at {place}"));
+        }
+        match self.last {
+            Some(last) if now.saturating_sub(last) < SILENCE => SourceStatus::Live,
+            Some(last) => {
+                // Whole seconds, so that the scope is not woken for every look.
+                let for_s = Duration::from_secs((now - last).as_secs()).as_secs_f32();
+                SourceStatus::Stalled { for_s }
+            }
+            None if self.alive || now.saturating_sub(self.begun) < GREETING => {
+                connecting(String::new())
+            }
+            None => connecting(format!("{}: its gripd, or the way to it, is gone", self.at)),
+        }
+    }
+}
+
+/// This gripper alone.
+fn selector(at: &GripperAt) -> Selector {
+    Selector { site: Some(at.member.site.clone()), uid: Some(at.member.uid) }
+}
