@@ -41,7 +41,6 @@ const fn number(at_s: f64) -> u64 {
     at_s as u64
 }
 
-#[expect(clippy::cast_possible_truncation, reason = "below 60")]
 const fn place(second: u64) -> usize {
     (second % 60) as usize
 }
