@@ -61,6 +61,10 @@ pub enum SourceError {
     /// A seed for something that takes none.
     #[error("--seed is for the simulator: {0} takes none; add --demo, or name demo:SCENE")]
     Seed(SourceSpec),
+    /// A site for something that has none.
+    #[cfg(feature = "fleet")]
+    #[error("--site is for a fleet: {0} has none; name fleet:ENDPOINT")]
+    Site(SourceSpec),
     /// A fleet, which this program knows nothing of.
     #[cfg(not(feature = "fleet"))]
     #[error(
@@ -81,6 +85,10 @@ impl Cli {
         }
         let text = if self.demo { "demo" } else { &self.source };
         let spec = SourceSpec::parse(text)?;
+        #[cfg(feature = "fleet")]
+        if self.site.is_some() {
+            return Err(SourceError::Site(spec));
+        }
         match (spec, self.seed) {
             (SourceSpec::Demo { scene, .. }, Some(seed)) => Ok(SourceSpec::Demo { scene, seed }),
             (spec, Some(_)) => Err(SourceError::Seed(spec)),
@@ -123,6 +131,8 @@ mod tests {
         let told = source(&["run.mcap", "--seed", "7"]).unwrap_err().to_string();
         assert!(told.starts_with("--seed is for the simulator: run.mcap takes none"), "{told}");
         assert!(source(&["--seed", "7"]).is_err());
+        #[cfg(feature = "fleet")]
+        assert!(source(&["run.mcap", "--site", "a"]).unwrap_err().to_string().contains("fleet:"));
         assert!(Cli::try_parse_from(["gripmon", "--picture", "a.png"]).is_err());
     }
 

@@ -13,9 +13,10 @@ use crate::layout::Layout;
 use crate::scope::{self, Shared};
 use crate::state::Message;
 use crate::window::{self, Outcome, Parts, Screen, Start};
-use anyhow::Context as _;
+use anyhow::{Context as _, bail};
 use core::time::Duration;
 use eframe::egui::{self, ColorImage, Ui};
+use grip_host::exit::WrongArgument;
 use grip_scope::fleet::{Member, Roster};
 use grip_scope::{FleetHandle, FleetPlace, GripperAt, Model, Network, SourceSpec};
 use std::path::PathBuf;
@@ -33,9 +34,10 @@ const LOOK: Duration = Duration::from_millis(50);
 pub fn run(cli: &Cli, router: &str) -> anyhow::Result<()> {
     let router = Some(router.to_owned()).filter(|router| !router.is_empty());
     let network = Network { router, file: cli.network.clone() };
-    network
-        .check()
-        .map_err(|error| grip_host::exit::WrongArgument(format!("{}: {error}", cli.source)))?;
+    network.check().map_err(|error| WrongArgument(format!("{}: {error}", cli.source)))?;
+    if cli.seed.is_some() {
+        bail!(WrongArgument("--seed is for the simulator: a fleet takes none".to_owned()));
+    }
     let place = FleetPlace { network, site: cli.site.clone() };
     let start = Start::of(cli)?;
     let (title, size) = (format!("gripmon - {place}"), start.layout.window);

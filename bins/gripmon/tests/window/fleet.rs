@@ -1,12 +1,12 @@
 //! The table of many grippers: what it says after messages, what clicks and keys do, how one is opened and left again.
 
-use super::fleet_fixture::{health, many, member, of, state, told};
 use super::fixture;
+use super::fleet_fixture::{health, many, member, of, state, told};
 use eframe::egui::{Key, Ui};
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable as _;
-use grip_link::message::daemon::{RealTime, SceneCode, SensorHealth, State};
 use grip_link::message::FaultCode;
+use grip_link::message::daemon::{RealTime, SceneCode, SensorHealth, State};
 use grip_scope::feed::{DaemonInfo, Feed};
 use grip_scope::fleet::{FleetFeed, Heard, Member, Roster};
 use grip_scope::{Model, SourceStatus};
@@ -77,9 +77,12 @@ fn four() -> Roster {
         ..state(7.0)
     };
     let stopped = State { fault: FaultCode(0x1f), ..state(1.0) };
-    for (number, site, state) in
-        [(1, "hall-1", state(4.5)), (2, "hall-2", slipping), (3, "hall-1", stopped), (4, "hall-2", state(2.0))]
-    {
+    for (number, site, state) in [
+        (1, "hall-1", state(4.5)),
+        (2, "hall-2", slipping),
+        (3, "hall-1", stopped),
+        (4, "hall-2", state(2.0)),
+    ] {
         let member = member(site, number);
         roster.take(of(&member, 0.0, Heard::Came));
         roster.take(of(&member, 1.0, told(&state)));
@@ -96,8 +99,18 @@ fn the_table_says_what_the_messages_told() {
     assert_eq!(rows(&harness).len(), 4);
     let said = says(&harness, 1);
     for part in [
-        "Site hall-1", "There here", "Link stream", "Scene holding", "Grip holding", "Cmd N 5.00",
-        "Meas N 4.50", "Slips 10", "1 min 0", "Lost 0", "Sensors good", "Fault -",
+        "Site hall-1",
+        "There here",
+        "Link stream",
+        "Scene holding",
+        "Grip holding",
+        "Cmd N 5.00",
+        "Meas N 4.50",
+        "Slips 10",
+        "1 min 0",
+        "Lost 0",
+        "Sensors good",
+        "Fault -",
     ] {
         assert!(said.contains(part), "{part}: {said}");
     }
@@ -225,7 +238,13 @@ fn view(every_nth: u16, mut model: Model) -> Harness<'static, (Scope, Vec<Lead>)
     let (may_command, dry_run, records) = (false, false, false);
     let real_time = RealTime::Other(u8::MAX);
     model.take(Feed::Welcome(DaemonInfo {
-        name, place, may_command, dry_run, records, real_time, every_nth,
+        name,
+        place,
+        may_command,
+        dry_run,
+        records,
+        real_time,
+        every_nth,
     }));
     let shared = Arc::new(Shared::new(Engine::new(model, None)));
     let scope = Scope::new(shared, ViewState::new(Layout::default()));

@@ -105,7 +105,7 @@ impl Column {
     pub const fn about(self) -> &'static str {
         match self {
             Self::Trouble => {
-                "What to look at first: faults, then what is gone, silent, has a bad sensor, slips."
+                "What to look at first: faults, then what is gone, silent, has no link, a bad sensor, slips."
             }
             Self::Site => "The place that gripd names in its [fleet].",
             Self::Gripper => "The gripper's identity, 32 digits.",
@@ -221,6 +221,7 @@ const fn word(trouble: Trouble) -> &'static str {
         Trouble::None => "ok",
         Trouble::Slipping => "slipping",
         Trouble::Sensor => "sensor",
+        Trouble::Link => "no link",
         Trouble::Silent => "silent",
         Trouble::Gone => "gone",
         Trouble::Fault => "fault",

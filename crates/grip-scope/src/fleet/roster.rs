@@ -24,6 +24,8 @@ pub struct Summary {
     pub gone: usize,
     /// With a fault.
     pub faults: usize,
+    /// There, with no samples from the gripper.
+    pub links: usize,
     /// With a sensor that is not good, and no fault.
     pub sensors: usize,
     /// Slipping.
@@ -161,6 +163,7 @@ impl Roster {
             }
             match row.trouble(self.now_s) {
                 Trouble::Fault => summary.faults += 1,
+                Trouble::Link => summary.links += 1,
                 Trouble::Sensor => summary.sensors += 1,
                 Trouble::Slipping => summary.slipping += 1,
                 Trouble::None | Trouble::Silent | Trouble::Gone => {}

@@ -30,6 +30,8 @@ pub enum Trouble {
     Slipping,
     /// A sensor is not good.
     Sensor,
+    /// Its daemon has no samples of it: the line is closed, or it is silent.
+    Link,
     /// It is there and says nothing.
     Silent,
     /// It is gone.
@@ -162,10 +164,17 @@ impl Row {
             _ if self.fault().is_some() || grip == Some(GripStage::Fault) => Trouble::Fault,
             Presence::Gone(_) => Trouble::Gone,
             Presence::Silent(_) => Trouble::Silent,
+            Presence::Here if !self.streams() => Trouble::Link,
             Presence::Here if self.worst_sensor().is_some() => Trouble::Sensor,
             Presence::Here if self.is_slipping() => Trouble::Slipping,
             Presence::Here => Trouble::None,
         }
+    }
+
+    /// Whether samples come from the gripper to its daemon, as far as is known.
+    #[must_use]
+    pub fn streams(&self) -> bool {
+        self.figures.is_none_or(|figures| figures.link == LinkState::Stream)
     }
 
     fn is_slipping(&self) -> bool {

@@ -125,6 +125,13 @@ fn a_row_says_what_its_messages_told() {
     assert_eq!(row[5..9], ["slipping", "slipping", "5.00", "-"]);
     // Without a measured force the commanded one is drawn; the highest of three minutes stands.
     assert_eq!(row[9..], ["5.00", "30.00", "12", "0", "11", "travel frozen", "-"]);
+    let health = Health { link: LinkState::Degraded, ..Health::default() };
+    hear(&mut roster, &one, (1.9, message(Kind::HEALTH, |out| health.write(out).unwrap())));
+    let row = says(&roster, &one);
+    assert_eq!(
+        (row[0].as_str(), row[4].as_str(), roster.summary().links),
+        ("no link", "degraded", 1)
+    );
     let fault = State { fault: FaultCode(0x12), grip: GripStage::Fault, ..state() };
     hear(&mut roster, &one, (2.0, told(&fault)));
     let row = says(&roster, &one);

@@ -56,6 +56,7 @@ fn counts(ui: &mut Ui, seen: &TableSeen<'_>, actions: &mut Vec<TableAction>) {
         (summary.faults, "fault", "with a fault", Some(Tone::Red)),
         (summary.gone, "gone", "gone", Some(Tone::Orange)),
         (summary.silent, "silent", "silent", Some(Tone::Orange)),
+        (summary.links, "no link", "without a link", Some(Tone::Orange)),
         (summary.sensors, "sensor", "with a bad sensor", Some(Tone::Orange)),
         (summary.slipping, "slipping", "slipping", Some(Tone::Blue)),
     ] {

@@ -63,7 +63,7 @@ const fn tone(trouble: Trouble) -> Tone {
     match trouble {
         Trouble::None => Tone::Green,
         Trouble::Slipping => Tone::Blue,
-        Trouble::Sensor | Trouble::Silent | Trouble::Gone => Tone::Orange,
+        Trouble::Sensor | Trouble::Link | Trouble::Silent | Trouble::Gone => Tone::Orange,
         Trouble::Fault => Tone::Red,
     }
 }
@@ -81,7 +81,7 @@ fn lamp(painter: &Painter, cell: Rect, trouble: Trouble, palette: &Palette) {
         Trouble::None => {
             painter.circle_filled(at, 3.0, colour);
         }
-        Trouble::Sensor | Trouble::Slipping => {
+        Trouble::Link | Trouble::Sensor | Trouble::Slipping => {
             painter.circle_filled(at, 4.5, colour);
         }
     }
@@ -115,6 +115,7 @@ fn colour(column: Column, row: &Row, seen: &TableSeen<'_>) -> Color32 {
         Column::Here if !is_here => palette.tone(Tone::Orange),
         Column::Site | Column::Gripper if !matches!(presence, Presence::Gone(_)) => palette.text,
         _ if !is_here => palette.tone(Tone::Quiet),
+        Column::Link if !row.streams() => palette.tone(Tone::Orange),
         Column::Sensors if row.worst_sensor().is_some() => palette.tone(Tone::Orange),
         Column::Lost if row.lost().is_some_and(|lost| lost > 0) => palette.tone(Tone::Orange),
         Column::Scene | Column::Grip if column.text(row, now_s) == "slipping" => {

@@ -181,7 +181,7 @@ impl<'a> Talk<'a> {
 
     fn tells(&mut self, every_nth: u16) {
         if self.every_nth.replace(every_nth) != Some(every_nth) {
-            self.hearing.greet_over_network(&self.at.to_string(), every_nth);
+            self.hearing.greet_over_network("gripd, over a network", every_nth);
         }
     }
 
