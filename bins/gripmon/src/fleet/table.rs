@@ -16,6 +16,10 @@ pub enum TableAction {
     Choose(Member),
     /// Choose another one, so many rows further down.
     Step(isize),
+    /// Choose the first one.
+    First,
+    /// Choose the last one.
+    Last,
     /// Open this gripper.
     Open(Member),
     /// Open the one that is chosen.
@@ -86,6 +90,8 @@ impl Table {
             }
             TableAction::Choose(member) => self.chosen = Some(member),
             TableAction::Step(by) => self.step(roster, by),
+            TableAction::First => self.choose(roster, 0),
+            TableAction::Last => self.choose(roster, usize::MAX),
             TableAction::Open(member) => {
                 self.chosen = Some(member.clone());
                 return Some(member);
@@ -111,12 +117,17 @@ impl Table {
     }
 
     fn step(&mut self, roster: &Roster, by: isize) {
+        match self.chosen_place(roster) {
+            Some(place) => self.choose(roster, place.saturating_add_signed(by)),
+            None if by < 0 => self.choose(roster, usize::MAX),
+            None => self.choose(roster, 0),
+        }
+    }
+
+    /// Chooses the row at this place, or the last one.
+    fn choose(&mut self, roster: &Roster, place: usize) {
         let Some(last) = self.len().checked_sub(1) else { return };
-        let place = match self.chosen_place(roster) {
-            Some(place) => place.saturating_add_signed(by).min(last),
-            None if by < 0 => last,
-            None => 0,
-        };
+        let place = place.min(last);
         self.chosen = self.row(roster, place).map(|row| row.member.clone());
         self.reveal = Some(place);
     }

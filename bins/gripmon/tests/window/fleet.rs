@@ -4,7 +4,7 @@ use super::fixture;
 use super::fleet_fixture::{health, many, member, of, state, told};
 use eframe::egui::{Key, Ui};
 use egui_kittest::Harness;
-use egui_kittest::kittest::Queryable as _;
+use egui_kittest::kittest::{NodeT as _, Queryable as _};
 use grip_link::message::FaultCode;
 use grip_link::message::daemon::{RealTime, SceneCode, SensorHealth, State};
 use grip_scope::feed::{DaemonInfo, Feed};
