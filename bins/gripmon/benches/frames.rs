@@ -7,7 +7,6 @@
 mod fixture;
 #[cfg(feature = "fleet")]
 #[path = "../tests/window/fleet_fixture.rs"]
-#[expect(dead_code, reason = "the tests need more of it")]
 mod fleet_fixture;
 
 use core::time::Duration;

@@ -210,11 +210,12 @@ fn rows_are_ordered_by_any_column_and_what_is_unknown_is_last() {
     assert_eq!(by(Column::Scene, true), [1, 3, 2]);
     assert_eq!(by(Column::Trouble, true), [3, 2, 1]);
     assert_eq!(by(Column::Here, true), [2, 1, 3]);
-    for column in Column::ALL {
-        for descending in [false, true] {
-            assert_eq!(by(column, descending).len(), 3, "{column:?}");
-        }
-    }
+    let both = Column::ALL.into_iter().flat_map(|column| [(column, false), (column, true)]);
+    assert!(both.into_iter().all(|(column, descending)| by(column, descending).len() == 3));
+}
+
+#[test]
+fn a_second_click_on_a_title_turns_the_order_round() {
     let click = Sorting::default().clicked(Column::Fault);
     assert_eq!(click, Sorting { column: Column::Fault, descending: true });
     assert!(!click.clicked(Column::Fault).descending);
