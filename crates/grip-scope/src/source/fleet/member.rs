@@ -1,5 +1,6 @@
 //! One gripper of a network in; the same items for the model as from its daemon's socket, but fewer of them, out.
 
+use super::life::{Life, Standing};
 use super::{FIRST, GripperAt, LONGEST, LOOK, may_mend, place};
 use crate::feed::{EventKind, EventMark, Feed, SourceStatus};
 use crate::source::ClientAction;
@@ -17,13 +18,6 @@ use rtrb::Consumer;
 const TURN: Duration = Duration::from_millis(10);
 /// Messages of one look.
 const READS: usize = 256;
-/// Without rows for so long while states come, the gripper tells none.
-const ROWLESS: Duration = Duration::from_secs(2);
-/// STATE comes five times a second: without one for so long the gripper is silent.
-const SILENCE: Duration = Duration::from_secs(2);
-/// A gripper that is there is known to be so after this time.
-const GREETING: Duration = Duration::from_secs(3);
-
 /// Listens to the gripper until the scope lets go.
 pub(in crate::source) fn run(
     at: &GripperAt,
@@ -51,14 +45,10 @@ struct Talk<'a> {
     session: Session,
     watch: Watch,
     hearing: Hearing,
-    begun: Duration,
+    life: Life,
     looked: Duration,
     /// Whether the router was there at the last look.
     connected: bool,
-    alive: bool,
-    /// When the first and the last STATE or ROWS came, since the gripper came.
-    first: Option<Duration>,
-    last: Option<Duration>,
     /// Every how manieth sample is told, as far as it is known: 0 for none.
     every_nth: Option<u16>,
 }
@@ -79,12 +69,9 @@ impl<'a> Talk<'a> {
             session,
             watch,
             hearing,
-            begun,
+            life: Life::new(begun),
             looked: begun,
             connected: true,
-            alive: false,
-            first: None,
-            last: None,
             every_nth: None,
         };
         outlet.offer(Feed::Restart);
@@ -120,7 +107,7 @@ impl<'a> Talk<'a> {
         match told {
             Told::Came(_) => return self.meet(),
             Told::Gone(_) => {
-                (self.alive, self.first, self.last) = (false, None, None);
+                self.life.turn(false);
                 self.hearing.broken();
                 self.mark("its gripd, or the way to it, is gone");
             }
@@ -138,7 +125,7 @@ impl<'a> Talk<'a> {
 
     /// What it is, which it tells nobody who comes later unless they ask.
     fn meet(&mut self) -> Result<(), NetError> {
-        self.alive = true;
+        self.life.turn(true);
         let listed = list(&self.session, &selector(self.at))?;
         let known = listed.get(&self.at.member);
         if let Some(gripper) = known.and_then(|known| known.gripper) {
@@ -156,9 +143,9 @@ impl<'a> Talk<'a> {
             return;
         };
         match &read {
-            ToClient::State(_) => self.heard(now),
+            ToClient::State(_) => self.life.speak(now),
             ToClient::Rows(rows) => {
-                self.heard(now);
+                self.life.speak(now);
                 self.tells(rows.header.every_nth);
             }
             _ => {}
@@ -166,15 +153,9 @@ impl<'a> Talk<'a> {
         self.hearing.take(&read);
     }
 
-    fn heard(&mut self, now: Duration) {
-        self.first.get_or_insert(now);
-        self.last = Some(now);
-    }
-
     /// Where states come and no rows, none will.
     fn find_rowless(&mut self, now: Duration) {
-        let waited = self.first.is_some_and(|first| now.saturating_sub(first) >= ROWLESS);
-        if waited && self.every_nth.is_none() {
+        if self.every_nth.is_none() && self.life.has_spoken_long(now) {
             self.tells(0);
         }
     }
@@ -196,17 +177,16 @@ impl<'a> Talk<'a> {
             let place = place(&self.at.network);
             return connecting(format!("no router answers any more at {place}"));
         }
-        match self.last {
-            Some(last) if now.saturating_sub(last) < SILENCE => SourceStatus::Live,
-            Some(last) => {
-                // Whole seconds, so that the scope is not woken for every look.
-                let for_s = Duration::from_secs((now - last).as_secs()).as_secs_f32();
-                SourceStatus::Stalled { for_s }
+        match self.life.standing(now) {
+            Standing::Live => SourceStatus::Live,
+            // Whole seconds, so that the scope is not woken for every look.
+            Standing::Silent(time) => {
+                SourceStatus::Stalled { for_s: Duration::from_secs(time.as_secs()).as_secs_f32() }
             }
-            None if self.alive || now.saturating_sub(self.begun) < GREETING => {
-                connecting(String::new())
+            Standing::Awaited => connecting(String::new()),
+            Standing::Gone => {
+                connecting(format!("{}: its gripd, or the way to it, is gone", self.at))
             }
-            None => connecting(format!("{}: its gripd, or the way to it, is gone", self.at)),
         }
     }
 }

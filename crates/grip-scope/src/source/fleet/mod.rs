@@ -1,5 +1,6 @@
 //! A router's address in; what many grippers tell, for a [`Roster`](crate::fleet::Roster), or one of them as a source, out.
 
+mod life;
 mod member;
 mod overview;
 
