@@ -2,7 +2,9 @@
 
 use super::fixture;
 use super::fleet_fixture::{health, many, member, of, state, told};
-use eframe::egui::{Key, Ui};
+use core::sync::atomic::{AtomicU64, Ordering};
+use core::time::Duration;
+use eframe::egui::{Context, Key, RawInput, Ui};
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT as _, Queryable as _};
 use grip_link::message::FaultCode;
@@ -11,7 +13,7 @@ use grip_scope::feed::{DaemonInfo, Feed};
 use grip_scope::fleet::{FleetFeed, Heard, Member, Roster};
 use grip_scope::{Model, SourceStatus};
 use gripmon::engine::Engine;
-use gripmon::fleet::{Hall, Lead, Lobby, Wish, opened};
+use gripmon::fleet::{FleetPump, Hall, Lead, Lobby, Wish, opened};
 use gripmon::layout::{Layout, Look};
 use gripmon::scope::{self, Scope, Shared};
 use gripmon::state::ViewState;
@@ -229,7 +231,7 @@ fn a_table_without_news_asks_for_no_further_frame() {
     let mut harness = window(four());
     harness.step();
     let output = &harness.output().viewport_output[&eframe::egui::ViewportId::ROOT];
-    assert_eq!(output.repaint_delay, core::time::Duration::MAX);
+    assert_eq!(output.repaint_delay, Duration::MAX);
 }
 
 /// The view of one gripper that tells every so manieth sample, and where it leads.
@@ -307,4 +309,43 @@ fn a_gripper_that_comes_does_not_take_the_place_of_the_chosen_one() {
     harness.key_press(Key::Enter);
     harness.run_steps(2);
     assert_eq!(harness.state().wishes, [Wish::Open(member("hall-2", 4))]);
+}
+
+#[test]
+fn news_paint_a_table_that_is_seen_and_none_that_is_hidden() {
+    let (ctx, requests) = (Context::default(), Arc::<AtomicU64>::default());
+    let counted = Arc::clone(&requests);
+    ctx.set_request_repaint_callback(move |_| {
+        counted.fetch_add(1, Ordering::Relaxed);
+    });
+    let hall = Arc::new(Hall::new(four(), None));
+    let pump = FleetPump::start(Arc::clone(&hall), ctx.clone()).unwrap();
+    // What was asked for is painted; the first frames of a window ask for more of them.
+    let paint = || {
+        for _ in 0..3 {
+            let mut output = ctx.run_ui(RawInput::default(), |_| {});
+            output.textures_delta.clear();
+        }
+    };
+    // News until the pump has looked at them: each look takes note of all so far.
+    let asked = |hidden: bool| {
+        pump.set_hidden(hidden);
+        paint();
+        requests.store(0, Ordering::Relaxed);
+        for turn in 0..6000 {
+            let at_s = 2.0 + f64::from(turn);
+            hall.take(of(&member("hall-1", 1), at_s, told(&state(1.0))));
+            pump.thread().unwrap().unpark();
+            std::thread::park_timeout(Duration::from_millis(10));
+            if requests.load(Ordering::Relaxed) > 0 || hidden && turn > 30 {
+                break;
+            }
+        }
+        requests.load(Ordering::Relaxed)
+    };
+    assert!(asked(false) > 0);
+    // What was under way when it was hidden.
+    let _settling = asked(true);
+    assert_eq!(asked(true), 0, "hidden");
+    assert!(asked(false) > 0);
 }
