@@ -16,6 +16,8 @@ fn main() -> ExitCode {
         Command::Status(args) => commands::status::run(&args),
         #[cfg(feature = "fleet")]
         Command::Fleet(args) => commands::fleet::run(&args),
+        #[cfg(feature = "foxglove")]
+        Command::Foxglove(args) => commands::foxglove::run(&args),
         Command::Sim(args) => commands::sim::run(&args),
         Command::Replay(args) => commands::replay::run(&args),
         Command::Recover(args) => commands::recover::run(&args),

@@ -13,10 +13,11 @@ use core::{
     time::Duration,
 };
 use grip_daemon::{clients::Clients, log::LogLevel};
-use grip_fleet::{Bridge, EventId, Spool, Topic, Uid, net::Network};
+use grip_fleet::{About, Bridge, EventId, Spool, Topic, Uid, net::Network};
 use grip_host::config::FleetConfig;
-use keeper::Keeper;
-use network::Speaker;
+use grip_link::message::{NackReason, daemon::Command};
+use keeper::{Keeper, KeeperEnds};
+use network::{Place, Speaker, SpeakerEnds};
 use std::{
     hash::RandomState,
     io::Write as _,
@@ -40,6 +41,11 @@ pub(crate) type Told = (LogLevel, String);
 /// A publication on its way.
 type Outgoing = (Topic, EventId, Vec<u8>);
 
+/// A command from the network, by the number of its question.
+type Order = (u64, Command);
+/// What became of it.
+type Answered = (u64, Result<(), NackReason>);
+
 /// What is known of the gripper, for both threads.
 #[derive(Debug, Default)]
 struct Kept {
@@ -47,6 +53,8 @@ struct Kept {
     gripper: Option<(Uid, Spool)>,
     /// The last frames of what does not go into the log.
     status: Vec<Vec<u8>>,
+    /// What it is made of, as JSON.
+    about: String,
 }
 
 /// What both threads share.
@@ -79,6 +87,7 @@ pub(crate) struct Fleet {
     threads: Vec<JoinHandle<()>>,
     /// What they have to say.
     told: Receiver<Told>,
+    common: Common,
     mourned: bool,
 }
 
@@ -102,8 +111,13 @@ impl Fleet {
         let (say, told) = mpsc::channel();
         let common = Common { kept: Arc::default(), ended: Arc::default(), say };
         let (sender, outgoing) = mpsc::sync_channel(ON_THE_WAY);
-        let keeper = Keeper::new(bridge, config.clone(), run(), (common.clone(), sender));
-        let speaker = Speaker::new(network(config), site, shown, (common, outgoing));
+        let (order, orders) = mpsc::channel();
+        let (answer, answers) = mpsc::channel();
+        let ends = KeeperEnds { common: common.clone(), sender, orders, answer };
+        let keeper = Keeper::new(bridge, config.clone(), run(), ends);
+        let commands = settings.config.allow_commands && config.commands;
+        let ends = SpeakerEnds { common: common.clone(), outgoing, order, answers };
+        let speaker = Speaker::new(network(config), Place { site, shown, commands }, ends);
         let spawn = |name: &str, body: Box<dyn FnOnce() + Send>| {
             thread::Builder::new().name(name.to_owned()).spawn(body)
         };
@@ -111,7 +125,13 @@ impl Fleet {
             spawn("fleet", Box::new(move || keeper.run(stream)))?,
             spawn("fleet-network", Box::new(move || speaker.run()))?,
         ];
-        Ok((Some(clients), Some(Self { threads, told, mourned: false })))
+        Ok((Some(clients), Some(Self { threads, told, common, mourned: false })))
+    }
+
+    /// What the gripper is made of, for those who ask.
+    pub(crate) fn set_about(&self, about: &About) {
+        // What cannot be written, which no value makes, is not told.
+        self.common.kept().about = about.to_json().unwrap_or_default();
     }
 
     /// What they have said meanwhile, and, once, that one of them has ended.

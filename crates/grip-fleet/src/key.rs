@@ -1,9 +1,9 @@
 //! A site and a gripper in, the names under which its messages are published out, and back.
 //!
 //! `grip/v1/SITE/UID/state`, `.../events`, `.../health`, `.../samples` are publications, `.../alive` is the sign that the gripper's
-//! daemon is there, `.../status` and `.../config` answer questions.
+//! daemon is there, the others answer questions.
 
-use core::fmt;
+use core::{fmt, str::FromStr};
 use grip_host::config::{Site, Uid};
 
 /// What every name begins with: who, and the version of what follows.
@@ -47,12 +47,20 @@ pub enum Part {
     Alive,
     /// Answers with everything known now.
     Status,
-    /// Answers with the configuration in force.
+    /// Answers with the configuration at the start.
     Config,
+    /// Answers with what it is made of: program, firmware, model.
+    About,
+    /// Takes a command for the fingers.
+    Command,
+    /// Takes a model, gives it back, and says how it does.
+    Model,
+    /// Answers with the recordings there are, and with what stands in them.
+    Recordings,
 }
 
 impl Part {
-    const ALL: [Self; 7] = [
+    const ALL: [Self; 11] = [
         Self::Topic(Topic::State),
         Self::Topic(Topic::Events),
         Self::Topic(Topic::Health),
@@ -60,6 +68,10 @@ impl Part {
         Self::Alive,
         Self::Status,
         Self::Config,
+        Self::About,
+        Self::Command,
+        Self::Model,
+        Self::Recordings,
     ];
 
     /// The last word of the name.
@@ -70,6 +82,10 @@ impl Part {
             Self::Alive => "alive",
             Self::Status => "status",
             Self::Config => "config",
+            Self::About => "about",
+            Self::Command => "command",
+            Self::Model => "model",
+            Self::Recordings => "recordings",
         }
     }
 }
@@ -101,6 +117,19 @@ impl Member {
         }
         let part = Part::ALL.into_iter().find(|part| part.name() == last)?;
         Some((Self { site: site.parse().ok()?, uid: uid.parse().ok()? }, part))
+    }
+}
+
+impl FromStr for Member {
+    type Err = String;
+
+    /// `SITE/UID`, as it is shown.
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (site, uid) = text
+            .split_once('/')
+            .ok_or_else(|| "expected a gripper as SITE/UID, as `fleet list` shows it".to_owned())?;
+        let site = site.parse().map_err(|error| format!("site: {error}"))?;
+        Ok(Self { site, uid: uid.parse().map_err(|error| format!("uid: {error}"))? })
     }
 }
 

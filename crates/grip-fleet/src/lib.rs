@@ -1,22 +1,27 @@
 //! Frames of a gripper's daemon in, names and events that survive a lost network out; and back, for those who watch many grippers.
 //!
 //! What travels are the frames that clients of the daemon get at its socket (`protocol/SPEC.md`, chapter 16), unchanged, under names
-//! that [`Member::key`] makes. Nothing but the module `net`, behind the feature `zenoh`, knows a network:
+//! that [`Member::key`] makes. Nothing but the module `net`, behind the feature `zenoh`, and the server in
+//! [`live`], behind the feature `foxglove`, knows a network:
 //!
 //! * [`Bridge`]: bytes of the daemon in, what is to be published out;
 //! * [`EventLog`]: events in, numbered once and kept as long as there is room, in memory or in a [`Spool`];
+//! * [`live`]: messages of one daemon in, those of a live view for Foxglove out;
 //! * [`Follower`]: numbered events of one gripper in, each of them out once and in order, or the wish to be told what is missing.
 
+mod about;
 mod bridge;
 mod follower;
 mod id;
 mod key;
+pub mod live;
 mod log;
 mod message;
 #[cfg(feature = "zenoh")]
 pub mod net;
 mod spool;
 
+pub use about::About;
 pub use bridge::{Bridge, Heard, Publication};
 pub use follower::{Follower, Since, Verdict};
 pub use grip_host::config::{Site, Uid};

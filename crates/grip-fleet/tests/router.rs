@@ -7,8 +7,8 @@ use core::{
     time::Duration,
 };
 use grip_fleet::{
-    EventId, EventLog, Member, Selector, Since, Site, Spool, Topic, Uid,
-    net::{self, Announced, NetError, Network, Session, Told, Watch, list},
+    EventId, EventLog, Member, Part, Selector, Since, Site, Spool, Topic, Uid,
+    net::{self, Announced, Ask, NetError, Network, Session, Told, Watch, ask, list},
 };
 use grip_link::{
     frame::{self, Direction, Header, MAX_WIRE},
@@ -39,7 +39,8 @@ fn port() -> u16 {
 }
 
 fn router(port: u16) -> Session {
-    net::router(&format!("tcp/127.0.0.1:{port}")).unwrap()
+    let router = Some(format!("tcp/127.0.0.1:{port}"));
+    net::router(&Network { router, file: None }).unwrap()
 }
 
 /// A network that looks for its router every fifth of a second.
@@ -82,7 +83,7 @@ impl Daemon {
         let session = network.open().unwrap();
         // The router may not know yet that the one before has gone.
         let announced = loop {
-            match Announced::new(&session, &member) {
+            match Announced::new(&session, &member, &[]) {
                 Ok(announced) => break announced,
                 Err(NetError::Taken { .. }) => thread::yield_now(),
                 Err(error) => panic!("{error}"),
@@ -346,8 +347,53 @@ fn two_of_one_name_are_not_there_together() {
     let _router = router(port);
     let first = Daemon::start(folder.path(), &network, 4, 1);
     let session = network.open().unwrap();
-    let second = Announced::new(&session, &first.member).unwrap_err().to_string();
+    let second = Announced::new(&session, &first.member, &[]).unwrap_err().to_string();
     assert_eq!(second, format!("another gripd is there as {}", first.member));
+}
+
+#[test]
+fn a_gripper_is_asked_and_answers_in_parts_or_says_why_not() {
+    let (folder, port) = (tempfile::tempdir().unwrap(), port());
+    let network = network(folder.path(), port);
+    let _router = router(port);
+    let (asking, session) = (network.open().unwrap(), network.open().unwrap());
+    let member = Member { site: site(), uid: Uid([6; 16]) };
+    let mut announced = Announced::new(&session, &member, &[Part::About]).unwrap();
+    let asked = |part, count: &'static str, payload: &'static [u8]| {
+        let (session, member) = (asking.clone(), member.clone());
+        thread::spawn(move || {
+            let parameters = [("count", count)];
+            let patience = Duration::from_secs(20);
+            ask(
+                &session,
+                &Ask { member: &member, part, parameters: &parameters, payload, patience },
+            )
+        })
+    };
+    let answer = |announced: &mut Announced| {
+        let log = EventLog::new(1, ROOM);
+        for _ in 0..MOST {
+            announced.answer(&|use_it| use_it(&log), &[[0; 0]; 0], "");
+            if let Some(question) = announced.question() {
+                assert_eq!(question.part(), Part::About);
+                let count = question.parameter("count").unwrap().parse::<usize>();
+                let Ok(count) = count else { return question.refuse("no number").unwrap() };
+                let payload = question.payload();
+                return (0..count).for_each(|_| question.reply(&payload).unwrap());
+            }
+            thread::park_timeout(STEP);
+        }
+        panic!("nothing was asked");
+    };
+    let three = asked(Part::About, "3", b"bytes");
+    answer(&mut announced);
+    assert_eq!(three.join().unwrap().unwrap(), [b"bytes"; 3]);
+    let declined = asked(Part::About, "x", b"");
+    answer(&mut announced);
+    let declined = declined.join().unwrap().unwrap_err().to_string();
+    assert_eq!(declined, format!("{member}: no number"));
+    let silent = asked(Part::Model, "1", b"").join().unwrap().unwrap_err().to_string();
+    assert_eq!(silent, format!("{member} does not answer"));
 }
 
 #[test]

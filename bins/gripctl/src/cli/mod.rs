@@ -2,6 +2,8 @@
 
 #[cfg(feature = "fleet")]
 pub(crate) mod fleet;
+#[cfg(feature = "foxglove")]
+pub(crate) mod foxglove;
 pub(crate) mod grasp;
 pub(crate) mod learn;
 
@@ -34,6 +36,12 @@ pub(crate) enum Command {
     /// See many grippers at once: who is there, what happens to them.
     #[cfg(feature = "fleet")]
     Fleet(fleet::FleetArgs),
+    /// Show a running gripd live in Foxglove, until it is stopped.
+    ///
+    /// Topics and schemas are those of a recording, so that one layout shows both; nobody can command the gripper this way. Exit codes: 0
+    /// done, 1 failed, 2 wrong arguments, 3 something was dropped.
+    #[cfg(feature = "foxglove")]
+    Foxglove(foxglove::FoxgloveArgs),
     /// Run a virtual gripper on a pseudo-terminal.
     Sim(SimArgs),
     /// Run a recording through the pipeline: events and estimates.

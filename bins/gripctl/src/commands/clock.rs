@@ -29,3 +29,25 @@ impl Clock {
         u64::try_from(monotonic().saturating_sub(self.0).as_micros()).unwrap_or(u64::MAX)
     }
 }
+
+/// Nanoseconds since 1970: the wall time at the start, read once, and monotonic from there on, as in a recording.
+#[cfg(feature = "foxglove")]
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Wall {
+    zero: Duration,
+    start: Duration,
+}
+
+#[cfg(feature = "foxglove")]
+impl Wall {
+    pub(crate) fn start() -> anyhow::Result<Self> {
+        let time = clock_gettime(ClockId::Realtime);
+        let zero = Duration::new(u64::try_from(time.tv_sec)?, u32::try_from(time.tv_nsec)?);
+        Ok(Self { zero, start: monotonic() })
+    }
+
+    pub(crate) fn now_ns(self) -> u64 {
+        let now = self.zero + monotonic().saturating_sub(self.start);
+        u64::try_from(now.as_nanos()).unwrap_or(u64::MAX)
+    }
+}

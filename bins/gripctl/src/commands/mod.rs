@@ -13,6 +13,8 @@ pub(crate) mod export;
 mod export_verify;
 #[cfg(feature = "fleet")]
 pub(crate) mod fleet;
+#[cfg(feature = "foxglove")]
+pub(crate) mod foxglove;
 pub(crate) mod generate;
 pub(crate) mod grasp;
 mod measure;

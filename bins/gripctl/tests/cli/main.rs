@@ -8,6 +8,8 @@ mod estimate;
 mod export;
 #[cfg(feature = "fleet")]
 mod fleet;
+#[cfg(feature = "foxglove")]
+mod foxglove;
 mod grasp;
 mod learn;
 mod refusals;

@@ -1,44 +1,83 @@
 //! What is to be published in, a gripper on the network out. This thread may wait for the network; nobody waits for it.
 
-use super::{Common, Outgoing, PAUSE, pause};
+use super::{Answered, Common, Order, Outgoing, PAUSE, pause};
 use core::{mem, time::Duration};
 use grip_daemon::log::LogLevel;
 use grip_fleet::{
-    Member, Site,
-    net::{Announced, NetError, Network},
+    Member, Part, Site,
+    net::{Announced, NetError, Network, Question},
 };
 use grip_host::exit::message;
-use std::sync::mpsc::{Receiver, RecvTimeoutError};
+use grip_link::message::{NackReason, daemon::Command};
+use std::{
+    collections::VecDeque,
+    sync::mpsc::{Receiver, RecvTimeoutError, Sender},
+};
 
 /// Pause between two attempts to find the router, or a free name.
 const RETRY: Duration = Duration::from_secs(2);
 
+/// What this gripper can be asked, beside events, status and configuration.
+const PARTS: [Part; 2] = [Part::About, Part::Command];
+/// Commands that wait for the daemon; it answers within milliseconds.
+const MOST_ORDERS: usize = 32;
+
+/// What a gripper says of itself, and what it takes.
+pub(super) struct Place {
+    pub(super) site: Site,
+    /// The configuration at the start, as text.
+    pub(super) shown: String,
+    /// Whether commands are taken.
+    pub(super) commands: bool,
+}
+
+/// What leads to the other threads.
+pub(super) struct SpeakerEnds {
+    pub(super) common: Common,
+    /// What is to be published.
+    pub(super) outgoing: Receiver<Outgoing>,
+    /// Commands, and what became of them.
+    pub(super) order: Sender<Order>,
+    pub(super) answers: Receiver<Answered>,
+}
+
 pub(super) struct Speaker {
     network: Network,
-    site: Site,
-    /// The configuration at the start, as text.
-    shown: String,
+    place: Place,
     common: Common,
     outgoing: Receiver<Outgoing>,
+    order: Sender<Order>,
+    answers: Receiver<Answered>,
+    /// Commands that wait for the daemon, by their numbers.
+    open: VecDeque<(u64, Question)>,
+    /// Number of the last command.
+    ordered: u64,
     /// The last complaint was told.
     complained: bool,
 }
 
 impl Speaker {
-    pub(super) fn new(
-        network: Network,
-        site: Site,
-        shown: String,
-        (common, outgoing): (Common, Receiver<Outgoing>),
-    ) -> Self {
-        Self { network, site, shown, common, outgoing, complained: false }
+    pub(super) fn new(network: Network, place: Place, ends: SpeakerEnds) -> Self {
+        let SpeakerEnds { common, outgoing, order, answers } = ends;
+        let open = VecDeque::new();
+        Self {
+            network,
+            place,
+            common,
+            outgoing,
+            order,
+            answers,
+            open,
+            ordered: 0,
+            complained: false,
+        }
     }
 
     /// Runs until the keeper has ended.
     pub(super) fn run(mut self) {
         let Some(session) = self.retry(|network| network.open()) else { return };
         let Some(member) = self.member() else { return };
-        let Some(mut announced) = self.retry(|_| Announced::new(&session, &member)) else {
+        let Some(mut announced) = self.retry(|_| Announced::new(&session, &member, &PARTS)) else {
             return;
         };
         self.common.tell(LogLevel::Info, &format!("this gripper is there as {member}"));
@@ -53,7 +92,7 @@ impl Speaker {
     fn member(&self) -> Option<Member> {
         while !self.common.has_ended() {
             if let Some((uid, _)) = &self.common.kept().gripper {
-                return Some(Member { site: self.site.clone(), uid: *uid });
+                return Some(Member { site: self.place.site.clone(), uid: *uid });
             }
             pause(PAUSE);
         }
@@ -86,7 +125,7 @@ impl Speaker {
         None
     }
 
-    fn speak(&self, announced: &mut Announced) {
+    fn speak(&mut self, announced: &mut Announced) {
         loop {
             // While an answer is under way nothing is waited for.
             let patience = if announced.is_answering() { Duration::ZERO } else { PAUSE };
@@ -95,13 +134,77 @@ impl Speaker {
                 Err(RecvTimeoutError::Timeout) => {}
                 Err(RecvTimeoutError::Disconnected) => return,
             }
-            let status = self.common.kept().status.clone();
+            let common = &self.common;
+            let status = common.kept().status.clone();
             let lend = |use_it: &mut dyn FnMut(&grip_fleet::EventLog)| {
-                if let Some((_, spool)) = &self.common.kept().gripper {
+                if let Some((_, spool)) = &common.kept().gripper {
                     use_it(spool.log());
                 }
             };
-            announced.answer(&lend, &status, &self.shown);
+            announced.answer(&lend, &status, &self.place.shown);
+            while let Some(question) = announced.question() {
+                self.question(question);
+            }
+            while let Ok((number, answer)) = self.answers.try_recv() {
+                self.answered(number, answer);
+            }
         }
+    }
+
+    /// Answers what the log does not know.
+    fn question(&mut self, question: Question) {
+        match question.part() {
+            Part::About => {
+                let about = self.common.kept().about.clone();
+                self.tell(question.reply(about.as_bytes()));
+            }
+            Part::Command => self.command(question),
+            _ => self.tell(question.refuse("this is not asked here")),
+        }
+    }
+
+    /// Hands a command to the daemon, which judges it as that of any other client.
+    fn command(&mut self, question: Question) {
+        if !self.place.commands {
+            let reason = "commands are not taken from the network: allow_commands and fleet.commands are not both set";
+            return self.tell(question.refuse(reason));
+        }
+        let Ok(command) = Command::parse(&question.payload()) else {
+            return self.tell(question.refuse("this is no command"));
+        };
+        if self.open.len() >= MOST_ORDERS {
+            // The daemon had no room to answer them.
+            self.open.pop_front();
+        }
+        self.ordered += 1;
+        self.open.push_back((self.ordered, question));
+        // A keeper that is gone ends this thread too.
+        let _gone = self.order.send((self.ordered, command));
+    }
+
+    fn answered(&mut self, number: u64, answer: Result<(), NackReason>) {
+        let Some(place) = self.open.iter().position(|(open, _)| *open == number) else { return };
+        let Some((_, question)) = self.open.remove(place) else { return };
+        self.tell(match answer {
+            Ok(()) => question.reply(b"taken"),
+            Err(reason) => question.refuse(refusal(reason)),
+        });
+    }
+
+    /// Tells of an answer that the session did not take.
+    fn tell(&self, sent: Result<(), NetError>) {
+        if let Err(error) = sent {
+            self.common.tell(LogLevel::Warn, &message(&error));
+        }
+    }
+}
+
+/// Why the daemon does not take a command.
+const fn refusal(reason: NackReason) -> &'static str {
+    match reason {
+        NackReason::Forbidden => "commands are not allowed: allow_commands is not set",
+        NackReason::Token => "letting go needs the token of this start of gripd; ask again",
+        NackReason::Busy => "too many commands wait",
+        _ => "the daemon refuses this command",
     }
 }

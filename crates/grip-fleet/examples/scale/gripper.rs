@@ -98,7 +98,7 @@ impl Gripper {
             offset: 37 * u64::from(number),
             spool: Spool::in_memory(1, ROOM),
             slips: 0,
-            announced: Announced::new(&session, &member)?,
+            announced: Announced::new(&session, &member, &[])?,
             _session: session,
             identity: message(Kind::GRIPPER, |out| identity.write(out).ok())?,
             figures: message(Kind::HEALTH, |out| Health::default().write(out).ok())?,

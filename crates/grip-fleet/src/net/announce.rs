@@ -39,8 +39,10 @@ pub struct Announced {
     asked: Receiver<(Part, Query)>,
     /// Answers that are under way.
     open: VecDeque<Open>,
+    /// What somebody else has to answer.
+    others: VecDeque<Question>,
     refused: u64,
-    _queryables: [Queryable<()>; 3],
+    _queryables: Vec<Queryable<()>>,
     // The last one: whoever sees it can ask.
     _alive: LivelinessToken,
 }
@@ -55,10 +57,11 @@ struct Open {
 
 impl Announced {
     /// Puts a gripper on the network, unless one of its name is there already: what is asked of that name would reach only one of them.
+    /// Beside events, status and configuration it is asked for those `parts`, which [`Announced::question`] hands out.
     ///
     /// # Errors
     /// [`NetError::Taken`] and [`NetError::Refused`].
-    pub fn new(session: &Session, member: &Member) -> Result<Self, NetError> {
+    pub fn new(session: &Session, member: &Member, parts: &[Part]) -> Result<Self, NetError> {
         let alive = member.key(Part::Alive);
         let same = session.liveliness().get(&alive).timeout(PATIENCE).wait();
         if same.map_err(refused(&alive))?.iter().any(|reply| reply.result().is_ok()) {
@@ -78,11 +81,9 @@ impl Announced {
                 .wait()
                 .map_err(refused(&key))
         };
-        let queryables = [
-            queryable(Part::Topic(Topic::Events))?,
-            queryable(Part::Status)?,
-            queryable(Part::Config)?,
-        ];
+        let own = [Part::Topic(Topic::Events), Part::Status, Part::Config];
+        let queryables: Result<_, _> =
+            own.into_iter().chain(parts.iter().copied()).map(queryable).collect();
         Ok(Self {
             member: member.clone(),
             events: publisher(Topic::Events)?,
@@ -91,8 +92,9 @@ impl Announced {
             samples: publisher(Topic::Samples)?,
             asked,
             open: VecDeque::new(),
+            others: VecDeque::new(),
             refused: 0,
-            _queryables: queryables,
+            _queryables: queryables?,
             _alive: session.liveliness().declare_token(&alive).wait().map_err(refused(&alive))?,
         })
     }
@@ -124,11 +126,16 @@ impl Announced {
                 Part::Config => {
                     self.reply(&query, part, (head, config.as_bytes()), Encoding::TEXT_PLAIN);
                 }
-                Part::Status | Part::Alive => {
+                Part::Status => {
                     for frame in status {
                         self.reply(&query, part, (head, frame.as_ref()), FRAME);
                     }
                 }
+                _ if self.others.len() < MOST_QUESTIONS => {
+                    let key = self.member.key(part);
+                    self.others.push_back(Question { part, key, query });
+                }
+                _ => {}
             }
         }
         if let Some(open) = self.open.pop_front() {
@@ -162,6 +169,11 @@ impl Announced {
         self.refused += u64::from(reply.encoding(form).wait().is_err());
     }
 
+    /// The next question for one of the parts that were named at the start; [`Announced::answer`] finds it.
+    pub fn question(&mut self) -> Option<Question> {
+        self.others.pop_front()
+    }
+
     /// Whether an answer is under way: then look again soon.
     #[must_use]
     pub fn is_answering(&self) -> bool {
@@ -172,6 +184,50 @@ impl Announced {
     #[must_use]
     pub const fn refused(&self) -> u64 {
         self.refused
+    }
+}
+
+/// A question that somebody else has to answer. Dropped, its answer ends.
+#[derive(Debug)]
+pub struct Question {
+    part: Part,
+    key: String,
+    query: Query,
+}
+
+impl Question {
+    /// What is asked for.
+    #[must_use]
+    pub const fn part(&self) -> Part {
+        self.part
+    }
+
+    /// A parameter of the question: what stands behind `name=`.
+    #[must_use]
+    pub fn parameter(&self, name: &str) -> Option<String> {
+        self.query.parameters().get(name).map(str::to_owned)
+    }
+
+    /// What came with it; nothing, where nothing did.
+    #[must_use]
+    pub fn payload(&self) -> Vec<u8> {
+        self.query.payload().map_or_else(Vec::new, |bytes| bytes.to_bytes().into_owned())
+    }
+
+    /// One part of the answer.
+    ///
+    /// # Errors
+    /// [`NetError::Refused`] where the session does not take it.
+    pub fn reply(&self, bytes: &[u8]) -> Result<(), NetError> {
+        self.query.reply(&self.key, bytes).wait().map_err(refused(&self.key))
+    }
+
+    /// Answers with the reason why there is no answer.
+    ///
+    /// # Errors
+    /// As [`Question::reply`].
+    pub fn refuse(&self, reason: &str) -> Result<(), NetError> {
+        self.query.reply_err(reason).wait().map_err(refused(&self.key))
     }
 }
 

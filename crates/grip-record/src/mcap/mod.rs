@@ -7,6 +7,7 @@
 mod cdr;
 mod codes;
 mod error;
+mod health;
 mod index;
 mod raw;
 mod read;
@@ -17,6 +18,7 @@ mod write;
 
 pub use cdr::{CdrError, CdrReader, CdrWriter};
 pub use error::{McapError, McapWriteError};
+pub use health::HealthRecord;
 pub use index::{ChunkPlace, McapIndex};
 pub use read::{Entry, McapReader};
 pub use record::{

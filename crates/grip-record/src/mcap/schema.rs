@@ -86,7 +86,7 @@ impl Topic {
             Self::Wire => include_str!("msg/Wire.msg"),
             Self::Pipeline => include_str!("msg/Pipeline.msg"),
         };
-        format!("{own}{BORDER}{TIME}")
+        whole(own)
     }
 
     /// The topic of that name.
@@ -100,6 +100,11 @@ impl Topic {
     pub const fn index(self) -> usize {
         self as usize
     }
+}
+
+/// The definition of a message with that of the time behind it.
+pub(super) fn whole(own: &str) -> String {
+    format!("{own}{BORDER}{TIME}")
 }
 
 /// The fields of a definition, comments and constants left out: what decides whether a message can be read.

@@ -40,7 +40,7 @@ impl Daemon {
     fn start(network: &Network) -> Self {
         let session = network.open().unwrap();
         let announced = loop {
-            match Announced::new(&session, &member()) {
+            match Announced::new(&session, &member(), &[]) {
                 Ok(announced) => break announced,
                 Err(NetError::Taken { .. }) => pause(),
                 Err(error) => panic!("{error}"),
@@ -97,6 +97,10 @@ impl Daemon {
     }
 }
 
+fn at(endpoint: &str) -> Network {
+    Network { router: Some(endpoint.to_owned()), file: None }
+}
+
 fn member() -> Member {
     Member { site: "hall".parse().unwrap(), uid: Uid([0x77; 16]) }
 }
@@ -140,7 +144,7 @@ fn the_table_is_filled_over_a_router_that_comes_and_goes() {
     let (mut handle, mut roster) = (FleetHandle::spawn(place, || {}).unwrap(), Roster::default());
     let waits = |roster: &Roster| matches!(roster.status(), SourceStatus::Waiting { reason, .. } if reason.contains("no router answers"));
     until((&mut handle, &mut roster), || {}, waits);
-    let listening = router(&endpoint).unwrap();
+    let listening = router(&at(&endpoint)).unwrap();
     let mut daemon = Daemon::start(&network);
     let mut table = (handle, roster);
     until(
@@ -160,7 +164,7 @@ fn the_table_is_filled_over_a_router_that_comes_and_goes() {
         },
     );
     assert_eq!(says(&table.1, Column::Applied), "4.50", "what was known stays");
-    let _listening = router(&endpoint).unwrap();
+    let _listening = router(&at(&endpoint)).unwrap();
     until(
         (&mut table.0, &mut table.1),
         || daemon.turn(),
@@ -172,7 +176,7 @@ fn the_table_is_filled_over_a_router_that_comes_and_goes() {
 fn one_gripper_of_a_network_is_a_source_without_samples() {
     let folder = tempfile::tempdir().unwrap();
     let (endpoint, network) = place(folder.path());
-    let _listening = router(&endpoint).unwrap();
+    let _listening = router(&at(&endpoint)).unwrap();
     let spec = SourceSpec::Gripper(GripperAt { network: network.clone(), member: member() });
     let mut watch = Watch::new(spec);
     let absent = |model: &Model| matches!(model.status(), SourceStatus::Connecting { before, .. } if before.contains("is gone"));
@@ -193,7 +197,7 @@ fn one_gripper_of_a_network_is_a_source_without_samples() {
     assert!(watch.handle.command(grip_scope::ClientAction::Stop).is_ok());
     watch.until(
         || daemon.turn(),
-        |model| model.notices().any(|line| line.text.contains("no command travels")),
+        |model| model.notices().any(|line| line.text.contains("sends no command")),
     );
     drop(daemon);
     watch.until(|| {}, absent);

@@ -53,7 +53,7 @@ pub(crate) fn run(args: &StatusArgs) -> anyhow::Result<Exit> {
 }
 
 /// Another one for every program and start.
-fn nonce() -> u16 {
+pub(super) fn nonce() -> u16 {
     let now_us = clock::monotonic().as_micros();
     let mixed = now_us ^ now_us >> 16 ^ u128::from(std::process::id()) << 7;
     let [low, high, ..] = mixed.to_le_bytes();

@@ -1,7 +1,7 @@
 //! One gripper of a network in; the same items for the model as from its daemon's socket, but fewer of them, out.
 
 use super::life::{Life, Standing};
-use super::{FIRST, GripperAt, LONGEST, LOOK, may_mend, place};
+use super::{FIRST, GripperAt, LONGEST, LOOK, may_mend};
 use crate::feed::{EventKind, EventMark, Feed, SourceStatus};
 use crate::source::ClientAction;
 use crate::source::daemon::{pause, unsent};
@@ -27,7 +27,7 @@ pub(in crate::source) fn run(
     let mut backoff = Backoff::new(FIRST, LONGEST);
     let mut before = String::new();
     while !outlet.stops() {
-        let what = format!("{at} over {}", place(&at.network));
+        let what = format!("{at} over {}", at.network.name());
         outlet.status(SourceStatus::Connecting { what, before });
         let Err(error) = Talk::run(at, outlet, orders) else { return };
         before = error.to_string();
@@ -63,7 +63,7 @@ impl<'a> Talk<'a> {
         let telemetry = [Topic::State, Topic::Health, Topic::Samples];
         let watch = Watch::new(session.clone(), &selector(at), Since::Now, &telemetry)?;
         let begun = outlet.clock.now();
-        let hearing = Hearing::new(place(&at.network), 0);
+        let hearing = Hearing::new(at.network.name(), 0);
         let mut talk = Self {
             at,
             session,
@@ -78,7 +78,7 @@ impl<'a> Talk<'a> {
         while !outlet.stops() {
             talk.turn(outlet)?;
             while orders.pop().is_ok() {
-                unsent(outlet, "no command travels over this network");
+                unsent(outlet, "gripmon sends no command over a network of many grippers");
             }
         }
         Ok(())
@@ -171,10 +171,10 @@ impl<'a> Talk<'a> {
     }
 
     fn status(&self, now: Duration) -> SourceStatus {
-        let what = format!("{} over {}", self.at, place(&self.at.network));
+        let what = format!("{} over {}", self.at, self.at.network.name());
         let connecting = |before: String| SourceStatus::Connecting { what: what.clone(), before };
         if !self.connected {
-            let place = place(&self.at.network);
+            let place = self.at.network.name();
             return connecting(format!("no router answers any more at {place}"));
         }
         match self.life.standing(now) {

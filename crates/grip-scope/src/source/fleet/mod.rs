@@ -33,15 +33,6 @@ impl fmt::Display for GripperAt {
     }
 }
 
-/// Where a network is, for people.
-fn place(network: &Network) -> String {
-    match (&network.router, &network.file) {
-        (Some(router), _) => router.clone(),
-        (None, Some(file)) => format!("the endpoints of {}", file.display()),
-        (None, None) => "no endpoint".to_owned(),
-    }
-}
-
 /// Whether trying again may help.
 const fn may_mend(error: &NetError) -> bool {
     matches!(error, NetError::NoRouter { .. } | NetError::Refused { .. })

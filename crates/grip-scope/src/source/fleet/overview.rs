@@ -2,7 +2,7 @@
 //!
 //! Where the ring is full the thread waits: events then wait in the session, of the rest what is out of date is dropped there.
 
-use super::{FIRST, LONGEST, LOOK, Network, may_mend, place};
+use super::{FIRST, LONGEST, LOOK, Network, may_mend};
 use crate::feed::SourceStatus;
 use crate::fleet::{FleetFeed, Heard, Roster};
 use crate::source::clock::Clock;
@@ -35,8 +35,8 @@ pub struct FleetPlace {
 impl core::fmt::Display for FleetPlace {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         match &self.site {
-            Some(site) => write!(f, "{site} at {}", place(&self.network)),
-            None => f.write_str(&place(&self.network)),
+            Some(site) => write!(f, "{site} at {}", self.network.name()),
+            None => f.write_str(&self.network.name()),
         }
     }
 }

@@ -1,0 +1,146 @@
+//! Messages of a daemon in, (topic, log time, bytes of the message) out.
+
+use super::time::{Clocks, Source};
+use super::{Topic, Wanted, convert};
+use grip_link::message::daemon::{Notice, NoticeKind, Rows, Slip, ToClient};
+use grip_record::mcap::{LinkRecord, Record, SampleRecord};
+use serde_json::{Value, json};
+
+/// Takes what a message becomes: its topic, its log time (ns since 1970), and its bytes.
+pub type Out<'a> = dyn FnMut(Topic, u64, &[u8]) + 'a;
+
+/// Translates what one daemon tells, over all its starts.
+///
+/// A message bears the wall time of what it tells: host times count from WELCOME, device times go through the offset that HEALTH tells of
+/// the clocks (before it the end of a frame, before that the arrival). Of one topic they never go back, and never lie ahead of now.
+#[derive(Debug, Default)]
+pub struct Translator {
+    wanted: Wanted,
+    clocks: Clocks,
+    /// The last slip that was told: QUERY tells the last ones again.
+    last_slip: u32,
+    last_ns: [u64; Topic::ALL.len()],
+    unreadable: u64,
+    taxels: Vec<f32>,
+    message: Vec<u8>,
+}
+
+impl Translator {
+    /// Only these topics are told from now on.
+    pub const fn want(&mut self, wanted: Wanted) {
+        self.wanted = wanted;
+    }
+
+    /// States that hold a code of a later protocol, and could not be told.
+    #[must_use]
+    pub const fn unreadable(&self) -> u64 {
+        self.unreadable
+    }
+
+    /// Takes a message that came at `now_ns` (since 1970, of a clock that never goes back).
+    pub fn take(&mut self, message: &ToClient<'_>, now_ns: u64, out: &mut Out<'_>) {
+        match message {
+            ToClient::Welcome(welcome) => {
+                if self.clocks.greeted(welcome.run_id, welcome.host_us, now_ns) {
+                    self.last_slip = 0;
+                    self.link("daemon", &convert::daemon(welcome), (now_ns, now_ns), out);
+                }
+            }
+            ToClient::Gripper(gripper) => {
+                self.clocks.meets(gripper);
+                self.link("gripper", &convert::gripper(gripper), (now_ns, now_ns), out);
+            }
+            ToClient::Rows(rows) => self.rows(rows, now_ns, out),
+            ToClient::State(state) => {
+                let offset_us =
+                    state.host_us.cast_signed().wrapping_sub(state.device_us.cast_signed());
+                self.clocks.learn(offset_us, Source::Frame);
+                let at_ns = self.clocks.host_ns(state.host_us, now_ns);
+                match convert::state(state) {
+                    Some(record) => self.record(&Record::State(record), (at_ns, now_ns), out),
+                    None => self.unreadable = self.unreadable.saturating_add(1),
+                }
+            }
+            ToClient::Slip(slip) => self.slip(slip, now_ns, out),
+            ToClient::Health(health) => {
+                if let Some(clock) = health.appended.and_then(|appended| appended.clock) {
+                    self.clocks.learn(clock.offset_us, Source::Clocks);
+                }
+                let at_ns = self.clocks.host_ns(health.host_us, now_ns);
+                let record = convert::health(health);
+                self.tell(Topic::Health, (at_ns, now_ns), out, |ns, to| record.encode(ns, to));
+            }
+            ToClient::Notice(notice) => self.notice(notice, now_ns, out),
+            ToClient::Ack(_) | ToClient::Nack(_) => {}
+        }
+    }
+
+    /// The connection to the daemon has ended.
+    pub fn lost(&mut self, reason: &str, now_ns: u64, out: &mut Out<'_>) {
+        self.link("daemon_lost", &json!({ "reason": reason }), (now_ns, now_ns), out);
+    }
+
+    fn rows(&mut self, rows: &Rows<'_>, now_ns: u64, out: &mut Out<'_>) {
+        if let Some(last) = rows.iter().last() {
+            self.clocks.came(last.t_us, now_ns);
+        }
+        let mut taxels = core::mem::take(&mut self.taxels);
+        for row in rows.iter() {
+            taxels.clear();
+            taxels.extend((0..usize::from(rows.header.taxels)).filter_map(|k| row.taxel(k)));
+            let sample = convert::sample(&row);
+            let record = SampleRecord { index: row.index, sample, taxels: &taxels };
+            let at_ns = self.clocks.device_ns(row.t_us, now_ns);
+            self.record(&Record::Sample(record), (at_ns, now_ns), out);
+        }
+        self.taxels = taxels;
+    }
+
+    fn slip(&mut self, slip: &Slip, now_ns: u64, out: &mut Out<'_>) {
+        if slip.number > self.last_slip && self.wanted.has(Topic::Event) {
+            self.last_slip = slip.number;
+            let at_ns = self.clocks.host_ns(slip.host_us, now_ns);
+            self.record(&Record::Event(convert::slip(slip)), (at_ns, now_ns), out);
+        }
+    }
+
+    fn notice(&mut self, notice: &Notice<'_>, now_ns: u64, out: &mut Out<'_>) {
+        let at = (self.clocks.host_ns(notice.host_us, now_ns), now_ns);
+        if notice.kind == NoticeKind::Sensor {
+            self.record(&Record::Event(convert::sensor(notice)), at, out);
+        } else {
+            self.link(notice.kind.name(), &convert::notice(notice), at, out);
+        }
+    }
+
+    fn link(&mut self, kind: &str, detail: &Value, at: (u64, u64), out: &mut Out<'_>) {
+        if self.wanted.has(Topic::Link) {
+            self.record(&Record::Link(LinkRecord { kind, detail: &detail.to_string() }), at, out);
+        }
+    }
+
+    fn record(&mut self, record: &Record<'_>, at: (u64, u64), out: &mut Out<'_>) {
+        let topic = Topic::ALL.into_iter().find(|topic| topic.recorded() == Some(record.topic()));
+        if let Some(topic) = topic {
+            self.tell(topic, at, out, |ns, to| record.encode(ns, to));
+        }
+    }
+
+    /// Tells one message of (what it tells of, now), where somebody looks.
+    fn tell(
+        &mut self,
+        topic: Topic,
+        (at_ns, now_ns): (u64, u64),
+        out: &mut Out<'_>,
+        encode: impl FnOnce(u64, &mut Vec<u8>),
+    ) {
+        if !self.wanted.has(topic) {
+            return;
+        }
+        let last_ns = &mut self.last_ns[topic.index()];
+        *last_ns = at_ns.min(now_ns).max(*last_ns);
+        self.message.clear();
+        encode(*last_ns, &mut self.message);
+        out(topic, *last_ns, &self.message);
+    }
+}
