@@ -4,9 +4,9 @@
 set -eu
 cd "$(dirname "$0")/.."
 
-tree=$(cargo tree --locked -p gripd -p gripctl -e normal --prefix none)
+tree=$(cargo tree --locked -p gripd -p gripctl -p gripmon -e normal --prefix none)
 if echo "$tree" | grep -E "^(zenoh|grip-fleet|tokio) "; then
-    echo "a default gripd or gripctl contains the fleet" >&2
+    echo "a default gripd, gripctl or gripmon contains the fleet" >&2
     exit 1
 fi
 cargo test --locked -p grip-fleet --features zenoh
@@ -14,3 +14,4 @@ cargo test --locked -p gripd --features fleet --test daemon fleet
 built=${CARGO_TARGET_DIR:-target}/debug
 MESSAGES=$built/examples/ros_messages GRIPD=$built/gripd scripts/ros-check.sh
 cargo test --locked -p gripctl --features fleet --test cli fleet
+cargo test --locked -p grip-scope -p gripmon --features grip-scope/zenoh,gripmon/fleet fleet

@@ -1,6 +1,7 @@
 #!/bin/sh
 # Makes the pictures of gripmon in docs/images from the real window of the release binary, on a display of its own.
 # GRIP_BIN names a folder that holds gripmon and gripd already; without it a release build is made.
+# GRIP_FLEET_BIN names a folder with a gripmon, gripd and gripctl that were built with the fleet: then the table of many is made too.
 # Needs: apt-get install -y --no-install-recommends xvfb
 # Live pictures differ from run to run in what the simulator was just doing; what is looked at stands in docs/views.
 set -eu
@@ -50,3 +51,23 @@ done
 awk -F, -v OFS=, 'NR == 1 { for (i = 1; i <= NF; i++) if ($i == "stylus") column = i; print; next }
     $1 < 1.2 { held = $column } { $column = held; print }' "$work/whole.csv" >"$work/frozen.csv"
 picture fault "$work/frozen.csv"
+
+# Seven grippers on a router of their own for two and a half minutes; one ends before, one slips all the time.
+[ -n "${GRIP_FLEET_BIN:-}" ] || exit 0
+binaries=$GRIP_FLEET_BIN
+router=tcp/127.0.0.1:17447
+"$binaries/gripctl" fleet router --listen "$router" >"$work/router.log" 2>&1 &
+fleet=$!
+trap 'kill $server $fleet 2>/dev/null; rm -rf "$work"' EXIT
+sleep 2
+seed=0
+for scene in default shaken tug light_rough moving_arm glass_bottle_full oily_steel; do
+    seed=$((seed + 1))
+    site=hall-$((1 + seed / 5))
+    seconds=300
+    [ "$seed" -ne 6 ] || seconds=100
+    printf '[link]\nsample_rate_hz = 1000\n[fleet]\nsite = "%s"\nrouter = "%s"\n' "$site" "$router" >"$work/$seed.toml"
+    "$binaries/gripd" --port "sim:$scene" --seed "$seed" --config "$work/$seed.toml" --listen off --duration "$seconds" >"$work/$seed.log" 2>&1 &
+    fleet="$fleet $!"
+done
+picture fleet "fleet:$router"

@@ -5,9 +5,12 @@
 #[path = "../tests/window/fixture.rs"]
 #[expect(dead_code, reason = "the tests need more of it")]
 mod fixture;
+#[cfg(feature = "fleet")]
+#[path = "../tests/window/fleet_fixture.rs"]
+mod fleet_fixture;
 
 use core::time::Duration;
-use eframe::egui::{Context, Pos2, RawInput, Rect, vec2};
+use eframe::egui::{Context, Pos2, RawInput, Rect, Ui, vec2};
 use grip_link::message::daemon::SceneCode;
 use grip_scope::feed::{BandPoint, DerivedBlock, EventMark, Feed, SpectrumColumn, Turn};
 use grip_scope::{Channel, EventKind, Model, Span};
@@ -32,10 +35,27 @@ const SIX: [StripId; 6] = [
 ];
 
 fn main() {
+    heading();
+    #[cfg(feature = "fleet")]
+    if std::env::args().any(|word| word == "fleet") {
+        return fleet();
+    }
+    curves();
+    live();
+    gaps();
+    spectrogram();
+    #[cfg(feature = "fleet")]
+    fleet();
+}
+
+fn heading() {
     line(&format!(
         "{:<46} {:>9} {:>9} {:>9} {:>10}",
         "frame", "least", "median", "95 %", "triangles"
     ));
+}
+
+fn curves() {
     let mut model = Model::new(800 << 20);
     for start in (0..1_000_000).step_by(10_000) {
         model.take(Feed::Rows(fixture::rows(&Channel::ROWS, RATE_HZ, (start, start + 10_000))));
@@ -50,9 +70,39 @@ fn main() {
     bench.run("the same, one second seen, moved on by 10 ms", part);
     let few = |bench: &mut Bench, i: usize| bench.show(10.0 + 0.0001 * i as f64, 0.02);
     bench.run("the same, 20 ms seen", few);
-    live();
-    gaps();
-    spectrogram();
+}
+
+/// The table of many grippers, each of which has told something new before each frame.
+#[cfg(feature = "fleet")]
+fn fleet() {
+    use fleet_fixture::{many, member, of, state, told};
+    use gripmon::fleet::{Hall, Lobby};
+    use gripmon::layout::Look;
+    for count in [200, 1000] {
+        let ctx = Context::default();
+        scope::prepare(&ctx, Look::Dark);
+        let hall = Arc::new(Hall::new(many(count), None));
+        let mut lobby = Lobby::new(Arc::clone(&hall), Look::Dark, "a router".to_owned());
+        let (mut taken, mut drawn) = (Vec::new(), Drawn::default());
+        for i in 0..FRAMES + 20 {
+            let force_n = 10.0 + (i as f32 * 0.1).sin();
+            let of_one = |number: u16| {
+                let site = if number.is_multiple_of(2) { "hall-1" } else { "hall-2" };
+                of(&member(site, number), 200.0 + 0.2 * i as f64, told(&state(force_n)))
+            };
+            let feeds: Vec<_> = (0..count).map(of_one).collect();
+            let start = now();
+            feeds.into_iter().for_each(|feed| hall.take(feed));
+            taken.push(start.elapsed());
+            // Other rows are seen in each frame.
+            lobby.table.reveal = Some((i * 3) % usize::from(count));
+            drawn.frame(&ctx, i, |ui| drop(lobby.ui(ui)));
+        }
+        drawn.print(&format!("table of {count} grippers, scrolled in each frame"));
+        taken.sort();
+        let name = "  a STATE of each into the table";
+        line(&format!("{name:<46} {:>9}", shown(taken[taken.len() / 2])));
+    }
 }
 
 /// Channels that grow at 20 kHz beside those of states and bands.
@@ -210,31 +260,46 @@ impl Bench {
     }
 
     fn run(&mut self, name: &str, mut before: impl FnMut(&mut Self, usize)) {
-        let mut times = Vec::with_capacity(FRAMES);
-        let mut triangles = 0;
+        let mut drawn = Drawn::default();
         for i in 0..FRAMES + 20 {
             before(self, i);
-            let screen = Rect::from_min_size(Pos2::ZERO, vec2(1600.0, 1000.0));
-            let input = RawInput {
-                screen_rect: Some(screen),
-                time: Some(i as f64 / 30.0),
-                ..RawInput::default()
-            };
-            let start = now();
-            let mut output = self.ctx.run_ui(input, |ui| {
-                let _effects = self.scope.ui(ui);
-            });
-            let drawn = self.ctx.tessellate(output.shapes, output.pixels_per_point);
-            let time = start.elapsed();
-            output.textures_delta.clear();
-            triangles = drawn.iter().map(|part| count(&part.primitive)).sum();
-            // The first frames make fonts.
-            if i >= 20 {
-                times.push(time);
-            }
+            drawn.frame(&self.ctx, i, |ui| drop(self.scope.ui(ui)));
         }
-        times.sort();
-        let at = |share: usize| shown(times[(times.len() - 1) * share / 100]);
+        drawn.print(name);
+    }
+}
+
+/// What frames cost.
+#[derive(Default)]
+struct Drawn {
+    times: Vec<Duration>,
+    triangles: usize,
+}
+
+impl Drawn {
+    fn frame(&mut self, ctx: &Context, i: usize, mut ui: impl FnMut(&mut Ui)) {
+        let screen = Rect::from_min_size(Pos2::ZERO, vec2(1600.0, 1000.0));
+        let input = RawInput {
+            screen_rect: Some(screen),
+            time: Some(i as f64 / 30.0),
+            ..RawInput::default()
+        };
+        let start = now();
+        let mut output = ctx.run_ui(input, |frame| ui(frame));
+        let drawn = ctx.tessellate(output.shapes, output.pixels_per_point);
+        let time = start.elapsed();
+        output.textures_delta.clear();
+        self.triangles = drawn.iter().map(|part| count(&part.primitive)).sum();
+        // The first frames make fonts.
+        if i >= 20 {
+            self.times.push(time);
+        }
+    }
+
+    fn print(mut self, name: &str) {
+        self.times.sort();
+        let at = |share: usize| shown(self.times[(self.times.len() - 1) * share / 100]);
+        let triangles = self.triangles;
         line(&format!("{name:<46} {:>9} {:>9} {:>9} {triangles:>10}", at(0), at(50), at(95)));
     }
 }

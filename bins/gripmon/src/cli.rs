@@ -17,11 +17,24 @@ pub const USUAL: &str = "tcp:127.0.0.1:7747";
 #[command(name = "gripmon", version)]
 pub struct Cli {
     /// A running gripd (tcp:HOST:PORT or unix:PATH), a recording (.mcap or .csv), the report of a study (.json), or demo:SCENE.
+    #[cfg_attr(
+        feature = "fleet",
+        doc = "",
+        doc = "All grippers of a network: fleet:ENDPOINT, where a Zenoh router listens (fleet:tcp/10.0.0.1:7447)."
+    )]
     #[arg(value_name = "SOURCE", default_value = USUAL)]
     pub source: String,
     /// Show the built-in simulator.
     #[arg(long, conflicts_with = "source")]
     pub demo: bool,
+    /// Zenoh configuration file of a fleet, for names, retries and the rest; with fleet alone its endpoints too.
+    #[cfg(feature = "fleet")]
+    #[arg(long, value_name = "FILE", env = "GRIP_NETWORK")]
+    pub network: Option<PathBuf>,
+    /// Only grippers of this site.
+    #[cfg(feature = "fleet")]
+    #[arg(long)]
+    pub site: Option<grip_host::config::Site>,
     /// Seed of the simulator; other sources take none.
     #[arg(long, value_name = "N")]
     pub seed: Option<u64>,
@@ -48,6 +61,16 @@ pub enum SourceError {
     /// A seed for something that takes none.
     #[error("--seed is for the simulator: {0} takes none; add --demo, or name demo:SCENE")]
     Seed(SourceSpec),
+    /// A site for something that has none.
+    #[cfg(feature = "fleet")]
+    #[error("--site is for a fleet: {0} has none; name fleet:ENDPOINT")]
+    Site(SourceSpec),
+    /// A fleet, which this program knows nothing of.
+    #[cfg(not(feature = "fleet"))]
+    #[error(
+        "{0}: this gripmon was built without the fleet: cargo build --release -p gripmon --features fleet"
+    )]
+    NoFleet(String),
 }
 
 impl Cli {
@@ -56,13 +79,29 @@ impl Cli {
     /// # Errors
     /// [`SourceError`], a sentence.
     pub fn source(&self) -> Result<SourceSpec, SourceError> {
+        #[cfg(not(feature = "fleet"))]
+        if self.fleet().is_some() {
+            return Err(SourceError::NoFleet(self.source.clone()));
+        }
         let text = if self.demo { "demo" } else { &self.source };
         let spec = SourceSpec::parse(text)?;
+        #[cfg(feature = "fleet")]
+        if self.site.is_some() {
+            return Err(SourceError::Site(spec));
+        }
         match (spec, self.seed) {
             (SourceSpec::Demo { scene, .. }, Some(seed)) => Ok(SourceSpec::Demo { scene, seed }),
             (spec, Some(_)) => Err(SourceError::Seed(spec)),
             (spec, None) => Ok(spec),
         }
+    }
+
+    /// The router of the fleet that is asked for; empty where none is named. `None` for one source.
+    #[must_use]
+    pub fn fleet(&self) -> Option<&str> {
+        let text = self.source.trim();
+        let named = text.strip_prefix("fleet:").or_else(|| text.strip_prefix("fleet"));
+        named.filter(|rest| rest.is_empty() || text.starts_with("fleet:"))
     }
 
     /// Bytes for the history.
@@ -87,9 +126,26 @@ mod tests {
         assert_eq!(source(&["--demo", "--seed", "7"]).unwrap(), "demo:default");
         assert_eq!(source(&["run.mcap"]).unwrap(), "run.mcap");
         assert!(source(&["notes.txt"]).is_err());
+        #[cfg(not(feature = "fleet"))]
+        assert!(source(&["fleet:tcp/x:1"]).unwrap_err().to_string().contains("--features fleet"));
         let told = source(&["run.mcap", "--seed", "7"]).unwrap_err().to_string();
         assert!(told.starts_with("--seed is for the simulator: run.mcap takes none"), "{told}");
         assert!(source(&["--seed", "7"]).is_err());
+        #[cfg(feature = "fleet")]
+        assert!(source(&["run.mcap", "--site", "a"]).unwrap_err().to_string().contains("fleet:"));
         assert!(Cli::try_parse_from(["gripmon", "--picture", "a.png"]).is_err());
+    }
+
+    #[test]
+    fn a_fleet_is_known_by_its_text() {
+        for (text, router) in [
+            ("fleet:tcp/10.0.0.1:7447", Some("tcp/10.0.0.1:7447")),
+            (" fleet ", Some("")),
+            ("fleet:", Some("")),
+            ("fleet.mcap", None),
+            ("tcp:127.0.0.1:7747", None),
+        ] {
+            assert_eq!(Cli::try_parse_from(["gripmon", text]).unwrap().fleet(), router, "{text}");
+        }
     }
 }

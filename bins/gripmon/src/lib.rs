@@ -15,6 +15,8 @@ pub mod desk;
 pub mod engine;
 pub mod exports;
 pub mod files;
+#[cfg(feature = "fleet")]
+pub mod fleet;
 pub mod format;
 pub mod job;
 pub mod keys;

@@ -7,6 +7,10 @@ use std::process::ExitCode;
 
 fn main() -> ExitCode {
     let cli = Cli::parse();
+    #[cfg(feature = "fleet")]
+    if let Some(router) = cli.fleet() {
+        return ended(gripmon::fleet::run(&cli, router));
+    }
     let spec = match cli.source() {
         Ok(spec) => spec,
         Err(error) => {
@@ -14,7 +18,12 @@ fn main() -> ExitCode {
             return Exit::WrongArguments.into();
         }
     };
-    match window::run(&cli, spec) {
+    ended(window::run(&cli, spec))
+}
+
+/// How the program ends.
+fn ended(outcome: anyhow::Result<()>) -> ExitCode {
+    match outcome {
         Ok(()) => Exit::Done.into(),
         Err(error) => {
             eprintln!("gripmon: {}", exit::message(error.as_ref()));

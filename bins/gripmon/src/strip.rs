@@ -80,6 +80,12 @@ impl StripId {
         }
     }
 
+    /// Whether it shows nothing but samples, or what is derived of them.
+    #[must_use]
+    pub const fn needs_samples(self) -> bool {
+        !matches!(self, Self::Statistic | Self::Force | Self::Esc)
+    }
+
     /// How its values are spread.
     #[must_use]
     pub const fn kind(self) -> Kind {

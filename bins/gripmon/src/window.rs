@@ -25,47 +25,89 @@ use std::thread::Thread;
 /// # Errors
 /// Where a file of the command line cannot be used, there is no display, or the picture that was asked for was not made.
 pub fn run(cli: &Cli, spec: SourceSpec) -> anyhow::Result<()> {
-    let view = cli.view.as_deref().map(ViewFile::read).transpose()?;
-    let remembered =
-        if view.is_some() { None } else { cli.layout.clone().or_else(layout::default_path) };
-    let layout = match (&view, &remembered) {
-        (Some(view), _) => view.layout.clone(),
-        (None, Some(path)) => Layout::read(path)?,
-        (None, None) => Layout::default(),
-    };
+    let start = Start::of(cli)?;
+    let title = format!("gripmon - {spec}");
+    let outcome = Arc::clone(&start.outcome);
+    let parts = start.parts(spec);
+    show((&title, parts.layout.window), &outcome, move |ctx| {
+        let screen = Screen::open(ctx, parts)?;
+        Ok(Box::new(App { screen, outcome: start.outcome }))
+    })
+}
+
+/// Opens a system's window with this title and size (points) and runs what is in it until it is closed.
+///
+/// # Errors
+/// Where there is no display, or what is left as the outcome: a sentence.
+pub(crate) fn show(
+    (title, size): (&str, [f32; 2]),
+    outcome: &Outcome,
+    make: impl FnOnce(&egui::Context) -> anyhow::Result<Box<dyn eframe::App>> + 'static,
+) -> anyhow::Result<()> {
     let options = eframe::NativeOptions {
         viewport: egui::ViewportBuilder::default()
-            .with_title(format!("gripmon - {spec}"))
+            .with_title(title)
             .with_app_id("gripmon")
-            .with_inner_size(layout.window)
+            .with_inner_size(size)
             .with_min_inner_size([480.0, 320.0]),
         ..eframe::NativeOptions::default()
     };
-    let remember = Remember::new(remembered, layout.clone());
-    remember
-        .on_signals(&[SIGTERM, SIGINT, SIGHUP], told_to_end)
-        .context("the thread that waits for signals")?;
-    let outcome = Arc::new(Mutex::new(None));
-    let job = view.map(|view| Job::new(view, cli.picture.clone()));
-    let plan = Plan {
-        spec,
-        layout,
-        remember,
-        memory_bytes: cli.memory_bytes(),
-        job,
-        outcome: Arc::clone(&outcome),
-    };
-    eframe::run_native(
-        "gripmon",
-        options,
-        Box::new(|cc| Ok(Box::new(App::new(&cc.egui_ctx, plan)?))),
-    )
-    .map_err(|error| anyhow::anyhow!("{}", last_part(&error.to_string())))
-    .context("no window could be opened; gripmon needs a display with OpenGL (is DISPLAY set?)")?;
+    eframe::run_native("gripmon", options, Box::new(move |cc| Ok(make(&cc.egui_ctx)?)))
+        .map_err(|error| anyhow::anyhow!("{}", last_part(&error.to_string())))
+        .context(
+            "no window could be opened; gripmon needs a display with OpenGL (is DISPLAY set?)",
+        )?;
     let failed = outcome.lock().unwrap_or_else(PoisonError::into_inner).take();
     match failed {
         Some(sentence) => bail!(sentence),
         None => Ok(()),
+    }
+}
+
+/// The sentence with which a window ends, where it has failed.
+pub(crate) type Outcome = Arc<Mutex<Option<String>>>;
+
+/// What the command line and the files that it names say of the window.
+pub(crate) struct Start {
+    pub(crate) layout: Layout,
+    pub(crate) remember: Remember,
+    pub(crate) memory_bytes: usize,
+    pub(crate) job: Option<Job>,
+    pub(crate) outcome: Outcome,
+}
+
+impl Start {
+    /// Reads the files.
+    ///
+    /// # Errors
+    /// Where one cannot be used.
+    pub(crate) fn of(cli: &Cli) -> anyhow::Result<Self> {
+        let view = cli.view.as_deref().map(ViewFile::read).transpose()?;
+        let remembered =
+            if view.is_some() { None } else { cli.layout.clone().or_else(layout::default_path) };
+        let layout = match (&view, &remembered) {
+            (Some(view), _) => view.layout.clone(),
+            (None, Some(path)) => Layout::read(path)?,
+            (None, None) => Layout::default(),
+        };
+        let remember = Remember::new(remembered, layout.clone());
+        remember
+            .on_signals(&[SIGTERM, SIGINT, SIGHUP], told_to_end)
+            .context("the thread that waits for signals")?;
+        let job = view.map(|view| Job::new(view, cli.picture.clone()));
+        let outcome = Arc::default();
+        Ok(Self { layout, remember, memory_bytes: cli.memory_bytes(), job, outcome })
+    }
+
+    /// What a screen of this source begins with.
+    pub(crate) fn parts(&self, spec: SourceSpec) -> Parts {
+        Parts {
+            spec,
+            layout: self.layout.clone(),
+            remember: self.remember.clone(),
+            memory_bytes: self.memory_bytes,
+            job: self.job.clone(),
+        }
     }
 }
 
@@ -89,82 +131,106 @@ fn told_last(error: &LayoutError) {
 }
 
 /// What is to be opened.
-struct Plan {
-    spec: SourceSpec,
-    layout: Layout,
-    remember: Remember,
-    memory_bytes: usize,
-    job: Option<Job>,
-    outcome: Arc<Mutex<Option<String>>>,
+pub(crate) struct Parts {
+    pub(crate) spec: SourceSpec,
+    pub(crate) layout: Layout,
+    pub(crate) remember: Remember,
+    pub(crate) memory_bytes: usize,
+    pub(crate) job: Option<Job>,
 }
 
-struct App {
-    desk: Desk,
+/// One source with the threads that fill its model: everything in the window, but not the window.
+pub(crate) struct Screen {
+    pub(crate) desk: Desk,
     pump: Pump,
     made: Receiver<(Picture, Arc<ColorImage>)>,
     make: Sender<(Picture, Arc<ColorImage>)>,
-    outcome: Arc<Mutex<Option<String>>>,
 }
 
-impl App {
-    fn new(ctx: &egui::Context, plan: Plan) -> anyhow::Result<Self> {
-        scope::prepare(ctx, plan.layout.theme);
+impl Screen {
+    /// Opens a source.
+    ///
+    /// # Errors
+    /// Where the system starts no thread.
+    pub(crate) fn open(ctx: &egui::Context, parts: Parts) -> anyhow::Result<Self> {
+        scope::prepare(ctx, parts.layout.theme);
         let pumping: Arc<OnceLock<Thread>> = Arc::default();
         let woken = Arc::clone(&pumping);
         let wake = move || woken.get().into_iter().for_each(Thread::unpark);
-        let source = SourceHandle::spawn(plan.spec.clone(), wake).context("the source's thread")?;
-        let engine = Engine::new(Model::new(plan.memory_bytes), Some(source));
+        let source =
+            SourceHandle::spawn(parts.spec.clone(), wake).context("the source's thread")?;
+        let engine = Engine::new(Model::new(parts.memory_bytes), Some(source));
         let shared = Arc::new(Shared::new(engine));
         let pump = Pump::start(Arc::clone(&shared), ctx.clone()).context("the pump's thread")?;
         let _first = pump.thread().map(|thread| pumping.set(thread.clone()));
-        let mut state = ViewState::new(plan.layout);
-        state.no_pointer = plan.job.as_ref().is_some_and(|job| job.picture.is_some());
-        if !plan.spec.is_live() {
+        let mut state = ViewState::new(parts.layout);
+        state.no_pointer = parts.job.as_ref().is_some_and(|job| job.picture.is_some());
+        if !parts.spec.is_live() {
             state.window.all();
         }
         let (make, made) = channel();
-        let desk = Desk::new(Scope::new(shared, state), plan.spec, plan.job, plan.remember);
-        Ok(Self { desk, pump, made, make, outcome: plan.outcome })
+        let desk = Desk::new(Scope::new(shared, state), parts.spec, parts.job, parts.remember);
+        Ok(Self { desk, pump, made, make })
     }
 
-    fn fulfil(&self, ctx: &egui::Context, ask: Ask) {
-        match ask {
-            Ask::Picture(picture) => {
-                let (make, again) = (self.make.clone(), ctx.clone());
-                ctx.request_screenshot(move |image| {
-                    // Nobody waits for it any more where the window is closing.
-                    let _sent = make.send((picture, image));
-                    again.request_repaint();
-                });
-            }
-            Ask::Close => ctx.send_viewport_cmd(ViewportCommand::Close),
-            Ask::Repaint(time) => ctx.request_repaint_after(time),
-        }
-    }
-}
-
-impl eframe::App for App {
-    fn logic(&mut self, ctx: &egui::Context, _frame: &mut eframe::Frame) {
-        let hidden = ctx.input(|input| {
-            let viewport = input.viewport();
-            viewport.minimized.unwrap_or(false) || viewport.occluded.unwrap_or(false)
-        });
+    /// Whether nobody can see it.
+    pub(crate) fn set_hidden(&self, hidden: bool) {
         self.pump.watch().hidden.store(hidden, Ordering::Relaxed);
     }
 
-    fn ui(&mut self, ui: &mut Ui, _frame: &mut eframe::Frame) {
+    /// Draws a frame.
+    pub(crate) fn ui(&mut self, ui: &mut Ui) {
         let ctx = ui.ctx().clone();
         while let Ok((picture, image)) = self.made.try_recv() {
             self.desk.pictured(&ctx, picture, image);
         }
         for ask in self.desk.ui(ui) {
-            self.fulfil(&ctx, ask);
+            fulfil(&ctx, ask, &self.make);
         }
         let paused = self.desk.scope.state.is_paused();
         self.pump.watch().paused.store(paused, Ordering::Relaxed);
     }
+}
+
+/// Asks the system for what only it can do; pictures come back through `make`.
+pub(crate) fn fulfil(ctx: &egui::Context, ask: Ask, make: &Sender<(Picture, Arc<ColorImage>)>) {
+    match ask {
+        Ask::Picture(picture) => {
+            let (make, again) = (make.clone(), ctx.clone());
+            ctx.request_screenshot(move |image| {
+                // Nobody waits for it any more where the window is closing.
+                let _sent = make.send((picture, image));
+                again.request_repaint();
+            });
+        }
+        Ask::Close => ctx.send_viewport_cmd(ViewportCommand::Close),
+        Ask::Repaint(time) => ctx.request_repaint_after(time),
+    }
+}
+
+/// Whether nobody can see the window.
+pub(crate) fn is_hidden(ctx: &egui::Context) -> bool {
+    ctx.input(|input| {
+        let viewport = input.viewport();
+        viewport.minimized.unwrap_or(false) || viewport.occluded.unwrap_or(false)
+    })
+}
+
+struct App {
+    screen: Screen,
+    outcome: Outcome,
+}
+
+impl eframe::App for App {
+    fn logic(&mut self, ctx: &egui::Context, _frame: &mut eframe::Frame) {
+        self.screen.set_hidden(is_hidden(ctx));
+    }
+
+    fn ui(&mut self, ui: &mut Ui, _frame: &mut eframe::Frame) {
+        self.screen.ui(ui);
+    }
 
     fn on_exit(&mut self, _gl: Option<&eframe::glow::Context>) {
-        *self.outcome.lock().unwrap_or_else(PoisonError::into_inner) = self.desk.close();
+        *self.outcome.lock().unwrap_or_else(PoisonError::into_inner) = self.screen.desk.close();
     }
 }

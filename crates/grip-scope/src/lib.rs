@@ -12,6 +12,8 @@ mod damage;
 mod derive;
 pub mod export;
 pub mod feed;
+#[cfg(feature = "fleet")]
+pub mod fleet;
 mod group;
 pub mod model;
 pub mod source;
@@ -23,5 +25,7 @@ pub use feed::{EventKind, EventMark, Feed, SourceStatus};
 pub use group::Group;
 pub use model::{Bucket, Columns, Info, Model, Series, Stats};
 pub use source::{ClientAction, Refused, SourceHandle, SourceSpec};
+#[cfg(feature = "zenoh")]
+pub use source::{FleetHandle, FleetPlace, GripperAt, Network};
 pub use span::Span;
 pub use trigger::Trigger;

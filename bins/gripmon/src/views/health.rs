@@ -6,7 +6,7 @@ use crate::format;
 use crate::num;
 use crate::palette::{self, Tone};
 use eframe::egui::{Align2, Rect, RichText, Role, Sense, Stroke, Ui, WidgetInfo, pos2, vec2};
-use grip_link::message::daemon::SensorHealth;
+use grip_link::message::daemon::{RealTime, SensorHealth};
 use grip_scope::Channel;
 use grip_scope::feed::{HealthPoint, LatencyFigures, ObserverSettings};
 
@@ -44,7 +44,11 @@ fn source(ui: &mut Ui, seen: &Seen<'_>) {
             (false, false) => "not allowed",
         };
         row(ui, "commands", commands);
-        row(ui, "real time", daemon.real_time.name());
+        let real_time = match daemon.real_time {
+            RealTime::Other(_) => format::NOTHING,
+            told => told.name(),
+        };
+        row(ui, "real time", real_time);
     }
     if let Some((file, span)) = &info.recording {
         row(ui, "file", file.file_name().unwrap_or_default().to_string_lossy());

@@ -5,6 +5,8 @@ mod command;
 mod cursors;
 mod events;
 mod export;
+#[cfg(feature = "fleet")]
+pub mod fleet;
 mod gestures;
 mod health;
 mod help;

@@ -124,10 +124,19 @@ fn interact(ui: &Ui, strip: StripId, frame: &Frame, seen: &Seen<'_>) -> Vec<Acti
     actions
 }
 
+/// A sentence for the place of a plot without data.
+fn nothing(strip: StripId, seen: &Seen<'_>) -> &'static str {
+    let daemon = seen.model.info().daemon.as_ref();
+    if strip.needs_samples() && daemon.is_some_and(|daemon| daemon.every_nth == 0) {
+        return "Nothing: this gripper tells no samples here.";
+    }
+    strip.nothing()
+}
+
 /// What a plot is called where it cannot be seen.
 fn name(strip: StripId, seen: &Seen<'_>) -> String {
     let about = match strip {
-        _ if !strip::has_data(strip, seen.model) => strip.nothing(),
+        _ if !strip::has_data(strip, seen.model) => nothing(strip, seen),
         StripId::Bands => strips::foreign_thresholds(seen).unwrap_or_default(),
         _ => "",
     };
@@ -156,7 +165,7 @@ fn draw(
             _ => plot_curves(ui, (strip, frame), wanted, (seen, scratch)),
         }
     } else {
-        empty(ui, frame.rect, strip.nothing(), &seen.palette);
+        empty(ui, frame.rect, nothing(strip, seen), &seen.palette);
     }
     strips::lines(painter, frame, seen);
     title(ui, frame.rect, strip, &seen.palette);

@@ -73,6 +73,8 @@ pub(super) const fn tone(status: &SourceStatus) -> Tone {
         SourceStatus::Complete { note } if !note.is_empty() => Tone::Orange,
         SourceStatus::Live | SourceStatus::Complete { .. } => Tone::Green,
         SourceStatus::Idle => Tone::Quiet,
+        // It was there, or should have been.
+        SourceStatus::Connecting { before, .. } if !before.is_empty() => Tone::Orange,
         SourceStatus::Connecting { .. } | SourceStatus::Loading { .. } => Tone::Blue,
         SourceStatus::Waiting { .. } | SourceStatus::Stalled { .. } => Tone::Orange,
         SourceStatus::Failed { .. } => Tone::Red,

@@ -5,6 +5,10 @@ mod controls;
 mod desk;
 mod details;
 mod fixture;
+#[cfg(feature = "fleet")]
+mod fleet;
+#[cfg(feature = "fleet")]
+mod fleet_fixture;
 mod labels;
 mod nasty;
 mod repaint;

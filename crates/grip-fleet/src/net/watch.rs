@@ -215,6 +215,12 @@ impl Watch {
         }
     }
 
+    /// Whether a router is there now; the session looks for one that is gone by itself.
+    #[must_use]
+    pub fn is_connected(&self) -> bool {
+        self.session.info().routers_zid().wait().next().is_some()
+    }
+
     fn life(&mut self, member: Member, alive: bool) -> Result<Option<Told>, NetError> {
         let changed = core::mem::replace(&mut self.watched(&member).alive, alive) != alive;
         // An answer that was under way when the gripper, or the way to it, went away may never end.

@@ -55,7 +55,8 @@ pub(super) fn run(
         };
         before = match Client::connect(listen, nonce(attempt), wanted, PATIENCE) {
             Ok(client) => {
-                let mut talk = Talk { client, hearing: Hearing::new(listen, every_nth), orders };
+                let hearing = Hearing::new(listen.to_string(), every_nth);
+                let mut talk = Talk { client, hearing, orders };
                 let reason = talk.run(outlet);
                 if talk.hearing.was_greeted() {
                     backoff.reset();
@@ -73,7 +74,7 @@ pub(super) fn run(
 }
 
 /// Waits, unless the scope lets go.
-fn pause(outlet: &mut Outlet, reason: &str, time: Duration) {
+pub(super) fn pause(outlet: &mut Outlet, reason: &str, time: Duration) {
     let again_in_s = time.as_secs_f32();
     outlet.status(SourceStatus::Waiting { reason: reason.to_owned(), again_in_s });
     let until = outlet.clock.now() + time;
@@ -177,7 +178,7 @@ fn command(action: ClientAction, token: u32) -> Command {
 }
 
 /// Why a command was not sent.
-fn unsent(outlet: &mut Outlet, why: &str) {
+pub(super) fn unsent(outlet: &mut Outlet, why: &str) {
     let feeds = told::answer(Level::Warning, why.to_owned());
     feeds.into_iter().for_each(|feed| outlet.offer(feed));
 }

@@ -9,8 +9,9 @@ use crate::feed::{
     DaemonInfo, EventKind, EventMark, Feed, Level, NoticeLine, ObserverSettings, SourceStatus,
 };
 use core::time::Duration;
-use grip_daemon::clients::Listen;
 use grip_host::{HostConfig, model};
+#[cfg(feature = "zenoh")]
+use grip_link::message::daemon::RealTime;
 use grip_link::message::daemon::{
     Goodbye, Gripper, NoticeKind, Rows, ToClient, Welcome, WelcomeFlags,
 };
@@ -42,12 +43,13 @@ pub(super) struct Hearing {
 }
 
 impl Hearing {
-    pub(super) fn new(listen: &Listen, every_nth: u16) -> Self {
+    /// What is heard at this place, of every so manieth sample.
+    pub(super) fn new(place: String, every_nth: u16) -> Self {
         // Whatever was there before this connection, something is missing since.
         let mut stream = Stream::default();
         stream.broken(0);
         Self {
-            place: listen.to_string(),
+            place,
             every_nth,
             stream,
             news: Vec::new(),
@@ -150,6 +152,10 @@ impl Hearing {
             real_time: welcome.real_time,
             every_nth: self.every_nth,
         }));
+        self.tell_decimated();
+    }
+
+    fn tell_decimated(&mut self) {
         if self.every_nth > 1 {
             let text = format!(
                 "every {}th sample comes: band energies, peaks, spectra and bounds of E_sc are not derived from decimated rows",
@@ -157,6 +163,35 @@ impl Hearing {
             );
             self.news.push(Feed::Notice(NoticeLine { level: Level::Info, text }));
         }
+    }
+
+    /// Nobody greets over a network of many grippers: whose messages these are, and of which samples; 0: of none.
+    #[cfg(feature = "zenoh")]
+    pub(super) fn greet_over_network(&mut self, name: &str, every_nth: u16) {
+        self.every_nth = every_nth;
+        self.news.push(Feed::Welcome(DaemonInfo {
+            name: name.to_owned(),
+            place: self.place.clone(),
+            may_command: false,
+            dry_run: false,
+            records: false,
+            real_time: RealTime::Other(u8::MAX),
+            every_nth,
+        }));
+        self.tell_decimated();
+    }
+
+    /// Something was missed: the next rows do not join.
+    #[cfg(feature = "zenoh")]
+    pub(super) fn broken(&mut self) {
+        self.stream.broken(0);
+        self.next_index = None;
+    }
+
+    /// Something happened to the connection.
+    #[cfg(feature = "zenoh")]
+    pub(super) fn mark(&mut self, mark: EventMark) {
+        self.news.push(Feed::Event(mark));
     }
 
     /// No version in common.
@@ -231,9 +266,15 @@ impl Hearing {
         }
     }
 
-    /// Passes on what was heard, rows once their block is old enough, and tells whether the stream flows.
+    /// Passes on what was heard, and tells whether the stream flows.
     pub(super) fn deliver(&mut self, outlet: &mut Outlet) {
         let now = outlet.clock.now();
+        self.pass_on(outlet);
+        self.tell_flow(now, outlet);
+    }
+
+    /// Passes on what was heard.
+    pub(super) fn pass_on(&mut self, outlet: &mut Outlet) {
         // Rows come first: states and events are placed by the rows around them.
         let rows = self.stream.take();
         let something = !(rows.is_empty() && self.news.is_empty());
@@ -242,7 +283,6 @@ impl Hearing {
         if something {
             outlet.wake();
         }
-        self.tell_flow(now, outlet);
     }
 
     fn tell_flow(&mut self, now: Duration, outlet: &mut Outlet) {
@@ -311,13 +351,12 @@ const fn refused(reason: NackReason) -> &'static str {
 mod tests {
     use super::{ClientAction, Hearing};
     use crate::feed::{EventKind, Feed};
-    use grip_daemon::clients::Listen;
     use grip_link::message::daemon::ToClient;
     use grip_link::message::{Kind, Nack, NackReason};
 
     #[test]
     fn a_refused_command_is_told_and_stands_among_the_events() {
-        let mut hearing = Hearing::new(&Listen::Unix("socket".into()), 1);
+        let mut hearing = Hearing::new("unix:socket".to_owned(), 1);
         hearing.asked(7, ClientAction::Grasp);
         let nack = Nack { kind: Kind::COMMAND, reason: NackReason::Latched, seq: 7 };
         hearing.take(&ToClient::Nack(nack));

@@ -5,6 +5,8 @@
 mod clock;
 mod daemon;
 mod demo;
+#[cfg(feature = "zenoh")]
+mod fleet;
 mod hearing;
 mod outlet;
 mod recording;
@@ -13,10 +15,13 @@ mod stream;
 mod study;
 mod told;
 
+#[cfg(feature = "zenoh")]
+pub use fleet::{FleetHandle, FleetPlace, GripperAt, NetError, Network};
 pub use spec::{SourceSpec, SpecError};
 
 use crate::feed::{Feed, SourceStatus};
 use crate::model::Model;
+use core::any::Any;
 use core::panic::AssertUnwindSafe;
 use core::sync::atomic::Ordering;
 use outlet::{FILE_RING, LIVE_RING, Outlet, Shared};
@@ -150,6 +155,10 @@ impl SourceHandle {
 impl Drop for SourceHandle {
     fn drop(&mut self) {
         self.shared.stop.store(true, Ordering::Relaxed);
+        // Nobody waits for a router that does not answer.
+        if self.spec.may_hang() {
+            return;
+        }
         if let Some(thread) = self.thread.take() {
             // A thread that has panicked has nothing left to say.
             let _ended = thread.join();
@@ -161,14 +170,17 @@ impl Drop for SourceHandle {
 fn guarded(outlet: &mut Outlet, run: impl FnOnce(&mut Outlet)) {
     // What the source has left behind is not looked at again; the outlet is whole between two items.
     let ended = panic::catch_unwind(AssertUnwindSafe(|| run(outlet)));
-    let Err(payload) = ended else { return };
+    if let Err(payload) = ended {
+        outlet.last(SourceStatus::Failed { sentence: fault(payload.as_ref()) });
+    }
+}
+
+/// What a panic left, as a sentence.
+fn fault(payload: &(dyn Any + Send)) -> String {
     let text = payload.downcast_ref::<&str>().map(|text| (*text).to_owned());
     let text = text.or_else(|| payload.downcast_ref::<String>().cloned());
-    let sentence = format!(
-        "the source has failed by a fault of this program, please report it: {}",
-        text.as_deref().unwrap_or("it left no message")
-    );
-    outlet.last(SourceStatus::Failed { sentence });
+    let text = text.as_deref().unwrap_or("it left no message");
+    format!("the source has failed by a fault of this program, please report it: {text}")
 }
 
 /// What the thread does.
@@ -180,6 +192,8 @@ fn run(
     match spec {
         SourceSpec::Daemon(listen) => daemon::run(listen, every_nth, outlet, orders),
         SourceSpec::Demo { scene, seed } => demo::run((scene, *seed), outlet, orders),
+        #[cfg(feature = "zenoh")]
+        SourceSpec::Gripper(at) => fleet::run(at, outlet, orders),
         SourceSpec::Recording(file) => recording::run(file, outlet),
         SourceSpec::Study(file) => study::run(file, outlet),
     }

@@ -9,6 +9,9 @@ use std::path::{Path, PathBuf};
 pub enum SourceSpec {
     /// A running daemon.
     Daemon(Listen),
+    /// One gripper of a network.
+    #[cfg(feature = "zenoh")]
+    Gripper(super::GripperAt),
     /// A recording, MCAP or CSV.
     Recording(PathBuf),
     /// The report of a study, JSON.
@@ -76,7 +79,15 @@ impl SourceSpec {
     /// Whether data come for ever: then old ones make room for new ones, and nothing waits.
     #[must_use]
     pub const fn is_live(&self) -> bool {
-        matches!(self, Self::Daemon(_) | Self::Demo { .. })
+        !matches!(self, Self::Recording(_) | Self::Study(_))
+    }
+
+    /// Whether its thread may wait for something that takes long to say no.
+    pub(super) const fn may_hang(&self) -> bool {
+        #[cfg(feature = "zenoh")]
+        return matches!(self, Self::Gripper(_));
+        #[cfg(not(feature = "zenoh"))]
+        false
     }
 }
 
@@ -89,6 +100,8 @@ impl fmt::Display for SourceSpec {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Daemon(listen) => listen.fmt(f),
+            #[cfg(feature = "zenoh")]
+            Self::Gripper(at) => at.fmt(f),
             Self::Recording(path) | Self::Study(path) => path.display().fmt(f),
             Self::Demo { scene, .. } => write!(f, "demo:{scene}"),
         }

@@ -1,0 +1,19 @@
+//! A network of grippers in; a window with a table of all of them, and the ordinary view of the one that is opened, out.
+//!
+//! ```text
+//! thread of the network -> ring -> pump -> Hall { Roster } -> views::fleet -> Vec<TableAction> -> Table -> Wish
+//! ```
+
+mod hall;
+mod lobby;
+mod opened;
+mod pump;
+mod table;
+mod window;
+
+pub use hall::Hall;
+pub use lobby::{Lobby, Wish};
+pub use opened::{Lead, opened};
+pub use pump::{FRAME, FleetPump};
+pub use table::{Table, TableAction};
+pub use window::run;

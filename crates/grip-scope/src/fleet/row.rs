@@ -1,0 +1,240 @@
+//! Messages of one gripper in, what the table says of it out.
+
+use super::minute::Minute;
+use super::spark::Spark;
+use super::{Heard, Member};
+use grip_link::message::daemon::{
+    GripStage, Health, LinkState, Phase, SceneCode, SensorHealth, Slip, State, ToClient,
+};
+
+/// STATE comes five times a second: a gripper that is there and tells none for so long is silent (s).
+const SILENCE_S: f64 = 3.0;
+
+/// Whether a gripper is there.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Presence {
+    /// It is, and tells what it does.
+    Here,
+    /// It is, but has told nothing of what it does for so long (s).
+    Silent(f64),
+    /// It, or the way to it, is gone for so long (s).
+    Gone(f64),
+}
+
+/// What somebody should look at first: the higher, the sooner.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Trouble {
+    /// Nothing.
+    None,
+    /// It is stopping a slip just now.
+    Slipping,
+    /// A sensor is not good.
+    Sensor,
+    /// Its daemon has no samples of it: the line is closed, or it is silent.
+    Link,
+    /// It is there and says nothing.
+    Silent,
+    /// It is gone.
+    Gone,
+    /// It has stopped with a fault, or its stylus cannot be trusted.
+    Fault,
+}
+
+/// The figures of its daemon that the table shows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Figures {
+    /// State of the link between daemon and gripper.
+    pub link: LinkState,
+    /// Slips since the daemon's start.
+    pub slips: u32,
+    /// Samples lost since then.
+    pub lost: u64,
+}
+
+/// One gripper that is there, or was.
+#[derive(Clone, Debug)]
+pub struct Row {
+    /// Which.
+    pub member: Member,
+    /// The last STATE.
+    pub state: Option<State>,
+    /// Of the last HEALTH.
+    pub figures: Option<Figures>,
+    /// Events that nobody has any more.
+    pub missing: u64,
+    /// Measured force, or the commanded one where none is measured (N).
+    pub force: Spark,
+    /// Slip statistic over its threshold.
+    pub statistic: Spark,
+    alive: bool,
+    /// When it came or went (s).
+    since_s: f64,
+    /// When the last STATE came (s).
+    heard_s: f64,
+    slips: Minute,
+    /// Number of the last slip that was counted.
+    slip: Option<u32>,
+}
+
+impl Row {
+    /// A gripper that was heard of first at this time (s).
+    #[must_use]
+    pub fn new(member: Member, at_s: f64) -> Self {
+        Self {
+            member,
+            state: None,
+            figures: None,
+            missing: 0,
+            force: Spark::default(),
+            statistic: Spark::default(),
+            alive: true,
+            since_s: at_s,
+            heard_s: at_s,
+            slips: Minute::default(),
+            slip: None,
+        }
+    }
+
+    /// Takes what is heard of it; `false` where that can be read by nobody.
+    pub fn take(&mut self, at_s: f64, what: &Heard) -> bool {
+        match what {
+            Heard::Came => self.life(at_s, true),
+            Heard::Gone => self.life(at_s, false),
+            Heard::Missing(events) => self.missing = self.missing.saturating_add(*events),
+            Heard::Message(message) => match message.read() {
+                Ok(ToClient::State(state)) => self.take_state(at_s, &state),
+                Ok(ToClient::Health(health)) => self.figures = Some(figures(&health)),
+                Ok(ToClient::Slip(slip)) => self.take_slip(at_s, &slip),
+                Ok(_) => {}
+                Err(_) => return false,
+            },
+        }
+        true
+    }
+
+    fn life(&mut self, at_s: f64, alive: bool) {
+        if core::mem::replace(&mut self.alive, alive) != alive {
+            self.since_s = at_s;
+        }
+        if alive {
+            self.heard_s = at_s;
+        }
+    }
+
+    fn take_state(&mut self, at_s: f64, state: &State) {
+        self.heard_s = at_s;
+        if let Some(force_n) = state.applied_n.or(state.command_n) {
+            self.force.push(at_s, force_n);
+        }
+        if let Some(statistic) = state.statistic {
+            self.statistic.push(at_s, statistic);
+        }
+        self.state = Some(*state);
+    }
+
+    /// A slip is told when it begins, when it becomes gross and when it ends: it counts once.
+    fn take_slip(&mut self, at_s: f64, slip: &Slip) {
+        if slip.phase != Phase::Ended && self.slip.replace(slip.number) != Some(slip.number) {
+            self.slips.count(at_s);
+        }
+    }
+
+    /// Whether it is there at this time (s).
+    #[must_use]
+    pub fn presence(&self, now_s: f64) -> Presence {
+        let silent_s = now_s - self.heard_s;
+        match self.alive {
+            false => Presence::Gone((now_s - self.since_s).max(0.0)),
+            true if silent_s > SILENCE_S => Presence::Silent(silent_s),
+            true => Presence::Here,
+        }
+    }
+
+    /// Whether its daemon is there.
+    #[must_use]
+    pub const fn is_alive(&self) -> bool {
+        self.alive
+    }
+
+    /// What somebody should look at first.
+    #[must_use]
+    pub fn trouble(&self, now_s: f64) -> Trouble {
+        let grip = self.state.map(|state| state.grip);
+        match self.presence(now_s) {
+            _ if self.fault().is_some() || grip == Some(GripStage::Fault) => Trouble::Fault,
+            Presence::Gone(_) => Trouble::Gone,
+            Presence::Silent(_) => Trouble::Silent,
+            Presence::Here if !self.streams() => Trouble::Link,
+            Presence::Here if self.worst_sensor().is_some() => Trouble::Sensor,
+            Presence::Here if self.is_slipping() => Trouble::Slipping,
+            Presence::Here => Trouble::None,
+        }
+    }
+
+    /// Whether samples come from the gripper to its daemon, as far as is known.
+    #[must_use]
+    pub fn streams(&self) -> bool {
+        self.figures.is_none_or(|figures| figures.link == LinkState::Stream)
+    }
+
+    fn is_slipping(&self) -> bool {
+        self.state.is_some_and(|state| {
+            state.scene == SceneCode::Slipping || state.grip == GripStage::Slipping
+        })
+    }
+
+    /// The fault that the gripper has latched.
+    #[must_use]
+    pub fn fault(&self) -> Option<u16> {
+        self.state.map(|state| state.fault.0).filter(|fault| *fault != 0)
+    }
+
+    /// The sensor that is worst off, where one is not good.
+    #[must_use]
+    pub fn worst_sensor(&self) -> Option<(&'static str, SensorHealth)> {
+        let sensors = SENSORS.into_iter().zip(self.state?.sensors);
+        let ailing = sensors.filter(|(_, health)| *health != SensorHealth::Good);
+        // Of like ones the first: the stylus decides most.
+        ailing.rev().max_by_key(|(_, health)| severity(*health))
+    }
+
+    /// How badly off that sensor is; 0: all are good.
+    pub(super) fn severity(&self) -> u8 {
+        self.worst_sensor().map_or(0, |(_, health)| severity(health))
+    }
+
+    /// Samples lost between the gripper and its daemon, since the daemon's start.
+    #[must_use]
+    pub fn lost(&self) -> Option<u64> {
+        self.state.map(|state| state.lost).max(self.figures.map(|figures| figures.lost))
+    }
+
+    /// Slips that were told in the minute before this time (s).
+    #[must_use]
+    pub fn slips_last_minute(&self, now_s: f64) -> u32 {
+        self.slips.before(now_s)
+    }
+}
+
+/// The sensors in the order of a state.
+const SENSORS: [&str; 4] = ["stylus", "travel", "pressure", "reference"];
+
+/// How bad it is: what is lost cannot be used at all, what drifts is still felt with.
+const fn severity(health: SensorHealth) -> u8 {
+    match health {
+        SensorHealth::Good => 0,
+        SensorHealth::Other(_) => 1,
+        SensorHealth::Drifting => 2,
+        SensorHealth::Jumped => 3,
+        SensorHealth::Backwards => 4,
+        SensorHealth::Saturated => 5,
+        SensorHealth::Frozen => 6,
+        SensorHealth::Failed => 7,
+        SensorHealth::Lost => 8,
+        _ => 1,
+    }
+}
+
+const fn figures(health: &Health) -> Figures {
+    Figures { link: health.link, slips: health.slips, lost: health.lost }
+}

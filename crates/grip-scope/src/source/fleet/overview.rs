@@ -1,0 +1,214 @@
+//! A network in, what all its grippers tell out, through a bounded ring, from a thread of its own.
+//!
+//! Where the ring is full the thread waits: events then wait in the session, of the rest what is out of date is dropped there.
+
+use super::{FIRST, LONGEST, LOOK, Network, may_mend};
+use crate::feed::SourceStatus;
+use crate::fleet::{FleetFeed, Heard, Roster};
+use crate::source::clock::Clock;
+use core::panic::AssertUnwindSafe;
+use core::sync::atomic::{AtomicBool, Ordering};
+use core::time::Duration;
+use grip_fleet::net::{NetError, Told, Watch};
+use grip_fleet::{Selector, Since, Site, Topic};
+use grip_port::Backoff;
+use rtrb::{Consumer, Producer, PushError, RingBuffer};
+use std::sync::Arc;
+use std::{io, panic, thread};
+
+/// Items that wait for the roster: more than a second of a thousand grippers.
+const RING: usize = 8192;
+/// How long the thread waits for room, or for a router, before it looks again.
+const STEP: Duration = Duration::from_millis(25);
+/// How long one look for messages waits.
+const TURN: Duration = Duration::from_millis(100);
+
+/// All grippers of a network, or of one site.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct FleetPlace {
+    /// Where the router is.
+    pub network: Network,
+    /// Only grippers of this site.
+    pub site: Option<Site>,
+}
+
+impl core::fmt::Display for FleetPlace {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match &self.site {
+            Some(site) => write!(f, "{site} at {}", self.network.name()),
+            None => f.write_str(&self.network.name()),
+        }
+    }
+}
+
+/// A network that is being watched. Dropping it tells its thread to end; a thread that waits for a router ends after that.
+#[derive(Debug)]
+pub struct FleetHandle {
+    ring: Consumer<FleetFeed>,
+    stop: Arc<AtomicBool>,
+}
+
+impl FleetHandle {
+    /// Starts to watch. `wake` is called from the thread whenever there is something new; it must not wait.
+    ///
+    /// # Errors
+    /// Where the system starts no thread.
+    pub fn spawn(place: FleetPlace, wake: impl Fn() + Send + 'static) -> io::Result<Self> {
+        let (ring, roster) = RingBuffer::new(RING);
+        let stop = Arc::<AtomicBool>::default();
+        let outlet = FleetOutlet { ring, stop: Arc::clone(&stop), wake: Box::new(wake) };
+        let mut watcher =
+            Watcher { place, outlet, clock: Clock::start(), status: SourceStatus::Idle };
+        thread::Builder::new().name("fleet".to_owned()).spawn(move || watcher.guarded())?;
+        Ok(Self { ring: roster, stop })
+    }
+
+    /// Moves at most `budget` items into the roster: how many. Never waits.
+    pub fn drain(&mut self, roster: &mut Roster, budget: usize) -> usize {
+        let mut moved = 0;
+        while moved < budget
+            && let Ok(feed) = self.ring.pop()
+        {
+            roster.take(feed);
+            moved += 1;
+        }
+        moved
+    }
+}
+
+impl Drop for FleetHandle {
+    fn drop(&mut self) {
+        self.stop.store(true, Ordering::Relaxed);
+    }
+}
+
+/// Where the thread puts what it has.
+struct FleetOutlet {
+    ring: Producer<FleetFeed>,
+    stop: Arc<AtomicBool>,
+    wake: Box<dyn Fn() + Send>,
+}
+
+impl FleetOutlet {
+    fn stops(&self) -> bool {
+        self.stop.load(Ordering::Relaxed) || self.ring.is_abandoned()
+    }
+
+    /// Puts an item in and waits for room.
+    fn put(&mut self, feed: FleetFeed, clock: Clock) {
+        let mut feed = feed;
+        while !self.stops() {
+            match self.ring.push(feed) {
+                Ok(()) => break,
+                Err(PushError::Full(back)) => feed = back,
+            }
+            (self.wake)();
+            clock.wait(STEP);
+        }
+        (self.wake)();
+    }
+}
+
+/// The thread.
+struct Watcher {
+    place: FleetPlace,
+    outlet: FleetOutlet,
+    clock: Clock,
+    status: SourceStatus,
+}
+
+impl Watcher {
+    /// A panic here is a fault of this program: told as a state, so that nobody takes a table that stands still for one that is live.
+    fn guarded(&mut self) {
+        let ended = panic::catch_unwind(AssertUnwindSafe(|| self.run()));
+        if let Err(payload) = ended {
+            let sentence = crate::source::fault(payload.as_ref());
+            self.tell(SourceStatus::Failed { sentence });
+        }
+    }
+
+    fn run(&mut self) {
+        let mut backoff = Backoff::new(FIRST, LONGEST);
+        let mut before = String::new();
+        while !self.outlet.stops() {
+            let what = format!("the router at {}", self.place);
+            self.tell(SourceStatus::Connecting { what, before });
+            let Err(error) = self.watch(&mut backoff) else { return };
+            before = error.to_string();
+            if !may_mend(&error) {
+                self.tell(SourceStatus::Failed { sentence: before });
+                return;
+            }
+            self.pause(&before, backoff.pause());
+        }
+    }
+
+    /// Watches until the scope lets go.
+    fn watch(&mut self, backoff: &mut Backoff) -> Result<(), NetError> {
+        let session = self.place.network.open()?;
+        let selector = Selector { site: self.place.site.clone(), uid: None };
+        let mut watch = Watch::new(session, &selector, Since::Now, &[Topic::State, Topic::Health])?;
+        backoff.reset();
+        let mut looked = Duration::MAX;
+        while !self.outlet.stops() {
+            if let Some(told) = watch.next(TURN)? {
+                self.pass_on(told);
+            }
+            let now = self.clock.now();
+            if now.saturating_sub(looked) >= LOOK || looked == Duration::MAX {
+                looked = now;
+                self.look(&watch);
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether the router is there; the session looks for it by itself. Time goes on in any case.
+    fn look(&mut self, watch: &Watch) {
+        self.tell(if watch.is_connected() {
+            SourceStatus::Live
+        } else {
+            let what = format!("the router at {}", self.place);
+            let before = format!("no router answers any more at {}", self.place);
+            SourceStatus::Connecting { what, before }
+        });
+        let now_s = self.clock.now().as_secs_f64();
+        self.outlet.put(FleetFeed::Now(now_s), self.clock);
+    }
+
+    fn pass_on(&mut self, told: Told) {
+        let at_s = self.clock.now().as_secs_f64();
+        let of = |member, what| FleetFeed::Of { member, at_s, what };
+        let feed = match told {
+            Told::Came(member) => of(member, Heard::Came),
+            Told::Gone(member) => of(member, Heard::Gone),
+            Told::Telemetry { member, message } => of(member, Heard::Message(message)),
+            Told::Event { member, message, missing, .. } => {
+                if missing > 0 {
+                    self.outlet.put(of(member.clone(), Heard::Missing(missing)), self.clock);
+                }
+                of(member, Heard::Message(message))
+            }
+            Told::Unreadable { .. } => FleetFeed::Unreadable,
+        };
+        self.outlet.put(feed, self.clock);
+    }
+
+    /// Tells how the way to the router is, where that is new.
+    fn tell(&mut self, status: SourceStatus) {
+        if self.status != status {
+            self.status = status.clone();
+            self.outlet.put(FleetFeed::Status(status), self.clock);
+        }
+    }
+
+    /// Waits, unless the scope lets go.
+    fn pause(&mut self, reason: &str, time: Duration) {
+        let again_in_s = time.as_secs_f32();
+        self.tell(SourceStatus::Waiting { reason: reason.to_owned(), again_in_s });
+        let until = self.clock.now() + time;
+        while !self.outlet.stops() && self.clock.now() < until {
+            self.clock.wait(STEP);
+        }
+    }
+}
