@@ -1,17 +1,25 @@
 #!/bin/sh
-# What no default build contains: the fleet with a real router, gripd and gripctl beside one; and that the default programs know nothing
-# of it. About 160 more crates are compiled.
+# What no default build contains: the fleet with a real router, gripd, gripctl and gripmon beside one, the node of ROS 2 and the live view
+# of Foxglove held against programs of others; and that the default programs know nothing of it. Some 200 more crates are compiled, once:
+# every call names the same packages and features.
 set -eu
 cd "$(dirname "$0")/.."
 
 tree=$(cargo tree --locked -p gripd -p gripctl -p gripmon -e normal --prefix none)
-if echo "$tree" | grep -E "^(zenoh|grip-fleet|tokio) "; then
+if echo "$tree" | grep -E "^(zenoh|foxglove|grip-fleet|tokio) "; then
     echo "a default gripd, gripctl or gripmon contains the fleet" >&2
     exit 1
 fi
-cargo test --locked -p grip-fleet --features zenoh
-cargo test --locked -p gripd --features fleet --test daemon fleet
+opted() {
+    command=$1
+    shift
+    cargo "$command" --locked -p grip-fleet -p grip-scope -p gripd -p gripctl -p gripmon \
+        --features grip-fleet/zenoh,grip-fleet/foxglove,grip-scope/zenoh,gripd/fleet,gripctl/fleet,gripctl/foxglove,gripmon/fleet "$@"
+}
+opted test --lib
+opted test --test router --test tls --test ros --test ros_types
+opted test --test daemon --test cli --test window -- fleet foxglove
+opted build --bins --examples
 built=${CARGO_TARGET_DIR:-target}/debug
 MESSAGES=$built/examples/ros_messages GRIPD=$built/gripd scripts/ros-check.sh
-cargo test --locked -p gripctl --features fleet --test cli fleet
-cargo test --locked -p grip-scope -p gripmon --features grip-scope/zenoh,gripmon/fleet fleet
+GRIPD=$built/gripd GRIPCTL=$built/gripctl scripts/foxglove-check.sh
