@@ -3,6 +3,7 @@
 #![expect(clippy::unwrap_used, clippy::panic, reason = "test code")]
 
 mod calibrate;
+mod collect;
 mod doctor;
 mod estimate;
 mod export;
