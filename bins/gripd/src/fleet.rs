@@ -3,6 +3,7 @@
 //! thread, and a network that is gone stops nothing.
 
 mod keeper;
+mod lending;
 mod network;
 
 use crate::{clock::Clock, settings::Settings};
@@ -16,6 +17,7 @@ use grip_daemon::{clients::Clients, log::LogLevel};
 use grip_fleet::{Bridge, EventId, Spool, Topic, Uid, net::Network};
 use grip_host::config::FleetConfig;
 use keeper::Keeper;
+use lending::Lending;
 use network::Speaker;
 use std::{
     hash::RandomState,
@@ -105,7 +107,11 @@ impl Fleet {
         let common = Common { kept: Arc::default(), ended: Arc::default(), say };
         let (sender, outgoing) = mpsc::sync_channel(ON_THE_WAY);
         let keeper = Keeper::new(bridge, config.clone(), run(), (common.clone(), sender));
-        let speaker = Speaker::new(network(config), site, shown, (common, outgoing));
+        let lending = Lending::new(&settings.config);
+        if let Some(trouble) = lending.trouble(&settings.config) {
+            common.tell(LogLevel::Warn, trouble);
+        }
+        let speaker = Speaker::new(network(config), site, shown, (common, outgoing, lending));
         let spawn = |name: &str, body: Box<dyn FnOnce() + Send>| {
             thread::Builder::new().name(name.to_owned()).spawn(body)
         };

@@ -5,6 +5,7 @@
 //!
 //! * [`Bridge`]: bytes of the daemon in, what is to be published out;
 //! * [`EventLog`]: events in, numbered once and kept as long as there is room, in memory or in a [`Spool`];
+//! * [`recordings`]: what a daemon has recorded, and copies of it elsewhere;
 //! * [`Follower`]: numbered events of one gripper in, each of them out once and in order, or the wish to be told what is missing.
 
 mod bridge;
@@ -15,6 +16,7 @@ mod log;
 mod message;
 #[cfg(feature = "zenoh")]
 pub mod net;
+pub mod recordings;
 mod spool;
 
 pub use bridge::{Bridge, Heard, Publication};

@@ -1,5 +1,7 @@
 //! `gripctl fleet`: a router in; who is there, and what happens to them, out.
 
+mod recordings;
+
 use super::{
     checked, clock,
     status::{
@@ -41,6 +43,8 @@ pub(crate) fn run(args: &FleetArgs) -> anyhow::Result<Exit> {
             let seconds = duration(args.seconds)?;
             watch(&args.place, Some(args.uid), Since::Now, &[Topic::State], seconds)
         }
+        FleetCommand::Recordings(args) => recordings::show(args),
+        FleetCommand::Collect(args) => recordings::collect(args),
         FleetCommand::Router(args) => router(&args.listen),
     }
 }

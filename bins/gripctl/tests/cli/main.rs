@@ -9,6 +9,8 @@ mod estimate;
 mod export;
 #[cfg(feature = "fleet")]
 mod fleet;
+#[cfg(feature = "fleet")]
+mod fleet_collect;
 mod grasp;
 mod learn;
 mod refusals;

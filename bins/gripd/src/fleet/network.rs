@@ -1,6 +1,6 @@
 //! What is to be published in, a gripper on the network out. This thread may wait for the network; nobody waits for it.
 
-use super::{Common, Outgoing, PAUSE, pause};
+use super::{Common, Outgoing, PAUSE, lending::Lending, pause};
 use core::{mem, time::Duration};
 use grip_daemon::log::LogLevel;
 use grip_fleet::{
@@ -14,7 +14,7 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError};
 const RETRY: Duration = Duration::from_secs(2);
 
 /// What this gripper can be asked, beside events, status and configuration.
-const PARTS: [Part; 1] = [Part::About];
+const PARTS: [Part; 2] = [Part::About, Part::Recordings];
 
 pub(super) struct Speaker {
     network: Network,
@@ -23,6 +23,7 @@ pub(super) struct Speaker {
     shown: String,
     common: Common,
     outgoing: Receiver<Outgoing>,
+    lending: Lending,
     /// The last complaint was told.
     complained: bool,
 }
@@ -32,9 +33,9 @@ impl Speaker {
         network: Network,
         site: Site,
         shown: String,
-        (common, outgoing): (Common, Receiver<Outgoing>),
+        (common, outgoing, lending): (Common, Receiver<Outgoing>, Lending),
     ) -> Self {
-        Self { network, site, shown, common, outgoing, complained: false }
+        Self { network, site, shown, common, outgoing, lending, complained: false }
     }
 
     /// Runs until the keeper has ended.
@@ -89,10 +90,11 @@ impl Speaker {
         None
     }
 
-    fn speak(&self, announced: &mut Announced) {
+    fn speak(&mut self, announced: &mut Announced) {
         loop {
             // While an answer is under way nothing is waited for.
-            let patience = if announced.is_answering() { Duration::ZERO } else { PAUSE };
+            let answering = announced.is_answering() || self.lending.is_answering();
+            let patience = if answering { Duration::ZERO } else { PAUSE };
             match self.outgoing.recv_timeout(patience) {
                 Ok((topic, id, wire)) => announced.publish(topic, id, &wire),
                 Err(RecvTimeoutError::Timeout) => {}
@@ -106,17 +108,24 @@ impl Speaker {
             };
             announced.answer(&lend, &status, &self.shown);
             while let Some(question) = announced.question() {
-                self.question(&question);
+                self.question(question);
             }
+            let sent = self.lending.go_on();
+            self.complain(sent);
         }
     }
 
     /// Answers what the log does not know.
-    fn question(&self, question: &Question) {
+    fn question(&mut self, question: Question) {
         let answer = match question.part() {
+            Part::Recordings => self.lending.take(question),
             Part::About => question.reply(self.common.kept().about.as_bytes()),
             _ => question.refuse("this is not asked here"),
         };
+        self.complain(answer);
+    }
+
+    fn complain(&self, answer: Result<(), NetError>) {
         if let Err(error) = answer {
             self.common.tell(LogLevel::Warn, &message(&error));
         }

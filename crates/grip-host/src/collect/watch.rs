@@ -245,3 +245,123 @@ fn judge(slip: &Sliding, stayed_n: Option<f32>, widest: f32) -> Result<MeasuredS
     }
     Ok(MeasuredSlip { t: slip.t, features, slipped_n, stayed_n })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{Fate, MeasuredSlip, SlipWatch, WatchConfig};
+    use slip_core::{
+        Phase, Sample, SlipEvent, Step, features::Features, grip::GripEvent, health::Health,
+        methods::Method, scene::Scene, units::Micros,
+    };
+
+    const FIRST: SlipEvent = SlipEvent::Slip {
+        phase: Phase::Gross,
+        first: true,
+        method: Method::Stylus,
+        confidence: 1.0,
+    };
+    const ENDED: SlipEvent = SlipEvent::Ended { duration: Micros(0) };
+
+    fn features(trial_force_n: f32) -> Features {
+        Features {
+            slip_speed_m_s: 0.01,
+            contact_time_s: 0.004,
+            slip_acceleration_m_s2: 1.0,
+            slip_acceleration_sigma_m_s2: None,
+            micro_displacement_m: 1e-4,
+            trial_force_n,
+            irregularities: 0,
+            mean_slope: None,
+            esc: None,
+            esc_chosen: None,
+        }
+    }
+
+    /// A millisecond for each force (N), with what happens then.
+    fn play(
+        forces: impl Iterator<Item = Option<f32>>,
+        change: &dyn Fn(u64, &mut Step),
+    ) -> Vec<Result<MeasuredSlip, Fate>> {
+        let (mut watch, mut told) =
+            (SlipWatch::new(WatchConfig { stay_s: 0.2, widest: 2.0 }), Vec::new());
+        for (ms, normal_force_n) in (0..).zip(forces) {
+            let t = Micros(1000 * ms);
+            let sample = Sample { normal_force_n, ..Sample::stylus(t, 0.0) };
+            let mut step = Step {
+                t,
+                scene: Scene::Holding,
+                statistic: 0.0,
+                event: None,
+                features: None,
+                velocity: None,
+                estimate: None,
+                command: None,
+                grip: None,
+                health: Health::Good,
+                reference_health: slip_core::detector::ReferenceHealth::Good,
+                travel_health: slip_core::distance::TravelHealth::Good,
+                pressure_health: slip_core::pressure::PressureHealth::Good,
+            };
+            change(ms, &mut step);
+            watch.take(&sample, &step, &mut |slip| told.push(slip));
+        }
+        watch.finish(&mut |slip| told.push(slip));
+        told
+    }
+
+    /// Slips from 50 to 60 ms, features from 52 on.
+    fn slip(ms: u64, step: &mut Step) {
+        match ms {
+            50 => step.event = Some(FIRST),
+            52..60 => step.features = Some(features(4.0 + ms as f32)),
+            60 => step.event = Some(ENDED),
+            _ => {}
+        }
+    }
+
+    fn held(after_n: f32) -> impl Iterator<Item = Option<f32>> {
+        (0..400).map(move |ms| Some(if ms < 55 { 4.0 } else { after_n }))
+    }
+
+    fn fates(told: &[Result<MeasuredSlip, Fate>]) -> Vec<Fate> {
+        told.iter().map(|slip| slip.as_ref().err().copied().unwrap_or(Fate::Kept)).collect()
+    }
+
+    #[test]
+    fn a_slip_is_between_the_force_at_which_it_began_and_that_at_which_it_stayed() {
+        let told = play(held(5.0), &slip);
+        let [Ok(slip)] = &told[..] else { panic!("{told:?}") };
+        assert_eq!((slip.t, slip.features), (Micros(50_000), features(60.0)));
+        assert!((slip.slipped_n - 4.0).abs() < 1e-3 && (slip.stayed_n - 5.0).abs() < 1e-3);
+    }
+
+    #[test]
+    fn what_says_too_little_is_left_out_by_its_reason() {
+        let of = |forces: &mut dyn Iterator<Item = Option<f32>>,
+                  change: &dyn Fn(u64, &mut Step)| {
+            fates(&play(forces, change))
+        };
+        assert_eq!(of(&mut held(9.0), &slip), [Fate::Wide]);
+        assert_eq!(of(&mut held(4.0), &slip), [Fate::NoGain]);
+        assert_eq!(of(&mut held(5.0).take(200), &slip), [Fate::Unfinished]);
+        assert_eq!(of(&mut (0..400).map(|_| None), &slip), [Fate::NoForce]);
+        let short = |ms, step: &mut Step| {
+            slip(ms, step);
+            step.features = None;
+        };
+        assert_eq!(of(&mut held(5.0), &short), [Fate::NoFeatures]);
+        let twice = |ms, step: &mut Step| {
+            slip(ms, step);
+            slip(ms.saturating_sub(50), step);
+        };
+        assert_eq!(of(&mut held(5.0), &twice), [Fate::Again, Fate::NoGain]);
+        let lost = |ms, step: &mut Step| {
+            slip(ms, step);
+            step.grip = (ms == 100).then_some(GripEvent::Lost);
+        };
+        assert_eq!(of(&mut held(5.0), &lost), [Fate::Unfinished]);
+        let mut opened = (0..400).map(|ms| Some(if ms < 100 { 4.0 } else { 0.0 }));
+        assert_eq!(of(&mut opened, &slip), [Fate::Unfinished]);
+        assert_eq!(of(&mut held(5.0), &|_, _| ()), []);
+    }
+}
