@@ -14,11 +14,12 @@ use core::{
     time::Duration,
 };
 use grip_daemon::{clients::Clients, log::LogLevel};
-use grip_fleet::{Bridge, EventId, Spool, Topic, Uid, net::Network};
+use grip_fleet::{About, Bridge, EventId, Spool, Topic, Uid, net::Network};
 use grip_host::config::FleetConfig;
-use keeper::Keeper;
+use grip_link::message::{NackReason, daemon::Command};
+use keeper::{Keeper, KeeperEnds};
 use lending::Lending;
-use network::Speaker;
+use network::{Place, Speaker, SpeakerEnds};
 use std::{
     hash::RandomState,
     io::Write as _,
@@ -41,6 +42,11 @@ pub(crate) type Told = (LogLevel, String);
 
 /// A publication on its way.
 type Outgoing = (Topic, EventId, Vec<u8>);
+
+/// A command from the network, by the number of its question.
+type Order = (u64, Command);
+/// What became of it.
+type Answered = (u64, Result<(), NackReason>);
 
 /// What is known of the gripper, for both threads.
 #[derive(Debug, Default)]
@@ -83,6 +89,7 @@ pub(crate) struct Fleet {
     threads: Vec<JoinHandle<()>>,
     /// What they have to say.
     told: Receiver<Told>,
+    common: Common,
     mourned: bool,
 }
 
@@ -106,12 +113,18 @@ impl Fleet {
         let (say, told) = mpsc::channel();
         let common = Common { kept: Arc::default(), ended: Arc::default(), say };
         let (sender, outgoing) = mpsc::sync_channel(ON_THE_WAY);
-        let keeper = Keeper::new(bridge, config.clone(), run(), (common.clone(), sender));
+        let (order, orders) = mpsc::channel();
+        let (answer, answers) = mpsc::channel();
+        let ends = KeeperEnds { common: common.clone(), sender, orders, answer };
+        let keeper = Keeper::new(bridge, config.clone(), run(), ends);
+        let commands = settings.config.allow_commands && config.commands;
         let lending = Lending::new(&settings.config);
         if let Some(trouble) = lending.trouble(&settings.config) {
             common.tell(LogLevel::Warn, trouble);
         }
-        let speaker = Speaker::new(network(config), site, shown, (common, outgoing, lending));
+        let ends = SpeakerEnds { common: common.clone(), outgoing, order, answers };
+        let place = Place { site, shown, commands, lending };
+        let speaker = Speaker::new(network(config), place, ends);
         let spawn = |name: &str, body: Box<dyn FnOnce() + Send>| {
             thread::Builder::new().name(name.to_owned()).spawn(body)
         };
@@ -119,7 +132,13 @@ impl Fleet {
             spawn("fleet", Box::new(move || keeper.run(stream)))?,
             spawn("fleet-network", Box::new(move || speaker.run()))?,
         ];
-        Ok((Some(clients), Some(Self { threads, told, mourned: false })))
+        Ok((Some(clients), Some(Self { threads, told, common, mourned: false })))
+    }
+
+    /// What the gripper is made of, for those who ask.
+    pub(crate) fn set_about(&self, about: &About) {
+        // What cannot be written, which no value makes, is not told.
+        self.common.kept().about = about.to_json().unwrap_or_default();
     }
 
     /// What they have said meanwhile, and, once, that one of them has ended.

@@ -110,7 +110,7 @@ impl Settings {
         Ok(weakness.map(|text| format!("model {}: {text}", self.model_name())))
     }
 
-    fn model_name(&self) -> Cow<'_, str> {
+    pub(crate) fn model_name(&self) -> Cow<'_, str> {
         self.config.model.as_deref().map_or("embedded model".into(), Path::to_string_lossy)
     }
 

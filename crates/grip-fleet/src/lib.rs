@@ -8,6 +8,7 @@
 //! * [`recordings`]: what a daemon has recorded, and copies of it elsewhere;
 //! * [`Follower`]: numbered events of one gripper in, each of them out once and in order, or the wish to be told what is missing.
 
+mod about;
 mod bridge;
 mod follower;
 mod id;
@@ -19,6 +20,7 @@ pub mod net;
 pub mod recordings;
 mod spool;
 
+pub use about::About;
 pub use bridge::{Bridge, Heard, Publication};
 pub use follower::{Follower, Since, Verdict};
 pub use grip_host::config::{Site, Uid};

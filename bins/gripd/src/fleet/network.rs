@@ -1,6 +1,6 @@
 //! What is to be published in, a gripper on the network out. This thread may wait for the network; nobody waits for it.
 
-use super::{Common, Outgoing, PAUSE, lending::Lending, pause};
+use super::{Answered, Common, Order, Outgoing, PAUSE, lending::Lending, pause};
 use core::{mem, time::Duration};
 use grip_daemon::log::LogLevel;
 use grip_fleet::{
@@ -8,34 +8,71 @@ use grip_fleet::{
     net::{Announced, NetError, Network, Question},
 };
 use grip_host::exit::message;
-use std::sync::mpsc::{Receiver, RecvTimeoutError};
+use grip_link::message::{NackReason, daemon::Command};
+use std::{
+    collections::VecDeque,
+    sync::mpsc::{Receiver, RecvTimeoutError, Sender},
+};
 
 /// Pause between two attempts to find the router, or a free name.
 const RETRY: Duration = Duration::from_secs(2);
 
 /// What this gripper can be asked, beside events, status and configuration.
-const PARTS: [Part; 2] = [Part::About, Part::Recordings];
+const PARTS: [Part; 3] = [Part::About, Part::Command, Part::Recordings];
+/// Commands that wait for the daemon; it answers within milliseconds.
+const MOST_ORDERS: usize = 32;
+
+/// What a gripper says of itself, and what it takes.
+pub(super) struct Place {
+    pub(super) site: Site,
+    /// The configuration at the start, as text.
+    pub(super) shown: String,
+    /// Whether commands are taken.
+    pub(super) commands: bool,
+    /// The recordings it gives away.
+    pub(super) lending: Lending,
+}
+
+/// What leads to the other threads.
+pub(super) struct SpeakerEnds {
+    pub(super) common: Common,
+    /// What is to be published.
+    pub(super) outgoing: Receiver<Outgoing>,
+    /// Commands, and what became of them.
+    pub(super) order: Sender<Order>,
+    pub(super) answers: Receiver<Answered>,
+}
 
 pub(super) struct Speaker {
     network: Network,
-    site: Site,
-    /// The configuration at the start, as text.
-    shown: String,
+    place: Place,
     common: Common,
     outgoing: Receiver<Outgoing>,
-    lending: Lending,
+    order: Sender<Order>,
+    answers: Receiver<Answered>,
+    /// Commands that wait for the daemon, by their numbers.
+    open: VecDeque<(u64, Question)>,
+    /// Number of the last command.
+    ordered: u64,
     /// The last complaint was told.
     complained: bool,
 }
 
 impl Speaker {
-    pub(super) fn new(
-        network: Network,
-        site: Site,
-        shown: String,
-        (common, outgoing, lending): (Common, Receiver<Outgoing>, Lending),
-    ) -> Self {
-        Self { network, site, shown, common, outgoing, lending, complained: false }
+    pub(super) fn new(network: Network, place: Place, ends: SpeakerEnds) -> Self {
+        let SpeakerEnds { common, outgoing, order, answers } = ends;
+        let open = VecDeque::new();
+        Self {
+            network,
+            place,
+            common,
+            outgoing,
+            order,
+            answers,
+            open,
+            ordered: 0,
+            complained: false,
+        }
     }
 
     /// Runs until the keeper has ended.
@@ -57,7 +94,7 @@ impl Speaker {
     fn member(&self) -> Option<Member> {
         while !self.common.has_ended() {
             if let Some((uid, _)) = &self.common.kept().gripper {
-                return Some(Member { site: self.site.clone(), uid: *uid });
+                return Some(Member { site: self.place.site.clone(), uid: *uid });
             }
             pause(PAUSE);
         }
@@ -93,41 +130,90 @@ impl Speaker {
     fn speak(&mut self, announced: &mut Announced) {
         loop {
             // While an answer is under way nothing is waited for.
-            let answering = announced.is_answering() || self.lending.is_answering();
+            let answering = announced.is_answering() || self.place.lending.is_answering();
             let patience = if answering { Duration::ZERO } else { PAUSE };
             match self.outgoing.recv_timeout(patience) {
                 Ok((topic, id, wire)) => announced.publish(topic, id, &wire),
                 Err(RecvTimeoutError::Timeout) => {}
                 Err(RecvTimeoutError::Disconnected) => return,
             }
-            let status = self.common.kept().status.clone();
+            let common = &self.common;
+            let status = common.kept().status.clone();
             let lend = |use_it: &mut dyn FnMut(&grip_fleet::EventLog)| {
-                if let Some((_, spool)) = &self.common.kept().gripper {
+                if let Some((_, spool)) = &common.kept().gripper {
                     use_it(spool.log());
                 }
             };
-            announced.answer(&lend, &status, &self.shown);
+            announced.answer(&lend, &status, &self.place.shown);
             while let Some(question) = announced.question() {
                 self.question(question);
             }
-            let sent = self.lending.go_on();
-            self.complain(sent);
+            while let Ok((number, answer)) = self.answers.try_recv() {
+                self.answered(number, answer);
+            }
+            let sent = self.place.lending.go_on();
+            self.tell(sent);
         }
     }
 
     /// Answers what the log does not know.
     fn question(&mut self, question: Question) {
-        let answer = match question.part() {
-            Part::Recordings => self.lending.take(question),
-            Part::About => question.reply(self.common.kept().about.as_bytes()),
-            _ => question.refuse("this is not asked here"),
-        };
-        self.complain(answer);
+        match question.part() {
+            Part::About => {
+                let about = self.common.kept().about.clone();
+                self.tell(question.reply(about.as_bytes()));
+            }
+            Part::Command => self.command(question),
+            Part::Recordings => {
+                let taken = self.place.lending.take(question);
+                self.tell(taken);
+            }
+            _ => self.tell(question.refuse("this is not asked here")),
+        }
     }
 
-    fn complain(&self, answer: Result<(), NetError>) {
-        if let Err(error) = answer {
+    /// Hands a command to the daemon, which judges it as that of any other client.
+    fn command(&mut self, question: Question) {
+        if !self.place.commands {
+            let reason = "commands are not taken from the network: allow_commands and fleet.commands are not both set";
+            return self.tell(question.refuse(reason));
+        }
+        let Ok(command) = Command::parse(&question.payload()) else {
+            return self.tell(question.refuse("this is no command"));
+        };
+        if self.open.len() >= MOST_ORDERS {
+            // The daemon had no room to answer them.
+            self.open.pop_front();
+        }
+        self.ordered += 1;
+        self.open.push_back((self.ordered, question));
+        // A keeper that is gone ends this thread too.
+        let _gone = self.order.send((self.ordered, command));
+    }
+
+    fn answered(&mut self, number: u64, answer: Result<(), NackReason>) {
+        let Some(place) = self.open.iter().position(|(open, _)| *open == number) else { return };
+        let Some((_, question)) = self.open.remove(place) else { return };
+        self.tell(match answer {
+            Ok(()) => question.reply(b"taken"),
+            Err(reason) => question.refuse(refusal(reason)),
+        });
+    }
+
+    /// Tells of an answer that the session did not take.
+    fn tell(&self, sent: Result<(), NetError>) {
+        if let Err(error) = sent {
             self.common.tell(LogLevel::Warn, &message(&error));
         }
+    }
+}
+
+/// Why the daemon does not take a command.
+const fn refusal(reason: NackReason) -> &'static str {
+    match reason {
+        NackReason::Forbidden => "commands are not allowed: allow_commands is not set",
+        NackReason::Token => "letting go needs the token of this start of gripd; ask again",
+        NackReason::Busy => "too many commands wait",
+        _ => "the daemon refuses this command",
     }
 }

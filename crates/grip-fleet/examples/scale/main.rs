@@ -15,7 +15,7 @@ mod tape;
 use anyhow::{Context as _, bail};
 use clap::Parser;
 use core::time::Duration;
-use grip_fleet::net;
+use grip_fleet::net::{self, Network};
 use std::io::Read as _;
 use std::net::TcpListener;
 use std::time::{SystemTime, UNIX_EPOCH};
@@ -55,7 +55,7 @@ fn main() -> anyhow::Result<()> {
 
 /// A router until standard input ends.
 fn router(address: &str) -> anyhow::Result<()> {
-    let _router = net::router(address)?;
+    let _router = net::router(&Network { router: Some(address.to_owned()), file: None })?;
     println!("ready");
     std::io::stdin().read_to_end(&mut Vec::new())?;
     Ok(())

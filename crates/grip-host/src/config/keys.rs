@@ -105,6 +105,8 @@ pub struct FleetConfig {
     pub spool_mib: u16,
     /// Every so manieth sample is told, 0 to 65,535; none for 0.
     pub samples_every: u16,
+    /// Whether commands for the fingers are taken from the network too, where `allow_commands` lets clients command at all.
+    pub commands: bool,
     /// Whether recordings are given to whoever asks for them.
     pub recordings: bool,
 }
@@ -118,6 +120,7 @@ impl Default for FleetConfig {
             spool: None,
             spool_mib: 16,
             samples_every: 0,
+            commands: false,
             recordings: false,
         }
     }

@@ -70,7 +70,7 @@ struct Summary {
 }
 
 pub(super) fn show(args: &RecordingsArgs) -> anyhow::Result<Exit> {
-    let session = network(&args.place)?.open()?;
+    let session = network(&args.place.reach)?.open()?;
     let selector = Selector { site: args.place.site.clone(), uid: args.uid };
     let mut exit = Exit::Done;
     for member in members(&session, &selector)? {
@@ -134,7 +134,7 @@ fn listed(session: &Session, member: &Member) -> anyhow::Result<Vec<Recording>> 
 pub(super) fn collect(args: &CollectArgs) -> anyhow::Result<Exit> {
     let since_ns = since(args.since)?;
     let patience = Duration::try_from_secs_f64(checked("--patience", args.patience, true)?)?;
-    let session = network(&args.place)?.open()?;
+    let session = network(&args.place.reach)?.open()?;
     let selector = Selector { site: args.place.site.clone(), uid: args.uid };
     let mut summary = Summary::default();
     let mut lost = false;
