@@ -164,7 +164,7 @@ fn a_router_that_ends_costs_no_byte_and_bad_names_lead_nowhere() {
         let reason = lines[0]["reason"].as_str().unwrap();
         assert!(reason.contains("is no name of a recording"), "{reason}");
         let target = here.join(format!("got/hall/{UID}/run.mcap"));
-        assert_eq!(files(&here.join("got")), [target.clone()]);
+        assert_eq!(files(&here.join("got")), core::slice::from_ref(&target));
         assert!(fs::read(&target).unwrap() == content);
 
         let again = run(&["collect", "got", "--uid", UID]);

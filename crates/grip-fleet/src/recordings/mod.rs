@@ -10,7 +10,7 @@
 mod fetch;
 mod shelf;
 
-pub use fetch::{FetchError, Fetched, fetch};
+pub use fetch::{Asking, FetchError, Fetched, fetch};
 pub use shelf::{Reading, Shelf, ShelfError};
 
 use grip_link::crc::crc32c;
