@@ -28,6 +28,7 @@ fn main() -> ExitCode {
         Command::Esc(args) => commands::esc::run(&args),
         Command::Grasp(args) => commands::grasp::run(&args),
         Command::Generate(args) => commands::generate::run(&args),
+        Command::Collect(args) => commands::collect::run(&args),
         Command::Train(args) => commands::train::run(&args),
         Command::Search(args) => commands::search::run(&args),
         Command::Estimate(args) => commands::estimate::run(&args),

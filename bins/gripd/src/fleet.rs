@@ -3,6 +3,7 @@
 //! thread, and a network that is gone stops nothing.
 
 mod keeper;
+mod lending;
 mod network;
 mod ros;
 
@@ -18,6 +19,7 @@ use grip_fleet::{About, Bridge, EventId, Spool, Topic, Uid, net::Network};
 use grip_host::config::FleetConfig;
 use grip_link::message::{NackReason, daemon::Command};
 use keeper::{Keeper, KeeperEnds};
+use lending::Lending;
 use network::{Place, Speaker, SpeakerEnds};
 use ros::Ros;
 use std::{
@@ -118,8 +120,13 @@ impl Fleet {
         let ends = KeeperEnds { common: common.clone(), sender, orders, answer };
         let keeper = Keeper::new(bridge, config.clone(), run(), ends);
         let commands = settings.config.allow_commands && config.commands;
+        let lending = Lending::new(&settings.config);
+        if let Some(trouble) = lending.trouble(&settings.config) {
+            common.tell(LogLevel::Warn, trouble);
+        }
         let ends = SpeakerEnds { common: common.clone(), outgoing, order, answers };
-        let place = Place { site, shown, commands, ros: Ros::new(config.ros_domain, clock) };
+        let ros = Ros::new(config.ros_domain, clock);
+        let place = Place { site, shown, commands, lending, ros };
         let speaker = Speaker::new(network(config), place, ends);
         let spawn = |name: &str, body: Box<dyn FnOnce() + Send>| {
             thread::Builder::new().name(name.to_owned()).spawn(body)

@@ -106,6 +106,7 @@ fn replay(files: &[PathBuf]) -> (Tape, Heard, Result<(), TapeError>) {
                 Played::Line(line) => heard.replayed.push(serde_json::to_string(line).unwrap()),
                 Played::Recorded(line) => heard.recorded.push(line.to_owned()),
                 Played::Note(text) => heard.notes.push(text),
+                _ => {}
             })
         });
     }

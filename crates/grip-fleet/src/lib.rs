@@ -7,6 +7,7 @@
 //! * [`Bridge`]: bytes of the daemon in, what is to be published out;
 //! * [`EventLog`]: events in, numbered once and kept as long as there is room, in memory or in a [`Spool`];
 //! * [`live`]: messages of one daemon in, those of a live view for Foxglove out;
+//! * [`recordings`]: what a daemon has recorded, and copies of it elsewhere;
 //! * [`Follower`]: numbered events of one gripper in, each of them out once and in order, or the wish to be told what is missing;
 //! * [`ros`]: the same news as the node of a ROS 2 gripper would tell them.
 
@@ -20,6 +21,7 @@ mod log;
 mod message;
 #[cfg(feature = "zenoh")]
 pub mod net;
+pub mod recordings;
 pub mod ros;
 mod spool;
 

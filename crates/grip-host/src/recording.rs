@@ -18,6 +18,8 @@ pub const ABOUT: &str = "recording";
 pub const RUN: &str = "run";
 /// Name in [`ABOUT`] that counts these files from 0.
 pub const PART: &str = "part";
+/// Name in [`ABOUT`] of what was held, where somebody has said so.
+pub const OBJECT: &str = "object";
 /// Kind of a link record that tells of items that were not recorded; its detail has their `items`.
 pub const UNRECORDED: &str = "unrecorded";
 

@@ -8,7 +8,7 @@ use crate::{
 };
 use grip_record::mcap::{ClientRecord, Entry, McapError, McapReader, PipelineRecord, Record};
 use serde::Deserialize;
-use slip_core::{ConfigError, Pipeline, Sample, esc::Reading, units::Micros};
+use slip_core::{ConfigError, Pipeline, Sample, Step, esc::Reading, units::Micros};
 use std::{
     collections::BTreeMap,
     path::{Path, PathBuf},
@@ -37,6 +37,29 @@ pub enum Played<'a> {
     Recorded(&'a str),
     /// Something a person should know of the recording.
     Note(String),
+    /// A pipeline begins; the one before it has ended.
+    Began,
+    /// A sample, and what it led to.
+    Step {
+        /// The sample.
+        sample: &'a Sample,
+        /// What the pipeline made of it.
+        step: &'a Step,
+    },
+    /// Names and values under a title.
+    Metadata {
+        /// The title.
+        name: &'a str,
+        /// The values.
+        values: &'a BTreeMap<String, String>,
+    },
+    /// A file inside the recording.
+    Attached {
+        /// Its name.
+        name: &'a str,
+        /// Its bytes.
+        data: &'a [u8],
+    },
 }
 
 /// Why a recording cannot be replayed.
@@ -164,11 +187,18 @@ impl Tape {
         while let Some(entry) = reader.next_entry()? {
             match entry {
                 Entry::Message { record, .. } => self.record(&mut place, &record)?,
-                Entry::Attachment { name: MODEL_NAME, data, .. } => {
-                    self.model = Some(model(file, data)?);
+                Entry::Attachment { name, data, .. } => {
+                    if name == MODEL_NAME {
+                        self.model = Some(model(file, data)?);
+                    }
+                    (place.tell)(Played::Attached { name, data });
                 }
-                Entry::Metadata { name: ABOUT, values } => self.follow(file, &values)?,
-                Entry::Attachment { .. } | Entry::Metadata { .. } => {}
+                Entry::Metadata { name, values } => {
+                    if name == ABOUT {
+                        self.follow(file, &values)?;
+                    }
+                    (place.tell)(Played::Metadata { name, values: &values });
+                }
             }
         }
         Ok(())
@@ -254,6 +284,7 @@ impl Tape {
             ended.count(&mut self.summary);
         }
         self.summary.pipelines += 1;
+        (place.tell)(Played::Began);
         Ok(())
     }
 
@@ -276,6 +307,7 @@ impl Tape {
         for line in self.log.lines(&step).into_iter().flatten() {
             tell(Played::Line(&line));
         }
+        tell(Played::Step { sample, step: &step });
     }
 
     /// A client's command acts on the pipeline here, between the same samples as it did live. What went to the gripper itself shows

@@ -25,6 +25,13 @@ pub(crate) enum FleetCommand {
     ///
     /// Its own limits hold, and it goes on to answer slips by itself. Events tell when it was carried out. "stop" is no emergency stop.
     Command(CommandArgs),
+    /// List the recordings that grippers have and give away (fleet.recordings of their gripd).
+    Recordings(RecordingsArgs),
+    /// Copy finished recordings of all grippers to DIR/SITE/UID/NAME.mcap.
+    ///
+    /// What an earlier run has copied stays as it is, what it left half done goes on, and a file that differs is never written to. Exit codes: 0 all that
+    /// is given away is here, 1 failed, 2 wrong arguments, 3 something could not be fetched.
+    Collect(CollectArgs),
     /// Be a router until it is stopped, where none is installed.
     Router(RouterArgs),
 }
@@ -132,4 +139,30 @@ pub(crate) struct RouterArgs {
     /// Zenoh configuration file: certificates, who may do what, and the rest.
     #[arg(long, value_name = "FILE")]
     pub(crate) network: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct RecordingsArgs {
+    #[command(flatten)]
+    pub(crate) place: PlaceArgs,
+    /// Only this gripper (32 hexadecimal digits).
+    #[arg(long)]
+    pub(crate) uid: Option<Uid>,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct CollectArgs {
+    /// Where to copy them; folders are made.
+    pub(crate) directory: PathBuf,
+    #[command(flatten)]
+    pub(crate) place: PlaceArgs,
+    /// Only this gripper (32 hexadecimal digits).
+    #[arg(long)]
+    pub(crate) uid: Option<Uid>,
+    /// Only what was written to in the last HOURS.
+    #[arg(long, value_name = "HOURS", allow_negative_numbers = true)]
+    pub(crate) since: Option<f64>,
+    /// How long to wait for a gripper that has stopped to answer (s).
+    #[arg(long, value_name = "S", default_value_t = 30.0, allow_negative_numbers = true)]
+    pub(crate) patience: f64,
 }

@@ -26,6 +26,57 @@ pub(crate) struct GenerateArgs {
     pub(crate) force_noise: f64,
 }
 
+#[derive(Debug, Args)]
+pub(crate) struct CollectArgs {
+    /// Recordings (.mcap, or .csv as for replay) and folders of them; SITE/UID/NAME.mcap tells the gripper, a folder object=NAME
+    /// what was held.
+    #[arg(required = true, value_name = "PLACE")]
+    pub(crate) places: Vec<PathBuf>,
+    /// Where to write the rows (.csv).
+    #[arg(short, long)]
+    pub(crate) output: PathBuf,
+    /// What was held in all of them, whatever they say.
+    #[arg(long, value_name = "NAME")]
+    pub(crate) object: Option<String>,
+    /// An object must have stayed for this long after a slip (s), or its force is not known.
+    #[arg(long, value_name = "S", default_value_t = 1.0, allow_negative_numbers = true)]
+    pub(crate) stay: f64,
+    /// Leave out slips whose two forces are further apart than this ratio.
+    #[arg(long, value_name = "RATIO", default_value_t = 2.0, allow_negative_numbers = true)]
+    pub(crate) widest: f64,
+    /// Leave out slips that did not show these features, for example mean_slope,esc_literal_w: their cells are empty otherwise.
+    #[arg(long, value_delimiter = ',', value_name = "FEATURE")]
+    pub(crate) require: Vec<String>,
+    /// Write rows with about this share of the objects, or grippers, to OUTPUT-test.csv instead.
+    #[arg(long, value_name = "SHARE", allow_negative_numbers = true)]
+    pub(crate) test_share: Option<f64>,
+    /// What stands in one of the two files only; with both, rows with one of them on the other side are left out.
+    #[arg(long, value_enum, default_value = "object", requires = "test_share")]
+    pub(crate) split: CollectSplit,
+    /// Seed of the split.
+    #[arg(long, default_value_t = 0)]
+    pub(crate) seed: u64,
+    #[command(flatten)]
+    pub(crate) csv: super::CsvArgs,
+    /// Configuration file for .csv recordings, as for gripd.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) config: Option<PathBuf>,
+    /// One JSON object a line.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// What a split keeps apart.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub(crate) enum CollectSplit {
+    /// Objects.
+    Object,
+    /// Grippers.
+    Gripper,
+    /// Objects and grippers.
+    Both,
+}
+
 /// Which columns a learner sees.
 #[derive(Debug, Args)]
 pub(crate) struct ColumnArgs {

@@ -9,7 +9,9 @@ pub(crate) mod learn;
 
 use clap::{ArgGroup, Args, Parser, Subcommand};
 use grasp::GraspArgs;
-use learn::{EstimateArgs, EvalArgs, ExportArgs, GenerateArgs, SearchArgs, StudyArgs, TrainArgs};
+use learn::{
+    CollectArgs, EstimateArgs, EvalArgs, ExportArgs, GenerateArgs, SearchArgs, StudyArgs, TrainArgs,
+};
 use std::path::PathBuf;
 
 /// Simulate, replay, score and train.
@@ -66,6 +68,13 @@ pub(crate) enum Command {
     Grasp(GraspArgs),
     /// Generate training data for the force estimate.
     Generate(GenerateArgs),
+    /// Make training data of recordings: one row for each slip whose force is known from both sides.
+    ///
+    /// A recording does not know the adequate force. Of a slip it knows the force at which the object slipped, and the one at which it
+    /// then stayed: 1.2 times these are the bounds adequate_low_n and adequate_high_n, their geometric mean is the target adequate_force_n. What says too
+    /// little is left out and counted. `gripctl train OUTPUT --inputs slip_acceleration_m_s2,trial_force_n --target adequate_force_n`
+    /// goes on from there. Exit codes: 0 done, 1 failed, 2 wrong arguments, 3 done, but recordings are damaged or have gaps.
+    Collect(CollectArgs),
     /// Train a network, an ensemble or a support vector regression on a CSV file.
     Train(Box<TrainArgs>),
     /// Search for the shape, activation and training of a network with a genetic algorithm.

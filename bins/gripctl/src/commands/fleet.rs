@@ -1,6 +1,7 @@
 //! `gripctl fleet`: a router in; who is there, and what happens to them, out.
 
 mod command;
+mod recordings;
 
 use super::{
     checked, clock,
@@ -44,6 +45,8 @@ pub(crate) fn run(args: &FleetArgs) -> anyhow::Result<Exit> {
             watch(&args.place, Some(args.uid), Since::Now, &[Topic::State], seconds)
         }
         FleetCommand::Command(args) => command::run(args),
+        FleetCommand::Recordings(args) => recordings::show(args),
+        FleetCommand::Collect(args) => recordings::collect(args),
         FleetCommand::Router(args) => router(args),
     }
 }

@@ -3,6 +3,7 @@
 pub(crate) mod calibrate;
 mod card;
 mod clock;
+pub(crate) mod collect;
 mod columns;
 pub(crate) mod csv;
 pub(crate) mod doctor;

@@ -144,7 +144,14 @@ impl Listener {
                 check.recorded(line.to_owned()).map_err(Into::into)
             }
             (Played::Line(line), None) => self.show(line),
-            (Played::Recorded(_), None) => Ok(()),
+            (Played::Recorded(_), None)
+            | (
+                Played::Began
+                | Played::Step { .. }
+                | Played::Metadata { .. }
+                | Played::Attached { .. },
+                _,
+            ) => Ok(()),
         };
         self.failure = heard.err();
     }

@@ -22,7 +22,7 @@ use std::{
     thread,
 };
 
-fn endpoint() -> String {
+pub(crate) fn endpoint() -> String {
     let port = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
     format!("tcp/127.0.0.1:{port}")
 }
@@ -80,7 +80,7 @@ fn answer(question: &Question) {
 }
 
 /// `gripctl fleet router`, as soon as it listens.
-fn router(endpoint: &str) -> Child {
+pub(crate) fn router(endpoint: &str) -> Child {
     let mut command = process::Command::new(env!("CARGO_BIN_EXE_gripctl"));
     command.args(["fleet", "router", "--listen", endpoint]).stdout(Stdio::piped());
     let mut child = command.spawn().unwrap();

@@ -3,11 +3,14 @@
 #![expect(clippy::unwrap_used, clippy::panic, reason = "test code")]
 
 mod calibrate;
+mod collect;
 mod doctor;
 mod estimate;
 mod export;
 #[cfg(feature = "fleet")]
 mod fleet;
+#[cfg(feature = "fleet")]
+mod fleet_collect;
 #[cfg(feature = "foxglove")]
 mod foxglove;
 mod grasp;

@@ -1,6 +1,6 @@
 //! What is to be published in, a gripper on the network out. This thread may wait for the network; nobody waits for it.
 
-use super::{Answered, Common, Order, Outgoing, PAUSE, pause, ros::Ros};
+use super::{Answered, Common, Order, Outgoing, PAUSE, lending::Lending, pause, ros::Ros};
 use core::{mem, time::Duration};
 use grip_daemon::log::LogLevel;
 use grip_fleet::{
@@ -18,7 +18,7 @@ use std::{
 const RETRY: Duration = Duration::from_secs(2);
 
 /// What this gripper can be asked, beside events, status and configuration.
-const PARTS: [Part; 2] = [Part::About, Part::Command];
+const PARTS: [Part; 3] = [Part::About, Part::Command, Part::Recordings];
 /// Commands that wait for the daemon; it answers within milliseconds.
 const MOST_ORDERS: usize = 32;
 
@@ -29,6 +29,8 @@ pub(super) struct Place {
     pub(super) shown: String,
     /// Whether commands are taken.
     pub(super) commands: bool,
+    /// The recordings it gives away.
+    pub(super) lending: Lending,
     /// A node of ROS 2 too.
     pub(super) ros: Option<Ros>,
 }
@@ -148,7 +150,8 @@ impl Speaker {
     fn speak(&mut self, announced: &mut Announced, mut node: Option<&mut (Ros, RosAnnounced)>) {
         loop {
             // While an answer is under way nothing is waited for.
-            let patience = if announced.is_answering() { Duration::ZERO } else { PAUSE };
+            let answering = announced.is_answering() || self.place.lending.is_answering();
+            let patience = if answering { Duration::ZERO } else { PAUSE };
             match self.outgoing.recv_timeout(patience) {
                 Ok((topic, id, wire)) => {
                     announced.publish(topic, id, &wire);
@@ -173,6 +176,8 @@ impl Speaker {
             while let Ok((number, answer)) = self.answers.try_recv() {
                 self.answered(number, answer);
             }
+            let sent = self.place.lending.go_on();
+            self.tell(sent);
         }
     }
 
@@ -184,6 +189,10 @@ impl Speaker {
                 self.tell(question.reply(about.as_bytes()));
             }
             Part::Command => self.command(question),
+            Part::Recordings => {
+                let taken = self.place.lending.take(question);
+                self.tell(taken);
+            }
             _ => self.tell(question.refuse("this is not asked here")),
         }
     }

@@ -4,7 +4,8 @@ use crate::running::{Running, until};
 use core::time::Duration;
 use grip_fleet::{
     About, EventId, Member, Part, Selector, Since,
-    net::{self, Ask, Network, Session, Told, Watch, ask},
+    net::{self, Ask, NetError, Network, Session, Told, Watch, ask, list},
+    recordings::{FetchError, Fetched, Recording, fetch},
 };
 use grip_link::message::daemon::{Command, NoticeKind, Operation, ToClient};
 use std::{collections::HashSet, fs, net::TcpListener, path::Path};
@@ -165,4 +166,89 @@ fn the_fleet_may_command_only_where_both_keys_say_so_and_with_the_token() {
     }));
     assert!(told[0].contains("5.00 N") && told[1].contains("release"), "{told:?}");
     running.stop();
+}
+
+/// What this gripper answers, when it is asked for its recordings with these words.
+fn lent(
+    session: &Session,
+    member: &Member,
+    parameters: &[(&str, &str)],
+) -> Result<Vec<Vec<u8>>, NetError> {
+    let (part, patience) = (Part::Recordings, Duration::from_secs(20));
+    ask(session, &Ask { member, part, parameters, payload: &[], patience })
+}
+
+fn shelf(session: &Session, member: &Member) -> Vec<Recording> {
+    let parts = lent(session, member, &[]).unwrap();
+    parts.iter().flat_map(|part| serde_json::from_slice::<Vec<Recording>>(part).unwrap()).collect()
+}
+
+/// The bytes of one as `gripctl fleet collect` gets them.
+fn fetched(
+    (session, member): (&Session, &Member),
+    recording: &Recording,
+    folder: &Path,
+) -> Result<Fetched, FetchError<NetError>> {
+    let [size, modified] = [recording.bytes, recording.modified_ns].map(|n| n.to_string());
+    fetch(recording, folder, &mut |from, bytes| {
+        let [from, bytes] = [from, bytes].map(|number| number.to_string());
+        let words = [
+            ("name", recording.name.as_str()),
+            ("from", &from),
+            ("bytes", &bytes),
+            ("size", &size),
+            ("modified", &modified),
+        ];
+        lent(session, member, &words)
+    })
+}
+
+#[test]
+fn finished_recordings_are_given_away_where_that_is_allowed_and_nothing_else_is() {
+    let folder = tempfile::tempdir().unwrap();
+    let (endpoint, network) = place(folder.path());
+    let _router = router(&endpoint);
+    let run = folder.path().join("run.mcap");
+    let record = ["--record", run.to_str().unwrap()];
+    let there = |running: &Running| {
+        running.wait_for("this gripper is there as hall/");
+        let session = network.open().unwrap();
+        let member = list(&session, &Selector::default()).unwrap().into_keys().next().unwrap();
+        (session, member)
+    };
+    let first = Running::holding(folder.path(), &record);
+    let (session, member) = there(&first);
+    let refused = lent(&session, &member, &[]).unwrap_err().to_string();
+    assert!(refused.contains("recordings are not given away here"), "{refused}");
+    first.stop();
+
+    let config = folder.path().join("gripd.toml");
+    let allowed = fs::read_to_string(&config).unwrap() + "recordings = true\n";
+    fs::write(&config, allowed).unwrap();
+    let second = Running::holding(folder.path(), &record);
+    let (session, member) = there(&second);
+    let mut told = Vec::new();
+    assert!(until(|| {
+        told = shelf(&session, &member);
+        told.len() == 2
+    }));
+    let state: Vec<(&str, bool)> = told.iter().map(|one| (&*one.name, one.growing)).collect();
+    assert_eq!(state, [("run-0001.mcap", true), ("run.mcap", false)]);
+    for name in ["../../../../etc/passwd", "/etc/passwd", "gripd.toml", "spool", "..", "other.mcap"]
+    {
+        let words =
+            [("name", name), ("from", "0"), ("bytes", "9"), ("size", "9"), ("modified", "0")];
+        let refused = lent(&session, &member, &words).unwrap_err().to_string();
+        assert!(refused.ends_with("no recording of that name"), "{name}: {refused}");
+    }
+    let here = tempfile::tempdir().unwrap();
+    let growing = fetched((&session, &member), &told[0], here.path());
+    assert!(matches!(growing, Err(FetchError::Growing(_))), "{growing:?}");
+    fetched((&session, &member), &told[1], here.path()).unwrap();
+    assert_eq!(fs::read(here.path().join("run.mcap")).unwrap(), fs::read(&run).unwrap());
+    let changed = Recording { modified_ns: 1, name: "run.mcap".to_owned(), ..told[1].clone() };
+    fs::remove_file(here.path().join("run.mcap")).unwrap();
+    let refused = fetched((&session, &member), &changed, here.path()).unwrap_err().to_string();
+    assert!(refused.ends_with("the recording has changed"), "{refused}");
+    second.stop();
 }

@@ -107,6 +107,8 @@ pub struct FleetConfig {
     pub samples_every: u16,
     /// Whether commands for the fingers are taken from the network too, where `allow_commands` lets clients command at all.
     pub commands: bool,
+    /// Whether recordings are given to whoever asks for them.
+    pub recordings: bool,
     /// The domain of ROS 2 (`ROS_DOMAIN_ID`), 0 to 232, in which the gripper is a node too; none, where absent.
     pub ros_domain: Option<u16>,
 }
@@ -121,6 +123,7 @@ impl Default for FleetConfig {
             spool_mib: 16,
             samples_every: 0,
             commands: false,
+            recordings: false,
             ros_domain: None,
         }
     }

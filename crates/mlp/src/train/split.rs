@@ -53,11 +53,28 @@ impl Split {
     /// # Errors
     /// [`SplitError::Share`] unless `share` lies between 0 and 1; [`SplitError::TooFewGroups`] below two groups.
     pub fn holdout(data: &DataSet, share: f64, seed: u64) -> Result<Self, SplitError> {
+        Self::holdout_of(data.rows(), data.labels(), share, seed)
+    }
+
+    /// The same for rows of which only the labels are known.
+    ///
+    /// # Errors
+    /// As [`Split::holdout`].
+    pub fn holdout_labels(labels: &[String], share: f64, seed: u64) -> Result<Self, SplitError> {
+        Self::holdout_of(labels.len(), labels, share, seed)
+    }
+
+    fn holdout_of(
+        rows: usize,
+        labels: &[String],
+        share: f64,
+        seed: u64,
+    ) -> Result<Self, SplitError> {
         if !(share > 0.0 && share < 1.0) {
             return Err(SplitError::Share { share });
         }
-        let groups = shuffled_groups(data, seed, 2)?;
-        let wanted = share * count(data.rows());
+        let groups = shuffled_groups(rows, labels, seed, 2)?;
+        let wanted = share * count(rows);
         let (mut held_out, mut left) = (Vec::new(), groups.len());
         for group in &groups {
             let with = count(held_out.len() + group.len());
@@ -70,7 +87,7 @@ impl Split {
         if held_out.is_empty() {
             held_out.extend(groups.iter().min_by_key(|group| group.len()).into_iter().flatten());
         }
-        Ok(Self::without(data.rows(), held_out))
+        Ok(Self::without(rows, held_out))
     }
 
     /// `folds` splits; every row is held out in exactly one. The largest groups are dealt out first, each to the fold with
@@ -82,7 +99,7 @@ impl Split {
         if folds < 2 {
             return Err(SplitError::Folds { folds });
         }
-        let mut groups = shuffled_groups(data, seed, folds)?;
+        let mut groups = shuffled_groups(data.rows(), data.labels(), seed, folds)?;
         groups.sort_by_key(|group| core::cmp::Reverse(group.len()));
         let mut parts = vec![Vec::new(); folds];
         for group in groups {
@@ -109,12 +126,17 @@ impl Split {
 }
 
 /// Rows of each group, the groups in the order the seed gives.
-fn shuffled_groups(data: &DataSet, seed: u64, parts: usize) -> Result<Vec<Vec<usize>>, SplitError> {
-    let mut groups: Vec<Vec<usize>> = if data.labels().is_empty() {
-        (0..data.rows()).map(|row| vec![row]).collect()
+fn shuffled_groups(
+    rows: usize,
+    labels: &[String],
+    seed: u64,
+    parts: usize,
+) -> Result<Vec<Vec<usize>>, SplitError> {
+    let mut groups: Vec<Vec<usize>> = if labels.is_empty() {
+        (0..rows).map(|row| vec![row]).collect()
     } else {
         let mut named: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
-        for (row, label) in data.labels().iter().enumerate() {
+        for (row, label) in labels.iter().enumerate() {
             named.entry(label).or_default().push(row);
         }
         named.into_values().collect()

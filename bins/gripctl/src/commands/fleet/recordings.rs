@@ -1,0 +1,268 @@
+//! `gripctl fleet recordings` and `collect`: a router in; what grippers have recorded listed, and copied here.
+
+use super::{
+    super::{checked, clock},
+    network,
+};
+use crate::{
+    cli::fleet::{CollectArgs, RecordingsArgs},
+    output,
+};
+use anyhow::{Context as _, bail};
+use core::time::Duration;
+use grip_fleet::{
+    Member, Part, Selector,
+    net::{Ask, NetError, PATIENCE, Session, ask, list},
+    recordings::{FetchError, Fetched, MOST, Recording, fetch},
+};
+use grip_host::{
+    exit::{Exit, message},
+    utc,
+};
+use serde::Serialize;
+use std::{
+    fs,
+    path::Path,
+    thread,
+    time::{SystemTime, UNIX_EPOCH},
+};
+
+/// So many answers may fail to come in time before patience ends.
+const ATTEMPTS: u32 = 4;
+/// Pause between two attempts.
+const RETRY: Duration = Duration::from_millis(500);
+/// What an answer that did not come in time is called by the network.
+const TIMEOUT: &str = "Timeout";
+
+/// One recording, or what became of it.
+#[derive(Serialize)]
+struct Line<'a> {
+    site: String,
+    uid: String,
+    #[serde(flatten)]
+    recording: &'a Recording,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    done: Option<&'static str>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    resumed: Option<u64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    reason: Option<String>,
+}
+
+impl<'a> Line<'a> {
+    fn new(member: &Member, recording: &'a Recording) -> Self {
+        let (site, uid) = (member.site.to_string(), member.uid.to_string());
+        Self { site, uid, recording, done: None, resumed: None, reason: None }
+    }
+}
+
+#[derive(Default, Serialize)]
+#[serde(tag = "type", rename = "summary")]
+struct Summary {
+    grippers: u64,
+    /// Those that give nothing away, or did not say what they have.
+    without: u64,
+    copied: u64,
+    bytes: u64,
+    there: u64,
+    growing: u64,
+    failed: u64,
+}
+
+pub(super) fn show(args: &RecordingsArgs) -> anyhow::Result<Exit> {
+    let session = network(&args.place.reach)?.open()?;
+    let selector = Selector { site: args.place.site.clone(), uid: args.uid };
+    let mut exit = Exit::Done;
+    for member in members(&session, &selector)? {
+        let all = match listed(&session, &member) {
+            Ok(all) => all,
+            Err(error) => {
+                eprintln!("gripctl: {}", named(&member, &message(error.as_ref())));
+                exit = if is_refused(&error) { exit } else { Exit::DataLost };
+                continue;
+            }
+        };
+        for recording in &all {
+            if args.place.json {
+                output::json(&Line::new(&member, recording))?;
+            } else {
+                output::line(&format!("{member}  {}", text(recording)))?;
+            }
+        }
+    }
+    Ok(exit)
+}
+
+fn text(recording: &Recording) -> String {
+    let Recording { name, bytes, modified_ns, growing, .. } = recording;
+    let state = if *growing { ", being written" } else { "" };
+    format!("{name}  {bytes} bytes, {}{state}", utc::line(modified_ns / 1000))
+}
+
+fn members(session: &Session, selector: &Selector) -> anyhow::Result<Vec<Member>> {
+    let members: Vec<Member> = list(session, selector)?.into_keys().collect();
+    if members.is_empty() {
+        bail!("no gripper is there that was asked for");
+    }
+    Ok(members)
+}
+
+/// A sentence that names the gripper once.
+fn named(member: &Member, text: &str) -> String {
+    let member = member.to_string();
+    if text.contains(&member) { text.to_owned() } else { format!("{member}: {text}") }
+}
+
+/// Whether the gripper has said that it does not do it.
+fn is_refused(error: &anyhow::Error) -> bool {
+    matches!(error.downcast_ref(), Some(NetError::Declined { reason, .. }) if reason != TIMEOUT)
+}
+
+fn listed(session: &Session, member: &Member) -> anyhow::Result<Vec<Recording>> {
+    let question =
+        Ask { member, part: Part::Recordings, parameters: &[], payload: &[], patience: PATIENCE };
+    let mut all = Vec::new();
+    for part in ask(session, &question)? {
+        let some: Vec<Recording> =
+            serde_json::from_slice(&part).context("the answer is no list of recordings")?;
+        all.extend(some);
+    }
+    all.sort_by(|one, other| one.name.cmp(&other.name));
+    Ok(all)
+}
+
+pub(super) fn collect(args: &CollectArgs) -> anyhow::Result<Exit> {
+    let since_ns = since(args.since)?;
+    let patience = Duration::try_from_secs_f64(checked("--patience", args.patience, true)?)?;
+    let session = network(&args.place.reach)?.open()?;
+    let selector = Selector { site: args.place.site.clone(), uid: args.uid };
+    let mut summary = Summary::default();
+    let mut lost = false;
+    for member in members(&session, &selector)? {
+        summary.grippers += 1;
+        let all = match listed(&session, &member) {
+            Ok(all) => all,
+            Err(error) => {
+                eprintln!("gripctl: {}", named(&member, &message(error.as_ref())));
+                summary.without += 1;
+                lost |= !is_refused(&error);
+                continue;
+            }
+        };
+        let folder = args.directory.join(member.site.to_string()).join(member.uid.to_string());
+        let copying = Copying { session: &session, member: &member, folder: &folder, patience };
+        for recording in all.iter().filter(|recording| recording.modified_ns >= since_ns) {
+            copying.copy(recording, args.place.json, &mut summary)?;
+        }
+    }
+    tell(args.place.json, &summary)?;
+    Ok(if lost || summary.failed > 0 { Exit::DataLost } else { Exit::Done })
+}
+
+/// What was written before that (ns since 1970) is not wanted.
+#[expect(clippy::disallowed_methods, reason = "the times of files are those of the wall clock")]
+fn since(hours: Option<f64>) -> anyhow::Result<u64> {
+    let Some(hours) = hours else { return Ok(0) };
+    let span = Duration::try_from_secs_f64(3600.0 * checked("--since", hours, false)?)?;
+    let now = SystemTime::now().duration_since(UNIX_EPOCH)?;
+    Ok(u64::try_from(now.saturating_sub(span).as_nanos())?)
+}
+
+/// From one gripper into its folder.
+struct Copying<'a> {
+    session: &'a Session,
+    member: &'a Member,
+    folder: &'a Path,
+    patience: Duration,
+}
+
+impl Copying<'_> {
+    fn copy(&self, recording: &Recording, json: bool, summary: &mut Summary) -> anyhow::Result<()> {
+        let mut line = Line::new(self.member, recording);
+        // A name that leads elsewhere is refused by `fetch`, before anything is written.
+        fs::create_dir_all(self.folder)
+            .with_context(|| format!("cannot make the folder {}", self.folder.display()))?;
+        let mut ask = |from, bytes| self.ask(recording, from, bytes);
+        match fetch(recording, self.folder, &mut ask) {
+            Ok(Fetched::Copied { bytes, resumed }) => {
+                (line.done, line.resumed) = (Some("copied"), Some(resumed));
+                summary.copied += 1;
+                summary.bytes += bytes;
+            }
+            Ok(Fetched::There) => {
+                line.done = Some("there");
+                summary.there += 1;
+            }
+            Err(FetchError::Growing(_)) => {
+                line.done = Some("growing");
+                summary.growing += 1;
+            }
+            Err(error) => {
+                (line.done, line.reason) = (Some("failed"), Some(message(&error)));
+                summary.failed += 1;
+            }
+        }
+        told(self.member, &line, json)
+    }
+
+    /// Asks until an answer comes, or patience ends; a reason against it is an answer.
+    fn ask(&self, recording: &Recording, from: u64, bytes: u64) -> Result<Vec<Vec<u8>>, NetError> {
+        let numbers = [from, bytes.min(MOST), recording.bytes, recording.modified_ns];
+        let [from, bytes, size, modified] = numbers.map(|number| number.to_string());
+        let parameters = [
+            ("name", recording.name.as_str()),
+            ("from", &from),
+            ("bytes", &bytes),
+            ("size", &size),
+            ("modified", &modified),
+        ];
+        let (member, patience) = (self.member, PATIENCE.max(self.patience / ATTEMPTS));
+        let part = Part::Recordings;
+        let question = Ask { member, part, parameters: &parameters, payload: &[], patience };
+        let start = clock::monotonic();
+        loop {
+            let error = match ask(self.session, &question) {
+                Err(NetError::Declined { member, reason }) if reason == TIMEOUT => {
+                    NetError::Silent { member }
+                }
+                Err(error @ (NetError::Silent { .. } | NetError::Refused { .. })) => error,
+                done => return done,
+            };
+            if clock::monotonic().saturating_sub(start) >= self.patience {
+                return Err(error);
+            }
+            thread::park_timeout(RETRY);
+        }
+    }
+}
+
+fn told(member: &Member, line: &Line<'_>, json: bool) -> anyhow::Result<()> {
+    if json {
+        return output::json(line);
+    }
+    let Recording { name, bytes, .. } = line.recording;
+    if let Some(reason) = &line.reason {
+        eprintln!("gripctl: {}", named(member, reason));
+        return Ok(());
+    }
+    let what = match (line.done, line.resumed) {
+        (_, Some(resumed)) if resumed > 0 => {
+            format!("{bytes} bytes copied, {resumed} of them before")
+        }
+        (Some("copied"), _) => format!("{bytes} bytes copied"),
+        (Some("there"), _) => "is here already".to_owned(),
+        _ => "is being written; not copied".to_owned(),
+    };
+    Ok(output::line(&format!("{member}  {name}  {what}"))?)
+}
+
+fn tell(json: bool, summary: &Summary) -> anyhow::Result<()> {
+    if json {
+        return output::json(summary);
+    }
+    let Summary { grippers, without, copied, bytes, there, growing, failed } = summary;
+    Ok(output::line(&format!(
+        "{grippers} grippers ({without} without recordings to give): {copied} recordings copied ({bytes} bytes), {there} here already, \
+         {growing} being written, {failed} failed"
+    ))?)
+}
