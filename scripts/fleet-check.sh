@@ -1,7 +1,7 @@
 #!/bin/sh
 # What no default build contains: the fleet with a real router, gripd, gripctl and gripmon beside one, the node of ROS 2 and the live view
 # of Foxglove held against programs of others; and that the default programs know nothing of it. Some 200 more crates are compiled, once:
-# every call names the same packages and features.
+# every call names the same packages and features, and what `cargo test --workspace` has built is used again.
 set -eu
 cd "$(dirname "$0")/.."
 
@@ -13,13 +13,13 @@ fi
 opted() {
     command=$1
     shift
-    cargo "$command" --locked -p grip-fleet -p grip-scope -p gripd -p gripctl -p gripmon \
+    cargo "$command" --locked --workspace \
         --features grip-fleet/zenoh,grip-fleet/foxglove,grip-scope/zenoh,gripd/fleet,gripctl/fleet,gripctl/foxglove,gripmon/fleet "$@"
 }
-opted test --lib
+opted test --lib -- fleet live ros net recordings follower spool bridge
 opted test --test router --test tls --test ros --test ros_types
 opted test --test daemon --test cli --test window -- fleet foxglove
-opted build --bins --examples
+opted build --bins --example ros_messages
 built=${CARGO_TARGET_DIR:-target}/debug
 MESSAGES=$built/examples/ros_messages GRIPD=$built/gripd scripts/ros-check.sh
 GRIPD=$built/gripd GRIPCTL=$built/gripctl scripts/foxglove-check.sh
