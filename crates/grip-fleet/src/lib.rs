@@ -5,9 +5,12 @@
 //!
 //! * [`Bridge`]: bytes of the daemon in, what is to be published out;
 //! * [`EventLog`]: events in, numbered once and kept as long as there is room, in memory or in a [`Spool`];
-//! * [`Follower`]: numbered events of one gripper in, each of them out once and in order, or the wish to be told what is missing.
+//! * [`Follower`]: numbered events of one gripper in, each of them out once and in order, or the wish to be told what is missing;
+//! * [`deploy`]: a model that comes to one gripper in, whether it may be tried, stays or goes back out;
+//! * [`rollout`]: many grippers and what each reports in, who gets a model next, and who gives it back, out.
 
 mod bridge;
+pub mod deploy;
 mod follower;
 mod id;
 mod key;
@@ -15,6 +18,7 @@ mod log;
 mod message;
 #[cfg(feature = "zenoh")]
 pub mod net;
+pub mod rollout;
 mod spool;
 
 pub use bridge::{Bridge, Heard, Publication};

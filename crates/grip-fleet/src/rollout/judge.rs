@@ -5,19 +5,33 @@
 //! probability at most `p = f t / (f t + s)`, whatever the rate is: a binomial count (Przyborowski and Wilenski, Biometrika 31, 1940). It is worse where
 //! so many or more come with a probability below `alpha`.
 
+use serde::{Deserialize, Serialize};
+
 /// What was counted over some time.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Counts {
-    /// Time in which samples came (s).
+    /// Time in which something was between the fingers (s).
     pub seconds: f64,
     /// Slips.
     pub slips: u64,
-    /// Faults: of the gripper, of a sensor.
+    /// Faults that the gripper has reported, such as an object that was lost.
     pub faults: u64,
 }
 
+impl Counts {
+    /// What was counted since `earlier`.
+    #[must_use]
+    pub fn since(&self, earlier: &Self) -> Self {
+        Self {
+            seconds: (self.seconds - earlier.seconds).max(0.0),
+            slips: self.slips.saturating_sub(earlier.slips),
+            faults: self.faults.saturating_sub(earlier.faults),
+        }
+    }
+}
+
 /// When a model is worse, and when it has been watched long enough.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct JudgeConfig {
     /// A rate may rise by so much, from 1.
     pub factor: f64,
@@ -35,7 +49,8 @@ impl Default for JudgeConfig {
 }
 
 /// What got worse.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Worse {
     /// More slips.
     Slips,
@@ -73,6 +88,51 @@ impl JudgeConfig {
         }
     }
 
+    /// Whether the numbers are some: the factor 1 to 100, `alpha` 1e-9 to 0.5, the time 1 s to 30 days.
+    #[must_use]
+    pub fn is_sane(&self) -> bool {
+        (1.0..=100.0).contains(&self.factor)
+            && (1e-9..=0.5).contains(&self.alpha)
+            && (1.0..=2_592_000.0).contains(&self.watch_s)
+    }
+
+    /// Probability that a gripper that slips `ratio` times as often as before, `per_s` times a second then, is called worse by what is counted in
+    /// [`JudgeConfig::watch_s`], where as long a time was counted before.
+    #[must_use]
+    pub fn power(&self, per_s: f64, ratio: f64) -> f64 {
+        let (old, new) = (per_s * self.watch_s, per_s * ratio * self.watch_s);
+        let worse = |(a, b): (u64, u64)| {
+            self.is_worse((a.max(1), self.watch_s.max(1.0)), (b, self.watch_s))
+        };
+        let mut power = 0.0;
+        let mut least = 0;
+        for (a, share) in poisson(old) {
+            // The more there were before, the more it takes.
+            let most = poisson_end(new);
+            while least < most && !worse((a, least)) {
+                least += 1;
+            }
+            let tail: f64 = poisson(new).skip_while(|(b, _)| *b < least).map(|(_, p)| p).sum();
+            power += share * if least < most { tail } else { 0.0 };
+        }
+        power.min(1.0)
+    }
+
+    /// The least ratio to the rate of before, in steps of a tenth, that is noticed nine times in ten; `None` where even the hundredfold is not.
+    #[must_use]
+    pub fn noticed(&self, per_s: f64) -> Option<f64> {
+        let (mut low, mut high) = (10_u32, 1000_u32);
+        let enough = |tenths: u32| self.power(per_s, 0.1 * f64::from(tenths)) >= 0.9;
+        if !enough(high) {
+            return None;
+        }
+        while high - low > 1 {
+            let middle = low.midpoint(high);
+            if enough(middle) { high = middle } else { low = middle }
+        }
+        Some(0.1 * f64::from(high))
+    }
+
     fn is_worse(&self, (old, old_s): (u64, f64), (new, new_s): (u64, f64)) -> bool {
         if new == 0 || new_s <= 0.0 {
             return false;
@@ -100,6 +160,31 @@ fn at_least(least: u64, of: u64, p: f64) -> f64 {
         k += 1.0;
     }
     sum.min(1.0)
+}
+
+/// Counts around a mean, and the probability of each (Poisson); what is left out has less than a millionth.
+fn poisson(mean: f64) -> impl Iterator<Item = (u64, f64)> {
+    let first = floor(mean - 6.0 * mean.sqrt() - 6.0);
+    // ln of m^k / k! e^-m, term by term.
+    let mut ln = -mean + float(first) * mean.ln() - (1..=first).map(|k| float(k).ln()).sum::<f64>();
+    (first..poisson_end(mean)).map(move |k| {
+        let share = ln.exp();
+        ln += mean.ln() - float(k + 1).ln();
+        (k, share)
+    })
+}
+
+fn poisson_end(mean: f64) -> u64 {
+    floor(mean + 6.0 * mean.sqrt() + 12.0)
+}
+
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "a count; the cast saturates"
+)]
+fn floor(count: f64) -> u64 {
+    count.max(0.0) as u64
 }
 
 /// ln of the binomial coefficient.
@@ -152,6 +237,43 @@ mod tests {
         assert_eq!(judge.judge(&before, &counts(60.0, 25)), Judgement::Worse(Worse::Slips));
         let faults = Counts { seconds: 60.0, slips: 0, faults: 10 };
         assert_eq!(judge.judge(&before, &faults), Judgement::Worse(Worse::Faults));
+    }
+
+    /// Against draws: with 12 slips in two minutes before, threefold slips are noticed about as often as the sums say.
+    #[test]
+    fn power_is_that_of_draws() {
+        let judge = JudgeConfig { watch_s: 120.0, ..JudgeConfig::default() };
+        let mut state = 7_u64;
+        let mut share = move || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            f64::from(u32::try_from(state >> 32).unwrap()) / f64::from(u32::MAX)
+        };
+        // Events of a rate come so many in a time (Knuth's product of uniforms).
+        let mut draw = move |mean: f64| {
+            let (mut product, mut count) = (share(), 0);
+            while product > (-mean).exp() {
+                product *= share();
+                count += 1;
+            }
+            count
+        };
+        let trials = 2000;
+        let mut worse = 0.0;
+        for _ in 0..trials {
+            let judged = judge.judge(&counts(120.0, draw(12.0)), &counts(120.0, draw(36.0)));
+            worse += f64::from(u8::from(judged == Judgement::Worse(Worse::Slips)));
+        }
+        let (drawn, told) = (worse / f64::from(trials), judge.power(0.1, 3.0));
+        assert!((drawn - told).abs() < 0.04, "{drawn} {told}");
+        assert!(judge.power(0.1, 1.0) < 1e-3);
+    }
+
+    #[test]
+    fn what_is_noticed_grows_finer_with_time() {
+        let noticed = |watch_s: f64| JudgeConfig { watch_s, ..JudgeConfig::default() }.noticed(0.1);
+        let [minute, ten, hour] = [60.0, 600.0, 3600.0].map(|s| noticed(s).unwrap());
+        assert!(minute > ten && ten > hour && hour > 1.5, "{minute} {ten} {hour}");
+        assert_eq!(noticed(1.0), None, "in a second nothing is");
     }
 
     #[test]

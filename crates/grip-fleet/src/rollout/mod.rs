@@ -45,10 +45,16 @@ pub enum Report {
     Taken(Counts),
     /// It was refused: hash, schema or self-test, in a sentence.
     Refused(String),
-    /// What was counted since it has been in force.
+    /// What was counted since it has been in force. Without more time than before it counts nothing.
     Counted(Counts),
+    /// It has been watched long enough, and stays.
+    Kept,
+    /// This model was in force there before the roll-out.
+    Had,
     /// It has become worse and has gone back by itself.
     FellBack(Worse),
+    /// It has gone back for another reason, in a sentence.
+    Left(String),
     /// The one before is in force again, as it was told.
     Back,
 }
@@ -72,12 +78,23 @@ pub enum Stop {
         /// In what.
         what: Worse,
     },
-    /// Somebody does not answer.
-    #[error("{member} does not answer")]
+    /// Somebody has gone back for another reason.
+    #[error("{member} has gone back to the model before: {reason}")]
+    Left {
+        /// Who.
+        member: Member,
+        /// Why.
+        reason: String,
+    },
+    /// Somebody does not answer, or has no samples.
+    #[error("{member} has neither answered nor held anything for too long")]
     Gone {
         /// Who.
         member: Member,
     },
+    /// Whoever began it.
+    #[error("it was stopped from here")]
+    Told,
 }
 
 /// Where a roll-out is.
@@ -97,13 +114,21 @@ enum Phase {
     Waiting,
     /// It was told to take the model, and when (us).
     Asked(u64),
-    /// It runs the model: counts before, and when it was heard last (us).
-    Running(Counts, u64),
+    /// It runs the model: counts before, time that it was watched (s), and when that grew last (us).
+    Running(Counts, f64, u64),
     Good,
+    /// It had the model before, and keeps it.
+    Had,
     /// It was told to give it back.
     Returning,
     /// It has the model of before, because it refused or gave back.
     Back,
+}
+
+impl Phase {
+    const fn is_done(&self) -> bool {
+        matches!(self, Self::Good | Self::Had)
+    }
 }
 
 /// A roll-out to some grippers.
@@ -128,15 +153,20 @@ impl Rollout {
     pub fn hear(&mut self, member: &Member, report: Report, now_us: u64) {
         let Some(phase) = self.members.get_mut(member) else { return };
         match (report, &*phase) {
-            (Report::Taken(before), Phase::Asked(_)) => *phase = Phase::Running(before, now_us),
+            (Report::Taken(before), Phase::Asked(_)) => {
+                *phase = Phase::Running(before, 0.0, now_us);
+            }
+            (Report::Had, Phase::Asked(_)) => *phase = Phase::Had,
+            (Report::Kept, Phase::Asked(_) | Phase::Running(..)) => *phase = Phase::Good,
             (Report::Refused(reason), Phase::Asked(_)) => {
                 *phase = Phase::Back;
                 self.stop(Stop::Refused { member: member.clone(), reason });
             }
-            (Report::Counted(now), Phase::Running(before, _)) => {
-                let before = *before;
+            (Report::Counted(now), Phase::Running(before, watched_s, heard_us)) => {
+                let (before, more) = (*before, now.seconds > *watched_s);
+                let heard_us = if more { now_us } else { *heard_us };
                 match self.config.judge.judge(&before, &now) {
-                    Judgement::Open => *phase = Phase::Running(before, now_us),
+                    Judgement::Open => *phase = Phase::Running(before, now.seconds, heard_us),
                     Judgement::Good => *phase = Phase::Good,
                     Judgement::Worse(what) => {
                         self.stop(Stop::Worse { member: member.clone(), what });
@@ -147,7 +177,11 @@ impl Rollout {
                 *phase = Phase::Back;
                 self.stop(Stop::Worse { member: member.clone(), what });
             }
-            (Report::Back, Phase::Returning) => *phase = Phase::Back,
+            (Report::Left(reason), Phase::Asked(_) | Phase::Running(..) | Phase::Good) => {
+                *phase = Phase::Back;
+                self.stop(Stop::Left { member: member.clone(), reason });
+            }
+            (Report::Back | Report::Left(_), Phase::Returning) => *phase = Phase::Back,
             _ => {}
         }
     }
@@ -158,7 +192,7 @@ impl Rollout {
         if self.stop.is_some() {
             return self.give_back();
         }
-        let open = self.members.values().take(self.reached).any(|phase| *phase != Phase::Good);
+        let open = self.members.values().take(self.reached).any(|phase| !phase.is_done());
         if open || self.reached == self.members.len() {
             return Vec::new();
         }
@@ -177,10 +211,9 @@ impl Rollout {
     /// Where it is.
     #[must_use]
     pub fn progress(&self) -> Progress {
-        let holding = |phase: &&Phase| !matches!(phase, Phase::Waiting | Phase::Back);
         if self.stop.is_some() {
-            Progress::Stopped(self.members.values().filter(holding).count())
-        } else if self.members.values().all(|phase| *phase == Phase::Good) {
+            Progress::Stopped(self.holding().count())
+        } else if self.members.values().all(Phase::is_done) {
             Progress::Done
         } else {
             Progress::Stage(self.stage.max(1))
@@ -191,6 +224,24 @@ impl Rollout {
     #[must_use]
     pub const fn stopped(&self) -> Option<&Stop> {
         self.stop.as_ref()
+    }
+
+    /// Who has been told to take the model, or may have it by this roll-out, and has not given it back.
+    pub fn holding(&self) -> impl Iterator<Item = &Member> {
+        let holding = |phase: &Phase| !matches!(phase, Phase::Waiting | Phase::Back | Phase::Had);
+        self.members.iter().filter(move |(_, phase)| holding(phase)).map(|(member, _)| member)
+    }
+
+    /// Who is still to be heard of: who has been told something, or runs the model.
+    #[must_use]
+    pub fn is_open(&self, member: &Member) -> bool {
+        let open = |phase: &Phase| matches!(phase, Phase::Running(..) | Phase::Good);
+        self.members.get(member).is_some_and(open)
+    }
+
+    /// Stops it; the next step asks for the model back.
+    pub fn abort(&mut self) {
+        self.stop(Stop::Told);
     }
 
     /// How many have the model when the stage is over.
@@ -223,7 +274,7 @@ impl Rollout {
         let silence_us = self.config.silence_us;
         let late = |since: u64| now_us.saturating_sub(since) > silence_us;
         let gone = self.members.iter().find(|(_, phase)| match phase {
-            Phase::Asked(since) | Phase::Running(_, since) => late(*since),
+            Phase::Asked(since) | Phase::Running(_, _, since) => late(*since),
             _ => false,
         });
         if let Some(member) = gone.map(|(member, _)| member.clone()) {

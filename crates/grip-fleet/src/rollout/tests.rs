@@ -139,3 +139,50 @@ fn strangers_and_late_words_change_nothing() {
     let nobody = Rollout::new(RolloutConfig::default(), []);
     assert_eq!(nobody.progress(), Progress::Done);
 }
+
+#[test]
+fn who_holds_nothing_is_gone_though_it_answers() {
+    let mut rollout = Rollout::new(RolloutConfig::default(), members(2));
+    let orders = rollout.step(0);
+    let [Order::Take(first)] = orders.as_slice() else { panic!("{orders:?}") };
+    rollout.hear(first, Report::Taken(Counts::default()), SECOND);
+    for second in 2..62 {
+        rollout.hear(first, Report::Counted(Counts::default()), second * SECOND);
+    }
+    assert_eq!(rollout.step(62 * SECOND), [Order::GiveBack(first.clone())]);
+}
+
+#[test]
+fn who_had_the_model_before_keeps_it() {
+    let mut rollout = Rollout::new(RolloutConfig::default(), members(3));
+    let mut told = Vec::new();
+    for now_us in 0..3 {
+        for order in rollout.step(now_us) {
+            let (Order::Take(member) | Order::GiveBack(member)) = &order;
+            let report = if told.is_empty() { Report::Had } else { Report::Taken(Counts::default()) };
+            rollout.hear(member, report, now_us);
+            told.push(order);
+        }
+    }
+    rollout.abort();
+    let back = rollout.step(9);
+    assert!(!back.is_empty());
+    assert!(!back.contains(&Order::GiveBack(members(1).remove(0))), "{back:?}");
+    assert_eq!(rollout.stopped(), Some(&Stop::Told));
+    let holding: Vec<Member> = rollout.holding().cloned().collect();
+    assert_eq!(rollout.progress(), Progress::Stopped(holding.len()));
+    holding.iter().for_each(|member| rollout.hear(member, Report::Back, 10));
+    assert_eq!(rollout.progress(), Progress::Stopped(0));
+}
+
+#[test]
+fn who_left_by_itself_is_named_with_its_reason() {
+    let mut rollout = Rollout::new(RolloutConfig::default(), members(3));
+    let first = members(1).remove(0);
+    rollout.step(0);
+    rollout.hear(&first, Report::Taken(Counts::default()), 1);
+    rollout.hear(&first, Report::Left("it has started again".to_owned()), 2);
+    assert_eq!(rollout.step(3), []);
+    let told = rollout.stopped().unwrap().to_string();
+    assert_eq!(told, format!("{first} has gone back to the model before: it has started again"));
+}
