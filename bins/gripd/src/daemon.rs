@@ -63,6 +63,12 @@ pub(crate) struct Ended {
 /// Runs until a signal, the end of the duration or a failure.
 pub(crate) fn run(cli: &Cli, settings: Settings) -> anyhow::Result<Exit> {
     let clock = Clock::start();
+    #[cfg(feature = "fleet")]
+    let (settings, models) = {
+        let mut settings = settings;
+        let models = crate::fleet::open_models(&mut settings)?;
+        (settings, models)
+    };
     let shared = shared()?;
     let options =
         HotOptions { end_us: end_us(cli.duration), patient: cli.wait || Notify::is_asked_for() };
@@ -70,7 +76,10 @@ pub(crate) fn run(cli: &Cli, settings: Settings) -> anyhow::Result<Exit> {
     let weakness = settings.weakness()?;
     let source = Source::open(&settings.port_args(), move || clock.now_us())?;
     // Opened before anything moves: an address or a file that cannot be had is told at once.
-    let (servers, complaint) = servers(&settings, clock)?;
+    #[cfg_attr(not(feature = "fleet"), expect(unused_mut, reason = "nobody tells a fleet"))]
+    let (mut servers, complaint) = servers(&settings, clock)?;
+    #[cfg(feature = "fleet")]
+    crate::fleet::join(&mut servers, &settings, models, clock)?;
     let started = Recording::start(&settings, clock)?;
     let (recorder, recording, recorded) = started
         .map_or((None, None, None), |(ring, thread, recorded)| {
@@ -174,13 +183,11 @@ fn servers(settings: &Settings, clock: Clock) -> anyhow::Result<(Servers, Option
         .metrics
         .map(|address| HttpServer::bind(address, settings.config.allow_remote))
         .transpose()?;
-    #[cfg(feature = "fleet")]
-    let (clients, fleet) = crate::fleet::Fleet::start(settings, clients, clock)?;
     let servers = Servers {
         clients,
         http,
         #[cfg(feature = "fleet")]
-        fleet,
+        fleet: None,
     };
     Ok((servers, complaint))
 }

@@ -2,10 +2,13 @@
 //! and never waits for a network, one talks to it. The service thread serves the first as it serves any client; nothing here reaches the hot
 //! thread, and a network that is gone stops nothing.
 
+mod curator;
 mod keeper;
 mod network;
 
-use crate::{clock::Clock, settings::Settings};
+pub(crate) use curator::{Desk, Wanted};
+
+use crate::{clock::Clock, service::Servers, settings::Settings};
 use anyhow::Context as _;
 use core::{
     hash::BuildHasher as _,
@@ -15,6 +18,8 @@ use core::{
 use grip_daemon::{clients::Clients, log::LogLevel};
 use grip_fleet::{Bridge, EventId, Spool, Topic, Uid, net::Network};
 use grip_host::config::FleetConfig;
+use curator::Curator;
+use grip_fleet::deploy::Models;
 use keeper::Keeper;
 use network::Speaker;
 use std::{
@@ -82,12 +87,52 @@ pub(crate) struct Fleet {
     /// What they have to say.
     told: Receiver<Told>,
     mourned: bool,
+    /// What is left to do for the models that come over the network, where some are taken.
+    pub(crate) desk: Option<Desk>,
+}
+
+/// Opens the models that came over the network, and puts the one that was accepted into the settings. None where no folder is named, or a flag
+/// names the model.
+pub(crate) fn open_models(settings: &mut Settings) -> anyhow::Result<Option<Models>> {
+    let fleet = &settings.config.fleet;
+    let Some(folder) = fleet.models.clone().filter(|_| fleet.site.is_some()) else {
+        return Ok(None);
+    };
+    if settings.model_is_fixed() {
+        return Ok(None);
+    }
+    let (models, accepted) = Models::open(&folder, settings.configured_model()?)
+        .context("the models of the fleet cannot be had")?;
+    settings.deployed = accepted;
+    Ok(Some(models))
+}
+
+/// Lets the daemon tell the fleet, where the settings ask for it.
+pub(crate) fn join(
+    servers: &mut Servers,
+    settings: &Settings,
+    models: Option<Models>,
+    clock: Clock,
+) -> anyhow::Result<()> {
+    let clients = servers.clients.take();
+    (servers.clients, servers.fleet) = Fleet::start(settings, models, clients, clock)?;
+    Ok(())
+}
+
+/// Why no model is taken from the network.
+fn why_no_model(settings: &Settings) -> &'static str {
+    if settings.model_is_fixed() {
+        "the model of this gripd was named with --model or GRIPD_MODEL, and stays"
+    } else {
+        "this gripd takes no model from the network: models is not set in [fleet]"
+    }
 }
 
 impl Fleet {
     /// Begins to publish where the settings ask for it; there are clients then, if only this one.
-    pub(crate) fn start(
+    fn start(
         settings: &Settings,
+        models: Option<Models>,
         clients: Option<Clients>,
         clock: Clock,
     ) -> anyhow::Result<(Option<Clients>, Option<Self>)> {
@@ -105,15 +150,23 @@ impl Fleet {
         let common = Common { kept: Arc::default(), ended: Arc::default(), say };
         let (sender, outgoing) = mpsc::sync_channel(ON_THE_WAY);
         let keeper = Keeper::new(bridge, config.clone(), run(), (common.clone(), sender));
-        let speaker = Speaker::new(network(config), site, shown, (common, outgoing));
+        let curator = models.map(|models| Curator::new(models, common.clone()));
+        let (curator, line, desk) = curator.map_or((None, None, None), |(curator, line, desk)| {
+            (Some(curator), Some(line), Some(desk))
+        });
+        let line = line.ok_or_else(|| why_no_model(settings));
+        let speaker = Speaker::new(network(config), (site, shown), line, (common, outgoing));
         let spawn = |name: &str, body: Box<dyn FnOnce() + Send>| {
             thread::Builder::new().name(name.to_owned()).spawn(body)
         };
-        let threads = vec![
+        let mut threads = vec![
             spawn("fleet", Box::new(move || keeper.run(stream)))?,
             spawn("fleet-network", Box::new(move || speaker.run()))?,
         ];
-        Ok((Some(clients), Some(Self { threads, told, mourned: false })))
+        if let Some(curator) = curator {
+            threads.push(spawn("fleet-models", Box::new(move || curator.run()))?);
+        }
+        Ok((Some(clients), Some(Self { threads, told, mourned: false, desk })))
     }
 
     /// What they have said meanwhile, and, once, that one of them has ended.
@@ -129,6 +182,8 @@ impl Fleet {
 
     /// Waits a little for their end, which comes when the service thread has said goodbye to its clients: what they said last.
     pub(crate) fn finish(self) -> Vec<Told> {
+        // Whoever waits for a model to be in force waits no longer.
+        drop(self.desk);
         let steps = END.as_millis() / PAUSE.as_millis();
         for _ in 0..steps {
             if self.threads.iter().all(JoinHandle::is_finished) {

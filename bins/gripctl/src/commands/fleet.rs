@@ -1,5 +1,9 @@
 //! `gripctl fleet`: a router in; who is there, and what happens to them, out.
 
+mod deploy;
+
+pub(crate) use deploy::Selection;
+
 use super::{
     checked, clock,
     status::{
@@ -41,6 +45,7 @@ pub(crate) fn run(args: &FleetArgs) -> anyhow::Result<Exit> {
             let seconds = duration(args.seconds)?;
             watch(&args.place, Some(args.uid), Since::Now, &[Topic::State], seconds)
         }
+        FleetCommand::Deploy(args) => deploy::run(args),
         FleetCommand::Router(args) => router(&args.listen),
     }
 }

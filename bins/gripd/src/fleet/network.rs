@@ -1,20 +1,28 @@
 //! What is to be published in, a gripper on the network out. This thread may wait for the network; nobody waits for it.
 
-use super::{Common, Outgoing, PAUSE, pause};
+use super::{
+    Common, Outgoing, PAUSE,
+    curator::{Answered, Line},
+    pause,
+};
 use core::{mem, time::Duration};
 use grip_daemon::log::LogLevel;
 use grip_fleet::{
     Member, Part, Site,
+    deploy::Order,
     net::{Announced, NetError, Network, Question},
 };
 use grip_host::exit::message;
-use std::sync::mpsc::{Receiver, RecvTimeoutError};
+use std::{
+    collections::HashMap,
+    sync::mpsc::{Receiver, RecvTimeoutError},
+};
 
 /// Pause between two attempts to find the router, or a free name.
 const RETRY: Duration = Duration::from_secs(2);
 
 /// What this gripper can be asked, beside events, status and configuration.
-const PARTS: [Part; 1] = [Part::About];
+const PARTS: [Part; 2] = [Part::About, Part::Model];
 
 pub(super) struct Speaker {
     network: Network,
@@ -23,6 +31,11 @@ pub(super) struct Speaker {
     shown: String,
     common: Common,
     outgoing: Receiver<Outgoing>,
+    /// The way to the models, or why there is none.
+    models: Result<Line, &'static str>,
+    /// Questions about models that are not answered yet, by number; and the next number.
+    waiting: HashMap<u64, Question>,
+    ticket: u64,
     /// The last complaint was told.
     complained: bool,
 }
@@ -30,11 +43,12 @@ pub(super) struct Speaker {
 impl Speaker {
     pub(super) fn new(
         network: Network,
-        site: Site,
-        shown: String,
+        (site, shown): (Site, String),
+        models: Result<Line, &'static str>,
         (common, outgoing): (Common, Receiver<Outgoing>),
     ) -> Self {
-        Self { network, site, shown, common, outgoing, complained: false }
+        let waiting = HashMap::new();
+        Self { network, site, shown, common, outgoing, models, waiting, ticket: 0, complained: false }
     }
 
     /// Runs until the keeper has ended.
@@ -89,7 +103,7 @@ impl Speaker {
         None
     }
 
-    fn speak(&self, announced: &mut Announced) {
+    fn speak(&mut self, announced: &mut Announced) {
         loop {
             // While an answer is under way nothing is waited for.
             let patience = if announced.is_answering() { Duration::ZERO } else { PAUSE };
@@ -106,18 +120,56 @@ impl Speaker {
             };
             announced.answer(&lend, &status, &self.shown);
             while let Some(question) = announced.question() {
-                self.question(&question);
+                self.question(question);
+            }
+            while let Some((ticket, answer)) = self.answered() {
+                if let Some(question) = self.waiting.remove(&ticket) {
+                    self.answer(&question, answer.as_deref().map_err(String::as_str));
+                }
             }
         }
     }
 
+    fn answered(&self) -> Option<Answered> {
+        self.models.as_ref().ok()?.answered.try_recv().ok()
+    }
+
     /// Answers what the log does not know.
-    fn question(&self, question: &Question) {
-        let answer = match question.part() {
-            Part::About => question.reply(self.common.kept().about.as_bytes()),
-            _ => question.refuse("this is not asked here"),
+    fn question(&mut self, question: Question) {
+        match question.part() {
+            Part::About => {
+                let about = self.common.kept().about.clone();
+                self.answer(&question, Ok(&about));
+            }
+            Part::Model => self.model(question),
+            _ => self.answer(&question, Err("this is not asked here")),
+        }
+    }
+
+    /// Hands an order on; the answer comes when it is obeyed.
+    fn model(&mut self, question: Question) {
+        let line = match &self.models {
+            Ok(line) => line,
+            Err(reason) => return self.answer(&question, Err(reason)),
         };
-        if let Err(error) = answer {
+        match Order::read(|name| question.parameter(name), question.payload()) {
+            Ok(order) => {
+                self.ticket += 1;
+                if line.asked.send((self.ticket, order)).is_err() {
+                    return self.answer(&question, Err("the thread of the models has ended"));
+                }
+                self.waiting.insert(self.ticket, question);
+            }
+            Err(error) => self.answer(&question, Err(&error.to_string())),
+        }
+    }
+
+    fn answer(&self, question: &Question, answer: Result<&str, &str>) {
+        let told = match answer {
+            Ok(text) => question.reply(text.as_bytes()),
+            Err(reason) => question.refuse(reason),
+        };
+        if let Err(error) = told {
             self.common.tell(LogLevel::Warn, &message(&error));
         }
     }

@@ -6,11 +6,13 @@
 
 mod announce;
 mod ask;
+mod deploy;
 mod list;
 mod watch;
 
 pub use announce::{Announced, Lend, Question};
 pub use ask::{Ask, ask};
+pub use deploy::{Deployer, Happening, standing};
 pub use list::{Listed, list};
 pub use watch::{Told, Watch};
 
