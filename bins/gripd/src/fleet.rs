@@ -15,11 +15,11 @@ use core::{
     sync::atomic::{AtomicBool, Ordering},
     time::Duration,
 };
+use curator::Curator;
 use grip_daemon::{clients::Clients, log::LogLevel};
+use grip_fleet::deploy::Models;
 use grip_fleet::{Bridge, EventId, Spool, Topic, Uid, net::Network};
 use grip_host::config::FleetConfig;
-use curator::Curator;
-use grip_fleet::deploy::Models;
 use keeper::Keeper;
 use network::Speaker;
 use std::{

@@ -48,7 +48,17 @@ impl Speaker {
         (common, outgoing): (Common, Receiver<Outgoing>),
     ) -> Self {
         let waiting = HashMap::new();
-        Self { network, site, shown, common, outgoing, models, waiting, ticket: 0, complained: false }
+        Self {
+            network,
+            site,
+            shown,
+            common,
+            outgoing,
+            models,
+            waiting,
+            ticket: 0,
+            complained: false,
+        }
     }
 
     /// Runs until the keeper has ended.

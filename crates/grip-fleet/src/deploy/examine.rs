@@ -20,8 +20,13 @@ pub const MOST_BYTES: usize = 1 << 20;
 /// Most characters of a name.
 const LONGEST_NAME: usize = 64;
 /// Objects of the self-test, and their seed.
-const OBJECTS: Objects =
-    Objects { source: Source::ClosedForm, count: 256, seed: 4711, speed_noise: 0.0, force_noise: 0.0 };
+const OBJECTS: Objects = Objects {
+    source: Source::ClosedForm,
+    count: 256,
+    seed: 4711,
+    speed_noise: 0.0,
+    force_noise: 0.0,
+};
 /// The error that half, and 19 of 20, of the answers may have: share of the right force.
 const MEDIAN: f64 = 0.25;
 const TAIL: f64 = 0.5;

@@ -181,10 +181,10 @@ impl Deployment {
             (None, Some(_)) => Some(self.lasting.before.clone().unwrap_or_else(configured)),
             (None, None) => None,
         };
-        let trial = self.trial.as_ref().map(|trial| TrialReport {
-            watch_s: trial.judge.watch_s,
-            before: trial.before,
-        });
+        let trial = self
+            .trial
+            .as_ref()
+            .map(|trial| TrialReport { watch_s: trial.judge.watch_s, before: trial.before });
         let (in_force, last) = (self.in_force().clone(), self.lasting.last.clone());
         Standing { in_force, before, trial, counted: self.counted(), last }
     }

@@ -1,7 +1,8 @@
 //! Orders and counts in; answers, news for people and the models to put in force out: the rules of [`Deployment`] with a [`Shelf`] beneath them.
 
 use super::{
-    Declined, Deployment, Examined, Fault, ModelId, Order, Shelf, ShelfError, Standing, Step, examine,
+    Declined, Deployment, Examined, Fault, ModelId, Order, Shelf, ShelfError, Standing, Step,
+    examine,
 };
 use crate::rollout::Counts;
 use grip_host::exit::message;
@@ -285,6 +286,9 @@ mod tests {
         let troubles = models.news().into_iter().filter(|news| matches!(news, News::Trouble(_)));
         assert_eq!(troubles.count(), 1, "told once");
         models.count(counts(122.0, 90), yes);
-        assert_eq!(models.news(), [News::Done(format!("{} is in force", model("file", default_text()).id))]);
+        assert_eq!(
+            models.news(),
+            [News::Done(format!("{} is in force", model("file", default_text()).id))]
+        );
     }
 }

@@ -1,8 +1,6 @@
 //! Trials of models: better, worse, given back, interrupted; and what is refused before.
 
-use super::{
-    Declined, Deployment, Ended, How, Lasting, ModelId, Step, digest, examine,
-};
+use super::{Declined, Deployment, Ended, How, Lasting, ModelId, Step, digest, examine};
 use crate::rollout::{Counts, JudgeConfig, Worse};
 use grip_host::model::default_text;
 
@@ -126,7 +124,10 @@ fn what_cannot_be_put_in_force_is_on_no_trial() {
     deployment.count(counts(120.0, 12));
     deployment.take(model("a"), JUDGE).unwrap();
     deployment.failed();
-    assert_eq!((deployment.wanted(), last(&deployment)), (None, Some(("a".to_owned(), How::Failed))));
+    assert_eq!(
+        (deployment.wanted(), last(&deployment)),
+        (None, Some(("a".to_owned(), How::Failed)))
+    );
     assert_eq!(deployment.standing().counted, counts(120.0, 12), "nothing has changed");
 }
 
@@ -153,7 +154,10 @@ fn a_model_that_is_broken_or_foreign_is_refused_in_a_sentence() {
     assert!(cut.starts_with("m.json: ") && cut.contains("line"), "{cut}");
     let nan = with("4.3647456", "NaN");
     assert!(nan.starts_with("m.json: "), "{nan}");
-    let unit = with("\"adequate_force_n\",\n      \"unit\": \"N\"", "\"adequate_force_n\",\n      \"unit\": \"lbf\"");
+    let unit = with(
+        "\"adequate_force_n\",\n      \"unit\": \"N\"",
+        "\"adequate_force_n\",\n      \"unit\": \"lbf\"",
+    );
     assert!(unit.contains("`lbf`, not a force in N"), "{unit}");
     let feature = with("slip_acceleration_m_s2", "temperature_k");
     assert!(feature.contains("temperature_k"), "{feature}");
@@ -166,9 +170,13 @@ fn a_model_that_is_broken_or_foreign_is_refused_in_a_sentence() {
 #[test]
 fn a_model_that_does_not_know_the_force_fails_the_self_test() {
     let wrong = with("0.8985352", "0.5");
-    assert!(wrong.starts_with("m.json fails the self-test: half of its answers are off"), "{wrong}");
+    assert!(
+        wrong.starts_with("m.json fails the self-test: half of its answers are off"),
+        "{wrong}"
+    );
     let paper = grip_host::model::built_in(std::path::Path::new("paper")).unwrap();
     assert!(refused(paper.as_bytes()).contains("fails the self-test"));
-    let good = examine("../a b/m.json", &digest(default_text().as_bytes()), default_text().as_bytes());
+    let good =
+        examine("../a b/m.json", &digest(default_text().as_bytes()), default_text().as_bytes());
     assert_eq!(good.unwrap().id.name, "..abm.json");
 }

@@ -245,7 +245,9 @@ mod tests {
         let judge = JudgeConfig { watch_s: 120.0, ..JudgeConfig::default() };
         let mut state = 7_u64;
         let mut share = move || {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
             f64::from(u32::try_from(state >> 32).unwrap()) / f64::from(u32::MAX)
         };
         // Events of a rate come so many in a time (Knuth's product of uniforms).

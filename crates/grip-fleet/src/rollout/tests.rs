@@ -159,7 +159,8 @@ fn who_had_the_model_before_keeps_it() {
     for now_us in 0..3 {
         for order in rollout.step(now_us) {
             let (Order::Take(member) | Order::GiveBack(member)) = &order;
-            let report = if told.is_empty() { Report::Had } else { Report::Taken(Counts::default()) };
+            let report =
+                if told.is_empty() { Report::Had } else { Report::Taken(Counts::default()) };
             rollout.hear(member, report, now_us);
             told.push(order);
         }

@@ -50,9 +50,7 @@ fn selector(word: &str) -> Result<Selector, String> {
     let uid = |text: &str| text.parse::<Uid>().map_err(|error| error.to_string());
     match word.split_once('/') {
         _ if word == "all" => Ok(Selector::default()),
-        Some((place, which)) => {
-            Ok(Selector { site: Some(site(place)?), uid: Some(uid(which)?) })
-        }
+        Some((place, which)) => Ok(Selector { site: Some(site(place)?), uid: Some(uid(which)?) }),
         None => match uid(word) {
             Ok(uid) => Ok(Selector { site: None, uid: Some(uid) }),
             Err(_) => Ok(Selector { site: Some(site(word)?), uid: None }),
@@ -83,9 +81,8 @@ fn config(args: &DeployArgs) -> Result<RolloutConfig, WrongArgument> {
         return Err(WrongArgument(text));
     }
     let silence = Duration::try_from_secs_f64(checked("--patience", args.patience, false)?);
-    let silence_us = silence.map_or(u64::MAX, |time| {
-        u64::try_from(time.as_micros()).unwrap_or(u64::MAX)
-    });
+    let silence_us =
+        silence.map_or(u64::MAX, |time| u64::try_from(time.as_micros()).unwrap_or(u64::MAX));
     Ok(RolloutConfig { some: args.some, judge, silence_us })
 }
 
@@ -190,9 +187,21 @@ struct Teller {
 #[derive(Debug, Serialize)]
 #[serde(tag = "type", rename_all = "snake_case")]
 enum Line<'a> {
-    Stage { stage: usize },
-    Gripper { site: String, uid: String, says: &'static str, reason: Option<&'a str>, counts: Option<Counts> },
-    End { done: bool, reason: Option<String>, unreachable: Vec<String> },
+    Stage {
+        stage: usize,
+    },
+    Gripper {
+        site: String,
+        uid: String,
+        says: &'static str,
+        reason: Option<&'a str>,
+        counts: Option<Counts>,
+    },
+    End {
+        done: bool,
+        reason: Option<String>,
+        unreachable: Vec<String>,
+    },
 }
 
 impl Teller {
@@ -214,7 +223,11 @@ impl Teller {
         match happening {
             Happening::Silent(member) => {
                 let new = self.silent.insert(member.clone());
-                if new { self.gripper(member, "silent", "does not answer; it is asked again", None) } else { Ok(()) }
+                if new {
+                    self.gripper(member, "silent", "does not answer; it is asked again", None)
+                } else {
+                    Ok(())
+                }
             }
             Happening::Told(member, report) => {
                 self.silent.remove(member);
@@ -223,7 +236,12 @@ impl Teller {
         }
     }
 
-    fn told(&mut self, member: &Member, report: &Report, judge: &JudgeConfig) -> anyhow::Result<()> {
+    fn told(
+        &mut self,
+        member: &Member,
+        report: &Report,
+        judge: &JudgeConfig,
+    ) -> anyhow::Result<()> {
         match report {
             Report::Taken(before) => {
                 self.watched.insert(member.clone(), 0.0);
@@ -245,7 +263,9 @@ impl Teller {
                 let text = if had { "has it already" } else { "keeps it: it is no worse" };
                 self.gripper(member, if had { "had" } else { "kept" }, text, None)
             }
-            Report::Refused(reason) => self.gripper(member, "refused", &format!("refuses it: {reason}"), None),
+            Report::Refused(reason) => {
+                self.gripper(member, "refused", &format!("refuses it: {reason}"), None)
+            }
             Report::FellBack(_) | Report::Left(_) => {
                 self.watched.remove(member);
                 let text = match report {
@@ -291,14 +311,20 @@ impl Teller {
 
     #[expect(clippy::unused_self, reason = "says what happens, like the others")]
     fn stopping(&self) {
-        eprintln!("gripctl: the model is asked back from everybody; once more leaves them as they are");
+        eprintln!(
+            "gripctl: the model is asked back from everybody; once more leaves them as they are"
+        );
     }
 
     fn done(&self) -> anyhow::Result<Exit> {
         if self.json {
             output::json(&Line::End { done: true, reason: None, unreachable: Vec::new() })?;
         } else {
-            output::line(&format!("all {} grippers have {}", self.all, self.model))?;
+            let who = match self.all {
+                1 => "1 gripper has".to_owned(),
+                all => format!("all {all} grippers have"),
+            };
+            output::line(&format!("{who} {}", self.model))?;
         }
         Ok(Exit::Done)
     }
