@@ -10,5 +10,6 @@ if echo "$tree" | grep -E "^(zenoh|grip-fleet|tokio) "; then
     exit 1
 fi
 cargo test --locked -p grip-fleet --features zenoh
+# Also models: tests/deploy.rs and fleet_models.rs.
 cargo test --locked -p gripd --features fleet --test daemon fleet
 cargo test --locked -p gripctl --features fleet --test cli fleet

@@ -228,9 +228,9 @@ fn a_worse_model_stops_at_the_first_a_wrong_one_is_refused_by_each_and_a_good_on
     let network = Network { router: Some(endpoint), file: None };
     let (over, ready, had) = (AtomicBool::new(false), Mutex::new(0), Arc::default());
     thread::scope(|scope| {
-        let mut hands: Vec<_> =
+        let hands: Vec<_> =
             (0..GRIPPERS).map(|n| Hand::new(folder.path(), &network, n, &had)).collect();
-        for hand in &mut hands {
+        for mut hand in hands {
             let (over, ready) = (&over, &ready);
             let work = move || {
                 while hand.total.seconds < BEFORE_S {

@@ -278,6 +278,21 @@ mod tests {
         assert_eq!(noticed(1.0), None, "in a second nothing is");
     }
 
+    /// The table in docs/fleet.md is the judge's.
+    #[test]
+    fn what_a_watch_can_tell_is_as_documented() {
+        let docs = include_str!("../../../../docs/fleet.md");
+        for per_minute in ["0.1", "1"] {
+            let rate = per_minute.parse::<f64>().unwrap() / 60.0;
+            let told = [60.0, 600.0, 3600.0, 28_800.0].map(|watch_s| {
+                let judge = JudgeConfig { watch_s, ..JudgeConfig::default() };
+                judge.noticed(rate).map_or("-".to_owned(), |ratio| format!("{ratio:.1}"))
+            });
+            let line = format!("| {per_minute} | {} |", told.join(" | "));
+            assert!(docs.contains(&line), "{line}");
+        }
+    }
+
     #[test]
     fn few_events_condemn_nobody() {
         let judge = JudgeConfig::default();
