@@ -17,11 +17,11 @@ use core::{
 };
 use curator::Curator;
 use grip_daemon::{clients::Clients, log::LogLevel};
-use grip_fleet::deploy::Models;
-use grip_fleet::{Bridge, EventId, Spool, Topic, Uid, net::Network};
+use grip_fleet::{About, Bridge, EventId, Spool, Topic, Uid, deploy::Models, net::Network};
 use grip_host::config::FleetConfig;
-use keeper::Keeper;
-use network::Speaker;
+use grip_link::message::{NackReason, daemon::Command};
+use keeper::{Keeper, KeeperEnds};
+use network::{Place, Speaker, SpeakerEnds};
 use std::{
     hash::RandomState,
     io::Write as _,
@@ -44,6 +44,11 @@ pub(crate) type Told = (LogLevel, String);
 
 /// A publication on its way.
 type Outgoing = (Topic, EventId, Vec<u8>);
+
+/// A command from the network, by the number of its question.
+type Order = (u64, Command);
+/// What became of it.
+type Answered = (u64, Result<(), NackReason>);
 
 /// What is known of the gripper, for both threads.
 #[derive(Debug, Default)]
@@ -86,6 +91,7 @@ pub(crate) struct Fleet {
     threads: Vec<JoinHandle<()>>,
     /// What they have to say.
     told: Receiver<Told>,
+    common: Common,
     mourned: bool,
     /// What is left to do for the models that come over the network, where some are taken.
     pub(crate) desk: Option<Desk>,
@@ -149,13 +155,18 @@ impl Fleet {
         let (say, told) = mpsc::channel();
         let common = Common { kept: Arc::default(), ended: Arc::default(), say };
         let (sender, outgoing) = mpsc::sync_channel(ON_THE_WAY);
-        let keeper = Keeper::new(bridge, config.clone(), run(), (common.clone(), sender));
+        let (order, orders) = mpsc::channel();
+        let (answer, answers) = mpsc::channel();
+        let ends = KeeperEnds { common: common.clone(), sender, orders, answer };
+        let keeper = Keeper::new(bridge, config.clone(), run(), ends);
+        let commands = settings.config.allow_commands && config.commands;
         let curator = models.map(|models| Curator::new(models, common.clone()));
         let (curator, line, desk) = curator.map_or((None, None, None), |(curator, line, desk)| {
             (Some(curator), Some(line), Some(desk))
         });
-        let line = line.ok_or_else(|| why_no_model(settings));
-        let speaker = Speaker::new(network(config), (site, shown), line, (common, outgoing));
+        let models = line.ok_or_else(|| why_no_model(settings));
+        let ends = SpeakerEnds { common: common.clone(), outgoing, order, answers, models };
+        let speaker = Speaker::new(network(config), Place { site, shown, commands }, ends);
         let spawn = |name: &str, body: Box<dyn FnOnce() + Send>| {
             thread::Builder::new().name(name.to_owned()).spawn(body)
         };
@@ -166,7 +177,13 @@ impl Fleet {
         if let Some(curator) = curator {
             threads.push(spawn("fleet-models", Box::new(move || curator.run()))?);
         }
-        Ok((Some(clients), Some(Self { threads, told, mourned: false, desk })))
+        Ok((Some(clients), Some(Self { threads, told, common, mourned: false, desk })))
+    }
+
+    /// What the gripper is made of, for those who ask.
+    pub(crate) fn set_about(&self, about: &About) {
+        // What cannot be written, which no value makes, is not told.
+        self.common.kept().about = about.to_json().unwrap_or_default();
     }
 
     /// What they have said meanwhile, and, once, that one of them has ended.

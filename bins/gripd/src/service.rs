@@ -425,6 +425,11 @@ impl Service {
 
     /// Figures of the last second.
     fn tell_figures(&mut self) {
+        #[cfg(feature = "fleet")]
+        if let Some(fleet) = &self.servers.fleet {
+            let clients = self.servers.clients.as_ref();
+            fleet.set_about(&figures::of_gripper(&self.settings, &self.board, clients));
+        }
         let Some(clients) = &mut self.servers.clients else { return };
         self.board.clients = figures::clients(clients, self.commands_lost);
         clients.health(&health(&self.board, self.clock.now_us()));

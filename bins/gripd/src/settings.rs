@@ -147,7 +147,7 @@ impl Settings {
         self.cli.model.is_some()
     }
 
-    fn model_name(&self) -> Cow<'_, str> {
+    pub(crate) fn model_name(&self) -> Cow<'_, str> {
         #[cfg(feature = "fleet")]
         if let Some(model) = &self.deployed {
             return format!("{} of the fleet", model.id.name).into();

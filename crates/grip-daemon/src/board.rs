@@ -7,7 +7,7 @@ use crate::{
 use grip_host::report::EventLine;
 use grip_link::{
     host::{CloseReason, HostState},
-    message::{DeviceState, FaultCode, Status as DeviceStatus},
+    message::{DeviceState, FaultCode, Firmware, Status as DeviceStatus},
 };
 use std::{collections::VecDeque, path::PathBuf};
 
@@ -97,6 +97,8 @@ pub struct LinkBoard {
     pub port_open: bool,
     /// Identity and number of starts of the gripper.
     pub gripper: Option<([u8; 16], u32)>,
+    /// What runs on it.
+    pub firmware: Option<Firmware>,
     /// The last word of the gripper on itself.
     pub device: Option<DeviceStatus>,
     /// Why the link closed last, and when (host us).
@@ -119,6 +121,7 @@ impl Default for LinkBoard {
             state: HostState::Closed,
             port_open: false,
             gripper: None,
+            firmware: None,
             device: None,
             closed: None,
             failures: 0,
@@ -208,7 +211,10 @@ impl Board {
         let link = &mut self.link;
         match *note {
             LinkNote::State(state) => link.state = state,
-            LinkNote::Identified { uid, boot_id, .. } => link.gripper = Some((uid, boot_id)),
+            LinkNote::Identified { uid, boot_id, firmware, .. } => {
+                link.gripper = Some((uid, boot_id));
+                link.firmware = Some(firmware);
+            }
             LinkNote::OtherGripper { .. } => link.strangers += 1,
             LinkNote::Rebooted => link.reboots += 1,
             LinkNote::Status(status) => link.device = Some(status),

@@ -423,8 +423,8 @@ impl Turn {
                 let note = if other {
                     LinkNote::OtherGripper { uid: ident.uid }
                 } else {
-                    let (uid, boot_id) = (ident.uid, ident.boot_id);
-                    LinkNote::Identified { uid, boot_id, rebooted }
+                    let (uid, boot_id, firmware) = (ident.uid, ident.boot_id, ident.firmware);
+                    LinkNote::Identified { uid, boot_id, firmware, rebooted }
                 };
                 put(ends, &Item::Link { host_us, note: &note });
             }

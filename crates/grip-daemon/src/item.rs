@@ -6,7 +6,7 @@ use grip_host::{
 };
 use grip_link::{
     host::{CloseReason, HostState},
-    message::{Clamped, Event as DeviceEvent, Grip, Nack, Status},
+    message::{Clamped, Event as DeviceEvent, Firmware, Grip, Nack, Status},
 };
 use slip_core::{
     Sample,
@@ -132,6 +132,8 @@ pub enum LinkNote {
         uid: [u8; 16],
         /// Its number of starts.
         boot_id: u32,
+        /// What runs on it.
+        firmware: Firmware,
         /// Whether it has restarted since it was seen last.
         rebooted: bool,
     },

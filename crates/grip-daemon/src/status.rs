@@ -59,6 +59,8 @@ pub struct Link<'a> {
     pub uid: Option<String>,
     /// Its number of starts.
     pub boot_id: Option<u32>,
+    /// Version of its firmware.
+    pub firmware: Option<String>,
     /// Its state as it tells it.
     pub gripper_state: Option<&'static str>,
     /// Its latched fault, 0 for none.
@@ -248,6 +250,7 @@ impl<'a> Link<'a> {
             state: link_state_name(link.state),
             uid: link.gripper.map(|(uid, _)| Uid(uid).to_string()),
             boot_id: link.gripper.map(|(_, boot_id)| boot_id),
+            firmware: link.firmware.map(|firmware| firmware.to_string()),
             gripper_state: link.device.map(|device| device_state_name(device.state)),
             gripper_fault: link.device.map(|device| device.fault.0),
             closed: link.closed.map(|(_, reason)| explain(&reason)),

@@ -12,6 +12,7 @@ use grip_host::{
     tape::{Played, Tape, TapeError, TapeOptions},
     trial,
 };
+use grip_link::message::Firmware;
 use grip_record::{CsvOptions, mcap::Attached, read_csv};
 use slip_core::{Sample, units::Micros};
 use std::{
@@ -187,7 +188,8 @@ fn rotated_files_stand_for_themselves_and_follow_each_other() {
     let items = grasp("default", 0);
     let options = RecordingOptions { rotate_us: Some(400_000), ..RecordingOptions::default() };
     let mut recorder = Recorder::create(&file, options, about()).unwrap();
-    let note = LinkNote::Identified { uid: [7; 16], boot_id: 2, rebooted: false };
+    let firmware = Firmware { major: 1, minor: 2, patch: 3 };
+    let note = LinkNote::Identified { uid: [7; 16], boot_id: 2, firmware, rebooted: false };
     recorder.take(&Item::Link { host_us: 0, note: &note }, 0);
     feed(&mut recorder, &items, 0);
     let counters = recorder.finish().unwrap();

@@ -9,8 +9,8 @@ use grip_link::{
     decoder::{Decoder, Role, Verdict},
     frame::{self, Direction, Header, MAX_PAYLOAD, MAX_WIRE},
     message::{
-        Kind, Versions,
-        daemon::{DroppedClass, Gripper, Notice, NoticeKind, Subscribe, Topics},
+        Ack, Kind, Nack, NackReason, PayloadError, Versions,
+        daemon::{Command, DroppedClass, Gripper, Notice, NoticeKind, Subscribe, Topics},
     },
 };
 
@@ -33,6 +33,8 @@ pub enum Heard {
     Publication(Publication),
     /// The daemon had no room for so many events: this end has read too slowly.
     Missed(u32),
+    /// The daemon answers the command of this number.
+    Answer(u16, Result<(), NackReason>),
 }
 
 /// One connection to a daemon, as a client that hears everything but samples.
@@ -44,6 +46,8 @@ pub struct Bridge {
     /// The last GRIPPER, STATE and HEALTH.
     known: [Option<Vec<u8>>; 3],
     nameless: u64,
+    /// Number of the last request.
+    seq: u16,
 }
 
 impl Bridge {
@@ -53,7 +57,7 @@ impl Bridge {
         let session = nonce.max(1);
         let mut decoder = Decoder::new(Role::Client);
         decoder.open_session(session, None);
-        Self { decoder, session, uid: None, known: [None, None, None], nameless: 0 }
+        Self { decoder, session, uid: None, known: [None, None, None], nameless: 0, seq: 0 }
     }
 
     /// What the daemon is told first; every so manieth sample is wanted, none for 0.
@@ -61,10 +65,25 @@ impl Bridge {
     pub fn subscribe(&self, every_nth: u16) -> Vec<u8> {
         let (versions, topics) = (Versions::OURS, Topics::ALL);
         let wanted = Subscribe { versions, topics, every_nth, state_ms: STATE_MS };
+        self.request(Kind::SUBSCRIBE, 0, |out| wanted.write(out))
+    }
+
+    /// A command for the fingers, and its number in [`Heard::Answer`].
+    pub fn command(&mut self, command: &Command) -> (u16, Vec<u8>) {
+        self.seq = self.seq.wrapping_add(1);
+        (self.seq, self.request(Kind::COMMAND, self.seq, |out| command.write(out)))
+    }
+
+    fn request(
+        &self,
+        kind: Kind,
+        seq: u16,
+        write: impl FnOnce(&mut [u8]) -> Result<usize, PayloadError>,
+    ) -> Vec<u8> {
         let (mut payload, mut wire) = ([0; MAX_PAYLOAD], [0; MAX_WIRE]);
-        let header = Header::new(Direction::ToDevice, Kind::SUBSCRIBE, 0, self.session);
+        let header = Header::new(Direction::ToDevice, kind, seq, self.session);
         let header = Header { ack_req: true, ..header };
-        let payload = wanted.write(&mut payload).ok().and_then(|len| payload.get(..len));
+        let payload = write(&mut payload).ok().and_then(|len| payload.get(..len));
         let len = frame::encode(&header, payload.unwrap_or_default(), &mut wire).unwrap_or(0);
         wire.get(..len).unwrap_or_default().to_vec()
     }
@@ -74,6 +93,9 @@ impl Bridge {
         while let Some(verdict) = self.decoder.next(&mut bytes) {
             let Verdict::Frame(frame) = verdict else { continue };
             let (kind, payload) = (frame.header.kind, frame.payload);
+            if let Some((seq, answer)) = answer(kind, payload) {
+                on(Heard::Answer(seq, answer));
+            }
             let Some(topic) = topic(kind) else { continue };
             if kind == Kind::GRIPPER
                 && let Ok(gripper) = Gripper::parse(payload)
@@ -117,6 +139,16 @@ impl Bridge {
     pub const fn nameless(&self) -> u64 {
         self.nameless
     }
+}
+
+/// Which command is answered, and how.
+fn answer(kind: Kind, payload: &[u8]) -> Option<(u16, Result<(), NackReason>)> {
+    let (of, answer) = match kind {
+        Kind::ACK => Ack::parse(payload).ok().map(|ack| (ack.kind, (ack.seq, Ok(()))))?,
+        Kind::NACK => Nack::parse(payload).ok().map(|no| (no.kind, (no.seq, Err(no.reason))))?,
+        _ => return None,
+    };
+    Some(answer).filter(|_| of == Kind::COMMAND)
 }
 
 /// How many events were dropped, of what the daemon says of this connection alone; `None` for everything else.
@@ -168,8 +200,11 @@ mod tests {
         decoder::{Decoder, Role, Verdict},
         frame::{self, Direction, Header, MAX_PAYLOAD, MAX_WIRE},
         message::{
-            Kind,
-            daemon::{DroppedClass, Gripper, Health, Notice, NoticeKind, ToClient, ToDaemon},
+            Ack, Kind, Nack, NackReason,
+            daemon::{
+                Command, DroppedClass, Gripper, Health, Notice, NoticeKind, Operation, ToClient,
+                ToDaemon,
+            },
         },
     };
 
@@ -211,7 +246,7 @@ mod tests {
         let mut taken = Vec::new();
         bridge.receive(bytes, &mut |heard| match heard {
             Heard::Publication(publication) => taken.push(publication),
-            Heard::Missed(count) => panic!("{count}"),
+            other => panic!("{other:?}"),
         });
         taken
     }
@@ -274,6 +309,37 @@ mod tests {
         bridge.receive(&daemon.wire, &mut |one| heard.push(one));
         assert_eq!(heard.len(), 2, "{heard:?}");
         assert_eq!(heard[1], Heard::Missed(3));
+    }
+
+    #[test]
+    fn a_command_reaches_the_daemon_and_its_answer_comes_back() {
+        let mut bridge = Bridge::new(7);
+        let mut decoder = Decoder::new(Role::Daemon);
+        let greeting = bridge.subscribe(0);
+        assert!(decoder.next(&mut greeting.as_slice()).is_some());
+        decoder.open_session(7, Some(0));
+        let command = Command { force_mn: 1500, ..Command::new(Operation::AtLeast) };
+        let mut daemon = Daemon { session: 7, seq: 0, wire: Vec::new() };
+        for (number, reason) in [(1, None), (2, Some(NackReason::Forbidden))] {
+            let (seq, wire) = bridge.command(&command);
+            let Some(Verdict::Frame(frame)) = decoder.next(&mut wire.as_slice()) else { panic!() };
+            assert_eq!((frame.header.seq, frame.header.ack_req, seq), (number, true, number));
+            let Ok(ToDaemon::Command(got)) = ToDaemon::parse(&frame) else { panic!() };
+            assert_eq!(got, command);
+            let kind = Kind::COMMAND;
+            match reason {
+                None => daemon.say(Kind::ACK, |out| Ack { kind, seq }.write(out).unwrap()),
+                Some(reason) => {
+                    daemon.say(Kind::NACK, |out| Nack { kind, reason, seq }.write(out).unwrap());
+                }
+            }
+        }
+        // Answers to something else are for nobody.
+        daemon.say(Kind::ACK, |out| Ack { kind: Kind::QUERY, seq: 3 }.write(out).unwrap());
+        let mut heard = Vec::new();
+        bridge.receive(&daemon.wire, &mut |one| heard.push(one));
+        let refused = Heard::Answer(2, Err(NackReason::Forbidden));
+        assert_eq!(heard, [Heard::Answer(1, Ok(())), refused]);
     }
 
     #[test]

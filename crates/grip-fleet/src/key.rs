@@ -3,7 +3,7 @@
 //! `grip/v1/SITE/UID/state`, `.../events`, `.../health`, `.../samples` are publications, `.../alive` is the sign that the gripper's
 //! daemon is there, the others answer questions.
 
-use core::fmt;
+use core::{fmt, str::FromStr};
 use grip_host::config::{Site, Uid};
 
 /// What every name begins with: who, and the version of what follows.
@@ -117,6 +117,19 @@ impl Member {
         }
         let part = Part::ALL.into_iter().find(|part| part.name() == last)?;
         Some((Self { site: site.parse().ok()?, uid: uid.parse().ok()? }, part))
+    }
+}
+
+impl FromStr for Member {
+    type Err = String;
+
+    /// `SITE/UID`, as it is shown.
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (site, uid) = text
+            .split_once('/')
+            .ok_or_else(|| "expected a gripper as SITE/UID, as `fleet list` shows it".to_owned())?;
+        let site = site.parse().map_err(|error| format!("site: {error}"))?;
+        Ok(Self { site, uid: uid.parse().map_err(|error| format!("uid: {error}"))? })
     }
 }
 

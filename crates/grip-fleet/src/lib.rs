@@ -9,6 +9,7 @@
 //! * [`deploy`]: a model that comes to one gripper in, whether it may be tried, stays or goes back out;
 //! * [`rollout`]: many grippers and what each reports in, who gets a model next, and who gives it back, out.
 
+mod about;
 mod bridge;
 pub mod deploy;
 mod follower;
@@ -21,6 +22,7 @@ pub mod net;
 pub mod rollout;
 mod spool;
 
+pub use about::About;
 pub use bridge::{Bridge, Heard, Publication};
 pub use follower::{Follower, Since, Verdict};
 pub use grip_host::config::{Site, Uid};

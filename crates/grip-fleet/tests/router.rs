@@ -39,7 +39,8 @@ fn port() -> u16 {
 }
 
 fn router(port: u16) -> Session {
-    net::router(&format!("tcp/127.0.0.1:{port}")).unwrap()
+    let router = Some(format!("tcp/127.0.0.1:{port}"));
+    net::router(&Network { router, file: None }).unwrap()
 }
 
 /// A network that looks for its router every fifth of a second.

@@ -2,6 +2,7 @@
 
 use crate::commands::fleet::Selection;
 use clap::{Args, Subcommand};
+use grip_fleet::Member;
 use grip_host::config::{Site, Uid};
 use std::path::PathBuf;
 
@@ -28,19 +29,30 @@ pub(crate) enum FleetCommand {
     ///
     /// Exit codes: 0 all have it, 1 stopped and rolled back, 2 wrong arguments.
     Deploy(DeployArgs),
+    /// Tell one gripper what to do, where its gripd takes commands from the network.
+    ///
+    /// Its own limits hold, and it goes on to answer slips by itself. Events tell when it was carried out. "stop" is no emergency stop.
+    Command(CommandArgs),
     /// Be a router until it is stopped, where none is installed.
     Router(RouterArgs),
+}
+
+/// The network.
+#[derive(Debug, Args)]
+pub(crate) struct ReachArgs {
+    /// Where a Zenoh router listens, for example tcp/10.0.0.1:7447.
+    #[arg(long, value_name = "ENDPOINT", env = "GRIP_ROUTER", global = true)]
+    pub(crate) router: Option<String>,
+    /// Zenoh configuration file, for certificates, names, retries and the rest.
+    #[arg(long, value_name = "FILE", env = "GRIP_NETWORK", global = true)]
+    pub(crate) network: Option<PathBuf>,
 }
 
 /// Where the grippers are.
 #[derive(Debug, Args)]
 pub(crate) struct PlaceArgs {
-    /// Where a Zenoh router listens, for example tcp/10.0.0.1:7447.
-    #[arg(long, value_name = "ENDPOINT", env = "GRIP_ROUTER")]
-    pub(crate) router: Option<String>,
-    /// Zenoh configuration file, for names, retries and the rest.
-    #[arg(long, value_name = "FILE", env = "GRIP_NETWORK")]
-    pub(crate) network: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) reach: ReachArgs,
     /// Only grippers of this site.
     #[arg(long)]
     pub(crate) site: Option<Site>,
@@ -108,8 +120,50 @@ pub(crate) struct DeployArgs {
 }
 
 #[derive(Debug, Args)]
+pub(crate) struct CommandArgs {
+    /// The gripper, as `fleet list` shows it: site/uid.
+    pub(crate) gripper: Member,
+    #[command(subcommand)]
+    pub(crate) what: What,
+    #[command(flatten)]
+    pub(crate) place: ReachArgs,
+}
+
+#[derive(Clone, Copy, Debug, Subcommand)]
+pub(crate) enum What {
+    /// Hold with at least this force; 0 takes it back.
+    AtLeast {
+        /// Force (N).
+        #[arg(allow_negative_numbers = true)]
+        force: f64,
+    },
+    /// Let go, until it is told to grasp.
+    Release,
+    /// Close again after a release.
+    Grasp,
+    /// Stop in software, latched by the gripper.
+    Stop,
+    /// Clear the latched fault of this code, as `fleet list` shows it.
+    ClearFault {
+        /// Four hexadecimal digits.
+        #[arg(value_parser = fault)]
+        code: u16,
+    },
+}
+
+fn fault(text: &str) -> Result<u16, String> {
+    u16::from_str_radix(text.trim_start_matches("0x"), 16)
+        .map_err(|_| "expected up to four hexadecimal digits, such as 0103".to_owned())
+}
+
+#[derive(Debug, Args)]
 pub(crate) struct RouterArgs {
-    /// Where grippers and gripctl reach it; whoever can, may listen in and publish.
-    #[arg(long, value_name = "ENDPOINT", default_value = "tcp/127.0.0.1:7447")]
-    pub(crate) listen: String,
+    /// Where grippers and gripctl reach it [default: tcp/127.0.0.1:7447, or what the file says].
+    ///
+    /// Without access control in the file, whoever can reach it may listen in and publish.
+    #[arg(long, value_name = "ENDPOINT")]
+    pub(crate) listen: Option<String>,
+    /// Zenoh configuration file: certificates, who may do what, and the rest.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) network: Option<PathBuf>,
 }

@@ -1,5 +1,6 @@
 //! `gripctl fleet`: a router in; who is there, and what happens to them, out.
 
+mod command;
 mod deploy;
 
 pub(crate) use deploy::Selection;
@@ -12,7 +13,7 @@ use super::{
     },
 };
 use crate::{
-    cli::fleet::{FleetArgs, FleetCommand, PlaceArgs},
+    cli::fleet::{FleetArgs, FleetCommand, PlaceArgs, ReachArgs, RouterArgs},
     output,
 };
 use core::{
@@ -20,7 +21,7 @@ use core::{
     time::Duration,
 };
 use grip_fleet::{
-    EventId, Member, Message, Selector, Since, Topic, Uid,
+    About, EventId, Member, Message, Selector, Since, Topic, Uid,
     net::{self, Listed, Network, Told, Watch, list},
 };
 use grip_host::exit::{Exit, WrongArgument};
@@ -46,7 +47,8 @@ pub(crate) fn run(args: &FleetArgs) -> anyhow::Result<Exit> {
             watch(&args.place, Some(args.uid), Since::Now, &[Topic::State], seconds)
         }
         FleetCommand::Deploy(args) => deploy::run(args),
-        FleetCommand::Router(args) => router(&args.listen),
+        FleetCommand::Command(args) => command::run(args),
+        FleetCommand::Router(args) => router(args),
     }
 }
 
@@ -57,16 +59,22 @@ fn duration(seconds: Option<f64>) -> Result<Duration, WrongArgument> {
 }
 
 /// The network of the arguments; what can never be one is a wrong argument.
-fn network(place: &PlaceArgs) -> anyhow::Result<Network> {
-    let network = Network { router: place.router.clone(), file: place.network.clone() };
+fn network(reach: &ReachArgs) -> anyhow::Result<Network> {
+    let network = Network { router: reach.router.clone(), file: reach.network.clone() };
     network.check().map_err(|error| WrongArgument(error.to_string()))?;
     Ok(network)
 }
 
-fn router(listen: &str) -> anyhow::Result<Exit> {
-    let _router = net::router(listen).map_err(|error| WrongArgument(error.to_string()))?;
+/// Where the router listens that nobody has told where to.
+const LISTEN: &str = "tcp/127.0.0.1:7447";
+
+fn router(args: &RouterArgs) -> anyhow::Result<Exit> {
+    let listen = args.listen.clone();
+    let listen = listen.or_else(|| args.network.is_none().then(|| LISTEN.to_owned()));
+    let network = Network { router: listen, file: args.network.clone() };
+    let _router = net::router(&network).map_err(|error| WrongArgument(error.to_string()))?;
     let mut signals = Signals::new([SIGINT, SIGTERM])?;
-    output::line(&format!("a router listens at {listen}"))?;
+    output::line(&format!("a router listens at {}", network.name()))?;
     signals.forever().next();
     Ok(Exit::Done)
 }
@@ -76,18 +84,21 @@ fn router(listen: &str) -> anyhow::Result<Exit> {
 struct Line {
     site: String,
     uid: String,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    about: Option<About>,
     #[serde(flatten)]
     report: Report,
 }
 
 fn show_list(place: &PlaceArgs) -> anyhow::Result<Exit> {
-    let session = network(place)?.open()?;
+    let session = network(&place.reach)?.open()?;
     let selector = Selector { site: place.site.clone(), uid: None };
     let listed = list(&session, &selector)?;
     if place.json {
         for (member, listed) in &listed {
             let (site, uid) = (member.site.to_string(), member.uid.to_string());
-            output::json(&Line { site, uid, report: report(listed) })?;
+            let (about, report) = (listed.about.clone(), report(listed));
+            output::json(&Line { site, uid, about, report })?;
         }
         return Ok(Exit::Done);
     }
@@ -96,7 +107,8 @@ fn show_list(place: &PlaceArgs) -> anyhow::Result<Exit> {
         output::line(&format!("no gripper is there{site}"))?;
     }
     for (member, listed) in &listed {
-        output::line(&format!("{member}  {}", summary(&report(listed))))?;
+        let about = listed.about.as_ref().map_or_else(String::new, made_of);
+        output::line(&format!("{member}  {}{about}", summary(&report(listed))))?;
     }
     Ok(Exit::Done)
 }
@@ -110,6 +122,15 @@ fn report(listed: &Listed) -> Report {
         report.take(message);
     }
     report
+}
+
+/// What a gripper is made of, behind how it does.
+fn made_of(about: &About) -> String {
+    let part = |name: &str, value: &Option<String>| {
+        value.as_ref().map_or_else(String::new, |value| format!(", {name} {value}"))
+    };
+    let (firmware, model) = (part("firmware", &about.firmware), part("model", &about.model));
+    format!("; {}{firmware}{model}", about.program)
 }
 
 /// How one gripper does, on one line.
@@ -180,7 +201,7 @@ fn watch(
     telemetry: &[Topic],
     limit: Duration,
 ) -> anyhow::Result<Exit> {
-    let network = network(place)?;
+    let network = network(&place.reach)?;
     let stopped = Arc::new(AtomicBool::new(false));
     for signal in [SIGINT, SIGTERM] {
         signal_hook::flag::register(signal, Arc::clone(&stopped))?;

@@ -1,11 +1,11 @@
 //! `gripctl fleet` beside a router in the test, and one gripper that the test plays.
 
-use crate::run::gripctl;
+use crate::run::{Ran, gripctl};
 use core::sync::atomic::{AtomicBool, Ordering};
 use grip_fleet::{
-    EventLog, Member, Part, Spool, Topic, Uid,
+    About, EventLog, Member, Part, Spool, Topic, Uid,
     deploy::{Models, Order, digest, examine},
-    net::{Announced, Network},
+    net::{Announced, Network, Question},
     rollout::Counts,
 };
 use grip_host::model::default_text;
@@ -13,7 +13,7 @@ use grip_link::{
     frame::{self, Direction, Header, MAX_WIRE},
     message::{
         Kind,
-        daemon::{Gripper, Notice, NoticeKind},
+        daemon::{Command, Gripper, Notice, NoticeKind, Operation},
     },
 };
 use serde_json::Value;
@@ -21,7 +21,7 @@ use std::{
     io::{BufRead as _, BufReader},
     net::TcpListener,
     path::Path,
-    process::{Child, Command, Stdio},
+    process::{self, Child, Stdio},
     thread,
 };
 
@@ -50,19 +50,41 @@ fn play(endpoint: &str, end: &AtomicBool, there: &AtomicBool) {
     }
     let gripper = Gripper { uid: member.uid.0, rate_hz: 1000, ..Gripper::NONE };
     let gripper = wire(Kind::GRIPPER, |out| gripper.write(out).unwrap());
-    let mut announced = Announced::new(&session, &member, &[]).unwrap();
+    let mut announced = Announced::new(&session, &member, &[Part::About, Part::Command]).unwrap();
     there.store(true, Ordering::SeqCst);
     while !end.load(Ordering::SeqCst) {
         announced.publish(Topic::State, spool.log().head(), &gripper);
         let lend = |use_it: &mut dyn FnMut(&EventLog)| use_it(spool.log());
         announced.answer(&lend, &[&gripper], "");
+        while let Some(question) = announced.question() {
+            answer(&question);
+        }
         thread::yield_now();
     }
 }
 
+/// It takes commands, but lets go only with its token and holds with 2.5 N only.
+fn answer(question: &Question) {
+    if question.part() == Part::About {
+        let about = About {
+            program: "gripd 1".to_owned(),
+            firmware: Some("1.2.3".to_owned()),
+            model: None,
+            token: Some(7),
+        };
+        return question.reply(about.to_json().unwrap().as_bytes()).unwrap();
+    }
+    let command = Command::parse(&question.payload()).unwrap();
+    match (command.operation, command.force_mn, command.token) {
+        (Operation::AtLeast, 2500, 0) | (Operation::Release, 0, 7) => question.reply(b"taken"),
+        _ => question.refuse("too many commands wait"),
+    }
+    .unwrap();
+}
+
 /// `gripctl fleet router`, as soon as it listens.
 fn router(endpoint: &str) -> Child {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_gripctl"));
+    let mut command = process::Command::new(env!("CARGO_BIN_EXE_gripctl"));
     command.args(["fleet", "router", "--listen", endpoint]).stdout(Stdio::piped());
     let mut child = command.spawn().unwrap();
     let mut line = String::new();
@@ -71,8 +93,15 @@ fn router(endpoint: &str) -> Child {
     child
 }
 
-/// What `args` print while the gripper is there.
+/// What `args` print while the gripper is there, and they succeed.
 fn beside(args: &[&str]) -> Vec<String> {
+    let ran = ran_beside(args);
+    assert_eq!(ran.code, 0, "{ran:?}");
+    ran.out.lines().map(str::to_owned).collect()
+}
+
+/// What becomes of `args` while the gripper is there.
+fn ran_beside(args: &[&str]) -> Ran {
     let folder = tempfile::tempdir().unwrap();
     let endpoint = endpoint();
     let mut router = router(&endpoint);
@@ -86,8 +115,7 @@ fn beside(args: &[&str]) -> Vec<String> {
         end.store(true, Ordering::SeqCst);
         router.kill().unwrap();
         router.wait().unwrap();
-        assert_eq!(ran.code, 0, "{ran:?}");
-        ran.out.lines().map(str::to_owned).collect()
+        ran
     })
 }
 
@@ -96,11 +124,23 @@ const MEMBER: &str = "hall/abababababababababababababababab";
 #[test]
 fn who_is_there_is_listed() {
     let lines = beside(&["fleet", "list"]);
-    assert_eq!(lines, [format!("{MEMBER}  link closed, 1000 Hz")]);
+    assert_eq!(lines, [format!("{MEMBER}  link closed, 1000 Hz; gripd 1, firmware 1.2.3")]);
     let lines = beside(&["fleet", "list", "--json", "--site", "hall"]);
     let value: Value = serde_json::from_str(&lines[0]).unwrap();
+    assert_eq!(value["about"]["firmware"], "1.2.3");
     assert_eq!((&value["site"], &value["gripper"]["rate_hz"]), (&"hall".into(), &1000.into()));
     assert_eq!(beside(&["fleet", "list", "--site", "yard"]), ["no gripper is there at yard"]);
+}
+
+#[test]
+fn a_gripper_is_told_what_to_do_and_its_reasons_are_shown() {
+    let told = |what: &[&str]| beside(&[&["fleet", "command", MEMBER], what].concat());
+    for what in [&["at-least", "2.5"][..], &["release"]] {
+        assert_eq!(told(what), [format!("{MEMBER}  has taken the command")]);
+    }
+    let ran = ran_beside(&["fleet", "command", MEMBER, "grasp"]);
+    assert_eq!((ran.code, ran.out.as_str()), (1, ""));
+    assert!(ran.err.contains(&format!("{MEMBER}: too many commands wait")), "{}", ran.err);
 }
 
 #[test]
@@ -130,6 +170,11 @@ fn what_cannot_be_is_told_in_a_sentence() {
     refuse(2, &["list", "--router", "here"], &["router = here: ", "expected an endpoint"]);
     refuse(2, &["list", "--network", "none.json5"], &["none.json5: no Zenoh configuration"]);
     refuse(2, &["router", "--listen", "there"], &["router = there: "]);
+    let nobody = "tcp/127.0.0.1:1";
+    refuse(2, &["command", "x", "grasp", "--router", nobody], &["expected a gripper as SITE/UID"]);
+    let below = ["command", MEMBER, "at-least", "-1", "--router", nobody];
+    refuse(2, &below, &["-1 is no force; expected newtons"]);
+    refuse(2, &["command", MEMBER, "clear-fault", "xyz"], &["expected up to four hexadecimal"]);
     refuse(2, &["list", "--site", "a/b"], &["`a/b` is no name of a site"]);
     refuse(2, &["tail", "12", "--router", "tcp/127.0.0.1:1"], &["`12` is no identity"]);
     let seconds = ["events", "--seconds", "0", "--router", "tcp/127.0.0.1:1"];

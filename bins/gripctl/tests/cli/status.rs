@@ -9,6 +9,7 @@ use grip_daemon::clients::{About, Clients, ClientsConfig, Listen};
 use grip_daemon::{Item, LinkNote};
 use grip_host::report::{EventLine, EvidenceFields};
 use grip_link::host::HostState;
+use grip_link::message::Firmware;
 use grip_link::message::daemon::{Health, RealTime};
 use std::io::{Read as _, Write as _};
 use std::net::TcpListener;
@@ -40,7 +41,9 @@ impl Served {
         let config = ClientsConfig { listen, ..ClientsConfig::default() };
         let mut clients = Clients::listen(config, about).unwrap();
         let place = clients.place().unwrap();
-        let note = LinkNote::Identified { uid: [0xAB; 16], boot_id: 7, rebooted: false };
+        let firmware = Firmware { major: 1, minor: 2, patch: 3 };
+        let (uid, boot_id, rebooted) = ([0xAB; 16], 7, false);
+        let note = LinkNote::Identified { uid, boot_id, firmware, rebooted };
         clients.take(&Item::Link { host_us: 1, note: &note });
         clients.take(&Item::Link { host_us: 1, note: &LinkNote::State(HostState::Stream) });
         let evidence = EvidenceFields { command_n: Some(4.5), ..EvidenceFields::default() };

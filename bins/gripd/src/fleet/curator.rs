@@ -5,18 +5,22 @@ use super::{Common, PAUSE};
 use grip_daemon::{HotCounters, log::LogLevel};
 use grip_fleet::{
     deploy::{Examined, Models, News, Order},
+    net::{NetError, Question},
     rollout::Counts,
 };
 use grip_host::exit::message;
-use std::sync::{
-    Arc, Mutex, PoisonError,
-    mpsc::{self, Receiver, RecvTimeoutError, Sender},
+use std::{
+    collections::HashMap,
+    sync::{
+        Arc, Mutex, PoisonError,
+        mpsc::{self, Receiver, RecvTimeoutError, Sender},
+    },
 };
 
 /// An order, with a number that the answer has too.
-pub(super) type Asked = (u64, Order);
+type Asked = (u64, Order);
 /// An answer: JSON, or the reason why there is none.
-pub(super) type Answered = (u64, Result<String, String>);
+type Answered = (u64, Result<String, String>);
 
 /// A model to be put in force.
 #[derive(Debug)]
@@ -83,8 +87,34 @@ pub(super) struct Curator {
 /// What the thread of the network has of it.
 #[derive(Debug)]
 pub(super) struct Line {
-    pub(super) asked: Sender<Asked>,
-    pub(super) answered: Receiver<Answered>,
+    asked: Sender<Asked>,
+    answered: Receiver<Answered>,
+    /// Questions that are not answered yet, by number; and the last number.
+    waiting: HashMap<u64, Question>,
+    ticket: u64,
+}
+
+impl Line {
+    /// Hands an order on; the answer comes when it is obeyed. What is no order is refused at once.
+    pub(super) fn ask(&mut self, question: Question) -> Result<(), NetError> {
+        match Order::read(|name| question.parameter(name), question.payload()) {
+            Ok(order) => {
+                self.ticket += 1;
+                if self.asked.send((self.ticket, order)).is_err() {
+                    return question.refuse("the thread of the models has ended");
+                }
+                self.waiting.insert(self.ticket, question);
+                Ok(())
+            }
+            Err(error) => question.refuse(&error.to_string()),
+        }
+    }
+
+    /// The next question that is answered.
+    pub(super) fn answered(&mut self) -> Option<(Question, Result<String, String>)> {
+        let (ticket, answer) = self.answered.try_recv().ok()?;
+        Some((self.waiting.remove(&ticket)?, answer))
+    }
 }
 
 impl Curator {
@@ -103,7 +133,8 @@ impl Curator {
             counts: Arc::clone(&counts),
             last: (0, 0),
         };
-        let line = Line { asked: asked_in, answered: answered_out };
+        let waiting = HashMap::new();
+        let line = Line { asked: asked_in, answered: answered_out, waiting, ticket: 0 };
         (Self { models, common, asked, answered, wanted, swapped, reloaded, counts }, line, desk)
     }
 

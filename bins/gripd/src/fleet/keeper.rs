@@ -1,18 +1,30 @@
 //! Bytes of the daemon in; events kept, and what is to be published on its way to the network. It waits for nothing but the daemon and the disk.
 
-use super::{Common, Outgoing};
+use super::{Answered, Common, Order, Outgoing};
 use core::{mem, sync::atomic::Ordering};
 use grip_daemon::log::LogLevel;
 use grip_fleet::{Bridge, Heard, Publication, Spool, SpoolError, Topic, Uid};
 use grip_host::{config::FleetConfig, exit::message};
+use grip_link::message::NackReason;
 use std::{
-    io::{self, Read as _},
+    collections::VecDeque,
+    io::{self, Read as _, Write as _},
     os::unix::net::UnixStream,
-    sync::mpsc::SyncSender,
+    sync::mpsc::{Receiver, Sender, SyncSender},
 };
 
 /// Bytes read at once.
 const CHUNK: usize = 16 * 1024;
+
+/// What leads to the other threads.
+pub(super) struct KeeperEnds {
+    pub(super) common: Common,
+    /// What is to be published.
+    pub(super) sender: SyncSender<Outgoing>,
+    /// Commands from the network, and what became of them.
+    pub(super) orders: Receiver<Order>,
+    pub(super) answer: Sender<Answered>,
+}
 
 pub(super) struct Keeper {
     bridge: Bridge,
@@ -20,6 +32,10 @@ pub(super) struct Keeper {
     run: u32,
     common: Common,
     sender: SyncSender<Outgoing>,
+    orders: Receiver<Order>,
+    answer: Sender<Answered>,
+    /// Commands that the daemon has not answered yet: their numbers here and on the network.
+    open: VecDeque<(u16, u64)>,
     /// Events cannot be put on disk now.
     troubled: bool,
     /// Another daemon keeps the events of this gripper.
@@ -27,13 +43,21 @@ pub(super) struct Keeper {
 }
 
 impl Keeper {
-    pub(super) fn new(
-        bridge: Bridge,
-        config: FleetConfig,
-        run: u32,
-        (common, sender): (Common, SyncSender<Outgoing>),
-    ) -> Self {
-        Self { bridge, config, run, common, sender, troubled: false, locked: false }
+    pub(super) fn new(bridge: Bridge, config: FleetConfig, run: u32, ends: KeeperEnds) -> Self {
+        let KeeperEnds { common, sender, orders, answer } = ends;
+        let open = VecDeque::new();
+        Self {
+            bridge,
+            config,
+            run,
+            common,
+            sender,
+            orders,
+            answer,
+            open,
+            troubled: false,
+            locked: false,
+        }
     }
 
     /// Runs until the daemon closes the connection.
@@ -50,8 +74,34 @@ impl Keeper {
                     break;
                 }
             }
+            if let Err(error) = self.order(&mut stream) {
+                let text = format!("cannot hand commands to the daemon: {error}");
+                self.common.tell(LogLevel::Error, &text);
+                break;
+            }
         }
         self.common.ended.store(true, Ordering::Relaxed);
+    }
+
+    /// Hands commands on, as any other client would.
+    fn order(&mut self, stream: &mut UnixStream) -> io::Result<()> {
+        while let Ok((number, command)) = self.orders.try_recv() {
+            let (seq, wire) = self.bridge.command(&command);
+            self.open.push_back((seq, number));
+            stream.write_all(&wire)?;
+        }
+        Ok(())
+    }
+
+    /// The daemon answers in the order in which it is asked; what it had no room to answer is passed over.
+    fn answer(&mut self, seq: u16, answer: Result<(), NackReason>) {
+        while let Some((asked, number)) = self.open.pop_front() {
+            if asked == seq {
+                // Whoever asked may have gone.
+                let _gone = self.answer.send((number, answer));
+                break;
+            }
+        }
     }
 
     fn receive(&mut self, bytes: &[u8]) {
@@ -61,6 +111,7 @@ impl Keeper {
             match heard {
                 Heard::Publication(publication) => self.keep(publication),
                 Heard::Missed(count) => self.miss(count),
+                Heard::Answer(seq, answer) => self.answer(seq, answer),
             }
         }
     }

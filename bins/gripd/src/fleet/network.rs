@@ -1,62 +1,79 @@
 //! What is to be published in, a gripper on the network out. This thread may wait for the network; nobody waits for it.
 
-use super::{
-    Common, Outgoing, PAUSE,
-    curator::{Answered, Line},
-    pause,
-};
+use super::{Answered, Common, Order, Outgoing, PAUSE, curator::Line, pause};
 use core::{mem, time::Duration};
 use grip_daemon::log::LogLevel;
 use grip_fleet::{
     Member, Part, Site,
-    deploy::Order,
     net::{Announced, NetError, Network, Question},
 };
 use grip_host::exit::message;
+use grip_link::message::{NackReason, daemon::Command};
 use std::{
-    collections::HashMap,
-    sync::mpsc::{Receiver, RecvTimeoutError},
+    collections::VecDeque,
+    sync::mpsc::{Receiver, RecvTimeoutError, Sender},
 };
 
 /// Pause between two attempts to find the router, or a free name.
 const RETRY: Duration = Duration::from_secs(2);
 
 /// What this gripper can be asked, beside events, status and configuration.
-const PARTS: [Part; 2] = [Part::About, Part::Model];
+const PARTS: [Part; 3] = [Part::About, Part::Command, Part::Model];
+/// Commands that wait for the daemon; it answers within milliseconds.
+const MOST_ORDERS: usize = 32;
+
+/// What a gripper says of itself, and what it takes.
+pub(super) struct Place {
+    pub(super) site: Site,
+    /// The configuration at the start, as text.
+    pub(super) shown: String,
+    /// Whether commands are taken.
+    pub(super) commands: bool,
+}
+
+/// What leads to the other threads.
+pub(super) struct SpeakerEnds {
+    pub(super) common: Common,
+    /// What is to be published.
+    pub(super) outgoing: Receiver<Outgoing>,
+    /// Commands, and what became of them.
+    pub(super) order: Sender<Order>,
+    pub(super) answers: Receiver<Answered>,
+    /// The way to the models, or why there is none.
+    pub(super) models: Result<Line, &'static str>,
+}
 
 pub(super) struct Speaker {
     network: Network,
-    site: Site,
-    /// The configuration at the start, as text.
-    shown: String,
+    place: Place,
     common: Common,
     outgoing: Receiver<Outgoing>,
+    order: Sender<Order>,
+    answers: Receiver<Answered>,
+    /// Commands that wait for the daemon, by their numbers.
+    open: VecDeque<(u64, Question)>,
+    /// Number of the last command.
+    ordered: u64,
     /// The way to the models, or why there is none.
     models: Result<Line, &'static str>,
-    /// Questions about models that are not answered yet, by number; and the next number.
-    waiting: HashMap<u64, Question>,
-    ticket: u64,
     /// The last complaint was told.
     complained: bool,
 }
 
 impl Speaker {
-    pub(super) fn new(
-        network: Network,
-        (site, shown): (Site, String),
-        models: Result<Line, &'static str>,
-        (common, outgoing): (Common, Receiver<Outgoing>),
-    ) -> Self {
-        let waiting = HashMap::new();
+    pub(super) fn new(network: Network, place: Place, ends: SpeakerEnds) -> Self {
+        let SpeakerEnds { common, outgoing, order, answers, models } = ends;
+        let open = VecDeque::new();
         Self {
             network,
-            site,
-            shown,
+            place,
             common,
             outgoing,
+            order,
+            answers,
+            open,
+            ordered: 0,
             models,
-            waiting,
-            ticket: 0,
             complained: false,
         }
     }
@@ -80,7 +97,7 @@ impl Speaker {
     fn member(&self) -> Option<Member> {
         while !self.common.has_ended() {
             if let Some((uid, _)) = &self.common.kept().gripper {
-                return Some(Member { site: self.site.clone(), uid: *uid });
+                return Some(Member { site: self.place.site.clone(), uid: *uid });
             }
             pause(PAUSE);
         }
@@ -122,26 +139,28 @@ impl Speaker {
                 Err(RecvTimeoutError::Timeout) => {}
                 Err(RecvTimeoutError::Disconnected) => return,
             }
-            let status = self.common.kept().status.clone();
+            let common = &self.common;
+            let status = common.kept().status.clone();
             let lend = |use_it: &mut dyn FnMut(&grip_fleet::EventLog)| {
-                if let Some((_, spool)) = &self.common.kept().gripper {
+                if let Some((_, spool)) = &common.kept().gripper {
                     use_it(spool.log());
                 }
             };
-            announced.answer(&lend, &status, &self.shown);
+            announced.answer(&lend, &status, &self.place.shown);
             while let Some(question) = announced.question() {
                 self.question(question);
             }
-            while let Some((ticket, answer)) = self.answered() {
-                if let Some(question) = self.waiting.remove(&ticket) {
-                    self.answer(&question, answer.as_deref().map_err(String::as_str));
-                }
+            while let Ok((number, answer)) = self.answers.try_recv() {
+                self.answered(number, answer);
+            }
+            while let Some((question, answer)) = self.models.as_mut().ok().and_then(Line::answered)
+            {
+                self.tell(match answer {
+                    Ok(standing) => question.reply(standing.as_bytes()),
+                    Err(reason) => question.refuse(&reason),
+                });
             }
         }
-    }
-
-    fn answered(&self) -> Option<Answered> {
-        self.models.as_ref().ok()?.answered.try_recv().ok()
     }
 
     /// Answers what the log does not know.
@@ -149,38 +168,62 @@ impl Speaker {
         match question.part() {
             Part::About => {
                 let about = self.common.kept().about.clone();
-                self.answer(&question, Ok(&about));
+                self.tell(question.reply(about.as_bytes()));
             }
-            Part::Model => self.model(question),
-            _ => self.answer(&question, Err("this is not asked here")),
+            Part::Command => self.command(question),
+            Part::Model => {
+                let asked = match &mut self.models {
+                    Ok(line) => line.ask(question),
+                    Err(reason) => question.refuse(reason),
+                };
+                self.tell(asked);
+            }
+            _ => self.tell(question.refuse("this is not asked here")),
         }
     }
 
-    /// Hands an order on; the answer comes when it is obeyed.
-    fn model(&mut self, question: Question) {
-        let line = match &self.models {
-            Ok(line) => line,
-            Err(reason) => return self.answer(&question, Err(reason)),
-        };
-        match Order::read(|name| question.parameter(name), question.payload()) {
-            Ok(order) => {
-                self.ticket += 1;
-                if line.asked.send((self.ticket, order)).is_err() {
-                    return self.answer(&question, Err("the thread of the models has ended"));
-                }
-                self.waiting.insert(self.ticket, question);
-            }
-            Err(error) => self.answer(&question, Err(&error.to_string())),
+    /// Hands a command to the daemon, which judges it as that of any other client.
+    fn command(&mut self, question: Question) {
+        if !self.place.commands {
+            let reason = "commands are not taken from the network: allow_commands and fleet.commands are not both set";
+            return self.tell(question.refuse(reason));
         }
+        let Ok(command) = Command::parse(&question.payload()) else {
+            return self.tell(question.refuse("this is no command"));
+        };
+        if self.open.len() >= MOST_ORDERS {
+            // The daemon had no room to answer them.
+            self.open.pop_front();
+        }
+        self.ordered += 1;
+        self.open.push_back((self.ordered, question));
+        // A keeper that is gone ends this thread too.
+        let _gone = self.order.send((self.ordered, command));
     }
 
-    fn answer(&self, question: &Question, answer: Result<&str, &str>) {
-        let told = match answer {
-            Ok(text) => question.reply(text.as_bytes()),
-            Err(reason) => question.refuse(reason),
-        };
-        if let Err(error) = told {
+    fn answered(&mut self, number: u64, answer: Result<(), NackReason>) {
+        let Some(place) = self.open.iter().position(|(open, _)| *open == number) else { return };
+        let Some((_, question)) = self.open.remove(place) else { return };
+        self.tell(match answer {
+            Ok(()) => question.reply(b"taken"),
+            Err(reason) => question.refuse(refusal(reason)),
+        });
+    }
+
+    /// Tells of an answer that the session did not take.
+    fn tell(&self, sent: Result<(), NetError>) {
+        if let Err(error) = sent {
             self.common.tell(LogLevel::Warn, &message(&error));
         }
+    }
+}
+
+/// Why the daemon does not take a command.
+const fn refusal(reason: NackReason) -> &'static str {
+    match reason {
+        NackReason::Forbidden => "commands are not allowed: allow_commands is not set",
+        NackReason::Token => "letting go needs the token of this start of gripd; ask again",
+        NackReason::Busy => "too many commands wait",
+        _ => "the daemon refuses this command",
     }
 }

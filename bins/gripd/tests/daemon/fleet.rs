@@ -3,10 +3,10 @@
 use crate::running::{Running, until};
 use core::time::Duration;
 use grip_fleet::{
-    EventId, Selector, Since,
-    net::{self, Network, Told, Watch},
+    About, EventId, Member, Part, Selector, Since,
+    net::{self, Ask, Network, Session, Told, Watch, ask},
 };
-use grip_link::message::daemon::ToClient;
+use grip_link::message::daemon::{Command, NoticeKind, Operation, ToClient};
 use std::{collections::HashSet, fs, net::TcpListener, path::Path};
 
 /// Looks of 20 ms.
@@ -24,6 +24,10 @@ fn place(folder: &Path) -> (String, Network) {
     );
     fs::write(folder.join("gripd.toml"), text).unwrap();
     (router.clone(), Network { router: Some(router), file: Some(file) })
+}
+
+fn router(endpoint: &str) -> Session {
+    net::router(&Network { router: Some(endpoint.to_owned()), file: None }).unwrap()
 }
 
 /// Slips as they came: the number of each event and that of the slip in it.
@@ -46,7 +50,7 @@ fn printed(running: &Running) -> usize {
 fn every_slip_is_told_once_though_router_and_daemon_end() {
     let folder = tempfile::tempdir().unwrap();
     let (endpoint, network) = place(folder.path());
-    let router = net::router(&endpoint).unwrap();
+    let here = router(&endpoint);
     let first = Running::holding(folder.path(), &[]);
     first.wait_for("this gripper is there as hall/");
     let session = network.open().unwrap();
@@ -56,11 +60,11 @@ fn every_slip_is_told_once_though_router_and_daemon_end() {
         slips(&mut watch, &mut got);
         got.len() >= printed(&first)
     }));
-    drop(router);
+    drop(here);
     let before = printed(&first);
     // Killed without a goodbye.
     drop(first);
-    let _router = net::router(&endpoint).unwrap();
+    let _router = router(&endpoint);
     let second = Running::holding(folder.path(), &[]);
     let told = || second.told();
     assert!(
@@ -79,4 +83,86 @@ fn every_slip_is_told_once_though_router_and_daemon_end() {
         let wanted: Vec<u32> = (1..).take(numbers.len()).collect();
         assert_eq!(numbers, wanted);
     }
+}
+
+/// The only gripper, as soon as it is there.
+fn member(watch: &mut Watch) -> Member {
+    let mut member = None;
+    assert!(until(|| {
+        if let Some(Told::Came(came)) = watch.next(LOOK).unwrap() {
+            member = Some(came);
+        }
+        member.is_some()
+    }));
+    member.unwrap()
+}
+
+/// What the gripper answers: the first part of it, or the reason against it.
+fn asked(session: &Session, member: &Member, part: Part, payload: &[u8]) -> Result<String, String> {
+    let patience = Duration::from_secs(20);
+    match ask(session, &Ask { member, part, parameters: &[], payload, patience }) {
+        Ok(parts) => Ok(String::from_utf8(parts[0].clone()).unwrap()),
+        Err(error) => Err(error.to_string().replace(&format!("{member}: "), "")),
+    }
+}
+
+fn command(session: &Session, member: &Member, command: &Command) -> Result<String, String> {
+    let mut payload = [0; Command::SIZE];
+    command.write(&mut payload).unwrap();
+    asked(session, member, Part::Command, &payload)
+}
+
+#[test]
+fn the_fleet_may_command_only_where_both_keys_say_so_and_with_the_token() {
+    let folder = tempfile::tempdir().unwrap();
+    let (endpoint, network) = place(folder.path());
+    let _router = router(&endpoint);
+    let session = network.open().unwrap();
+    let grasp = Command { force_mn: 5000, ..Command::new(Operation::AtLeast) };
+    let file = folder.path().join("gripd.toml");
+    let text = fs::read_to_string(&file).unwrap();
+    for (above, below) in [("allow_commands = true\n", ""), ("", "commands = true\n")] {
+        fs::write(&file, format!("{above}{text}{below}")).unwrap();
+        let selector = Selector::default();
+        let mut watch = Watch::new(session.clone(), &selector, Since::Now, &[]).unwrap();
+        let running = Running::start(folder.path(), &[]);
+        let member = member(&mut watch);
+        let refused = command(&session, &member, &grasp).unwrap_err();
+        assert!(refused.contains("allow_commands and fleet.commands"), "{refused}");
+        running.stop();
+    }
+    fs::write(&file, format!("allow_commands = true\n{text}commands = true\n")).unwrap();
+    let mut watch = Watch::new(session.clone(), &Selector::default(), Since::Now, &[]).unwrap();
+    let running = Running::holding(folder.path(), &[]);
+    let member = member(&mut watch);
+    let mut about = About::default();
+    assert!(until(|| {
+        let text = asked(&session, &member, Part::About, &[]).unwrap();
+        about = About::from_json(text.as_bytes()).unwrap_or_default();
+        about.firmware.is_some()
+    }));
+    assert!(about.program.starts_with("gripd ") && about.model.is_some(), "{about:?}");
+    let token = about.token.unwrap();
+    assert_eq!(command(&session, &member, &grasp).as_deref(), Ok("taken"));
+    let release = Command { token: token ^ 1, ..Command::new(Operation::Release) };
+    let refused = command(&session, &member, &release).unwrap_err();
+    assert!(refused.contains("token"), "{refused}");
+    assert_eq!(
+        asked(&session, &member, Part::Command, b"open!").unwrap_err(),
+        "this is no command"
+    );
+    let release = Command { token, ..release };
+    assert_eq!(command(&session, &member, &release).as_deref(), Ok("taken"));
+    let mut told = Vec::new();
+    assert!(until(|| {
+        if let Some(Told::Event { message, .. }) = watch.next(LOOK).unwrap()
+            && let Ok(ToClient::Notice(notice)) = message.read()
+            && notice.kind == NoticeKind::Client
+        {
+            told.push(notice.as_str().to_owned());
+        }
+        told.len() >= 2
+    }));
+    assert!(told[0].contains("5.00 N") && told[1].contains("release"), "{told:?}");
+    running.stop();
 }

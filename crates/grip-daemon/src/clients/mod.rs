@@ -262,6 +262,12 @@ impl Clients {
         ClientCounters { dropped, bad_commands, ..self.counters }
     }
 
+    /// What a RELEASE must bear; `None` where commands are not allowed.
+    #[must_use]
+    pub fn token(&self) -> Option<u32> {
+        self.config.allow_commands.then(|| self.about.token())
+    }
+
     /// WELCOME says so from now on; clients that are here already are not told.
     pub fn set_about(&mut self, about: About) {
         self.about = About { run_id: self.about.run_id, ..about };

@@ -8,8 +8,10 @@ pub(super) fn told(note: &LinkNote) -> (&'static str, Value) {
     let debug = |value: &dyn core::fmt::Debug| Value::String(format!("{value:?}"));
     match note {
         LinkNote::State(state) => ("state", json!({ "state": debug(state) })),
-        LinkNote::Identified { uid, boot_id, rebooted } => {
-            ("identified", json!({ "uid": hex(uid), "boot_id": boot_id, "rebooted": rebooted }))
+        LinkNote::Identified { uid, boot_id, firmware, rebooted } => {
+            let firmware = firmware.to_string();
+            let told = json!({ "uid": hex(uid), "boot_id": boot_id, "firmware": firmware, "rebooted": rebooted });
+            ("identified", told)
         }
         LinkNote::OtherGripper { uid } => ("other_gripper", json!({ "uid": hex(uid) })),
         LinkNote::Configured(clamped) => ("configured", json!({ "clamped": clamped.0 })),

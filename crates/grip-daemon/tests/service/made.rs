@@ -7,7 +7,9 @@ use grip_daemon::{
 use grip_host::report::{EventLine, EvidenceFields};
 use grip_link::{
     host::HostState,
-    message::{DeviceState, Event, EventKind, FaultCode, ForceClamp, Status, StatusFlags},
+    message::{
+        DeviceState, Event, EventKind, FaultCode, Firmware, ForceClamp, Status, StatusFlags,
+    },
 };
 use slip_core::{
     detector::ReferenceHealth,
@@ -19,6 +21,8 @@ use slip_core::{
     scene::Scene,
     units::{Micros, Newtons},
 };
+
+const FIRMWARE: Firmware = Firmware { major: 1, minor: 2, patch: 3 };
 
 pub(crate) const STATE: State = State {
     t: Micros(1_500_000),
@@ -98,7 +102,7 @@ pub(crate) fn board() -> Board {
     };
     let notes = [
         LinkNote::PortOpened,
-        LinkNote::Identified { uid: [0xAB; 16], boot_id: 3, rebooted: false },
+        LinkNote::Identified { uid: [0xAB; 16], boot_id: 3, firmware: FIRMWARE, rebooted: false },
         LinkNote::State(HostState::Stream),
         device_event(EventKind::Fault, FaultCode::DRIVE),
     ];

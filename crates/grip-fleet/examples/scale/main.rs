@@ -10,12 +10,13 @@
 mod gripper;
 mod process;
 mod receiver;
+mod relay;
 mod tape;
 
 use anyhow::{Context as _, bail};
 use clap::Parser;
 use core::time::Duration;
-use grip_fleet::net;
+use grip_fleet::net::{self, Network};
 use std::io::Read as _;
 use std::net::TcpListener;
 use std::time::{SystemTime, UNIX_EPOCH};
@@ -34,6 +35,10 @@ struct Args {
     /// Kill the router after a third of the time, and start another one so much later (s); 0: never
     #[arg(long, default_value_t = 0)]
     outage: u32,
+    /// Cut the line between grippers and router after a third of the time, for so long (s); 0: never. All of it then goes through a relay in
+    /// the receiver's process, which its processor time includes.
+    #[arg(long, default_value_t = 0, conflicts_with = "outage")]
+    cut: u32,
     /// What a process of this program is, for its own use: `router ADDRESS` or `grippers ADDRESS FIRST COUNT`
     #[arg(hide = true)]
     part: Vec<String>,
@@ -55,7 +60,7 @@ fn main() -> anyhow::Result<()> {
 
 /// A router until standard input ends.
 fn router(address: &str) -> anyhow::Result<()> {
-    let _router = net::router(address)?;
+    let _router = net::router(&Network { router: Some(address.to_owned()), file: None })?;
     println!("ready");
     std::io::stdin().read_to_end(&mut Vec::new())?;
     Ok(())

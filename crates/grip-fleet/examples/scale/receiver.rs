@@ -1,6 +1,7 @@
 //! The parts of this program in; what arrived of what was sent, and when, out.
 
 use super::process::{Process, loopback_bytes, processor_s};
+use super::relay::Relay;
 use super::{Args, address, now_us};
 use core::time::Duration;
 use grip_fleet::net::{Network, Told, Watch};
@@ -26,20 +27,24 @@ struct Got {
 }
 
 /// When an event was told.
-const WHEN: [&str; 3] = ["", " in the first five seconds", " while the router was away"];
+const WHEN: [&str; 3] =
+    ["", " in the first five seconds", " while the router could not be reached"];
 
 /// What happens when (us).
 #[derive(Clone, Copy)]
 struct Times {
     begun_us: u64,
-    /// There is no router.
+    /// There is no router, or no way to it.
     away_us: (u64, u64),
 }
 
 impl Times {
     fn new(args: &Args, begun_us: u64) -> Self {
         let from_us = begun_us + 1_000_000 * u64::from(args.seconds) / 3;
-        Self { begun_us, away_us: (from_us, from_us + 1_000_000 * u64::from(args.outage)) }
+        Self {
+            begun_us,
+            away_us: (from_us, from_us + 1_000_000 * u64::from(args.outage.max(args.cut))),
+        }
     }
 
     fn is_away(&self, now_us: u64) -> bool {
@@ -65,7 +70,8 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
     let mut router = Some(Process::start(&["router", &address], args)?);
     let network = Network { router: Some(address.clone()), file: None };
     let mut watch = Watch::new(network.open()?, &Selector::default(), Since::Start, &[])?;
-    let parts = start(args, &address)?;
+    let relay = (args.cut > 0).then(|| Relay::start(&address)).transpose()?;
+    let parts = start(args, relay.as_ref().map_or(&address, |relay| &relay.address))?;
     println!("{} grippers in {} processes for {} s", args.grippers, parts.len(), args.seconds);
     let (begun_us, bytes, own_s) = (now_us(), loopback_bytes()?, processor_s("self")?);
     let before_s = parts.iter().map(Process::processor_s).sum::<anyhow::Result<f64>>()?;
@@ -77,7 +83,9 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
             got.take(told, &times);
         }
         let now = now_us();
-        if times.is_away(now) {
+        if let Some(relay) = &relay {
+            relay.cut(times.is_away(now));
+        } else if times.is_away(now) {
             router_s += router.take().map_or(Ok(0.0), |router| router.processor_s())?;
         } else if router.is_none() {
             router = Some(Process::start(&["router", &address], args)?);

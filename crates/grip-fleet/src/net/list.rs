@@ -2,6 +2,7 @@
 
 use super::{NetError, PATIENCE, refused};
 use crate::{
+    about::About,
     key::{Member, Part, Selector},
     message::Message,
 };
@@ -18,6 +19,8 @@ pub struct Listed {
     pub state: Option<State>,
     /// Figures of its daemon.
     pub health: Option<Health>,
+    /// What it is made of.
+    pub about: Option<About>,
 }
 
 impl Listed {
@@ -45,25 +48,31 @@ pub fn list(session: &Session, selector: &Selector) -> Result<BTreeMap<Member, L
             listed.entry(member).or_insert_with(Listed::default);
         }
     }
-    let key = selector.key(Part::Status);
-    let asked = session.get(&key).consolidation(ConsolidationMode::None).timeout(PATIENCE);
-    let answers = asked.wait().map_err(refused(&key))?;
-    for sample in answers.iter().filter_map(|reply| reply.into_result().ok()) {
-        if let Some((listed, message)) = answer(&mut listed, &sample)
-            && let Ok(message) = message.read()
-        {
-            listed.take(&message);
+    // Both questions at once: who does not answer costs the patience for one.
+    let keys = [Part::Status, Part::About].map(|part| selector.key(part));
+    let ask = |key: &String| {
+        let asked = session.get(key).consolidation(ConsolidationMode::None).timeout(PATIENCE);
+        asked.wait().map_err(refused(key))
+    };
+    let answers = [ask(&keys[0])?, ask(&keys[1])?];
+    for reply in answers.iter().flatten() {
+        if let Ok(sample) = reply.into_result() {
+            answer(&mut listed, &sample);
         }
     }
     Ok(listed)
 }
 
-/// Whose answer, and what it says.
-fn answer<'a>(
-    listed: &'a mut BTreeMap<Member, Listed>,
-    sample: &Sample,
-) -> Option<(&'a mut Listed, Message)> {
-    let (member, _) = Member::parse(sample.key_expr().as_str())?;
-    let message = Message::from_wire(&sample.payload().to_bytes()).ok()?;
-    Some((listed.entry(member).or_default(), message))
+/// Takes an answer; what cannot be read says nothing of its gripper.
+fn answer(listed: &mut BTreeMap<Member, Listed>, sample: &Sample) {
+    let Some((member, part)) = Member::parse(sample.key_expr().as_str()) else { return };
+    let listed = listed.entry(member).or_default();
+    let bytes = sample.payload().to_bytes();
+    if part == Part::About {
+        listed.about = About::from_json(&bytes).ok();
+    } else if let Ok(message) = Message::from_wire(&bytes)
+        && let Ok(message) = message.read()
+    {
+        listed.take(&message);
+    }
 }

@@ -93,13 +93,16 @@ pub enum NetError {
 }
 
 impl Network {
+    /// What the file says.
+    fn file(&self) -> Result<Config, NetError> {
+        let Some(file) = &self.file else { return Ok(Config::default()) };
+        Config::from_file(file)
+            .map_err(|reason| NetError::File { file: file.clone(), reason: short(&reason) })
+    }
+
     /// The configuration of the session.
     fn config(&self) -> Result<Config, NetError> {
-        let mut config = match &self.file {
-            Some(file) => Config::from_file(file)
-                .map_err(|reason| NetError::File { file: file.clone(), reason: short(&reason) })?,
-            None => Config::default(),
-        };
+        let mut config = self.file()?;
         let name = self.name();
         let mut set = |key: &str, value: &str| {
             config
@@ -136,11 +139,19 @@ impl Network {
     pub fn open(&self) -> Result<Session, NetError> {
         zenoh::open(self.config()?)
             .wait()
-            .map_err(|reason| NetError::NoRouter { router: self.name(), reason: short(&reason) })
+            .map_err(|reason| NetError::NoRouter { router: self.name(), reason: self.why(&reason) })
+    }
+
+    /// Zenoh says only in its log what is wrong with a certificate.
+    fn why(&self, reason: &zenoh::Error) -> String {
+        let hint = "; if one does, look at the certificates: both sides need one of the same authority, and enable_mtls";
+        let tls = self.router.as_ref().is_some_and(|router| router.starts_with("tls/"));
+        format!("{}{}", short(reason), if tls { hint } else { "" })
     }
 
     /// Where the router is, for people.
-    fn name(&self) -> String {
+    #[must_use]
+    pub fn name(&self) -> String {
         match (&self.router, &self.file) {
             (Some(router), _) => router.clone(),
             (None, Some(file)) => format!("the endpoints of {}", file.display()),
@@ -149,25 +160,30 @@ impl Network {
     }
 }
 
-/// A router in this process, at an endpoint such as `tcp/127.0.0.1:7447`: for tests, and for trying things out where none is installed.
-/// It ends with the session.
+/// A router in this process, at an endpoint such as `tcp/127.0.0.1:7447` or where a Zenoh configuration file says, which also holds
+/// keys, certificates and who may do what: for tests, and where none is installed. It ends with the session.
 ///
 /// # Errors
-/// [`NetError::Router`] where it cannot listen there.
-pub fn router(endpoint: &str) -> Result<Session, NetError> {
-    let wrong = |reason: zenoh::Error| NetError::Router {
-        router: endpoint.to_owned(),
-        reason: short(&reason),
-    };
-    check_endpoint(endpoint)?;
-    let mut config = Config::default();
+/// [`NetError::File`], [`NetError::Nowhere`], and [`NetError::Router`] where it cannot listen there.
+pub fn router(network: &Network) -> Result<Session, NetError> {
+    let mut config = network.file()?;
+    let wrong =
+        |reason: zenoh::Error| NetError::Router { router: network.name(), reason: short(&reason) };
     for (key, value) in [
         ("mode", "\"router\""),
         ("scouting/multicast/enabled", "false"),
         ("scouting/gossip/enabled", "false"),
-        ("listen/endpoints", &format!("[{endpoint:?}]")),
     ] {
         config.insert_json5(key, value).map_err(wrong)?;
+    }
+    match &network.router {
+        Some(endpoint) => {
+            check_endpoint(endpoint)?;
+            let endpoints = format!("[{endpoint:?}]");
+            config.insert_json5("listen/endpoints", &endpoints).map_err(wrong)?;
+        }
+        None if network.file.is_none() => return Err(NetError::Nowhere),
+        None => {}
     }
     zenoh::open(config).wait().map_err(wrong)
 }
@@ -177,8 +193,10 @@ fn check_endpoint(text: &str) -> Result<(), NetError> {
     let wrong = |reason| NetError::Router { router: text.to_owned(), reason };
     let endpoint: EndPoint = text.parse().map_err(|reason| wrong(short(&reason)))?;
     match endpoint.protocol().as_str() {
-        "tcp" | "unixsock-stream" => Ok(()),
-        other => Err(wrong(format!("{other} is not built in, only tcp and unixsock-stream are"))),
+        "tcp" | "tls" | "unixsock-stream" => Ok(()),
+        other => {
+            Err(wrong(format!("{other} is not built in, only tcp, tls and unixsock-stream are")))
+        }
     }
 }
 

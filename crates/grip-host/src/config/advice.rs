@@ -42,6 +42,10 @@ pub fn warnings(config: &HostConfig, set: &[Setting]) -> Vec<String> {
         config.fleet.site.is_none() && is_set("fleet"),
         "[fleet] is set, but nothing is told to a fleet: fleet.site is not set",
     );
+    warn(
+        config.fleet.commands && !config.allow_commands,
+        "fleet.commands is set, but nobody may command the gripper: allow_commands is not set",
+    );
     let calibrated =
         ["detector.shear.threshold", "detector.vibration.threshold", "detector.octaves"]
             .into_iter()
@@ -59,7 +63,7 @@ fn sockets(config: &HostConfig, warn: &mut dyn FnMut(bool, &str)) {
         "every computer of the network may command the gripper: allow_commands and allow_remote are both set, and nothing is encrypted",
     );
     warn(
-        config.allow_commands && config.listen == Listen::Off,
+        config.allow_commands && config.listen == Listen::Off && !config.fleet.commands,
         "allow_commands is set, but no client can connect: listen is \"off\"",
     );
     let remote_metrics = config.metrics.is_some_and(|metrics| !metrics.ip().is_loopback());

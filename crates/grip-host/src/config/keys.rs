@@ -107,6 +107,8 @@ pub struct FleetConfig {
     pub models: Option<PathBuf>,
     /// Every so manieth sample is told, 0 to 65,535; none for 0.
     pub samples_every: u16,
+    /// Whether commands for the fingers are taken from the network too, where `allow_commands` lets clients command at all.
+    pub commands: bool,
 }
 
 impl Default for FleetConfig {
@@ -119,6 +121,7 @@ impl Default for FleetConfig {
             spool_mib: 16,
             models: None,
             samples_every: 0,
+            commands: false,
         }
     }
 }

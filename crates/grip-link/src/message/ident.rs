@@ -4,6 +4,7 @@ use super::channel::{Channel, ChannelKind, MAX_CHANNELS, Unit};
 use super::fault::FaultCode;
 use super::state::{DeviceState, ResetReason};
 use super::wire::{PayloadError, Reader, Writer};
+use core::fmt;
 
 /// A range of protocol versions: payload bytes 0 and 1 of HELLO and IDENT, SUBSCRIBE and WELCOME, in every version.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -110,6 +111,12 @@ pub struct Firmware {
     pub minor: u8,
     /// Patch.
     pub patch: u16,
+}
+
+impl fmt::Display for Firmware {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}.{}.{}", self.major, self.minor, self.patch)
+    }
 }
 
 /// IDENT (81), MCU to host: the answer to HELLO. With session 0 it says that the MCU has no session: sent at most every

@@ -1,0 +1,102 @@
+//! `gripctl fleet command`: what one gripper is to do in; whether its daemon takes it out.
+
+use super::network;
+use crate::{
+    cli::fleet::{CommandArgs, What},
+    output,
+};
+use anyhow::{Context as _, ensure};
+use core::time::Duration;
+use grip_fleet::{
+    About, Member, Part,
+    net::{Ask, Session, ask},
+};
+use grip_host::exit::{Exit, WrongArgument};
+use grip_link::message::{
+    FaultCode,
+    daemon::{Command, Operation},
+};
+
+/// How long a gripper may take to answer.
+const PATIENCE: Duration = Duration::from_secs(5);
+
+pub(super) fn run(args: &CommandArgs) -> anyhow::Result<Exit> {
+    let command = command(args.what)?;
+    let session = network(&args.place)?.open()?;
+    let member = &args.gripper;
+    let command = match command.operation {
+        Operation::Release => Command { token: token(&session, member)?, ..command },
+        _ => command,
+    };
+    let mut payload = [0; Command::SIZE];
+    command.write(&mut payload)?;
+    ask(&session, &question(member, Part::Command, &payload))?;
+    output::line(&format!("{member}  has taken the command"))?;
+    Ok(Exit::Done)
+}
+
+const fn question<'a>(member: &'a Member, part: Part, payload: &'a [u8]) -> Ask<'a> {
+    Ask { member, part, parameters: &[], payload, patience: PATIENCE }
+}
+
+fn command(what: What) -> Result<Command, WrongArgument> {
+    Ok(match what {
+        What::AtLeast { force } => {
+            Command { force_mn: millinewtons(force)?, ..Command::new(Operation::AtLeast) }
+        }
+        What::Release => Command::new(Operation::Release),
+        What::Grasp => Command::new(Operation::Grasp),
+        What::Stop => Command::new(Operation::Stop),
+        What::ClearFault { code } => {
+            Command { fault: FaultCode(code), ..Command::new(Operation::ClearFault) }
+        }
+    })
+}
+
+/// A force as it travels.
+fn millinewtons(force: f64) -> Result<i32, WrongArgument> {
+    let force_mn = (force * 1e3).round();
+    if !(0.0..=f64::from(i32::MAX)).contains(&force_mn) {
+        return Err(WrongArgument(format!("{force} is no force; expected newtons, 0 or more")));
+    }
+    #[expect(clippy::cast_possible_truncation, reason = "whole and within the range")]
+    let force_mn = force_mn as i32;
+    Ok(force_mn)
+}
+
+/// What letting go must bear: it shows that this start of the daemon was meant.
+fn token(session: &Session, member: &Member) -> anyhow::Result<u32> {
+    let answer = ask(session, &question(member, Part::About, &[]))?;
+    let about = answer.first().map(|bytes| About::from_json(bytes));
+    let about = about.context("an empty answer")?.context("no answer that this gripctl knows")?;
+    ensure!(
+        about.token.is_some(),
+        "{member} takes no commands from the network: allow_commands and fleet.commands are not both set"
+    );
+    Ok(about.token.unwrap_or_default())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{What, command, millinewtons};
+    use grip_link::message::{FaultCode, daemon::Operation};
+
+    #[test]
+    fn forces_are_whole_millinewtons_and_never_negative() {
+        assert_eq!(millinewtons(0.0).unwrap(), 0);
+        assert_eq!(millinewtons(2.5004).unwrap(), 2500);
+        for wrong in [-0.1, f64::NAN, f64::INFINITY, 3e6] {
+            assert!(millinewtons(wrong).unwrap_err().to_string().contains("no force"), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn what_is_said_is_what_is_sent() {
+        let at_least = command(What::AtLeast { force: 1.25 }).unwrap();
+        assert_eq!((at_least.operation, at_least.force_mn), (Operation::AtLeast, 1250));
+        let clear = command(What::ClearFault { code: 0x0103 }).unwrap();
+        assert_eq!((clear.operation, clear.fault), (Operation::ClearFault, FaultCode(0x0103)));
+        assert_eq!(command(What::Stop).unwrap().operation, Operation::Stop);
+        assert_eq!(command(What::Grasp).unwrap().operation, Operation::Grasp);
+    }
+}

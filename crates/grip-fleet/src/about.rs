@@ -1,0 +1,57 @@
+//! What a gripper and its daemon are made of, as they tell it to those who ask: JSON in and out.
+
+use serde::{Deserialize, Serialize};
+
+/// The answer of one gripper's daemon. A later one may tell more; what is not known is not read.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct About {
+    /// Name and version of the daemon.
+    pub program: String,
+    /// Version of the gripper's firmware; absent while none has answered.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub firmware: Option<String>,
+    /// The model that estimates the force: a file, or the name of a built-in one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub model: Option<String>,
+    /// What a RELEASE must bear; absent where commands are not taken from the network.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub token: Option<u32>,
+}
+
+impl About {
+    /// As it travels.
+    ///
+    /// # Errors
+    /// Where the serialiser fails; no value here makes it.
+    pub fn to_json(&self) -> Result<String, serde_json::Error> {
+        serde_json::to_string(self)
+    }
+
+    /// Reads an answer.
+    ///
+    /// # Errors
+    /// What is no such JSON.
+    pub fn from_json(bytes: &[u8]) -> Result<Self, serde_json::Error> {
+        serde_json::from_slice(bytes)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::About;
+
+    #[test]
+    fn what_is_told_comes_back_and_what_a_later_daemon_tells_is_left_alone() {
+        let about = About {
+            program: "gripd 0.1.0".to_owned(),
+            firmware: Some("1.2.3".to_owned()),
+            model: None,
+            token: Some(7),
+        };
+        let text = about.to_json().unwrap();
+        assert_eq!(text, r#"{"program":"gripd 0.1.0","firmware":"1.2.3","token":7}"#);
+        let later = text.replace("{\"program", "{\"colour\":[1],\"program");
+        assert_eq!(About::from_json(later.as_bytes()).unwrap(), about);
+        assert!(About::from_json(b"{}").is_err());
+    }
+}
