@@ -69,6 +69,9 @@ pub struct Deployment {
     /// All counts of this run, and those when the model in force came.
     total: Counts,
     since: Counts,
+    /// What was counted with it before that; and with the one that comes back next.
+    earlier: Counts,
+    resumed: Counts,
 }
 
 impl Deployment {
@@ -81,6 +84,8 @@ impl Deployment {
             trial: None,
             total: Counts::default(),
             since: Counts::default(),
+            earlier: Counts::default(),
+            resumed: Counts::default(),
         };
         if let Some(model) = new.lasting.trial.take() {
             new.lasting.last = Some(Ended { model, how: How::Restarted });
@@ -129,9 +134,10 @@ impl Deployment {
         self.end(How::Failed);
     }
 
-    /// The model that is wanted is in force since now.
-    pub const fn swapped(&mut self) {
+    /// The model that is wanted is in force since now. One that was given up for a trial goes on where its counts were.
+    pub fn swapped(&mut self) {
         self.since = self.total;
+        self.earlier = core::mem::take(&mut self.resumed);
     }
 
     /// An order to give a model back. Of one that is not in force there is nothing to give back.
@@ -168,7 +174,7 @@ impl Deployment {
     /// comparison any more.
     pub fn reloaded(&mut self, configured: ModelId) -> Step {
         self.configured = configured;
-        self.since = self.total;
+        (self.since, self.earlier) = (self.total, Counts::default());
         if self.trial.is_some() { self.end(How::Reloaded) } else { Step::Stay }
     }
 
@@ -195,12 +201,21 @@ impl Deployment {
 
     /// What was counted with the model in force.
     fn counted(&self) -> Counts {
-        self.total.since(&self.since)
+        let (now, earlier) = (self.total.since(&self.since), &self.earlier);
+        Counts {
+            seconds: now.seconds + earlier.seconds,
+            slips: now.slips + earlier.slips,
+            faults: now.faults + earlier.faults,
+        }
     }
 
     /// The model on trial goes.
     fn end(&mut self, how: How) -> Step {
-        let Some(Trial { model, .. }) = self.trial.take() else { return Step::Stay };
+        let Some(Trial { model, before, .. }) = self.trial.take() else { return Step::Stay };
+        self.resumed = match how {
+            How::Worse(_) | How::Told => before,
+            _ => Counts::default(),
+        };
         self.lasting.trial = None;
         self.lasting.last = Some(Ended { model, how });
         Step::Swap(self.lasting.accepted.clone())

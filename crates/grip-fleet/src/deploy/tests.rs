@@ -60,6 +60,7 @@ fn a_model_that_is_worse_goes_by_itself() {
         deployment.swapped();
         let standing = deployment.standing();
         assert_eq!((standing.in_force, standing.before), (model("file"), None));
+        assert_eq!(standing.counted, counts(120.0, 12), "it goes on where it was");
         assert_eq!(last(&deployment), Some(("a".to_owned(), How::Worse(worse))));
         assert_eq!(*deployment.lasting(), Lasting { last: standing.last, ..Lasting::default() });
     }
