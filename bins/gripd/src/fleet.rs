@@ -8,7 +8,7 @@ mod network;
 
 pub(crate) use curator::{Desk, Wanted};
 
-use crate::{clock::Clock, service::Servers, settings::Settings};
+use crate::{clock::Clock, settings::Settings};
 use anyhow::Context as _;
 use core::{
     hash::BuildHasher as _,
@@ -99,30 +99,18 @@ pub(crate) struct Fleet {
 
 /// Opens the models that came over the network, and puts the one that was accepted into the settings. None where no folder is named, or a flag
 /// names the model.
-pub(crate) fn open_models(settings: &mut Settings) -> anyhow::Result<Option<Models>> {
+pub(crate) fn open_models(mut settings: Settings) -> anyhow::Result<(Settings, Option<Models>)> {
     let fleet = &settings.config.fleet;
     let Some(folder) = fleet.models.clone().filter(|_| fleet.site.is_some()) else {
-        return Ok(None);
+        return Ok((settings, None));
     };
     if settings.model_is_fixed() {
-        return Ok(None);
+        return Ok((settings, None));
     }
     let (models, accepted) = Models::open(&folder, settings.configured_model()?)
         .context("the models of the fleet cannot be had")?;
     settings.deployed = accepted;
-    Ok(Some(models))
-}
-
-/// Lets the daemon tell the fleet, where the settings ask for it.
-pub(crate) fn join(
-    servers: &mut Servers,
-    settings: &Settings,
-    models: Option<Models>,
-    clock: Clock,
-) -> anyhow::Result<()> {
-    let clients = servers.clients.take();
-    (servers.clients, servers.fleet) = Fleet::start(settings, models, clients, clock)?;
-    Ok(())
+    Ok((settings, Some(models)))
 }
 
 /// Why no model is taken from the network.
@@ -136,7 +124,7 @@ fn why_no_model(settings: &Settings) -> &'static str {
 
 impl Fleet {
     /// Begins to publish where the settings ask for it; there are clients then, if only this one.
-    fn start(
+    pub(crate) fn start(
         settings: &Settings,
         models: Option<Models>,
         clients: Option<Clients>,

@@ -85,7 +85,7 @@ enum Pending {
     Files(Box<Settings>, Vec<String>),
     /// Those in force with another model.
     #[cfg(feature = "fleet")]
-    Model(crate::fleet::Wanted),
+    Model(Box<crate::fleet::Wanted>),
 }
 
 /// The service thread.
@@ -341,7 +341,7 @@ impl Service {
                 }
                 #[cfg(feature = "fleet")]
                 Some(Pending::Model(wanted)) => {
-                    self.model_swapped(wanted, replaced.refused.as_ref());
+                    self.model_swapped(*wanted, replaced.refused.as_ref());
                 }
             }
         }

@@ -224,8 +224,8 @@ fn a_worse_model_stops_at_the_first_a_wrong_one_is_refused_by_each_and_a_good_on
     let folder = tempfile::tempdir().unwrap();
     let port = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
     let endpoint = format!("tcp/127.0.0.1:{port}");
-    let _router = net::router(&endpoint).unwrap();
     let network = Network { router: Some(endpoint), file: None };
+    let _router = net::router(&network).unwrap();
     let (over, ready, had) = (AtomicBool::new(false), Mutex::new(0), Arc::default());
     thread::scope(|scope| {
         let hands: Vec<_> =

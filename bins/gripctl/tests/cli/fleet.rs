@@ -218,7 +218,7 @@ fn whole(count: f64) -> u64 {
 }
 
 /// What `gripctl fleet deploy` says where a gripper slips so often with the new model.
-fn deployed(often: u64, text: &str, args: &[&str]) -> crate::run::Ran {
+fn deployed(often: u64, text: &str, args: &[&str]) -> Ran {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("new.json"), text).unwrap();
     let endpoint = endpoint();

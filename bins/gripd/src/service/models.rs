@@ -22,7 +22,7 @@ impl Service {
         let settings = hot::Settings { config, estimator, refused: None };
         // There is room: nobody else sends settings.
         let _sent = self.ends.settings.push(Box::new(settings));
-        self.pending.push_back(Pending::Model(wanted));
+        self.pending.push_back(Pending::Model(Box::new(wanted)));
     }
 
     /// The hot thread has taken a model, or has not.

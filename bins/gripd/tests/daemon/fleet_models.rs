@@ -27,8 +27,16 @@ fn endpoint() -> String {
     format!("tcp/127.0.0.1:{port}")
 }
 
+fn network(endpoint: &str) -> Network {
+    Network { router: Some(endpoint.to_owned()), file: None }
+}
+
+fn router(endpoint: &str) -> Session {
+    net::router(&network(endpoint)).unwrap()
+}
+
 fn session(endpoint: &str) -> Session {
-    Network { router: Some(endpoint.to_owned()), file: None }.open().unwrap()
+    network(endpoint).open().unwrap()
 }
 
 /// The gripper that a running gripd has told of.
@@ -73,7 +81,7 @@ fn same(spaces: usize) -> String {
 fn a_model_is_tried_kept_over_a_start_and_given_back() {
     let folder = tempfile::tempdir().unwrap();
     let endpoint = endpoint();
-    let _router = net::router(&endpoint).unwrap();
+    let _router = router(&endpoint);
     place(folder.path(), &endpoint, "models = \"models\"");
     let session = session(&endpoint);
     let first = Running::holding(folder.path(), &[]);
@@ -103,7 +111,7 @@ fn a_model_is_tried_kept_over_a_start_and_given_back() {
 fn settings_that_change_during_a_trial_end_it() {
     let folder = tempfile::tempdir().unwrap();
     let endpoint = endpoint();
-    let _router = net::router(&endpoint).unwrap();
+    let _router = router(&endpoint);
     place(folder.path(), &endpoint, "models = \"models\"");
     let session = session(&endpoint);
     let running = Running::holding(folder.path(), &[]);
@@ -123,7 +131,7 @@ fn settings_that_change_during_a_trial_end_it() {
 #[test]
 fn twenty_of_them_refuse_what_is_no_model_for_them() {
     let endpoint = endpoint();
-    let _router = net::router(&endpoint).unwrap();
+    let _router = router(&endpoint);
     let session = session(&endpoint);
     let folders: Vec<_> = (0..20).map(|_| tempfile::tempdir().unwrap()).collect();
     let start = |(seed, folder): (usize, &tempfile::TempDir)| {
@@ -161,7 +169,7 @@ fn twenty_of_them_refuse_what_is_no_model_for_them() {
 #[test]
 fn whoever_wants_no_model_says_so() {
     let endpoint = endpoint();
-    let _router = net::router(&endpoint).unwrap();
+    let _router = router(&endpoint);
     let session = session(&endpoint);
     for (rest, args, words) in [
         ("", &[][..], "models is not set in [fleet]"),

@@ -89,7 +89,7 @@ impl Models {
             }
             Order::Back { sha256 } => {
                 let step = self.deployment.back(&sha256);
-                self.follow(step, swap);
+                self.follow(&step, swap);
                 if self.due {
                     return Err(OrderFault::Swap("it is tried again".to_owned()));
                 }
@@ -106,7 +106,7 @@ impl Models {
             self.tell_last();
             self.note();
         }
-        self.follow(step, swap);
+        self.follow(&step, swap);
         if self.due {
             self.restore(swap);
         }
@@ -116,7 +116,7 @@ impl Models {
     pub fn reloaded(&mut self, configured: Examined, swap: &mut Swap<'_>) {
         let step = self.deployment.reloaded(configured.id.clone());
         self.configured = configured;
-        self.follow(step, swap);
+        self.follow(&step, swap);
     }
 
     /// How they stand.
@@ -147,8 +147,8 @@ impl Models {
         begun
     }
 
-    fn follow(&mut self, step: Step, swap: &mut Swap<'_>) {
-        if step != Step::Stay {
+    fn follow(&mut self, step: &Step, swap: &mut Swap<'_>) {
+        if *step != Step::Stay {
             self.tell_last();
             self.note();
             self.restore(swap);

@@ -85,7 +85,7 @@ impl Deployer {
         let mut happenings = Vec::new();
         for some in orders.chunks(AT_ONCE) {
             for (member, order, answer) in self.ask(some) {
-                happenings.extend(self.hear(member, order, answer, now_us));
+                happenings.extend(self.hear(member, &order, answer, now_us));
             }
         }
         happenings
@@ -134,11 +134,11 @@ impl Deployer {
     fn hear(
         &mut self,
         member: Member,
-        order: Order,
+        order: &Order,
         answer: Result<Standing, NetError>,
         now_us: u64,
     ) -> Option<Happening> {
-        let report = match (&order, answer) {
+        let report = match (order, answer) {
             (_, Err(NetError::Silent { .. } | NetError::Refused { .. })) => {
                 self.unsure.insert(member.clone());
                 return Some(Happening::Silent(member));

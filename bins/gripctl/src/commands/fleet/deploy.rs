@@ -61,7 +61,7 @@ fn selector(word: &str) -> Result<Selector, String> {
 pub(super) fn run(args: &DeployArgs) -> anyhow::Result<Exit> {
     let config = config(args)?;
     let (name, bytes) = model(&args.model, args.force)?;
-    let session = network(&args.place)?.open()?;
+    let session = network(&args.place.reach)?.open()?;
     let members = members(&session, &args.place, &args.to)?;
     let told = Teller::new(args.place.json, &name, &bytes, members.len());
     let signals = Signals::new([SIGINT, SIGTERM])?;
