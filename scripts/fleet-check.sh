@@ -16,8 +16,9 @@ opted() {
     cargo "$command" --locked --workspace \
         --features grip-fleet/zenoh,grip-fleet/foxglove,grip-scope/zenoh,gripd/fleet,gripctl/fleet,gripctl/foxglove,gripmon/fleet "$@"
 }
-opted test --lib -- fleet live ros net recordings follower spool bridge
-opted test --test router --test tls --test ros --test ros_types
+opted test --lib -- fleet live ros net recordings follower spool bridge deploy rollout
+opted test --test router --test tls --test deploy --test ros --test ros_types
+# Also models (fleet_models) and copies of recordings (fleet_collect).
 opted test --test daemon --test cli --test window -- fleet foxglove
 opted build --bins --example ros_messages
 built=${CARGO_TARGET_DIR:-target}/debug

@@ -47,6 +47,12 @@ const PULSES: usize = 8;
 /// Commands of clients on their way.
 const COMMANDS: usize = 64;
 
+/// The models that come over the network, where some are taken; a gripd without the fleet has none.
+#[cfg(feature = "fleet")]
+pub(crate) type Models = Option<grip_fleet::deploy::Models>;
+#[cfg(not(feature = "fleet"))]
+pub(crate) type Models = Option<core::convert::Infallible>;
+
 /// What happened.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Ended {
@@ -61,7 +67,7 @@ pub(crate) struct Ended {
 }
 
 /// Runs until a signal, the end of the duration or a failure.
-pub(crate) fn run(cli: &Cli, settings: Settings) -> anyhow::Result<Exit> {
+pub(crate) fn run(cli: &Cli, settings: Settings, models: Models) -> anyhow::Result<Exit> {
     let clock = Clock::start();
     let shared = shared()?;
     let options =
@@ -70,7 +76,7 @@ pub(crate) fn run(cli: &Cli, settings: Settings) -> anyhow::Result<Exit> {
     let weakness = settings.weakness()?;
     let source = Source::open(&settings.port_args(), move || clock.now_us())?;
     // Opened before anything moves: an address or a file that cannot be had is told at once.
-    let (servers, complaint) = servers(&settings, clock)?;
+    let (servers, complaint) = servers(&settings, models, clock)?;
     let started = Recording::start(&settings, clock)?;
     let (recorder, recording, recorded) = started
         .map_or((None, None, None), |(ring, thread, recorded)| {
@@ -152,7 +158,11 @@ fn session(cli: &Cli, settings: &Settings) -> anyhow::Result<Session> {
 }
 
 /// The sockets; what there is to complain about them where that is no reason to stop.
-fn servers(settings: &Settings, clock: Clock) -> anyhow::Result<(Servers, Option<String>)> {
+fn servers(
+    settings: &Settings,
+    models: Models,
+    clock: Clock,
+) -> anyhow::Result<(Servers, Option<String>)> {
     let (config, asked) = settings.clients()?;
     let about = settings.client_about(clock.run_id());
     let nowhere = ClientsConfig { listen: Listen::Off, ..config.clone() };
@@ -175,7 +185,9 @@ fn servers(settings: &Settings, clock: Clock) -> anyhow::Result<(Servers, Option
         .map(|address| HttpServer::bind(address, settings.config.allow_remote))
         .transpose()?;
     #[cfg(feature = "fleet")]
-    let (clients, fleet) = crate::fleet::Fleet::start(settings, clients, clock)?;
+    let (clients, fleet) = crate::fleet::Fleet::start(settings, models, clients, clock)?;
+    #[cfg(not(feature = "fleet"))]
+    let None = models;
     let servers = Servers {
         clients,
         http,

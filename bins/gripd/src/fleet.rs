@@ -2,10 +2,13 @@
 //! and never waits for a network, one talks to it. The service thread serves the first as it serves any client; nothing here reaches the hot
 //! thread, and a network that is gone stops nothing.
 
+mod curator;
 mod keeper;
 mod lending;
 mod network;
 mod ros;
+
+pub(crate) use curator::{Desk, Wanted};
 
 use crate::{clock::Clock, settings::Settings};
 use anyhow::Context as _;
@@ -14,8 +17,9 @@ use core::{
     sync::atomic::{AtomicBool, Ordering},
     time::Duration,
 };
+use curator::Curator;
 use grip_daemon::{clients::Clients, log::LogLevel};
-use grip_fleet::{About, Bridge, EventId, Spool, Topic, Uid, net::Network};
+use grip_fleet::{About, Bridge, EventId, Spool, Topic, Uid, deploy::Models, net::Network};
 use grip_host::config::FleetConfig;
 use grip_link::message::{NackReason, daemon::Command};
 use keeper::{Keeper, KeeperEnds};
@@ -93,12 +97,40 @@ pub(crate) struct Fleet {
     told: Receiver<Told>,
     common: Common,
     mourned: bool,
+    /// What is left to do for the models that come over the network, where some are taken.
+    pub(crate) desk: Option<Desk>,
+}
+
+/// Opens the models that came over the network, and puts the one that was accepted into the settings. None where no folder is named, or a flag
+/// names the model.
+pub(crate) fn open_models(mut settings: Settings) -> anyhow::Result<(Settings, Option<Models>)> {
+    let fleet = &settings.config.fleet;
+    let Some(folder) = fleet.models.clone().filter(|_| fleet.site.is_some()) else {
+        return Ok((settings, None));
+    };
+    if settings.model_is_fixed() {
+        return Ok((settings, None));
+    }
+    let (models, accepted) = Models::open(&folder, settings.configured_model()?)
+        .context("the models of the fleet cannot be had")?;
+    settings.deployed = accepted;
+    Ok((settings, Some(models)))
+}
+
+/// Why no model is taken from the network.
+fn why_no_model(settings: &Settings) -> &'static str {
+    if settings.model_is_fixed() {
+        "the model of this gripd was named with --model or GRIPD_MODEL, and stays"
+    } else {
+        "this gripd takes no model from the network: models is not set in [fleet]"
+    }
 }
 
 impl Fleet {
     /// Begins to publish where the settings ask for it; there are clients then, if only this one.
     pub(crate) fn start(
         settings: &Settings,
+        models: Option<Models>,
         clients: Option<Clients>,
         clock: Clock,
     ) -> anyhow::Result<(Option<Clients>, Option<Self>)> {
@@ -124,18 +156,26 @@ impl Fleet {
         if let Some(trouble) = lending.trouble(&settings.config) {
             common.tell(LogLevel::Warn, trouble);
         }
-        let ends = SpeakerEnds { common: common.clone(), outgoing, order, answers };
+        let curator = models.map(|models| Curator::new(models, common.clone()));
+        let (curator, line, desk) = curator.map_or((None, None, None), |(curator, line, desk)| {
+            (Some(curator), Some(line), Some(desk))
+        });
+        let models = line.ok_or_else(|| why_no_model(settings));
+        let ends = SpeakerEnds { common: common.clone(), outgoing, order, answers, models };
         let ros = Ros::new(config.ros_domain, clock);
         let place = Place { site, shown, commands, lending, ros };
         let speaker = Speaker::new(network(config), place, ends);
         let spawn = |name: &str, body: Box<dyn FnOnce() + Send>| {
             thread::Builder::new().name(name.to_owned()).spawn(body)
         };
-        let threads = vec![
+        let mut threads = vec![
             spawn("fleet", Box::new(move || keeper.run(stream)))?,
             spawn("fleet-network", Box::new(move || speaker.run()))?,
         ];
-        Ok((Some(clients), Some(Self { threads, told, common, mourned: false })))
+        if let Some(curator) = curator {
+            threads.push(spawn("fleet-models", Box::new(move || curator.run()))?);
+        }
+        Ok((Some(clients), Some(Self { threads, told, common, mourned: false, desk })))
     }
 
     /// What the gripper is made of, for those who ask.
@@ -157,6 +197,8 @@ impl Fleet {
 
     /// Waits a little for their end, which comes when the service thread has said goodbye to its clients: what they said last.
     pub(crate) fn finish(self) -> Vec<Told> {
+        // Whoever waits for a model to be in force waits no longer.
+        drop(self.desk);
         let steps = END.as_millis() / PAUSE.as_millis();
         for _ in 0..steps {
             if self.threads.iter().all(JoinHandle::is_finished) {

@@ -39,5 +39,9 @@ fn run(cli: &Cli) -> anyhow::Result<Exit> {
         eprintln!("{}", settings.origin()?);
         return Ok(Exit::Done);
     }
-    daemon::run(cli, settings)
+    #[cfg(feature = "fleet")]
+    let (settings, models) = fleet::open_models(settings)?;
+    #[cfg(not(feature = "fleet"))]
+    let models = None;
+    daemon::run(cli, settings, models)
 }

@@ -1,5 +1,8 @@
 //! Items of the hot thread in; lines, answers to clients, figures and dumps out: everything that people and programs see.
 
+#[cfg(feature = "fleet")]
+mod models;
+
 use crate::{
     clock::Clock,
     console::Console,
@@ -77,10 +80,12 @@ pub(crate) struct Servers {
 
 /// Settings that were sent and not yet answered.
 #[derive(Debug)]
-struct Pending {
-    settings: Box<Settings>,
-    /// What they change, for people.
-    changes: String,
+enum Pending {
+    /// Those of the files, and what they change, for people.
+    Files(Box<Settings>, Vec<String>),
+    /// Those in force with another model.
+    #[cfg(feature = "fleet")]
+    Model(Box<crate::fleet::Wanted>),
 }
 
 /// The service thread.
@@ -199,6 +204,8 @@ impl Service {
         self.drain();
         while let Ok(counters) = self.ends.pulses.pop() {
             self.board.count(&counters);
+            #[cfg(feature = "fleet")]
+            self.count_for_models(&counters);
             self.notify.alive(counters.turns, self.clock.now_us());
         }
         while let Ok(news) = self.ends.ports.try_recv() {
@@ -213,6 +220,8 @@ impl Service {
         }
         self.pass_commands();
         self.hear_settings();
+        #[cfg(feature = "fleet")]
+        self.serve_models();
         let now_us = self.clock.now_us();
         if now_us >= self.figures_us {
             self.figures_us = now_us + FIGURES_EVERY_US;
@@ -325,19 +334,21 @@ impl Service {
     /// Reads the settings again where that was asked for, and hears what became of those that were sent.
     fn hear_settings(&mut self) {
         while let Ok(replaced) = self.ends.replaced.pop() {
-            let Some(Pending { settings, changes }) = self.pending.pop_front() else { continue };
-            let (level, text) = if let Some(error) = &replaced.refused {
-                self.board.about.reloads.1 += 1;
-                self.attach(&self.settings.attachments());
-                (LogLevel::Error, format!("the settings in force stay: {}", message(error)))
-            } else {
-                self.board.about.reloads.0 += 1;
-                self.board.about.config_files = settings.about().config_files;
-                self.console.set_level(settings.config.log_level);
-                self.settings = *settings;
-                (LogLevel::Info, format!("the new settings are in force: {changes}"))
-            };
-            self.console.say(level, &text);
+            match self.pending.pop_front() {
+                None => {}
+                Some(Pending::Files(settings, changes)) => {
+                    self.reloaded(*settings, &changes, replaced.refused.as_ref());
+                }
+                #[cfg(feature = "fleet")]
+                Some(Pending::Model(wanted)) => {
+                    self.model_swapped(*wanted, replaced.refused.as_ref());
+                }
+            }
+        }
+        // Settings are read beside the model in force: which one that is must be known.
+        #[cfg(feature = "fleet")]
+        if self.pending.iter().any(|pending| matches!(pending, Pending::Model(_))) {
+            return;
         }
         if self.reload.swap(false, Ordering::Relaxed) {
             self.notify.reloading();
@@ -347,6 +358,31 @@ impl Service {
                 self.console.say(LogLevel::Error, &text);
             }
             self.notify.ready();
+        }
+    }
+
+    /// The hot thread has taken settings, or has not.
+    fn reloaded(
+        &mut self,
+        settings: Settings,
+        changes: &[String],
+        refused: Option<&grip_host::SessionError>,
+    ) {
+        let (level, text) = if let Some(error) = refused {
+            self.board.about.reloads.1 += 1;
+            self.attach(&self.settings.attachments());
+            (LogLevel::Error, format!("the settings in force stay: {}", message(error)))
+        } else {
+            self.board.about.reloads.0 += 1;
+            self.board.about.config_files = settings.about().config_files;
+            self.console.set_level(settings.config.log_level);
+            self.settings = settings;
+            (LogLevel::Info, format!("the new settings are in force: {}", changes.join(", ")))
+        };
+        self.console.say(level, &text);
+        #[cfg(feature = "fleet")]
+        if refused.is_none() {
+            self.settings_changed(changes.iter().any(|change| change.starts_with("model: ")));
         }
     }
 
@@ -373,8 +409,7 @@ impl Service {
         self.attach(&Ok(files));
         // There is room: nobody else sends settings.
         let _sent = self.ends.settings.push(Box::new(settings));
-        let (settings, changes) = (Box::new(reload.settings), changes.join(", "));
-        self.pending.push_back(Pending { settings, changes });
+        self.pending.push_back(Pending::Files(Box::new(reload.settings), changes));
         Ok(())
     }
 

@@ -37,6 +37,9 @@ pub(crate) struct Settings {
     /// The flags, which stand over every file that is read again.
     cli: Cli,
     layers: Layers,
+    /// The model that came over the network, where one is in force.
+    #[cfg(feature = "fleet")]
+    pub(crate) deployed: Option<grip_fleet::deploy::Examined>,
 }
 
 /// Settings that a running daemon can take over, and what became of the rest.
@@ -75,6 +78,8 @@ impl Settings {
             cli,
             layers,
             config,
+            #[cfg(feature = "fleet")]
+            deployed: None,
         }
     }
 
@@ -84,8 +89,17 @@ impl Settings {
         let new = layers.resolve()?;
         let config = self.config.taking(&new)?;
         let (changes, restart) = (self.config.diff(&new), needs_restart(&self.config, &new));
-        let settings = Self::of(config, layers, self.cli.clone());
-        Ok(Reload { estimator: settings.estimator()?, settings, changes, restart })
+        #[cfg_attr(not(feature = "fleet"), expect(unused_mut, reason = "no model comes there"))]
+        let mut settings = Self::of(config, layers, self.cli.clone());
+        // Also where another model is in force: it is what that one gives way to.
+        #[cfg_attr(not(feature = "fleet"), expect(unused_mut, reason = "no model comes there"))]
+        let mut estimator = settings.estimator()?;
+        #[cfg(feature = "fleet")]
+        if let Some(model) = &self.deployed {
+            estimator = model.estimator.clone();
+            settings.deployed = Some(model.clone());
+        }
+        Ok(Reload { estimator, settings, changes, restart })
     }
 
     /// What keeps this program from telling the fleet that the configuration names.
@@ -100,7 +114,12 @@ impl Settings {
         Err(WrongArgument(format!("{place}{trouble}")).into())
     }
 
+    /// The network in force: one that came over the network, or that of the configuration.
     pub(crate) fn estimator(&self) -> Result<HostEstimator, ModelError> {
+        #[cfg(feature = "fleet")]
+        if let Some(model) = &self.deployed {
+            return Ok(model.estimator.clone());
+        }
         self.config.model.as_deref().map_or_else(model::default_estimator, model::read_estimator)
     }
 
@@ -110,7 +129,29 @@ impl Settings {
         Ok(weakness.map(|text| format!("model {}: {text}", self.model_name())))
     }
 
+    /// The model that the configuration names, and what stands in its file.
+    #[cfg(feature = "fleet")]
+    pub(crate) fn configured_model(&self) -> Result<grip_fleet::deploy::Examined, ModelError> {
+        let file = self.config.model.as_deref();
+        let name = file.and_then(Path::file_name).unwrap_or("default".as_ref()).to_string_lossy();
+        let text = file.map_or_else(|| Ok(model::default_text().into()), model::read_text)?;
+        let estimator = model::parse_estimator(&name, &text)?;
+        let sha256 = grip_fleet::deploy::digest(text.as_bytes());
+        let id = grip_fleet::deploy::ModelId { name: name.into_owned(), sha256 };
+        Ok(grip_fleet::deploy::Examined { id, text: text.into_owned(), estimator })
+    }
+
+    /// Whether a flag names the model: no other one is taken then.
+    #[cfg(feature = "fleet")]
+    pub(crate) const fn model_is_fixed(&self) -> bool {
+        self.cli.model.is_some()
+    }
+
     pub(crate) fn model_name(&self) -> Cow<'_, str> {
+        #[cfg(feature = "fleet")]
+        if let Some(model) = &self.deployed {
+            return format!("{} of the fleet", model.id.name).into();
+        }
         self.config.model.as_deref().map_or("embedded model".into(), Path::to_string_lossy)
     }
 
@@ -194,22 +235,36 @@ impl Settings {
         let config =
             toml::to_string(&self.config).context("the configuration cannot be written")?;
         let mut files = vec![file(CONFIG_NAME, "application/toml", config.into_bytes())];
-        // Also the embedded one: a later gripctl may have another.
-        let model = match &self.config.model {
-            Some(model) => model::read_text(model)?.into_owned().into_bytes(),
-            None => model::default_text().as_bytes().to_vec(),
-        };
-        files.push(file(MODEL_NAME, "application/json", model));
+        files.push(model_file(self.model_text()?));
         if let Some(calibration) = &self.config.calibration {
             files.push(file(CALIBRATION_NAME, "application/toml", read(calibration)?));
         }
         Ok(files)
     }
 
+    /// The file of the model in force.
+    fn model_text(&self) -> Result<Vec<u8>, ModelError> {
+        #[cfg(feature = "fleet")]
+        if let Some(model) = &self.deployed {
+            return Ok(model.text.clone().into_bytes());
+        }
+        // Also the embedded one: a later gripctl may have another.
+        match &self.config.model {
+            Some(model) => Ok(model::read_text(model)?.into_owned().into_bytes()),
+            None => Ok(model::default_text().as_bytes().to_vec()),
+        }
+    }
+
     /// The port and what belongs to it.
     pub(crate) fn port_args(&self) -> PortArgs<'_> {
         PortArgs { name: &self.port, baud: self.baud, seed: self.cli.seed, usb: &self.config.usb }
     }
+}
+
+/// A model, for a recording.
+pub(crate) fn model_file(data: Vec<u8>) -> Attached {
+    let (name, media_type) = (MODEL_NAME.to_owned(), "application/json".to_owned());
+    Attached { name, media_type, data }
 }
 
 /// The key at fault and what is wrong with it.

@@ -9,10 +9,13 @@
 //! * [`live`]: messages of one daemon in, those of a live view for Foxglove out;
 //! * [`recordings`]: what a daemon has recorded, and copies of it elsewhere;
 //! * [`Follower`]: numbered events of one gripper in, each of them out once and in order, or the wish to be told what is missing;
+//! * [`deploy`]: a model that comes to one gripper in, whether it may be tried, stays or goes back out;
+//! * [`rollout`]: many grippers and what each reports in, who gets a model next, and who gives it back, out;
 //! * [`ros`]: the same news as the node of a ROS 2 gripper would tell them.
 
 mod about;
 mod bridge;
+pub mod deploy;
 mod follower;
 mod id;
 mod key;
@@ -22,6 +25,7 @@ mod message;
 #[cfg(feature = "zenoh")]
 pub mod net;
 pub mod recordings;
+pub mod rollout;
 pub mod ros;
 mod spool;
 

@@ -1,5 +1,6 @@
 //! The command line of `gripctl fleet`.
 
+use crate::commands::fleet::Selection;
 use clap::{Args, Subcommand};
 use grip_fleet::Member;
 use grip_host::config::{Site, Uid};
@@ -21,6 +22,13 @@ pub(crate) enum FleetCommand {
     Events(EventsArgs),
     /// Show what one gripper does: events, and its state five times a second.
     Tail(TailArgs),
+    /// Give a model to one gripper, then to some, then to all, and take it back where one of them becomes worse.
+    ///
+    /// Each gripper examines the model, counts its slips and faults with it against those before, and goes back by itself where they
+    /// become more. Ctrl-C takes the model back; a second one leaves everything as it is.
+    ///
+    /// Exit codes: 0 all have it, 1 stopped and rolled back, 2 wrong arguments.
+    Deploy(DeployArgs),
     /// Tell one gripper what to do, where its gripd takes commands from the network.
     ///
     /// Its own limits hold, and it goes on to answer slips by itself. Events tell when it was carried out. "stop" is no emergency stop.
@@ -90,6 +98,32 @@ pub(crate) struct TailArgs {
     /// Stop after this time (s).
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
     pub(crate) seconds: Option<f64>,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct DeployArgs {
+    /// The model file.
+    pub(crate) model: PathBuf,
+    /// To whom: all, a site, a gripper, SITE/GRIPPER, or several of these with commas between.
+    #[arg(long, value_name = "SELECTOR")]
+    pub(crate) to: Selection,
+    #[command(flatten)]
+    pub(crate) place: PlaceArgs,
+    /// How long each gripper is watched (s), in time with something between its fingers; it must have been counted for as long before.
+    #[arg(long, value_name = "S", default_value_t = 600.0, allow_negative_numbers = true)]
+    pub(crate) watch: f64,
+    /// Share of the grippers in the second stage.
+    #[arg(long, value_name = "SHARE", default_value_t = 0.2, allow_negative_numbers = true)]
+    pub(crate) some: f64,
+    /// Slips and faults may become more often by this factor.
+    #[arg(long, default_value_t = 1.5, allow_negative_numbers = true)]
+    pub(crate) factor: f64,
+    /// How long a gripper may answer nothing, or hold nothing, before the roll-out is stopped (s).
+    #[arg(long, value_name = "S", default_value_t = 60.0, allow_negative_numbers = true)]
+    pub(crate) patience: f64,
+    /// Send a model that is broken or made for something else: each gripper should refuse it.
+    #[arg(long)]
+    pub(crate) force: bool,
 }
 
 #[derive(Debug, Args)]

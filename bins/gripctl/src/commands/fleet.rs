@@ -1,7 +1,10 @@
 //! `gripctl fleet`: a router in; who is there, and what happens to them, out.
 
 mod command;
+mod deploy;
 mod recordings;
+
+pub(crate) use deploy::Selection;
 
 use super::{
     checked, clock,
@@ -44,6 +47,7 @@ pub(crate) fn run(args: &FleetArgs) -> anyhow::Result<Exit> {
             let seconds = duration(args.seconds)?;
             watch(&args.place, Some(args.uid), Since::Now, &[Topic::State], seconds)
         }
+        FleetCommand::Deploy(args) => deploy::run(args),
         FleetCommand::Command(args) => command::run(args),
         FleetCommand::Recordings(args) => recordings::show(args),
         FleetCommand::Collect(args) => recordings::collect(args),

@@ -4,8 +4,11 @@ use crate::run::{Ran, gripctl};
 use core::sync::atomic::{AtomicBool, Ordering};
 use grip_fleet::{
     About, EventLog, Member, Part, Spool, Topic, Uid,
+    deploy::{Models, Order, digest, examine},
     net::{Announced, Network, Question},
+    rollout::Counts,
 };
+use grip_host::model::default_text;
 use grip_link::{
     frame::{self, Direction, Header, MAX_WIRE},
     message::{
@@ -178,4 +181,110 @@ fn what_cannot_be_is_told_in_a_sentence() {
     refuse(2, &seconds, &["--seconds 0: expected a number of more than 0"]);
     let nobody = endpoint();
     refuse(1, &["list", "--router", &nobody], &[&format!("no router answers at {nobody}: ")]);
+}
+
+/// A gripper that holds something for a fifth of a second each turn and slips once a second; with another model than its own so many times as often.
+fn try_models(endpoint: &str, folder: &Path, often: u64, (end, there): (&AtomicBool, &AtomicBool)) {
+    let session = Network { router: Some(endpoint.to_owned()), file: None }.open().unwrap();
+    let member = Member { site: "hall".parse().unwrap(), uid: Uid([0xAB; 16]) };
+    let text = default_text();
+    let own = examine("own", &digest(text.as_bytes()), text.as_bytes()).unwrap();
+    let (mut models, _) = Models::open(folder, own).unwrap();
+    let mut announced = Announced::new(&session, &member, &[Part::Model]).unwrap();
+    let (mut total, mut slips) = (Counts { seconds: 100.0, slips: 100, faults: 0 }, 0.0);
+    there.store(true, Ordering::SeqCst);
+    while !end.load(Ordering::SeqCst) {
+        thread::park_timeout(core::time::Duration::from_millis(10));
+        let is_own = models.standing().in_force.name == "own";
+        slips += if is_own { 0.2 } else { 0.2 * f64::from(u32::try_from(often).unwrap()) };
+        let new = (total.seconds - 100.0, slips);
+        total = Counts { seconds: 100.2 + new.0, slips: 100 + whole(new.1), faults: 0 };
+        models.count(total, &mut |_, _| Ok(()));
+        let log = EventLog::new(1, 1 << 16);
+        announced.answer(&|use_it| use_it(&log), &[[0; 0]; 0], "");
+        while let Some(question) = announced.question() {
+            let order = Order::read(|name| question.parameter(name), question.payload()).unwrap();
+            match models.obey(order, &mut |_, _| Ok(())) {
+                Ok(standing) => question.reply(&serde_json::to_vec(&standing).unwrap()).unwrap(),
+                Err(fault) => question.refuse(&fault.to_string()).unwrap(),
+            }
+        }
+    }
+}
+
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a few hundred")]
+fn whole(count: f64) -> u64 {
+    count as u64
+}
+
+/// What `gripctl fleet deploy` says where a gripper slips so often with the new model.
+fn deployed(often: u64, text: &str, args: &[&str]) -> Ran {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("new.json"), text).unwrap();
+    let endpoint = endpoint();
+    let mut router = router(&endpoint);
+    let (end, there) = (AtomicBool::new(false), AtomicBool::new(false));
+    thread::scope(|scope| {
+        let models = folder.path().join("models");
+        let (end, there, place) = (&end, &there, endpoint.as_str());
+        scope.spawn(move || try_models(place, &models, often, (end, there)));
+        while !there.load(Ordering::SeqCst) {
+            thread::yield_now();
+        }
+        let fixed = ["fleet", "deploy", "new.json", "--to", "hall", "--router", &endpoint];
+        let ran = gripctl(folder.path(), &[&fixed[..], args].concat());
+        end.store(true, Ordering::SeqCst);
+        router.kill().unwrap();
+        router.wait().unwrap();
+        ran
+    })
+}
+
+#[test]
+fn a_model_is_given_to_a_gripper_that_keeps_it() {
+    let other = format!("{} ", default_text());
+    let ran = deployed(1, &other, &["--watch", "20"]);
+    assert_eq!(ran.code, 0, "{ran:?}");
+    let before = format!("{MEMBER}  tries it; before it 1");
+    assert!(
+        ran.out.starts_with(&before) && ran.out.contains("keeps it: it is no worse"),
+        "{ran:?}"
+    );
+    assert!(
+        ran.out
+            .ends_with(&format!("1 gripper has new.json ({})\n", &digest(other.as_bytes())[..12]))
+    );
+    let ran = deployed(1, default_text(), &["--watch", "20", "--json"]);
+    let lines: Vec<Value> =
+        ran.out.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    assert_eq!((&lines[0]["says"], &lines[1]["done"]), (&"had".into(), &true.into()), "{ran:?}");
+}
+
+#[test]
+fn a_model_that_is_worse_is_taken_back_and_a_broken_one_is_not_even_sent() {
+    let other = format!("{} ", default_text());
+    let ran = deployed(8, &other, &["--watch", "90"]);
+    assert_eq!(ran.code, 1, "{ran:?}");
+    let why = format!("was stopped and rolled back: {MEMBER} has more slips with the new model");
+    assert!(ran.out.contains(&why), "{ran:?}");
+    let ran = deployed(1, "{}", &[]);
+    assert!(ran.code == 2 && ran.err.contains("nothing was sent (--force sends it"), "{ran:?}");
+    let ran = deployed(1, "{}", &["--force", "--json"]);
+    let end: Value = serde_json::from_str(ran.out.lines().last().unwrap()).unwrap();
+    assert!(ran.code == 1 && end["reason"].as_str().unwrap().contains("no model file"), "{ran:?}");
+}
+
+#[test]
+fn a_roll_out_that_cannot_be_is_told_before_anything_is_sent() {
+    let other = format!("{} ", default_text());
+    for (args, code, words) in [
+        (&["--watch", "0"][..], 2, "--watch 0: expected a number of more than 0"),
+        (&["--watch", "0.5"], 2, "--watch takes 1 to 2592000 s"),
+        (&["--some", "2"], 2, "--some 2: expected a share from 0 to 1"),
+        (&["--factor", "0.5"], 2, "--factor 1 to 100"),
+        (&["--site", "yard"], 1, "hall: no such gripper is there"),
+    ] {
+        let ran = deployed(1, &other, args);
+        assert!(ran.code == code && ran.err.contains(words) && ran.out.is_empty(), "{ran:?}");
+    }
 }

@@ -1,6 +1,8 @@
 //! What is to be published in, a gripper on the network out. This thread may wait for the network; nobody waits for it.
 
-use super::{Answered, Common, Order, Outgoing, PAUSE, lending::Lending, pause, ros::Ros};
+use super::{
+    Answered, Common, Order, Outgoing, PAUSE, curator::Line, lending::Lending, pause, ros::Ros,
+};
 use core::{mem, time::Duration};
 use grip_daemon::log::LogLevel;
 use grip_fleet::{
@@ -18,7 +20,7 @@ use std::{
 const RETRY: Duration = Duration::from_secs(2);
 
 /// What this gripper can be asked, beside events, status and configuration.
-const PARTS: [Part; 3] = [Part::About, Part::Command, Part::Recordings];
+const PARTS: [Part; 4] = [Part::About, Part::Command, Part::Model, Part::Recordings];
 /// Commands that wait for the daemon; it answers within milliseconds.
 const MOST_ORDERS: usize = 32;
 
@@ -43,6 +45,8 @@ pub(super) struct SpeakerEnds {
     /// Commands, and what became of them.
     pub(super) order: Sender<Order>,
     pub(super) answers: Receiver<Answered>,
+    /// The way to the models, or why there is none.
+    pub(super) models: Result<Line, &'static str>,
 }
 
 pub(super) struct Speaker {
@@ -56,13 +60,15 @@ pub(super) struct Speaker {
     open: VecDeque<(u64, Question)>,
     /// Number of the last command.
     ordered: u64,
+    /// The way to the models, or why there is none.
+    models: Result<Line, &'static str>,
     /// The last complaint was told.
     complained: bool,
 }
 
 impl Speaker {
     pub(super) fn new(network: Network, place: Place, ends: SpeakerEnds) -> Self {
-        let SpeakerEnds { common, outgoing, order, answers } = ends;
+        let SpeakerEnds { common, outgoing, order, answers, models } = ends;
         let open = VecDeque::new();
         Self {
             network,
@@ -73,6 +79,7 @@ impl Speaker {
             answers,
             open,
             ordered: 0,
+            models,
             complained: false,
         }
     }
@@ -176,6 +183,13 @@ impl Speaker {
             while let Ok((number, answer)) = self.answers.try_recv() {
                 self.answered(number, answer);
             }
+            while let Some((question, answer)) = self.models.as_mut().ok().and_then(Line::answered)
+            {
+                self.tell(match answer {
+                    Ok(standing) => question.reply(standing.as_bytes()),
+                    Err(reason) => question.refuse(&reason),
+                });
+            }
             let sent = self.place.lending.go_on();
             self.tell(sent);
         }
@@ -192,6 +206,13 @@ impl Speaker {
             Part::Recordings => {
                 let taken = self.place.lending.take(question);
                 self.tell(taken);
+            }
+            Part::Model => {
+                let asked = match &mut self.models {
+                    Ok(line) => line.ask(question),
+                    Err(reason) => question.refuse(reason),
+                };
+                self.tell(asked);
             }
             _ => self.tell(question.refuse("this is not asked here")),
         }

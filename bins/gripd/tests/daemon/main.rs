@@ -3,6 +3,8 @@
 
 #[cfg(feature = "fleet")]
 mod fleet;
+#[cfg(feature = "fleet")]
+mod fleet_models;
 mod live;
 mod ports;
 mod recording;

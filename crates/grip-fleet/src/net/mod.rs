@@ -6,12 +6,14 @@
 
 mod announce;
 mod ask;
+mod deploy;
 mod list;
 mod ros;
 mod watch;
 
 pub use announce::{Announced, Lend, Question};
 pub use ask::{Ask, ask};
+pub use deploy::{Deployer, Happening, standing};
 pub use list::{Listed, list};
 pub use ros::{RosAnnounced, RosTimes};
 pub use watch::{Told, Watch};

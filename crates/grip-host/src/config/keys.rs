@@ -103,6 +103,8 @@ pub struct FleetConfig {
     pub spool: Option<PathBuf>,
     /// Room for events (MiB), 1 to 1024; the oldest go first.
     pub spool_mib: u16,
+    /// The folder that keeps models which come over the network; none is taken, where absent.
+    pub models: Option<PathBuf>,
     /// Every so manieth sample is told, 0 to 65,535; none for 0.
     pub samples_every: u16,
     /// Whether commands for the fingers are taken from the network too, where `allow_commands` lets clients command at all.
@@ -121,6 +123,7 @@ impl Default for FleetConfig {
             network: None,
             spool: None,
             spool_mib: 16,
+            models: None,
             samples_every: 0,
             commands: false,
             recordings: false,

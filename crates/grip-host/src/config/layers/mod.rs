@@ -136,6 +136,7 @@ impl Layers {
         let fleet = &mut config.fleet;
         fleet.network = fleet.network.take().map(|file| self.beside("fleet.network", file));
         fleet.spool = fleet.spool.take().map(|folder| self.beside("fleet.spool", folder));
+        fleet.models = fleet.models.take().map(|folder| self.beside("fleet.models", folder));
         config.check().map_err(|(key, source)| self.blame(key, source))?;
         match config.calibration.clone() {
             Some(file) => config.with_calibration(&file),

@@ -1,0 +1,361 @@
+//! `gripctl fleet deploy`: a model and some grippers in; the model on all of them, or the one of before on each, and why, out.
+
+use super::{PlaceArgs, network};
+use crate::{
+    cli::fleet::DeployArgs,
+    commands::{checked, clock::Clock},
+    output,
+};
+use anyhow::{Context as _, anyhow};
+use core::time::Duration;
+use grip_fleet::{
+    Member, Selector, Site, Uid,
+    deploy::{digest, examine},
+    net::{Deployer, Happening, Session, list},
+    rollout::{Counts, JudgeConfig, Progress, Report, RolloutConfig},
+};
+use grip_host::exit::{Exit, WrongArgument};
+use serde::Serialize;
+use signal_hook::{
+    consts::{SIGINT, SIGTERM},
+    iterator::Signals,
+};
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    path::Path,
+    thread,
+};
+
+/// How long an answer may take: a model waits until nothing slips.
+const PATIENCE: Duration = Duration::from_secs(15);
+/// A line about where it is, for people, this often (us).
+const SUMMARY_US: u64 = 5_000_000;
+/// How long grippers that do not answer are asked to give the model back (us).
+const RETURN_US: u64 = 60_000_000;
+
+/// Which grippers: `all`, a site, a gripper, SITE/UID, or several of these.
+#[derive(Clone, Debug)]
+pub(crate) struct Selection(Vec<Selector>);
+
+impl core::str::FromStr for Selection {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        text.split(',').map(|word| selector(word.trim())).collect::<Result<_, _>>().map(Self)
+    }
+}
+
+fn selector(word: &str) -> Result<Selector, String> {
+    let site = |text: &str| text.parse::<Site>().map_err(|error| error.to_string());
+    let uid = |text: &str| text.parse::<Uid>().map_err(|error| error.to_string());
+    match word.split_once('/') {
+        _ if word == "all" => Ok(Selector::default()),
+        Some((place, which)) => Ok(Selector { site: Some(site(place)?), uid: Some(uid(which)?) }),
+        None => match uid(word) {
+            Ok(uid) => Ok(Selector { site: None, uid: Some(uid) }),
+            Err(_) => Ok(Selector { site: Some(site(word)?), uid: None }),
+        },
+    }
+}
+
+pub(super) fn run(args: &DeployArgs) -> anyhow::Result<Exit> {
+    let config = config(args)?;
+    let (name, bytes) = model(&args.model, args.force)?;
+    let session = network(&args.place.reach)?.open()?;
+    let members = members(&session, &args.place, &args.to)?;
+    let told = Teller::new(args.place.json, &name, &bytes, members.len());
+    let signals = Signals::new([SIGINT, SIGTERM])?;
+    let deployer = Deployer::new(session, config, (name, bytes), members, PATIENCE);
+    drive(deployer, told, config.judge, signals)
+}
+
+fn config(args: &DeployArgs) -> Result<RolloutConfig, WrongArgument> {
+    let watch_s = checked("--watch", args.watch, false)?;
+    let judge = JudgeConfig { factor: args.factor, watch_s, ..JudgeConfig::default() };
+    if !judge.is_sane() {
+        let text = "--watch takes 1 to 2592000 s, --factor 1 to 100";
+        return Err(WrongArgument(text.to_owned()));
+    }
+    if !(0.0..=1.0).contains(&args.some) {
+        let text = format!("--some {}: expected a share from 0 to 1", args.some);
+        return Err(WrongArgument(text));
+    }
+    let silence = Duration::try_from_secs_f64(checked("--patience", args.patience, false)?);
+    let silence_us =
+        silence.map_or(u64::MAX, |time| u64::try_from(time.as_micros()).unwrap_or(u64::MAX));
+    Ok(RolloutConfig { some: args.some, judge, silence_us })
+}
+
+/// The file, unless it is none for any gripper.
+fn model(file: &Path, force: bool) -> anyhow::Result<(String, Vec<u8>)> {
+    let bytes = std::fs::read(file).map_err(|error| {
+        WrongArgument(format!("{}: the model cannot be read: {error}", file.display()))
+    })?;
+    let name = file.file_name().context("a model is a file")?.to_string_lossy().into_owned();
+    if !force {
+        examine(&name, &digest(&bytes), &bytes).map_err(|fault| {
+            WrongArgument(format!("{fault}; nothing was sent (--force sends it all the same)"))
+        })?;
+    }
+    Ok((name, bytes))
+}
+
+/// Everybody who is meant; who is named and not there is an error.
+fn members(
+    session: &Session,
+    place: &PlaceArgs,
+    to: &Selection,
+) -> anyhow::Result<BTreeSet<Member>> {
+    let mut members = BTreeSet::new();
+    for selector in &to.0 {
+        let here = |member: &Member| place.site.as_ref().is_none_or(|site| member.site == *site);
+        let found: Vec<Member> =
+            list(session, selector)?.into_keys().filter(|member| here(member)).collect();
+        if found.is_empty() {
+            let site = selector.site.as_ref().map(ToString::to_string);
+            let uid = selector.uid.map(|uid| uid.to_string());
+            let words: Vec<String> = site.into_iter().chain(uid).collect();
+            let which = if words.is_empty() { String::new() } else { words.join("/") + ": " };
+            return Err(anyhow!("{which}no such gripper is there; nothing was sent"));
+        }
+        members.extend(found);
+    }
+    Ok(members)
+}
+
+/// Turn by turn, to the end.
+fn drive(
+    mut deployer: Deployer,
+    mut teller: Teller,
+    judge: JudgeConfig,
+    mut signals: Signals,
+) -> anyhow::Result<Exit> {
+    let clock = Clock::start();
+    let pause = Duration::from_secs_f64((judge.watch_s / 20.0).clamp(0.2, 2.0));
+    let (mut stopped_us, mut stops) = (None, 0);
+    loop {
+        for _signal in signals.pending() {
+            stops += 1;
+            if stops == 1 {
+                teller.stopping();
+            }
+            deployer.abort();
+        }
+        let happenings = deployer.turn(clock.now_us());
+        let now_us = clock.now_us();
+        for happening in &happenings {
+            teller.happening(happening, &judge)?;
+        }
+        let progress = deployer.progress();
+        teller.progress(&progress, now_us)?;
+        match progress {
+            Progress::Done => return teller.done(),
+            Progress::Stage(_) => {}
+            Progress::Stopped(holding) => {
+                let since_us = *stopped_us.get_or_insert(now_us);
+                let enough = now_us.saturating_sub(since_us) > RETURN_US;
+                if holding == 0 || enough || stops > 1 {
+                    return teller.stopped(&deployer);
+                }
+            }
+        }
+        wait(pause);
+    }
+}
+
+#[expect(clippy::disallowed_methods, reason = "between two looks at the grippers")]
+fn wait(pause: Duration) {
+    thread::sleep(pause);
+}
+
+/// Says what happens, for people or machines.
+struct Teller {
+    json: bool,
+    model: String,
+    all: usize,
+    stage: usize,
+    /// Who has it for good.
+    done: BTreeSet<Member>,
+    /// Time that those on trial were watched (s).
+    watched: BTreeMap<Member, f64>,
+    /// Who did not answer last time.
+    silent: BTreeSet<Member>,
+    summary_us: u64,
+}
+
+/// One line for machines.
+#[derive(Debug, Serialize)]
+#[serde(tag = "type", rename_all = "snake_case")]
+enum Line<'a> {
+    Stage {
+        stage: usize,
+    },
+    Gripper {
+        site: String,
+        uid: String,
+        says: &'static str,
+        reason: Option<&'a str>,
+        counts: Option<Counts>,
+    },
+    End {
+        done: bool,
+        reason: Option<String>,
+        unreachable: Vec<String>,
+    },
+}
+
+impl Teller {
+    fn new(json: bool, name: &str, bytes: &[u8], all: usize) -> Self {
+        let model = format!("{name} ({})", &digest(bytes).get(..12).unwrap_or_default());
+        Self {
+            json,
+            model,
+            all,
+            stage: 0,
+            done: BTreeSet::new(),
+            watched: BTreeMap::new(),
+            silent: BTreeSet::new(),
+            summary_us: 0,
+        }
+    }
+
+    fn happening(&mut self, happening: &Happening, judge: &JudgeConfig) -> anyhow::Result<()> {
+        match happening {
+            Happening::Silent(member) => {
+                let new = self.silent.insert(member.clone());
+                if new {
+                    self.gripper(member, "silent", "does not answer; it is asked again", None)
+                } else {
+                    Ok(())
+                }
+            }
+            Happening::Told(member, report) => {
+                self.silent.remove(member);
+                self.told(member, report, judge)
+            }
+        }
+    }
+
+    fn told(
+        &mut self,
+        member: &Member,
+        report: &Report,
+        judge: &JudgeConfig,
+    ) -> anyhow::Result<()> {
+        match report {
+            Report::Taken(before) => {
+                self.watched.insert(member.clone(), 0.0);
+                self.gripper(member, "taken", &taken(before, judge), Some(*before))
+            }
+            Report::Counted(now) => {
+                self.watched.insert(member.clone(), now.seconds);
+                if !self.json {
+                    return Ok(());
+                }
+                self.gripper(member, "counted", "", Some(*now))
+            }
+            Report::Kept | Report::Had => {
+                self.watched.remove(member);
+                if !self.done.insert(member.clone()) {
+                    return Ok(());
+                }
+                let had = *report == Report::Had;
+                let text = if had { "has it already" } else { "keeps it: it is no worse" };
+                self.gripper(member, if had { "had" } else { "kept" }, text, None)
+            }
+            Report::Refused(reason) => {
+                self.gripper(member, "refused", &format!("refuses it: {reason}"), None)
+            }
+            Report::FellBack(_) | Report::Left(_) => {
+                self.watched.remove(member);
+                let text = match report {
+                    Report::Left(reason) => format!("has gone back to the model before: {reason}"),
+                    _ => "is worse with it, and has gone back to the model before".to_owned(),
+                };
+                self.gripper(member, "left", &text, None)
+            }
+            Report::Back => self.gripper(member, "back", "has given it back", None),
+        }
+    }
+
+    fn gripper(
+        &self,
+        member: &Member,
+        says: &'static str,
+        text: &str,
+        counts: Option<Counts>,
+    ) -> anyhow::Result<()> {
+        if self.json {
+            let (site, uid) = (member.site.to_string(), member.uid.to_string());
+            let reason = Some(text).filter(|text| !text.is_empty());
+            return output::json(&Line::Gripper { site, uid, says, reason, counts });
+        }
+        Ok(output::line(&format!("{member}  {text}"))?)
+    }
+
+    fn progress(&mut self, progress: &Progress, now_us: u64) -> anyhow::Result<()> {
+        let Progress::Stage(stage) = *progress else { return Ok(()) };
+        if core::mem::replace(&mut self.stage, stage) != stage && self.json {
+            output::json(&Line::Stage { stage })?;
+        }
+        if !self.json && now_us >= self.summary_us && !self.watched.is_empty() {
+            self.summary_us = now_us + SUMMARY_US;
+            let least_s = self.watched.values().fold(f64::INFINITY, |a, b| a.min(*b));
+            let (done, all, trying) = (self.done.len(), self.all, self.watched.len());
+            output::line(&format!(
+                "stage {stage}: {done} of {all} have it, {trying} try it, for {least_s:.0} s at least"
+            ))?;
+        }
+        Ok(())
+    }
+
+    #[expect(clippy::unused_self, reason = "says what happens, like the others")]
+    fn stopping(&self) {
+        eprintln!(
+            "gripctl: the model is asked back from everybody; once more leaves them as they are"
+        );
+    }
+
+    fn done(&self) -> anyhow::Result<Exit> {
+        if self.json {
+            output::json(&Line::End { done: true, reason: None, unreachable: Vec::new() })?;
+        } else {
+            let who = match self.all {
+                1 => "1 gripper has".to_owned(),
+                all => format!("all {all} grippers have"),
+            };
+            output::line(&format!("{who} {}", self.model))?;
+        }
+        Ok(Exit::Done)
+    }
+
+    fn stopped(&self, deployer: &Deployer) -> anyhow::Result<Exit> {
+        let reason = deployer.stopped().map(ToString::to_string);
+        let unreachable: Vec<String> = deployer.holding().map(ToString::to_string).collect();
+        if self.json {
+            output::json(&Line::End { done: false, reason, unreachable })?;
+            return Ok(Exit::Failed);
+        }
+        let reason = reason.unwrap_or_default();
+        output::line(&format!("{} was stopped and rolled back: {reason}", self.model))?;
+        if !unreachable.is_empty() {
+            output::line(&format!(
+                "not reached to give it back: {}; each keeps it unless it finds it worse by itself",
+                unreachable.join(", ")
+            ))?;
+        }
+        Ok(Exit::Failed)
+    }
+}
+
+/// What a gripper has to compare with, and what can be told by that.
+fn taken(before: &Counts, judge: &JudgeConfig) -> String {
+    let Counts { seconds, slips, faults } = before;
+    #[expect(clippy::cast_precision_loss, reason = "a count of slips")]
+    let rate = *slips as f64 / seconds.max(1.0);
+    let told = match judge.noticed(rate.max(1.0 / seconds.max(1.0))) {
+        Some(ratio) => format!("{ratio:.1} times as many slips are noticed nine times in ten"),
+        None => "no number of slips can be told from that: watch for longer".to_owned(),
+    };
+    format!("tries it; before it {slips} slips and {faults} faults in {seconds:.0} s, so {told}")
+}

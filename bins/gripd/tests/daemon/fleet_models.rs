@@ -1,0 +1,187 @@
+//! Models over the network to gripd beside a router in the test: taken, tried, kept over a start, given back; and refused.
+
+use crate::running::{Running, until};
+use core::time::Duration;
+use grip_fleet::{
+    Member, Uid,
+    deploy::{How, Order, Standing, digest},
+    net::{self, NetError, Network, Session, standing},
+    rollout::JudgeConfig,
+};
+use grip_host::model::default_text;
+use rustix::process::Signal;
+use std::{collections::BTreeSet, fs, net::TcpListener, path::Path};
+
+const PATIENCE: Duration = Duration::from_secs(30);
+
+/// A router's address, and a folder with a configuration that names it.
+fn place(folder: &Path, endpoint: &str, rest: &str) {
+    let text = format!(
+        "[link]\nsample_rate_hz = 1000\n[fleet]\nsite = \"hall\"\nrouter = \"{endpoint}\"\n{rest}\n"
+    );
+    fs::write(folder.join("gripd.toml"), text).unwrap();
+}
+
+fn endpoint() -> String {
+    let port = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
+    format!("tcp/127.0.0.1:{port}")
+}
+
+fn network(endpoint: &str) -> Network {
+    Network { router: Some(endpoint.to_owned()), file: None }
+}
+
+fn router(endpoint: &str) -> Session {
+    net::router(&network(endpoint)).unwrap()
+}
+
+fn session(endpoint: &str) -> Session {
+    network(endpoint).open().unwrap()
+}
+
+/// The gripper that a running gripd has told of.
+fn member(running: &Running) -> Member {
+    running.wait_for("this gripper is there as hall/");
+    let told = running.told();
+    let uid = told.split("is there as hall/").nth(1).unwrap().split('"').next().unwrap();
+    Member { site: "hall".parse().unwrap(), uid: uid.parse::<Uid>().unwrap() }
+}
+
+fn take(text: &str, watch_s: f64) -> Order {
+    let bytes = text.as_bytes().to_vec();
+    let judge = JudgeConfig { watch_s, ..JudgeConfig::default() };
+    Order::Take { name: "new.json".to_owned(), sha256: digest(&bytes), judge, bytes }
+}
+
+/// What a gripper says to an order.
+fn ask(session: &Session, member: &Member, order: &Order) -> Result<Standing, String> {
+    standing(session, member, order, PATIENCE).map_err(|error| match error {
+        NetError::Declined { reason, .. } => reason,
+        other => panic!("{other}"),
+    })
+}
+
+/// Takes a model as soon as the gripper has something to compare with.
+fn taken(session: &Session, member: &Member, text: &str, watch_s: f64) -> Standing {
+    let mut answer = Err(String::new());
+    let early = |told: &str| told.starts_with("there are only");
+    assert!(until(|| {
+        answer = ask(session, member, &take(text, watch_s));
+        !answer.as_ref().is_err_and(|told| early(told))
+    }));
+    answer.unwrap()
+}
+
+/// The same model, with another SHA-256.
+fn same(spaces: usize) -> String {
+    default_text().to_owned() + &" ".repeat(spaces)
+}
+
+#[test]
+fn a_model_is_tried_kept_over_a_start_and_given_back() {
+    let folder = tempfile::tempdir().unwrap();
+    let endpoint = endpoint();
+    let _router = router(&endpoint);
+    place(folder.path(), &endpoint, "models = \"models\"");
+    let session = session(&endpoint);
+    let first = Running::holding(folder.path(), &[]);
+    let who = member(&first);
+    let standing = taken(&session, &who, &same(1), 2.0);
+    assert_eq!(
+        (standing.in_force.name.as_str(), standing.before.unwrap().name),
+        ("new.json", "default".to_owned())
+    );
+    assert!(standing.trial.unwrap().before.slips > 0, "slips are counted");
+    first.wait_for("it was watched long enough, and stays");
+    // The second model is on trial when the daemon is killed.
+    assert!(taken(&session, &who, &same(2), 2.0).trial.is_some());
+    drop(first);
+    let second = Running::holding(folder.path(), &[]);
+    let who = member(&second);
+    let standing = ask(&session, &who, &Order::Tell).unwrap();
+    assert_eq!(standing.in_force.sha256, digest(same(1).as_bytes()));
+    assert_eq!(standing.last.unwrap().how, How::Restarted);
+    let sha256 = digest(same(1).as_bytes());
+    let standing = ask(&session, &who, &Order::Back { sha256 }).unwrap();
+    assert_eq!((standing.in_force.name.as_str(), standing.before), ("default", None));
+    assert!(second.stop().err.contains("model default"));
+}
+
+#[test]
+fn settings_that_change_during_a_trial_end_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let endpoint = endpoint();
+    let _router = router(&endpoint);
+    place(folder.path(), &endpoint, "models = \"models\"");
+    let session = session(&endpoint);
+    let running = Running::holding(folder.path(), &[]);
+    let who = member(&running);
+    let trial = taken(&session, &who, &same(1), 3.0);
+    assert!(trial.trial.is_some());
+    place(folder.path(), &endpoint, "models = \"models\"\n[detector.shear]\nthreshold = 30.0");
+    running.signal(Signal::HUP);
+    running.wait_for("its settings were changed during the trial");
+    running.wait_for("model default");
+    let standing = ask(&session, &who, &Order::Tell).unwrap();
+    assert_eq!((standing.in_force.name.as_str(), standing.trial), ("default", None));
+    let told = running.stop().err;
+    assert!(told.contains("are in force: detector.shear.threshold"), "{told}");
+}
+
+#[test]
+fn twenty_of_them_refuse_what_is_no_model_for_them() {
+    let endpoint = endpoint();
+    let _router = router(&endpoint);
+    let session = session(&endpoint);
+    let folders: Vec<_> = (0..20).map(|_| tempfile::tempdir().unwrap()).collect();
+    let start = |(seed, folder): (usize, &tempfile::TempDir)| {
+        place(folder.path(), &endpoint, "models = \"models\"");
+        Running::start(folder.path(), &["--dry-run", "--seed", &seed.to_string()])
+    };
+    let running: Vec<Running> = folders.iter().enumerate().map(start).collect();
+    let members: BTreeSet<Member> = running.iter().map(member).collect();
+    assert_eq!(members.len(), 20);
+    let text = default_text();
+    let cut = take(&text[..text.len() / 2], 1.0);
+    let foreign = take(&text.replacen("slip_acceleration_m_s2", "temperature_k", 1), 1.0);
+    let nan = take(&text.replacen("4.3647456", "NaN", 1), 1.0);
+    let Order::Take { name, sha256, judge, mut bytes } = take(text, 1.0) else { panic!() };
+    bytes.truncate(300);
+    let half = Order::Take { name, sha256, judge, bytes };
+    let mut refused = 0;
+    for who in &members {
+        for (order, words) in [
+            (&cut, "EOF while parsing"),
+            (&foreign, "`temperature_k` is no feature of a slip"),
+            (&nan, "new.json: "),
+            (&half, "what came is not what was ordered"),
+        ] {
+            let told = ask(&session, who, order).unwrap_err();
+            assert!(told.contains(words), "{told}");
+            refused += 1;
+        }
+        let standing = ask(&session, who, &Order::Tell).unwrap();
+        assert_eq!((standing.in_force.name.as_str(), standing.last), ("default", None));
+    }
+    assert_eq!(refused, 80);
+}
+
+#[test]
+fn whoever_wants_no_model_says_so() {
+    let endpoint = endpoint();
+    let _router = router(&endpoint);
+    let session = session(&endpoint);
+    for (rest, args, words) in [
+        ("", &[][..], "models is not set in [fleet]"),
+        ("models = \"models\"", &["--model", "default"], "was named with --model or GRIPD_MODEL"),
+    ] {
+        let folder = tempfile::tempdir().unwrap();
+        place(folder.path(), &endpoint, rest);
+        let running = Running::start(folder.path(), args);
+        let who = member(&running);
+        let told = ask(&session, &who, &take(&same(1), 1.0)).unwrap_err();
+        assert!(told.contains(words), "{told}");
+        assert!(!folder.path().join("models").exists());
+        running.stop();
+    }
+}

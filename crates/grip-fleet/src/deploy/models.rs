@@ -1,0 +1,294 @@
+//! Orders and counts in; answers, news for people and the models to put in force out: the rules of [`Deployment`] with a [`Shelf`] beneath them.
+
+use super::{
+    Declined, Deployment, Examined, Fault, ModelId, Order, Shelf, ShelfError, Standing, Step,
+    examine,
+};
+use crate::rollout::Counts;
+use grip_host::exit::message;
+use std::path::Path;
+
+/// Puts a model in force and waits until it is; whether it came over the network.
+pub type Swap<'a> = dyn FnMut(&Examined, bool) -> Result<(), String> + 'a;
+
+/// Something that a person should know.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum News {
+    /// As it should be.
+    Done(String),
+    /// As it should not.
+    Trouble(String),
+}
+
+/// Why an order is not obeyed.
+#[derive(Debug, thiserror::Error)]
+pub enum OrderFault {
+    /// The model is none for this gripper.
+    #[error(transparent)]
+    Fault(#[from] Fault),
+    /// Not now.
+    #[error(transparent)]
+    Declined(#[from] Declined),
+    /// It cannot be kept.
+    #[error("the model cannot be kept: {0}")]
+    Shelf(#[from] ShelfError),
+    /// It cannot be put in force.
+    #[error("the model cannot be put in force: {0}")]
+    Swap(String),
+}
+
+/// The models of one gripper, in force and on disk.
+#[derive(Debug)]
+pub struct Models {
+    deployment: Deployment,
+    shelf: Shelf,
+    /// The model of the configuration.
+    configured: Examined,
+    /// The model that is wanted could not be put in force yet.
+    due: bool,
+    news: Vec<News>,
+}
+
+impl Models {
+    /// Opens what an earlier run has left in `folder`, and what it had accepted; none where the model of the configuration is in force.
+    ///
+    /// # Errors
+    /// [`ShelfError`]: then it is not known which model should be in force.
+    pub fn open(
+        folder: &Path,
+        configured: Examined,
+    ) -> Result<(Self, Option<Examined>), ShelfError> {
+        let (shelf, lasting) = Shelf::open(folder)?;
+        let deployment = Deployment::new(configured.id.clone(), lasting);
+        let mut models = Self { deployment, shelf, configured, due: false, news: Vec::new() };
+        if let Some(last) = &models.deployment.lasting().last {
+            models.news.push(News::Done(format!("the last {}: {}", last.model, last.how)));
+        }
+        let accepted = match models.deployment.wanted().cloned() {
+            Some(model) => Some(models.fetch(&model)?),
+            None => None,
+        };
+        models.note();
+        Ok((models, accepted))
+    }
+
+    /// Obeys an order.
+    ///
+    /// # Errors
+    /// [`OrderFault`], a sentence for whoever sent it; the model in force stays.
+    pub fn obey(&mut self, order: Order, swap: &mut Swap<'_>) -> Result<Standing, OrderFault> {
+        match order {
+            Order::Tell => {}
+            Order::Take { name, sha256, judge, bytes } => {
+                let model = examine(&name, &sha256, &bytes)?;
+                if self.deployment.take(model.id.clone(), judge)? != Step::Stay {
+                    self.begin(&model, swap)?;
+                    let id = &model.id;
+                    self.tell(format!("{id} is on trial for {} s with an object", judge.watch_s));
+                }
+            }
+            Order::Back { sha256 } => {
+                let step = self.deployment.back(&sha256);
+                self.follow(&step, swap);
+                if self.due {
+                    return Err(OrderFault::Swap("it is tried again".to_owned()));
+                }
+            }
+        }
+        Ok(self.deployment.standing())
+    }
+
+    /// All counts of this run as of now. A model on trial may go by that, or stay.
+    pub fn count(&mut self, total: Counts, swap: &mut Swap<'_>) {
+        let was = self.deployment.lasting().clone();
+        let step = self.deployment.count(total);
+        if step == Step::Stay && *self.deployment.lasting() != was {
+            self.tell_last();
+            self.note();
+        }
+        self.follow(&step, swap);
+        if self.due {
+            self.restore(swap);
+        }
+    }
+
+    /// Other settings are in force, with that model where none came over the network.
+    pub fn reloaded(&mut self, configured: Examined, swap: &mut Swap<'_>) {
+        let step = self.deployment.reloaded(configured.id.clone());
+        self.configured = configured;
+        self.follow(&step, swap);
+    }
+
+    /// How they stand.
+    #[must_use]
+    pub fn standing(&self) -> Standing {
+        self.deployment.standing()
+    }
+
+    /// What has happened since it was asked last.
+    pub fn news(&mut self) -> Vec<News> {
+        core::mem::take(&mut self.news)
+    }
+
+    /// First on disk, so that a daemon that ends now knows of the trial; then in force.
+    fn begin(&mut self, model: &Examined, swap: &mut Swap<'_>) -> Result<(), OrderFault> {
+        let kept = self.shelf.put(&model.id, &model.text);
+        let begun = kept
+            .and_then(|()| self.shelf.note(self.deployment.lasting()))
+            .map_err(OrderFault::Shelf)
+            .and_then(|()| swap(model, true).map_err(OrderFault::Swap));
+        match begun {
+            Ok(()) => self.deployment.swapped(),
+            Err(_) => {
+                self.deployment.failed();
+                self.note();
+            }
+        }
+        begun
+    }
+
+    fn follow(&mut self, step: &Step, swap: &mut Swap<'_>) {
+        if *step != Step::Stay {
+            self.tell_last();
+            self.note();
+            self.restore(swap);
+        }
+    }
+
+    /// Puts the model in force that is wanted; what fails is tried again with the next counts.
+    fn restore(&mut self, swap: &mut Swap<'_>) {
+        let lasting = self.deployment.wanted().cloned();
+        let model = match &lasting {
+            None => Ok(self.configured.clone()),
+            Some(model) => self.fetch(model).map_err(|error| message(&error)),
+        };
+        let swapped = model.and_then(|model| swap(&model, lasting.is_some()));
+        match swapped {
+            Ok(()) => {
+                self.due = false;
+                self.deployment.swapped();
+                let text = format!("{} is in force", self.deployment.standing().in_force);
+                self.tell(text);
+            }
+            Err(reason) if !core::mem::replace(&mut self.due, true) => {
+                let text = format!("the model before cannot be put in force: {reason}");
+                self.news.push(News::Trouble(text));
+            }
+            Err(_) => {}
+        }
+    }
+
+    /// A model that was examined when it came.
+    fn fetch(&self, model: &ModelId) -> Result<Examined, ShelfError> {
+        let text = self.shelf.read(model)?;
+        examine(&model.name, &model.sha256, text.as_bytes())
+            .map_err(|fault| self.shelf.unusable(model, message(&fault)))
+    }
+
+    fn note(&mut self) {
+        if let Err(error) = self.shelf.note(self.deployment.lasting()) {
+            let text = format!("which model is in force cannot be kept: {}", message(&error));
+            self.news.push(News::Trouble(text));
+        }
+    }
+
+    fn tell(&mut self, text: String) {
+        self.news.push(News::Done(text));
+    }
+
+    fn tell_last(&mut self) {
+        if let Some(last) = &self.deployment.lasting().last {
+            self.tell(format!("{}: {}", last.model, last.how));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Examined, Models, News, Order};
+    use crate::{
+        deploy::{How, digest, examine},
+        rollout::{Counts, JudgeConfig},
+    };
+    use grip_host::model::default_text;
+    use std::path::Path;
+
+    fn model(name: &str, text: &str) -> Examined {
+        examine(name, &digest(text.as_bytes()), text.as_bytes()).unwrap()
+    }
+
+    fn take(name: &str, text: &str) -> Order {
+        let bytes = text.as_bytes().to_vec();
+        let judge = JudgeConfig { watch_s: 60.0, ..JudgeConfig::default() };
+        Order::Take { name: name.to_owned(), sha256: digest(&bytes), judge, bytes }
+    }
+
+    fn open(folder: &Path) -> (Models, Option<String>) {
+        let (models, accepted) = Models::open(folder, model("file", default_text())).unwrap();
+        (models, accepted.map(|model| model.id.name))
+    }
+
+    fn counts(seconds: f64, slips: u64) -> Counts {
+        Counts { seconds, slips, faults: 0 }
+    }
+
+    #[test]
+    fn what_was_accepted_is_there_at_the_next_start_and_what_was_on_trial_is_not() {
+        let folder = tempfile::tempdir().unwrap();
+        let other = format!("{} ", default_text());
+        let third = format!("{}  ", default_text());
+        let mut in_force = Vec::new();
+        {
+            let (mut models, none) = open(folder.path());
+            assert_eq!(none, None);
+            let swap = &mut |model: &Examined, own: bool| {
+                in_force.push((model.id.name.clone(), own));
+                Ok(())
+            };
+            models.count(counts(100.0, 10), swap);
+            models.obey(take("a", &other), swap).unwrap();
+            models.count(counts(161.0, 16), swap);
+            assert_eq!(models.standing().last.unwrap().how, How::Accepted);
+            models.obey(take("b", &third), swap).unwrap();
+            assert!(models.standing().trial.is_some());
+        }
+        let (mut models, accepted) = open(folder.path());
+        assert_eq!(accepted.as_deref(), Some("a"));
+        assert_eq!(models.standing().last.unwrap().how, How::Restarted);
+        assert!(matches!(&models.news()[..], [News::Done(text)] if text.contains("started again")));
+        let swap = &mut |model: &Examined, own: bool| {
+            in_force.push((model.id.name.clone(), own));
+            Ok(())
+        };
+        let sha256 = digest(other.as_bytes());
+        models.obey(Order::Back { sha256 }, swap).unwrap();
+        let [a, b, file] = ["a", "b", "file"].map(str::to_owned);
+        assert_eq!(in_force, [(a, true), (b, true), (file, false)]);
+        drop(models);
+        assert_eq!(open(folder.path()).1, None);
+    }
+
+    #[test]
+    fn what_cannot_be_put_in_force_changes_nothing_and_the_way_back_is_tried_again() {
+        let folder = tempfile::tempdir().unwrap();
+        let (mut models, _) = open(folder.path());
+        let other = format!("{} ", default_text());
+        let no = &mut |_: &Examined, _| Err("no".to_owned());
+        let yes = &mut |_: &Examined, _| Ok(());
+        models.count(counts(100.0, 10), yes);
+        let told = models.obey(take("a", &other), no).unwrap_err().to_string();
+        assert_eq!(told, "the model cannot be put in force: no");
+        assert_eq!(models.standing().in_force.name, "file");
+        models.obey(take("a", &other), yes).unwrap();
+        models.news();
+        models.count(counts(120.0, 90), no);
+        models.count(counts(121.0, 90), no);
+        let troubles = models.news().into_iter().filter(|news| matches!(news, News::Trouble(_)));
+        assert_eq!(troubles.count(), 1, "told once");
+        models.count(counts(122.0, 90), yes);
+        assert_eq!(
+            models.news(),
+            [News::Done(format!("{} is in force", model("file", default_text()).id))]
+        );
+    }
+}

@@ -1,0 +1,218 @@
+//! A session, a model and a time in; who has taken the model, how it does there and who gives it back out: [`Rollout`] over a network.
+//!
+//! Nothing here reads a clock. Many grippers are asked at once; one that does not answer is asked again with the next turn, since each order
+//! may come twice.
+
+use super::{Ask, NetError, ask};
+use crate::{
+    deploy::{How, Order, Standing, digest},
+    key::{Member, Part},
+    rollout::{self, Progress, Report, Rollout, RolloutConfig, Stop},
+};
+use core::time::Duration;
+use std::{collections::BTreeSet, thread};
+use zenoh::Session;
+
+/// Grippers that are asked at once.
+const AT_ONCE: usize = 32;
+
+/// A model for many grippers.
+#[derive(Debug)]
+pub struct Deployer {
+    session: Session,
+    config: RolloutConfig,
+    name: String,
+    sha256: String,
+    bytes: Vec<u8>,
+    rollout: Rollout,
+    /// Who was told to take the model and has not answered, and who was told to give it back.
+    taking: BTreeSet<Member>,
+    returning: BTreeSet<Member>,
+    /// Who may have taken it without our hearing of it.
+    unsure: BTreeSet<Member>,
+    patience: Duration,
+}
+
+/// Something that a person wants to see.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Happening {
+    /// A gripper has said something about the model.
+    Told(Member, Report),
+    /// A gripper did not answer; it is asked again.
+    Silent(Member),
+}
+
+impl Deployer {
+    /// A roll-out of a model file of that name, which begins with the first turn. An answer may take `patience`.
+    pub fn new(
+        session: Session,
+        config: RolloutConfig,
+        (name, bytes): (String, Vec<u8>),
+        members: impl IntoIterator<Item = Member>,
+        patience: Duration,
+    ) -> Self {
+        let sha256 = digest(&bytes);
+        let rollout = Rollout::new(config, members);
+        let rest = BTreeSet::new;
+        let (taking, returning, unsure) = (rest(), rest(), rest());
+        Self { session, config, name, sha256, bytes, rollout, taking, returning, unsure, patience }
+    }
+
+    /// Gives orders, asks how it goes and tells what was heard.
+    pub fn turn(&mut self, now_us: u64) -> Vec<Happening> {
+        for order in self.rollout.step(now_us) {
+            match order {
+                rollout::Order::Take(member) => self.taking.insert(member),
+                rollout::Order::GiveBack(member) => {
+                    self.taking.remove(&member);
+                    self.returning.insert(member)
+                }
+            };
+        }
+        let mut orders: Vec<(Member, Order)> = Vec::new();
+        let sha256 = || self.sha256.clone();
+        let back = self.returning.iter().map(|who| (who.clone(), Order::Back { sha256: sha256() }));
+        orders.extend(back);
+        let take = || Order::Take {
+            name: self.name.clone(),
+            sha256: sha256(),
+            judge: self.config.judge,
+            bytes: self.bytes.clone(),
+        };
+        orders.extend(self.taking.iter().map(|who| (who.clone(), take())));
+        let open = self.rollout.holding().filter(|who| self.rollout.is_open(who));
+        orders.extend(open.map(|who| (who.clone(), Order::Tell)));
+        let mut happenings = Vec::new();
+        for some in orders.chunks(AT_ONCE) {
+            for (member, order, answer) in self.ask(some) {
+                happenings.extend(self.hear(member, &order, answer, now_us));
+            }
+        }
+        happenings
+    }
+
+    /// Stops it; the next turn asks for the model back.
+    pub fn abort(&mut self) {
+        self.rollout.abort();
+    }
+
+    /// Where it is.
+    #[must_use]
+    pub fn progress(&self) -> Progress {
+        self.rollout.progress()
+    }
+
+    /// Why it was stopped.
+    #[must_use]
+    pub const fn stopped(&self) -> Option<&Stop> {
+        self.rollout.stopped()
+    }
+
+    /// Who may have the model by this roll-out.
+    pub fn holding(&self) -> impl Iterator<Item = &Member> {
+        self.rollout.holding()
+    }
+
+    /// Asks many at once.
+    fn ask(&self, orders: &[(Member, Order)]) -> Vec<(Member, Order, Result<Standing, NetError>)> {
+        let Self { session, patience, .. } = self;
+        thread::scope(|scope| {
+            let asking: Vec<_> = orders
+                .iter()
+                .map(|(member, order)| {
+                    scope.spawn(move || standing(session, member, order, *patience))
+                })
+                .collect();
+            let answers = asking.into_iter().zip(orders).filter_map(|(asking, (member, order))| {
+                // A thread that panicked has no answer.
+                Some((member.clone(), order.clone(), asking.join().ok()?))
+            });
+            answers.collect()
+        })
+    }
+
+    fn hear(
+        &mut self,
+        member: Member,
+        order: &Order,
+        answer: Result<Standing, NetError>,
+        now_us: u64,
+    ) -> Option<Happening> {
+        let report = match (order, answer) {
+            (_, Err(NetError::Silent { .. } | NetError::Refused { .. })) => {
+                self.unsure.insert(member.clone());
+                return Some(Happening::Silent(member));
+            }
+            (Order::Take { .. }, Err(error)) => Report::Refused(reason(&error)),
+            // It is asked again: what cannot be given back now can be later.
+            (_, Err(_)) => return Some(Happening::Silent(member)),
+            (Order::Take { .. }, Ok(standing)) => self.taken(&member, &standing),
+            (Order::Back { .. }, Ok(_)) => Report::Back,
+            (Order::Tell, Ok(standing)) => self.told(&standing),
+        };
+        match order {
+            Order::Take { .. } => self.taking.remove(&member),
+            Order::Back { .. } => self.returning.remove(&member),
+            Order::Tell => false,
+        };
+        self.rollout.hear(&member, report.clone(), now_us);
+        Some(Happening::Told(member, report))
+    }
+
+    /// The answer to an order to take the model.
+    fn taken(&self, member: &Member, standing: &Standing) -> Report {
+        match &standing.trial {
+            Some(trial) => Report::Taken(trial.before),
+            None if self.unsure.contains(member) => Report::Kept,
+            None => Report::Had,
+        }
+    }
+
+    /// The answer to a look.
+    fn told(&self, standing: &Standing) -> Report {
+        let ours = standing.in_force.sha256 == self.sha256;
+        if ours {
+            return match standing.trial {
+                Some(_) => Report::Counted(standing.counted),
+                None => Report::Kept,
+            };
+        }
+        match standing.last.as_ref().filter(|last| last.model.sha256 == self.sha256) {
+            Some(last) => match last.how {
+                How::Worse(worse) => Report::FellBack(worse),
+                how => Report::Left(how.to_string()),
+            },
+            None => Report::Left("another model was taken".to_owned()),
+        }
+    }
+}
+
+/// What a gripper says of its models, once it has obeyed the order.
+///
+/// # Errors
+/// As [`ask`]; [`NetError::Declined`] also where the answer is of no use.
+pub fn standing(
+    session: &Session,
+    member: &Member,
+    order: &Order,
+    patience: Duration,
+) -> Result<Standing, NetError> {
+    let parameters = order.parameters();
+    let parameters: Vec<(&str, &str)> =
+        parameters.iter().map(|(name, value)| (*name, value.as_str())).collect();
+    let payload: &[u8] = if let Order::Take { bytes, .. } = order { bytes } else { &[] };
+    let (part, parameters) = (Part::Model, parameters.as_slice());
+    let answer = ask(session, &Ask { member, part, parameters, payload, patience })?;
+    serde_json::from_slice(&answer.concat()).map_err(|error| NetError::Declined {
+        member: member.to_string(),
+        reason: format!("its answer cannot be read: {error}"),
+    })
+}
+
+/// What a gripper said, without its name, which stands before it already.
+fn reason(error: &NetError) -> String {
+    match error {
+        NetError::Declined { reason, .. } => reason.clone(),
+        other => other.to_string(),
+    }
+}

@@ -1,0 +1,299 @@
+//! Grippers, and what each of them reports, in; who gets a new model next, and who gives it back, out. No network and no clock.
+//!
+//! One gripper first, then some, then all. A stage is over when every one of its grippers has run the model for its time and none has
+//! become worse ([`JudgeConfig`]). With the first refusal, the first that is worse and the first that is gone the roll-out stops, and everybody who has
+//! taken the model gives it back.
+
+mod judge;
+
+pub use judge::{Counts, JudgeConfig, Judgement, Worse};
+
+use crate::key::Member;
+use std::collections::BTreeMap;
+
+/// How a roll-out goes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RolloutConfig {
+    /// Share of all grippers in the second stage, 0 to 1; one at least.
+    pub some: f64,
+    /// When a model is worse.
+    pub judge: JudgeConfig,
+    /// A gripper that has not answered for so long is gone (us).
+    pub silence_us: u64,
+}
+
+impl Default for RolloutConfig {
+    /// A fifth of all, a minute.
+    fn default() -> Self {
+        Self { some: 0.2, judge: JudgeConfig::default(), silence_us: 60_000_000 }
+    }
+}
+
+/// What a gripper is told.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Order {
+    /// Take the new model.
+    Take(Member),
+    /// Go back to the one before.
+    GiveBack(Member),
+}
+
+/// What a gripper says.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Report {
+    /// The new model is in force; this was counted before it.
+    Taken(Counts),
+    /// It was refused: hash, schema or self-test, in a sentence.
+    Refused(String),
+    /// What was counted since it has been in force. Without more time than before it counts nothing.
+    Counted(Counts),
+    /// It has been watched long enough, and stays.
+    Kept,
+    /// This model was in force there before the roll-out.
+    Had,
+    /// It has become worse and has gone back by itself.
+    FellBack(Worse),
+    /// It has gone back for another reason, in a sentence.
+    Left(String),
+    /// The one before is in force again, as it was told.
+    Back,
+}
+
+/// Why a roll-out has stopped.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum Stop {
+    /// Somebody refused the model.
+    #[error("{member} refused the model: {reason}")]
+    Refused {
+        /// Who.
+        member: Member,
+        /// Why.
+        reason: String,
+    },
+    /// Somebody has become worse.
+    #[error("{member} has more {} with the new model", match what { Worse::Slips => "slips", Worse::Faults => "faults" })]
+    Worse {
+        /// Who.
+        member: Member,
+        /// In what.
+        what: Worse,
+    },
+    /// Somebody has gone back for another reason.
+    #[error("{member} has gone back to the model before: {reason}")]
+    Left {
+        /// Who.
+        member: Member,
+        /// Why.
+        reason: String,
+    },
+    /// Somebody does not answer, or has no samples.
+    #[error("{member} has neither answered nor held anything for too long")]
+    Gone {
+        /// Who.
+        member: Member,
+    },
+    /// Whoever began it.
+    #[error("it was stopped from here")]
+    Told,
+}
+
+/// Where a roll-out is.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Progress {
+    /// In this stage, from 1.
+    Stage(usize),
+    /// Everybody has the model.
+    Done,
+    /// It was stopped; so many have not given the model back yet.
+    Stopped(usize),
+}
+
+/// One gripper in the roll-out.
+#[derive(Clone, Debug, PartialEq)]
+enum Phase {
+    Waiting,
+    /// It was told to take the model, and when (us).
+    Asked(u64),
+    /// It runs the model: counts before, time that it was watched (s), and when that grew last (us).
+    Running(Counts, f64, u64),
+    Good,
+    /// It had the model before, and keeps it.
+    Had,
+    /// It was told to give it back.
+    Returning,
+    /// It has the model of before, because it refused or gave back.
+    Back,
+}
+
+impl Phase {
+    const fn is_done(&self) -> bool {
+        matches!(self, Self::Good | Self::Had)
+    }
+}
+
+/// A roll-out to some grippers.
+#[derive(Clone, Debug)]
+pub struct Rollout {
+    config: RolloutConfig,
+    members: BTreeMap<Member, Phase>,
+    /// How many, in their order, have got the model or are getting it.
+    reached: usize,
+    stage: usize,
+    stop: Option<Stop>,
+}
+
+impl Rollout {
+    /// A roll-out that begins with the next [`Rollout::step`].
+    pub fn new(config: RolloutConfig, members: impl IntoIterator<Item = Member>) -> Self {
+        let members = members.into_iter().map(|member| (member, Phase::Waiting)).collect();
+        Self { config, members, reached: 0, stage: 0, stop: None }
+    }
+
+    /// Takes what a gripper says; who is not in this roll-out is not heard.
+    pub fn hear(&mut self, member: &Member, report: Report, now_us: u64) {
+        let Some(phase) = self.members.get_mut(member) else { return };
+        match (report, &*phase) {
+            (Report::Taken(before), Phase::Asked(_)) => {
+                *phase = Phase::Running(before, 0.0, now_us);
+            }
+            (Report::Had, Phase::Asked(_)) => *phase = Phase::Had,
+            (Report::Kept, Phase::Asked(_) | Phase::Running(..)) => *phase = Phase::Good,
+            (Report::Refused(reason), Phase::Asked(_)) => {
+                *phase = Phase::Back;
+                self.stop(Stop::Refused { member: member.clone(), reason });
+            }
+            (Report::Counted(now), Phase::Running(before, watched_s, heard_us)) => {
+                let (before, more) = (*before, now.seconds > *watched_s);
+                let heard_us = if more { now_us } else { *heard_us };
+                match self.config.judge.judge(&before, &now) {
+                    Judgement::Open => *phase = Phase::Running(before, now.seconds, heard_us),
+                    Judgement::Good => *phase = Phase::Good,
+                    Judgement::Worse(what) => {
+                        self.stop(Stop::Worse { member: member.clone(), what });
+                    }
+                }
+            }
+            (Report::FellBack(what), Phase::Running(..) | Phase::Good | Phase::Returning) => {
+                *phase = Phase::Back;
+                self.stop(Stop::Worse { member: member.clone(), what });
+            }
+            (Report::Left(reason), Phase::Asked(_) | Phase::Running(..) | Phase::Good) => {
+                *phase = Phase::Back;
+                self.stop(Stop::Left { member: member.clone(), reason });
+            }
+            (Report::Back | Report::Left(_), Phase::Returning) => *phase = Phase::Back,
+            _ => {}
+        }
+    }
+
+    /// Time has passed: what is to be told to whom.
+    pub fn step(&mut self, now_us: u64) -> Vec<Order> {
+        self.miss(now_us);
+        if self.stop.is_some() {
+            return self.give_back();
+        }
+        let open = self.members.values().take(self.reached).any(|phase| !phase.is_done());
+        if open || self.reached == self.members.len() {
+            return Vec::new();
+        }
+        self.stage += 1;
+        let from = self.reached;
+        self.reached = self.goal().clamp(from + 1, self.members.len());
+        let stage = self.members.iter_mut().take(self.reached).skip(from);
+        stage
+            .map(|(member, phase)| {
+                *phase = Phase::Asked(now_us);
+                Order::Take(member.clone())
+            })
+            .collect()
+    }
+
+    /// Where it is.
+    #[must_use]
+    pub fn progress(&self) -> Progress {
+        if self.stop.is_some() {
+            Progress::Stopped(self.holding().count())
+        } else if self.members.values().all(Phase::is_done) {
+            Progress::Done
+        } else {
+            Progress::Stage(self.stage.max(1))
+        }
+    }
+
+    /// Why it was stopped.
+    #[must_use]
+    pub const fn stopped(&self) -> Option<&Stop> {
+        self.stop.as_ref()
+    }
+
+    /// Who has been told to take the model, or may have it by this roll-out, and has not given it back.
+    pub fn holding(&self) -> impl Iterator<Item = &Member> {
+        let holding = |phase: &Phase| !matches!(phase, Phase::Waiting | Phase::Back | Phase::Had);
+        self.members.iter().filter(move |(_, phase)| holding(phase)).map(|(member, _)| member)
+    }
+
+    /// Who is still to be heard of: who has been told something, or runs the model.
+    #[must_use]
+    pub fn is_open(&self, member: &Member) -> bool {
+        let open = |phase: &Phase| matches!(phase, Phase::Running(..) | Phase::Good);
+        self.members.get(member).is_some_and(open)
+    }
+
+    /// Stops it; the next step asks for the model back.
+    pub fn abort(&mut self) {
+        self.stop(Stop::Told);
+    }
+
+    /// How many have the model when the stage is over.
+    fn goal(&self) -> usize {
+        let all = self.members.len();
+        match self.stage {
+            1 => 1,
+            2 => self.share(all) + 1,
+            _ => all,
+        }
+    }
+
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        clippy::cast_precision_loss,
+        reason = "a share of a small count; the cast saturates"
+    )]
+    fn share(&self, all: usize) -> usize {
+        (self.config.some.clamp(0.0, 1.0) * all as f64).ceil() as usize
+    }
+
+    /// The first reason counts.
+    fn stop(&mut self, reason: Stop) {
+        self.stop.get_or_insert(reason);
+    }
+
+    /// Who has been silent for too long.
+    fn miss(&mut self, now_us: u64) {
+        let silence_us = self.config.silence_us;
+        let late = |since: u64| now_us.saturating_sub(since) > silence_us;
+        let gone = self.members.iter().find(|(_, phase)| match phase {
+            Phase::Asked(since) | Phase::Running(_, _, since) => late(*since),
+            _ => false,
+        });
+        if let Some(member) = gone.map(|(member, _)| member.clone()) {
+            self.stop(Stop::Gone { member });
+        }
+    }
+
+    /// Everybody who has the model, or may have it.
+    fn give_back(&mut self) -> Vec<Order> {
+        let taken =
+            |phase: &Phase| matches!(phase, Phase::Asked(_) | Phase::Running(..) | Phase::Good);
+        let all = self.members.iter_mut().filter(|(_, phase)| taken(phase));
+        all.map(|(member, phase)| {
+            *phase = Phase::Returning;
+            Order::GiveBack(member.clone())
+        })
+        .collect()
+    }
+}
+
+#[cfg(test)]
+mod tests;
