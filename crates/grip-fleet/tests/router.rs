@@ -364,10 +364,9 @@ fn a_gripper_is_asked_and_answers_in_parts_or_says_why_not() {
         thread::spawn(move || {
             let parameters = [("count", count)];
             let patience = Duration::from_secs(20);
-            ask(
-                &session,
-                &Ask { member: &member, part, parameters: &parameters, payload, patience },
-            )
+            let question =
+                Ask { member: &member, part, parameters: &parameters, payload, patience };
+            ask(&session, &question)
         })
     };
     let answer = |announced: &mut Announced| {
@@ -394,6 +393,12 @@ fn a_gripper_is_asked_and_answers_in_parts_or_says_why_not() {
     assert_eq!(declined, format!("{member}: no number"));
     let silent = asked(Part::Model, "1", b"").join().unwrap().unwrap_err().to_string();
     assert_eq!(silent, format!("{member} does not answer"));
+    // It is asked, and hangs.
+    let patience = Duration::from_millis(200);
+    let (part, parameters) = (Part::About, &[][..]);
+    let question = Ask { member: &member, part, parameters, payload: b"", patience };
+    let silent = ask(&asking, &question).unwrap_err().to_string();
+    assert_eq!(silent, format!("{member} does not answer"));
 }
 
 #[test]
@@ -410,8 +415,8 @@ fn a_network_that_cannot_be_is_told_in_a_sentence() {
     assert!(text(Network::default()).starts_with("no router: "));
     let told = text(Network { router: Some("somewhere".to_owned()), file: None });
     assert!(told.starts_with("router = somewhere: ") && !told.contains(".rs"), "{told}");
-    let told = text(Network { router: Some("tls/10.0.0.1:7447".to_owned()), file: None });
-    assert!(told.contains("tls is not built in"), "{told}");
+    let told = text(Network { router: Some("quic/10.0.0.1:7447".to_owned()), file: None });
+    assert!(told.contains("quic is not built in"), "{told}");
     let router = format!("tcp/127.0.0.1:{}", port());
     let network = Network { router: Some(router.clone()), file: None };
     let Err(error @ NetError::NoRouter { .. }) = network.open() else { panic!("{network:?}") };

@@ -3,6 +3,7 @@
 use super::{NetError, refused};
 use crate::key::{Member, Part};
 use core::time::Duration;
+use std::thread;
 use zenoh::{Session, Wait as _, query::ConsolidationMode};
 
 /// Something that one gripper is asked.
@@ -20,13 +21,32 @@ pub struct Ask<'a> {
     pub patience: Duration,
 }
 
-/// The parts of the answer, in their order.
+/// Times that a question which reaches nobody is asked, and the pause before each further one: a router needs a moment to learn that a
+/// gripper has come.
+const TIMES: usize = 20;
+const PAUSE: Duration = Duration::from_millis(100);
+/// What Zenoh answers itself where an answer takes too long.
+const TIMEOUT: &str = "Timeout";
+
+/// The parts of the answer, in their order. A question that reaches nobody is asked again for two seconds; so one without an answer may
+/// reach the gripper more than once.
 ///
 /// # Errors
 /// [`NetError::Declined`] where the gripper gives a reason instead, [`NetError::Silent`] where nothing comes in time, and
 /// [`NetError::Refused`].
 pub fn ask(session: &Session, ask: &Ask<'_>) -> Result<Vec<Vec<u8>>, NetError> {
-    let member = || ask.member.to_string();
+    for _ in 0..TIMES {
+        let parts = once(session, ask)?;
+        if !parts.is_empty() {
+            return Ok(parts);
+        }
+        thread::park_timeout(PAUSE);
+    }
+    Err(NetError::Silent { member: ask.member.to_string() })
+}
+
+/// Asks once; nothing where nobody was reached.
+fn once(session: &Session, ask: &Ask<'_>) -> Result<Vec<Vec<u8>>, NetError> {
     let key = ask.member.key(ask.part);
     let words: Vec<String> =
         ask.parameters.iter().map(|(name, value)| format!("{name}={value}")).collect();
@@ -44,10 +64,14 @@ pub fn ask(session: &Session, ask: &Ask<'_>) -> Result<Vec<Vec<u8>>, NetError> {
         match reply.into_result() {
             Ok(sample) => parts.push(sample.payload().to_bytes().into_owned()),
             Err(error) => {
+                let member = ask.member.to_string();
                 let reason = String::from_utf8_lossy(&error.payload().to_bytes()).into_owned();
-                return Err(NetError::Declined { member: member(), reason });
+                return Err(match reason.as_str() {
+                    TIMEOUT => NetError::Silent { member },
+                    _ => NetError::Declined { member, reason },
+                });
             }
         }
     }
-    if parts.is_empty() { Err(NetError::Silent { member: member() }) } else { Ok(parts) }
+    Ok(parts)
 }
