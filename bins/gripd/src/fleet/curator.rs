@@ -22,6 +22,9 @@ type Asked = (u64, Order);
 /// An answer: JSON, or the reason why there is none.
 type Answered = (u64, Result<String, String>);
 
+/// Orders that may wait; one waits for a disk and for the border of a frame.
+const MOST_ORDERS: usize = 16;
+
 /// A model to be put in force.
 #[derive(Debug)]
 pub(crate) struct Wanted {
@@ -97,6 +100,9 @@ pub(super) struct Line {
 impl Line {
     /// Hands an order on; the answer comes when it is obeyed. What is no order is refused at once.
     pub(super) fn ask(&mut self, question: Question) -> Result<(), NetError> {
+        if self.waiting.len() >= MOST_ORDERS {
+            return question.refuse("too many orders wait");
+        }
         match Order::read(|name| question.parameter(name), question.payload()) {
             Ok(order) => {
                 self.ticket += 1;
