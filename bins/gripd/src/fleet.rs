@@ -20,7 +20,7 @@ use core::{
 use curator::Curator;
 use grip_daemon::{clients::Clients, log::LogLevel};
 use grip_fleet::{About, Bridge, EventId, Spool, Topic, Uid, deploy::Models, net::Network};
-use grip_host::config::FleetConfig;
+use grip_host::{config::FleetConfig, exit::message};
 use grip_link::message::{NackReason, daemon::Command};
 use keeper::{Keeper, KeeperEnds};
 use lending::Lending;
@@ -61,14 +61,15 @@ struct Kept {
     gripper: Option<(Uid, Spool)>,
     /// The last frames of what does not go into the log.
     status: Vec<Vec<u8>>,
-    /// What it is made of, as JSON.
-    about: String,
 }
 
 /// What both threads share.
 #[derive(Clone, Debug)]
 struct Common {
     kept: Arc<Mutex<Kept>>,
+    /// What the gripper is made of, as JSON. Apart from the rest, which may be held while a disk is written to: the service thread never waits
+    /// for that.
+    about: Arc<Mutex<String>>,
     ended: Arc<AtomicBool>,
     say: Sender<Told>,
 }
@@ -77,6 +78,10 @@ impl Common {
     /// What a thread that has panicked left is still data.
     fn kept(&self) -> MutexGuard<'_, Kept> {
         self.kept.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn about(&self) -> MutexGuard<'_, String> {
+        self.about.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     fn tell(&self, level: LogLevel, text: &str) {
@@ -111,16 +116,25 @@ pub(crate) fn open_models(mut settings: Settings) -> anyhow::Result<(Settings, O
     if settings.model_is_fixed() {
         return Ok((settings, None));
     }
-    let (models, accepted) = Models::open(&folder, settings.configured_model()?)
-        .context("the models of the fleet cannot be had")?;
-    settings.deployed = accepted;
-    Ok((settings, Some(models)))
+    match Models::open(&folder, settings.configured_model()?) {
+        Ok((models, accepted)) => {
+            settings.deployed = accepted;
+            Ok((settings, Some(models)))
+        }
+        // A gripper whose models are damaged must still hold what it holds.
+        Err(error) => {
+            settings.models_trouble = Some(message(&error));
+            Ok((settings, None))
+        }
+    }
 }
 
 /// Why no model is taken from the network.
 fn why_no_model(settings: &Settings) -> &'static str {
     if settings.model_is_fixed() {
         "the model of this gripd was named with --model or GRIPD_MODEL, and stays"
+    } else if settings.models_trouble.is_some() {
+        "the folder of models cannot be used: see what this gripd has said at its start"
     } else {
         "this gripd takes no model from the network: models is not set in [fleet]"
     }
@@ -145,7 +159,8 @@ impl Fleet {
         let shown =
             toml::to_string(&settings.config).context("the configuration cannot be written")?;
         let (say, told) = mpsc::channel();
-        let common = Common { kept: Arc::default(), ended: Arc::default(), say };
+        let common =
+            Common { kept: Arc::default(), about: Arc::default(), ended: Arc::default(), say };
         let (sender, outgoing) = mpsc::sync_channel(ON_THE_WAY);
         let (order, orders) = mpsc::channel();
         let (answer, answers) = mpsc::channel();
@@ -155,6 +170,12 @@ impl Fleet {
         let lending = Lending::new(&settings.config);
         if let Some(trouble) = lending.trouble(&settings.config) {
             common.tell(LogLevel::Warn, trouble);
+        }
+        if let Some(trouble) = &settings.models_trouble {
+            let text = format!(
+                "{trouble}; the model of the configuration is in force, and none is taken from the network"
+            );
+            common.tell(LogLevel::Error, &text);
         }
         let curator = models.map(|models| Curator::new(models, common.clone()));
         let (curator, line, desk) = curator.map_or((None, None, None), |(curator, line, desk)| {
@@ -181,7 +202,8 @@ impl Fleet {
     /// What the gripper is made of, for those who ask.
     pub(crate) fn set_about(&self, about: &About) {
         // What cannot be written, which no value makes, is not told.
-        self.common.kept().about = about.to_json().unwrap_or_default();
+        let text = about.to_json().unwrap_or_default();
+        *self.common.about() = text;
     }
 
     /// What they have said meanwhile, and, once, that one of them has ended.

@@ -40,6 +40,9 @@ pub(crate) struct Settings {
     /// The model that came over the network, where one is in force.
     #[cfg(feature = "fleet")]
     pub(crate) deployed: Option<grip_fleet::deploy::Examined>,
+    /// Why the models that came over the network cannot be used.
+    #[cfg(feature = "fleet")]
+    pub(crate) models_trouble: Option<String>,
 }
 
 /// Settings that a running daemon can take over, and what became of the rest.
@@ -80,6 +83,8 @@ impl Settings {
             config,
             #[cfg(feature = "fleet")]
             deployed: None,
+            #[cfg(feature = "fleet")]
+            models_trouble: None,
         }
     }
 

@@ -5,7 +5,7 @@ use crate::{
     cli::learn::{CollectArgs, CollectSplit},
     output,
 };
-use anyhow::{Context as _, bail};
+use anyhow::{Context as _, bail, ensure};
 use grip_host::{
     collect::{
         COLUMNS, Collected, Divided, Fate, Keep, Request, Row, WatchConfig, collect, divide,
@@ -18,6 +18,7 @@ use slip_core::features::Feature;
 use std::{
     collections::{BTreeMap, BTreeSet},
     fs,
+    io::Read as _,
     path::{Path, PathBuf},
 };
 
@@ -62,6 +63,10 @@ pub(crate) fn run(args: &CollectArgs) -> anyhow::Result<Exit> {
     let (require, watch) = (required(&args.require)?, watch(args)?);
     let test_file = beside(&args.output)?;
     let share = args.test_share.map(share).transpose()?;
+    let test_output = share.map(|_| test_file.as_path());
+    for output in [Some(args.output.as_path()), test_output].into_iter().flatten() {
+        spare(output)?;
+    }
     let collected = collect(&Request {
         places: &args.places,
         without: &[args.output.clone(), test_file.clone()],
@@ -118,6 +123,19 @@ fn required(names: &[String]) -> Result<Vec<Feature>, WrongArgument> {
             .ok_or_else(|| WrongArgument(format!("--require {name}: expected some of {}", known())))
     });
     found.collect()
+}
+
+/// Nothing but earlier rows is ever written over: what is named could be a recording.
+fn spare(output: &Path) -> anyhow::Result<()> {
+    let Ok(file) = fs::File::open(output) else { return Ok(()) };
+    let mut start = vec![0; COLUMNS.join(",").len()];
+    let is_ours = file.take(start.len() as u64).read_exact(&mut start).is_ok()
+        && start == COLUMNS.join(",").as_bytes();
+    ensure!(
+        is_ours,
+        WrongArgument(format!("{} is there already and holds something else", output.display()))
+    );
+    Ok(())
 }
 
 /// `TRAIN-test.csv` beside `TRAIN.csv`.

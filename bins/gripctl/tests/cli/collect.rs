@@ -257,6 +257,13 @@ fn what_cannot_be_collected_is_told() {
     refuse(1, &["notes.txt", "-o", "t.csv"], &["notes.txt: is no recording"]);
     refuse(1, &["rest.csv", "-o", "t.csv"], &["nothing to train on: 0 slips in 1 recordings"]);
     refuse(2, &["rest.csv", "-o", "t"], &["--output t: expected a name that ends with .csv"]);
+    let before = fs::read(here.join("rest.csv")).unwrap();
+    refuse(
+        2,
+        &["rest.csv", "-o", "rest.csv"],
+        &["rest.csv is there already and holds something else"],
+    );
+    assert_eq!(fs::read(here.join("rest.csv")).unwrap(), before);
     refuse(2, &["rest.csv", "-o", "t.csv", "--stay", "0"], &["--stay 0: expected"]);
     refuse(
         2,

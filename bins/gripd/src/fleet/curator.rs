@@ -4,9 +4,9 @@
 use super::{Common, PAUSE};
 use grip_daemon::{HotCounters, log::LogLevel};
 use grip_fleet::{
-    deploy::{Examined, Models, News, Order},
+    deploy::{Examined, MOST_BYTES, Models, News, Order},
     net::{NetError, Question},
-    rollout::Counts,
+    rollout::{Bursts, Counts},
 };
 use grip_host::exit::message;
 use std::{
@@ -42,6 +42,7 @@ pub(crate) struct Desk {
     counts: Arc<Mutex<Counts>>,
     /// Samples with an object, and slips, of the last counters.
     last: (u64, u64),
+    bursts: Bursts,
 }
 
 impl Desk {
@@ -69,8 +70,10 @@ impl Desk {
         let mut counts = self.counts.lock().unwrap_or_else(PoisonError::into_inner);
         #[expect(clippy::cast_precision_loss, reason = "samples of a quarter of a second")]
         let samples = now.0.saturating_sub(samples) as f64;
-        counts.seconds += samples / f64::from(rate_hz.max(1));
-        counts.slips += now.1.saturating_sub(slips);
+        if rate_hz > 0 {
+            counts.seconds += samples / f64::from(rate_hz);
+        }
+        counts.slips += self.bursts.take(counts.seconds, now.1.saturating_sub(slips));
         counts.faults = faults;
     }
 }
@@ -102,6 +105,10 @@ impl Line {
     pub(super) fn ask(&mut self, question: Question) -> Result<(), NetError> {
         if self.waiting.len() >= MOST_ORDERS {
             return question.refuse("too many orders wait");
+        }
+        // Before they are copied.
+        if question.payload_len() > MOST_BYTES {
+            return question.refuse(&format!("a model has at most {MOST_BYTES} bytes"));
         }
         match Order::read(|name| question.parameter(name), question.payload()) {
             Ok(order) => {
@@ -138,6 +145,7 @@ impl Curator {
             reloaded: reloaded_in,
             counts: Arc::clone(&counts),
             last: (0, 0),
+            bursts: Bursts::default(),
         };
         let waiting = HashMap::new();
         let line = Line { asked: asked_in, answered: answered_out, waiting, ticket: 0 };

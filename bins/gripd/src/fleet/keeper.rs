@@ -118,8 +118,12 @@ impl Keeper {
 
     /// First kept, then told: what is told can be asked for again.
     fn keep(&mut self, Publication { topic, wire }: Publication) {
-        let Some(uid) = self.bridge.uid().filter(|_| !self.locked) else { return };
+        let Some(uid) = self.bridge.uid() else { return };
         if self.common.kept().gripper.is_none() {
+            // Whether the other one has ended is looked up once a second.
+            if self.locked && topic != Topic::Health {
+                return;
+            }
             match self.open(uid) {
                 Some(spool) => self.common.kept().gripper = Some((uid, spool)),
                 None => return,
@@ -173,9 +177,13 @@ impl Keeper {
         match Spool::open(folder, uid, self.run, room) {
             Ok(spool) => Some(spool),
             Err(error @ SpoolError::Locked { .. }) => {
-                let text = format!("this gripper is told to nobody: {}", message(&error));
-                self.common.tell(LogLevel::Error, &text);
-                self.locked = true;
+                if !mem::replace(&mut self.locked, true) {
+                    let text = format!(
+                        "this gripper is told to nobody until that one ends: {}",
+                        message(&error)
+                    );
+                    self.common.tell(LogLevel::Error, &text);
+                }
                 None
             }
             Err(error) => {

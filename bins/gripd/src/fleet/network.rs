@@ -92,6 +92,8 @@ impl Speaker {
             return;
         };
         self.common.tell(LogLevel::Info, &format!("this gripper is there as {member}"));
+        // What waited for a router is out of date; of events, the log has all.
+        while self.outgoing.try_recv().is_ok() {}
         let mut node = self.node(&session, &member);
         self.speak(&mut announced, node.as_mut());
         let refused = announced.refused() + node.map_or(0, |(_, node)| node.refused());
@@ -199,7 +201,7 @@ impl Speaker {
     fn question(&mut self, question: Question) {
         match question.part() {
             Part::About => {
-                let about = self.common.kept().about.clone();
+                let about = self.common.about().clone();
                 self.tell(question.reply(about.as_bytes()));
             }
             Part::Command => self.command(question),

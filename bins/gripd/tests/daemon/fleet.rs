@@ -252,3 +252,21 @@ fn finished_recordings_are_given_away_where_that_is_allowed_and_nothing_else_is(
     assert!(refused.ends_with("the recording has changed"), "{refused}");
     second.stop();
 }
+
+#[test]
+fn who_waits_for_the_spool_of_another_is_there_when_that_one_has_ended() {
+    let (one, two) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    let (endpoint, _) = place(one.path());
+    fs::copy(one.path().join("zenoh.json5"), two.path().join("zenoh.json5")).unwrap();
+    let text = fs::read_to_string(one.path().join("gripd.toml")).unwrap();
+    let spool = format!("spool = {:?}", one.path().join("spool"));
+    fs::write(two.path().join("gripd.toml"), text.replace("spool = \"spool\"", &spool)).unwrap();
+    let _router = router(&endpoint);
+    let first = Running::start(one.path(), &[]);
+    first.wait_for("this gripper is there as hall/");
+    let second = Running::start(two.path(), &[]);
+    second.wait_for("is told to nobody until that one ends");
+    first.stop();
+    second.wait_for("this gripper is there as hall/");
+    second.stop();
+}

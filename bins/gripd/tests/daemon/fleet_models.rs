@@ -185,3 +185,20 @@ fn whoever_wants_no_model_says_so() {
         running.stop();
     }
 }
+
+#[test]
+fn a_damaged_folder_of_models_keeps_nobody_from_holding() {
+    let endpoint = endpoint();
+    let _router = router(&endpoint);
+    let session = session(&endpoint);
+    let folder = tempfile::tempdir().unwrap();
+    place(folder.path(), &endpoint, "models = \"models\"");
+    fs::create_dir(folder.path().join("models")).unwrap();
+    fs::write(folder.path().join("models/standing.json"), "{").unwrap();
+    let running = Running::holding(folder.path(), &[]);
+    running.wait_for("the model of the configuration is in force");
+    let who = member(&running);
+    let told = ask(&session, &who, &take(&same(1), 1.0)).unwrap_err();
+    assert!(told.contains("the folder of models cannot be used"), "{told}");
+    running.stop();
+}

@@ -136,6 +136,8 @@ struct Client {
     stream: Stream,
     session: ClientSession,
     gone: bool,
+    /// It may take nothing for so long (us).
+    stall_us: u64,
 }
 
 impl Client {
@@ -238,7 +240,8 @@ impl Clients {
     /// What the system says.
     pub fn connect_inside(&mut self, now_us: u64) -> io::Result<UnixStream> {
         let (ours, theirs) = UnixStream::pair()?;
-        self.admit(Stream::inside(ours)?, now_us);
+        // It is not sent away for being slow: nobody would connect it again.
+        self.admit(Stream::inside(ours)?, now_us, u64::MAX);
         Ok(theirs)
     }
 
@@ -334,7 +337,7 @@ impl Clients {
     fn tick(&mut self, now_us: u64) {
         self.roster.flush_old(now_us);
         for client in &mut self.roster.clients {
-            client.session.tick(now_us, self.config.stall_us);
+            client.session.tick(now_us, client.stall_us);
         }
     }
 
@@ -374,7 +377,7 @@ impl Clients {
         for _ in 0..MOST_ACCEPTED {
             let Some(listener) = &self.listener else { return };
             match listener.accept() {
-                Ok(stream) => self.admit(stream, now_us),
+                Ok(stream) => self.admit(stream, now_us, self.config.stall_us),
                 Err(error) if error.kind() == io::ErrorKind::WouldBlock => return,
                 Err(error) if error.kind() == io::ErrorKind::ConnectionAborted => {}
                 Err(_) => {
@@ -386,9 +389,9 @@ impl Clients {
         }
     }
 
-    fn admit(&mut self, stream: Stream, now_us: u64) {
+    fn admit(&mut self, stream: Stream, now_us: u64, stall_us: u64) {
         let session = ClientSession::new(now_us, self.config.buffer_bytes);
-        let mut client = Client { stream, session, gone: false };
+        let mut client = Client { stream, session, gone: false, stall_us };
         if self.count() < self.config.most {
             self.counters.accepted = self.counters.accepted.saturating_add(1);
             self.roster.clients.push(client);

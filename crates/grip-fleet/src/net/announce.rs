@@ -208,6 +208,12 @@ impl Question {
         self.query.parameters().get(name).map(str::to_owned)
     }
 
+    /// Bytes that came with it.
+    #[must_use]
+    pub fn payload_len(&self) -> usize {
+        self.query.payload().map_or(0, |bytes| bytes.len())
+    }
+
     /// What came with it; nothing, where nothing did.
     #[must_use]
     pub fn payload(&self) -> Vec<u8> {

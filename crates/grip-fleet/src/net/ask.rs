@@ -28,14 +28,15 @@ const PAUSE: Duration = Duration::from_millis(100);
 /// What Zenoh answers itself where an answer takes too long.
 const TIMEOUT: &str = "Timeout";
 
-/// The parts of the answer, in their order. A question that reaches nobody is asked again for two seconds; so one without an answer may
-/// reach the gripper more than once.
+/// The parts of the answer, in their order. A question that reaches nobody is asked again for two seconds, but for a command: one whose
+/// answer is lost on the way must not move fingers twice.
 ///
 /// # Errors
 /// [`NetError::Declined`] where the gripper gives a reason instead, [`NetError::Silent`] where nothing comes in time, and
 /// [`NetError::Refused`].
 pub fn ask(session: &Session, ask: &Ask<'_>) -> Result<Vec<Vec<u8>>, NetError> {
-    for _ in 0..TIMES {
+    let times = if ask.part == Part::Command { 1 } else { TIMES };
+    for _ in 0..times {
         let parts = once(session, ask)?;
         if !parts.is_empty() {
             return Ok(parts);

@@ -4,8 +4,10 @@
 //! become worse ([`JudgeConfig`]). With the first refusal, the first that is worse and the first that is gone the roll-out stops, and everybody who has
 //! taken the model gives it back.
 
+mod bursts;
 mod judge;
 
+pub use bursts::Bursts;
 pub use judge::{Counts, JudgeConfig, Judgement, Worse};
 
 use crate::key::Member;

@@ -152,7 +152,9 @@ impl FromStr for Site {
     fn from_str(text: &str) -> Result<Self, AddressError> {
         let fits = |byte: u8| byte.is_ascii_alphanumeric() || b"-_.".contains(&byte);
         let long = text.is_empty() || text.len() > Self::LONGEST;
-        if long || !text.bytes().all(fits) {
+        // Sites are folders where recordings are collected.
+        let dots = text.bytes().all(|byte| byte == b'.');
+        if long || dots || !text.bytes().all(fits) {
             return Err(AddressError::Site(text.to_owned()));
         }
         Ok(Self(text.to_owned()))
@@ -186,7 +188,9 @@ mod tests {
     #[test]
     fn a_site_is_one_word() {
         assert_eq!("hall-2.east".parse::<Site>().unwrap().to_string(), "hall-2.east");
-        for wrong in ["", "a/b", "*", "a b", "a$", "#", "hall?", "größe", &"x".repeat(65)] {
+        for wrong in
+            ["..", ".", "", "a/b", "*", "a b", "a$", "#", "hall?", "größe", &"x".repeat(65)]
+        {
             assert!(wrong.parse::<Site>().is_err(), "{wrong}");
         }
     }
@@ -220,7 +224,7 @@ mod tests {
         let text = "00112233445566778899aabbccddeeff";
         let uid: Uid = text.parse().unwrap();
         assert_eq!((uid.0[0], uid.0[15], uid.to_string().as_str()), (0, 0xFF, text));
-        for wrong in ["", "00", "+0112233445566778899aabbccddeeff", &text[1..]] {
+        for wrong in ["..", ".", "", "00", "+0112233445566778899aabbccddeeff", &text[1..]] {
             assert!(wrong.parse::<Uid>().is_err(), "{wrong}");
         }
     }
