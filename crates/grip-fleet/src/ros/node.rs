@@ -131,7 +131,7 @@ mod tests {
             ("a-._b-", "a_b"),
             ("2-east", "site_2_east"),
             ("_x", "site_x"),
-            ("...", "site"),
+            ("-.-", "site"),
         ] {
             assert_eq!(word(&site.parse().unwrap()), wanted, "{site}");
         }
