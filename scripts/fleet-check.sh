@@ -1,6 +1,6 @@
 #!/bin/sh
 # What no default build contains: the fleet with a real router, gripd, gripctl and gripmon beside one, the node of ROS 2 and the live view
-# of Foxglove held against programs of others; and that the default programs know nothing of it. Some 200 more crates are compiled, once:
+# of Foxglove held against programs of others; and that the default programs know nothing of it. Some 220 more crates are compiled, once:
 # every call names the same packages and features, and what `cargo test --workspace` has built is used again.
 set -eu
 cd "$(dirname "$0")/.."
