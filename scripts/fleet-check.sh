@@ -1,7 +1,7 @@
 #!/bin/sh
-# What no default build contains: the fleet with a real router, gripd, gripctl and gripmon beside one, the node of ROS 2 and the live view
-# of Foxglove held against programs of others; and that the default programs know nothing of it. Some 220 more crates are compiled, once:
-# every call names the same packages and features, and what `cargo test --workspace` has built is used again.
+# What no default build contains: the fleet with a real router, gripd and gripctl beside one, the node of ROS 2 and the live view of
+# Foxglove held against programs of others; and that the default programs know nothing of it. Some 220 more crates are compiled, once:
+# every call names the same packages and features. The table in gripmon has scripts/fleet-window-check.sh.
 set -eu
 cd "$(dirname "$0")/.."
 
@@ -13,13 +13,12 @@ fi
 opted() {
     command=$1
     shift
-    cargo "$command" --locked --workspace \
-        --features grip-fleet/zenoh,grip-fleet/foxglove,grip-scope/zenoh,gripd/fleet,gripctl/fleet,gripctl/foxglove,gripmon/fleet "$@"
+    cargo "$command" --locked -p grip-fleet -p gripd -p gripctl \
+        --features grip-fleet/zenoh,grip-fleet/foxglove,gripd/fleet,gripctl/fleet,gripctl/foxglove "$@"
 }
-opted test --lib -- fleet live ros net recordings follower spool bridge deploy rollout
-opted test --test router --test tls --test deploy --test ros --test ros_types
 # Also models (fleet_models) and copies of recordings (fleet_collect).
-opted test --test daemon --test cli --test window -- fleet foxglove
+opted test --lib --test router --test tls --test deploy --test ros --test ros_types
+opted test --test daemon --test cli -- fleet foxglove
 opted build --bins --example ros_messages
 built=${CARGO_TARGET_DIR:-target}/debug
 MESSAGES=$built/examples/ros_messages GRIPD=$built/gripd scripts/ros-check.sh
