@@ -20,6 +20,6 @@ opted() {
 opted test --lib --test router --test tls --test deploy --test ros --test ros_types
 opted test --test daemon --test cli -- fleet foxglove
 opted build --bins --example ros_messages
-built=${CARGO_TARGET_DIR:-target}/debug
+built=$(cd "${CARGO_TARGET_DIR:-target}/debug" && pwd)
 MESSAGES=$built/examples/ros_messages GRIPD=$built/gripd scripts/ros-check.sh
 GRIPD=$built/gripd GRIPCTL=$built/gripctl scripts/foxglove-check.sh
