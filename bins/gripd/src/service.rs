@@ -233,7 +233,7 @@ impl Service {
     /// Waits for sockets and time, and serves the sockets.
     fn wait(&mut self) {
         let now_us = self.clock.now_us();
-        let connected = self.servers.clients.as_ref().is_some_and(|clients| clients.count() > 0);
+        let connected = self.servers.clients.as_ref().is_some_and(Clients::is_connected);
         let pause = if connected { PAUSE } else { LONG_PAUSE };
         match &mut self.servers.clients {
             Some(clients) => {

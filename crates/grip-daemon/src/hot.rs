@@ -140,6 +140,8 @@ pub struct Hot<C> {
     counters: HotCounters,
     pulse_us: u64,
     state_us: u64,
+    /// Since when settings have waited to be put in force (us).
+    asked_us: Option<u64>,
     attached: bool,
     other: bool,
 }
@@ -169,6 +171,7 @@ impl<C: Fn() -> u64> Hot<C> {
             counters: HotCounters::default(),
             pulse_us: 0,
             state_us: 0,
+            asked_us: None,
             attached: false,
             other: false,
         }
@@ -317,10 +320,15 @@ impl<C: Fn() -> u64> Hot<C> {
                 put(&mut self.ends, &Item::Client { host_us, command });
             }
         }
-        while self.session.can_swap()
+        if self.ends.settings.is_empty() {
+            return;
+        }
+        let host_us = self.now_us();
+        let waited_us = host_us.saturating_sub(*self.asked_us.get_or_insert(host_us));
+        while self.session.can_swap(waited_us)
             && let Ok(mut settings) = self.ends.settings.pop()
         {
-            let host_us = self.now_us();
+            self.asked_us = None;
             let Self { session, ends, .. } = self;
             let Settings { config, estimator, refused } = &mut *settings;
             let mut turn = Turn::default();

@@ -12,7 +12,7 @@ use core::{
 };
 use grip_fleet::{
     EventLog, Member, Part, Uid,
-    deploy::{Examined, Models, Order, digest, examine},
+    deploy::{Examined, Models, Offer, Order, digest, examine},
     net::{self, Announced, Deployer, Happening, NetError, Network, Question, Session, standing},
     rollout::{Counts, JudgeConfig, Progress, Report, RolloutConfig, Stop, Worse},
 };
@@ -51,7 +51,7 @@ struct Hand {
     seed: u64,
     scene: Scene,
     member: Member,
-    had: Arc<Mutex<BTreeSet<(Member, String)>>>,
+    had: Arc<Had>,
 }
 
 fn member(number: u8) -> Member {
@@ -63,12 +63,7 @@ fn model(text: &str) -> Examined {
 }
 
 impl Hand {
-    fn new(
-        folder: &Path,
-        network: &Network,
-        number: u8,
-        had: &Arc<Mutex<BTreeSet<(Member, String)>>>,
-    ) -> Self {
+    fn new(folder: &Path, network: &Network, number: u8, had: &Arc<Had>) -> Self {
         let (session, member) = (network.open().unwrap(), member(number));
         let configured = model(default_text());
         let estimator = configured.estimator.clone();
@@ -125,7 +120,7 @@ impl Hand {
 fn put(
     model: &Examined,
     estimator: &mut HostEstimator,
-    (had, member): (&Mutex<BTreeSet<(Member, String)>>, &Member),
+    (had, member): (&Had, &Member),
 ) -> Result<(), String> {
     *estimator = model.estimator.clone();
     had.lock().unwrap().insert((member.clone(), model.id.sha256.clone()));
@@ -155,7 +150,7 @@ fn roll_out(session: &Session, text: &str) -> (Deployer, BTreeSet<usize>, Vec<Ha
         told.extend(deployer.turn(100_000 * now));
         match deployer.progress() {
             Progress::Stage(stage) => stages.insert(stage),
-            Progress::Stopped(1..) => true,
+            Progress::Checking | Progress::Stopped(1..) => true,
             Progress::Done | Progress::Stopped(0) => break,
         };
         thread::park_timeout(Duration::from_millis(50));
@@ -171,9 +166,9 @@ fn in_force(session: &Session) -> BTreeSet<String> {
 
 /// What each of them says to a model that is none for it; none of them takes it.
 fn refusals(session: &Session, text: &str, sha256: &str) -> Vec<String> {
-    let (name, bytes) = ("model.json".to_owned(), text.as_bytes().to_vec());
+    let (name, bytes) = ("model.json".to_owned(), text.as_bytes().into());
     let judge = JudgeConfig { watch_s: WATCH_S, ..JudgeConfig::default() };
-    let order = Order::Take { name, sha256: sha256.to_owned(), judge, bytes };
+    let order = Order::Take(Offer { name, sha256: sha256.to_owned(), judge, bytes });
     let refused = |number| match standing(session, &member(number), &order, PATIENCE) {
         Err(NetError::Declined { reason, .. }) => reason,
         other => panic!("{number}: {other:?}"),
@@ -181,7 +176,16 @@ fn refusals(session: &Session, text: &str, sha256: &str) -> Vec<String> {
     (0..GRIPPERS).map(refused).collect()
 }
 
-fn check(session: &Session, had: &Mutex<BTreeSet<(Member, String)>>) {
+type Had = Mutex<BTreeSet<(Member, String)>>;
+
+fn check(session: &Session, had: &Had) {
+    check_none(session, had);
+    check_worse(session, had);
+    check_better(session);
+}
+
+/// What is no model for them: each says why, also in a roll-out, before anybody has it.
+fn check_none(session: &Session, had: &Had) {
     let default = digest(default_text().as_bytes());
     let text = default_text();
     let corrupt = text.replacen("4.3647456", "4.3647457", 1);
@@ -190,16 +194,25 @@ fn check(session: &Session, had: &Mutex<BTreeSet<(Member, String)>>) {
     let foreign = text.replacen("slip_acceleration_m_s2", "temperature_k", 1);
     let told = refusals(session, &foreign, &digest(foreign.as_bytes()));
     assert!(told.iter().all(|told| told.contains("`temperature_k` is no feature of a slip")));
-    assert_eq!((told.len(), in_force(session)), (20, BTreeSet::from([default.clone()])));
+    assert_eq!((told.len(), in_force(session)), (20, BTreeSet::from([default])));
+    let (stopped, stages, told) = roll_out(session, &foreign);
+    assert!(matches!(stopped.stopped(), Some(Stop::Refused { .. })), "{told:?}");
+    let refused =
+        |happening: &&Happening| matches!(happening, Happening::Told(_, Report::Refused(_)));
+    assert_eq!((told.iter().filter(refused).count(), told.len(), stages.len()), (20, 20, 0));
+    assert_eq!(stopped.progress(), Progress::Stopped(0));
     assert!(had.lock().unwrap().is_empty(), "nobody has swapped");
+}
 
+fn check_worse(session: &Session, had: &Had) {
     let worse = scaled(0.77);
     let (stopped, stages, told) = roll_out(session, &worse);
     let why = stopped.stopped();
     let first = Stop::Worse { member: member(0), what: Worse::Faults };
     assert_eq!((why, stopped.progress()), (Some(&first), Progress::Stopped(0)), "{told:?}");
     assert_eq!(stages, BTreeSet::from([1]));
-    assert_eq!(in_force(session), BTreeSet::from([default.clone()]));
+    let default = digest(default_text().as_bytes());
+    assert_eq!(in_force(session), BTreeSet::from([default]));
     let sha256 = digest(worse.as_bytes());
     let got: Vec<Member> = had
         .lock()
@@ -209,7 +222,9 @@ fn check(session: &Session, had: &Mutex<BTreeSet<(Member, String)>>) {
         .map(|(who, _)| who.clone())
         .collect();
     assert_eq!(got, [member(0)], "the others never had it");
+}
 
+fn check_better(session: &Session) {
     let better = scaled(1.02);
     let (done, stages, told) = roll_out(session, &better);
     assert_eq!((done.stopped(), done.progress()), (None, Progress::Done), "{told:?}");

@@ -78,9 +78,12 @@ struct Daemon {
 
 impl Daemon {
     fn start(folder: &Path, network: &Network, uid: u8, run: u32) -> Self {
+        Self::on(network.open().unwrap(), folder, uid, run)
+    }
+
+    fn on(session: Session, folder: &Path, uid: u8, run: u32) -> Self {
         let member = Member { site: site(), uid: Uid([uid; 16]) };
         let spool = Spool::open(folder, member.uid, run, ROOM).unwrap();
-        let session = network.open().unwrap();
         // The router may not know yet that the one before has gone.
         let announced = loop {
             match Announced::new(&session, &member, &[]) {
@@ -317,6 +320,29 @@ fn a_daemon_that_starts_again_costs_no_event_and_doubles_none() {
     assert_eq!((runs.first(), runs.last()), (Some(&10), Some(&12)));
 }
 
+/// More grippers than are asked at once; and more events than may wait for a receiver.
+#[test]
+fn a_receiver_that_comes_late_and_does_not_look_for_a_while_gets_everything_once() {
+    let (folder, port) = (tempfile::tempdir().unwrap(), port());
+    let network = network(folder.path(), port);
+    let _router = router(port);
+    let session = network.open().unwrap();
+    let new = |uid| Daemon::on(session.clone(), folder.path(), uid, 1);
+    let mut daemons: Vec<Daemon> = (1..=70).map(new).collect();
+    for daemon in &mut daemons {
+        (0..3).for_each(|_| daemon.tell());
+    }
+    let mut receivers = [Receiver::new(&network, Since::Start)];
+    settle(&mut daemons, &mut receivers);
+    (0..6000).for_each(|_| daemons[0].tell());
+    for at in 0..100 {
+        turn(&mut daemons, &mut [], at);
+        thread::park_timeout(STEP);
+    }
+    settle(&mut daemons, &mut receivers);
+    assert_eq!(receivers[0].ids.len(), 70 * 3 + 6000);
+}
+
 #[test]
 fn who_is_there_is_listed_with_what_it_says_of_itself() {
     let (folder, port) = (tempfile::tempdir().unwrap(), port());
@@ -422,5 +448,48 @@ fn a_network_that_cannot_be_is_told_in_a_sentence() {
     let Err(error @ NetError::NoRouter { .. }) = network.open() else { panic!("{network:?}") };
     let told = error.to_string();
     assert!(told.starts_with(&format!("no router answers at {router}: ")), "{told}");
-    assert!(!told.contains(".rs"), "{told}");
+    assert!(!told.contains(".rs") && !told.contains("Single"), "{told}");
+    let _router = net::router(&network).unwrap();
+    let Err(error @ NetError::Listen { .. }) = net::router(&network) else { panic!("{network:?}") };
+    let told = error.to_string();
+    assert!(told.starts_with(&format!("a router cannot listen at {router}: ")), "{told}");
+    assert!(!told.contains(".rs") && !told.contains("expected an endpoint"), "{told}");
+}
+
+/// A stranger under one of our names.
+#[test]
+fn a_message_that_is_much_too_large_reaches_nobody_and_costs_no_event() {
+    let (folder, port) = (tempfile::tempdir().unwrap(), port());
+    let network = network(folder.path(), port);
+    let _router = router(port);
+    let mut daemons = [Daemon::start(folder.path(), &network, 1, 1)];
+    let mut receivers = [Receiver::new(&network, Since::Start)];
+    daemons[0].tell();
+    settle(&mut daemons, &mut receivers);
+    let mut other = zenoh::Config::default();
+    for (key, value) in [
+        ("mode", "\"client\"".to_owned()),
+        ("scouting/multicast/enabled", "false".to_owned()),
+        ("connect/endpoints", format!("[\"tcp/127.0.0.1:{port}\"]")),
+    ] {
+        other.insert_json5(key, &value).unwrap();
+    }
+    let stranger = zenoh::open(other).wait().unwrap();
+    let key = daemons[0].member.key(Part::Topic(Topic::Health));
+    for len in [6 << 20, 600] {
+        stranger.put(&key, vec![7_u8; len]).wait().unwrap();
+    }
+    // What fits is told as something that cannot be read.
+    let mut unreadable = 0;
+    for _ in 0..MOST {
+        let told = receivers[0].watch.next(STEP).unwrap();
+        unreadable += usize::from(matches!(told, Some(Told::Unreadable { .. })));
+        if unreadable > 0 {
+            break;
+        }
+    }
+    assert_eq!(unreadable, 1, "the large one would have come before");
+    assert!((0..100).all(|_| receivers[0].watch.next(STEP).unwrap().is_none()));
+    daemons[0].tell();
+    settle(&mut daemons, &mut receivers);
 }

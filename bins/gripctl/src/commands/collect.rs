@@ -8,7 +8,8 @@ use crate::{
 use anyhow::{Context as _, bail, ensure};
 use grip_host::{
     collect::{
-        COLUMNS, Collected, Divided, Fate, Keep, Request, Row, WatchConfig, collect, divide,
+        COLUMNS, Collected, Divided, Fate, Keep, Request, Row, UNKNOWN, WatchConfig, collect,
+        divide,
     },
     exit::{Exit, WrongArgument},
     score::Quantiles,
@@ -221,6 +222,9 @@ fn found(collected: &Collected) -> String {
 }
 
 fn tell(json: bool, collected: &Collected, summary: &Summary) -> anyhow::Result<()> {
+    if let Some(split) = &summary.split {
+        unknown(summary, split.by);
+    }
     if json {
         return output::json(summary);
     }
@@ -244,6 +248,23 @@ fn tell(json: bool, collected: &Collected, summary: &Summary) -> anyhow::Result<
         output::line(&text)?;
     }
     Ok(())
+}
+
+/// What has no name is taken for one thing, and may be any of the others.
+fn unknown(summary: &Summary, by: &str) {
+    let sides: Vec<&Side> =
+        [Some(&summary.train), summary.test.as_ref()].into_iter().flatten().collect();
+    let has = |of: &dyn Fn(&Side) -> bool| sides.iter().any(|side| of(side));
+    let objects = by != "gripper" && has(&|side| side.objects.contains(UNKNOWN));
+    let grippers =
+        by != "object" && has(&|side| side.grippers.iter().any(|name| name.ends_with(UNKNOWN)));
+    for (of, is) in [("object", objects), ("gripper", grippers)] {
+        if is {
+            eprintln!(
+                "gripctl: rows whose {of} is not known stand on one side, and may be of {of}s that stand on the other"
+            );
+        }
+    }
 }
 
 fn side(side: &Side) -> anyhow::Result<()> {

@@ -213,12 +213,19 @@ fn watch(
     let mut watch = Watch::new(network.open()?, &selector, since, telemetry)?;
     let mut printer = Printer { json: place.json, lost: false };
     let start = clock::monotonic();
+    let mut nobody = true;
     while !stopped.load(Ordering::Relaxed) {
-        let left = limit.saturating_sub(clock::monotonic().saturating_sub(start));
+        let gone_by = clock::monotonic().saturating_sub(start);
+        let left = limit.saturating_sub(gone_by);
         if left.is_zero() {
             break;
         }
+        if nobody && gone_by > net::PATIENCE {
+            nobody = false;
+            eprintln!("gripctl: nobody is there who is meant; waiting ('fleet list' shows who is)");
+        }
         if let Some(told) = watch.next(left.min(LOOK))? {
+            nobody = false;
             printer.told(&told)?;
         }
     }

@@ -225,6 +225,10 @@ fn csv_recordings_and_folders_of_objects_do_as_well_and_the_same_rows_come_again
     let named = ["collect", "run.mcap", "-o", "one.csv", "--object", "brick"];
     gripctl(here, &named).done();
     assert_eq!(Rows::read(&here.join("one.csv")).names("object"), BTreeSet::from(["brick"]));
+    fs::copy(jar.join("run.csv"), here.join("loose.csv")).unwrap();
+    let loose = ["run.mcap", "loose.csv", "-o", "two.csv", "--config", "gripd.toml"];
+    let ran = gripctl(here, &[&["collect", "--test-share", "0.5"], &loose[..]].concat()).done();
+    assert!(ran.err.contains("rows whose object is not known stand on one side"), "{ran:?}");
     let wide = ["collect", "run.mcap", "-o", "none.csv", "--widest", "1.01"];
     gripctl(here, &wide)
         .refused(1, &["nothing to train on: 2 slips in 1 recordings", "too far apart"]);

@@ -151,6 +151,9 @@ fn kept_events_are_shown_once_and_in_order() {
         ["one", "two", "three"].map(|text| format!("{MEMBER}      1.0000 s  link: {text}"));
     assert_eq!(events, wanted.iter().collect::<Vec<_>>(), "{lines:?}");
     assert_eq!(lines[0], format!("{MEMBER}  is there"));
+    let uid = "00000000000000000000000000000001";
+    let ran = ran_beside(&["fleet", "tail", uid, "--seconds", "4"]);
+    assert!(ran.out.is_empty() && ran.err.contains("nobody is there who is meant"), "{ran:?}");
     let lines = beside(&["fleet", "events", "--all", "--seconds", "5", "--json"]);
     let values: Vec<Value> = lines.iter().map(|line| serde_json::from_str(line).unwrap()).collect();
     let ids: Vec<&str> = values.iter().filter_map(|value| value["id"].as_str()).collect();
@@ -181,6 +184,10 @@ fn what_cannot_be_is_told_in_a_sentence() {
     refuse(2, &seconds, &["--seconds 0: expected a number of more than 0"]);
     let nobody = endpoint();
     refuse(1, &["list", "--router", &nobody], &[&format!("no router answers at {nobody}: ")]);
+    let taken = TcpListener::bind("127.0.0.1:0").unwrap();
+    let place = format!("tcp/{}", taken.local_addr().unwrap());
+    let told = format!("a router cannot listen at {place}: ");
+    refuse(2, &["router", "--listen", &place], &[&told]);
 }
 
 /// A gripper that holds something for a fifth of a second each turn and slips once a second; with another model than its own so many times as often.
@@ -245,7 +252,7 @@ fn a_model_is_given_to_a_gripper_that_keeps_it() {
     let other = format!("{} ", default_text());
     let ran = deployed(1, &other, &["--watch", "20"]);
     assert_eq!(ran.code, 0, "{ran:?}");
-    let before = format!("{MEMBER}  tries it; before it 1");
+    let before = format!("everybody was asked and would take it\n{MEMBER}  tries it; before it 1");
     assert!(
         ran.out.starts_with(&before) && ran.out.contains("keeps it: it is no worse"),
         "{ran:?}"
@@ -257,7 +264,8 @@ fn a_model_is_given_to_a_gripper_that_keeps_it() {
     let ran = deployed(1, default_text(), &["--watch", "20", "--json"]);
     let lines: Vec<Value> =
         ran.out.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
-    assert_eq!((&lines[0]["says"], &lines[1]["done"]), (&"had".into(), &true.into()), "{ran:?}");
+    let says: Vec<&str> = lines.iter().filter_map(|line| line["says"].as_str()).collect();
+    assert_eq!((says, &lines[lines.len() - 1]["done"]), (vec!["fit", "had"], &true.into()));
 }
 
 #[test]
@@ -272,6 +280,9 @@ fn a_model_that_is_worse_is_taken_back_and_a_broken_one_is_not_even_sent() {
     let ran = deployed(1, "{}", &["--force", "--json"]);
     let end: Value = serde_json::from_str(ran.out.lines().last().unwrap()).unwrap();
     assert!(ran.code == 1 && end["reason"].as_str().unwrap().contains("no model file"), "{ran:?}");
+    let ran = deployed(1, "{}", &["--force"]);
+    let told = ["refuses it: new.json: this is no model file", "went to nobody: "];
+    assert!(ran.code == 1 && told.iter().all(|words| ran.out.contains(words)), "{ran:?}");
 }
 
 #[test]

@@ -188,7 +188,7 @@ impl Curator {
     }
 }
 
-/// Puts a model in force; waits for the border of a frame at which nothing slips.
+/// Puts a model in force; waits for the border of a frame, for two seconds for one at which nothing slips.
 fn swap(
     wanted: &Sender<Wanted>,
     swapped: &Receiver<Result<(), String>>,

@@ -4,7 +4,7 @@ use crate::running::{Running, until};
 use core::time::Duration;
 use grip_fleet::{
     Member, Uid,
-    deploy::{How, Order, Standing, digest},
+    deploy::{How, Offer, Order, Standing, digest},
     net::{self, NetError, Network, Session, standing},
     rollout::JudgeConfig,
 };
@@ -48,9 +48,13 @@ fn member(running: &Running) -> Member {
 }
 
 fn take(text: &str, watch_s: f64) -> Order {
-    let bytes = text.as_bytes().to_vec();
+    Order::Take(offer(text, watch_s))
+}
+
+fn offer(text: &str, watch_s: f64) -> Offer {
     let judge = JudgeConfig { watch_s, ..JudgeConfig::default() };
-    Order::Take { name: "new.json".to_owned(), sha256: digest(&bytes), judge, bytes }
+    let (name, bytes) = ("new.json".to_owned(), text.as_bytes());
+    Offer { name, sha256: digest(bytes), judge, bytes: bytes.into() }
 }
 
 /// What a gripper says to an order.
@@ -93,6 +97,11 @@ fn a_model_is_tried_kept_over_a_start_and_given_back() {
     );
     assert!(standing.trial.unwrap().before.slips > 0, "slips are counted");
     first.wait_for("it was watched long enough, and stays");
+    // To ask whether it would take another one changes nothing.
+    let would = ask(&session, &who, &Order::Check(offer(&same(3), 2.0))).unwrap();
+    assert_eq!((would.in_force.sha256, would.trial), (digest(same(1).as_bytes()), None));
+    let early = ask(&session, &who, &Order::Check(offer(&same(3), 1e6))).unwrap_err();
+    assert!(early.starts_with("there are only"), "{early}");
     // The second model is on trial when the daemon is killed.
     assert!(taken(&session, &who, &same(2), 2.0).trial.is_some());
     drop(first);
@@ -105,6 +114,43 @@ fn a_model_is_tried_kept_over_a_start_and_given_back() {
     let standing = ask(&session, &who, &Order::Back { sha256 }).unwrap();
     assert_eq!((standing.in_force.name.as_str(), standing.before), ("default", None));
     assert!(second.stop().err.contains("model default"));
+}
+
+/// The object is pulled out of the fingers during the trial. One loss is too little for the judge of everyday, which is asked to be quick here.
+#[test]
+fn gripd_goes_back_by_itself_when_it_holds_worse() {
+    const PULLED: &str =
+        "name = \"pulled\"\n[tug]\nforce_n = 400.0\nstart_s = 13.2\nhold_ms = 1000.0\n";
+    let folder = tempfile::tempdir().unwrap();
+    let endpoint = endpoint();
+    let _router = router(&endpoint);
+    let rest = "models = \"models\"\n[grip]\nrelax_per_s = 0.0";
+    place(folder.path(), &endpoint, rest);
+    fs::write(folder.path().join("pulled.toml"), PULLED).unwrap();
+    let session = session(&endpoint);
+    let running = Running::start(folder.path(), &["--port", "sim:pulled.toml"]);
+    let who = member(&running);
+    let judge = JudgeConfig { factor: 1.0, alpha: 0.5, watch_s: 10.0 };
+    let order = Order::Take(Offer { judge, ..offer(&same(1), 10.0) });
+    let mut answer = Err(String::new());
+    assert!(until(|| {
+        answer = ask(&session, &who, &order);
+        !answer.as_ref().is_err_and(|told| told.starts_with("there are only"))
+    }));
+    let taken = answer.unwrap();
+    assert_eq!((taken.in_force.name.as_str(), taken.trial.is_some()), ("new.json", true));
+    running.wait_for("the object is gone");
+    running.wait_for("there were more");
+    let mut standing = taken;
+    assert!(until(|| {
+        standing = ask(&session, &who, &Order::Tell).unwrap();
+        standing.trial.is_none()
+    }));
+    assert_eq!((standing.in_force.name.as_str(), standing.trial), ("default", None));
+    let last = standing.last.unwrap();
+    assert!(matches!(last.how, How::Worse(_)), "{last:?}");
+    assert_eq!(last.model.sha256, digest(same(1).as_bytes()));
+    running.stop();
 }
 
 #[test]
@@ -145,9 +191,7 @@ fn twenty_of_them_refuse_what_is_no_model_for_them() {
     let cut = take(&text[..text.len() / 2], 1.0);
     let foreign = take(&text.replacen("slip_acceleration_m_s2", "temperature_k", 1), 1.0);
     let nan = take(&text.replacen("4.3647456", "NaN", 1), 1.0);
-    let Order::Take { name, sha256, judge, mut bytes } = take(text, 1.0) else { panic!() };
-    bytes.truncate(300);
-    let half = Order::Take { name, sha256, judge, bytes };
+    let half = Order::Take(Offer { bytes: text.as_bytes()[..300].into(), ..offer(text, 1.0) });
     let mut refused = 0;
     for who in &members {
         for (order, words) in [

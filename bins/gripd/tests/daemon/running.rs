@@ -31,10 +31,11 @@ pub(crate) const NEWS: Subscribe =
     Subscribe { versions: Versions::OURS, topics: Topics::ALL, every_nth: 0, state_ms: 100 };
 
 impl Running {
-    /// Starts it. What it prints goes to files.
+    /// Starts it, on the default scene where `args` name no port. What it prints goes to files.
     pub(crate) fn start(folder: &Path, args: &[&str]) -> Self {
         let socket = format!("unix:{}", folder.join("gripd.sock").display());
-        let args = [&["--port", "sim", "--json", "--listen", &socket], args].concat();
+        let port = if args.contains(&"--port") { &[][..] } else { &["--port", "sim"] };
+        let args = [port, &["--json", "--listen", &socket], args].concat();
         let child = command(folder, &args)
             .stdout(File::create(folder.join("out.txt")).unwrap())
             .stderr(File::create(folder.join("err.txt")).unwrap())

@@ -136,11 +136,15 @@ struct Client {
     stream: Stream,
     session: ClientSession,
     gone: bool,
-    /// It may take nothing for so long (us).
+    /// It may take nothing for so long (us); without end for a thread of this program, which nobody would connect again.
     stall_us: u64,
 }
 
 impl Client {
+    const fn is_inside(&self) -> bool {
+        self.stall_us == u64::MAX
+    }
+
     /// Writes what the socket takes.
     fn write(&mut self, now_us: u64) {
         while !self.gone && !self.session.outgoing().is_empty() {
@@ -222,10 +226,16 @@ impl Clients {
         self.config.listen.is_remote().then_some(REMOTE_WARNING)
     }
 
-    /// Clients connected, subscribed or not.
+    /// Clients connected, subscribed or not; without threads of this program.
     #[must_use]
     pub fn count(&self) -> usize {
-        self.roster.clients.len()
+        self.roster.clients.iter().filter(|client| !client.is_inside()).count()
+    }
+
+    /// Whether anybody is connected, be it a thread of this program.
+    #[must_use]
+    pub fn is_connected(&self) -> bool {
+        !self.roster.clients.is_empty()
     }
 
     /// Clients that have a session.
@@ -234,13 +244,12 @@ impl Clients {
         self.roster.clients.iter().filter(|client| client.session.is_subscribed()).count()
     }
 
-    /// Connects a thread of this program, as any client: the other end of the connection, which it must read and greet.
+    /// Connects a thread of this program, as any client, but takes nobody's place: the other end of the connection, which it must read and greet.
     ///
     /// # Errors
     /// What the system says.
     pub fn connect_inside(&mut self, now_us: u64) -> io::Result<UnixStream> {
         let (ours, theirs) = UnixStream::pair()?;
-        // It is not sent away for being slow: nobody would connect it again.
         self.admit(Stream::inside(ours)?, now_us, u64::MAX);
         Ok(theirs)
     }
@@ -349,7 +358,8 @@ impl Clients {
 
     /// Whether somebody wants to connect, and which clients have sent something or are gone.
     fn ready(&self, now_us: u64, timeout: Duration) -> io::Result<(bool, Vec<usize>)> {
-        let mut fds = Vec::with_capacity(self.count() + 1);
+        let clients = self.roster.clients.len();
+        let mut fds = Vec::with_capacity(clients + 1);
         for client in &self.roster.clients {
             let waits = !client.session.outgoing().is_empty();
             let also = if waits { PollFlags::OUT } else { PollFlags::empty() };
@@ -365,12 +375,12 @@ impl Clients {
             Ok(_) | Err(Errno::INTR) => {}
             Err(error) => return Err(error.into()),
         }
-        let of_clients = fds.get(..self.count()).unwrap_or_default();
+        let of_clients = fds.get(..clients).unwrap_or_default();
         let input = PollFlags::IN | PollFlags::HUP | PollFlags::ERR | PollFlags::NVAL;
         let spoke = |fd: &PollFd<'_>| fd.revents().intersects(input);
         let readable =
             of_clients.iter().enumerate().filter(|(_, fd)| spoke(fd)).map(|(at, _)| at).collect();
-        Ok((fds.get(self.count()).is_some_and(spoke), readable))
+        Ok((fds.get(clients).is_some_and(spoke), readable))
     }
 
     fn accept(&mut self, now_us: u64) {
@@ -392,7 +402,7 @@ impl Clients {
     fn admit(&mut self, stream: Stream, now_us: u64, stall_us: u64) {
         let session = ClientSession::new(now_us, self.config.buffer_bytes);
         let mut client = Client { stream, session, gone: false, stall_us };
-        if self.count() < self.config.most {
+        if client.is_inside() || self.count() < self.config.most {
             self.counters.accepted = self.counters.accepted.saturating_add(1);
             self.roster.clients.push(client);
         } else {
@@ -445,7 +455,7 @@ impl Clients {
 
     /// Closes the connections that have ended.
     fn sweep(&mut self) {
-        let before = self.count();
+        let before = self.roster.clients.len();
         let (mut sent_away, mut of_gone) = (0_u64, self.of_gone);
         self.roster.clients.retain(|client| {
             let ends = client.session.goodbye().is_some();
@@ -457,7 +467,7 @@ impl Clients {
         });
         self.counters.sent_away = self.counters.sent_away.saturating_add(sent_away);
         self.of_gone = of_gone;
-        if self.count() < before {
+        if self.roster.clients.len() < before {
             self.roster.regroup();
         }
     }

@@ -71,13 +71,22 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
     let network = Network { router: Some(address.clone()), file: None };
     let mut watch = Watch::new(network.open()?, &Selector::default(), Since::Start, &[])?;
     let relay = (args.cut > 0).then(|| Relay::start(&address)).transpose()?;
-    let parts = start(args, relay.as_ref().map_or(&address, |relay| &relay.address))?;
+    let place = relay.as_ref().map_or(&address, |relay| &relay.address).clone();
+    let (mut got, theirs) = (Got::default(), args.clone());
+    // The first of them tell their events while the others come.
+    let starting = thread::spawn(move || start(&theirs, &place));
+    while !starting.is_finished() {
+        if let Some(told) = watch.next(LOOK)? {
+            got.take(told, &Times::new(args, now_us()));
+        }
+    }
+    let parts = starting.join().map_err(|_| anyhow::anyhow!("a thread has panicked"))??;
     println!("{} grippers in {} processes for {} s", args.grippers, parts.len(), args.seconds);
     let (begun_us, bytes, own_s) = (now_us(), loopback_bytes()?, processor_s("self")?);
     let before_s = parts.iter().map(Process::processor_s).sum::<anyhow::Result<f64>>()?;
     let times = Times::new(args, begun_us);
     let ended = listen(parts);
-    let (mut got, mut router_s, mut finished) = (Got::default(), 0.0, None);
+    let (mut router_s, mut finished) = (0.0, None);
     let (sent, late_us, after_s) = loop {
         if let Some(told) = watch.next(LOOK)? {
             got.take(told, &times);

@@ -13,7 +13,7 @@ mod standing;
 
 pub use examine::{Examined, Fault, MOST_BYTES, digest, examine};
 pub use models::{Models, News, OrderFault, Swap};
-pub use order::{Order, OrderError};
+pub use order::{Offer, Order, OrderError};
 pub use shelf::{Shelf, ShelfError};
 pub use standing::{Ended, How, Lasting, ModelId, Standing, TrialReport};
 
@@ -105,16 +105,16 @@ impl Deployment {
         &self.lasting
     }
 
-    /// An order to take a model that has passed its examination. Where a step follows, the model is on trial.
+    /// Whether a model that has passed its examination would be taken; `false` where it is in force already.
     ///
     /// # Errors
-    /// [`Declined`]; nothing has changed.
-    pub fn take(&mut self, model: ModelId, judge: JudgeConfig) -> Result<Step, Declined> {
+    /// [`Declined`].
+    pub fn check(&self, model: &ModelId, judge: &JudgeConfig) -> Result<bool, Declined> {
         if !judge.is_sane() {
             return Err(Declined::Judge);
         }
         if self.in_force().sha256 == model.sha256 {
-            return Ok(Step::Stay);
+            return Ok(false);
         }
         if let Some(trial) = &self.trial {
             return Err(Declined::OnTrial(trial.model.clone()));
@@ -124,6 +124,18 @@ impl Deployment {
             let (counted_s, watch_s) = (whole(before.seconds), whole(judge.watch_s));
             return Err(Declined::TooEarly { counted_s, watch_s });
         }
+        Ok(true)
+    }
+
+    /// An order to take a model that has passed its examination. Where a step follows, the model is on trial.
+    ///
+    /// # Errors
+    /// [`Declined`]; nothing has changed.
+    pub fn take(&mut self, model: ModelId, judge: JudgeConfig) -> Result<Step, Declined> {
+        if !self.check(&model, &judge)? {
+            return Ok(Step::Stay);
+        }
+        let before = self.counted();
         self.lasting.trial = Some(model.clone());
         self.trial = Some(Trial { model: model.clone(), judge, before });
         Ok(Step::Swap(Some(model)))

@@ -1,8 +1,8 @@
 //! Orders and counts in; answers, news for people and the models to put in force out: the rules of [`Deployment`] with a [`Shelf`] beneath them.
 
 use super::{
-    Declined, Deployment, Examined, Fault, ModelId, Order, Shelf, ShelfError, Standing, Step,
-    examine,
+    Declined, Deployment, Examined, Fault, ModelId, Offer, Order, Shelf, ShelfError, Standing,
+    Step, examine,
 };
 use crate::rollout::Counts;
 use grip_host::exit::message;
@@ -79,7 +79,11 @@ impl Models {
     pub fn obey(&mut self, order: Order, swap: &mut Swap<'_>) -> Result<Standing, OrderFault> {
         match order {
             Order::Tell => {}
-            Order::Take { name, sha256, judge, bytes } => {
+            Order::Check(Offer { name, sha256, judge, bytes }) => {
+                let model = examine(&name, &sha256, &bytes)?;
+                self.deployment.check(&model.id, &judge)?;
+            }
+            Order::Take(Offer { name, sha256, judge, bytes }) => {
                 let model = examine(&name, &sha256, &bytes)?;
                 if self.deployment.take(model.id.clone(), judge)? != Step::Stay {
                     self.begin(&model, swap)?;
@@ -205,22 +209,22 @@ impl Models {
 
 #[cfg(test)]
 mod tests {
-    use super::{Examined, Models, News, Order};
+    use super::{Examined, Models, News, Offer, Order};
     use crate::{
         deploy::{How, digest, examine},
         rollout::{Counts, JudgeConfig},
     };
     use grip_host::model::default_text;
-    use std::path::Path;
+    use std::{path::Path, sync::Arc};
 
     fn model(name: &str, text: &str) -> Examined {
         examine(name, &digest(text.as_bytes()), text.as_bytes()).unwrap()
     }
 
     fn take(name: &str, text: &str) -> Order {
-        let bytes = text.as_bytes().to_vec();
+        let bytes: Arc<[u8]> = text.as_bytes().into();
         let judge = JudgeConfig { watch_s: 60.0, ..JudgeConfig::default() };
-        Order::Take { name: name.to_owned(), sha256: digest(&bytes), judge, bytes }
+        Order::Take(Offer { name: name.to_owned(), sha256: digest(&bytes), judge, bytes })
     }
 
     fn open(folder: &Path) -> (Models, Option<String>) {

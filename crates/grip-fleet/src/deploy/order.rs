@@ -1,23 +1,30 @@
 //! An order about models as parameters and a payload of a question, and back.
 
 use crate::rollout::JudgeConfig;
+use std::sync::Arc;
+
+/// A model, and when it is worse than the one before.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Offer {
+    /// The name of its file, for people.
+    pub name: String,
+    /// SHA-256 that its file should have.
+    pub sha256: String,
+    /// When it is worse.
+    pub judge: JudgeConfig,
+    /// Its file, shared by all who are offered it.
+    pub bytes: Arc<[u8]>,
+}
 
 /// What a gripper is asked about its models.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Order {
     /// How do they stand?
     Tell,
+    /// Would you take this one?
+    Check(Offer),
     /// Take this one and try it.
-    Take {
-        /// The name of its file, for people.
-        name: String,
-        /// SHA-256 that its file should have.
-        sha256: String,
-        /// When it is worse.
-        judge: JudgeConfig,
-        /// Its file.
-        bytes: Vec<u8>,
-    },
+    Take(Offer),
     /// Give this one back.
     Back {
         /// SHA-256 of its file.
@@ -39,25 +46,28 @@ pub enum OrderError {
         got: String,
     },
     /// An order of another kind.
-    #[error("order={0} is not known; there are take and back")]
+    #[error("order={0} is not known; there are check, take and back")]
     Unknown(String),
 }
 
 impl Order {
-    /// The names and values behind the key of the question; the payload of [`Order::Take`] goes beside them.
+    /// The names and values behind the key of the question; the file of an [`Offer`] goes beside them.
     #[must_use]
     pub fn parameters(&self) -> Vec<(&'static str, String)> {
         match self {
             Self::Tell => Vec::new(),
             Self::Back { sha256 } => vec![("order", "back".to_owned()), ("sha256", sha256.clone())],
-            Self::Take { name, sha256, judge, .. } => vec![
-                ("order", "take".to_owned()),
-                ("sha256", sha256.clone()),
-                ("name", name.chars().filter(|letter| !";=#?&".contains(*letter)).collect()),
-                ("watch", judge.watch_s.to_string()),
-                ("factor", judge.factor.to_string()),
-                ("alpha", judge.alpha.to_string()),
-            ],
+            Self::Check(offer) => offer.parameters("check"),
+            Self::Take(offer) => offer.parameters("take"),
+        }
+    }
+
+    /// The file that goes with it; empty, where none does.
+    #[must_use]
+    pub fn payload(&self) -> &[u8] {
+        match self {
+            Self::Check(offer) | Self::Take(offer) => &offer.bytes,
+            Self::Tell | Self::Back { .. } => &[],
         }
     }
 
@@ -70,35 +80,60 @@ impl Order {
         bytes: Vec<u8>,
     ) -> Result<Self, OrderError> {
         let order = parameter("order").unwrap_or_default();
-        let text = |order, name| {
-            let missing = || OrderError::Parameter { order, name, got: "nothing".to_owned() };
-            parameter(name).ok_or_else(missing)
-        };
-        let number = |name| {
-            let got = text("take", name)?;
-            got.parse().map_err(|_| OrderError::Parameter { order: "take", name, got })
-        };
         match order.as_str() {
             "" => Ok(Self::Tell),
-            "back" => Ok(Self::Back { sha256: text("give back", "sha256")? }),
-            "take" => Ok(Self::Take {
-                name: parameter("name").unwrap_or_default(),
-                sha256: text("take", "sha256")?,
-                judge: JudgeConfig {
-                    factor: number("factor")?,
-                    alpha: number("alpha")?,
-                    watch_s: number("watch")?,
-                },
-                bytes,
-            }),
+            "back" => Ok(Self::Back { sha256: text(&parameter, "give back", "sha256")? }),
+            "check" => Ok(Self::Check(Offer::read(&parameter, "check", bytes)?)),
+            "take" => Ok(Self::Take(Offer::read(&parameter, "take", bytes)?)),
             other => Err(OrderError::Unknown(other.chars().take(20).collect())),
         }
     }
 }
 
+impl Offer {
+    fn parameters(&self, order: &'static str) -> Vec<(&'static str, String)> {
+        let Self { name, sha256, judge, .. } = self;
+        vec![
+            ("order", order.to_owned()),
+            ("sha256", sha256.clone()),
+            ("name", name.chars().filter(|letter| !";=#?&".contains(*letter)).collect()),
+            ("watch", judge.watch_s.to_string()),
+            ("factor", judge.factor.to_string()),
+            ("alpha", judge.alpha.to_string()),
+        ]
+    }
+
+    fn read(
+        parameter: &impl Fn(&str) -> Option<String>,
+        order: &'static str,
+        bytes: Vec<u8>,
+    ) -> Result<Self, OrderError> {
+        let number = |name| {
+            let got = text(parameter, order, name)?;
+            got.parse().map_err(|_| OrderError::Parameter { order, name, got })
+        };
+        let (factor, alpha, watch_s) = (number("factor")?, number("alpha")?, number("watch")?);
+        Ok(Self {
+            name: parameter("name").unwrap_or_default(),
+            sha256: text(parameter, order, "sha256")?,
+            judge: JudgeConfig { factor, alpha, watch_s },
+            bytes: bytes.into(),
+        })
+    }
+}
+
+fn text(
+    parameter: &impl Fn(&str) -> Option<String>,
+    order: &'static str,
+    name: &'static str,
+) -> Result<String, OrderError> {
+    let missing = || OrderError::Parameter { order, name, got: "nothing".to_owned() };
+    parameter(name).ok_or_else(missing)
+}
+
 #[cfg(test)]
 mod tests {
-    use super::Order;
+    use super::{Offer, Order};
     use crate::rollout::JudgeConfig;
 
     fn read(parameters: &[(&str, String)], bytes: &[u8]) -> Result<Order, String> {
@@ -112,10 +147,10 @@ mod tests {
     fn orders_are_read_as_they_are_written() {
         let judge = JudgeConfig { watch_s: 12.5, ..JudgeConfig::default() };
         let (name, sha256) = ("m.json".to_owned(), "ab".to_owned());
-        let take = Order::Take { name, sha256: sha256.clone(), judge, bytes: vec![1, 2] };
-        for order in [Order::Tell, Order::Back { sha256 }, take] {
-            let bytes: &[u8] = if matches!(order, Order::Take { .. }) { &[1, 2] } else { &[] };
-            assert_eq!(read(&order.parameters(), bytes).as_ref(), Ok(&order));
+        let offer = Offer { name, sha256: sha256.clone(), judge, bytes: [1, 2].into() };
+        let offers = [Order::Check(offer.clone()), Order::Take(offer)];
+        for order in [Order::Tell, Order::Back { sha256 }].into_iter().chain(offers) {
+            assert_eq!(read(&order.parameters(), order.payload()).as_ref(), Ok(&order));
         }
     }
 
@@ -123,13 +158,20 @@ mod tests {
     fn what_is_no_order_is_told() {
         let parameter = |name, value: &str| (name, value.to_owned());
         let take = |name, value| [parameter("order", "take"), parameter(name, value)];
+        let numbers = [("factor", "2"), ("alpha", "0.1"), ("watch", "9")];
+        let numbers = numbers.map(|(name, value)| parameter(name, value));
         let told = |parameters: &[(&'static str, String)]| read(parameters, &[]).unwrap_err();
-        assert_eq!(told(&take("x", "")), "an order to take a model needs sha256=, and got nothing");
+        let bare = [&take("x", "")[..], &numbers].concat();
+        assert_eq!(told(&bare), "an order to take a model needs sha256=, and got nothing");
+        assert_eq!(
+            told(&[parameter("order", "check")]),
+            "an order to check a model needs factor=, and got nothing"
+        );
         let odd = [&take("factor", "a")[..], &[parameter("sha256", "ab")]].concat();
         assert_eq!(told(&odd), "an order to take a model needs factor=, and got a");
         assert_eq!(
             told(&[parameter("order", "drop")]),
-            "order=drop is not known; there are take and back"
+            "order=drop is not known; there are check, take and back"
         );
         assert!(told(&[parameter("order", "back")]).contains("needs sha256="));
     }

@@ -5,7 +5,7 @@
 
 use super::{Ask, NetError, ask};
 use crate::{
-    deploy::{How, Order, Standing, digest},
+    deploy::{How, Offer, Order, Standing, digest},
     key::{Member, Part},
     rollout::{self, Progress, Report, Rollout, RolloutConfig, Stop},
 };
@@ -20,12 +20,10 @@ const AT_ONCE: usize = 32;
 #[derive(Debug)]
 pub struct Deployer {
     session: Session,
-    config: RolloutConfig,
-    name: String,
-    sha256: String,
-    bytes: Vec<u8>,
+    offer: Offer,
     rollout: Rollout,
-    /// Who was told to take the model and has not answered, and who was told to give it back.
+    /// Who was asked whether it would take the model, told to take it, or told to give it back, and has not answered.
+    checking: BTreeSet<Member>,
     taking: BTreeSet<Member>,
     returning: BTreeSet<Member>,
     /// Who may have taken it without our hearing of it.
@@ -51,17 +49,19 @@ impl Deployer {
         members: impl IntoIterator<Item = Member>,
         patience: Duration,
     ) -> Self {
-        let sha256 = digest(&bytes);
+        let (sha256, judge) = (digest(&bytes), config.judge);
+        let offer = Offer { name, sha256, judge, bytes: bytes.into() };
         let rollout = Rollout::new(config, members);
-        let rest = BTreeSet::new;
-        let (taking, returning, unsure) = (rest(), rest(), rest());
-        Self { session, config, name, sha256, bytes, rollout, taking, returning, unsure, patience }
+        let (checking, taking) = (BTreeSet::new(), BTreeSet::new());
+        let (returning, unsure) = (BTreeSet::new(), BTreeSet::new());
+        Self { session, offer, rollout, checking, taking, returning, unsure, patience }
     }
 
     /// Gives orders, asks how it goes and tells what was heard.
     pub fn turn(&mut self, now_us: u64) -> Vec<Happening> {
         for order in self.rollout.step(now_us) {
             match order {
+                rollout::Order::Check(member) => self.checking.insert(member),
                 rollout::Order::Take(member) => self.taking.insert(member),
                 rollout::Order::GiveBack(member) => {
                     self.taking.remove(&member);
@@ -69,17 +69,15 @@ impl Deployer {
                 }
             };
         }
+        if !matches!(self.rollout.progress(), Progress::Checking) {
+            self.checking.clear();
+        }
         let mut orders: Vec<(Member, Order)> = Vec::new();
-        let sha256 = || self.sha256.clone();
-        let back = self.returning.iter().map(|who| (who.clone(), Order::Back { sha256: sha256() }));
-        orders.extend(back);
-        let take = || Order::Take {
-            name: self.name.clone(),
-            sha256: sha256(),
-            judge: self.config.judge,
-            bytes: self.bytes.clone(),
-        };
-        orders.extend(self.taking.iter().map(|who| (who.clone(), take())));
+        let back = Order::Back { sha256: self.offer.sha256.clone() };
+        orders.extend(self.returning.iter().map(|who| (who.clone(), back.clone())));
+        let check = self.checking.iter().map(|who| (who, Order::Check(self.offer.clone())));
+        let take = self.taking.iter().map(|who| (who, Order::Take(self.offer.clone())));
+        orders.extend(check.chain(take).map(|(who, order)| (who.clone(), order)));
         let open = self.rollout.holding().filter(|who| self.rollout.is_open(who));
         orders.extend(open.map(|who| (who.clone(), Order::Tell)));
         let mut happenings = Vec::new();
@@ -139,19 +137,23 @@ impl Deployer {
         now_us: u64,
     ) -> Option<Happening> {
         let report = match (order, answer) {
-            (_, Err(NetError::Silent { .. } | NetError::Refused { .. })) => {
-                self.unsure.insert(member.clone());
+            (order, Err(NetError::Silent { .. } | NetError::Refused { .. })) => {
+                if matches!(order, Order::Take(_)) {
+                    self.unsure.insert(member.clone());
+                }
                 return Some(Happening::Silent(member));
             }
-            (Order::Take { .. }, Err(error)) => Report::Refused(reason(&error)),
+            (Order::Check(_) | Order::Take(_), Err(error)) => Report::Refused(reason(&error)),
             // It is asked again: what cannot be given back now can be later.
             (_, Err(_)) => return Some(Happening::Silent(member)),
-            (Order::Take { .. }, Ok(standing)) => self.taken(&member, &standing),
+            (Order::Check(_), Ok(_)) => Report::Fit,
+            (Order::Take(_), Ok(standing)) => self.taken(&member, &standing),
             (Order::Back { .. }, Ok(_)) => Report::Back,
             (Order::Tell, Ok(standing)) => self.told(&standing),
         };
         match order {
-            Order::Take { .. } => self.taking.remove(&member),
+            Order::Check(_) => self.checking.remove(&member),
+            Order::Take(_) => self.taking.remove(&member),
             Order::Back { .. } => self.returning.remove(&member),
             Order::Tell => false,
         };
@@ -170,14 +172,14 @@ impl Deployer {
 
     /// The answer to a look.
     fn told(&self, standing: &Standing) -> Report {
-        let ours = standing.in_force.sha256 == self.sha256;
+        let ours = standing.in_force.sha256 == self.offer.sha256;
         if ours {
             return match standing.trial {
                 Some(_) => Report::Counted(standing.counted),
                 None => Report::Kept,
             };
         }
-        match standing.last.as_ref().filter(|last| last.model.sha256 == self.sha256) {
+        match standing.last.as_ref().filter(|last| last.model.sha256 == self.offer.sha256) {
             Some(last) => match last.how {
                 How::Worse(worse) => Report::FellBack(worse),
                 how => Report::Left(how.to_string()),
@@ -200,8 +202,7 @@ pub fn standing(
     let parameters = order.parameters();
     let parameters: Vec<(&str, &str)> =
         parameters.iter().map(|(name, value)| (*name, value.as_str())).collect();
-    let payload: &[u8] = if let Order::Take { bytes, .. } = order { bytes } else { &[] };
-    let (part, parameters) = (Part::Model, parameters.as_slice());
+    let (part, parameters, payload) = (Part::Model, parameters.as_slice(), order.payload());
     let answer = ask(session, &Ask { member, part, parameters, payload, patience })?;
     serde_json::from_slice(&answer.concat()).map_err(|error| NetError::Declined {
         member: member.to_string(),

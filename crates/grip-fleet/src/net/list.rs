@@ -8,7 +8,11 @@ use crate::{
 };
 use grip_link::message::daemon::{Gripper, Health, State, ToClient};
 use std::collections::BTreeMap;
-use zenoh::{Session, Wait as _, query::ConsolidationMode, sample::Sample};
+use zenoh::{
+    Session, Wait as _,
+    query::{ConsolidationMode, Reply},
+    sample::Sample,
+};
 
 /// One gripper that is there.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -33,6 +37,29 @@ impl Listed {
             _ => {}
         }
     }
+}
+
+/// Asks what grippers are made of and does not wait: each answer goes to `heard`, on a thread of the session. What cannot be read, or does not
+/// come, says nothing.
+///
+/// # Errors
+/// [`NetError::Refused`].
+pub fn ask_about(
+    session: &Session,
+    selector: &Selector,
+    heard: impl Fn(Member, About) + Send + Sync + 'static,
+) -> Result<(), NetError> {
+    let key = selector.key(Part::About);
+    let take = move |reply: Reply| {
+        if let Ok(sample) = reply.into_result()
+            && let Some((member, Part::About)) = Member::parse(sample.key_expr().as_str())
+            && let Ok(about) = About::from_json(&sample.payload().to_bytes())
+        {
+            heard(member, about);
+        }
+    };
+    let asked = session.get(&key).consolidation(ConsolidationMode::None).timeout(PATIENCE);
+    asked.callback(take).wait().map_err(refused(&key))
 }
 
 /// Everybody who is there, in the order of site and identity.

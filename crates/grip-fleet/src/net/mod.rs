@@ -14,7 +14,7 @@ mod watch;
 pub use announce::{Announced, Lend, Question};
 pub use ask::{Ask, ask};
 pub use deploy::{Deployer, Happening, standing};
-pub use list::{Listed, list};
+pub use list::{Listed, ask_about, list};
 pub use ros::{RosAnnounced, RosTimes};
 pub use watch::{Told, Watch};
 
@@ -48,6 +48,14 @@ pub enum NetError {
     Router {
         /// The address.
         router: String,
+        /// What Zenoh says.
+        reason: String,
+    },
+    /// A router cannot listen there.
+    #[error("a router cannot listen at {place}: {reason}")]
+    Listen {
+        /// Where.
+        place: String,
         /// What Zenoh says.
         reason: String,
     },
@@ -115,6 +123,7 @@ impl Network {
         set("scouting/multicast/enabled", "false")?;
         set("scouting/gossip/enabled", "false")?;
         set("listen/endpoints", "[]")?;
+        set("transport/link/rx/max_message_size", LARGEST)?;
         match &self.router {
             Some(router) => {
                 check_endpoint(router)?;
@@ -144,11 +153,16 @@ impl Network {
             .map_err(|reason| NetError::NoRouter { router: self.name(), reason: self.why(&reason) })
     }
 
-    /// Zenoh says only in its log what is wrong with a certificate.
+    /// Zenoh says only in its log why it has reached nobody, and what is wrong with a certificate.
     fn why(&self, reason: &zenoh::Error) -> String {
-        let hint = "; if one does, look at the certificates: both sides need one of the same authority, and enable_mtls";
-        let tls = self.router.as_ref().is_some_and(|router| router.starts_with("tls/"));
-        format!("{}{}", short(reason), if tls { hint } else { "" })
+        let mut text = short(reason);
+        if text.starts_with("Unable to connect") {
+            "is it running, and can it be reached from here?".clone_into(&mut text);
+        }
+        if self.router.as_ref().is_some_and(|router| router.starts_with("tls/")) {
+            text += " If it is, look at the certificates: both sides need one of the same authority, and enable_mtls";
+        }
+        text
     }
 
     /// Where the router is, for people.
@@ -163,14 +177,20 @@ impl Network {
 }
 
 /// A router in this process, at an endpoint such as `tcp/127.0.0.1:7447` or where a Zenoh configuration file says, which also holds
-/// keys, certificates and who may do what: for tests, and where none is installed. It ends with the session.
+/// keys, certificates, how many may connect and who may do what: for tests, and where none is installed. It ends with the session.
 ///
 /// # Errors
-/// [`NetError::File`], [`NetError::Nowhere`], and [`NetError::Router`] where it cannot listen there.
+/// [`NetError::File`], [`NetError::Nowhere`], [`NetError::Router`] where the endpoint is none and [`NetError::Listen`] where it cannot
+/// listen there.
 pub fn router(network: &Network) -> Result<Session, NetError> {
     let mut config = network.file()?;
-    let wrong =
-        |reason: zenoh::Error| NetError::Router { router: network.name(), reason: short(&reason) };
+    let wrong = |reason: zenoh::Error| {
+        let (place, reason) = (network.name(), short(&reason));
+        NetError::Listen { place, reason }
+    };
+    if network.file.is_none() {
+        config.insert_json5("transport/unicast/max_sessions", MOST_SESSIONS).map_err(wrong)?;
+    }
     for (key, value) in [
         ("mode", "\"router\""),
         ("scouting/multicast/enabled", "false"),
@@ -213,6 +233,11 @@ fn refused(key: &str) -> impl FnOnce(zenoh::Error) -> NetError + use<> {
     let key = key.to_owned();
     move |reason| NetError::Refused { key, reason: short(&reason) }
 }
+
+/// Messages above this (bytes) are dropped: more than any of ours has, and less than what one stranger can fill a memory with (Zenoh: 1 GiB).
+const LARGEST: &str = "4194304";
+/// Sessions of a router that has no file (Zenoh: 1000).
+const MOST_SESSIONS: &str = "10000";
 
 /// Patience with answers over the network.
 pub const PATIENCE: Duration = Duration::from_secs(3);

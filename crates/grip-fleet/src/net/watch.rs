@@ -12,7 +12,7 @@ use core::{
     time::Duration,
 };
 use std::{
-    collections::HashMap,
+    collections::{HashMap, VecDeque},
     sync::{
         Arc,
         mpsc::{Receiver, Sender, channel},
@@ -25,8 +25,10 @@ use zenoh::{
     sample::{Sample, SampleKind},
 };
 
-/// With so much waiting for the receiver, what is out of date soon is dropped.
+/// With so much waiting for the receiver, what is published is dropped: events are asked for again.
 const WAITING: usize = 4096;
+/// Grippers that are asked for their events at once; each may answer with all that its log holds.
+const QUESTIONS: usize = 32;
 /// Patience with an answer from a log.
 const PATIENCE: Duration = Duration::from_secs(10);
 
@@ -80,6 +82,10 @@ struct Watched {
     alive: bool,
     /// Number of the last question; answers to earlier ones are not taken.
     asked: u64,
+    /// An answer to it is on its way.
+    open: bool,
+    /// It is to be asked when others have answered.
+    due: bool,
 }
 
 /// The way from the threads of the session to the receiver.
@@ -100,7 +106,7 @@ impl Way {
     fn sample(&self, sample: &Sample, answer: Option<u64>) {
         let key = sample.key_expr().as_str();
         let Some((member, part)) = Member::parse(key) else { return };
-        if part != Part::Topic(Topic::Events) && self.waiting.load(Ordering::Relaxed) > WAITING {
+        if answer.is_none() && self.waiting.load(Ordering::Relaxed) > WAITING {
             return;
         }
         let id = sample.attachment().and_then(|bytes| EventId::from_bytes(&bytes.to_bytes()));
@@ -139,6 +145,9 @@ pub struct Watch {
     news: Receiver<News>,
     way: Way,
     watched: HashMap<Member, Watched>,
+    /// Answers that are on their way, and who is to be asked next.
+    open: usize,
+    due: VecDeque<Member>,
     _subscribers: Vec<Subscriber<()>>,
 }
 
@@ -171,8 +180,9 @@ impl Watch {
         let subscriber = liveliness.declare_subscriber(&key).history(true).callback(heard).wait();
         subscribers.push(subscriber.map_err(refused(&key))?);
         let telemetry = telemetry.to_vec();
-        let watched = HashMap::new();
-        Ok(Self { session, since, telemetry, news, way, watched, _subscribers: subscribers })
+        let (watched, due, open) = (HashMap::new(), VecDeque::new(), 0);
+        let _subscribers = subscribers;
+        Ok(Self { session, since, telemetry, news, way, watched, open, due, _subscribers })
     }
 
     /// What happens next, waiting at most so long for it; `None` where nothing happened that the receiver is told.
@@ -206,10 +216,12 @@ impl Watch {
                 self.event(verdict, member, id, message)
             }
             News::Answered(member, _) => {
-                if self.watched(&member).follower.answered() {
+                let again = self.watched(&member).follower.answered();
+                self.close(&member);
+                if again {
                     self.ask(&member)?;
                 }
-                Ok(None)
+                self.ask_next().map(|()| None)
             }
             News::Unreadable(key) => Ok(Some(Told::Unreadable { key })),
         }
@@ -225,9 +237,11 @@ impl Watch {
         let changed = core::mem::replace(&mut self.watched(&member).alive, alive) != alive;
         // An answer that was under way when the gripper, or the way to it, went away may never end.
         self.watched(&member).follower.abandon();
+        self.close(&member);
         if alive {
             self.ask(&member)?;
         }
+        self.ask_next()?;
         Ok(changed.then_some(if alive { Told::Came(member) } else { Told::Gone(member) }))
     }
 
@@ -247,12 +261,37 @@ impl Watch {
 
     fn watched(&mut self, member: &Member) -> &mut Watched {
         let since = self.since;
-        let new = || Watched { follower: Follower::new(since), alive: false, asked: 0 };
+        let follower = || Follower::new(since);
+        let new =
+            || Watched { follower: follower(), alive: false, asked: 0, open: false, due: false };
         self.watched.entry(member.clone()).or_insert_with(new)
     }
 
-    /// Asks for what is missing, unless an answer is on its way.
+    /// No answer of this gripper is waited for any more.
+    fn close(&mut self, member: &Member) {
+        let open = core::mem::take(&mut self.watched(member).open);
+        self.open -= usize::from(open);
+    }
+
+    /// Asks who has waited for that, as long as there is room.
+    fn ask_next(&mut self) -> Result<(), NetError> {
+        while self.open < QUESTIONS
+            && let Some(member) = self.due.pop_front()
+        {
+            self.watched(&member).due = false;
+            self.ask(&member)?;
+        }
+        Ok(())
+    }
+
+    /// Asks for what is missing, unless an answer is on its way; later, where enough others have been asked.
     fn ask(&mut self, member: &Member) -> Result<(), NetError> {
+        if self.open >= QUESTIONS && !self.watched(member).open {
+            if !core::mem::replace(&mut self.watched(member).due, true) {
+                self.due.push_back(member.clone());
+            }
+            return Ok(());
+        }
         let Some(after) = self.watched(member).follower.ask() else { return Ok(()) };
         let key = member.key(Part::Topic(Topic::Events));
         let only_new = if self.since == Since::Now { ";since=now" } else { "" };
@@ -260,7 +299,9 @@ impl Watch {
             after.map_or_else(|| key.clone(), |id| format!("{key}?after={id}{only_new}"));
         let watched = self.watched(member);
         watched.asked += 1;
+        watched.open = true;
         let asked = watched.asked;
+        self.open += 1;
         let end = End(self.way.clone(), member.clone(), asked);
         let heard = move |reply: Reply| {
             if let Ok(sample) = reply.result() {

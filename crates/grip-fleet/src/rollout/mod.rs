@@ -1,6 +1,6 @@
 //! Grippers, and what each of them reports, in; who gets a new model next, and who gives it back, out. No network and no clock.
 //!
-//! One gripper first, then some, then all. A stage is over when every one of its grippers has run the model for its time and none has
+//! Everybody is asked whether it would take the model, before anybody has it. Then one gripper first, then some, then all. A stage is over when every one of its grippers has run the model for its time and none has
 //! become worse ([`JudgeConfig`]). With the first refusal, the first that is worse and the first that is gone the roll-out stops, and everybody who has
 //! taken the model gives it back.
 
@@ -34,7 +34,9 @@ impl Default for RolloutConfig {
 /// What a gripper is told.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Order {
-    /// Take the new model.
+    /// Would you take the new model?
+    Check(Member),
+    /// Take it.
     Take(Member),
     /// Go back to the one before.
     GiveBack(Member),
@@ -43,6 +45,8 @@ pub enum Order {
 /// What a gripper says.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Report {
+    /// It would take the model.
+    Fit,
     /// The new model is in force; this was counted before it.
     Taken(Counts),
     /// It was refused: hash, schema or self-test, in a sentence.
@@ -102,6 +106,8 @@ pub enum Stop {
 /// Where a roll-out is.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Progress {
+    /// Everybody is asked; nobody has the model.
+    Checking,
     /// In this stage, from 1.
     Stage(usize),
     /// Everybody has the model.
@@ -113,6 +119,11 @@ pub enum Progress {
 /// One gripper in the roll-out.
 #[derive(Clone, Debug, PartialEq)]
 enum Phase {
+    /// It has not been asked anything.
+    New,
+    /// It was asked whether it would take the model, and when (us).
+    Checked(u64),
+    /// It would take the model.
     Waiting,
     /// It was told to take the model, and when (us).
     Asked(u64),
@@ -123,11 +134,15 @@ enum Phase {
     Had,
     /// It was told to give it back.
     Returning,
-    /// It has the model of before, because it refused or gave back.
+    /// It has the model of before, because it refused, gave back, or was never heard.
     Back,
 }
 
 impl Phase {
+    const fn is_open_question(&self) -> bool {
+        matches!(self, Self::New | Self::Checked(_))
+    }
+
     const fn is_done(&self) -> bool {
         matches!(self, Self::Good | Self::Had)
     }
@@ -147,7 +162,7 @@ pub struct Rollout {
 impl Rollout {
     /// A roll-out that begins with the next [`Rollout::step`].
     pub fn new(config: RolloutConfig, members: impl IntoIterator<Item = Member>) -> Self {
-        let members = members.into_iter().map(|member| (member, Phase::Waiting)).collect();
+        let members = members.into_iter().map(|member| (member, Phase::New)).collect();
         Self { config, members, reached: 0, stage: 0, stop: None }
     }
 
@@ -155,12 +170,13 @@ impl Rollout {
     pub fn hear(&mut self, member: &Member, report: Report, now_us: u64) {
         let Some(phase) = self.members.get_mut(member) else { return };
         match (report, &*phase) {
+            (Report::Fit, Phase::Checked(_)) => *phase = Phase::Waiting,
             (Report::Taken(before), Phase::Asked(_)) => {
                 *phase = Phase::Running(before, 0.0, now_us);
             }
             (Report::Had, Phase::Asked(_)) => *phase = Phase::Had,
             (Report::Kept, Phase::Asked(_) | Phase::Running(..)) => *phase = Phase::Good,
-            (Report::Refused(reason), Phase::Asked(_)) => {
+            (Report::Refused(reason), Phase::Checked(_) | Phase::Asked(_)) => {
                 *phase = Phase::Back;
                 self.stop(Stop::Refused { member: member.clone(), reason });
             }
@@ -191,6 +207,10 @@ impl Rollout {
     /// Time has passed: what is to be told to whom.
     pub fn step(&mut self, now_us: u64) -> Vec<Order> {
         self.miss(now_us);
+        // Where somebody refuses it, all the others are still heard, so that all reasons are told at once.
+        if self.is_checking() {
+            return self.check(now_us);
+        }
         if self.stop.is_some() {
             return self.give_back();
         }
@@ -210,10 +230,26 @@ impl Rollout {
             .collect()
     }
 
+    /// Whether somebody has not said yet whether it would take the model.
+    fn is_checking(&self) -> bool {
+        self.members.values().any(Phase::is_open_question)
+    }
+
+    fn check(&mut self, now_us: u64) -> Vec<Order> {
+        let new = self.members.iter_mut().filter(|(_, phase)| **phase == Phase::New);
+        new.map(|(member, phase)| {
+            *phase = Phase::Checked(now_us);
+            Order::Check(member.clone())
+        })
+        .collect()
+    }
+
     /// Where it is.
     #[must_use]
     pub fn progress(&self) -> Progress {
-        if self.stop.is_some() {
+        if self.is_checking() {
+            Progress::Checking
+        } else if self.stop.is_some() {
             Progress::Stopped(self.holding().count())
         } else if self.members.values().all(Phase::is_done) {
             Progress::Done
@@ -230,7 +266,10 @@ impl Rollout {
 
     /// Who has been told to take the model, or may have it by this roll-out, and has not given it back.
     pub fn holding(&self) -> impl Iterator<Item = &Member> {
-        let holding = |phase: &Phase| !matches!(phase, Phase::Waiting | Phase::Back | Phase::Had);
+        let holding = |phase: &Phase| {
+            use Phase::{Asked, Good, Returning, Running};
+            matches!(phase, Asked(_) | Running(..) | Good | Returning)
+        };
         self.members.iter().filter(move |(_, phase)| holding(phase)).map(|(member, _)| member)
     }
 
@@ -243,6 +282,8 @@ impl Rollout {
 
     /// Stops it; the next step asks for the model back.
     pub fn abort(&mut self) {
+        let unheard = self.members.values_mut().filter(|phase| phase.is_open_question());
+        unheard.for_each(|phase| *phase = Phase::Back);
         self.stop(Stop::Told);
     }
 
@@ -275,11 +316,16 @@ impl Rollout {
     fn miss(&mut self, now_us: u64) {
         let silence_us = self.config.silence_us;
         let late = |since: u64| now_us.saturating_sub(since) > silence_us;
-        let gone = self.members.iter().find(|(_, phase)| match phase {
-            Phase::Asked(since) | Phase::Running(_, _, since) => late(*since),
-            _ => false,
-        });
-        if let Some(member) = gone.map(|(member, _)| member.clone()) {
+        let mut gone = None;
+        for (member, phase) in &mut self.members {
+            match *phase {
+                Phase::Checked(since) if late(since) => *phase = Phase::Back,
+                Phase::Asked(since) | Phase::Running(_, _, since) if late(since) => {}
+                _ => continue,
+            }
+            gone.get_or_insert_with(|| member.clone());
+        }
+        if let Some(member) = gone {
             self.stop(Stop::Gone { member });
         }
     }

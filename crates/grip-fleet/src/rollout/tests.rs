@@ -30,6 +30,7 @@ impl Plant {
     fn obey(&mut self, orders: Vec<Order>) {
         for order in orders {
             match order {
+                Order::Check(member) => self.rollout.hear(&member, Report::Fit, self.now_us),
                 Order::Take(member) => {
                     let before = Counts { seconds: 3600.0, slips: 360, faults: 2 };
                     self.rollout.hear(&member, Report::Taken(before), self.now_us);
@@ -46,8 +47,13 @@ impl Plant {
 
     /// Ten seconds, and each tells how it does.
     fn turn(&mut self, minute: u64) {
-        let orders = self.rollout.step(self.now_us);
-        self.obey(orders);
+        loop {
+            let orders = self.rollout.step(self.now_us);
+            if orders.is_empty() {
+                break;
+            }
+            self.obey(orders);
+        }
         self.now_us += 10 * SECOND;
         let slips = self.per_minute * minute / 6;
         let counts =
@@ -88,9 +94,45 @@ fn a_worse_model_stops_at_the_first_and_goes_back() {
     };
 }
 
+/// A roll-out to grippers that would all take the model.
+fn checked(count: u8) -> Rollout {
+    let mut rollout = Rollout::new(RolloutConfig::default(), members(count));
+    let asked: Vec<Order> = members(count).into_iter().map(Order::Check).collect();
+    assert_eq!((rollout.progress(), rollout.step(0)), (Progress::Checking, asked));
+    members(count).iter().for_each(|member| rollout.hear(member, Report::Fit, 0));
+    rollout
+}
+
+#[test]
+fn who_would_refuse_it_stops_it_before_anybody_has_it_and_all_are_heard() {
+    let mut rollout = Rollout::new(RolloutConfig::default(), members(4));
+    rollout.step(0);
+    let who = members(4);
+    rollout.hear(&who[0], Report::Fit, 1);
+    rollout.hear(&who[2], Report::Refused("too early".to_owned()), 1);
+    assert_eq!((rollout.progress(), rollout.step(2)), (Progress::Checking, vec![]));
+    rollout.hear(&who[3], Report::Refused("too old".to_owned()), 3);
+    assert_eq!((rollout.progress(), rollout.step(4)), (Progress::Checking, vec![]));
+    // The last one never answers.
+    assert_eq!(rollout.step(61 * SECOND), []);
+    assert_eq!((rollout.step(62 * SECOND), rollout.progress()), (vec![], Progress::Stopped(0)));
+    let told = rollout.stopped().unwrap().to_string();
+    assert_eq!(told, format!("{} refused the model: too early", who[2]));
+}
+
+#[test]
+fn whoever_stops_it_waits_for_nobody_who_has_not_said_whether_it_would_take_it() {
+    let mut rollout = Rollout::new(RolloutConfig::default(), members(3));
+    rollout.step(0);
+    rollout.abort();
+    assert_eq!((rollout.step(1), rollout.progress()), (vec![], Progress::Stopped(0)));
+    rollout.hear(&members(1)[0], Report::Fit, 2);
+    assert_eq!((rollout.step(3), rollout.stopped()), (vec![], Some(&Stop::Told)));
+}
+
 #[test]
 fn a_refusal_stops_it() {
-    let mut rollout = Rollout::new(RolloutConfig::default(), members(3));
+    let mut rollout = checked(3);
     let orders = rollout.step(0);
     let [Order::Take(first)] = orders.as_slice() else { panic!("{orders:?}") };
     rollout.hear(first, Report::Refused("another hash".to_owned()), 1);
@@ -102,7 +144,7 @@ fn a_refusal_stops_it() {
 
 #[test]
 fn silence_stops_it_and_who_comes_back_is_told_to_give_back() {
-    let mut rollout = Rollout::new(RolloutConfig::default(), members(3));
+    let mut rollout = checked(3);
     let orders = rollout.step(0);
     let [Order::Take(first)] = orders.as_slice() else { panic!("{orders:?}") };
     rollout.hear(first, Report::Taken(Counts::default()), SECOND);
@@ -135,14 +177,14 @@ fn strangers_and_late_words_change_nothing() {
     let stranger = Member { uid: Uid([9; 16]), ..members(1).remove(0) };
     rollout.hear(&stranger, Report::Refused(String::new()), 0);
     rollout.hear(&members(1)[0], Report::Counted(Counts::default()), 0);
-    assert_eq!((rollout.stopped(), rollout.progress()), (None, Progress::Stage(1)));
+    assert_eq!((rollout.stopped(), rollout.progress()), (None, Progress::Checking));
     let nobody = Rollout::new(RolloutConfig::default(), []);
     assert_eq!(nobody.progress(), Progress::Done);
 }
 
 #[test]
 fn who_holds_nothing_is_gone_though_it_answers() {
-    let mut rollout = Rollout::new(RolloutConfig::default(), members(2));
+    let mut rollout = checked(2);
     let orders = rollout.step(0);
     let [Order::Take(first)] = orders.as_slice() else { panic!("{orders:?}") };
     rollout.hear(first, Report::Taken(Counts::default()), SECOND);
@@ -154,11 +196,11 @@ fn who_holds_nothing_is_gone_though_it_answers() {
 
 #[test]
 fn who_had_the_model_before_keeps_it() {
-    let mut rollout = Rollout::new(RolloutConfig::default(), members(3));
+    let mut rollout = checked(3);
     let mut told = Vec::new();
     for now_us in 0..3 {
         for order in rollout.step(now_us) {
-            let (Order::Take(member) | Order::GiveBack(member)) = &order;
+            let (Order::Check(member) | Order::Take(member) | Order::GiveBack(member)) = &order;
             let report =
                 if told.is_empty() { Report::Had } else { Report::Taken(Counts::default()) };
             rollout.hear(member, report, now_us);
@@ -178,7 +220,7 @@ fn who_had_the_model_before_keeps_it() {
 
 #[test]
 fn who_left_by_itself_is_named_with_its_reason() {
-    let mut rollout = Rollout::new(RolloutConfig::default(), members(3));
+    let mut rollout = checked(3);
     let first = members(1).remove(0);
     rollout.step(0);
     rollout.hear(&first, Report::Taken(Counts::default()), 1);

@@ -24,6 +24,7 @@ mod watch;
 
 pub use divide::{DivideError, Divided, Keep, divide};
 pub use files::CollectError;
+pub use origin::UNKNOWN;
 pub use read::{Collected, Request, collect};
 pub use row::{COLUMNS, Row};
 pub use watch::{Fate, MeasuredSlip, SlipWatch, WatchConfig};

@@ -8,7 +8,7 @@ use std::{
 };
 
 /// Where a name is not known.
-pub(super) const UNKNOWN: &str = "unknown";
+pub const UNKNOWN: &str = "unknown";
 /// How the name of a folder begins that says what was held.
 const OBJECT_FOLDER: &str = "object=";
 

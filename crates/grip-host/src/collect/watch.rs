@@ -10,6 +10,8 @@ use slip_core::{
 
 /// Forces are averaged over this time (s).
 const SMOOTH_S: f32 = 0.005;
+/// A force that was not told anew for this long (s) is not known any more.
+const STALE_S: f64 = 0.04;
 /// Features of one slip that are kept; a slip that goes on for longer shows nothing new.
 const MOST_FEATURES: usize = 4096;
 /// With less than this share of the force at which it slipped, nothing is held any more.
@@ -135,13 +137,15 @@ pub struct SlipWatch {
     state: State,
     force_n: Option<f32>,
     last: Option<Micros>,
+    /// When the force was told last.
+    told: Option<Micros>,
 }
 
 impl SlipWatch {
     /// A watch over a pipeline that begins.
     #[must_use]
     pub const fn new(config: WatchConfig) -> Self {
-        Self { config, state: State::Quiet, force_n: None, last: None }
+        Self { config, state: State::Quiet, force_n: None, last: None, told: None }
     }
 
     /// Takes a sample with what it led to, and tells each slip as soon as it is known what became of it.
@@ -192,6 +196,11 @@ impl SlipWatch {
         #[expect(clippy::cast_possible_truncation, reason = "a step in time")]
         let dt_s = self.last.map_or(0.0, |last| sample.t.since(last).as_seconds() as f32);
         self.last = Some(sample.t);
+        self.told = now_n.map(|_| sample.t).or(self.told);
+        if self.told.is_none_or(|told| sample.t.since(told).as_seconds() > STALE_S) {
+            self.force_n = None;
+            return;
+        }
         let share = (dt_s / SMOOTH_S).clamp(0.0, 1.0);
         self.force_n = match (self.force_n, now_n) {
             (Some(before_n), Some(now_n)) => Some(before_n + share * (now_n - before_n)),
@@ -345,6 +354,14 @@ mod tests {
         assert_eq!(of(&mut held(4.0), &slip), [Fate::NoGain]);
         assert_eq!(of(&mut held(5.0).take(200), &slip), [Fate::Unfinished]);
         assert_eq!(of(&mut (0..400).map(|_| None), &slip), [Fate::NoForce]);
+        // The sensor fails before the slip, and in the end: what it said before is no force.
+        let mut before =
+            held(5.0).enumerate().map(|(ms, force)| force.filter(|_| ms == 0 || ms > 51));
+        assert_eq!(of(&mut before, &slip), [Fate::NoForce]);
+        let mut after = held(5.0).enumerate().map(|(ms, force)| force.filter(|_| ms < 190));
+        assert_eq!(of(&mut after, &slip), [Fate::NoForce]);
+        let mut sparse = held(5.0).enumerate().map(|(ms, force)| force.filter(|_| ms % 20 == 0));
+        assert_eq!(of(&mut sparse, &slip), [Fate::Kept]);
         let short = |ms, step: &mut Step| {
             slip(ms, step);
             step.features = None;

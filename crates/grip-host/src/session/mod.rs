@@ -40,6 +40,8 @@ use wishes::Wishes;
 
 /// More than this (us) the clock of a gripper is not allowed to be unsure when the age of a sample is judged.
 const MOST_UNSURE_US: f64 = 1e6;
+/// Other settings wait so long (us) for the end of a slip: many times what a slip takes that is answered with enough force.
+const LONGEST_SWAP_US: u64 = 2_000_000;
 
 /// How a session differs from the configuration file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -206,10 +208,11 @@ impl Session {
         self.interval_us = interval_us;
     }
 
-    /// Whether other settings can take over now: not while a slip is being stopped.
+    /// Whether other settings that have waited for so long (us) can take over now: not while a slip is being stopped, unless it does not end
+    /// by the settings in force.
     #[must_use]
-    pub fn can_swap(&self) -> bool {
-        self.grip_state() != Some(GripState::Slipping)
+    pub fn can_swap(&self, waited_us: u64) -> bool {
+        self.grip_state() != Some(GripState::Slipping) || waited_us >= LONGEST_SWAP_US
     }
 
     /// The port is gone. The gripper holds by itself; what the pipeline knows is kept for when the port is back.

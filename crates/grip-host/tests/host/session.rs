@@ -9,7 +9,7 @@ use grip_host::{
 use grip_link::{frame::MAX_WIRE, message::FaultCode};
 use grip_record::{Channel, ChannelSet, CsvOptions, CsvWriter, StylusKind, parse_csv};
 use grip_sim::{Scene, VirtualMcu};
-use slip_core::{Sample, units::Micros};
+use slip_core::{Sample, grip::GripState, units::Micros};
 use std::{collections::VecDeque, path::Path};
 
 fn scene(force_max_n: f64) -> Scene {
@@ -155,6 +155,39 @@ fn late_samples_do_not_raise_the_force() {
         }
     }
     assert!(before_mn >= 500 && wanted_n > 3.0, "{before_mn} mN, {wanted_n} N");
+}
+
+/// Other settings wait for the end of a slip, but not for ever; where they come in the middle of one, the force goes on from where it was.
+#[test]
+fn settings_wait_for_the_end_of_a_slip_but_not_for_ever() {
+    let (mut mcu, mut session) = facing();
+    let mut out = [0; MAX_WIRE];
+    let mut swapped_mn = None;
+    while mcu.next_due() < Micros(2_000_000) {
+        let now = mcu.next_due();
+        mcu.advance(now);
+        let mut bytes = Vec::new();
+        mcu.transmit(now, &mut bytes);
+        let slipping = session.grip_state() == Some(GripState::Slipping);
+        assert_eq!(session.can_swap(1_999_999), !slipping);
+        assert!(session.can_swap(2_000_000));
+        if let Some(len) = session.receive(now.0, &bytes, &mut out, &mut |_| {}).unwrap() {
+            mcu.receive(now, &out[..len]);
+            let force_mn = session.link().last_grip().unwrap().force_mn;
+            assert!(swapped_mn.is_none_or(|before| force_mn >= before), "{force_mn} mN at {now:?}");
+            if slipping && swapped_mn.is_none() {
+                let mut config = HostConfig::default();
+                let mut estimator = model::default_estimator().unwrap();
+                session.swap(&mut config, &mut estimator, &mut |_| {}).unwrap();
+                swapped_mn = Some(force_mn);
+            }
+        }
+        while let Some(len) = session.poll_transmit(now.0, &mut out) {
+            mcu.receive(now, &out[..len]);
+        }
+    }
+    let truth = mcu.truth();
+    assert!(swapped_mn.is_some_and(|before| before > 0) && !truth.slipping, "{truth:?}");
 }
 
 /// A stop silences the commands and takes back what was asked for; what comes after its end begins with the force that the gripper was left with.

@@ -41,11 +41,15 @@ pub enum Column {
     Sensors,
     /// The fault that is latched.
     Fault,
+    /// The model that estimates the force.
+    Model,
+    /// The gripper's firmware.
+    Firmware,
 }
 
 impl Column {
     /// Every column.
-    pub const ALL: [Self; 16] = [
+    pub const ALL: [Self; 18] = [
         Self::Trouble,
         Self::Site,
         Self::Gripper,
@@ -62,10 +66,12 @@ impl Column {
         Self::Lost,
         Self::Sensors,
         Self::Fault,
+        Self::Model,
+        Self::Firmware,
     ];
 
     /// Those in whose words a filter looks.
-    pub(super) const WORDS: [Self; 9] = [
+    pub(super) const WORDS: [Self; 11] = [
         Self::Trouble,
         Self::Site,
         Self::Gripper,
@@ -75,6 +81,8 @@ impl Column {
         Self::Grip,
         Self::Sensors,
         Self::Fault,
+        Self::Model,
+        Self::Firmware,
     ];
 
     /// What stands over it.
@@ -97,6 +105,8 @@ impl Column {
             Self::Lost => "Lost",
             Self::Sensors => "Sensors",
             Self::Fault => "Fault",
+            Self::Model => "Model",
+            Self::Firmware => "Firmware",
         }
     }
 
@@ -126,13 +136,16 @@ impl Column {
             Self::Lost => "Samples lost between the gripper and its gripd.",
             Self::Sensors => "The sensor that is worst off, where one is not good.",
             Self::Fault => "The fault that the gripper has latched.",
+            Self::Model => "The model that estimates the force in its gripd.",
+            Self::Firmware => "The version of the gripper's firmware.",
         }
     }
 
     /// Whether the largest stand on top when it is first asked for.
     #[must_use]
     pub const fn begins_large(self) -> bool {
-        !matches!(self, Self::Site | Self::Gripper | Self::Link | Self::Scene | Self::Grip)
+        use Column::{Firmware, Grip, Gripper, Link, Model, Scene, Site};
+        !matches!(self, Site | Gripper | Link | Scene | Grip | Model | Firmware)
     }
 
     /// What it says of a gripper at this time (s).
@@ -157,6 +170,8 @@ impl Column {
             Self::Lost => row.lost().map(|lost| lost.to_string()),
             Self::Sensors => state.map(|_| sensors(row)),
             Self::Fault => row.fault().map(|fault| format!("{fault:04x}")),
+            Self::Model => row.model.clone(),
+            Self::Firmware => row.firmware.clone(),
         };
         text.unwrap_or_else(|| NOTHING.to_owned())
     }
@@ -183,6 +198,8 @@ impl Column {
             Self::Lost => row.lost().map(|lost| Key::Number(count(lost))),
             Self::Sensors => state.map(|_| Key::Number(row.severity().into())),
             Self::Fault => row.fault().map(|fault| Key::Number(fault.into())),
+            Self::Model => row.model.clone().map(Key::Text),
+            Self::Firmware => row.firmware.clone().map(Key::Text),
         }
     }
 }

@@ -12,7 +12,7 @@ mod row;
 mod spark;
 
 pub use column::Column;
-pub use grip_fleet::{Member, Message, Site, Uid};
+pub use grip_fleet::{About, Member, Message, Site, Uid};
 pub use order::{Sorting, order};
 pub use roster::{MOST, Roster, Summary};
 pub use row::{Figures, Presence, Row, Trouble};
@@ -49,6 +49,8 @@ pub enum Heard {
     Gone,
     /// So many of its events are missing: nobody has them any more.
     Missing(u64),
+    /// What it is made of.
+    About(About),
     /// One of its messages.
     Message(Message),
 }

@@ -71,8 +71,8 @@ impl Roster {
                 self.refused += 1;
                 return;
             }
-            // Who was never here is not shown as gone.
-            None if *what == Heard::Gone => return,
+            // Who was never here is not shown as gone, and who has answered may be gone again.
+            None if matches!(what, Heard::Gone | Heard::About(_)) => return,
             None => {
                 self.rows.push(Row::new(member.clone(), at_s));
                 self.places.insert(member, self.rows.len() - 1);

@@ -51,6 +51,13 @@ pub struct Figures {
     pub lost: u64,
 }
 
+/// Letters of a name that a column has room for: names come from a network.
+const LONGEST: usize = 64;
+
+fn short(name: &Option<String>) -> Option<String> {
+    name.as_ref().map(|name| name.chars().take(LONGEST).collect())
+}
+
 /// One gripper that is there, or was.
 #[derive(Clone, Debug)]
 pub struct Row {
@@ -60,6 +67,10 @@ pub struct Row {
     pub state: Option<State>,
     /// Of the last HEALTH.
     pub figures: Option<Figures>,
+    /// Version of its firmware, where it has told one.
+    pub firmware: Option<String>,
+    /// The model that estimates its force, where it has told that.
+    pub model: Option<String>,
     /// Events that nobody has any more.
     pub missing: u64,
     /// Measured force, or the commanded one where none is measured (N).
@@ -84,6 +95,8 @@ impl Row {
             member,
             state: None,
             figures: None,
+            firmware: None,
+            model: None,
             missing: 0,
             force: Spark::default(),
             statistic: Spark::default(),
@@ -101,6 +114,9 @@ impl Row {
             Heard::Came => self.life(at_s, true),
             Heard::Gone => self.life(at_s, false),
             Heard::Missing(events) => self.missing = self.missing.saturating_add(*events),
+            Heard::About(about) => {
+                (self.firmware, self.model) = (short(&about.firmware), short(&about.model));
+            }
             Heard::Message(message) => match message.read() {
                 Ok(ToClient::State(state)) => self.take_state(at_s, &state),
                 Ok(ToClient::Health(health)) => self.figures = Some(figures(&health)),

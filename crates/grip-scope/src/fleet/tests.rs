@@ -1,6 +1,8 @@
 //! Messages as they come from the network in, what the table says of them.
 
-use super::{Column, FleetFeed, Heard, Member, Message, Roster, Sorting, Summary, Trouble, order};
+use super::{
+    About, Column, FleetFeed, Heard, Member, Message, Roster, Sorting, Summary, Trouble, order,
+};
 use crate::feed::SourceStatus;
 use grip_fleet::Uid;
 use grip_link::frame::{self, Direction, Header, MAX_WIRE};
@@ -99,12 +101,12 @@ fn a_row_says_what_its_messages_told() {
     hear(&mut roster, &one, (1.0, Heard::Came));
     let nothing = ["ok", "hall-2", &uid, "here", "-", "-", "-", "-", "-", "-", "-", "-", "0", "-"];
     assert_eq!(says(&roster, &one)[..14], nothing);
-    assert_eq!(says(&roster, &one)[14..], ["-", "-"]);
+    assert_eq!(says(&roster, &one)[14..], ["-"; 4]);
     hear(&mut roster, &one, (1.5, health(12, 9)));
     hear(&mut roster, &one, (1.6, told(&state())));
     let row = says(&roster, &one);
     assert_eq!(row[3..9], ["here", "stream", "holding", "holding", "5.00", "4.88"]);
-    assert_eq!(row[9..], ["4.88", "0.25", "12", "0", "9", "good", "-"]);
+    assert_eq!(row[9..], ["4.88", "0.25", "12", "0", "9", "good", "-", "-", "-"]);
     let worse = State {
         scene: SceneCode::Slipping,
         grip: GripStage::Slipping,
@@ -124,7 +126,7 @@ fn a_row_says_what_its_messages_told() {
     assert_eq!(row[0], "sensor");
     assert_eq!(row[5..9], ["slipping", "slipping", "5.00", "-"]);
     // Without a measured force the commanded one is drawn; the highest of three minutes stands.
-    assert_eq!(row[9..], ["5.00", "30.00", "12", "0", "11", "travel frozen", "-"]);
+    assert_eq!(row[9..], ["5.00", "30.00", "12", "0", "11", "travel frozen", "-", "-", "-"]);
     let health = Health { link: LinkState::Degraded, ..Health::default() };
     hear(&mut roster, &one, (1.9, message(Kind::HEALTH, |out| health.write(out).unwrap())));
     let row = says(&roster, &one);
@@ -136,6 +138,14 @@ fn a_row_says_what_its_messages_told() {
     hear(&mut roster, &one, (2.0, told(&fault)));
     let row = says(&roster, &one);
     assert_eq!((row[0].as_str(), row[15].as_str()), ("fault", "0012"));
+    let model = Some("m".repeat(1000));
+    let about = About { firmware: Some("1.2.3".to_owned()), model, ..About::default() };
+    hear(&mut roster, &one, (2.1, Heard::About(about.clone())));
+    assert_eq!(says(&roster, &one)[16..], ["m".repeat(64), "1.2.3".to_owned()]);
+    assert_eq!(uids(&roster, Sorting::default(), "1.2.3"), [0x1a]);
+    // An answer alone is no gripper that is there.
+    hear(&mut roster, &member("hall-2", 2), (2.2, Heard::About(about)));
+    assert_eq!(roster.rows().len(), 1);
 }
 
 #[test]

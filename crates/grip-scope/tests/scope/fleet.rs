@@ -2,7 +2,7 @@
 
 use super::rig::{Watch, pause};
 use grip_fleet::net::{Announced, NetError, Session, router};
-use grip_fleet::{EventId, EventLog, Topic};
+use grip_fleet::{About, EventId, EventLog, Part, Topic};
 use grip_link::frame::{self, Direction, Header, MAX_WIRE};
 use grip_link::message::daemon::{
     EscKind, EscValue, GripStage, Gripper, Health, LinkState, Notice, NoticeKind, SceneCode,
@@ -40,7 +40,7 @@ impl Daemon {
     fn start(network: &Network) -> Self {
         let session = network.open().unwrap();
         let announced = loop {
-            match Announced::new(&session, &member(), &[]) {
+            match Announced::new(&session, &member(), &[Part::About]) {
                 Ok(announced) => break announced,
                 Err(NetError::Taken { .. }) => pause(),
                 Err(error) => panic!("{error}"),
@@ -85,6 +85,11 @@ impl Daemon {
         let log = &self.log;
         let lend = |use_it: &mut dyn FnMut(&EventLog)| use_it(log);
         self.announced.answer(&lend, &[gripper, health], "");
+        while let Some(question) = self.announced.question() {
+            let model = Some("file".to_owned());
+            let about = About { firmware: Some("1.2.3".to_owned()), model, ..About::default() };
+            question.reply(about.to_json().unwrap().as_bytes()).unwrap();
+        }
     }
 
     fn tell(&mut self, text: &str) -> EventId {
@@ -150,9 +155,14 @@ fn the_table_is_filled_over_a_router_that_comes_and_goes() {
     until(
         (&mut table.0, &mut table.1),
         || daemon.turn(),
-        |roster| says(roster, Column::Applied) == "4.50" && says(roster, Column::Slips) == "3",
+        |roster| {
+            says(roster, Column::Applied) == "4.50"
+                && says(roster, Column::Slips) == "3"
+                && says(roster, Column::Model) == "file"
+        },
     );
     assert_eq!(says(&table.1, Column::Here), "here");
+    assert_eq!(says(&table.1, Column::Firmware), "1.2.3");
     assert_eq!(*table.1.status(), SourceStatus::Live);
     drop(listening);
     until(

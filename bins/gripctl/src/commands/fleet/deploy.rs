@@ -150,7 +150,7 @@ fn drive(
         teller.progress(&progress, now_us)?;
         match progress {
             Progress::Done => return teller.done(),
-            Progress::Stage(_) => {}
+            Progress::Checking | Progress::Stage(_) => {}
             Progress::Stopped(holding) => {
                 let since_us = *stopped_us.get_or_insert(now_us);
                 let enough = now_us.saturating_sub(since_us) > RETURN_US;
@@ -243,6 +243,8 @@ impl Teller {
         judge: &JudgeConfig,
     ) -> anyhow::Result<()> {
         match report {
+            Report::Fit if self.json => self.gripper(member, "fit", "", None),
+            Report::Fit => Ok(()),
             Report::Taken(before) => {
                 self.watched.insert(member.clone(), 0.0);
                 self.gripper(member, "taken", &taken(before, judge), Some(*before))
@@ -295,8 +297,11 @@ impl Teller {
 
     fn progress(&mut self, progress: &Progress, now_us: u64) -> anyhow::Result<()> {
         let Progress::Stage(stage) = *progress else { return Ok(()) };
-        if core::mem::replace(&mut self.stage, stage) != stage && self.json {
+        let before = core::mem::replace(&mut self.stage, stage);
+        if before != stage && self.json {
             output::json(&Line::Stage { stage })?;
+        } else if before == 0 {
+            output::line("everybody was asked and would take it")?;
         }
         if !self.json && now_us >= self.summary_us && !self.watched.is_empty() {
             self.summary_us = now_us + SUMMARY_US;
@@ -337,7 +342,8 @@ impl Teller {
             return Ok(Exit::Failed);
         }
         let reason = reason.unwrap_or_default();
-        output::line(&format!("{} was stopped and rolled back: {reason}", self.model))?;
+        let what = if self.stage == 0 { "went to nobody" } else { "was stopped and rolled back" };
+        output::line(&format!("{} {what}: {reason}", self.model))?;
         if !unreachable.is_empty() {
             output::line(&format!(
                 "not reached to give it back: {}; each keeps it unless it finds it worse by itself",

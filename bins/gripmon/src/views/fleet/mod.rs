@@ -106,6 +106,8 @@ const fn wide(column: Column) -> f32 {
         Column::Lost => 54.0,
         Column::Sensors => 112.0,
         Column::Fault => 36.0,
+        Column::Model => 104.0,
+        Column::Firmware => 60.0,
     }
 }
 

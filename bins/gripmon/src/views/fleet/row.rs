@@ -123,6 +123,7 @@ fn colour(column: Column, row: &Row, seen: &TableSeen<'_>) -> Color32 {
         }
         Column::Minute if row.slips_last_minute(now_s) == 0 => palette.weak,
         Column::Here | Column::Link | Column::Sensors | Column::Fault => palette.weak,
+        Column::Model | Column::Firmware => palette.weak,
         _ => palette.text,
     }
 }

@@ -9,17 +9,20 @@ use crate::source::clock::Clock;
 use core::panic::AssertUnwindSafe;
 use core::sync::atomic::{AtomicBool, Ordering};
 use core::time::Duration;
-use grip_fleet::net::{NetError, Told, Watch};
-use grip_fleet::{Selector, Since, Site, Topic};
+use grip_fleet::net::{NetError, Told, Watch, ask_about};
+use grip_fleet::{Member, Selector, Since, Site, Topic};
 use grip_port::Backoff;
 use rtrb::{Consumer, Producer, PushError, RingBuffer};
 use std::sync::Arc;
+use std::sync::mpsc::channel;
 use std::{io, panic, thread};
 
 /// Items that wait for the roster: more than a second of a thousand grippers.
 const RING: usize = 8192;
 /// How long the thread waits for room, or for a router, before it looks again.
 const STEP: Duration = Duration::from_millis(25);
+/// Models and firmware are asked for anew after so long; sooner, where somebody comes.
+const ABOUT: Duration = Duration::from_secs(60);
 /// How long one look for messages waits.
 const TURN: Duration = Duration::from_millis(100);
 
@@ -147,17 +150,33 @@ impl Watcher {
     fn watch(&mut self, backoff: &mut Backoff) -> Result<(), NetError> {
         let session = self.place.network.open()?;
         let selector = Selector { site: self.place.site.clone(), uid: None };
-        let mut watch = Watch::new(session, &selector, Since::Now, &[Topic::State, Topic::Health])?;
+        let mut watch =
+            Watch::new(session.clone(), &selector, Since::Now, &[Topic::State, Topic::Health])?;
         backoff.reset();
-        let mut looked = Duration::MAX;
+        let (mut looked, mut asked) = (Duration::MAX, Duration::MAX);
+        let (sender, abouts) = channel();
+        let mut came = false;
         while !self.outlet.stops() {
             if let Some(told) = watch.next(TURN)? {
+                came |= matches!(told, Told::Came(_));
                 self.pass_on(told);
             }
+            for (member, about) in abouts.try_iter() {
+                self.put(member, Heard::About(about));
+            }
             let now = self.clock.now();
-            if now.saturating_sub(looked) >= LOOK || looked == Duration::MAX {
-                looked = now;
-                self.look(&watch);
+            if now.saturating_sub(looked) < LOOK && looked != Duration::MAX {
+                continue;
+            }
+            looked = now;
+            self.look(&watch);
+            if core::mem::take(&mut came) || now.saturating_sub(asked) >= ABOUT {
+                asked = now;
+                let sender = sender.clone();
+                // Whoever does not watch any more wants no answer.
+                ask_about(&session, &selector, move |member, about| {
+                    drop(sender.send((member, about)));
+                })?;
             }
         }
         Ok(())
@@ -177,21 +196,23 @@ impl Watcher {
     }
 
     fn pass_on(&mut self, told: Told) {
-        let at_s = self.clock.now().as_secs_f64();
-        let of = |member, what| FleetFeed::Of { member, at_s, what };
-        let feed = match told {
-            Told::Came(member) => of(member, Heard::Came),
-            Told::Gone(member) => of(member, Heard::Gone),
-            Told::Telemetry { member, message } => of(member, Heard::Message(message)),
+        match told {
+            Told::Came(member) => self.put(member, Heard::Came),
+            Told::Gone(member) => self.put(member, Heard::Gone),
+            Told::Telemetry { member, message } => self.put(member, Heard::Message(message)),
             Told::Event { member, message, missing, .. } => {
                 if missing > 0 {
-                    self.outlet.put(of(member.clone(), Heard::Missing(missing)), self.clock);
+                    self.put(member.clone(), Heard::Missing(missing));
                 }
-                of(member, Heard::Message(message))
+                self.put(member, Heard::Message(message));
             }
-            Told::Unreadable { .. } => FleetFeed::Unreadable,
-        };
-        self.outlet.put(feed, self.clock);
+            Told::Unreadable { .. } => self.outlet.put(FleetFeed::Unreadable, self.clock),
+        }
+    }
+
+    fn put(&mut self, member: Member, what: Heard) {
+        let at_s = self.clock.now().as_secs_f64();
+        self.outlet.put(FleetFeed::Of { member, at_s, what }, self.clock);
     }
 
     /// Tells how the way to the router is, where that is new.
