@@ -16,7 +16,7 @@ fi
 work=$(mktemp -d)
 # The server itself finds a display that is free, unless one is named.
 named=${SCREENSHOT_DISPLAY:-}
-Xvfb ${named:+"$named"} -displayfd 3 -screen 0 1400x900x24 -nolisten tcp -noreset 3>"$work/display" >"$work/xvfb.log" 2>&1 &
+Xvfb ${named:+"$named"} -displayfd 3 -screen 0 1440x900x24 -nolisten tcp -noreset 3>"$work/display" >"$work/xvfb.log" 2>&1 &
 server=$!
 trap 'kill "$server" 2>/dev/null; rm -rf "$work"' EXIT
 tries=0

@@ -83,8 +83,8 @@ pub struct Row {
     /// When the last STATE came (s).
     heard_s: f64,
     slips: Minute,
-    /// Number of the last slip that was counted.
-    slip: Option<u32>,
+    /// A slip was counted whose end was not told yet.
+    slips_on: bool,
 }
 
 impl Row {
@@ -104,7 +104,7 @@ impl Row {
             since_s: at_s,
             heard_s: at_s,
             slips: Minute::default(),
-            slip: None,
+            slips_on: false,
         }
     }
 
@@ -113,7 +113,11 @@ impl Row {
         match what {
             Heard::Came => self.life(at_s, true),
             Heard::Gone => self.life(at_s, false),
-            Heard::Missing(events) => self.missing = self.missing.saturating_add(*events),
+            Heard::Missing(events) => {
+                self.missing = self.missing.saturating_add(*events);
+                // The end of a slip may be among them.
+                self.slips_on = false;
+            }
             Heard::About(about) => {
                 (self.firmware, self.model) = (short(&about.firmware), short(&about.model));
             }
@@ -130,7 +134,7 @@ impl Row {
 
     fn life(&mut self, at_s: f64, alive: bool) {
         if core::mem::replace(&mut self.alive, alive) != alive {
-            self.since_s = at_s;
+            (self.since_s, self.slips_on) = (at_s, false);
         }
         if alive {
             self.heard_s = at_s;
@@ -150,9 +154,11 @@ impl Row {
 
     /// A slip is told when it begins, when it becomes gross and when it ends: it counts once.
     fn take_slip(&mut self, at_s: f64, slip: &Slip) {
-        if slip.phase != Phase::Ended && self.slip.replace(slip.number) != Some(slip.number) {
+        let on = slip.phase != Phase::Ended;
+        if on && !self.slips_on {
             self.slips.count(at_s);
         }
+        self.slips_on = on;
     }
 
     /// Whether it is there at this time (s).

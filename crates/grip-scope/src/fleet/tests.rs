@@ -154,10 +154,10 @@ fn slips_count_once_each_and_a_minute_forgets_them() {
     let minute = |roster: &Roster| Column::Minute.text(roster.row(&one).unwrap(), roster.now_s());
     for (at_s, number, phase) in [
         (10.0, 1, Phase::Incipient),
-        (10.1, 1, Phase::Gross),
-        (10.3, 1, Phase::Ended),
-        (30.0, 2, Phase::Gross),
-        (30.2, 2, Phase::Ended),
+        (10.1, 2, Phase::Gross),
+        (10.3, 3, Phase::Ended),
+        (30.0, 4, Phase::Gross),
+        (30.2, 5, Phase::Ended),
     ] {
         hear(&mut roster, &one, (at_s, slip(number, phase)));
     }
@@ -166,6 +166,11 @@ fn slips_count_once_each_and_a_minute_forgets_them() {
     assert_eq!(minute(&roster), "1");
     roster.take(FleetFeed::Now(91.0));
     assert_eq!(minute(&roster), "0");
+    // The end of the first one, with others, is missing.
+    hear(&mut roster, &one, (92.0, slip(6, Phase::Gross)));
+    hear(&mut roster, &one, (93.0, Heard::Missing(4)));
+    hear(&mut roster, &one, (93.0, slip(11, Phase::Gross)));
+    assert_eq!(minute(&roster), "2");
 }
 
 #[test]

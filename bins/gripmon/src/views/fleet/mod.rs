@@ -94,20 +94,20 @@ fn offset(ui: &Ui, place: usize) -> f32 {
 const fn wide(column: Column) -> f32 {
     match column {
         Column::Trouble => 18.0,
-        Column::Site => 84.0,
+        Column::Site => 74.0,
         Column::Gripper => 206.0,
         Column::Here => 76.0,
-        Column::Link => 62.0,
-        Column::Scene | Column::Grip => 60.0,
+        Column::Link => 56.0,
+        Column::Scene | Column::Grip => 56.0,
         Column::Command | Column::Applied => 52.0,
-        Column::Force | Column::Statistic => 126.0,
+        Column::Force | Column::Statistic => 112.0,
         Column::Slips => 42.0,
         Column::Minute => 44.0,
-        Column::Lost => 54.0,
-        Column::Sensors => 112.0,
+        Column::Lost => 46.0,
+        Column::Sensors => 96.0,
         Column::Fault => 36.0,
-        Column::Model => 104.0,
-        Column::Firmware => 60.0,
+        Column::Model => 98.0,
+        Column::Firmware => 54.0,
     }
 }
 
