@@ -128,19 +128,22 @@ struct Receiver {
     ids: Vec<(Member, EventId)>,
     /// HEALTH that came.
     figures: usize,
+    /// Most grippers that were asked at once.
+    most_asked: usize,
 }
 
 impl Receiver {
     fn new(network: &Network, since: Since) -> Self {
         let session = network.open().unwrap();
         let watch = Watch::new(session, &Selector::default(), since, &[Topic::Health]).unwrap();
-        Self { watch, got: BTreeMap::new(), ids: Vec::new(), figures: 0 }
+        Self { watch, got: BTreeMap::new(), ids: Vec::new(), figures: 0, most_asked: 0 }
     }
 
     fn turn(&mut self, patience: Duration) {
         let mut patience = patience;
         while let Some(told) = self.watch.next(patience).unwrap() {
             patience = Duration::ZERO;
+            self.most_asked = self.most_asked.max(self.watch.asking());
             self.figures += usize::from(matches!(told, Told::Telemetry { .. }));
             let Told::Event { member, id, message, missing } = told else { continue };
             assert_eq!(missing, 0, "{member} {id}");
@@ -334,13 +337,38 @@ fn a_receiver_that_comes_late_and_does_not_look_for_a_while_gets_everything_once
     }
     let mut receivers = [Receiver::new(&network, Since::Start)];
     settle(&mut daemons, &mut receivers);
+    assert_eq!(receivers[0].most_asked, 32);
     (0..6000).for_each(|_| daemons[0].tell());
     for at in 0..100 {
         turn(&mut daemons, &mut [], at);
         thread::park_timeout(STEP);
     }
+    let waiting = receivers[0].watch.waiting();
+    assert!((1..=4097).contains(&waiting), "{waiting}");
     settle(&mut daemons, &mut receivers);
     assert_eq!(receivers[0].ids.len(), 70 * 3 + 6000);
+}
+
+/// A run that was kept in memory only, between two that were kept on disk: its last event is known to nobody, and more than a page of what is asked
+/// for then was told before.
+#[test]
+fn a_log_that_has_forgotten_a_run_is_read_past_what_is_known() {
+    let (folder, port) = (tempfile::tempdir().unwrap(), port());
+    let network = network(folder.path(), port);
+    let _router = router(port);
+    let mut receivers = [Receiver::new(&network, Since::Start)];
+    let mut sent = 0;
+    for (run, count) in [(10, 700), (11, 3), (12, 2)] {
+        let mut daemons = [Daemon::start(folder.path(), &network, 4, run)];
+        daemons[0].sent = sent;
+        if run == 11 {
+            daemons[0].spool = Spool::in_memory(run, ROOM);
+        }
+        (0..count).for_each(|_| daemons[0].tell());
+        settle(&mut daemons, &mut receivers);
+        sent = daemons[0].sent;
+    }
+    assert_eq!((sent, receivers[0].ids.len()), (705, 705));
 }
 
 #[test]
@@ -454,6 +482,7 @@ fn a_network_that_cannot_be_is_told_in_a_sentence() {
     let told = error.to_string();
     assert!(told.starts_with(&format!("a router cannot listen at {router}: ")), "{told}");
     assert!(!told.contains(".rs") && !told.contains("expected an endpoint"), "{told}");
+    assert!(told.contains("in use") && !told.contains('['), "{told}");
 }
 
 /// A stranger under one of our names.

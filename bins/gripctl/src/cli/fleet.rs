@@ -18,20 +18,22 @@ pub(crate) enum FleetCommand {
     List(ListArgs),
     /// Show slips and news of all grippers as they come, each once.
     ///
+    /// Without --all, of each gripper what happens after it was first heard of; what it told to nobody before comes with --all.
+    ///
     /// Exit codes: 0 done, 1 failed, 2 wrong arguments, 3 events are missing.
     Events(EventsArgs),
     /// Show what one gripper does: events, and its state five times a second.
     Tail(TailArgs),
     /// Give a model to one gripper, then to some, then to all, and take it back where one of them becomes worse.
     ///
-    /// Each gripper examines the model, counts its slips and faults with it against those before, and goes back by itself where they
+    /// Everybody is asked first whether it would take it; where somebody would not, nobody gets it. Each gripper examines the model, counts its slips and faults with it against those before, and goes back by itself where they
     /// become more. Ctrl-C takes the model back; a second one leaves everything as it is.
     ///
     /// Exit codes: 0 all have it, 1 stopped and rolled back, 2 wrong arguments.
     Deploy(DeployArgs),
     /// Tell one gripper what to do, where its gripd takes commands from the network.
     ///
-    /// Its own limits hold, and it goes on to answer slips by itself. Events tell when it was carried out. "stop" is no emergency stop.
+    /// Its own limits hold, and it goes on to answer slips by itself. Events tell when it was carried out; while a stop is latched it is not, and nothing says so. "stop" is no emergency stop.
     Command(CommandArgs),
     /// List the recordings that grippers have and give away (fleet.recordings of their gripd).
     Recordings(RecordingsArgs),
@@ -118,9 +120,12 @@ pub(crate) struct DeployArgs {
     /// Slips and faults may become more often by this factor.
     #[arg(long, default_value_t = 1.5, allow_negative_numbers = true)]
     pub(crate) factor: f64,
-    /// How long a gripper may answer nothing, or hold nothing, before the roll-out is stopped (s).
+    /// How long a gripper may answer nothing before the roll-out is stopped (s).
     #[arg(long, value_name = "S", default_value_t = 60.0, allow_negative_numbers = true)]
     pub(crate) patience: f64,
+    /// How long a gripper that tries the model may hold nothing before the roll-out is stopped (s).
+    #[arg(long, value_name = "S", default_value_t = 3600.0, allow_negative_numbers = true)]
+    pub(crate) idle: f64,
     /// Send a model that is broken or made for something else: each gripper should refuse it.
     #[arg(long)]
     pub(crate) force: bool,

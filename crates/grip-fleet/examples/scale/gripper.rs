@@ -53,11 +53,11 @@ pub(crate) fn run(address: &str, (first, count): (u16, u16), args: &Args) -> any
     let start_us = now_us();
     let mut latest_us = 0;
     for frame in 0..frames {
-        let due_us = start_us + frame * BATCH * 1_000_000 / u64::from(tape::RATE_HZ);
-        let late_us = now_us().saturating_sub(due_us);
-        latest_us = latest_us.max(late_us);
+        // A frame goes when its last sample is there.
+        let due_us = start_us + sample_us((frame + 1) * BATCH);
         pause(Duration::from_micros(due_us.saturating_sub(now_us())));
-        grippers.iter_mut().try_for_each(|gripper| gripper.frame(frame))?;
+        grippers.iter_mut().try_for_each(|gripper| gripper.frame(frame, start_us))?;
+        latest_us = latest_us.max(now_us().saturating_sub(due_us));
     }
     for gripper in &grippers {
         let head = gripper.spool.log().head();
@@ -106,22 +106,22 @@ impl Gripper {
     }
 
     /// Ten milliseconds of samples, and what a daemon does with what comes of them.
-    fn frame(&mut self, frame: u64) -> anyhow::Result<()> {
-        for k in 0..BATCH {
-            let sample = tape::sample(&self.tape, self.offset + frame * BATCH + k)
-                .context("an empty tape")?;
+    fn frame(&mut self, frame: u64, start_us: u64) -> anyhow::Result<()> {
+        for number in frame * BATCH..(frame + 1) * BATCH {
+            let sample = tape::sample(&self.tape, self.offset + number).context("an empty tape")?;
             let step = self.pipeline.handle(&sample);
             for line in self.log.lines(&step).into_iter().flatten() {
-                self.tell(&line)?;
+                self.tell(start_us + sample_us(number + 1), &line)?;
             }
         }
         self.rest(frame);
         Ok(())
     }
 
-    /// Keeps a slip, then tells it.
-    fn tell(&mut self, line: &EventLine) -> anyhow::Result<()> {
-        let Some(slip) = convert::slip(now_us(), line) else { return Ok(()) };
+    /// Keeps a slip, then tells it. Its time is that of the sample that showed it: waiting for the frame, and for the other grippers of this
+    /// thread, is a part of the delay.
+    fn tell(&mut self, sampled_us: u64, line: &EventLine) -> anyhow::Result<()> {
+        let Some(slip) = convert::slip(sampled_us, line) else { return Ok(()) };
         self.slips += 1;
         let slip = Slip { number: self.slips, ..slip };
         let wire = message(Kind::SLIP, |out| slip.write(out).ok())?;
@@ -147,6 +147,11 @@ impl Gripper {
         let lend = |use_it: &mut dyn FnMut(&KeptEvents)| use_it(self.spool.log());
         self.announced.answer(&lend, &[&self.identity, &self.figures], "");
     }
+}
+
+/// When so many samples are there (us).
+fn sample_us(count: u64) -> u64 {
+    count * 1_000_000 / u64::from(tape::RATE_HZ)
 }
 
 fn message(kind: Kind, write: impl FnOnce(&mut [u8]) -> Option<usize>) -> anyhow::Result<Vec<u8>> {

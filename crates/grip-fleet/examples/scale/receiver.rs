@@ -121,7 +121,10 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
     );
     let bytes = (loopback_bytes()? - bytes) as f64;
     println!("loopback, both hops, headers included: {:.0} bytes/s for each gripper", each(bytes));
-    println!("frames of ten samples were at most {:.1} ms late", late_us as f64 / 1e3);
+    println!(
+        "the last gripper's frame of ten samples was at most {:.1} ms late",
+        late_us as f64 / 1e3
+    );
     anyhow::ensure!(got.is_exactly(&sent), "events were lost, doubled or out of order");
     Ok(())
 }

@@ -53,6 +53,8 @@ struct Open {
     query: Query,
     /// Where it goes on in the log; not looked for yet, where absent.
     place: Option<u64>,
+    /// Events that are still wanted.
+    left: usize,
 }
 
 impl Announced {
@@ -120,7 +122,9 @@ impl Announced {
         while let Ok((part, query)) = self.asked.try_recv() {
             match part {
                 Part::Topic(_) if self.open.len() < MOST_QUESTIONS => {
-                    self.open.push_back(Open { query, place: None });
+                    let most = query.parameters().get("most").and_then(|most| most.parse().ok());
+                    let left = most.unwrap_or(usize::MAX);
+                    self.open.push_back(Open { query, place: None, left });
                 }
                 Part::Topic(_) => {}
                 Part::Config => {
@@ -149,16 +153,18 @@ impl Announced {
         let after = parameters.get("after").and_then(|id| id.parse().ok());
         let since = if parameters.get("since") == Some("now") { Since::Now } else { Since::Start };
         let mut events: Vec<Logged> = Vec::new();
+        let slice = SLICE.min(open.left);
         lend(&mut |log| {
             let place = open.place.unwrap_or_else(|| log.place(after, since)).max(log.dropped());
-            events = log.from(place).take(SLICE).cloned().collect();
+            events = log.from(place).take(slice).cloned().collect();
             open.place = Some(place + events.len() as u64);
         });
         for event in &events {
             self.reply(&open.query, Part::Topic(Topic::Events), (event.id, &event.wire), FRAME);
         }
+        open.left -= events.len();
         // A question that is dropped is answered.
-        if events.len() == SLICE {
+        if events.len() == slice && open.left > 0 {
             self.open.push_back(open);
         }
     }

@@ -34,6 +34,8 @@ pub struct Deployer {
 /// Something that a person wants to see.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Happening {
+    /// This stage begins.
+    Stage(usize),
     /// A gripper has said something about the model.
     Told(Member, Report),
     /// A gripper did not answer; it is asked again.
@@ -59,7 +61,13 @@ impl Deployer {
 
     /// Gives orders, asks how it goes and tells what was heard.
     pub fn turn(&mut self, now_us: u64) -> Vec<Happening> {
-        for order in self.rollout.step(now_us) {
+        let mut happenings = Vec::new();
+        let before = self.rollout.stage();
+        let steps = self.rollout.step(now_us);
+        if self.rollout.stage() != before {
+            happenings.push(Happening::Stage(self.rollout.stage()));
+        }
+        for order in steps {
             match order {
                 rollout::Order::Check(member) => self.checking.insert(member),
                 rollout::Order::Take(member) => self.taking.insert(member),
@@ -80,7 +88,6 @@ impl Deployer {
         orders.extend(check.chain(take).map(|(who, order)| (who.clone(), order)));
         let open = self.rollout.holding().filter(|who| self.rollout.is_open(who));
         orders.extend(open.map(|who| (who.clone(), Order::Tell)));
-        let mut happenings = Vec::new();
         for some in orders.chunks(AT_ONCE) {
             for (member, order, answer) in self.ask(some) {
                 happenings.extend(self.hear(member, &order, answer, now_us));
@@ -146,7 +153,7 @@ impl Deployer {
             (Order::Check(_) | Order::Take(_), Err(error)) => Report::Refused(reason(&error)),
             // It is asked again: what cannot be given back now can be later.
             (_, Err(_)) => return Some(Happening::Silent(member)),
-            (Order::Check(_), Ok(_)) => Report::Fit,
+            (Order::Check(_), Ok(standing)) => self.checked(&standing),
             (Order::Take(_), Ok(standing)) => self.taken(&member, &standing),
             (Order::Back { .. }, Ok(_)) => Report::Back,
             (Order::Tell, Ok(standing)) => self.told(&standing),
@@ -159,6 +166,12 @@ impl Deployer {
         };
         self.rollout.hear(&member, report.clone(), now_us);
         Some(Happening::Told(member, report))
+    }
+
+    /// The answer of one that would take the model.
+    fn checked(&self, standing: &Standing) -> Report {
+        let ours = standing.in_force.sha256 == self.offer.sha256 && standing.trial.is_none();
+        if ours { Report::Had } else { Report::Fit }
     }
 
     /// The answer to an order to take the model.

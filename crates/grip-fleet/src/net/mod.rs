@@ -185,7 +185,10 @@ impl Network {
 pub fn router(network: &Network) -> Result<Session, NetError> {
     let mut config = network.file()?;
     let wrong = |reason: zenoh::Error| {
-        let (place, reason) = (network.name(), short(&reason));
+        let text = short(&reason);
+        // It says the place twice, and in brackets.
+        let reason = text.rsplit(": [").next().unwrap_or(&text).trim_end_matches(']').to_owned();
+        let place = network.name();
         NetError::Listen { place, reason }
     };
     if network.file.is_none() {

@@ -27,8 +27,10 @@ use zenoh::{
 
 /// With so much waiting for the receiver, what is published is dropped: events are asked for again.
 const WAITING: usize = 4096;
-/// Grippers that are asked for their events at once; each may answer with all that its log holds.
+/// Grippers that are asked for their events at once, and events of one answer: what a slow line carries within a second or two, and what may wait here
+/// for a receiver that hangs. Who has more is asked again.
 const QUESTIONS: usize = 32;
+const PAGE: usize = 256;
 /// Patience with an answer from a log.
 const PATIENCE: Duration = Duration::from_secs(10);
 
@@ -86,6 +88,27 @@ struct Watched {
     open: bool,
     /// It is to be asked when others have answered.
     due: bool,
+    /// Events that the answer may have, those that it had, and those of them that were new.
+    page: usize,
+    came: usize,
+    new: usize,
+}
+
+impl Watched {
+    fn new(since: Since) -> Self {
+        let follower = Follower::new(since);
+        let (alive, open, due) = (false, false, false);
+        Self { follower, alive, asked: 0, open, due, page: PAGE, came: 0, new: 0 }
+    }
+
+    /// The answer has ended; whether there is more to ask for.
+    fn turn_page(&mut self) -> bool {
+        let again = self.follower.answered();
+        let full = self.came >= self.page;
+        // A log that does not know the last event heard answers from its beginning: what is known already must not fill every page.
+        self.page = if full && self.new == 0 { self.page.saturating_mul(4) } else { PAGE };
+        again || full
+    }
 }
 
 /// The way from the threads of the session to the receiver.
@@ -212,11 +235,14 @@ impl Watch {
                 Ok(None)
             }
             News::Answer(member, _, id, message) => {
-                let verdict = self.watched(&member).follower.answer(id);
+                let watched = self.watched(&member);
+                let verdict = watched.follower.answer(id);
+                watched.came += 1;
+                watched.new += usize::from(matches!(verdict, Verdict::New { .. }));
                 self.event(verdict, member, id, message)
             }
             News::Answered(member, _) => {
-                let again = self.watched(&member).follower.answered();
+                let again = self.watched(&member).turn_page();
                 self.close(&member);
                 if again {
                     self.ask(&member)?;
@@ -231,6 +257,18 @@ impl Watch {
     #[must_use]
     pub fn is_connected(&self) -> bool {
         self.session.info().routers_zid().wait().next().is_some()
+    }
+
+    /// Grippers whose answer is on its way.
+    #[must_use]
+    pub const fn asking(&self) -> usize {
+        self.open
+    }
+
+    /// What has come and was not taken yet.
+    #[must_use]
+    pub fn waiting(&self) -> usize {
+        self.way.waiting.load(Ordering::Relaxed)
     }
 
     fn life(&mut self, member: Member, alive: bool) -> Result<Option<Told>, NetError> {
@@ -261,10 +299,7 @@ impl Watch {
 
     fn watched(&mut self, member: &Member) -> &mut Watched {
         let since = self.since;
-        let follower = || Follower::new(since);
-        let new =
-            || Watched { follower: follower(), alive: false, asked: 0, open: false, due: false };
-        self.watched.entry(member.clone()).or_insert_with(new)
+        self.watched.entry(member.clone()).or_insert_with(|| Watched::new(since))
     }
 
     /// No answer of this gripper is waited for any more.
@@ -295,9 +330,10 @@ impl Watch {
         let Some(after) = self.watched(member).follower.ask() else { return Ok(()) };
         let key = member.key(Part::Topic(Topic::Events));
         let only_new = if self.since == Since::Now { ";since=now" } else { "" };
-        let selector =
-            after.map_or_else(|| key.clone(), |id| format!("{key}?after={id}{only_new}"));
         let watched = self.watched(member);
+        let after = after.map_or_else(String::new, |id| format!(";after={id}{only_new}"));
+        let selector = format!("{key}?most={}{after}", watched.page);
+        (watched.came, watched.new) = (0, 0);
         watched.asked += 1;
         watched.open = true;
         let asked = watched.asked;

@@ -22,12 +22,15 @@ pub struct RolloutConfig {
     pub judge: JudgeConfig,
     /// A gripper that has not answered for so long is gone (us).
     pub silence_us: u64,
+    /// One that has the model and holds nothing for so long says nothing about it (us).
+    pub idle_us: u64,
 }
 
 impl Default for RolloutConfig {
-    /// A fifth of all, a minute.
+    /// A fifth of all, a minute, an hour.
     fn default() -> Self {
-        Self { some: 0.2, judge: JudgeConfig::default(), silence_us: 60_000_000 }
+        let judge = JudgeConfig::default();
+        Self { some: 0.2, judge, silence_us: 60_000_000, idle_us: 3_600_000_000 }
     }
 }
 
@@ -92,9 +95,15 @@ pub enum Stop {
         /// Why.
         reason: String,
     },
-    /// Somebody does not answer, or has no samples.
-    #[error("{member} has neither answered nor held anything for too long")]
+    /// Somebody does not answer.
+    #[error("{member} has not answered for too long")]
     Gone {
+        /// Who.
+        member: Member,
+    },
+    /// Somebody has the model and holds nothing.
+    #[error("{member} has held nothing for too long")]
+    Idle {
         /// Who.
         member: Member,
     },
@@ -127,8 +136,8 @@ enum Phase {
     Waiting,
     /// It was told to take the model, and when (us).
     Asked(u64),
-    /// It runs the model: counts before, time that it was watched (s), and when that grew last (us).
-    Running(Counts, f64, u64),
+    /// It runs the model.
+    Running(Running),
     Good,
     /// It had the model before, and keeps it.
     Had,
@@ -138,9 +147,29 @@ enum Phase {
     Back,
 }
 
+/// A gripper that runs the model.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Running {
+    before: Counts,
+    /// How long it was watched (s).
+    watched_s: f64,
+    /// When it answered last, and when it held something last (us).
+    heard_us: u64,
+    held_us: u64,
+}
+
 impl Phase {
     const fn is_open_question(&self) -> bool {
         matches!(self, Self::New | Self::Checked(_))
+    }
+
+    const fn is_waiting(&self) -> bool {
+        matches!(self, Self::Waiting)
+    }
+
+    /// It has got the model by this roll-out, or is getting it.
+    const fn is_reached(&self) -> bool {
+        matches!(self, Self::Asked(_) | Self::Running(_) | Self::Good)
     }
 
     const fn is_done(&self) -> bool {
@@ -153,8 +182,6 @@ impl Phase {
 pub struct Rollout {
     config: RolloutConfig,
     members: BTreeMap<Member, Phase>,
-    /// How many, in their order, have got the model or are getting it.
-    reached: usize,
     stage: usize,
     stop: Option<Stop>,
 }
@@ -163,7 +190,7 @@ impl Rollout {
     /// A roll-out that begins with the next [`Rollout::step`].
     pub fn new(config: RolloutConfig, members: impl IntoIterator<Item = Member>) -> Self {
         let members = members.into_iter().map(|member| (member, Phase::New)).collect();
-        Self { config, members, reached: 0, stage: 0, stop: None }
+        Self { config, members, stage: 0, stop: None }
     }
 
     /// Takes what a gripper says; who is not in this roll-out is not heard.
@@ -172,30 +199,34 @@ impl Rollout {
         match (report, &*phase) {
             (Report::Fit, Phase::Checked(_)) => *phase = Phase::Waiting,
             (Report::Taken(before), Phase::Asked(_)) => {
-                *phase = Phase::Running(before, 0.0, now_us);
+                let (heard_us, held_us) = (now_us, now_us);
+                *phase = Phase::Running(Running { before, watched_s: 0.0, heard_us, held_us });
             }
-            (Report::Had, Phase::Asked(_)) => *phase = Phase::Had,
-            (Report::Kept, Phase::Asked(_) | Phase::Running(..)) => *phase = Phase::Good,
+            (Report::Had, Phase::Checked(_) | Phase::Asked(_)) => *phase = Phase::Had,
+            (Report::Kept, Phase::Asked(_) | Phase::Running(_)) => *phase = Phase::Good,
             (Report::Refused(reason), Phase::Checked(_) | Phase::Asked(_)) => {
                 *phase = Phase::Back;
                 self.stop(Stop::Refused { member: member.clone(), reason });
             }
-            (Report::Counted(now), Phase::Running(before, watched_s, heard_us)) => {
-                let (before, more) = (*before, now.seconds > *watched_s);
-                let heard_us = if more { now_us } else { *heard_us };
+            (Report::Counted(now), Phase::Running(running)) => {
+                let held_us =
+                    if now.seconds > running.watched_s { now_us } else { running.held_us };
+                let (heard_us, watched_s, before) = (now_us, now.seconds, running.before);
                 match self.config.judge.judge(&before, &now) {
-                    Judgement::Open => *phase = Phase::Running(before, now.seconds, heard_us),
+                    Judgement::Open => {
+                        *phase = Phase::Running(Running { before, watched_s, heard_us, held_us });
+                    }
                     Judgement::Good => *phase = Phase::Good,
                     Judgement::Worse(what) => {
                         self.stop(Stop::Worse { member: member.clone(), what });
                     }
                 }
             }
-            (Report::FellBack(what), Phase::Running(..) | Phase::Good | Phase::Returning) => {
+            (Report::FellBack(what), Phase::Running(_) | Phase::Good | Phase::Returning) => {
                 *phase = Phase::Back;
                 self.stop(Stop::Worse { member: member.clone(), what });
             }
-            (Report::Left(reason), Phase::Asked(_) | Phase::Running(..) | Phase::Good) => {
+            (Report::Left(reason), Phase::Asked(_) | Phase::Running(_) | Phase::Good) => {
                 *phase = Phase::Back;
                 self.stop(Stop::Left { member: member.clone(), reason });
             }
@@ -214,14 +245,14 @@ impl Rollout {
         if self.stop.is_some() {
             return self.give_back();
         }
-        let open = self.members.values().take(self.reached).any(|phase| !phase.is_done());
-        if open || self.reached == self.members.len() {
+        let (reached, waiting) = (self.count(Phase::is_reached), self.count(Phase::is_waiting));
+        let open = self.members.values().any(|phase| phase.is_reached() && !phase.is_done());
+        if open || waiting == 0 {
             return Vec::new();
         }
         self.stage += 1;
-        let from = self.reached;
-        self.reached = self.goal().clamp(from + 1, self.members.len());
-        let stage = self.members.iter_mut().take(self.reached).skip(from);
+        let more = self.goal(reached + waiting).saturating_sub(reached).max(1);
+        let stage = self.members.iter_mut().filter(|(_, phase)| phase.is_waiting()).take(more);
         stage
             .map(|(member, phase)| {
                 *phase = Phase::Asked(now_us);
@@ -235,6 +266,10 @@ impl Rollout {
         self.members.values().any(Phase::is_open_question)
     }
 
+    fn count(&self, is: impl Fn(&Phase) -> bool) -> usize {
+        self.members.values().filter(|phase| is(phase)).count()
+    }
+
     fn check(&mut self, now_us: u64) -> Vec<Order> {
         let new = self.members.iter_mut().filter(|(_, phase)| **phase == Phase::New);
         new.map(|(member, phase)| {
@@ -242,6 +277,12 @@ impl Rollout {
             Order::Check(member.clone())
         })
         .collect()
+    }
+
+    /// Which stage it is in or was in; 0 before the first.
+    #[must_use]
+    pub const fn stage(&self) -> usize {
+        self.stage
     }
 
     /// Where it is.
@@ -268,7 +309,7 @@ impl Rollout {
     pub fn holding(&self) -> impl Iterator<Item = &Member> {
         let holding = |phase: &Phase| {
             use Phase::{Asked, Good, Returning, Running};
-            matches!(phase, Asked(_) | Running(..) | Good | Returning)
+            matches!(phase, Asked(_) | Running(_) | Good | Returning)
         };
         self.members.iter().filter(move |(_, phase)| holding(phase)).map(|(member, _)| member)
     }
@@ -276,7 +317,7 @@ impl Rollout {
     /// Who is still to be heard of: who has been told something, or runs the model.
     #[must_use]
     pub fn is_open(&self, member: &Member) -> bool {
-        let open = |phase: &Phase| matches!(phase, Phase::Running(..) | Phase::Good);
+        let open = |phase: &Phase| matches!(phase, Phase::Running(_) | Phase::Good);
         self.members.get(member).is_some_and(open)
     }
 
@@ -287,9 +328,8 @@ impl Rollout {
         self.stop(Stop::Told);
     }
 
-    /// How many have the model when the stage is over.
-    fn goal(&self) -> usize {
-        let all = self.members.len();
+    /// How many have got the model, of all who did not have it before, when the stage is over.
+    fn goal(&self, all: usize) -> usize {
         match self.stage {
             1 => 1,
             2 => self.share(all) + 1,
@@ -314,27 +354,33 @@ impl Rollout {
 
     /// Who has been silent for too long.
     fn miss(&mut self, now_us: u64) {
-        let silence_us = self.config.silence_us;
-        let late = |since: u64| now_us.saturating_sub(since) > silence_us;
-        let mut gone = None;
+        let RolloutConfig { silence_us, idle_us, .. } = self.config;
+        let late = |since: u64, limit_us: u64| now_us.saturating_sub(since) > limit_us;
+        let mut why = None;
         for (member, phase) in &mut self.members {
-            match *phase {
-                Phase::Checked(since) if late(since) => *phase = Phase::Back,
-                Phase::Asked(since) | Phase::Running(_, _, since) if late(since) => {}
+            let member = member.clone();
+            let stop = match *phase {
+                Phase::Checked(since) if late(since, silence_us) => {
+                    *phase = Phase::Back;
+                    Stop::Gone { member }
+                }
+                Phase::Asked(since) if late(since, silence_us) => Stop::Gone { member },
+                Phase::Running(running) if late(running.heard_us, silence_us) => {
+                    Stop::Gone { member }
+                }
+                Phase::Running(running) if late(running.held_us, idle_us) => Stop::Idle { member },
                 _ => continue,
-            }
-            gone.get_or_insert_with(|| member.clone());
+            };
+            why.get_or_insert(stop);
         }
-        if let Some(member) = gone {
-            self.stop(Stop::Gone { member });
+        if let Some(stop) = why {
+            self.stop(stop);
         }
     }
 
     /// Everybody who has the model, or may have it.
     fn give_back(&mut self) -> Vec<Order> {
-        let taken =
-            |phase: &Phase| matches!(phase, Phase::Asked(_) | Phase::Running(..) | Phase::Good);
-        let all = self.members.iter_mut().filter(|(_, phase)| taken(phase));
+        let all = self.members.iter_mut().filter(|(_, phase)| phase.is_reached());
         all.map(|(member, phase)| {
             *phase = Phase::Returning;
             Order::GiveBack(member.clone())

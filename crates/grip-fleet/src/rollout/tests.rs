@@ -183,19 +183,43 @@ fn strangers_and_late_words_change_nothing() {
 }
 
 #[test]
-fn who_holds_nothing_is_gone_though_it_answers() {
+fn who_holds_nothing_for_too_long_stops_it_though_it_answers() {
     let mut rollout = checked(2);
     let orders = rollout.step(0);
     let [Order::Take(first)] = orders.as_slice() else { panic!("{orders:?}") };
     rollout.hear(first, Report::Taken(Counts::default()), SECOND);
-    for second in 2..62 {
+    for second in 2..=3601 {
+        assert_eq!(rollout.step(second * SECOND), [], "a pause of less than an hour");
         rollout.hear(first, Report::Counted(Counts::default()), second * SECOND);
     }
-    assert_eq!(rollout.step(62 * SECOND), [Order::GiveBack(first.clone())]);
+    assert_eq!(rollout.step(3602 * SECOND), [Order::GiveBack(first.clone())]);
+    assert_eq!(rollout.stopped(), Some(&Stop::Idle { member: first.clone() }));
 }
 
 #[test]
-fn who_had_the_model_before_keeps_it() {
+fn who_had_the_model_before_does_not_stand_for_the_first_to_try_it() {
+    let mut rollout = Rollout::new(RolloutConfig::default(), members(4));
+    rollout.step(0);
+    let who = members(4);
+    rollout.hear(&who[0], Report::Had, 1);
+    who[1..].iter().for_each(|member| rollout.hear(member, Report::Fit, 1));
+    assert_eq!(rollout.step(2), [Order::Take(who[1].clone())]);
+    rollout.hear(&who[1], Report::Taken(Counts::default()), 3);
+    rollout.hear(&who[1], Report::Kept, 4);
+    assert_eq!(rollout.step(5), [Order::Take(who[2].clone())]);
+    rollout.hear(&who[2], Report::Taken(Counts::default()), 6);
+    rollout.abort();
+    let back = [Order::GiveBack(who[1].clone()), Order::GiveBack(who[2].clone())];
+    assert_eq!(rollout.step(7), back);
+    // All of them have it already.
+    let mut rollout = Rollout::new(RolloutConfig::default(), members(2));
+    rollout.step(0);
+    members(2).iter().for_each(|member| rollout.hear(member, Report::Had, 1));
+    assert_eq!((rollout.step(2), rollout.progress()), (vec![], Progress::Done));
+}
+
+#[test]
+fn who_has_got_the_model_from_elsewhere_meanwhile_keeps_it() {
     let mut rollout = checked(3);
     let mut told = Vec::new();
     for now_us in 0..3 {

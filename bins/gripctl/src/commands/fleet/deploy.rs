@@ -83,7 +83,9 @@ fn config(args: &DeployArgs) -> Result<RolloutConfig, WrongArgument> {
     let silence = Duration::try_from_secs_f64(checked("--patience", args.patience, false)?);
     let silence_us =
         silence.map_or(u64::MAX, |time| u64::try_from(time.as_micros()).unwrap_or(u64::MAX));
-    Ok(RolloutConfig { some: args.some, judge, silence_us })
+    let idle = Duration::try_from_secs_f64(checked("--idle", args.idle, false)?);
+    let idle_us = idle.map_or(u64::MAX, |time| u64::try_from(time.as_micros()).unwrap_or(u64::MAX));
+    Ok(RolloutConfig { some: args.some, judge, silence_us, idle_us })
 }
 
 /// The file, unless it is none for any gripper.
@@ -221,6 +223,7 @@ impl Teller {
 
     fn happening(&mut self, happening: &Happening, judge: &JudgeConfig) -> anyhow::Result<()> {
         match happening {
+            Happening::Stage(stage) => self.begin(*stage),
             Happening::Silent(member) => {
                 let new = self.silent.insert(member.clone());
                 if new {
@@ -234,6 +237,17 @@ impl Teller {
                 self.told(member, report, judge)
             }
         }
+    }
+
+    fn begin(&mut self, stage: usize) -> anyhow::Result<()> {
+        self.stage = stage;
+        if self.json {
+            return output::json(&Line::Stage { stage });
+        }
+        if stage == 1 {
+            output::line("everybody was asked and would take it")?;
+        }
+        Ok(())
     }
 
     fn told(
@@ -297,12 +311,6 @@ impl Teller {
 
     fn progress(&mut self, progress: &Progress, now_us: u64) -> anyhow::Result<()> {
         let Progress::Stage(stage) = *progress else { return Ok(()) };
-        let before = core::mem::replace(&mut self.stage, stage);
-        if before != stage && self.json {
-            output::json(&Line::Stage { stage })?;
-        } else if before == 0 {
-            output::line("everybody was asked and would take it")?;
-        }
         if !self.json && now_us >= self.summary_us && !self.watched.is_empty() {
             self.summary_us = now_us + SUMMARY_US;
             let least_s = self.watched.values().fold(f64::INFINITY, |a, b| a.min(*b));

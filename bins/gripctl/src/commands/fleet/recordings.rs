@@ -13,7 +13,7 @@ use core::time::Duration;
 use grip_fleet::{
     Member, Part, Selector,
     net::{Ask, NetError, PATIENCE, Session, ask, list},
-    recordings::{FetchError, Fetched, MOST, Recording, fetch},
+    recordings::{FetchError, Fetched, PIECE, Recording, fetch},
 };
 use grip_host::{
     exit::{Exit, message},
@@ -27,6 +27,8 @@ use std::{
     time::{SystemTime, UNIX_EPOCH},
 };
 
+/// The least that is asked for at once (bytes): the least that a line must carry while an answer is waited for.
+const LEAST: u64 = 16 * 1024;
 /// So many answers may fail to come in time before patience ends.
 const ATTEMPTS: u32 = 4;
 /// Pause between two attempts.
@@ -205,9 +207,29 @@ impl Copying<'_> {
         told(self.member, &line, json)
     }
 
-    /// Asks until an answer comes, or patience ends; a reason against it is an answer.
+    /// Asks until an answer comes, or patience ends; a reason against it is an answer. One piece at a time, so that everything else that the
+    /// gripper tells waits for no more than that; less, where the line is too slow for one.
     fn ask(&self, recording: &Recording, from: u64, bytes: u64) -> Result<Vec<Vec<u8>>, NetError> {
-        let numbers = [from, bytes.min(MOST), recording.bytes, recording.modified_ns];
+        let start = clock::monotonic();
+        let mut most = PIECE as u64;
+        loop {
+            let error = match self.once(recording, from, bytes.min(most)) {
+                Err(NetError::Declined { member, reason }) if reason == TIMEOUT => {
+                    NetError::Silent { member }
+                }
+                Err(error @ (NetError::Silent { .. } | NetError::Refused { .. })) => error,
+                done => return done,
+            };
+            if clock::monotonic().saturating_sub(start) >= self.patience {
+                return Err(error);
+            }
+            most = (most / 4).max(LEAST);
+            thread::park_timeout(RETRY);
+        }
+    }
+
+    fn once(&self, recording: &Recording, from: u64, bytes: u64) -> Result<Vec<Vec<u8>>, NetError> {
+        let numbers = [from, bytes, recording.bytes, recording.modified_ns];
         let [from, bytes, size, modified] = numbers.map(|number| number.to_string());
         let parameters = [
             ("name", recording.name.as_str()),
@@ -218,21 +240,7 @@ impl Copying<'_> {
         ];
         let (member, patience) = (self.member, PATIENCE.max(self.patience / ATTEMPTS));
         let part = Part::Recordings;
-        let question = Ask { member, part, parameters: &parameters, payload: &[], patience };
-        let start = clock::monotonic();
-        loop {
-            let error = match ask(self.session, &question) {
-                Err(NetError::Declined { member, reason }) if reason == TIMEOUT => {
-                    NetError::Silent { member }
-                }
-                Err(error @ (NetError::Silent { .. } | NetError::Refused { .. })) => error,
-                done => return done,
-            };
-            if clock::monotonic().saturating_sub(start) >= self.patience {
-                return Err(error);
-            }
-            thread::park_timeout(RETRY);
-        }
+        ask(self.session, &Ask { member, part, parameters: &parameters, payload: &[], patience })
     }
 }
 
