@@ -26,14 +26,15 @@ pub(crate) enum FleetCommand {
     Tail(TailArgs),
     /// Give a model to one gripper, then to some, then to all, and take it back where one of them becomes worse.
     ///
-    /// Everybody is asked first whether it would take it; where somebody would not, nobody gets it. Each gripper examines the model, counts its slips and faults with it against those before, and goes back by itself where they
-    /// become more. Ctrl-C takes the model back; a second one leaves everything as it is.
+    /// Everybody is asked first whether it would take it; where somebody would not, nobody gets it. Each gripper examines the model,
+    /// counts its slips and faults with it against those before, and goes back by itself where they become more. Ctrl-C takes the model back; a second one leaves everything as it is.
     ///
     /// Exit codes: 0 all have it, 1 stopped and rolled back, 2 wrong arguments.
     Deploy(DeployArgs),
     /// Tell one gripper what to do, where its gripd takes commands from the network.
     ///
-    /// Its own limits hold, and it goes on to answer slips by itself. Events tell when it was carried out; while a stop is latched it is not, and nothing says so. "stop" is no emergency stop.
+    /// Its own limits hold, and it goes on to answer slips by itself. Events tell when it was carried out; while a stop is latched it is
+    /// not, and nothing says so. "stop" is no emergency stop.
     Command(CommandArgs),
     /// List the recordings that grippers have and give away (fleet.recordings of their gripd).
     Recordings(RecordingsArgs),
