@@ -60,7 +60,7 @@ impl Bridge {
         Self { decoder, session, uid: None, known: [None, None, None], nameless: 0, seq: 0 }
     }
 
-    /// What the daemon is told first; every so manieth sample is wanted, none for 0.
+    /// What the daemon is told first; every n-th sample is wanted, none for 0.
     #[must_use]
     pub fn subscribe(&self, every_nth: u16) -> Vec<u8> {
         let (versions, topics) = (Versions::OURS, Topics::ALL);

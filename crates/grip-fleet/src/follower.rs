@@ -5,6 +5,8 @@ use std::collections::VecDeque;
 
 /// Runs whose last event is remembered: more starts of a daemon than a receiver is away for.
 const RUNS: usize = 64;
+/// Runs that a log is asked by: the gripper's computer may have lost the latest ones.
+const NAMED: usize = 8;
 
 /// What a receiver wants that has heard nothing yet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -79,15 +81,15 @@ impl Follower {
         behind
     }
 
-    /// What to ask for: everything behind the event, or everything. `None` while an answer is on its way, and where nothing before
-    /// the next event is wanted.
-    pub fn ask(&mut self) -> Option<Option<EventId>> {
+    /// What to ask for: everything behind the first of these events of whose run the log knows, those of the last runs, the last one first; everything,
+    /// where there are none. `None` while an answer is on its way, and where nothing before the next event is wanted.
+    pub fn ask(&mut self) -> Option<Vec<EventId>> {
         let waits = self.heard.is_empty() && self.since == Since::Now;
         if waits || core::mem::replace(&mut self.asking, true) {
             return None;
         }
         self.again = false;
-        Some(self.heard.back().copied())
+        Some(self.heard.iter().rev().take(NAMED).copied().collect())
     }
 
     /// Takes an event of the answer.
@@ -140,7 +142,7 @@ impl Follower {
 #[cfg(test)]
 mod tests {
     use super::{EventId, Follower, Since, Verdict};
-    use crate::log::EventLog;
+    use crate::log::{EventLog, Logged};
     use proptest::prelude::*;
 
     const NEW: Verdict = Verdict::New { missing: 0 };
@@ -165,14 +167,14 @@ mod tests {
         let mut follower = Follower::new(Since::Now);
         assert_eq!(follower.live(id(1, 1)), NEW);
         assert_eq!(follower.live(id(1, 4)), Verdict::Early);
-        assert_eq!(follower.ask(), Some(Some(id(1, 1))));
+        assert_eq!(follower.ask(), Some(vec![id(1, 1)]));
         assert_eq!(follower.ask(), None, "an answer is on its way");
         assert_eq!(follower.live(id(1, 5)), Verdict::Early);
         for seq in 2..5 {
             assert_eq!(follower.answer(id(1, seq)), NEW);
         }
         assert!(follower.answered(), "number 5 came meanwhile");
-        assert_eq!(follower.ask(), Some(Some(id(1, 4))));
+        assert_eq!(follower.ask(), Some(vec![id(1, 4)]));
         assert_eq!(follower.answer(id(1, 5)), NEW);
         assert!(!follower.answered());
         assert_eq!(follower.live(id(1, 6)), NEW);
@@ -183,23 +185,45 @@ mod tests {
         let mut follower = Follower::new(Since::Now);
         assert_eq!(follower.live(id(1, 1)), NEW);
         assert!(follower.head(id(1, 3)));
-        assert_eq!(follower.ask(), Some(Some(id(1, 1))));
+        assert_eq!(follower.ask(), Some(vec![id(1, 1)]));
     }
 
     #[test]
     fn another_run_is_asked_for_from_its_beginning() {
         let mut follower = Follower::new(Since::Start);
         assert!(follower.head(id(1, 0)), "earlier runs may have left something");
-        assert_eq!(follower.ask(), Some(None));
+        assert_eq!(follower.ask(), Some(vec![]));
         assert_eq!(follower.answer(id(1, 7)), NEW, "what made room before is not missed");
         assert!(!follower.answered());
         assert!(!follower.head(id(2, 0)), "a run without events");
         assert_eq!(follower.live(id(2, 1)), Verdict::Early, "run 1 may have ended later");
-        assert_eq!(follower.ask(), Some(Some(id(1, 7))));
+        assert_eq!(follower.ask(), Some(vec![id(1, 7)]));
         assert_eq!(follower.answer(id(1, 8)), NEW);
         assert_eq!(follower.answer(id(2, 3)), Verdict::New { missing: 2 });
         assert_eq!(follower.answer(id(1, 8)), Verdict::Known);
         assert_eq!(follower.answer(id(2, 6)), Verdict::New { missing: 2 });
+    }
+
+    /// The gripper's computer has lost power, and with it the run that had just begun; before that there were more runs than a receiver remembers.
+    #[test]
+    fn a_run_that_a_crash_has_cost_brings_nothing_again() {
+        let mut follower = Follower::new(Since::Start);
+        let mut log = EventLog::new(100, 1 << 20);
+        for run in 1..=99 {
+            assert_eq!(follower.live(id(run, 1)), Verdict::Early);
+            assert!(follower.ask().is_some());
+            assert_eq!(follower.answer(id(run, 1)), NEW);
+            assert!(!follower.answered());
+            if run < 99 {
+                log.restore(Logged { id: id(run, 1), wire: Vec::new() });
+            }
+        }
+        let next = log.append(Vec::new());
+        assert_eq!(follower.live(next), Verdict::Early);
+        let named = follower.ask().unwrap();
+        let answer = log.from(log.place(&named, Since::Start)).map(|event| event.id);
+        assert_eq!(answer.collect::<Vec<_>>(), [next]);
+        assert_eq!(follower.answer(next), NEW);
     }
 
     #[test]
@@ -207,10 +231,10 @@ mod tests {
         let mut follower = Follower::new(Since::Now);
         assert_eq!(follower.live(id(1, 1)), NEW);
         assert_eq!(follower.live(id(1, 3)), Verdict::Early);
-        assert_eq!(follower.ask(), Some(Some(id(1, 1))));
+        assert_eq!(follower.ask(), Some(vec![id(1, 1)]));
         assert_eq!(follower.ask(), None);
         follower.abandon();
-        assert_eq!(follower.ask(), Some(Some(id(1, 1))));
+        assert_eq!(follower.ask(), Some(vec![id(1, 1)]));
     }
 
     #[test]
@@ -222,7 +246,7 @@ mod tests {
         log.skip(4);
         let next = log.append(vec![0]);
         assert_eq!(follower.live(next), Verdict::Early);
-        assert_eq!(follower.ask(), Some(Some(first)));
+        assert_eq!(follower.ask(), Some(vec![first]));
         assert_eq!(follower.answer(next), Verdict::New { missing: 4 });
     }
 
@@ -234,6 +258,8 @@ mod tests {
         Twice,
         /// The daemon starts again before it.
         Restart,
+        /// The computer too, and has lost the run that had just begun.
+        Crash,
         /// The number of the last event is told.
         Told,
     }
@@ -244,6 +270,7 @@ mod tests {
             3 => Just(Fate::Lost),
             1 => Just(Fate::Twice),
             1 => Just(Fate::Restart),
+            1 => Just(Fate::Crash),
             2 => Just(Fate::Told),
         ]
     }
@@ -276,7 +303,7 @@ mod tests {
                 let take = if whole { usize::MAX } else { 1 };
                 let answer: Vec<EventId> = self
                     .log
-                    .from(self.log.place(after, Since::Start))
+                    .from(self.log.place(&after, Since::Start))
                     .map(|event| event.id)
                     .take(take)
                     .collect();
@@ -290,12 +317,24 @@ mod tests {
             }
         }
 
+        fn restart(&mut self, keeps: impl Fn(u32) -> bool) {
+            let mut next = EventLog::new(self.log.head().run + 1, 1 << 20);
+            let kept = self.log.from(0).filter(|event| keeps(event.id.run));
+            kept.for_each(|event| next.restore(event.clone()));
+            self.log = next;
+        }
+
         fn send(&mut self, fate: Fate) {
             match fate {
-                Fate::Restart => {
-                    let mut next = EventLog::new(self.log.head().run + 1, 1 << 20);
-                    self.log.from(0).for_each(|event| next.restore(event.clone()));
-                    self.log = next;
+                Fate::Restart => self.restart(|_| true),
+                Fate::Crash => {
+                    self.restart(|_| true);
+                    self.send(Fate::Arrives);
+                    let lost = self.log.head().run;
+                    self.restart(|run| run != lost);
+                    // What nobody has heard by then is gone.
+                    let Self { sent, got, .. } = self;
+                    sent.retain(|id| id.run != lost || got.contains(id));
                 }
                 Fate::Told => {
                     if self.follower.head(self.log.head()) {

@@ -148,6 +148,12 @@ pub struct Selector {
     pub uid: Option<Uid>,
 }
 
+impl From<Member> for Selector {
+    fn from(Member { site, uid }: Member) -> Self {
+        Self { site: Some(site), uid: Some(uid) }
+    }
+}
+
 impl Selector {
     /// The names of a part of all of them.
     #[must_use]

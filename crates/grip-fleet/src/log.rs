@@ -72,24 +72,30 @@ impl EventLog {
         self.last = self.last.saturating_add(count);
     }
 
-    /// The place behind an event, also where that one has made room. Of a run that this log does not know, nothing is: then the beginning
-    /// of all, or of this run where only what is new is wanted. Without an event, the beginning of all.
+    /// The place behind an event: the first of those named of whose run this log knows, also where it has made room itself. Where it knows of none
+    /// of them, the beginning of all, or of this run where only what is new is wanted. Without an event, the beginning of all.
     #[must_use]
-    pub fn place(&self, after: Option<EventId>, since: Since) -> u64 {
-        let Some(after) = after else { return self.dropped };
-        let of_run = |event: &Logged| event.id.run == after.run;
-        let begins = |run: u32| self.events.iter().position(|event| event.id.run == run);
-        let told = |event: &Logged| of_run(event) && event.id.seq <= after.seq;
-        let index = if let Some(last) = self.events.iter().rposition(told) {
-            last + 1
-        } else if let Some(first) = begins(after.run) {
-            first
-        } else if after.run == self.run || since == Since::Now {
-            begins(self.run).unwrap_or(self.events.len())
-        } else {
-            0
+    pub fn place(&self, after: &[EventId], since: Since) -> u64 {
+        let index = match after.iter().find_map(|after| self.behind(*after)) {
+            Some(index) => index,
+            None if since == Since::Now && !after.is_empty() => {
+                self.begins(self.run).unwrap_or(self.events.len())
+            }
+            None => 0,
         };
         self.dropped + index as u64
+    }
+
+    /// Behind an event, also where that one has made room; none where nothing is known of its run.
+    fn behind(&self, after: EventId) -> Option<usize> {
+        let told = |event: &Logged| event.id.run == after.run && event.id.seq <= after.seq;
+        let last = self.events.iter().rposition(told).map(|last| last + 1);
+        let empty = (after.run == self.run).then_some(self.events.len());
+        last.or_else(|| self.begins(after.run)).or(empty)
+    }
+
+    fn begins(&self, run: u32) -> Option<usize> {
+        self.events.iter().position(|event| event.id.run == run)
     }
 
     /// Events from a place on, oldest first, as far as they have not made room.
@@ -134,15 +140,15 @@ mod tests {
         events.map(|event| event.id.seq).collect()
     }
 
-    fn after(log: &EventLog, after: Option<EventId>) -> Vec<u64> {
+    fn after(log: &EventLog, after: &[EventId]) -> Vec<u64> {
         seqs(log.from(log.place(after, Since::Start)))
     }
 
     #[test]
     fn everything_behind_an_event_is_told_in_order() {
         let log = log(5, 6, 1000);
-        let behind = |seq| after(&log, Some(EventId { run: 5, seq }));
-        assert_eq!(after(&log, None), [1, 2, 3, 4, 5, 6]);
+        let behind = |seq| after(&log, &[EventId { run: 5, seq }]);
+        assert_eq!(after(&log, &[]), [1, 2, 3, 4, 5, 6]);
         assert_eq!(behind(0), [1, 2, 3, 4, 5, 6]);
         assert_eq!(behind(4), [5, 6]);
         assert!(behind(6).is_empty());
@@ -154,7 +160,7 @@ mod tests {
     fn the_oldest_make_room() {
         let log = log(5, 10, 4 * 20);
         assert_eq!((log.len(), log.dropped(), log.head().seq), (4, 6, 10));
-        assert_eq!(after(&log, Some(EventId { run: 5, seq: 2 })), [7, 8, 9, 10]);
+        assert_eq!(after(&log, &[EventId { run: 5, seq: 2 }]), [7, 8, 9, 10]);
         // Who has a place goes on from there, whatever has made room since.
         assert_eq!(
             (seqs(log.from(1)), seqs(log.from(8)), log.dropped()),
@@ -173,14 +179,16 @@ mod tests {
         both.append(vec![1]);
         both.append(vec![2]);
         assert_eq!(both.head(), EventId { run: 1, seq: 2 });
-        assert_eq!(after(&both, Some(EventId { run: 9, seq: 2 })), [3, 1, 2]);
-        assert_eq!(after(&both, Some(EventId { run: 9, seq: 7 })), [1, 2]);
-        assert_eq!(after(&both, Some(EventId { run: 4, seq: 7 })), [1, 2, 3, 1, 2]);
+        assert_eq!(after(&both, &[EventId { run: 9, seq: 2 }]), [3, 1, 2]);
+        assert_eq!(after(&both, &[EventId { run: 9, seq: 7 }]), [1, 2]);
+        let unknown = EventId { run: 4, seq: 7 };
+        assert_eq!(after(&both, &[unknown]), [1, 2, 3, 1, 2]);
+        // A run that only the receiver knows of: the one that it heard before counts.
+        assert_eq!(after(&both, &[unknown, EventId { run: 9, seq: 2 }]), [3, 1, 2]);
         // Who wants what is new is told nothing of runs that were over before.
-        let unknown = Some(EventId { run: 4, seq: 7 });
-        assert_eq!(seqs(both.from(both.place(unknown, Since::Now))), [1, 2]);
+        assert_eq!(seqs(both.from(both.place(&[unknown], Since::Now))), [1, 2]);
         let empty = log(4, 0, 1000);
-        assert!(after(&empty, Some(EventId { run: 4, seq: 0 })).is_empty());
+        assert!(after(&empty, &[EventId { run: 4, seq: 0 }]).is_empty());
     }
 
     #[test]
@@ -188,6 +196,6 @@ mod tests {
         let mut log = log(5, 2, 1000);
         log.skip(3);
         assert_eq!(log.append(vec![0]), EventId { run: 5, seq: 6 });
-        assert_eq!(after(&log, Some(EventId { run: 5, seq: 2 })), [6]);
+        assert_eq!(after(&log, &[EventId { run: 5, seq: 2 }]), [6]);
     }
 }

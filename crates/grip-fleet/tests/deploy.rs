@@ -96,7 +96,10 @@ impl Hand {
         self.total.slips += result.slips;
         self.total.faults += u64::from(result.dropped);
         let Self { models, estimator, total, had, member, .. } = self;
-        models.count(*total, &mut |model, _| put(model, estimator, (had, member)));
+        models.count(*total, &mut |model, _| {
+            put(model, estimator, (had, member));
+            Ok(*total)
+        });
     }
 
     fn answer(&mut self) {
@@ -109,22 +112,21 @@ impl Hand {
 
     fn obey(&mut self, question: &Question) {
         let order = Order::read(|name| question.parameter(name), question.payload()).unwrap();
-        let Self { models, estimator, had, member, .. } = self;
-        match models.obey(order, &mut |model, _| put(model, estimator, (had, member))) {
+        let Self { models, estimator, had, member, total, .. } = self;
+        let obeyed = models.obey(order, &mut |model, _| {
+            put(model, estimator, (had, member));
+            Ok(*total)
+        });
+        match obeyed {
             Ok(standing) => question.reply(&serde_json::to_vec(&standing).unwrap()).unwrap(),
             Err(fault) => question.refuse(&fault.to_string()).unwrap(),
         }
     }
 }
 
-fn put(
-    model: &Examined,
-    estimator: &mut HostEstimator,
-    (had, member): (&Had, &Member),
-) -> Result<(), String> {
+fn put(model: &Examined, estimator: &mut HostEstimator, (had, member): (&Had, &Member)) {
     *estimator = model.estimator.clone();
     had.lock().unwrap().insert((member.clone(), model.id.sha256.clone()));
-    Ok(())
 }
 
 /// The default model with another range of its target: all of its forces are `share` of what they were.
@@ -147,7 +149,7 @@ fn roll_out(session: &Session, text: &str) -> (Deployer, BTreeSet<usize>, Vec<Ha
     let mut deployer = Deployer::new(session.clone(), config, file, members, PATIENCE);
     let (mut stages, mut told) = (BTreeSet::new(), Vec::new());
     for now in 0..100_000 {
-        told.extend(deployer.turn(100_000 * now));
+        told.extend(deployer.turn(&|| 100_000 * now));
         match deployer.progress() {
             Progress::Stage(stage) => stages.insert(stage),
             Progress::Checking | Progress::Stopped(1..) => true,

@@ -349,26 +349,28 @@ fn a_receiver_that_comes_late_and_does_not_look_for_a_while_gets_everything_once
     assert_eq!(receivers[0].ids.len(), 70 * 3 + 6000);
 }
 
-/// A run that was kept in memory only, between two that were kept on disk: its last event is known to nobody, and more than a page of what is asked
-/// for then was told before.
+/// More runs that were kept in memory only than a receiver names, between two that were kept on disk: the log knows none of those named, and more than a
+/// page of what it tells then was told before.
 #[test]
-fn a_log_that_has_forgotten_a_run_is_read_past_what_is_known() {
+fn a_log_that_has_forgotten_many_runs_is_read_past_what_is_known() {
     let (folder, port) = (tempfile::tempdir().unwrap(), port());
     let network = network(folder.path(), port);
     let _router = router(port);
     let mut receivers = [Receiver::new(&network, Since::Start)];
     let mut sent = 0;
-    for (run, count) in [(10, 700), (11, 3), (12, 2)] {
+    let forgotten = 11..20;
+    for run in 10..=20 {
+        let count = if run == 10 { 700 } else { 2 };
         let mut daemons = [Daemon::start(folder.path(), &network, 4, run)];
         daemons[0].sent = sent;
-        if run == 11 {
+        if forgotten.contains(&run) {
             daemons[0].spool = Spool::in_memory(run, ROOM);
         }
         (0..count).for_each(|_| daemons[0].tell());
         settle(&mut daemons, &mut receivers);
         sent = daemons[0].sent;
     }
-    assert_eq!((sent, receivers[0].ids.len()), (705, 705));
+    assert_eq!((sent, receivers[0].ids.len()), (720, 720));
 }
 
 #[test]
@@ -391,6 +393,52 @@ fn who_is_there_is_listed_with_what_it_says_of_itself() {
     for (member, listed) in &listed {
         assert_eq!(listed.gripper.unwrap().uid, member.uid.0);
         assert!(listed.health.is_some());
+    }
+}
+
+/// More than fit into Zenoh's own queue of answers (256).
+#[test]
+fn three_hundred_are_listed_with_what_they_say() {
+    let (folder, port) = (tempfile::tempdir().unwrap(), port());
+    let network = network(folder.path(), port);
+    let _router = router(port);
+    let (asking, plant) = (network.open().unwrap(), network.open().unwrap());
+    let members = (0..300_u16).map(|number| {
+        let mut uid = Uid([0; 16]);
+        uid.0[..2].copy_from_slice(&number.to_le_bytes());
+        Member { site: site(), uid }
+    });
+    let mut hands: Vec<_> = members
+        .map(|member| (Announced::new(&plant, &member, &[Part::About]).unwrap(), member))
+        .collect();
+    let listing = thread::spawn(move || list(&asking, &Selector::default()).unwrap());
+    let log = EventLog::new(1, ROOM);
+    let about = br#"{"program":"gripd 1"}"#;
+    let mut told = 0;
+    for _ in 0..MOST {
+        for (number, (announced, member)) in hands.iter_mut().enumerate() {
+            // The last one is slow to say anything: what the others say must not stop its words.
+            if number == 299 && told < 299 {
+                continue;
+            }
+            let ident = Ident { uid: member.uid.0, boot_id: 7, ..Ident::NONE };
+            let ident = wire(Kind::GRIPPER, |out| ident.write(out).unwrap());
+            announced.answer(&|use_it| use_it(&log), &[&ident], "");
+            while let Some(question) = announced.question() {
+                question.reply(about).unwrap();
+                told += 1;
+            }
+        }
+        if listing.is_finished() {
+            break;
+        }
+        thread::park_timeout(STEP);
+    }
+    let listed = listing.join().unwrap();
+    assert_eq!(listed.len(), 300);
+    for (member, listed) in &listed {
+        assert!(listed.about.is_some(), "{member}");
+        assert_eq!(listed.gripper.map(|ident| ident.uid), Some(member.uid.0), "{member}");
     }
 }
 

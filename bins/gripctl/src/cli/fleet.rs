@@ -18,7 +18,7 @@ pub(crate) enum FleetCommand {
     List(ListArgs),
     /// Show slips and news of all grippers as they come, each once.
     ///
-    /// Without --all, of each gripper what happens after it was first heard of; what it told to nobody before comes with --all.
+    /// Without --all, what happens from the first message of each gripper on; what was kept from before, also from an outage, needs --all.
     ///
     /// Exit codes: 0 done, 1 failed, 2 wrong arguments, 3 events are missing.
     Events(EventsArgs),

@@ -11,7 +11,7 @@ pub(crate) struct FoxgloveArgs {
     /// Where Foxglove connects, as ws://IP:PORT; port 0 takes a free one.
     #[arg(long, value_name = "IP:PORT", default_value = "127.0.0.1:8765")]
     pub(crate) listen: SocketAddr,
-    /// Show every so manieth sample; 1 for all of them, which apps may be too slow for.
+    /// Show every n-th sample; 1 for all of them, which apps may be too slow for.
     #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u16).range(1..))]
     pub(crate) every: u16,
     /// Let other computers connect: nothing is encrypted, and nobody is asked who he is.

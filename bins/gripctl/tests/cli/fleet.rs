@@ -206,12 +206,12 @@ fn try_models(endpoint: &str, folder: &Path, often: u64, (end, there): (&AtomicB
         slips += if is_own { 0.2 } else { 0.2 * f64::from(u32::try_from(often).unwrap()) };
         let new = (total.seconds - 100.0, slips);
         total = Counts { seconds: 100.2 + new.0, slips: 100 + whole(new.1), faults: 0 };
-        models.count(total, &mut |_, _| Ok(()));
+        models.count(total, &mut |_, _| Ok(total));
         let log = EventLog::new(1, 1 << 16);
         announced.answer(&|use_it| use_it(&log), &[[0; 0]; 0], "");
         while let Some(question) = announced.question() {
             let order = Order::read(|name| question.parameter(name), question.payload()).unwrap();
-            match models.obey(order, &mut |_, _| Ok(())) {
+            match models.obey(order, &mut |_, _| Ok(total)) {
                 Ok(standing) => question.reply(&serde_json::to_vec(&standing).unwrap()).unwrap(),
                 Err(fault) => question.refuse(&fault.to_string()).unwrap(),
             }

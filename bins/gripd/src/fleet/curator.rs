@@ -37,9 +37,11 @@ pub(crate) struct Wanted {
 #[derive(Debug)]
 pub(crate) struct Desk {
     wanted: Receiver<Wanted>,
-    swapped: Sender<Result<(), String>>,
+    swapped: Sender<Result<Counts, String>>,
     reloaded: Sender<Examined>,
     counts: Arc<Mutex<Counts>>,
+    /// A model is in force since the counters that were taken last.
+    fresh: bool,
     /// Samples with an object, and slips, of the last counters.
     last: (u64, u64),
     bursts: Bursts,
@@ -51,10 +53,14 @@ impl Desk {
         self.wanted.try_recv().ok()
     }
 
-    /// What became of it.
-    pub(crate) fn swapped(&self, outcome: Result<(), String>) {
-        // A thread that is gone waits for nothing.
-        let _gone = self.swapped.send(outcome);
+    /// What became of it. Of one that is in force the thread learns with the next counters: what came before, while it waited for its turn, is none of
+    /// its faults.
+    pub(crate) fn swapped(&mut self, outcome: Result<(), String>) {
+        match outcome {
+            Ok(()) => self.fresh = true,
+            // A thread that is gone waits for nothing.
+            Err(reason) => drop(self.swapped.send(Err(reason))),
+        }
     }
 
     /// Other settings are in force, with that model in the configuration.
@@ -75,6 +81,9 @@ impl Desk {
         }
         counts.slips += self.bursts.take(counts.seconds, now.1.saturating_sub(slips));
         counts.faults = faults;
+        if core::mem::take(&mut self.fresh) {
+            drop(self.swapped.send(Ok(*counts)));
+        }
     }
 }
 
@@ -85,7 +94,7 @@ pub(super) struct Curator {
     asked: Receiver<Asked>,
     answered: Sender<Answered>,
     wanted: Sender<Wanted>,
-    swapped: Receiver<Result<(), String>>,
+    swapped: Receiver<Result<Counts, String>>,
     reloaded: Receiver<Examined>,
     counts: Arc<Mutex<Counts>>,
 }
@@ -144,6 +153,7 @@ impl Curator {
             swapped: swapped_in,
             reloaded: reloaded_in,
             counts: Arc::clone(&counts),
+            fresh: false,
             last: (0, 0),
             bursts: Bursts::default(),
         };
@@ -191,10 +201,10 @@ impl Curator {
 /// Puts a model in force; waits for the border of a frame, for two seconds for one at which nothing slips.
 fn swap(
     wanted: &Sender<Wanted>,
-    swapped: &Receiver<Result<(), String>>,
+    swapped: &Receiver<Result<Counts, String>>,
     model: &Examined,
     deployed: bool,
-) -> Result<(), String> {
+) -> Result<Counts, String> {
     let ending = |_| "gripd is ending".to_owned();
     wanted.send(Wanted { model: model.clone(), deployed }).map_err(|_| ending(()))?;
     swapped.recv().map_err(|_| ending(()))?

@@ -234,7 +234,7 @@ fn a_table_without_news_asks_for_no_further_frame() {
     assert_eq!(output.repaint_delay, Duration::MAX);
 }
 
-/// The view of one gripper that tells every so manieth sample, and where it leads.
+/// The view of one gripper that tells every n-th sample, and where it leads.
 fn view(every_nth: u16, mut model: Model) -> Harness<'static, (Scope, Vec<Lead>)> {
     let (name, place) = ("hall-1/5a".to_owned(), "tcp/127.0.0.1:7447".to_owned());
     let (may_command, dry_run, records) = (false, false, false);

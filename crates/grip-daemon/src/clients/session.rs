@@ -220,7 +220,7 @@ impl ClientSession {
         self.subscription.is_some_and(|wanted| wanted.topics.has(topic))
     }
 
-    /// Every how manieth sample it wants; `None` for no samples.
+    /// It wants every n-th sample; `None` for no samples.
     #[must_use]
     pub fn every_nth(&self) -> Option<u16> {
         self.subscription.map(|wanted| wanted.every_nth).filter(|n| *n > 0)

@@ -146,9 +146,9 @@ impl Deployment {
         self.end(How::Failed);
     }
 
-    /// The model that is wanted is in force since now. One that was given up for a trial goes on where its counts were.
-    pub fn swapped(&mut self) {
-        self.since = self.total;
+    /// The model that is wanted is in force since these counts of this run. One that was given up for a trial goes on where its counts were.
+    pub fn swapped(&mut self, total: Counts) {
+        (self.total, self.since) = (total, total);
         self.earlier = core::mem::take(&mut self.resumed);
     }
 

@@ -8,8 +8,8 @@ use crate::rollout::Counts;
 use grip_host::exit::message;
 use std::path::Path;
 
-/// Puts a model in force and waits until it is; whether it came over the network.
-pub type Swap<'a> = dyn FnMut(&Examined, bool) -> Result<(), String> + 'a;
+/// Puts a model in force and waits until it is; whether it came over the network. All counts of this run since then.
+pub type Swap<'a> = dyn FnMut(&Examined, bool) -> Result<Counts, String> + 'a;
 
 /// Something that a person should know.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -142,13 +142,16 @@ impl Models {
             .map_err(OrderFault::Shelf)
             .and_then(|()| swap(model, true).map_err(OrderFault::Swap));
         match begun {
-            Ok(()) => self.deployment.swapped(),
-            Err(_) => {
+            Ok(total) => {
+                self.deployment.swapped(total);
+                Ok(())
+            }
+            Err(fault) => {
                 self.deployment.failed();
                 self.note();
+                Err(fault)
             }
         }
-        begun
     }
 
     fn follow(&mut self, step: &Step, swap: &mut Swap<'_>) {
@@ -168,9 +171,9 @@ impl Models {
         };
         let swapped = model.and_then(|model| swap(&model, lasting.is_some()));
         match swapped {
-            Ok(()) => {
+            Ok(total) => {
                 self.due = false;
-                self.deployment.swapped();
+                self.deployment.swapped(total);
                 let text = format!("{} is in force", self.deployment.standing().in_force);
                 self.tell(text);
             }
@@ -242,16 +245,20 @@ mod tests {
         let other = format!("{} ", default_text());
         let third = format!("{}  ", default_text());
         let mut in_force = Vec::new();
+        let mut totals = [counts(100.0, 11), counts(161.0, 16), Counts::default()].into_iter();
+        let mut swap = |model: &Examined, own: bool| {
+            in_force.push((model.id.name.clone(), own));
+            Ok(totals.next().unwrap())
+        };
         {
             let (mut models, none) = open(folder.path());
             assert_eq!(none, None);
-            let swap = &mut |model: &Examined, own: bool| {
-                in_force.push((model.id.name.clone(), own));
-                Ok(())
-            };
+            let swap = &mut swap;
             models.count(counts(100.0, 10), swap);
             models.obey(take("a", &other), swap).unwrap();
             models.count(counts(161.0, 16), swap);
+            // The slip that was noticed while the model waited for its turn is not the model's.
+            assert_eq!(models.standing().counted, counts(61.0, 5));
             assert_eq!(models.standing().last.unwrap().how, How::Accepted);
             models.obey(take("b", &third), swap).unwrap();
             assert!(models.standing().trial.is_some());
@@ -260,12 +267,8 @@ mod tests {
         assert_eq!(accepted.as_deref(), Some("a"));
         assert_eq!(models.standing().last.unwrap().how, How::Restarted);
         assert!(matches!(&models.news()[..], [News::Done(text)] if text.contains("started again")));
-        let swap = &mut |model: &Examined, own: bool| {
-            in_force.push((model.id.name.clone(), own));
-            Ok(())
-        };
         let sha256 = digest(other.as_bytes());
-        models.obey(Order::Back { sha256 }, swap).unwrap();
+        models.obey(Order::Back { sha256 }, &mut swap).unwrap();
         let [a, b, file] = ["a", "b", "file"].map(str::to_owned);
         assert_eq!(in_force, [(a, true), (b, true), (file, false)]);
         drop(models);
@@ -278,7 +281,7 @@ mod tests {
         let (mut models, _) = open(folder.path());
         let other = format!("{} ", default_text());
         let no = &mut |_: &Examined, _| Err("no".to_owned());
-        let yes = &mut |_: &Examined, _| Ok(());
+        let yes = &mut |_: &Examined, _| Ok(counts(100.0, 10));
         models.count(counts(100.0, 10), yes);
         let told = models.obey(take("a", &other), no).unwrap_err().to_string();
         assert_eq!(told, "the model cannot be put in force: no");

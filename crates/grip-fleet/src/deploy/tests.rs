@@ -20,7 +20,7 @@ fn on_trial(lasting: Lasting, name: &str) -> Deployment {
     assert_eq!(deployment.count(counts(120.0, 12)), Step::Stay);
     let taken = deployment.take(model(name), JUDGE);
     assert_eq!(taken, Ok(Step::Swap(Some(model(name)))));
-    deployment.swapped();
+    deployment.swapped(counts(120.0, 12));
     deployment
 }
 
@@ -57,7 +57,7 @@ fn a_model_that_is_worse_goes_by_itself() {
     ] {
         let mut deployment = on_trial(Lasting::default(), "a");
         assert_eq!(deployment.count(now), Step::Swap(None));
-        deployment.swapped();
+        deployment.swapped(now);
         let standing = deployment.standing();
         assert_eq!((standing.in_force, standing.before), (model("file"), None));
         assert_eq!(standing.counted, counts(120.0, 12), "it goes on where it was");
@@ -86,7 +86,7 @@ fn a_daemon_that_starts_again_during_the_trial_has_the_model_of_before() {
 fn an_order_to_give_back_ends_the_trial() {
     let mut deployment = on_trial(Lasting::default(), "a");
     assert_eq!(deployment.back(&model("a").sha256), Step::Swap(None));
-    deployment.swapped();
+    deployment.swapped(counts(120.0, 12));
     assert_eq!(last(&deployment), Some(("a".to_owned(), How::Told)));
     assert_eq!(deployment.count(counts(130.0, 100)), Step::Stay, "no trial");
 }
@@ -95,7 +95,7 @@ fn an_order_to_give_back_ends_the_trial() {
 fn other_settings_during_the_trial_end_it() {
     let mut deployment = on_trial(Lasting::default(), "a");
     assert_eq!(deployment.reloaded(model("file 2")), Step::Swap(None));
-    deployment.swapped();
+    deployment.swapped(counts(120.0, 12));
     assert_eq!(deployment.standing().in_force, model("file 2"));
     assert_eq!(last(&deployment), Some(("a".to_owned(), How::Reloaded)));
     // Outside of a trial they only begin the counts anew.

@@ -98,7 +98,7 @@ impl Wanted {
         self.0[topic.index()]
     }
 
-    /// What the daemon is asked for, and every how manieth sample (at least 1): samples, states and slips only while somebody looks. Figures
+    /// What the daemon is asked for, and every n-th sample (n at least 1): samples, states and slips only while somebody looks. Figures
     /// and news come always: they are rare, tell that the daemon lives, and place samples in time.
     #[must_use]
     pub fn subscribe(self, every_nth: u16) -> Subscribe {

@@ -22,6 +22,8 @@ use zenoh::{
 
 /// Questions that may wait; more are not answered, and asked again.
 const MOST_QUESTIONS: usize = 64;
+/// Events that a question may name.
+const MOST_NAMED: usize = 16;
 /// Events of an answer between two looks at everything else.
 const SLICE: usize = 64;
 
@@ -150,12 +152,13 @@ impl Announced {
     /// The next events of an answer; it comes to the end of the queue where it is not complete.
     fn go_on(&mut self, mut open: Open, lend: &Lend<'_>) {
         let parameters = open.query.parameters();
-        let after = parameters.get("after").and_then(|id| id.parse().ok());
+        let after = parameters.get("after").unwrap_or_default().split(',').take(MOST_NAMED);
+        let after: Vec<EventId> = after.filter_map(|id| id.parse().ok()).collect();
         let since = if parameters.get("since") == Some("now") { Since::Now } else { Since::Start };
         let mut events: Vec<Logged> = Vec::new();
         let slice = SLICE.min(open.left);
         lend(&mut |log| {
-            let place = open.place.unwrap_or_else(|| log.place(after, since)).max(log.dropped());
+            let place = open.place.unwrap_or_else(|| log.place(&after, since)).max(log.dropped());
             events = log.from(place).take(slice).cloned().collect();
             open.place = Some(place + events.len() as u64);
         });

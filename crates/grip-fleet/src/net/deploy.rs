@@ -1,6 +1,6 @@
-//! A session, a model and a time in; who has taken the model, how it does there and who gives it back out: [`Rollout`] over a network.
+//! A session, a model and a clock in; who has taken the model, how it does there and who gives it back out: [`Rollout`] over a network.
 //!
-//! Nothing here reads a clock. Many grippers are asked at once; one that does not answer is asked again with the next turn, since each order
+//! Nothing here reads a clock of its own. Many grippers are asked at once; one that does not answer is asked again with the next turn, since each order
 //! may come twice.
 
 use super::{Ask, NetError, ask};
@@ -38,8 +38,8 @@ pub enum Happening {
     Stage(usize),
     /// A gripper has said something about the model.
     Told(Member, Report),
-    /// A gripper did not answer; it is asked again.
-    Silent(Member),
+    /// A gripper did not answer, or said why it cannot; it is asked again.
+    Silent(Member, Option<String>),
 }
 
 impl Deployer {
@@ -59,11 +59,11 @@ impl Deployer {
         Self { session, offer, rollout, checking, taking, returning, unsure, patience }
     }
 
-    /// Gives orders, asks how it goes and tells what was heard.
-    pub fn turn(&mut self, now_us: u64) -> Vec<Happening> {
+    /// Gives orders, asks how it goes and tells what was heard. The clock is read when an answer has come, or patience has ended.
+    pub fn turn(&mut self, now_us: &dyn Fn() -> u64) -> Vec<Happening> {
         let mut happenings = Vec::new();
         let before = self.rollout.stage();
-        let steps = self.rollout.step(now_us);
+        let steps = self.rollout.step(now_us());
         if self.rollout.stage() != before {
             happenings.push(Happening::Stage(self.rollout.stage()));
         }
@@ -90,7 +90,7 @@ impl Deployer {
         orders.extend(open.map(|who| (who.clone(), Order::Tell)));
         for some in orders.chunks(AT_ONCE) {
             for (member, order, answer) in self.ask(some) {
-                happenings.extend(self.hear(member, &order, answer, now_us));
+                happenings.push(self.hear(member, &order, answer, now_us()));
             }
         }
         happenings
@@ -128,9 +128,10 @@ impl Deployer {
                     scope.spawn(move || standing(session, member, order, *patience))
                 })
                 .collect();
-            let answers = asking.into_iter().zip(orders).filter_map(|(asking, (member, order))| {
+            let answers = asking.into_iter().zip(orders).map(|(asking, (member, order))| {
                 // A thread that panicked has no answer.
-                Some((member.clone(), order.clone(), asking.join().ok()?))
+                let silent = || Err(NetError::Silent { member: member.to_string() });
+                (member.clone(), order.clone(), asking.join().unwrap_or_else(|_| silent()))
             });
             answers.collect()
         })
@@ -142,17 +143,24 @@ impl Deployer {
         order: &Order,
         answer: Result<Standing, NetError>,
         now_us: u64,
-    ) -> Option<Happening> {
+    ) -> Happening {
+        let silent = matches!(answer, Err(NetError::Silent { .. } | NetError::Refused { .. }));
         let report = match (order, answer) {
-            (order, Err(NetError::Silent { .. } | NetError::Refused { .. })) => {
+            (Order::Check(_) | Order::Take(_), Err(error)) if !silent => {
+                Report::Refused(reason(&error))
+            }
+            // It is asked again: what cannot be given back now can be later.
+            (order, Err(error)) => {
                 if matches!(order, Order::Take(_)) {
                     self.unsure.insert(member.clone());
                 }
-                return Some(Happening::Silent(member));
+                let reason = match error {
+                    NetError::Silent { .. } => None,
+                    error => Some(reason(&error)),
+                };
+                self.rollout.miss(&member, reason.clone(), now_us);
+                return Happening::Silent(member, reason);
             }
-            (Order::Check(_) | Order::Take(_), Err(error)) => Report::Refused(reason(&error)),
-            // It is asked again: what cannot be given back now can be later.
-            (_, Err(_)) => return Some(Happening::Silent(member)),
             (Order::Check(_), Ok(standing)) => self.checked(&standing),
             (Order::Take(_), Ok(standing)) => self.taken(&member, &standing),
             (Order::Back { .. }, Ok(_)) => Report::Back,
@@ -165,7 +173,7 @@ impl Deployer {
             Order::Tell => false,
         };
         self.rollout.hear(&member, report.clone(), now_us);
-        Some(Happening::Told(member, report))
+        Happening::Told(member, report)
     }
 
     /// The answer of one that would take the model.
@@ -217,10 +225,14 @@ pub fn standing(
         parameters.iter().map(|(name, value)| (*name, value.as_str())).collect();
     let (part, parameters, payload) = (Part::Model, parameters.as_slice(), order.payload());
     let answer = ask(session, &Ask { member, part, parameters, payload, patience })?;
-    serde_json::from_slice(&answer.concat()).map_err(|error| NetError::Declined {
-        member: member.to_string(),
-        reason: format!("its answer cannot be read: {error}"),
-    })
+    let declined = |reason| NetError::Declined { member: member.to_string(), reason };
+    let standing: Standing = serde_json::from_slice(&answer.concat())
+        .map_err(|error| declined(format!("its answer cannot be read: {error}")))?;
+    let before = standing.trial.as_ref().map(|trial| trial.before);
+    match [Some(standing.counted), before].iter().flatten().find(|counts| !counts.is_sane()) {
+        Some(counts) => Err(declined(format!("it cannot have counted {counts}"))),
+        None => Ok(standing),
+    }
 }
 
 /// What a gripper said, without its name, which stands before it already.

@@ -7,7 +7,10 @@ use crate::{
     message::Message,
 };
 use grip_link::message::daemon::{Gripper, Health, State, ToClient};
-use std::collections::BTreeMap;
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    sync::mpsc::channel,
+};
 use zenoh::{
     Session, Wait as _,
     query::{ConsolidationMode, Reply},
@@ -62,30 +65,41 @@ pub fn ask_about(
     asked.callback(take).wait().map_err(refused(&key))
 }
 
-/// Everybody who is there, in the order of site and identity.
+/// Everybody who is there, in the order of site and identity; nobody is asked anything.
+///
+/// # Errors
+/// [`NetError::Refused`].
+pub fn members(session: &Session, selector: &Selector) -> Result<BTreeSet<Member>, NetError> {
+    let key = selector.key(Part::Alive);
+    let alive = session.liveliness().get(&key).timeout(PATIENCE).wait().map_err(refused(&key))?;
+    let alive = alive.iter().filter_map(|reply| reply.into_result().ok());
+    Ok(alive.filter_map(|sample| Some(Member::parse(sample.key_expr().as_str())?.0)).collect())
+}
+
+/// Everybody who is there, in the order of site and identity, and what each says of itself.
 ///
 /// # Errors
 /// [`NetError::Refused`].
 pub fn list(session: &Session, selector: &Selector) -> Result<BTreeMap<Member, Listed>, NetError> {
-    let mut listed = BTreeMap::new();
-    let key = selector.key(Part::Alive);
-    let alive = session.liveliness().get(&key).timeout(PATIENCE).wait().map_err(refused(&key))?;
-    for sample in alive.iter().filter_map(|reply| reply.into_result().ok()) {
-        if let Some((member, _)) = Member::parse(sample.key_expr().as_str()) {
-            listed.entry(member).or_insert_with(Listed::default);
-        }
+    let alive = members(session, selector)?.into_iter();
+    let mut listed: BTreeMap<_, _> = alive.map(|member| (member, Listed::default())).collect();
+    // Both questions at once: who does not answer costs the patience for one. Zenoh's own queue of answers is short, and a full one would hold back the
+    // answers to the other question.
+    let (sender, answers) = channel();
+    for part in [Part::Status, Part::About] {
+        let (key, sender) = (selector.key(part), sender.clone());
+        let take = move |reply: Reply| {
+            if let Ok(sample) = reply.into_result() {
+                // Whoever asked waits for the end of all answers.
+                let _gone = sender.send(sample);
+            }
+        };
+        let asked = session.get(&key).consolidation(ConsolidationMode::None).timeout(PATIENCE);
+        asked.callback(take).wait().map_err(refused(&key))?;
     }
-    // Both questions at once: who does not answer costs the patience for one.
-    let keys = [Part::Status, Part::About].map(|part| selector.key(part));
-    let ask = |key: &String| {
-        let asked = session.get(key).consolidation(ConsolidationMode::None).timeout(PATIENCE);
-        asked.wait().map_err(refused(key))
-    };
-    let answers = [ask(&keys[0])?, ask(&keys[1])?];
-    for reply in answers.iter().flatten() {
-        if let Ok(sample) = reply.into_result() {
-            answer(&mut listed, &sample);
-        }
+    drop(sender);
+    for sample in answers {
+        answer(&mut listed, &sample);
     }
     Ok(listed)
 }

@@ -14,7 +14,7 @@ mod watch;
 pub use announce::{Announced, Lend, Question};
 pub use ask::{Ask, ask};
 pub use deploy::{Deployer, Happening, standing};
-pub use list::{Listed, ask_about, list};
+pub use list::{Listed, ask_about, list, members};
 pub use ros::{RosAnnounced, RosTimes};
 pub use watch::{Told, Watch};
 

@@ -88,26 +88,24 @@ struct Watched {
     open: bool,
     /// It is to be asked when others have answered.
     due: bool,
-    /// Events that the answer may have, those that it had, and those of them that were new.
-    page: usize,
+    /// Events that the answer had, and the last of them.
     came: usize,
-    new: usize,
+    last: Option<EventId>,
+    /// The answer was full: the next one goes on behind this event, whether it was new or not.
+    turned: Option<EventId>,
 }
 
 impl Watched {
     fn new(since: Since) -> Self {
         let follower = Follower::new(since);
         let (alive, open, due) = (false, false, false);
-        Self { follower, alive, asked: 0, open, due, page: PAGE, came: 0, new: 0 }
+        Self { follower, alive, asked: 0, open, due, came: 0, last: None, turned: None }
     }
 
     /// The answer has ended; whether there is more to ask for.
     fn turn_page(&mut self) -> bool {
-        let again = self.follower.answered();
-        let full = self.came >= self.page;
-        // A log that does not know the last event heard answers from its beginning: what is known already must not fill every page.
-        self.page = if full && self.new == 0 { self.page.saturating_mul(4) } else { PAGE };
-        again || full
+        self.turned = self.last.filter(|_| self.came >= PAGE);
+        self.follower.answered() || self.turned.is_some()
     }
 }
 
@@ -236,16 +234,17 @@ impl Watch {
             }
             News::Answer(member, _, id, message) => {
                 let watched = self.watched(&member);
-                let verdict = watched.follower.answer(id);
                 watched.came += 1;
-                watched.new += usize::from(matches!(verdict, Verdict::New { .. }));
+                watched.last = Some(id);
+                let verdict = watched.follower.answer(id);
                 self.event(verdict, member, id, message)
             }
             News::Answered(member, _) => {
                 let again = self.watched(&member).turn_page();
                 self.close(&member);
                 if again {
-                    self.ask(&member)?;
+                    // Behind all who wait.
+                    self.wait(&member);
                 }
                 self.ask_next().map(|()| None)
             }
@@ -308,6 +307,13 @@ impl Watch {
         self.open -= usize::from(open);
     }
 
+    /// It is asked when all who wait already have been.
+    fn wait(&mut self, member: &Member) {
+        if !core::mem::replace(&mut self.watched(member).due, true) {
+            self.due.push_back(member.clone());
+        }
+    }
+
     /// Asks who has waited for that, as long as there is room.
     fn ask_next(&mut self) -> Result<(), NetError> {
         while self.open < QUESTIONS
@@ -322,18 +328,21 @@ impl Watch {
     /// Asks for what is missing, unless an answer is on its way; later, where enough others have been asked.
     fn ask(&mut self, member: &Member) -> Result<(), NetError> {
         if self.open >= QUESTIONS && !self.watched(member).open {
-            if !core::mem::replace(&mut self.watched(member).due, true) {
-                self.due.push_back(member.clone());
-            }
+            self.wait(member);
             return Ok(());
         }
         let Some(after) = self.watched(member).follower.ask() else { return Ok(()) };
         let key = member.key(Part::Topic(Topic::Events));
         let only_new = if self.since == Since::Now { ";since=now" } else { "" };
         let watched = self.watched(member);
-        let after = after.map_or_else(String::new, |id| format!(";after={id}{only_new}"));
-        let selector = format!("{key}?most={}{after}", watched.page);
-        (watched.came, watched.new) = (0, 0);
+        let after = watched.turned.take().into_iter().chain(after);
+        let after: Vec<String> = after.map(|id| id.to_string()).collect();
+        let after = match after.as_slice() {
+            [] => String::new(),
+            after => format!(";after={}{only_new}", after.join(",")),
+        };
+        let selector = format!("{key}?most={PAGE}{after}");
+        (watched.came, watched.last) = (0, None);
         watched.asked += 1;
         watched.open = true;
         let asked = watched.asked;

@@ -151,19 +151,25 @@ fn same<E: core::error::Error + 'static>(
     let here = File::open(file).map_err(unreadable)?;
     let count = recording.bytes.min(PIECE as u64);
     for from in [0, recording.bytes - count] {
-        let mut at = from;
-        for wire in ask(from, count).map_err(FetchError::Asked)? {
-            let damaged = || FetchError::Damaged { name: recording.name.clone(), at };
-            let piece = Piece::read(&wire).filter(|piece| piece.at == at).ok_or_else(damaged)?;
-            let mut bytes = vec![0; piece.bytes.len()];
-            here.read_exact_at(&mut bytes, at).map_err(unreadable)?;
-            if bytes != piece.bytes {
-                return Ok(false);
+        let (mut at, end) = (from, from + count);
+        while at < end {
+            let before = at;
+            let damaged = |at| FetchError::Damaged { name: recording.name.clone(), at };
+            for wire in ask(at, end - at).map_err(FetchError::Asked)? {
+                let fits = |piece: &Piece<'_>| {
+                    piece.at == at && piece.bytes.len() as u64 <= recording.bytes - at
+                };
+                let piece = Piece::read(&wire).filter(fits).ok_or_else(|| damaged(at))?;
+                let mut bytes = vec![0; piece.bytes.len()];
+                here.read_exact_at(&mut bytes, at).map_err(unreadable)?;
+                if bytes != piece.bytes {
+                    return Ok(false);
+                }
+                at += piece.bytes.len() as u64;
             }
-            at += piece.bytes.len() as u64;
-        }
-        if at != from + count {
-            return Err(FetchError::Damaged { name: recording.name.clone(), at });
+            if at == before {
+                return Err(damaged(at));
+            }
         }
     }
     Ok(true)
@@ -219,6 +225,24 @@ mod tests {
         assert_eq!(fs::read(folder.path().join("run.mcap")).unwrap(), content);
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1, "nothing else stays");
         assert_eq!(once(folder.path(), &content, 9).unwrap(), Fetched::There);
+    }
+
+    /// Somebody who gives less than is asked for, as over a slow line.
+    #[test]
+    fn short_answers_are_asked_for_until_all_is_there_and_compared() {
+        let folder = tempfile::tempdir().unwrap();
+        let content = content();
+        let told = told("run.mcap", content.len());
+        let mut asked = 0;
+        let mut ask = |from, bytes: u64| {
+            asked += 1;
+            give(&content, &mut u32::MAX.clone(), from, bytes.min(100_000))
+        };
+        let copied = Fetched::Copied { bytes: content.len() as u64, resumed: 0 };
+        assert_eq!(fetch(&told, folder.path(), &mut ask).unwrap(), copied);
+        assert_eq!(fetch(&told, folder.path(), &mut ask).unwrap(), Fetched::There);
+        assert_eq!(fs::read(folder.path().join("run.mcap")).unwrap(), content);
+        assert_eq!(asked, 30 + 2 * 3);
     }
 
     #[test]

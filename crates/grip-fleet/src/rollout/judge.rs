@@ -5,6 +5,7 @@
 //! probability at most `p = f t / (f t + s)`, whatever the rate is: a binomial count (Przyborowski and Wilenski, Biometrika 31, 1940). It is worse where
 //! so many or more come with a probability below `alpha`.
 
+use core::fmt;
 use serde::{Deserialize, Serialize};
 
 /// What was counted over some time.
@@ -18,7 +19,20 @@ pub struct Counts {
     pub faults: u64,
 }
 
+impl fmt::Display for Counts {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { seconds, slips, faults } = self;
+        write!(f, "{slips} slips and {faults} faults in {seconds:.0} s")
+    }
+}
+
 impl Counts {
+    /// Whether a gripper can have counted that: a time of at most 30 years, and at most ten million of each.
+    #[must_use]
+    pub fn is_sane(&self) -> bool {
+        (0.0..=1e9).contains(&self.seconds) && self.slips.max(self.faults) <= 10_000_000
+    }
+
     /// What was counted since `earlier`.
     #[must_use]
     pub fn since(&self, earlier: &Self) -> Self {
@@ -70,8 +84,8 @@ pub enum Judgement {
 }
 
 impl JudgeConfig {
-    /// Judges counts with the new model against those before it. What was never seen before is compared with one event in that time, so
-    /// that a first slip condemns nobody.
+    /// Judges counts with the new model against those before it. What was never seen before is compared with one event in that time: a first one condemns
+    /// nobody, unless it comes within about `alpha` / 3 of that time, with the defaults.
     #[must_use]
     pub fn judge(&self, before: &Counts, now: &Counts) -> Judgement {
         let worse = |old: u64, new: u64| {
@@ -137,8 +151,13 @@ impl JudgeConfig {
         if new == 0 || new_s <= 0.0 {
             return false;
         }
-        let share = self.factor * new_s;
-        at_least(new, old.saturating_add(new), share / (share + old_s)) < self.alpha
+        let (share, all) = (self.factor * new_s, old.saturating_add(new));
+        let share = share / (share + old_s);
+        // So many come at least every second time: the median of a binomial count is no less than its mean, rounded down.
+        if float(new) <= (float(all) * share).floor() {
+            return false;
+        }
+        at_least(new, all, share) < self.alpha
     }
 }
 
@@ -190,6 +209,9 @@ fn floor(count: f64) -> u64 {
 /// ln of the binomial coefficient.
 fn ln_choose(n: f64, k: f64) -> f64 {
     let k = k.min(n - k);
+    if k > 1000.0 {
+        return ln_factorial(n) - ln_factorial(k) - ln_factorial(n - k);
+    }
     let mut sum = 0.0;
     let mut at = 1.0;
     while at <= k {
@@ -199,6 +221,12 @@ fn ln_choose(n: f64, k: f64) -> f64 {
     sum
 }
 
+/// Stirling's series, for large numbers.
+fn ln_factorial(n: f64) -> f64 {
+    let series = 1.0 / (12.0 * n) - 1.0 / (360.0 * n * n * n);
+    n * n.ln() - n + 0.5 * (core::f64::consts::TAU * n).ln() + series
+}
+
 #[expect(clippy::cast_precision_loss, reason = "counts far below 2^53")]
 fn float(count: u64) -> f64 {
     count as f64
@@ -206,7 +234,7 @@ fn float(count: u64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::{Counts, JudgeConfig, Judgement, Worse, at_least};
+    use super::{Counts, JudgeConfig, Judgement, Worse, at_least, ln_choose};
 
     fn counts(seconds: f64, slips: u64) -> Counts {
         Counts { seconds, slips, faults: 0 }
@@ -224,6 +252,34 @@ mod tests {
         ] {
             let got = at_least(least, of, p);
             assert!((got - wanted).abs() < 1e-11 * wanted.max(1e-3), "{least} of {of}: {got}");
+        }
+    }
+
+    #[test]
+    fn large_counts_take_no_longer_and_are_as_exact() {
+        for (n, k) in [(2001, 1001), (1_000_000, 1234), (10_000_000, 5_000_000)] {
+            let slow: f64 = (1..=k).map(|at| (f64::from(n - k + at) / f64::from(at)).ln()).sum();
+            let fast = ln_choose(f64::from(n), f64::from(k));
+            // The sum of five million terms is the less exact one.
+            assert!((fast - slow).abs() < 1e-12 * slow, "{n} over {k}: {fast} {slow}");
+        }
+        let judge = JudgeConfig { watch_s: 28_800.0, ..JudgeConfig::default() };
+        let ratio = judge.noticed(0.2).unwrap();
+        assert!((1.5..1.8).contains(&ratio), "{ratio}");
+        let most = Counts { seconds: 1e9, slips: 10_000_000, faults: 0 };
+        assert!(most.is_sane());
+        assert_eq!(judge.judge(&most, &most), Judgement::Good);
+        assert_eq!(
+            judge.judge(&Counts { seconds: 2e9, ..most }, &most),
+            Judgement::Worse(Worse::Slips)
+        );
+        for counts in [
+            Counts { seconds: f64::NAN, ..most },
+            Counts { seconds: -1.0, ..most },
+            Counts { slips: u64::MAX, ..most },
+            Counts { faults: 10_000_001, ..most },
+        ] {
+            assert!(!counts.is_sane(), "{counts:?}");
         }
     }
 
@@ -300,5 +356,7 @@ mod tests {
             assert_eq!(judge.judge(&before, &counts(60.0, 1)), Judgement::Open, "{before:?}");
         }
         assert_eq!(judge.judge(&counts(3600.0, 0), &counts(0.0, 5)), Judgement::Open);
+        let first = |seconds| judge.judge(&counts(3600.0, 0), &counts(seconds, 1));
+        assert_eq!((first(1.3), first(1.1)), (Judgement::Open, Judgement::Worse(Worse::Slips)));
     }
 }

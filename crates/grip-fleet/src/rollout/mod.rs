@@ -1,8 +1,8 @@
 //! Grippers, and what each of them reports, in; who gets a new model next, and who gives it back, out. No network and no clock.
 //!
 //! Everybody is asked whether it would take the model, before anybody has it. Then one gripper first, then some, then all. A stage is over when every one of its grippers has run the model for its time and none has
-//! become worse ([`JudgeConfig`]). With the first refusal, the first that is worse and the first that is gone the roll-out stops, and everybody who has
-//! taken the model gives it back.
+//! become worse ([`JudgeConfig`]). With the first refusal, the first that is worse and the first that gives no answer the roll-out stops, and everybody
+//! who has taken the model gives it back.
 
 mod bursts;
 mod judge;
@@ -20,7 +20,7 @@ pub struct RolloutConfig {
     pub some: f64,
     /// When a model is worse.
     pub judge: JudgeConfig,
-    /// A gripper that has not answered for so long is gone (us).
+    /// A gripper that has answered no question for so long is gone (us).
     pub silence_us: u64,
     /// One that has the model and holds nothing for so long says nothing about it (us).
     pub idle_us: u64,
@@ -96,10 +96,12 @@ pub enum Stop {
         reason: String,
     },
     /// Somebody does not answer.
-    #[error("{member} has not answered for too long")]
+    #[error("{member} has not answered for too long{}", match reason { Some(reason) => format!(": {reason}"), None => String::new() })]
     Gone {
         /// Who.
         member: Member,
+        /// What came instead of the last answer.
+        reason: Option<String>,
     },
     /// Somebody has the model and holds nothing.
     #[error("{member} has held nothing for too long")]
@@ -130,12 +132,12 @@ pub enum Progress {
 enum Phase {
     /// It has not been asked anything.
     New,
-    /// It was asked whether it would take the model, and when (us).
-    Checked(u64),
+    /// It was asked whether it would take the model.
+    Checked,
     /// It would take the model.
     Waiting,
-    /// It was told to take the model, and when (us).
-    Asked(u64),
+    /// It was told to take the model.
+    Asked,
     /// It runs the model.
     Running(Running),
     Good,
@@ -153,14 +155,13 @@ struct Running {
     before: Counts,
     /// How long it was watched (s).
     watched_s: f64,
-    /// When it answered last, and when it held something last (us).
-    heard_us: u64,
+    /// When it held something last (us).
     held_us: u64,
 }
 
 impl Phase {
     const fn is_open_question(&self) -> bool {
-        matches!(self, Self::New | Self::Checked(_))
+        matches!(self, Self::New | Self::Checked)
     }
 
     const fn is_waiting(&self) -> bool {
@@ -169,7 +170,7 @@ impl Phase {
 
     /// It has got the model by this roll-out, or is getting it.
     const fn is_reached(&self) -> bool {
-        matches!(self, Self::Asked(_) | Self::Running(_) | Self::Good)
+        matches!(self, Self::Asked | Self::Running(_) | Self::Good)
     }
 
     const fn is_done(&self) -> bool {
@@ -182,6 +183,8 @@ impl Phase {
 pub struct Rollout {
     config: RolloutConfig,
     members: BTreeMap<Member, Phase>,
+    /// Whose last question had no answer: since when (us), and what came instead.
+    silent: BTreeMap<Member, (u64, Option<String>)>,
     stage: usize,
     stop: Option<Stop>,
 }
@@ -190,31 +193,38 @@ impl Rollout {
     /// A roll-out that begins with the next [`Rollout::step`].
     pub fn new(config: RolloutConfig, members: impl IntoIterator<Item = Member>) -> Self {
         let members = members.into_iter().map(|member| (member, Phase::New)).collect();
-        Self { config, members, stage: 0, stop: None }
+        Self { config, members, silent: BTreeMap::new(), stage: 0, stop: None }
+    }
+
+    /// A gripper was asked and has not answered, or with something that is no answer; it is to be asked again.
+    pub fn miss(&mut self, member: &Member, reason: Option<String>, now_us: u64) {
+        if self.members.contains_key(member) {
+            self.silent.entry(member.clone()).or_insert((now_us, None)).1 = reason;
+        }
     }
 
     /// Takes what a gripper says; who is not in this roll-out is not heard.
     pub fn hear(&mut self, member: &Member, report: Report, now_us: u64) {
         let Some(phase) = self.members.get_mut(member) else { return };
+        self.silent.remove(member);
         match (report, &*phase) {
-            (Report::Fit, Phase::Checked(_)) => *phase = Phase::Waiting,
-            (Report::Taken(before), Phase::Asked(_)) => {
-                let (heard_us, held_us) = (now_us, now_us);
-                *phase = Phase::Running(Running { before, watched_s: 0.0, heard_us, held_us });
+            (Report::Fit, Phase::Checked) => *phase = Phase::Waiting,
+            (Report::Taken(before), Phase::Asked) => {
+                *phase = Phase::Running(Running { before, watched_s: 0.0, held_us: now_us });
             }
-            (Report::Had, Phase::Checked(_) | Phase::Asked(_)) => *phase = Phase::Had,
-            (Report::Kept, Phase::Asked(_) | Phase::Running(_)) => *phase = Phase::Good,
-            (Report::Refused(reason), Phase::Checked(_) | Phase::Asked(_)) => {
+            (Report::Had, Phase::Checked | Phase::Asked) => *phase = Phase::Had,
+            (Report::Kept, Phase::Asked | Phase::Running(_)) => *phase = Phase::Good,
+            (Report::Refused(reason), Phase::Checked | Phase::Asked) => {
                 *phase = Phase::Back;
                 self.stop(Stop::Refused { member: member.clone(), reason });
             }
             (Report::Counted(now), Phase::Running(running)) => {
                 let held_us =
                     if now.seconds > running.watched_s { now_us } else { running.held_us };
-                let (heard_us, watched_s, before) = (now_us, now.seconds, running.before);
+                let (watched_s, before) = (now.seconds, running.before);
                 match self.config.judge.judge(&before, &now) {
                     Judgement::Open => {
-                        *phase = Phase::Running(Running { before, watched_s, heard_us, held_us });
+                        *phase = Phase::Running(Running { before, watched_s, held_us });
                     }
                     Judgement::Good => *phase = Phase::Good,
                     Judgement::Worse(what) => {
@@ -226,7 +236,7 @@ impl Rollout {
                 *phase = Phase::Back;
                 self.stop(Stop::Worse { member: member.clone(), what });
             }
-            (Report::Left(reason), Phase::Asked(_) | Phase::Running(_) | Phase::Good) => {
+            (Report::Left(reason), Phase::Asked | Phase::Running(_) | Phase::Good) => {
                 *phase = Phase::Back;
                 self.stop(Stop::Left { member: member.clone(), reason });
             }
@@ -237,10 +247,10 @@ impl Rollout {
 
     /// Time has passed: what is to be told to whom.
     pub fn step(&mut self, now_us: u64) -> Vec<Order> {
-        self.miss(now_us);
+        self.look(now_us);
         // Where somebody refuses it, all the others are still heard, so that all reasons are told at once.
         if self.is_checking() {
-            return self.check(now_us);
+            return self.check();
         }
         if self.stop.is_some() {
             return self.give_back();
@@ -250,12 +260,13 @@ impl Rollout {
         if open || waiting == 0 {
             return Vec::new();
         }
-        self.stage += 1;
+        // Where the first one to try it had it already, another one is the first.
+        self.stage = if reached == 0 { 1 } else { self.stage + 1 };
         let more = self.goal(reached + waiting).saturating_sub(reached).max(1);
         let stage = self.members.iter_mut().filter(|(_, phase)| phase.is_waiting()).take(more);
         stage
             .map(|(member, phase)| {
-                *phase = Phase::Asked(now_us);
+                *phase = Phase::Asked;
                 Order::Take(member.clone())
             })
             .collect()
@@ -270,10 +281,10 @@ impl Rollout {
         self.members.values().filter(|phase| is(phase)).count()
     }
 
-    fn check(&mut self, now_us: u64) -> Vec<Order> {
+    fn check(&mut self) -> Vec<Order> {
         let new = self.members.iter_mut().filter(|(_, phase)| **phase == Phase::New);
         new.map(|(member, phase)| {
-            *phase = Phase::Checked(now_us);
+            *phase = Phase::Checked;
             Order::Check(member.clone())
         })
         .collect()
@@ -309,7 +320,7 @@ impl Rollout {
     pub fn holding(&self) -> impl Iterator<Item = &Member> {
         let holding = |phase: &Phase| {
             use Phase::{Asked, Good, Returning, Running};
-            matches!(phase, Asked(_) | Running(_) | Good | Returning)
+            matches!(phase, Asked | Running(_) | Good | Returning)
         };
         self.members.iter().filter(move |(_, phase)| holding(phase)).map(|(member, _)| member)
     }
@@ -352,23 +363,25 @@ impl Rollout {
         self.stop.get_or_insert(reason);
     }
 
-    /// Who has been silent for too long.
-    fn miss(&mut self, now_us: u64) {
+    /// Who has been silent, or idle, for too long.
+    fn look(&mut self, now_us: u64) {
         let RolloutConfig { silence_us, idle_us, .. } = self.config;
         let late = |since: u64, limit_us: u64| now_us.saturating_sub(since) > limit_us;
         let mut why = None;
         for (member, phase) in &mut self.members {
-            let member = member.clone();
+            let gone = self.silent.get(member).filter(|(since, _)| late(*since, silence_us));
+            let (who, reason) = (member.clone(), gone.and_then(|(_, reason)| reason.clone()));
             let stop = match *phase {
-                Phase::Checked(since) if late(since, silence_us) => {
+                Phase::Checked if gone.is_some() => {
                     *phase = Phase::Back;
-                    Stop::Gone { member }
+                    Stop::Gone { member: who, reason }
                 }
-                Phase::Asked(since) if late(since, silence_us) => Stop::Gone { member },
-                Phase::Running(running) if late(running.heard_us, silence_us) => {
-                    Stop::Gone { member }
+                Phase::Asked | Phase::Running(_) if gone.is_some() => {
+                    Stop::Gone { member: who, reason }
                 }
-                Phase::Running(running) if late(running.held_us, idle_us) => Stop::Idle { member },
+                Phase::Running(running) if late(running.held_us, idle_us) => {
+                    Stop::Idle { member: who }
+                }
                 _ => continue,
             };
             why.get_or_insert(stop);

@@ -114,8 +114,9 @@ fn who_would_refuse_it_stops_it_before_anybody_has_it_and_all_are_heard() {
     rollout.hear(&who[3], Report::Refused("too old".to_owned()), 3);
     assert_eq!((rollout.progress(), rollout.step(4)), (Progress::Checking, vec![]));
     // The last one never answers.
-    assert_eq!(rollout.step(61 * SECOND), []);
-    assert_eq!((rollout.step(62 * SECOND), rollout.progress()), (vec![], Progress::Stopped(0)));
+    rollout.miss(&who[1], None, 2 * SECOND);
+    assert_eq!(rollout.step(62 * SECOND), []);
+    assert_eq!((rollout.step(63 * SECOND), rollout.progress()), (vec![], Progress::Stopped(0)));
     let told = rollout.stopped().unwrap().to_string();
     assert_eq!(told, format!("{} refused the model: too early", who[2]));
 }
@@ -148,12 +149,33 @@ fn silence_stops_it_and_who_comes_back_is_told_to_give_back() {
     let orders = rollout.step(0);
     let [Order::Take(first)] = orders.as_slice() else { panic!("{orders:?}") };
     rollout.hear(first, Report::Taken(Counts::default()), SECOND);
-    assert_eq!(rollout.step(61 * SECOND), []);
-    assert_eq!(rollout.step(62 * SECOND), [Order::GiveBack(first.clone())]);
+    rollout.miss(first, None, 2 * SECOND);
+    // It answers once, and then says why it cannot.
+    rollout.hear(first, Report::Counted(Counts::default()), 40 * SECOND);
+    rollout.miss(first, None, 41 * SECOND);
+    rollout.miss(first, Some("no folder".to_owned()), 80 * SECOND);
+    assert_eq!(rollout.step(101 * SECOND), []);
+    assert_eq!(rollout.step(102 * SECOND), [Order::GiveBack(first.clone())]);
     assert_eq!(rollout.progress(), Progress::Stopped(1), "it may have the model still");
-    rollout.hear(first, Report::Back, 70 * SECOND);
+    rollout.hear(first, Report::Back, 110 * SECOND);
     assert_eq!(rollout.progress(), Progress::Stopped(0));
-    assert_eq!(rollout.stopped(), Some(&Stop::Gone { member: first.clone() }));
+    let told = rollout.stopped().unwrap().to_string();
+    assert_eq!(told, format!("{first} has not answered for too long: no folder"));
+}
+
+/// A turn over many grippers may take longer than patience: whoever answers when asked is there.
+#[test]
+fn who_was_not_asked_for_long_is_not_gone() {
+    let mut rollout = checked(2);
+    let orders = rollout.step(0);
+    let [Order::Take(first)] = orders.as_slice() else { panic!("{orders:?}") };
+    rollout.hear(first, Report::Taken(Counts::default()), SECOND);
+    for second in [300, 600] {
+        assert_eq!(rollout.step(second * SECOND), []);
+        rollout.hear(first, Report::Counted(Counts::default()), second * SECOND);
+    }
+    rollout.miss(first, None, 900 * SECOND);
+    assert_eq!((rollout.step(960 * SECOND), rollout.stopped()), (vec![], None));
 }
 
 #[test]
@@ -232,9 +254,12 @@ fn who_has_got_the_model_from_elsewhere_meanwhile_keeps_it() {
         }
     }
     rollout.abort();
+    // Another one is the first to try it, alone.
+    let [_, second, third] = &members(3)[..] else { panic!() };
+    assert_eq!(told, [Order::Take(members(1).remove(0)), Order::Take(second.clone())]);
     let back = rollout.step(9);
-    assert!(!back.is_empty());
-    assert!(!back.contains(&Order::GiveBack(members(1).remove(0))), "{back:?}");
+    assert_eq!((back, rollout.stage()), (vec![Order::GiveBack(second.clone())], 1));
+    assert!(rollout.holding().all(|member| member != third));
     assert_eq!(rollout.stopped(), Some(&Stop::Told));
     let holding: Vec<Member> = rollout.holding().cloned().collect();
     assert_eq!(rollout.progress(), Progress::Stopped(holding.len()));

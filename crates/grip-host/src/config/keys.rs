@@ -105,7 +105,7 @@ pub struct FleetConfig {
     pub spool_mib: u16,
     /// The folder that keeps models which come over the network; none is taken, where absent.
     pub models: Option<PathBuf>,
-    /// Every so manieth sample is told, 0 to 65,535; none for 0.
+    /// Every n-th sample is told, 0 to 65,535; none for 0.
     pub samples_every: u16,
     /// Whether commands for the fingers are taken from the network too, where `allow_commands` lets clients command at all.
     pub commands: bool,

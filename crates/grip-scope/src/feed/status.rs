@@ -107,7 +107,7 @@ pub struct DaemonInfo {
     pub records: bool,
     /// What of real-time operation was granted.
     pub real_time: RealTime,
-    /// Every how manieth sample comes; 1: all, 0: none.
+    /// Every n-th sample comes; 1: all, 0: none.
     pub every_nth: u16,
 }
 

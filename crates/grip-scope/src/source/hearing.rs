@@ -43,7 +43,7 @@ pub(super) struct Hearing {
 }
 
 impl Hearing {
-    /// What is heard at this place, of every so manieth sample.
+    /// What is heard at this place, of every n-th sample.
     pub(super) fn new(place: String, every_nth: u16) -> Self {
         // Whatever was there before this connection, something is missing since.
         let mut stream = Stream::default();

@@ -11,7 +11,7 @@ use core::time::Duration;
 use grip_fleet::{
     Member, Selector, Site, Uid,
     deploy::{digest, examine},
-    net::{Deployer, Happening, Session, list},
+    net::{Deployer, Happening, Session, members},
     rollout::{Counts, JudgeConfig, Progress, Report, RolloutConfig},
 };
 use grip_host::exit::{Exit, WrongArgument};
@@ -62,7 +62,7 @@ pub(super) fn run(args: &DeployArgs) -> anyhow::Result<Exit> {
     let config = config(args)?;
     let (name, bytes) = model(&args.model, args.force)?;
     let session = network(&args.place.reach)?.open()?;
-    let members = members(&session, &args.place, &args.to)?;
+    let members = meant(&session, &args.place, &args.to)?;
     let told = Teller::new(args.place.json, &name, &bytes, members.len());
     let signals = Signals::new([SIGINT, SIGTERM])?;
     let deployer = Deployer::new(session, config, (name, bytes), members, PATIENCE);
@@ -103,16 +103,12 @@ fn model(file: &Path, force: bool) -> anyhow::Result<(String, Vec<u8>)> {
 }
 
 /// Everybody who is meant; who is named and not there is an error.
-fn members(
-    session: &Session,
-    place: &PlaceArgs,
-    to: &Selection,
-) -> anyhow::Result<BTreeSet<Member>> {
-    let mut members = BTreeSet::new();
+fn meant(session: &Session, place: &PlaceArgs, to: &Selection) -> anyhow::Result<BTreeSet<Member>> {
+    let mut meant = BTreeSet::new();
     for selector in &to.0 {
         let here = |member: &Member| place.site.as_ref().is_none_or(|site| member.site == *site);
         let found: Vec<Member> =
-            list(session, selector)?.into_keys().filter(|member| here(member)).collect();
+            members(session, selector)?.into_iter().filter(|member| here(member)).collect();
         if found.is_empty() {
             let site = selector.site.as_ref().map(ToString::to_string);
             let uid = selector.uid.map(|uid| uid.to_string());
@@ -120,9 +116,9 @@ fn members(
             let which = if words.is_empty() { String::new() } else { words.join("/") + ": " };
             return Err(anyhow!("{which}no such gripper is there; nothing was sent"));
         }
-        members.extend(found);
+        meant.extend(found);
     }
-    Ok(members)
+    Ok(meant)
 }
 
 /// Turn by turn, to the end.
@@ -143,7 +139,7 @@ fn drive(
             }
             deployer.abort();
         }
-        let happenings = deployer.turn(clock.now_us());
+        let happenings = deployer.turn(&|| clock.now_us());
         let now_us = clock.now_us();
         for happening in &happenings {
             teller.happening(happening, &judge)?;
@@ -180,8 +176,8 @@ struct Teller {
     done: BTreeSet<Member>,
     /// Time that those on trial were watched (s).
     watched: BTreeMap<Member, f64>,
-    /// Who did not answer last time.
-    silent: BTreeSet<Member>,
+    /// Who did not answer last time, and what came instead.
+    silent: BTreeMap<Member, Option<String>>,
     summary_us: u64,
 }
 
@@ -216,7 +212,7 @@ impl Teller {
             stage: 0,
             done: BTreeSet::new(),
             watched: BTreeMap::new(),
-            silent: BTreeSet::new(),
+            silent: BTreeMap::new(),
             summary_us: 0,
         }
     }
@@ -224,13 +220,12 @@ impl Teller {
     fn happening(&mut self, happening: &Happening, judge: &JudgeConfig) -> anyhow::Result<()> {
         match happening {
             Happening::Stage(stage) => self.begin(*stage),
-            Happening::Silent(member) => {
-                let new = self.silent.insert(member.clone());
-                if new {
-                    self.gripper(member, "silent", "does not answer; it is asked again", None)
-                } else {
-                    Ok(())
+            Happening::Silent(member, reason) => {
+                if self.silent.insert(member.clone(), reason.clone()).as_ref() == Some(reason) {
+                    return Ok(());
                 }
+                let reason = reason.as_deref().unwrap_or("does not answer");
+                self.gripper(member, "silent", &format!("{reason}; it is asked again"), None)
             }
             Happening::Told(member, report) => {
                 self.silent.remove(member);
@@ -350,11 +345,16 @@ impl Teller {
             return Ok(Exit::Failed);
         }
         let reason = reason.unwrap_or_default();
-        let what = if self.stage == 0 { "went to nobody" } else { "was stopped and rolled back" };
+        let what = match (self.stage, unreachable.len()) {
+            (0, _) => "went to nobody".to_owned(),
+            (_, 0) => "was stopped and rolled back".to_owned(),
+            (_, 1) => "was stopped, and one gripper may still have it".to_owned(),
+            (_, some) => format!("was stopped, and {some} grippers may still have it"),
+        };
         output::line(&format!("{} {what}: {reason}", self.model))?;
         if !unreachable.is_empty() {
             output::line(&format!(
-                "not reached to give it back: {}; each keeps it unless it finds it worse by itself",
+                "not given back by {}: each keeps it unless it finds it worse by itself",
                 unreachable.join(", ")
             ))?;
         }
@@ -364,12 +364,12 @@ impl Teller {
 
 /// What a gripper has to compare with, and what can be told by that.
 fn taken(before: &Counts, judge: &JudgeConfig) -> String {
-    let Counts { seconds, slips, faults } = before;
+    let Counts { seconds, slips, .. } = before;
     #[expect(clippy::cast_precision_loss, reason = "a count of slips")]
     let rate = *slips as f64 / seconds.max(1.0);
     let told = match judge.noticed(rate.max(1.0 / seconds.max(1.0))) {
         Some(ratio) => format!("{ratio:.1} times as many slips are noticed nine times in ten"),
         None => "no number of slips can be told from that: watch for longer".to_owned(),
     };
-    format!("tries it; before it {slips} slips and {faults} faults in {seconds:.0} s, so {told}")
+    format!("tries it; before it {before}, so {told}")
 }

@@ -9,10 +9,10 @@ use crate::{
     output,
 };
 use anyhow::{Context as _, bail};
-use core::time::Duration;
+use core::{cell::Cell, time::Duration};
 use grip_fleet::{
     Member, Part, Selector,
-    net::{Ask, NetError, PATIENCE, Session, ask, list},
+    net::{Ask, NetError, PATIENCE, Session, ask, members},
     recordings::{FetchError, Fetched, PIECE, Recording, fetch},
 };
 use grip_host::{
@@ -21,6 +21,7 @@ use grip_host::{
 };
 use serde::Serialize;
 use std::{
+    collections::BTreeSet,
     fs,
     path::Path,
     thread,
@@ -31,6 +32,8 @@ use std::{
 const LEAST: u64 = 16 * 1024;
 /// So many answers may fail to come in time before patience ends.
 const ATTEMPTS: u32 = 4;
+/// An answer that comes within this part of the time that it may take leaves room for a longer one.
+const QUICK: u32 = 8;
 /// Pause between two attempts.
 const RETRY: Duration = Duration::from_millis(500);
 /// What an answer that did not come in time is called by the network.
@@ -75,7 +78,7 @@ pub(super) fn show(args: &RecordingsArgs) -> anyhow::Result<Exit> {
     let session = network(&args.place.reach)?.open()?;
     let selector = Selector { site: args.place.site.clone(), uid: args.uid };
     let mut exit = Exit::Done;
-    for member in members(&session, &selector)? {
+    for member in everybody(&session, &selector)? {
         let all = match listed(&session, &member) {
             Ok(all) => all,
             Err(error) => {
@@ -101,12 +104,12 @@ fn text(recording: &Recording) -> String {
     format!("{name}  {bytes} bytes, {}{state}", utc::line(modified_ns / 1000))
 }
 
-fn members(session: &Session, selector: &Selector) -> anyhow::Result<Vec<Member>> {
-    let members: Vec<Member> = list(session, selector)?.into_keys().collect();
-    if members.is_empty() {
+fn everybody(session: &Session, selector: &Selector) -> anyhow::Result<BTreeSet<Member>> {
+    let everybody = members(session, selector)?;
+    if everybody.is_empty() {
         bail!("no gripper is there that was asked for");
     }
-    Ok(members)
+    Ok(everybody)
 }
 
 /// A sentence that names the gripper once.
@@ -140,7 +143,7 @@ pub(super) fn collect(args: &CollectArgs) -> anyhow::Result<Exit> {
     let selector = Selector { site: args.place.site.clone(), uid: args.uid };
     let mut summary = Summary::default();
     let mut lost = false;
-    for member in members(&session, &selector)? {
+    for member in everybody(&session, &selector)? {
         summary.grippers += 1;
         let all = match listed(&session, &member) {
             Ok(all) => all,
@@ -152,7 +155,7 @@ pub(super) fn collect(args: &CollectArgs) -> anyhow::Result<Exit> {
             }
         };
         let folder = args.directory.join(member.site.to_string()).join(member.uid.to_string());
-        let copying = Copying { session: &session, member: &member, folder: &folder, patience };
+        let copying = Copying::new(&session, &member, &folder, patience);
         for recording in all.iter().filter(|recording| recording.modified_ns >= since_ns) {
             copying.copy(recording, args.place.json, &mut summary)?;
         }
@@ -176,11 +179,31 @@ struct Copying<'a> {
     member: &'a Member,
     folder: &'a Path,
     patience: Duration,
+    /// So many bytes are asked for at once.
+    most: Cell<u64>,
+    /// It has not answered for as long as patience lasts.
+    gone: Cell<bool>,
 }
 
-impl Copying<'_> {
+impl<'a> Copying<'a> {
+    const fn new(
+        session: &'a Session,
+        member: &'a Member,
+        folder: &'a Path,
+        patience: Duration,
+    ) -> Self {
+        let (most, gone) = (Cell::new(PIECE as u64), Cell::new(false));
+        Self { session, member, folder, patience, most, gone }
+    }
+
     fn copy(&self, recording: &Recording, json: bool, summary: &mut Summary) -> anyhow::Result<()> {
         let mut line = Line::new(self.member, recording);
+        if self.gone.get() {
+            let reason = format!("{}: not asked for: the gripper does not answer", recording.name);
+            (line.done, line.reason) = (Some("failed"), Some(reason));
+            summary.failed += 1;
+            return told(self.member, &line, json);
+        }
         // A name that leads elsewhere is refused by `fetch`, before anything is written.
         fs::create_dir_all(self.folder)
             .with_context(|| format!("cannot make the folder {}", self.folder.display()))?;
@@ -208,24 +231,39 @@ impl Copying<'_> {
     }
 
     /// Asks until an answer comes, or patience ends; a reason against it is an answer. One piece at a time, so that everything else that the
-    /// gripper tells waits for no more than that; less, where the line is too slow for one.
+    /// gripper tells waits for no more than that; less, where the line is too slow for one, and more again where an answer comes much sooner than it must.
     fn ask(&self, recording: &Recording, from: u64, bytes: u64) -> Result<Vec<Vec<u8>>, NetError> {
         let start = clock::monotonic();
-        let mut most = PIECE as u64;
         loop {
+            let (most, asked) = (self.most.get(), clock::monotonic());
             let error = match self.once(recording, from, bytes.min(most)) {
                 Err(NetError::Declined { member, reason }) if reason == TIMEOUT => {
                     NetError::Silent { member }
                 }
                 Err(error @ (NetError::Silent { .. } | NetError::Refused { .. })) => error,
-                done => return done,
+                done => {
+                    if clock::monotonic().saturating_sub(asked) < self.answer() / QUICK {
+                        self.most.set((2 * most).min(PIECE as u64));
+                    }
+                    return done;
+                }
             };
-            if clock::monotonic().saturating_sub(start) >= self.patience {
+            let now = clock::monotonic();
+            if now.saturating_sub(start) >= self.patience {
+                self.gone.set(true);
                 return Err(error);
             }
-            most = (most / 4).max(LEAST);
+            // What nobody has heard ends sooner, and was not too long.
+            if now.saturating_sub(asked) >= self.answer() {
+                self.most.set((most / 4).max(LEAST));
+            }
             thread::park_timeout(RETRY);
         }
+    }
+
+    /// How long one answer may take.
+    fn answer(&self) -> Duration {
+        PATIENCE.max(self.patience / ATTEMPTS)
     }
 
     fn once(&self, recording: &Recording, from: u64, bytes: u64) -> Result<Vec<Vec<u8>>, NetError> {
@@ -238,7 +276,7 @@ impl Copying<'_> {
             ("size", &size),
             ("modified", &modified),
         ];
-        let (member, patience) = (self.member, PATIENCE.max(self.patience / ATTEMPTS));
+        let (member, patience) = (self.member, self.answer());
         let part = Part::Recordings;
         ask(self.session, &Ask { member, part, parameters: &parameters, payload: &[], patience })
     }

@@ -40,7 +40,7 @@ impl Topics {
 /// | 0 | 1 | u8 | lowest protocol version spoken | 0..=15 |
 /// | 1 | 1 | u8 | highest protocol version spoken | 0..=15 |
 /// | 2 | 2 | u16 | [`Topics`] | unknown bits are ignored |
-/// | 4 | 2 | u16 | every how manieth sample comes as ROWS | 0 = none |
+/// | 4 | 2 | u16 | every n-th sample comes as ROWS | 0 = none |
 /// | 6 | 2 | u16 | ms, least time between two STATE | 0 = all |
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Subscribe {

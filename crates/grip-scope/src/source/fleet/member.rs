@@ -49,7 +49,7 @@ struct Talk<'a> {
     looked: Duration,
     /// Whether the router was there at the last look.
     connected: bool,
-    /// Every how manieth sample is told, as far as it is known: 0 for none.
+    /// Every n-th sample is told, as far as it is known; 0 for none.
     every_nth: Option<u16>,
 }
 

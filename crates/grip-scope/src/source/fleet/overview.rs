@@ -13,6 +13,7 @@ use grip_fleet::net::{NetError, Told, Watch, ask_about};
 use grip_fleet::{Member, Selector, Since, Site, Topic};
 use grip_port::Backoff;
 use rtrb::{Consumer, Producer, PushError, RingBuffer};
+use std::collections::BTreeSet;
 use std::sync::Arc;
 use std::sync::mpsc::channel;
 use std::{io, panic, thread};
@@ -21,8 +22,9 @@ use std::{io, panic, thread};
 const RING: usize = 8192;
 /// How long the thread waits for room, or for a router, before it looks again.
 const STEP: Duration = Duration::from_millis(25);
-/// Models and firmware are asked for anew after so long; sooner, where somebody comes.
+/// Models and firmware are asked for anew after so long; sooner of those that come, and of all, where so many come at once.
 const ABOUT: Duration = Duration::from_secs(60);
+const MANY: usize = 32;
 /// How long one look for messages waits.
 const TURN: Duration = Duration::from_millis(100);
 
@@ -153,25 +155,35 @@ impl Watcher {
         let mut watch =
             Watch::new(session.clone(), &selector, Since::Now, &[Topic::State, Topic::Health])?;
         backoff.reset();
-        let (mut looked, mut asked) = (Duration::MAX, Duration::MAX);
+        let (mut looked, mut asked) = (None, None);
         let (sender, abouts) = channel();
-        let mut came = false;
+        let mut came = BTreeSet::new();
         while !self.outlet.stops() {
             if let Some(told) = watch.next(TURN)? {
-                came |= matches!(told, Told::Came(_));
+                if let Told::Came(member) = &told {
+                    came.insert(member.clone());
+                }
                 self.pass_on(told);
             }
             for (member, about) in abouts.try_iter() {
                 self.put(member, Heard::About(about));
             }
             let now = self.clock.now();
-            if now.saturating_sub(looked) < LOOK && looked != Duration::MAX {
+            let is_due = |last: Option<Duration>, every| {
+                last.is_none_or(|last| now.saturating_sub(last) >= every)
+            };
+            if !is_due(looked, LOOK) {
                 continue;
             }
-            looked = now;
+            looked = Some(now);
             self.look(&watch);
-            if core::mem::take(&mut came) || now.saturating_sub(asked) >= ABOUT {
-                asked = now;
+            let mut whom: Vec<_> =
+                core::mem::take(&mut came).into_iter().map(Selector::from).collect();
+            if is_due(asked, ABOUT) || whom.len() > MANY {
+                asked = Some(now);
+                whom = vec![selector.clone()];
+            }
+            for selector in whom {
                 let sender = sender.clone();
                 // Whoever does not watch any more wants no answer.
                 ask_about(&session, &selector, move |member, about| {
