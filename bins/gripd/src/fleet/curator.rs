@@ -40,8 +40,8 @@ pub(crate) struct Desk {
     swapped: Sender<Result<Counts, String>>,
     reloaded: Sender<Examined>,
     counts: Arc<Mutex<Counts>>,
-    /// A model is in force since the counters that were taken last.
-    fresh: bool,
+    /// A model is in force since some time before that (us).
+    fresh: Option<u64>,
     /// Samples with an object, and slips, of the last counters.
     last: (u64, u64),
     bursts: Bursts,
@@ -53,11 +53,11 @@ impl Desk {
         self.wanted.try_recv().ok()
     }
 
-    /// What became of it. Of one that is in force the thread learns with the next counters: what came before, while it waited for its turn, is none of
-    /// its faults.
-    pub(crate) fn swapped(&mut self, outcome: Result<(), String>) {
+    /// What became of it, as it is known now. Of one that is in force the thread learns with the next counters: what came before, while it waited for its
+    /// turn, is none of its faults.
+    pub(crate) fn swapped(&mut self, outcome: Result<(), String>, now_us: u64) {
         match outcome {
-            Ok(()) => self.fresh = true,
+            Ok(()) => self.fresh = Some(now_us),
             // A thread that is gone waits for nothing.
             Err(reason) => drop(self.swapped.send(Err(reason))),
         }
@@ -81,7 +81,7 @@ impl Desk {
         }
         counts.slips += self.bursts.take(counts.seconds, now.1.saturating_sub(slips));
         counts.faults = faults;
-        if core::mem::take(&mut self.fresh) {
+        if self.fresh.take_if(|since| counters.host_us >= *since).is_some() {
             drop(self.swapped.send(Ok(*counts)));
         }
     }
@@ -153,7 +153,7 @@ impl Curator {
             swapped: swapped_in,
             reloaded: reloaded_in,
             counts: Arc::clone(&counts),
-            fresh: false,
+            fresh: None,
             last: (0, 0),
             bursts: Bursts::default(),
         };

@@ -37,8 +37,9 @@ impl Service {
                 Err(message(error))
             }
         };
+        let now_us = self.clock.now_us();
         if let Some(desk) = self.desk() {
-            desk.swapped(outcome);
+            desk.swapped(outcome, now_us);
         }
     }
 

@@ -63,7 +63,7 @@ impl Deployer {
     pub fn turn(&mut self, now_us: &dyn Fn() -> u64) -> Vec<Happening> {
         let mut happenings = Vec::new();
         let before = self.rollout.stage();
-        let steps = self.rollout.step(now_us());
+        let steps = self.rollout.step();
         if self.rollout.stage() != before {
             happenings.push(Happening::Stage(self.rollout.stage()));
         }
@@ -144,9 +144,8 @@ impl Deployer {
         answer: Result<Standing, NetError>,
         now_us: u64,
     ) -> Happening {
-        let silent = matches!(answer, Err(NetError::Silent { .. } | NetError::Refused { .. }));
         let report = match (order, answer) {
-            (Order::Check(_) | Order::Take(_), Err(error)) if !silent => {
+            (Order::Check(_) | Order::Take(_), Err(error @ NetError::Declined { .. })) => {
                 Report::Refused(reason(&error))
             }
             // It is asked again: what cannot be given back now can be later.
@@ -213,7 +212,7 @@ impl Deployer {
 /// What a gripper says of its models, once it has obeyed the order.
 ///
 /// # Errors
-/// As [`ask`]; [`NetError::Declined`] also where the answer is of no use.
+/// As [`ask`], and [`NetError::Unusable`].
 pub fn standing(
     session: &Session,
     member: &Member,
@@ -225,12 +224,12 @@ pub fn standing(
         parameters.iter().map(|(name, value)| (*name, value.as_str())).collect();
     let (part, parameters, payload) = (Part::Model, parameters.as_slice(), order.payload());
     let answer = ask(session, &Ask { member, part, parameters, payload, patience })?;
-    let declined = |reason| NetError::Declined { member: member.to_string(), reason };
+    let unusable = |reason| NetError::Unusable { member: member.to_string(), reason };
     let standing: Standing = serde_json::from_slice(&answer.concat())
-        .map_err(|error| declined(format!("its answer cannot be read: {error}")))?;
+        .map_err(|error| unusable(format!("its answer cannot be read: {error}")))?;
     let before = standing.trial.as_ref().map(|trial| trial.before);
     match [Some(standing.counted), before].iter().flatten().find(|counts| !counts.is_sane()) {
-        Some(counts) => Err(declined(format!("it cannot have counted {counts}"))),
+        Some(counts) => Err(unusable(format!("it cannot have counted {counts}"))),
         None => Ok(standing),
     }
 }
@@ -238,7 +237,7 @@ pub fn standing(
 /// What a gripper said, without its name, which stands before it already.
 fn reason(error: &NetError) -> String {
     match error {
-        NetError::Declined { reason, .. } => reason.clone(),
+        NetError::Declined { reason, .. } | NetError::Unusable { reason, .. } => reason.clone(),
         other => other.to_string(),
     }
 }

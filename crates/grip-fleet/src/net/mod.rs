@@ -86,6 +86,14 @@ pub enum NetError {
         /// The reason.
         reason: String,
     },
+    /// What a gripper answers is none.
+    #[error("{member}: {reason}")]
+    Unusable {
+        /// Which one.
+        member: String,
+        /// What is wrong with it.
+        reason: String,
+    },
     /// A gripper does not answer, or not in time.
     #[error("{member} does not answer")]
     Silent {

@@ -27,10 +27,13 @@ impl fmt::Display for Counts {
 }
 
 impl Counts {
-    /// Whether a gripper can have counted that: a time of at most 30 years, and at most ten million of each.
+    /// Whether a gripper can have counted that: a time of at most 30 years, and at most ten million of each. Slips are at least five seconds from each
+    /// other; a hundred and ten a second are let through.
     #[must_use]
     pub fn is_sane(&self) -> bool {
-        (0.0..=1e9).contains(&self.seconds) && self.slips.max(self.faults) <= 10_000_000
+        (0.0..=1e9).contains(&self.seconds)
+            && self.slips.max(self.faults) <= 10_000_000
+            && float(self.slips) <= 100.0 + 10.0 * self.seconds
     }
 
     /// What was counted since `earlier`.
@@ -118,16 +121,22 @@ impl JudgeConfig {
         let worse = |(a, b): (u64, u64)| {
             self.is_worse((a.max(1), self.watch_s.max(1.0)), (b, self.watch_s))
         };
-        let mut power = 0.0;
-        let mut least = 0;
+        // What comes with at least so many, from the most on.
+        let mut tails = Vec::from_iter(poisson(new));
+        let mut sum = 0.0;
+        for (_, p) in tails.iter_mut().rev() {
+            sum += *p;
+            *p = sum;
+        }
+        let (mut power, mut least) = (0.0, 0);
         for (a, share) in poisson(old) {
             // The more there were before, the more it takes.
             let most = poisson_end(new);
             while least < most && !worse((a, least)) {
                 least += 1;
             }
-            let tail: f64 = poisson(new).skip_while(|(b, _)| *b < least).map(|(_, p)| p).sum();
-            power += share * if least < most { tail } else { 0.0 };
+            let tail = tails.iter().find(|(b, _)| *b >= least).map_or(0.0, |(_, tail)| *tail);
+            power += share * tail;
         }
         power.min(1.0)
     }
@@ -172,7 +181,7 @@ fn at_least(least: u64, of: u64, p: f64) -> f64 {
     while k <= n {
         let value = term.exp();
         sum += value;
-        if k > n * p && value < sum * 1e-17 {
+        if k > n * p && value <= sum * 1e-17 {
             break;
         }
         term += ((n - k) / (k + 1.0)).ln() + odds;
@@ -185,7 +194,7 @@ fn at_least(least: u64, of: u64, p: f64) -> f64 {
 fn poisson(mean: f64) -> impl Iterator<Item = (u64, f64)> {
     let first = floor(mean - 6.0 * mean.sqrt() - 6.0);
     // ln of m^k / k! e^-m, term by term.
-    let mut ln = -mean + float(first) * mean.ln() - (1..=first).map(|k| float(k).ln()).sum::<f64>();
+    let mut ln = -mean + float(first) * mean.ln() - ln_factorial(float(first));
     (first..poisson_end(mean)).map(move |k| {
         let share = ln.exp();
         ln += mean.ln() - float(k + 1).ln();
@@ -209,7 +218,7 @@ fn floor(count: f64) -> u64 {
 /// ln of the binomial coefficient.
 fn ln_choose(n: f64, k: f64) -> f64 {
     let k = k.min(n - k);
-    if k > 1000.0 {
+    if k > SMALL {
         return ln_factorial(n) - ln_factorial(k) - ln_factorial(n - k);
     }
     let mut sum = 0.0;
@@ -221,8 +230,14 @@ fn ln_choose(n: f64, k: f64) -> f64 {
     sum
 }
 
-/// Stirling's series, for large numbers.
+/// Up to here ln of a factorial is summed.
+const SMALL: f64 = 1000.0;
+
+/// Term by term, and by Stirling's series for large numbers.
 fn ln_factorial(n: f64) -> f64 {
+    if n <= SMALL {
+        return (1..=floor(n)).map(|k| float(k).ln()).sum();
+    }
     let series = 1.0 / (12.0 * n) - 1.0 / (360.0 * n * n * n);
     n * n.ln() - n + 0.5 * (core::f64::consts::TAU * n).ln() + series
 }
@@ -278,6 +293,7 @@ mod tests {
             Counts { seconds: -1.0, ..most },
             Counts { slips: u64::MAX, ..most },
             Counts { faults: 10_000_001, ..most },
+            Counts { seconds: 10.0, slips: 201, faults: 0 },
         ] {
             assert!(!counts.is_sane(), "{counts:?}");
         }

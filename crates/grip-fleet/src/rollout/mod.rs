@@ -20,7 +20,7 @@ pub struct RolloutConfig {
     pub some: f64,
     /// When a model is worse.
     pub judge: JudgeConfig,
-    /// A gripper that has answered no question for so long is gone (us).
+    /// A gripper that has answered no question for so long, the first and the last of them, is gone (us).
     pub silence_us: u64,
     /// One that has the model and holds nothing for so long says nothing about it (us).
     pub idle_us: u64,
@@ -155,8 +155,9 @@ struct Running {
     before: Counts,
     /// How long it was watched (s).
     watched_s: f64,
-    /// When it held something last (us).
+    /// When it held something last, and how long it had held nothing when it answered last (us).
     held_us: u64,
+    idle_us: u64,
 }
 
 impl Phase {
@@ -178,13 +179,22 @@ impl Phase {
     }
 }
 
+/// Questions to one gripper without an answer.
+#[derive(Clone, Debug)]
+struct Silence {
+    /// When the first and the last of them ended (us).
+    first_us: u64,
+    last_us: u64,
+    /// What came instead of the last answer.
+    reason: Option<String>,
+}
+
 /// A roll-out to some grippers.
 #[derive(Clone, Debug)]
 pub struct Rollout {
     config: RolloutConfig,
     members: BTreeMap<Member, Phase>,
-    /// Whose last question had no answer: since when (us), and what came instead.
-    silent: BTreeMap<Member, (u64, Option<String>)>,
+    silent: BTreeMap<Member, Silence>,
     stage: usize,
     stop: Option<Stop>,
 }
@@ -199,7 +209,8 @@ impl Rollout {
     /// A gripper was asked and has not answered, or with something that is no answer; it is to be asked again.
     pub fn miss(&mut self, member: &Member, reason: Option<String>, now_us: u64) {
         if self.members.contains_key(member) {
-            self.silent.entry(member.clone()).or_insert((now_us, None)).1 = reason;
+            let first_us = self.silent.get(member).map_or(now_us, |silence| silence.first_us);
+            self.silent.insert(member.clone(), Silence { first_us, last_us: now_us, reason });
         }
     }
 
@@ -210,7 +221,8 @@ impl Rollout {
         match (report, &*phase) {
             (Report::Fit, Phase::Checked) => *phase = Phase::Waiting,
             (Report::Taken(before), Phase::Asked) => {
-                *phase = Phase::Running(Running { before, watched_s: 0.0, held_us: now_us });
+                let (watched_s, held_us, idle_us) = (0.0, now_us, 0);
+                *phase = Phase::Running(Running { before, watched_s, held_us, idle_us });
             }
             (Report::Had, Phase::Checked | Phase::Asked) => *phase = Phase::Had,
             (Report::Kept, Phase::Asked | Phase::Running(_)) => *phase = Phase::Good,
@@ -222,9 +234,10 @@ impl Rollout {
                 let held_us =
                     if now.seconds > running.watched_s { now_us } else { running.held_us };
                 let (watched_s, before) = (now.seconds, running.before);
+                let idle_us = now_us.saturating_sub(held_us);
                 match self.config.judge.judge(&before, &now) {
                     Judgement::Open => {
-                        *phase = Phase::Running(Running { before, watched_s, held_us });
+                        *phase = Phase::Running(Running { before, watched_s, held_us, idle_us });
                     }
                     Judgement::Good => *phase = Phase::Good,
                     Judgement::Worse(what) => {
@@ -245,9 +258,9 @@ impl Rollout {
         }
     }
 
-    /// Time has passed: what is to be told to whom.
-    pub fn step(&mut self, now_us: u64) -> Vec<Order> {
-        self.look(now_us);
+    /// What is to be told to whom, by what was heard until now.
+    pub fn step(&mut self) -> Vec<Order> {
+        self.look();
         // Where somebody refuses it, all the others are still heard, so that all reasons are told at once.
         if self.is_checking() {
             return self.check();
@@ -364,13 +377,13 @@ impl Rollout {
     }
 
     /// Who has been silent, or idle, for too long.
-    fn look(&mut self, now_us: u64) {
+    fn look(&mut self) {
         let RolloutConfig { silence_us, idle_us, .. } = self.config;
-        let late = |since: u64, limit_us: u64| now_us.saturating_sub(since) > limit_us;
+        let late = |silence: &&Silence| silence.last_us - silence.first_us > silence_us;
         let mut why = None;
         for (member, phase) in &mut self.members {
-            let gone = self.silent.get(member).filter(|(since, _)| late(*since, silence_us));
-            let (who, reason) = (member.clone(), gone.and_then(|(_, reason)| reason.clone()));
+            let gone = self.silent.get(member).filter(late);
+            let (who, reason) = (member.clone(), gone.and_then(|gone| gone.reason.clone()));
             let stop = match *phase {
                 Phase::Checked if gone.is_some() => {
                     *phase = Phase::Back;
@@ -379,9 +392,7 @@ impl Rollout {
                 Phase::Asked | Phase::Running(_) if gone.is_some() => {
                     Stop::Gone { member: who, reason }
                 }
-                Phase::Running(running) if late(running.held_us, idle_us) => {
-                    Stop::Idle { member: who }
-                }
+                Phase::Running(running) if running.idle_us > idle_us => Stop::Idle { member: who },
                 _ => continue,
             };
             why.get_or_insert(stop);

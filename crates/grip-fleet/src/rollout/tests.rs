@@ -48,7 +48,7 @@ impl Plant {
     /// Ten seconds, and each tells how it does.
     fn turn(&mut self, minute: u64) {
         loop {
-            let orders = self.rollout.step(self.now_us);
+            let orders = self.rollout.step();
             if orders.is_empty() {
                 break;
             }
@@ -98,7 +98,7 @@ fn a_worse_model_stops_at_the_first_and_goes_back() {
 fn checked(count: u8) -> Rollout {
     let mut rollout = Rollout::new(RolloutConfig::default(), members(count));
     let asked: Vec<Order> = members(count).into_iter().map(Order::Check).collect();
-    assert_eq!((rollout.progress(), rollout.step(0)), (Progress::Checking, asked));
+    assert_eq!((rollout.progress(), rollout.step()), (Progress::Checking, asked));
     members(count).iter().for_each(|member| rollout.hear(member, Report::Fit, 0));
     rollout
 }
@@ -106,17 +106,20 @@ fn checked(count: u8) -> Rollout {
 #[test]
 fn who_would_refuse_it_stops_it_before_anybody_has_it_and_all_are_heard() {
     let mut rollout = Rollout::new(RolloutConfig::default(), members(4));
-    rollout.step(0);
+    rollout.step();
     let who = members(4);
     rollout.hear(&who[0], Report::Fit, 1);
     rollout.hear(&who[2], Report::Refused("too early".to_owned()), 1);
-    assert_eq!((rollout.progress(), rollout.step(2)), (Progress::Checking, vec![]));
+    assert_eq!((rollout.progress(), rollout.step()), (Progress::Checking, vec![]));
     rollout.hear(&who[3], Report::Refused("too old".to_owned()), 3);
-    assert_eq!((rollout.progress(), rollout.step(4)), (Progress::Checking, vec![]));
+    assert_eq!((rollout.progress(), rollout.step()), (Progress::Checking, vec![]));
     // The last one never answers.
-    rollout.miss(&who[1], None, 2 * SECOND);
-    assert_eq!(rollout.step(62 * SECOND), []);
-    assert_eq!((rollout.step(63 * SECOND), rollout.progress()), (vec![], Progress::Stopped(0)));
+    for second in [2, 62] {
+        rollout.miss(&who[1], None, second * SECOND);
+        assert_eq!((rollout.step(), rollout.progress()), (vec![], Progress::Checking));
+    }
+    rollout.miss(&who[1], None, 63 * SECOND);
+    assert_eq!((rollout.step(), rollout.progress()), (vec![], Progress::Stopped(0)));
     let told = rollout.stopped().unwrap().to_string();
     assert_eq!(told, format!("{} refused the model: too early", who[2]));
 }
@@ -124,20 +127,20 @@ fn who_would_refuse_it_stops_it_before_anybody_has_it_and_all_are_heard() {
 #[test]
 fn whoever_stops_it_waits_for_nobody_who_has_not_said_whether_it_would_take_it() {
     let mut rollout = Rollout::new(RolloutConfig::default(), members(3));
-    rollout.step(0);
+    rollout.step();
     rollout.abort();
-    assert_eq!((rollout.step(1), rollout.progress()), (vec![], Progress::Stopped(0)));
+    assert_eq!((rollout.step(), rollout.progress()), (vec![], Progress::Stopped(0)));
     rollout.hear(&members(1)[0], Report::Fit, 2);
-    assert_eq!((rollout.step(3), rollout.stopped()), (vec![], Some(&Stop::Told)));
+    assert_eq!((rollout.step(), rollout.stopped()), (vec![], Some(&Stop::Told)));
 }
 
 #[test]
 fn a_refusal_stops_it() {
     let mut rollout = checked(3);
-    let orders = rollout.step(0);
+    let orders = rollout.step();
     let [Order::Take(first)] = orders.as_slice() else { panic!("{orders:?}") };
     rollout.hear(first, Report::Refused("another hash".to_owned()), 1);
-    assert_eq!(rollout.step(2), []);
+    assert_eq!(rollout.step(), []);
     assert_eq!(rollout.progress(), Progress::Stopped(0));
     let told = rollout.stopped().unwrap().to_string();
     assert_eq!(told, format!("{first} refused the model: another hash"));
@@ -146,16 +149,17 @@ fn a_refusal_stops_it() {
 #[test]
 fn silence_stops_it_and_who_comes_back_is_told_to_give_back() {
     let mut rollout = checked(3);
-    let orders = rollout.step(0);
+    let orders = rollout.step();
     let [Order::Take(first)] = orders.as_slice() else { panic!("{orders:?}") };
     rollout.hear(first, Report::Taken(Counts::default()), SECOND);
     rollout.miss(first, None, 2 * SECOND);
     // It answers once, and then says why it cannot.
     rollout.hear(first, Report::Counted(Counts::default()), 40 * SECOND);
     rollout.miss(first, None, 41 * SECOND);
-    rollout.miss(first, Some("no folder".to_owned()), 80 * SECOND);
-    assert_eq!(rollout.step(101 * SECOND), []);
-    assert_eq!(rollout.step(102 * SECOND), [Order::GiveBack(first.clone())]);
+    rollout.miss(first, None, 101 * SECOND);
+    assert_eq!(rollout.step(), []);
+    rollout.miss(first, Some("no folder".to_owned()), 102 * SECOND);
+    assert_eq!(rollout.step(), [Order::GiveBack(first.clone())]);
     assert_eq!(rollout.progress(), Progress::Stopped(1), "it may have the model still");
     rollout.hear(first, Report::Back, 110 * SECOND);
     assert_eq!(rollout.progress(), Progress::Stopped(0));
@@ -167,15 +171,16 @@ fn silence_stops_it_and_who_comes_back_is_told_to_give_back() {
 #[test]
 fn who_was_not_asked_for_long_is_not_gone() {
     let mut rollout = checked(2);
-    let orders = rollout.step(0);
+    let orders = rollout.step();
     let [Order::Take(first)] = orders.as_slice() else { panic!("{orders:?}") };
     rollout.hear(first, Report::Taken(Counts::default()), SECOND);
-    for second in [300, 600] {
-        assert_eq!(rollout.step(second * SECOND), []);
+    for second in [300, 600, 1200] {
         rollout.hear(first, Report::Counted(Counts::default()), second * SECOND);
+        assert_eq!(rollout.step(), []);
+        // One answer that was lost is none of patience, however late the next question comes.
+        rollout.miss(first, None, (second + 100) * SECOND);
+        assert_eq!((rollout.step(), rollout.stopped()), (vec![], None));
     }
-    rollout.miss(first, None, 900 * SECOND);
-    assert_eq!((rollout.step(960 * SECOND), rollout.stopped()), (vec![], None));
 }
 
 #[test]
@@ -207,37 +212,38 @@ fn strangers_and_late_words_change_nothing() {
 #[test]
 fn who_holds_nothing_for_too_long_stops_it_though_it_answers() {
     let mut rollout = checked(2);
-    let orders = rollout.step(0);
+    let orders = rollout.step();
     let [Order::Take(first)] = orders.as_slice() else { panic!("{orders:?}") };
     rollout.hear(first, Report::Taken(Counts::default()), SECOND);
     for second in 2..=3601 {
-        assert_eq!(rollout.step(second * SECOND), [], "a pause of less than an hour");
         rollout.hear(first, Report::Counted(Counts::default()), second * SECOND);
+        assert_eq!(rollout.step(), [], "a pause of an hour at most");
     }
-    assert_eq!(rollout.step(3602 * SECOND), [Order::GiveBack(first.clone())]);
+    rollout.hear(first, Report::Counted(Counts::default()), 3602 * SECOND);
+    assert_eq!(rollout.step(), [Order::GiveBack(first.clone())]);
     assert_eq!(rollout.stopped(), Some(&Stop::Idle { member: first.clone() }));
 }
 
 #[test]
 fn who_had_the_model_before_does_not_stand_for_the_first_to_try_it() {
     let mut rollout = Rollout::new(RolloutConfig::default(), members(4));
-    rollout.step(0);
+    rollout.step();
     let who = members(4);
     rollout.hear(&who[0], Report::Had, 1);
     who[1..].iter().for_each(|member| rollout.hear(member, Report::Fit, 1));
-    assert_eq!(rollout.step(2), [Order::Take(who[1].clone())]);
+    assert_eq!(rollout.step(), [Order::Take(who[1].clone())]);
     rollout.hear(&who[1], Report::Taken(Counts::default()), 3);
     rollout.hear(&who[1], Report::Kept, 4);
-    assert_eq!(rollout.step(5), [Order::Take(who[2].clone())]);
+    assert_eq!(rollout.step(), [Order::Take(who[2].clone())]);
     rollout.hear(&who[2], Report::Taken(Counts::default()), 6);
     rollout.abort();
     let back = [Order::GiveBack(who[1].clone()), Order::GiveBack(who[2].clone())];
-    assert_eq!(rollout.step(7), back);
+    assert_eq!(rollout.step(), back);
     // All of them have it already.
     let mut rollout = Rollout::new(RolloutConfig::default(), members(2));
-    rollout.step(0);
+    rollout.step();
     members(2).iter().for_each(|member| rollout.hear(member, Report::Had, 1));
-    assert_eq!((rollout.step(2), rollout.progress()), (vec![], Progress::Done));
+    assert_eq!((rollout.step(), rollout.progress()), (vec![], Progress::Done));
 }
 
 #[test]
@@ -245,7 +251,7 @@ fn who_has_got_the_model_from_elsewhere_meanwhile_keeps_it() {
     let mut rollout = checked(3);
     let mut told = Vec::new();
     for now_us in 0..3 {
-        for order in rollout.step(now_us) {
+        for order in rollout.step() {
             let (Order::Check(member) | Order::Take(member) | Order::GiveBack(member)) = &order;
             let report =
                 if told.is_empty() { Report::Had } else { Report::Taken(Counts::default()) };
@@ -257,7 +263,7 @@ fn who_has_got_the_model_from_elsewhere_meanwhile_keeps_it() {
     // Another one is the first to try it, alone.
     let [_, second, third] = &members(3)[..] else { panic!() };
     assert_eq!(told, [Order::Take(members(1).remove(0)), Order::Take(second.clone())]);
-    let back = rollout.step(9);
+    let back = rollout.step();
     assert_eq!((back, rollout.stage()), (vec![Order::GiveBack(second.clone())], 1));
     assert!(rollout.holding().all(|member| member != third));
     assert_eq!(rollout.stopped(), Some(&Stop::Told));
@@ -271,10 +277,10 @@ fn who_has_got_the_model_from_elsewhere_meanwhile_keeps_it() {
 fn who_left_by_itself_is_named_with_its_reason() {
     let mut rollout = checked(3);
     let first = members(1).remove(0);
-    rollout.step(0);
+    rollout.step();
     rollout.hear(&first, Report::Taken(Counts::default()), 1);
     rollout.hear(&first, Report::Left("it has started again".to_owned()), 2);
-    assert_eq!(rollout.step(3), []);
+    assert_eq!(rollout.step(), []);
     let told = rollout.stopped().unwrap().to_string();
     assert_eq!(told, format!("{first} has gone back to the model before: it has started again"));
 }

@@ -367,7 +367,7 @@ fn taken(before: &Counts, judge: &JudgeConfig) -> String {
     let Counts { seconds, slips, .. } = before;
     #[expect(clippy::cast_precision_loss, reason = "a count of slips")]
     let rate = *slips as f64 / seconds.max(1.0);
-    let told = match judge.noticed(rate.max(1.0 / seconds.max(1.0))) {
+    let told = match judge.noticed(rate.clamp(1.0 / seconds.max(1.0), 1.0)) {
         Some(ratio) => format!("{ratio:.1} times as many slips are noticed nine times in ten"),
         None => "no number of slips can be told from that: watch for longer".to_owned(),
     };

@@ -242,20 +242,22 @@ impl<'a> Copying<'a> {
                 }
                 Err(error @ (NetError::Silent { .. } | NetError::Refused { .. })) => error,
                 done => {
-                    if clock::monotonic().saturating_sub(asked) < self.answer() / QUICK {
+                    let took = clock::monotonic().saturating_sub(asked);
+                    if bytes >= most && took < self.answer() / QUICK {
                         self.most.set((2 * most).min(PIECE as u64));
                     }
                     return done;
                 }
             };
             let now = clock::monotonic();
-            if now.saturating_sub(start) >= self.patience {
-                self.gone.set(true);
-                return Err(error);
-            }
             // What nobody has heard ends sooner, and was not too long.
-            if now.saturating_sub(asked) >= self.answer() {
+            let is_slow = now.saturating_sub(asked) >= self.answer();
+            if is_slow {
                 self.most.set((most / 4).max(LEAST));
+            }
+            if now.saturating_sub(start) >= self.patience {
+                self.gone.set(!is_slow || most == LEAST);
+                return Err(error);
             }
             thread::park_timeout(RETRY);
         }
