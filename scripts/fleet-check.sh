@@ -1,7 +1,7 @@
 #!/bin/sh
 # What no default build contains: the fleet with a real router, gripd and gripctl beside one, the node of ROS 2 and the live view of
-# Foxglove held against programs of others; what gripmon hears of a router; and that the default programs know nothing of it. Some 220 more crates are compiled, once:
-# every call names the same packages and features. The table in gripmon's window has scripts/fleet-window-check.sh.
+# Foxglove held against programs of others; what gripmon hears of a router; and that the default programs know nothing of it. Some 220 more
+# crates are compiled, once: every call names the same packages and features. The table in gripmon's window has scripts/fleet-window-check.sh.
 set -eu
 cd "$(dirname "$0")/.."
 

@@ -27,7 +27,8 @@ pub(crate) enum FleetCommand {
     /// Give a model to one gripper, then to some, then to all, and take it back where one of them becomes worse.
     ///
     /// Everybody is asked first whether it would take it; where somebody would not, nobody gets it. Each gripper examines the model,
-    /// counts its slips and faults with it against those before, and goes back by itself where they become more. Ctrl-C takes the model back; a second one leaves everything as it is.
+    /// counts its slips and faults with it against those before, and goes back by itself where they become more. Ctrl-C takes the
+    /// model back; a second one leaves everything as it is.
     ///
     /// Exit codes: 0 all have it, 1 stopped and rolled back, 2 wrong arguments.
     Deploy(DeployArgs),

@@ -189,17 +189,9 @@ fn fetched(
     recording: &Recording,
     folder: &Path,
 ) -> Result<Fetched, FetchError<NetError>> {
-    let [size, modified] = [recording.bytes, recording.modified_ns].map(|n| n.to_string());
     fetch(recording, folder, &mut |from, bytes| {
-        let [from, bytes] = [from, bytes].map(|number| number.to_string());
-        let words = [
-            ("name", recording.name.as_str()),
-            ("from", &from),
-            ("bytes", &bytes),
-            ("size", &size),
-            ("modified", &modified),
-        ];
-        lent(session, member, &words)
+        let question = recording.question(from, bytes);
+        lent(session, member, &question.each_ref().map(|(name, value)| (*name, value.as_str())))
     })
 }
 

@@ -101,6 +101,12 @@ impl Deployer {
         self.rollout.abort();
     }
 
+    /// Which stage it is in or was in; 0 before the first.
+    #[must_use]
+    pub const fn stage(&self) -> usize {
+        self.rollout.stage()
+    }
+
     /// Where it is.
     #[must_use]
     pub fn progress(&self) -> Progress {

@@ -42,6 +42,22 @@ pub struct Recording {
     pub growing: bool,
 }
 
+impl Recording {
+    /// The question for its bytes from a place on: names and values.
+    #[must_use]
+    pub fn question(&self, from: u64, bytes: u64) -> [(&'static str, String); 5] {
+        let [from, bytes, size, modified] =
+            [from, bytes, self.bytes, self.modified_ns].map(|number| number.to_string());
+        [
+            ("name", self.name.clone()),
+            ("from", from),
+            ("bytes", bytes),
+            ("size", size),
+            ("modified", modified),
+        ]
+    }
+}
+
 /// Whether a text is the name of a recording that can travel: letters, digits and `._-+@ ` in ASCII, no point or space at its start, `.mcap` at
 /// its end. So it leads nowhere else, on either side.
 #[must_use]

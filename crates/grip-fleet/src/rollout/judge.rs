@@ -28,7 +28,7 @@ impl fmt::Display for Counts {
 
 impl Counts {
     /// Whether a gripper can have counted that: a time of at most 30 years, and at most ten million of each. Slips are at least five seconds from each
-    /// other; a hundred and ten a second are let through.
+    /// other; ten a second, and a hundred more, are let through.
     #[must_use]
     pub fn is_sane(&self) -> bool {
         (0.0..=1e9).contains(&self.seconds)

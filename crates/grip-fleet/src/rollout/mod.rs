@@ -382,19 +382,18 @@ impl Rollout {
         let late = |silence: &&Silence| silence.last_us - silence.first_us > silence_us;
         let mut why = None;
         for (member, phase) in &mut self.members {
-            let gone = self.silent.get(member).filter(late);
-            let (who, reason) = (member.clone(), gone.and_then(|gone| gone.reason.clone()));
-            let stop = match *phase {
-                Phase::Checked if gone.is_some() => {
-                    *phase = Phase::Back;
-                    Stop::Gone { member: who, reason }
+            let stop = match (&*phase, self.silent.get(member).filter(late)) {
+                (Phase::Checked | Phase::Asked | Phase::Running(_), Some(silence)) => {
+                    Stop::Gone { member: member.clone(), reason: silence.reason.clone() }
                 }
-                Phase::Asked | Phase::Running(_) if gone.is_some() => {
-                    Stop::Gone { member: who, reason }
+                (Phase::Running(running), None) if running.idle_us > idle_us => {
+                    Stop::Idle { member: member.clone() }
                 }
-                Phase::Running(running) if running.idle_us > idle_us => Stop::Idle { member: who },
                 _ => continue,
             };
+            if *phase == Phase::Checked {
+                *phase = Phase::Back;
+            }
             why.get_or_insert(stop);
         }
         if let Some(stop) = why {

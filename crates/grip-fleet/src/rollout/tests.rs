@@ -103,6 +103,15 @@ fn checked(count: u8) -> Rollout {
     rollout
 }
 
+/// The first of them has got the model, and tries it since then (1 s).
+fn tried(count: u8) -> (Rollout, Member) {
+    let mut rollout = checked(count);
+    let first = members(1).remove(0);
+    assert_eq!(rollout.step(), [Order::Take(first.clone())]);
+    rollout.hear(&first, Report::Taken(Counts::default()), SECOND);
+    (rollout, first)
+}
+
 #[test]
 fn who_would_refuse_it_stops_it_before_anybody_has_it_and_all_are_heard() {
     let mut rollout = Rollout::new(RolloutConfig::default(), members(4));
@@ -148,10 +157,8 @@ fn a_refusal_stops_it() {
 
 #[test]
 fn silence_stops_it_and_who_comes_back_is_told_to_give_back() {
-    let mut rollout = checked(3);
-    let orders = rollout.step();
-    let [Order::Take(first)] = orders.as_slice() else { panic!("{orders:?}") };
-    rollout.hear(first, Report::Taken(Counts::default()), SECOND);
+    let (mut rollout, first) = tried(3);
+    let first = &first;
     rollout.miss(first, None, 2 * SECOND);
     // It answers once, and then says why it cannot.
     rollout.hear(first, Report::Counted(Counts::default()), 40 * SECOND);
@@ -170,10 +177,8 @@ fn silence_stops_it_and_who_comes_back_is_told_to_give_back() {
 /// A turn over many grippers may take longer than patience: whoever answers when asked is there.
 #[test]
 fn who_was_not_asked_for_long_is_not_gone() {
-    let mut rollout = checked(2);
-    let orders = rollout.step();
-    let [Order::Take(first)] = orders.as_slice() else { panic!("{orders:?}") };
-    rollout.hear(first, Report::Taken(Counts::default()), SECOND);
+    let (mut rollout, first) = tried(2);
+    let first = &first;
     for second in [300, 600, 1200] {
         rollout.hear(first, Report::Counted(Counts::default()), second * SECOND);
         assert_eq!(rollout.step(), []);
@@ -211,10 +216,8 @@ fn strangers_and_late_words_change_nothing() {
 
 #[test]
 fn who_holds_nothing_for_too_long_stops_it_though_it_answers() {
-    let mut rollout = checked(2);
-    let orders = rollout.step();
-    let [Order::Take(first)] = orders.as_slice() else { panic!("{orders:?}") };
-    rollout.hear(first, Report::Taken(Counts::default()), SECOND);
+    let (mut rollout, first) = tried(2);
+    let first = &first;
     for second in 2..=3601 {
         rollout.hear(first, Report::Counted(Counts::default()), second * SECOND);
         assert_eq!(rollout.step(), [], "a pause of an hour at most");
@@ -275,11 +278,8 @@ fn who_has_got_the_model_from_elsewhere_meanwhile_keeps_it() {
 
 #[test]
 fn who_left_by_itself_is_named_with_its_reason() {
-    let mut rollout = checked(3);
-    let first = members(1).remove(0);
-    rollout.step();
-    rollout.hear(&first, Report::Taken(Counts::default()), 1);
-    rollout.hear(&first, Report::Left("it has started again".to_owned()), 2);
+    let (mut rollout, first) = tried(3);
+    rollout.hear(&first, Report::Left("it has started again".to_owned()), 2 * SECOND);
     assert_eq!(rollout.step(), []);
     let told = rollout.stopped().unwrap().to_string();
     assert_eq!(told, format!("{first} has gone back to the model before: it has started again"));

@@ -80,12 +80,15 @@ fn config(args: &DeployArgs) -> Result<RolloutConfig, WrongArgument> {
         let text = format!("--some {}: expected a share from 0 to 1", args.some);
         return Err(WrongArgument(text));
     }
-    let silence = Duration::try_from_secs_f64(checked("--patience", args.patience, false)?);
-    let silence_us =
-        silence.map_or(u64::MAX, |time| u64::try_from(time.as_micros()).unwrap_or(u64::MAX));
-    let idle = Duration::try_from_secs_f64(checked("--idle", args.idle, false)?);
-    let idle_us = idle.map_or(u64::MAX, |time| u64::try_from(time.as_micros()).unwrap_or(u64::MAX));
+    let silence_us = micros("--patience", args.patience)?;
+    let idle_us = micros("--idle", args.idle)?;
     Ok(RolloutConfig { some: args.some, judge, silence_us, idle_us })
+}
+
+/// A time (s) in us; one that is too long stands for ever.
+fn micros(name: &str, seconds: f64) -> Result<u64, WrongArgument> {
+    let time = Duration::try_from_secs_f64(checked(name, seconds, false)?);
+    Ok(time.map_or(u64::MAX, |time| u64::try_from(time.as_micros()).unwrap_or(u64::MAX)))
 }
 
 /// The file, unless it is none for any gripper.
@@ -171,7 +174,6 @@ struct Teller {
     json: bool,
     model: String,
     all: usize,
-    stage: usize,
     /// Who has it for good.
     done: BTreeSet<Member>,
     /// Time that those on trial were watched (s).
@@ -209,7 +211,6 @@ impl Teller {
             json,
             model,
             all,
-            stage: 0,
             done: BTreeSet::new(),
             watched: BTreeMap::new(),
             silent: BTreeMap::new(),
@@ -234,8 +235,7 @@ impl Teller {
         }
     }
 
-    fn begin(&mut self, stage: usize) -> anyhow::Result<()> {
-        self.stage = stage;
+    fn begin(&self, stage: usize) -> anyhow::Result<()> {
         if self.json {
             return output::json(&Line::Stage { stage });
         }
@@ -345,7 +345,7 @@ impl Teller {
             return Ok(Exit::Failed);
         }
         let reason = reason.unwrap_or_default();
-        let what = match (self.stage, unreachable.len()) {
+        let what = match (deployer.stage(), unreachable.len()) {
             (0, _) => "went to nobody".to_owned(),
             (_, 0) => "was stopped and rolled back".to_owned(),
             (_, 1) => "was stopped, and one gripper may still have it".to_owned(),

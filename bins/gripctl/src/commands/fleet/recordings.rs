@@ -269,15 +269,8 @@ impl<'a> Copying<'a> {
     }
 
     fn once(&self, recording: &Recording, from: u64, bytes: u64) -> Result<Vec<Vec<u8>>, NetError> {
-        let numbers = [from, bytes, recording.bytes, recording.modified_ns];
-        let [from, bytes, size, modified] = numbers.map(|number| number.to_string());
-        let parameters = [
-            ("name", recording.name.as_str()),
-            ("from", &from),
-            ("bytes", &bytes),
-            ("size", &size),
-            ("modified", &modified),
-        ];
+        let question = recording.question(from, bytes);
+        let parameters = question.each_ref().map(|(name, value)| (*name, value.as_str()));
         let (member, patience) = (self.member, self.answer());
         let part = Part::Recordings;
         ask(self.session, &Ask { member, part, parameters: &parameters, payload: &[], patience })
