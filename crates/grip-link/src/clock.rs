@@ -52,6 +52,13 @@ struct Line {
     sigma_us: f64,
 }
 
+/// Where the MCU clock stands against the host clock, as of one time: a copy that outlives the estimate.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ClockRelation {
+    line: Line,
+    anchor: (u64, u64),
+}
+
 /// Estimates where the MCU clock stands against the host clock.
 #[derive(Debug, Clone)]
 pub struct ClockSync {
@@ -203,10 +210,13 @@ impl ClockSync {
     /// Host time of an MCU tick \[us\]; `None` before the first point or for a time before host zero.
     #[must_use]
     pub fn host_us(&self, tick: u64) -> Option<u64> {
-        let (line, (host0, tick0)) = (self.line?, self.anchor?);
-        let since_us =
-            line.mean_host_us + (distance(tick, tick0) - line.mean_ticks) / line.ticks_a_us;
-        moved(host0, since_us)
+        self.relation()?.host_us(tick)
+    }
+
+    /// The relation of both clocks as of now; `None` before the first point.
+    #[must_use]
+    pub fn relation(&self) -> Option<ClockRelation> {
+        Some(ClockRelation { line: self.line?, anchor: self.anchor? })
     }
 
     /// MCU tick at a host time \[us\]; `None` before the first point or for a time before tick zero.
@@ -217,6 +227,17 @@ impl ClockSync {
             tick0,
             line.mean_ticks + (distance(host_us, host0) - line.mean_host_us) * line.ticks_a_us,
         )
+    }
+}
+
+impl ClockRelation {
+    /// Host time of an MCU tick \[us\]; `None` for a time before host zero.
+    #[must_use]
+    pub fn host_us(&self, tick: u64) -> Option<u64> {
+        let Self { line, anchor: (host0, tick0) } = *self;
+        let since_us =
+            line.mean_host_us + (distance(tick, tick0) - line.mean_ticks) / line.ticks_a_us;
+        moved(host0, since_us)
     }
 }
 

@@ -7,8 +7,8 @@ use grip_record::mcap::{
 };
 use proptest::prelude::{Just, Strategy, any, prop_assert, prop_assert_eq, prop_oneof, proptest};
 use slip_core::{
-    Sample, detector::ReferenceHealth, distance::TravelHealth, grip::GripState, health::Health,
-    pressure::PressureHealth, scene::Scene, units::Micros,
+    Arrival, Sample, detector::ReferenceHealth, distance::TravelHealth, grip::GripState,
+    health::Health, pressure::PressureHealth, scene::Scene, units::Micros,
 };
 use std::{collections::BTreeMap, io::Cursor, path::Path};
 
@@ -97,7 +97,7 @@ fn same(a: &Sample, b: &Sample) -> bool {
             s.pressure,
             s.motion,
         ];
-        (s.t, s.stylus.to_bits(), options.map(|value| value.map(f32::to_bits)))
+        (s.t, s.arrival, s.stylus.to_bits(), options.map(|value| value.map(f32::to_bits)))
     };
     bits(a) == bits(b)
 }
@@ -299,10 +299,12 @@ proptest! {
         t in any::<u64>(), index in any::<u32>(), stylus in reading(),
         options in proptest::array::uniform8(proptest::option::of(reading())),
         taxels in proptest::collection::vec(reading(), 0..20),
+        arrived in proptest::option::of((1..u64::MAX, any::<u32>())),
     ) {
+        let arrival = arrived.map(|(at, age)| Arrival { at: Micros(at), age: Micros(age.into()) });
         let [normal_force_n, tangential_n, travel_m, velocity_m_s, second_stylus, reference, pressure, motion] = options;
         let sample = Sample {
-            t: Micros(t), stylus, normal_force_n, tangential_n, travel_m, velocity_m_s, second_stylus, reference, pressure, motion,
+            t: Micros(t), stylus, normal_force_n, tangential_n, travel_m, velocity_m_s, second_stylus, reference, pressure, motion, arrival,
         };
         let bytes = file_of(|writer| {
             writer.write(1, &Record::Sample(SampleRecord { index, sample, taxels: &taxels })).unwrap();

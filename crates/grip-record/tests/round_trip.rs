@@ -45,6 +45,7 @@ fn sample(t: u64) -> impl Strategy<Value = Sample> {
         reference: other.1,
         pressure: other.2,
         motion: other.3,
+        arrival: None,
     })
 }
 

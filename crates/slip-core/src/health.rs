@@ -290,6 +290,7 @@ impl HealthCheck {
             reference: self.other(sample.reference, OTHER_LIMIT),
             pressure: self.other(sample.pressure, OTHER_LIMIT),
             motion: self.other(sample.motion, OTHER_LIMIT),
+            arrival: sample.arrival,
         })
     }
 

@@ -34,4 +34,4 @@ pub mod velocity;
 pub use config::{ConfigError, PipelineConfig, Signal};
 pub use event::{Phase, SlipEvent, Step};
 pub use pipeline::Pipeline;
-pub use sample::Sample;
+pub use sample::{Arrival, Sample};

@@ -2,6 +2,15 @@
 
 use crate::units::Micros;
 
+/// When the computer took a reading in, by its own clock. Part of the input, so that a replay gives the same steps.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Arrival {
+    /// Host time of arrival (monotonic).
+    pub at: Micros,
+    /// Age of the reading on arrival: host time minus the device time mapped to the host's clock; 0 where the clocks are not related yet.
+    pub age: Micros,
+}
+
 /// One row of sensor readings. Only the stylus is required; a channel the gripper does not have is `None`.
 ///
 /// Values may be anything a broken sensor sends, NaN and infinities included: the pipeline counts such
@@ -28,6 +37,8 @@ pub struct Sample {
     pub pressure: Option<f32>,
     /// Commanded motion of arm or fingers: 0 while they are told to stand still, anything else while they are told to move.
     pub motion: Option<f32>,
+    /// When the computer took the row in; `None` where that is not known, as in a table of readings: then device time stands for host time.
+    pub arrival: Option<Arrival>,
 }
 
 impl Sample {

@@ -21,6 +21,7 @@ use crate::{
     report::{EventLine, EventLog},
 };
 use grip_link::{
+    clock::ClockSync,
     frame::MAX_WIRE,
     host::{GripCommand, HostConfig as LinkSettings, HostEvent, HostLink, HostState},
     message::{ChannelKind, DeviceState, GripMode, Ident, Layout, Status},
@@ -250,12 +251,14 @@ impl Session {
         let mut due = Due::default();
         let Self { link, pipeline, log, latest, applied_n, .. } = self;
         let Self { counters, tick_hz, cause_sample, newest_tick, motion, .. } = self;
+        let mut clock = link.clock().and_then(ClockSync::relation);
         while let Some(event) = link.receive(now_us, &mut bytes) {
             match &event {
                 HostEvent::Samples { samples, .. } => {
                     let Some(pipeline) = pipeline else { continue };
                     let (tick_hz, motion) = (*tick_hz, *motion);
-                    let mut path = Path { pipeline, log, latest, applied_n, tick_hz, motion };
+                    let mut path =
+                        Path { pipeline, log, latest, applied_n, tick_hz, motion, now_us, clock };
                     (*cause_sample, *newest_tick) = path.batch(samples, counters, tell);
                     due.fresh = true;
                 }
@@ -281,6 +284,7 @@ impl Session {
             }
             if !matches!(event, HostEvent::Samples { .. }) {
                 tell(News::Link(&event));
+                clock = link.clock().and_then(ClockSync::relation);
             }
         }
         due

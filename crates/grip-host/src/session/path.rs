@@ -2,8 +2,11 @@
 
 use super::{News, SessionCounters};
 use crate::{motion::OwnMotion, report::EventLog};
-use grip_link::message::{ChannelKind, Row, Samples};
-use slip_core::{Pipeline, Sample, Step, pressure::MAX_TAXELS, units::Micros};
+use grip_link::{
+    clock::ClockRelation,
+    message::{ChannelKind, Row, Samples},
+};
+use slip_core::{Arrival, Pipeline, Sample, Step, pressure::MAX_TAXELS, units::Micros};
 use std::sync::Arc;
 
 /// The part of a session that samples run through.
@@ -14,6 +17,9 @@ pub(super) struct Path<'a> {
     pub(super) applied_n: &'a mut Option<f32>,
     pub(super) tick_hz: u64,
     pub(super) motion: OwnMotion,
+    /// Host time at which the frame was complete (us), and the relation of the clocks, where it is known.
+    pub(super) now_us: u64,
+    pub(super) clock: Option<ClockRelation>,
 }
 
 impl Path<'_> {
@@ -27,7 +33,8 @@ impl Path<'_> {
         let mut last = (0, 0);
         for row in samples {
             let motion = self.motion.now(self.pipeline.grip_state());
-            let sample = Sample { motion, ..sample_of(&row, self.tick_hz) };
+            let arrival = Some(self.arrival(row.tick));
+            let sample = Sample { motion, arrival, ..sample_of(&row, self.tick_hz) };
             let mut frame = [f32::NAN; MAX_TAXELS];
             let taxels = taxels_of(&row, &mut frame);
             let step = self.pipeline.handle_with(&sample, taxels);
@@ -41,6 +48,12 @@ impl Path<'_> {
             last = (row.index, row.tick);
         }
         last
+    }
+
+    /// When a row of this device time was taken in, and how old it was.
+    fn arrival(&self, tick: u64) -> Arrival {
+        let taken_us = self.clock.and_then(|clock| clock.host_us(tick)).unwrap_or(self.now_us);
+        Arrival { at: Micros(self.now_us), age: Micros(self.now_us.saturating_sub(taken_us)) }
     }
 }
 
@@ -58,6 +71,7 @@ fn sample_of(row: &Row<'_>, tick_hz: u64) -> Sample {
         reference: channel(ChannelKind::Reference),
         pressure: channel(ChannelKind::Pressure),
         motion: None,
+        arrival: None,
     }
 }
 

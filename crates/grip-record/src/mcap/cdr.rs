@@ -154,6 +154,12 @@ impl<'a> CdrReader<'a> {
         self.at
     }
 
+    /// Whether every byte of the message has been read.
+    #[must_use]
+    pub fn is_at_end(&self) -> bool {
+        self.at >= self.bytes.len()
+    }
+
     #[inline]
     fn align(&mut self, size: usize) {
         self.at = self.at.next_multiple_of(size);

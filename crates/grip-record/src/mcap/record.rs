@@ -1,8 +1,8 @@
 //! What a recording holds, one kind for each topic, as the bytes of its message and back.
 
 use slip_core::{
-    Sample, detector::ReferenceHealth, distance::TravelHealth, grip::GripState, health::Health,
-    pressure::PressureHealth, scene::Scene, units::Micros,
+    Arrival, Sample, detector::ReferenceHealth, distance::TravelHealth, grip::GripState,
+    health::Health, pressure::PressureHealth, scene::Scene, units::Micros,
 };
 
 use super::cdr::{CdrError, CdrReader, CdrWriter};
@@ -283,6 +283,8 @@ impl SampleRecord<'_> {
             w.f32(value);
         }
         w.floats(self.taxels);
+        let Arrival { at, age } = sample.arrival.unwrap_or_default();
+        w.u64(at.0).u32(u32::try_from(age.0).unwrap_or(u32::MAX));
     }
 }
 
@@ -297,6 +299,11 @@ impl<'a> SampleRecord<'a> {
         }
         taxels.clear();
         r.floats(taxels)?;
+        // Recordings of before 2026-11-23 end here.
+        if !r.is_at_end() {
+            let arrival = Arrival { at: Micros(r.u64()?), age: Micros(r.u32()?.into()) };
+            sample.arrival = Some(arrival).filter(|arrival| arrival.at.0 > 0);
+        }
         Ok(Self { index, sample, taxels })
     }
 }

@@ -169,6 +169,7 @@ pub(super) fn sample(row: &RowOfSample<'_>) -> Sample {
         reference: value(SETS[6]),
         pressure: value(SETS[7]),
         motion: value(SETS[8]),
+        arrival: None,
     }
 }
 
