@@ -250,6 +250,12 @@ impl MovedDistance {
         moved_m * self.per_limit
     }
 
+    /// Whether there was a reading within `within` before `t`.
+    #[must_use]
+    pub fn is_live(&self, t: Micros, within: Micros) -> bool {
+        self.last.is_some_and(|(last, _)| t.since(last) < within)
+    }
+
     /// Whether the object advanced within `within` before `t`.
     #[must_use]
     pub fn advancing(&self, t: Micros, within: Micros) -> bool {

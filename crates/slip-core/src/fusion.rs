@@ -41,6 +41,10 @@ pub struct Channels<'a> {
 
 /// An object that was seen to move within this time moves now.
 const ADVANCED_WITHIN: Micros = Micros(3000);
+/// Travel without a reading for this long is gone, ...
+const TRAVEL_GONE: Micros = Micros(50_000);
+/// ... and a taxel array without a new frame.
+const PATTERN_GONE: Micros = Micros(200_000);
 /// The same for a pattern, which comes frame by frame.
 const CHANGED_WITHIN: Micros = Micros(20_000);
 
@@ -115,6 +119,15 @@ impl Fusion {
         let (travel, pressure) = self.healths;
         (travel == TravelHealth::Good || !self.uses(Method::Travel))
             && (pressure == PressureHealth::Good || !self.uses(Method::Pressure))
+    }
+
+    /// Whether travel or pressure could show a slip at `t`: it may speak, has lately had readings, and is not frozen or failed.
+    #[must_use]
+    pub fn is_usable(&self, t: Micros) -> bool {
+        let (travel, pressure) = self.healths;
+        let travel = travel != TravelHealth::Frozen && self.travel.is_live(t, TRAVEL_GONE);
+        let pressure = pressure == PressureHealth::Good && self.pressure.is_live(t, PATTERN_GONE);
+        (self.uses(Method::Travel) && travel) || (self.uses(Method::Pressure) && pressure)
     }
 
     /// The travel to measure with: without the leaps of the sensor, and absent where it is frozen.

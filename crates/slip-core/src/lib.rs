@@ -6,6 +6,7 @@
 
 pub mod confidence;
 pub mod config;
+pub mod course;
 pub mod detector;
 pub mod distance;
 pub mod drift;

@@ -159,6 +159,12 @@ impl SlipObservation {
         Self { travel_sigma_m, ..self }
     }
 
+    /// Deviation of one reading of the travel (m).
+    #[must_use]
+    pub fn travel_sigma_m(&self) -> f32 {
+        self.travel_sigma_m
+    }
+
     /// The deviation of the speed (m/s) in the samples that follow, where it does not come from the travel.
     #[inline]
     pub fn trust_speed(&mut self, sigma_m_s: Option<f32>) {

@@ -5,11 +5,14 @@
 
 mod evidence;
 mod force;
+mod grip_force;
+mod host_time;
 mod rest;
 
 use crate::{
     confidence::confidence,
     config::{ConfigError, PipelineConfig, Signal},
+    course::Course,
     detector::{KnownFloors, MotionInput, SlipDetector, SlipState},
     distance::Fingers,
     drift::Hold,
@@ -27,6 +30,8 @@ use crate::{
     velocity::VelocityMeter,
 };
 use force::SlipNews;
+use grip_force::GripForce;
+use host_time::HostTime;
 use rest::Rest;
 
 /// A slip without touch ends after this long.
@@ -41,8 +46,11 @@ pub struct Pipeline<W> {
     detector: SlipDetector,
     fusion: Fusion,
     observation: SlipObservation,
+    course: Course,
     velocity: VelocityMeter,
     friction: FrictionMeter,
+    grip_force: GripForce,
+    host_time: HostTime,
     estimator: Option<Estimator<W>>,
     grip: Option<GripController>,
     last_t: Option<Micros>,
@@ -104,8 +112,11 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             fusion: Fusion::new(config.methods, config.travel, config.pressure)?,
             observation: SlipObservation::new(config.observation, rate_hz)
                 .with_travel_sigma(config.velocity.travel_sigma_m(config.travel.resolution_m)),
+            course: Course::default(),
             velocity: VelocityMeter::new(config.velocity, rate_hz)?,
             friction: FrictionMeter::new(rate_hz),
+            grip_force: GripForce::default(),
+            host_time: HostTime::new(config.sample_rate),
             estimator,
             grip: config.grip.map(GripController::new),
             last_t: None,
@@ -148,6 +159,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
     #[inline]
     pub fn handle_with(&mut self, sample: &Sample, taxels: &[f32]) -> Step {
         self.counters.samples += 1;
+        self.host_time.arrive(sample.arrival, self.last_t);
         let before = self.health.health();
         let plain = self.health.passes(sample);
         match self.rest_of(sample) {
@@ -202,9 +214,10 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         let statistic = told.map_or(0.0, |told| told.statistic);
         if self.slip.is_some() || self.config.no_skip {
             self.feel(felt);
-            let believed = self.fusion.believed_travel(sample.travel_m);
+            let travel_m = self.fusion.believed_travel(sample.travel_m);
+            let normal_force_n = self.force_of(sample, dt);
             let step = Step { statistic, event, ..self.unchanged(sample.t) };
-            return self.follow(&Sample { travel_m: believed, ..*sample }, dt, step);
+            return self.follow(&Sample { travel_m, normal_force_n, ..*sample }, dt, step);
         }
         let (command, grip) = self.command(sample, dt, SlipNews::default());
         self.rest = self.rest_after();
@@ -342,8 +355,10 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
                 let gross = state == SlipState::Gross;
                 let heights = self.config.signal == Signal::Displacement;
                 self.observation.begin(heights.then(|| self.detector.noise_rms()));
+                self.course.reset();
                 self.velocity.begin();
                 self.friction.begin();
+                self.grip_force.begin(self.grip.map_or(0.0, |grip| grip.command_n()));
                 self.slip = Some(Slip {
                     since: sample.t,
                     gross,

@@ -50,6 +50,7 @@ fn any_input(furthest_m: f32) -> impl Strategy<Value = GripInput> {
             applied_n,
             touching: true,
             healthy: luck > 0,
+            ..GripInput::default()
         },
     )
 }

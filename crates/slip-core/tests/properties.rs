@@ -125,7 +125,7 @@ proptest! {
             let closing = grip.state() == GripState::Closing;
             let evidence = estimate_n.map(|estimate_n| Evidence { estimate_n, sigma_n: 0.1 });
             let sliding = slides.map(|[force_n, acceleration_g]| Sliding { force_n, acceleration_g });
-            let command = grip.step(&GripInput { dt_s, slip, moved_m, evidence, sliding, travel: moved_m.is_some(), applied_n: moved_m, touching, healthy });
+            let command = grip.step(&GripInput { dt_s, slip, moved_m, evidence, sliding, travel: moved_m.is_some(), applied_n: moved_m, touching, healthy, ..GripInput::default() });
             prop_assert!((0.0..=config.f_max_n).contains(&command), "{command}");
             let rise = command - last;
             prop_assert!(rise <= config.slew_n_s * dt_s.clamp(0.0, 0.01) * 1.000_01 + 1e-5, "{rise} in {dt_s} s");

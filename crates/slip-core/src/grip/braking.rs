@@ -1,7 +1,7 @@
 //! Evidence of a slip that goes on in, the force that stops it and the force to hold with afterwards out.
 
 use super::{Evidence, GripConfig, GripInput, Sliding, SlipNow, lag::Reach};
-use crate::estimate::KAPPA;
+use crate::estimate::{G_M_S2, KAPPA};
 
 /// Estimates that the force to hold with is a mean of, at most.
 const MEAN_OF: f32 = 5.0;
@@ -25,8 +25,24 @@ const BACK_M: f32 = 6e-6;
 const FIRST: f32 = 1.25;
 /// Without news of how the object slides for this long (s) it does not.
 const UNSEEN_S: f32 = 0.005;
+/// An object that comes back further than this (m) does not swing: no pad is that soft, the sensor has jumped.
+const MOST_SWING_M: f32 = 2e-4;
 /// Estimates over which the growth of the load is judged.
 const GROWTH_OF: usize = 4;
+/// An estimate that is older than this (s) has no say.
+const ESTIMATE_LASTS_S: f32 = 0.01;
+/// An object that slides on for this long (s) under the force that an estimate asked for contradicts it.
+const CONTRADICTED_S: f32 = 0.005;
+/// Share of the target that counts as arrived.
+const ARRIVED: f32 = 0.9;
+/// Slower than this (m/s) the pads may shear.
+const SHEAR_M_S: f32 = 0.003;
+/// Slower than this (m/s) nothing slides ...
+const CREEP_M_S: f32 = 5e-4;
+/// ... and between both what has gone further than this (m) does: no pad shears that far.
+const SHEAR_M: f32 = 5e-4;
+/// An object that falls freely doubles what is known of the force in about this time (s).
+const FALLING_TAU_S: f32 = 0.012;
 
 /// Why an object is held as it is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -94,6 +110,14 @@ pub(super) struct Braking {
     last_n: Option<[f32; GROWTH_OF]>,
     /// What the measured force should become (N); never falls.
     target_n: f32,
+    /// What it is at least while the object slides on (N).
+    envelope_n: f32,
+    /// Since the target last rose, and since the last estimate (s).
+    standing_s: f32,
+    unconfirmed_s: f32,
+    /// For how long the object has slid on under the force that the estimates asked for (s), and whether that was long enough.
+    contradicted_s: f32,
+    refuted: bool,
 }
 
 impl Braking {
@@ -113,13 +137,14 @@ impl Braking {
             ebbing: known.ebbing,
             swing_m: known.swing_m,
             target_n: step_n,
+            envelope_n: from_n.min(config.ceiling_n()),
             ..Self::default()
         }
     }
 
     /// What the weight of the object needs by all that is known now, with its margin (N).
     pub(super) fn weight_n(&self) -> Option<f32> {
-        let mean_n = self.mean_n.filter(|_| self.confirmed);
+        let mean_n = self.mean_n.filter(|_| self.confirmed && !self.refuted);
         match (self.weight_n, mean_n) {
             (Some(before_n), Some(mean_n)) => Some(mean_n.min(HEAVIER * before_n)),
             // What has stopped a slip too slow for an estimate is about what the weight needs.
@@ -128,6 +153,7 @@ impl Braking {
     }
 
     /// What the measured force should become (N).
+    #[cfg(test)]
     pub(super) fn target_n(&self) -> f32 {
         self.target_n
     }
@@ -151,17 +177,41 @@ impl Braking {
         if self.is_believed(false) { self.target_n } else { self.hold_before_n }
     }
 
-    /// Takes what is new.
-    pub(super) fn hear(
+    /// Takes what is new. `(dt_s, rise_s)`: time since the sample before, and time for which the force may rise.
+    pub(super) fn follow(
         &mut self,
         config: &GripConfig,
         input: &GripInput,
         command_n: f32,
-        dt_s: f32,
+        (dt_s, rise_s): (f32, f32),
     ) {
-        self.follow(config, input.moved_m);
+        self.confirm(config, input);
         self.watch(input.sliding, dt_s);
+        self.unconfirmed_s += dt_s;
+        self.standing_s += dt_s;
+        if input.stale {
+            return;
+        }
+        if let Some(wanted_n) = self.wanted_n(config, input).filter(|_| self.goes_on) {
+            self.aim(config, config.brake_gain * wanted_n);
+        }
+        self.judge(input, dt_s);
+        let rate = self.growth_per_s(config, input);
+        let evident = input.slip == SlipNow::Evident && self.goes_on;
+        if evident && self.slides(input) {
+            // The least answer to an object that slides on, whatever was estimated.
+            self.envelope_n += self.envelope_n.max(1.0) * rise_s / (1e-3 * config.measured_tau_ms);
+            self.aim(config, self.envelope_n);
+        }
+        if evident && rate > 0.0 && command_n >= self.target_n {
+            self.aim(config, self.target_n + self.target_n.max(1.0) * rise_s * rate);
+        }
+    }
+
+    /// What estimate and load ask for (N).
+    fn wanted_n(&mut self, config: &GripConfig, input: &GripInput) -> Option<f32> {
         let estimate_n = input.evidence.filter(Evidence::is_usable).map(|evidence| {
+            self.unconfirmed_s = 0.0;
             let with_margin = evidence.with_margin(config);
             let (agreed_n, growth_n) = self.learn(with_margin);
             // The estimate is some milliseconds old, and a load that has grown goes on growing.
@@ -175,38 +225,64 @@ impl Braking {
         if let (Some(load_n), Some(weight_n)) = (load_n, self.weight_n) {
             self.overloaded |= load_n > OVERLOAD * weight_n;
         }
-        let wanted_n = match (estimate_n, load_n) {
+        match (estimate_n, load_n) {
             (Some(estimate_n), Some(load_n)) => Some(estimate_n.min(load_n)),
             (estimate_n, load_n) => estimate_n.or(load_n),
-        };
-        if let Some(wanted_n) = wanted_n.filter(|_| self.goes_on) {
-            self.aim(config, config.brake_gain * wanted_n);
-        }
-        let blind = self.mean_n.is_none() && input.slip == SlipNow::Evident;
-        if blind && self.goes_on && command_n >= self.target_n {
-            let tau_ms = match input.moved_m {
-                Some(_) => config.measured_tau_ms,
-                None => config.reflex_tau_ms,
-            };
-            let rise_n = self.target_n.max(1.0) * dt_s / (1e-3 * tau_ms);
-            self.aim(config, self.target_n + rise_n);
         }
     }
 
+    /// Whether the moved distance shows an object that slides and does not slow down; where it is not measured, whether the slip shows.
+    fn slides(&self, input: &GripInput) -> bool {
+        let Some(moved_m) = input.moved_m else { return true };
+        let least_m_s = if moved_m > SHEAR_M { CREEP_M_S } else { SHEAR_M_S };
+        // Of two means of at least four readings over 4 ms.
+        let noise_m_s = 500.0 * input.travel_sigma_m;
+        input.motion.is_some_and(|motion| {
+            motion.speed_m_s >= least_m_s.max(noise_m_s) && !motion.slows()
+        })
+    }
+
+    /// Judges the estimate by what the object does under the force it asked for.
+    fn judge(&mut self, input: &GripInput, dt_s: f32) {
+        let arrived = input.applied_n.is_some_and(|force_n| force_n >= ARRIVED * self.target_n)
+            || self.standing_s >= self.reach.wait_s();
+        let contradicts = input.moved_m.is_some() && arrived && self.slides(input);
+        self.contradicted_s = if contradicts { self.contradicted_s + dt_s } else { 0.0 };
+        self.refuted |= self.contradicted_s >= CONTRADICTED_S;
+    }
+
+    /// By what share of itself the target grows in a second where no estimate says how far.
+    fn growth_per_s(&self, config: &GripConfig, input: &GripInput) -> f32 {
+        let recent = self.mean_n.is_some() && self.unconfirmed_s <= ESTIMATE_LASTS_S;
+        if input.moved_m.is_none() {
+            return if recent { 0.0 } else { 1e3 / config.reflex_tau_ms };
+        }
+        let slides = self.slides(input);
+        if (recent && !self.refuted) || (self.mean_n.is_some() && !slides) {
+            return 0.0;
+        }
+        let acceleration = input.motion.and_then(|motion| motion.acceleration_m_s2).unwrap_or(0.0);
+        let falls = if slides { (acceleration / G_M_S2).clamp(0.0, 1.0) } else { 0.0 };
+        1e3 / config.measured_tau_ms + falls / FALLING_TAU_S
+    }
+
     /// Whether the object goes on. One that swings on its pads goes forth and back: how far it comes back is no slip.
-    fn follow(&mut self, config: &GripConfig, moved_m: Option<f32>) {
-        let Some(moved_m) = moved_m else {
+    fn confirm(&mut self, config: &GripConfig, input: &GripInput) {
+        let Some(moved_m) = input.moved_m else {
             (self.confirmed, self.goes_on) = (true, true);
             return;
         };
+        let noise_m = 6.0 * input.travel_sigma_m;
         self.furthest_m = self.furthest_m.max(moved_m);
         let back_m = self.furthest_m - moved_m;
-        if back_m >= BACK_M {
+        if back_m > MOST_SWING_M.max(noise_m) {
+            (self.furthest_m, self.from_m) = (moved_m, moved_m);
+        } else if back_m >= BACK_M.max(noise_m) {
             self.swing_m = self.swing_m.max(back_m);
             self.from_m = moved_m;
             self.goes_on = false;
         }
-        self.goes_on |= moved_m - self.from_m >= config.confirm_m + self.swing_m;
+        self.goes_on |= moved_m - self.from_m >= (config.confirm_m + self.swing_m).max(noise_m);
         self.confirmed |= self.goes_on;
     }
 
@@ -246,7 +322,10 @@ impl Braking {
     }
 
     fn aim(&mut self, config: &GripConfig, force_n: f32) {
-        self.target_n = self.target_n.max(force_n.min(config.ceiling_n()));
+        let force_n = force_n.min(config.ceiling_n());
+        if force_n > self.target_n {
+            (self.target_n, self.standing_s) = (force_n, 0.0);
+        }
     }
 
     /// What the command has to be for the measured force to become the target soon (N).
@@ -258,7 +337,7 @@ impl Braking {
 
     /// The least force that may do (N), where the slip has told the need roughly only.
     pub(super) fn least_n(&self) -> Option<f32> {
-        let mean_n = self.mean_n.filter(|_| self.confirmed && !self.overloaded)?;
+        let mean_n = self.mean_n.filter(|_| self.confirmed && !self.overloaded && !self.refuted)?;
         let need_n = mean_n / KAPPA;
         (self.weight_n.is_none() && self.base_n < EARLY * need_n).then_some(ROUGHLY * mean_n)
     }
@@ -268,6 +347,8 @@ impl Braking {
         let hold_n = match self.mean_n {
             _ if !believed => self.hold_before_n,
             _ if !self.confirmed => self.step_n,
+            // It slid on under what was estimated: what stopped it is what it needs.
+            _ if self.refuted => self.target_n.max(self.step_n),
             // More than the weight had to be held: what stopped the slip is enough.
             Some(mean_n) if self.overloaded => mean_n.max(self.step_n).max(KEPT * self.target_n),
             _ if self.held_by == HeldBy::Search && self.least_n().is_none() => {

@@ -1,4 +1,6 @@
-//! What the controller is told with each sample, and the words for what it does.
+//! The input of the controller with each sample, and the names of what it does.
+
+use crate::course::Motion;
 
 /// What the controller is doing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -14,7 +16,7 @@ pub enum GripState {
     Holding,
     /// A slip is being stopped.
     Slipping,
-    /// The stylus cannot be trusted: the force stays as it is.
+    /// No slip sensor is usable: the force stays as it is.
     Fault,
     /// Told to let go: no force, whatever slips (releasing).
     Released,
@@ -63,14 +65,24 @@ pub struct GripInput {
     pub evidence: Option<Evidence>,
     /// How the object slides, where the moved distance tells it.
     pub sliding: Option<Sliding>,
+    /// How the object moved over the last milliseconds, by a coarse but robust measure; `None` where the moved distance is not measured.
+    pub motion: Option<Motion>,
+    /// Deviation of one reading of the moved distance (m).
+    pub travel_sigma_m: f32,
+    /// Time for which the force may rise (s), by the clock of the computer; `None` where that is `dt_s`.
+    pub rise_s: Option<f32>,
+    /// Whether the sample is too old to raise the force on it.
+    pub stale: bool,
     /// Whether the moved distance is measured.
     pub travel: bool,
     /// Measured normal force (N).
     pub applied_n: Option<f32>,
     /// Whether the fingers touch anything, as far as that is measured; always where it is not.
     pub touching: bool,
-    /// Whether the stylus can be trusted.
+    /// Whether any slip sensor is usable.
     pub healthy: bool,
+    /// Whether a slip sensor is not: then no less is held.
+    pub impaired: bool,
 }
 
 /// How an object was tried until it was held.

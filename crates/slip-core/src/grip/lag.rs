@@ -26,6 +26,11 @@ impl Lag {
         self.risen_n = self.risen_n.or(applied_n);
     }
 
+    /// The delay (s), as far as it is known.
+    pub(super) fn seconds(&self) -> f32 {
+        self.seconds.unwrap_or(UNKNOWN_S)
+    }
+
     /// A new grasp begins.
     pub(super) fn begin(&mut self) {
         self.risen_n = None;
@@ -40,10 +45,10 @@ impl Lag {
 
     /// How far the command may run ahead of what is known.
     pub(super) fn reach(&self) -> Reach {
-        let seconds = self.seconds.unwrap_or(UNKNOWN_S);
+        let seconds = self.seconds();
         let share = PROMPT_S / seconds.max(PROMPT_S);
         let late = ((seconds - LATE_S) / LATE_S).clamp(0.0, 1.0);
-        Reach { promptness: share * share, late: LATE_REACH * late }
+        Reach { promptness: share * share, late: LATE_REACH * late, seconds }
     }
 }
 
@@ -55,9 +60,22 @@ pub(super) struct Reach {
     promptness: f32,
     /// Share of the known force that is allowed in any case.
     late: f32,
+    /// Delay of the gripper (s).
+    seconds: f32,
 }
 
+/// A force that was commanded this many delays ago has arrived, if it ever does ...
+const ARRIVES_AFTER: f32 = 3.0;
+/// ... within these bounds (s).
+const ARRIVES_S: [f32; 2] = [0.01, 0.06];
+
 impl Reach {
+    /// After this long (s) a commanded force has arrived, measured or not.
+    pub(super) fn wait_s(&self) -> f32 {
+        let [least_s, most_s] = ARRIVES_S;
+        (ARRIVES_AFTER * self.seconds).clamp(least_s, most_s)
+    }
+
     /// How much more than `known_n` (N) may be commanded where `wish_n` (N) more is wished for.
     pub(super) fn beyond(&self, known_n: f32, wish_n: f32) -> f32 {
         let wish_n = wish_n.max(0.0);

@@ -48,6 +48,8 @@ pub struct GripController {
     swing_m: f32,
     /// Since the last reading of the moved distance (s).
     unmeasured_s: f32,
+    /// Time for which the force may rise in this step (s).
+    rise_s: f32,
     /// Whether the command is on its way back from an alarm in which nothing moved.
     ebbing: bool,
     /// Force that somebody asked for (N).
@@ -56,6 +58,8 @@ pub struct GripController {
     lag: Lag,
     /// Since the last evidence of the slip (s).
     quiet_s: f32,
+    /// Length of the slip so far (s).
+    slip_s: f32,
     braking: Braking,
     moved_m: f32,
     trials: Trials,
@@ -84,11 +88,13 @@ impl GripController {
             search: Search::default(),
             swing_m: 0.0,
             unmeasured_s: f32::INFINITY,
+            rise_s: 0.0,
             ebbing: false,
             least_n: 0.0,
             settle_s: 0.0,
             lag: Lag::default(),
             quiet_s: 0.0,
+            slip_s: 0.0,
             braking: Braking::default(),
             moved_m: 0.0,
             trials: Trials::default(),
@@ -182,6 +188,12 @@ impl GripController {
         self.touch.event()
     }
 
+    /// How late the measured force follows the command (s), as far as that is known.
+    #[must_use]
+    pub fn lag_s(&self) -> f32 {
+        self.lag.seconds()
+    }
+
     /// How the object in hand was tried so far.
     #[must_use]
     pub fn trials(&self) -> Trials {
@@ -210,6 +222,7 @@ impl GripController {
     #[inline]
     pub fn step(&mut self, input: &GripInput) -> f32 {
         let dt_s = if input.dt_s >= 0.0 { input.dt_s.min(MAX_DT_S) } else { 0.0 };
+        self.rise_s = input.rise_s.map_or(dt_s, |rise_s| if rise_s >= 0.0 { rise_s.min(dt_s) } else { 0.0 });
         self.touch.begin(input.touching);
         self.unmeasured_s = if input.travel { 0.0 } else { self.unmeasured_s + dt_s };
         if !input.healthy {
@@ -230,8 +243,10 @@ impl GripController {
             GripState::Fault => self.state = GripState::Holding,
             GripState::Holding if input.slip != SlipNow::No => self.begin_slip(dt_s, input),
             GripState::Holding if self.command_n < self.least_n => {
-                self.raise_towards(self.least_n, self.config.close_rate_n_s, dt_s);
+                self.raise_towards(self.least_n, self.config.close_rate_n_s);
             }
+            // What fails to show a slip must not lead to less force.
+            GripState::Holding if input.impaired || input.stale => {}
             GripState::Holding => self.ease(dt_s),
             GripState::Slipping if input.slip != SlipNow::No => self.brake(dt_s, input),
             GripState::Slipping => self.end_slip(),
@@ -294,8 +309,8 @@ impl GripController {
     }
 
     /// Where the command rises but for a slip.
-    fn raise_towards(&mut self, target_n: f32, rate_n_s: f32, dt_s: f32) {
-        let reach_n = rate_n_s.min(self.config.slew_n_s) * dt_s;
+    fn raise_towards(&mut self, target_n: f32, rate_n_s: f32) {
+        let reach_n = rate_n_s.min(self.config.slew_n_s) * self.rise_s;
         let limit = (self.command_n + reach_n).min(self.config.ceiling_n());
         self.command_n = self.command_n.max(target_n.min(limit));
     }
@@ -305,7 +320,7 @@ impl GripController {
         let trial_n = self.config.trial_force_n.min(self.config.ceiling_n());
         let goal_n = if input.touching { trial_n } else { self.config.least_force_n.min(trial_n) };
         let rises = self.command_n < trial_n;
-        self.raise_towards(goal_n, self.config.close_rate_n_s, dt_s);
+        self.raise_towards(goal_n, self.config.close_rate_n_s);
         if self.command_n < trial_n {
             return;
         }
@@ -361,7 +376,8 @@ impl GripController {
         };
         self.braking = Braking::begin(&self.config, self.command_n, self.hold_n, &known);
         self.state = GripState::Slipping;
-        self.quiet_s = 0.0;
+        self.quiet_s = if input.stale { f32::INFINITY } else { 0.0 };
+        self.slip_s = 0.0;
         self.moved_m = 0.0;
         self.trials.trials = self.trials.trials.saturating_add(1);
         self.drive(dt_s, input.applied_n);
@@ -370,29 +386,30 @@ impl GripController {
     fn brake(&mut self, dt_s: f32, input: &GripInput) {
         self.moved_m = input.moved_m.map_or(self.moved_m, |moved| self.moved_m.max(moved));
         let evident = input.slip == SlipNow::Evident || input.evidence.is_some();
+        let evident = evident && !input.stale;
+        self.slip_s += dt_s;
         self.quiet_s = if evident { 0.0 } else { self.quiet_s + dt_s };
-        self.braking.hear(&self.config, input, self.command_n, dt_s);
+        self.braking.follow(&self.config, input, self.command_n, (dt_s, self.rise_s));
         self.drive(dt_s, input.applied_n);
     }
 
     /// Towards the target of the slip, within the slew. Old evidence raises nothing; what the command leads by falls with what is missing.
     fn drive(&mut self, dt_s: f32, applied_n: Option<f32>) {
-        let reach_n = self.config.slew_n_s * dt_s;
         let wanted_n = self.braking.command_n(&self.config, applied_n);
         if wanted_n > self.command_n {
             if self.quiet_s <= FRESH_S {
+                let reach_n = self.config.slew_n_s * self.rise_s;
                 self.command_n = wanted_n.min(self.command_n + reach_n);
             }
         } else {
-            self.command_n = wanted_n.max(self.command_n - reach_n);
+            self.command_n = wanted_n.max(self.command_n - self.config.slew_n_s * dt_s);
         }
     }
 
-    /// The slip, if there is one, is not answered any longer: what the command leads by was for the moment.
+    /// The slip, if there is one, is not answered any longer. The command stays: no fault lowers the force.
     fn leave_slip(&mut self) {
         if self.state == GripState::Slipping {
             self.end_moving();
-            self.command_n = self.command_n.min(self.braking.target_n());
             self.hold_n = self.braking.left_n().min(self.command_n);
             self.ebbing = self.command_n > self.hold_n;
         }

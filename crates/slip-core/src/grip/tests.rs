@@ -318,16 +318,17 @@ fn a_force_on_its_way_back_goes_on_after_a_fault() {
 }
 
 #[test]
-fn a_slip_that_a_fault_ends_keeps_what_was_to_be_reached_without_the_lead() {
+fn a_fault_in_a_slip_keeps_the_command_and_the_lead_is_given_back_after_it() {
     let mut grip = holding();
     for _ in 0..20 {
         grip.step(&slipping(1e-3, Some(8.0)));
     }
-    assert!(grip.command_n() > 8.0, "led: 2 N are measured");
+    let led_n = grip.command_n();
+    assert!(led_n > 8.0, "led: 2 N are measured");
     for _ in 0..100 {
-        assert_eq!(grip.step(&GripInput { healthy: false, ..calm() }), 8.0);
+        assert_eq!(grip.step(&GripInput { healthy: false, ..calm() }), led_n);
     }
-    rest(&mut grip, 100);
+    rest(&mut grip, 300);
     assert_eq!((grip.state(), grip.command_n()), (GripState::Holding, 8.0));
 }
 
@@ -407,7 +408,6 @@ fn a_lost_object_is_told_once_and_keeps_the_force_until_it_is_touched_again() {
     grip.step(&air);
     assert_eq!((grip.state(), grip.event()), (GripState::Holding, Some(GripEvent::Lost)));
     let kept = grip.command_n();
-    assert!(kept <= 9.0, "without the lead: {kept}");
     for _ in 0..1000 {
         assert_eq!((grip.step(&air), grip.event()), (kept, None), "nothing slips in the air");
         assert!(grip.is_steady());

@@ -13,6 +13,9 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
     pub(super) fn observe(&mut self, sample: &Sample, step: &mut Step) {
         self.counters.observation += 1;
         self.velocity.push(sample);
+        if let Some(travel_m) = sample.travel_m {
+            self.course.push(sample.t, travel_m);
+        }
         if let (Some(normal_n), Some(tangential_n)) = (sample.normal_force_n, sample.tangential_n) {
             self.friction.push(normal_n, tangential_n, self.is_fresh(sample.t));
         }

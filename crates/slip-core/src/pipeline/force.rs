@@ -2,6 +2,7 @@
 
 use super::{Pipeline, rest::Rest};
 use crate::{
+    course::Motion,
     estimate::{Estimator, ForceEstimate, G_M_S2},
     event::Step,
     features::Features,
@@ -15,13 +16,19 @@ use crate::{
 /// A mean over at most this long (s) says how an object slides now.
 const LATELY_S: f32 = 0.01;
 
-/// What the controller is told of the slip; the default where there is none.
+/// An object that is slower than this (m/s) does not slide ...
+const CREEP_M_S: f32 = 5e-4;
+/// ... nor one slower than this many deviations of a reading in a second.
+const NOISE_PER_S: f32 = 500.0;
+
+/// The slip as the controller sees it; the default where there is none.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct SlipNews {
     slip: SlipNow,
     moved_m: Option<f32>,
     evidence: Option<Evidence>,
     sliding: Option<Sliding>,
+    motion: Option<Motion>,
 }
 
 impl<W: AsRef<[f32]>> Pipeline<W> {
@@ -30,9 +37,14 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         if self.slip.is_none() {
             return SlipNews::default();
         }
+        let motion = sample.travel_m.and_then(|_| self.course.motion(sample.t));
+        let noise_m_s = NOISE_PER_S * self.observation.travel_sigma_m();
+        let slides =
+            motion.is_some_and(|motion| motion.speed_m_s > CREEP_M_S.max(noise_m_s));
         let goes_on = self.is_fresh(sample.t) && self.observation.advancing() != Some(false);
         SlipNews {
-            slip: if goes_on { SlipNow::Evident } else { SlipNow::Fading },
+            motion,
+            slip: if goes_on || slides { SlipNow::Evident } else { SlipNow::Fading },
             // Without estimates the controller must not wait for one.
             moved_m: self
                 .observation
@@ -75,6 +87,15 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         }
     }
 
+    /// The force of a finger in a slip (N): measured, or where the sensor has failed by the command; `None` where nothing is commanded and
+    /// nothing measured.
+    pub(super) fn force_of(&mut self, sample: &Sample, dt: Micros) -> Option<f32> {
+        let Some(grip) = &self.grip else { return sample.normal_force_n };
+        #[expect(clippy::cast_possible_truncation, reason = "seconds between two samples")]
+        let times = (dt.as_seconds() as f32, grip.lag_s());
+        Some(self.grip_force.step(sample.normal_force_n, grip.command_n(), times))
+    }
+
     /// The command after this sample; `None` in a pipeline that only observes.
     #[inline]
     pub(super) fn command(
@@ -89,8 +110,8 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             grip.grasp(sample.normal_force_n);
         }
         let travel = self.fusion.believed_travel(sample.travel_m);
-        let healthy =
-            if stylus { self.health.health() == Health::Good } else { self.fusion.healthy() };
+        let felt = stylus && self.health.health() == Health::Good;
+        let impaired = stylus && !felt || !self.fusion.healthy();
         #[expect(clippy::cast_possible_truncation, reason = "the controller limits the step")]
         let dt_s = dt.as_seconds() as f32;
         let command = grip.step(&GripInput {
@@ -99,10 +120,16 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             moved_m: news.moved_m,
             evidence: news.evidence,
             sliding: news.sliding,
+            motion: news.motion,
+            travel_sigma_m: self.observation.travel_sigma_m(),
+            rise_s: self.host_time.rise_s(sample.t, dt),
+            stale: self.host_time.is_stale(),
             travel: travel.is_some(),
             applied_n: sample.normal_force_n,
             touching: self.contact.is_touching(),
-            healthy,
+            // Before an object is held the other sensors are not looked at.
+            healthy: felt || if self.decides { self.fusion.is_usable(sample.t) } else { !stylus },
+            impaired,
         });
         (Some(Newtons(command)), grip.event())
     }

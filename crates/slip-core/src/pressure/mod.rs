@@ -205,6 +205,12 @@ impl<const N: usize> PressurePattern<N> {
         self.rms
     }
 
+    /// Whether there was a new frame within `within` before `t`.
+    #[must_use]
+    pub fn is_live(&self, t: Micros, within: Micros) -> bool {
+        self.last_t.is_some_and(|last| t.since(last) < within)
+    }
+
     /// Whether the pattern still changed within `within` before `t`.
     #[must_use]
     pub fn changing(&self, t: Micros, within: Micros) -> bool {

@@ -99,19 +99,21 @@ fn a_new_zero_after_a_fault_is_no_slip() {
     }
 }
 
+/// The stylus alone: where travel is measured as well, it carries on.
 #[test]
 fn a_fault_in_a_slip_stops_the_rise_and_the_next_slip_is_found() {
     for (name, fault, health, counter) in CASES {
+        let alone = |sample: Sample| Sample { travel_m: None, ..sample };
         let mut grip = holding(0.7);
         while grip.pipeline.grip_state() != Some(GripState::Slipping)
             || grip.object.speed_m_s < 0.02
         {
-            grip.step(|sample| sample);
+            grip.step(alone);
         }
         let mut told = false;
         for i in 0..LENGTH {
             let before = grip.command_n;
-            let step = grip.step(broken(fault, i));
+            let step = grip.step(|sample| broken(fault, i)(alone(sample)));
             told |= Some(step.health) == health;
             assert!(
                 step.health == Health::Good || step.command.unwrap().0 <= before,
@@ -133,6 +135,27 @@ fn a_fault_in_a_slip_stops_the_rise_and_the_next_slip_is_found() {
         let events = grip.run_until(lifted + 0.05);
         assert!(events.first().is_some_and(|step| is_first_slip(step.event)), "{name}: {events:?}");
         assert!(events[0].t.as_seconds() < lifted + 0.02 && grip.command_n > held, "{name}");
+    }
+}
+
+/// Travel shows the fall: the force goes on rising, and the object is held.
+#[test]
+fn a_stylus_that_is_lost_in_a_slip_leaves_the_answer_to_the_travel() {
+    for (name, fault, health, _) in CASES.into_iter().filter(|case| case.2.is_some()) {
+        for lost_at_m_s in [0.005, 0.02, 0.1] {
+            let mut grip = holding(0.7);
+            while grip.object.speed_m_s < lost_at_m_s {
+                grip.step(|sample| sample);
+            }
+            let mut i = 0;
+            while grip.object.t_s() < 1.2 {
+                grip.step(broken(fault, i));
+                i += 1;
+            }
+            let Object { applied_n, needed_n, travel_m, speed_m_s, .. } = grip.object;
+            assert!(speed_m_s == 0.0 && travel_m < 0.02, "{name} {health:?}: {:?}", grip.object);
+            assert!(applied_n >= needed_n && applied_n < 2.5 * needed_n, "{name}: {applied_n} N");
+        }
     }
 }
 
