@@ -26,13 +26,16 @@ pub struct Motion {
 }
 
 impl Motion {
-    /// An object that stops within this time (s), if it goes on as it does, slows down.
+    /// An object that stops within this time (s), if it goes on as it does, slows down, ...
     const STOPS_WITHIN_S: f32 = 0.1;
+    /// ... and so does one with half of the deceleration that the margin of an estimate gives it (m/s^2).
+    const DECELERATES_M_S2: f32 = 1.0;
 
-    /// Whether the object slows down enough to stop soon by itself.
+    /// Whether the object slows down enough to stop by itself.
     #[must_use]
     pub fn slows(&self) -> bool {
-        self.acceleration_m_s2.is_some_and(|a| -a * Self::STOPS_WITHIN_S >= self.speed_m_s)
+        let enough_m_s2 = (self.speed_m_s / Self::STOPS_WITHIN_S).min(Self::DECELERATES_M_S2);
+        self.acceleration_m_s2.is_some_and(|a| -a >= enough_m_s2)
     }
 }
 
@@ -153,7 +156,9 @@ mod tests {
         assert!(braked.motion(now).unwrap().slows());
         let (even, now) = course(10_000, 20, |t| 0.01 * t);
         assert!(!even.motion(now).unwrap().slows());
-        let (slowly, now) = course(10_000, 20, |t| 0.1 * t - 0.05 * t * t);
+        let (fast, now) = course(10_000, 20, |t| t - 0.6 * t * t);
+        assert!(fast.motion(now).unwrap().slows(), "braked, though it takes long");
+        let (slowly, now) = course(10_000, 20, |t| 0.2 * t - 0.1 * t * t);
         assert!(!slowly.motion(now).unwrap().slows(), "in a second");
     }
 

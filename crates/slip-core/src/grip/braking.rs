@@ -31,18 +31,20 @@ const MOST_SWING_M: f32 = 2e-4;
 const GROWTH_OF: usize = 4;
 /// An estimate that is older than this (s) has no say.
 const ESTIMATE_LASTS_S: f32 = 0.01;
-/// An object that slides on for this long (s) under the force that an estimate asked for contradicts it.
-const CONTRADICTED_S: f32 = 0.005;
+/// A target that has not risen for this long (s) is what the estimates ask for.
+const STANDS_S: f32 = 0.01;
 /// Share of the target that counts as arrived.
 const ARRIVED: f32 = 0.9;
-/// Slower than this (m/s) the pads may shear.
-const SHEAR_M_S: f32 = 0.003;
-/// Slower than this (m/s) nothing slides ...
+/// Nothing that is slower than this (m/s) slides.
 const CREEP_M_S: f32 = 5e-4;
-/// ... and between both what has gone further than this (m) does: no pad shears that far.
-const SHEAR_M: f32 = 5e-4;
+/// What is faster than this (m/s) slides; pads that shear and swing are slower.
+const SLIDES_M_S: f32 = 0.012;
+/// What is slower slides where it goes on this far (m) without slowing down; no pad shears that far under a force that stands.
+const SLIDES_ON_M: f32 = 3e-4;
+/// While an object slides on, the force grows by e in this many `measured_tau_ms` at least, whatever was estimated.
+const LEAST_TAUS: f32 = 4.0;
 /// An object that falls freely doubles what is known of the force in about this time (s).
-const FALLING_TAU_S: f32 = 0.012;
+const FALLING_TAU_S: f32 = 0.02;
 
 /// Why an object is held as it is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -115,8 +117,11 @@ pub(super) struct Braking {
     /// Since the target last rose, and since the last estimate (s).
     standing_s: f32,
     unconfirmed_s: f32,
-    /// For how long the object has slid on under the force that the estimates asked for (s), and whether that was long enough.
-    contradicted_s: f32,
+    /// Whether the object slides on without slowing down, and since where (m).
+    slides: bool,
+    slid_from_m: f32,
+    /// Where the object last did what the estimates say (m), and whether it has contradicted them since.
+    obeyed_m: f32,
     refuted: bool,
 }
 
@@ -195,12 +200,13 @@ impl Braking {
         if let Some(wanted_n) = self.wanted_n(config, input).filter(|_| self.goes_on) {
             self.aim(config, config.brake_gain * wanted_n);
         }
-        self.judge(input, dt_s);
+        self.watch_motion(input);
+        self.judge(input);
         let rate = self.growth_per_s(config, input);
         let evident = input.slip == SlipNow::Evident && self.goes_on;
-        if evident && self.slides(input) {
+        if evident && self.slides {
             // The least answer to an object that slides on, whatever was estimated.
-            self.envelope_n += self.envelope_n.max(1.0) * rise_s / (1e-3 * config.measured_tau_ms);
+            self.envelope_n += self.envelope_n.max(1.0) * rise_s / (LEAST_TAUS * 1e-3 * config.measured_tau_ms);
             self.aim(config, self.envelope_n);
         }
         if evident && rate > 0.0 && command_n >= self.target_n {
@@ -231,24 +237,33 @@ impl Braking {
         }
     }
 
-    /// Whether the moved distance shows an object that slides and does not slow down; where it is not measured, whether the slip shows.
-    fn slides(&self, input: &GripInput) -> bool {
-        let Some(moved_m) = input.moved_m else { return true };
-        let least_m_s = if moved_m > SHEAR_M { CREEP_M_S } else { SHEAR_M_S };
+    /// Whether the object slides on without slowing down, by the moved distance; where that is not measured, whether the slip shows.
+    fn watch_motion(&mut self, input: &GripInput) {
+        let Some(moved_m) = input.moved_m else {
+            self.slides = true;
+            return;
+        };
         // Of two means of at least four readings over 4 ms.
         let noise_m_s = 500.0 * input.travel_sigma_m;
-        input.motion.is_some_and(|motion| {
-            motion.speed_m_s >= least_m_s.max(noise_m_s) && !motion.slows()
-        })
+        let motion = input.motion.filter(|motion| motion.speed_m_s > noise_m_s.max(CREEP_M_S));
+        let goes_on = motion.is_some_and(|motion| !motion.slows());
+        if !goes_on {
+            self.slid_from_m = moved_m;
+        }
+        let fast = motion.is_some_and(|motion| motion.speed_m_s >= SLIDES_M_S.max(noise_m_s));
+        self.slides = goes_on && (fast || moved_m - self.slid_from_m >= SLIDES_ON_M);
     }
 
-    /// Judges the estimate by what the object does under the force it asked for.
-    fn judge(&mut self, input: &GripInput, dt_s: f32) {
+    /// Judges the estimate by what the object does under the force it asked for: one that goes on all the same contradicts it.
+    fn judge(&mut self, input: &GripInput) {
+        let Some(moved_m) = input.moved_m else { return };
         let arrived = input.applied_n.is_some_and(|force_n| force_n >= ARRIVED * self.target_n)
+            && self.standing_s >= STANDS_S
             || self.standing_s >= self.reach.wait_s();
-        let contradicts = input.moved_m.is_some() && arrived && self.slides(input);
-        self.contradicted_s = if contradicts { self.contradicted_s + dt_s } else { 0.0 };
-        self.refuted |= self.contradicted_s >= CONTRADICTED_S;
+        if !(arrived && self.slides) {
+            self.obeyed_m = moved_m;
+        }
+        self.refuted |= self.mean_n.is_some() && moved_m - self.obeyed_m >= SLIDES_ON_M;
     }
 
     /// By what share of itself the target grows in a second where no estimate says how far.
@@ -257,12 +272,12 @@ impl Braking {
         if input.moved_m.is_none() {
             return if recent { 0.0 } else { 1e3 / config.reflex_tau_ms };
         }
-        let slides = self.slides(input);
-        if (recent && !self.refuted) || (self.mean_n.is_some() && !slides) {
+        if (recent && !self.refuted) || (self.mean_n.is_some() && !self.slides) {
             return 0.0;
         }
+        let told = self.mean_n.is_some() && !self.refuted;
         let acceleration = input.motion.and_then(|motion| motion.acceleration_m_s2).unwrap_or(0.0);
-        let falls = if slides { (acceleration / G_M_S2).clamp(0.0, 1.0) } else { 0.0 };
+        let falls = if self.slides && !told { (acceleration / G_M_S2).clamp(0.0, 1.0) } else { 0.0 };
         1e3 / config.measured_tau_ms + falls / FALLING_TAU_S
     }
 
