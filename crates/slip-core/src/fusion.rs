@@ -6,10 +6,12 @@
 
 use crate::{
     config::ConfigError,
+    crosscheck::{CrossCheck, Seen},
     detector::SlipState,
     distance::{DistanceConfig, Fingers, MovedDistance, TravelHealth, TravelReading},
     methods::{Method, Methods},
     pressure::{MAX_TAXELS, PressureConfig, PressureHealth, PressurePattern},
+    sample::Sample,
     units::Micros,
 };
 
@@ -55,6 +57,7 @@ pub struct Fusion {
     travel: MovedDistance,
     pressure: PressurePattern<MAX_TAXELS>,
     healths: (TravelHealth, PressureHealth),
+    check: CrossCheck,
     put_by: PutBy,
 }
 
@@ -84,6 +87,7 @@ impl Fusion {
             travel: MovedDistance::new(travel)?,
             pressure: PressurePattern::new(pressure)?,
             healths: Default::default(),
+            check: CrossCheck::default(),
             put_by: PutBy { readings: [(Micros(0), 0.0); MOST], len: 0 },
         })
     }
@@ -99,6 +103,44 @@ impl Fusion {
     pub fn prime(&mut self) {
         self.travel.prime();
         self.pressure.prime();
+        self.check.prime();
+    }
+
+    /// A slip begins.
+    pub fn slip_began(&mut self) {
+        self.check.begin();
+    }
+
+    /// Compares stylus and travel in a slip: statistic of the stylus, 0 where it is quiet now and `None` where it is not usable.
+    pub fn compare(&mut self, sample: &Sample, dt: Micros, sigma_m: f32, stylus: Option<f32>) {
+        if !(self.uses(Method::Travel) && self.uses(Method::Stylus)) {
+            return;
+        }
+        #[expect(clippy::cast_possible_truncation, reason = "seconds between two samples")]
+        let dt_s = dt.as_seconds().min(0.01) as f32;
+        let travel_m = sample.travel_m.map(|travel_m| self.travel.without_leaps(travel_m));
+        let leaps = self.travel.leaps();
+        self.check.step(&Seen { t: sample.t, dt_s, travel_m, sigma_m, leaps, stylus });
+    }
+
+    /// Whether the stylus contradicts a travel that is usable.
+    #[must_use]
+    #[inline]
+    pub fn doubts_stylus(&self) -> bool {
+        self.check.doubts_stylus()
+    }
+
+    /// Whether the stylus shows a slip that the travel, good so far, does not confirm.
+    #[must_use]
+    #[inline]
+    pub fn is_undecided(&self) -> bool {
+        self.check.is_undecided()
+    }
+
+    /// Whether the travel has a say.
+    #[inline]
+    fn trusts_travel(&self) -> bool {
+        self.healths.0 != TravelHealth::Frozen && !self.check.doubts_travel()
     }
 
     /// A slip has ended: the distance counts from here.
@@ -117,15 +159,16 @@ impl Fusion {
     #[must_use]
     pub fn healthy(&self) -> bool {
         let (travel, pressure) = self.healths;
-        (travel == TravelHealth::Good || !self.uses(Method::Travel))
+        ((travel == TravelHealth::Good && !self.check.doubts_travel())
+            || !self.uses(Method::Travel))
             && (pressure == PressureHealth::Good || !self.uses(Method::Pressure))
     }
 
     /// Whether travel or pressure could show a slip at `t`: it may speak, has lately had readings, and is not frozen or failed.
     #[must_use]
     pub fn is_usable(&self, t: Micros) -> bool {
-        let (travel, pressure) = self.healths;
-        let travel = travel != TravelHealth::Frozen && self.travel.is_live(t, TRAVEL_GONE);
+        let pressure = self.healths.1;
+        let travel = self.trusts_travel() && self.travel.is_live(t, TRAVEL_GONE);
         let pressure = pressure == PressureHealth::Good && self.pressure.is_live(t, PATTERN_GONE);
         (self.uses(Method::Travel) && travel) || (self.uses(Method::Pressure) && pressure)
     }
@@ -135,14 +178,16 @@ impl Fusion {
     #[inline]
     pub fn believed_travel(&self, travel_m: Option<f32>) -> Option<f32> {
         travel_m
-            .filter(|_| self.healths.0 != TravelHealth::Frozen)
+            .filter(|_| self.trusts_travel())
             .map(|travel_m| self.travel.without_leaps(travel_m))
     }
 
     /// Whether travel or pressure shows the slip going on right now.
     #[must_use]
     pub fn is_fresh(&self, t: Micros) -> bool {
-        (self.uses(Method::Travel) && self.travel.advancing(t, ADVANCED_WITHIN))
+        (self.uses(Method::Travel)
+            && self.trusts_travel()
+            && self.travel.advancing(t, ADVANCED_WITHIN))
             || (self.uses(Method::Pressure) && self.pressure.changing(t, CHANGED_WITHIN))
     }
 
@@ -192,7 +237,7 @@ impl Fusion {
     #[inline]
     pub fn tell(&mut self, stylus: Option<(f32, SlipState)>) -> Option<Told> {
         self.healths = (self.travel.health(), self.pressure.health());
-        self.join(stylus)
+        self.join(stylus.filter(|_| !self.check.doubts_stylus()))
     }
 
     #[inline]
@@ -201,7 +246,7 @@ impl Fusion {
         if let Some((statistic, state)) = stylus.filter(|_| self.uses(Method::Stylus)) {
             told = Some(Told { statistic, state, method: Method::Stylus });
         }
-        if self.uses(Method::Travel) && self.healths.0 != TravelHealth::Frozen {
+        if self.uses(Method::Travel) && self.trusts_travel() {
             let (statistic, state) = (self.travel.statistic(), self.travel.state());
             told = higher(told, Told { statistic, state, method: Method::Travel });
         }

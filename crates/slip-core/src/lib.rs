@@ -7,6 +7,7 @@
 pub mod confidence;
 pub mod config;
 pub mod course;
+pub mod crosscheck;
 pub mod detector;
 pub mod distance;
 pub mod drift;

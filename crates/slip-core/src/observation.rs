@@ -84,6 +84,8 @@ pub struct SlipObservation {
     slope_sum: f32,
     onset: Option<Onset>,
     last_t: Micros,
+    /// Time of the last reading of the travel.
+    read_t: Micros,
     position_m: f64,
     furthest_m: f64,
     /// Whether the object has stopped and swung back since the slip was noticed.
@@ -101,6 +103,8 @@ struct Advance {
 
 /// An object that has not moved forward for this long has stopped.
 const STOPPED_AFTER: Micros = Micros(3000);
+/// Without a reading for this long the travel says nothing.
+const UNREAD_FOR: Micros = Micros(5000);
 /// A speed that is older than this, and than two samples and a half, says nothing of now.
 const SPEED_LASTS: Micros = Micros(5000);
 
@@ -145,6 +149,7 @@ impl SlipObservation {
             slope_sum: 0.0,
             onset: None,
             last_t: Micros(0),
+            read_t: Micros(0),
             position_m: 0.0,
             furthest_m: f64::NEG_INFINITY,
             swung: false,
@@ -203,7 +208,9 @@ impl SlipObservation {
     /// Whether the object moves forward right now; `None` where no sensor tells.
     #[must_use]
     pub fn advancing(&self) -> Option<bool> {
-        self.onset?.travel_m.map(|_| self.last_t.since(self.advance.t) < STOPPED_AFTER)
+        let measured =
+            self.onset?.travel_m.is_some() && self.last_t.since(self.read_t) < UNREAD_FOR;
+        measured.then(|| self.last_t.since(self.advance.t) < STOPPED_AFTER)
     }
 
     /// Takes the next sample of the slip.
@@ -212,6 +219,9 @@ impl SlipObservation {
         let dt_s =
             if self.onset.is_some() { sample.t.since(self.last_t).as_seconds() } else { 0.0 };
         self.last_t = sample.t;
+        if sample.travel_m.is_some() {
+            self.read_t = sample.t;
+        }
         let force_n = sample.normal_force_n.unwrap_or(0.0);
         let onset = *self.onset.get_or_insert(Onset { travel_m: sample.travel_m });
         let reading = match (sample.travel_m, onset.travel_m) {

@@ -13,6 +13,7 @@ use crate::{
     confidence::confidence,
     config::{ConfigError, PipelineConfig, Signal},
     course::Course,
+    crosscheck::Whiteness,
     detector::{KnownFloors, MotionInput, SlipDetector, SlipState},
     distance::Fingers,
     drift::Hold,
@@ -51,6 +52,7 @@ pub struct Pipeline<W> {
     friction: FrictionMeter,
     grip_force: GripForce,
     host_time: HostTime,
+    whiteness: Whiteness,
     estimator: Option<Estimator<W>>,
     grip: Option<GripController>,
     last_t: Option<Micros>,
@@ -117,6 +119,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             friction: FrictionMeter::new(rate_hz),
             grip_force: GripForce::default(),
             host_time: HostTime::new(config.sample_rate),
+            whiteness: Whiteness::default(),
             estimator,
             grip: config.grip.map(GripController::new),
             last_t: None,
@@ -214,6 +217,12 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         let statistic = told.map_or(0.0, |told| told.statistic);
         if self.slip.is_some() || self.config.no_skip {
             self.feel(felt);
+            if self.slip.is_some() {
+                let statistic =
+                    |(statistic, _)| if self.detector.is_fresh() { statistic } else { 0.0 };
+                let sigma_m = self.observation.travel_sigma_m();
+                self.fusion.compare(sample, dt, sigma_m, felt.map(statistic));
+            }
             let travel_m = self.fusion.believed_travel(sample.travel_m);
             let normal_force_n = self.force_of(sample, dt);
             let step = Step { statistic, event, ..self.unchanged(sample.t) };
@@ -286,7 +295,8 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         // The silence of a dead sensor is no noise floor.
         if self.decides || (learning && trusted) {
             let verdict = self.feel_for_slip(sample);
-            return (self.decides && trusted).then_some(verdict).flatten();
+            let sound = self.is_sound(sample);
+            return (self.decides && trusted && sound).then_some(verdict).flatten();
         }
         if self.config.no_skip && !learning {
             self.counters.bands += 1;
@@ -294,6 +304,16 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             self.detector.step_unheard(sample.stylus, &motion_of(sample));
         }
         None
+    }
+
+    /// Whether the stylus shows a surface, and not the noise of its electronics. Asked in a slip, and from then on until it does.
+    fn is_sound(&mut self, sample: &Sample) -> bool {
+        let asked = self.slip.is_some() || self.whiteness.is_noisy();
+        let heights = self.config.signal == Signal::Displacement;
+        if asked && heights && self.config.sample_rate.0 >= Whiteness::LEAST_RATE_HZ {
+            self.whiteness.step(sample.stylus, self.detector.noise_rms());
+        }
+        !self.whiteness.is_noisy()
     }
 
     /// Statistic and state of the slip detector.
@@ -356,6 +376,8 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
                 let heights = self.config.signal == Signal::Displacement;
                 self.observation.begin(heights.then(|| self.detector.noise_rms()));
                 self.course.reset();
+                self.fusion.slip_began();
+                self.whiteness.begin();
                 self.velocity.begin();
                 self.friction.begin();
                 self.grip_force.begin(self.grip.map_or(0.0, |grip| grip.command_n()));

@@ -35,6 +35,8 @@ const ESTIMATE_LASTS_S: f32 = 0.01;
 const STANDS_S: f32 = 0.01;
 /// Share of the target that counts as arrived.
 const ARRIVED: f32 = 0.9;
+/// A slip that the travel does not confirm raises the force by this factor at most.
+const UNDECIDED: f32 = 1.6;
 /// Nothing that is slower than this (m/s) slides.
 const CREEP_M_S: f32 = 5e-4;
 /// What is faster than this (m/s) slides; pads that shear and swing are slower.
@@ -206,11 +208,14 @@ impl Braking {
         let evident = input.slip == SlipNow::Evident && self.goes_on;
         if evident && self.slides {
             // The least answer to an object that slides on, whatever was estimated.
-            self.envelope_n += self.envelope_n.max(1.0) * rise_s / (LEAST_TAUS * 1e-3 * config.measured_tau_ms);
+            self.envelope_n +=
+                self.envelope_n.max(1.0) * rise_s / (LEAST_TAUS * 1e-3 * config.measured_tau_ms);
             self.aim(config, self.envelope_n);
         }
         if evident && rate > 0.0 && command_n >= self.target_n {
-            self.aim(config, self.target_n + self.target_n.max(1.0) * rise_s * rate);
+            let grown_n = self.target_n + self.target_n.max(1.0) * rise_s * rate;
+            let most_n = if input.undecided { UNDECIDED * self.base_n } else { f32::INFINITY };
+            self.aim(config, grown_n.min(most_n));
         }
     }
 
@@ -246,12 +251,14 @@ impl Braking {
         // Of two means of at least four readings over 4 ms.
         let noise_m_s = 500.0 * input.travel_sigma_m;
         let motion = input.motion.filter(|motion| motion.speed_m_s > noise_m_s.max(CREEP_M_S));
-        let goes_on = motion.is_some_and(|motion| !motion.slows());
-        if !goes_on {
+        let fast = motion.is_some_and(|motion| motion.speed_m_s >= SLIDES_M_S.max(noise_m_s));
+        let slows = motion.is_none_or(|motion| motion.slows());
+        // A slow object that slows down stops before it has gone that far.
+        if fast || motion.is_none() {
             self.slid_from_m = moved_m;
         }
-        let fast = motion.is_some_and(|motion| motion.speed_m_s >= SLIDES_M_S.max(noise_m_s));
-        self.slides = goes_on && (fast || moved_m - self.slid_from_m >= SLIDES_ON_M);
+        let on = motion.is_some() && moved_m - self.slid_from_m >= SLIDES_ON_M;
+        self.slides = (fast && !slows) || on;
     }
 
     /// Judges the estimate by what the object does under the force it asked for: one that goes on all the same contradicts it.
@@ -269,7 +276,7 @@ impl Braking {
     /// By what share of itself the target grows in a second where no estimate says how far.
     fn growth_per_s(&self, config: &GripConfig, input: &GripInput) -> f32 {
         let recent = self.mean_n.is_some() && self.unconfirmed_s <= ESTIMATE_LASTS_S;
-        if input.moved_m.is_none() {
+        if input.moved_m.is_none() || input.undecided {
             return if recent { 0.0 } else { 1e3 / config.reflex_tau_ms };
         }
         if (recent && !self.refuted) || (self.mean_n.is_some() && !self.slides) {
@@ -277,12 +284,17 @@ impl Braking {
         }
         let told = self.mean_n.is_some() && !self.refuted;
         let acceleration = input.motion.and_then(|motion| motion.acceleration_m_s2).unwrap_or(0.0);
-        let falls = if self.slides && !told { (acceleration / G_M_S2).clamp(0.0, 1.0) } else { 0.0 };
+        let falls =
+            if self.slides && !told { (acceleration / G_M_S2).clamp(0.0, 1.0) } else { 0.0 };
         1e3 / config.measured_tau_ms + falls / FALLING_TAU_S
     }
 
     /// Whether the object goes on. One that swings on its pads goes forth and back: how far it comes back is no slip.
     fn confirm(&mut self, config: &GripConfig, input: &GripInput) {
+        if input.undecided {
+            self.goes_on = true;
+            return;
+        }
         let Some(moved_m) = input.moved_m else {
             (self.confirmed, self.goes_on) = (true, true);
             return;

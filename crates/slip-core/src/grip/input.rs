@@ -69,6 +69,8 @@ pub struct GripInput {
     pub motion: Option<Motion>,
     /// Deviation of one reading of the moved distance (m).
     pub travel_sigma_m: f32,
+    /// Whether the stylus shows a slip that the moved distance, good so far, does not confirm.
+    pub undecided: bool,
     /// Time for which the force may rise (s), by the clock of the computer; `None` where that is `dt_s`.
     pub rise_s: Option<f32>,
     /// Whether the sample is too old to raise the force on it.

@@ -222,7 +222,8 @@ impl GripController {
     #[inline]
     pub fn step(&mut self, input: &GripInput) -> f32 {
         let dt_s = if input.dt_s >= 0.0 { input.dt_s.min(MAX_DT_S) } else { 0.0 };
-        self.rise_s = input.rise_s.map_or(dt_s, |rise_s| if rise_s >= 0.0 { rise_s.min(dt_s) } else { 0.0 });
+        self.rise_s =
+            input.rise_s.map_or(dt_s, |rise_s| if rise_s >= 0.0 { rise_s.min(dt_s) } else { 0.0 });
         self.touch.begin(input.touching);
         self.unmeasured_s = if input.travel { 0.0 } else { self.unmeasured_s + dt_s };
         if !input.healthy {

@@ -39,8 +39,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         }
         let motion = sample.travel_m.and_then(|_| self.course.motion(sample.t));
         let noise_m_s = NOISE_PER_S * self.observation.travel_sigma_m();
-        let slides =
-            motion.is_some_and(|motion| motion.speed_m_s > CREEP_M_S.max(noise_m_s));
+        let slides = motion.is_some_and(|motion| motion.speed_m_s > CREEP_M_S.max(noise_m_s));
         let goes_on = self.is_fresh(sample.t) && self.observation.advancing() != Some(false);
         SlipNews {
             motion,
@@ -110,7 +109,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             grip.grasp(sample.normal_force_n);
         }
         let travel = self.fusion.believed_travel(sample.travel_m);
-        let felt = stylus && self.health.health() == Health::Good;
+        let felt = stylus && self.health.health() == Health::Good && !self.whiteness.is_noisy();
         let impaired = stylus && !felt || !self.fusion.healthy();
         #[expect(clippy::cast_possible_truncation, reason = "the controller limits the step")]
         let dt_s = dt.as_seconds() as f32;
@@ -121,6 +120,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             evidence: news.evidence,
             sliding: news.sliding,
             motion: news.motion,
+            undecided: self.fusion.is_undecided(),
             travel_sigma_m: self.observation.travel_sigma_m(),
             rise_s: self.host_time.rise_s(sample.t, dt),
             stale: self.host_time.is_stale(),

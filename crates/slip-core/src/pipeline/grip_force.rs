@@ -43,8 +43,8 @@ impl GripForce {
             Some(force_n) => {
                 self.same_s += dt_s;
                 let moved_n = (self.modelled_n - force_n).abs();
-                self.frozen |= self.same_s >= FROZEN_S
-                    && moved_n > (FROZEN_SHARE * force_n).max(FROZEN_N);
+                self.frozen |=
+                    self.same_s >= FROZEN_S && moved_n > (FROZEN_SHARE * force_n).max(FROZEN_N);
                 if !self.frozen {
                     return force_n;
                 }

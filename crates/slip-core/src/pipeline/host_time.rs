@@ -90,11 +90,11 @@ impl HostTime {
 mod tests {
     extern crate std;
     use super::HostTime;
-    use std::vec::Vec;
     use crate::{
         sample::Arrival,
         units::{Hertz, Micros},
     };
+    use std::vec::Vec;
 
     /// Samples at 1 kHz that arrive at these host times (ms) with these ages (ms): rise (ms) and staleness of each.
     fn rises(arrivals: &[(u64, u64)]) -> Vec<(f32, bool)> {
@@ -103,10 +103,7 @@ mod tests {
         let mut out = Vec::new();
         for (i, (at, age)) in arrivals.iter().enumerate() {
             let t = Micros(1000 * (i as u64 + 1));
-            host.arrive(
-                Some(Arrival { at: Micros(1000 * at), age: Micros(1000 * age) }),
-                last,
-            );
+            host.arrive(Some(Arrival { at: Micros(1000 * at), age: Micros(1000 * age) }), last);
             let dt = last.map_or(Micros(0), |last| t.since(last));
             out.push((1e3 * host.rise_s(t, dt).unwrap(), host.is_stale()));
             last = Some(t);
@@ -123,7 +120,10 @@ mod tests {
         let burst: f32 = out[99..].iter().map(|(rise, _)| rise).sum();
         assert!((9.9..=12.1).contains(&burst), "{burst}");
         let fresh = out[99..].iter().filter(|(_, stale)| !stale).count();
-        assert!((20..=23).contains(&fresh), "{fresh}: 20 ms, a period and what the line usually takes");
+        assert!(
+            (20..=23).contains(&fresh),
+            "{fresh}: 20 ms, a period and what the line usually takes"
+        );
     }
 
     #[test]

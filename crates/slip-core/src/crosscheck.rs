@@ -1,0 +1,352 @@
+//! Stylus and travel of the same slip in; which of them contradicts the other, or itself, out.
+//!
+//! Both feel the same object, so that one of them shows a movement of some micrometres without the other is a fault of one. Which one:
+//!
+//! | what is seen | verdict |
+//! |---|---|
+//! | the stylus vibrates for 12 ms (weighted by its statistic) and the travel stands, before it has ever followed the stylus | travel |
+//! | the same, but the travel has followed an earlier slip of this object | undecided: the answer is bounded |
+//! | the travel stops dead: over 0.1 mm in 3 ms, then nothing for 3 ms, while the stylus vibrates | travel |
+//! | the travel moves alone within a second of an undecided alarm | travel: it is late |
+//! | the travel has moved 0.3 mm and the stylus has felt nothing | stylus |
+//! | the vibration of the stylus is white and far above its noise floor: no surface shakes a stylus at half the sample rate | stylus |
+//!
+//! A doubted sensor has no say while the other one is usable. The stylus is believed again when it feels a slip in time; the travel with the
+//! next object, or when it follows the stylus from the beginning of a slip.
+
+use crate::units::Micros;
+
+/// Vibration for this long (s) moves a sound travel sensor.
+const CONTRADICTED_S: f32 = 0.012;
+/// After the travel has followed in this slip, ringing of the stylus may outlast the movement by this (s).
+const RINGING_S: f32 = 0.06;
+/// Statistic from which an instant counts whole.
+const STRONG: f32 = 30.0;
+/// What the travel shows at least where the stylus vibrates (m), over its noise and its resolution.
+const LEAST_M: f32 = 2.5e-6;
+const NOISES: f32 = 6.0;
+/// A travel that has gone this far (m) has followed the stylus.
+const FOLLOWED_M: f32 = 3e-5;
+/// A slip of this length (m) is felt by a sound stylus.
+const UNFELT_M: f32 = 3e-4;
+/// Length of a window (us) in which a travel that went [`DEAD_M`] (m) in the one before cannot stand.
+const WINDOW: Micros = Micros(3000);
+const DEAD_M: f32 = 1e-4;
+/// An undecided alarm is explained by a travel that moves alone within this time.
+const LATE: Micros = Micros(1_000_000);
+
+/// One sample of a slip.
+#[derive(Clone, Copy, Debug)]
+pub struct Seen {
+    /// Its time.
+    pub t: Micros,
+    /// Time since the sample before (s).
+    pub dt_s: f32,
+    /// Moved distance without leaps (m), where there is a reading.
+    pub travel_m: Option<f32>,
+    /// Deviation of one reading (m).
+    pub sigma_m: f32,
+    /// Leaps of the travel so far.
+    pub leaps: u64,
+    /// Statistic of the stylus, 0 where it is quiet now, and `None` where it is not usable.
+    pub stylus: Option<f32>,
+}
+
+/// The slip that goes on.
+#[derive(Clone, Copy, Debug, Default)]
+struct Slip {
+    from_m: Option<f32>,
+    low_m: f32,
+    high_m: f32,
+    moved_m: f32,
+    strong_s: f32,
+    felt: bool,
+    leaps: u64,
+    window: Option<Window>,
+    fast_before: bool,
+}
+
+/// Readings of the travel (m) within one window.
+#[derive(Clone, Copy, Debug)]
+struct Window {
+    begun: Micros,
+    first_m: f32,
+    low_m: f32,
+    high_m: f32,
+}
+
+/// What is known of both sensors.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct CrossCheck {
+    slip: Slip,
+    /// Whether the travel has followed a slip of this object.
+    proven: bool,
+    travel_doubted: bool,
+    stylus_doubted: bool,
+    undecided: bool,
+    undecided_at: Option<Micros>,
+}
+
+impl CrossCheck {
+    /// Another object: nothing is known.
+    pub fn prime(&mut self) {
+        *self = Self::default();
+    }
+
+    /// A slip begins.
+    pub fn begin(&mut self) {
+        self.slip = Slip::default();
+        self.undecided = false;
+    }
+
+    /// Whether the travel is not to be believed.
+    #[must_use]
+    #[inline]
+    pub fn doubts_travel(&self) -> bool {
+        self.travel_doubted
+    }
+
+    /// Whether the stylus is not to be believed, as long as the travel is usable.
+    #[must_use]
+    #[inline]
+    pub fn doubts_stylus(&self) -> bool {
+        self.stylus_doubted && !self.travel_doubted
+    }
+
+    /// Whether the stylus shows a slip that a travel sensor, good so far, does not confirm.
+    #[must_use]
+    #[inline]
+    pub fn is_undecided(&self) -> bool {
+        self.undecided && !self.travel_doubted && !self.stylus_doubted
+    }
+
+    /// Takes the next sample of the slip.
+    pub fn step(&mut self, seen: &Seen) {
+        let Some(travel_m) = seen.travel_m else { return };
+        let least_m = LEAST_M.max(NOISES * seen.sigma_m);
+        let statistic = seen.stylus.unwrap_or(0.0);
+        let slip = &mut self.slip;
+        if slip.from_m.is_none() {
+            *slip = Slip { low_m: travel_m, high_m: travel_m, leaps: seen.leaps, ..*slip };
+        }
+        let from_m = *slip.from_m.get_or_insert(travel_m);
+        slip.moved_m = slip.moved_m.max((travel_m - from_m).abs());
+        slip.low_m = slip.low_m.min(travel_m);
+        slip.high_m = slip.high_m.max(travel_m);
+        if slip.high_m - slip.low_m >= least_m {
+            (slip.low_m, slip.high_m, slip.strong_s) = (travel_m, travel_m, 0.0);
+        } else {
+            slip.strong_s += seen.dt_s * (statistic / STRONG).min(1.0);
+        }
+        if !slip.felt && statistic >= 1.0 {
+            slip.felt = true;
+            // In time: this stylus feels.
+            self.stylus_doubted &= slip.moved_m >= UNFELT_M;
+        }
+        self.judge(seen, travel_m, least_m);
+    }
+
+    fn judge(&mut self, seen: &Seen, travel_m: f32, least_m: f32) {
+        let followed = self.slip.moved_m >= FOLLOWED_M.max(least_m);
+        let leapt = seen.leaps > self.slip.leaps;
+        if followed && self.slip.felt && !leapt {
+            self.travel_doubted &= self.undecided_at.is_some();
+            self.proven |= !self.travel_doubted;
+        }
+        let alone = !self.slip.felt && seen.stylus.is_some();
+        if alone && followed {
+            let late = self.undecided_at.is_some_and(|at| seen.t.since(at) < LATE);
+            self.travel_doubted |= late;
+            self.stylus_doubted |= !late && self.slip.moved_m >= UNFELT_M;
+        }
+        let limit_s = if followed && !leapt { RINGING_S } else { CONTRADICTED_S };
+        if self.slip.strong_s >= limit_s && !self.stylus_doubted {
+            if self.proven && !leapt {
+                self.undecided = true;
+                self.undecided_at = Some(seen.t);
+            } else {
+                self.travel_doubted = true;
+            }
+        } else if self.slip.strong_s == 0.0 {
+            self.undecided = false;
+        }
+        self.watch_stop(seen, travel_m, least_m);
+    }
+
+    /// No object stops within a millisecond.
+    fn watch_stop(&mut self, seen: &Seen, travel_m: f32, least_m: f32) {
+        let fresh = Window { begun: seen.t, first_m: travel_m, low_m: travel_m, high_m: travel_m };
+        let window = self.slip.window.get_or_insert(fresh);
+        window.low_m = window.low_m.min(travel_m);
+        window.high_m = window.high_m.max(travel_m);
+        if seen.t.since(window.begun) < WINDOW {
+            return;
+        }
+        let stands = window.high_m - window.low_m < least_m;
+        let fast = (travel_m - window.first_m).abs() >= DEAD_M.max(4.0 * least_m);
+        let vibrates = seen.stylus.is_some_and(|statistic| statistic >= 1.0);
+        self.travel_doubted |= stands && self.slip.fast_before && vibrates;
+        self.slip.fast_before = fast;
+        self.slip.window = Some(fresh);
+    }
+}
+
+/// Whether the stylus shows the noise of its electronics instead of a surface.
+///
+/// The energy of second differences over that of first differences is 3 for white noise and below 0.4 for anything below a tenth of the sample
+/// rate.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Whiteness {
+    last: Option<[f32; 2]>,
+    first_energy: f32,
+    second_energy: f32,
+    seen: u16,
+    noisy: bool,
+}
+
+impl Whiteness {
+    /// Readings of a running mean, and before the first verdict.
+    const READINGS: u16 = 32;
+    const WHITE: f32 = 2.0;
+    const NOT_WHITE: f32 = 1.0;
+    /// First differences over the noise in the vibration band: 3.8 for white noise at 10 kHz; five times that is no noise of a sound stylus.
+    const LOUD: f32 = 19.0;
+    /// Lower sample rates (Hz) may show a surface up to half of them.
+    pub const LEAST_RATE_HZ: f32 = 6000.0;
+
+    /// A new slip.
+    pub fn begin(&mut self) {
+        *self = Self { noisy: self.noisy, ..Self::default() };
+    }
+
+    /// Whether the stylus is not to be believed.
+    #[must_use]
+    #[inline]
+    pub fn is_noisy(&self) -> bool {
+        self.noisy
+    }
+
+    /// Takes the next reading; `noise` is the noise of a sound stylus in its vibration band (rms).
+    pub fn step(&mut self, x: f32, noise: f32) {
+        let Some([one, two]) = self.last.replace([x, self.last.map_or(x, |[one, _]| one)]) else {
+            return;
+        };
+        let (first, second) = (x - one, x - 2.0 * one + two);
+        self.seen = self.seen.saturating_add(1).min(Self::READINGS);
+        let share = 1.0 / f32::from(self.seen);
+        self.first_energy += share * (first * first - self.first_energy);
+        self.second_energy += share * (second * second - self.second_energy);
+        if self.seen < Self::READINGS {
+            return;
+        }
+        let loud = Self::LOUD * noise;
+        let loud = noise > 0.0 && self.first_energy > loud * loud;
+        let ratio = if self.noisy { Self::NOT_WHITE } else { Self::WHITE };
+        self.noisy = loud && self.second_energy > ratio * self.first_energy;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{CrossCheck, Seen, Whiteness};
+    use crate::units::Micros;
+
+    /// A slip of `ms` at 1 kHz with these statistics and travels (um), seen by `check`.
+    fn slip(check: &mut CrossCheck, from_ms: u64, ms: u16, both: impl Fn(u16) -> (f32, f32)) {
+        check.begin();
+        for i in 0..ms {
+            let (statistic, um) = both(i);
+            check.step(&Seen {
+                t: Micros(1000 * (from_ms + u64::from(i))),
+                dt_s: 1e-3,
+                travel_m: Some(1e-6 * um),
+                sigma_m: 4e-7,
+                leaps: 0,
+                stylus: Some(statistic),
+            });
+        }
+    }
+
+    fn verdict(check: &CrossCheck) -> [bool; 3] {
+        [check.doubts_travel(), check.doubts_stylus(), check.is_undecided()]
+    }
+
+    #[test]
+    fn sensors_that_agree_are_believed() {
+        let mut check = CrossCheck::default();
+        for i in 0..10 {
+            slip(&mut check, 1000 * i, 100, |ms| (50.0, 4.0 * f32::from(ms.min(60))));
+            assert_eq!(verdict(&check), [false; 3], "with some ringing");
+        }
+    }
+
+    #[test]
+    fn a_travel_that_never_moves_is_doubted_until_it_follows() {
+        let mut check = CrossCheck::default();
+        slip(&mut check, 0, 10, |_| (100.0, 0.3));
+        assert_eq!(verdict(&check), [false; 3]);
+        slip(&mut check, 0, 20, |_| (100.0, 0.3));
+        assert_eq!(verdict(&check), [true, false, false]);
+        slip(&mut check, 2000, 20, |ms| (100.0, 10.0 * f32::from(ms)));
+        assert_eq!(verdict(&check), [false; 3]);
+    }
+
+    #[test]
+    fn one_that_followed_before_is_only_questioned_and_a_late_one_gives_itself_away() {
+        let mut check = CrossCheck::default();
+        slip(&mut check, 0, 30, |ms| (100.0, 20.0 * f32::from(ms)));
+        slip(&mut check, 1000, 20, |_| (100.0, 0.3));
+        assert_eq!(verdict(&check), [false, false, true]);
+        slip(&mut check, 1300, 20, |ms| (0.0, 20.0 * f32::from(ms)));
+        assert_eq!(verdict(&check), [true, false, false]);
+    }
+
+    #[test]
+    fn a_stylus_that_feels_nothing_is_doubted_until_it_feels_in_time() {
+        let mut check = CrossCheck::default();
+        slip(&mut check, 0, 30, |ms| (0.0, 20.0 * f32::from(ms)));
+        assert_eq!(verdict(&check), [false, true, false]);
+        slip(&mut check, 1000, 60, |ms| (if ms < 40 { 0.0 } else { 90.0 }, 20.0 * f32::from(ms)));
+        assert_eq!(verdict(&check), [false, true, false], "too late");
+        slip(&mut check, 2000, 60, |ms| (90.0, 20.0 * f32::from(ms)));
+        assert_eq!(verdict(&check), [false; 3]);
+    }
+
+    #[test]
+    fn what_stops_dead_is_no_object() {
+        let mut check = CrossCheck::default();
+        slip(&mut check, 0, 30, |ms| (90.0, 60.0 * f32::from(ms.min(20))));
+        assert_eq!(verdict(&check), [true, false, false]);
+        let mut check = CrossCheck::default();
+        // From 0.1 m/s at 5 m/s^2.
+        let braked = |ms: u16| {
+            let t = (1e-3 * f32::from(ms)).min(0.02);
+            1e6 * (0.1 * t - 2.5 * t * t)
+        };
+        slip(&mut check, 0, 50, |ms| (90.0, braked(ms)));
+        assert_eq!(verdict(&check), [false; 3]);
+    }
+
+    #[test]
+    fn noise_is_white_and_a_surface_is_not() {
+        let mut random = 1_u32;
+        let mut noise = || {
+            random = random.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            6e-6 * (random as f32 / u32::MAX as f32 - 0.5)
+        };
+        let mut check = Whiteness::default();
+        for _ in 0..60 {
+            check.step(noise(), 4e-8);
+        }
+        assert!(check.is_noisy());
+        for i in 0..200_u16 {
+            check.step(8e-6 * libm::sinf(0.3 * f32::from(i)), 4e-8);
+        }
+        assert!(!check.is_noisy());
+        let mut sound = Whiteness::default();
+        for _ in 0..60 {
+            sound.step(noise() / 30.0, 4e-8);
+        }
+        assert!(!sound.is_noisy(), "the noise that it always has");
+    }
+}
