@@ -28,11 +28,11 @@ pub(crate) struct GraspArgs {
     #[arg(long, value_name = "SET", value_delimiter = ',', value_parser = sensors, conflicts_with = "compare")]
     pub(crate) sensors: Vec<Chosen<SensorSet>>,
     /// Older laws of grip force instead of gripd, a row each: fixed (20 N), pr2 (each slip raises the force by 8 %), fft (each block that
-    /// vibrates raises it by a step), oracle (1.1 times weight over dry friction, both known, and over a
-    /// tangential force where there is one); gripd may stand among them. `all` is fixed to oracle.
+    /// vibrates raises it by a step), oracle (knows mass, friction and every load to come: 1.3 times the
+    /// largest needed force from the first sample of the slip on, a bound for every controller); gripd may stand among them. `all` is fixed to oracle.
     #[arg(long, value_name = "LAW", value_delimiter = ',', value_parser = laws, conflicts_with = "compare")]
     pub(crate) baseline: Vec<Chosen<Law>>,
-    /// gripd with each sensor set, and every older law; the oracle also with a tangential force.
+    /// gripd with each sensor set, and every older law and the oracle with stylus and travel.
     #[arg(long)]
     pub(crate) compare: bool,
     /// What goes wrong, a row each: none, gain (+-20 %), noise (x 3), latency (0 to 20 ms either way), loss (5 % of the samples), dead-stylus,

@@ -79,6 +79,7 @@ pub fn play(setup: &Setup<'_>, hand: &mut dyn Hand) -> Result<Outcome, TrialErro
             mcu.break_stylus(Some(SensorFault::Dead));
         }
         mcu.advance(now);
+        hand.witness(&mcu.truth());
         while let Some(len) = mcu.poll_transmit(now, &mut frame) {
             up.send(now, frame.get(..len).unwrap_or(&frame));
         }

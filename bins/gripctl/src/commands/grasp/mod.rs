@@ -71,8 +71,7 @@ fn ways(args: &GraspArgs) -> Vec<Way> {
     let pairs: Vec<(Law, SensorSet)> = if args.compare {
         let own = SensorSet::ALL.map(|sensors| (Law::Own, sensors));
         let others = Law::BASELINES.map(|law| (law, SensorSet::Travel));
-        let all = own.into_iter().chain(others);
-        all.chain([(Law::Oracle, SensorSet::Tangential)]).collect()
+        own.into_iter().chain(others).collect()
     } else {
         let laws = flat(&args.baseline);
         let laws = if laws.is_empty() { vec![Law::Own] } else { laws };
