@@ -104,7 +104,7 @@ fn latency_makes_a_slip_longer_and_losses_are_counted() {
         config: &bench.config,
         duration: bench.duration,
         line,
-        stylus_dies: None,
+        incident: None,
     };
     let mut silent = |_: grip_host::News<'_>| ();
     let mut own =
