@@ -2,7 +2,8 @@
 //!
 //! The stall begins when the object first slips faster than 1 mm/s at more than half the needed force. Either the line holds all frames of
 //! the gripper and then delivers them at once, none lost; or gripd does not run, and up to 64 KiB wait for it. The device goes on in
-//! simulated time: its commands run out, and it holds. Objects of 0.2, 0.4 and 1.0 kg with friction 0.35 and a drive of 20 ms lag; a slow
+//! simulated time: its commands run out, and it holds. Objects of 0.2, 0.4 and 1.0 kg with friction 0.35, Ra 2 um, a drive of 20 ms lag and
+//! travel noise of 1 um; a slow
 //! slip (150 N s/m, lift in 0.5 s) and a quick one (static over kinetic 1.3, lift in 0.05 s).
 
 use super::{
@@ -141,6 +142,8 @@ fn object(
     scene.seed = seed;
     scene.mass_kg = Draw::Fixed(mass_kg);
     scene.friction = Draw::Fixed(0.35);
+    scene.roughness_ra_um = Draw::Fixed(2.0);
+    scene.noise.travel_um = 1.0;
     scene.drive.lag_ms = 20.0;
     scene.lift_ramp_s = ramp_s;
     friction.put_into(&mut scene);
