@@ -43,6 +43,28 @@ pub(crate) struct GraspArgs {
     /// link (5 ms either way and noise x 3), everything. All of them where none is named: `--stress`, `--stress=noise,loss`.
     #[arg(long, value_name = "WHAT", value_delimiter = ',', value_parser = stresses, num_args = 0.., require_equals = true, default_missing_value = "all")]
     pub(crate) stress: Vec<Chosen<Stress>>,
+    #[command(flatten)]
+    pub(crate) tables: TableArgs,
+    /// Configuration file, as for gripd.
+    #[arg(long)]
+    pub(crate) config: Option<PathBuf>,
+    /// Built-in model (default, or paper: that of the source study) or model file.
+    #[arg(long)]
+    pub(crate) model: Option<PathBuf>,
+    /// Print every grasp, not only the totals.
+    #[arg(long)]
+    pub(crate) each: bool,
+    /// Draw the result (.svg or .png): every grasp of a single row, or the share of objects that were lost.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) plot: Option<PathBuf>,
+    /// One JSON object a line.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// Tables of what goes wrong in the middle of a grasp.
+#[derive(Debug, Args)]
+pub(crate) struct TableArgs {
     /// Table of sensor faults: each sensor (stylus, force, travel) fails in each way in each phase of the grasp, with each kind of
     /// friction. Beside it: without that sensor from the start (absent), without a fault (sound), and the oracle; holdable counts what
     /// an oracle with 1.1 to 1.5 times the needed force holds.
@@ -64,21 +86,6 @@ pub(crate) struct GraspArgs {
     /// Only these frictions in --faults: coulomb, stribeck, viscous10, viscous60, viscous150 (N s/m), static1.6 (static over kinetic).
     #[arg(long, value_name = "FRICTION", value_delimiter = ',', value_parser = frictions, requires = "faults")]
     pub(crate) friction: Vec<Chosen<Friction>>,
-    /// Configuration file, as for gripd.
-    #[arg(long)]
-    pub(crate) config: Option<PathBuf>,
-    /// Built-in model (default, or paper: that of the source study) or model file.
-    #[arg(long)]
-    pub(crate) model: Option<PathBuf>,
-    /// Print every grasp, not only the totals.
-    #[arg(long)]
-    pub(crate) each: bool,
-    /// Draw the result (.svg or .png): every grasp of a single row, or the share of objects that were lost.
-    #[arg(long, value_name = "FILE")]
-    pub(crate) plot: Option<PathBuf>,
-    /// One JSON object a line.
-    #[arg(long)]
-    pub(crate) json: bool,
 }
 
 impl GraspArgs {

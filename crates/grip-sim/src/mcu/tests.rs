@@ -31,7 +31,7 @@ struct Bench {
     mcu: VirtualMcu,
     host: HostLink,
     now: Micros,
-    rows: Vec<(u64, f32, f32)>,
+    rows: Vec<Row>,
     status: Option<Status>,
     rebooted: u32,
     wire: Vec<u8>,
@@ -216,8 +216,11 @@ fn broken_styluses_without_another_sensor_are_reported_and_the_grip_holds() {
     }
 }
 
-/// What the host reads before and from a fault that begins 0.5 s after the start: time (us), stylus and force of a row.
-fn shown(sensor: Sensor, fault: SensorFault) -> (Vec<(u64, f32, f32)>, Vec<(u64, f32, f32)>) {
+/// Time (us), stylus (m) and force (N) of a row.
+type Row = (u64, f32, f32);
+
+/// What the host reads before and from a fault that begins 0.5 s after the start.
+fn shown(sensor: Sensor, fault: SensorFault) -> (Vec<Row>, Vec<Row>) {
     let mut bench = Bench::new(&scene(), Config { format: SampleFormat::F32, ..config() });
     bench.mcu.remember_readings(Micros(50_000));
     bench.run(Some(8.0), 500);
@@ -234,13 +237,12 @@ fn a_broken_sensor_shows_its_fault_and_no_other_sensor_does() {
     assert!(well.1.len() > 1900 && well == shown(Sensor::NormalForce, SensorFault::Gain(0)));
     for sensor in [Sensor::Stylus, Sensor::NormalForce] {
         let stylus = sensor == Sensor::Stylus;
-        let of = |row: &(u64, f32, f32)| if stylus { row.1 } else { row.2 };
+        let of = |row: &Row| if stylus { row.1 } else { row.2 };
         let rows = |fault| {
             let (before, after) = shown(sensor, fault);
             assert_eq!(before, well.0, "{fault:?}");
-            let same = |(a, b): (&(u64, f32, f32), &(u64, f32, f32))| {
-                a.0 == b.0 && if stylus { a.2 == b.2 } else { a.1 == b.1 }
-            };
+            let same =
+                |(a, b): (&Row, &Row)| a.0 == b.0 && if stylus { a.2 == b.2 } else { a.1 == b.1 };
             assert!(after.iter().zip(&well.1).all(same), "{sensor:?} {fault:?}");
             after.iter().map(of).collect::<Vec<f32>>()
         };

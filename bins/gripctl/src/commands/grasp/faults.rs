@@ -32,11 +32,11 @@ pub(super) fn run(args: &GraspArgs) -> anyhow::Result<Exit> {
     let estimator = estimator(args.model.as_deref(), &config)?;
     let bench = FaultBench { config: &config, estimator: &estimator };
     let plan = FaultPlan {
-        sensors: or_all(&args.fault_sensor, &FAULT_SENSORS.map(|(_, sensor)| sensor)),
-        faults: or_all(&args.fault, &FaultKind::ALL),
-        phases: or_all(&args.phase, &FaultPhase::ALL),
+        sensors: or_all(&args.tables.fault_sensor, &FAULT_SENSORS.map(|(_, sensor)| sensor)),
+        faults: or_all(&args.tables.fault, &FaultKind::ALL),
+        phases: or_all(&args.tables.phase, &FaultPhase::ALL),
     };
-    let frictions = or_all(&args.friction, &Friction::ALL);
+    let frictions = or_all(&args.tables.friction, &Friction::ALL);
     let seeds = args.seeds(TRIALS);
     let jobs: Vec<(u64, Friction)> =
         seeds.flat_map(|seed| frictions.iter().map(move |friction| (seed, *friction))).collect();

@@ -27,10 +27,10 @@ const LONGEST_S: f64 = 600.0;
 const TRIALS: u64 = 100;
 
 pub(crate) fn run(args: &GraspArgs) -> anyhow::Result<Exit> {
-    if args.faults {
+    if args.tables.faults {
         return faults::run(args);
     }
-    if args.stalls {
+    if args.tables.stalls {
         return stalls::run(args);
     }
     if !(args.duration > 0.0 && args.duration <= LONGEST_S) {
