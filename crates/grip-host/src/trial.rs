@@ -36,6 +36,6 @@ pub fn grasp(
     duration: Micros,
     tell: &mut dyn FnMut(News<'_>),
 ) -> Result<Outcome, TrialError> {
-    let setup = Setup { scene, config, duration, line: Line::default(), stylus_dies: None };
+    let setup = Setup { scene, config, duration, line: Line::default(), incident: None };
     play(&setup, &mut Own::new(config, estimator, tell)?)
 }

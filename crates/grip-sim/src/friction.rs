@@ -11,8 +11,8 @@
 //! For v and N constant over a step the first equation is linear and is integrated exactly:
 //! z tends to g sgn(v) / sigma0 as exp(-|v| sigma0 dt / g). The step is therefore stable for every dt.
 //! When the normal force falls, z is limited to what the smaller force can hold, so that unloading makes a
-//! stuck object slip. Viscous friction is zero: sliding force is mu_k N, which is what the impulse balance
-//! of the trial grasp assumes.
+//! stuck object slip. The contact itself has no viscous friction: sliding force is mu_k N, which is what the impulse balance
+//! of the trial grasp assumes. A scene may add some to the object as a whole ([`crate::scene::Object::viscous_n_s_m`]).
 //!
 //! Limits: under an oscillating load below break-away the LuGre bristle drifts (Dupont et al. 2002); a constant
 //! load does not. Both fingers of a grasp share one state because they see the same load.

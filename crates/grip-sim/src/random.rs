@@ -16,6 +16,7 @@ pub(crate) enum Purpose {
     Load = 7,
     Gain = 8,
     Tangential = 9,
+    SensorFault = 10,
 }
 
 /// The generator of `purpose` under `seed`.

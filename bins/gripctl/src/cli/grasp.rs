@@ -1,7 +1,11 @@
 //! The arguments of `gripctl grasp`.
 
 use clap::Args;
-use grip_host::grasp::{Law, SensorSet, Stress};
+use grip_host::grasp::{
+    Friction, Law, SensorSet, Stress,
+    faults::{FAULT_SENSORS, FaultKind, FaultPhase},
+};
+use grip_sim::mcu::Sensor;
 use std::path::PathBuf;
 
 #[derive(Debug, Args)]
@@ -14,9 +18,9 @@ pub(crate) struct GraspArgs {
     /// All built-in scenes.
     #[arg(long, conflicts_with_all = ["scene", "scenes"])]
     pub(crate) all: bool,
-    /// Grasps per scene, with seeds counting up.
-    #[arg(long, default_value_t = 100, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
-    pub(crate) trials: u64,
+    /// Grasps per scene, 100 by default, or per cell of --faults and --stalls, 8 by default; with seeds counting up.
+    #[arg(long, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+    pub(crate) trials: Option<u64>,
     /// First seed.
     #[arg(long, default_value_t = 0)]
     pub(crate) seed: u64,
@@ -28,17 +32,19 @@ pub(crate) struct GraspArgs {
     #[arg(long, value_name = "SET", value_delimiter = ',', value_parser = sensors, conflicts_with = "compare")]
     pub(crate) sensors: Vec<Chosen<SensorSet>>,
     /// Older laws of grip force instead of gripd, a row each: fixed (20 N), pr2 (each slip raises the force by 8 %), fft (each block that
-    /// vibrates raises it by a step), oracle (1.1 times weight over dry friction, both known, and over a
-    /// tangential force where there is one); gripd may stand among them. `all` is fixed to oracle.
+    /// vibrates raises it by a step), oracle (knows mass, friction and every load to come: 1.3 times the
+    /// largest needed force from the first sample of the slip on, a bound for every controller); gripd may stand among them. `all` is fixed to oracle.
     #[arg(long, value_name = "LAW", value_delimiter = ',', value_parser = laws, conflicts_with = "compare")]
     pub(crate) baseline: Vec<Chosen<Law>>,
-    /// gripd with each sensor set, and every older law; the oracle also with a tangential force.
+    /// gripd with each sensor set, and every older law and the oracle with stylus and travel.
     #[arg(long)]
     pub(crate) compare: bool,
     /// What goes wrong, a row each: none, gain (+-20 %), noise (x 3), latency (0 to 20 ms either way), loss (5 % of the samples), dead-stylus,
     /// link (5 ms either way and noise x 3), everything. All of them where none is named: `--stress`, `--stress=noise,loss`.
     #[arg(long, value_name = "WHAT", value_delimiter = ',', value_parser = stresses, num_args = 0.., require_equals = true, default_missing_value = "all")]
     pub(crate) stress: Vec<Chosen<Stress>>,
+    #[command(flatten)]
+    pub(crate) tables: TableArgs,
     /// Configuration file, as for gripd.
     #[arg(long)]
     pub(crate) config: Option<PathBuf>,
@@ -54,6 +60,40 @@ pub(crate) struct GraspArgs {
     /// One JSON object a line.
     #[arg(long)]
     pub(crate) json: bool,
+}
+
+/// Tables of what goes wrong in the middle of a grasp.
+#[derive(Debug, Args)]
+pub(crate) struct TableArgs {
+    /// Table of sensor faults: each sensor (stylus, force, travel) fails in each way in each phase of the grasp, with each kind of
+    /// friction. Beside it: without that sensor from the start (absent), without a fault (sound), and the oracle; holdable counts what
+    /// an oracle with 1.1 to 1.5 times the needed force holds.
+    #[arg(long, conflicts_with_all = ["scene", "scenes", "all", "sensors", "baseline", "compare", "stress", "plot", "stalls", "duration"])]
+    pub(crate) faults: bool,
+    /// Table of stalls: in the middle of a slip the line or the daemon stops for 50 to 1000 ms.
+    #[arg(long, conflicts_with_all = ["scene", "scenes", "all", "sensors", "baseline", "compare", "stress", "plot", "duration"])]
+    pub(crate) stalls: bool,
+    /// Only these sensors in --faults: stylus, force, travel.
+    #[arg(long, value_name = "SENSOR", value_delimiter = ',', value_parser = fault_sensors, requires = "faults")]
+    pub(crate) fault_sensor: Vec<Chosen<Sensor>>,
+    /// Only these faults: nan, inf, stuck, noise30 (30 times the noise), late5, late50, late300 (ms), gain+30, gain-30 (%).
+    #[arg(long, value_name = "FAULT", value_delimiter = ',', value_parser = faults, requires = "faults")]
+    pub(crate) fault: Vec<Chosen<FaultKind>>,
+    /// Only faults that begin in these phases: before (the lift), first (2 ms into the slip), middle (of the slip), end (of the slip),
+    /// holding (then the load grows by 40 %).
+    #[arg(long, value_name = "PHASE", value_delimiter = ',', value_parser = phases, requires = "faults")]
+    pub(crate) phase: Vec<Chosen<FaultPhase>>,
+    /// Only these frictions in --faults: coulomb, stribeck, viscous10, viscous60, viscous150 (N s/m), static1.6 (static over kinetic).
+    #[arg(long, value_name = "FRICTION", value_delimiter = ',', value_parser = frictions, requires = "faults")]
+    pub(crate) friction: Vec<Chosen<Friction>>,
+}
+
+impl GraspArgs {
+    /// The seeds of the grasps, `usual` of them where no number is asked for.
+    pub(crate) fn seeds(&self, usual: u64) -> impl Iterator<Item = u64> + use<> {
+        let first = self.seed;
+        (0..self.trials.unwrap_or(usual)).map(move |trial| first.wrapping_add(trial))
+    }
 }
 
 /// One name of a list; `all` stands for several.
@@ -81,6 +121,26 @@ fn laws(name: &str) -> Result<Chosen<Law>, String> {
 fn stresses(name: &str) -> Result<Chosen<Stress>, String> {
     let names: Vec<&str> = Stress::ALL.iter().map(|stress| stress.name).collect();
     chosen(name, &Stress::ALL, Stress::named, &format!("{}, all", names.join(", ")))
+}
+
+fn fault_sensors(name: &str) -> Result<Chosen<Sensor>, String> {
+    let known = |name: &str| FAULT_SENSORS.iter().find(|one| one.0 == name).map(|one| one.1);
+    chosen(name, &FAULT_SENSORS.map(|one| one.1), known, "stylus, force, travel, all")
+}
+
+fn faults(name: &str) -> Result<Chosen<FaultKind>, String> {
+    let names = FaultKind::ALL.map(|kind| kind.name).join(", ");
+    chosen(name, &FaultKind::ALL, FaultKind::named, &format!("{names}, all"))
+}
+
+fn phases(name: &str) -> Result<Chosen<FaultPhase>, String> {
+    let names = FaultPhase::ALL.map(FaultPhase::name).join(", ");
+    chosen(name, &FaultPhase::ALL, FaultPhase::named, &format!("{names}, all"))
+}
+
+fn frictions(name: &str) -> Result<Chosen<Friction>, String> {
+    let names = Friction::ALL.map(|friction| friction.name).join(", ");
+    chosen(name, &Friction::ALL, Friction::named, &format!("{names}, all"))
 }
 
 fn chosen<T: Copy>(

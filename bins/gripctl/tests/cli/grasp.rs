@@ -66,14 +66,14 @@ fn ways_of_grasping_stand_beside_each_other() {
         gripctl(folder.path(), &args)
     };
     let lines = with(&["--compare", "--json"]).done().json();
-    assert_eq!(lines.len(), 3 * 9);
+    assert_eq!(lines.len(), 3 * 8);
     let all: Vec<(&str, &str)> = lines
         .iter()
         .filter(|line| line["scene"] == "all")
         .map(|line| (line["law"].as_str().unwrap(), line["sensors"].as_str().unwrap()))
         .collect();
     assert_eq!(all[..2], [("gripd", "stylus"), ("gripd", "travel")]);
-    assert_eq!(all[7..], [("oracle", "travel"), ("oracle", "tangential")]);
+    assert_eq!(all[7..], [("oracle", "travel")]);
     let fixed =
         lines.iter().find(|line| line["scene"] == "foam" && line["law"] == "fixed").unwrap();
     assert_eq!((&fixed["crushed"], &fixed["roomy_crushed"]), (&2.into(), &2.into()), "{fixed}");
@@ -106,12 +106,62 @@ fn the_result_is_drawn() {
 }
 
 #[test]
+fn sensor_faults_stand_in_a_table_with_its_totals() {
+    let folder = tempfile::tempdir().unwrap();
+    let common = [
+        "grasp",
+        "--faults",
+        "--trials",
+        "1",
+        "--fault-sensor",
+        "travel",
+        "--fault",
+        "nan,gain+30",
+        "--phase",
+        "first",
+        "--friction",
+        "coulomb,viscous60",
+    ];
+    let with = |more: &[&str]| {
+        let args: Vec<&str> = common.iter().chain(more).copied().collect();
+        gripctl(folder.path(), &args).done()
+    };
+    let lines = with(&["--json", "--each"]).json();
+    let of = |kind: &str| lines.iter().filter(|line| line["type"] == kind).collect::<Vec<_>>();
+    assert_eq!((of("fault_trial").len(), of("fault").len()), (4, 4));
+    // Two by sensor and fault, one by sensor, two by fault, one by phase, two by friction, and all.
+    let totals = of("fault_total");
+    assert_eq!(totals.len(), 9);
+    let all = totals.last().unwrap();
+    assert_eq!((&all["sensor"], &all["trials"]), (&"all".into(), &4.into()), "{all}");
+    assert_eq!((&all["oracle_lost"], &all["dropped_sound"]), (&0.into(), &0.into()), "{all}");
+    let text = with(&[]).out;
+    for part in ["every cell", "by sensor and fault", "viscous60", "gain+30", "peak/needed"] {
+        assert!(text.contains(part), "{part} in {text}");
+    }
+}
+
+#[test]
+fn stalls_stand_in_a_table() {
+    let folder = tempfile::tempdir().unwrap();
+    let lines =
+        gripctl(folder.path(), &["grasp", "--stalls", "--trials", "1", "--json"]).done().json();
+    let cells = lines.iter().filter(|line| line["type"] == "stall").count();
+    assert_eq!((cells, lines.len()), (60, 80));
+    assert!(lines.iter().all(|line| line["oracle_dropped"] == 0));
+}
+
+#[test]
 fn wrong_names_are_told_with_the_right_ones() {
     let folder = tempfile::tempdir().unwrap();
     for (args, expected) in [
         (vec!["--baseline", "pr3"], "fixed, pr2, fft, oracle, gripd, all"),
         (vec!["--sensors", "camera"], "two-styli"),
         (vec!["--stress=luck"], "dead-stylus"),
+        (vec!["--faults", "--phase", "later"], "before, first, middle, end, holding, all"),
+        (vec!["--faults", "--fault", "late"], "late300"),
+        (vec!["--faults", "--all"], "cannot be used with"),
+        (vec!["--friction", "coulomb"], "--faults"),
         (vec!["--plot", "a.gif"], ".svg or .png"),
         (vec!["nowhere"], "glass_bottle_full"),
         (vec!["--all", "default"], "cannot be used with"),

@@ -6,6 +6,7 @@ use crate::{
     session::{News, Session, SessionError, SessionOptions},
 };
 use grip_link::frame::MAX_WIRE;
+use grip_sim::Truth;
 use slip_core::{estimate::ForceEstimate, grip::Trials};
 
 /// Who commands the force.
@@ -20,6 +21,9 @@ pub trait Hand {
         bytes: &[u8],
         send: &mut dyn FnMut(&[u8]),
     ) -> Result<(), SessionError>;
+
+    /// Takes the truth behind the samples of a turn, before they are sent. A controller that could be built does not look at it.
+    fn witness(&mut self, _truth: &Truth) {}
 
     /// The force commanded last (N); 0 before the first.
     fn command_n(&self) -> f32;

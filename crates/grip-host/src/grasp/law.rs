@@ -18,7 +18,7 @@ pub enum Law {
     Pr2,
     /// A step of force for every block of vibration.
     Fft,
-    /// 1.1 times the force that weight and dry friction call for, both known exactly; more where a tangential force shows more load.
+    /// 1.3 times the largest force that the hold will need, known exactly, from the first sample of the slip on: a bound, no law.
     Oracle,
 }
 
@@ -53,7 +53,7 @@ impl Law {
             Self::Fixed => Box::new(Fixed::new(Fixed::USUAL_N)),
             Self::Pr2 => Box::new(Pr2::new(trial_n, rate_hz)),
             Self::Fft => Box::new(Fft::new(trial_n, rate_hz)),
-            Self::Oracle => Box::new(Oracle::new(&setup.scene.object())),
+            Self::Oracle => Box::new(Oracle::new(setup, Oracle::FACTOR)),
         };
         Ok(Some(Baseline::new(setup.config, law)?))
     }

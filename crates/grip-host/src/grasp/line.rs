@@ -21,6 +21,8 @@ pub(super) struct Wire {
     loss: f64,
     dice: Dice,
     under_way: VecDeque<(Micros, Vec<u8>)>,
+    /// Nothing arrives before.
+    held_until: Micros,
 }
 
 impl Wire {
@@ -30,6 +32,7 @@ impl Wire {
             loss: line.loss,
             dice: Dice(line.seed),
             under_way: VecDeque::new(),
+            held_until: Micros(0),
         }
     }
 
@@ -46,12 +49,19 @@ impl Wire {
 
     /// The next frame that has arrived.
     pub(super) fn receive(&mut self, now: Micros) -> Option<Vec<u8>> {
-        self.under_way.pop_front_if(|(at, _)| *at <= now).map(|(_, frame)| frame)
+        let held_until = self.held_until;
+        let arrived = |(at, _): &mut (Micros, Vec<u8>)| (*at).max(held_until) <= now;
+        self.under_way.pop_front_if(arrived).map(|(_, frame)| frame)
     }
 
     /// When the next frame arrives.
     pub(super) fn next(&self) -> Option<Micros> {
-        self.under_way.front().map(|(at, _)| *at)
+        self.under_way.front().map(|(at, _)| (*at).max(self.held_until))
+    }
+
+    /// Delivers nothing before `until`, and then all that was sent.
+    pub(super) fn hold_until(&mut self, until: Micros) {
+        self.held_until = until;
     }
 }
 
@@ -80,6 +90,21 @@ impl Dice {
 mod tests {
     use super::{Line, Wire};
     use slip_core::units::Micros;
+
+    #[test]
+    fn a_line_that_stalls_loses_nothing() {
+        let mut wire = Wire::from_gripper(Line { latency: Micros(500), ..Line::default() });
+        wire.hold_until(Micros(10_000));
+        (0..20_000).step_by(100).for_each(|i| wire.send(Micros(i), &i.to_le_bytes()));
+        assert!(wire.receive(Micros(9_999)).is_none());
+        assert_eq!(wire.next(), Some(Micros(10_000)));
+        let came = |wire: &mut Wire, at| {
+            let frames = core::iter::from_fn(|| wire.receive(Micros(at)));
+            frames.map(|frame| u64::from_le_bytes(frame.try_into().unwrap())).collect::<Vec<_>>()
+        };
+        assert_eq!(came(&mut wire, 10_000), (0..=9_500).step_by(100).collect::<Vec<_>>());
+        assert_eq!(came(&mut wire, 10_100), [9_600]);
+    }
 
     #[test]
     fn frames_come_in_order_after_the_latency_and_the_share_is_lost() {

@@ -5,18 +5,22 @@
 //! same drive, the same sensors ([`SensorSet`]) and the same trouble ([`Stress`]). The same scene, seed and [`Way`] give the same grasp, byte for byte.
 
 mod baseline;
+pub mod faults;
 mod hand;
+mod laboratory;
 mod law;
 mod line;
 mod play;
 mod sensors;
+pub mod stalls;
 mod stress;
 mod total;
 
 pub use hand::{Hand, Own};
+pub use laboratory::{CRUSH_RATIO, Fate, Friction, ORACLE_FACTORS, OracleFate, Spread};
 pub use law::Law;
 pub use line::Line;
-pub use play::{Outcome, Setup, play};
+pub use play::{HOST_BUFFER, Incident, IncidentKind, Outcome, Setup, play};
 pub use sensors::SensorSet;
 pub use stress::Stress;
 pub use total::{GraspResult, Total, total};
@@ -71,7 +75,7 @@ impl Bench {
             config: &config,
             duration: self.duration,
             line: way.stress.line(seed),
-            stylus_dies: way.stress.stylus_dies(seed, &scene, self.duration),
+            incident: way.stress.stylus_dies(seed, &scene, self.duration),
         };
         let outcome = match way.law.baseline(&setup).map_err(TrialError::from)? {
             Some(mut hand) => play(&setup, &mut hand)?,

@@ -6,7 +6,10 @@ use super::{
 };
 use crate::{config::HostConfig, trial::TrialError};
 use grip_link::frame::MAX_WIRE;
-use grip_sim::{Scene, Truth, VirtualMcu, mcu::SensorFault};
+use grip_sim::{
+    Scene, Truth, VirtualMcu,
+    mcu::{Sensor, SensorFault},
+};
 use slip_core::{estimate::ForceEstimate, grip::Trials, units::Micros};
 
 /// One grasp before it begins.
@@ -20,9 +23,32 @@ pub struct Setup<'a> {
     pub duration: Micros,
     /// Between gripper and hand.
     pub line: Line,
-    /// When the stylus dies; `None` where it does not.
-    pub stylus_dies: Option<Micros>,
+    /// What happens during the grasp; `None` where nothing does.
+    pub incident: Option<Incident>,
 }
+
+/// Something that happens once during a grasp.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Incident {
+    /// When it begins; samples from this time on are affected.
+    pub at: Micros,
+    /// What it is.
+    pub kind: IncidentKind,
+}
+
+/// What may happen once during a grasp.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum IncidentKind {
+    /// A sensor fails and stays so.
+    Sensor(Sensor, SensorFault),
+    /// The line holds all frames of the gripper for this long and then delivers them at once, in order, without a loss.
+    LineStall(Micros),
+    /// The host does not run for this long. Up to [`HOST_BUFFER`] bytes wait for it, further ones are lost; then it gets all at once.
+    HostStall(Micros),
+}
+
+/// Bytes that the operating system keeps for a host that does not read.
+pub const HOST_BUFFER: usize = 64 * 1024;
 
 /// What became of the object.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -69,24 +95,38 @@ pub fn play(setup: &Setup<'_>, hand: &mut dyn Hand) -> Result<Outcome, TrialErro
     let mut bytes = Vec::with_capacity(4 * MAX_WIRE);
     let mut frame = [0; MAX_WIRE];
     let mut peak_command_n = 0.0_f32;
+    let mut ahead = setup.incident;
+    let mut stopped_until = Micros(0);
+    if let Some(Incident { kind: IncidentKind::Sensor(_, SensorFault::Late(delay)), .. }) = ahead {
+        mcu.remember_readings(delay);
+    }
     loop {
         let arrivals = [up.next(), down.next()].into_iter().flatten();
         let now = arrivals.fold(mcu.next_due(), core::cmp::min);
         if now > setup.duration {
             break;
         }
-        if setup.stylus_dies.is_some_and(|at| now >= at) {
-            mcu.break_stylus(Some(SensorFault::Dead));
+        if let Some(incident) = ahead.take_if(|incident| now >= incident.at) {
+            match incident.kind {
+                IncidentKind::Sensor(sensor, fault) => mcu.break_sensor(sensor, Some(fault)),
+                IncidentKind::LineStall(length) => up.hold_until(incident.at.plus(length)),
+                IncidentKind::HostStall(length) => stopped_until = incident.at.plus(length),
+            }
         }
         mcu.advance(now);
+        hand.witness(&mcu.truth());
         while let Some(len) = mcu.poll_transmit(now, &mut frame) {
             up.send(now, frame.get(..len).unwrap_or(&frame));
         }
-        bytes.clear();
         while let Some(arrived) = up.receive(now) {
             bytes.extend(arrived);
         }
-        hand.serve(now.0, &bytes, &mut |frame| down.send(now, frame))?;
+        if now >= stopped_until {
+            hand.serve(now.0, &bytes, &mut |frame| down.send(now, frame))?;
+            bytes.clear();
+        } else {
+            bytes.truncate(HOST_BUFFER);
+        }
         while let Some(arrived) = down.receive(now) {
             mcu.receive(now, &arrived);
         }

@@ -1,7 +1,14 @@
 //! The name of a trouble in; a scene and a line that have it out.
 
-use super::line::{Dice, Line};
-use grip_sim::{Scene, SceneConfig, scene::Draw};
+use super::{
+    line::{Dice, Line},
+    play::{Incident, IncidentKind},
+};
+use grip_sim::{
+    Scene, SceneConfig,
+    mcu::{Sensor, SensorFault},
+    scene::Draw,
+};
 use slip_core::units::Micros;
 
 /// What goes wrong in a grasp.
@@ -114,13 +121,14 @@ impl Stress {
     }
 
     /// When the stylus dies: uniform between the lift and the end.
-    pub(super) fn stylus_dies(&self, seed: u64, scene: &Scene, end: Micros) -> Option<Micros> {
+    pub(super) fn stylus_dies(&self, seed: u64, scene: &Scene, end: Micros) -> Option<Incident> {
         let config = scene.config();
         let lift_s = 1e-3 * config.drive.approach_ms + config.lift_at_s;
         let at_s = Dice(seed ^ 0x6465_6164).between([lift_s, end.as_seconds().max(lift_s)]);
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 660 s")]
         let at = Micros((1e6 * at_s) as u64);
-        self.dead_stylus.then_some(at)
+        let kind = IncidentKind::Sensor(Sensor::Stylus, SensorFault::Dead);
+        self.dead_stylus.then_some(Incident { at, kind })
     }
 }
 

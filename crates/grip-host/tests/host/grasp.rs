@@ -45,20 +45,31 @@ fn a_law_without_feeling_presses_as_it_is_told() {
     let fixed = grasp("raw_egg", 1, &law(Law::Fixed));
     assert!((fixed.force_final_n - 20.0).abs() < 0.01 && fixed.held, "{fixed:?}");
     assert!(grasp("foam", 1, &law(Law::Fixed)).crushed);
-    for name in ["default", "raw_egg", "oily_steel"] {
-        let oracle = grasp(name, 2, &law(Law::Oracle));
-        assert!((oracle.force_ratio - 1.1).abs() < 0.01 && oracle.held, "{oracle:?}");
-        assert!(oracle.slip_mm < 0.5, "{oracle:?}");
-    }
 }
 
 #[test]
-fn the_oracle_knows_what_is_poured_in_only_where_it_feels_the_load() {
-    let blind = grasp("paper_cup", 0, &law(Law::Oracle));
-    assert!(blind.dropped, "{blind:?}");
-    let feels = Way { sensors: SensorSet::Tangential, ..law(Law::Oracle) };
-    let feels = grasp("paper_cup", 0, &feels);
-    assert!(feels.held && feels.needed_end_n > 10.0 * 0.1, "{feels:?}");
+fn the_oracle_applies_the_trial_force_until_the_slip_and_what_the_hold_needs_from_then_on() {
+    for name in ["default", "oily_steel", "paper_cup", "tug", "wet"] {
+        let oracle = grasp(name, 2, &law(Law::Oracle));
+        assert!(oracle.held && oracle.slip_mm < 10.0, "{oracle:?}");
+        let expected = 1.3 * oracle.force_needed_n;
+        assert!((oracle.force_peak_n / expected - 1.0).abs() < 0.15, "{name}: {oracle:?}");
+        assert!(oracle.slips == 1, "{oracle:?}");
+    }
+    let unmoved = grasp("raw_egg", 2, &law(Law::Oracle));
+    let trial_n = f64::from(HostConfig::default().grip.trial_force_n);
+    assert!(unmoved.slips == 0 || unmoved.force_peak_n > trial_n, "{unmoved:?}");
+}
+
+#[test]
+fn the_oracle_acts_when_the_sample_of_the_slip_has_arrived() {
+    let slip = |name: &str| grasp("default", 3, &Way { law: Law::Oracle, ..stress(name) });
+    let (at_once, late) = (slip("none"), slip("link"));
+    assert!(late.slip_mm > at_once.slip_mm + 0.05, "{at_once:?} {late:?}");
+    assert!(late.held && (late.force_ratio - 1.3).abs() < 0.01, "{late:?}");
+    // Nothing that the sensors read matters to it.
+    let blind = slip("dead-stylus");
+    assert_eq!((blind.slip_mm, blind.force_final_n), (at_once.slip_mm, at_once.force_final_n));
 }
 
 #[test]
@@ -93,7 +104,7 @@ fn latency_makes_a_slip_longer_and_losses_are_counted() {
         config: &bench.config,
         duration: bench.duration,
         line,
-        stylus_dies: None,
+        incident: None,
     };
     let mut silent = |_: grip_host::News<'_>| ();
     let mut own =
@@ -135,8 +146,9 @@ fn a_bump_that_is_over_is_still_in_the_needed_force_and_totals_leave_fallen_obje
     let mut fallen = grasps[0].clone();
     fallen.dropped = true;
     fallen.slip_mm = 1e9;
+    fallen.force_ratio = 0.0;
     let all: Vec<&GraspResult> = grasps.iter().chain([&fallen]).collect();
     let total = total("bump", &all);
     assert_eq!((total.trials, total.dropped, total.law), (4, 1, "oracle"));
-    assert!(total.slip_mm.p95.unwrap() < 1e3 && total.within_1_4 == 0, "{total:?}");
+    assert!(total.slip_mm.p95.unwrap() < 1e3 && total.within_1_4 == 3, "{total:?}");
 }

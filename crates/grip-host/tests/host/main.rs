@@ -8,6 +8,7 @@
 )]
 
 mod estimate;
+mod faults;
 mod grasp;
 mod link_loss;
 mod methods;

@@ -296,7 +296,15 @@ fn draw_object(rng: &mut ChaCha8Rng, mass_kg: [f64; 2], friction: [f64; 2]) -> O
     let [finest, coarser @ ..] = &GRADES_RA_UM;
     let ra_m = random::pick(rng, *finest, coarser) * 1e-6;
     let rsm_m = mean_spacing(ra_m, random::normal(rng));
-    Object { mass_kg, friction, friction_ratio: 1.0, ra_m, rsm_m, crush_n: f64::INFINITY }
+    Object {
+        mass_kg,
+        friction,
+        friction_ratio: 1.0,
+        viscous_n_s_m: 0.0,
+        ra_m,
+        rsm_m,
+        crush_n: f64::INFINITY,
+    }
 }
 
 fn closed_form(object: Object, trial_n: f64, travel_m: f64) -> Slip {

@@ -5,14 +5,16 @@
 //! state stands for both:
 //!
 //! ```text
-//! m x'' = r(t) m (g + a(t)) + P(t) + m' (u - x') - 2 F_t(x', N)
+//! m x'' = r(t) m (g + a(t)) + P(t) + m' (u - x') - 2 F_t(x', N) - c x'
 //! ```
 //!
 //! x is the travel of the object along the fingers, elastic shear of the pads included, a(t) the acceleration of the hand upwards, P(t) a
-//! pull, and m' (u - x') what is poured in at the speed u ([`crate::scene`]); mass and friction may change while it is held. Sliding gives F_t = mu_k N, hence g (t1 - t0) - (v1 - v0) = (2 mu_k / m) * integral of N, the impulse
+//! pull, c x' the viscous friction of both fingers, and m' (u - x') what is poured in at the speed u ([`crate::scene`]); mass and friction may change while it is held. Sliding gives F_t = mu_k N, hence g (t1 - t0) - (v1 - v0) = (2 mu_k / m) * integral of N, the impulse
 //! balance from which a trial grasp learns the needed force m g / (2 mu_k).
 //!
-//! Integration is semi-implicit (Euler-Cromer) in x and exact in bristle, drive lag and stylus. Halving the
+//! With viscous friction an object under too little force ends at the steady speed (load - 2 mu_k N) / c; the needed force stays what it is.
+//!
+//! Integration is semi-implicit (Euler-Cromer) in x, implicit in c x' (stable for every c) and exact in bristle, drive lag and stylus. Halving the
 //! default step of 10 us moves the travel of a slip by less than 0.2 % (test `halving_the_step`).
 
 mod clairvoyant;
@@ -307,10 +309,11 @@ impl Grasp {
         let dt = self.world.step_s;
         let speed = self.truth.speed_m_s;
         let since_lift = time - self.phase_since_s;
-        let acceleration = match self.world.acting(since_lift) {
+        let (mass_kg, acceleration) = match self.world.acting(since_lift) {
             None => {
                 self.friction_n = self.contact.step(speed, self.truth.applied_n, dt);
-                self.world.weight(since_lift) - 2.0 * self.friction_n / self.world.object.mass_kg
+                let mass_kg = self.world.object.mass_kg;
+                (mass_kg, self.world.weight(since_lift) - 2.0 * self.friction_n / mass_kg)
             }
             Some(acting) => {
                 self.contact.set_kinetic(self.world.object.friction * acting.friction_share);
@@ -319,11 +322,17 @@ impl Grasp {
                 self.truth.needed_now_n = needed_n;
                 self.truth.force_needed_n = self.truth.force_needed_n.max(needed_n);
                 let lost_n = 2.0 * self.friction_n + acting.flow_kg_s * speed;
-                self.world.share(since_lift) * (GRAVITY_M_S2 + acting.acceleration_m_s2)
-                    + (acting.pull_n - lost_n) / acting.mass_kg
+                let carried =
+                    self.world.share(since_lift) * (GRAVITY_M_S2 + acting.acceleration_m_s2);
+                (acting.mass_kg, carried + (acting.pull_n - lost_n) / acting.mass_kg)
             }
         };
-        let speed = speed + acceleration * dt;
+        let mut speed = speed + acceleration * dt;
+        let viscous_n_s_m = self.world.object.viscous_n_s_m;
+        if viscous_n_s_m > 0.0 {
+            speed /= 1.0 + viscous_n_s_m * dt / mass_kg;
+            self.friction_n += 0.5 * viscous_n_s_m * speed;
+        }
         self.truth.speed_m_s = speed;
         self.truth.travel_m += speed * dt;
         self.truth.shear_m = self.contact.shear_m();

@@ -98,6 +98,27 @@ fn impulse_balance_gives_the_needed_force() {
 }
 
 #[test]
+fn viscous_friction_ends_in_a_steady_speed() {
+    for (viscous, mass_kg, target_n) in [(60.0, 0.4, 5.0), (150.0, 0.4, 5.6), (1000.0, 0.05, 0.2)] {
+        let text = format!(
+            "lift_ramp_s = 0.0\nviscous_n_s_m = {viscous:?}\nfinger_length_mm = 400.0\n[channels]\ntangential = true\n"
+        );
+        let mut config = scene(&text).config().clone();
+        config.mass_kg = scene::Draw::Fixed(mass_kg);
+        let mut grasp = Grasp::new(&Scene::new(config).unwrap());
+        let load_n = mass_kg * GRAVITY_M_S2;
+        let (sample, last) = run(&mut grasp, target_n, 1.4).pop().unwrap();
+        let steady_m_s = (load_n - 2.0 * 0.3 * target_n) / viscous;
+        assert!((last.speed_m_s / steady_m_s - 1.0).abs() < 1e-6, "{steady_m_s} {last:?}");
+        assert!(last.slipping && last.phase == Phase::Lifted, "{last:?}");
+        let tangential_n = f64::from(sample.tangential_n.unwrap());
+        assert!((tangential_n - 0.5 * load_n).abs() < 0.03, "{tangential_n} of {load_n}");
+        // What holds it does not depend on it.
+        assert!((last.force_needed_n - load_n / 0.6).abs() < 1e-12, "{last:?}");
+    }
+}
+
+#[test]
 fn halving_the_step() {
     for (target, ratio) in [(2.0, 1.0), (4.0, 1.2), (6.0, 1.2), (7.0, 1.0)] {
         let path = |step_us: f64| -> Vec<f64> {

@@ -7,15 +7,18 @@
 //!
 //! Opening and torque off both mean no force: the object falls unless its support still stands.
 
+mod fault;
 mod identity;
 mod row;
 mod watch;
 
+pub use fault::{Sensor, SensorFault};
 pub use grip_link::device::DeviceConfigError;
-pub use watch::{SensorFault, Task};
+pub use watch::Task;
 
 use crate::grasp::{Grasp, Truth};
 use crate::scene::Scene;
+use fault::SensorFaults;
 use grip_link::device::{DeviceEvent, DeviceLink, Drive, RowError};
 use grip_link::frame::MAX_WIRE;
 use grip_link::message::{DeviceState, FaultCode, ResetReason};
@@ -40,7 +43,7 @@ pub struct VirtualMcu {
     readings: Vec<Reading>,
     row: RowFormat,
     watch: SensorWatch,
-    stylus_fault: Option<SensorFault>,
+    faults: SensorFaults,
     hung: Option<Task>,
     booted_at: Micros,
     fed_at: Micros,
@@ -66,7 +69,7 @@ impl VirtualMcu {
             readings: readings(scene.config()),
             row: RowFormat::default(),
             watch: SensorWatch::new(scene),
-            stylus_fault: None,
+            faults: SensorFaults::new(scene),
             hung: None,
             booted_at: Micros(0),
             fed_at: Micros(0),
@@ -174,7 +177,7 @@ impl VirtualMcu {
             }
             *target_n
         });
-        let sample = Sample { stylus: watch::broken(self.stylus_fault, sample.stylus), ..sample };
+        let sample = self.faults.apply(sample);
         let moving = self.grasp.fingers_travel(self.target_n);
         self.link.report_motion(self.tick(sample.t), moving);
         if self.hung != Some(Task::Sampling) {
@@ -196,9 +199,9 @@ impl VirtualMcu {
         }
     }
 
-    /// What the firmware itself notices: a broken stylus while sampling, and fingers that meet without an object.
+    /// What the firmware itself notices: no usable slip sensor while sampling, and fingers that meet without an object.
     fn judge(&mut self, sample: &Sample) {
-        let fault = self.watch.push(sample.stylus);
+        let fault = self.watch.push(&self.row.shown(sample));
         if let Some(fault) = fault.filter(|_| self.link.in_force().is_some()) {
             self.raise_fault(fault);
         }
@@ -238,9 +241,20 @@ impl VirtualMcu {
 
 /// Trouble on demand.
 impl VirtualMcu {
-    /// Breaks the stylus, or mends it with `None`.
+    /// Breaks the stylus, or repairs it with `None`.
     pub fn break_stylus(&mut self, fault: Option<SensorFault>) {
-        self.stylus_fault = fault;
+        self.break_sensor(Sensor::Stylus, fault);
+    }
+
+    /// Breaks a sensor from the next sample on, or repairs it with `None`. A sensor that the gripper does not have stays absent.
+    pub fn break_sensor(&mut self, sensor: Sensor, fault: Option<SensorFault>) {
+        self.faults.set(sensor, fault);
+    }
+
+    /// Keeps the true readings of the last `memory`: [`SensorFault::Late`] then has its delay from its first sample on; without it
+    /// the reading stands still until that much is known.
+    pub fn remember_readings(&mut self, memory: Micros) {
+        self.faults.remember(memory);
     }
 
     /// Hangs a task of the firmware until the watchdog restarts it.

@@ -31,6 +31,17 @@ impl RowFormat {
         Self { columns, format: config.format }
     }
 
+    /// `sample` without the sensors whose channels were not chosen; the stylus stays.
+    pub(super) fn shown(&self, sample: &Sample) -> Sample {
+        let has = |reading: Reading| self.columns.iter().any(|(column, _)| *column == reading);
+        Sample {
+            travel_m: sample.travel_m.filter(|_| has(Reading::Travel)),
+            tangential_n: sample.tangential_n.filter(|_| has(Reading::TangentialForce)),
+            second_stylus: sample.second_stylus.filter(|_| has(Reading::SecondStylus)),
+            ..*sample
+        }
+    }
+
     /// Hands the row of `sample` to the link.
     pub(super) fn push(
         &self,

@@ -31,7 +31,7 @@ struct Bench {
     mcu: VirtualMcu,
     host: HostLink,
     now: Micros,
-    rows: Vec<(u64, f32, f32)>,
+    rows: Vec<Row>,
     status: Option<Status>,
     rebooted: u32,
     wire: Vec<u8>,
@@ -195,14 +195,17 @@ fn a_reset_in_mid_grip_takes_the_torque_off_and_is_seen() {
 }
 
 #[test]
-fn broken_styluses_are_reported_and_the_grip_holds() {
+fn broken_styluses_without_another_sensor_are_reported_and_the_grip_holds() {
+    let mut alone = scene().config().clone();
+    alone.channels.travel = false;
+    let alone = Scene::new(alone).unwrap();
     let cases = [
         (SensorFault::Dead, FaultCode::SENSOR_DEAD),
         (SensorFault::Frozen, FaultCode::SENSOR_FROZEN),
         (SensorFault::Saturated, FaultCode::SENSOR_SATURATED),
     ];
     for (broken, code) in cases {
-        let mut bench = Bench::new(&scene(), config());
+        let mut bench = Bench::new(&alone, config());
         bench.run(Some(8.0), 500);
         bench.mcu.break_stylus(Some(broken));
         bench.run(Some(9.0), 100);
@@ -211,6 +214,70 @@ fn broken_styluses_are_reported_and_the_grip_holds() {
         let truth = bench.mcu.truth();
         assert!(!truth.dropped() && (7.9..9.1).contains(&truth.applied_n), "{truth:?}");
     }
+}
+
+/// Time (us), stylus (m) and force (N) of a row.
+type Row = (u64, f32, f32);
+
+/// What the host reads before and from a fault that begins 0.5 s after the start.
+fn shown(sensor: Sensor, fault: SensorFault) -> (Vec<Row>, Vec<Row>) {
+    let mut bench = Bench::new(&scene(), Config { format: SampleFormat::F32, ..config() });
+    bench.mcu.remember_readings(Micros(50_000));
+    bench.run(Some(8.0), 500);
+    bench.mcu.break_sensor(sensor, Some(fault));
+    bench.run(Some(9.0), 200);
+    let begun = bench.rows.iter().position(|row| row.0 > 500_000).unwrap();
+    let after = bench.rows.split_off(begun);
+    (bench.rows, after)
+}
+
+#[test]
+fn a_broken_sensor_shows_its_fault_and_no_other_sensor_does() {
+    let well = shown(Sensor::Stylus, SensorFault::Gain(0));
+    assert!(well.1.len() > 1900 && well == shown(Sensor::NormalForce, SensorFault::Gain(0)));
+    for sensor in [Sensor::Stylus, Sensor::NormalForce] {
+        let stylus = sensor == Sensor::Stylus;
+        let of = |row: &Row| if stylus { row.1 } else { row.2 };
+        let rows = |fault| {
+            let (before, after) = shown(sensor, fault);
+            assert_eq!(before, well.0, "{fault:?}");
+            let same =
+                |(a, b): (&Row, &Row)| a.0 == b.0 && if stylus { a.2 == b.2 } else { a.1 == b.1 };
+            assert!(after.iter().zip(&well.1).all(same), "{sensor:?} {fault:?}");
+            after.iter().map(of).collect::<Vec<f32>>()
+        };
+        let right: Vec<f32> = well.1.iter().map(of).collect();
+        assert!(rows(SensorFault::Dead).iter().all(|x| x.is_nan()));
+        assert!(rows(SensorFault::Infinite).iter().all(|x| *x == f32::INFINITY));
+        let last = of(well.0.last().unwrap());
+        assert!(rows(SensorFault::Stuck).iter().all(|x| *x == last));
+        let gain = rows(SensorFault::Gain(-30));
+        assert!(gain.iter().zip(&right).all(|(a, b)| (a / b - 0.7).abs() < 1e-5));
+        let all: Vec<f32> = well.0.iter().chain(&well.1).map(of).collect();
+        let late = rows(SensorFault::Late(Micros(50_000)));
+        assert_eq!(late, all[well.0.len() - 500..][..late.len()], "{sensor:?}");
+        let noisy = rows(SensorFault::Noise);
+        let apart = noisy.iter().zip(&right).map(|(a, b)| f64::from(a - b).powi(2));
+        let rms = (apart.sum::<f64>() / noisy.len() as f64).sqrt();
+        let expected = if stylus { 30.0 * 0.1e-6 } else { 30.0 * 5e-3 };
+        assert!((rms / expected - 1.0).abs() < 0.05, "{sensor:?}: {rms} of {expected}");
+        assert_eq!(noisy, rows(SensorFault::Noise), "the same again");
+    }
+}
+
+#[test]
+fn a_noisy_travel_sensor_keeps_its_resolution_and_an_absent_sensor_stays_absent() {
+    let mut faults = SensorFaults::new(&scene());
+    let sample = Sample { travel_m: Some(1e-3), ..Sample::stylus(Micros(100), 0.0) };
+    faults.set(Sensor::Travel, Some(SensorFault::Noise));
+    faults.set(Sensor::TangentialForce, Some(SensorFault::Dead));
+    for _ in 0..100 {
+        let shown = faults.apply(sample);
+        let steps = f64::from(shown.travel_m.unwrap()) / 1e-6;
+        assert!((steps - steps.round()).abs() < 1e-3 && shown.tangential_n.is_none());
+    }
+    faults.set(Sensor::Travel, None);
+    assert_eq!(faults.apply(sample), sample);
 }
 
 #[test]

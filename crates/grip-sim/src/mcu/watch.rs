@@ -1,25 +1,17 @@
-//! Stylus readings in, the fault of a dead, frozen or saturated sensor out (rule R7 of the failsafe).
+//! Readings in, the fault of a gripper without a usable slip sensor out (rule R7 of the failsafe).
+//!
+//! The stylus is out of use while it is dead, frozen or saturated. That is a fault only where no other slip sensor is left: a second stylus
+//! (judged as the first), the tangential force (not dead, not frozen) or the moved distance (not dead; at rest it repeats itself).
 
+use super::fault::RANGE_M;
 use crate::scene::Scene;
 use grip_link::message::FaultCode;
+use slip_core::sample::Sample;
 
-/// End of the stylus's range (m).
-const RANGE_M: f32 = 1e-3;
-/// No reading for this long is a dead sensor (s).
+/// No finite reading for this long is a dead sensor (s).
 const DEAD_S: f64 = 5e-3;
 /// The same reading, or one at the end of the range, for this long is a fault (s).
 const STUCK_S: f64 = 20e-3;
-
-/// How a stylus may fail.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum SensorFault {
-    /// No reading: NaN.
-    Dead,
-    /// The reading stays at 0.2 mm.
-    Frozen,
-    /// The reading stays beyond the end of its range.
-    Saturated,
-}
 
 /// A task of the firmware.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -32,67 +24,149 @@ pub enum Task {
     Sampling,
 }
 
-/// The reading of a stylus with `fault`.
-pub(super) fn broken(fault: Option<SensorFault>, reading_m: f32) -> f32 {
-    match fault {
-        None => reading_m,
-        Some(SensorFault::Dead) => f32::NAN,
-        Some(SensorFault::Frozen) => 0.2e-3,
-        Some(SensorFault::Saturated) => 1.1 * RANGE_M,
+/// Watches every slip sensor.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct SensorWatch {
+    stylus: Suspicion,
+    second: Suspicion,
+    tangential: Suspicion,
+    travel: Suspicion,
+    dead_after: f64,
+    stuck_after: f64,
+}
+
+impl SensorWatch {
+    pub(super) fn new(scene: &Scene) -> Self {
+        let noise = scene.config().noise;
+        let stylus =
+            Suspicion { noisy: noise.stylus_um > 0.0, range: RANGE_M, ..Suspicion::default() };
+        let rate_hz = scene.config().sample_rate_hz;
+        Self {
+            stylus,
+            second: stylus,
+            tangential: Suspicion { noisy: noise.tangential_mn > 0.0, ..Suspicion::default() },
+            travel: Suspicion::default(),
+            dead_after: 0.0,
+            stuck_after: 0.0,
+        }
+        .at_rate(rate_hz)
+    }
+
+    pub(super) fn at_rate(self, rate_hz: u32) -> Self {
+        let readings = |time_s: f64| (time_s * f64::from(rate_hz)).max(2.0);
+        Self { dead_after: readings(DEAD_S), stuck_after: readings(STUCK_S), ..self }
+    }
+
+    /// The fault that the last readings show. `sample` has the sensors that the host asked for.
+    pub(super) fn push(&mut self, sample: &Sample) -> Option<FaultCode> {
+        self.stylus.push(sample.stylus);
+        let others = [
+            (&mut self.second, sample.second_stylus),
+            (&mut self.tangential, sample.tangential_n),
+            (&mut self.travel, sample.travel_m),
+        ];
+        let mut usable = false;
+        for (sensor, reading) in others {
+            if let Some(reading) = reading {
+                sensor.push(reading);
+                usable |= sensor.fault(self.dead_after, self.stuck_after).is_none();
+            }
+        }
+        self.stylus.fault(self.dead_after, self.stuck_after).filter(|_| !usable)
     }
 }
 
-/// Counts suspicious readings in a row.
+/// Counts suspicious readings of a sensor in a row.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct SensorWatch {
+struct Suspicion {
     /// A sensor without noise may well repeat itself.
     noisy: bool,
-    rate_hz: f64,
+    /// Readings of this size are at the end of its range.
+    range: f32,
     last: f32,
     dead: u32,
     same: u32,
     saturated: u32,
 }
 
-impl SensorWatch {
-    pub(super) fn new(scene: &Scene) -> Self {
-        Self {
-            noisy: scene.config().noise.stylus_um > 0.0,
-            rate_hz: f64::from(scene.config().sample_rate_hz),
-            last: f32::NAN,
-            dead: 0,
-            same: 0,
-            saturated: 0,
-        }
+impl Default for Suspicion {
+    fn default() -> Self {
+        Self { noisy: false, range: f32::INFINITY, last: f32::NAN, dead: 0, same: 0, saturated: 0 }
     }
+}
 
-    pub(super) fn at_rate(self, rate_hz: u32) -> Self {
-        Self { rate_hz: f64::from(rate_hz), ..self }
-    }
-
-    /// The fault that the last readings show.
-    pub(super) fn push(&mut self, reading_m: f32) -> Option<FaultCode> {
-        let repeated = reading_m.to_bits() == self.last.to_bits() && !reading_m.is_nan();
-        self.last = reading_m;
-        count(&mut self.dead, reading_m.is_nan());
+impl Suspicion {
+    fn push(&mut self, reading: f32) {
+        let repeated = reading.to_bits() == self.last.to_bits() && reading.is_finite();
+        self.last = reading;
+        count(&mut self.dead, !reading.is_finite());
         count(&mut self.same, repeated && self.noisy);
-        count(&mut self.saturated, reading_m.abs() >= RANGE_M);
-        if self.lasts(self.dead, DEAD_S) {
+        count(&mut self.saturated, reading.is_finite() && reading.abs() >= self.range);
+    }
+
+    fn fault(&self, dead_after: f64, stuck_after: f64) -> Option<FaultCode> {
+        if f64::from(self.dead) >= dead_after {
             Some(FaultCode::SENSOR_DEAD)
-        } else if self.lasts(self.saturated, STUCK_S) {
+        } else if f64::from(self.saturated) >= stuck_after {
             Some(FaultCode::SENSOR_SATURATED)
-        } else if self.lasts(self.same, STUCK_S) {
+        } else if f64::from(self.same) >= stuck_after {
             Some(FaultCode::SENSOR_FROZEN)
         } else {
             None
         }
     }
-
-    fn lasts(&self, readings: u32, time_s: f64) -> bool {
-        f64::from(readings) >= (time_s * self.rate_hz).max(2.0)
-    }
 }
 
 fn count(counter: &mut u32, seen: bool) {
     *counter = if seen { counter.saturating_add(1) } else { 0 };
+}
+
+#[cfg(test)]
+mod tests {
+    use super::SensorWatch;
+    use crate::scene;
+    use grip_link::message::FaultCode;
+    use slip_core::sample::Sample;
+    use slip_core::units::Micros;
+
+    /// The first fault in 0.1 s at 10 kHz of a stylus that stands still and these other readings.
+    fn fault(others: fn(u64) -> Sample) -> Option<FaultCode> {
+        let mut watch = SensorWatch::new(&scene::load("default").unwrap());
+        (0..1000).find_map(|at| watch.push(&Sample { stylus: 0.2e-3, ..others(at) }))
+    }
+
+    fn alone(_: u64) -> Sample {
+        Sample::stylus(Micros(0), 0.0)
+    }
+
+    #[test]
+    fn a_stylus_out_of_use_is_a_fault_only_without_another_sensor() {
+        let frozen = Some(FaultCode::SENSOR_FROZEN);
+        assert_eq!(fault(alone), frozen);
+        assert_eq!(fault(|_| Sample { normal_force_n: Some(1.0), ..alone(0) }), frozen);
+        // A travel sensor at rest repeats itself, a force or a stylus with noise does not.
+        assert_eq!(fault(|_| Sample { travel_m: Some(0.0), ..alone(0) }), None);
+        assert_eq!(fault(|_| Sample { tangential_n: Some(1.0), ..alone(0) }), frozen);
+        assert_eq!(fault(|at| Sample { tangential_n: Some(at as f32), ..alone(0) }), None);
+        assert_eq!(fault(|_| Sample { second_stylus: Some(1e-4), ..alone(0) }), frozen);
+        assert_eq!(fault(|at| Sample { second_stylus: Some(1e-9 * at as f32), ..alone(0) }), None);
+        assert_eq!(fault(|_| Sample { second_stylus: Some(2e-3), ..alone(0) }), frozen);
+    }
+
+    #[test]
+    fn the_last_sensor_that_dies_makes_the_fault() {
+        for last in [f32::NAN, f32::INFINITY] {
+            let mut watch = SensorWatch::new(&scene::load("default").unwrap());
+            let sample = |travel_m: f32| Sample {
+                travel_m: Some(travel_m),
+                ..Sample::stylus(Micros(0), f32::INFINITY)
+            };
+            assert!((0..1000).all(|_| watch.push(&sample(1e-6)).is_none()));
+            // Single readings that are missing are no dead sensor.
+            assert!((0..49).all(|_| watch.push(&sample(last)).is_none()));
+            assert!(watch.push(&sample(1e-6)).is_none());
+            let after = (1..100).find(|_| watch.push(&sample(last)).is_some());
+            assert_eq!(after, Some(50), "5 ms of 10 kHz");
+        }
+    }
 }

@@ -71,6 +71,7 @@ fn check_object(config: &SceneConfig) -> Result<(), SceneError> {
     drawn("mass_kg", config.mass_kg, 0.005, 20.0)?;
     drawn("friction", config.friction, 0.02, 2.0)?;
     drawn("friction_ratio", config.friction_ratio, 1.0, 2.0)?;
+    within("viscous_n_s_m", config.viscous_n_s_m, 0.0, 1000.0)?;
     drawn("roughness_ra_um", config.roughness_ra_um, 0.02, 100.0)?;
     match (config.crush_n, config.crush_ratio) {
         (Some(_), Some(_)) => Err(SceneError::TwoCrushLimits),
@@ -198,6 +199,10 @@ mod tests {
         assert_eq!(
             refusal("name = \"x\"\nfriction = { uniform = [0.5, 0.2] }\n"),
             "friction: lower bound 0.5 lies above upper bound 0.2"
+        );
+        assert_eq!(
+            refusal("name = \"x\"\nviscous_n_s_m = 2000.0\n"),
+            "viscous_n_s_m = 2000 is outside 0 to 1000"
         );
         assert_eq!(
             refusal("name = \"x\"\n[drive]\nlag_ms = -1.0\n"),

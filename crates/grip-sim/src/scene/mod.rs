@@ -45,6 +45,9 @@ pub struct SceneConfig {
     /// Static over kinetic friction, 1 to 2.
     #[serde(default = "defaults::friction_ratio")]
     pub friction_ratio: Draw,
+    /// Viscous friction of both fingers together (N s/m), 0 to 1000: a load of that many newtons for each m/s of sliding.
+    #[serde(default)]
+    pub viscous_n_s_m: f64,
     /// Roughness Ra (um), 0.02 to 100.
     #[serde(default = "defaults::roughness_ra_um")]
     pub roughness_ra_um: Draw,
@@ -206,6 +209,8 @@ pub struct Object {
     pub friction: f64,
     /// Static over kinetic friction.
     pub friction_ratio: f64,
+    /// Viscous friction of both fingers together (N s/m).
+    pub viscous_n_s_m: f64,
     /// Roughness Ra (m).
     pub ra_m: f64,
     /// Mean spacing of the asperities (m).
@@ -245,7 +250,9 @@ impl Scene {
         let friction_ratio = config.friction_ratio.sample(rng);
         let ra_m = config.roughness_ra_um.sample(rng) * 1e-6;
         let rsm_m = surface::mean_spacing(ra_m, random::normal(rng));
-        let mut object = Object { mass_kg, friction, friction_ratio, ra_m, rsm_m, crush_n: 0.0 };
+        let viscous_n_s_m = config.viscous_n_s_m;
+        let mut object =
+            Object { mass_kg, friction, friction_ratio, viscous_n_s_m, ra_m, rsm_m, crush_n: 0.0 };
         object.crush_n = match config.crush_n {
             Some(limit) => limit.sample(rng),
             None => {

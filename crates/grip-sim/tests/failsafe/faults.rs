@@ -1,8 +1,8 @@
 //! R6 to R9: faults of sensors, object and firmware.
 
-use crate::rig::{Rig, config, lifted, supported};
-use grip_link::message::{DeviceState, EventKind, FaultCode, Reaction};
-use grip_sim::mcu::{SensorFault, Task};
+use crate::rig::{Rig, config, lifted, supported, without_travel};
+use grip_link::message::{Config, DeviceState, EventKind, FaultCode, Reaction};
+use grip_sim::mcu::{Sensor, SensorFault, Task};
 
 /// Every listed code, and some that no version knows: an unknown one is major.
 const CODES: [u16; 16] = [
@@ -48,15 +48,18 @@ fn r6_an_estop_of_the_host_latches_in_any_session() {
     assert!((rig.force_n() - 6.0).abs() < 1e-9, "held, not raised, not dropped");
 }
 
+const STYLUS_FAULTS: [(SensorFault, FaultCode); 4] = [
+    (SensorFault::Dead, FaultCode::SENSOR_DEAD),
+    (SensorFault::Infinite, FaultCode::SENSOR_DEAD),
+    (SensorFault::Stuck, FaultCode::SENSOR_FROZEN),
+    (SensorFault::Saturated, FaultCode::SENSOR_SATURATED),
+];
+
 #[test]
-fn r7_a_dead_frozen_or_saturated_stylus_holds_and_is_told() {
-    for (broken, fault) in [
-        (SensorFault::Dead, FaultCode::SENSOR_DEAD),
-        (SensorFault::Frozen, FaultCode::SENSOR_FROZEN),
-        (SensorFault::Saturated, FaultCode::SENSOR_SATURATED),
-    ] {
+fn r7_without_a_usable_slip_sensor_it_holds_and_reports() {
+    for (broken, fault) in STYLUS_FAULTS {
         assert_eq!(fault.reaction(), Reaction::Hold);
-        let mut rig = Rig::gripping(&lifted(), config(), 7.5);
+        let mut rig = Rig::gripping(&without_travel(), config(), 7.5);
         rig.mcu.break_stylus(Some(broken));
         rig.run(50);
         assert_eq!((rig.state(), rig.status.unwrap().fault), (DeviceState::Fault, fault));
@@ -65,6 +68,37 @@ fn r7_a_dead_frozen_or_saturated_stylus_holds_and_is_told() {
         assert!(rig.forces[from..].iter().all(|n| (n - 7.5).abs() < 1e-9), "{broken:?}");
         assert!(!rig.mcu.truth().dropped(), "{broken:?}");
     }
+}
+
+#[test]
+fn r7_a_stylus_is_no_fault_while_the_travel_is_measured() {
+    for (broken, fault) in STYLUS_FAULTS {
+        let mut rig = Rig::gripping(&lifted(), config(), 7.5);
+        rig.mcu.break_stylus(Some(broken));
+        rig.grip(8.0, 500);
+        assert_eq!(
+            (rig.state(), rig.status.unwrap().fault),
+            (DeviceState::Active, FaultCode::NONE)
+        );
+        assert!((rig.force_n() - 8.0).abs() < 1e-9, "{broken:?}: commands are followed");
+        // A travel that repeats itself is at rest; one that is not finite is none.
+        rig.mcu.break_sensor(Sensor::Travel, Some(SensorFault::Stuck));
+        rig.run(100);
+        assert_eq!(rig.state(), DeviceState::Active, "{broken:?}");
+        rig.mcu.break_sensor(Sensor::Travel, Some(SensorFault::Dead));
+        rig.grip(9.0, 100);
+        assert_eq!((rig.state(), rig.status.unwrap().fault), (DeviceState::Fault, fault));
+        assert!(rig.force_n() < 8.7, "{broken:?}: held from then on");
+    }
+}
+
+#[test]
+fn r7_a_travel_that_the_host_did_not_ask_for_does_not_count() {
+    let mask = Config { channel_mask: 0b11, ..config() };
+    let mut rig = Rig::gripping(&lifted(), mask, 7.5);
+    rig.mcu.break_stylus(Some(SensorFault::Dead));
+    rig.run(50);
+    assert_eq!(rig.status.unwrap().fault, FaultCode::SENSOR_DEAD);
 }
 
 #[test]

@@ -8,7 +8,7 @@
 //! | R4 limits live in the MCU; clamp and tell; negative = reject | `commands::r4_*` | grip-link `session::forces_in_newtons_become_millinewtons` (NaN), `force::travel_end_stops_the_rise` |
 //! | R5 passive at start; release is never implicit | `start::r5_*` | gripd `failsafe::r5_*` (reboot under the daemon) |
 //! | R6 faults latch; an unknown fault is major | `faults::r6_*` | grip-link `force::every_fault_code_latches` |
-//! | R7 sensor dead, frozen, saturated: hold and report | `faults::r7_*` | slip-core `pipeline::faults` (the reflex stops) |
+//! | R7 no usable slip sensor left (stylus dead, frozen or saturated, and no other): hold and report | `faults::r7_*` | slip-core `pipeline::faults` (the reflex stops) |
 //! | R8 object lost: torque off, never back by itself | `faults::r8_*` | |
 //! | R9 watchdog fed only if control, link and sampling ran | `faults::r9_*` | grip-link `force::watchdog_needs_every_task` |
 #![expect(clippy::unwrap_used, reason = "test code")]

@@ -37,6 +37,11 @@ pub(crate) fn lifted() -> Scene {
     scene("mass_kg = 0.4\nlift_at_s = 0.2\n")
 }
 
+/// The same without a travel sensor: the stylus is all that shows a slip.
+pub(crate) fn without_travel() -> Scene {
+    scene("mass_kg = 0.4\nlift_at_s = 0.2\n[channels]\ntravel = false\n")
+}
+
 fn scene(object: &str) -> Scene {
     let text = format!(
         "name = \"t\"\nfriction = 0.3\nroughness_ra_um = 1.6\nsample_rate_hz = 1000\n{object}"

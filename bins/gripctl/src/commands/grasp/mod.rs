@@ -1,6 +1,8 @@
 //! `gripctl grasp`: many simulated objects in the gripper.
 
+mod faults;
 mod plot;
+mod stalls;
 mod text;
 
 use super::{estimator, host_config, profile_plot};
@@ -21,7 +23,16 @@ use slip_core::units::Micros;
 /// Longest grasp (s).
 const LONGEST_S: f64 = 600.0;
 
+/// Grasps per scene where nobody asks for another number.
+const TRIALS: u64 = 100;
+
 pub(crate) fn run(args: &GraspArgs) -> anyhow::Result<Exit> {
+    if args.tables.faults {
+        return faults::run(args);
+    }
+    if args.tables.stalls {
+        return stalls::run(args);
+    }
     if !(args.duration > 0.0 && args.duration <= LONGEST_S) {
         let message =
             format!("--duration {}: expected seconds, more than 0 and up to 600", args.duration);
@@ -71,8 +82,7 @@ fn ways(args: &GraspArgs) -> Vec<Way> {
     let pairs: Vec<(Law, SensorSet)> = if args.compare {
         let own = SensorSet::ALL.map(|sensors| (Law::Own, sensors));
         let others = Law::BASELINES.map(|law| (law, SensorSet::Travel));
-        let all = own.into_iter().chain(others);
-        all.chain([(Law::Oracle, SensorSet::Tangential)]).collect()
+        own.into_iter().chain(others).collect()
     } else {
         let laws = flat(&args.baseline);
         let laws = if laws.is_empty() { vec![Law::Own] } else { laws };
@@ -119,21 +129,26 @@ fn grasp_many(
     ways: &[Way],
     bench: &Bench,
 ) -> anyhow::Result<Vec<GraspResult>> {
-    let jobs: Vec<(&Way, u64)> = ways
-        .iter()
-        .flat_map(|way| (0..args.trials).map(move |trial| (way, args.seed.wrapping_add(trial))))
-        .collect();
-    let bar = ProgressBar::new(jobs.len() as u64);
-    if let Ok(style) = ProgressStyle::with_template("{msg:18} {bar:30} {pos}/{len} grasps") {
-        bar.set_style(style);
-    }
-    bar.set_message(scene.config().name.clone());
+    let jobs: Vec<(&Way, u64)> =
+        ways.iter().flat_map(|way| args.seeds(TRIALS).map(move |seed| (way, seed))).collect();
+    let bar = progress(jobs.len(), &scene.config().name, "grasps");
     let grasps = jobs
         .into_par_iter()
         .progress_with(bar)
         .map(|(way, seed)| bench.grasp(scene, seed, way))
         .collect::<Result<Vec<_>, _>>()?;
     Ok(grasps)
+}
+
+/// A bar for `jobs` of what is named `unit`.
+fn progress(jobs: usize, name: &str, unit: &str) -> ProgressBar {
+    let bar = ProgressBar::new(jobs as u64);
+    let template = format!("{{msg:18}} {{bar:30}} {{pos}}/{{len}} {unit}");
+    if let Ok(style) = ProgressStyle::with_template(&template) {
+        bar.set_style(style);
+    }
+    bar.set_message(name.to_owned());
+    bar
 }
 
 /// A total for each way.

@@ -7,6 +7,7 @@ use grip_link::{
     host::{GripCommand, HostConfig as LinkSettings, HostEvent, HostLink},
     message::{ChannelKind, Config, LossAction, Row, SampleFormat},
 };
+use grip_sim::Truth;
 use slip_core::{Sample, units::Micros};
 
 /// How long the fingers stay open while the noise is learned.
@@ -73,6 +74,10 @@ impl Hand for Baseline {
             send(out.get(..len).unwrap_or(&out));
         }
         Ok(())
+    }
+
+    fn witness(&mut self, truth: &Truth) {
+        self.law.witness(truth);
     }
 
     fn command_n(&self) -> f32 {

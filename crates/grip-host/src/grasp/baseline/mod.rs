@@ -5,7 +5,7 @@
 //! | [`Fixed`] | one force for everything | what a gripper without slip sensor is set to; VDI 2740 sizes it by the heaviest load |
 //! | [`Pr2`] | each slip raises the force by 8 % | J. M. Romano, K. Hsiao, G. Niemeyer, S. Chitta, K. J. Kuchenbecker, "Human-inspired robotic grasp control with tactile sensing", IEEE Trans. Robotics 27(6), 2011 |
 //! | [`Fft`] | a block of vibration in the slip band raises the force by a step | E. G. M. Holweg, H. Hoeve, W. Jongkind, L. Marconi, C. Melchiorri, C. Bonivento, "Slip detection by tactile sensors: algorithms and experimental results", ICRA 1996 |
-//! | [`Oracle`] | 1.1 times load over friction | the safety margin of R. S. Johansson, G. Westling, Exp. Brain Research 56, 1984, at its smallest, with friction and mass known |
+//! | [`Oracle`] | 1.3 times the largest load over friction, from the first sample of the slip on | no law but a bound: it knows mass, friction, every load to come and where the slip begins; the factor is a usual safety margin (R. S. Johansson, G. Westling, Exp. Brain Research 56, 1984) |
 //!
 //! All wait with open fingers for 0.2 s, as gripd does while it learns the noise of the stylus; their thresholds come from that noise.
 //! What is said of each law beyond its idea is ours, and chosen in its favour.
@@ -13,13 +13,16 @@
 mod fft;
 mod fixed;
 mod hand;
+mod oracle;
 mod pr2;
 
 pub(super) use fft::Fft;
-pub(super) use fixed::{Fixed, Oracle};
+pub(super) use fixed::Fixed;
 pub(super) use hand::Baseline;
+pub(super) use oracle::Oracle;
 pub(super) use pr2::Pr2;
 
+use grip_sim::Truth;
 use slip_core::Sample;
 
 /// A law of grip force.
@@ -29,6 +32,9 @@ pub(super) trait ForceLaw {
 
     /// The force to command after this sample (N).
     fn force_n(&mut self, sample: &Sample) -> f64;
+
+    /// Takes the truth behind the samples, before they arrive; only a law that cannot be built looks at it.
+    fn witness(&mut self, _truth: &Truth) {}
 
     /// Slips that were noticed.
     fn slips(&self) -> u64;
