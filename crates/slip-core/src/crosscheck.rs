@@ -4,9 +4,9 @@
 //!
 //! | what is seen | verdict |
 //! |---|---|
-//! | the stylus vibrates for 12 ms (weighted by its statistic) and the travel stands, before it has ever followed the stylus | travel |
+//! | the stylus passes peaks and valleys for 12 ms (weighted by its statistic) and the travel stands, before it has ever followed the stylus | travel |
 //! | the same, but the travel has followed an earlier slip of this object | undecided: the answer is bounded |
-//! | the travel stops dead: over 0.1 mm in 3 ms, then nothing for 3 ms, while the stylus vibrates | travel |
+//! | the travel stops dead: over 0.2 mm in 3 ms, then within as much time nothing for 3 ms, while the stylus vibrates | travel |
 //! | the travel moves alone within a second of an undecided alarm | travel: it is late |
 //! | the travel has moved 0.3 mm and the stylus has felt nothing | stylus |
 //! | the vibration of the stylus is white and far above its noise floor: no surface shakes a stylus at half the sample rate | stylus |
@@ -20,6 +20,8 @@ use crate::units::Micros;
 const CONTRADICTED_S: f32 = 0.012;
 /// After the travel has followed in this slip, ringing of the stylus may outlast the movement by this (s).
 const RINGING_S: f32 = 0.06;
+/// Turns of a stylus that passes peaks and valleys; what only shakes makes fewer in that time.
+const PASSED: u16 = 8;
 /// Statistic from which an instant counts whole.
 const STRONG: f32 = 30.0;
 /// What the travel shows at least where the stylus vibrates (m), over its noise and its resolution.
@@ -29,9 +31,9 @@ const NOISES: f32 = 6.0;
 const FOLLOWED_M: f32 = 3e-5;
 /// A slip of this length (m) is felt by a sound stylus.
 const UNFELT_M: f32 = 3e-4;
-/// Length of a window (us) in which a travel that went [`DEAD_M`] (m) in the one before cannot stand.
+/// Length of a window in which a travel that went [`DEAD_M`] (m) in the one before the last cannot stand: that takes 15 m/s^2.
 const WINDOW: Micros = Micros(3000);
-const DEAD_M: f32 = 1e-4;
+const DEAD_M: f32 = 2e-4;
 /// An undecided alarm is explained by a travel that moves alone within this time.
 const LATE: Micros = Micros(1_000_000);
 
@@ -50,6 +52,34 @@ pub struct Seen {
     pub leaps: u64,
     /// Statistic of the stylus, 0 where it is quiet now, and `None` where it is not usable.
     pub stylus: Option<f32>,
+    /// Its reading, and the deviation of its noise (signal unit).
+    pub reading: f32,
+    pub noise: f32,
+}
+
+/// Counts the turns of the stylus from peak to valley and back.
+#[derive(Clone, Copy, Debug, Default)]
+struct Turns {
+    extreme: Option<f32>,
+    rising: bool,
+    count: u16,
+}
+
+impl Turns {
+    /// Deviations of the noise that a turn exceeds.
+    const NOISES: f32 = 30.0;
+
+    fn step(&mut self, x: f32, noise: f32) {
+        let extreme = self.extreme.get_or_insert(x);
+        let ahead = if self.rising { x - *extreme } else { *extreme - x };
+        if ahead >= 0.0 {
+            *extreme = x;
+        } else if -ahead > Self::NOISES * noise {
+            *extreme = x;
+            self.rising = !self.rising;
+            self.count = self.count.saturating_add(1);
+        }
+    }
 }
 
 /// The slip that goes on.
@@ -60,10 +90,13 @@ struct Slip {
     high_m: f32,
     moved_m: f32,
     strong_s: f32,
+    /// Turns of the stylus while the travel stood.
+    turns: Turns,
     felt: bool,
     leaps: u64,
     window: Option<Window>,
-    fast_before: bool,
+    /// Whether it was that fast in the last window and in the one before.
+    fast: [bool; 2],
 }
 
 /// Readings of the travel (m) within one window.
@@ -135,9 +168,11 @@ impl CrossCheck {
         slip.high_m = slip.high_m.max(travel_m);
         if slip.high_m - slip.low_m >= least_m {
             (slip.low_m, slip.high_m, slip.strong_s) = (travel_m, travel_m, 0.0);
+            slip.turns.count = 0;
         } else {
             slip.strong_s += seen.dt_s * (statistic / STRONG).min(1.0);
         }
+        slip.turns.step(seen.reading, seen.noise);
         if !slip.felt && statistic >= 1.0 {
             slip.felt = true;
             // In time: this stylus feels.
@@ -160,7 +195,8 @@ impl CrossCheck {
             self.stylus_doubted |= !late && self.slip.moved_m >= UNFELT_M;
         }
         let limit_s = if followed && !leapt { RINGING_S } else { CONTRADICTED_S };
-        if self.slip.strong_s >= limit_s && !self.stylus_doubted {
+        let passes = self.slip.turns.count >= PASSED;
+        if self.slip.strong_s >= limit_s && passes && !self.stylus_doubted {
             if self.proven && !leapt {
                 self.undecided = true;
                 self.undecided_at = Some(seen.t);
@@ -185,8 +221,9 @@ impl CrossCheck {
         let stands = window.high_m - window.low_m < least_m;
         let fast = (travel_m - window.first_m).abs() >= DEAD_M.max(4.0 * least_m);
         let vibrates = seen.stylus.is_some_and(|statistic| statistic >= 1.0);
-        self.travel_doubted |= stands && self.slip.fast_before && vibrates;
-        self.slip.fast_before = fast;
+        let [last, before] = self.slip.fast;
+        self.travel_doubted |= stands && (last || before) && vibrates;
+        self.slip.fast = [fast, last];
         self.slip.window = Some(fresh);
     }
 }
@@ -263,6 +300,8 @@ mod tests {
                 sigma_m: 4e-7,
                 leaps: 0,
                 stylus: Some(statistic),
+                reading: if i % 2 == 0 { 1e-5 } else { 0.0 },
+                noise: 1e-8,
             });
         }
     }
@@ -315,7 +354,7 @@ mod tests {
     #[test]
     fn what_stops_dead_is_no_object() {
         let mut check = CrossCheck::default();
-        slip(&mut check, 0, 30, |ms| (90.0, 60.0 * f32::from(ms.min(20))));
+        slip(&mut check, 0, 30, |ms| (90.0, 100.0 * f32::from(ms.min(20))));
         assert_eq!(verdict(&check), [true, false, false]);
         let mut check = CrossCheck::default();
         // From 0.1 m/s at 5 m/s^2.

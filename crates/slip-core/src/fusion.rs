@@ -112,7 +112,13 @@ impl Fusion {
     }
 
     /// Compares stylus and travel in a slip: statistic of the stylus, 0 where it is quiet now and `None` where it is not usable.
-    pub fn compare(&mut self, sample: &Sample, dt: Micros, sigma_m: f32, stylus: Option<f32>) {
+    pub fn compare(
+        &mut self,
+        sample: &Sample,
+        dt: Micros,
+        (sigma_m, noise): (f32, f32),
+        stylus: Option<f32>,
+    ) {
         if !(self.uses(Method::Travel) && self.uses(Method::Stylus)) {
             return;
         }
@@ -120,7 +126,8 @@ impl Fusion {
         let dt_s = dt.as_seconds().min(0.01) as f32;
         let travel_m = sample.travel_m.map(|travel_m| self.travel.without_leaps(travel_m));
         let leaps = self.travel.leaps();
-        self.check.step(&Seen { t: sample.t, dt_s, travel_m, sigma_m, leaps, stylus });
+        let (t, reading) = (sample.t, sample.stylus);
+        self.check.step(&Seen { t, dt_s, travel_m, sigma_m, leaps, stylus, reading, noise });
     }
 
     /// Whether the stylus contradicts a travel that is usable.

@@ -220,8 +220,8 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             if self.slip.is_some() {
                 let statistic =
                     |(statistic, _)| if self.detector.is_fresh() { statistic } else { 0.0 };
-                let sigma_m = self.observation.travel_sigma_m();
-                self.fusion.compare(sample, dt, sigma_m, felt.map(statistic));
+                let noise = (self.observation.travel_sigma_m(), self.detector.noise_rms());
+                self.fusion.compare(sample, dt, noise, felt.map(statistic));
             }
             let travel_m = self.fusion.believed_travel(sample.travel_m);
             let normal_force_n = self.force_of(sample, dt);

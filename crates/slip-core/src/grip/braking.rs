@@ -46,7 +46,7 @@ const SLIDES_ON_M: f32 = 3e-4;
 /// While an object slides on, the force grows by e in this many `measured_tau_ms` at least, whatever was estimated.
 const LEAST_TAUS: f32 = 4.0;
 /// An object that falls freely doubles what is known of the force in about this time (s).
-const FALLING_TAU_S: f32 = 0.02;
+const FALLING_TAU_S: f32 = 0.012;
 
 /// Why an object is held as it is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
