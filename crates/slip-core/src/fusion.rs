@@ -146,7 +146,7 @@ impl Fusion {
 
     /// Whether the travel has a say.
     #[inline]
-    fn trusts_travel(&self) -> bool {
+    pub fn trusts_travel(&self) -> bool {
         self.healths.0 != TravelHealth::Frozen && !self.check.doubts_travel()
     }
 

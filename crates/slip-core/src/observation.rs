@@ -91,7 +91,40 @@ pub struct SlipObservation {
     /// Whether the object has stopped and swung back since the slip was noticed.
     swung: bool,
     advance: Advance,
+    noise: TravelNoise,
     stretch: Option<Stretch>,
+}
+
+/// Noise of the moved distance while the object slides: third differences of readings that differ, of which sliding leaves next to nothing.
+#[derive(Clone, Copy, Debug, Default)]
+struct TravelNoise {
+    last: [f32; 3],
+    seen: u16,
+    mean_square: f32,
+}
+
+impl TravelNoise {
+    /// Readings of the running mean, and before it is believed.
+    const READINGS: u16 = 32;
+
+    fn push(&mut self, travel_m: f32) {
+        let [one, two, three] = self.last;
+        if self.seen > 0 && travel_m == one {
+            return;
+        }
+        self.last = [travel_m, one, two];
+        self.seen = self.seen.saturating_add(1);
+        if self.seen > 3 {
+            let third = (travel_m - three) - 3.0 * (one - two);
+            let share = 1.0 / f32::from((self.seen - 3).min(Self::READINGS));
+            self.mean_square += share * (third * third - self.mean_square);
+        }
+    }
+
+    /// Deviation of one reading (m): that of a third difference is sqrt(20) times as large.
+    fn sigma_m(&self) -> f32 {
+        if self.seen < Self::READINGS { 0.0 } else { libm::sqrtf(self.mean_square / 20.0) }
+    }
 }
 
 /// The last time the object was seen to move forward by more than the recoil.
@@ -103,6 +136,10 @@ struct Advance {
 
 /// An object that has not moved forward for this long has stopped.
 const STOPPED_AFTER: Micros = Micros(3000);
+/// Deviations of a reading that are no movement.
+const NOISES: f32 = 6.0;
+/// A noise over the configured one from which it is believed.
+const CLEARLY: f32 = 2.0;
 /// Without a reading for this long the travel says nothing.
 const UNREAD_FOR: Micros = Micros(5000);
 /// A speed that is older than this, and than two samples and a half, says nothing of now.
@@ -154,6 +191,7 @@ impl SlipObservation {
             furthest_m: f64::NEG_INFINITY,
             swung: false,
             advance: Advance::default(),
+            noise: TravelNoise::default(),
             stretch: None,
         }
     }
@@ -164,10 +202,11 @@ impl SlipObservation {
         Self { travel_sigma_m, ..self }
     }
 
-    /// Deviation of one reading of the travel (m).
+    /// Deviation of one reading of the travel (m): as configured, or as seen in this slip where that is clearly more.
     #[must_use]
     pub fn travel_sigma_m(&self) -> f32 {
-        self.travel_sigma_m
+        let seen_m = self.noise.sigma_m();
+        if seen_m > CLEARLY * self.travel_sigma_m { seen_m } else { self.travel_sigma_m }
     }
 
     /// The deviation of the speed (m/s) in the samples that follow, where it does not come from the travel.
@@ -251,11 +290,13 @@ impl SlipObservation {
 
     /// The speed over the window, as long as the object moves forward.
     fn slide(&mut self, t: Micros, travel_m: f32, force_n: f32) -> Option<SpeedReading> {
+        self.noise.push(travel_m);
         self.furthest_m = self.furthest_m.max(self.position_m);
-        if self.position_m > self.advance.position_m + f64::from(self.config.recoil_m) {
+        let recoil_m = f64::from(self.config.recoil_m.max(NOISES * self.travel_sigma_m()));
+        if self.position_m > self.advance.position_m + recoil_m {
             self.advance = Advance { t, position_m: self.position_m };
         }
-        if self.position_m < self.furthest_m - f64::from(self.config.recoil_m) {
+        if self.position_m < self.furthest_m - recoil_m {
             self.rest();
             self.swung = true;
             return None;
@@ -324,7 +365,7 @@ impl SlipObservation {
                 span_s: balance.span_s,
                 speed_m_s: now,
                 acceleration_m_s2: balance.acceleration_m_s2,
-                acceleration_sigma_m_s2: Some(balance.acceleration_sigma(self.travel_sigma_m)),
+                acceleration_sigma_m_s2: Some(balance.acceleration_sigma(self.travel_sigma_m())),
                 force_n: balance.force_n,
             });
         }

@@ -35,8 +35,12 @@ const ESTIMATE_LASTS_S: f32 = 0.01;
 const STANDS_S: f32 = 0.01;
 /// Share of the target that counts as arrived.
 const ARRIVED: f32 = 0.9;
+/// Where an estimate was had before the moved distance was lost, the force grows this many times more slowly.
+const INFORMED: f32 = 2.0;
+/// Estimates that follow a load have stopped the object within this distance (m).
+const FOLLOWS_M: f32 = 2e-3;
 /// A slip that the travel does not confirm raises the force by this factor at most.
-const UNDECIDED: f32 = 1.6;
+const UNDECIDED: f32 = 2.0;
 /// Nothing that is slower than this (m/s) slides.
 const CREEP_M_S: f32 = 5e-4;
 /// What is faster than this (m/s) slides; pads that shear and swing are slower.
@@ -122,6 +126,8 @@ pub(super) struct Braking {
     /// Whether the object slides on without slowing down, and since where (m).
     slides: bool,
     slid_from_m: f32,
+    /// Where it was last fast or stood (m).
+    slow_from_m: f32,
     /// Where the object last did what the estimates say (m), and whether it has contradicted them since.
     obeyed_m: f32,
     refuted: bool,
@@ -159,6 +165,7 @@ impl Braking {
         }
     }
 
+    pub(super) fn debug(&self) -> (f32,f32,Option<f32>,bool,bool,bool,f32) { (self.target_n,self.envelope_n,self.mean_n,self.goes_on,self.slides,self.refuted,self.standing_s) }
     /// What the measured force should become (N).
     #[cfg(test)]
     pub(super) fn target_n(&self) -> f32 {
@@ -255,10 +262,13 @@ impl Braking {
         let slows = motion.is_none_or(|motion| motion.slows());
         // A slow object that slows down stops before it has gone that far.
         if fast || motion.is_none() {
+            self.slow_from_m = moved_m;
+        }
+        let on = motion.is_some() && moved_m - self.slow_from_m >= SLIDES_ON_M;
+        self.slides = (fast && !slows) || on;
+        if !self.slides {
             self.slid_from_m = moved_m;
         }
-        let on = motion.is_some() && moved_m - self.slid_from_m >= SLIDES_ON_M;
-        self.slides = (fast && !slows) || on;
     }
 
     /// Judges the estimate by what the object does under the force it asked for: one that goes on all the same contradicts it.
@@ -270,14 +280,17 @@ impl Braking {
         if !(arrived && self.slides) {
             self.obeyed_m = moved_m;
         }
-        self.refuted |= self.mean_n.is_some() && moved_m - self.obeyed_m >= SLIDES_ON_M;
+        let contradicted =
+            moved_m - self.obeyed_m >= SLIDES_ON_M || moved_m - self.slid_from_m >= FOLLOWS_M;
+        self.refuted |= self.mean_n.is_some() && contradicted;
     }
 
     /// By what share of itself the target grows in a second where no estimate says how far.
     fn growth_per_s(&self, config: &GripConfig, input: &GripInput) -> f32 {
         let recent = self.mean_n.is_some() && self.unconfirmed_s <= ESTIMATE_LASTS_S;
         if input.moved_m.is_none() || input.undecided {
-            return if recent { 0.0 } else { 1e3 / config.reflex_tau_ms };
+            let slower = if self.mean_n.is_some() { INFORMED } else { 1.0 };
+            return if recent { 0.0 } else { 1e3 / (slower * config.reflex_tau_ms) };
         }
         if (recent && !self.refuted) || (self.mean_n.is_some() && !self.slides) {
             return 0.0;

@@ -194,6 +194,7 @@ impl GripController {
         self.lag.seconds()
     }
 
+    pub fn debug(&self) -> (f32,f32,Option<f32>,bool,bool,bool,f32) { self.braking.debug() }
     /// How the object in hand was tried so far.
     #[must_use]
     pub fn trials(&self) -> Trials {

@@ -131,6 +131,14 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             healthy: felt || if self.decides { self.fusion.is_usable(sample.t) } else { !stylus },
             impaired,
         });
+        {
+            extern crate std;
+            use std::sync::OnceLock;
+            static ON: OnceLock<bool> = OnceLock::new();
+            if *ON.get_or_init(|| std::env::var("SLIPDBG").is_ok()) && (sample.t.0 / 100) % 20 == 0 {
+                std::eprintln!("G {:.4} {:?} slip {:?} moved {:?} applied {:?} cmd {:.2} ev {:?} motion {:?} doubtT {} doubtS {} und {} health {} stale {} {:?}", sample.t.as_seconds(), grip.state(), news.slip, news.moved_m, sample.normal_force_n, command, news.evidence.map(|e| (e.estimate_n, e.sigma_n)), news.motion.map(|m|(m.speed_m_s, m.acceleration_m_s2)), !self.fusion.trusts_travel(), self.fusion.doubts_stylus(), self.fusion.is_undecided(), felt, self.host_time.is_stale(), grip.debug());
+            }
+        }
         (Some(Newtons(command)), grip.event())
     }
 }
