@@ -14,14 +14,14 @@
 //! A doubted sensor has no say while the other one is usable. The stylus is believed again when it feels a slip in time; the travel with the
 //! next object, or when it follows the stylus from the beginning of a slip.
 
-use crate::units::Micros;
+use crate::{turns::Turns, units::Micros};
 
 /// Vibration for this long (s) moves a sound travel sensor.
 const CONTRADICTED_S: f32 = 0.012;
 /// After the travel has followed in this slip, ringing of the stylus may outlast the movement by this (s).
 const RINGING_S: f32 = 0.06;
 /// Turns of a stylus that passes peaks and valleys; what only shakes makes fewer in that time.
-const PASSED: u16 = 8;
+const PASSED: u32 = 8;
 /// Statistic from which an instant counts whole.
 const STRONG: f32 = 30.0;
 /// What the travel shows at least where the stylus vibrates (m), over its noise and its resolution.
@@ -57,31 +57,6 @@ pub struct Seen {
     pub noise: f32,
 }
 
-/// Counts the turns of the stylus from peak to valley and back.
-#[derive(Clone, Copy, Debug, Default)]
-struct Turns {
-    extreme: Option<f32>,
-    rising: bool,
-    count: u16,
-}
-
-impl Turns {
-    /// Deviations of the noise that a turn exceeds.
-    const NOISES: f32 = 30.0;
-
-    fn step(&mut self, x: f32, noise: f32) {
-        let extreme = self.extreme.get_or_insert(x);
-        let ahead = if self.rising { x - *extreme } else { *extreme - x };
-        if ahead >= 0.0 {
-            *extreme = x;
-        } else if -ahead > Self::NOISES * noise {
-            *extreme = x;
-            self.rising = !self.rising;
-            self.count = self.count.saturating_add(1);
-        }
-    }
-}
-
 /// The slip that goes on.
 #[derive(Clone, Copy, Debug, Default)]
 struct Slip {
@@ -90,8 +65,9 @@ struct Slip {
     high_m: f32,
     moved_m: f32,
     strong_s: f32,
-    /// Turns of the stylus while the travel stood.
+    /// Turns of the stylus, and how many there were when the travel last moved.
     turns: Turns,
+    passed: u32,
     felt: bool,
     leaps: u64,
     window: Option<Window>,
@@ -168,11 +144,11 @@ impl CrossCheck {
         slip.high_m = slip.high_m.max(travel_m);
         if slip.high_m - slip.low_m >= least_m {
             (slip.low_m, slip.high_m, slip.strong_s) = (travel_m, travel_m, 0.0);
-            slip.turns.count = 0;
+            slip.passed = slip.turns.count();
         } else {
             slip.strong_s += seen.dt_s * (statistic / STRONG).min(1.0);
         }
-        slip.turns.step(seen.reading, seen.noise);
+        slip.turns.step(seen.reading, seen.noise, seen.dt_s);
         if !slip.felt && statistic >= 1.0 {
             slip.felt = true;
             // In time: this stylus feels.
@@ -195,7 +171,7 @@ impl CrossCheck {
             self.stylus_doubted |= !late && self.slip.moved_m >= UNFELT_M;
         }
         let limit_s = if followed && !leapt { RINGING_S } else { CONTRADICTED_S };
-        let passes = self.slip.turns.count >= PASSED;
+        let passes = self.slip.turns.count() - self.slip.passed >= PASSED;
         if self.slip.strong_s >= limit_s && passes && !self.stylus_doubted {
             if self.proven && !leapt {
                 self.undecided = true;
@@ -286,7 +262,7 @@ impl Whiteness {
 #[cfg(test)]
 mod tests {
     use super::{CrossCheck, Seen, Whiteness};
-    use crate::units::Micros;
+    use crate::{turns::Turns, units::Micros};
 
     /// A slip of `ms` at 1 kHz with these statistics and travels (um), seen by `check`.
     fn slip(check: &mut CrossCheck, from_ms: u64, ms: u16, both: impl Fn(u16) -> (f32, f32)) {

@@ -30,6 +30,7 @@ pub mod sample;
 pub mod scene;
 pub mod speed;
 pub mod stages;
+pub mod turns;
 pub mod units;
 pub mod velocity;
 

@@ -27,6 +27,7 @@ use crate::{
     sample::Sample,
     scene::{Contact, Scene},
     stages::StageCounters,
+    turns::Turns,
     units::{Micros, Newtons},
     velocity::VelocityMeter,
 };
@@ -53,6 +54,7 @@ pub struct Pipeline<W> {
     grip_force: GripForce,
     host_time: HostTime,
     whiteness: Whiteness,
+    turns: Turns,
     estimator: Option<Estimator<W>>,
     grip: Option<GripController>,
     last_t: Option<Micros>,
@@ -120,6 +122,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             grip_force: GripForce::default(),
             host_time: HostTime::new(config.sample_rate),
             whiteness: Whiteness::default(),
+            turns: Turns::default(),
             estimator,
             grip: config.grip.map(GripController::new),
             last_t: None,
@@ -218,6 +221,8 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         if self.slip.is_some() || self.config.no_skip {
             self.feel(felt);
             if self.slip.is_some() {
+                #[expect(clippy::cast_possible_truncation, reason = "a step of time")]
+                self.turns.step(sample.stylus, self.detector.noise_rms(), dt.as_seconds() as f32);
                 let statistic =
                     |(statistic, _)| if self.detector.is_fresh() { statistic } else { 0.0 };
                 let noise = (self.observation.travel_sigma_m(), self.detector.noise_rms());
@@ -378,6 +383,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
                 self.course.reset();
                 self.fusion.slip_began();
                 self.whiteness.begin();
+                self.turns = Turns::default();
                 self.velocity.begin();
                 self.friction.begin();
                 self.grip_force.begin(self.grip.map_or(0.0, |grip| grip.command_n()));

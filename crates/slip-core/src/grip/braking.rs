@@ -1,7 +1,10 @@
 //! Evidence of a slip that goes on in, the force that stops it and the force to hold with afterwards out.
 
 use super::{Evidence, GripConfig, GripInput, Sliding, SlipNow, lag::Reach};
-use crate::estimate::{G_M_S2, KAPPA};
+use crate::{
+    estimate::{G_M_S2, KAPPA},
+    turns::Passing,
+};
 
 /// Estimates that the force to hold with is a mean of, at most.
 const MEAN_OF: f32 = 5.0;
@@ -35,8 +38,11 @@ const ESTIMATE_LASTS_S: f32 = 0.01;
 const STANDS_S: f32 = 0.01;
 /// Share of the target that counts as arrived.
 const ARRIVED: f32 = 0.9;
-/// Where an estimate was had before the moved distance was lost, the force grows this many times more slowly.
-const INFORMED: f32 = 2.0;
+/// Where the moved distance is not measured and the stylus shows that the object slows down, the force grows this many times more slowly.
+const SLOWED: f32 = 4.0;
+/// Growth with each peak and valley that the stylus passes, and the slowest growth as a share of the fastest.
+const TURN: f32 = 0.25;
+const SLOWEST: f32 = 0.125;
 /// Estimates that follow a load have stopped the object within this distance (m).
 const FOLLOWS_M: f32 = 2e-3;
 /// A slip that the travel does not confirm raises the force by this factor at most.
@@ -289,8 +295,7 @@ impl Braking {
     fn growth_per_s(&self, config: &GripConfig, input: &GripInput) -> f32 {
         let recent = self.mean_n.is_some() && self.unconfirmed_s <= ESTIMATE_LASTS_S;
         if input.moved_m.is_none() || input.undecided {
-            let slower = if self.mean_n.is_some() { INFORMED } else { 1.0 };
-            return if recent { 0.0 } else { 1e3 / (slower * config.reflex_tau_ms) };
+            return if recent { 0.0 } else { felt_growth_per_s(config, input.passing) };
         }
         if (recent && !self.refuted) || (self.mean_n.is_some() && !self.slides) {
             return 0.0;
@@ -401,6 +406,15 @@ impl Braking {
         };
         hold_n.min(config.ceiling_n())
     }
+}
+
+/// By what share of itself the target grows in a second where only the stylus shows the slip: with each peak and valley that it passes, so that it
+/// follows the distance and not the time, within bounds.
+fn felt_growth_per_s(config: &GripConfig, passing: Option<Passing>) -> f32 {
+    let fastest = 1e3 / config.reflex_tau_ms;
+    let Some(passing) = passing else { return fastest };
+    let growth = (TURN * passing.turns_per_s).clamp(SLOWEST * fastest, fastest);
+    if passing.slows { growth / SLOWED } else { growth }
 }
 
 impl Evidence {

@@ -1,6 +1,6 @@
 //! The input of the controller with each sample, and the names of what it does.
 
-use crate::course::Motion;
+use crate::{course::Motion, turns::Passing};
 
 /// What the controller is doing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -67,6 +67,8 @@ pub struct GripInput {
     pub sliding: Option<Sliding>,
     /// How the object moved over the last milliseconds, by a coarse but robust measure; `None` where the moved distance is not measured.
     pub motion: Option<Motion>,
+    /// Peaks and valleys that the stylus passes; `None` where they cannot be counted.
+    pub passing: Option<Passing>,
     /// Deviation of one reading of the moved distance (m).
     pub travel_sigma_m: f32,
     /// Whether the stylus shows a slip that the moved distance, good so far, does not confirm.

@@ -120,6 +120,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             evidence: news.evidence,
             sliding: news.sliding,
             motion: news.motion,
+            passing: self.turns.passing(),
             undecided: self.fusion.is_undecided(),
             travel_sigma_m: self.observation.travel_sigma_m(),
             rise_s: self.host_time.rise_s(sample.t, dt),

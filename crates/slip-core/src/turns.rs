@@ -1,0 +1,77 @@
+//! Readings of a stylus in; how many peaks and valleys it has passed, and whether it passes fewer and fewer, out.
+//!
+//! One stylus cannot tell how fast an object slides, since the spacing of the surface is not known. But the rate of its turns follows the speed,
+//! so that it falls where the object slows down.
+
+/// Turns of one slip.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Turns {
+    extreme: Option<f32>,
+    rising: bool,
+    count: u32,
+    /// Turns per second, lately and at most.
+    rate: f32,
+    most: f32,
+    /// Range of the readings.
+    low: f32,
+    high: f32,
+    countable: bool,
+}
+
+/// What the turns say of the movement.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Passing {
+    /// Peaks and valleys a second.
+    pub turns_per_s: f32,
+    /// Whether that falls: the object slows down.
+    pub slows: bool,
+}
+
+/// Deviations of the noise in the vibration band that a turn exceeds.
+const NOISES: f32 = 30.0;
+/// Time constant of the rate (s).
+const TAU_S: f32 = 0.01;
+/// Share of the largest rate below which the object slows down.
+const SLOWER: f32 = 0.7;
+/// A rate is believed from this many turns on.
+const ENOUGH: u32 = 6;
+
+impl Turns {
+    /// Takes the next reading, `dt_s` after the one before; `noise` is the noise in the vibration band (rms, same unit).
+    #[inline]
+    pub fn step(&mut self, x: f32, noise: f32, dt_s: f32) {
+        if self.extreme.is_none() {
+            (self.low, self.high) = (x, x);
+        }
+        (self.low, self.high) = (self.low.min(x), self.high.max(x));
+        self.countable |= self.high - self.low > 2.0 * NOISES * noise;
+        let extreme = self.extreme.get_or_insert(x);
+        let ahead = if self.rising { x - *extreme } else { *extreme - x };
+        let share = (dt_s / TAU_S).min(1.0);
+        self.rate -= share * self.rate;
+        if ahead >= 0.0 {
+            *extreme = x;
+        } else if -ahead > NOISES * noise {
+            *extreme = x;
+            self.rising = !self.rising;
+            self.count = self.count.saturating_add(1);
+            self.rate += 1.0 / TAU_S;
+            if self.count >= ENOUGH {
+                self.most = self.most.max(self.rate);
+            }
+        }
+    }
+
+    /// Peaks and valleys so far.
+    #[must_use]
+    pub fn count(&self) -> u32 {
+        self.count
+    }
+
+    /// What they say; `None` where the surface is too smooth to count them.
+    #[must_use]
+    pub fn passing(&self) -> Option<Passing> {
+        let slows = self.most > 0.0 && self.rate < SLOWER * self.most;
+        self.countable.then_some(Passing { turns_per_s: self.rate, slows })
+    }
+}
