@@ -69,6 +69,9 @@ struct Slip {
     turns: Turns,
     passed: u32,
     felt: bool,
+    /// Whether the travel stood for longer than it may before it followed, and whether it followed in time.
+    unanswered: bool,
+    in_time: bool,
     leaps: u64,
     window: Option<Window>,
     /// Whether it was that fast in the last window and in the one before.
@@ -160,7 +163,12 @@ impl CrossCheck {
     fn judge(&mut self, seen: &Seen, travel_m: f32, least_m: f32) {
         let followed = self.slip.moved_m >= FOLLOWED_M.max(least_m);
         let leapt = seen.leaps > self.slip.leaps;
-        if followed && self.slip.felt && !leapt {
+        let passes = self.slip.turns.count() - self.slip.passed >= PASSED;
+        self.slip.unanswered |= passes && !self.slip.in_time;
+        self.slip.in_time |= followed && self.slip.felt && !leapt && !self.slip.unanswered;
+        // The slip was one, and the travel is late.
+        self.travel_doubted |= followed && self.slip.felt && self.slip.unanswered;
+        if self.slip.in_time {
             self.travel_doubted &= self.undecided_at.is_some();
             self.proven |= !self.travel_doubted;
         }
@@ -171,7 +179,6 @@ impl CrossCheck {
             self.stylus_doubted |= !late && self.slip.moved_m >= UNFELT_M;
         }
         let limit_s = if followed && !leapt { RINGING_S } else { CONTRADICTED_S };
-        let passes = self.slip.turns.count() - self.slip.passed >= PASSED;
         if self.slip.strong_s >= limit_s && passes && !self.stylus_doubted {
             if self.proven && !leapt {
                 self.undecided = true;

@@ -32,7 +32,7 @@ const NOISES: f32 = 30.0;
 /// Time constant of the rate (s).
 const TAU_S: f32 = 0.01;
 /// Share of the largest rate below which the object slows down.
-const SLOWER: f32 = 0.7;
+const SLOWER: f32 = 0.85;
 /// A rate is believed from this many turns on.
 const ENOUGH: u32 = 6;
 

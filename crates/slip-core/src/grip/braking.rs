@@ -36,13 +36,17 @@ const GROWTH_OF: usize = 4;
 const ESTIMATE_LASTS_S: f32 = 0.01;
 /// A target that has not risen for this long (s) is what the estimates ask for.
 const STANDS_S: f32 = 0.01;
+/// Where the moved distance is lost, one that is not older than this (s) still slows the growth.
+const ESTIMATE_SERVES_S: f32 = 0.03;
 /// Share of the target that counts as arrived.
 const ARRIVED: f32 = 0.9;
 /// Where the moved distance is not measured and the stylus shows that the object slows down, the force grows this many times more slowly.
-const SLOWED: f32 = 4.0;
+const SLOWED: f32 = 5.0;
 /// Growth with each peak and valley that the stylus passes, and the slowest growth as a share of the fastest.
-const TURN: f32 = 0.25;
+const TURN: f32 = 0.16;
 const SLOWEST: f32 = 0.125;
+/// A surface of which no peak has passed for this long (s) is too smooth to count them.
+const UNCOUNTED_S: f32 = 0.005;
 /// Estimates that follow a load have stopped the object within this distance (m).
 const FOLLOWS_M: f32 = 2e-3;
 /// A slip that the travel does not confirm raises the force by this factor at most.
@@ -129,6 +133,8 @@ pub(super) struct Braking {
     /// Since the target last rose, and since the last estimate (s).
     standing_s: f32,
     unconfirmed_s: f32,
+    /// Since the slip began (s).
+    slip_s: f32,
     /// Whether the object slides on without slowing down, and since where (m).
     slides: bool,
     slid_from_m: f32,
@@ -209,6 +215,7 @@ impl Braking {
         self.watch(input.sliding, dt_s);
         self.unconfirmed_s += dt_s;
         self.standing_s += dt_s;
+        self.slip_s += dt_s;
         if input.stale {
             return;
         }
@@ -295,7 +302,12 @@ impl Braking {
     fn growth_per_s(&self, config: &GripConfig, input: &GripInput) -> f32 {
         let recent = self.mean_n.is_some() && self.unconfirmed_s <= ESTIMATE_LASTS_S;
         if input.moved_m.is_none() || input.undecided {
-            return if recent { 0.0 } else { felt_growth_per_s(config, input.passing) };
+            return match self.mean_n {
+                _ if recent => 0.0,
+                // What was estimated before the moved distance was lost gets its time.
+                Some(_) if self.unconfirmed_s <= ESTIMATE_SERVES_S => SLOWEST * 1e3 / config.reflex_tau_ms,
+                _ => felt_growth_per_s(config, input.passing, self.slip_s),
+            };
         }
         if (recent && !self.refuted) || (self.mean_n.is_some() && !self.slides) {
             return 0.0;
@@ -410,9 +422,11 @@ impl Braking {
 
 /// By what share of itself the target grows in a second where only the stylus shows the slip: with each peak and valley that it passes, so that it
 /// follows the distance and not the time, within bounds.
-fn felt_growth_per_s(config: &GripConfig, passing: Option<Passing>) -> f32 {
+fn felt_growth_per_s(config: &GripConfig, passing: Option<Passing>, slip_s: f32) -> f32 {
     let fastest = 1e3 / config.reflex_tau_ms;
-    let Some(passing) = passing else { return fastest };
+    let Some(passing) = passing else {
+        return if slip_s < UNCOUNTED_S { SLOWEST * fastest } else { fastest };
+    };
     let growth = (TURN * passing.turns_per_s).clamp(SLOWEST * fastest, fastest);
     if passing.slows { growth / SLOWED } else { growth }
 }
