@@ -6,6 +6,8 @@
 /// Turns of one slip.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Turns {
+    /// The readings, smoothed.
+    smooth: f32,
     extreme: Option<f32>,
     rising: bool,
     count: u32,
@@ -28,7 +30,9 @@ pub struct Passing {
 }
 
 /// Deviations of the noise in the vibration band that a turn exceeds.
-const NOISES: f32 = 30.0;
+const NOISES: f32 = 12.0;
+/// Weight of a reading in the smoothed signal, which leaves 0.38 of white noise.
+const SMOOTHING: f32 = 0.25;
 /// Time constant of the rate (s).
 const TAU_S: f32 = 0.01;
 /// Share of the largest rate below which the object slows down.
@@ -41,8 +45,10 @@ impl Turns {
     #[inline]
     pub fn step(&mut self, x: f32, noise: f32, dt_s: f32) {
         if self.extreme.is_none() {
-            (self.low, self.high) = (x, x);
+            (self.smooth, self.low, self.high) = (x, x, x);
         }
+        self.smooth += SMOOTHING * (x - self.smooth);
+        let x = self.smooth;
         (self.low, self.high) = (self.low.min(x), self.high.max(x));
         self.countable |= self.high - self.low > 2.0 * NOISES * noise;
         let extreme = self.extreme.get_or_insert(x);
