@@ -41,10 +41,10 @@ const ESTIMATE_SERVES_S: f32 = 0.03;
 /// Share of the target that counts as arrived.
 const ARRIVED: f32 = 0.9;
 /// Where the moved distance is not measured and the stylus shows that the object slows down, the force grows this many times more slowly.
-const SLOWED: f32 = 5.0;
+const SLOWED: f32 = 2.5;
 /// Growth with each peak and valley that the stylus passes, and the slowest growth as a share of the fastest.
-const TURN: f32 = 0.16;
-const SLOWEST: f32 = 0.125;
+const TURN: f32 = 0.4;
+const SLOWEST: f32 = 0.35;
 /// A surface of which no peak has passed for this long (s) is too smooth to count them.
 const UNCOUNTED_S: f32 = 0.005;
 /// Estimates that follow a load have stopped the object within this distance (m).
