@@ -43,8 +43,8 @@ const ARRIVED: f32 = 0.9;
 /// Where the moved distance is not measured and the stylus shows that the object slows down, the force grows this many times more slowly.
 const SLOWED: f32 = 2.5;
 /// Growth with each peak and valley that the stylus passes, and the slowest growth as a share of the fastest.
-const TURN: f32 = 0.4;
-const SLOWEST: f32 = 0.35;
+const TURN: f32 = 0.3;
+const SLOWEST: f32 = 0.25;
 /// A surface of which no peak has passed for this long (s) is too smooth to count them.
 const UNCOUNTED_S: f32 = 0.005;
 /// Estimates that follow a load have stopped the object within this distance (m).

@@ -120,7 +120,8 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             evidence: news.evidence,
             sliding: news.sliding,
             motion: news.motion,
-            passing: self.turns.passing(),
+            // The stylus feels the motion of the robot as well.
+            passing: self.turns.passing().filter(|_| !self.detector.is_moving()),
             undecided: self.fusion.is_undecided(),
             travel_sigma_m: self.observation.travel_sigma_m(),
             rise_s: self.host_time.rise_s(sample.t, dt),
