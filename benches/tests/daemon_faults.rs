@@ -60,5 +60,6 @@ kinds! {
     out_of_disk "disk full";
     rebooted "reboot of the gripper";
     disturbed_and_paused "noise, SIGSTOP";
+    failing_in_slips "faults in slips";
     reloaded "SIGHUP";
 }

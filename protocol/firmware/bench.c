@@ -71,6 +71,7 @@ static void order(gl_link *link, gripper *world, uint8_t what) {
   switch (what) {
     case 'n': gripper_init(world, world->seed + 1u); break;
     case 'f': world->stylus_frozen = true; break;
+    case 't': world->travel_lost = true; break;
     case 'C': hung |= TASK_CONTROL; break;
     case 'L': hung |= TASK_LINK; break;
     case 'S': hung |= TASK_SAMPLING; break;

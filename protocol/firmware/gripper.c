@@ -12,6 +12,7 @@
 #define FINGER_M 0.04f
 #define STATIC_RATIO 1.1f
 #define STYLUS_PRELOAD_M 2.0e-4f
+#define NO_READING __builtin_nanf("")
 
 void gripper_init(gripper *g, uint32_t seed) {
   memset(g, 0, sizeof *g);
@@ -80,4 +81,5 @@ void gripper_read(gripper *g, readings *out) {
   if (!g->stylus_frozen) out->stylus_m = stylus_m;
   out->force_n = g->applied_n + noise(&g->random, 5.0e-3f);
   out->travel_m = 1.0e-6f * (float)(int32_t)(travel_um + (travel_um < 0.0f ? -0.5f : 0.5f)); /* a 1 um encoder */
+  if (g->travel_lost) out->travel_m = NO_READING;
 }

@@ -31,7 +31,7 @@ typedef struct {
   float speed_m_s, travel_m;
   surface profile;
   stylus tip;
-  bool stylus_frozen;
+  bool stylus_frozen, travel_lost;
 } gripper;
 
 /* What the sensors show: SI units. */

@@ -1,4 +1,4 @@
-/* Readings -> rows in the channels and format the host asked for, and a watch over the stylus (rule R7). */
+/* Readings -> rows in the channels and format the host asked for, and a watch over the slip sensors (rule R7). */
 #ifndef SENSORS_H
 #define SENSORS_H
 
@@ -20,7 +20,7 @@ void sensors_init(sensors *s);
 /* What the host wants from now on. */
 void sensors_configure(sensors *s, const gl_config *config);
 void sensors_push(const sensors *s, gl_link *link, uint64_t tick, const readings *now);
-/* The fault the stylus shows, or GL_FAULT_NONE. */
+/* The fault the stylus shows where no other slip sensor is left, or GL_FAULT_NONE. */
 uint16_t sensors_judge(sensors *s, const readings *now);
 
 #endif

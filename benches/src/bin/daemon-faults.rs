@@ -43,6 +43,9 @@ struct Cli {
     /// Seconds of noise on the line; 30 unless --quick
     #[arg(long, value_name = "S")]
     noise_s: Option<u64>,
+    /// Slips with each fault in their middle; 4 unless --quick
+    #[arg(long, value_name = "N")]
+    slips: Option<u64>,
     /// Another seed kills and disturbs at other moments
     #[arg(long, default_value_t = 1)]
     seed: u64,
@@ -62,6 +65,7 @@ impl Cli {
             pauses: self.pauses.unwrap_or(base.pauses),
             reloads: self.reloads.unwrap_or(base.reloads),
             noise_s: self.noise_s.unwrap_or(base.noise_s),
+            slips: self.slips.unwrap_or(base.slips),
         }
     }
 

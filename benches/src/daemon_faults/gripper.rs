@@ -69,6 +69,8 @@ pub struct Bench {
     unsent: Vec<u8>,
     sent: Sent,
     noise: Option<ChaCha8Rng>,
+    /// What the gripper sends stays in the line.
+    held_back: bool,
     /// The object that is held must stay so: least force (N).
     least_n: Option<f64>,
     now: Micros,
@@ -107,7 +109,7 @@ impl Bench {
             self.sent.at_config = self.sent.next;
         }
         self.mcu.receive(self.now, bytes);
-        if self.unsent.is_empty() {
+        if self.unsent.is_empty() || self.held_back {
             self.mcu.transmit(self.now, &mut self.unsent);
             self.sent.hear(&self.unsent);
             if let Some(noise) = &mut self.noise {
@@ -116,6 +118,7 @@ impl Bench {
             }
         }
         match &self.pty {
+            Some(_) if self.held_back => {}
             Some(pty) => {
                 let taken = pty.write(&self.unsent)?;
                 self.unsent.drain(..taken);
@@ -141,8 +144,8 @@ impl Bench {
             judge.violation(format!("the drive is at {force_n} N"));
         }
         let clamped = mcu.link().clamp_bits().0;
-        // Force, slew, life or a rejection: the gripper had to correct what it was told.
-        if clamped & 0b1111 != 0 {
+        // Force, slew, life or a rejection: the gripper had to correct a command. Without its object it has a fault and rejects all.
+        if clamped & 0b1111 != 0 && !mcu.truth().dropped() {
             judge.violation(format!("the gripper had to correct a command ({clamped:#b})"));
         }
         if let Some(least_n) = self.least_n.filter(|least_n| force_n < *least_n) {
@@ -203,6 +206,11 @@ impl Bench {
         });
         self.plug()?;
         Ok(stranger)
+    }
+
+    /// From now on the line holds back what the gripper sends, or delivers all of it.
+    pub fn hold_back(&mut self, hold: bool) {
+        self.held_back = hold;
     }
 
     /// From now on bytes are changed and added on both ways, or no more.
@@ -289,6 +297,7 @@ impl Gripper {
             unsent: Vec::new(),
             sent: Sent::new(),
             noise: None,
+            held_back: false,
             least_n: None,
             now: Micros(0),
             seen: time::now(),

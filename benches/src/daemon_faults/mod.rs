@@ -18,6 +18,7 @@ mod plugs;
 mod programs;
 pub mod recordings;
 mod rig;
+mod slips;
 mod storage;
 mod time;
 
@@ -111,6 +112,8 @@ pub struct Counts {
     pub reloads: u64,
     /// Noise on the line (s).
     pub noise_s: u64,
+    /// Slips with each fault in their middle.
+    pub slips: u64,
 }
 
 impl Counts {
@@ -123,16 +126,25 @@ impl Counts {
         pauses: 20,
         reloads: 20,
         noise_s: 30,
+        slips: 4,
     };
     /// What fits a test.
-    pub const QUICK: Self =
-        Self { kills: 4, unplugs: 3, connects: 100, reboots: 1, pauses: 2, reloads: 1, noise_s: 2 };
+    pub const QUICK: Self = Self {
+        kills: 4,
+        unplugs: 3,
+        connects: 100,
+        reboots: 1,
+        pauses: 2,
+        reloads: 1,
+        noise_s: 2,
+        slips: 1,
+    };
 }
 
 /// A kind of fault: its name and what it does.
 type Kind = (&'static str, fn(&Setup<'_>, Counts) -> Result<Outcome, RunError>);
 
-const KINDS: [Kind; 9] = [
+const KINDS: [Kind; 10] = [
     ("kill -9", |setup, counts| kills::run(setup, counts.kills)),
     ("unplug, replug", |setup, counts| plugs::again(setup, counts.unplugs)),
     ("another gripper at the port", |setup, _| plugs::stranger(setup)),
@@ -141,6 +153,7 @@ const KINDS: [Kind; 9] = [
     ("disk full", |setup, _| storage::run(setup)),
     ("reboot of the gripper", |setup, counts| line::reboots(setup, counts.reboots)),
     ("noise, SIGSTOP", |setup, counts| line::noise(setup, counts.noise_s, counts.pauses)),
+    ("faults in slips", |setup, counts| slips::run(setup, counts.slips)),
     ("SIGHUP", |setup, counts| line::reloads(setup, counts.reloads)),
 ];
 

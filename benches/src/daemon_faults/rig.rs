@@ -39,13 +39,16 @@ pub(super) enum Object {
     Lifted,
     /// On its support for a minute.
     Supported,
+    /// Slips when its load comes: the trial force of 1.2 N is a fifth of what it needs.
+    Slipping,
 }
 
 impl Object {
     pub(super) fn scene(self, seed: u64) -> Result<Scene, RunError> {
-        let lift_s = if self == Self::Lifted { 0.3 } else { 60.0 };
+        let lift_s = if self == Self::Supported { 60.0 } else { 0.3 };
+        let (mass_kg, friction) = if self == Self::Slipping { (0.4, 0.35) } else { (0.04, 0.4) };
         let text = format!(
-            "name = \"faults\"\nseed = {seed}\nmass_kg = 0.04\nfriction = 0.4\nroughness_ra_um = 1.6\nlift_at_s = {lift_s:?}\n"
+            "name = \"faults\"\nseed = {seed}\nmass_kg = {mass_kg:?}\nfriction = {friction:?}\nroughness_ra_um = 1.6\nlift_at_s = {lift_s:?}\n"
         );
         Ok(Scene::from_toml(&text)?)
     }
@@ -58,14 +61,24 @@ pub(super) struct Rig<'a> {
     pub(super) folder: TempDir,
     pub(super) gripper: Gripper,
     pub(super) address: SocketAddr,
+    trial_n: f64,
 }
 
 impl<'a> Rig<'a> {
     /// A gripper with `object`, and no daemon yet.
     pub(super) fn new(setup: &Setup<'a>, object: Object) -> Result<Self, RunError> {
+        Self::with(setup, object, 1, 2.0)
+    }
+
+    /// A gripper with an object that slips when its load comes.
+    pub(super) fn slipping(setup: &Setup<'a>, seed: u64) -> Result<Self, RunError> {
+        Self::with(setup, Object::Slipping, seed, 1.2)
+    }
+
+    fn with(setup: &Setup<'a>, object: Object, seed: u64, trial_n: f64) -> Result<Self, RunError> {
         let folder = tempfile::tempdir().map_err(RunError::io(&std::env::temp_dir()))?;
-        let gripper = Gripper::start(&object.scene(1)?, &folder.path().join("gripper"), LIMITS)?;
-        let rig = Self { setup: *setup, folder, gripper, address: free_address()? };
+        let gripper = Gripper::start(&object.scene(seed)?, &folder.path().join("gripper"), LIMITS)?;
+        let rig = Self { setup: *setup, folder, gripper, address: free_address()?, trial_n };
         rig.configure("backoff_n_s = 20.0")?;
         Ok(rig)
     }
@@ -75,10 +88,11 @@ impl<'a> Rig<'a> {
         let file = self.folder.path().join("gripd.toml");
         let Limits { force_max_mn, slew_mn_s } = LIMITS;
         let text = format!(
-            "listen = \"tcp:{}\"\nallow_commands = true\n[grip]\nf_max_n = {:?}\nslew_n_s = {:?}\ntrial_force_n = 2.0\nrelax_per_s = 0.0\n{grip}\n",
+            "listen = \"tcp:{}\"\nallow_commands = true\n[grip]\nf_max_n = {:?}\nslew_n_s = {:?}\ntrial_force_n = {:?}\nrelax_per_s = 0.0\n{grip}\n",
             self.address,
             f64::from(force_max_mn) / 1e3,
-            f64::from(slew_mn_s) / 1e3
+            f64::from(slew_mn_s) / 1e3,
+            self.trial_n
         );
         fs::write(&file, text).map_err(RunError::io(&file))
     }

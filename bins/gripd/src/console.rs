@@ -61,7 +61,12 @@ impl Console {
     /// Prints what is worth it.
     pub(crate) fn take(&mut self, item: &Item<'_>) {
         match item {
-            Item::Event { line, .. } => self.event(line),
+            Item::Event { line, .. } => {
+                self.event(line);
+                if let EventLine::Health { channel: "clock", health, .. } = line {
+                    self.say(clock_level(health), clock_words(health));
+                }
+            }
             Item::State { host_us, state } => self.show(*host_us, state),
             Item::Link { note, .. } => {
                 if let Some((level, text)) = self.sentence(note) {
@@ -165,6 +170,13 @@ impl Console {
                 (Warn, format!("the gripper refused a request: {:?}", nack.reason))
             }
             LinkNote::Closed(reason) => (Warn, self.closed(reason)?),
+            LinkNote::Late(late_us) => (
+                Warn,
+                format!(
+                    "readings were {} ms late at a command, so the force was not raised",
+                    late_us / 1000
+                ),
+            ),
             LinkNote::PortLost if self.attached => {
                 (Warn, "the port is gone; the gripper holds by itself until it is back".to_owned())
             }
@@ -236,6 +248,23 @@ fn write_event(line: &EventLine, json: bool) -> io::Result<()> {
     out.flush()
 }
 
+/// How grave a state of the gripper's clock is.
+fn clock_level(health: &str) -> LogLevel {
+    if health == "good" { LogLevel::Info } else { LogLevel::Warn }
+}
+
+/// A state of the gripper's clock as a sentence.
+fn clock_words(health: &str) -> &'static str {
+    match health {
+        "good" => "the clock of the gripper is good again",
+        "stopped" => "the clock of the gripper has stopped; its rows are timed by their numbers",
+        "back" => "the clock of the gripper went back; time goes on from where it was",
+        "forward" => "the clock of the gripper jumped forward; time goes on from where it was",
+        "fast" => "the clock of the gripper runs more than 1 % fast",
+        _ => "the clock of the gripper runs more than 1 % slow",
+    }
+}
+
 /// What a client asked for.
 fn command_words(command: ClientCommand) -> String {
     match command {
@@ -263,9 +292,9 @@ fn device_event((kind, fault): (EventKind, FaultCode)) -> String {
 fn fault_words(fault: FaultCode) -> Option<&'static str> {
     Some(match fault {
         FaultCode::ESTOP => "it was told to stop",
-        FaultCode::SENSOR_DEAD => "a sensor delivers nothing",
-        FaultCode::SENSOR_FROZEN => "a sensor delivers the same value for too long",
-        FaultCode::SENSOR_SATURATED => "a sensor is at the end of its range",
+        FaultCode::SENSOR_DEAD => "the last slip sensor delivers nothing",
+        FaultCode::SENSOR_FROZEN => "the last slip sensor delivers the same value for too long",
+        FaultCode::SENSOR_SATURATED => "the last slip sensor is at the end of its range",
         FaultCode::TASK_HUNG => "a task of its firmware did not run",
         FaultCode::OBJECT_LOST => "the object is gone",
         FaultCode::POSITION_UNDEFINED => "the finger position is not known",

@@ -11,7 +11,7 @@ use grip_host::{
     HostConfig, HostConfigError, HostEstimator, ModelError,
     config::{Change, Layers, RealtimeConfig, Setting, advice, needs_restart},
     exit::WrongArgument,
-    model,
+    files, model,
     recording::{CALIBRATION_NAME, CONFIG_NAME, MODEL_NAME},
 };
 use grip_link::message::daemon::RealTime;
@@ -286,7 +286,7 @@ fn fleet_trouble(_config: &HostConfig) -> Option<(&'static str, String)> {
 }
 
 fn read(file: &Path) -> anyhow::Result<Vec<u8>> {
-    std::fs::read(file).with_context(|| format!("cannot read {}", file.display()))
+    files::read(file, files::MOST_MODEL).with_context(|| format!("cannot read {}", file.display()))
 }
 
 /// The files, and the flags and variables on top of them.

@@ -103,6 +103,7 @@ fn state(step: &Step, sample: &Sample) -> State {
         pressure_health: step.pressure_health,
         lost: 0,
         rate_hz: 10_000,
+        late_ms: None,
     }
 }
 

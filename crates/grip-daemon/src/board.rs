@@ -232,7 +232,7 @@ impl Board {
                 link.port_open = false;
                 link.state = HostState::Closed;
             }
-            LinkNote::Configured(_) | LinkNote::Device(_) => {}
+            LinkNote::Configured(_) | LinkNote::Device(_) | LinkNote::Late(_) => {}
         }
     }
 
@@ -288,10 +288,10 @@ impl Board {
         Some(rate)
     }
 
-    /// Whether samples flow: what a health check wants to know.
+    /// Whether samples flow and can be used: what a health check wants to know.
     #[must_use]
     pub fn is_healthy(&self) -> bool {
-        matches!(self.link.state, HostState::Stream | HostState::Degraded)
+        matches!(self.link.state, HostState::Stream | HostState::Degraded) && !self.counters.blind
     }
 }
 

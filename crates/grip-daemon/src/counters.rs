@@ -1,7 +1,7 @@
 //! What the hot thread counts: plain numbers that it copies into the ring once a second.
 
 use crate::latency::Latency;
-use grip_host::Session;
+use grip_host::{Session, session::ClockHealth};
 use grip_link::message::daemon::ClockOffset;
 use grip_link::{decoder::Counters as FrameCounters, host::LossCount};
 use slip_core::{health::HealthCounters, stages::StageCounters};
@@ -49,6 +49,16 @@ pub struct HotCounters {
     pub recorder_dropped: u64,
     /// From the last byte of a frame to its command written.
     pub latency: Latency,
+    /// Age of the newest usable row at each command.
+    pub evidence_age: Latency,
+    /// Commands at which it was too old to raise the force.
+    pub late_commands: u64,
+    /// State of the gripper's clock.
+    pub clock_health: ClockHealth,
+    /// How often another fault of it was seen.
+    pub clock_faults: u64,
+    /// Whether no usable row has come for more than 50 ms while samples should flow.
+    pub blind: bool,
     /// The clocks of host and gripper, where both are known.
     pub clock: Option<ClockOffset>,
 }
@@ -63,6 +73,11 @@ impl HotCounters {
         self.slips = session.log().slips();
         self.loss = link.loss();
         self.lost = session.lost();
+        let clock_health = session.clock_health();
+        let failed = clock_health != self.clock_health && clock_health != ClockHealth::Good;
+        self.clock_faults += u64::from(failed);
+        self.clock_health = clock_health;
+        self.blind = session.is_blind(self.host_us);
         self.frames = *link.counters();
         self.malformed = link.malformed();
         self.unexpected = link.unexpected();

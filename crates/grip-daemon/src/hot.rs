@@ -27,6 +27,8 @@ use std::sync::Arc;
 const PULSE_EVERY_US: u64 = 250_000;
 /// Without clients and recording, states are told this often (us).
 const STATE_EVERY_US: u64 = 20_000;
+/// Late commands closer together than this (us) are one episode.
+const LATE_EPISODE_US: u64 = 1_000_000;
 /// Bytes of a force command on the wire, at most.
 const COMMAND: usize = Grip::SIZE + OVERHEAD + 4;
 /// Bytes read at once.
@@ -144,6 +146,10 @@ pub struct Hot<C> {
     asked_us: Option<u64>,
     attached: bool,
     other: bool,
+    /// Age of the newest usable row at the last command (us).
+    late_us: Option<u64>,
+    /// Host time (us) until which a late command belongs to the present episode.
+    episode_us: u64,
 }
 
 /// What a turn found out.
@@ -153,7 +159,7 @@ struct Turn {
     scenes: [u64; 4],
     closed: Option<CloseReason>,
     degraded: bool,
-    /// A gripper took the settings.
+    /// A pipeline has begun with the settings that a gripper took.
     configured: bool,
     other: bool,
     stepped: bool,
@@ -174,6 +180,8 @@ impl<C: Fn() -> u64> Hot<C> {
             asked_us: None,
             attached: false,
             other: false,
+            late_us: None,
+            episode_us: 0,
         }
     }
 
@@ -231,11 +239,12 @@ impl<C: Fn() -> u64> Hot<C> {
             // Room for as many as there can be; a line that did not fit would be closed here.
             drop(self.ends.lost.push(lost));
         }
-        match reason {
-            Some(reason) if !self.attached && !self.options.patient => {
-                Err(HotError::Closed(reason))
-            }
-            _ => Ok(()),
+        let refusal = self.session.refusal();
+        match (reason, refusal) {
+            _ if self.attached || self.options.patient => Ok(()),
+            (_, Some(refusal)) => Err(refusal.into()),
+            (Some(reason), None) => Err(HotError::Closed(reason)),
+            (None, None) => Ok(()),
         }
     }
 
@@ -287,11 +296,26 @@ impl<C: Fn() -> u64> Hot<C> {
         line.write_command(frame)?;
         let taken_ns = (self.clock)().saturating_sub(received_ns);
         self.counters.latency.record(taken_ns);
+        self.age_evidence(host_us);
         self.told(host_us, frame);
         if let Some(grip) = self.session.link().last_grip().copied() {
             put(&mut self.ends, &Item::Command { host_us, grip: &grip });
         }
         Ok(turn)
+    }
+
+    /// How old the newest row was at the command that was just written.
+    fn age_evidence(&mut self, host_us: u64) {
+        self.late_us = self.session.evidence_age_us(host_us);
+        let Some(late_us) = self.late_us else { return };
+        self.counters.evidence_age.record(1000 * late_us);
+        if self.session.is_late(host_us) {
+            self.counters.late_commands += 1;
+            if host_us >= self.episode_us {
+                self.note(host_us, LinkNote::Late(late_us));
+            }
+            self.episode_us = host_us + LATE_EPISODE_US;
+        }
     }
 
     /// Bytes were written.
@@ -390,6 +414,8 @@ impl<C: Fn() -> u64> Hot<C> {
             pressure_health: step.pressure_health,
             lost: self.session.lost(),
             rate_hz: self.session.link().in_force().map_or(0, |config| config.sample_rate_hz),
+            #[expect(clippy::cast_precision_loss, reason = "an age of seven digits")]
+            late_ms: self.late_us.map(|us| us as f32 * 1e-3),
         })
     }
 
@@ -425,7 +451,10 @@ impl Turn {
                 }
             }
             News::Event(line) => put(ends, &Item::Event { host_us, line: &line }),
-            News::Began(beginning) => put(ends, &Item::Began { host_us, beginning }),
+            News::Began(beginning) => {
+                self.configured = true;
+                put(ends, &Item::Began { host_us, beginning });
+            }
             News::Gripper { ident, rebooted, other } => {
                 self.other |= other;
                 let note = if other {
@@ -446,10 +475,7 @@ impl Turn {
                 self.degraded |= to == HostState::Degraded;
                 LinkNote::State(to)
             }
-            HostEvent::Configured { clamped } => {
-                self.configured = true;
-                LinkNote::Configured(clamped)
-            }
+            HostEvent::Configured { clamped } => LinkNote::Configured(clamped),
             HostEvent::Rebooted { .. } => LinkNote::Rebooted,
             HostEvent::Status(status) => LinkNote::Status(status),
             HostEvent::Event(event) if event.kind != EventKind::State => LinkNote::Device(event),

@@ -119,6 +119,8 @@ pub struct State {
     pub lost: u64,
     /// Sample rate in force (Hz).
     pub rate_hz: u32,
+    /// Age of the newest usable row at the last command (ms), by the host's clock; `None` where the clocks are not related.
+    pub late_ms: Option<f32>,
 }
 
 /// What the link tells, as far as people and programs want to know it.
@@ -154,6 +156,8 @@ pub enum LinkNote {
     Refused(Nack),
     /// The link closed.
     Closed(CloseReason),
+    /// The newest row was so old (us) at a command that the force was not raised; noted once an episode.
+    Late(u64),
     /// The port is open.
     PortOpened,
     /// The port is gone, or cannot be opened.

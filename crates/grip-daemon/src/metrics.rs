@@ -8,6 +8,7 @@ use crate::{
     },
     item::State,
 };
+use grip_host::session::ClockHealth;
 use grip_link::host::HostState;
 use slip_core::{grip::GripState, scene::Scene};
 
@@ -92,6 +93,19 @@ fn counts(board: &Board, page: &mut Exposition) {
     page.each(Counter, named, "ring", rings);
     let named = ("gripd_latency_seconds", "From the last byte of a frame to its command written.");
     page.histogram(named, &hot.latency);
+    let named = ("gripd_evidence_age_seconds", "Age of the newest usable row at each command.");
+    page.histogram(named, &hot.evidence_age);
+    let named =
+        ("gripd_late_commands_total", "Commands at which it was too old to raise the force.");
+    page.one(Counter, named, hot.late_commands);
+    let clocks =
+        ClockHealth::ALL.map(|health| (health.name(), u8::from(health == hot.clock_health)));
+    let named = ("gripd_gripper_clock", "1 for the state of the gripper's clock.");
+    page.each(Gauge, named, "state", clocks);
+    let named = ("gripd_gripper_clock_faults_total", "Faults of the gripper's clock.");
+    page.one(Counter, named, hot.clock_faults);
+    let named = ("gripd_blind", "Whether no usable row came for more than 50 ms.");
+    page.one(Gauge, named, u8::from(hot.blind));
 }
 
 fn events(board: &Board, page: &mut Exposition) {

@@ -3,6 +3,7 @@
 use crate::{
     board::{Board, Grant, device_state_name, link_state_name},
     item::State,
+    latency::Latency,
     metrics::{grip_state_name, healths},
 };
 use grip_host::{config::Uid, report::EventLine, session::explain};
@@ -28,6 +29,10 @@ pub struct Status<'a> {
     pub bad_frames: BTreeMap<&'static str, u32>,
     /// From the last byte of a frame to its command written (us).
     pub latency_us: Option<LatencyUs>,
+    /// Age of the newest usable row at each command (us).
+    pub evidence_age_us: Option<LatencyUs>,
+    /// Commands at which it was too old to raise the force.
+    pub late_commands: u64,
     /// The pipeline after the last frame; absent before there is one.
     pub pipeline: Option<Pipeline>,
     /// Slips since the start.
@@ -65,6 +70,12 @@ pub struct Link<'a> {
     pub gripper_state: Option<&'static str>,
     /// Its latched fault, 0 for none.
     pub gripper_fault: Option<u16>,
+    /// State of the gripper's clock: `good`, `stopped`, `back`, `forward`, `fast` or `slow`.
+    pub clock: &'static str,
+    /// Faults of that clock.
+    pub clock_faults: u64,
+    /// Whether no usable row has come for more than 50 ms while samples should flow.
+    pub blind: bool,
     /// Why the link closed last.
     pub closed: Option<String>,
     /// Times it closed by error.
@@ -126,6 +137,8 @@ pub struct Pipeline {
     pub applied_n: Option<f32>,
     /// The last estimate (N).
     pub estimate_n: Option<f32>,
+    /// Age of the newest usable row at the last command (ms), by the host's clock; absent where the clocks are not related.
+    pub late_ms: Option<f32>,
     /// Health of each sensor by name.
     pub health: BTreeMap<&'static str, &'static str>,
 }
@@ -204,7 +217,9 @@ impl<'a> Status<'a> {
                 degraded: hot.degraded,
             },
             bad_frames: bad,
-            latency_us: LatencyUs::of(board),
+            latency_us: LatencyUs::of(&hot.latency),
+            evidence_age_us: LatencyUs::of(&hot.evidence_age),
+            late_commands: hot.late_commands,
             pipeline: board
                 .state()
                 .map(|(at, state)| Pipeline::of(now_us.saturating_sub(*at), state)),
@@ -253,6 +268,9 @@ impl<'a> Link<'a> {
             firmware: link.firmware.map(|firmware| firmware.to_string()),
             gripper_state: link.device.map(|device| device_state_name(device.state)),
             gripper_fault: link.device.map(|device| device.fault.0),
+            clock: board.counters().clock_health.name(),
+            clock_faults: board.counters().clock_faults,
+            blind: board.counters().blind,
             closed: link.closed.map(|(_, reason)| explain(&reason)),
             failures: link.failures,
             reconnects: board.counters().reconnects,
@@ -262,8 +280,7 @@ impl<'a> Link<'a> {
 }
 
 impl LatencyUs {
-    fn of(board: &Board) -> Option<Self> {
-        let latency = &board.counters().latency;
+    fn of(latency: &Latency) -> Option<Self> {
         let us = |q| latency.quantile_ns(q).map(|ns| 1e6 * seconds_of_ns(ns));
         Some(Self {
             p50: us(0.5)?,
@@ -286,6 +303,7 @@ impl Pipeline {
             command_n: state.command.map(|command| command.0),
             applied_n: state.applied_n,
             estimate_n: state.estimate.map(|estimate| estimate.force_n),
+            late_ms: state.late_ms,
             health: healths(state).into(),
         }
     }

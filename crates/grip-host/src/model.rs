@@ -116,7 +116,7 @@ pub fn read_text(file: &Path) -> Result<Cow<'static, str>, ModelError> {
     if let Some(text) = built_in(file) {
         return Ok(text.into());
     }
-    let read = std::fs::read_to_string(file);
+    let read = crate::files::read_text(file, crate::files::MOST_MODEL);
     Ok(read.map_err(|source| ModelError::Read { file: file.to_owned(), source })?.into())
 }
 

@@ -52,13 +52,14 @@ pub enum EventLine {
         /// Commanded force (N).
         command_n: Option<f32>,
     },
-    /// The state of a sensor has changed.
+    /// The state of a sensor or of the device's clock has changed.
     Health {
         /// Device time (s).
         t_s: f64,
-        /// `stylus`, `travel` or `pressure`.
+        /// `stylus`, `travel`, `pressure` or `reference`; `clock` for that of the device.
         channel: &'static str,
-        /// `good`, or what is wrong: `frozen`, `saturated`, `failed`, `jumped`, `backwards`.
+        /// `good`, or what is wrong: `frozen`, `saturated`, `failed`, `jumped`, `backwards`; of the clock `stopped`, `back`, `forward`,
+        /// `fast`, `slow`.
         health: &'static str,
     },
 }

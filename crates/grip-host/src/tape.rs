@@ -4,9 +4,11 @@ use crate::{
     model::{HostEstimator, ModelError, default_estimator, parse_estimator},
     recording::{ABOUT, MODEL_NAME, PART, RUN, UNRECORDED, beginning, client_command},
     report::{EventLine, EventLog},
-    session::Beginning,
+    session::{Beginning, ClockHealth},
 };
-use grip_record::mcap::{ClientRecord, Entry, McapError, McapReader, PipelineRecord, Record};
+use grip_record::mcap::{
+    ClientRecord, Entry, EventRecord, McapError, McapReader, PipelineRecord, Record,
+};
 use serde::Deserialize;
 use slip_core::{ConfigError, Pipeline, Sample, Step, esc::Reading, units::Micros};
 use std::{
@@ -235,7 +237,13 @@ impl Tape {
                 self.sample(index, &sample.sample, taxels, place.tell);
             }
             Record::Client(command) => self.client(*command),
-            Record::Event(event) => (place.tell)(Played::Recorded(event.json)),
+            Record::Event(event) => {
+                // The clock of the device is judged by the link: its lines come from the recording.
+                if let Some(line) = clock_line(event) {
+                    (place.tell)(Played::Line(&line));
+                }
+                (place.tell)(Played::Recorded(event.json));
+            }
             Record::Link(link) if link.kind == UNRECORDED => {
                 let items = serde_json::from_str::<Unrecorded>(link.detail).map_or(1, |u| u.items);
                 self.summary.unrecorded += items;
@@ -335,4 +343,10 @@ impl Run {
 fn model(file: &Path, data: &[u8]) -> Result<HostEstimator, TapeError> {
     parse_estimator(MODEL_NAME, &String::from_utf8_lossy(data))
         .map_err(|source| TapeError::Model { file: file.to_owned(), source })
+}
+/// The line on the device's clock that `event` is, if it is one.
+fn clock_line(event: &EventRecord<'_>) -> Option<EventLine> {
+    let health = ClockHealth::ALL.into_iter().find(|health| health.name() == event.health)?;
+    let line = EventLine::Health { t_s: event.t_s, channel: "clock", health: health.name() };
+    (event.kind == "health" && event.channel == "clock").then_some(line)
 }

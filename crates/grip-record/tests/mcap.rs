@@ -119,6 +119,7 @@ const STATE: StateRecord = StateRecord {
     extrapolated: true,
     lost: u64::MAX,
     rate_hz: 20_000,
+    late_ms: Some(1.5),
 };
 
 const COMMAND: CommandRecord = CommandRecord {

@@ -124,13 +124,19 @@ def garbage(board: Board, _: str) -> str:
 
 
 def frozen(board: Board, _: str) -> str:
-    """R6, R7: a stylus that no longer moves is a latched minor fault: the force is held and takes no commands."""
+    """R6, R7: a stylus that no longer moves is no fault while the travel has readings; without both it is a latched minor
+    fault: the force is held and takes no commands."""
     board.fresh()
     host = Host(board)
     try:
         held(board, host)
         before = forget_peak(board)
         board.order("f")
+        host.run(0.3, 7000)
+        alone = board.next_truth()
+        must(alone["fault"] == 0 and alone["state"] == ACTIVE, f"a fault although the travel has readings: {alone}")
+        before = alone
+        board.order("t")
         host.run(0.3, 7000)
         told = [now for now in board.since(before["t_us"]) if now["fault"] == 0x0102]
         must(bool(told), f"no fault within 0.3 s: {board.truth}")
@@ -140,7 +146,7 @@ def frozen(board: Board, _: str) -> str:
     finally:
         host.close()
     said = (
-        f"fault {fault['fault']:04x} at most {(fault['t_us'] - before['t_us']) / 1000:.0f} ms after it froze, state {after['state']};"
+        f"fault {fault['fault']:04x} at most {(fault['t_us'] - before['t_us']) / 1000:.0f} ms after the travel was lost too, state {after['state']};"
         f" 12 N commanded then: {after['rejected'] - before['rejected']} rejected, peak {peak} mN of 7000 mN"
     )
     must(after["state"] == FAULT and after["fault"] == 0x0102 and peak <= 7000 + NEAR_MN, said)

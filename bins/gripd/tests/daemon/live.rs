@@ -30,7 +30,9 @@ fn replayed(recording: &Recording, config: &HostConfig, no_skip: bool) -> Vec<St
 /// The recording gives the very lines that were printed, however often and however thoroughly it is replayed. Where the
 /// machine was too busy to record every sample there is nothing to compare.
 pub(crate) fn replays_identically(file: &Path, ran: &Ran, config: &HostConfig) {
-    let mut printed: Vec<&str> = ran.out.lines().collect();
+    // A table has no clock of a device: a gripper that lives by no clock of its own is fast or slow.
+    let printed = ran.out.lines().filter(|line| !line.contains("\"channel\":\"clock\""));
+    let mut printed: Vec<&str> = printed.collect();
     let summary: Value = serde_json::from_str(printed.pop().unwrap()).unwrap();
     let recording = read_csv(file, &CsvOptions::default()).unwrap();
     if summary["unrecorded_samples"] != 0 || summary["untold_notes"] != 0 {

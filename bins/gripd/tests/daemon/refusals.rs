@@ -62,6 +62,9 @@ fn configurations() {
     };
     check("gone.toml", &["gone.toml: the configuration cannot be read", "No such file"]);
     check(".", &["the configuration cannot be read", "directory"]);
+    check("/dev/zero", &["the configuration cannot be read", "not a regular file"]);
+    fs::File::create(folder.path().join("big.toml")).unwrap().set_len(1 << 40).unwrap();
+    check("big.toml", &["1099511627776 bytes, more than the 1048576 that are read"]);
     fs::write(folder.path().join("b.toml"), [0xFF, 0x00, 0x9B, b'\n']).unwrap();
     check("b.toml", &["b.toml", "UTF-8"]);
     fs::write(folder.path().join("good.toml"), "[grip]\nf_max_n = 10.0\n").unwrap();

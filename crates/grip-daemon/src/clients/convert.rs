@@ -220,6 +220,9 @@ pub(super) fn link_text(note: &LinkNote) -> Option<String> {
             format!("the gripper refused type {:02x}: {:?}", nack.kind.0, nack.reason)
         }
         LinkNote::Closed(reason) => format!("link closed: {}", closed(*reason)),
+        LinkNote::Late(late_us) => {
+            format!("readings were {} ms late, the force was not raised", late_us / 1000)
+        }
         LinkNote::PortOpened => "the port is open".to_owned(),
         LinkNote::PortLost => "the port is gone".to_owned(),
     })

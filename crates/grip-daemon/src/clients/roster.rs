@@ -161,6 +161,11 @@ impl Known {
             };
             roster.tell(Class::News, Topics::NEWS, Kind::NOTICE, |out| notice.write(out));
         }
+        if let EventLine::Health { channel: "clock", health, .. } = line {
+            let text = format!("clock of the gripper: {health}");
+            let notice = notice(NoticeKind::Link, self.gripper.link.code(), host_us, &text);
+            roster.tell(Class::News, Topics::NEWS, Kind::NOTICE, |out| notice.write(out));
+        }
         let Some(slip) = convert::slip(host_us, line) else { return };
         self.number = self.number.saturating_add(1);
         let slip = Slip { number: self.number, ..slip };

@@ -47,6 +47,7 @@ pub(super) fn told(note: &LinkNote) -> (&'static str, Value) {
             json!({ "request": nack.kind.0, "reason": debug(&nack.reason), "seq": nack.seq }),
         ),
         LinkNote::Closed(reason) => ("closed", json!({ "reason": debug(reason) })),
+        LinkNote::Late(late_us) => ("late", json!({ "late_us": late_us })),
         LinkNote::PortOpened => ("port_opened", json!({})),
         LinkNote::PortLost => ("port_lost", json!({})),
     }

@@ -284,5 +284,6 @@ fn state_record(state: &State) -> StateRecord {
         extrapolated: state.estimate.is_some_and(|estimate| estimate.extrapolated),
         lost: state.lost,
         rate_hz: state.rate_hz,
+        late_ms: state.late_ms,
     }
 }

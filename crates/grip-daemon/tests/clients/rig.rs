@@ -116,6 +116,7 @@ pub(crate) fn state() -> State {
         pressure_health: PressureHealth::Good,
         lost: 5,
         rate_hz: 10_000,
+        late_ms: None,
     }
 }
 

@@ -39,6 +39,7 @@ pub(crate) const STATE: State = State {
     pressure_health: PressureHealth::Good,
     lost: 3,
     rate_hz: 10_000,
+    late_ms: Some(1.5),
 };
 
 pub(crate) const STATUS: Status = Status {

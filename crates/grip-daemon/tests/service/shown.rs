@@ -5,6 +5,7 @@ use grip_daemon::{
     Board, HotCounters, Item, LinkNote, board::About, clients, exposition::Exposition, metrics,
     status::Status,
 };
+use grip_host::session::ClockHealth;
 use grip_link::host::CloseReason;
 use grip_link::message::daemon::ClockOffset;
 
@@ -126,6 +127,35 @@ fn counters_that_begin_anew_give_no_rate() {
     assert_eq!(board.rate_hz(), None);
     board.count(&HotCounters { host_us: 3_500_000, samples: 55, ..HotCounters::default() });
     assert_eq!(board.rate_hz(), Some(100.0));
+}
+
+/// A device clock that lies, commands on late rows and blindness are shown, and the last is no good health.
+#[test]
+fn clocks_and_ages_are_shown() {
+    let mut board = made::board();
+    let mut counters = *board.counters();
+    counters.evidence_age.record(2_000_000);
+    (counters.clock_health, counters.clock_faults) = (ClockHealth::Stopped, 3);
+    (counters.late_commands, counters.blind) = (7, true);
+    board.count(&counters);
+    assert!(!board.is_healthy());
+    let status = serde_json::to_value(Status::of(&board, 9)).unwrap();
+    let link = &status["link"];
+    assert_eq!((&link["clock"], &link["clock_faults"]), (&"stopped".into(), &3.into()));
+    assert_eq!((&link["blind"], &status["late_commands"]), (&true.into(), &7.into()));
+    assert_eq!(status["evidence_age_us"]["max"], 2000.0);
+    assert_eq!(status["pipeline"]["late_ms"], 1.5);
+    let mut page = Exposition::default();
+    metrics::write(&board, 9, &mut page);
+    for line in [
+        "gripd_gripper_clock{state=\"stopped\"} 1",
+        "gripd_gripper_clock_faults_total 3",
+        "gripd_late_commands_total 7",
+        "gripd_evidence_age_seconds_count 1",
+        "gripd_blind 1",
+    ] {
+        assert!(page.text().lines().any(|other| other == line), "{line}");
+    }
 }
 
 #[test]

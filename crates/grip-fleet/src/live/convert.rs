@@ -48,6 +48,7 @@ pub(super) fn state(state: &State) -> Option<StateRecord> {
         estimate_n: state.estimate_n,
         extrapolated: state.notes & Slip::EXTRAPOLATED != 0,
         lost: state.lost,
+        late_ms: None,
         rate_hz: state.rate_hz,
     })
 }

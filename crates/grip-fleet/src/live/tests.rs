@@ -157,6 +157,7 @@ fn a_state_comes_back_as_a_recording_would_hold_it() {
         extrapolated: true,
         lost: 3,
         rate_hz: 1000,
+        late_ms: None,
     };
     assert_eq!(record, Ok(Record::State(wanted)));
 }

@@ -1,6 +1,6 @@
 //! What a pipeline knows in; the beginning of the one that follows it out.
 
-use super::{News, Session, SessionError, limits::limited, pace::Pace};
+use super::{News, Session, SessionError, limits::limited, pace::SlewLimiter};
 use slip_core::{
     Pipeline, PipelineConfig, detector::DetectorConfig, floor::FloorConfig, grip::GripState,
     units::Hertz,
@@ -119,7 +119,6 @@ impl Session {
         tell: &mut dyn FnMut(News<'_>),
     ) -> Result<(), SessionError> {
         let sample_rate_hz = self.link.in_force().map_or(0, |config| config.sample_rate_hz);
-        self.tick_hz = self.link.ident().map_or(1_000_000, |ident| u64::from(ident.tick_hz.max(1)));
         #[expect(clippy::cast_precision_loss, reason = "rates are below 2^24")]
         let rate = Hertz(sample_rate_hz as f32);
         self.config.check_signal(rate, false)?;
@@ -140,7 +139,7 @@ impl Session {
         self.pipeline = Some(pipeline);
         self.begun = Some(beginning);
         self.latched_n = None;
-        self.pace = Pace::begin(carried.force_n);
+        self.limiter = SlewLimiter::begin(carried.force_n);
         tell(News::Began(&beginning));
         Ok(())
     }

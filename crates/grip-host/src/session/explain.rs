@@ -37,6 +37,11 @@ pub fn explain(reason: &CloseReason) -> String {
         CloseReason::Refused { kind, reason } => {
             format!("the gripper refused {}: {reason:?}", request_name(kind))
         }
+        CloseReason::BadConfig { sample_rate_hz, force_max_mn, slew_mn_s } => format!(
+            "the gripper put {sample_rate_hz} Hz, at most {} N and {} N/s in force, which these settings cannot work with",
+            f64::from(force_max_mn) / 1000.0,
+            f64::from(slew_mn_s) / 1000.0
+        ),
         CloseReason::Lost { silent_us } => {
             format!("the gripper fell silent ({} ms without a frame)", silent_us / 1000)
         }

@@ -8,10 +8,12 @@ mod explain;
 mod limits;
 mod pace;
 mod path;
+mod time_base;
 mod wishes;
 
 pub use begin::Beginning;
 pub use explain::explain;
+pub use time_base::ClockHealth;
 pub use wishes::ClientCommand;
 
 use crate::{
@@ -23,12 +25,12 @@ use crate::{
 use grip_link::{
     clock::ClockSync,
     frame::MAX_WIRE,
-    host::{GripCommand, HostConfig as LinkSettings, HostEvent, HostLink, HostState},
+    host::{CloseReason, GripCommand, HostConfig as LinkSettings, HostEvent, HostLink, HostState},
     message::{ChannelKind, DeviceState, GripMode, Ident, Layout, Status},
 };
 use limits::device_config;
-use pace::{Pace, Wanted};
-use path::{Path, micros};
+use pace::{SlewLimiter, Transit, Wanted};
+use path::Path;
 use slip_core::{
     ConfigError, Pipeline, Sample, Step,
     grip::{GripState, Trials},
@@ -37,10 +39,11 @@ use slip_core::{
     stages::StageCounters,
 };
 use std::sync::Arc;
+use time_base::TimeBase;
 use wishes::Wishes;
 
-/// More than this (us) the clock of a gripper is not allowed to be unsure when the age of a sample is judged.
-const MOST_UNSURE_US: f64 = 1e6;
+/// No usable row for longer than this (us), or than three frames last: the session is blind.
+const BLIND_US: u64 = 50_000;
 /// Other settings wait so long (us) for the end of a slip: many times what a slip takes that is answered with enough force.
 const LONGEST_SWAP_US: u64 = 2_000_000;
 
@@ -127,7 +130,14 @@ pub struct Session {
     /// What the pipeline began with.
     begun: Option<Beginning>,
     wishes: Wishes,
-    tick_hz: u64,
+    time: TimeBase,
+    transit: Transit,
+    /// The state of the clock that was reported last.
+    clock_health: ClockHealth,
+    /// Host time (us) at which the device took the settings.
+    configured_us: u64,
+    /// Why the settings that the gripper put in force cannot be worked with.
+    refusal: Option<SessionError>,
     motion: OwnMotion,
     log: EventLog,
     latest: Option<Step>,
@@ -136,12 +146,10 @@ pub struct Session {
     /// Least time between two commands (us), and when the last one was made.
     interval_us: u64,
     commanded_us: u64,
-    pace: Pace,
+    limiter: SlewLimiter,
     /// The last measured normal force (N).
     applied_n: Option<f32>,
     cause_sample: u32,
-    /// Device time of the last sample (ticks).
-    newest_tick: u64,
     counters: SessionCounters,
     /// Rows lost before the link was opened last.
     lost_before: u64,
@@ -179,17 +187,20 @@ impl Session {
             uid: options.uid,
             begun: None,
             wishes: Wishes::default(),
-            tick_hz: 1_000_000,
+            time: TimeBase::new(1_000_000, 1),
+            transit: Transit::default(),
+            clock_health: ClockHealth::Good,
+            configured_us: 0,
+            refusal: None,
             motion: OwnMotion::new(!options.dry_run),
             log: EventLog::default(),
             latest: None,
             latched_n: None,
             interval_us: 0,
             commanded_us: 0,
-            pace: Pace::default(),
+            limiter: SlewLimiter::default(),
             applied_n: None,
             cause_sample: 0,
-            newest_tick: 0,
             counters: SessionCounters::default(),
             lost_before: 0,
         })
@@ -221,10 +232,11 @@ impl Session {
         self.link.close();
     }
 
-    /// Takes received bytes (none, to let time go on) and writes the next force command to `out`, if there is one: its length.
+    /// Takes received bytes (none, to let time go on) and writes the next force command to `out`, if there is one: its length. A gripper that
+    /// puts in force what the settings cannot work with closes the link, with [`CloseReason::BadConfig`]: see [`Session::refusal`].
     ///
     /// # Errors
-    /// Where the settings do not fit the rate the gripper works at.
+    /// Where the configuration does not give a possible CONFIG.
     pub fn receive(
         &mut self,
         now_us: u64,
@@ -236,30 +248,82 @@ impl Session {
         if let Some(rebooted) = due.identified {
             self.meet(rebooted, tell);
         }
+        if due.configured {
+            self.time_rows(now_us);
+        }
         if due.configured || (due.unlatched && self.link.in_force().is_some()) {
             let carried = self.carried();
-            self.begin(carried, tell)?;
+            if let Err(error) = self.begin(carried, tell) {
+                self.refuse(now_us, error, tell);
+            }
         }
         if due.lost {
             self.arm_again(now_us)?;
         }
+        self.watch_clock(now_us, tell);
+        if due.fresh
+            && let Some((_, t, _)) = self.time.newest()
+        {
+            self.transit.learn(now_us, t.0, self.evidence_age_us(now_us));
+        }
         Ok(if due.fresh { self.command(now_us, out) } else { None })
+    }
+
+    /// The device took the settings: its rows are timed at the rate in force, from where they were if it has not restarted.
+    fn time_rows(&mut self, now_us: u64) {
+        self.configured_us = now_us;
+        let rate_hz = self.link.in_force().map_or(0, |config| config.sample_rate_hz);
+        if self.pipeline.is_some() {
+            self.time.set_rate(rate_hz);
+        } else {
+            let tick_hz = self.link.ident().map_or(1_000_000, |ident| u64::from(ident.tick_hz));
+            self.time = TimeBase::new(tick_hz, rate_hz);
+            self.transit = Transit::default();
+        }
+    }
+
+    /// Closes the link to a gripper whose limits or rate cannot be worked with.
+    fn refuse(&mut self, now_us: u64, error: SessionError, tell: &mut dyn FnMut(News<'_>)) {
+        let Some(&config) = self.link.in_force() else { return };
+        self.refusal = Some(error);
+        self.link.refuse(CloseReason::BadConfig {
+            sample_rate_hz: config.sample_rate_hz,
+            force_max_mn: config.force_max_mn,
+            slew_mn_s: config.slew_mn_s,
+        });
+        while let Some(event) = self.link.receive(now_us, &mut &[][..]) {
+            tell(News::Link(&event));
+        }
+    }
+
+    /// Reports a change of the device's clock, and has the clocks related anew where it jumped.
+    fn watch_clock(&mut self, now_us: u64, tell: &mut dyn FnMut(News<'_>)) {
+        if self.time.take_resync() {
+            self.link.resync(now_us);
+            self.transit.forget();
+        }
+        self.time.set_rate_error(self.link.clock().and_then(ClockSync::rate_error));
+        let health = self.time.health();
+        if core::mem::replace(&mut self.clock_health, health) != health {
+            let t_s = self.time.newest().map_or(0.0, |(_, t, _)| t.as_seconds());
+            tell(News::Event(EventLine::Health { t_s, channel: "clock", health: health.name() }));
+        }
     }
 
     /// Runs the bytes through link and pipeline.
     fn take(&mut self, now_us: u64, mut bytes: &[u8], tell: &mut dyn FnMut(News<'_>)) -> Due {
         let mut due = Due::default();
         let Self { link, pipeline, log, latest, applied_n, .. } = self;
-        let Self { counters, tick_hz, cause_sample, newest_tick, motion, .. } = self;
+        let Self { counters, time, cause_sample, motion, .. } = self;
         let mut clock = link.clock().and_then(ClockSync::relation);
         while let Some(event) = link.receive(now_us, &mut bytes) {
             match &event {
                 HostEvent::Samples { samples, .. } => {
                     let Some(pipeline) = pipeline else { continue };
-                    let (tick_hz, motion) = (*tick_hz, *motion);
+                    let motion = *motion;
                     let mut path =
-                        Path { pipeline, log, latest, applied_n, tick_hz, motion, now_us, clock };
-                    (*cause_sample, *newest_tick) = path.batch(samples, counters, tell);
+                        Path { pipeline, log, latest, applied_n, time, motion, now_us, clock };
+                    *cause_sample = path.batch(samples, counters, tell);
                     due.fresh = true;
                 }
                 HostEvent::Configured { .. } => due.configured = true,
@@ -386,44 +450,60 @@ impl Session {
         };
         let len = self.link.grip(now_us, &command, out)?;
         if let Some(sent_n) = self.sent_n() {
-            self.pace.was_held_to(sent_n);
+            self.limiter.was_held_to(sent_n);
         }
         self.commanded_us = now_us;
         self.counters.commands += 1;
         Some(len)
     }
 
-    /// The controller's set point within the slew rate of what was sent before it.
+    /// The controller's set point within the slew rate, by the host's clock.
     fn paced(&mut self, now_us: u64) -> Option<f32> {
         let begun = self.begun.as_ref()?;
-        #[expect(clippy::cast_precision_loss, reason = "below 2^53 for 285 years")]
         let wanted = Wanted {
             force_n: self.latest?.command?.0,
             applied_n: self.applied_n,
-            at_s: micros(self.newest_tick, self.tick_hz) as f64 * 1e-6,
-            aged: self.is_aged(now_us),
+            now_us,
+            row_us: self.time.newest()?.1.0,
+            aged: self.is_late(now_us),
+            period_us: self.transit.period_us(),
             slew_n_s: begun.config.grip?.slew_n_s,
         };
-        self.pace.force(&wanted)
+        self.limiter.force(&wanted)
     }
 
-    /// Whether the last sample is older than a command lives, by the clocks of both sides: after a pause of this program, or on a line that
-    /// holds bytes back, what arrives now is the past. The force is not raised on it. Unknown clocks judge nothing.
-    fn is_aged(&self, now_us: u64) -> bool {
-        let life_us = 1000 * u64::from(self.config.link.ttl_ms);
-        let clock = self.link.clock();
-        let known = clock.and_then(|clock| Some((clock.host_us(self.newest_tick)?, clock)));
-        known.is_some_and(|(taken_us, clock)| {
-            // Points that all took long say little: what may be an error of the clock is no age.
-            let unsure_us = clock.uncertainty_us().min(MOST_UNSURE_US);
-            #[expect(
-                clippy::cast_possible_truncation,
-                clippy::cast_sign_loss,
-                reason = "0 to a second"
-            )]
-            let most_us = life_us + unsure_us as u64;
-            now_us.saturating_sub(taken_us) > most_us
-        })
+    /// Age (us) of the newest usable row at host time `now_us`, by the host's clock; `None` where the clocks are not related.
+    #[must_use]
+    pub fn evidence_age_us(&self, now_us: u64) -> Option<u64> {
+        let (tick, ..) = self.time.newest().filter(|_| self.time.follows_ticks())?;
+        Some(now_us.saturating_sub(self.link.clock()?.host_us(tick)?))
+    }
+
+    /// Whether the newest row is older than 20 ms beyond what its line usually takes: after a pause of this program, or on a line that holds
+    /// bytes back. The force is not raised on it. Clocks that are not related judge nothing.
+    #[must_use]
+    pub fn is_late(&self, now_us: u64) -> bool {
+        self.evidence_age_us(now_us).is_some_and(|age_us| age_us > self.transit.limit_us())
+    }
+
+    /// Whether no usable row has come for more than 50 ms, or three frames where they last longer, while samples should flow.
+    #[must_use]
+    pub fn is_blind(&self, now_us: u64) -> bool {
+        let usable_us =
+            self.time.newest().map_or(0, |(.., host_us)| host_us).max(self.configured_us);
+        let streams = matches!(self.link.state(), HostState::Stream | HostState::Degraded);
+        streams && now_us.saturating_sub(usable_us) > BLIND_US.max(3 * self.transit.period_us())
+    }
+
+    /// State of the device's clock.
+    #[must_use]
+    pub fn clock_health(&self) -> ClockHealth {
+        self.clock_health
+    }
+
+    /// Why the gripper's answer to CONFIG closed the link last, where it did.
+    pub fn refusal(&mut self) -> Option<SessionError> {
+        self.refusal.take()
     }
 
     /// The force that was sent last (N).
@@ -438,12 +518,12 @@ impl Session {
         &self.link
     }
 
-    /// Host time minus device time of the newest sample, and what that may be off (us); `None` before there are both.
+    /// Host time minus device time of the newest sample, and what that may be off (us); `None` while the clocks are not related.
     #[must_use]
     pub fn clock_offset_us(&self) -> Option<(i64, f64)> {
-        let clock = self.link.clock().filter(|_| self.newest_tick > 0)?;
-        let device_us = micros(self.newest_tick, self.tick_hz).cast_signed();
-        let offset_us = clock.host_us(self.newest_tick)?.cast_signed().wrapping_sub(device_us);
+        let (tick, t, _) = self.time.newest().filter(|_| self.time.follows_ticks())?;
+        let clock = self.link.clock()?;
+        let offset_us = clock.host_us(tick)?.cast_signed().wrapping_sub(t.0.cast_signed());
         Some((offset_us, clock.uncertainty_us()))
     }
 

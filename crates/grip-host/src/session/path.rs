@@ -1,6 +1,6 @@
 //! Rows of a frame in, steps of the pipeline out.
 
-use super::{News, SessionCounters};
+use super::{News, SessionCounters, time_base::TimeBase};
 use crate::{motion::OwnMotion, report::EventLog};
 use grip_link::{
     clock::ClockRelation,
@@ -15,7 +15,7 @@ pub(super) struct Path<'a> {
     pub(super) log: &'a mut EventLog,
     pub(super) latest: &'a mut Option<Step>,
     pub(super) applied_n: &'a mut Option<f32>,
-    pub(super) tick_hz: u64,
+    pub(super) time: &'a mut TimeBase,
     pub(super) motion: OwnMotion,
     /// Host time at which the frame was complete (us), and the relation of the clocks, where it is known.
     pub(super) now_us: u64,
@@ -23,18 +23,21 @@ pub(super) struct Path<'a> {
 }
 
 impl Path<'_> {
-    /// Handles a batch; gives index and device time (ticks) of its last sample.
+    /// Handles a batch; gives the number of its last row.
     pub(super) fn batch(
         &mut self,
         samples: &Samples<'_>,
         counters: &mut SessionCounters,
         tell: &mut dyn FnMut(News<'_>),
-    ) -> (u32, u64) {
-        let mut last = (0, 0);
+    ) -> u32 {
+        let mut last = 0;
+        self.time.frame(self.now_us);
         for row in samples {
             let motion = self.motion.now(self.pipeline.grip_state());
+            // A row that is not usable has the time of the last one, which the pipeline counts and ignores.
+            let t = self.time.row(row.index, row.tick).t;
             let arrival = Some(self.arrival(row.tick));
-            let sample = Sample { motion, arrival, ..sample_of(&row, self.tick_hz) };
+            let sample = Sample { motion, arrival, ..sample_of(&row, t) };
             let mut frame = [f32::NAN; MAX_TAXELS];
             let taxels = taxels_of(&row, &mut frame);
             let step = self.pipeline.handle_with(&sample, taxels);
@@ -45,23 +48,24 @@ impl Path<'_> {
             tell(News::Step { index: row.index, sample: &sample, taxels, step: &step });
             *self.latest = Some(step);
             *self.applied_n = sample.normal_force_n;
-            last = (row.index, row.tick);
+            last = row.index;
         }
         last
     }
 
-    /// When a row of this device time was taken in, and how old it was.
+    /// When a row of this device time was taken in, and how old it was; 0 where its clock is not related to the host's.
     fn arrival(&self, tick: u64) -> Arrival {
-        let taken_us = self.clock.and_then(|clock| clock.host_us(tick)).unwrap_or(self.now_us);
+        let clock = self.clock.filter(|_| self.time.follows_ticks());
+        let taken_us = clock.and_then(|clock| clock.host_us(tick)).unwrap_or(self.now_us);
         Arrival { at: Micros(self.now_us), age: Micros(self.now_us.saturating_sub(taken_us)) }
     }
 }
 
 /// The sample of a row; `NaN` in an optional channel means that there is no reading.
-fn sample_of(row: &Row<'_>, tick_hz: u64) -> Sample {
+fn sample_of(row: &Row<'_>, t: Micros) -> Sample {
     let channel = |kind| row.read(kind).filter(|value| !value.is_nan());
     Sample {
-        t: Micros(micros(row.tick, tick_hz)),
+        t,
         stylus: row.read(ChannelKind::Stylus).unwrap_or(f32::NAN),
         normal_force_n: channel(ChannelKind::NormalForce),
         tangential_n: channel(ChannelKind::TangentialForce),
@@ -79,12 +83,4 @@ fn sample_of(row: &Row<'_>, tick_hz: u64) -> Sample {
 fn taxels_of<'a>(row: &Row<'_>, frame: &'a mut [f32; MAX_TAXELS]) -> &'a [f32] {
     let taxels = row.read_all(ChannelKind::PressureArray, frame);
     if taxels.iter().all(|value| value.is_nan()) { &[] } else { taxels }
-}
-
-/// Ticks in microseconds, rounded down; exact for any tick count that fits.
-pub(super) fn micros(tick: u64, tick_hz: u64) -> u64 {
-    if tick_hz == 1_000_000 {
-        return tick;
-    }
-    (tick / tick_hz).saturating_mul(1_000_000) + (tick % tick_hz) * 1_000_000 / tick_hz
 }

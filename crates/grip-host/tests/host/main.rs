@@ -7,6 +7,7 @@
     reason = "test code"
 )]
 
+mod clocks;
 mod estimate;
 mod faults;
 mod grasp;

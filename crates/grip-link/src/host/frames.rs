@@ -2,8 +2,9 @@
 
 use super::conversation::{Conversation, Notice, Passing};
 use super::request::Request;
+use super::timing::QUICK_PING_US;
 use super::{CloseReason, HostState};
-use crate::clock::ClockSync;
+use crate::clock::{ClockSync, PongVerdict};
 use crate::decoder::Decoder;
 use crate::frame::Frame;
 use crate::message::{
@@ -34,10 +35,11 @@ impl Conversation {
             Kind::NACK => self.on_nack(Nack::parse(payload)?),
             Kind::PONG => {
                 let pong = Pong::parse(payload)?;
-                return Ok(self
-                    .clock
-                    .as_mut()
-                    .map(|clock| Passing::Clock(clock.push(&pong, now_us))));
+                let verdict = self.clock.as_mut().map(|clock| clock.push(&pong, now_us));
+                if verdict == Some(PongVerdict::Outlier) {
+                    self.ping_quickly(self.ping_due_us.min(now_us.saturating_add(QUICK_PING_US)));
+                }
+                return Ok(verdict.map(Passing::Clock));
             }
             Kind::SAMPLES => return self.on_samples(now_us, payload),
             Kind::STATUS => return self.on_status(now_us, payload),
@@ -84,8 +86,7 @@ impl Conversation {
             self.clock = Some(ClockSync::new(ident.tick_hz, ident.boot_id));
         }
         self.ident = Some(ident);
-        self.pings = 0;
-        self.ping_due_us = now_us;
+        self.ping_quickly(now_us);
         self.notice = Some(Notice::Identified { rebooted });
         self.configure(now_us);
         Ok(())

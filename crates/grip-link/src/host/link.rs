@@ -146,6 +146,14 @@ impl HostLink {
         }
     }
 
+    /// Closes the link because the caller cannot work with this gripper, for a `reason` of its own.
+    pub fn refuse(&mut self, reason: CloseReason) {
+        if self.talk.state != HostState::Closed {
+            self.talk.close(reason);
+            self.decoder.close_session();
+        }
+    }
+
     /// Takes bytes off `input` up to the next event; `None` when they are used up and no event waits.
     ///
     /// Call it until `None`, with no bytes too when only time went on.
@@ -297,6 +305,11 @@ impl HostLink {
     #[must_use]
     pub const fn clock(&self) -> Option<&ClockSync> {
         self.talk.clock.as_ref()
+    }
+
+    /// Forgets the relation of the clocks, because the gripper's clock has stopped or jumped, and asks for it again.
+    pub fn resync(&mut self, now_us: u64) {
+        self.talk.resync(now_us);
     }
 
     /// What the decoder counted since the link was made.

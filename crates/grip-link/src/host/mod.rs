@@ -132,6 +132,15 @@ pub enum CloseReason {
         /// Why.
         reason: NackReason,
     },
+    /// The caller cannot work with what the gripper put in force.
+    BadConfig {
+        /// Sample rate \[Hz\].
+        sample_rate_hz: u32,
+        /// Largest force \[mN\].
+        force_max_mn: i32,
+        /// Largest change of force \[mN/s\].
+        slew_mn_s: u32,
+    },
     /// No frame came any more.
     Lost {
         /// Time since the last frame \[us\].

@@ -4,13 +4,14 @@ use super::conversation::Conversation;
 use super::link::GripCommand;
 use super::request::Due;
 use super::{CloseReason, HostState};
+use crate::clock::ClockSync;
 use crate::decoder::{Counters, Decoder};
 use crate::frame::MAX_WIRE;
 use crate::message::{ClearFault, Config, FaultCode, Grip, GripMode, Hello, Kind, Ping, Versions};
 
 const HELLO_EVERY_US: u64 = 100_000;
 const QUICK_PINGS: u8 = 8;
-const QUICK_PING_US: u64 = 50_000;
+pub(super) const QUICK_PING_US: u64 = 50_000;
 const PING_US: u64 = 1_000_000;
 const PREAMBLE: [u8; 8] = [0; 8];
 
@@ -98,6 +99,19 @@ impl Conversation {
         let sent = self.sender.send(request.kind, true, payload.get(..len.ok()?)?, out)?;
         request.sent(seq, now_us);
         Some(sent)
+    }
+
+    /// The clocks are not related well: the next PING is due at `due_us`, and the ones after it come quickly.
+    pub(super) const fn ping_quickly(&mut self, due_us: u64) {
+        self.pings = 0;
+        self.ping_due_us = due_us;
+    }
+
+    /// Starts the clock estimate again.
+    pub(super) fn resync(&mut self, now_us: u64) {
+        let Some(ident) = &self.ident else { return };
+        self.clock = Some(ClockSync::new(ident.tick_hz, ident.boot_id));
+        self.ping_quickly(now_us);
     }
 
     fn send_ping(&mut self, now_us: u64, out: &mut [u8; MAX_WIRE]) -> Option<usize> {

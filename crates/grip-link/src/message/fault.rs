@@ -18,11 +18,11 @@ impl FaultCode {
     pub const NONE: Self = Self(0);
     /// 0001: ESTOP was received.
     pub const ESTOP: Self = Self(0x0001);
-    /// 0101: a sensor delivers nothing.
+    /// 0101: the last slip sensor delivers nothing.
     pub const SENSOR_DEAD: Self = Self(0x0101);
-    /// 0102: a sensor delivers the same value for too long.
+    /// 0102: the last slip sensor delivers the same value for too long.
     pub const SENSOR_FROZEN: Self = Self(0x0102);
-    /// 0103: a sensor is at the end of its range.
+    /// 0103: the last slip sensor is at the end of its range.
     pub const SENSOR_SATURATED: Self = Self(0x0103);
     /// 0104: one task of the firmware did not run.
     pub const TASK_HUNG: Self = Self(0x0104);

@@ -160,3 +160,87 @@ fn other_tick_rates_and_far_times() {
     assert!(clock.host_us(base + 99_000_000 * 168).unwrap().abs_diff(t) <= 1);
     assert!(clock.drift_ppm().unwrap().abs() < 0.01);
 }
+
+/// A clock that runs 5 % off, from the start or from some time on, is followed within eight outliers: its rate is known to 0.3 % then and
+/// the mapping is right to a millisecond, whatever the round trip.
+#[test]
+fn a_clock_of_another_rate_is_followed() {
+    for ppm in [50_000.0, -50_000.0, 15_000.0, -15_000.0] {
+        for (begins_us, trip_us) in
+            [(0, 100.0), (0, 1000.0), (3_000_000, 100.0), (3_000_000, 1000.0)]
+        {
+            let (right, off) = (Mcu { ppm: 0.0, tick0: 1e9 }, Mcu { ppm, tick0: 1e9 });
+            let mut random = ChaCha8Rng::seed_from_u64(7);
+            let mut clock = ClockSync::new(1_000_000, 1);
+            let (mut now, mut quick, mut followed_us) = (0, 8, None);
+            while now < 8_000_000 {
+                let mcu = if now < begins_us { &right } else { &off };
+                let (there, back) =
+                    (0.9 + 0.1 * uniform(&mut random), 0.9 + 0.1 * uniform(&mut random));
+                let (pong, t4) = mcu.pong(now, trip_us * there, 20.0, trip_us * back);
+                let verdict = clock.push(&pong, t4);
+                quick = if verdict == PongVerdict::Outlier { 8 } else { quick - 1 };
+                let known =
+                    now >= begins_us && clock.rate_error().is_some_and(|error| error.abs() > 0.01);
+                if followed_us.is_none() && known {
+                    followed_us = Some(t4 - begins_us);
+                }
+                now += if quick > 0 { 50_000 } else { 1_000_000 };
+                if let Some(after_us) = followed_us {
+                    let error = error_us(&clock, &off, now);
+                    assert!(
+                        error.abs() < 3000.0,
+                        "{ppm} ppm, {begins_us}, {trip_us}: {error} us after {after_us} us"
+                    );
+                }
+                quick = quick.max(0);
+            }
+            let drift = clock.drift_ppm().unwrap();
+            assert!((drift - ppm).abs() < 3000.0, "{drift} for {ppm}");
+            assert!(
+                followed_us.is_some_and(|us| us < 1_800_000),
+                "{ppm} ppm, {begins_us}, {trip_us}: {followed_us:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_jitter_of_the_line_is_no_rate() {
+    let mut random = ChaCha8Rng::seed_from_u64(9);
+    let mcu = Mcu { ppm: 100.0, tick0: 0.0 };
+    let mut clock = ClockSync::new(1_000_000, 1);
+    let mut now = 0;
+    for i in 0..200 {
+        let late = if uniform(&mut random) < 0.3 { 8000.0 } else { 500.0 };
+        let (pong, t4) =
+            mcu.pong(now, late * uniform(&mut random), 20.0, late * uniform(&mut random));
+        clock.push(&pong, t4);
+        assert!(
+            clock.rate_error().is_none_or(|error| error.abs() < 0.005),
+            "{i}: {:?}",
+            clock.rate_error()
+        );
+        now += if i < 8 { 50_000 } else { 1_000_000 };
+    }
+}
+
+/// One quick answer and slow ones ever after, on a busy machine: a jump is found all the same.
+#[test]
+fn slow_answers_show_a_jump_too() {
+    let mcu = Mcu { ppm: 0.0, tick0: 1e9 };
+    let mut clock = ClockSync::new(1_000_000, 1);
+    let (pong, t4) = mcu.pong(0, 20.0, 10.0, 20.0);
+    clock.push(&pong, t4);
+    for i in 1..20 {
+        let (pong, t4) = mcu.pong(50_000 * i, 300.0, 10.0, 300.0);
+        assert_eq!(clock.push(&pong, t4), PongVerdict::Slow);
+    }
+    let jumped = Mcu { ppm: 0.0, tick0: 1e9 + 5000.0 };
+    for i in 20..28 {
+        let (pong, t4) = jumped.pong(50_000 * i, 300.0, 10.0, 300.0);
+        let wanted = if i < 27 { PongVerdict::Outlier } else { PongVerdict::Restarted };
+        assert_eq!(clock.push(&pong, t4), wanted);
+    }
+    assert!(error_us(&clock, &jumped, 1_400_000).abs() < 310.0);
+}

@@ -125,6 +125,7 @@ fn reason_words(reason: CloseReason) -> String {
         CloseReason::BadIdent => "bad_ident".to_owned(),
         CloseReason::Unanswered { kind } => format!("unanswered {kind:02x}"),
         CloseReason::Refused { kind, reason } => format!("refused {kind:02x} {}", reason.code()),
+        CloseReason::BadConfig { .. } => "bad_config".to_owned(),
         CloseReason::Lost { silent_us } => format!("lost {silent_us}"),
     }
 }

@@ -41,6 +41,7 @@ fn host_transitions_name_every_state_and_every_end() {
         CloseReason::BadIdent,
         CloseReason::Unanswered { kind },
         CloseReason::Refused { kind, reason },
+        CloseReason::BadConfig { sample_rate_hz: 0, force_max_mn: 0, slew_mn_s: 0 },
         CloseReason::Lost { silent_us: 0 },
     ];
     let names: BTreeSet<String> = ends
@@ -55,6 +56,7 @@ fn host_transitions_name_every_state_and_every_end() {
                 | CloseReason::BadIdent
                 | CloseReason::Unanswered { .. }
                 | CloseReason::Refused { .. }
+                | CloseReason::BadConfig { .. }
                 | CloseReason::Lost { .. } => {}
             }
             format!("{end:?}").split([' ', '{']).next().unwrap().to_owned()

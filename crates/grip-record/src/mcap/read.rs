@@ -173,8 +173,12 @@ fn own_schema(name: &str, encoding: &str, data: &[u8]) -> Result<Topic, String> 
     // Fields were only ever added at the end: what an earlier version wrote lacks some of the last.
     let known = core::str::from_utf8(data).is_ok_and(|text| {
         let theirs = fields(text);
-        theirs == own
-            || (topic == Topic::Sample && own.starts_with(&theirs) && theirs.len() + 2 == own.len())
+        let added = match topic {
+            Topic::Sample => 2,
+            Topic::State => 1,
+            _ => 0,
+        };
+        theirs == own || (own.starts_with(&theirs) && theirs.len() + added == own.len())
     });
     if known {
         return Ok(topic);

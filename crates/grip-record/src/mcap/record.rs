@@ -77,6 +77,8 @@ pub struct StateRecord {
     pub lost: u64,
     /// Sample rate in force (Hz).
     pub rate_hz: u32,
+    /// Age of the newest usable row at the last command (ms).
+    pub late_ms: Option<f32>,
 }
 
 /// A line worth reading; NaN or an empty string where a field has no meaning.
@@ -318,6 +320,7 @@ impl StateRecord {
         w.f32(self.statistic).f32(short(self.command_n)).f32(short(self.applied_n));
         w.f64(self.esc_w.unwrap_or(f64::NAN)).bool(self.esc_informative);
         w.f32(short(self.estimate_n)).bool(self.extrapolated).u64(self.lost).u32(self.rate_hz);
+        w.f32(short(self.late_ms));
     }
 
     fn decode(r: &mut CdrReader<'_>) -> Result<Self, CdrError> {
@@ -338,6 +341,8 @@ impl StateRecord {
             extrapolated: r.bool()?,
             lost: r.u64()?,
             rate_hz: r.u32()?,
+            // Recordings of before 2026-11-23 end here.
+            late_ms: if r.is_at_end() { None } else { known(r.f32()?) },
         })
     }
 }

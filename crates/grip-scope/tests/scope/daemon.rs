@@ -70,6 +70,7 @@ impl Daemon {
             pressure_health: PressureHealth::Good,
             lost: 0,
             rate_hz: 10_000,
+            late_ms: None,
         };
         self.clients.take(&Item::State { host_us: self.now_us, state: &state });
         self.turn();

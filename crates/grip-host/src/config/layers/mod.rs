@@ -13,7 +13,7 @@ use super::{
     HostConfig,
     error::{HostConfigError, Place, ValueError, line_and_column},
 };
-use crate::model::built_in;
+use crate::{files, model::built_in};
 use serde::Deserialize as _;
 use std::{
     io,
@@ -255,7 +255,9 @@ impl Layer {
 
 /// The text of a file; `what` it is, for the message.
 pub(super) fn read(file: &Path, what: &'static str) -> Result<String, HostConfigError> {
-    std::fs::read_to_string(file).map_err(|source| HostConfigError::Read {
+    let calibration = what == "calibration";
+    let most = if calibration { files::MOST_CALIBRATION } else { files::MOST_CONFIG };
+    files::read_text(file, most).map_err(|source| HostConfigError::Read {
         file: file.to_owned(),
         what,
         source,

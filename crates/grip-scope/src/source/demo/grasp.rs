@@ -220,6 +220,7 @@ impl Grasp {
             pressure_health: step.pressure_health,
             lost: self.session.lost(),
             rate_hz: in_force.map_or(0, |config| config.sample_rate_hz),
+            late_ms: None,
         };
         let message = convert::state(0, &state, self.mcu.link().state(), self.mcu.link().fault());
         Some(StatePoint { limit_n: self.about().force_max_n, ..told::state(&message) })

@@ -272,6 +272,7 @@ impl Tape {
             pressure_health: step.pressure_health,
             lost: 0,
             rate_hz: self.rate_hz,
+            late_ms: None,
         };
         let message = convert::state(0, &state, DeviceState::Active, FaultCode::NONE);
         StatePoint { device: None, ..told::state(&message) }

@@ -182,6 +182,7 @@ fn state_point(record: &StateRecord) -> StatePoint {
         pressure_health: record.pressure_health,
         lost: record.lost,
         rate_hz: record.rate_hz,
+        late_ms: record.late_ms,
     };
     let message = convert::state(0, &state, DeviceState::Active, FaultCode::NONE);
     #[expect(clippy::cast_possible_truncation, reason = "shown with seven digits")]

@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Optional
 
-from ..clock import ClockSync
+from ..clock import ClockSync, PongVerdict
 from ..decoder import Counters, Decoder, Role, Verdict
 from ..frame import Frame
 from ..messages import (
@@ -244,7 +244,10 @@ class HostLink:
         elif kind == Kind.PONG:
             pong = Pong.parse(payload)
             if self.clock is not None:
-                self._events.append(ClockUpdated(self.clock.push(pong, now_us)))
+                verdict = self.clock.push(pong, now_us)
+                if verdict is PongVerdict.OUTLIER:
+                    self._pings, self._ping_due_us = 0, min(self._ping_due_us, now_us + QUICK_PING_US)
+                self._events.append(ClockUpdated(verdict))
         elif kind == Kind.SAMPLES:
             self._on_samples(now_us, payload)
         elif kind == Kind.STATUS:
