@@ -47,7 +47,7 @@ pub enum EventLine {
     Grip {
         /// Device time (s).
         t_s: f64,
-        /// `empty`, `lost` or `regrasped`.
+        /// `empty`, `lost`, `regrasped` or `persistent`.
         event: &'static str,
         /// Commanded force (N).
         command_n: Option<f32>,
@@ -241,6 +241,7 @@ impl core::fmt::Display for EventLine {
                 let told = match *event {
                     "empty" => "nothing between the fingers",
                     "lost" => "the object is lost",
+                    "persistent" => "the slip does not end",
                     _ => "the object is touched again",
                 };
                 write!(f, "{t_s:10.4} s  {told}")?;

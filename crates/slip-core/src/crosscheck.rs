@@ -165,13 +165,14 @@ impl CrossCheck {
         let leapt = seen.leaps > self.slip.leaps;
         let passes = self.slip.turns.count() - self.slip.passed >= PASSED;
         self.slip.unanswered |= passes && !self.slip.in_time;
-        self.slip.in_time |= followed && self.slip.felt && !leapt && !self.slip.unanswered;
-        // The slip was one, and the travel is late.
-        self.travel_doubted |= followed && self.slip.felt && self.slip.unanswered;
-        if self.slip.in_time {
+        let follows = followed && self.slip.felt && !leapt && !self.slip.unanswered;
+        if follows && !self.slip.in_time {
+            self.slip.in_time = true;
             self.travel_doubted &= self.undecided_at.is_some();
             self.proven |= !self.travel_doubted;
         }
+        // The slip was one, and the travel is late.
+        self.travel_doubted |= followed && self.slip.felt && self.slip.unanswered;
         let alone = !self.slip.felt && seen.stylus.is_some();
         if alone && followed {
             let late = self.undecided_at.is_some_and(|at| seen.t.since(at) < LATE);
@@ -231,8 +232,6 @@ impl Whiteness {
     const NOT_WHITE: f32 = 1.0;
     /// First differences over the noise in the vibration band: 3.8 for white noise at 10 kHz; five times that is no noise of a sound stylus.
     const LOUD: f32 = 19.0;
-    /// Lower sample rates (Hz) may show a surface up to half of them.
-    pub const LEAST_RATE_HZ: f32 = 6000.0;
 
     /// A new slip.
     pub fn begin(&mut self) {
@@ -269,7 +268,7 @@ impl Whiteness {
 #[cfg(test)]
 mod tests {
     use super::{CrossCheck, Seen, Whiteness};
-    use crate::{turns::Turns, units::Micros};
+    use crate::units::Micros;
 
     /// A slip of `ms` at 1 kHz with these statistics and travels (um), seen by `check`.
     fn slip(check: &mut CrossCheck, from_ms: u64, ms: u16, both: impl Fn(u16) -> (f32, f32)) {

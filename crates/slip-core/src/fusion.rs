@@ -146,7 +146,7 @@ impl Fusion {
 
     /// Whether the travel has a say.
     #[inline]
-    pub fn trusts_travel(&self) -> bool {
+    fn trusts_travel(&self) -> bool {
         self.healths.0 != TravelHealth::Frozen && !self.check.doubts_travel()
     }
 

@@ -315,7 +315,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
     fn is_sound(&mut self, sample: &Sample) -> bool {
         let asked = self.slip.is_some() || self.whiteness.is_noisy();
         let heights = self.config.signal == Signal::Displacement;
-        if asked && heights && self.config.sample_rate.0 >= Whiteness::LEAST_RATE_HZ {
+        if asked && heights && self.config.sample_rate.0 >= Turns::LEAST_RATE_HZ {
             self.whiteness.step(sample.stylus, self.detector.noise_rms());
         }
         !self.whiteness.is_noisy()

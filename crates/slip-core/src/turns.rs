@@ -41,6 +41,9 @@ const SLOWER: f32 = 0.85;
 const ENOUGH: u32 = 6;
 
 impl Turns {
+    /// Below this sample rate (Hz) a fast surface is not resolved.
+    pub const LEAST_RATE_HZ: f32 = 6000.0;
+
     /// Takes the next reading, `dt_s` after the one before; `noise` is the noise in the vibration band (rms, same unit).
     #[inline]
     pub fn step(&mut self, x: f32, noise: f32, dt_s: f32) {

@@ -177,7 +177,6 @@ impl Braking {
         }
     }
 
-    pub(super) fn debug(&self) -> (f32,f32,Option<f32>,bool,bool,bool,f32) { (self.target_n,self.envelope_n,self.mean_n,self.goes_on,self.slides,self.refuted,self.standing_s) }
     /// What the measured force should become (N).
     #[cfg(test)]
     pub(super) fn target_n(&self) -> f32 {
@@ -305,17 +304,19 @@ impl Braking {
             return match self.mean_n {
                 _ if recent => 0.0,
                 // What was estimated before the moved distance was lost gets its time.
-                Some(_) if self.unconfirmed_s <= ESTIMATE_SERVES_S => SLOWEST * 1e3 / config.reflex_tau_ms,
+                Some(_) if self.unconfirmed_s <= ESTIMATE_SERVES_S => {
+                    SLOWEST * 1e3 / config.reflex_tau_ms
+                }
                 _ => felt_growth_per_s(config, input.passing, self.slip_s),
             };
         }
         if (recent && !self.refuted) || (self.mean_n.is_some() && !self.slides) {
             return 0.0;
         }
-        let told = self.mean_n.is_some() && !self.refuted;
+        let estimated = self.mean_n.is_some() && !self.refuted;
         let acceleration = input.motion.and_then(|motion| motion.acceleration_m_s2).unwrap_or(0.0);
         let falls =
-            if self.slides && !told { (acceleration / G_M_S2).clamp(0.0, 1.0) } else { 0.0 };
+            if self.slides && !estimated { (acceleration / G_M_S2).clamp(0.0, 1.0) } else { 0.0 };
         1e3 / config.measured_tau_ms + falls / FALLING_TAU_S
     }
 

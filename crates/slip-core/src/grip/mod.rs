@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! Open --grasp()--> Closing --trial force reached--> Settling --settle_ms--> Holding <--> Slipping
-//!                Holding, Slipping --sensor not good--> Fault --good again--> Holding
+//!                Holding, Slipping --no usable slip sensor--> Fault --one again--> Holding
 //!                Holding, Slipping --no touch for lost_ms--> Holding, empty --touch--> Settling
 //!                any --release()--> Released --close_again()--> Open
 //! ```
@@ -14,9 +14,9 @@
 //! command leads it by what is missing. Without an estimate the force grows exponentially as long as
 //! the slip shows. After the slip the force falls slowly to what the slip has told, and then, until it just slips, to what is really needed.
 //!
-//! The command never exceeds `f_max_n` or `fragile_n`, never rises faster than `slew_n_s`, and rises only while closing to the trial force, on
-//! slip evidence from a good sensor that is not older than 20 ms, or towards a force that somebody asked for with
-//! [`GripController::at_least`]. Nothing that a sensor does opens the fingers.
+//! The command never exceeds `f_max_n` or `fragile_n`, never rises faster than `slew_n_s` of host time, and rises only while closing to the trial
+//! force, on slip evidence that is not older than 20 ms, or towards a force that somebody asked for with [`GripController::at_least`]. No fault of
+//! a sensor lowers it. Nothing that a sensor does opens the fingers.
 
 mod braking;
 mod config;
@@ -58,8 +58,9 @@ pub struct GripController {
     lag: Lag,
     /// Since the last evidence of the slip (s).
     quiet_s: f32,
-    /// Length of the slip so far (s).
+    /// Length of the slip so far (s), and whether it has just become too long.
     slip_s: f32,
+    persists: bool,
     braking: Braking,
     moved_m: f32,
     trials: Trials,
@@ -72,6 +73,8 @@ const REACHED_S: f32 = 0.3;
 const UNMEASURED_S: f32 = 0.05;
 /// Longest step in time the controller believes (s): after a gap the force must not jump.
 const MAX_DT_S: f32 = 0.01;
+/// A slip that lasts longer than this (s) is reported.
+const PERSISTENT_S: f32 = 2.0;
 /// Evidence of a slip that is older than this (s) raises nothing.
 const FRESH_S: f32 = 0.02;
 
@@ -95,6 +98,7 @@ impl GripController {
             lag: Lag::default(),
             quiet_s: 0.0,
             slip_s: 0.0,
+            persists: false,
             braking: Braking::default(),
             moved_m: 0.0,
             trials: Trials::default(),
@@ -185,7 +189,7 @@ impl GripController {
     #[must_use]
     #[inline]
     pub fn event(&self) -> Option<GripEvent> {
-        self.touch.event()
+        if self.persists { Some(GripEvent::Persistent) } else { self.touch.event() }
     }
 
     /// How late the measured force follows the command (s), as far as that is known.
@@ -194,7 +198,6 @@ impl GripController {
         self.lag.seconds()
     }
 
-    pub fn debug(&self) -> (f32,f32,Option<f32>,bool,bool,bool,f32) { self.braking.debug() }
     /// How the object in hand was tried so far.
     #[must_use]
     pub fn trials(&self) -> Trials {
@@ -226,6 +229,7 @@ impl GripController {
         self.rise_s =
             input.rise_s.map_or(dt_s, |rise_s| if rise_s >= 0.0 { rise_s.min(dt_s) } else { 0.0 });
         self.touch.begin(input.touching);
+        self.persists = false;
         self.unmeasured_s = if input.travel { 0.0 } else { self.unmeasured_s + dt_s };
         if !input.healthy {
             // Closing goes on where it stopped.
@@ -382,24 +386,25 @@ impl GripController {
         self.slip_s = 0.0;
         self.moved_m = 0.0;
         self.trials.trials = self.trials.trials.saturating_add(1);
-        self.drive(dt_s, input.applied_n);
+        self.drive(dt_s, input);
     }
 
     fn brake(&mut self, dt_s: f32, input: &GripInput) {
         self.moved_m = input.moved_m.map_or(self.moved_m, |moved| self.moved_m.max(moved));
         let evident = input.slip == SlipNow::Evident || input.evidence.is_some();
         let evident = evident && !input.stale;
+        self.persists = self.slip_s < PERSISTENT_S && self.slip_s + dt_s >= PERSISTENT_S;
         self.slip_s += dt_s;
         self.quiet_s = if evident { 0.0 } else { self.quiet_s + dt_s };
         self.braking.follow(&self.config, input, self.command_n, (dt_s, self.rise_s));
-        self.drive(dt_s, input.applied_n);
+        self.drive(dt_s, input);
     }
 
     /// Towards the target of the slip, within the slew. Old evidence raises nothing; what the command leads by falls with what is missing.
-    fn drive(&mut self, dt_s: f32, applied_n: Option<f32>) {
-        let wanted_n = self.braking.command_n(&self.config, applied_n);
+    fn drive(&mut self, dt_s: f32, input: &GripInput) {
+        let wanted_n = self.braking.command_n(&self.config, input.applied_n);
         if wanted_n > self.command_n {
-            if self.quiet_s <= FRESH_S {
+            if self.quiet_s <= FRESH_S && !input.stale {
                 let reach_n = self.config.slew_n_s * self.rise_s;
                 self.command_n = wanted_n.min(self.command_n + reach_n);
             }

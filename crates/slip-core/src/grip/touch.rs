@@ -9,6 +9,8 @@ pub enum GripEvent {
     Lost,
     /// Touch is back after the object was lost.
     Regrasped,
+    /// The slip has not ended within two seconds: the sensors may show what is none, or the force is not enough.
+    Persistent,
 }
 
 impl GripEvent {
@@ -19,6 +21,7 @@ impl GripEvent {
             Self::Empty => "empty",
             Self::Lost => "lost",
             Self::Regrasped => "regrasped",
+            Self::Persistent => "persistent",
         }
     }
 }

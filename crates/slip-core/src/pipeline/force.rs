@@ -10,6 +10,7 @@ use crate::{
     health::Health,
     methods::Method,
     sample::Sample,
+    turns::{Passing, Turns},
     units::{Micros, Newtons},
 };
 
@@ -40,7 +41,8 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         let motion = sample.travel_m.and_then(|_| self.course.motion(sample.t));
         let noise_m_s = NOISE_PER_S * self.observation.travel_sigma_m();
         let slides = motion.is_some_and(|motion| motion.speed_m_s > CREEP_M_S.max(noise_m_s));
-        let goes_on = self.is_fresh(sample.t) && self.observation.advancing() != Some(false);
+        let stands = self.observation.advancing() == Some(false) && !self.fusion.is_undecided();
+        let goes_on = self.is_fresh(sample.t) && !stands;
         SlipNews {
             motion,
             slip: if goes_on || slides { SlipNow::Evident } else { SlipNow::Fading },
@@ -86,6 +88,13 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         }
     }
 
+    /// Peaks and valleys that the stylus passes, where they are those of the surface: not the robot's motion, and not folded by a low rate.
+    fn passing(&self) -> Option<Passing> {
+        let counts =
+            self.config.sample_rate.0 >= Turns::LEAST_RATE_HZ && !self.detector.is_moving();
+        self.turns.passing().filter(|_| counts)
+    }
+
     /// The force of a finger in a slip (N): measured, or where the sensor has failed by the command; `None` where nothing is commanded and
     /// nothing measured.
     pub(super) fn force_of(&mut self, sample: &Sample, dt: Micros) -> Option<f32> {
@@ -103,6 +112,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         dt: Micros,
         news: SlipNews,
     ) -> (Option<Newtons>, Option<GripEvent>) {
+        let passing = self.passing();
         let Some(grip) = self.grip.as_mut() else { return (None, None) };
         let stylus = self.fusion.uses(Method::Stylus);
         if !(stylus && self.detector.is_learning()) {
@@ -120,8 +130,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             evidence: news.evidence,
             sliding: news.sliding,
             motion: news.motion,
-            // The stylus feels the motion of the robot as well.
-            passing: self.turns.passing().filter(|_| !self.detector.is_moving()),
+            passing,
             undecided: self.fusion.is_undecided(),
             travel_sigma_m: self.observation.travel_sigma_m(),
             rise_s: self.host_time.rise_s(sample.t, dt),
@@ -133,14 +142,6 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             healthy: felt || if self.decides { self.fusion.is_usable(sample.t) } else { !stylus },
             impaired,
         });
-        {
-            extern crate std;
-            use std::sync::OnceLock;
-            static ON: OnceLock<bool> = OnceLock::new();
-            if *ON.get_or_init(|| std::env::var("SLIPDBG").is_ok()) && (sample.t.0 / 100) % 20 == 0 {
-                std::eprintln!("G {:.4} {:?} slip {:?} moved {:?} applied {:?} cmd {:.2} ev {:?} motion {:?} doubtT {} doubtS {} und {} health {} stale {} {:?}", sample.t.as_seconds(), grip.state(), news.slip, news.moved_m, sample.normal_force_n, command, news.evidence.map(|e| (e.estimate_n, e.sigma_n)), news.motion.map(|m|(m.speed_m_s, m.acceleration_m_s2)), !self.fusion.trusts_travel(), self.fusion.doubts_stylus(), self.fusion.is_undecided(), felt, self.host_time.is_stale(), grip.debug());
-            }
-        }
         (Some(Newtons(command)), grip.event())
     }
 }
