@@ -52,8 +52,9 @@ pub struct Seen {
     pub leaps: u64,
     /// Statistic of the stylus, 0 where it is quiet now, and `None` where it is not usable.
     pub stylus: Option<f32>,
-    /// Its reading, and the deviation of its noise (signal unit).
+    /// Its reading (signal unit).
     pub reading: f32,
+    /// Deviation of its noise in the vibration band (signal unit).
     pub noise: f32,
 }
 
