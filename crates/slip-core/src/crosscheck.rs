@@ -5,7 +5,8 @@
 //! | what is seen | verdict |
 //! |---|---|
 //! | the stylus passes peaks and valleys for 12 ms (weighted by its statistic) and the travel stands, before it has ever followed the stylus | travel |
-//! | the same, but the travel has followed an earlier slip of this object | undecided: the answer is bounded |
+//! | the stylus passes twelve peaks and valleys while the readings of the travel are equal to the last bit | travel |
+//! | as the first, but the travel has followed an earlier slip of this object | undecided: the answer is bounded |
 //! | the travel stops dead: over 0.2 mm in 3 ms, then within as much time nothing for 3 ms, while the stylus vibrates | travel |
 //! | the travel moves alone within a second of an undecided alarm | travel: it is late |
 //! | the travel has moved 0.3 mm and the stylus has felt nothing | stylus |
@@ -22,6 +23,8 @@ const CONTRADICTED_S: f32 = 0.012;
 const RINGING_S: f32 = 0.06;
 /// Turns of a stylus that passes peaks and valleys; what only shakes makes fewer in that time.
 const PASSED: u32 = 8;
+/// The same where the readings of the travel are equal to the last bit.
+const PASSED_EQUAL: u32 = 12;
 /// Statistic from which an instant counts whole.
 const STRONG: f32 = 30.0;
 /// What the travel shows at least where the stylus vibrates (m), over its noise and its resolution.
@@ -70,6 +73,9 @@ struct Slip {
     turns: Turns,
     passed: u32,
     felt: bool,
+    /// The last reading of the travel (m), and the turns when it last changed.
+    last_m: Option<f32>,
+    changed: u32,
     /// Whether the travel stood for longer than it may before it followed, and whether it followed in time.
     unanswered: bool,
     in_time: bool,
@@ -191,6 +197,10 @@ impl CrossCheck {
         } else if self.slip.strong_s == 0.0 {
             self.undecided = false;
         }
+        if self.slip.last_m.replace(travel_m) != Some(travel_m) {
+            self.slip.changed = self.slip.turns.count();
+        }
+        self.travel_doubted |= self.slip.turns.count() - self.slip.changed >= PASSED_EQUAL;
         self.watch_stop(seen, travel_m, least_m);
     }
 
@@ -279,7 +289,8 @@ mod tests {
             check.step(&Seen {
                 t: Micros(1000 * (from_ms + u64::from(i))),
                 dt_s: 1e-3,
-                travel_m: Some(1e-6 * um),
+                // A live sensor is never still to the last bit.
+                travel_m: Some(1e-6 * um + 1e-7 * f32::from(i % 2)),
                 sigma_m: 4e-7,
                 leaps: 0,
                 stylus: Some(statistic),

@@ -244,11 +244,16 @@ impl SlipObservation {
         Some((speed_m_s, self.window.span_s(self.rate_hz)))
     }
 
+    /// Whether the travel was read lately.
+    fn is_read(&self) -> bool {
+        let age = self.last_t.since(self.read_t);
+        age < UNREAD_FOR || age.as_seconds() * f64::from(self.rate_hz) <= 2.5
+    }
+
     /// Whether the object moves forward right now; `None` where no sensor tells.
     #[must_use]
     pub fn advancing(&self) -> Option<bool> {
-        let measured =
-            self.onset?.travel_m.is_some() && self.last_t.since(self.read_t) < UNREAD_FOR;
+        let measured = self.onset?.travel_m.is_some() && self.is_read();
         measured.then(|| self.last_t.since(self.advance.t) < STOPPED_AFTER)
     }
 
@@ -259,6 +264,9 @@ impl SlipObservation {
             if self.onset.is_some() { sample.t.since(self.last_t).as_seconds() } else { 0.0 };
         self.last_t = sample.t;
         if sample.travel_m.is_some() {
+            if !self.is_read() {
+                self.rest();
+            }
             self.read_t = sample.t;
         }
         let force_n = sample.normal_force_n.unwrap_or(0.0);
@@ -359,7 +367,8 @@ impl SlipObservation {
     fn motion(&self) -> Option<Motion> {
         let shortest_s = 1e-3 * self.config.shortest_ms;
         if self.onset?.travel_m.is_some() && self.config.speed.fixed_m_s.is_none() {
-            let balance = self.window.balance(shortest_s)?;
+            // What was measured before the sensor was lost says nothing of now.
+            let balance = self.window.balance(shortest_s).filter(|_| self.is_read())?;
             let [before, now] = balance.speeds_m_s;
             return (before.min(now) >= self.slowest_m_s()).then_some(Motion {
                 span_s: balance.span_s,
