@@ -170,7 +170,7 @@ impl CrossCheck {
     fn judge(&mut self, seen: &Seen, travel_m: f32, least_m: f32) {
         let followed = self.slip.moved_m >= FOLLOWED_M.max(least_m);
         let leapt = seen.leaps > self.slip.leaps;
-        let passes = self.slip.turns.count() - self.slip.passed >= PASSED;
+        let passes = self.slip.turns.count().saturating_sub(self.slip.passed) >= PASSED;
         self.slip.unanswered |= passes && !self.slip.in_time;
         let follows = followed && self.slip.felt && !leapt && !self.slip.unanswered;
         if follows && !self.slip.in_time {
@@ -200,7 +200,8 @@ impl CrossCheck {
         if self.slip.last_m.replace(travel_m) != Some(travel_m) {
             self.slip.changed = self.slip.turns.count();
         }
-        self.travel_doubted |= self.slip.turns.count() - self.slip.changed >= PASSED_EQUAL;
+        self.travel_doubted |=
+            self.slip.turns.count().saturating_sub(self.slip.changed) >= PASSED_EQUAL;
         self.watch_stop(seen, travel_m, least_m);
     }
 

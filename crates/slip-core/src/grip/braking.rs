@@ -91,6 +91,7 @@ pub(super) struct Known {
 
 /// Memory of the slip that goes on.
 #[derive(Clone, Copy, Debug, Default)]
+#[expect(clippy::struct_excessive_bools, reason = "verdicts of one slip, each reached by itself")]
 pub(super) struct Braking {
     /// Command when the slip began (N).
     base_n: f32,

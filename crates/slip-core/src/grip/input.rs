@@ -54,6 +54,7 @@ pub struct Sliding {
 
 /// What the controller is told with each sample.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[expect(clippy::struct_excessive_bools, reason = "states of sensors that change one by one")]
 pub struct GripInput {
     /// Time since the sample before (s).
     pub dt_s: f32,
