@@ -116,7 +116,12 @@ pub struct ChannelSet {
     pub optional: BTreeMap<Channel, String>,
     /// Taxels of the array (`pressure_0` and so on), 0 where there is none.
     pub taxels: usize,
+    /// Whether it says when the computer took each sample in, and how old it was then.
+    pub arrivals: bool,
 }
+
+/// Columns of host time of arrival and of age (us), whole numbers.
+pub(crate) const ARRIVAL: [&str; 2] = ["arrived_us", "age_us"];
 
 impl ChannelSet {
     /// Time and stylus only.
@@ -128,7 +133,15 @@ impl ChannelSet {
             time_source: Some("t_s".to_owned()),
             optional: BTreeMap::new(),
             taxels: 0,
+            arrivals: false,
         }
+    }
+
+    /// The same set with the arrival of each sample.
+    #[must_use]
+    pub fn with_arrivals(mut self) -> Self {
+        self.arrivals = true;
+        self
     }
 
     /// The same set and `channel`, under the name the writer gives it.

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use slip_core::sample::Sample;
+use slip_core::sample::{Arrival, Sample};
 use slip_core::units::Micros;
 
 use crate::channels::{ChannelSet, Scale};
@@ -149,7 +149,23 @@ fn sample_of(
         }
         channel.set(&mut sample, value);
     }
+    sample.arrival = arrival(row, layout)?;
     Ok(sample)
+}
+
+/// When the computer took the row in; `None` where a cell is empty.
+fn arrival(row: &Row<'_>, layout: &Layout) -> Result<Option<Arrival>, CsvError> {
+    let Some([at, age]) = layout.arrival else { return Ok(None) };
+    let micros = |column| {
+        let text = row.cell(column);
+        let wrong = || row.not_a_number(column, "write whole microseconds");
+        if text.is_empty() {
+            Ok(None)
+        } else {
+            text.parse().map(|us| Some(Micros(us))).map_err(|_| wrong())
+        }
+    };
+    Ok(micros(at)?.zip(micros(age)?).map(|(at, age)| Arrival { at, age }))
 }
 
 /// The frame in a row; empty where every cell is.

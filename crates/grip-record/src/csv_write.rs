@@ -2,7 +2,7 @@
 
 use std::io::{self, Write};
 
-use slip_core::sample::Sample;
+use slip_core::sample::{Arrival, Sample};
 use slip_core::units::Micros;
 
 use crate::channels::{Channel, ChannelSet};
@@ -50,7 +50,7 @@ pub enum WriteError {
 /// Writes a recording row by row.
 ///
 /// Columns: `t_s` (six decimals), `stylus` or `vibration`, then those of the [`ChannelSet`] under the names of
-/// [`Channel::column`]. Readings have the fewest digits that give the same `f32` back; travel is written in
+/// [`Channel::column`], and at the end when the computer took the sample in, where the set says so (`arrived_us`, `age_us`). Readings have the fewest digits that give the same `f32` back; travel is written in
 /// metres so that no unit conversion rounds it. Of a NaN the sign survives, the payload does not.
 /// Every row is one write: give a buffered `W`.
 #[derive(Debug)]
@@ -58,6 +58,7 @@ pub struct CsvWriter<W: Write> {
     out: W,
     columns: Vec<Channel>,
     taxels: usize,
+    arrivals: bool,
     line: Vec<u8>,
     last: Option<Micros>,
 }
@@ -77,9 +78,14 @@ impl<W: Write> CsvWriter<W> {
         for taxel in 0..channels.taxels {
             write!(line, ",{}{taxel}", crate::taxels::PREFIX)?;
         }
+        if channels.arrivals {
+            let [at, age] = crate::channels::ARRIVAL;
+            write!(line, ",{at},{age}")?;
+        }
         line.push(b'\n');
         out.write_all(&line)?;
-        Ok(Self { out, columns, taxels: channels.taxels, line, last: None })
+        let (taxels, arrivals) = (channels.taxels, channels.arrivals);
+        Ok(Self { out, columns, taxels, arrivals, line, last: None })
     }
 
     /// Writes `sample` as one row.
@@ -116,6 +122,11 @@ impl<W: Write> CsvWriter<W> {
             if let Some(value) = frame.get(taxel) {
                 append_reading(&mut self.line, *value)?;
             }
+        }
+        match sample.arrival.filter(|_| self.arrivals) {
+            Some(Arrival { at, age }) => write!(self.line, ",{},{}", at.0, age.0)?,
+            None if self.arrivals => self.line.extend(b",,"),
+            None => {}
         }
         self.line.push(b'\n');
         self.out.write_all(&self.line)?;

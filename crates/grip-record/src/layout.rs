@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::channels::{COLUMN_NAMES, Channel, ChannelSet, Role, Scale, StylusKind};
+use crate::channels::{ARRIVAL, COLUMN_NAMES, Channel, ChannelSet, Role, Scale, StylusKind};
 use crate::csv_read::CsvOptions;
 use crate::error::CsvError;
 use crate::taxels::{PREFIX, check_count};
@@ -17,6 +17,8 @@ pub(crate) struct Layout {
     pub(crate) optional: Vec<(usize, Channel, Scale)>,
     /// Columns of the taxels in their order.
     pub(crate) taxels: Vec<usize>,
+    /// Columns of the arrival and the age.
+    pub(crate) arrival: Option<[usize; 2]>,
     pub(crate) channels: ChannelSet,
     /// Columns nothing is read from.
     pub(crate) ignored: Vec<String>,
@@ -58,7 +60,9 @@ impl Layout {
             })
             .collect();
         let taxels = taxel_columns(file, header)?;
+        let arrival = arrival_columns(header);
         let channels = ChannelSet {
+            arrivals: arrival.is_some(),
             taxels: taxels.len(),
             stylus: stylus_kind,
             stylus_source: source(stylus),
@@ -69,11 +73,13 @@ impl Layout {
                 .collect(),
         };
         let used = |column: usize| {
-            taxels.contains(&column) || found.iter().any(|found| found.column == column)
+            taxels.contains(&column)
+                || arrival.is_some_and(|columns| columns.contains(&column))
+                || found.iter().any(|found| found.column == column)
         };
         let ignored = header.iter().enumerate().filter(|(column, _)| !used(*column));
         let ignored = ignored.map(|(_, name)| name.clone()).collect();
-        Ok(Self { time, stylus, optional, taxels, channels, ignored })
+        Ok(Self { time, stylus, optional, taxels, arrival, channels, ignored })
     }
 }
 
@@ -95,6 +101,13 @@ fn taxel_columns(file: &Path, header: &[String]) -> Result<Vec<usize>, CsvError>
         check_count(file, named)?;
     }
     Ok(columns)
+}
+
+/// The columns of the arrival, where both are there.
+fn arrival_columns(header: &[String]) -> Option<[usize; 2]> {
+    let place = |wanted: &str| header.iter().position(|name| name == wanted);
+    let [at, age] = ARRIVAL;
+    Some([place(at)?, place(age)?])
 }
 
 fn stylus_of(found: &[Found]) -> Option<(StylusKind, usize)> {

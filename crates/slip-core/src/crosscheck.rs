@@ -5,7 +5,7 @@
 //! | what is seen | verdict |
 //! |---|---|
 //! | the stylus passes peaks and valleys for 12 ms (weighted by its statistic) and the travel stands, before it has ever followed the stylus | travel |
-//! | the stylus passes twelve peaks and valleys while the readings of the travel are equal to the last bit | travel |
+//! | the stylus passes 24 peaks and valleys while the readings of the travel are equal to the last bit | travel |
 //! | as the first, but the travel has followed an earlier slip of this object | undecided: the answer is bounded |
 //! | the travel stops dead: over 0.2 mm in 3 ms, then within as much time nothing for 3 ms, while the stylus vibrates | travel |
 //! | the travel moves alone within a second of an undecided alarm | travel: it is late |
@@ -24,7 +24,7 @@ const RINGING_S: f32 = 0.06;
 /// Turns of a stylus that passes peaks and valleys; what only shakes makes fewer in that time.
 const PASSED: u32 = 8;
 /// The same where the readings of the travel are equal to the last bit.
-const PASSED_EQUAL: u32 = 12;
+const PASSED_EQUAL: u32 = 24;
 /// Statistic from which an instant counts whole.
 const STRONG: f32 = 30.0;
 /// What the travel shows at least where the stylus vibrates (m), over its noise and its resolution.
@@ -178,8 +178,6 @@ impl CrossCheck {
             self.travel_doubted &= self.undecided_at.is_some();
             self.proven |= !self.travel_doubted;
         }
-        // The slip was one, and the travel is late.
-        self.travel_doubted |= followed && self.slip.felt && self.slip.unanswered;
         let alone = !self.slip.felt && seen.stylus.is_some();
         if alone && followed {
             let late = self.undecided_at.is_some_and(|at| seen.t.since(at) < LATE);

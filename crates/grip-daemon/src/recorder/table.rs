@@ -65,7 +65,8 @@ impl Table {
             if self.sync.is_some() {
                 out.set_len(0).map_err(unwritable)?;
             }
-            let channels = ChannelSet::all(StylusKind::Displacement).with_taxels(self.taxels);
+            let channels =
+                ChannelSet::all(StylusKind::Displacement).with_taxels(self.taxels).with_arrivals();
             let writer = CsvWriter::new(BufWriter::with_capacity(1 << 16, out), &channels);
             self.writer = Some(writer.map_err(failed)?);
         }

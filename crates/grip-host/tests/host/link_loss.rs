@@ -5,7 +5,7 @@ use grip_host::{HostConfig, Session, SessionOptions, model};
 use grip_link::{frame::MAX_WIRE, message::GripMode};
 use grip_sim::{Scene, VirtualMcu, mcu::SensorFault};
 use proptest::prelude::*;
-use slip_core::{health::Health, units::Micros};
+use slip_core::{grip::GripState, health::Health, units::Micros};
 use std::collections::VecDeque;
 
 /// What happens to the bytes of both directions, or to the gripper.
@@ -195,7 +195,13 @@ impl Bench {
         let rise_mn = (force_mn - last.force_mn) as f32;
         let dt_s = now.since(last.at).as_seconds() as f32;
         prop_assert!(rise_mn <= 1000.0 * slew_n_s * dt_s + 1.5, "{rise_mn} mN in {dt_s} s");
-        prop_assert!(now_is.healthy || last.healthy, "raised by {rise_mn} mN on {:?}", step.health);
+        // Travel carries on without the stylus; without both nothing rises.
+        let usable = self.session.grip_state() != Some(GripState::Fault);
+        prop_assert!(
+            now_is.healthy || last.healthy || usable,
+            "raised by {rise_mn} mN on {:?}",
+            step.health
+        );
         // The gripper counts from its start, which was at 0: a sample that is older than 60 ms, by more than the clocks may be off, raises
         // nothing.
         let unsure_us = clock.map_or(0.0, |clock| clock.uncertainty_us().min(1e6)) as u64;

@@ -154,7 +154,8 @@ fn late_samples_do_not_raise_the_force() {
             mcu.receive(now, &out[..len]);
         }
     }
-    assert!(before_mn >= 500 && wanted_n > 3.0, "{before_mn} mN, {wanted_n} N");
+    // Nor does the controller itself ask for more.
+    assert!(before_mn >= 500 && wanted_n < 1.3, "{before_mn} mN, {wanted_n} N");
 }
 
 /// Other settings wait for the end of a slip, but not for ever; where they come in the middle of one, the force goes on from where it was.

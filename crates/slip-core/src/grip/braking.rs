@@ -47,8 +47,10 @@ const TURN: f32 = 0.3;
 const SLOWEST: f32 = 0.25;
 /// A surface of which no peak has passed for this long (s) is too smooth to count them.
 const UNCOUNTED_S: f32 = 0.005;
+/// For this long (s) an object slides on under the force that the estimates asked for before it contradicts them: how late its course is known.
+const CONTRADICTED_S: f32 = 0.012;
 /// Estimates that follow a load have stopped the object within this distance (m).
-const FOLLOWS_M: f32 = 2e-3;
+const FOLLOWS_M: f32 = 4e-3;
 /// A slip that the travel does not confirm raises the force by this factor at most.
 const UNDECIDED: f32 = 2.0;
 /// Nothing that is slower than this (m/s) slides.
@@ -59,6 +61,8 @@ const SLIDES_M_S: f32 = 0.012;
 const SLIDES_ON_M: f32 = 3e-4;
 /// While an object slides on, the force grows by e in this many `measured_tau_ms` at least, whatever was estimated.
 const LEAST_TAUS: f32 = 4.0;
+/// Where there is no estimate by then (s), there is none to wait for.
+const ESTIMATED_BY_S: f32 = 0.015;
 /// An object that falls freely doubles what is known of the force in about this time (s).
 const FALLING_TAU_S: f32 = 0.012;
 
@@ -143,6 +147,7 @@ pub(super) struct Braking {
     slow_from_m: f32,
     /// Where the object last did what the estimates say (m), and whether it has contradicted them since.
     obeyed_m: f32,
+    disobeyed_s: f32,
     refuted: bool,
 }
 
@@ -223,7 +228,7 @@ impl Braking {
             self.aim(config, config.brake_gain * wanted_n);
         }
         self.watch_motion(input);
-        self.judge(input);
+        self.judge(input, dt_s);
         let rate = self.growth_per_s(config, input);
         let evident = input.slip == SlipNow::Evident && self.goes_on;
         if evident && self.slides {
@@ -285,17 +290,20 @@ impl Braking {
     }
 
     /// Judges the estimate by what the object does under the force it asked for: one that goes on all the same contradicts it.
-    fn judge(&mut self, input: &GripInput) {
+    fn judge(&mut self, input: &GripInput, dt_s: f32) {
         let Some(moved_m) = input.moved_m else { return };
         let arrived = input.applied_n.is_some_and(|force_n| force_n >= ARRIVED * self.target_n)
             && self.standing_s >= STANDS_S
             || self.standing_s >= self.reach.wait_s();
-        if !(arrived && self.slides) {
-            self.obeyed_m = moved_m;
+        if arrived && self.slides {
+            self.disobeyed_s += dt_s;
+        } else {
+            (self.obeyed_m, self.disobeyed_s) = (moved_m, 0.0);
         }
-        let contradicted =
-            moved_m - self.obeyed_m >= SLIDES_ON_M || moved_m - self.slid_from_m >= FOLLOWS_M;
-        self.refuted |= self.mean_n.is_some() && contradicted;
+        let under_force =
+            self.disobeyed_s >= CONTRADICTED_S && moved_m - self.obeyed_m >= SLIDES_ON_M;
+        let followed = moved_m - self.slid_from_m >= FOLLOWS_M;
+        self.refuted |= self.mean_n.is_some() && (under_force || followed);
     }
 
     /// By what share of itself the target grows in a second where no estimate says how far.
@@ -314,10 +322,14 @@ impl Braking {
         if (recent && !self.refuted) || (self.mean_n.is_some() && !self.slides) {
             return 0.0;
         }
-        let estimated = self.mean_n.is_some() && !self.refuted;
+        // An estimate takes some milliseconds, and is better.
+        let missed = self.mean_n.is_none() && self.slip_s >= ESTIMATED_BY_S;
         let acceleration = input.motion.and_then(|motion| motion.acceleration_m_s2).unwrap_or(0.0);
-        let falls =
-            if self.slides && !estimated { (acceleration / G_M_S2).clamp(0.0, 1.0) } else { 0.0 };
+        let falls = if self.slides && (missed || self.refuted) {
+            (acceleration / G_M_S2).clamp(0.0, 1.0)
+        } else {
+            0.0
+        };
         1e3 / config.measured_tau_ms + falls / FALLING_TAU_S
     }
 
