@@ -3,7 +3,7 @@
 
 use proptest::prelude::*;
 use slip_core::{
-    Pipeline, PipelineConfig, Sample, Step,
+    Arrival, Pipeline, PipelineConfig, Sample, Step,
     methods::{Method, Methods},
     scene::Scene,
     stages::StageCounters,
@@ -137,9 +137,18 @@ proptest! {
         frames in prop::sample::select(vec![0_usize, 1, 3, 97]),
         methods in methods(),
         rate in prop::sample::select(vec![10_000.0_f32, 1000.0]),
+        has_force in prop::bool::weighted(0.7),
+        batch_us in prop::option::of(prop::sample::select(vec![1000_u64, 7000, 40_000])),
     ) {
         let config = PipelineConfig { methods, ..PipelineConfig::gripping(Hertz(rate)) };
-        let samples = grasp(&plan, seed);
+        let mut samples = grasp(&plan, seed);
+        for sample in &mut samples {
+            sample.normal_force_n = sample.normal_force_n.filter(|_| has_force);
+            sample.arrival = batch_us.map(|batch_us| {
+                let at = Micros((sample.t.0 / batch_us + 1) * batch_us);
+                Arrival { at, age: at.since(sample.t) }
+            });
+        }
         let (skipping, _) = run(config, &samples, frames);
         let (all, _) = run(PipelineConfig { no_skip: true, ..config }, &samples, frames);
         for (at, (one, other)) in skipping.iter().zip(&all).enumerate() {

@@ -50,7 +50,7 @@ const UNCOUNTED_S: f32 = 0.005;
 /// For this long (s) an object slides on under the force that the estimates asked for before it contradicts them: how late its course is known.
 const CONTRADICTED_S: f32 = 0.012;
 /// Estimates that follow a load have stopped the object within this distance (m).
-const FOLLOWS_M: f32 = 4e-3;
+const FOLLOWS_M: f32 = 8e-3;
 /// A slip that the travel does not confirm raises the force by this factor at most.
 const UNDECIDED: f32 = 2.0;
 /// Nothing that is slower than this (m/s) slides.

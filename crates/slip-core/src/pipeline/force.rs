@@ -98,7 +98,9 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
     /// The force of a finger in a slip (N): measured, or where the sensor has failed by the command; `None` where nothing is commanded and
     /// nothing measured.
     pub(super) fn force_of(&mut self, sample: &Sample, dt: Micros) -> Option<f32> {
-        let Some(grip) = &self.grip else { return sample.normal_force_n };
+        let Some(grip) = self.grip.as_ref().filter(|_| self.slip.is_some()) else {
+            return sample.normal_force_n;
+        };
         #[expect(clippy::cast_possible_truncation, reason = "seconds between two samples")]
         let times = (dt.as_seconds() as f32, grip.lag_s());
         Some(self.grip_force.step(sample.normal_force_n, grip.command_n(), times))
