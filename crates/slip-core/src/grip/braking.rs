@@ -64,7 +64,7 @@ const LEAST_TAUS: f32 = 4.0;
 /// Where there is no estimate by then (s), there is none to wait for.
 const ESTIMATED_BY_S: f32 = 0.015;
 /// An object that falls freely doubles what is known of the force in about this time (s).
-const FALLING_TAU_S: f32 = 0.012;
+const FALLING_TAU_S: f32 = 0.02;
 
 /// Why an object is held as it is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -138,7 +138,7 @@ fn a_fault_in_a_slip_stops_the_rise_and_the_next_slip_is_found() {
     }
 }
 
-/// Travel shows the fall: the force goes on rising, and the object is held.
+/// Travel shows the fall: the force goes on rising, and the object is held, here without a network and so without estimates.
 #[test]
 fn a_stylus_that_is_lost_in_a_slip_leaves_the_answer_to_the_travel() {
     for (name, fault, health, _) in CASES.into_iter().filter(|case| case.2.is_some()) {
@@ -153,7 +153,7 @@ fn a_stylus_that_is_lost_in_a_slip_leaves_the_answer_to_the_travel() {
                 i += 1;
             }
             let Object { applied_n, needed_n, travel_m, speed_m_s, .. } = grip.object;
-            assert!(speed_m_s == 0.0 && travel_m < 0.02, "{name} {health:?}: {:?}", grip.object);
+            assert!(speed_m_s == 0.0 && travel_m < 0.03, "{name} {health:?}: {:?}", grip.object);
             assert!(applied_n >= needed_n && applied_n < 2.5 * needed_n, "{name}: {applied_n} N");
         }
     }
