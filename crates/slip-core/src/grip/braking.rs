@@ -441,7 +441,7 @@ fn felt_growth_per_s(config: &GripConfig, passing: Option<Passing>, slip_s: f32)
     let Some(passing) = passing else {
         return if slip_s < UNCOUNTED_S { SLOWEST * fastest } else { fastest };
     };
-    let growth = (TURN * passing.turns_per_s).clamp(SLOWEST * fastest, fastest);
+    let growth = (TURN * passing.turns_per_s).max(SLOWEST * fastest).min(fastest);
     if passing.slows { growth / SLOWED } else { growth }
 }
 
