@@ -94,7 +94,7 @@ impl Export<'_> {
             Signal::Displacement => StylusKind::Displacement,
             Signal::Vibration => StylusKind::Vibration,
         };
-        let channels = ChannelSet::all(stylus).with_taxels(beginning.taxels);
+        let channels = ChannelSet::all(stylus).with_taxels(beginning.taxels).with_arrivals();
         let name = || format!("cannot write {}", self.args.output.display());
         let out = File::create(&self.args.output).with_context(name)?;
         self.writer = Some(CsvWriter::new(BufWriter::new(out), &channels).with_context(name)?);
