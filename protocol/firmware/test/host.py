@@ -65,8 +65,8 @@ class Spare:
     gripd, which shares the computer, may have had no more while the object fell. A drop at any other time is gripd's own."""
 
     TRIES = 2
-    BEHIND_S = 0.05
-    """The object takes about 0.1 s to fall through the fingers."""
+    BEHIND_S = 0.02
+    """Samples that are later than this raise no force, and the object takes about 0.1 s to fall through the fingers."""
 
     def __init__(self) -> None:
         self.left = self.TRIES
