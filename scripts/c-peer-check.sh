@@ -1,9 +1,10 @@
 #!/bin/sh
 # The C device side: built with every warning and with sanitizers, read against the vectors, compared with the Rust
-# device on random scripts and damaged streams, and compiled for a Cortex-M4 where that compiler is installed.
-# Needs: cc, make, cargo. Usage: scripts/c-peer-check.sh
+# device on random scripts and damaged streams, and compiled for a Cortex-M4.
+# Needs: cc, c++, make, arm-none-eabi-gcc, cargo. Usage: scripts/c-peer-check.sh
 set -eu
 cd "$(dirname "$0")/.."
+. scripts/missing.sh
 build=${CARGO_TARGET_DIR:-target}/c-peer
 mkdir -p "$build"
 build=$(cd "$build" && pwd)
@@ -20,6 +21,8 @@ for option in -DGL_KEPT_BATCHES=1 '-DGL_BATCH_BYTES=64 -DGL_CHANNELS=3 -DGL_KEPT
 done
 if command -v c++ >/dev/null; then
   echo '#include "grip_link.h"' | c++ -std=c++11 -Wall -Wextra -Werror -Iprotocol/c -fsyntax-only -x c++ -
+else
+  missing c++ 'c++: the header is not compiled as C++'
 fi
 if command -v arm-none-eabi-gcc >/dev/null; then
   for level in -Os -O2; do
@@ -33,5 +36,5 @@ if command -v arm-none-eabi-gcc >/dev/null; then
     fi
   done
 else
-  echo 'no arm-none-eabi-gcc: sizes for Cortex-M4 are not measured'
+  missing arm 'arm-none-eabi-gcc: sizes for Cortex-M4 are not measured'
 fi

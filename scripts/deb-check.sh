@@ -9,14 +9,15 @@
 # checked, only that systemd understands it.
 set -euo pipefail
 cd "$(dirname "$0")/.."
+. scripts/missing.sh
 profile=${1:-release}
 target=${CARGO_TARGET_DIR:-target}
 built=$target/$([ "$profile" = dev ] && echo debug || echo "$profile")
 fail() { printf 'deb-check: %s\n' "$1" >&2; exit 1; }
 
-command -v dpkg-deb >/dev/null || { echo "deb-check: left out, this system has no dpkg"; exit 0; }
+command -v dpkg-deb >/dev/null || { missing dpkg dpkg; exit 0; }
 if [ "$(id -u)" != 0 ]; then
-    unshare --map-root-user true 2>/dev/null || { echo "deb-check: left out, neither root nor a namespace"; exit 0; }
+    unshare --map-root-user true 2>/dev/null || { missing dpkg "root or a user namespace"; exit 0; }
 fi
 PATH=$PATH:$(realpath -m "$target")/tools/bin
 command -v cargo-deb >/dev/null || cargo install cargo-deb --version 3.8.0 --locked --debug --root "$target/tools"
@@ -54,7 +55,7 @@ control=$(dpkg-deb --info "$deb")
 for word in "Package: gripd" "Depends: libc6" "conffiles" "postinst" "prerm" "postrm"; do
     grep -qF "$word" <<<"$control" || fail "no '$word' in its control data: $control"
 done
-if command -v lintian >/dev/null; then lintian --fail-on error "$deb"; fi
+if command -v lintian >/dev/null; then lintian --fail-on error "$deb"; else missing lintian lintian; fi
 
 echo "deb-check: installing and removing it"
 enter() { if [ "$(id -u)" = 0 ]; then "$@"; else unshare --map-root-user "$@"; fi; }
@@ -88,12 +89,12 @@ if command -v systemd-analyze >/dev/null; then
         fail "the unit is more exposed than 2.0: $(tail -n 1 "$target/deb-check/exposure")"
     tail -n 1 "$target/deb-check/exposure"
 else
-    echo "deb-check: the unit was not checked, this system has no systemd-analyze"
+    missing systemd "systemd-analyze: the unit is not checked"
 fi
 if udevadm verify --help >/dev/null 2>&1; then
     udevadm verify "$root/usr/lib/udev/rules.d/70-gripd.rules"
 else
-    echo "deb-check: the udev rule was not checked, this system has no udevadm verify"
+    missing udevadm "udevadm verify: the udev rule is not checked"
 fi
 do_dpkg --remove gripd
 left=$(comm -13 <(echo "$before") <(here))

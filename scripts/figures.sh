@@ -1,9 +1,10 @@
 #!/bin/sh
 # The pictures of docs/figures.md: one of each command that draws, into docs/images (that of `profile` is docs/profile.svg, which the README shows too).
 # GRIP_BIN names a folder that holds gripctl and accuracy already; without it a release build is made. The recordings for `gripctl score`
-# stand beside the project or in the folder named by GRIP_DATA (CONTRIBUTING.md); without them its picture stays as it is.
+# stand beside the project or in the folder named by GRIP_DATA (CONTRIBUTING.md).
 set -eu
 cd "$(dirname "$0")/.."
+. scripts/missing.sh
 
 bin=${GRIP_BIN:-}
 if [ -z "$bin" ]; then
@@ -21,7 +22,7 @@ recordings=${GRIP_DATA:-../shared/data}/biotac_slide
 if [ -f "$recordings/labels.csv" ]; then
     "$bin/gripctl" score "$recordings" --guard-ms 60 --detectors stylus,cusum,glrt --curve "$images/score.svg" > /dev/null
 else
-    echo "figures: $recordings is not there, $images/score.svg stays as it is" >&2
+    missing data "$recordings: $images/score.svg stays as it is"
 fi
 
 "$bin/gripctl" grasp --all --trials 20 --plot "$images/grasp.svg" > /dev/null

@@ -3,23 +3,15 @@
 # the line and the firmware, and looks at the force. Installs the cross compiler and QEMU (Debian) where they are missing.
 set -eu
 root=$(cd "$(dirname "$0")/.." && pwd)
+. "$root/scripts/missing.sh"
 target=${CARGO_TARGET_DIR:-$root/target}
 build=$target/firmware
 
 missing=
 command -v arm-none-eabi-gcc >/dev/null || missing="gcc-arm-none-eabi"
 command -v qemu-system-arm >/dev/null || missing="$missing qemu-system-arm"
-if [ -n "$missing" ]; then
-    command -v apt-get >/dev/null || { echo "firmware-check: install $missing first; there is no apt-get here" >&2; exit 1; }
-    as_root=
-    if [ "$(id -u)" -ne 0 ]; then
-        command -v sudo >/dev/null || { echo "firmware-check: install $missing first; that needs root or sudo" >&2; exit 1; }
-        as_root="sudo"
-    fi
-    $as_root apt-get update -q
-    # shellcheck disable=SC2086 # a list of packages
-    $as_root env DEBIAN_FRONTEND=noninteractive apt-get install -y -q --no-install-recommends $missing
-fi
+# shellcheck disable=SC2086 # a list of packages
+[ -z "$missing" ] || install_packages $missing
 
 firmware() { make -s -C "$root/protocol/firmware" "$@"; }
 rm -rf "$build"

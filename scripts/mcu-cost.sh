@@ -5,6 +5,7 @@
 # mcu-cost.sh [OPT-LEVEL ...]: 3 and s where none is named.
 set -eu
 root=$(cd "$(dirname "$0")/.." && pwd)
+. "$root/scripts/missing.sh"
 target=${CARGO_TARGET_DIR:-$root/target}/mcu
 mkdir -p "$target"
 target=$(cd "$target" && pwd)
@@ -15,17 +16,8 @@ missing=
 command -v ld.lld-22 >/dev/null || missing="$missing lld-22"
 command -v qemu-system-arm >/dev/null || missing="$missing qemu-system-arm"
 command -v arm-none-eabi-size >/dev/null || missing="$missing binutils-arm-none-eabi"
-if [ -n "$missing" ]; then
-    command -v apt-get >/dev/null || { echo "mcu-cost: install $missing first; there is no apt-get here" >&2; exit 1; }
-    as_root=
-    if [ "$(id -u)" -ne 0 ]; then
-        command -v sudo >/dev/null || { echo "mcu-cost: install $missing first; that needs root or sudo" >&2; exit 1; }
-        as_root="sudo"
-    fi
-    $as_root apt-get update -q
-    # shellcheck disable=SC2086 # a list of packages
-    $as_root env DEBIAN_FRONTEND=noninteractive apt-get install -y -q --no-install-recommends $missing
-fi
+# shellcheck disable=SC2086 # a list of packages
+[ -z "$missing" ] || install_packages $missing
 
 elf=$target/thumbv7em-none-eabihf/release/mcu-cost
 # Debian's compiler, with the unstable option that builds core from its sources. No flag of the caller may leak in.

@@ -1,24 +1,19 @@
 #!/bin/sh
 # The page for Prometheus, as a test of grip-daemon writes it, read by the parser of the Python client.
-# Makes a virtual environment under the target folder. PYTHON names another interpreter than python3.
 set -eu
 
 root=$(cd "$(dirname "$0")/.." && pwd)
 target=${CARGO_TARGET_DIR:-$root/target}
-mkdir -p "$target/metrics-check"
+mkdir -p "$target"
 target=$(cd "$target" && pwd)
-work=$target/metrics-check
-wanted=prometheus_client==0.22.1
+. "$root/scripts/missing.sh"
+python=$("$root/scripts/python.sh") || { missing pip "the packages of scripts/python.sh"; exit 0; }
 
+# Written anew, so that a test that has another name now is noticed.
+rm -f "$target/tmp/metrics.txt"
 (cd "$root" && CARGO_TARGET_DIR="$target" cargo test --quiet --locked --workspace --test service shown)
 
-if [ "$(cat "$work/wanted" 2>/dev/null)" != "$wanted" ] || [ ! -x "$work/environment/bin/python" ]; then
-    "${PYTHON:-python3}" -m venv --clear "$work/environment"
-    "$work/environment/bin/python" -m pip install --quiet --disable-pip-version-check "$wanted"
-    printf %s "$wanted" >"$work/wanted"
-fi
-
-"$work/environment/bin/python" - "$target/tmp/metrics.txt" <<'PY'
+"$python" - "$target/tmp/metrics.txt" <<'PY'
 import sys
 from prometheus_client.parser import text_string_to_metric_families
 

@@ -1,17 +1,15 @@
 #!/bin/sh
 # Trains and runs the same networks on the same rows from the same weights with our crate and with FANN (Debian's
 # libfann-dev, installed if it is missing), on this machine, one after the other, and prints times and ratios.
-# --with-torch adds PyTorch and scikit-learn from PyPI in an environment of their own.
+# --with-torch adds PyTorch and scikit-learn from PyPI in an environment of their own; --gate fails where a ratio to FANN is below its bound.
 set -eu
 root=$(cd "$(dirname "$0")/.." && pwd)
+. "$root/scripts/missing.sh"
 target=${CARGO_TARGET_DIR:-$root/target}
 peers=$target/network-peers
 mkdir -p "$peers"
 
-if [ ! -f /usr/include/fann.h ]; then
-    echo "network-peers: installing libfann-dev" >&2
-    apt-get install -y --no-install-recommends libfann-dev gcc libc6-dev >&2
-fi
+[ -f /usr/include/fann.h ] || install_packages libfann-dev gcc libc6-dev
 cc -std=c99 -D_POSIX_C_SOURCE=199309L -O2 -Wall -Wextra -Werror -o "$peers/fann" "$root/scripts/peers/fann.c" -lfann -lm
 
 (cd "$root" && PEERS_DATA="$peers" cargo bench --quiet -p slip-benches --bench peers) >"$peers/ours.tsv"
@@ -23,4 +21,4 @@ if [ "${1:-}" = "--with-torch" ]; then
     "$peers/python/bin/python" "$root/scripts/trainer-reference.py" --torch "$peers/reference.csv"
 fi
 sed -n 's/^model name[^:]*: /machine: /p' /proc/cpuinfo | sort -u
-python3 "$root/scripts/peers/ratios.py" "$peers/ours.tsv" "$peers/theirs.tsv"
+python3 "$root/scripts/peers/ratios.py" ${1:+"$1"} "$peers/ours.tsv" "$peers/theirs.tsv"

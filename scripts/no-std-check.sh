@@ -47,9 +47,14 @@ done
 build
 linked=$target/$host/release/libno_std_check.so
 
-foreign=$(nm --dynamic --undefined-only "$linked" | awk '{ print $NF }' |
+for tool in nm objdump; do
+    command -v "$tool" >/dev/null || { echo "no-std-check: missing: $tool (Debian: binutils)" >&2; exit 1; }
+done
+names=$(nm --dynamic --undefined-only "$linked")
+foreign=$(printf '%s\n' "$names" | awk '{ print $NF }' |
     grep -vxE '(memcpy|memmove|memset|memcmp|bcmp)(@.*)?' || true)
-hidden=$(nm "$linked" | grep -E '__rust_(alloc|dealloc|realloc)|__rg_|_ZN3std|_ZN5alloc|_RNv.*C(3std|5alloc)' || true)
+symbols=$(nm "$linked")
+hidden=$(printf '%s\n' "$symbols" | grep -E '__rust_(alloc|dealloc|realloc)|__rg_|_ZN3std|_ZN5alloc|_RNv.*C(3std|5alloc)' || true)
 if [ -n "$foreign$hidden" ]; then
     printf 'no-std-check: these symbols are not of core:\n%s\n%s\n' "$foreign" "$hidden" >&2
     exit 1
@@ -58,8 +63,9 @@ echo "no-std-check: slip-core, mlp and grip-link link with core alone"
 
 # Which of the exported functions reach core::panicking through direct calls and jumps?
 exported=$(nm --dynamic --defined-only "$linked" | awk '$2 == "T" { print $3 }')
-panics=$(objdump --disassemble --demangle --no-show-raw-insn "$linked" |
-    awk -v exported="$exported" -f "$root/scripts/panic-paths.awk")
+[ "$(echo "$exported" | wc -w)" -gt 10 ] || { echo "no-std-check: hardly a function is exported" >&2; exit 1; }
+objdump --disassemble --demangle --no-show-raw-insn "$linked" >"$target/listing.txt"
+panics=$(awk -v exported="$exported" -f "$root/scripts/panic-paths.awk" "$target/listing.txt")
 if [ -n "$panics" ]; then
     printf 'no-std-check: a panic can be reached from\n%s\n' "$panics"
     ! $strict

@@ -25,6 +25,8 @@ static void set_functions(struct fann *net)
     fann_set_activation_steepness_hidden(net, 1.0F);
     fann_set_activation_steepness_output(net, 1.0F);
     fann_set_training_algorithm(net, FANN_TRAIN_RPROP);
+    // The squared error, as ours; its default is tanh of the error.
+    fann_set_train_error_function(net, FANN_ERRORFUNC_LINEAR);
     fann_set_rprop_delta_zero(net, 0.07F);
 }
 

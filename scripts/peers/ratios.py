@@ -1,4 +1,8 @@
-"""Two files of NAME<tab>VALUE<tab>UNIT in, a table of ours beside theirs with ratios out."""
+"""Two files of NAME<tab>VALUE<tab>UNIT in, a table of ours beside theirs with ratios out.
+
+`--gate OURS THEIRS` fails where a ratio is below its bound (the least that was published, less the noise of a busy
+machine), and where neither of the vector widths of a bound was measured.
+"""
 
 import sys
 
@@ -25,6 +29,25 @@ WANTED = (
 )
 
 
+GATES = (
+    # theirs, any of ours, at least so many times as fast
+    ("fann rprop surface2", ("rprop surface2 f32 AVX-512", "rprop surface2 f32 AVX2"), 14.0),
+    ("fann rprop building1", ("rprop building1 f32 AVX-512", "rprop building1 f32 AVX2"), 13.0),
+    ("fann forward 2-10-1 throughput", ("forward 2-10-1 throughput",), 4.0),
+    ("fann forward 16-32-16-1 throughput", ("forward 16-32-16-1 throughput",), 4.5),
+)
+
+
+def gate(ours, theirs):
+    """Ends with 1 and the ratios that are too small."""
+    low = []
+    for other, mine, least in GATES:
+        ratios = [theirs[other][0] / ours[name][0] for name in mine if name in ours]
+        if not ratios or max(ratios) < least:
+            low.append(f"{other}: {ratios} times as fast, at least {least} expected")
+    sys.exit("\n".join(low))
+
+
 def read(path):
     with open(path, encoding="utf-8") as file:
         fields = [line.rstrip("\n").split("\t") for line in file if line.count("\t") == 2]
@@ -32,7 +55,7 @@ def read(path):
 
 
 def main():
-    ours, theirs = read(sys.argv[1]), read(sys.argv[2])
+    ours, theirs = read(sys.argv[-2]), read(sys.argv[-1])
     print("| ours | | theirs | | ratio | wanted |\n|---|---|---|---|---|---|")
     for mine, other, wanted in WANTED:
         if mine not in ours or other not in theirs:
@@ -45,6 +68,8 @@ def main():
         if name.startswith("scg ") and not name.endswith(" gradients"):
             rprop = ours[name.replace("scg", "rprop", 1)][0]
             print(f"| epoch {name} / rprop | {value / rprop:.2f} |")
+    if "--gate" in sys.argv:
+        gate(ours, theirs)
 
 
 main()

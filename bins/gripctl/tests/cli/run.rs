@@ -60,13 +60,9 @@ pub(crate) fn number(value: &Value, name: &str) -> f64 {
 }
 
 /// The folder `name` of the real recordings, which are no part of the project.
-pub(crate) fn real_data(name: &str) -> Option<PathBuf> {
+pub(crate) fn real_data(name: &str) -> PathBuf {
     let beside = || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data");
-    let root = std::env::var_os("GRIP_DATA").map_or_else(beside, PathBuf::from);
-    let folder = root.join(name);
-    if folder.is_dir() {
-        return Some(folder);
-    }
-    eprintln!("left out: no recordings at {}; set GRIP_DATA to their folder", folder.display());
-    None
+    let folder = std::env::var_os("GRIP_DATA").map_or_else(beside, PathBuf::from).join(name);
+    assert!(folder.is_dir(), "no folder {}: set GRIP_DATA", folder.display());
+    folder
 }

@@ -166,8 +166,9 @@ fn bad_files_and_arguments_are_refused() {
 /// The roughness profile of every trace is the instrument's. The step is the instrument's too: the `x_mm` of the shorter
 /// traces is stretched to 10 mm.
 #[test]
+#[ignore = "needs the recordings (CONTRIBUTING.md, Data)"]
 fn traces_agree_with_the_profilometer() {
-    let Some(folder) = real_data("surfcom_profiles") else { return };
+    let folder = real_data("surfcom_profiles");
     for entry in fs::read_dir(&folder).unwrap() {
         let name = entry.unwrap().file_name().into_string().unwrap();
         if !name.ends_with("_primary.csv") {

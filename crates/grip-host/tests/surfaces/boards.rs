@@ -19,6 +19,7 @@ fn pressed(file: &Path, speed_m_s: f64) -> HeightProfile {
 
 /// The strongest wave below twice the nominal period, which is what a person would choose as cutoff.
 #[test]
+#[ignore = "needs the recordings (CONTRIBUTING.md, Data)"]
 fn the_period_of_a_board_follows_from_the_speed() {
     println!("run: period (mm), over the nominal one; mean spacing of n irregularities (mm)");
     let mut off = Vec::new();

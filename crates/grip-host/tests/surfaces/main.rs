@@ -12,14 +12,12 @@ mod traces;
 
 use std::path::{Path, PathBuf};
 
-/// The files of the folder `name` of the real recordings whose name ends in `ending`; says so where there are none.
+/// The files of the folder `name` of the real recordings whose name ends in `ending`.
 fn recordings(name: &str, ending: &str) -> Vec<PathBuf> {
     let beside = || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data");
     let folder = std::env::var_os("GRIP_DATA").map_or_else(beside, PathBuf::from).join(name);
-    let Ok(entries) = std::fs::read_dir(&folder) else {
-        println!("left out: no recordings at {}; set GRIP_DATA to their folder", folder.display());
-        return Vec::new();
-    };
+    let entries = std::fs::read_dir(&folder)
+        .unwrap_or_else(|error| panic!("{}: {error}; set GRIP_DATA", folder.display()));
     let files = entries.map(|entry| entry.unwrap().path());
     let mut files: Vec<_> = files.filter(|f| f.to_string_lossy().ends_with(ending)).collect();
     files.sort();

@@ -28,6 +28,7 @@ fn at_true_step(profile: &HeightProfile) -> HeightProfile {
 }
 
 #[test]
+#[ignore = "needs the recordings (CONTRIBUTING.md, Data)"]
 fn the_roughness_profile_is_the_instruments() {
     println!("trace, filter: correlation, Ra over the instrument's; Rz, RSm (um)");
     for (file, profile, theirs) in traces() {
@@ -67,6 +68,7 @@ fn difference(profile: &HeightProfile, theirs: &[f64], steps: f64) -> f64 {
 
 /// Which cutoff the instrument used, in steps of each trace: 2.5 mm at one and the same step.
 #[test]
+#[ignore = "needs the recordings (CONTRIBUTING.md, Data)"]
 fn the_step_of_the_short_traces_is_that_of_the_full_ones() {
     for (file, profile, theirs) in traces() {
         let best = (900..=1100)
@@ -128,6 +130,7 @@ fn means(all: &[Irregularity]) -> (f64, f64) {
 }
 
 #[test]
+#[ignore = "needs the recordings (CONTRIBUTING.md, Data)"]
 fn a_played_trace_gives_the_irregularities_of_the_profile() {
     println!(
         "trace: n, delta, s (um) of the profile; then delta and s of the played one over those, worst of three"

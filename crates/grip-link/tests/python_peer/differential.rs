@@ -1,7 +1,7 @@
 //! Random wires and device scripts: the Python peer must do byte for byte what this crate does.
 
 use crate::dice::Dice;
-use crate::python::{answers, interpreter};
+use crate::python::answers;
 use crate::script::Script;
 use crate::targets::gripper::wire;
 use crate::targets::player::Player;
@@ -43,8 +43,8 @@ fn same(expected: &[String], found: &[String], lines: &[String]) {
 }
 
 #[test]
+#[ignore = "needs Python 3.9 (CONTRIBUTING.md)"]
 fn the_decoders_give_the_same_verdicts() {
-    let Some(python) = interpreter() else { return };
     let mut dice = Dice::new(1);
     let lines: Vec<String> = (0..4000)
         .map(|_| {
@@ -58,16 +58,16 @@ fn the_decoders_give_the_same_verdicts() {
         let count = expected.iter().filter(|line| line.contains(word)).count();
         assert!(count > 5 || word == "too_long", "{word} in {count} lines");
     }
-    same(&expected, &answers(python, "decode", "decode", &lines), &lines);
+    same(&expected, &answers("decode", "decode", &lines), &lines);
 }
 
 #[test]
+#[ignore = "needs Python 3.9 (CONTRIBUTING.md)"]
 fn the_devices_do_the_same() {
-    let Some(python) = interpreter() else { return };
     for seed in 0..12 {
         let lines = Script::new(seed).lines(1500);
         let expected = Player::default().play(&lines);
         assert!(expected.len() > 500, "{}", expected.len());
-        same(&expected, &answers(python, "device", "device", &lines), &[]);
+        same(&expected, &answers("device", "device", &lines), &[]);
     }
 }

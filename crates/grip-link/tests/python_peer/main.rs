@@ -1,4 +1,4 @@
-//! The Python peer in protocol/python: its own tests, and the same answers as this crate to random scripts.
+//! The Python peer in protocol/python gives the same answers as this crate to random scripts. Its own tests: scripts/python-peer-check.sh.
 
 #[cfg(test)]
 mod dice;
@@ -20,8 +20,6 @@ mod python;
 mod script;
 #[cfg(test)]
 mod seeds;
-#[cfg(test)]
-mod suite;
 #[cfg(test)]
 #[expect(unreachable_pub, dead_code, reason = "shared with the fuzz workspace and other tests")]
 #[path = "../../../../fuzz/src/targets/mod.rs"]

@@ -1,69 +1,26 @@
-//! The Python of this machine, if it has one.
+//! The Python of this machine, 3.9 or newer.
 
 use std::fs::{self, File};
-use std::io::Write as _;
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output, Stdio};
-
-const OLDEST: &str = "import sys; sys.exit(sys.version_info < (3, 9))";
-
-/// protocol/python.
-pub(crate) fn package() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../protocol/python").canonicalize().unwrap()
-}
-
-/// A folder for files of this test program.
-pub(crate) fn folder() -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("python-peer");
-    fs::create_dir_all(&folder).unwrap();
-    folder
-}
-
-/// A command that leaves no byte code in the source tree.
-pub(crate) fn command(program: impl AsRef<Path>) -> Command {
-    let mut command = Command::new(program.as_ref());
-    command.env("PYTHONPYCACHEPREFIX", folder().join("byte-code")).env_remove("PYTHONPATH");
-    command
-}
-
-/// The interpreter; `None`, and the reason printed, where there is none of 3.9 or newer.
-pub(crate) fn interpreter() -> Option<&'static str> {
-    let runs = command("python3").args(["-c", OLDEST]).status();
-    match runs {
-        Ok(status) if status.success() => Some("python3"),
-        Ok(_) => {
-            skipped("python3 is older than 3.9");
-            None
-        }
-        Err(error) => {
-            skipped(&format!("no python3 on this machine ({error})"));
-            None
-        }
-    }
-}
-
-/// Said on the terminal itself: the test runner keeps what a passing test prints.
-fn skipped(why: &str) {
-    writeln!(std::io::stderr(), "SKIPPED: the Python peer was not tested, {why}").unwrap();
-}
+use std::path::Path;
+use std::process::{Command, Stdio};
 
 /// Lines of stdout of `python -m grip_link.diff MODE` for these lines, which go through a file of that name. It needs no
-/// package beside the standard library.
-pub(crate) fn answers(interpreter: &str, file: &str, mode: &str, lines: &[String]) -> Vec<String> {
-    let input = folder().join(format!("{file}.txt"));
+/// package beside the standard library, and leaves no byte code in the source tree.
+pub(crate) fn answers(file: &str, mode: &str, lines: &[String]) -> Vec<String> {
+    let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../protocol/python/src");
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("python-peer");
+    fs::create_dir_all(&folder).unwrap();
+    let input = folder.join(format!("{file}.txt"));
     fs::write(&input, lines.join("\n") + "\n").unwrap();
-    let done = command(interpreter)
+    let done = Command::new("python3")
         .args(["-m", "grip_link.diff", mode])
-        .env("PYTHONPATH", package().join("src"))
+        .env("PYTHONPATH", source.canonicalize().unwrap())
+        .env("PYTHONPYCACHEPREFIX", folder.join("byte-code"))
         .stdin(Stdio::from(File::open(&input).unwrap()))
         .output()
-        .unwrap();
-    assert!(done.status.success(), "{}", said(&done));
-    String::from_utf8(done.stdout).unwrap().lines().map(str::to_owned).collect()
-}
-
-/// Both outputs as text.
-pub(crate) fn said(output: &Output) -> String {
-    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
-    format!("{}\n{}{}", output.status, text(&output.stdout), text(&output.stderr))
+        .unwrap_or_else(|error| panic!("no python3 on this machine: {error}"));
+    let text = |bytes: Vec<u8>| String::from_utf8_lossy(&bytes).into_owned();
+    let (out, err) = (text(done.stdout), text(done.stderr));
+    assert!(done.status.success(), "{}: {err}", done.status);
+    out.lines().map(str::to_owned).collect()
 }

@@ -7,18 +7,12 @@ use rand_core::{Rng, SeedableRng};
 
 use mlp::train::{DataSet, NetworkObjective, Objective, Patterns, Real, Topology, Trainer};
 
-/// The folder `learning` of the test data, or a word on why there is none.
-pub(crate) fn learning() -> Option<PathBuf> {
-    let data = std::env::var_os("GRIP_DATA").map_or_else(
-        || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data"),
-        PathBuf::from,
-    );
-    let learning = data.join("learning");
-    if learning.is_dir() {
-        return Some(learning);
-    }
-    eprintln!("skipped: no folder {} (set GRIP_DATA to the test data)", learning.display());
-    None
+/// The folder `learning` of the test data.
+pub(crate) fn learning() -> PathBuf {
+    let beside = || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data");
+    let folder = std::env::var_os("GRIP_DATA").map_or_else(beside, PathBuf::from).join("learning");
+    assert!(folder.is_dir(), "no folder {}: set GRIP_DATA", folder.display());
+    folder
 }
 
 /// Training rows of `surface2` for a 2-10-1 network.
@@ -28,9 +22,9 @@ pub(crate) struct Surface2 {
     patterns: Patterns,
 }
 
-/// The set, unless the data are absent.
-pub(crate) fn surface2() -> Option<Surface2> {
-    let folder = learning()?;
+/// The set.
+pub(crate) fn surface2() -> Surface2 {
+    let folder = learning();
     let bytes = std::fs::read(folder.join("surface2_train.csv")).unwrap();
     let specs = |names: &[&str]| names.iter().map(|name| name.parse().unwrap()).collect::<Vec<_>>();
     let data =
@@ -40,7 +34,7 @@ pub(crate) fn surface2() -> Option<Surface2> {
     let targets = data.patterns(&data.input_scalings(), &data.target_scalings()).targets;
     let inputs = data.iter().flat_map(|(inputs, _)| inputs.to_vec()).collect();
     let topology = Topology::regression(2, &[10], 1).unwrap();
-    Some(Surface2 { folder, topology, patterns: Patterns { inputs, targets } })
+    Surface2 { folder, topology, patterns: Patterns { inputs, targets } }
 }
 
 impl Surface2 {

@@ -1,0 +1,25 @@
+# Sourced by the checks, which fail where something is missing.
+#
+#   missing WORD WHAT    says what is missing and ends with 1; where GRIP_ALLOW_MISSING names the word (commas between), it says that this is
+#                        left out and returns. The words stand in CONTRIBUTING.md.
+missing() {
+    case ",${GRIP_ALLOW_MISSING:-}," in
+    *",$1,"*) echo "${0##*/}: left out: $2" >&2 ;;
+    *)
+        echo "${0##*/}: missing: $2 (GRIP_ALLOW_MISSING=$1 leaves it out)" >&2
+        exit 1
+        ;;
+    esac
+}
+
+#   install_packages PACKAGE...   installs packages of Debian, or ends with 1 and their names
+install_packages() {
+    command -v apt-get >/dev/null || { echo "${0##*/}: missing: $*; there is no apt-get here" >&2; exit 1; }
+    as_root=
+    if [ "$(id -u)" -ne 0 ]; then
+        command -v sudo >/dev/null || { echo "${0##*/}: missing: $*; that needs root or sudo" >&2; exit 1; }
+        as_root=sudo
+    fi
+    $as_root apt-get update -q >&2
+    $as_root env DEBIAN_FRONTEND=noninteractive apt-get install -y -q --no-install-recommends "$@" >&2
+}
