@@ -2,6 +2,7 @@
 //!
 //! gripd waits for its gripper, and both clients are there already. The gripper is plugged in, grips and lifts; the object slips. One client hears of the
 //! gripper and of every slip that gripd prints, once and in order; the other one sees the figures grow. Neither disturbs the grasp.
+#![expect(clippy::unwrap_used, reason = "test code")]
 
 use serde_json::Value;
 use stories::{Program, folder, in_one_of_some_runs, until};

@@ -2,6 +2,7 @@
 //!
 //! Without its sense of touch gripd must not guess. The fault is told, by the sensor's name. The force does not fall, the object stays in the fingers,
 //! and gripd goes on watching.
+#![expect(clippy::unwrap_used, reason = "test code")]
 
 use grip_sim::mcu::{Sensor, SensorFault};
 use stories::{Gripper, Program, folder, in_one_of_some_runs};

@@ -4,6 +4,7 @@
 //! only that one does. One computer fails: everybody who watches learns that its gripper is gone, and the other one holds on.
 //!
 //! It needs programs with the feature `fleet`: `scripts/fleet-check.sh` runs it.
+#![expect(clippy::unwrap_used, reason = "test code")]
 
 use serde_json::Value;
 use std::{collections::HashSet, fs, net::TcpListener, path::Path};

@@ -2,6 +2,7 @@
 //!
 //! The gripper holds by itself meanwhile. gripd says that the port is gone and waits; it finds the same gripper again and goes on holding, without
 //! letting go for a moment. Where the gripper lost its power as well it has forgotten everything: gripd says so and grips anew.
+#![expect(clippy::unwrap_used, reason = "test code")]
 
 use std::{fs, path::Path};
 use stories::{Gripper, Program, folder, in_one_of_some_runs, until};
