@@ -33,8 +33,9 @@ fn gripper(folder: &Path, endpoint: &str, seed: &str) -> (Program, String) {
     });
     let told = gripd.told();
     let (_, name) = told.split_once("this gripper is there as ").unwrap();
-    let name = name.split_whitespace().next().unwrap().trim_end_matches(['.', ',', ';']);
-    (gripd, name.to_owned())
+    let is_of_it = |c: char| c == '/' || c.is_ascii_alphanumeric();
+    let name: String = name.chars().take_while(|c| is_of_it(*c)).collect();
+    (gripd, name)
 }
 
 /// What somebody sees who looks after the hall.

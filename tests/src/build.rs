@@ -60,6 +60,7 @@ impl Build {
         let cargo = env::var_os("CARGO").unwrap_or_else(|| env!("CARGO").into());
         let mut command = Command::new(cargo);
         command.args(&self.arguments).args(["--quiet", "--message-format=json-render-diagnostics"]);
+        forget_this_package(&mut command);
         let output = command.current_dir(&self.folder).output();
         let output = output.map_err(|error| format!("cargo does not start: {error}"))?;
         if !output.status.success() {
@@ -67,6 +68,17 @@ impl Build {
             return Err(format!("`cargo {}` failed: {said}", self.arguments.join(" ")));
         }
         Ok(programs(&String::from_utf8_lossy(&output.stdout)))
+    }
+}
+
+/// Takes away what cargo has told this test about its own package: build scripts that look at such variables would run again, and with them
+/// all that depends on them.
+fn forget_this_package(command: &mut Command) {
+    let told = ["CARGO_PKG_", "CARGO_MANIFEST_", "CARGO_CRATE_", "CARGO_BIN_", "OUT_DIR"];
+    for (name, _) in env::vars_os() {
+        if told.iter().any(|start| name.to_string_lossy().starts_with(start)) {
+            command.env_remove(name);
+        }
     }
 }
 
