@@ -27,9 +27,9 @@ pub struct Build {
 }
 
 impl Build {
-    /// gripd and gripctl as the whole workspace is tested, in the target folder and the profile of this test.
+    /// The programs that belong to these tests, as the whole workspace is tested, in the target folder and the profile of this test.
     #[must_use]
-    pub fn of_the_workspace() -> Self {
+    pub fn beside_tests(names: &[&str]) -> Self {
         let usual = if cfg!(feature = "fleet") {
             "--workspace --features gripd/fleet,gripctl/fleet"
         } else {
@@ -39,10 +39,8 @@ impl Build {
         let test = env::current_exe().unwrap();
         let built = test.parent().and_then(Path::parent).unwrap();
         let profile = built.file_name().unwrap().to_str().unwrap();
-        let mut arguments: Vec<String> =
-            ["test", "--no-run", "--locked", "--test", "daemon", "--test", "cli"]
-                .map(str::to_owned)
-                .to_vec();
+        let mut arguments = ["test", "--no-run", "--locked"].map(str::to_owned).to_vec();
+        arguments.extend(names.iter().flat_map(|name| ["--test".to_owned(), (*name).to_owned()]));
         arguments.extend(selection.split_whitespace().map(str::to_owned));
         arguments
             .extend(["--target-dir".to_owned(), built.parent().unwrap().display().to_string()]);
@@ -101,7 +99,7 @@ fn programs(messages: &str) -> BTreeMap<String, PathBuf> {
 /// Where it cannot be built.
 pub(crate) fn program(name: &str) -> &'static Path {
     static PROGRAMS: OnceLock<Result<BTreeMap<String, PathBuf>, String>> = OnceLock::new();
-    let programs = PROGRAMS.get_or_init(|| Build::of_the_workspace().programs());
+    let programs = PROGRAMS.get_or_init(|| Build::beside_tests(&["daemon", "cli"]).programs());
     let programs = programs.as_ref().unwrap_or_else(|why| panic!("{why}"));
     programs.get(name).unwrap_or_else(|| panic!("cargo has built {programs:?}, but no {name}"))
 }
