@@ -1,5 +1,5 @@
 #!/bin/sh
-# What no default build contains: the fleet with a real router, gripd and gripctl beside one, the node of ROS 2 and the live view of
+# What no default build contains: the fleet with a real router, gripd and gripctl beside one and together, the node of ROS 2 and the live view of
 # Foxglove held against programs of others; what gripmon hears of a router; and that the default programs know nothing of it. Some 220 more
 # crates are compiled, once: every call names the same packages and features. The table in gripmon's window has scripts/fleet-window-check.sh.
 set -eu
@@ -10,15 +10,20 @@ if echo "$tree" | grep -E "^(zenoh|foxglove|grip-fleet|tokio) "; then
     echo "a default gripd, gripctl or gripmon contains the fleet" >&2
     exit 1
 fi
+# The story of a fleet builds its programs with the same choice.
+STORIES_BUILD="-p grip-fleet -p grip-scope -p gripd -p gripctl -p stories \
+    --features grip-fleet/zenoh,grip-fleet/foxglove,grip-scope/zenoh,gripd/fleet,gripctl/fleet,gripctl/foxglove,stories/fleet"
+export STORIES_BUILD
 opted() {
     command=$1
     shift
-    cargo "$command" --locked -p grip-fleet -p grip-scope -p gripd -p gripctl \
-        --features grip-fleet/zenoh,grip-fleet/foxglove,grip-scope/zenoh,gripd/fleet,gripctl/fleet,gripctl/foxglove "$@"
+    # Unquoted: these are words.
+    cargo "$command" --locked $STORIES_BUILD "$@"
 }
 # Also models (fleet_models) and copies of recordings (fleet_collect).
 opted test --lib --test router --test tls --test deploy --test ros --test ros_types
 opted test --test daemon --test cli --test scope -- fleet foxglove
+opted test --test fleet
 opted build --bins --example ros_messages
 built=$(cd "${CARGO_TARGET_DIR:-target}/debug" && pwd)
 MESSAGES=$built/examples/ros_messages GRIPD=$built/gripd scripts/ros-check.sh

@@ -3,26 +3,14 @@
 
 use slip_benches::daemon_faults::{Counts, Setup, names, run};
 use std::{
-    path::{Path, PathBuf},
-    process::Command,
+    path::PathBuf,
     sync::{LazyLock, Mutex, PoisonError},
 };
+use stories::Build;
 
-/// gripd of this build: only its own package's tests can name it, so it is built here.
-static GRIPD: LazyLock<PathBuf> = LazyLock::new(|| {
-    let test = std::env::current_exe().unwrap();
-    let folder = test.parent().and_then(Path::parent).unwrap();
-    let mut cargo = Command::new(env!("CARGO"));
-    // As the whole workspace is tested: another choice of packages would compile most of it again.
-    cargo.args(["test", "--quiet", "--no-run", "--workspace", "--test", "daemon"]);
-    cargo.current_dir(env!("CARGO_MANIFEST_DIR"));
-    cargo.arg("--target-dir").arg(folder.parent().unwrap());
-    if folder.ends_with("release") {
-        cargo.arg("--release");
-    }
-    assert!(cargo.status().unwrap().success(), "gripd does not build");
-    folder.join("gripd")
-});
+/// gripd of this build: only its own package's tests can name it.
+static GRIPD: LazyLock<PathBuf> =
+    LazyLock::new(|| Build::beside_tests(&["daemon"]).programs().unwrap()["gripd"].clone());
 
 /// Times are loose here: other tests run beside.
 const SLACK_MS: u64 = 500;

@@ -1,0 +1,62 @@
+//! A client. Two people beside gripd want to know how it does: one watches its figures, one hears of each slip.
+//!
+//! gripd waits for its gripper, and both clients are there already. The gripper is plugged in, grips and lifts; the object slips. One client hears of the
+//! gripper and of every slip that gripd prints, once and in order; the other one sees the figures grow. Neither disturbs the grasp.
+#![expect(clippy::unwrap_used, reason = "test code")]
+
+use serde_json::Value;
+use stories::{Program, folder, in_one_of_some_runs, until};
+
+/// Where gripd listens.
+const ADDRESS: &str = "unix:gripd.sock";
+
+/// Waits until the figures are like that.
+#[track_caller]
+fn until_seen(figures: &Program, is: impl Fn(&Value) -> bool) {
+    let seen = until(|| figures.lines().last().is_some_and(&is));
+    assert!(seen, "{}{}", figures.printed(), figures.told());
+}
+
+/// Times of the slips in lines of gripd or gripctl.
+fn slips(lines: &[Value]) -> Vec<f64> {
+    let slips = lines.iter().filter(|line| line["type"].as_str().unwrap().starts_with("slip"));
+    slips.map(|line| line["t_s"].as_f64().unwrap()).collect()
+}
+
+/// A grasp before two clients; an error where the object fell.
+fn watched() -> Result<(), String> {
+    let folder = folder();
+    let args = ["--port", "./gripper", "--wait", "--json", "--listen", ADDRESS];
+    let gripd = Program::gripd(folder.path(), &args);
+    gripd.until_told("waiting for it");
+    let gripctl = |how: &str| Program::gripctl(folder.path(), &["status", ADDRESS, how, "--json"]);
+    let (figures, news) = (gripctl("--watch"), gripctl("--events"));
+    until_seen(&figures, |now| now["health"]["clients"] == 2);
+
+    let gripper = Program::gripctl(folder.path(), &["sim", "--pty", "gripper"]);
+    let fallen = || gripd.told().contains("the object is gone");
+    let told = until(|| news.printed().contains("\"phase\":\"ended\"") || fallen());
+    assert!(told, "{}{}", news.printed(), gripd.told());
+    until_seen(&figures, |now| now["health"]["slips"].as_u64() >= Some(1) || fallen());
+    let now = figures.lines().pop().unwrap();
+    let ended = gripd.interrupted().done();
+    let heard = news.ended();
+    drop(gripper);
+    if ended.err.contains("the object is gone") {
+        return Err(ended.err);
+    }
+
+    assert!(now["gripper"]["link"] == "stream" && now["state"]["device"] == "active", "{now}");
+    assert!(now["events"].as_array().unwrap().iter().any(|event| event["type"] == "slip"), "{now}");
+    let lines = heard.lines();
+    assert!(lines.iter().any(|line| line["type"] == "gripper" && line["uid"].is_string()));
+    let printed = slips(&ended.lines());
+    assert_eq!(slips(&lines), printed, "{heard:?}");
+    assert!(printed.is_sorted() && printed.len() >= 2, "{printed:?}");
+    Ok(())
+}
+
+#[test]
+fn a_client_hears_of_every_slip_once_and_another_sees_the_figures() {
+    in_one_of_some_runs(watched);
+}

@@ -1,0 +1,116 @@
+//! A fleet. Two grippers of a hall are on one network, and somebody looks after both from one place.
+//!
+//! A router runs; two gripds announce themselves. gripctl lists both, shows the slips of both, each event once, and tells one of them to hold firmer:
+//! only that one does. One computer fails: everybody who watches learns that its gripper is gone, and the other one holds on.
+//!
+//! It needs programs with the feature `fleet`: `scripts/fleet-check.sh` runs it.
+#![expect(clippy::unwrap_used, reason = "test code")]
+
+use serde_json::Value;
+use std::{collections::HashSet, fs, net::TcpListener, path::Path};
+use stories::{Ended, Program, folder, in_one_of_some_runs, until};
+
+/// Where a router can listen: a port that was free a moment ago.
+fn endpoint() -> String {
+    let port = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
+    format!("tcp/127.0.0.1:{port}")
+}
+
+/// A gripd of the hall with a gripper of its own, and the gripper's name.
+fn gripper(folder: &Path, endpoint: &str, seed: &str) -> (Program, String) {
+    fs::create_dir(folder).unwrap();
+    let settings = format!(
+        "listen = \"off\"\nallow_commands = true\n[fleet]\nsite = \"hall\"\nrouter = \"{endpoint}\"\nspool = \"spool\"\ncommands = true\n"
+    );
+    fs::write(folder.join("gripd.toml"), settings).unwrap();
+    let gripd = Program::gripd(folder, &["--port", "sim", "--seed", seed, "--json"]);
+    gripd.until_told("this gripper is there as hall/");
+    let told = gripd.told();
+    let (_, name) = told.split_once("this gripper is there as ").unwrap();
+    let is_of_it = |c: char| c == '/' || c.is_ascii_alphanumeric();
+    let name: String = name.chars().take_while(|c| is_of_it(*c)).collect();
+    (gripd, name)
+}
+
+/// What somebody sees who looks after the hall.
+fn gripctl(folder: &Path, endpoint: &str, args: &[&str]) -> Ended {
+    let args = [&["fleet"], args, &["--router", endpoint]].concat();
+    let ended = Program::gripctl(folder, &args).ended();
+    assert_eq!(ended.code, 0, "{ended:?}");
+    ended
+}
+
+/// The gripper's name in a line of gripctl.
+fn name(line: &Value) -> String {
+    format!("hall/{}", line["uid"].as_str().unwrap())
+}
+
+/// Names of the grippers that are there.
+fn listed(folder: &Path, endpoint: &str) -> HashSet<String> {
+    gripctl(folder, endpoint, &["list", "--json"]).lines().iter().map(name).collect()
+}
+
+/// Whether a line of this gripper is like that.
+fn has(watch: &Program, gripper: &str, is: impl Fn(&Value) -> bool) -> bool {
+    watch.lines().iter().any(|line| name(line) == gripper && is(line))
+}
+
+/// Whether a notice says that the gripper was told to hold with 14 N.
+fn is_the_command(line: &Value) -> bool {
+    line["text"].as_str().is_some_and(|text| text.contains("14.00 N"))
+}
+
+/// Whether its object fell: such a gripper waits for help and carries nothing out.
+fn fallen(gripd: &Program) -> bool {
+    gripd.told().contains("the object is gone")
+}
+
+/// A morning in the hall; an error where an object fell.
+fn looked_after() -> Result<(), String> {
+    let folder = folder();
+    let (here, endpoint) = (folder.path(), endpoint());
+    let router = Program::gripctl(here, &["fleet", "router", "--listen", &endpoint]);
+    router.until_printed("a router listens at");
+    let (first, first_name) = gripper(&here.join("first"), &endpoint, "1");
+    let (second, second_name) = gripper(&here.join("second"), &endpoint, "2");
+    let both = HashSet::from([first_name.clone(), second_name.clone()]);
+    assert_eq!(both.len(), 2, "{first_name}");
+    assert_eq!(listed(here, &endpoint), both);
+
+    let events = ["fleet", "events", "--all", "--json", "--router", &endpoint];
+    let watch = Program::gripctl(here, &events);
+    let ended = |line: &Value| line["phase"] == "ended";
+    let fell = || fallen(&first) || fallen(&second);
+    let slipped = || both.iter().all(|one| has(&watch, one, ended));
+    assert!(until(|| slipped() || fell()), "{}", watch.printed());
+    gripctl(here, &endpoint, &["command", &first_name, "at-least", "14"]);
+    let obeyed = || has(&watch, &first_name, is_the_command);
+    assert!(until(|| obeyed() || fell()), "{}", watch.printed());
+    if fell() {
+        return Err(first.told() + &second.told());
+    }
+
+    first.kill();
+    let gone = |line: &Value| line["type"] == "alive" && line["alive"] == false;
+    assert!(until(|| has(&watch, &first_name, gone)), "{}", watch.printed());
+    assert_eq!(listed(here, &endpoint), HashSet::from([second_name.clone()]));
+    let told = watch.interrupted();
+    let of_the_second = |line: &&Value| name(line) == second_name;
+    let lines = told.lines();
+    assert!(!lines.iter().filter(of_the_second).any(|line| gone(line) || is_the_command(line)));
+    let ids: Vec<String> = lines.iter().filter_map(id).collect();
+    let different: HashSet<&String> = ids.iter().collect();
+    assert_eq!(different.len(), ids.len(), "an event came twice: {}", told.out);
+    let summary = second.interrupted().done().summary();
+    if summary["held"] == true { Ok(()) } else { Err(summary.to_string()) }
+}
+
+/// The number of the event in a line, with the gripper's name.
+fn id(line: &Value) -> Option<String> {
+    Some(format!("{} {}", name(line), line["id"].as_str()?))
+}
+
+#[test]
+fn two_grippers_are_seen_and_told_from_one_place() {
+    in_one_of_some_runs(looked_after);
+}

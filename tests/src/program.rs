@@ -1,0 +1,146 @@
+//! A folder and arguments in, a program that runs while the story goes on out.
+
+use crate::{build, until};
+use rustix::process::{Pid, Signal, kill_process};
+use serde_json::Value;
+use std::{
+    fs::{self, File},
+    path::Path,
+    process::{Child, Command},
+};
+use tempfile::TempDir;
+
+/// A program of ours; killed when it goes out of scope.
+#[derive(Debug)]
+pub struct Program {
+    child: Child,
+    /// What it prints and says goes there.
+    output: TempDir,
+}
+
+/// One that has ended.
+#[derive(Debug)]
+pub struct Ended {
+    /// Its exit code.
+    pub code: i32,
+    /// Standard output.
+    pub out: String,
+    /// Standard error.
+    pub err: String,
+}
+
+impl Program {
+    /// Starts gripd in `folder`, unaware of the settings of whoever runs the stories.
+    #[must_use]
+    pub fn gripd(folder: &Path, args: &[&str]) -> Self {
+        Self::start("gripd", folder, args)
+    }
+
+    /// Starts gripctl in `folder`.
+    #[must_use]
+    pub fn gripctl(folder: &Path, args: &[&str]) -> Self {
+        Self::start("gripctl", folder, args)
+    }
+
+    fn start(name: &str, folder: &Path, args: &[&str]) -> Self {
+        let output = tempfile::tempdir().unwrap();
+        let file = |name: &str| File::create(output.path().join(name)).unwrap();
+        let mut command = Command::new(build::program(name));
+        command.current_dir(folder).env_clear().env("HOME", folder).args(args);
+        let child = command.stdout(file("out")).stderr(file("err")).spawn().unwrap();
+        Self { child, output }
+    }
+
+    /// What it printed so far.
+    #[must_use]
+    pub fn printed(&self) -> String {
+        fs::read_to_string(self.output.path().join("out")).unwrap()
+    }
+
+    /// What it said on standard error so far.
+    #[must_use]
+    pub fn told(&self) -> String {
+        fs::read_to_string(self.output.path().join("err")).unwrap()
+    }
+
+    /// The whole lines that it printed so far, as JSON.
+    #[must_use]
+    pub fn lines(&self) -> Vec<Value> {
+        let printed = self.printed();
+        json(&printed[..printed.rfind('\n').map_or(0, |end| end + 1)])
+    }
+
+    /// Waits until `what` is printed.
+    #[track_caller]
+    pub fn until_printed(&self, what: &str) {
+        let there = until(|| self.printed().contains(what));
+        assert!(there, "no {what:?} in {}{}", self.printed(), self.told());
+    }
+
+    /// Waits until `what` stands on standard error.
+    #[track_caller]
+    pub fn until_told(&self, what: &str) {
+        assert!(until(|| self.told().contains(what)), "no {what:?} in {}", self.told());
+    }
+
+    /// kill -9; it is gone when this returns.
+    pub fn kill(mut self) {
+        self.child.kill().unwrap();
+        self.child.wait().unwrap();
+    }
+
+    /// Ends it as Ctrl-C does, and waits for it.
+    #[must_use]
+    pub fn interrupted(self) -> Ended {
+        kill_process(Pid::from_child(&self.child), Signal::INT).unwrap();
+        self.ended()
+    }
+
+    /// Waits for its end; a panic or a signal is none.
+    #[must_use]
+    pub fn ended(mut self) -> Ended {
+        let mut status = None;
+        until(|| {
+            status = self.child.try_wait().unwrap();
+            status.is_some()
+        });
+        let (out, err) = (self.printed(), self.told());
+        assert!(!err.contains("panicked"), "{err}");
+        let code = status.and_then(|status| status.code());
+        Ended { code: code.unwrap_or_else(|| panic!("no end: {status:?} {out}{err}")), out, err }
+    }
+}
+
+impl Drop for Program {
+    fn drop(&mut self) {
+        // Of one that has ended there is nothing to kill.
+        drop(self.child.kill());
+        drop(self.child.wait());
+    }
+}
+
+impl Ended {
+    /// Done, or done with the loss of data that a busy machine may cause.
+    #[track_caller]
+    #[must_use]
+    pub fn done(self) -> Self {
+        assert!([0, 3].contains(&self.code), "{self:?}");
+        self
+    }
+
+    /// The lines of standard output as JSON.
+    #[must_use]
+    pub fn lines(&self) -> Vec<Value> {
+        json(&self.out)
+    }
+
+    /// The last of them.
+    #[must_use]
+    pub fn summary(&self) -> Value {
+        self.lines().pop().unwrap_or_else(|| panic!("nothing was printed: {self:?}"))
+    }
+}
+
+fn json(text: &str) -> Vec<Value> {
+    text.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
+}
