@@ -1,6 +1,6 @@
 //! Ports of every system but Linux, by `serialport` alone: its list, its exclusive open, reads and writes with a short timeout.
 //!
-//! What is worse than on Linux: waits are whole milliseconds; a write waits for room up to [`LONGEST`], or as long as the driver
+//! What is worse than on Linux: waits are whole milliseconds; a write waits for room up to 20 ms, or as long as the driver
 //! blocks; a read that finds nothing allocates; all ports count as UARTs, so commands are spaced for the baud rate; a device is not
 //! told apart from another one at the same name where it has neither a serial number nor a known socket.
 

@@ -1,7 +1,8 @@
-//! Frames in, bytes of the gripper out: an open line, which never waits longer than it is told to.
+//! Frames in, bytes of the gripper out: an open line. On Linux it never waits longer than it is told to, and allocates nothing; what
+//! is promised of other systems stands in the module `elsewhere`.
 //!
 //! What the system does not take of a frame is kept, one frame at most, and goes on before anything else, so that frames are never
-//! mixed. How long reading and writing wait is a matter of the system: see `Wire` in `linux` and `elsewhere`.
+//! mixed.
 
 use crate::{PortError, system::Wire};
 use core::{
@@ -113,7 +114,7 @@ impl Line {
         if ready.gone { Err(PortError::Closed) } else { Ok(0) }
     }
 
-    /// Writes a frame with one write, without waiting. A frame that cannot be begun because the line is full is refused and counted:
+    /// Writes a frame with one write, on Linux without waiting. A frame that cannot be begun because the line is full is refused and counted:
     /// requests are repeated by the link. Allocates nothing.
     ///
     /// # Errors
