@@ -9,6 +9,7 @@ import re
 import subprocess
 import sys
 
+# MPL-2.0 binds the files of the crate that has it, not ours; whoever gets a program is told where they are (packaging/copyright).
 ALLOWED = {
     "0BSD", "Apache-2.0", "Apache-2.0 WITH LLVM-exception", "BSD-2-Clause", "BSD-3-Clause", "BSL-1.0",
     "CC0-1.0", "CDLA-Permissive-2.0", "ISC", "MIT", "MIT-0", "MPL-2.0", "Unicode-3.0", "Unlicense", "Zlib",

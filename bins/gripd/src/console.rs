@@ -41,11 +41,8 @@ impl Console {
     /// Events as JSON or as sentences; a live line where standard error is a terminal.
     pub(crate) fn new(json: bool, level: LogLevel, clock: Clock) -> Self {
         let err = io::stderr();
-        let journal = std::env::var("JOURNAL_STREAM").ok();
-        let place = rustix::fs::fstat(&err).ok().map(|stat| (stat.st_dev, stat.st_ino));
-        let style = LogStyle::of(err.is_terminal(), journal.as_deref(), place);
         Self {
-            log: Log::new(style, level),
+            log: Log::new(LogStyle::of_stderr(), level),
             clock,
             json,
             live: !json && err.is_terminal(),

@@ -3,21 +3,12 @@
 //! Nothing here is needed for correct work: it keeps other programs, page faults and sleeping timers from delaying an answer. All of
 //! it works without root where the limits RTPRIO and MEMLOCK are raised, as the unit of the package does.
 
-use core::{fmt, hint::black_box, num::NonZeroU64};
+use core::{fmt, hint::black_box};
 pub use grip_host::config::{RealtimeConfig, RealtimeMode};
-use rustix::{
-    io::Errno,
-    mm::{MlockAllFlags, mlockall},
-    process::{Resource, getrlimit},
-    thread::{
-        CapabilitySet, CpuSet, capabilities, sched_getaffinity, sched_setaffinity,
-        set_current_timer_slack,
-    },
-};
-use thread_priority::{
-    RealtimeThreadSchedulePolicy, ThreadPriority, ThreadPriorityValue, ThreadSchedulePolicy,
-    set_thread_priority_and_policy, thread_native_id,
-};
+use rustix::io::Errno;
+
+#[cfg_attr(not(target_os = "linux"), path = "realtime/elsewhere.rs")]
+mod system;
 
 /// How much of the stack is touched beforehand (bytes): more than the hot thread uses.
 const STACK_BYTES: usize = 256 * 1024;
@@ -147,33 +138,20 @@ pub fn enter(config: &RealtimeConfig) -> Granted {
         |result: Result<(), Errno>| result.map_or_else(Outcome::Refused, |()| Outcome::Granted);
     Granted {
         attempts: [
-            attempt(Measure::LockedMemory, &|| outcome(lock_memory())),
+            attempt(Measure::LockedMemory, &|| outcome(system::lock_memory())),
             attempt(Measure::TouchedStack, &|| {
                 touch_stack();
                 Outcome::Granted
             }),
-            attempt(Measure::TimerSlack, &|| {
-                outcome(set_current_timer_slack(Some(NonZeroU64::MIN)))
-            }),
+            attempt(Measure::TimerSlack, &|| outcome(system::end_timers_in_time())),
             attempt(Measure::Affinity, &|| {
-                config.cpu.map_or(Outcome::NotAsked, |cpu| outcome(stay_on(usize::from(cpu))))
+                config
+                    .cpu
+                    .map_or(Outcome::NotAsked, |cpu| outcome(system::stay_on(usize::from(cpu))))
             }),
-            attempt(Measure::Priority, &|| outcome(go_first(config.priority))),
+            attempt(Measure::Priority, &|| outcome(system::go_first(config.priority))),
         ],
     }
-}
-
-/// Pages stay in memory from their first use on: locking them all at once would fill the stacks of all threads.
-///
-/// With a limit in force a later allocation would fail instead of going without, so a limit is a refusal.
-fn lock_memory() -> Result<(), Errno> {
-    let limited = getrlimit(Resource::Memlock).current.is_some();
-    let free =
-        capabilities(None).is_ok_and(|sets| sets.effective.contains(CapabilitySet::IPC_LOCK));
-    if limited && !free {
-        return Err(Errno::NOMEM);
-    }
-    mlockall(MlockAllFlags::CURRENT | MlockAllFlags::FUTURE | MlockAllFlags::ONFAULT)
 }
 
 #[inline(never)]
@@ -182,30 +160,8 @@ fn touch_stack() {
     black_box(&mut stack);
 }
 
-fn stay_on(cpu: usize) -> Result<(), Errno> {
-    // Also refuses numbers that no set holds.
-    if cpu >= CpuSet::MAX_CPU || !sched_getaffinity(None)?.is_set(cpu) {
-        return Err(Errno::INVAL);
-    }
-    let mut set = CpuSet::new();
-    set.set(cpu);
-    sched_setaffinity(None, &set)
-}
-
-fn go_first(priority: u8) -> Result<(), Errno> {
-    let value = ThreadPriorityValue::try_from(priority).map_err(|_| Errno::INVAL)?;
-    set_thread_priority_and_policy(
-        thread_native_id(),
-        ThreadPriority::Crossplatform(value),
-        ThreadSchedulePolicy::Realtime(RealtimeThreadSchedulePolicy::Fifo),
-    )
-    .map_err(|error| match error {
-        thread_priority::Error::OS(number) => Errno::from_raw_os_error(number),
-        _ => Errno::INVAL,
-    })
-}
-
 #[cfg(test)]
+#[cfg(target_os = "linux")]
 mod tests {
     use super::{Attempt, Errno, Granted, Measure, Outcome, RealtimeConfig, RealtimeMode, enter};
     use rustix::{

@@ -1,8 +1,8 @@
 //! Why there is no line to a gripper, in words that say what to do about it.
 
+use core::fmt::Display;
 use grip_host::{exit::WrongArgument, scene::SceneFileError};
 use grip_sim::{SceneError, mcu::DeviceConfigError, pty::PtyError};
-use rustix::io::Errno;
 use std::{io, path::Path};
 
 /// Why a port cannot be opened or used.
@@ -78,27 +78,20 @@ impl PortError {
         }
     }
 
-    /// What the system's refusal to open `path` means.
-    pub(crate) fn refused(path: &Path, error: Errno) -> Self {
-        let (reason, advice) = match error {
-            Errno::NOENT | Errno::NODEV | Errno::NXIO | Errno::IO => (
-                io::ErrorKind::NotFound,
-                "there is no such port; `gripctl ports` lists those there are".to_owned(),
-            ),
-            Errno::ACCESS | Errno::PERM => (
-                io::ErrorKind::PermissionDenied,
-                "access denied; add your user to the group of the device (often dialout) and log in again; `gripctl doctor` names it".to_owned(),
-            ),
-            // What TIOCEXCL and the lock of another program give.
-            Errno::BUSY | Errno::AGAIN => (
-                io::ErrorKind::ResourceBusy,
-                "the port is busy: another program holds it (ModemManager, a serial monitor, another gripd?); `gripctl doctor` names it".to_owned(),
-            ),
-            _ => (
-                io::Error::from(error).kind(),
-                format!(
-                    "no serial port, or one that cannot be set up ({error}); `gripctl ports` lists those there are"
-                ),
+    /// What the system's refusal to open `path` means: its kind, and `error` in its own words.
+    pub(crate) fn refused(path: &Path, reason: io::ErrorKind, error: &dyn Display) -> Self {
+        let advice = match reason {
+            io::ErrorKind::NotFound => {
+                "there is no such port; `gripctl ports` lists those there are".to_owned()
+            }
+            io::ErrorKind::PermissionDenied => {
+                "access denied; add your user to the group of the device (often dialout) and log in again; `gripctl doctor` names it".to_owned()
+            }
+            io::ErrorKind::ResourceBusy => {
+                "the port is busy: another program holds it (ModemManager, a serial monitor, another gripd?); `gripctl doctor` names it".to_owned()
+            }
+            _ => format!(
+                "no serial port, or one that cannot be set up ({error}); `gripctl ports` lists those there are"
             ),
         };
         Self::Open { path: path.display().to_string(), advice, reason }

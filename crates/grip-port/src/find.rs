@@ -232,4 +232,5 @@ impl Wanted {
 }
 
 #[cfg(test)]
+#[cfg(target_os = "linux")]
 mod tests;

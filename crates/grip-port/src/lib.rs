@@ -1,19 +1,34 @@
 //! The name of a port in; an open line to a gripper, real or simulated, out: what the daemon and the toolbox share of it.
 //!
+//! Ports are listed, described and, but for Linux, opened with the crate `serialport`. What only Linux has stands in the module
+//! `linux`, what every other system gets instead in `elsewhere`; both give the same names to the rest.
+//!
 //! Time is told by the caller, here too: the simulator gets its clock as an argument, and pauses between tries are for the caller to
 //! wait.
 
+// Tests run it on Linux as well.
+#[cfg(any(not(target_os = "linux"), test))]
+#[cfg_attr(target_os = "linux", expect(unreachable_pub, reason = "public on other systems"))]
+mod elsewhere;
 mod error;
 mod find;
 mod line;
+#[cfg(target_os = "linux")]
+mod linux;
+mod list;
 mod open;
-mod places;
 mod simulator;
 mod source;
+
+#[cfg(not(target_os = "linux"))]
+use elsewhere as system;
+#[cfg(target_os = "linux")]
+use linux as system;
 
 pub use error::PortError;
 pub use find::{Backoff, Finder, Wanted, describe, describe_usb};
 pub use line::{Line, LineCounters, LineKind, Written, least_interval_us, nonce};
+pub use list::{PortInfo, UsbPort};
 pub use open::check_baud;
-pub use places::{Places, PortInfo, UsbPort};
 pub use source::{DEFAULT_BAUD, PortArgs, READ_TIMEOUT, Source};
+pub use system::Places;

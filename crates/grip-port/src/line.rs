@@ -1,24 +1,16 @@
-//! Frames in, bytes of the gripper out: an open line, which never waits longer than it is told to.
+//! Frames in, bytes of the gripper out: an open line. On Linux it never waits longer than it is told to, and allocates nothing; what
+//! is promised of other systems stands in the module `elsewhere`.
 //!
-//! Reading waits in poll(2); writing does not wait at all. What the system does not take of a frame is kept, one frame at most, and goes
-//! on before anything else, so that frames are never mixed.
+//! What the system does not take of a frame is kept, one frame at most, and goes on before anything else, so that frames are never
+//! mixed.
 
-use crate::PortError;
+use crate::{PortError, system::Wire};
 use core::{
     hash::{BuildHasher as _, Hasher as _},
     time::Duration,
 };
 use grip_link::frame::MAX_WIRE;
-use rustix::{
-    event::{PollFd, PollFlags, Timespec, poll},
-    fs::{OFlags, fcntl_getfl, fcntl_setfl},
-    io::{Errno, read, write},
-    termios::ioctl_tiocnxcl,
-};
-use std::{
-    collections::hash_map::RandomState,
-    os::fd::{AsFd, BorrowedFd, OwnedFd},
-};
+use std::collections::hash_map::RandomState;
 
 /// What stands between this program and the gripper.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -60,11 +52,10 @@ pub struct LineCounters {
 /// An open line that this process alone holds.
 #[derive(Debug)]
 pub struct Line {
-    fd: OwnedFd,
+    wire: Wire,
     kind: LineKind,
     baud: u32,
     latency_timer_ms: Option<u16>,
-    exclusive: bool,
     rest: Kept,
     waiting: Kept,
     counters: LineCounters,
@@ -76,36 +67,31 @@ pub(crate) struct Setup {
     pub(crate) kind: LineKind,
     pub(crate) baud: u32,
     pub(crate) latency_timer_ms: Option<u16>,
-    /// Whether the driver was told to refuse others, and must be told when that ends.
-    pub(crate) exclusive: bool,
+}
+
+/// What a wait ended with.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Ready {
+    /// Bytes may be read.
+    pub(crate) read: bool,
+    /// Bytes may be written.
+    pub(crate) write: bool,
+    /// The other end is gone.
+    pub(crate) gone: bool,
 }
 
 impl Line {
-    pub(crate) fn new(fd: OwnedFd, setup: Setup) -> Self {
-        let Setup { kind, baud, latency_timer_ms, exclusive } = setup;
+    pub(crate) fn new(wire: Wire, setup: Setup) -> Self {
+        let Setup { kind, baud, latency_timer_ms } = setup;
         Self {
-            fd,
+            wire,
             kind,
             baud,
             latency_timer_ms,
-            exclusive,
             rest: Kept::EMPTY,
             waiting: Kept::EMPTY,
             counters: LineCounters::default(),
         }
-    }
-
-    /// A line over a stream that is open already, such as one end of a socket pair; it is made non-blocking.
-    ///
-    /// # Errors
-    /// [`PortError::Read`] where the stream cannot be made so.
-    pub fn from_fd(fd: OwnedFd) -> Result<Self, PortError> {
-        fcntl_getfl(&fd)
-            .and_then(|flags| fcntl_setfl(&fd, flags | OFlags::NONBLOCK))
-            .map_err(|error| PortError::Read(error.into()))?;
-        let setup =
-            Setup { kind: LineKind::Socket, baud: 0, latency_timer_ms: None, exclusive: false };
-        Ok(Self::new(fd, setup))
     }
 
     /// Reads what has come into `input`: its length, 0 where nothing came within `timeout` or the wait ended early. Meanwhile what is kept
@@ -115,40 +101,20 @@ impl Line {
     /// [`PortError::Closed`] where the other end is gone; the line must then be dropped at once, or the device comes back under another
     /// name. [`PortError::Read`] or [`PortError::Write`] for anything else.
     pub fn read(&mut self, input: &mut [u8], timeout: Duration) -> Result<usize, PortError> {
-        let wanted = if self.is_clear() { PollFlags::IN } else { PollFlags::IN | PollFlags::OUT };
-        let mut polled = [PollFd::new(&self.fd, wanted)];
-        match poll(&mut polled, Some(&timespec(timeout))) {
-            Ok(0) | Err(Errno::INTR) => return Ok(0),
-            Ok(_) => {}
-            Err(error) => return Err(PortError::Read(error.into())),
-        }
-        let seen = polled.iter().fold(PollFlags::empty(), |seen, fd| seen | fd.revents());
-        if seen.contains(PollFlags::OUT) && !seen.contains(PollFlags::HUP) {
+        let ready = self.wire.wait(timeout, !self.is_clear())?;
+        if ready.write {
             self.resume()?;
         }
-        if seen.contains(PollFlags::IN) {
-            return self.take(input);
-        }
-        if seen.intersects(PollFlags::HUP | PollFlags::ERR | PollFlags::NVAL) {
-            return Err(PortError::Closed);
-        }
-        Ok(0)
-    }
-
-    fn take(&self, input: &mut [u8]) -> Result<usize, PortError> {
-        if input.is_empty() {
+        if ready.read && input.is_empty() {
             return Ok(0);
         }
-        match read(&self.fd, input) {
-            Ok(0) => Err(PortError::Closed),
-            Ok(count) => Ok(count),
-            Err(Errno::AGAIN | Errno::INTR) => Ok(0),
-            Err(error) if is_gone(error) => Err(PortError::Closed),
-            Err(error) => Err(PortError::Read(error.into())),
+        if ready.read {
+            return self.wire.take(input);
         }
+        if ready.gone { Err(PortError::Closed) } else { Ok(0) }
     }
 
-    /// Writes a frame with one write, without waiting. A frame that cannot be begun because the line is full is refused and counted:
+    /// Writes a frame with one write, on Linux without waiting. A frame that cannot be begun because the line is full is refused and counted:
     /// requests are repeated by the link. Allocates nothing.
     ///
     /// # Errors
@@ -189,7 +155,7 @@ impl Line {
     /// Goes on with the frame that was begun, then with the command that waits.
     fn resume(&mut self) -> Result<(), PortError> {
         if !self.rest.is_empty() {
-            let taken = self.push(self.rest.bytes())?;
+            let taken = self.wire.push(self.rest.bytes())?;
             self.rest.start += taken;
         }
         if self.rest.is_empty() && !self.waiting.is_empty() {
@@ -203,7 +169,7 @@ impl Line {
 
     /// Writes to a line on which nothing is kept.
     fn begin(&mut self, frame: &[u8]) -> Result<Written, PortError> {
-        let taken = self.push(frame)?;
+        let taken = self.wire.push(frame)?;
         if taken >= frame.len() {
             return Ok(Written::Whole);
         }
@@ -215,19 +181,15 @@ impl Line {
         Ok(Written::Begun)
     }
 
-    fn push(&self, bytes: &[u8]) -> Result<usize, PortError> {
-        match write(&self.fd, bytes) {
-            Ok(count) => Ok(count),
-            Err(Errno::AGAIN | Errno::INTR) => Ok(0),
-            Err(error) if is_gone(error) => Err(PortError::Closed),
-            Err(error) => Err(PortError::Write(error.into())),
-        }
-    }
-
     /// Whether nothing is kept: neither the rest of a frame nor a command.
     #[must_use]
     pub fn is_clear(&self) -> bool {
         self.rest.is_empty() && self.waiting.is_empty()
+    }
+
+    #[cfg(target_os = "linux")]
+    pub(crate) fn wire(&self) -> &Wire {
+        &self.wire
     }
 
     /// What did not go smoothly so far.
@@ -256,22 +218,6 @@ impl Line {
         match self.kind {
             LineKind::Uart => least_interval_us(self.baud, wire_bytes),
             LineKind::UsbDevice | LineKind::Pty | LineKind::Socket => 0,
-        }
-    }
-}
-
-/// For waiting on the line together with other things; bytes pass through [`Line`] alone.
-impl AsFd for Line {
-    fn as_fd(&self) -> BorrowedFd<'_> {
-        self.fd.as_fd()
-    }
-}
-
-impl Drop for Line {
-    fn drop(&mut self) {
-        if self.exclusive {
-            // The device may be gone, and the mark with it.
-            let _ = ioctl_tiocnxcl(&self.fd);
         }
     }
 }
@@ -317,19 +263,6 @@ impl Kept {
     }
 }
 
-/// Whether an error means that nobody is at the other end any more: a device that was unplugged, a terminal or socket that was closed.
-fn is_gone(error: Errno) -> bool {
-    matches!(
-        error,
-        Errno::IO | Errno::NXIO | Errno::NODEV | Errno::PIPE | Errno::CONNRESET | Errno::NOTCONN
-    )
-}
-
-fn timespec(time: Duration) -> Timespec {
-    // At most what every width holds; the wait may end early anyway.
-    let tv_sec = i64::try_from(time.as_secs()).unwrap_or(i64::MAX).min(1_000_000);
-    Timespec { tv_sec, tv_nsec: time.subsec_nanos().into() }
-}
-
 #[cfg(test)]
+#[cfg(target_os = "linux")]
 mod tests;

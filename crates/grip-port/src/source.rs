@@ -105,7 +105,7 @@ impl Source {
 
 #[cfg(test)]
 mod tests {
-    use super::{PortArgs, READ_TIMEOUT, Source};
+    use super::{PortArgs, Source};
     use crate::PortError;
     use grip_host::{
         config::UsbFilter,
@@ -143,6 +143,7 @@ mod tests {
     }
 
     #[test]
+    #[cfg(target_os = "linux")]
     fn the_simulator_answers_on_its_line_again_and_again_and_ends() {
         let mut now = 0;
         let source = Source::open(&args("sim"), move || {
@@ -154,7 +155,7 @@ mod tests {
             let mut line = source.line().unwrap();
             line.write_frame(&[0, 1, 2, 0]).unwrap();
             assert_eq!(
-                line.read(&mut [0; 16], READ_TIMEOUT).unwrap(),
+                line.read(&mut [0; 16], super::READ_TIMEOUT).unwrap(),
                 0,
                 "garbage is not answered"
             );

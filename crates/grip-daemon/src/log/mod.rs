@@ -34,8 +34,11 @@ impl LogStyle {
     pub fn of_stderr() -> Self {
         let stderr = io::stderr();
         let journal = std::env::var("JOURNAL_STREAM").ok();
-        // Closed, or not to be asked: then it is no journal.
+        // Closed, or not to be asked: then it is no journal. Only Linux has one.
+        #[cfg(target_os = "linux")]
         let file = rustix::fs::fstat(&stderr).ok().map(|stat| (stat.st_dev, stat.st_ino));
+        #[cfg(not(target_os = "linux"))]
+        let file = None;
         Self::of(stderr.is_terminal(), journal.as_deref(), file)
     }
 
