@@ -40,9 +40,8 @@ mod tests {
         seed: u64,
     ) -> (Run, f64) {
         let topology = Topology::regression(14, &[16], 3).unwrap();
-        let [mut rows, mut validation, mut test] = parts
-            .each_ref()
-            .map(|[x, y]| NetworkObjective::<T>::new(&topology, x.view(), y.view()).unwrap());
+        let [mut rows, mut validation, mut test] =
+            parts.each_ref().map(|[x, y]| NetworkObjective::<T>::new(&topology, x, y).unwrap());
         let weights: Vec<T> = nguyen_widrow(&topology, seed).into_iter().map(T::of).collect();
         let mut trainer = algorithm.trainer(weights.len());
         let config = RunConfig { epochs: 3000, max_fail: 500, ..RunConfig::default() };

@@ -23,8 +23,7 @@ mod tests {
 
     impl Case {
         fn objective<T: Real>(&self, isa: Isa) -> NetworkObjective<T> {
-            let (inputs, targets) = (self.inputs.view(), self.targets.view());
-            NetworkObjective::with_isa(&self.topology, inputs, targets, isa).unwrap()
+            NetworkObjective::with_isa(&self.topology, &self.inputs, &self.targets, isa).unwrap()
         }
     }
 

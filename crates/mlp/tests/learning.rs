@@ -100,8 +100,7 @@ mod tests {
         let config = RunConfig { epochs: 400, goal: 1e-6, ..RunConfig::default() };
         for algorithm in Algorithm::all().into_iter().skip(2) {
             let train = |topology: &Topology| {
-                let mut objective =
-                    NetworkObjective::new(topology, inputs.view(), targets.view()).unwrap();
+                let mut objective = NetworkObjective::new(topology, &inputs, &targets).unwrap();
                 let weights = mlp::train::init::nguyen_widrow(topology, 1);
                 let mut trainer = algorithm.trainer(weights.len());
                 run(Training::new(trainer.as_mut(), &mut objective), weights, &config)
@@ -225,7 +224,7 @@ mod tests {
             let topology = Topology::regression(2, &[3], 1).unwrap();
             let inputs = ArrayView2::from_shape((10, 2), &rows[..20]).unwrap();
             let targets = ArrayView2::from_shape((10, 1), &rows[20..]).unwrap();
-            let mut objective = NetworkObjective::new(&topology, inputs, targets).unwrap();
+            let mut objective = NetworkObjective::new(&topology, &inputs, &targets).unwrap();
             let mut trainer = Algorithm::all()[rule].trainer(weights.len());
             let config = RunConfig { epochs: 20, ..RunConfig::default() };
             let outcome = run(Training::new(trainer.as_mut(), &mut objective), weights, &config);

@@ -24,7 +24,7 @@ mod tests {
         let rows = Array2::from_shape_vec((rows.len() / 3, 3), rows).unwrap();
         let topology = Topology::regression(2, &[5], 1).unwrap();
         let (inputs, targets) = rows.view().split_at(Axis(1), 2);
-        NetworkObjective::with_isa(&topology, inputs, targets, isa).unwrap()
+        NetworkObjective::with_isa(&topology, &inputs, &targets, isa).unwrap()
     }
 
     fn rules() -> Vec<(&'static str, Algorithm)> {

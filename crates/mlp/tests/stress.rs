@@ -36,7 +36,7 @@ mod tests {
     }
 
     fn objective<T: Real>(topology: &Topology, [inputs, targets]: &Rows) -> NetworkObjective<T> {
-        NetworkObjective::new(topology, inputs.view(), targets.view()).unwrap()
+        NetworkObjective::new(topology, inputs, targets).unwrap()
     }
 
     fn train<T: Real>(algorithm: Algorithm, patterns: &Rows, weights: &[f64]) -> Run {

@@ -175,9 +175,8 @@ impl<T: Real> Pair<T> {
         validation: Option<&[Array2<f64>; 2]>,
         decay: f64,
     ) -> Result<Self, FitError> {
-        let objective = |[inputs, targets]: &[Array2<f64>; 2]| {
-            NetworkObjective::new(topology, inputs.view(), targets.view())
-        };
+        let objective =
+            |[inputs, targets]: &[Array2<f64>; 2]| NetworkObjective::new(topology, inputs, targets);
         let validation = validation.map(objective).transpose()?;
         Ok(Self { train: objective(train)?.with_decay(decay)?, validation })
     }

@@ -6,7 +6,7 @@ use super::rounded;
 use super::scaling::Scaling;
 use crate::model::{Coverage, Model, PredictError};
 use crate::network::ShapeError;
-use ndarray::{Array1, Array2, ArrayView2};
+use ndarray::{Array1, Array2, ArrayRef2};
 
 /// Why there are no predictions for rows.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
@@ -52,7 +52,7 @@ impl Evaluation {
 /// [`EvaluateError`] for the first row without a prediction; that is row 1 where the number of columns is wrong.
 pub fn predict<W: AsRef<[f32]>>(
     model: &Model<W>,
-    rows: ArrayView2<'_, f64>,
+    rows: &ArrayRef2<f64>,
 ) -> Result<(Array2<f32>, Vec<Coverage>), EvaluateError> {
     let mut predicted = Array2::zeros((rows.nrows(), model.targets().len()));
     let mut coverage = Vec::with_capacity(rows.nrows());
@@ -82,7 +82,7 @@ pub fn evaluate<W: AsRef<[f32]>>(
         let source = ShapeError::Outputs { needed, given }.into();
         return Err(EvaluateError { row: 1, source });
     }
-    let (predicted, coverage) = predict(model, data.input_values())?;
+    let (predicted, coverage) = predict(model, &data.input_values())?;
     let mut squares = Array1::zeros(scalings.len());
     let mut scaled_squares = 0.0;
     let mut relative_errors = Array2::zeros(predicted.dim());
@@ -151,11 +151,11 @@ mod tests {
         let rows = arr2(&[[1.0, 9.0], [2.0, 9.0], [5.0, 9.0]]);
         let (mut column, _) = rows.view().split_at(Axis(1), 1);
         column.invert_axis(Axis(0));
-        let (predicted, coverage) = predict(&model, column).unwrap();
+        let (predicted, coverage) = predict(&model, &column).unwrap();
         assert_eq!(predicted, arr2(&[[5.0], [2.0], [1.0]]));
         assert_eq!(coverage, [Coverage::Outside { column: 0 }, Coverage::Inside, Coverage::Inside]);
-        assert_eq!(predict(&model, Array2::zeros((0, 1)).view()).unwrap().0.dim(), (0, 1));
-        let wide = predict(&model, rows.view()).unwrap_err();
+        assert_eq!(predict(&model, &Array2::zeros((0, 1))).unwrap().0.dim(), (0, 1));
+        let wide = predict(&model, &rows).unwrap_err();
         assert_eq!(wide.to_string(), "row 1: 2 inputs where 1 are needed");
     }
 

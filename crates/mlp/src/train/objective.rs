@@ -4,7 +4,7 @@ use super::lanes::Isa;
 use super::real::Real;
 use super::setting::{SettingError, not_negative};
 use super::topology::Topology;
-use ndarray::ArrayView2;
+use ndarray::ArrayRef2;
 
 use crate::network::ShapeError;
 
@@ -68,8 +68,8 @@ impl<T: Real> NetworkObjective<T> {
     /// [`ShapeError::Rows`] without rows or for different numbers of them.
     pub fn new(
         topology: &Topology,
-        inputs: ArrayView2<'_, f64>,
-        targets: ArrayView2<'_, f64>,
+        inputs: &ArrayRef2<f64>,
+        targets: &ArrayRef2<f64>,
     ) -> Result<Self, ShapeError> {
         Self::with_isa(topology, inputs, targets, Isa::detect())
     }
@@ -80,8 +80,8 @@ impl<T: Real> NetworkObjective<T> {
     /// As [`NetworkObjective::new`].
     pub fn with_isa(
         topology: &Topology,
-        inputs: ArrayView2<'_, f64>,
-        targets: ArrayView2<'_, f64>,
+        inputs: &ArrayRef2<f64>,
+        targets: &ArrayRef2<f64>,
         isa: Isa,
     ) -> Result<Self, ShapeError> {
         let (needed, given) = (topology.inputs(), inputs.ncols());
@@ -233,7 +233,7 @@ mod tests {
             |rows, columns| Array2::from_shape_simple_fn((rows, columns), || uniform(&mut rng));
         let (inputs, targets) = (draw(rows, topology.inputs()), draw(rows, topology.outputs()));
         let weights = draw(1, topology.weights()).into_raw_vec_and_offset().0;
-        (NetworkObjective::new(topology, inputs.view(), targets.view()).unwrap(), weights)
+        (NetworkObjective::new(topology, &inputs, &targets).unwrap(), weights)
     }
 
     fn topologies() -> impl Iterator<Item = Topology> {
@@ -296,8 +296,7 @@ mod tests {
         let topology = Topology::new(&[2, 1], &[Activation::Linear]).unwrap();
         let (inputs, targets) =
             (arr2(&[[1.0, 2.0], [3.0, 4.0], [5.0, 6.0]]), arr2(&[[1.0], [0.0], [2.0]]));
-        let mut objective =
-            NetworkObjective::new(&topology, inputs.view(), targets.view()).unwrap();
+        let mut objective = NetworkObjective::new(&topology, &inputs, &targets).unwrap();
         let (mut normal, mut projected) = (vec![0.0; 9], vec![0.0; 3]);
         let mse = objective.normal_equations(&[1.0, 0.0, 0.5], &mut normal, &mut projected);
         // Outputs 1.5 3.5 5.5, residuals 0.5 3.5 3.5.
@@ -316,7 +315,7 @@ mod tests {
         let topology = Topology::regression(2, &[3], 1).unwrap();
         let build = |inputs: (usize, usize), targets: (usize, usize)| {
             let (inputs, targets) = (Array2::zeros(inputs), Array2::zeros(targets));
-            NetworkObjective::<f64>::new(&topology, inputs.view(), targets.view()).unwrap_err()
+            NetworkObjective::<f64>::new(&topology, &inputs, &targets).unwrap_err()
         };
         assert_eq!(build((0, 2), (0, 1)), ShapeError::Rows { inputs: 0, outputs: 0 });
         assert_eq!(build((5, 3), (5, 1)), ShapeError::Inputs { needed: 2, given: 3 });
@@ -340,14 +339,14 @@ mod tests {
                     copy[[row, column]] = view[[row, column]];
                 }
             }
-            let gradient = |x: ArrayView2<'_, f64>| {
+            let gradient = |x: &ArrayRef2<f64>| {
                 let mut gradient = vec![0.0; weights.len()];
                 NetworkObjective::<f64>::new(&topology, x, x)
                     .unwrap()
                     .gradient(&weights, &mut gradient);
                 gradient
             };
-            assert_eq!(gradient(view), gradient(copy.view()));
+            assert_eq!(gradient(&view), gradient(&copy));
         }
     }
 }

@@ -47,7 +47,7 @@ pub(crate) fn surface2() -> Option<Surface2> {
 impl Surface2 {
     pub(crate) fn objective<T: Real>(&self) -> NetworkObjective<T> {
         let [inputs, targets] = &self.rows;
-        NetworkObjective::new(&self.topology, inputs.view(), targets.view()).unwrap()
+        NetworkObjective::new(&self.topology, inputs, targets).unwrap()
     }
 
     /// The same rows, each value moved by up to half a unit of its ninth decimal.

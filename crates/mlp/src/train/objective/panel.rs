@@ -2,7 +2,7 @@
 
 use super::super::aligned::Aligned;
 use super::super::real::Real;
-use ndarray::ArrayView2;
+use ndarray::ArrayRef2;
 
 /// Most vectors of rows in a panel: so many sums stay in registers while a neuron's inputs pass by.
 pub(super) const VECTORS: usize = 4;
@@ -30,11 +30,7 @@ pub(super) struct Panels<T> {
 impl<T: Real> Panels<T> {
     /// Lays out as many rows of `inputs` as of `targets`, at least one, for vectors of `width` numbers. Empty lanes repeat the
     /// last row.
-    pub(super) fn new(
-        inputs: ArrayView2<'_, f64>,
-        targets: ArrayView2<'_, f64>,
-        width: usize,
-    ) -> Self {
+    pub(super) fn new(inputs: &ArrayRef2<f64>, targets: &ArrayRef2<f64>, width: usize) -> Self {
         let (rows, columns) = (inputs.nrows(), inputs.ncols() + targets.ncols());
         let vectors = rows.div_ceil(width);
         let mut values = Aligned::zeros(vectors * width * columns);
