@@ -139,7 +139,7 @@ impl Recording {
     }
 
     /// Writes `file` as an `.npz` that [`read_recording`](crate::read_recording) reads back: `t_s` and the arrivals as float64, readings as float32.
-    /// A channel without any reading is left out; of a NaN reading only that of the stylus comes back as one.
+    /// A NaN reading of another channel than the stylus comes back as none.
     ///
     /// # Errors
     /// Where the file cannot be written.
@@ -147,11 +147,8 @@ impl Recording {
         let mut npz = create(file)?;
         npz.add_array("t_s", &self.times_s())?;
         let readings = self.readings();
-        for (at, (name, column)) in self.columns().iter().zip(readings.columns()).enumerate() {
-            let is_channel = (1..=self.channels.optional.len()).contains(&at);
-            if !(is_channel && column.iter().all(|value| value.is_nan())) {
-                npz.add_array(name.as_str(), &column)?;
-            }
+        for (name, column) in self.columns().iter().zip(readings.columns()) {
+            npz.add_array(name.as_str(), &column)?;
         }
         if self.channels.arrivals {
             let us = |time: Micros| time.0 as f64;

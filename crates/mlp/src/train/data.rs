@@ -204,7 +204,7 @@ impl DataSet {
         };
         let (input_places, target_places) = (places(inputs, &csv)?, places(targets, &csv)?);
         let group = group.map(|name| Ok((csv.column(name)?, name))).transpose()?;
-        let hash = hexadecimal(&Sha256::digest(bytes));
+        let hash = sha256(bytes);
         let (mut rows, mut labels) = (0, Vec::new());
         let (mut input_values, mut target_values) = (Vec::new(), Vec::new());
         while let Some(row) = csv.next_row()? {
@@ -448,6 +448,12 @@ fn scaled(scalings: &[Scaling], values: &Array2<f64>) -> Array2<f64> {
         column.mapv_inplace(|raw| scaling.scaled(raw));
     }
     values
+}
+
+/// SHA-256 of `bytes` in hexadecimal, as [`DataSet::sha256`] has it.
+#[must_use]
+pub fn sha256(bytes: &[u8]) -> String {
+    hexadecimal(&Sha256::digest(bytes))
 }
 
 fn hexadecimal(digest: &[u8]) -> String {

@@ -52,7 +52,7 @@ pub mod trainer;
 mod vector;
 
 pub use column::{ColumnSpec, ColumnSpecError};
-pub use data::{DataSet, DataSetError};
+pub use data::{DataSet, DataSetError, sha256};
 pub use ensemble_file::EnsembleFile;
 pub use file::{FileError, ModelFile};
 pub use fit::{Choice, Fit, FitConfig, FitError, Fitting, Precision, fit};
