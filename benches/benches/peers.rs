@@ -36,7 +36,8 @@ fn print(name: &str, value: f64, unit: &str) {
 }
 
 fn epochs<T: Real>(case: &Case, isa: Isa, epochs: u32) -> Result<(), Box<dyn Error>> {
-    let mut objective = NetworkObjective::<T>::with_isa(&case.topology, &case.patterns, isa)?;
+    let mut objective =
+        NetworkObjective::<T>::with_isa(&case.topology, &case.inputs, &case.targets, isa)?;
     let start: Vec<T> = case.weights.iter().map(|&weight| T::of(weight)).collect();
     let rules = [
         ("rprop", Algorithm::Rprop(RpropConfig::default())),
@@ -107,7 +108,7 @@ fn time_forward<I: AsMut<[f32]>>(name: &str, input: &mut I, pass: impl Fn(&I) ->
 
 /// Weights after 100 epochs in double precision: what another library should reach from the same start.
 fn trained(case: &Case, algorithm: Algorithm) -> Result<Vec<f64>, Box<dyn Error>> {
-    let mut objective = NetworkObjective::<f64>::new(&case.topology, &case.patterns)?;
+    let mut objective = NetworkObjective::<f64>::new(&case.topology, &case.inputs, &case.targets)?;
     let mut trainer = algorithm.trainer(case.weights.len());
     let mut weights = case.weights.clone();
     for _ in 0..100 {

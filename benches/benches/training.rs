@@ -9,8 +9,8 @@ use mlp::train::{Algorithm, NetworkObjective, Real};
 use slip_benches::peers::{Case, building, surface};
 
 fn epoch<T: Real>(criterion: &mut Criterion, case: &Case, epochs: usize) {
-    let objective =
-        NetworkObjective::<T>::new(&case.topology, &case.patterns).expect("rows fit the network");
+    let objective = NetworkObjective::<T>::new(&case.topology, &case.inputs, &case.targets)
+        .expect("rows fit the network");
     let weights: Vec<T> = case.weights.iter().map(|&weight| T::of(weight)).collect();
     let mut group = criterion.benchmark_group(format!("epoch of {}", case.name));
     group.throughput(Throughput::Elements(1));

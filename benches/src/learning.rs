@@ -4,8 +4,9 @@ use std::{fs, io, path::Path};
 
 use mlp::{
     ShapeError,
-    train::{ColumnSpec, ColumnSpecError, DataSet, DataSetError, Patterns, Topology},
+    train::{ColumnSpec, ColumnSpecError, DataSet, DataSetError, Topology},
 };
+use ndarray::Array2;
 use rand_chacha::{ChaCha8Rng, rand_core::SeedableRng as _};
 use rand_distr::{Distribution as _, Normal, NormalError, Uniform, uniform};
 
@@ -18,12 +19,12 @@ pub struct Parts {
     pub source: &'static str,
     /// Shape: tanh, then linear.
     pub topology: Topology,
-    /// Rows to train on.
-    pub train: Patterns,
+    /// Rows to train on, inputs and targets.
+    pub train: [Array2<f64>; 2],
     /// Rows that decide which epoch is kept, if there are any.
-    pub validation: Option<Patterns>,
+    pub validation: Option<[Array2<f64>; 2]>,
     /// Rows for the error.
-    pub test: Patterns,
+    pub test: [Array2<f64>; 2],
 }
 
 /// Why there is no set.
@@ -70,17 +71,15 @@ pub fn surface2(data: Option<&Path>) -> Result<Parts, LearningError> {
     };
     let (train, test) = (read("train", 1, 100)?, read("test", 2, 60)?);
     let limits = train.target_scalings();
-    let patterns = |part: &DataSet| Patterns {
-        inputs: part.iter().flat_map(|(x, _)| x.to_vec()).collect(),
-        targets: part.patterns(&part.input_scalings(), &limits).targets,
-    };
+    // Inputs lie in [-1, 1] already and stay as they are.
+    let scaled = |part: &DataSet| part.scaled(&[], &limits);
     Ok(Parts {
         name: "surface2",
         source: if data.is_some() { "rows of GRIP_DATA" } else { "rows drawn from its formula" },
         topology: Topology::regression(2, &[10], 1)?,
-        train: patterns(&train),
+        train: scaled(&train),
         validation: None,
-        test: patterns(&test),
+        test: scaled(&test),
     })
 }
 
@@ -94,10 +93,7 @@ pub fn building1(data: &Path) -> Result<Parts, LearningError> {
     let (inputs, targets) = (specs(&names)?, specs(&["energy", "hot_water", "cold_water"])?);
     let part = |name: &str| {
         let rows = read(data, &format!("building1_{name}.csv"), (&inputs, &targets))?;
-        Ok::<_, LearningError>(Patterns {
-            inputs: rows.iter().flat_map(|(x, _)| x.to_vec()).collect(),
-            targets: rows.iter().flat_map(|(_, y)| y.to_vec()).collect(),
-        })
+        Ok::<_, LearningError>([rows.input_values().to_owned(), rows.target_values().to_owned()])
     };
     Ok(Parts {
         name: "building1",
@@ -145,10 +141,8 @@ mod tests {
     #[test]
     fn without_data_the_surface_is_drawn_and_building1_is_missed() {
         let parts = surface2(None).unwrap();
-        assert_eq!((parts.train.targets.len(), parts.test.targets.len()), (100, 60));
-        let range = parts
-            .train
-            .targets
+        assert_eq!((parts.train[1].nrows(), parts.test[1].nrows()), (100, 60));
+        let range = parts.train[1]
             .iter()
             .fold((1.0_f64, -1.0_f64), |(low, high), &y| (low.min(y), high.max(y)));
         assert!((range.0 + 1.0).abs() < 1e-12 && (range.1 - 1.0).abs() < 1e-12, "{range:?}");

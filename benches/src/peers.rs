@@ -4,8 +4,9 @@ use core::fmt::Write as _;
 
 use mlp::{
     ShapeError,
-    train::{Patterns, Topology, init::nguyen_widrow},
+    train::{Topology, init::nguyen_widrow},
 };
+use ndarray::{Array2, aview1};
 use rand_chacha::ChaCha8Rng;
 use rand_core::{Rng as _, SeedableRng as _};
 
@@ -16,8 +17,10 @@ pub struct Case {
     pub name: &'static str,
     /// Shape: tanh, then linear.
     pub topology: Topology,
-    /// Rows, inputs and targets in [-1, 1].
-    pub patterns: Patterns,
+    /// Inputs of the rows in [-1, 1].
+    pub inputs: Array2<f64>,
+    /// Their targets in [-1, 1].
+    pub targets: Array2<f64>,
     /// Starting weights.
     pub weights: Vec<f64>,
 }
@@ -33,14 +36,14 @@ fn uniform(rng: &mut ChaCha8Rng) -> f64 {
 /// Never: the shape is possible.
 pub fn surface() -> Result<Case, ShapeError> {
     let mut rng = ChaCha8Rng::seed_from_u64(11);
-    let mut patterns = Patterns { inputs: Vec::new(), targets: Vec::new() };
-    for _ in 0..100 {
+    let (mut inputs, mut targets) = (Array2::zeros((100, 2)), Array2::zeros((100, 1)));
+    for row in 0..100 {
         let (x, y) = (uniform(&mut rng), uniform(&mut rng));
         let smooth = 0.6 * (core::f64::consts::PI * x).sin() * y + 0.4 * (2.5 * y).cos() + 0.3 * x;
-        patterns.inputs.extend([x, y]);
-        patterns.targets.push(smooth + 0.08 * uniform(&mut rng));
+        inputs.row_mut(row).assign(&aview1(&[x, y]));
+        targets[[row, 0]] = smooth + 0.08 * uniform(&mut rng);
     }
-    Ok(Case::rounded("surface2", Topology::regression(2, &[10], 1)?, &patterns))
+    Ok(Case::rounded("surface2", Topology::regression(2, &[10], 1)?, inputs, targets))
 }
 
 /// Made-up rows in the shape of Proben1's building1: 2104 rows, 14-16-3.
@@ -49,38 +52,41 @@ pub fn surface() -> Result<Case, ShapeError> {
 /// Never: the shape is possible.
 pub fn building() -> Result<Case, ShapeError> {
     let mut rng = ChaCha8Rng::seed_from_u64(12);
-    let mut patterns = Patterns { inputs: Vec::new(), targets: Vec::new() };
-    for _ in 0..2104 {
-        let row: Vec<f64> = (0..14).map(|_| uniform(&mut rng)).collect();
+    let inputs = Array2::from_shape_simple_fn((2104, 14), || uniform(&mut rng));
+    let mut targets = Array2::zeros((2104, 3));
+    for (row, mut target) in inputs.rows().into_iter().zip(targets.rows_mut()) {
         let sum = |step: usize| row.iter().step_by(step).sum::<f64>() / 4.0;
-        let targets = [sum(2).tanh(), (sum(3) * row[1]).sin(), 0.5 * (sum(5) - row[7])];
-        patterns.targets.extend(targets);
-        patterns.inputs.extend(row);
+        let wanted = [sum(2).tanh(), (sum(3) * row[1]).sin(), 0.5 * (sum(5) - row[7])];
+        target.assign(&aview1(&wanted));
     }
-    Ok(Case::rounded("building1", Topology::regression(14, &[16], 3)?, &patterns))
+    Ok(Case::rounded("building1", Topology::regression(14, &[16], 3)?, inputs, targets))
 }
 
 /// The nearest number of nine decimals, so that what is written is what we train on.
-fn nine_decimals(values: &[f64]) -> Vec<f64> {
-    values.iter().map(|value| (value * 1e9).round() / 1e9).collect()
+fn nine_decimals(value: f64) -> f64 {
+    (value * 1e9).round() / 1e9
 }
 
 impl Case {
-    fn rounded(name: &'static str, topology: Topology, patterns: &Patterns) -> Self {
-        let weights = nine_decimals(&nguyen_widrow(&topology, 1));
-        let inputs = nine_decimals(&patterns.inputs);
-        let patterns = Patterns { inputs, targets: nine_decimals(&patterns.targets) };
-        Self { name, topology, patterns, weights }
+    fn rounded(
+        name: &'static str,
+        topology: Topology,
+        mut inputs: Array2<f64>,
+        mut targets: Array2<f64>,
+    ) -> Self {
+        let weights = nguyen_widrow(&topology, 1).into_iter().map(nine_decimals).collect();
+        inputs.mapv_inplace(nine_decimals);
+        targets.mapv_inplace(nine_decimals);
+        Self { name, topology, inputs, targets, weights }
     }
 
     /// The rows as FANN reads them: a line of counts, then inputs and targets on alternate lines.
     #[must_use]
     pub fn fann(&self) -> String {
         let (inputs, outputs) = (self.topology.inputs(), self.topology.outputs());
-        let rows = self.patterns.inputs.len() / inputs;
+        let rows = self.inputs.nrows();
         let mut text = format!("{rows} {inputs} {outputs}\n");
-        let targets = self.patterns.targets.chunks(outputs);
-        for (x, y) in self.patterns.inputs.chunks(inputs).zip(targets) {
+        for (x, y) in self.inputs.rows().into_iter().zip(self.targets.rows()) {
             for line in [x, y] {
                 let fields: Vec<String> = line.iter().map(|field| format!("{field:.9}")).collect();
                 let _infallible = writeln!(text, "{}", fields.join(" "));

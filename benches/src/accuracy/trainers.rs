@@ -8,6 +8,7 @@ use mlp::{
         Algorithm, NetworkObjective, Objective, Real, RunConfig, Training, init::nguyen_widrow, run,
     },
 };
+use ndarray::Array2;
 use std::path::Path;
 
 /// How each rule trains.
@@ -87,7 +88,9 @@ fn start<T: Real>(
     effort: Effort,
     (seed, clock): (u64, Clock<'_>),
 ) -> Result<(f64, f64), ShapeError> {
-    let objective = |patterns| NetworkObjective::<T>::new(&parts.topology, patterns);
+    let objective = |[inputs, targets]: &[Array2<f64>; 2]| {
+        NetworkObjective::<T>::new(&parts.topology, inputs, targets)
+    };
     let (mut rows, mut test) = (objective(&parts.train)?, objective(&parts.test)?);
     let mut validation = parts.validation.as_ref().map(objective).transpose()?;
     let weights: Vec<T> = nguyen_widrow(&parts.topology, seed).into_iter().map(T::of).collect();

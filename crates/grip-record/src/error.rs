@@ -7,7 +7,8 @@ use slip_core::units::Micros;
 
 use crate::channels::COLUMN_NAMES;
 
-/// Why a CSV file could not be read. Lines and columns count from 1, as an editor shows them.
+/// Why a file of columns could not be read. Lines and columns count from 1, as an editor shows them; of an `.npz` the line is
+/// the row, the first value being 1.
 #[derive(Debug, thiserror::Error)]
 pub enum CsvError {
     /// The file is missing or cannot be read.
@@ -18,6 +19,10 @@ pub enum CsvError {
         /// What the operating system said.
         source: io::Error,
     },
+    /// An `.npz` or one of its arrays.
+    #[cfg(feature = "arrays")]
+    #[error(transparent)]
+    Arrays(#[from] crate::npz::NpzError),
     /// The file has no header row.
     #[error("{}: is empty; the first line must name the columns, e.g. t_s,stylus or x_mm,height_um", file.display())]
     Empty {

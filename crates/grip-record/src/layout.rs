@@ -33,6 +33,16 @@ struct Found {
 }
 
 impl Layout {
+    /// Whether anything is read from the column.
+    #[cfg(feature = "arrays")]
+    pub(crate) fn uses(&self, column: usize) -> bool {
+        self.time == Some(column)
+            || self.stylus == column
+            || self.taxels.contains(&column)
+            || self.arrival.is_some_and(|columns| columns.contains(&column))
+            || self.optional.iter().any(|(used, ..)| *used == column)
+    }
+
     pub(crate) fn resolve(
         file: &Path,
         header: &[String],

@@ -20,12 +20,17 @@
 //! A reading may be `NaN`, `inf` or absurdly large: that is what a broken sensor sends, so it is passed on
 //! unchanged and counted in [`Notes`]. A time must be a number and must never go backwards.
 //!
+//! With the feature `arrays` a recording is also an `.npz` of NumPy with an array for each of these columns (`read_recording`,
+//! `Recording::write_npz`), and its readings are `ndarray` arrays; `Npz` reads named columns of any `.npz`.
+//!
 //! A labelled folder holds `labels.csv` ([`read_labels`]) beside `NAME.csv` and, where the true motion is
 //! known, `NAME_pose.csv` ([`Travel`]).
 //!
 //! A surface is a file too: a height profile has `x_mm` and `height_um` ([`HeightProfile`]), a list of irregularities
 //! `delta_m` and `s_m` ([`read_irregularities`]).
 
+#[cfg(feature = "arrays")]
+mod arrays;
 mod channels;
 mod csv_read;
 mod csv_write;
@@ -35,19 +40,27 @@ mod labels;
 mod layout;
 pub mod mcap;
 mod notes;
+#[cfg(feature = "arrays")]
+mod npy;
+#[cfg(feature = "arrays")]
+mod npz;
 mod number;
 mod profile;
+mod recording;
 mod table;
 mod taxels;
 mod travel;
 
 pub use channels::{COLUMN_NAMES, Channel, ChannelSet, StylusKind};
-pub use csv_read::{CsvOptions, Recording, parse_csv, read_csv};
+pub use csv_read::{CsvOptions, parse_csv, read_csv, read_recording};
 pub use csv_write::{CsvWriter, WriteError};
 pub use error::CsvError;
 pub use irregularities::{Lengths, parse_irregularities, read_irregularities};
 pub use labels::{Label, LabelError, LabelKind, read_labels};
 pub use notes::{HUGE_READING, Notes};
+#[cfg(feature = "arrays")]
+pub use npz::{MOST_UNPACKED, Npz, NpzError, is_npz, write_columns};
 pub use profile::HeightProfile;
+pub use recording::Recording;
 pub use taxels::Taxels;
 pub use travel::Travel;

@@ -3,6 +3,7 @@
 use crate::{Condition, Score, StudyError, score};
 use grip_sim::generator::{Row, rows};
 use mlp::train::{ColumnSpec, DataSet};
+use ndarray::{Array2, ArrayRef1};
 use serde::Serialize;
 
 /// Rows of the large test set that no learner trains on.
@@ -32,10 +33,10 @@ pub struct Scores {
 
 impl Sets {
     /// Scores a learner that answers the raw features of a row with an adequate force (N).
-    pub fn score(&self, answer: impl Fn(&[f64]) -> f64) -> Scores {
+    pub fn score(&self, answer: impl Fn(&ArrayRef1<f64>) -> f64) -> Scores {
         let of = |data: &DataSet| {
             let pairs: Vec<(f64, f64)> =
-                data.iter().map(|(features, target)| (answer(features), target[0])).collect();
+                data.iter().map(|(features, target)| (answer(&features), target[0])).collect();
             score(&pairs)
         };
         Scores { train: of(&self.train), test: of(&self.test), unseen: of(&self.unseen) }
@@ -78,13 +79,13 @@ impl Condition {
         let inputs: Vec<ColumnSpec> =
             self.features.inputs.iter().map(|spec| spec.parse()).collect::<Result<_, _>>()?;
         let target: ColumnSpec = self.features.target.parse()?;
-        let mut features = Vec::with_capacity(rows.len() * inputs.len());
-        for row in rows {
-            for spec in &inputs {
-                features.push(column(row, &spec.name)?);
+        let mut features = Array2::zeros((rows.len(), inputs.len()));
+        for (spec, mut place) in inputs.iter().zip(features.columns_mut()) {
+            for (value, row) in place.iter_mut().zip(rows) {
+                *value = column(row, &spec.name)?;
             }
         }
-        let targets = rows.iter().map(|row| row.adequate_force_n).collect();
+        let targets = Array2::from_shape_fn((rows.len(), 1), |(at, _)| rows[at].adequate_force_n);
         let name = format!("{} ({name})", self.name);
         Ok(DataSet::from_values(&name, &inputs, &[target], (features, targets))?)
     }

@@ -63,6 +63,16 @@ pub enum ShapeError {
         /// Room given.
         given: usize,
     },
+    /// No rows, or not as many of inputs as of outputs.
+    #[error(
+        "{inputs} rows of inputs and {outputs} of outputs: as many of both are needed, at least one"
+    )]
+    Rows {
+        /// Rows of inputs given.
+        inputs: usize,
+        /// Rows of outputs given.
+        outputs: usize,
+    },
 }
 
 /// Number of weights and biases of a network with these layer sizes (inputs first); saturates.

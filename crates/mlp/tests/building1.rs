@@ -12,14 +12,16 @@ mod common;
 #[cfg(test)]
 mod tests {
     use super::common::learning;
+    use ndarray::Array2;
+
     use mlp::train::trainer::{RpropConfig, RpropVariant};
     use mlp::train::{
-        Algorithm, DataSet, NetworkObjective, Objective as _, Patterns, Real, Run, RunConfig,
-        Topology, Training, init::nguyen_widrow, run,
+        Algorithm, DataSet, NetworkObjective, Objective as _, Real, Run, RunConfig, Topology,
+        Training, init::nguyen_widrow, run,
     };
 
     /// Training, validation and test rows, used as they are: Proben1 has scaled them already.
-    fn parts() -> [Patterns; 3] {
+    fn parts() -> [[Array2<f64>; 2]; 3] {
         let folder = learning();
         let specs = |names: &[String]| names.iter().map(|n| n.parse().unwrap()).collect::<Vec<_>>();
         let inputs = specs(&(1..=14).map(|at| format!("x{at}")).collect::<Vec<_>>());
@@ -28,16 +30,18 @@ mod tests {
             let name = format!("building1_{part}.csv");
             let bytes = std::fs::read(folder.join(&name)).unwrap();
             let data = DataSet::from_csv(&name, &bytes, &inputs, &targets).unwrap();
-            let (x, y): (Vec<_>, Vec<_>) =
-                data.iter().map(|(x, y)| (x.to_vec(), y.to_vec())).unzip();
-            Patterns { inputs: x.concat(), targets: y.concat() }
+            [data.input_values().to_owned(), data.target_values().to_owned()]
         })
     }
 
-    fn train<T: Real>(parts: &[Patterns; 3], algorithm: Algorithm, seed: u64) -> (Run, f64) {
+    fn train<T: Real>(
+        parts: &[[Array2<f64>; 2]; 3],
+        algorithm: Algorithm,
+        seed: u64,
+    ) -> (Run, f64) {
         let topology = Topology::regression(14, &[16], 3).unwrap();
         let [mut rows, mut validation, mut test] =
-            parts.each_ref().map(|part| NetworkObjective::<T>::new(&topology, part).unwrap());
+            parts.each_ref().map(|[x, y]| NetworkObjective::<T>::new(&topology, x, y).unwrap());
         let weights: Vec<T> = nguyen_widrow(&topology, seed).into_iter().map(T::of).collect();
         let mut trainer = algorithm.trainer(weights.len());
         let config = RunConfig { epochs: 3000, max_fail: 500, ..RunConfig::default() };
@@ -58,7 +62,11 @@ mod tests {
         (mean, (square / (count - 1.0)).sqrt())
     }
 
-    fn errors<T: Real>(parts: &[Patterns; 3], variant: RpropVariant, starts: u64) -> Vec<f64> {
+    fn errors<T: Real>(
+        parts: &[[Array2<f64>; 2]; 3],
+        variant: RpropVariant,
+        starts: u64,
+    ) -> Vec<f64> {
         let algorithm = Algorithm::Rprop(RpropConfig { variant, ..RpropConfig::default() });
         let runs: Vec<(Run, f64)> =
             (0..starts).map(|seed| train::<T>(parts, algorithm, seed)).collect();

@@ -4,7 +4,8 @@
 #[cfg(test)]
 mod tests {
     use mlp::Activation;
-    use mlp::train::{Isa, NetworkObjective, Objective, Patterns, Real, Topology};
+    use mlp::train::{Isa, NetworkObjective, Objective, Real, Topology};
+    use ndarray::Array2;
     use rand_chacha::ChaCha8Rng;
     use rand_core::{Rng, SeedableRng};
 
@@ -15,20 +16,25 @@ mod tests {
 
     struct Case {
         topology: Topology,
-        patterns: Patterns,
+        inputs: Array2<f64>,
+        targets: Array2<f64>,
         weights: Vec<f64>,
+    }
+
+    impl Case {
+        fn objective<T: Real>(&self, isa: Isa) -> NetworkObjective<T> {
+            NetworkObjective::with_isa(&self.topology, &self.inputs, &self.targets, isa).unwrap()
+        }
     }
 
     fn case(sizes: &[usize], activations: &[Activation], rows: usize, seed: u64) -> Case {
         let topology = Topology::new(sizes, activations).unwrap();
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
-        let mut draw = |n: usize| (0..n).map(|_| uniform(&mut rng)).collect::<Vec<_>>();
-        let patterns = Patterns {
-            inputs: draw(rows * topology.inputs()),
-            targets: draw(rows * topology.outputs()),
-        };
-        let weights = draw(topology.weights());
-        Case { topology, patterns, weights }
+        let mut draw =
+            |rows, columns| Array2::from_shape_simple_fn((rows, columns), || uniform(&mut rng));
+        let (inputs, targets) = (draw(rows, topology.inputs()), draw(rows, topology.outputs()));
+        let weights = draw(1, topology.weights()).into_raw_vec_and_offset().0;
+        Case { topology, inputs, targets, weights }
     }
 
     fn slope(activation: Activation, y: f64) -> f64 {
@@ -42,11 +48,10 @@ mod tests {
 
     /// Mean squared error and its gradient by the textbook, and the sums of the sizes of the gradient's terms.
     fn plain(case: &Case) -> (f64, Vec<f64>, Vec<f64>) {
-        let Case { topology, patterns, weights } = case;
-        let (mut squares, n) = (0.0, patterns.targets.len() as f64);
+        let Case { topology, inputs, targets, weights } = case;
+        let (mut squares, n) = (0.0, targets.len() as f64);
         let (mut gradient, mut sizes) = (vec![0.0; weights.len()], vec![0.0; weights.len()]);
-        let targets = patterns.targets.chunks(topology.outputs());
-        for (row, target) in patterns.inputs.chunks(topology.inputs()).zip(targets) {
+        for (row, target) in inputs.rows().into_iter().zip(targets.rows()) {
             let mut values = vec![row.to_vec()];
             for layer in topology.layers() {
                 let before = &values[values.len() - 1];
@@ -85,8 +90,7 @@ mod tests {
 
     /// Compares error and gradient; `unit` is the rounding of one operation.
     fn compare<T: Real>(case: &Case, isa: Isa, unit: f64) {
-        let mut objective =
-            NetworkObjective::<T>::with_isa(&case.topology, &case.patterns, isa).unwrap();
+        let mut objective = case.objective::<T>(isa);
         let weights: Vec<T> = case.weights.iter().map(|&w| T::of(w)).collect();
         let mut gradient = vec![T::default(); weights.len()];
         let mse = objective.gradient(&weights, &mut gradient);
@@ -138,8 +142,8 @@ mod tests {
     #[test]
     fn the_penalty_enters_error_gradient_and_normal_equations() {
         let activations = [Activation::Tanh, Activation::Linear];
-        let Case { topology, patterns, weights } = case(&[2, 3, 1], &activations, 20, 5);
-        let plain = NetworkObjective::<f64>::new(&topology, &patterns).unwrap();
+        let case = case(&[2, 3, 1], &activations, 20, 5);
+        let (plain, weights) = (case.objective::<f64>(Isa::detect()), case.weights);
         let mut decaying = plain.clone().with_decay(0.3).unwrap();
         let mut plain = plain;
         let n = weights.len();
@@ -175,8 +179,7 @@ mod tests {
             let n = case.weights.len();
             let (mut expected, mut scale) = (Vec::new(), 0.0_f64);
             for isa in Isa::available() {
-                let mut objective =
-                    NetworkObjective::<f64>::with_isa(&case.topology, &case.patterns, isa).unwrap();
+                let mut objective = case.objective::<f64>(isa);
                 let (mut normal, mut projected) = (vec![0.0; n * n], vec![0.0; n]);
                 objective.normal_equations(&case.weights, &mut normal, &mut projected);
                 if expected.is_empty() {
@@ -188,7 +191,7 @@ mod tests {
                     assert!((a - b).abs() < 1e-13 * scale, "{isa}: {a} {b}");
                 }
             }
-            let mut single = NetworkObjective::<f32>::new(&case.topology, &case.patterns).unwrap();
+            let mut single = case.objective::<f32>(Isa::detect());
             let weights: Vec<f32> = case.weights.iter().map(|&w| Real::of(w)).collect();
             let (mut normal, mut projected) = (vec![0.0; n * n], vec![0.0; n]);
             single.normal_equations(&weights, &mut normal, &mut projected);

@@ -8,9 +8,10 @@ mod tests {
     use mlp::train::trainer::{GradientDescentConfig, MomentumConfig, MomentumForm};
     use mlp::train::{
         Algorithm, Choice, DataSet, Fit, FitConfig, FitError, Fitting, Method, ModelFile,
-        NetworkObjective, Patterns, RunConfig, Stop, Topology, Training, fit, run,
+        NetworkObjective, RunConfig, Stop, Topology, Training, fit, run,
     };
     use mlp::{Activation, Coverage};
+    use ndarray::{ArrayView2, arr2};
     use proptest::prelude::*;
 
     fn read(csv: &str) -> DataSet {
@@ -94,14 +95,12 @@ mod tests {
 
     #[test]
     fn exclusive_or_needs_the_hidden_layer() {
-        let patterns = Patterns {
-            inputs: vec![-1.0, -1.0, -1.0, 1.0, 1.0, -1.0, 1.0, 1.0],
-            targets: vec![-1.0, 1.0, 1.0, -1.0],
-        };
+        let inputs = arr2(&[[-1.0, -1.0], [-1.0, 1.0], [1.0, -1.0], [1.0, 1.0]]);
+        let targets = arr2(&[[-1.0], [1.0], [1.0], [-1.0]]);
         let config = RunConfig { epochs: 400, goal: 1e-6, ..RunConfig::default() };
         for algorithm in Algorithm::all().into_iter().skip(2) {
             let train = |topology: &Topology| {
-                let mut objective = NetworkObjective::new(topology, &patterns).unwrap();
+                let mut objective = NetworkObjective::new(topology, &inputs, &targets).unwrap();
                 let weights = mlp::train::init::nguyen_widrow(topology, 1);
                 let mut trainer = algorithm.trainer(weights.len());
                 run(Training::new(trainer.as_mut(), &mut objective), weights, &config)
@@ -223,8 +222,9 @@ mod tests {
             rule in 0_usize..7,
         ) {
             let topology = Topology::regression(2, &[3], 1).unwrap();
-            let patterns = Patterns { inputs: rows[..20].to_vec(), targets: rows[20..].to_vec() };
-            let mut objective = NetworkObjective::new(&topology, &patterns).unwrap();
+            let inputs = ArrayView2::from_shape((10, 2), &rows[..20]).unwrap();
+            let targets = ArrayView2::from_shape((10, 1), &rows[20..]).unwrap();
+            let mut objective = NetworkObjective::new(&topology, &inputs, &targets).unwrap();
             let mut trainer = Algorithm::all()[rule].trainer(weights.len());
             let config = RunConfig { epochs: 20, ..RunConfig::default() };
             let outcome = run(Training::new(trainer.as_mut(), &mut objective), weights, &config);

@@ -6,7 +6,9 @@ mod tests {
     use mlp::train::trainer::{
         GradientDescentConfig, MomentumConfig, MomentumForm, RpropConfig, RpropVariant,
     };
-    use mlp::train::{Algorithm, Isa, NetworkObjective, Patterns, Real, Topology};
+    use mlp::train::{Algorithm, Isa, NetworkObjective, Real, Topology};
+
+    use ndarray::{Array2, Axis};
 
     const REFERENCE: &str = include_str!("reference.csv");
 
@@ -18,13 +20,11 @@ mod tests {
     }
 
     fn objective<T: Real>(isa: Isa) -> NetworkObjective<T> {
-        let mut patterns = Patterns { inputs: Vec::new(), targets: Vec::new() };
-        for row in lines("row") {
-            patterns.inputs.extend(&row[..2]);
-            patterns.targets.push(row[2]);
-        }
+        let rows: Vec<f64> = lines("row").flatten().collect();
+        let rows = Array2::from_shape_vec((rows.len() / 3, 3), rows).unwrap();
         let topology = Topology::regression(2, &[5], 1).unwrap();
-        NetworkObjective::with_isa(&topology, &patterns, isa).unwrap()
+        let (inputs, targets) = rows.view().split_at(Axis(1), 2);
+        NetworkObjective::with_isa(&topology, &inputs, &targets, isa).unwrap()
     }
 
     fn rules() -> Vec<(&'static str, Algorithm)> {

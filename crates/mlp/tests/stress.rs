@@ -10,26 +10,37 @@ mod tests {
         Damping, GradientDescentConfig, LevenbergMarquardtConfig, ScgConfig,
     };
     use mlp::train::{
-        Algorithm, DataSet, FitConfig, FitError, Fitting, ModelFile, NetworkObjective, Patterns,
-        Precision, Real, Run, RunConfig, Stop, Topology, Training, fit, init::nguyen_widrow, run,
+        Algorithm, DataSet, FitConfig, FitError, Fitting, ModelFile, NetworkObjective, Precision,
+        Real, Run, RunConfig, Stop, Topology, Training, fit, init::nguyen_widrow, run,
     };
+
+    use ndarray::{Array2, Axis, concatenate};
 
     fn topology() -> Topology {
         Topology::regression(2, &[4], 1).unwrap()
     }
 
-    fn rows(count: usize) -> Patterns {
-        let mut patterns = Patterns { inputs: Vec::new(), targets: Vec::new() };
-        for row in 0..count {
-            let t = row as f64 * 0.7;
-            patterns.inputs.extend([t.sin(), (1.3 * t).cos()]);
-            patterns.targets.push(0.5 * (t.sin() * 2.0).sin());
-        }
-        patterns
+    /// Inputs and targets.
+    type Rows = [Array2<f64>; 2];
+
+    fn rows(count: usize) -> Rows {
+        let t = |row: usize| row as f64 * 0.7;
+        let input = |(row, column)| if column == 0 { t(row).sin() } else { (1.3 * t(row)).cos() };
+        let target = |(row, _)| 0.5 * (t(row).sin() * 2.0).sin();
+        [Array2::from_shape_fn((count, 2), input), Array2::from_shape_fn((count, 1), target)]
     }
 
-    fn train<T: Real>(algorithm: Algorithm, patterns: &Patterns, weights: &[f64]) -> Run {
-        let mut objective = NetworkObjective::<T>::new(&topology(), patterns).unwrap();
+    /// All rows, `times` times one after the other.
+    fn repeated(rows: &Rows, times: usize) -> Rows {
+        rows.each_ref().map(|rows| concatenate(Axis(0), &vec![rows.view(); times]).unwrap())
+    }
+
+    fn objective<T: Real>(topology: &Topology, [inputs, targets]: &Rows) -> NetworkObjective<T> {
+        NetworkObjective::new(topology, inputs, targets).unwrap()
+    }
+
+    fn train<T: Real>(algorithm: Algorithm, patterns: &Rows, weights: &[f64]) -> Run {
+        let mut objective = objective::<T>(&topology(), patterns);
         let mut trainer = algorithm.trainer(weights.len());
         let weights = weights.iter().map(|&w| T::of(w)).collect();
         let config = RunConfig { epochs: 200, ..RunConfig::default() };
@@ -37,7 +48,7 @@ mod tests {
     }
 
     /// Every rule in both precisions; weights must be finite where the start was.
-    fn each(patterns: &Patterns, weights: &[f64], check: impl Fn(&str, &Run)) {
+    fn each(patterns: &Rows, weights: &[f64], check: impl Fn(&str, &Run)) {
         for algorithm in Algorithm::all() {
             for outcome in [
                 ("f32", train::<f32>(algorithm, patterns, weights)),
@@ -66,7 +77,7 @@ mod tests {
     #[test]
     fn a_single_row_and_rows_all_alike() {
         let one = rows(1);
-        let alike = Patterns { inputs: one.inputs.repeat(40), targets: one.targets.repeat(40) };
+        let alike = repeated(&one, 40);
         for patterns in [one, alike] {
             each(&patterns, &start(), |name, run| {
                 assert!(run.mse <= run.history[0], "{name}: {} {}", run.mse, run.history[0]);
@@ -77,11 +88,11 @@ mod tests {
     #[test]
     fn duplicate_rows_change_nothing_but_rounding() {
         let once = rows(30);
-        let twice = Patterns { inputs: once.inputs.repeat(2), targets: once.targets.repeat(2) };
+        let twice = repeated(&once, 2);
         for algorithm in Algorithm::all() {
             let errors = [&once, &twice].map(|rows| {
                 let config = RunConfig { epochs: 5, ..RunConfig::default() };
-                let mut objective = NetworkObjective::<f64>::new(&topology(), rows).unwrap();
+                let mut objective = objective::<f64>(&topology(), rows);
                 let mut trainer = algorithm.trainer(start().len());
                 run(Training::new(trainer.as_mut(), &mut objective), start(), &config).mse
             });
@@ -98,7 +109,7 @@ mod tests {
     #[test]
     fn huge_inputs() {
         let mut patterns = rows(50);
-        patterns.inputs.iter_mut().step_by(2).for_each(|x| *x *= 1e30);
+        patterns[0].column_mut(0).mapv_inplace(|x| x * 1e30);
         each(&patterns, &start(), |name, run| {
             assert!(run.mse.is_finite(), "{name}: {}", run.mse);
         });
@@ -108,7 +119,7 @@ mod tests {
     fn targets_that_are_not_finite_are_divergence_at_once() {
         for wild in [f64::NAN, f64::INFINITY, 1e300] {
             let mut patterns = rows(50);
-            patterns.targets[17] = wild;
+            patterns[1][[17, 0]] = wild;
             each(&patterns, &start(), |name, run| {
                 let at_once = matches!(run.stop, Stop::Diverged { epoch: 0, .. });
                 assert!(at_once && run.epochs == 0, "{name}");
@@ -120,7 +131,7 @@ mod tests {
     #[test]
     fn zero_gradients_end_or_stand_still() {
         let mut patterns = rows(20);
-        patterns.targets.fill(0.0);
+        patterns[1].fill(0.0);
         let zeros = vec![0.0; start().len()];
         each(&patterns, &zeros, |name, run| {
             assert!((run.mse, run.weights.iter().all(|w| *w == 0.0)) == (0.0, true), "{name}");
@@ -175,8 +186,8 @@ mod tests {
         }
     }
 
-    fn million<T: Real>(algorithm: Algorithm, patterns: &Patterns) -> Run {
-        let mut objective = NetworkObjective::<T>::new(&topology(), patterns).unwrap();
+    fn million<T: Real>(algorithm: Algorithm, patterns: &Rows) -> Run {
+        let mut objective = objective::<T>(&topology(), patterns);
         let mut trainer = algorithm.trainer(start().len());
         let weights = start().into_iter().map(T::of).collect();
         let config = RunConfig { epochs: 2, ..RunConfig::default() };
@@ -200,7 +211,7 @@ mod tests {
     #[test]
     fn duplicate_rows_train_in_both_precisions() {
         let once = rows(3);
-        let often = Patterns { inputs: once.inputs.repeat(100), targets: once.targets.repeat(100) };
+        let often = repeated(&once, 100);
         each(&often, &start(), |name, run| {
             assert!(run.mse <= run.history[0], "{name}: {} {}", run.mse, run.history[0]);
         });
@@ -210,7 +221,7 @@ mod tests {
     #[test]
     fn huge_inputs_of_neurons_without_a_limit() {
         let mut patterns = rows(50);
-        patterns.inputs.iter_mut().step_by(2).for_each(|x| *x *= 1e30);
+        patterns[0].column_mut(0).mapv_inplace(|x| x * 1e30);
         let topology = Topology::with_hidden(2, (&[4], Activation::Relu), 1).unwrap();
         for algorithm in Algorithm::all() {
             for stop in [
@@ -225,8 +236,8 @@ mod tests {
         }
     }
 
-    fn relu<T: Real>(topology: &Topology, algorithm: Algorithm, rows: &Patterns) -> (Run, bool) {
-        let mut objective = NetworkObjective::<T>::new(topology, rows).unwrap();
+    fn relu<T: Real>(topology: &Topology, algorithm: Algorithm, rows: &Rows) -> (Run, bool) {
+        let mut objective = objective::<T>(topology, rows);
         let weights: Vec<T> = nguyen_widrow(topology, 3).into_iter().map(T::of).collect();
         let mut trainer = algorithm.trainer(weights.len());
         let config = RunConfig { epochs: 200, ..RunConfig::default() };

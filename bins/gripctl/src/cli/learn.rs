@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 #[derive(Debug, Args)]
 pub(crate) struct GenerateArgs {
-    /// Where to write the rows (.csv).
+    /// Where to write the rows: .csv, or .npz with an array for each column.
     #[arg(short, long)]
     pub(crate) output: PathBuf,
     /// Number of rows.
@@ -28,7 +28,7 @@ pub(crate) struct GenerateArgs {
 
 #[derive(Debug, Args)]
 pub(crate) struct CollectArgs {
-    /// Recordings (.mcap, or .csv as for replay) and folders of them; SITE/UID/NAME.mcap tells the gripper, a folder object=NAME
+    /// Recordings (.mcap, or .csv and .npz as for replay) and folders of them; SITE/UID/NAME.mcap tells the gripper, a folder object=NAME
     /// what was held.
     #[arg(required = true, value_name = "PLACE")]
     pub(crate) places: Vec<PathBuf>,
@@ -90,7 +90,7 @@ pub(crate) struct ColumnArgs {
 
 #[derive(Debug, Args)]
 pub(crate) struct TrainArgs {
-    /// Training rows.
+    /// Training rows: .csv, or .npz with a 1-dimensional array for each column (`numpy.savez(FILE, a=..., f=...)`).
     pub(crate) data: PathBuf,
     #[command(flatten)]
     pub(crate) columns: ColumnArgs,
@@ -201,7 +201,7 @@ pub(crate) struct BeyondArgs {
 
 #[derive(Debug, Args)]
 pub(crate) struct SearchArgs {
-    /// Rows to train and to validate on.
+    /// Rows to train and to validate on (.csv or .npz).
     pub(crate) data: PathBuf,
     #[command(flatten)]
     pub(crate) columns: ColumnArgs,
@@ -269,7 +269,7 @@ pub(crate) struct EstimateArgs {
 pub(crate) struct EvalArgs {
     /// A model file, or a built-in model: default or paper.
     pub(crate) model: PathBuf,
-    /// The rows.
+    /// The rows (.csv or .npz).
     pub(crate) data: PathBuf,
     /// One JSON object a line.
     #[arg(long)]
@@ -327,7 +327,8 @@ impl ExportFormat {
 
 #[derive(Debug, Args)]
 pub(crate) struct StudyArgs {
-    /// Folder for report.html (everything on one page), study.json (every number) and figures/*.png.
+    /// Folder for report.html (everything on one page), study.json (every number), figures/*.png and rows/*.npz (what the
+    /// figures were trained and tested on).
     #[arg(long, value_name = "DIR")]
     pub(crate) out: PathBuf,
     /// A look in seconds instead of the whole: seven conditions, three starts, one draw of rows, 300 epochs.

@@ -50,7 +50,7 @@ pub(crate) enum Command {
     Replay(ReplayArgs),
     /// Make a whole recording of one that was cut off or damaged.
     Recover(RecoverArgs),
-    /// Write the samples of a recording as CSV, bit by bit the same.
+    /// Write the samples of a recording as CSV, bit by bit the same, or as .npz.
     Csv(CsvExportArgs),
     /// Measure noise floor, motion gate and thresholds on a recording without slip, or at a gripper.
     Calibrate(CalibrateArgs),
@@ -75,7 +75,7 @@ pub(crate) enum Command {
     /// little is left out and counted. `gripctl train OUTPUT --inputs slip_acceleration_m_s2,trial_force_n --target adequate_force_n`
     /// goes on from there. Exit codes: 0 done, 1 failed, 2 wrong arguments, 3 done, but recordings are damaged or have gaps.
     Collect(CollectArgs),
-    /// Train a network, an ensemble or a support vector regression on a CSV file.
+    /// Train a network, an ensemble or a support vector regression on rows of data.
     Train(Box<TrainArgs>),
     /// Search for the shape, activation and training of a network with a genetic algorithm.
     Search(SearchArgs),
@@ -86,7 +86,7 @@ pub(crate) enum Command {
     /// force, of all objects and of those in range; error; answers off by at most one and two of their stated deviations; answers
     /// that may move the fingers.
     Estimate(EstimateArgs),
-    /// Evaluate a model file on a CSV file.
+    /// Evaluate a model file on rows of data.
     Eval(EvalArgs),
     /// Write a model file as C99 source or as an ONNX graph.
     Export(ExportArgs),
@@ -169,7 +169,7 @@ pub(crate) struct CsvArgs {
 #[derive(Debug, Args)]
 pub(crate) struct ReplayArgs {
     /// The recording: .mcap as gripd makes it, which has its settings and its model inside, or .csv with `t_s` and `stylus` (m) or
-    /// `vibration` (sensor units, signed or rectified). Of a recording in several files all .mcap in their order.
+    /// `vibration` (sensor units, signed or rectified), or .npz with an array for each such column. Of a recording in several files all .mcap in their order.
     #[arg(required = true, value_name = "FILE")]
     pub(crate) files: Vec<PathBuf>,
     /// Compare the events with the recorded ones instead of printing them; exit 1 at the first difference. For .mcap.
@@ -218,7 +218,7 @@ pub(crate) struct CsvExportArgs {
     /// The recording (.mcap); of one in several files all, in their order.
     #[arg(required = true, value_name = "FILE")]
     pub(crate) files: Vec<PathBuf>,
-    /// Where to write the samples (.csv).
+    /// Where to write the samples: .csv, or .npz with an array for each column, where an empty cell is NaN.
     #[arg(short, long)]
     pub(crate) output: PathBuf,
     /// Which pipeline, counted from 1, where the recording has several: times start again with each.
@@ -229,7 +229,7 @@ pub(crate) struct CsvExportArgs {
 #[derive(Debug, Args)]
 #[command(group(ArgGroup::new("source").required(true).args(["file", "port"])))]
 pub(crate) struct CalibrateArgs {
-    /// A recording (.csv) of the gripper at rest or holding something that does not slip; with the robot moving for a part of it, where
+    /// A recording (.csv or .npz) of the gripper at rest or holding something that does not slip; with the robot moving for a part of it, where
     /// there is a reference. `gripd --dry-run --record FILE` makes one.
     pub(crate) file: Option<PathBuf>,
     /// Measure at a gripper instead: a serial device, `auto`, or `sim` with an optional `:SCENE`. Nothing is commanded.
@@ -265,7 +265,7 @@ pub(crate) struct CalibrateArgs {
 
 #[derive(Debug, Args)]
 pub(crate) struct ScoreArgs {
-    /// Folder with labels.csv (recording,kind,material,onset_s) and the recordings.
+    /// Folder with labels.csv (recording,kind,material,onset_s) and the recordings (.csv or .npz).
     pub(crate) directory: PathBuf,
     #[command(flatten)]
     pub(crate) csv: CsvArgs,

@@ -10,7 +10,7 @@ use grip_host::{
     calibrate::{Calibration, calibrate, check_interval},
     exit::{Exit, WrongArgument},
 };
-use grip_record::read_csv;
+use grip_record::read_recording;
 use serde::Serialize;
 use std::path::Path;
 
@@ -28,7 +28,7 @@ pub(crate) fn run(args: &CalibrateArgs) -> anyhow::Result<Exit> {
         (Some(port), _) => (measure(port, args, &config)?, port.clone()),
         (None, file) => {
             let file = file.as_deref().unwrap_or(Path::new(""));
-            let recording = read_csv(file, &csv_options(&args.csv)?)?;
+            let recording = read_recording(file, &csv_options(&args.csv)?)?;
             (Measured { recording, lost: 0 }, file.display().to_string())
         }
     };

@@ -1,4 +1,4 @@
-//! `gripctl csv`: the samples of MCAP recordings as one CSV file.
+//! `gripctl csv`: the samples of MCAP recordings as one CSV file or `.npz`.
 
 use crate::{cli::CsvExportArgs, output};
 use anyhow::Context as _;
@@ -7,7 +7,7 @@ use grip_host::{
     recording,
 };
 use grip_record::{
-    ChannelSet, CsvWriter, StylusKind,
+    ChannelSet, CsvWriter, Notes, Recording, StylusKind, Taxels, is_npz,
     mcap::{Entry, McapError, McapReader, PipelineRecord, Record, SampleRecord},
 };
 use slip_core::Signal;
@@ -17,10 +17,17 @@ use std::{
     path::Path,
 };
 
+/// Where samples go.
+enum Writer {
+    Csv(CsvWriter<BufWriter<File>>),
+    /// Columns are written one after the other, so all samples are kept until then.
+    Npz(Box<Recording>),
+}
+
 /// The pipeline that is wanted, on its way to the file.
 struct Export<'a> {
     args: &'a CsvExportArgs,
-    writer: Option<CsvWriter<BufWriter<File>>>,
+    writer: Option<Writer>,
     /// Pipelines that began so far.
     pipelines: u64,
     rows: u64,
@@ -47,7 +54,12 @@ pub(crate) fn run(args: &CsvExportArgs) -> anyhow::Result<Exit> {
         );
     };
     let name = || format!("cannot write {}", args.output.display());
-    writer.finish().with_context(name)?.flush().with_context(name)?;
+    match writer {
+        Writer::Csv(writer) => {
+            writer.finish().with_context(name)?.flush().with_context(name)?;
+        }
+        Writer::Npz(recording) => recording.write_npz(&args.output).with_context(name)?,
+    }
     output::line(&format!("{}: {rows} samples", args.output.display()))?;
     Ok(if cut { Exit::DataLost } else { Exit::Done })
 }
@@ -96,8 +108,15 @@ impl Export<'_> {
         };
         let channels = ChannelSet::all(stylus).with_taxels(beginning.taxels).with_arrivals();
         let name = || format!("cannot write {}", self.args.output.display());
-        let out = File::create(&self.args.output).with_context(name)?;
-        self.writer = Some(CsvWriter::new(BufWriter::new(out), &channels).with_context(name)?);
+        self.writer = Some(if is_npz(&self.args.output) {
+            let taxels = Some(Taxels::new(channels.taxels)).filter(|taxels| taxels.count() > 0);
+            let (rate_hz, notes) = (beginning.config.sample_rate.0, Notes::default());
+            let (name, samples) = (String::new(), Vec::new());
+            Writer::Npz(Box::new(Recording { name, channels, samples, taxels, rate_hz, notes }))
+        } else {
+            let out = File::create(&self.args.output).with_context(name)?;
+            Writer::Csv(CsvWriter::new(BufWriter::new(out), &channels).with_context(name)?)
+        });
         Ok(())
     }
 
@@ -105,11 +124,20 @@ impl Export<'_> {
         if !self.wanted() {
             return Ok(());
         }
-        if let Some(writer) = &mut self.writer {
-            let name = || format!("cannot write {}", self.args.output.display());
-            writer.write_with(&record.sample, record.taxels).with_context(name)?;
-            self.rows += 1;
+        match &mut self.writer {
+            Some(Writer::Csv(writer)) => {
+                let name = || format!("cannot write {}", self.args.output.display());
+                writer.write_with(&record.sample, record.taxels).with_context(name)?;
+            }
+            Some(Writer::Npz(recording)) => {
+                recording.samples.push(record.sample);
+                if let Some(taxels) = &mut recording.taxels {
+                    taxels.push(record.taxels);
+                }
+            }
+            None => return Ok(()),
         }
+        self.rows += 1;
         Ok(())
     }
 

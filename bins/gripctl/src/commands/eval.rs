@@ -1,6 +1,6 @@
 //! `gripctl eval`: a model file of any kind against rows of data.
 
-use super::read;
+use super::columns;
 use crate::{cli::learn::EvalArgs, output};
 use anyhow::Context as _;
 use grip_host::{ModelError, exit::Exit, model};
@@ -26,8 +26,7 @@ pub(crate) fn run(args: &EvalArgs) -> anyhow::Result<Exit> {
     let text = model::read_text(&args.model)?;
     let fault = |fault| ModelError::File { file: args.model.display().to_string(), fault };
     let load = |(inputs, targets): (Vec<ColumnSpec>, Vec<ColumnSpec>)| -> anyhow::Result<DataSet> {
-        let name = args.data.display().to_string();
-        Ok(DataSet::from_csv(&name, &read(&args.data)?, &inputs, &targets)?)
+        columns::load(&args.data, (&inputs, &targets), None)
     };
     let result = match Kind::of(&text) {
         Kind::Svr => {

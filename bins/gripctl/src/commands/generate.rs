@@ -3,7 +3,9 @@
 use crate::{cli::learn::GenerateArgs, output};
 use anyhow::Context as _;
 use grip_host::exit::{Exit, WrongArgument};
+use grip_record::{is_npz, write_columns};
 use grip_sim::generator::{CSV_HEADER, GeneratorConfig, Source, rows};
+use ndarray::Array2;
 use std::{
     fs::File,
     io::{BufWriter, Write as _},
@@ -28,6 +30,14 @@ pub(crate) fn run(args: &GenerateArgs) -> anyhow::Result<Exit> {
     let rows =
         rows(config, args.seed, args.rows).map_err(|error| WrongArgument(error.to_string()))?;
     let name = args.output.display();
+    if is_npz(&args.output) {
+        let columns: Vec<&str> = CSV_HEADER.split(',').collect();
+        let values: Vec<f64> = rows.flat_map(|row| row.values()).collect();
+        let values = Array2::from_shape_vec((values.len() / columns.len(), columns.len()), values)?;
+        write_columns(&args.output, &columns, &values)
+            .with_context(|| format!("cannot write {name}"))?;
+        return told(args);
+    }
     let file = File::create(&args.output).with_context(|| format!("cannot write {name}"))?;
     let mut out = BufWriter::new(file);
     writeln!(out, "{CSV_HEADER}")?;
@@ -35,6 +45,10 @@ pub(crate) fn run(args: &GenerateArgs) -> anyhow::Result<Exit> {
         writeln!(out, "{}", row.csv())?;
     }
     out.flush().with_context(|| format!("cannot write {name}"))?;
-    output::line(&format!("{} rows written to {name}", args.rows))?;
+    told(args)
+}
+
+fn told(args: &GenerateArgs) -> anyhow::Result<Exit> {
+    output::line(&format!("{} rows written to {}", args.rows, args.output.display()))?;
     Ok(Exit::Done)
 }

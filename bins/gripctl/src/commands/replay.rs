@@ -8,7 +8,7 @@ use grip_host::{
     replay,
     report::EventLog,
 };
-use grip_record::{StylusKind, read_csv};
+use grip_record::{StylusKind, read_recording};
 use serde::Serialize;
 use slip_core::PipelineConfig;
 use std::path::Path;
@@ -47,12 +47,12 @@ pub(super) fn is_mcap(file: &Path) -> bool {
     file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("mcap"))
 }
 
-/// A CSV recording.
+/// A CSV or `.npz` recording.
 fn table(args: &ReplayArgs, file: &Path) -> anyhow::Result<Exit> {
     let mut config = calibrated_config(args.config.as_deref(), args.calibration.as_deref())?;
     config.observation.esc = args.esc.unwrap_or(config.observation.esc);
     let estimator = estimator(args.model.as_deref(), &config)?;
-    let recording = read_csv(file, &csv_options(&args.csv)?)?;
+    let recording = read_recording(file, &csv_options(&args.csv)?)?;
     let notes = recording.notes.to_string();
     if !notes.is_empty() {
         eprintln!("{}: {notes}", file.display());

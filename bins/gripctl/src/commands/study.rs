@@ -3,12 +3,14 @@
 use crate::{cli::learn::StudyArgs, output};
 use anyhow::Context as _;
 use grip_host::exit::Exit;
+use grip_record::write_columns;
 use grip_study::{
-    Condition, Report, Section, StudyConfig,
+    Condition, Report, Section, Sets, StudyConfig,
     outlook::{LearnersConfig, chapter, chapter::CONDITIONS, learners},
     study::{self, ConditionResult, Findings, Study},
 };
 use indicatif::{ProgressBar, ProgressStyle};
+use ndarray::{Axis, concatenate};
 use rayon::iter::{IntoParallelRefIterator as _, ParallelIterator as _};
 use serde::Serialize;
 use serde_json::{Map, Value, json};
@@ -33,8 +35,9 @@ struct Summary {
 
 pub(crate) fn run(args: &StudyArgs) -> anyhow::Result<Exit> {
     // Before the work, so that a folder that cannot be written is told at once.
-    let figures = args.out.join("figures");
-    fs::create_dir_all(&figures).with_context(|| format!("cannot make {}", figures.display()))?;
+    for folder in ["figures", "rows"].map(|name| args.out.join(name)) {
+        fs::create_dir_all(&folder).with_context(|| format!("cannot make {}", folder.display()))?;
+    }
     let config =
         if args.quick { StudyConfig::quick(args.seed) } else { StudyConfig::full(args.seed) };
     let bar = progress(config.trainings(), "trainings");
@@ -43,6 +46,9 @@ pub(crate) fn run(args: &StudyArgs) -> anyhow::Result<Exit> {
     let mut report = study.report();
     report.push(beyond(args)?);
     write(&args.out, &report)?;
+    for condition in &config.conditions {
+        rows(&args.out.join("rows"), condition, args.seed)?;
+    }
     tell(args, &study, &report)?;
     Ok(Exit::Done)
 }
@@ -85,6 +91,20 @@ fn write(folder: &Path, report: &Report) -> anyhow::Result<()> {
         anyhow::Ok(())
     })?;
     bar.finish_and_clear();
+    Ok(())
+}
+
+/// The rows of the first draw, which the figures show, with an array for each column.
+fn rows(folder: &Path, condition: &Condition, seed: u64) -> anyhow::Result<()> {
+    let Sets { train, test, unseen } = condition.sets(seed, 0)?;
+    for (part, rows) in [("train", train), ("test", test), ("unseen", unseen)] {
+        let path = folder.join(format!("{}-{part}.npz", condition.name));
+        let names: Vec<&str> =
+            rows.inputs.iter().chain(&rows.targets).map(|spec| spec.name.as_str()).collect();
+        let values = concatenate(Axis(1), &[rows.input_values(), rows.target_values()])?;
+        write_columns(&path, &names, &values)
+            .with_context(|| format!("cannot write {}", path.display()))?;
+    }
     Ok(())
 }
 

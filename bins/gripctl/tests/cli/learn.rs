@@ -214,3 +214,40 @@ fn broken_rows_and_options_are_refused() {
     gripctl(folder.path(), &["generate", "-o", "gone/g.csv"])
         .refused(1, &["cannot write gone/g.csv"]);
 }
+
+/// The same rows as CSV and as arrays: the same model, the same split by a column, the same evaluation.
+#[test]
+fn rows_of_numpy_train_like_those_of_csv() {
+    let folder = tempfile::tempdir().unwrap();
+    for file in ["rows.csv", "rows.npz"] {
+        let args = ["generate", "-o", file, "--rows", "200", "--source", "trial"];
+        gripctl(folder.path(), &args).done();
+    }
+    let train = |data: &str, model: &str| {
+        let split = ["--holdout", "0.2", "--split-by", "object", "--epochs", "20", "--json"];
+        let columns =
+            ["--inputs", "slip_speed_m_s,trial_force_n:ln", "--target", "adequate_force_n"];
+        let args = [&["train", data, "-o", model][..], &columns, &split].concat();
+        let mut result = gripctl(folder.path(), &args).done().json().pop().unwrap();
+        result.as_object_mut().unwrap().remove("cpu_s");
+        let file: serde_json::Value =
+            serde_json::from_slice(&fs::read(folder.path().join(model)).unwrap()).unwrap();
+        let eval = gripctl(folder.path(), &["eval", model, data, "--json"]).done().json();
+        (result, file["layers"].clone(), eval)
+    };
+    assert_eq!(train("rows.csv", "a.json"), train("rows.npz", "b.json"));
+    let search =
+        ["search", "rows.npz", "--inputs", "trial_force_n", "--target", "adequate_force_n"];
+    let few = ["--generations", "1", "--population", "4", "--epochs", "5", "--group", "object"];
+    gripctl(folder.path(), &[&search[..], &few, &["-o", "s.json"]].concat()).done();
+    let missing =
+        ["train", "rows.npz", "--inputs", "colour", "--target", "adequate_force_n", "-o", "c.json"];
+    gripctl(folder.path(), &missing)
+        .refused(1, &["rows.npz", "no array \"colour\"", "object, mass_kg"]);
+    fs::write(
+        folder.path().join("cut.npz"),
+        &fs::read(folder.path().join("rows.npz")).unwrap()[..900],
+    )
+    .unwrap();
+    gripctl(folder.path(), &["eval", "a.json", "cut.npz"]).refused(1, &["cut.npz: is no .npz"]);
+}

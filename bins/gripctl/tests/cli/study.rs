@@ -44,6 +44,12 @@ fn a_quick_study_writes_a_page_its_numbers_and_its_figures() {
     for figure in figures {
         assert!(fs::read(figure.unwrap().path()).unwrap().starts_with(b"\x89PNG"));
     }
+    // The rows of the study train like any others.
+    let args = ["train", "s/rows/paper-train.npz", "--test", "s/rows/paper-unseen.npz"];
+    let columns = ["--inputs", "slip_speed_m_s,esc_literal_w", "--target", "adequate_force_n"];
+    let more = ["--epochs", "5", "-o", "m.json", "--json"];
+    let trained = gripctl(folder.path(), &[&args[..], &columns, &more].concat()).done().json();
+    assert_eq!((&trained[0]["train_rows"], &trained[0]["test_rows"]), (&100.into(), &2000.into()));
     // The same seed gives the same numbers, in words too.
     let text = gripctl(folder.path(), &["study", "--quick", "--out", "s", "--seed", "3"]).done();
     assert_eq!(numbers(folder.path()), json);

@@ -65,10 +65,12 @@ fn recordings_replay_to_the_recorded_lines_and_so_does_their_csv() {
     }
     let ran = gripctl(folder.path(), &["replay", "run.mcap", "--check"]).done();
     assert!(ran.out.starts_with(&format!("{} events, byte by byte", lines.len())), "{}", ran.out);
-    gripctl(folder.path(), &["csv", "run.mcap", "-o", "run.csv"]).done();
-    let ran = gripctl(folder.path(), &["replay", "run.csv", "--json"]).done();
-    let printed: Vec<&str> = ran.out.lines().collect();
-    assert_eq!(printed.get(..lines.len()).unwrap(), lines);
+    for file in ["run.csv", "run.npz"] {
+        gripctl(folder.path(), &["csv", "run.mcap", "-o", file]).done();
+        let ran = gripctl(folder.path(), &["replay", file, "--json"]).done();
+        let printed: Vec<&str> = ran.out.lines().collect();
+        assert_eq!(printed.get(..lines.len()).unwrap(), lines, "{file}");
+    }
 }
 
 #[test]

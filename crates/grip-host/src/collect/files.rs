@@ -37,7 +37,7 @@ pub enum CollectError {
         place: PathBuf,
     },
     /// A file of another kind.
-    #[error("{}: is no recording; they end with .mcap or .csv", file.display())]
+    #[error("{}: is no recording; they end with .mcap, .csv or .npz", file.display())]
     Kind {
         /// The file.
         file: PathBuf,
@@ -61,7 +61,7 @@ pub enum CollectError {
     },
 }
 
-/// One recording: the files of a run that go on in each other, or one CSV file.
+/// One recording: the files of a run that go on in each other, or one CSV file or `.npz`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Recorded {
     pub(super) files: Vec<PathBuf>,
@@ -89,7 +89,7 @@ pub(super) fn find(places: &[PathBuf], without: &[PathBuf]) -> Result<Vec<Record
     for place in places {
         let unreadable = |source| CollectError::Place { place: place.clone(), source };
         if !fs::metadata(place).map_err(unreadable)?.is_dir() {
-            if !ends(place, "mcap") && !ends(place, "csv") {
+            if !["mcap", "csv", "npz"].iter().any(|ending| ends(place, ending)) {
                 return Err(CollectError::Kind { file: place.clone() });
             }
             files.push((place.clone(), true));

@@ -14,7 +14,7 @@ use crate::{
     replay::{self, Replay},
     tape::{Played, Tape, TapeError, TapeOptions},
 };
-use grip_record::{CsvOptions, Label, StylusKind, mcap::McapError, read_csv, read_labels};
+use grip_record::{CsvOptions, Label, StylusKind, mcap::McapError, read_labels, read_recording};
 use slip_core::features::Feature;
 use std::{
     collections::BTreeMap,
@@ -189,14 +189,14 @@ fn tape(
     Ok(())
 }
 
-/// A CSV file, through the pipeline of the configuration.
+/// A CSV file or an `.npz`, through the pipeline of the configuration.
 fn table(
     request: &Request<'_>,
     recorded: &Recorded,
     collected: &mut Collected,
 ) -> Result<(), CollectError> {
     let Some(file) = recorded.files.first() else { return Ok(()) };
-    let recording = read_csv(file, request.csv)?;
+    let recording = read_recording(file, request.csv)?;
     let config = replay::pipeline_config(&recording, request.config, false);
     let refused = |source| CollectError::Settings { file: file.clone(), source };
     let model = |source| TapeError::Model { file: file.clone(), source };

@@ -2,9 +2,10 @@
 
 use super::{ScoreError, companions};
 use grip_record::{
-    CsvError, CsvOptions, Label, LabelError, LabelKind, Recording, Travel, read_csv, read_labels,
+    CsvError, CsvOptions, Label, LabelError, LabelKind, Recording, Travel, read_labels,
+    read_recording,
 };
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// A recording of the folder and what is known of it.
 pub(super) struct Labelled {
@@ -31,8 +32,8 @@ pub(super) fn load(
     let mut all = Vec::new();
     let labels = directory.join("labels.csv");
     for label in read_labels(&labels).map_err(|error| labels_error(&labels, error))? {
-        let file = label.file(directory);
-        let recording = read_csv(&file, options)?;
+        let file = file(&label, directory);
+        let recording = read_recording(&file, options)?;
         check_onset(&label, &recording)?;
         let travel = Travel::read_beside(&file)?;
         let joined =
@@ -43,6 +44,13 @@ pub(super) fn load(
         all.first().ok_or_else(|| ScoreError::Nothing { directory: directory.to_owned() })?;
     check_alike(first, &all)?;
     Ok(all)
+}
+
+/// `NAME.csv`, or `NAME.npz` where only that is there.
+fn file(label: &Label, directory: &Path) -> PathBuf {
+    let csv = label.file(directory);
+    let npz = csv.with_file_name(format!("{}.npz", label.recording));
+    if !csv.exists() && npz.exists() { npz } else { csv }
 }
 
 /// What a recording would be told to put on its first line is wrong advice for labels.

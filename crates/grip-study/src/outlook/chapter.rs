@@ -4,6 +4,8 @@ use core::time::Duration;
 
 use mlp::train::split::Split;
 
+use ndarray::ArrayRef1;
+
 use super::compare::uncertainty;
 use super::learners::{LearnersConfig, learners};
 use super::score::{OutlookError, Predict};
@@ -64,7 +66,7 @@ fn table(
 }
 
 /// The force (N), or NaN, which counts as wrong everywhere.
-fn answer(learner: &dyn Predict, features: &[f64]) -> f64 {
+fn answer(learner: &dyn Predict, features: &ArrayRef1<f64>) -> f64 {
     let mut force = [f64::NAN];
     match learner.predict(features, &mut force) {
         Ok(()) => force[0],

@@ -58,7 +58,7 @@ pub fn uncertainty(
 ) -> Result<Option<Uncertainty>, OutlookError> {
     let (mut squares, mut within, mut values) = (0.0, 0.0, 0.0);
     for (at, (inputs, wanted)) in test.iter().enumerate() {
-        let answers = learner.spread(inputs).map_err(|source| OutlookError::Predict {
+        let answers = learner.spread(&inputs).map_err(|source| OutlookError::Predict {
             file: test.file.clone(),
             row: at + 1,
             source,

@@ -5,6 +5,7 @@ use mlp::train::{
     file::FileColumn, fit,
 };
 use mlp::{Model, PredictError, ShapeError};
+use ndarray::ArrayRef1;
 use rand_chacha::ChaCha8Rng;
 use rand_core::{Rng as _, SeedableRng as _};
 use rayon::iter::{IntoParallelIterator as _, ParallelIterator as _};
@@ -154,7 +155,7 @@ impl Ensemble {
 }
 
 impl Predict for Ensemble {
-    fn predict(&self, inputs: &[f64], outputs: &mut [f64]) -> Result<(), PredictError> {
+    fn predict(&self, inputs: &ArrayRef1<f64>, outputs: &mut [f64]) -> Result<(), PredictError> {
         let spread = self.spread(inputs)?;
         let (needed, given) = (spread.len(), outputs.len());
         if needed != given {
@@ -164,7 +165,7 @@ impl Predict for Ensemble {
         Ok(())
     }
 
-    fn spread(&self, inputs: &[f64]) -> Result<Vec<Spread>, PredictError> {
+    fn spread(&self, inputs: &ArrayRef1<f64>) -> Result<Vec<Spread>, PredictError> {
         let targets = self.files.first().map_or(0, |file| file.targets.len());
         let mut answers = vec![0.0; targets];
         let (mut sums, mut squares) = (vec![0.0; targets], vec![0.0; targets]);
@@ -213,6 +214,7 @@ mod tests {
     use super::*;
     use crate::outlook::{score, testing};
     use mlp::train::RunConfig;
+    use ndarray::arr1;
 
     fn config(sampling: Sampling) -> EnsembleConfig {
         let run = RunConfig { epochs: 150, ..RunConfig::default() };
@@ -240,7 +242,7 @@ mod tests {
         let train = testing::surface(80, 1);
         let ensemble = Ensemble::fit(&train, None, &config(Sampling::Bagging)).unwrap();
         let [inside, outside] =
-            [[0.1, 0.2], [3.0, -3.0]].map(|row| ensemble.spread(&row).unwrap()[0]);
+            [[0.1, 0.2], [3.0, -3.0]].map(|row| ensemble.spread(&arr1(&row)).unwrap()[0]);
         assert!(inside.deviation > 0.0 && outside.deviation > 4.0 * inside.deviation);
     }
 
@@ -255,7 +257,7 @@ mod tests {
             .collect();
         let mean = answers.iter().sum::<f64>() / 6.0;
         let variance = answers.iter().map(|a| (a - mean).powi(2)).sum::<f64>() / 5.0;
-        let spread = ensemble.spread(&[0.3_f32, -0.4].map(f64::from)).unwrap()[0];
+        let spread = ensemble.spread(&arr1(&[0.3_f32, -0.4].map(f64::from))).unwrap()[0];
         assert!((spread.mean - mean).abs() < 1e-12, "{spread:?} {mean}");
         assert!((spread.deviation - variance.sqrt()).abs() < 1e-12, "{spread:?} {variance}");
     }
@@ -273,7 +275,10 @@ mod tests {
         assert_ne!(text, fit(4).to_json().unwrap());
         let back = Ensemble::from_json(&text).unwrap();
         assert_eq!(back.files, fit(3).files);
-        assert_eq!(back.spread(&[0.5, 0.5]).unwrap(), fit(3).spread(&[0.5, 0.5]).unwrap());
+        assert_eq!(
+            back.spread(&arr1(&[0.5, 0.5])).unwrap(),
+            fit(3).spread(&arr1(&[0.5, 0.5])).unwrap()
+        );
         for broken in ["{}", r#"{"format":"ensemble-model","version":1,"members":[]}"#, "[1"] {
             assert!(Ensemble::from_json(broken).is_err(), "{broken}");
         }

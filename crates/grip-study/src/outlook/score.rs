@@ -3,20 +3,21 @@
 use mlp::train::split::SplitError;
 use mlp::train::{DataSet, DataSetError, FileError, FitError, Scaling, SettingError};
 use mlp::{Model, PredictError};
+use ndarray::ArrayRef1;
 
 /// What turns the raw features of a row into raw targets.
 pub trait Predict {
     /// Writes the prediction for `inputs` (raw, in the order of the training columns) to `outputs`.
     ///
     /// # Errors
-    /// [`PredictError`] where a slice has the wrong length, or a feature or the answer is not finite.
-    fn predict(&self, inputs: &[f64], outputs: &mut [f64]) -> Result<(), PredictError>;
+    /// [`PredictError`] where inputs or outputs have the wrong length, or a feature or the answer is not finite.
+    fn predict(&self, inputs: &ArrayRef1<f64>, outputs: &mut [f64]) -> Result<(), PredictError>;
 
     /// Mean and spread of each target; empty for a learner that has no spread.
     ///
     /// # Errors
     /// As [`Predict::predict`].
-    fn spread(&self, _inputs: &[f64]) -> Result<Vec<Spread>, PredictError> {
+    fn spread(&self, _inputs: &ArrayRef1<f64>) -> Result<Vec<Spread>, PredictError> {
         Ok(Vec::new())
     }
 }
@@ -31,7 +32,7 @@ pub struct Spread {
 }
 
 impl<W: AsRef<[f32]>> Predict for Model<W> {
-    fn predict(&self, inputs: &[f64], outputs: &mut [f64]) -> Result<(), PredictError> {
+    fn predict(&self, inputs: &ArrayRef1<f64>, outputs: &mut [f64]) -> Result<(), PredictError> {
         let inputs: Vec<f32> = inputs.iter().map(|&value| rounded(value)).collect();
         let mut answer = vec![0.0_f32; outputs.len()];
         Self::predict(self, &inputs, &mut answer)?;
@@ -141,7 +142,7 @@ pub fn score(
     let mut outputs = vec![0.0; targets.len()];
     let (mut squares, mut scaled_squares, mut within) = (0.0, 0.0, 0.0);
     for (at, (inputs, wanted)) in data.iter().enumerate() {
-        learner.predict(inputs, &mut outputs).map_err(|source| OutlookError::Predict {
+        learner.predict(&inputs, &mut outputs).map_err(|source| OutlookError::Predict {
             file: data.file.clone(),
             row: at + 1,
             source,
@@ -169,7 +170,7 @@ mod tests {
     struct Constant(f64);
 
     impl Predict for Constant {
-        fn predict(&self, _: &[f64], outputs: &mut [f64]) -> Result<(), PredictError> {
+        fn predict(&self, _: &ArrayRef1<f64>, outputs: &mut [f64]) -> Result<(), PredictError> {
             outputs.fill(self.0);
             Ok(())
         }

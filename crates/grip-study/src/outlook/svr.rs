@@ -6,8 +6,9 @@
 //! square of the rows, hence [`MAX_ROWS`].
 
 use mlp::train::file::{FileColumn, columns};
-use mlp::train::{ColumnSpec, DataSet, FileError, Patterns, Scaling, SettingError};
+use mlp::train::{ColumnSpec, DataSet, FileError, Scaling, SettingError};
 use mlp::{Column, PredictError, ShapeError, Transform};
+use ndarray::{ArrayRef1, ArrayRef2};
 use rayon::iter::{IntoParallelIterator as _, ParallelIterator as _};
 use serde::{Deserialize, Serialize};
 use smartcore::linalg::basic::matrix::DenseMatrix;
@@ -108,10 +109,10 @@ impl Svr {
         config.check()?;
         Self::check_rows(train)?;
         let (inputs, targets) = (train.input_scalings(), train.target_scalings());
-        let patterns = train.patterns(&inputs, &targets);
+        let [features, wanted] = train.scaled(&inputs, &targets);
         let machines = (0..targets.len())
             .into_par_iter()
-            .map(|target| machine(&patterns, (inputs.len(), targets.len()), target, config))
+            .map(|target| machine(&features, &wanted.column(target), config))
             .collect::<Result<_, _>>()?;
         Ok(Self {
             format: FORMAT.to_owned(),
@@ -213,15 +214,15 @@ impl Svr {
 }
 
 fn machine(
-    patterns: &Patterns,
-    (inputs, targets): (usize, usize),
-    target: usize,
+    features: &ArrayRef2<f64>,
+    wanted: &ArrayRef1<f64>,
     config: &SvrConfig,
 ) -> Result<Machine, OutlookError> {
     let failed = |error: &dyn core::fmt::Display| OutlookError::Svr { message: error.to_string() };
-    let rows: Vec<Vec<f64>> = patterns.inputs.chunks_exact(inputs).map(<[f64]>::to_vec).collect();
-    let wanted: Vec<f64> = patterns.targets.iter().copied().skip(target).step_by(targets).collect();
-    let x = DenseMatrix::from_2d_vec(&rows).map_err(|error| failed(&error))?;
+    let (rows, columns) = features.dim();
+    let values = features.iter().copied().collect();
+    let wanted = wanted.to_vec();
+    let x = DenseMatrix::new(rows, columns, values, false).map_err(|error| failed(&error))?;
     let parameters = SVRParameters::default()
         .with_c(config.c)
         .with_eps(config.epsilon)
@@ -237,7 +238,7 @@ fn machine(
 }
 
 impl Predict for Svr {
-    fn predict(&self, inputs: &[f64], outputs: &mut [f64]) -> Result<(), PredictError> {
+    fn predict(&self, inputs: &ArrayRef1<f64>, outputs: &mut [f64]) -> Result<(), PredictError> {
         let (needed, given) = (self.inputs.len(), inputs.len());
         if needed != given {
             return Err(ShapeError::Inputs { needed, given }.into());
@@ -294,6 +295,7 @@ fn raw(column: &FileColumn, scaled: f64) -> f64 {
 mod tests {
     use super::*;
     use crate::outlook::testing;
+    use ndarray::arr1;
 
     #[test]
     fn a_smooth_surface_is_learned_and_the_file_comes_back() {
@@ -314,12 +316,12 @@ mod tests {
         let config = SvrConfig { c: 5.0, epsilon: 0.05, gamma: 1.0 };
         let svr = Svr::fit(&train, &config).unwrap();
         let machine = &svr.machines[0];
-        let patterns = train.patterns(&train.input_scalings(), &train.target_scalings());
+        let [features, wanted] = train.scaled(&train.input_scalings(), &train.target_scalings());
         assert!(machine.w.iter().sum::<f64>().abs() < 1e-9);
-        let rows = patterns.inputs.chunks_exact(2).zip(&patterns.targets);
-        for (x, y) in rows {
-            let error = y - machine.value(x, config.gamma);
-            let same = |other: &Vec<f64>| other.iter().zip(x).all(|(a, b)| a == b);
+        for (x, y) in features.rows().into_iter().zip(&wanted) {
+            let x = x.to_vec();
+            let error = y - machine.value(&x, config.gamma);
+            let same = |other: &Vec<f64>| *other == x;
             let place = machine.instances.iter().position(same);
             let w = place.map_or(0.0, |at| machine.w[at]);
             assert!(w.abs() <= config.c + 1e-9, "{w}");
@@ -355,10 +357,10 @@ mod tests {
         let data = DataSet::from_csv("l.csv", csv.as_bytes(), &columns.0, &columns.1).unwrap();
         let svr = Svr::fit(&data, &SvrConfig { c: 100.0, ..SvrConfig::default() }).unwrap();
         let mut answer = [0.0];
-        svr.predict(&[100.0, 7.0], &mut answer).unwrap();
+        svr.predict(&arr1(&[100.0, 7.0]), &mut answer).unwrap();
         assert!((answer[0] / 100.0 - 1.0).abs() < 0.06, "{answer:?}");
-        assert!(svr.predict(&[-1.0, 7.0], &mut answer).is_err());
-        assert!(svr.predict(&[1.0], &mut answer).is_err());
+        assert!(svr.predict(&arr1(&[-1.0, 7.0]), &mut answer).is_err());
+        assert!(svr.predict(&arr1(&[1.0]), &mut answer).is_err());
     }
 
     #[test]

@@ -11,6 +11,8 @@
 
 use crate::{Condition, StudyError, Tolerance, score::SAFETY, sets::draw_seed};
 use grip_sim::{GRAVITY_M_S2, Row, generator::Source};
+use mlp::train::DataSet;
+use ndarray::{Array1, Array2};
 use serde::Serialize;
 use std::collections::BinaryHeap;
 
@@ -81,8 +83,9 @@ fn closed_form(condition: &Condition, asked: &[Row]) -> Option<f64> {
 
 /// Ranks of features, 0 to 1, and the true forces.
 struct Ranked {
-    features: Vec<Vec<f64>>,
-    targets: Vec<f64>,
+    /// Features x rows: a search goes along one feature.
+    features: Array2<f64>,
+    targets: Array1<f64>,
 }
 
 fn by_neighbours(
@@ -92,23 +95,21 @@ fn by_neighbours(
 ) -> Result<(f64, String), StudyError> {
     let (asked, known) = (condition.data("asked", asked)?, condition.data("known", known)?);
     let width = condition.features.inputs.len();
-    let column = |data: &mlp::train::DataSet, at: usize| -> Vec<f64> {
-        data.iter().map(|(features, _)| features[at]).collect()
-    };
-    let targets =
-        |data: &mlp::train::DataSet| data.iter().map(|(_, target)| target[0]).collect::<Vec<f64>>();
-    let sorted: Vec<Vec<f64>> = (0..width)
-        .map(|at| {
-            let mut values = column(&known, at);
+    let sorted: Vec<Vec<f64>> = known
+        .input_values()
+        .columns()
+        .into_iter()
+        .map(|column| {
+            let mut values = column.to_vec();
             values.sort_by(f64::total_cmp);
             values
         })
         .collect();
-    let ranked = |data: &mlp::train::DataSet| Ranked {
-        features: (0..width)
-            .map(|at| column(data, at).iter().map(|value| rank(&sorted[at], *value)).collect())
-            .collect(),
-        targets: targets(data),
+    let ranked = |data: &DataSet| Ranked {
+        features: Array2::from_shape_fn((width, data.rows()), |(at, row)| {
+            rank(&sorted[at], data.input_values()[[row, at]])
+        }),
+        targets: data.target_values().column(0).to_owned(),
     };
     let (asked, known) = (ranked(&asked), ranked(&known));
     let mut best = (0.0, 0.0, String::new());
@@ -137,12 +138,12 @@ fn rank(sorted: &[f64], value: f64) -> f64 {
 
 /// For each number of neighbours, which asked rows are answered correctly.
 fn hits(asked: &Ranked, known: &Ranked, chosen: &[usize]) -> [Vec<bool>; NEIGHBOURS.len()] {
-    let first = &known.features[chosen[0]];
+    let first = known.features.row(chosen[0]);
     let mut order: Vec<usize> = (0..known.targets.len()).collect();
     order.sort_by(|&a, &b| first[a].total_cmp(&first[b]));
     let mut hits: [Vec<bool>; NEIGHBOURS.len()] = Default::default();
     for (row, &target) in asked.targets.iter().enumerate() {
-        let place: Vec<f64> = chosen.iter().map(|&at| asked.features[at][row]).collect();
+        let place: Vec<f64> = chosen.iter().map(|&at| asked.features[[at, row]]).collect();
         let near = nearest(known, chosen, &order, &place);
         for (hits, count) in hits.iter_mut().zip(NEIGHBOURS) {
             let mut forces: Vec<f64> =
@@ -157,7 +158,7 @@ fn hits(asked: &Ranked, known: &Ranked, chosen: &[usize]) -> [Vec<bool>; NEIGHBO
 /// from there and ends where that one alone is too far away.
 fn nearest(known: &Ranked, chosen: &[usize], order: &[usize], place: &[f64]) -> Vec<usize> {
     let wanted = NEIGHBOURS[NEIGHBOURS.len() - 1];
-    let first = &known.features[chosen[0]];
+    let first = known.features.row(chosen[0]);
     let start = order.partition_point(|&row| first[row] < place[0]);
     let (mut below, mut above) =
         (order[..start].iter().rev().peekable(), order[start..].iter().peekable());
@@ -174,7 +175,7 @@ fn nearest(known: &Ranked, chosen: &[usize], order: &[usize], place: &[f64]) -> 
             break;
         }
         let square: f64 =
-            chosen.iter().zip(place).map(|(&at, x)| (known.features[at][row] - x).powi(2)).sum();
+            chosen.iter().zip(place).map(|(&at, x)| (known.features[[at, row]] - x).powi(2)).sum();
         heap.push((square.to_bits(), row));
         if full {
             heap.pop();
@@ -218,15 +219,15 @@ mod tests {
 
     #[test]
     fn neighbours_are_the_nearest() {
-        let spread = |step: usize| (0..3000).map(|i| (i * step % 3001) as f64 / 3001.0).collect();
-        let features: Vec<Vec<f64>> = vec![spread(977), spread(1409)];
-        let known = Ranked { features, targets: vec![0.0; 3000] };
+        let spread = |(at, i)| (i * [977, 1409][at] % 3001) as f64 / 3001.0;
+        let features = Array2::from_shape_fn((2, 3000), spread);
+        let known = Ranked { features, targets: Array1::zeros(3000) };
         let mut order: Vec<usize> = (0..3000).collect();
-        order.sort_by(|&a, &b| known.features[0][a].total_cmp(&known.features[0][b]));
+        order.sort_by(|&a, &b| known.features[[0, a]].total_cmp(&known.features[[0, b]]));
         for place in [[0.5, 0.5], [0.0, 1.0], [0.99, 0.2]] {
             let square = |row: usize| {
-                (known.features[0][row] - place[0]).powi(2)
-                    + (known.features[1][row] - place[1]).powi(2)
+                (known.features[[0, row]] - place[0]).powi(2)
+                    + (known.features[[1, row]] - place[1]).powi(2)
             };
             let mut all: Vec<f64> = (0..3000).map(square).collect();
             all.sort_by(f64::total_cmp);

@@ -7,6 +7,7 @@ use mlp::train::{
     Choice, DataSet, EvaluateError, Fit, FitConfig, FitError, NetworkObjective, Objective as _,
     RunConfig, Topology, evaluate, fit::Fitting, init::nguyen_widrow,
 };
+use ndarray::ArrayRef1;
 use rayon::iter::{IntoParallelIterator as _, ParallelIterator as _};
 use serde::Serialize;
 
@@ -106,7 +107,7 @@ pub(super) fn train(
 
 /// The saved model's answer (N); NaN where it has none.
 #[expect(clippy::cast_possible_truncation, reason = "the saved model computes in f32")]
-fn answer(fit: &Fit, features: &[f64]) -> f64 {
+fn answer(fit: &Fit, features: &ArrayRef1<f64>) -> f64 {
     let features: Vec<f32> = features.iter().map(|&value| value as f32).collect();
     let mut answer = [f32::NAN];
     match fit.model.predict(&features, &mut answer) {
@@ -141,8 +142,8 @@ pub(super) fn curve(net: &Net, sets: &Sets, trained: &Trained) -> Result<Curve, 
     let data = &sets.train;
     let topology = Topology::regression(data.inputs.len(), &[HIDDEN], data.targets.len())?;
     let objective = |rows: &DataSet| {
-        let patterns = rows.patterns(&data.input_scalings(), &data.target_scalings());
-        NetworkObjective::<f64>::new(&topology, &patterns)
+        let [inputs, targets] = rows.scaled(&data.input_scalings(), &data.target_scalings());
+        NetworkObjective::<f64>::new(&topology, &inputs, &targets)
     };
     let (mut train, mut test) = (objective(data)?, objective(&sets.test)?);
     let mut weights = nguyen_widrow(&topology, trained.summary.seed);

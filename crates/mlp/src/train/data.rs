@@ -1,7 +1,8 @@
-//! Bytes of a CSV file and column specs in, feature and target rows out.
+//! Bytes of a CSV file or arrays, and column specs in, feature and target rows out.
 
 use core::fmt;
 
+use ndarray::{Array2, ArrayView1, ArrayView2, Axis};
 use sha2::{Digest, Sha256};
 
 use super::column::ColumnSpec;
@@ -107,17 +108,30 @@ pub enum DataSetError {
         /// Where it should stand.
         place: Place,
     },
-    /// Values that do not divide into rows.
-    #[error("{name}: {inputs} input and {targets} target values are no rows of {columns} columns")]
-    Ragged {
+    /// Arrays that have not a column for each spec, or not as many rows of inputs as of targets.
+    #[error(
+        "{name}: inputs of {} x {} and targets of {} x {}: as many rows of both are needed, {} and {} columns",
+        inputs[0], inputs[1], targets[0], targets[1], columns[0], columns[1]
+    )]
+    Shape {
         /// Name of the data.
         name: String,
-        /// Input values given.
-        inputs: usize,
-        /// Target values given.
-        targets: usize,
-        /// Columns of a row.
-        columns: usize,
+        /// Rows and columns of the inputs given.
+        inputs: [usize; 2],
+        /// Rows and columns of the targets given.
+        targets: [usize; 2],
+        /// Columns of inputs and targets that are needed.
+        columns: [usize; 2],
+    },
+    /// Not one label a row.
+    #[error("{name}: {labels} labels for {rows} rows")]
+    Labels {
+        /// Name of the data.
+        name: String,
+        /// Labels given.
+        labels: usize,
+        /// Rows there are.
+        rows: usize,
     },
     /// A row that the data set has not.
     #[error("row {row} of {rows} (counted from 0)")]
@@ -139,20 +153,21 @@ pub enum DataSetError {
     },
 }
 
-/// Features and targets of one CSV file in raw units, row by row.
+/// Features and targets of one file in raw units, row by row; all values are finite in single precision too.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DataSet {
     /// Name of the file, for messages.
     pub file: String,
-    /// SHA-256 of the file's bytes in hexadecimal.
+    /// SHA-256 of the file's bytes in hexadecimal; of computed rows see [`DataSet::from_values`].
     pub sha256: String,
     /// Feature columns in the order asked for.
     pub inputs: Vec<ColumnSpec>,
     /// Target columns in the order asked for.
     pub targets: Vec<ColumnSpec>,
-    rows: usize,
-    input_values: Vec<f64>,
-    target_values: Vec<f64>,
+    /// Rows x inputs, at least one row.
+    input_values: Array2<f64>,
+    /// As many rows x targets.
+    target_values: Array2<f64>,
     /// One label a row, or none at all.
     labels: Vec<String>,
 }
@@ -189,47 +204,56 @@ impl DataSet {
         };
         let (input_places, target_places) = (places(inputs, &csv)?, places(targets, &csv)?);
         let group = group.map(|name| Ok((csv.column(name)?, name))).transpose()?;
-        let hash = hexadecimal(&Sha256::digest(bytes));
-        let mut data = Self::empty(file, hash, inputs, targets);
+        let hash = sha256(bytes);
+        let (mut rows, mut labels) = (0, Vec::new());
+        let (mut input_values, mut target_values) = (Vec::new(), Vec::new());
         while let Some(row) = csv.next_row()? {
-            read_fields(&row, &input_places, inputs, &mut data.input_values)?;
-            read_fields(&row, &target_places, targets, &mut data.target_values)?;
+            read_fields(&row, &input_places, inputs, &mut input_values)?;
+            read_fields(&row, &target_places, targets, &mut target_values)?;
             if let Some((at, name)) = group {
-                data.labels.push(read_label(&row, at, name)?);
+                labels.push(read_label(&row, at, name)?);
             }
-            data.rows += 1;
+            rows += 1;
         }
-        if data.rows == 0 {
-            return Err(DataSetError::NoRows { file: file.to_owned() });
-        }
-        Ok(data)
+        let no_rows = || DataSetError::NoRows { file: file.to_owned() };
+        // Each row has put a value for every column by, so the arrays have these shapes.
+        let array = |columns, values| {
+            Array2::from_shape_vec((rows, columns), values).map_err(|_| no_rows())
+        };
+        let data = Self {
+            file: file.to_owned(),
+            sha256: hash,
+            inputs: inputs.to_vec(),
+            targets: targets.to_vec(),
+            input_values: array(inputs.len(), input_values)?,
+            target_values: array(targets.len(), target_values)?,
+            labels,
+        };
+        if rows == 0 { Err(no_rows()) } else { Ok(data) }
     }
 
-    /// Data that was computed instead of read: `values` holds features and targets, both row by row. `name` is used in
-    /// messages, with the number of the row (from 1) as the line. The hash is that of the values' bytes, little-endian.
+    /// Data that was computed, or read from another kind of file: raw features (rows x inputs) and targets (rows x targets) of
+    /// any memory layout. `name` is used in messages, with the number of the row (from 1) as the line. The hash is that of the
+    /// values' bytes, little-endian, row by row, features first.
     ///
     /// # Errors
-    /// [`DataSetError::Columns`], [`DataSetError::Repeated`], [`DataSetError::Ragged`], [`DataSetError::NoRows`],
+    /// [`DataSetError::Columns`], [`DataSetError::Repeated`], [`DataSetError::Shape`], [`DataSetError::NoRows`],
     /// [`DataSetError::NotANumber`] and [`DataSetError::LogOfNonPositive`].
     pub fn from_values(
         name: &str,
         inputs: &[ColumnSpec],
         targets: &[ColumnSpec],
-        values: (Vec<f64>, Vec<f64>),
+        values: (Array2<f64>, Array2<f64>),
     ) -> Result<Self, DataSetError> {
         check_columns(inputs, targets)?;
         let (input_values, target_values) = values;
-        let rows = input_values.len() / inputs.len();
-        if input_values.len() != rows * inputs.len() || target_values.len() != rows * targets.len()
-        {
-            return Err(DataSetError::Ragged {
-                name: name.to_owned(),
-                inputs: input_values.len(),
-                targets: target_values.len(),
-                columns: inputs.len() + targets.len(),
-            });
+        let columns = [inputs.len(), targets.len()];
+        let (x, y) = (input_values.dim(), target_values.dim());
+        if [x.1, y.1] != columns || x.0 != y.0 {
+            let (inputs, targets) = (x.into(), y.into());
+            return Err(DataSetError::Shape { name: name.to_owned(), inputs, targets, columns });
         }
-        if rows == 0 {
+        if x.0 == 0 {
             return Err(DataSetError::NoRows { file: name.to_owned() });
         }
         for (specs, values) in [(inputs, &input_values), (targets, &target_values)] {
@@ -237,21 +261,32 @@ impl DataSet {
         }
         let mut hash = Sha256::new();
         input_values.iter().chain(&target_values).for_each(|v| hash.update(v.to_le_bytes()));
-        let data = Self::empty(name, hexadecimal(&hash.finalize()), inputs, targets);
-        Ok(Self { rows, input_values, target_values, ..data })
-    }
-
-    fn empty(file: &str, sha256: String, inputs: &[ColumnSpec], targets: &[ColumnSpec]) -> Self {
-        Self {
-            file: file.to_owned(),
-            sha256,
+        Ok(Self {
+            file: name.to_owned(),
+            sha256: hexadecimal(&hash.finalize()),
             inputs: inputs.to_vec(),
             targets: targets.to_vec(),
-            rows: 0,
-            input_values: Vec::new(),
-            target_values: Vec::new(),
+            input_values,
+            target_values,
             labels: Vec::new(),
+        })
+    }
+
+    /// The same rows with a label each: rows with the same one stay together in a [split](super::split).
+    ///
+    /// # Errors
+    /// [`DataSetError::Labels`] unless there is one a row, [`DataSetError::NoLabel`] where one is empty.
+    pub fn with_labels(self, labels: Vec<String>) -> Result<Self, DataSetError> {
+        if labels.len() != self.rows() {
+            let (rows, labels) = (self.rows(), labels.len());
+            return Err(DataSetError::Labels { name: self.file, labels, rows });
         }
+        if let Some(at) = labels.iter().position(String::is_empty) {
+            let (file, line) = (self.file, at as u64 + 1);
+            let place = Place { file, line, column: "label".to_owned() };
+            return Err(DataSetError::NoLabel { place });
+        }
+        Ok(Self { labels, ..self })
     }
 
     /// The given rows, counted from 0, in the given order. Name and hash stay those of the whole.
@@ -262,20 +297,18 @@ impl DataSet {
         if rows.is_empty() {
             return Err(DataSetError::NoRows { file: self.file.clone() });
         }
-        let mut part = Self::empty(&self.file, self.sha256.clone(), &self.inputs, &self.targets);
-        part.rows = rows.len();
-        for &row in rows {
-            let (Some(inputs), Some(targets)) = (
-                self.input_values.chunks_exact(self.inputs.len()).nth(row),
-                self.target_values.chunks_exact(self.targets.len()).nth(row),
-            ) else {
-                return Err(DataSetError::NoSuchRow { row, rows: self.rows });
-            };
-            part.input_values.extend_from_slice(inputs);
-            part.target_values.extend_from_slice(targets);
-            part.labels.extend(self.labels.get(row).cloned());
+        if let Some(&row) = rows.iter().find(|row| **row >= self.rows()) {
+            return Err(DataSetError::NoSuchRow { row, rows: self.rows() });
         }
-        Ok(part)
+        Ok(Self {
+            file: self.file.clone(),
+            sha256: self.sha256.clone(),
+            inputs: self.inputs.clone(),
+            targets: self.targets.clone(),
+            input_values: self.input_values.select(Axis(0), rows),
+            target_values: self.target_values.select(Axis(0), rows),
+            labels: rows.iter().filter_map(|row| self.labels.get(*row).cloned()).collect(),
+        })
     }
 
     /// The label of each row, or none where no column of labels was read.
@@ -287,15 +320,27 @@ impl DataSet {
     /// Number of rows, at least 1.
     #[must_use]
     pub fn rows(&self) -> usize {
-        self.rows
+        self.input_values.nrows()
+    }
+
+    /// Raw features, rows x inputs.
+    #[must_use]
+    pub fn input_values(&self) -> ArrayView2<'_, f64> {
+        self.input_values.view()
+    }
+
+    /// Raw targets, rows x targets.
+    #[must_use]
+    pub fn target_values(&self) -> ArrayView2<'_, f64> {
+        self.target_values.view()
     }
 
     /// Features and targets of each row, raw.
     #[must_use]
-    pub fn iter(&self) -> impl ExactSizeIterator<Item = (&[f64], &[f64])> {
-        self.input_values
-            .chunks_exact(self.inputs.len())
-            .zip(self.target_values.chunks_exact(self.targets.len()))
+    pub fn iter(
+        &self,
+    ) -> impl ExactSizeIterator<Item = (ArrayView1<'_, f64>, ArrayView1<'_, f64>)> {
+        self.input_values.rows().into_iter().zip(self.target_values.rows())
     }
 
     /// Limits of the feature columns over the rows, for min-max.
@@ -319,23 +364,12 @@ impl DataSet {
         )
     }
 
-    /// All rows scaled. Limits come from the training rows, whichever rows these are.
+    /// Inputs and targets of all rows scaled, as the [objective](super::NetworkObjective) takes them. Limits come from the
+    /// training rows, whichever rows these are; a column without limits stays raw.
     #[must_use]
-    pub fn patterns(&self, inputs: &[Scaling], targets: &[Scaling]) -> Patterns {
-        Patterns {
-            inputs: scale_all(inputs, &self.input_values),
-            targets: scale_all(targets, &self.target_values),
-        }
+    pub fn scaled(&self, inputs: &[Scaling], targets: &[Scaling]) -> [Array2<f64>; 2] {
+        [scaled(inputs, &self.input_values), scaled(targets, &self.target_values)]
     }
-}
-
-/// Scaled rows as the objective takes them, both row by row.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct Patterns {
-    /// rows x inputs.
-    pub inputs: Vec<f64>,
-    /// rows x targets.
-    pub targets: Vec<f64>,
 }
 
 fn check_columns(inputs: &[ColumnSpec], targets: &[ColumnSpec]) -> Result<(), DataSetError> {
@@ -379,7 +413,11 @@ fn read_label(row: &Row<'_>, at: usize, name: &str) -> Result<String, DataSetErr
 }
 
 /// What [`read_fields`] asks of the fields of a file.
-fn check_values(name: &str, specs: &[ColumnSpec], values: &[f64]) -> Result<(), DataSetError> {
+fn check_values(
+    name: &str,
+    specs: &[ColumnSpec],
+    values: &Array2<f64>,
+) -> Result<(), DataSetError> {
     let place = |at: usize, spec: &ColumnSpec| Place {
         file: name.to_owned(),
         line: (at / specs.len() + 1) as u64,
@@ -397,15 +435,25 @@ fn check_values(name: &str, specs: &[ColumnSpec], values: &[f64]) -> Result<(), 
     Ok(())
 }
 
-fn scalings(method: Method, specs: &[ColumnSpec], values: &[f64]) -> Vec<Scaling> {
-    let column = |at: usize| values.iter().copied().skip(at).step_by(specs.len());
-    let scaling =
-        |(at, spec): (usize, &ColumnSpec)| Scaling::by(method, spec.transform, &column(at));
-    specs.iter().enumerate().map(scaling).collect()
+fn scalings(method: Method, specs: &[ColumnSpec], values: &Array2<f64>) -> Vec<Scaling> {
+    let columns = specs.iter().zip(values.columns());
+    columns
+        .map(|(spec, column)| Scaling::by(method, spec.transform, &column.iter().copied()))
+        .collect()
 }
 
-fn scale_all(scalings: &[Scaling], values: &[f64]) -> Vec<f64> {
-    values.iter().zip(scalings.iter().cycle()).map(|(&raw, scaling)| scaling.scaled(raw)).collect()
+fn scaled(scalings: &[Scaling], values: &Array2<f64>) -> Array2<f64> {
+    let mut values = values.clone();
+    for (mut column, scaling) in values.columns_mut().into_iter().zip(scalings) {
+        column.mapv_inplace(|raw| scaling.scaled(raw));
+    }
+    values
+}
+
+/// SHA-256 of `bytes` in hexadecimal, as [`DataSet::sha256`] has it.
+#[must_use]
+pub fn sha256(bytes: &[u8]) -> String {
+    hexadecimal(&Sha256::digest(bytes))
 }
 
 fn hexadecimal(digest: &[u8]) -> String {

@@ -1,4 +1,5 @@
 use super::*;
+use ndarray::{ArrayView, ShapeBuilder as _, arr1, arr2};
 
 fn specs(texts: &[&str]) -> Vec<ColumnSpec> {
     texts.iter().map(|text| text.parse().unwrap()).collect()
@@ -19,9 +20,9 @@ fn columns_are_found_by_name_and_scaled() {
     assert_eq!(data.rows(), 3);
     let raw: Vec<_> = data.iter().map(|(x, y)| (x.to_vec(), y.to_vec())).collect();
     assert_eq!(raw[1], (vec![0.3], vec![3.0]));
-    let patterns = data.patterns(&data.input_scalings(), &data.target_scalings());
+    let [_, targets] = data.scaled(&data.input_scalings(), &data.target_scalings());
     let expected = [-1.0, 1.0, 2.0 * 2_f64.ln() / 3_f64.ln() - 1.0];
-    for (scaled, expected) in patterns.targets.iter().zip(expected) {
+    for (scaled, expected) in targets.iter().zip(expected) {
         assert!((scaled - expected).abs() < 1e-15, "{scaled} {expected}");
     }
 }
@@ -94,7 +95,7 @@ fn labels_are_read_beside_the_numbers() {
     assert_eq!(data.labels(), ["a 1", "b", "a 1"]);
     let part = data.subset(&[2, 0]).unwrap();
     assert_eq!((part.rows(), part.labels().len(), &part.sha256), (2, 2, &data.sha256));
-    assert_eq!(part.iter().next().unwrap(), (&[3.0][..], &[4.0][..]));
+    assert_eq!(part.iter().next().unwrap(), (arr1(&[3.0]).view(), arr1(&[4.0]).view()));
     let error = data.subset(&[1, 3]).unwrap_err();
     assert_eq!(error, DataSetError::NoSuchRow { row: 3, rows: 3 });
     assert!(matches!(data.subset(&[]), Err(DataSetError::NoRows { .. })));
@@ -112,23 +113,64 @@ fn labels_are_read_beside_the_numbers() {
 
 #[test]
 fn computed_values_are_checked_like_fields() {
-    let make = |inputs: &[f64], targets: &[f64]| {
-        let values = (inputs.to_vec(), targets.to_vec());
-        DataSet::from_values("rows", &specs(&["v", "n:ln"]), &specs(&["f_n"]), values)
+    let make = |inputs: Array2<f64>, targets: Array2<f64>| {
+        DataSet::from_values("rows", &specs(&["v", "n:ln"]), &specs(&["f_n"]), (inputs, targets))
     };
-    let data = make(&[0.1, 1.0, 0.2, 2.0], &[3.0, 4.0]).unwrap();
+    let (x, y) = (arr2(&[[0.1, 1.0], [0.2, 2.0]]), arr2(&[[3.0], [4.0]]));
+    let data = make(x.clone(), y.clone()).unwrap();
     assert_eq!((data.rows(), data.labels().len()), (2, 0));
     let file = read("v,n,f_n\n0.1,1,3\n0.2,2,4\n", &["v", "n:ln"], &["f_n"]).unwrap();
     assert!(data.iter().eq(file.iter()));
     assert_eq!(data.input_scalings(), file.input_scalings());
-    for (inputs, targets) in [(&[0.1, 1.0, 0.2][..], &[3.0][..]), (&[0.1, 1.0], &[3.0, 4.0])] {
-        assert!(matches!(make(inputs, targets), Err(DataSetError::Ragged { columns: 3, .. })));
-    }
-    assert!(matches!(make(&[], &[]), Err(DataSetError::NoRows { .. })));
+    let error = make(x.clone(), arr2(&[[3.0]])).unwrap_err();
+    assert_eq!(
+        error.to_string(),
+        "rows: inputs of 2 x 2 and targets of 1 x 1: as many rows of both are needed, 2 and 1 columns"
+    );
+    assert!(matches!(make(y.clone(), y.clone()), Err(DataSetError::Shape { .. })));
+    let none = make(Array2::zeros((0, 2)), Array2::zeros((0, 1)));
+    assert!(matches!(none, Err(DataSetError::NoRows { .. })));
     for bad in [f64::NAN, f64::INFINITY, 1e39] {
-        let error = make(&[0.1, 1.0, bad, 2.0], &[3.0, 4.0]).unwrap_err();
+        let error = make(arr2(&[[0.1, 1.0], [bad, 2.0]]), y.clone()).unwrap_err();
         assert!(error.to_string().starts_with("rows, line 2, column \"v\""), "{error}");
     }
-    let error = make(&[0.1, 0.0], &[3.0]).unwrap_err();
+    let error = make(arr2(&[[0.1, 0.0]]), arr2(&[[3.0]])).unwrap_err();
     assert!(matches!(error, DataSetError::LogOfNonPositive { .. }), "{error}");
+}
+
+/// Fortran order, as NumPy may save it, and views that run backwards: rows, hash, limits and parts are the same.
+#[test]
+fn the_memory_layout_of_arrays_changes_nothing() {
+    let columns = (&specs(&["v", "n"])[..], &specs(&["f_n"])[..]);
+    let make = |x, y| DataSet::from_values("rows", columns.0, columns.1, (x, y)).unwrap();
+    let x = arr2(&[[0.1, 1.0], [0.2, 2.0], [0.3, 5.0]]);
+    let y = arr2(&[[3.0], [4.0], [5.0]]);
+    let plain = make(x.clone(), y.clone());
+    let fortran = ArrayView::from_shape((3, 2).f(), &[0.1, 0.2, 0.3, 1.0, 2.0, 5.0]).unwrap();
+    assert!(!fortran.is_standard_layout());
+    let mut backwards = x.select(Axis(0), &[2, 1, 0]);
+    backwards.invert_axis(Axis(0));
+    assert!(!backwards.is_standard_layout());
+    for x in [fortran.to_owned(), backwards] {
+        let data = make(x, y.clone());
+        assert_eq!(data, plain);
+        let (limits, target_limits) = data.scalings(Method::ZScore);
+        assert_eq!(limits, plain.scalings(Method::ZScore).0);
+        let scaled = |data: &DataSet| data.scaled(&limits, &target_limits);
+        assert_eq!(scaled(&data), scaled(&plain));
+        assert_eq!(data.subset(&[2, 0]).unwrap(), plain.subset(&[2, 0]).unwrap());
+    }
+}
+
+#[test]
+fn labels_of_arrays_are_one_a_row() {
+    let columns = (&specs(&["v"])[..], &specs(&["f_n"])[..]);
+    let values = || (arr2(&[[0.1], [0.2]]), arr2(&[[3.0], [4.0]]));
+    let data = || DataSet::from_values("rows", columns.0, columns.1, values()).unwrap();
+    let texts = |texts: &[&str]| texts.iter().map(|&text| text.to_owned()).collect::<Vec<_>>();
+    assert_eq!(data().with_labels(texts(&["a", "b"])).unwrap().labels(), ["a", "b"]);
+    let error = data().with_labels(texts(&["a"])).unwrap_err();
+    assert_eq!(error.to_string(), "rows: 1 labels for 2 rows");
+    let error = data().with_labels(texts(&["a", ""])).unwrap_err();
+    assert!(matches!(error, DataSetError::NoLabel { .. }), "{error}");
 }

@@ -2,7 +2,7 @@
 
 use core::time::Duration;
 
-use super::data::{DataSet, Patterns};
+use super::data::DataSet;
 use super::file::{FileError, ModelFile, TrainingNote};
 use super::init::nguyen_widrow;
 use super::metrics::{EvaluateError, Evaluation, evaluate};
@@ -16,6 +16,7 @@ use super::trainer::Algorithm;
 use crate::activation::Activation;
 use crate::model::Model;
 use crate::network::ShapeError;
+use ndarray::Array2;
 
 /// Which of several runs becomes the model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -170,14 +171,14 @@ struct Pair<T> {
 impl<T: Real> Pair<T> {
     fn new(
         topology: &Topology,
-        train: &Patterns,
-        validation: Option<&Patterns>,
+        train: &[Array2<f64>; 2],
+        validation: Option<&[Array2<f64>; 2]>,
         decay: f64,
     ) -> Result<Self, FitError> {
-        let train = NetworkObjective::new(topology, train)?.with_decay(decay)?;
-        let validation =
-            validation.map(|rows| NetworkObjective::new(topology, rows)).transpose()?;
-        Ok(Self { train, validation })
+        let objective =
+            |[inputs, targets]: &[Array2<f64>; 2]| NetworkObjective::new(topology, inputs, targets);
+        let validation = validation.map(objective).transpose()?;
+        Ok(Self { train: objective(train)?.with_decay(decay)?, validation })
     }
 
     fn run(&self, config: &FitConfig, seed: u64, elapsed: &dyn Fn() -> Duration) -> Run {
@@ -214,7 +215,7 @@ impl<'a> Fitting<'a> {
         let (inputs, targets) = train.scalings(config.scaler);
         let scaled = |data: &DataSet| {
             check_columns(train, data)?;
-            Ok::<_, FitError>(data.patterns(&inputs, &targets))
+            Ok::<_, FitError>(data.scaled(&inputs, &targets))
         };
         let (rows, validation) = (scaled(train)?, validation.map(scaled).transpose()?);
         let (validation, decay) = (validation.as_ref(), config.decay);

@@ -5,8 +5,10 @@ use super::objective::count;
 use super::rounded;
 use super::scaling::Scaling;
 use crate::model::{Coverage, Model, PredictError};
+use crate::network::ShapeError;
+use ndarray::{Array1, Array2, ArrayRef2};
 
-/// Why a data set can not be evaluated.
+/// Why there are no predictions for rows.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[error("row {row}: {source}")]
 pub struct EvaluateError {
@@ -24,14 +26,14 @@ pub struct Evaluation {
     /// Mean squared error over rows and targets in raw units squared.
     pub mse: f64,
     /// The same per target.
-    pub mse_per_target: Vec<f64>,
+    pub mse_per_target: Array1<f64>,
     /// Mean squared error over rows and targets in the scaled units the training saw.
     pub scaled_mse: f64,
     /// Rows with a feature outside the training range.
     pub extrapolated: usize,
-    /// `|prediction - target| / |target|` of each value; 0 for an exact prediction of 0, otherwise infinite
+    /// `|prediction - target| / |target|` of each value, rows x targets; 0 for an exact prediction of 0, otherwise infinite
     /// where the target is 0.
-    pub relative_errors: Vec<f64>,
+    pub relative_errors: Array2<f64>,
 }
 
 impl Evaluation {
@@ -43,43 +45,63 @@ impl Evaluation {
     }
 }
 
+/// What `model` predicts for raw feature rows (rows x inputs): raw predictions (rows x targets), and how well the training
+/// covers each row. No rows give no predictions.
+///
+/// # Errors
+/// [`EvaluateError`] for the first row without a prediction; that is row 1 where the number of columns is wrong.
+pub fn predict<W: AsRef<[f32]>>(
+    model: &Model<W>,
+    rows: &ArrayRef2<f64>,
+) -> Result<(Array2<f32>, Vec<Coverage>), EvaluateError> {
+    let mut predicted = Array2::zeros((rows.nrows(), model.targets().len()));
+    let mut coverage = Vec::with_capacity(rows.nrows());
+    let mut answer = vec![0.0; model.targets().len()];
+    for (at, (row, mut place)) in rows.rows().into_iter().zip(predicted.rows_mut()).enumerate() {
+        let raw: Vec<f32> = row.iter().map(|&value| rounded(value)).collect();
+        let covered = model
+            .predict(&raw, &mut answer)
+            .map_err(|source| EvaluateError { row: at + 1, source })?;
+        place.iter_mut().zip(&answer).for_each(|(place, value)| *place = *value);
+        coverage.push(covered);
+    }
+    Ok((predicted, coverage))
+}
+
 /// Lets `model` predict every row of `data`, whose columns must be in the model's order.
 ///
 /// # Errors
-/// [`EvaluateError`] for the first row without a prediction.
+/// [`EvaluateError`] for the first row without a prediction, or with another number of targets than the model has.
 pub fn evaluate<W: AsRef<[f32]>>(
     model: &Model<W>,
     data: &DataSet,
 ) -> Result<Evaluation, EvaluateError> {
     let scalings: Vec<Scaling> = model.targets().columns().map(Scaling::from).collect();
-    let mut squares = vec![0.0; scalings.len()];
+    let (needed, given) = (scalings.len(), data.target_values().ncols());
+    if needed != given {
+        let source = ShapeError::Outputs { needed, given }.into();
+        return Err(EvaluateError { row: 1, source });
+    }
+    let (predicted, coverage) = predict(model, &data.input_values())?;
+    let mut squares = Array1::zeros(scalings.len());
     let mut scaled_squares = 0.0;
-    let mut extrapolated = 0;
-    let mut relative_errors = Vec::with_capacity(data.rows() * scalings.len());
-    let mut predicted = vec![0.0_f32; scalings.len()];
-    for (at, (inputs, targets)) in data.iter().enumerate() {
-        let raw: Vec<f32> = inputs.iter().map(|&value| rounded(value)).collect();
-        let coverage = model
-            .predict(&raw, &mut predicted)
-            .map_err(|source| EvaluateError { row: at + 1, source })?;
-        extrapolated += usize::from(coverage != Coverage::Inside);
-        for (column, (&prediction, &target)) in predicted.iter().zip(targets).enumerate() {
-            let prediction = f64::from(prediction);
-            let error = prediction - target;
-            squares[column] += error * error;
-            let scaled = scaled_error(&scalings[column], prediction, target);
-            scaled_squares += scaled * scaled;
-            relative_errors.push(if error == 0.0 { 0.0 } else { (error / target).abs() });
-        }
+    let mut relative_errors = Array2::zeros(predicted.dim());
+    let values = predicted.iter().zip(data.target_values()).zip(&mut relative_errors);
+    for (at, ((&prediction, &target), relative)) in values.enumerate() {
+        let (column, prediction) = (at % scalings.len(), f64::from(prediction));
+        let error = prediction - target;
+        squares[column] += error * error;
+        let scaled = scaled_error(&scalings[column], prediction, target);
+        scaled_squares += scaled * scaled;
+        *relative = if error == 0.0 { 0.0 } else { (error / target).abs() };
     }
     let rows = count(data.rows());
-    let mse_per_target: Vec<f64> = squares.iter().map(|sum| sum / rows).collect();
     Ok(Evaluation {
         rows: data.rows(),
         mse: squares.iter().sum::<f64>() / (rows * count(squares.len())),
-        mse_per_target,
         scaled_mse: scaled_squares / (rows * count(squares.len())),
-        extrapolated,
+        mse_per_target: squares / rows,
+        extrapolated: coverage.iter().filter(|covered| **covered != Coverage::Inside).count(),
         relative_errors,
     })
 }
@@ -98,6 +120,7 @@ mod tests {
     use crate::activation::Activation;
     use crate::network::Network;
     use crate::scaler::{Column, Scaler, Transform};
+    use ndarray::{Axis, arr2};
 
     /// Predicts `y = x` for 0..4.
     fn identity() -> Model<[f32; 2]> {
@@ -120,6 +143,20 @@ mod tests {
         assert!((evaluation.scaled_mse - 1.25 / 4.0 / 5.0).abs() < 1e-12, "{evaluation:?}");
         assert!((evaluation.within_fraction(0.1) - 0.6).abs() < 1e-12);
         assert!((evaluation.within_fraction(0.25) - 0.8).abs() < 1e-12);
+    }
+
+    #[test]
+    fn rows_of_any_layout_are_predicted_like_one_after_the_other() {
+        let model = identity();
+        let rows = arr2(&[[1.0, 9.0], [2.0, 9.0], [5.0, 9.0]]);
+        let (mut column, _) = rows.view().split_at(Axis(1), 1);
+        column.invert_axis(Axis(0));
+        let (predicted, coverage) = predict(&model, &column).unwrap();
+        assert_eq!(predicted, arr2(&[[5.0], [2.0], [1.0]]));
+        assert_eq!(coverage, [Coverage::Outside { column: 0 }, Coverage::Inside, Coverage::Inside]);
+        assert_eq!(predict(&model, &Array2::zeros((0, 1))).unwrap().0.dim(), (0, 1));
+        let wide = predict(&model, &rows).unwrap_err();
+        assert_eq!(wide.to_string(), "row 1: 2 inputs where 1 are needed");
     }
 
     #[test]

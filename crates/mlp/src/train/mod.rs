@@ -1,11 +1,34 @@
-//! CSV rows in, a trained model file out: data sets, trainers, runs, metrics and the model file.
+//! Rows in, a trained model file out: data sets, trainers, runs, metrics and the model file.
 //!
 //! ```text
-//! CSV bytes -> DataSet -> Patterns (scaled) -> NetworkObjective -> Trainer steps -> Run -> ModelFile -> Model
+//! CSV bytes or arrays -> DataSet -> scaled arrays -> NetworkObjective -> Trainer steps -> Run -> ModelFile -> Model
 //! ```
 //! Everything is sans-IO: bytes come as arguments, nothing reads a clock, randomness comes from seeds.
 //! Training runs in `f64` or `f32` on the machine's vectors; saved weights are `f32`, and reported errors are those
 //! of the saved model.
+//!
+//! Rows are [`ndarray`] arrays, rows x columns, of any memory layout; an `.npy` of NumPy is one call away:
+//!
+//! ```
+//! use mlp::train::{Algorithm, ColumnSpec, DataSet, FitConfig, fit, predict};
+//! use ndarray::{Array2, Axis, arr2};
+//!
+//! // Speed (m/s), mass (kg) and force (N) of 64 grasps.
+//! let file = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/grasps.npy");
+//! let grasps: Array2<f64> = ndarray_npy::read_npy(file)?;
+//! let (features, force) = grasps.view().split_at(Axis(1), 2);
+//!
+//! let inputs: [ColumnSpec; 2] = ["v_m_s".parse()?, "m_kg:ln".parse()?];
+//! let targets: [ColumnSpec; 1] = ["f_n:ln".parse()?];
+//! let rows = DataSet::from_values(file, &inputs, &targets, (features.to_owned(), force.to_owned()))?;
+//! let config = FitConfig { algorithm: Algorithm::Lm(Default::default()), ..FitConfig::default() };
+//! let fit = fit(&rows, None, None, &config)?;
+//! assert!(fit.train.within_fraction(0.01) > 0.99);
+//!
+//! let (forces, _) = predict(&fit.model, &arr2(&[[0.05, 0.3], [0.1, 0.5]]))?;
+//! assert!((forces[[0, 0]] - 4.1).abs() < 0.1 && forces.dim() == (2, 1));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod aligned;
 pub mod column;
@@ -29,12 +52,12 @@ pub mod trainer;
 mod vector;
 
 pub use column::{ColumnSpec, ColumnSpecError};
-pub use data::{DataSet, DataSetError, Patterns};
+pub use data::{DataSet, DataSetError, sha256};
 pub use ensemble_file::EnsembleFile;
 pub use file::{FileError, ModelFile};
 pub use fit::{Choice, Fit, FitConfig, FitError, Fitting, Precision, fit};
 pub use lanes::Isa;
-pub use metrics::{EvaluateError, Evaluation, evaluate};
+pub use metrics::{EvaluateError, Evaluation, evaluate, predict};
 pub use objective::{NetworkObjective, Objective};
 pub use real::Real;
 pub use run::{Run, RunConfig, Stop, Training, run};

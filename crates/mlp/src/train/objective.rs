@@ -1,10 +1,11 @@
 //! Weights in, mean squared error over scaled rows and its derivatives out.
 
-use super::data::Patterns;
 use super::lanes::Isa;
 use super::real::Real;
 use super::setting::{SettingError, not_negative};
 use super::topology::Topology;
+use ndarray::ArrayRef2;
+
 use crate::network::ShapeError;
 
 mod kernel;
@@ -59,13 +60,18 @@ pub struct NetworkObjective<T = f64> {
 }
 
 impl<T: Real> NetworkObjective<T> {
-    /// Lays out the scaled rows for `topology` and the widest vectors of this machine.
+    /// Lays out scaled rows, inputs (rows x inputs) and targets (rows x outputs) of any memory layout, for `topology` and
+    /// the widest vectors of this machine.
     ///
     /// # Errors
-    /// [`ShapeError::Inputs`] or [`ShapeError::Outputs`] when the values do not divide into at least one row
-    /// of the topology's width, with the numbers of values.
-    pub fn new(topology: &Topology, patterns: &Patterns) -> Result<Self, ShapeError> {
-        Self::with_isa(topology, patterns, Isa::detect())
+    /// [`ShapeError::Inputs`] or [`ShapeError::Outputs`] for columns of another number than the topology has,
+    /// [`ShapeError::Rows`] without rows or for different numbers of them.
+    pub fn new(
+        topology: &Topology,
+        inputs: &ArrayRef2<f64>,
+        targets: &ArrayRef2<f64>,
+    ) -> Result<Self, ShapeError> {
+        Self::with_isa(topology, inputs, targets, Isa::detect())
     }
 
     /// The same for the vectors of `isa`.
@@ -74,18 +80,21 @@ impl<T: Real> NetworkObjective<T> {
     /// As [`NetworkObjective::new`].
     pub fn with_isa(
         topology: &Topology,
-        patterns: &Patterns,
+        inputs: &ArrayRef2<f64>,
+        targets: &ArrayRef2<f64>,
         isa: Isa,
     ) -> Result<Self, ShapeError> {
-        let (inputs, outputs) = (topology.inputs(), topology.outputs());
-        let rows = patterns.inputs.len() / inputs;
-        if rows == 0 || patterns.inputs.len() != rows * inputs {
-            let needed = rows.max(1) * inputs;
-            return Err(ShapeError::Inputs { needed, given: patterns.inputs.len() });
+        let (needed, given) = (topology.inputs(), inputs.ncols());
+        if needed != given {
+            return Err(ShapeError::Inputs { needed, given });
         }
-        if patterns.targets.len() != rows * outputs {
-            let needed = rows * outputs;
-            return Err(ShapeError::Outputs { needed, given: patterns.targets.len() });
+        let (needed, given) = (topology.outputs(), targets.ncols());
+        if needed != given {
+            return Err(ShapeError::Outputs { needed, given });
+        }
+        let rows = inputs.nrows();
+        if rows == 0 || targets.nrows() != rows {
+            return Err(ShapeError::Rows { inputs: rows, outputs: targets.nrows() });
         }
         let width = isa.width::<T>();
         Ok(Self {
@@ -93,7 +102,7 @@ impl<T: Real> NetworkObjective<T> {
             rows,
             decay: 0.0,
             isa,
-            panels: Panels::new(topology, patterns, width),
+            panels: Panels::new(inputs, targets, width),
             tape: Tape::new(topology, width),
             jacobian: None,
         })
@@ -210,6 +219,7 @@ impl<T: Real> Objective<T> for NetworkObjective<T> {
 mod tests {
     use super::*;
     use crate::activation::Activation;
+    use ndarray::{Array2, Axis, ShapeBuilder as _, Slice, arr2};
     use rand_chacha::ChaCha8Rng;
     use rand_core::{Rng, SeedableRng};
 
@@ -219,13 +229,11 @@ mod tests {
 
     fn case(topology: &Topology, rows: usize, seed: u64) -> (NetworkObjective, Vec<f64>) {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
-        let mut draw = |n: usize| (0..n).map(|_| uniform(&mut rng)).collect::<Vec<_>>();
-        let patterns = Patterns {
-            inputs: draw(rows * topology.inputs()),
-            targets: draw(rows * topology.outputs()),
-        };
-        let weights = draw(topology.weights());
-        (NetworkObjective::new(topology, &patterns).unwrap(), weights)
+        let mut draw =
+            |rows, columns| Array2::from_shape_simple_fn((rows, columns), || uniform(&mut rng));
+        let (inputs, targets) = (draw(rows, topology.inputs()), draw(rows, topology.outputs()));
+        let weights = draw(1, topology.weights()).into_raw_vec_and_offset().0;
+        (NetworkObjective::new(topology, &inputs, &targets).unwrap(), weights)
     }
 
     fn topologies() -> impl Iterator<Item = Topology> {
@@ -286,9 +294,9 @@ mod tests {
     #[test]
     fn normal_matrix_of_a_linear_network_is_the_input_products() {
         let topology = Topology::new(&[2, 1], &[Activation::Linear]).unwrap();
-        let patterns =
-            Patterns { inputs: vec![1.0, 2.0, 3.0, 4.0, 5.0, 6.0], targets: vec![1.0, 0.0, 2.0] };
-        let mut objective = NetworkObjective::new(&topology, &patterns).unwrap();
+        let (inputs, targets) =
+            (arr2(&[[1.0, 2.0], [3.0, 4.0], [5.0, 6.0]]), arr2(&[[1.0], [0.0], [2.0]]));
+        let mut objective = NetworkObjective::new(&topology, &inputs, &targets).unwrap();
         let (mut normal, mut projected) = (vec![0.0; 9], vec![0.0; 3]);
         let mse = objective.normal_equations(&[1.0, 0.0, 0.5], &mut normal, &mut projected);
         // Outputs 1.5 3.5 5.5, residuals 0.5 3.5 3.5.
@@ -305,12 +313,40 @@ mod tests {
     #[test]
     fn rows_that_do_not_fit_are_refused() {
         let topology = Topology::regression(2, &[3], 1).unwrap();
-        let build = |inputs: usize, targets: usize| {
-            let patterns = Patterns { inputs: vec![0.0; inputs], targets: vec![0.0; targets] };
-            NetworkObjective::<f64>::new(&topology, &patterns).unwrap_err()
+        let build = |inputs: (usize, usize), targets: (usize, usize)| {
+            let (inputs, targets) = (Array2::zeros(inputs), Array2::zeros(targets));
+            NetworkObjective::<f64>::new(&topology, &inputs, &targets).unwrap_err()
         };
-        assert_eq!(build(0, 0), ShapeError::Inputs { needed: 2, given: 0 });
-        assert_eq!(build(5, 2), ShapeError::Inputs { needed: 4, given: 5 });
-        assert_eq!(build(4, 3), ShapeError::Outputs { needed: 2, given: 3 });
+        assert_eq!(build((0, 2), (0, 1)), ShapeError::Rows { inputs: 0, outputs: 0 });
+        assert_eq!(build((5, 3), (5, 1)), ShapeError::Inputs { needed: 2, given: 3 });
+        assert_eq!(build((4, 2), (4, 0)), ShapeError::Outputs { needed: 1, given: 0 });
+        assert_eq!(build((4, 2), (3, 1)), ShapeError::Rows { inputs: 4, outputs: 3 });
+    }
+
+    /// Columns side by side in memory, rows backwards, every second row: the same bits as rows copied one by one.
+    #[test]
+    fn any_memory_layout_gives_the_same_bits() {
+        let topology = Topology::regression(2, &[4], 2).unwrap();
+        let mut rng = ChaCha8Rng::seed_from_u64(3);
+        let all = Array2::from_shape_simple_fn((60, 2).f(), || uniform(&mut rng));
+        let weights: Vec<f64> = (0..topology.weights()).map(|_| uniform(&mut rng)).collect();
+        let every = |axis, step| all.slice_axis(axis, Slice::from(..).step_by(step));
+        for view in [all.view(), every(Axis(0), -1), every(Axis(0), 2), every(Axis(1), -1)] {
+            assert!(!view.is_standard_layout());
+            let mut copy = Array2::zeros((view.nrows(), 2));
+            for row in 0..view.nrows() {
+                for column in 0..2 {
+                    copy[[row, column]] = view[[row, column]];
+                }
+            }
+            let gradient = |x: &ArrayRef2<f64>| {
+                let mut gradient = vec![0.0; weights.len()];
+                NetworkObjective::<f64>::new(&topology, x, x)
+                    .unwrap()
+                    .gradient(&weights, &mut gradient);
+                gradient
+            };
+            assert_eq!(gradient(&view), gradient(&copy));
+        }
     }
 }

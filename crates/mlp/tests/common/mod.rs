@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 use rand_chacha::ChaCha8Rng;
 use rand_core::{Rng, SeedableRng};
 
-use mlp::train::{DataSet, NetworkObjective, Objective, Patterns, Real, Topology, Trainer};
+use mlp::train::{DataSet, NetworkObjective, Objective, Real, Topology, Trainer};
+use ndarray::Array2;
 
 /// The folder `learning` of the test data.
 pub(crate) fn learning() -> PathBuf {
@@ -19,7 +20,8 @@ pub(crate) fn learning() -> PathBuf {
 pub(crate) struct Surface2 {
     folder: PathBuf,
     topology: Topology,
-    patterns: Patterns,
+    /// Inputs and scaled targets.
+    rows: [Array2<f64>; 2],
 }
 
 /// The set.
@@ -31,28 +33,23 @@ pub(crate) fn surface2() -> Surface2 {
         DataSet::from_csv("surface2_train.csv", &bytes, &specs(&["x1", "x2"]), &specs(&["y"]))
             .unwrap();
     // Inputs lie in [-1, 1] already and are used as they are.
-    let targets = data.patterns(&data.input_scalings(), &data.target_scalings()).targets;
-    let inputs = data.iter().flat_map(|(inputs, _)| inputs.to_vec()).collect();
+    let [_, targets] = data.scaled(&data.input_scalings(), &data.target_scalings());
     let topology = Topology::regression(2, &[10], 1).unwrap();
-    Surface2 { folder, topology, patterns: Patterns { inputs, targets } }
+    Surface2 { folder, topology, rows: [data.input_values().to_owned(), targets] }
 }
 
 impl Surface2 {
     pub(crate) fn objective<T: Real>(&self) -> NetworkObjective<T> {
-        NetworkObjective::new(&self.topology, &self.patterns).unwrap()
+        let [inputs, targets] = &self.rows;
+        NetworkObjective::new(&self.topology, inputs, targets).unwrap()
     }
 
     /// The same rows, each value moved by up to half a unit of its ninth decimal.
     pub(crate) fn moved_within_rounding(&self, seed: u64) -> Self {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
-        let mut moved = |values: &[f64]| -> Vec<f64> {
-            let shift =
-                |rng: &mut ChaCha8Rng| f64::from(rng.next_u32()) / f64::from(u32::MAX) - 0.5;
-            values.iter().map(|value| value + 1e-9 * shift(&mut rng)).collect()
-        };
-        let Patterns { inputs, targets } = &self.patterns;
-        let patterns = Patterns { inputs: moved(inputs), targets: moved(targets) };
-        Self { folder: self.folder.clone(), topology: self.topology.clone(), patterns }
+        let mut shift = || f64::from(rng.next_u32()) / f64::from(u32::MAX) - 0.5;
+        let rows = self.rows.each_ref().map(|values| values.map(|value| value + 1e-9 * shift()));
+        Self { folder: self.folder.clone(), topology: self.topology.clone(), rows }
     }
 
     /// Starting weights number `start`.

@@ -1,9 +1,8 @@
 //! Scaled rows in, panels of a few vectors of rows out, transposed: for each column the values of all rows.
 
 use super::super::aligned::Aligned;
-use super::super::data::Patterns;
 use super::super::real::Real;
-use super::super::topology::Topology;
+use ndarray::ArrayRef2;
 
 /// Most vectors of rows in a panel: so many sums stay in registers while a neuron's inputs pass by.
 pub(super) const VECTORS: usize = 4;
@@ -29,12 +28,12 @@ pub(super) struct Panels<T> {
 }
 
 impl<T: Real> Panels<T> {
-    /// Lays out `patterns` for vectors of `width` numbers. Empty lanes repeat the last row.
-    pub(super) fn new(topology: &Topology, patterns: &Patterns, width: usize) -> Self {
-        let (inputs, outputs) = (topology.inputs(), topology.outputs());
-        let rows = patterns.inputs.len() / inputs;
+    /// Lays out as many rows of `inputs` as of `targets`, at least one, for vectors of `width` numbers. Empty lanes repeat the
+    /// last row.
+    pub(super) fn new(inputs: &ArrayRef2<f64>, targets: &ArrayRef2<f64>, width: usize) -> Self {
+        let (rows, columns) = (inputs.nrows(), inputs.ncols() + targets.ncols());
         let vectors = rows.div_ceil(width);
-        let mut values = Aligned::zeros(vectors * width * (inputs + outputs));
+        let mut values = Aligned::zeros(vectors * width * columns);
         let mut panels = Vec::with_capacity(vectors.div_ceil(VECTORS));
         let (mut first, mut start) = (0, 0);
         while first < vectors {
@@ -44,18 +43,15 @@ impl<T: Real> Panels<T> {
             let lanes = take * width;
             let rows_here = (first * width..first * width + lanes).map(|row| row.min(rows - 1));
             for (lane, row) in rows_here.enumerate() {
-                let panel = &mut values.get_mut()[start..start + lanes * (inputs + outputs)];
-                let fields = patterns.inputs[row * inputs..(row + 1) * inputs]
-                    .iter()
-                    .chain(&patterns.targets[row * outputs..(row + 1) * outputs]);
-                for (column, &field) in fields.enumerate() {
+                let panel = &mut values.get_mut()[start..start + lanes * columns];
+                for (column, &field) in inputs.row(row).iter().chain(targets.row(row)).enumerate() {
                     panel[column * lanes + lane] = T::of(field);
                 }
             }
             let ragged = (first + take) * width > rows;
             panels.push(Panel { vectors: take, start, ragged });
             first += take;
-            start += lanes * (inputs + outputs);
+            start += lanes * columns;
         }
         let mut mask = Aligned::zeros(width);
         mask.get_mut()[..rows - (vectors - 1) * width].fill(T::of(1.0));

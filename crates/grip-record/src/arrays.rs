@@ -1,0 +1,169 @@
+//! A recording as arrays, and an `.npz` of them in and out.
+//!
+//! Columns have the names, units and meanings of a CSV recording. A NaN is an empty cell, as NumPy has no other, but for the
+//! stylus, where it is a bad reading.
+
+use std::path::Path;
+
+use ndarray::{Array1, Array2};
+use ndarray_npy::WriteNpzError;
+use slip_core::units::Micros;
+
+use crate::channels::{ARRIVAL, Scale};
+use crate::csv_read::CsvOptions;
+use crate::error::{CsvError, excerpt};
+use crate::npz::{Npz, create};
+use crate::recording::{Cells, Gathering, Recording};
+use crate::taxels::PREFIX;
+
+/// Reads the recording in an `.npz`; arrays that are no columns of a recording are left alone.
+pub(crate) fn read_npz(file: &Path, options: &CsvOptions) -> Result<Recording, CsvError> {
+    let mut npz = Npz::open(file)?;
+    let header = npz.names().to_vec();
+    let mut gathering = Gathering::new(file, &header, options)?;
+    let columns: Vec<Option<Array1<f64>>> = header
+        .iter()
+        .enumerate()
+        .map(|(at, name)| gathering.layout.uses(at).then(|| npz.numbers(name)).transpose())
+        .collect::<Result<_, _>>()?;
+    let (stylus, rows) = (gathering.layout.stylus, npz.rows());
+    for row in 0..rows {
+        gathering.push(&ArrayRow { file, header: &header, columns: &columns, stylus, row })?;
+    }
+    gathering.finish()
+}
+
+/// One row of an `.npz`.
+struct ArrayRow<'a> {
+    file: &'a Path,
+    header: &'a [String],
+    columns: &'a [Option<Array1<f64>>],
+    stylus: usize,
+    row: usize,
+}
+
+impl ArrayRow<'_> {
+    fn value(&self, column: usize) -> f64 {
+        let column = self.columns.get(column).and_then(Option::as_ref);
+        column.and_then(|column| column.get(self.row)).copied().unwrap_or(f64::NAN)
+    }
+
+    fn line(&self) -> u64 {
+        self.row as u64 + 1
+    }
+
+    fn name(&self, column: usize) -> String {
+        self.header.get(column).cloned().unwrap_or_default()
+    }
+}
+
+impl Cells for ArrayRow<'_> {
+    fn time(&self, column: usize, previous: Option<Micros>) -> Result<Micros, CsvError> {
+        let (file, line, seconds) = (self.file.to_owned(), self.line(), self.value(column));
+        let column = self.name(column);
+        let Some(time) = micros(1e6 * seconds) else {
+            let text = excerpt(&seconds.to_string());
+            return Err(CsvError::TimeOutOfRange { file, line, column, text });
+        };
+        match previous.filter(|before| *before > time) {
+            None => Ok(time),
+            Some(before) => Err(CsvError::TimeBackwards { file, line, column, before, time }),
+        }
+    }
+
+    #[expect(clippy::cast_possible_truncation, reason = "rounding to the precision of a Sample")]
+    fn reading(&self, column: usize, scale: Scale) -> Result<Option<f32>, CsvError> {
+        let value = match scale {
+            Scale::Same => self.value(column),
+            Scale::MilliToUnit => self.value(column) / 1000.0,
+        };
+        Ok(Some(value as f32).filter(|value| column == self.stylus || !value.is_nan()))
+    }
+
+    fn micros(&self, column: usize) -> Result<Option<Micros>, CsvError> {
+        let value = self.value(column);
+        if value.is_nan() {
+            return Ok(None);
+        }
+        let whole = micros(value).filter(|_| value.fract() == 0.0);
+        whole.map(Some).ok_or_else(|| CsvError::NotANumber {
+            file: self.file.to_owned(),
+            line: self.line(),
+            column: self.name(column),
+            text: excerpt(&value.to_string()),
+            remedy: "write whole microseconds",
+        })
+    }
+}
+
+/// Whole microseconds, as those of a CSV cell: what is not below 0 by more than 0.1 us and finds room.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "checked before")]
+fn micros(us: f64) -> Option<Micros> {
+    (us > -0.1 && us < 1.8e19).then(|| Micros(us.round() as u64))
+}
+
+impl Recording {
+    /// Times of the samples (s).
+    #[must_use]
+    pub fn times_s(&self) -> Array1<f64> {
+        self.samples.iter().map(|sample| sample.t.0 as f64 / 1e6).collect()
+    }
+
+    /// Names of the columns of [`Recording::readings`]: the stylus, then the channels there are, then the taxels.
+    #[must_use]
+    pub fn columns(&self) -> Vec<String> {
+        let channels = self.channels.optional.keys().map(|channel| channel.column().to_owned());
+        let taxels = (0..self.taxels()).map(|taxel| format!("{PREFIX}{taxel}"));
+        core::iter::once(self.channels.stylus.column().to_owned())
+            .chain(channels)
+            .chain(taxels)
+            .collect()
+    }
+
+    /// All readings in the units of a CSV recording, samples x columns; NaN where a channel says nothing.
+    #[must_use]
+    pub fn readings(&self) -> Array2<f32> {
+        let channels = self.channels.optional.len();
+        let mut readings =
+            Array2::from_elem((self.samples.len(), 1 + channels + self.taxels()), f32::NAN);
+        for (at, (sample, mut row)) in self.samples.iter().zip(readings.rows_mut()).enumerate() {
+            let values = self.channels.optional.keys().map(|channel| channel.reading(sample));
+            let frame = self.taxels.as_ref().map_or(&[] as &[f32], |taxels| taxels.frame(at));
+            let values = core::iter::once(Some(sample.stylus)).chain(values);
+            let values = values.chain(frame.iter().copied().map(Some));
+            for (place, value) in row.iter_mut().zip(values) {
+                *place = value.unwrap_or(f32::NAN);
+            }
+        }
+        readings
+    }
+
+    /// Writes `file` as an `.npz` that [`read_recording`](crate::read_recording) reads back: `t_s` and the arrivals as float64, readings as float32.
+    /// A NaN reading of another channel than the stylus comes back as none.
+    ///
+    /// # Errors
+    /// Where the file cannot be written.
+    pub fn write_npz(&self, file: &Path) -> Result<(), WriteNpzError> {
+        let mut npz = create(file)?;
+        npz.add_array("t_s", &self.times_s())?;
+        let readings = self.readings();
+        for (name, column) in self.columns().iter().zip(readings.columns()) {
+            npz.add_array(name.as_str(), &column)?;
+        }
+        if self.channels.arrivals {
+            let us = |time: Micros| time.0 as f64;
+            for (name, age) in ARRIVAL.into_iter().zip([false, true]) {
+                let column = self.samples.iter().map(|sample| {
+                    let arrival = sample.arrival;
+                    arrival.map_or(f64::NAN, |a| us(if age { a.age } else { a.at }))
+                });
+                npz.add_array(name, &column.collect::<Array1<f64>>())?;
+            }
+        }
+        npz.finish().map(drop)
+    }
+
+    fn taxels(&self) -> usize {
+        self.taxels.as_ref().map_or(0, crate::Taxels::count)
+    }
+}

@@ -1,0 +1,269 @@
+//! An `.npz` of NumPy in, its named columns out, and back.
+//!
+//! Each array of one dimension is a column under its name, as `numpy.savez(FILE, t_s=..., stylus=...)` or `savez_compressed`
+//! writes them. Of an array that nobody asks for only the name is read.
+
+use std::fs::File;
+use std::io::{BufWriter, Cursor, Read as _};
+use std::path::{Path, PathBuf};
+
+use ndarray::{Array1, ArrayRef2};
+use ndarray_npy::{NpzWriter, WritableElement, WriteNpzError};
+use zip::ZipArchive;
+
+use crate::csv_read::read_bytes;
+use crate::error::CsvError;
+use crate::npy::Npy;
+
+/// Most bytes that the columns read from one file may take, unpacked and as doubles, all together: a small file can hold
+/// terabytes of zeros.
+pub const MOST_UNPACKED: u64 = 1 << 30;
+
+/// Why an `.npz` cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum NpzError {
+    /// The file is missing or cannot be read.
+    #[error(transparent)]
+    File(#[from] Box<CsvError>),
+    /// The bytes are no archive.
+    #[error("{}: is no .npz: {message}", file.display())]
+    Archive {
+        /// The file.
+        file: PathBuf,
+        /// What the reader says.
+        message: String,
+    },
+    /// No array has the name asked for.
+    #[error("{}: no array {array:?}; the file has: {}", file.display(), found.join(", "))]
+    Missing {
+        /// The file.
+        file: PathBuf,
+        /// The name asked for.
+        array: String,
+        /// The names there are.
+        found: Vec<String>,
+    },
+    /// An array that is no column.
+    #[error("{}: array {array:?} {fault}", file.display())]
+    Array {
+        /// The file.
+        file: PathBuf,
+        /// Its name.
+        array: String,
+        /// What is wrong, as the end of the sentence.
+        fault: String,
+    },
+    /// Columns of different lengths.
+    #[error(
+        "{}: array {array:?} has {rows} values and {first:?} has {expected}; all columns need as many",
+        file.display()
+    )]
+    Length {
+        /// The file.
+        file: PathBuf,
+        /// The array.
+        array: String,
+        /// Its values.
+        rows: usize,
+        /// The column read before it.
+        first: String,
+        /// The values of that.
+        expected: usize,
+    },
+}
+
+/// Bytes of a double, and of a short text.
+const NUMBER: usize = 8;
+const TEXT: usize = 32;
+
+/// An `.npz`, whose columns are read one by one.
+#[derive(Debug)]
+pub struct Npz {
+    file: PathBuf,
+    archive: ZipArchive<Cursor<Vec<u8>>>,
+    names: Vec<String>,
+    /// Bytes that columns may still take.
+    left: u64,
+    /// Name and length of the first column that was read.
+    first: Option<(String, usize)>,
+}
+
+/// Whether the name of `file` says that it is an `.npz`.
+#[must_use]
+pub fn is_npz(file: &Path) -> bool {
+    file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("npz"))
+}
+
+impl Npz {
+    /// Opens `file`.
+    ///
+    /// # Errors
+    /// [`NpzError::File`] and [`NpzError::Archive`].
+    pub fn open(file: &Path) -> Result<Self, NpzError> {
+        Self::parse(file, read_bytes(file).map_err(Box::new)?)
+    }
+
+    /// The archive whose bytes are `bytes`; `file` stands in errors.
+    ///
+    /// # Errors
+    /// [`NpzError::Archive`].
+    pub fn parse(file: &Path, bytes: Vec<u8>) -> Result<Self, NpzError> {
+        let no_archive = |message: String| NpzError::Archive { file: file.to_owned(), message };
+        if bytes.starts_with(b"\x93NUMPY") {
+            let message = "it is a single .npy, whose columns have no names; save each under its name with numpy.savez";
+            return Err(no_archive(message.to_owned()));
+        }
+        let archive =
+            ZipArchive::new(Cursor::new(bytes)).map_err(|error| no_archive(error.to_string()))?;
+        let name = |at: usize| {
+            let name = archive.name_for_index(at).unwrap_or_default();
+            name.strip_suffix(".npy").unwrap_or(name).to_owned()
+        };
+        let names = (0..archive.len()).map(name).collect();
+        Ok(Self { file: file.to_owned(), archive, names, left: MOST_UNPACKED, first: None })
+    }
+
+    /// The names of all arrays, in the order of the file.
+    #[must_use]
+    pub fn names(&self) -> &[String] {
+        &self.names
+    }
+
+    /// Values of the columns read so far, 0 before the first.
+    #[must_use]
+    pub fn rows(&self) -> usize {
+        self.first.as_ref().map_or(0, |(_, rows)| *rows)
+    }
+
+    /// The column `name`: float64, float32, integers up to 2^53 in size and bool become doubles.
+    ///
+    /// # Errors
+    /// [`NpzError::Missing`], [`NpzError::Array`]; [`NpzError::Length`] where an earlier column had another length.
+    pub fn numbers(&mut self, name: &str) -> Result<Array1<f64>, NpzError> {
+        let numbers = self.column(name, NUMBER, |npy| npy.numbers())?;
+        self.check_length(name, numbers.len())?;
+        Ok(numbers)
+    }
+
+    /// The column `name` as labels: texts (`<U`), or numbers as their digits; empty for NaN.
+    ///
+    /// # Errors
+    /// As [`Npz::numbers`].
+    pub fn texts(&mut self, name: &str) -> Result<Vec<String>, NpzError> {
+        let texts = self.column(name, TEXT, |npy| npy.texts())?;
+        self.check_length(name, texts.len())?;
+        Ok(texts)
+    }
+
+    fn column<T>(
+        &mut self,
+        name: &str,
+        size: usize,
+        read: impl Fn(&Npy<'_>) -> Result<T, String>,
+    ) -> Result<T, NpzError> {
+        let Some(at) = self.names.iter().position(|other| other == name) else {
+            let (file, found) = (self.file.clone(), self.names.clone());
+            return Err(NpzError::Missing { file, array: name.to_owned(), found });
+        };
+        let read = self.unpack(at).and_then(|bytes| {
+            let npy = Npy::open(&bytes)?;
+            self.take(npy.rows().saturating_mul(size).max(bytes.len()))?;
+            read(&npy)
+        });
+        let (file, array) = (self.file.clone(), name.to_owned());
+        read.map_err(|fault| NpzError::Array { file, array, fault })
+    }
+
+    /// The bytes of an array, as far as there is room for them.
+    fn unpack(&mut self, at: usize) -> Result<Vec<u8>, String> {
+        let left = self.left;
+        let member = self.archive.by_index(at).map_err(|error| format!("is damaged: {error}"))?;
+        let mut bytes = Vec::new();
+        let read = member.take(left + 1).read_to_end(&mut bytes);
+        read.map_err(|error| format!("is damaged: {error}"))?;
+        if u64::try_from(bytes.len()).is_ok_and(|size| size <= left) {
+            return Ok(bytes);
+        }
+        Err(too_large())
+    }
+
+    fn take(&mut self, size: usize) -> Result<(), String> {
+        let size = u64::try_from(size).unwrap_or(u64::MAX);
+        self.left = self.left.checked_sub(size).ok_or_else(too_large)?;
+        Ok(())
+    }
+
+    fn check_length(&mut self, name: &str, rows: usize) -> Result<(), NpzError> {
+        let (first, expected) = self.first.get_or_insert_with(|| (name.to_owned(), rows));
+        if rows == *expected {
+            return Ok(());
+        }
+        let (file, first, expected) = (self.file.clone(), first.clone(), *expected);
+        Err(NpzError::Length { file, array: name.to_owned(), rows, first, expected })
+    }
+}
+
+fn too_large() -> String {
+    format!("is too large: the columns of a file may take {MOST_UNPACKED} bytes unpacked")
+}
+
+/// Writes the columns of `values` (rows x names) to `file` as an `.npz` of 1-dimensional arrays, not compressed.
+///
+/// # Errors
+/// Where the file cannot be written.
+pub fn write_columns<T: WritableElement + Clone>(
+    file: &Path,
+    names: &[&str],
+    values: &ArrayRef2<T>,
+) -> Result<(), WriteNpzError> {
+    let mut npz = create(file)?;
+    for (name, column) in names.iter().zip(values.columns()) {
+        npz.add_array(*name, &column)?;
+    }
+    npz.finish().map(drop)
+}
+
+pub(crate) fn create(file: &Path) -> Result<NpzWriter<BufWriter<File>>, WriteNpzError> {
+    let file = File::create(file).map_err(zip::result::ZipError::Io)?;
+    Ok(NpzWriter::new(BufWriter::new(file)))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::Write as _;
+
+    use zip::write::{SimpleFileOptions, ZipWriter};
+
+    use super::*;
+
+    /// Two arrays of as many zeros in single bytes, packed, with room for so many bytes.
+    fn zeros(count: usize, left: u64) -> Npz {
+        let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
+        let options =
+            SimpleFileOptions::default().compression_method(zip::CompressionMethod::Deflated);
+        for name in ["a", "b"] {
+            let mut npy = Vec::new();
+            let zeros = Array1::<u8>::zeros(count);
+            ndarray_npy::WriteNpyExt::write_npy(&zeros, &mut npy).unwrap();
+            zip.start_file(name, options).unwrap();
+            zip.write_all(&npy).unwrap();
+        }
+        let bytes = zip.finish().unwrap().into_inner();
+        assert!(bytes.len() < count / 100);
+        Npz { left, ..Npz::parse(Path::new("z.npz"), bytes).unwrap() }
+    }
+
+    #[test]
+    fn a_bomb_is_not_unpacked() {
+        let count = 1 << 20;
+        let told = |result: Result<Array1<f64>, NpzError>| {
+            result.err().is_some_and(|error| error.to_string().contains("too large"))
+        };
+        // Unpacked, it takes a byte a value, as doubles eight.
+        assert!(told(zeros(count, 1000).numbers("a")));
+        assert!(told(zeros(count, 2 << 20).numbers("a")));
+        let mut both = zeros(count, 12 << 20);
+        assert!(!told(both.numbers("a")) && told(both.numbers("b")));
+        assert!(zeros(count, 12 << 20).texts("a").is_err());
+    }
+}

@@ -1,0 +1,177 @@
+//! The cells of rows in, a recording out: what files of every kind share.
+
+use std::path::Path;
+
+use slip_core::sample::{Arrival, Sample};
+use slip_core::units::Micros;
+
+use crate::channels::{ChannelSet, Scale};
+use crate::csv_read::CsvOptions;
+use crate::error::CsvError;
+use crate::layout::Layout;
+use crate::notes::Notes;
+use crate::taxels::Taxels;
+
+/// A recording read from a file: at least one sample, times never decreasing.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Recording {
+    /// File name without its ending.
+    pub name: String,
+    /// The columns present and where they came from.
+    pub channels: ChannelSet,
+    /// The rows, in order.
+    pub samples: Vec<Sample>,
+    /// The frames of the taxel array, where there is one.
+    pub taxels: Option<Taxels>,
+    /// Samples per second (Hz): given, else measured from the times (robust against gaps).
+    pub rate_hz: f32,
+    /// Counts of what is odd.
+    pub notes: Notes,
+}
+
+/// The cells of one row, by the number of their column.
+pub(crate) trait Cells {
+    /// A time that is not before `previous`.
+    fn time(&self, column: usize, previous: Option<Micros>) -> Result<Micros, CsvError>;
+
+    /// A reading, `None` for an empty cell.
+    fn reading(&self, column: usize, scale: Scale) -> Result<Option<f32>, CsvError>;
+
+    /// Whole microseconds, `None` for an empty cell.
+    fn micros(&self, column: usize) -> Result<Option<Micros>, CsvError>;
+}
+
+/// A recording on its way.
+pub(crate) struct Gathering<'a> {
+    file: &'a Path,
+    pub(crate) layout: Layout,
+    pub(crate) notes: Notes,
+    samples: Vec<Sample>,
+    taxels: Taxels,
+}
+
+impl<'a> Gathering<'a> {
+    /// No rows yet, of a file with these columns.
+    pub(crate) fn new(
+        file: &'a Path,
+        header: &[String],
+        options: &CsvOptions,
+    ) -> Result<Self, CsvError> {
+        let given_rate_hz = options.rate_hz.map(checked_rate).transpose()?;
+        let layout = Layout::resolve(file, header, options)?;
+        let ignored = layout.ignored.iter().filter(|name| !name.is_empty());
+        let ignored_columns = ignored.cloned().collect();
+        let notes = Notes { given_rate_hz, ignored_columns, ..Notes::default() };
+        let taxels = Taxels::new(layout.taxels.len());
+        Ok(Self { file, layout, notes, samples: Vec::new(), taxels })
+    }
+
+    pub(crate) fn is_empty(&self) -> bool {
+        self.samples.is_empty()
+    }
+
+    pub(crate) fn push(&mut self, row: &impl Cells) -> Result<(), CsvError> {
+        let time = match self.layout.time {
+            Some(column) => row.time(column, self.samples.last().map(|sample| sample.t))?,
+            None => nth_time(self.samples.len(), self.notes.given_rate_hz),
+        };
+        let sample = sample_of(row, &self.layout, time, &mut self.notes)?;
+        self.samples.push(sample);
+        self.taxels.push(&frame_of(row, &self.layout, &mut self.notes)?);
+        Ok(())
+    }
+
+    /// In a file of one column an empty stylus cell is a blank line; without it all later times would shift.
+    pub(crate) fn push_without_stylus(&mut self, count: usize) {
+        self.notes.empty_stylus += count;
+        for _ in 0..count {
+            let time = nth_time(self.samples.len(), self.notes.given_rate_hz);
+            self.samples.push(Sample::stylus(time, f32::NAN));
+        }
+    }
+
+    pub(crate) fn finish(self) -> Result<Recording, CsvError> {
+        let Self { file, layout, mut notes, samples, taxels } = self;
+        if samples.is_empty() {
+            return Err(CsvError::NoRows { file: file.to_owned() });
+        }
+        if layout.time.is_some() {
+            notes.count_steps(&samples);
+        }
+        let rate_hz = notes
+            .given_rate_hz
+            .or(notes.measured_rate_hz)
+            .ok_or_else(|| CsvError::NoRate { file: file.to_owned(), rows: samples.len() })?;
+        let name = file.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        let taxels = Some(taxels).filter(|taxels| taxels.count() > 0);
+        Ok(Recording { name, channels: layout.channels, samples, taxels, rate_hz, notes })
+    }
+}
+
+fn checked_rate(rate_hz: f32) -> Result<f32, CsvError> {
+    if (0.001..=1e6).contains(&rate_hz) { Ok(rate_hz) } else { Err(CsvError::BadRate { rate_hz }) }
+}
+
+/// Time of row `index` at `rate` samples per second; [`Layout`] has made sure that there is one.
+#[expect(clippy::cast_precision_loss, reason = "exact up to 2^53 rows")]
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "rounded, not negative, saturating"
+)]
+fn nth_time(index: usize, rate: Option<f32>) -> Micros {
+    let period_us = rate.map_or(0.0, |rate| 1e6 / f64::from(rate));
+    Micros((index as f64 * period_us).round() as u64)
+}
+
+fn sample_of(
+    row: &impl Cells,
+    layout: &Layout,
+    time: Micros,
+    notes: &mut Notes,
+) -> Result<Sample, CsvError> {
+    let stylus = match row.reading(layout.stylus, Scale::Same)? {
+        Some(stylus) => {
+            notes.count_reading(stylus);
+            stylus
+        }
+        None => {
+            notes.empty_stylus += 1;
+            f32::NAN
+        }
+    };
+    let mut sample = Sample::stylus(time, stylus);
+    for &(column, channel, scale) in &layout.optional {
+        let value = row.reading(column, scale)?;
+        if let Some(value) = value {
+            notes.count_reading(value);
+        }
+        channel.set(&mut sample, value);
+    }
+    sample.arrival = arrival(row, layout)?;
+    Ok(sample)
+}
+
+/// When the computer took the row in; `None` where a cell is empty.
+fn arrival(row: &impl Cells, layout: &Layout) -> Result<Option<Arrival>, CsvError> {
+    let Some([at, age]) = layout.arrival else { return Ok(None) };
+    Ok(row.micros(at)?.zip(row.micros(age)?).map(|(at, age)| Arrival { at, age }))
+}
+
+/// The frame in a row; empty where every cell is.
+fn frame_of(row: &impl Cells, layout: &Layout, notes: &mut Notes) -> Result<Vec<f32>, CsvError> {
+    let mut frame = Vec::with_capacity(layout.taxels.len());
+    let mut any = false;
+    for &column in &layout.taxels {
+        let value = row.reading(column, Scale::Same)?;
+        any |= value.is_some();
+        if let Some(value) = value {
+            notes.count_reading(value);
+        }
+        frame.push(value.unwrap_or(f32::NAN));
+    }
+    if !any {
+        frame.clear();
+    }
+    Ok(frame)
+}
