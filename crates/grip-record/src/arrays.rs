@@ -113,7 +113,7 @@ impl Recording {
     #[must_use]
     pub fn columns(&self) -> Vec<String> {
         let channels = self.channels.optional.keys().map(|channel| channel.column().to_owned());
-        let taxels = (0..self.taxels()).map(|taxel| format!("{PREFIX}{taxel}"));
+        let taxels = (0..self.taxel_count()).map(|taxel| format!("{PREFIX}{taxel}"));
         core::iter::once(self.channels.stylus.column().to_owned())
             .chain(channels)
             .chain(taxels)
@@ -125,7 +125,7 @@ impl Recording {
     pub fn readings(&self) -> Array2<f32> {
         let channels = self.channels.optional.len();
         let mut readings =
-            Array2::from_elem((self.samples.len(), 1 + channels + self.taxels()), f32::NAN);
+            Array2::from_elem((self.samples.len(), 1 + channels + self.taxel_count()), f32::NAN);
         for (at, (sample, mut row)) in self.samples.iter().zip(readings.rows_mut()).enumerate() {
             let values = self.channels.optional.keys().map(|channel| channel.reading(sample));
             let frame = self.taxels.as_ref().map_or(&[] as &[f32], |taxels| taxels.frame(at));
@@ -163,7 +163,7 @@ impl Recording {
         npz.finish().map(drop)
     }
 
-    fn taxels(&self) -> usize {
+    fn taxel_count(&self) -> usize {
         self.taxels.as_ref().map_or(0, crate::Taxels::count)
     }
 }
