@@ -34,6 +34,7 @@ mod aligned;
 pub mod column;
 mod csv_file;
 pub mod data;
+mod data_error;
 pub mod ensemble_file;
 pub mod file;
 pub mod fit;

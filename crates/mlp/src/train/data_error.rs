@@ -1,0 +1,148 @@
+//! Why a file or arrays are no data set, and where.
+
+use core::fmt;
+
+use crate::scaler::MAX_IO;
+
+/// Where in a file something is wrong.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Place {
+    /// Name of the file.
+    pub file: String,
+    /// Line, counted from 1.
+    pub line: u64,
+    /// Name of the column.
+    pub column: String,
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}, line {}, column \"{}\"", self.file, self.line, self.column)
+    }
+}
+
+/// Why a file is no data set.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum DataSetError {
+    /// Empty file.
+    #[error("{file}: no header row")]
+    NoHeader {
+        /// Name of the file.
+        file: String,
+    },
+    /// A header and nothing below it.
+    #[error("{file}: no rows below the header")]
+    NoRows {
+        /// Name of the file.
+        file: String,
+    },
+    /// None or more than [`MAX_IO`] columns of one kind were asked for.
+    #[error("{given} {kind} columns: 1 to {MAX_IO} are possible")]
+    Columns {
+        /// `input` or `target`.
+        kind: &'static str,
+        /// Columns asked for.
+        given: usize,
+    },
+    /// The same column was asked for twice.
+    #[error("column \"{column}\" is used twice")]
+    Repeated {
+        /// Its name.
+        column: String,
+    },
+    /// No column has the name asked for.
+    #[error("{file}: no column \"{column}\" (there are: {available})")]
+    Missing {
+        /// Name of the file.
+        file: String,
+        /// The name asked for.
+        column: String,
+        /// All names of the header, separated by commas.
+        available: String,
+    },
+    /// Several columns have the name asked for.
+    #[error("{file}: several columns \"{column}\"")]
+    Ambiguous {
+        /// Name of the file.
+        file: String,
+        /// The name asked for.
+        column: String,
+    },
+    /// Too few or too many fields.
+    #[error("{file}, line {line}: {given} fields where the header has {needed}")]
+    RowLength {
+        /// Name of the file.
+        file: String,
+        /// Line, counted from 1.
+        line: u64,
+        /// Fields of the header.
+        needed: usize,
+        /// Fields of the row.
+        given: usize,
+    },
+    /// Text, nothing, NaN, an infinity, or more than an `f32` can hold.
+    #[error("{place}: \"{text}\" is not a finite number")]
+    NotANumber {
+        /// Where it stands.
+        place: Place,
+        /// The field.
+        text: String,
+    },
+    /// The logarithm of a value that is not positive.
+    #[error("{place}: the logarithm needs a value above 0, this is {value}")]
+    LogOfNonPositive {
+        /// Where it stands.
+        place: Place,
+        /// The value as text.
+        value: String,
+    },
+    /// A row without a label in the column that groups the rows.
+    #[error("{place}: a label is needed to split by it")]
+    NoLabel {
+        /// Where it should stand.
+        place: Place,
+    },
+    /// Arrays that have not a column for each spec, or not as many rows of inputs as of targets.
+    #[error(
+        "{name}: inputs of {} x {} and targets of {} x {}: as many rows of both are needed, {} and {} columns",
+        inputs[0], inputs[1], targets[0], targets[1], columns[0], columns[1]
+    )]
+    Shape {
+        /// Name of the data.
+        name: String,
+        /// Rows and columns of the inputs given.
+        inputs: [usize; 2],
+        /// Rows and columns of the targets given.
+        targets: [usize; 2],
+        /// Columns of inputs and targets that are needed.
+        columns: [usize; 2],
+    },
+    /// Not one label a row.
+    #[error("{name}: {labels} labels for {rows} rows")]
+    Labels {
+        /// Name of the data.
+        name: String,
+        /// Labels given.
+        labels: usize,
+        /// Rows there are.
+        rows: usize,
+    },
+    /// A row that the data set has not.
+    #[error("row {row} of {rows} (counted from 0)")]
+    NoSuchRow {
+        /// Asked for.
+        row: usize,
+        /// Rows there are.
+        rows: usize,
+    },
+    /// The bytes are no CSV text.
+    #[error("{file}, line {line}: {message}")]
+    Malformed {
+        /// Name of the file.
+        file: String,
+        /// Line, counted from 1, or 0 when unknown.
+        line: u64,
+        /// What the reader says.
+        message: String,
+    },
+}
