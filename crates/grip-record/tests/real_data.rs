@@ -1,10 +1,6 @@
 //! Real recordings, kept outside the repository: the folder in `GRIP_DATA`, else `shared/data` beside the
 //! workspace.
-#![expect(
-    clippy::unwrap_used,
-    clippy::print_stdout,
-    reason = "helpers of the tests stand outside the test functions"
-)]
+#![expect(clippy::unwrap_used, reason = "helpers of the tests stand outside the test functions")]
 
 use std::env;
 use std::fs;
