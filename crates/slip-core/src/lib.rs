@@ -22,6 +22,7 @@ pub mod grip;
 pub mod health;
 pub mod irregularity;
 pub mod methods;
+pub mod need;
 pub mod observation;
 pub mod pipeline;
 pub mod pressure;

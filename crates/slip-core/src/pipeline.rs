@@ -23,6 +23,7 @@ use crate::{
     grip::{GripController, GripState, Trials},
     health::{Health, HealthCheck, HealthCounters},
     methods::Method,
+    need::Need,
     observation::SlipObservation,
     sample::Sample,
     scene::{Contact, Scene},
@@ -55,6 +56,9 @@ pub struct Pipeline<W> {
     host_time: HostTime,
     whiteness: Whiteness,
     turns: Turns,
+    need: Need,
+    /// When the last slip ended.
+    ended: Option<Micros>,
     estimator: Option<Estimator<W>>,
     grip: Option<GripController>,
     last_t: Option<Micros>,
@@ -78,6 +82,8 @@ struct Slip {
     gross: bool,
     /// Whether the stylus sees it now.
     felt: bool,
+    /// Whether the needed force is found by the stylus alone.
+    alone: bool,
     next_evidence: Micros,
 }
 
@@ -123,6 +129,8 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             host_time: HostTime::new(config.sample_rate),
             whiteness: Whiteness::default(),
             turns: Turns::default(),
+            need: Need::default(),
+            ended: None,
             estimator,
             grip: config.grip.map(GripController::new),
             last_t: None,
@@ -241,6 +249,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
     /// Adds to the `step` of a slip what is known of it, and the command.
     fn follow(&mut self, sample: &Sample, dt: Micros, mut step: Step) -> Step {
         self.observe(sample, &mut step);
+        self.weigh_need(sample, step.event);
         let news = self.slip_news(sample, &step);
         (step.command, step.grip) = self.command(sample, dt, news);
         self.rest = Rest::Awake;
@@ -391,6 +400,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
                     since: sample.t,
                     gross,
                     felt: false,
+                    alone: false,
                     next_evidence: sample.t.plus(self.evidence_every),
                 });
                 let phase = if gross { Phase::Gross } else { Phase::Incipient };
@@ -415,6 +425,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
     #[cold]
     fn end_slip(&mut self, t: Micros) -> Option<SlipEvent> {
         let slip = self.slip.take()?;
+        self.ended = Some(t);
         self.fusion.slip_ended();
         self.untouched = None;
         Some(SlipEvent::Ended { duration: t.since(slip.since) })

@@ -1,6 +1,6 @@
 //! The input of the controller with each sample, and the names of what it does.
 
-use crate::{course::Motion, turns::Passing};
+use crate::{course::Motion, need::Felt, turns::Passing};
 
 /// What the controller is doing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -68,6 +68,8 @@ pub struct GripInput {
     pub sliding: Option<Sliding>,
     /// How the object moved over the last milliseconds, by a coarse but robust measure; `None` where the moved distance is not measured.
     pub motion: Option<Motion>,
+    /// What the stylus says of the needed force; `None` where another sensor tells how the object moves.
+    pub felt: Option<Felt>,
     /// Peaks and valleys that the stylus passes; `None` where they cannot be counted.
     pub passing: Option<Passing>,
     /// Deviation of one reading of the moved distance (m).

@@ -381,6 +381,9 @@ impl GripController {
             swing_m: self.swing_m,
         };
         self.braking = Braking::begin(&self.config, self.command_n, self.hold_n, &known);
+        if input.felt.is_some_and(|felt| !felt.moves) {
+            self.braking.wait();
+        }
         self.state = GripState::Slipping;
         self.quiet_s = if input.stale { f32::INFINITY } else { 0.0 };
         self.slip_s = 0.0;

@@ -2,13 +2,15 @@
 
 use super::{Pipeline, rest::Rest};
 use crate::{
+    config::Signal,
     course::Motion,
     estimate::{Estimator, ForceEstimate, G_M_S2},
-    event::Step,
+    event::{SlipEvent, Step},
     features::Features,
     grip::{Evidence, GripEvent, GripInput, Sliding, SlipNow},
     health::Health,
     methods::Method,
+    need::Felt,
     sample::Sample,
     turns::{Passing, Turns},
     units::{Micros, Newtons},
@@ -30,6 +32,7 @@ pub(super) struct SlipNews {
     evidence: Option<Evidence>,
     sliding: Option<Sliding>,
     motion: Option<Motion>,
+    felt: Option<Felt>,
 }
 
 impl<W: AsRef<[f32]>> Pipeline<W> {
@@ -44,6 +47,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         let stands = self.observation.advancing() == Some(false) && !self.fusion.is_undecided();
         let goes_on = self.is_fresh(sample.t) && !stands;
         SlipNews {
+            felt: self.felt(sample),
             motion,
             slip: if goes_on || slides { SlipNow::Evident } else { SlipNow::Fading },
             // Without estimates the controller must not wait for one.
@@ -54,6 +58,38 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             evidence: evidence_of(step),
             sliding: step.features.as_ref().and_then(sliding_of),
         }
+    }
+
+    /// What the stylus says of the needed force, where it is the only sensor of the slip.
+    pub(super) fn weigh_need(&mut self, sample: &Sample, event: Option<SlipEvent>) {
+        let Some(slip) = &mut self.slip else { return };
+        let rate_hz = self.config.sample_rate.0;
+        let sound = self.health.health() == Health::Good && !self.whiteness.is_noisy();
+        let force_n = sample.normal_force_n.unwrap_or(0.0);
+        if matches!(event, Some(SlipEvent::Slip { first: true, .. })) {
+            slip.alone = self.grip.is_some()
+                && sample.travel_m.is_none()
+                && self.config.signal == Signal::Displacement
+                && rate_hz >= Turns::LEAST_RATE_HZ
+                && self.fusion.uses(Method::Stylus)
+                && !self.detector.is_moving();
+            if slip.alone {
+                let band = self.config.detector.vibration;
+                let share = 2.0 * (band.high_hz.min(0.4 * rate_hz) - band.low_hz) / rate_hz;
+                let sigma = self.detector.noise_rms() / libm::sqrtf(share.max(1e-3));
+                let rested = self.ended.map_or(f64::INFINITY, |t| sample.t.since(t).as_seconds());
+                self.need.begin(sigma, rested as f32, force_n, 1.0 / rate_hz);
+            }
+        }
+        slip.alone &= sample.travel_m.is_none() && sound;
+        if slip.alone {
+            self.need.push(sample.stylus, force_n);
+        }
+    }
+
+    fn felt(&self, sample: &Sample) -> Option<Felt> {
+        let alone = self.slip.is_some_and(|slip| slip.alone) && sample.travel_m.is_none();
+        self.need.felt().filter(|_| alone)
     }
 
     /// Holds with at least `force_n` (N) from the next sample on; see [`GripController::at_least`](crate::grip::GripController::at_least).
@@ -132,6 +168,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             evidence: news.evidence,
             sliding: news.sliding,
             motion: news.motion,
+            felt: news.felt,
             passing,
             undecided: self.fusion.is_undecided(),
             travel_sigma_m: self.observation.travel_sigma_m(),
