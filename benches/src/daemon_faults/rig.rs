@@ -8,7 +8,7 @@ use super::{
     outcome::Outcome,
     recordings::{self, Found},
 };
-use core::net::SocketAddr;
+use core::{net::SocketAddr, time::Duration};
 use grip_sim::Scene;
 use std::{
     fs,
@@ -44,8 +44,13 @@ pub(super) enum Object {
 }
 
 impl Object {
-    pub(super) fn scene(self, seed: u64) -> Result<Scene, RunError> {
-        let lift_s = if self == Self::Supported { 60.0 } else { 0.3 };
+    /// A machine that stands still while the fingers close, for up to `slack_ms`, finds the object on its support.
+    pub(super) fn scene(self, seed: u64, slack_ms: u64) -> Result<Scene, RunError> {
+        let lift_s = match self {
+            Self::Supported => 60.0,
+            Self::Lifted => 0.3 + Duration::from_millis(slack_ms).as_secs_f64(),
+            Self::Slipping => 0.3,
+        };
         let (mass_kg, friction) = if self == Self::Slipping { (0.4, 0.35) } else { (0.04, 0.4) };
         let text = format!(
             "name = \"faults\"\nseed = {seed}\nmass_kg = {mass_kg:?}\nfriction = {friction:?}\nroughness_ra_um = 1.6\nlift_at_s = {lift_s:?}\n"
@@ -77,7 +82,8 @@ impl<'a> Rig<'a> {
 
     fn with(setup: &Setup<'a>, object: Object, seed: u64, trial_n: f64) -> Result<Self, RunError> {
         let folder = tempfile::tempdir().map_err(RunError::io(&std::env::temp_dir()))?;
-        let gripper = Gripper::start(&object.scene(seed)?, &folder.path().join("gripper"), LIMITS)?;
+        let scene = object.scene(seed, setup.slack_ms)?;
+        let gripper = Gripper::start(&scene, &folder.path().join("gripper"), LIMITS)?;
         let rig = Self { setup: *setup, folder, gripper, address: free_address()?, trial_n };
         rig.configure("backoff_n_s = 20.0")?;
         Ok(rig)
@@ -112,7 +118,7 @@ impl<'a> Rig<'a> {
     pub(super) fn until_held(&self, daemon: &Daemon) -> Result<(), RunError> {
         let gripped = self.gripper.until_gripped();
         self.missed(gripped, "the object is not gripped", daemon)?;
-        super::time::wait_ms(600);
+        super::time::wait_ms(600 + self.setup.slack_ms);
         self.gripper.bench().must_hold(true);
         Ok(())
     }

@@ -21,7 +21,7 @@ fn every_sample_of_a_short_soak_is_accounted_for() {
     };
     let mut looks = 0;
     let report = run(&soak, &clock(), &mut |_| looks += 1).unwrap();
-    assert_eq!(report.unaccounted(), 0, "{report:?}");
+    assert!(report.accounted(), "{report:?}");
     assert!(report.samples > 20_000 && report.untold == 0, "{report:?}");
     // What a client is too slow for is dropped for it, never repeated.
     assert!(report.clients.iter().all(|rows| (1..=report.samples).contains(rows)), "{report:?}");
