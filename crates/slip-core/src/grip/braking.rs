@@ -1,9 +1,8 @@
 //! Evidence of a slip that goes on in, the force that stops it and the force to hold with afterwards out.
 
-use super::{Evidence, GripConfig, GripInput, Sliding, SlipNow, lag::Reach};
+use super::{Evidence, GripConfig, GripInput, Sliding, SlipNow, feeling::Feeling, lag::Reach};
 use crate::{
     estimate::{G_M_S2, KAPPA},
-    need::Felt,
     turns::Passing,
 };
 
@@ -66,21 +65,6 @@ const LEAST_TAUS: f32 = 4.0;
 const ESTIMATED_BY_S: f32 = 0.015;
 /// An object that falls freely doubles what is known of the force in about this time (s).
 const FALLING_TAU_S: f32 = 0.02;
-
-/// By the stylus alone: what is aimed at over the median and over the lower quantile of the needed force.
-const FELT_MEDIAN: f32 = 1.35;
-const FELT_LOW: f32 = 1.6;
-/// The target rises by e in this time (s) at most, and not further over the measured force than this share and this much (N); it falls by e in that time (s).
-const FELT_RISE_S: f32 = 0.003;
-const FELT_AHEAD: f32 = 1.7;
-const FELT_AHEAD_N: f32 = 0.3;
-const FELT_FALL_S: f32 = 0.03;
-/// An object that does not stop under this much more than the median, so long (s) after the alarm, gets more, by e in this time (s).
-const FELT_DONE: f32 = 1.1;
-const FELT_WAIT_S: f32 = 0.006;
-const FELT_DOUBT_S: f32 = 0.4;
-/// What slipped at a force is held with this much more at least.
-const FELT_LEAST: f32 = 1.05;
 
 /// Why an object is held as it is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -156,9 +140,8 @@ pub(super) struct Braking {
     unconfirmed_s: f32,
     /// Since the slip began (s).
     slip_s: f32,
-    /// Needed force with its margin by the stylus alone (N), and what the target is raised by the longer the object does not stop under it.
-    felt_n: Option<f32>,
-    doubt: f32,
+    /// What the stylus alone has said.
+    feeling: Feeling,
     /// Whether the object slides on without slowing down, and since where (m).
     slides: bool,
     slid_from_m: f32,
@@ -188,7 +171,6 @@ impl Braking {
             swing_m: known.swing_m,
             target_n: step_n,
             envelope_n: from_n.min(config.ceiling_n()),
-            doubt: 1.0,
             ..Self::default()
         }
     }
@@ -250,7 +232,9 @@ impl Braking {
             return;
         }
         if let (None, Some(felt)) = (input.moved_m, &input.felt) {
-            self.feel(config, felt, input.applied_n.unwrap_or(command_n), (dt_s, rise_s));
+            self.confirmed |= felt.moves;
+            let forces = (self.target_n, input.applied_n.unwrap_or(command_n), self.hold_before_n);
+            self.target_n = self.feeling.target_n(config, felt, forces, (dt_s, rise_s));
             return;
         }
         if let Some(wanted_n) = self.wanted_n(config, input).filter(|_| self.goes_on) {
@@ -270,34 +254,6 @@ impl Braking {
             let grown_n = self.target_n + self.target_n.max(1.0) * rise_s * rate;
             let most_n = if input.undecided { UNDECIDED * self.base_n } else { f32::INFINITY };
             self.aim(config, grown_n.min(most_n));
-        }
-    }
-
-    /// Goes where the stylus alone points: up as far as the lower quantile allows, which is broad at first and runs away only where the signal says
-    /// that the object is heavy; down slowly while it moves; to the balance of impulse once it stands.
-    fn feel(&mut self, config: &GripConfig, felt: &Felt, applied_n: f32, (dt_s, rise_s): (f32, f32)) {
-        if !felt.moves {
-            if let Some(held_n) = felt.held_n {
-                let held_n = (KAPPA * held_n).max(FELT_LEAST * felt.from_n).min(self.target_n);
-                (self.felt_n, self.target_n) = (Some(held_n), held_n);
-            }
-            return;
-        }
-        (self.confirmed, self.goes_on, self.felt_n) = (true, true, None);
-        let before_n = self.target_n;
-        if felt.vibrates {
-            let wanted_n = (FELT_MEDIAN * felt.median_n).min(FELT_LOW * felt.low_n) * self.doubt;
-            let quickly_n = (before_n * (1.0 + rise_s / FELT_RISE_S)).max(felt.first * felt.from_n);
-            let most_n = quickly_n.min((FELT_AHEAD * applied_n + FELT_AHEAD_N).max(before_n));
-            let least_n = before_n * (1.0 - (dt_s / FELT_FALL_S).min(1.0));
-            self.target_n = wanted_n.min(most_n).max(least_n).min(config.ceiling_n());
-        }
-        if felt.vibrates && applied_n > FELT_DONE * felt.median_n && felt.since_s > FELT_WAIT_S {
-            self.doubt *= 1.0 + rise_s / FELT_DOUBT_S;
-        }
-        if felt.unexplained {
-            let grown_n = before_n * (1.0 + rise_s / FELT_FALL_S);
-            self.aim(config, grown_n.min(2.0 * applied_n + FELT_AHEAD_N));
         }
     }
 
@@ -472,8 +428,10 @@ impl Braking {
 
     /// The slip has ended: what is the force to hold with (N)?
     pub(super) fn hold_n(&self, config: &GripConfig, believed: bool) -> f32 {
+        if let Some(held_n) = self.feeling.held_n() {
+            return held_n;
+        }
         let hold_n = match self.mean_n {
-            _ if self.felt_n.is_some() => self.felt_n.unwrap_or(self.target_n),
             _ if !believed => self.hold_before_n,
             _ if !self.confirmed => self.step_n,
             // It slid on under what was estimated: what stopped it is what it needs.

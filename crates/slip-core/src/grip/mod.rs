@@ -20,6 +20,7 @@
 
 mod braking;
 mod config;
+mod feeling;
 mod input;
 mod lag;
 mod search;

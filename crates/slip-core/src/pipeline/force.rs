@@ -77,8 +77,9 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
                 let band = self.config.detector.vibration;
                 let share = 2.0 * (band.high_hz.min(0.4 * rate_hz) - band.low_hz) / rate_hz;
                 let sigma = self.detector.noise_rms() / libm::sqrtf(share.max(1e-3));
-                let rested = self.ended.map_or(f64::INFINITY, |t| sample.t.since(t).as_seconds());
-                self.need.begin(sigma, rested as f32, force_n, 1.0 / rate_hz);
+                let rested = |t| sample.t.since(t).as_seconds() as f32;
+                let rested_s = self.ended.map_or(f32::INFINITY, rested);
+                self.need.begin(sigma, force_n, 1.0 / rate_hz, rested_s);
             }
         }
         slip.alone &= sample.travel_m.is_none() && sound;
@@ -89,7 +90,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
 
     fn felt(&self, sample: &Sample) -> Option<Felt> {
         let alone = self.slip.is_some_and(|slip| slip.alone) && sample.travel_m.is_none();
-        self.need.felt().filter(|_| alone)
+        alone.then(|| self.need.felt())
     }
 
     /// Holds with at least `force_n` (N) from the next sample on; see [`GripController::at_least`](crate::grip::GripController::at_least).

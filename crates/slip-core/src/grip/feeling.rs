@@ -1,0 +1,152 @@
+//! What the stylus alone says of a slip in; the force that stops it out.
+
+use super::GripConfig;
+use crate::{estimate::KAPPA, need::Felt};
+
+/// What is aimed at over the median and over the lower quantile of the needed force.
+const OVER_MEDIAN: f32 = 1.35;
+const OVER_LOW: f32 = 1.45;
+/// The target rises by e in this time (s) at most ...
+const RISE_S: f32 = 0.003;
+/// ... and not further over the measured force than by this share and this much (N).
+const AHEAD: f32 = 1.7;
+const AHEAD_N: f32 = 0.3;
+/// It falls by e in this time (s).
+const FALL_S: f32 = 0.03;
+/// An object that has not stopped under this much more than the median, so long (s) after the alarm, is heavier than thought ...
+const DONE: f32 = 1.1;
+const DONE_S: f32 = 0.006;
+/// ... by e in this time (s); in that one where no candidate explains what is felt ...
+const DOUBT_S: f32 = 0.4;
+const UNEXPLAINED_S: f32 = 0.03;
+/// ... and by no more than this with each peak and valley that passes: what only shakes passes none.
+const DOUBT: f32 = 0.02;
+/// What slipped at a force is held with this much more at least.
+const LEAST: f32 = 1.05;
+
+/// Memory of a slip that only the stylus feels.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Feeling {
+    /// Force to hold with (N), once the object has stopped.
+    held_n: Option<f32>,
+    /// Logarithm of what the object is heavier by than thought, by time and by turns; turns so far.
+    doubt: f32,
+    doubt_turns: f32,
+    turns: f32,
+}
+
+impl Feeling {
+    /// Force to hold with (N), once the object has stopped.
+    pub(super) fn held_n(&self) -> Option<f32> {
+        self.held_n
+    }
+
+    /// The next target after `target_n`, where `applied_n` is measured and `hold_n` was to be held before the slip (N). It goes up as far as the lower
+    /// quantile allows, which is low at first and runs away only where the stylus says that the object is heavy; down slowly while the object moves; and
+    /// to the balance of impulse once it stands. `(dt_s, rise_s)`: time since the sample before, and time for which the force may rise.
+    pub(super) fn target_n(
+        &mut self,
+        config: &GripConfig,
+        felt: &Felt,
+        (target_n, applied_n, hold_n): (f32, f32, f32),
+        (dt_s, rise_s): (f32, f32),
+    ) -> f32 {
+        if !felt.moves {
+            let Some(held_n) = felt.held_n else { return target_n };
+            // Pads that swing say nothing new.
+            let least_n = if felt.swung { hold_n.min(felt.from_n) } else { LEAST * felt.from_n };
+            let held_n = (KAPPA * held_n).max(least_n).min(target_n);
+            self.held_n = Some(held_n);
+            return held_n;
+        }
+        self.held_n = None;
+        let passed = (felt.turns - self.turns).max(0.0);
+        self.turns = felt.turns;
+        let done = applied_n > DONE * felt.median_n && felt.since_s > DONE_S && felt.vibrates;
+        if done || felt.unexplained {
+            let tau_s = if felt.unexplained { UNEXPLAINED_S } else { DOUBT_S };
+            self.doubt += rise_s / tau_s;
+            self.doubt_turns += DOUBT * passed;
+        }
+        if !felt.vibrates {
+            return target_n;
+        }
+        // A surface too smooth to count peaks has none to wait for.
+        let doubt = if felt.turns > 0.0 { self.doubt.min(self.doubt_turns) } else { self.doubt };
+        let heavier = libm::expf(doubt);
+        let wanted_n = heavier * (OVER_MEDIAN * felt.median_n).min(OVER_LOW * felt.low_n);
+        let quickly_n = (target_n * (1.0 + rise_s / RISE_S)).max(felt.first * felt.from_n);
+        let most_n = quickly_n.min((AHEAD * applied_n + AHEAD_N).max(target_n));
+        let least_n = target_n * (1.0 - (dt_s / FALL_S).min(1.0));
+        wanted_n.min(most_n).max(least_n).min(config.ceiling_n())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Feeling;
+    use crate::{grip::GripConfig, need::Felt};
+
+    const STEP: (f32, f32) = (1e-4, 1e-4);
+
+    fn moving(low_n: f32, median_n: f32) -> Felt {
+        Felt {
+            moves: true,
+            from_n: 1.2,
+            first: 1.4,
+            since_s: 0.003,
+            low_n,
+            median_n,
+            vibrates: true,
+            ..Felt::default()
+        }
+    }
+
+    #[test]
+    fn the_lower_quantile_bounds_the_target_and_the_median_ends_it() {
+        let config = GripConfig::default();
+        for (low_n, median_n, wanted_n) in [(2.0, 8.0, 2.9), (9.0, 10.0, 13.05), (9.9, 10.0, 13.5)]
+        {
+            let (mut feeling, mut target_n) = (Feeling::default(), 1.2);
+            for _ in 0..300 {
+                target_n = feeling.target_n(
+                    &config,
+                    &moving(low_n, median_n),
+                    (target_n, target_n, 1.2),
+                    STEP,
+                );
+            }
+            assert!((target_n - wanted_n).abs() < 0.01, "{target_n} of {wanted_n}");
+        }
+    }
+
+    #[test]
+    fn a_stop_leads_to_the_balance_and_a_swing_of_the_pads_to_what_it_was() {
+        let config = GripConfig::default();
+        let stopped = Felt { moves: false, held_n: Some(8.0), ..moving(9.0, 9.0) };
+        let mut feeling = Feeling::default();
+        let target_n = feeling.target_n(&config, &stopped, (14.0, 14.0, 1.2), STEP);
+        assert!((target_n - 9.6).abs() < 1e-5 && feeling.held_n() == Some(target_n));
+        let swung = Felt { from_n: 9.6, swung: true, ..stopped };
+        assert!((feeling.target_n(&config, &swung, (11.0, 11.0, 9.6), STEP) - 9.6).abs() < 1e-5);
+        let slipped = Felt { from_n: 9.6, ..stopped };
+        let again_n = feeling.target_n(&config, &slipped, (11.0, 11.0, 9.6), STEP);
+        assert!((again_n - 10.08).abs() < 1e-5, "{again_n}");
+    }
+
+    #[test]
+    fn what_shakes_without_passing_peaks_does_not_raise_the_force_for_ever() {
+        let config = GripConfig::default();
+        let (mut feeling, mut target_n) = (Feeling::default(), 9.0);
+        let shaken = Felt { turns: 3.0, since_s: 0.5, unexplained: true, ..moving(5.0, 5.0) };
+        for _ in 0..100_000 {
+            target_n = feeling.target_n(&config, &shaken, (target_n, target_n, 9.0), STEP);
+        }
+        assert!(target_n < 8.0, "{target_n}");
+        for i in 0..10_000_u16 {
+            let slides = Felt { turns: 3.0 + 0.05 * f32::from(i), ..shaken };
+            target_n = feeling.target_n(&config, &slides, (target_n, target_n, 9.0), STEP);
+        }
+        assert!(target_n >= 59.0, "500 peaks: it slides, {target_n}");
+    }
+}
