@@ -17,6 +17,8 @@
 mod candidate;
 mod swings;
 
+use core::f32::consts::LN_2;
+
 use candidate::{Candidate, Surface, balance};
 use swings::{Seen, Swings};
 
@@ -24,7 +26,7 @@ use swings::{Seen, Swings};
 const FORCES: usize = 24;
 const STEP: f32 = 0.21;
 /// Times in which the load may come (s), with the logarithms of their probabilities 1/2, 1/4, 1/4.
-const RAMPS: [(f32, f32); 3] = [(0.0, -0.693_147), (0.02, -1.386_294), (0.06, -1.386_294)];
+const RAMPS: [(f32, f32); 3] = [(0.0, -LN_2), (0.02, -2.0 * LN_2), (0.06, -2.0 * LN_2)];
 /// Pairs of both.
 pub const CANDIDATES: usize = FORCES * RAMPS.len();
 

@@ -77,8 +77,9 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
                 let band = self.config.detector.vibration;
                 let share = 2.0 * (band.high_hz.min(0.4 * rate_hz) - band.low_hz) / rate_hz;
                 let sigma = self.detector.noise_rms() / libm::sqrtf(share.max(1e-3));
-                let rested = |t| sample.t.since(t).as_seconds() as f32;
-                let rested_s = self.ended.map_or(f32::INFINITY, rested);
+                let rested_s = self.ended.map_or(f64::INFINITY, |t| sample.t.since(t).as_seconds());
+                #[expect(clippy::cast_possible_truncation, reason = "a time between two slips")]
+                let rested_s = rested_s as f32;
                 self.need.begin(sigma, force_n, 1.0 / rate_hz, rested_s);
             }
         }
