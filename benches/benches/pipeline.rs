@@ -4,8 +4,9 @@
 mod rounds;
 
 use core::hint::black_box;
-use criterion::{BenchmarkId, Criterion, Throughput};
+use criterion::{BenchmarkGroup, BenchmarkId, Criterion, Throughput, measurement::WallTime};
 use slip_benches::scenes::{SCENES, STRETCH, SceneRun};
+use slip_core::scene::Scene;
 
 fn handle(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("Pipeline::handle");
@@ -13,21 +14,27 @@ fn handle(criterion: &mut Criterion) {
     for scene in SCENES {
         for (skipping, no_skip) in [("skip", false), ("no_skip", true)] {
             let run = SceneRun::new(scene, no_skip).expect("the scene stands");
-            group.bench_function(BenchmarkId::new(scene.name(), skipping), |bencher| {
-                rounds::by_item(
-                    bencher,
-                    STRETCH,
-                    || run.pipeline.clone(),
-                    |pipeline, count| {
-                        for sample in run.samples.iter().take(count) {
-                            black_box(&pipeline.handle(black_box(sample)));
-                        }
-                    },
-                );
-            });
+            time(&mut group, &BenchmarkId::new(scene.name(), skipping), &run);
         }
     }
+    let run = SceneRun::stylus_alone().expect("the scene stands");
+    time(&mut group, &BenchmarkId::new(Scene::Slipping.name(), "stylus alone"), &run);
     group.finish();
+}
+
+fn time(group: &mut BenchmarkGroup<'_, WallTime>, id: &BenchmarkId, run: &SceneRun) {
+    group.bench_with_input(id.clone(), run, |bencher, run| {
+        rounds::by_item(
+            bencher,
+            STRETCH,
+            || run.pipeline.clone(),
+            |pipeline, count| {
+                for sample in run.samples.iter().take(count) {
+                    black_box(&pipeline.handle(black_box(sample)));
+                }
+            },
+        );
+    });
 }
 
 fn main() {

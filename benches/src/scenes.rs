@@ -65,6 +65,22 @@ impl SceneRun {
     /// # Errors
     /// Where the pipeline cannot be made or does not stay in the scene.
     pub fn new(scene: Scene, no_skip: bool) -> Result<Self, SceneError> {
+        Self::with(scene, no_skip, |sample| sample)
+    }
+
+    /// A slip in which the stylus is the only sensor that tells of movement.
+    ///
+    /// # Errors
+    /// As [`SceneRun::new`].
+    pub fn stylus_alone() -> Result<Self, SceneError> {
+        Self::with(Scene::Slipping, false, |sample| Sample { travel_m: None, ..sample })
+    }
+
+    fn with(
+        scene: Scene,
+        no_skip: bool,
+        seen: impl Fn(Sample) -> Sample,
+    ) -> Result<Self, SceneError> {
         let mut pipeline = pipeline(no_skip)?;
         let mut signals = Signals::new(1);
         let mut before = signals.stretch(LEARN, OPEN_N, 0.0);
@@ -77,10 +93,11 @@ impl SceneRun {
             Scene::Slipping => (HELD_N, SLIP_M_S),
         };
         before.extend(signals.stretch(SETTLE, force_n, speed_m_s));
-        for sample in &before {
-            pipeline.handle(sample);
+        for sample in before {
+            pipeline.handle(&seen(sample));
         }
-        let samples = signals.stretch(STRETCH, force_n, speed_m_s);
+        let samples: Vec<_> =
+            signals.stretch(STRETCH, force_n, speed_m_s).into_iter().map(seen).collect();
         let stages = stages_in(scene, pipeline.clone(), &samples)?;
         Ok(Self { pipeline, samples, stages })
     }
@@ -156,6 +173,12 @@ mod tests {
         let [samples, bands, observation, inferences] = stages(Scene::Slipping, false);
         assert_eq!([samples, bands, observation], [all; 3]);
         assert!(inferences > all / 20, "about one a millisecond: {inferences}");
+    }
+
+    #[test]
+    fn a_stylus_alone_slips_without_a_network() {
+        let stages = SceneRun::stylus_alone().unwrap().stages;
+        assert_eq!([stages.observation, stages.inferences], [stages.samples, 0]);
     }
 
     #[test]

@@ -100,6 +100,20 @@ fn the_pipeline_allocates_nothing_in_any_scene() {
 }
 
 #[test]
+fn the_pipeline_allocates_nothing_where_the_stylus_is_alone() {
+    let mut run = scenes::SceneRun::stylus_alone().unwrap();
+    let before = run.pipeline.clone().handle(&run.samples[0]).command;
+    let mut after = None;
+    let heap = heap_calls(|| {
+        for sample in &run.samples {
+            after = run.pipeline.handle(sample).command;
+        }
+    });
+    assert_eq!(heap, 0);
+    assert!(after > before, "a slip that goes on is answered: {before:?} {after:?}");
+}
+
+#[test]
 fn the_pipeline_allocates_nothing_on_sensor_faults() {
     for no_skip in [false, true] {
         let mut seen = Seen::default();

@@ -334,6 +334,9 @@ pub(crate) struct StudyArgs {
     /// A look in seconds instead of the whole: seven conditions, three starts, one draw of rows, 300 epochs.
     #[arg(long)]
     pub(crate) quick: bool,
+    /// Independent draws of rows, 2 by default; more take longer and show how far means differ.
+    #[arg(long, value_parser = clap::value_parser!(u8).range(1..=100))]
+    pub(crate) draws: Option<u8>,
     /// Seed of rows and starts; the same seed gives the same study on any number of threads.
     #[arg(long, default_value_t = 1)]
     pub(crate) seed: u64,

@@ -38,8 +38,9 @@ pub(crate) fn run(args: &StudyArgs) -> anyhow::Result<Exit> {
     for folder in ["figures", "rows"].map(|name| args.out.join(name)) {
         fs::create_dir_all(&folder).with_context(|| format!("cannot make {}", folder.display()))?;
     }
-    let config =
+    let mut config =
         if args.quick { StudyConfig::quick(args.seed) } else { StudyConfig::full(args.seed) };
+    config.draws = args.draws.map_or(config.draws, usize::from);
     let bar = progress(config.trainings(), "trainings");
     let study = study::run(&config, &|| bar.inc(1))?;
     bar.finish_and_clear();

@@ -60,7 +60,7 @@ const SLIDES_M_S: f32 = 0.012;
 /// What is slower slides where it goes on this far (m) without slowing down; no pad shears that far under a force that stands.
 const SLIDES_ON_M: f32 = 3e-4;
 /// While an object slides on, the force grows by e in this many `measured_tau_ms` at least, whatever was estimated.
-const LEAST_TAUS: f32 = 4.0;
+pub(super) const LEAST_TAUS: f32 = 4.0;
 /// Where there is no estimate by then (s), there is none to wait for.
 const ESTIMATED_BY_S: f32 = 0.015;
 /// An object that falls freely doubles what is known of the force in about this time (s).

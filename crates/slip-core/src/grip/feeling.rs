@@ -1,6 +1,6 @@
 //! What the stylus alone says of a slip in; the force that stops it out.
 
-use super::GripConfig;
+use super::{GripConfig, braking::LEAST_TAUS};
 use crate::{estimate::KAPPA, need::Felt};
 
 /// What is aimed at over the median and over the lower quantile of the needed force.
@@ -33,6 +33,8 @@ pub(super) struct Feeling {
     doubt: f32,
     doubt_turns: f32,
     turns: f32,
+    /// For how long it has moved (s).
+    moved_s: f32,
 }
 
 impl Feeling {
@@ -71,6 +73,7 @@ impl Feeling {
         if !felt.vibrates {
             return target_n;
         }
+        self.moved_s += rise_s;
         // A surface too smooth to count peaks has none to wait for.
         let doubt = if felt.turns > 0.0 { self.doubt.min(self.doubt_turns) } else { self.doubt };
         let heavier = libm::expf(doubt);
@@ -78,7 +81,11 @@ impl Feeling {
         let quickly_n = (target_n * (1.0 + rise_s / RISE_S)).max(felt.first * felt.from_n);
         let most_n = quickly_n.min((AHEAD * applied_n + AHEAD_N).max(target_n));
         let least_n = target_n * (1.0 - (dt_s / FALL_S).min(1.0));
-        wanted_n.min(most_n).max(least_n).min(config.ceiling_n())
+        // The least answer to an object that slides on, whatever is believed of it.
+        let on = self.moved_s / (1e-3 * LEAST_TAUS * config.measured_tau_ms);
+        let on = if felt.turns > 0.0 { on.min(DOUBT * felt.turns) } else { on };
+        let slides_n = felt.from_n * libm::expf(on);
+        wanted_n.min(most_n).max(least_n).max(slides_n).min(config.ceiling_n())
     }
 }
 
