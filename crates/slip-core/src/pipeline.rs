@@ -82,7 +82,8 @@ struct Slip {
     gross: bool,
     /// Whether the stylus sees it now.
     felt: bool,
-    /// Whether the needed force is found by the stylus alone.
+    /// Whether the stylus can tell the needed force, and whether it is the only sensor that does.
+    feels: bool,
     alone: bool,
     next_evidence: Micros,
 }
@@ -400,6 +401,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
                     since: sample.t,
                     gross,
                     felt: false,
+                    feels: false,
                     alone: false,
                     next_evidence: sample.t.plus(self.evidence_every),
                 });

@@ -15,11 +15,13 @@
 //! Sums forget with [`FORGET_S`]. A block costs three logarithms and one exponential a candidate.
 
 mod candidate;
+mod history;
 mod swings;
 
 use core::f32::consts::LN_2;
 
 use candidate::{Candidate, Surface, balance};
+use history::History;
 use swings::{Seen, Swings};
 
 /// Needed forces that are tried, each larger than the one before by [`STEP`] in the logarithm, from the force at the alarm on; all as probable.
@@ -30,6 +32,8 @@ const RAMPS: [(f32, f32); 3] = [(0.0, -LN_2), (0.02, -2.0 * LN_2), (0.06, -2.0 *
 /// Pairs of both.
 pub const CANDIDATES: usize = FORCES * RAMPS.len();
 
+/// Kept readings that are made up for with each new one.
+const CATCH_UP: usize = 16;
 /// Length of a block (s).
 const BLOCK_S: f32 = 3e-4;
 /// Block means that are kept, to see whether the stylus stands.
@@ -174,6 +178,7 @@ pub struct Need {
     high_m: f32,
     stopped: Stopped,
     felt: Felt,
+    history: History,
 }
 
 impl Default for Need {
@@ -203,6 +208,7 @@ impl Default for Need {
             high_m: 0.0,
             stopped: Stopped::default(),
             felt: Felt::default(),
+            history: History::default(),
         }
     }
 }
@@ -224,7 +230,12 @@ impl Need {
             difference: 2.0 * variance / n,
             fast: 2.0 * n * n * variance,
         };
-        *self = Self { noise, samples, block_s: n * dt_s, stopped, ..Self::default() };
+        // In place: a copy of all this would not fit on the stack of a microcontroller.
+        (self.noise, self.samples, self.block_s, self.stopped) =
+            (noise, samples, n * dt_s, stopped);
+        (self.filled, self.sum_m, self.differences, self.fast) = (0, 0.0, 0.0, 0.0);
+        (self.last_m, self.mean_m, self.again, self.kept) = (None, None, false, 0);
+        self.history.clear();
         if again {
             // Nothing is answered before it is known to move.
             self.felt = Felt { from_n: force_n, first: 1.0, ..Felt::default() };
@@ -233,15 +244,34 @@ impl Need {
         }
     }
 
-    /// What the slip says so far.
+    /// What the slip says so far; `None` while another sensor tells, and after that until this has caught up.
     #[must_use]
-    pub fn felt(&self) -> Felt {
-        self.felt
+    pub fn felt(&self) -> Option<Felt> {
+        self.history.is_empty().then_some(self.felt)
     }
 
-    /// Takes the next reading (m) and the force of a finger (N).
+    /// Keeps the next reading (m) and the force of a finger (N) for later: another sensor tells how the object moves.
     #[inline]
+    pub fn keep(&mut self, x_m: f32, force_n: f32) {
+        self.history.keep(x_m, force_n);
+    }
+
+    /// Takes the next reading (m) and the force of a finger (N), after those that were kept: [`CATCH_UP`] at a time.
     pub fn push(&mut self, x_m: f32, force_n: f32) {
+        if self.history.is_empty() {
+            self.take(x_m, force_n);
+            return;
+        }
+        self.history.keep(x_m, force_n);
+        for _ in 0..CATCH_UP {
+            let Some((x_m, force_n)) = self.history.next() else { break };
+            self.take(x_m, force_n);
+        }
+    }
+
+    /// One reading, in its order.
+    #[inline]
+    fn take(&mut self, x_m: f32, force_n: f32) {
         let last_m = self.last_m.replace(x_m).unwrap_or(x_m);
         self.sum_m += x_m;
         self.differences += (x_m - last_m) * (x_m - last_m);

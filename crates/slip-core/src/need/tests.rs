@@ -70,7 +70,7 @@ fn slip(seed: u64, need: f64, ramp_s: f64) -> (Felt, f64) {
         }
         if begun {
             state.push(reading, measured);
-            let felt = state.felt();
+            let felt = state.felt().unwrap();
             if felt.held_n.is_some() {
                 return (felt, peak / need);
             }
@@ -78,7 +78,7 @@ fn slip(seed: u64, need: f64, ramp_s: f64) -> (Felt, f64) {
             target = if i % 10 == 0 { f64::from(wanted).max(1.4 * 1.2) } else { target };
         }
     }
-    (state.felt(), peak / need)
+    (state.felt().unwrap(), peak / need)
 }
 
 /// Sorted ratios of what is told over the truth.
@@ -125,7 +125,7 @@ fn quantiles_are_in_order_and_finite_whatever_is_read() {
         };
         #[expect(clippy::cast_possible_truncation, reason = "readings are f32")]
         need.push(x as f32, 60.0 * draw.next() as f32);
-        let felt = need.felt();
+        let felt = need.felt().unwrap();
         assert!(
             felt.low_n > 0.0 && felt.low_n <= felt.median_n && felt.median_n < 1e6,
             "{i}: {felt:?}"
@@ -146,14 +146,53 @@ fn an_alarm_soon_after_a_stop_waits_until_something_moves() {
         #[expect(clippy::cast_possible_truncation, reason = "readings are f32")]
         need.push((surface.height(x) + 1e-7 * draw.normal()) as f32, 4.0);
     }
-    assert!(!need.felt().moves && need.felt().held_n.is_some(), "{:?}", need.felt());
+    assert!(
+        !need.felt().unwrap().moves && need.felt().unwrap().held_n.is_some(),
+        "{:?}",
+        need.felt()
+    );
     need.begin(1e-7, 4.0, 1e-4, 0.05);
-    assert!(!need.felt().moves && need.felt().held_n.is_none(), "{:?}", need.felt());
+    assert!(
+        !need.felt().unwrap().moves && need.felt().unwrap().held_n.is_none(),
+        "{:?}",
+        need.felt()
+    );
     for i in 0..300_u32 {
         x += if i > 150 { 3e-6 } else { 0.0 };
         #[expect(clippy::cast_possible_truncation, reason = "readings are f32")]
         need.push((surface.height(x) + 1e-7 * draw.normal()) as f32, 4.0);
-        assert!(i > 150 || !need.felt().moves, "{i}");
+        assert!(i > 150 || !need.felt().unwrap().moves, "{i}");
     }
-    assert!(need.felt().moves && (need.felt().first - 1.15).abs() < 1e-6, "{:?}", need.felt());
+    assert!(
+        need.felt().unwrap().moves && (need.felt().unwrap().first - 1.15).abs() < 1e-6,
+        "{:?}",
+        need.felt()
+    );
+}
+
+/// What was kept while another sensor told is made up for, to the last bit.
+#[test]
+fn a_slip_that_another_sensor_told_first_is_caught_up_with() {
+    let mut draw = Draw(3);
+    let surface = Surface::draw(&mut draw);
+    let (mut whole, mut late) = (Need::default(), Need::default());
+    whole.begin(1e-7, 1.2, 1e-4, f32::INFINITY);
+    late.begin(1e-7, 1.2, 1e-4, f32::INFINITY);
+    for i in 0..600_u32 {
+        #[expect(clippy::cast_possible_truncation, reason = "readings are f32")]
+        let x = (surface.height(5e-6 * f64::from(i)) + 1e-7 * draw.normal()) as f32;
+        whole.push(x, 2.0);
+        if i < 300 {
+            late.keep(x, 2.0);
+        } else {
+            late.push(x, 2.0);
+        }
+    }
+    assert_eq!(whole.felt(), late.felt());
+    for _ in 0..2000 {
+        late.keep(0.0, 2.0);
+        assert_eq!(late.felt(), None);
+    }
+    late.push(0.0, 2.0);
+    assert_eq!(late.felt(), None, "too long ago");
 }

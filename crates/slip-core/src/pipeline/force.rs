@@ -47,7 +47,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         let stands = self.observation.advancing() == Some(false) && !self.fusion.is_undecided();
         let goes_on = self.is_fresh(sample.t) && !stands;
         SlipNews {
-            felt: self.felt(sample),
+            felt: self.felt(),
             motion,
             slip: if goes_on || slides { SlipNow::Evident } else { SlipNow::Fading },
             // Without estimates the controller must not wait for one.
@@ -60,38 +60,48 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         }
     }
 
-    /// What the stylus says of the needed force, where it is the only sensor of the slip.
+    /// Finds the needed force by the stylus alone, where that is the only sensor of the slip; else keeps what that takes, should the others fail.
     pub(super) fn weigh_need(&mut self, sample: &Sample, event: Option<SlipEvent>) {
-        let Some(slip) = &mut self.slip else { return };
-        let rate_hz = self.config.sample_rate.0;
-        let sound = self.health.health() == Health::Good && !self.whiteness.is_noisy();
+        let begins = matches!(event, Some(SlipEvent::Slip { first: true, .. }));
         let force_n = sample.normal_force_n.unwrap_or(0.0);
-        if matches!(event, Some(SlipEvent::Slip { first: true, .. })) {
-            slip.alone = self.grip.is_some()
-                && sample.travel_m.is_none()
-                && self.config.signal == Signal::Displacement
-                && rate_hz >= Turns::LEAST_RATE_HZ
-                && self.fusion.uses(Method::Stylus)
-                && !self.detector.is_moving();
-            if slip.alone {
-                let band = self.config.detector.vibration;
-                let share = 2.0 * (band.high_hz.min(0.4 * rate_hz) - band.low_hz) / rate_hz;
-                let sigma = self.detector.noise_rms() / libm::sqrtf(share.max(1e-3));
-                let rested_s = self.ended.map_or(f64::INFINITY, |t| sample.t.since(t).as_seconds());
-                #[expect(clippy::cast_possible_truncation, reason = "a time between two slips")]
-                let rested_s = rested_s as f32;
-                self.need.begin(sigma, force_n, 1.0 / rate_hz, rested_s);
-            }
+        if begins {
+            self.begin_need(sample, force_n);
         }
-        slip.alone &= sample.travel_m.is_none() && sound;
-        if slip.alone {
+        let sound = self.health.health() == Health::Good && !self.whiteness.is_noisy();
+        let Some(slip) = self.slip.as_mut().filter(|slip| slip.feels) else { return };
+        let measured = sample.travel_m.is_some();
+        // What comes back in the middle of a slip has not been kept.
+        slip.feels = sound && !(measured && slip.alone);
+        slip.alone = !measured;
+        if measured {
+            self.need.keep(sample.stylus, force_n);
+        } else {
             self.need.push(sample.stylus, force_n);
         }
     }
 
-    fn felt(&self, sample: &Sample) -> Option<Felt> {
-        let alone = self.slip.is_some_and(|slip| slip.alone) && sample.travel_m.is_none();
-        alone.then(|| self.need.felt())
+    fn begin_need(&mut self, sample: &Sample, force_n: f32) {
+        let rate_hz = self.config.sample_rate.0;
+        let feels = self.grip.is_some()
+            && self.config.signal == Signal::Displacement
+            && rate_hz >= Turns::LEAST_RATE_HZ
+            && self.fusion.uses(Method::Stylus)
+            && !self.detector.is_moving();
+        if let Some(slip) = self.slip.as_mut().filter(|_| feels) {
+            (slip.feels, slip.alone) = (true, sample.travel_m.is_none());
+            let band = self.config.detector.vibration;
+            let share = 2.0 * (band.high_hz.min(0.4 * rate_hz) - band.low_hz) / rate_hz;
+            let sigma = self.detector.noise_rms() / libm::sqrtf(share.max(1e-3));
+            let rested_s = self.ended.map_or(f64::INFINITY, |t| sample.t.since(t).as_seconds());
+            #[expect(clippy::cast_possible_truncation, reason = "a time between two slips")]
+            let rested_s = rested_s as f32;
+            self.need.begin(sigma, force_n, 1.0 / rate_hz, rested_s);
+        }
+    }
+
+    fn felt(&self) -> Option<Felt> {
+        let slip = self.slip.filter(|slip| slip.feels && slip.alone);
+        slip.and_then(|_| self.need.felt())
     }
 
     /// Holds with at least `force_n` (N) from the next sample on; see [`GripController::at_least`](crate::grip::GripController::at_least).
