@@ -163,7 +163,7 @@ fn the_grasps_pass_through_every_scene() {
     let plan = [
         (Stretch::Held, 3000),
         // Too short to contradict a travel that stands.
-        (Stretch::Texture(3e-6), 100),
+        (Stretch::Texture(3e-6), 60),
         (Stretch::Held, 3000),
         (Stretch::Motion, 400),
         (Stretch::Held, 6000),
