@@ -4,7 +4,7 @@
 //!
 //! | what is seen | verdict |
 //! |---|---|
-//! | the stylus passes three peaks and valleys within 8 ms (weighted by its statistic) and the travel stands, before it has ever followed the stylus | travel |
+//! | the stylus passes five peaks and valleys within 12 ms (weighted by its statistic) and the travel stands, before it has ever followed the stylus | travel |
 //! | the stylus passes 24 peaks and valleys while the readings of the travel are equal to the last bit | travel |
 //! | as the first, but the travel has followed an earlier slip of this object | undecided: the answer is bounded |
 //! | the travel stops dead: over 0.2 mm in 3 ms, then within as much time nothing for 3 ms, while the stylus vibrates | travel |
@@ -18,11 +18,11 @@
 use crate::{turns::Turns, units::Micros};
 
 /// Vibration for this long (s) moves a sound travel sensor.
-const CONTRADICTED_S: f32 = 0.008;
+const CONTRADICTED_S: f32 = 0.012;
 /// After the travel has followed in this slip, ringing of the stylus may outlast the movement by this (s).
 const RINGING_S: f32 = 0.06;
 /// Turns of a stylus that passes peaks and valleys; what only shakes makes fewer in that time.
-const PASSED: u32 = 3;
+const PASSED: u32 = 5;
 /// The same where the readings of the travel are equal to the last bit.
 const PASSED_EQUAL: u32 = 24;
 /// Statistic from which an instant counts whole.
