@@ -7,12 +7,12 @@
 //! that explains the readings:
 //!
 //! - *Amplitude*: the difference of two block means has the variance `k^2 (v d)^2`, and that of the noise on top, with one slope `k` of the surface
-//!   for all blocks, within [`SLOPE`]. Without these bounds "stopped, and infinitely rough" explains everything.
+//!   for all blocks, between 0.005 and 0.3. Without these bounds "stopped, and infinitely rough" explains everything.
 //! - *Turns*: the distance between two turns of the stylus is log-normal with one median for the whole surface.
 //!
 //! After the stop the balance of impulse holds whatever the surface: the needed force is the mean force of the slip.
 //!
-//! Sums forget with [`FORGET_S`]. A block costs three logarithms and one exponential a candidate.
+//! Sums forget within 80 ms. A block costs three logarithms and one exponential a candidate.
 
 mod candidate;
 mod history;
@@ -256,7 +256,7 @@ impl Need {
         self.history.keep(x_m, force_n);
     }
 
-    /// Takes the next reading (m) and the force of a finger (N), after those that were kept: [`CATCH_UP`] at a time.
+    /// Takes the next reading (m) and the force of a finger (N), after those that were kept: 16 of them with each new one.
     pub fn push(&mut self, x_m: f32, force_n: f32) {
         if self.history.is_empty() {
             self.take(x_m, force_n);
