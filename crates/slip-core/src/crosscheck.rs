@@ -21,8 +21,9 @@ use crate::{turns::Turns, units::Micros};
 const CONTRADICTED_S: f32 = 0.012;
 /// After the travel has followed in this slip, ringing of the stylus may outlast the movement by this (s).
 const RINGING_S: f32 = 0.06;
-/// Turns of a stylus that passes peaks and valleys; what only shakes makes fewer in that time.
+/// Turns of a stylus that passes peaks and valleys; what only shakes makes fewer in that time. At rates too low for the stylus to hold alone, more.
 const PASSED: u32 = 5;
+const PASSED_SLOW: u32 = 8;
 /// The same where the readings of the travel are equal to the last bit.
 const PASSED_EQUAL: u32 = 24;
 /// Statistic from which an instant counts whole.
@@ -170,7 +171,9 @@ impl CrossCheck {
     fn judge(&mut self, seen: &Seen, travel_m: f32, least_m: f32) {
         let followed = self.slip.moved_m >= FOLLOWED_M.max(least_m);
         let leapt = seen.leaps > self.slip.leaps;
-        let passes = self.slip.turns.count().saturating_sub(self.slip.passed) >= PASSED;
+        let holds_alone = seen.dt_s * Turns::LEAST_RATE_HZ <= 1.0;
+        let least = if holds_alone { PASSED } else { PASSED_SLOW };
+        let passes = self.slip.turns.count().saturating_sub(self.slip.passed) >= least;
         self.slip.unanswered |= passes && !self.slip.in_time;
         let follows = followed && self.slip.felt && !leapt && !self.slip.unanswered;
         if follows && !self.slip.in_time {
