@@ -67,12 +67,22 @@ class Spare:
     TRIES = 2
     BEHIND_S = 0.02
     """Samples that are later than this raise no force, and the object takes about 0.1 s to fall through the fingers."""
+    LOST_S = 0.2
+    """An emulation that falls further behind says nothing of gripd: the try is not counted, but for so many of them."""
+    LOST_TRIES = 20
+    PAUSE_S = 5.0
 
     def __init__(self) -> None:
         self.left = self.TRIES
+        self.lost = 0
 
     def take(self, said: str, behind_s: float) -> None:
         """Uses one up; raises CheckFailed where there is none or the emulation kept up."""
+        if behind_s >= self.LOST_S:
+            self.lost += 1
+            must(self.lost <= self.LOST_TRIES, f"{said}; the emulation fell {1000 * self.LOST_S:.0f} ms behind in {self.lost} tries")
+            time.sleep(self.PAUSE_S)
+            return
         must(behind_s >= self.BEHIND_S, f"{said}; the firmware's clock was only {1000 * behind_s:.0f} ms behind")
         must(self.left > 0, f"{said}; {self.TRIES} spare tries are used up")
         self.left -= 1

@@ -115,6 +115,23 @@ fn latency_makes_a_slip_longer_and_losses_are_counted() {
 }
 
 #[test]
+fn what_is_late_is_waited_for_and_not_pressed_harder() {
+    for lag_ms in [30, 50] {
+        let text = format!("name = \"late\"\n[drive]\nlag_ms = {lag_ms}\n");
+        let scene = Scene::from_toml(&text).unwrap();
+        for seed in 20..24 {
+            let result = bench(2.0).grasp(&scene, seed, &Way::default()).unwrap();
+            assert!(result.held && result.force_ratio < 1.4, "drive of {lag_ms} ms: {result:?}");
+        }
+    }
+    // Some fall meanwhile, which no force that is commanded later can change.
+    for seed in 20..32 {
+        let result = grasp("default", seed, &stress("latency"));
+        assert!(!result.crushed, "20 ms either way: {result:?}");
+    }
+}
+
+#[test]
 fn a_stylus_that_dies_during_the_hold_never_opens_the_fingers() {
     for seed in 0..6 {
         let dead = grasp("raw_egg", seed, &stress("dead-stylus"));

@@ -1,6 +1,9 @@
 //! Evidence of a slip that goes on in, the force that stops it and the force to hold with afterwards out.
 
-use super::{Evidence, GripConfig, GripInput, Sliding, SlipNow, feeling::Feeling, lag::Reach};
+use super::{
+    Evidence, GripConfig, GripInput, Sliding, SlipNow, feeling::Feeling, lag::Reach,
+    response::Response,
+};
 use crate::{
     estimate::{G_M_S2, KAPPA},
     turns::Passing,
@@ -51,6 +54,8 @@ const UNCOUNTED_S: f32 = 0.005;
 const CONTRADICTED_S: f32 = 0.012;
 /// Estimates that follow a load have stopped the object within this distance (m).
 const FOLLOWS_M: f32 = 8e-3;
+/// ... where the force follows within this time (s); later, in proportion.
+const FOLLOWS_S: f32 = 0.02;
 /// A slip that the travel does not confirm raises the force by this factor at most.
 const UNDECIDED: f32 = 2.0;
 /// Nothing that is slower than this (m/s) slides.
@@ -140,6 +145,8 @@ pub(super) struct Braking {
     unconfirmed_s: f32,
     /// Since the slip began (s).
     slip_s: f32,
+    /// How the measured force answers.
+    response: Response,
     /// What the stylus alone has said.
     feeling: Feeling,
     /// Whether the object slides on without slowing down, and since where (m).
@@ -166,6 +173,7 @@ impl Braking {
             weight_n: known.weight_n,
             step_n,
             reach: known.reach,
+            response: Response::begin(known.reach.delay_s(0.0)),
             held_by: known.held_by,
             ebbing: known.ebbing,
             swing_m: known.swing_m,
@@ -228,6 +236,7 @@ impl Braking {
         self.unconfirmed_s += dt_s;
         self.standing_s += dt_s;
         self.slip_s += dt_s;
+        self.response.follow(command_n, input.applied_n, dt_s);
         if input.stale {
             return;
         }
@@ -307,7 +316,7 @@ impl Braking {
         let Some(moved_m) = input.moved_m else { return };
         let arrived = input.applied_n.is_some_and(|force_n| force_n >= ARRIVED * self.target_n)
             && self.standing_s >= STANDS_S
-            || self.standing_s >= self.reach.wait_s();
+            || self.standing_s >= self.reach.wait_s(input.late_s);
         if arrived && self.slides {
             self.disobeyed_s += dt_s;
         } else {
@@ -315,7 +324,8 @@ impl Braking {
         }
         let under_force =
             self.disobeyed_s >= CONTRADICTED_S && moved_m - self.obeyed_m >= SLIDES_ON_M;
-        let followed = moved_m - self.slid_from_m >= FOLLOWS_M;
+        let late = (self.reach.delay_s(input.late_s) / FOLLOWS_S).max(1.0);
+        let followed = moved_m - self.slid_from_m >= late * FOLLOWS_M;
         self.refuted |= self.mean_n.is_some() && (under_force || followed);
     }
 
@@ -414,8 +424,11 @@ impl Braking {
 
     /// What the command has to be for the measured force to become the target soon (N).
     pub(super) fn command_n(&self, config: &GripConfig, applied_n: Option<f32>) -> f32 {
-        let missing_n = applied_n.map_or(0.0, |applied| self.target_n - applied);
-        let lead_n = self.reach.beyond(self.target_n, config.lead * missing_n);
+        let lead_n = applied_n.map_or(0.0, |applied_n| {
+            let missing_n = self.target_n - applied_n;
+            let lead_n = self.reach.beyond(self.target_n, config.lead * missing_n);
+            lead_n.max(self.response.lead_n(self.target_n, applied_n))
+        });
         (self.target_n + lead_n).min(config.ceiling_n())
     }
 

@@ -6,7 +6,7 @@ const PROMPT_S: f32 = 0.008;
 const UNKNOWN_S: f32 = 0.02;
 
 /// Beyond this delay (s), and the more up to twice of it, an object falls too far unless the command runs ahead all the same ...
-const LATE_S: f32 = 0.02;
+pub(super) const LATE_S: f32 = 0.02;
 /// ... by up to this share of what is known.
 const LATE_REACH: f32 = 0.3;
 /// Nothing runs ahead further than by this share: fingers that lose the object measure no force.
@@ -18,6 +18,8 @@ pub(super) struct Lag {
     /// Measured force when the command had reached the trial force (N).
     risen_n: Option<f32>,
     seconds: Option<f32>,
+    /// How late the samples arrived then (s).
+    late_s: f32,
 }
 
 impl Lag {
@@ -37,8 +39,9 @@ impl Lag {
     }
 
     /// The force has settled: what was missing at the end of a rise by `rate_n_s` (N/s) is the delay times that rate.
-    pub(super) fn settled(&mut self, applied_n: Option<f32>, rate_n_s: f32) {
+    pub(super) fn settled(&mut self, applied_n: Option<f32>, late_s: f32, rate_n_s: f32) {
         if let (Some(risen_n), Some(applied_n)) = (self.risen_n.take(), applied_n) {
+            self.late_s = late_s;
             self.seconds = Some(((applied_n - risen_n) / rate_n_s).max(0.0));
         }
     }
@@ -48,7 +51,7 @@ impl Lag {
         let seconds = self.seconds();
         let share = PROMPT_S / seconds.max(PROMPT_S);
         let late = ((seconds - LATE_S) / LATE_S).clamp(0.0, 1.0);
-        Reach { promptness: share * share, late: LATE_REACH * late, seconds }
+        Reach { promptness: share * share, late: LATE_REACH * late, seconds, late_s: self.late_s }
     }
 }
 
@@ -60,20 +63,26 @@ pub(super) struct Reach {
     promptness: f32,
     /// Share of the known force that is allowed in any case.
     late: f32,
-    /// Delay of the gripper (s).
+    /// Delay of the gripper, with a line on which samples are so late (s).
     seconds: f32,
+    late_s: f32,
 }
 
 /// A force that was commanded this many delays ago has arrived, if it ever does ...
 const ARRIVES_AFTER: f32 = 3.0;
 /// ... within these bounds (s).
-const ARRIVES_S: [f32; 2] = [0.01, 0.06];
+const ARRIVES_S: [f32; 2] = [0.01, 0.1];
 
 impl Reach {
-    /// After this long (s) a commanded force has arrived, measured or not.
-    pub(super) fn wait_s(&self) -> f32 {
+    /// After this long (s) a commanded force has arrived, measured or not, where samples arrive `late_s` (s) late: commands do too.
+    pub(super) fn wait_s(&self, late_s: f32) -> f32 {
         let [least_s, most_s] = ARRIVES_S;
-        (ARRIVES_AFTER * self.seconds).clamp(least_s, most_s)
+        (ARRIVES_AFTER * self.delay_s(late_s)).clamp(least_s, most_s)
+    }
+
+    /// How late the measured force follows (s).
+    pub(super) fn delay_s(&self, late_s: f32) -> f32 {
+        self.seconds + 2.0 * (late_s - self.late_s).max(0.0)
     }
 
     /// How much more than `known_n` (N) may be commanded where `wish_n` (N) more is wished for.

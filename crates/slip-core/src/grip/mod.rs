@@ -23,6 +23,7 @@ mod config;
 mod feeling;
 mod input;
 mod lag;
+mod response;
 mod search;
 mod touch;
 
@@ -246,7 +247,7 @@ impl GripController {
         match self.state {
             GripState::Open | GripState::Released => {}
             GripState::Closing => self.close(dt_s, input),
-            GripState::Settling => self.settle(dt_s, input.applied_n),
+            GripState::Settling => self.settle(dt_s, input),
             GripState::Fault => self.state = GripState::Holding,
             GripState::Holding if input.slip != SlipNow::No => self.begin_slip(dt_s, input),
             GripState::Holding if self.command_n < self.least_n => {
@@ -343,10 +344,10 @@ impl GripController {
         }
     }
 
-    fn settle(&mut self, dt_s: f32, applied_n: Option<f32>) {
+    fn settle(&mut self, dt_s: f32, input: &GripInput) {
         self.settle_s += dt_s;
         if self.settle_s >= 1e-3 * self.config.settle_ms {
-            self.lag.settled(applied_n, self.config.close_rate_n_s);
+            self.lag.settled(input.applied_n, input.late_s, self.config.close_rate_n_s);
             self.hold(self.command_n);
         }
     }

@@ -171,8 +171,11 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         let travel = self.fusion.believed_travel(sample.travel_m);
         let felt = stylus && self.health.health() == Health::Good && !self.whiteness.is_noisy();
         let impaired = stylus && !felt || !self.fusion.healthy();
-        #[expect(clippy::cast_possible_truncation, reason = "the controller limits the step")]
-        let dt_s = dt.as_seconds() as f32;
+        #[expect(clippy::cast_possible_truncation, reason = "the controller limits both")]
+        let (dt_s, late_s) = (
+            dt.as_seconds() as f32,
+            sample.arrival.map_or(0.0, |arrival| arrival.age.as_seconds() as f32),
+        );
         let command = grip.step(&GripInput {
             dt_s,
             slip: news.slip,
@@ -186,6 +189,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             travel_sigma_m: self.observation.travel_sigma_m(),
             rise_s: self.host_time.rise_s(sample.t, dt),
             stale: self.host_time.is_stale(),
+            late_s,
             travel: travel.is_some(),
             applied_n: sample.normal_force_n,
             touching: self.contact.is_touching(),
