@@ -26,6 +26,11 @@ pub(crate) fn is_closed_pipe(error: &anyhow::Error) -> bool {
     })
 }
 
+/// A number in a unit that is not known: three decimals, or powers of ten where they say too little.
+pub(crate) fn any_unit(value: f32) -> String {
+    if (0.1..1e5).contains(&value) { format!("{value:.3}") } else { format!("{value:.2e}") }
+}
+
 /// A number with `digits` decimals, or a dash.
 pub(crate) fn or_dash(value: Option<f64>, digits: usize) -> String {
     value.map_or_else(|| "-".to_owned(), |value| format!("{value:.digits$}"))

@@ -295,7 +295,7 @@ fn rest_floor(
         .collect();
     let meter = measure(&config, rest.iter().copied())?;
     let rest_s = seconds_of(meter.samples(), &config);
-    let Some(floor) = meter.energy().filter(|_| rest_s >= REST_S) else {
+    let Some(floor) = meter.floor(config.floor).filter(|_| rest_s >= REST_S) else {
         return Err(CalibrationError::Short { rest_s });
     };
     let mut range = [(f32::INFINITY, 0.0_f32); BANDS];
@@ -309,14 +309,14 @@ fn rest_floor(
             *range = (range.0.min(energy), range.1.max(energy));
         }
     }
-    let least = config.floor.min_rms * config.floor.min_rms;
+    let least = meter.least_energy(config.floor);
     for (band, (low, high)) in range.into_iter().enumerate() {
         let ratio = high / low.max(least);
         if ratio > STATIONARY {
             return Err(CalibrationError::Unsteady { band, ratio });
         }
     }
-    Ok((floor.map(|energy| energy.max(least)), rest_s))
+    Ok((floor, rest_s))
 }
 
 fn gate(

@@ -25,6 +25,8 @@ pub fn pipeline_config(
     let base = match recording.channels.stylus {
         StylusKind::Displacement => config.pipeline(rate),
         StylusKind::Vibration => config.calibrate(PipelineConfig {
+            floor: config.floor.in_any_unit(),
+            health: config.health.in_any_unit(),
             detector: config.detector,
             observation: config.observation,
             methods: config.methods(),

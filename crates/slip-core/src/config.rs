@@ -4,12 +4,11 @@ use crate::{
     confidence::TAIL_RANGE,
     detector::{BANDS, DetectorConfig, KnownFloors, SlipDetector},
     distance::DistanceConfig,
-    drift::DriftConfig,
     filter::{CornerError, MAX_CORNER},
     floor::FloorConfig,
     fusion,
     grip::GripConfig,
-    health::HealthConfig,
+    health::{ANY, HealthConfig},
     methods::Methods,
     observation::ObservationConfig,
     pressure::PressureConfig,
@@ -87,18 +86,9 @@ impl PipelineConfig {
     pub fn observing(signal: Signal, sample_rate: Hertz) -> Self {
         let (floor, health) = match signal {
             Signal::Displacement => (FloorConfig::default(), HealthConfig::default()),
-            // The resolution of a count is 1/sqrt(12) rms.
-            Signal::Vibration => (
-                FloorConfig { min_rms: 0.29, ..FloorConfig::default() },
-                HealthConfig {
-                    range: 1e9,
-                    max_step: 1e9,
-                    frozen_ms: 500.0,
-                    max_bad_run: 8,
-                    // In unknown units no shift can be called too far.
-                    drift: DriftConfig { limit: 1e9, per_newton: 0.0 },
-                },
-            ),
+            Signal::Vibration => {
+                (FloorConfig::default().in_any_unit(), HealthConfig::default().in_any_unit())
+            }
         };
         Self {
             sample_rate,
@@ -132,7 +122,7 @@ impl PipelineConfig {
     pub fn check(&self) -> Result<(), ConfigError> {
         ConfigError::within("sample_rate_hz", self.sample_rate.0, 50.0, 50_000.0)?;
         ConfigError::within("floor.learn_ms", self.floor.learn_ms, 10.0, 10_000.0)?;
-        ConfigError::within("floor.min_rms", self.floor.min_rms, 1e-12, 1e6)?;
+        ConfigError::within("floor.min_rms", self.floor.min_rms, 0.0, 1e12)?;
         self.check_detector()?;
         self.check_health()?;
         self.check_observation()?;
@@ -173,11 +163,11 @@ impl PipelineConfig {
     }
 
     fn check_health(&self) -> Result<(), ConfigError> {
-        ConfigError::within("health.range", self.health.range, 1e-9, 1e12)?;
-        ConfigError::within("health.max_step", self.health.max_step, 1e-9, 1e12)?;
+        ConfigError::within("health.range", self.health.range, 1e-12, ANY)?;
+        ConfigError::within("health.max_step", self.health.max_step, 1e-12, ANY)?;
         ConfigError::within("health.frozen_ms", self.health.frozen_ms, 1.0, 1e6)?;
         let drift = self.health.drift;
-        ConfigError::within("health.drift.limit", drift.limit, 1e-9, 1e12)?;
+        ConfigError::within("health.drift.limit", drift.limit, 1e-12, ANY)?;
         ConfigError::within("health.drift.per_newton", drift.per_newton, 0.0, 1e12)?;
         if self.health.max_bad_run == 0 {
             return Err(ConfigError::Range {

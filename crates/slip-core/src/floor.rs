@@ -26,7 +26,8 @@ const LATER_MS: f32 = 1000.0;
 pub struct FloorConfig {
     /// Length of the stretch of rest the floor is learned from (ms), 10 to 10,000.
     pub learn_ms: f32,
-    /// Smallest noise that is believed (signal unit, rms): the resolution of the sensor.
+    /// Smallest noise that is believed (signal unit, rms): the resolution of the sensor. 0: what its readings show, the smallest step
+    /// between two of them over sqrt(12).
     pub min_rms: f32,
 }
 
@@ -36,10 +37,21 @@ impl Default for FloorConfig {
     }
 }
 
+impl FloorConfig {
+    /// The same for a signal in an unknown unit: the default, which is in metres, says nothing of it.
+    #[must_use]
+    pub fn in_any_unit(self) -> Self {
+        let given = self.min_rms != Self::default().min_rms;
+        Self { min_rms: if given { self.min_rms } else { 0.0 }, ..self }
+    }
+}
+
 /// The noise energy of `N` bands, or the measurement of it.
 #[derive(Clone, Copy, Debug)]
 pub struct Floor<const N: usize> {
     min_energy: f32,
+    /// Whether the least energy is that of the readings' own step.
+    own_step: bool,
     later_len: u32,
     known: bool,
     energy: Option<[f32; N]>,
@@ -57,6 +69,7 @@ impl<const N: usize> Floor<N> {
     pub fn learn(config: FloorConfig, rate_hz: f32) -> Self {
         Self {
             min_energy: config.min_rms * config.min_rms,
+            own_step: config.min_rms == 0.0,
             later_len: part_len(LATER_MS, rate_hz),
             known: false,
             energy: None,
@@ -96,6 +109,13 @@ impl<const N: usize> Floor<N> {
         self.sum = [0.0; N];
     }
 
+    /// What rounding alone adds to the readings (signal unit, rms), where the configuration does not say it.
+    pub(crate) fn resolve(&mut self, rms: f32) {
+        if self.own_step {
+            self.min_energy = rms * rms;
+        }
+    }
+
     /// Takes the mean band energies of the next block. Says whether the floor has changed.
     #[inline]
     pub fn push(&mut self, block: &[f32; N]) -> bool {
@@ -123,6 +143,10 @@ impl<const N: usize> Floor<N> {
 
     fn end_stretch(&mut self) -> bool {
         self.done = 0;
+        if self.own_step && self.min_energy == 0.0 {
+            // One and the same reading: a sensor that says nothing yet.
+            return false;
+        }
         self.part_len = self.later_len;
         let mut changed = false;
         let measured: [f32; N] = core::array::from_fn(|band| {

@@ -42,6 +42,32 @@ impl Default for HealthConfig {
     }
 }
 
+/// No reading in an unknown unit is beyond this: its square is a number.
+pub(crate) const ANY: f32 = 1e18;
+/// A sensor in an unknown unit may be so coarse that its reading stands for this long (ms) at rest.
+const COARSE_MS: f32 = 500.0;
+
+impl HealthConfig {
+    /// The same for a signal in an unknown unit: the defaults, which are in metres, say nothing of it. No range is known then, and no shift can be
+    /// called too far.
+    #[must_use]
+    pub fn in_any_unit(self) -> Self {
+        let default = Self::default();
+        let given =
+            |value: f32, default: f32, else_: f32| if value == default { else_ } else { value };
+        Self {
+            range: given(self.range, default.range, ANY),
+            max_step: given(self.max_step, default.max_step, ANY),
+            frozen_ms: given(self.frozen_ms, default.frozen_ms, COARSE_MS),
+            max_bad_run: self.max_bad_run,
+            drift: DriftConfig {
+                limit: given(self.drift.limit, default.drift.limit, ANY),
+                per_newton: given(self.drift.per_newton, default.drift.per_newton, 0.0),
+            },
+        }
+    }
+}
+
 /// State of the stylus.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Health {
@@ -140,7 +166,7 @@ impl UsualStep {
 /// Largest force (N), travel and speed (m, m/s) and reading of any other channel (own units) that can be meant.
 const FORCE_LIMIT_N: f32 = 1e4;
 const TRAVEL_LIMIT: f32 = 1e3;
-const OTHER_LIMIT: f32 = 1e9;
+const OTHER_LIMIT: f32 = ANY;
 
 /// The checks and their memory.
 #[derive(Clone, Copy, Debug)]

@@ -26,6 +26,7 @@ pub mod need;
 pub mod observation;
 pub mod pipeline;
 pub mod pressure;
+mod resolution;
 pub mod roughness;
 pub mod sample;
 pub mod scene;

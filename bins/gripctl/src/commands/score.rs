@@ -1,7 +1,11 @@
 //! `gripctl score`: labelled recordings against the detector.
 
 use super::{calibrated_config, csv_options, score_curve};
-use crate::{cli::ScoreArgs, output, output::or_dash};
+use crate::{
+    cli::ScoreArgs,
+    output,
+    output::{any_unit, or_dash},
+};
 use grip_host::{
     exit::{Exit, WrongArgument},
     score::interval::Interval,
@@ -24,7 +28,7 @@ pub(crate) fn run(args: &ScoreArgs) -> anyhow::Result<Exit> {
         tell_floor(score, args);
     }
     if let Some(rms) = scores.iter().find_map(|score| score.taxel_rms) {
-        eprintln!("taxel noise measured on the same rest: {rms:.3} (rms)");
+        eprintln!("taxel noise measured on the same rest: {} (rms)", any_unit(rms));
     }
     for score in &scores {
         show(score, args)?;
@@ -51,10 +55,10 @@ fn tell_floor(score: &Score, args: &ScoreArgs) {
         None => ("measured on".to_owned(), "labelled rest, pooled over the folder"),
     };
     eprintln!(
-        "noise floor {origin} {:.3} s of {pooled}: shear {:.3}, vibration {:.3} (rms)",
+        "noise floor {origin} {:.3} s of {pooled}: shear {}, vibration {} (rms)",
         score.floor_s,
-        score.floor[0].sqrt(),
-        score.floor[1].sqrt()
+        any_unit(score.floor[0].sqrt()),
+        any_unit(score.floor[1].sqrt())
     );
     if score.floor_s < SHORT_REST_S {
         eprintln!(

@@ -41,7 +41,7 @@ fn pooled_floor(
             meter.push(sample.stylus);
         }
     }
-    Ok(meter.energy().map(|energy| (energy, meter.samples())))
+    Ok(meter.floor(config.floor).map(|energy| (energy, meter.samples())))
 }
 
 /// Noise of the taxels on the labelled rest of all recordings.

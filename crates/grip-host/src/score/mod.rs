@@ -92,7 +92,8 @@ fn score_with(
     let Some((floor, floor_s)) = floor(all, config, &pipeline, guard_ms)? else { return Ok(None) };
     pipeline.known_floor = Some(floor);
     let taxel_rms = pooled_taxels(detector, all, &pipeline, guard_ms);
-    let known_rms = taxel_rms.map(|rms| rms.max(pipeline.pressure.min_rms));
+    let known_rms =
+        taxel_rms.map(|rms| rms.max(pipeline.pressure.min_rms)).filter(|rms| *rms > 0.0);
     pipeline.pressure.known_rms = pipeline.pressure.known_rms.or(known_rms);
     let (mut recordings, mut traces) = (Vec::new(), Vec::new());
     for one in all {

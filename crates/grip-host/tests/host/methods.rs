@@ -47,6 +47,51 @@ fn travel_and_electrodes_of_a_fingertip_tell_every_slip() {
     }
 }
 
+/// The folder with vibrations and electrodes in a unit that is `unit` times as small.
+fn in_unit(folder: &Path, unit: f64) -> tempfile::TempDir {
+    let scaled = tempfile::tempdir().unwrap();
+    for file in std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()) {
+        let name = file.file_name().unwrap().to_str().unwrap();
+        let text = std::fs::read_to_string(&file).unwrap();
+        let columns = match name {
+            _ if name.ends_with("_electrodes.csv") => 1..usize::MAX,
+            _ if name.ends_with("_pose.csv") || !name.starts_with('m') => 0..0,
+            _ => 1..2,
+        };
+        let row = |line: &str| {
+            let cells = line.split(',').enumerate().map(|(i, cell)| match cell.parse::<f64>() {
+                Ok(value) if columns.contains(&i) => (unit * value).to_string(),
+                _ => cell.to_owned(),
+            });
+            cells.collect::<Vec<_>>().join(",")
+        };
+        let text: Vec<_> = text.lines().map(row).collect();
+        std::fs::write(scaled.path().join(name), text.join("\n")).unwrap();
+    }
+    scaled
+}
+
+#[test]
+#[ignore = "needs the recordings (CONTRIBUTING.md, Data)"]
+fn vibrations_and_electrodes_in_any_unit_give_the_same_alarms() {
+    let folder = real_data("biotac_slide");
+    let alarms = |folder: &Path| -> Vec<_> {
+        let scores = scores(folder, &["stylus", "fused"]);
+        let all = scores.into_iter().flat_map(|score| score.recordings);
+        all.map(|recording| (recording.recording, recording.alarm_s)).collect()
+    };
+    let expected = alarms(&folder);
+    assert!(expected.iter().all(|(_, alarm_s)| alarm_s.is_some()));
+    for unit in [1e-9, 1e-3, 1e9] {
+        let scaled = in_unit(&folder, unit);
+        for (got, wanted) in alarms(scaled.path()).iter().zip(&expected) {
+            // One block of half a millisecond, a sample long at this rate.
+            let apart_s = got.1.unwrap_or(f64::NAN) - wanted.1.unwrap();
+            assert!(got.0 == wanted.0 && apart_s.abs() < 1e-3, "{unit}: {got:?} {wanted:?}");
+        }
+    }
+}
+
 /// Time (s), taxels.
 fn board(file: &Path) -> Vec<(Micros, Vec<f32>)> {
     let text = std::fs::read_to_string(file).unwrap();

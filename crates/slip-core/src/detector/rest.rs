@@ -3,12 +3,13 @@
 //! For recordings whose rest is known beforehand; a running gripper learns its floor with [`crate::floor::Floor`].
 
 use super::{BANDS, DetectorConfig, lanes::Lanes, primed::PrimedBank};
-use crate::config::ConfigError;
+use crate::{config::ConfigError, floor::FloorConfig, resolution::Resolution};
 
 /// Pools the noise of several stretches.
 #[derive(Clone, Copy, Debug)]
 pub struct RestMeter {
     bank: PrimedBank,
+    resolution: Resolution,
     sum: [f64; BANDS],
     samples: u64,
 }
@@ -20,7 +21,12 @@ impl RestMeter {
     /// Where a band does not fit the sample rate.
     pub fn new(config: &DetectorConfig, rate_hz: f32) -> Result<Self, ConfigError> {
         let lanes = Lanes::new(config, rate_hz)?;
-        Ok(Self { bank: PrimedBank::new(&lanes, rate_hz)?, sum: [0.0; BANDS], samples: 0 })
+        Ok(Self {
+            bank: PrimedBank::new(&lanes, rate_hz)?,
+            resolution: Resolution::default(),
+            sum: [0.0; BANDS],
+            samples: 0,
+        })
     }
 
     /// Begins another stretch of rest.
@@ -33,6 +39,7 @@ impl RestMeter {
         if !x.is_finite() {
             return;
         }
+        self.resolution.push(x);
         if let Some(y) = self.bank.step(x) {
             for (sum, y) in self.sum.iter_mut().zip(y) {
                 *sum += f64::from(y) * f64::from(y);
@@ -46,6 +53,22 @@ impl RestMeter {
     #[must_use]
     pub fn samples(&self) -> u64 {
         self.samples
+    }
+
+    /// The floor of this rest (signal unit squared): the mean energy of the bands, and not less than the resolution; `None` before the first sample, and
+    /// where all readings were the same and nobody says what the resolution is.
+    #[must_use]
+    pub fn floor(&self, config: FloorConfig) -> Option<[f32; BANDS]> {
+        let least = self.least_energy(config);
+        let energy = self.energy()?.map(|energy| energy.max(least));
+        energy.iter().all(|energy| *energy > 0.0).then_some(energy)
+    }
+
+    /// The least energy that is believed (signal unit squared).
+    #[must_use]
+    pub fn least_energy(&self, config: FloorConfig) -> f32 {
+        let rms = if config.min_rms > 0.0 { config.min_rms } else { self.resolution.rms() };
+        rms * rms
     }
 
     /// Mean energy of the bands (signal unit squared); `None` before the first sample.

@@ -23,6 +23,7 @@ use super::{
 use crate::{
     config::ConfigError,
     floor::{Floor, FloorConfig},
+    resolution::Resolution,
 };
 
 /// What the detector sees.
@@ -65,6 +66,8 @@ pub struct SlipDetector {
     /// Reciprocal rms of the floor; 1 while it is unknown.
     scale: [f32; LANES],
     learning: bool,
+    /// While the floor is learned.
+    resolution: Resolution,
     reference: Reference,
     gate: Gate,
     blind_margin: f32,
@@ -108,6 +111,7 @@ impl SlipDetector {
             bank: PrimedBank::new(&lanes, rate_hz)?,
             scale: floor.energy().map_or([1.0; LANES], reciprocal_rms),
             learning: floor.energy().is_none(),
+            resolution: Resolution::default(),
             floor,
             reference,
             gate,
@@ -263,6 +267,9 @@ impl SlipDetector {
 
     fn end_block(&mut self) {
         let energy = self.block_energy();
+        if self.learning {
+            self.resolve();
+        }
         let mut block = Block { energy, floor: [1.0; BANDS], moving: self.moving };
         if self.moving || self.no_skip {
             let floor = self.gate.block(&self.reference.energy(&self.pending), self.per_sample);
@@ -280,6 +287,14 @@ impl SlipDetector {
         if rests && self.floor.push(&self.unscaled(&block.energy)) {
             self.rescale();
         }
+    }
+
+    #[cold]
+    fn resolve(&mut self) {
+        for x in self.pending.stylus() {
+            self.resolution.push(*x);
+        }
+        self.floor.resolve(self.resolution.rms());
     }
 
     /// Runs the bands over the block: the mean energy of each.

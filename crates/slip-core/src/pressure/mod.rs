@@ -20,7 +20,9 @@ mod shape;
 
 pub use rest::PatternRest;
 
-use crate::{config::ConfigError, detector::SlipState, units::Micros};
+use crate::{
+    config::ConfigError, detector::SlipState, health::ANY, resolution::Resolution, units::Micros,
+};
 use shape::{Shape, Spread};
 
 /// Most taxels of an array: what one channel of the link can carry.
@@ -44,7 +46,8 @@ pub struct PressureConfig {
     pub release_ms: f32,
     /// Frames of rest from which the noise is learned.
     pub learn_frames: u16,
-    /// Smallest noise that is believed (unit of the taxels, rms): their resolution.
+    /// Smallest noise that is believed (unit of the taxels, rms): their resolution. 0: what their readings show, the smallest step between two of
+    /// them over sqrt(12).
     pub min_rms: f32,
     /// Noise that is known already (unit of the taxels, rms).
     pub known_rms: Option<f32>,
@@ -60,7 +63,7 @@ impl Default for PressureConfig {
             follow_ms: 1000.0,
             release_ms: 100.0,
             learn_frames: 20,
-            min_rms: 0.29,
+            min_rms: 0.0,
             known_rms: None,
             frozen_ms: 1000.0,
         }
@@ -76,10 +79,10 @@ impl PressureConfig {
         ConfigError::within("pressure.follow_ms", self.follow_ms, 10.0, 1e6)?;
         ConfigError::within("pressure.release_ms", self.release_ms, 1.0, 10_000.0)?;
         ConfigError::within("pressure.learn_frames", f32::from(self.learn_frames), 4.0, 10_000.0)?;
-        ConfigError::within("pressure.min_rms", self.min_rms, 1e-12, 1e9)?;
+        ConfigError::within("pressure.min_rms", self.min_rms, 0.0, 1e12)?;
         ConfigError::within("pressure.frozen_ms", self.frozen_ms, 1.0, 1e6)?;
         self.known_rms
-            .map_or(Ok(()), |rms| ConfigError::within("pressure.known_rms", rms, 1e-12, 1e9))
+            .map_or(Ok(()), |rms| ConfigError::within("pressure.known_rms", rms, 1e-12, 1e12))
     }
 }
 
@@ -124,6 +127,7 @@ pub struct PressurePattern<const N: usize> {
     slow: Shape<N>,
     fast: Shape<N>,
     spread: Spread,
+    resolution: Resolution,
     /// Noise (rms), once it is known.
     rms: Option<f32>,
     changing_at: Micros,
@@ -150,6 +154,7 @@ impl<const N: usize> PressurePattern<N> {
             slow: Shape::new(),
             fast: Shape::new(),
             spread: Spread::default(),
+            resolution: Resolution::default(),
             rms: config.known_rms,
             changing_at: Micros(0),
             state: SlipState::Quiet,
@@ -249,7 +254,7 @@ impl<const N: usize> PressurePattern<N> {
         let Some(last_t) = self.last_t else { return false };
         let same = frame.len() == self.len
             && frame.iter().zip(&self.last).all(|(a, b)| a.to_bits() == b.to_bits());
-        let noisy = self.rms.is_some_and(|rms| rms > self.config.min_rms);
+        let noisy = self.rms.is_some_and(|rms| rms > self.least_rms());
         self.frozen_now = same && noisy && t.since(last_t) > self.frozen;
         if self.frozen_now {
             self.stand();
@@ -259,12 +264,16 @@ impl<const N: usize> PressurePattern<N> {
 
     /// The frame with taxels that send no number held at their last value; `None` where too many do.
     fn mended(&mut self, frame: &[f32]) -> Option<[f32; N]> {
-        let first = self.last_t.is_none();
+        let (first, learning) = (self.last_t.is_none(), self.rms.is_none());
+        let resolution = &mut self.resolution;
         let mut out = [0.0; N];
         let mut bad = 0;
         for ((out, &value), last) in out.iter_mut().zip(frame).zip(&mut self.last) {
             // NaN fails the comparison.
-            if value.abs() <= 1e9 {
+            if value.abs() <= ANY {
+                if learning && !first {
+                    resolution.compare(value, *last);
+                }
                 *last = value;
             } else {
                 bad += 1;
@@ -287,7 +296,13 @@ impl<const N: usize> PressurePattern<N> {
         self.rms = self
             .spread
             .mean(self.config.learn_frames)
-            .map(|variance| libm::sqrtf(variance).max(self.config.min_rms));
+            .map(|variance| libm::sqrtf(variance).max(self.least_rms()))
+            .filter(|rms| *rms > 0.0);
+    }
+
+    /// Smallest noise that is believed (rms).
+    fn least_rms(&self) -> f32 {
+        if self.config.min_rms > 0.0 { self.config.min_rms } else { self.resolution.rms() }
     }
 
     fn decide(&mut self, t: Micros, energy: f32, now: f32) {
