@@ -6,7 +6,7 @@
 //! cargo bench -p slip-benches --bench network     one forward pass
 //! cargo bench -p slip-benches --bench link        one frame decoded or encoded, CRC-32C
 //! cargo bench -p slip-benches --bench training    one epoch of training
-//! cargo bench -p slip-benches --bench peers       our side of scripts/network-peers.sh
+//! cargo run --release -p slip-benches --bin network-peers -- DIR   our side of scripts/network-peers.sh
 //! cargo bench -p slip-benches --bench latency     p50 to max beside the stated limits
 //! cargo run --release -p slip-benches --bin accuracy          time against error: E_sc, filters, tanh, forward passes, trainers
 //! cargo run --release -p slip-benches --bin esc-containment   every enclosure of E_sc holds the exact value

@@ -202,6 +202,12 @@ impl SlipObservation {
         Self { travel_sigma_m, ..self }
     }
 
+    /// Deviation of one reading of the travel as configured (m).
+    #[must_use]
+    pub fn configured_sigma_m(&self) -> f32 {
+        self.travel_sigma_m
+    }
+
     /// Deviation of one reading of the travel (m): as configured, or as seen in this slip where that is clearly more.
     #[must_use]
     pub fn travel_sigma_m(&self) -> f32 {

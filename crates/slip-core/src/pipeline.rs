@@ -3,6 +3,7 @@
 //! [`Pipeline::handle`] costs a fixed time, allocates nothing, takes no lock, does not panic and reads no
 //! clock; the same samples give the same steps everywhere.
 
+mod coarse;
 mod evidence;
 mod force;
 mod grip_force;
@@ -32,6 +33,7 @@ use crate::{
     units::{Micros, Newtons},
     velocity::VelocityMeter,
 };
+use coarse::TravelQuality;
 use force::SlipNews;
 use grip_force::GripForce;
 use host_time::HostTime;
@@ -57,6 +59,7 @@ pub struct Pipeline<W> {
     whiteness: Whiteness,
     turns: Turns,
     need: Need,
+    travel_quality: TravelQuality,
     /// When the last slip ended.
     ended: Option<Micros>,
     estimator: Option<Estimator<W>>,
@@ -131,6 +134,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             whiteness: Whiteness::default(),
             turns: Turns::default(),
             need: Need::default(),
+            travel_quality: TravelQuality::default(),
             ended: None,
             estimator,
             grip: config.grip.map(GripController::new),
@@ -237,7 +241,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
                 let noise = (self.observation.travel_sigma_m(), self.detector.noise_rms());
                 self.fusion.compare(sample, dt, noise, felt.map(statistic));
             }
-            let travel_m = self.fusion.believed_travel(sample.travel_m);
+            let travel_m = self.travel_of(sample, event);
             let normal_force_n = self.force_of(sample, dt);
             let step = Step { statistic, event, ..self.unchanged(sample.t) };
             return self.follow(&Sample { travel_m, normal_force_n, ..*sample }, dt, step);

@@ -132,6 +132,21 @@ fn what_is_late_is_waited_for_and_not_pressed_harder() {
 }
 
 #[test]
+fn a_coarse_travel_sensor_is_no_worse_than_none() {
+    for noise in ["travel_um = 10\ntravel_step_um = 20", "travel_step_um = 20", "travel_um = 10"] {
+        let text = format!("name = \"coarse\"\n[noise]\n{noise}\n");
+        let scene = Scene::from_toml(&text).unwrap();
+        for seed in 20..26 {
+            let result = bench(2.0).grasp(&scene, seed, &Way::default()).unwrap();
+            assert!(
+                result.held && result.force_peak_n < 3.0 * result.force_needed_n,
+                "{noise}: {result:?}"
+            );
+        }
+    }
+}
+
+#[test]
 fn a_stylus_that_dies_during_the_hold_never_opens_the_fingers() {
     for seed in 0..6 {
         let dead = grasp("raw_egg", seed, &stress("dead-stylus"));

@@ -16,6 +16,9 @@ use crate::{
     units::{Micros, Newtons},
 };
 
+/// So early in a slip the stylus can still take over from the travel.
+const CAUGHT_UP: Micros = Micros(50_000);
+
 /// A mean over at most this long (s) says how an object slides now.
 const LATELY_S: f32 = 0.01;
 
@@ -97,6 +100,19 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             let rested_s = rested_s as f32;
             self.need.begin(sigma, force_n, 1.0 / rate_hz, rested_s);
         }
+    }
+
+    /// The travel (m) to measure a slip with: as far as it is believed, and not where it is so coarse that the stylus alone knows better.
+    pub(super) fn travel_of(&mut self, sample: &Sample, event: Option<SlipEvent>) -> Option<f32> {
+        let travel_m = self.fusion.believed_travel(sample.travel_m)?;
+        let Some(slip) = self.slip else { return Some(travel_m) };
+        if matches!(event, Some(SlipEvent::Slip { first: true, .. })) {
+            self.travel_quality.begin();
+        }
+        self.travel_quality.read(travel_m, self.observation.configured_sigma_m());
+        // Later in a slip the readings before are no longer kept.
+        let feels = slip.feels && (slip.alone || sample.t.since(slip.since) < CAUGHT_UP);
+        Some(travel_m).filter(|_| !(feels && self.travel_quality.is_coarse()))
     }
 
     fn felt(&self) -> Option<Felt> {

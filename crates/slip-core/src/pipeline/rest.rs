@@ -31,6 +31,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         let steady = !self.config.no_skip
             && self.slip.is_none()
             && self.health.health() == Health::Good
+            && !self.whiteness.is_noisy()
             && !(stylus && self.detector.is_learning())
             && self.grip.is_none_or(|grip| grip.is_steady());
         match self.scene {

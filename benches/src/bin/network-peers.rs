@@ -1,5 +1,5 @@
 //! Our side of `scripts/network-peers.sh`: writes the data for the other libraries, then prints our times, one a line:
-//! `NAME<tab>VALUE<tab>UNIT`. Each value is the least of several rounds, because the machine may be busy.
+//! `NAME<tab>VALUE<tab>UNIT`; its argument is the folder for the data. Each value is the least of several rounds, because the machine may be busy.
 
 use core::{error::Error, hint::black_box};
 use std::{env, fs, path::Path, time::Instant};
@@ -133,15 +133,11 @@ fn write(case: &Case, directory: &Path) -> Result<(), Box<dyn Error>> {
 
 fn main() -> Result<(), Box<dyn Error>> {
     let cases = [(surface()?, 2000), (building()?, 60)];
-    if let Some(directory) = env::var_os("PEERS_DATA") {
-        for (case, _) in &cases {
-            write(case, Path::new(&directory))?;
-        }
-    }
-    // `cargo test --benches` runs this without `--bench`: then it only has to work.
-    let measure = env::args().any(|argument| argument == "--bench");
+    let directory =
+        env::args_os().nth(1).ok_or("the folder for the data of the others is missing")?;
     for (case, count) in &cases {
-        let count = if measure { *count } else { 2 };
+        write(case, Path::new(&directory))?;
+        let count = *count;
         for isa in Isa::available() {
             epochs::<f32>(case, isa, count)?;
             epochs::<f64>(case, isa, count)?;
