@@ -77,7 +77,7 @@ impl Response {
         let lag_s = (self.delay_s - self.dead_s).max(0.0);
         let missing_n = (1.0 + EXCESS) * target_n - applied_n;
         let driven_n = applied_n + missing_n * lag_s / (self.dead_s + KNOWN_S);
-        (driven_n - target_n).clamp(0.0, MOST * slower * target_n)
+        (driven_n - target_n).min(MOST * slower * target_n).max(0.0)
     }
 }
 
