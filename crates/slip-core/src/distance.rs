@@ -130,6 +130,9 @@ const FEWEST_EQUAL: u32 = 3;
 /// Steps of the resolution that are an advance, and the least advance (m).
 const ADVANCE_STEPS: f32 = 5.0;
 const LEAST_ADVANCE_M: f32 = 5e-6;
+/// Deviations of the noise that are an advance, and that the limit is at least: of hundreds of readings at rest none is so far from another.
+const ADVANCE_SIGMAS: f32 = 8.0;
+const LIMIT_SIGMAS: f32 = 12.0;
 
 /// One reading with what is known besides.
 #[derive(Clone, Copy, Debug)]
@@ -166,6 +169,42 @@ pub struct MovedDistance {
     frozen_now: bool,
     backwards_now: bool,
     leaps: u64,
+    noise: RestNoise,
+    /// As measured last (m).
+    sigma_m: f32,
+}
+
+/// Noise of the readings: white noise of deviation s makes two steps that follow each other go opposite ways, E dx dx' = -s^2,
+/// and motion makes them go the same way.
+#[derive(Clone, Copy, Debug, Default)]
+struct RestNoise {
+    last_m: f32,
+    sum: f32,
+    seen: u32,
+}
+
+impl RestNoise {
+    /// Steps over which the mean is taken.
+    const STEPS: u32 = 256;
+
+    /// Takes the next step (m): the deviation (m), each time that enough of them were seen.
+    #[inline]
+    fn push(&mut self, dx_m: f32) -> Option<f32> {
+        if dx_m == 0.0 {
+            return None;
+        }
+        self.sum -= dx_m * self.last_m;
+        self.last_m = dx_m;
+        self.seen += 1;
+        (self.seen >= Self::STEPS).then(|| self.finish())
+    }
+
+    #[cold]
+    fn finish(&mut self) -> f32 {
+        let mean = self.sum / 256.0;
+        (self.sum, self.seen) = (0.0, 0);
+        libm::sqrtf(mean.max(0.0))
+    }
 }
 
 impl MovedDistance {
@@ -194,11 +233,23 @@ impl MovedDistance {
             frozen_now: false,
             backwards_now: false,
             leaps: 0,
+            noise: RestNoise::default(),
+            sigma_m: 0.0,
         })
     }
 
-    /// Starts afresh with the next reading; the count of leaps stays.
+    /// What is an advance and what a slip, for readings with noise of this deviation (m).
+    fn allow(&mut self, sigma_m: f32) {
+        let resolved_m = (ADVANCE_STEPS * self.config.resolution_m).max(LEAST_ADVANCE_M);
+        self.sigma_m = sigma_m;
+        self.advance_m = resolved_m.max(ADVANCE_SIGMAS * sigma_m);
+        self.per_limit = 1.0 / self.config.limit_m.max(LIMIT_SIGMAS * sigma_m);
+    }
+
+    /// Starts afresh with the next reading, with the noise too; the count of leaps stays.
     pub fn prime(&mut self) {
+        self.noise = RestNoise::default();
+        self.allow(0.0);
         self.last = None;
         self.leaps_m = 0.0;
         self.stand();
@@ -298,6 +349,11 @@ impl MovedDistance {
             self.mark_m = position_m;
             self.advanced_at = t;
             return;
+        }
+        if let Some(sigma_m) = self.noise.push(dx_m) {
+            // In a slip the motion hides noise, and never adds to it.
+            let slips = self.state != SlipState::Quiet;
+            self.allow(if slips { sigma_m.max(self.sigma_m) } else { sigma_m });
         }
         let allowed_m = self.config.drift_m_s * dt_s;
         self.forward_m = (self.forward_m + dx_m - allowed_m).max(0.0);

@@ -158,3 +158,37 @@ fn a_limit_below_the_resolution_is_refused() {
     };
     assert_eq!(name, "travel.limit_m");
 }
+
+/// The sum of four seeded uniform numbers, of deviation 1.
+fn normal(encoder: &mut Encoder) -> f32 {
+    let mut uniform = || {
+        encoder.seed = encoder.seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        f64::from(encoder.seed) / f64::from(u32::MAX) - 0.5
+    };
+    #[expect(clippy::cast_possible_truncation, reason = "test signal")]
+    let sum = (0..4).map(|_| uniform()).sum::<f64>() as f32;
+    1.732 * sum
+}
+
+/// A sensor that is noisier than configured: no slip at rest, one that begins is told, and it ends.
+#[test]
+fn noise_that_nobody_configured_is_learned_at_rest() {
+    for sigma_m in [2e-6_f32, 1e-5, 2e-5] {
+        let (mut method, mut encoder) = method(DistanceConfig::default());
+        let mut at = |method: &mut MovedDistance, moved_m: f32| {
+            encoder.i += 1;
+            let shown_m = moved_m + sigma_m * normal(&mut encoder);
+            give(method, (Micros(100 * encoder.i), shown_m), Fingers::Still)
+        };
+        for i in 0..100_000 {
+            let state = at(&mut method, 0.0);
+            // Before the noise is known twenty micrometres of it may pass the limit.
+            assert!(state == SlipState::Quiet || i < 1000, "{sigma_m}: sample {i}");
+        }
+        let slid =
+            (0..1000_u16).filter(|&i| at(&mut method, 2e-6 * f32::from(i)) != SlipState::Quiet);
+        assert!(slid.count() > 700, "{sigma_m}: a slip of 2 mm at 20 mm/s");
+        let ended = (0..2000).any(|_| at(&mut method, 2e-3) == SlipState::Quiet);
+        assert!(ended, "{sigma_m}");
+    }
+}
