@@ -350,7 +350,9 @@ impl MovedDistance {
             self.advanced_at = t;
             return;
         }
-        if let Some(sigma_m) = self.noise.push(dx_m) {
+        // Noise that is as large as a slip cannot be told from one, and after a gap in time the object is elsewhere.
+        let small = dx_m.abs() < self.config.limit_m;
+        if let Some(sigma_m) = small.then(|| self.noise.push(dx_m)).flatten() {
             // In a slip the motion hides noise, and never adds to it.
             let slips = self.state != SlipState::Quiet;
             self.allow(if slips { sigma_m.max(self.sigma_m) } else { sigma_m });

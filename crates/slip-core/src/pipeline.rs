@@ -279,6 +279,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         let wakes = decides && !self.decides;
         if wakes || dt > self.gap {
             self.detector.prime();
+            self.travel_quality.begin();
         }
         if wakes {
             self.fusion.prime();
