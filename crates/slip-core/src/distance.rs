@@ -172,6 +172,8 @@ pub struct MovedDistance {
     noise: RestNoise,
     /// As measured last (m).
     sigma_m: f32,
+    /// Smallest step between two readings (m); infinite before the first.
+    smallest_m: f32,
 }
 
 /// Noise of the readings: white noise of deviation s makes two steps that follow each other go opposite ways, E dx dx' = -s^2,
@@ -235,6 +237,7 @@ impl MovedDistance {
             leaps: 0,
             noise: RestNoise::default(),
             sigma_m: 0.0,
+            smallest_m: f32::INFINITY,
         })
     }
 
@@ -249,6 +252,7 @@ impl MovedDistance {
     /// Starts afresh with the next reading, with the noise too; the count of leaps stays.
     pub fn prime(&mut self) {
         self.noise = RestNoise::default();
+        self.smallest_m = f32::INFINITY;
         self.allow(0.0);
         self.last = None;
         self.leaps_m = 0.0;
@@ -301,6 +305,12 @@ impl MovedDistance {
         moved_m * self.per_limit
     }
 
+    /// Smallest step between two readings since the object was taken (m); infinite before the first.
+    #[must_use]
+    pub fn smallest_step_m(&self) -> f32 {
+        self.smallest_m
+    }
+
     /// Whether there was a reading within `within` before `t`.
     #[must_use]
     pub fn is_live(&self, t: Micros, within: Micros) -> bool {
@@ -349,6 +359,9 @@ impl MovedDistance {
             self.mark_m = position_m;
             self.advanced_at = t;
             return;
+        }
+        if dx_m != 0.0 {
+            self.smallest_m = self.smallest_m.min(dx_m.abs());
         }
         // Noise that is as large as a slip cannot be told from one, and after a gap in time the object is elsewhere.
         let small = dx_m.abs() < self.config.limit_m;

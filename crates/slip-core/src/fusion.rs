@@ -180,6 +180,12 @@ impl Fusion {
         (self.uses(Method::Travel) && travel) || (self.uses(Method::Pressure) && pressure)
     }
 
+    /// Smallest step between two readings of the travel since the object was taken (m); infinite before the first.
+    #[must_use]
+    pub fn travel_step_m(&self) -> f32 {
+        self.travel.smallest_step_m()
+    }
+
     /// The travel to measure with: without the leaps of the sensor, and absent where it is frozen.
     #[must_use]
     #[inline]

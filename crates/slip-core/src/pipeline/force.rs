@@ -109,7 +109,8 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         if matches!(event, Some(SlipEvent::Slip { first: true, .. })) {
             self.travel_quality.begin();
         }
-        self.travel_quality.read(travel_m, self.observation.configured_sigma_m());
+        let step_m = self.fusion.travel_step_m();
+        self.travel_quality.read(travel_m, self.observation.configured_sigma_m(), step_m);
         // Later in a slip the readings before are no longer kept.
         let feels = slip.feels && (slip.alone || sample.t.since(slip.since) < CAUGHT_UP);
         Some(travel_m).filter(|_| !(feels && self.travel_quality.is_coarse()))
