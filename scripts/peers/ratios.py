@@ -34,7 +34,7 @@ GATES = (
     ("fann rprop surface2", ("rprop surface2 f32 AVX-512", "rprop surface2 f32 AVX2"), 14.0),
     ("fann rprop building1", ("rprop building1 f32 AVX-512", "rprop building1 f32 AVX2"), 14.0),
     ("fann forward 2-10-1 throughput", ("forward 2-10-1 throughput",), 3.8),
-    ("fann forward 16-32-16-1 throughput", ("forward 16-32-16-1 throughput",), 4.5),
+    ("fann forward 16-32-16-1 throughput", ("forward 16-32-16-1 throughput",), 4.0),
 )
 
 
