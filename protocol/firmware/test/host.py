@@ -64,7 +64,7 @@ class Spare:
     """Tries that a busy computer may cost. It shows in the firmware's clock: the emulator had less time than it needs, and
     gripd, which shares the computer, may have had no more while the object fell. A drop at any other time is gripd's own."""
 
-    TRIES = 2
+    TRIES = 6
     BEHIND_S = 0.02
     """Samples that are later than this raise no force, and the object takes about 0.1 s to fall through the fingers."""
     LOST_S = 0.2
