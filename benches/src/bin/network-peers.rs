@@ -1,5 +1,6 @@
 //! Our side of `scripts/network-peers.sh`: writes the data for the other libraries, then prints our times, one a line:
-//! `NAME<tab>VALUE<tab>UNIT`; its argument is the folder for the data. Each value is the least of several rounds, because the machine may be busy.
+//! `NAME<tab>VALUE<tab>UNIT`; its argument is the folder for the data. Each value is the least of several rounds,
+//! because the machine may be busy.
 
 use core::{error::Error, hint::black_box};
 use std::{env, fs, path::Path, time::Instant};
@@ -137,10 +138,9 @@ fn main() -> Result<(), Box<dyn Error>> {
         env::args_os().nth(1).ok_or("the folder for the data of the others is missing")?;
     for (case, count) in &cases {
         write(case, Path::new(&directory))?;
-        let count = *count;
         for isa in Isa::available() {
-            epochs::<f32>(case, isa, count)?;
-            epochs::<f64>(case, isa, count)?;
+            epochs::<f32>(case, isa, *count)?;
+            epochs::<f64>(case, isa, *count)?;
         }
     }
     forward()

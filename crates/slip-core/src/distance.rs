@@ -130,7 +130,8 @@ const FEWEST_EQUAL: u32 = 3;
 /// Steps of the resolution that are an advance, and the least advance (m).
 const ADVANCE_STEPS: f32 = 5.0;
 const LEAST_ADVANCE_M: f32 = 5e-6;
-/// Deviations of the noise that are an advance, and that the limit is at least: of hundreds of readings at rest none is so far from another.
+/// Deviations of the noise that are an advance, and that the limit is at least: of hundreds of readings at rest none is
+/// so far from another.
 const ADVANCE_SIGMAS: f32 = 8.0;
 const LIMIT_SIGMAS: f32 = 12.0;
 
@@ -182,12 +183,12 @@ pub struct MovedDistance {
 struct RestNoise {
     last_m: f32,
     sum: f32,
-    seen: u32,
+    seen: u16,
 }
 
 impl RestNoise {
     /// Steps over which the mean is taken.
-    const STEPS: u32 = 256;
+    const STEPS: u16 = 256;
 
     /// Takes the next step (m): the deviation (m), each time that enough of them were seen.
     #[inline]
@@ -203,7 +204,7 @@ impl RestNoise {
 
     #[cold]
     fn finish(&mut self) -> f32 {
-        let mean = self.sum / 256.0;
+        let mean = self.sum / f32::from(Self::STEPS);
         (self.sum, self.seen) = (0.0, 0);
         libm::sqrtf(mean.max(0.0))
     }

@@ -48,8 +48,8 @@ pub(crate) const ANY: f32 = 1e18;
 const COARSE_MS: f32 = 500.0;
 
 impl HealthConfig {
-    /// The same for a signal in an unknown unit: the defaults, which are in metres, say nothing of it. No range is known then, and no shift can be
-    /// called too far.
+    /// The same for a signal in an unknown unit: the defaults, which are in metres, say nothing of it. No range is known
+    /// then, and no shift can be called too far.
     #[must_use]
     pub fn in_any_unit(self) -> Self {
         let default = Self::default();

@@ -32,6 +32,7 @@ pub mod sample;
 pub mod scene;
 pub mod speed;
 pub mod stages;
+mod travel_noise;
 pub mod turns;
 pub mod units;
 pub mod velocity;

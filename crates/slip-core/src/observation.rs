@@ -15,6 +15,7 @@ use crate::{
     irregularity::IrregularityExtractor,
     sample::Sample,
     speed::{SpeedConfig, SpeedReading, SpeedWindow},
+    travel_noise::TravelNoise,
     units::Micros,
 };
 
@@ -95,37 +96,8 @@ pub struct SlipObservation {
     stretch: Option<Stretch>,
 }
 
-/// Noise of the moved distance while the object slides: third differences of readings that differ, of which sliding leaves next to nothing.
-#[derive(Clone, Copy, Debug, Default)]
-struct TravelNoise {
-    last: [f32; 3],
-    seen: u16,
-    mean_square: f32,
-}
-
-impl TravelNoise {
-    /// Readings of the running mean, and before it is believed.
-    const READINGS: u16 = 32;
-
-    fn push(&mut self, travel_m: f32) {
-        let [one, two, three] = self.last;
-        if self.seen > 0 && travel_m == one {
-            return;
-        }
-        self.last = [travel_m, one, two];
-        self.seen = self.seen.saturating_add(1);
-        if self.seen > 3 {
-            let third = (travel_m - three) - 3.0 * (one - two);
-            let share = 1.0 / f32::from((self.seen - 3).min(Self::READINGS));
-            self.mean_square += share * (third * third - self.mean_square);
-        }
-    }
-
-    /// Deviation of one reading (m): that of a third difference is sqrt(20) times as large.
-    fn sigma_m(&self) -> f32 {
-        if self.seen < Self::READINGS { 0.0 } else { libm::sqrtf(self.mean_square / 20.0) }
-    }
-}
+/// Readings of the mean of the travel's noise, and before it is believed.
+const NOISE_READINGS: u16 = 32;
 
 /// The last time the object was seen to move forward by more than the recoil.
 #[derive(Clone, Copy, Debug, Default)]
@@ -211,7 +183,8 @@ impl SlipObservation {
     /// Deviation of one reading of the travel (m): as configured, or as seen in this slip where that is clearly more.
     #[must_use]
     pub fn travel_sigma_m(&self) -> f32 {
-        let seen_m = self.noise.sigma_m();
+        let known = self.noise.seen() >= NOISE_READINGS;
+        let seen_m = if known { self.noise.sigma_m() } else { 0.0 };
         if seen_m > CLEARLY * self.travel_sigma_m { seen_m } else { self.travel_sigma_m }
     }
 
@@ -304,7 +277,7 @@ impl SlipObservation {
 
     /// The speed over the window, as long as the object moves forward.
     fn slide(&mut self, t: Micros, travel_m: f32, force_n: f32) -> Option<SpeedReading> {
-        self.noise.push(travel_m);
+        self.noise.push(travel_m, NOISE_READINGS);
         self.furthest_m = self.furthest_m.max(self.position_m);
         let recoil_m = f64::from(self.config.recoil_m.max(NOISES * self.travel_sigma_m()));
         if self.position_m > self.advance.position_m + recoil_m {

@@ -1,7 +1,9 @@
 //! Readings in, the smallest step between two of them out: the resolution of a sensor, in whatever unit.
 
-/// Deviation of a quantised reading over its step: 1 / sqrt(12).
-const PER_STEP: f32 = 0.288_675_13;
+/// The deviation of readings that are rounded to this step: 1 / sqrt(12) of it.
+pub(crate) fn rounding(step: f32) -> f32 {
+    0.288_675_13 * step
+}
 
 /// The smallest step seen so far.
 #[derive(Clone, Copy, Debug)]
@@ -34,7 +36,7 @@ impl Resolution {
 
     /// The noise that rounding to this step makes (rms); 0 while all readings were the same.
     pub(crate) fn rms(&self) -> f32 {
-        if self.step < f32::INFINITY { PER_STEP * self.step } else { 0.0 }
+        if self.step < f32::INFINITY { rounding(self.step) } else { 0.0 }
     }
 }
 

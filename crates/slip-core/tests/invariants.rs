@@ -185,8 +185,8 @@ proptest! {
                     }
                 }
                 let rise_n = seen.command_n - last_n;
-                // 20 ms, a period and the usual delay of the line: none when an arrival was prompt, and since then a thousandth of the time, since what is
-                // always late is usual.
+                // 20 ms, a period and the usual delay of the line: none when an arrival was prompt, and since then a
+                // thousandth of the time, since what is always late is usual.
                 let old_us = 21_000 + (seen.host_us - prompt_us) / 1000;
                 if seen.age_us > old_us && rise_n > 1e-4 {
                     worst = Err(format!("rose by {rise_n} on evidence of {} us", seen.age_us));

@@ -6,8 +6,8 @@ from board import DROPPED, LIFTED, Board, CheckFailed, must
 from host import Gripd, Host, Spare
 
 GRASPS = 4
-"""So many are to be held. With six spare tries a gripd that holds 7 of 10 on a very busy computer passes 99 times of 100,
-one that holds 3 of 10 passes 35 times of 100, and once in 100 where the emulation keeps up."""
+"""So many are to be held. With two spare tries a gripd that holds 9 of 10 on a very busy computer passes 98 times of 100,
+one that holds 3 of 10 passes 7 times of 100, and once in 100 where the emulation keeps up."""
 
 
 def needed_n() -> float:
@@ -17,7 +17,7 @@ def needed_n() -> float:
 
 def gripd_holds(board: Board, gripd: str) -> str:
     """Slip, estimate and final force of each grasp as gripd tells them, position and force as they are. Every object has
-    another surface. A drop counts, but for six while the emulation fell behind; where it fell far behind the try does not."""
+    another surface. A drop counts, but for two while the emulation fell behind; where it fell far behind the try does not."""
     spare, held, tries = Spare(), 0, 0
     while held < GRASPS:
         board.fresh()

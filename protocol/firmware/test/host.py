@@ -64,10 +64,10 @@ class Spare:
     """Tries that a busy computer may cost. It shows in the firmware's clock: the emulator had less time than it needs, and
     gripd, which shares the computer, may have had no more while the object fell. A drop at any other time is gripd's own."""
 
-    TRIES = 6
+    TRIES = 2
     BEHIND_S = 0.02
     """Samples that are later than this raise no force, and the object takes about 0.1 s to fall through the fingers."""
-    LOST_S = 0.2
+    LOST_S = 0.1
     """An emulation that falls further behind says nothing of gripd: the try is not counted, but for so many of them."""
     LOST_TRIES = 20
     PAUSE_S = 5.0

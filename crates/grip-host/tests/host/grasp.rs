@@ -132,7 +132,7 @@ fn what_is_late_is_waited_for_and_not_pressed_harder() {
 }
 
 #[test]
-fn a_coarse_travel_sensor_is_no_worse_than_none() {
+fn a_coarse_travel_sensor_loses_no_object() {
     for noise in ["travel_um = 10\ntravel_step_um = 20", "travel_step_um = 20", "travel_um = 10"] {
         let text = format!("name = \"coarse\"\n[noise]\n{noise}\n");
         let scene = Scene::from_toml(&text).unwrap();

@@ -56,7 +56,8 @@ const SLOW_S: f32 = 1.5e-3;
 const COLOURED: f32 = 4.0;
 /// Time without another reading after which the reference cannot be believed (ms): coarse converters repeat a value for some time.
 const DEAD_MS: f32 = 250.0;
-/// Smallest noise of a reference that is believed (own unit, rms): one that stands still at rest, to the last bit, shows motion by any change.
+/// Smallest noise of a reference that is believed (own unit, rms): one that stands still at rest, to the last bit,
+/// shows motion by any change.
 const MIN_RMS: f32 = 1e-18;
 
 #[derive(Clone, Copy, Debug)]

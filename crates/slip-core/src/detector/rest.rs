@@ -55,8 +55,8 @@ impl RestMeter {
         self.samples
     }
 
-    /// The floor of this rest (signal unit squared): the mean energy of the bands, and not less than the resolution; `None` before the first sample, and
-    /// where all readings were the same and nobody says what the resolution is.
+    /// The floor of this rest (signal unit squared): the mean energy of the bands, and not less than the resolution.
+    /// `None` before the first sample, and where all readings were the same and no resolution is configured.
     #[must_use]
     pub fn floor(&self, config: FloorConfig) -> Option<[f32; BANDS]> {
         let least = self.least_energy(config);

@@ -1,9 +1,10 @@
 //! Commands and measured forces of a slip in; how far the command may lead a drive that follows slowly out.
 //!
-//! A drive that moves from the first moment on, only slowly, reaches a force sooner when more is commanded meanwhile. A line that is late, or a
-//! drive with dead time, does not: what is commanded on top arrives as it is. Both are equally late when the fingers close; in a slip they differ in
-//! when the measured force begins to rise. A first-order lag of the whole delay says when it would without dead time; what it is later by is dead time d,
-//! and the rest of the delay, tau, is lag:
+//! A drive that moves from the first moment on, only slowly, reaches a force sooner when more is commanded meanwhile. A
+//! line that is late, or a drive with dead time, does not: what is commanded on top arrives as it is. Both are equally
+//! late when the fingers close; in a slip they differ in when the measured force begins to rise. A first-order lag of
+//! the whole delay says when it would without dead time; what it is later by is dead time d, and the rest of the delay,
+//! tau, is lag:
 //! ```text
 //! command <= F + (target - F) tau / (d + 3 ms)
 //! ```
@@ -11,7 +12,7 @@
 
 use super::lag::LATE_S;
 
-/// A force that has risen by this share and this much (N) answers the command.
+/// A force that has risen by this share, and at least this much (N), answers the command.
 const ANSWERS: f32 = 0.1;
 const ANSWERS_N: f32 = 0.03;
 /// A force that has not risen by this share ...
@@ -89,8 +90,8 @@ mod tests {
 
     const DT_S: f32 = 1e-3;
 
-    /// A gripper that is late by a dead time and a lag (ms) goes from 1 N to a target of 6 N: until 5.4 N are measured (ms), and the greatest force
-    /// (N); with or without the lead.
+    /// A gripper that is late by a dead time and a lag (ms) goes from 1 N to a target of 6 N: until 5.4 N are measured (ms),
+    /// and the greatest force (N); with or without the lead.
     fn reached(dead_ms: usize, lag_ms: f32, leads: bool) -> (u32, f32) {
         let mut response = Response::begin(1e-3 * (dead_ms as f32 + lag_ms));
         let mut line: VecDeque<f32> = core::iter::repeat_n(1.0, dead_ms).collect();

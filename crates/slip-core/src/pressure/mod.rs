@@ -46,8 +46,8 @@ pub struct PressureConfig {
     pub release_ms: f32,
     /// Frames of rest from which the noise is learned.
     pub learn_frames: u16,
-    /// Smallest noise that is believed (unit of the taxels, rms): their resolution. 0: what their readings show, the smallest step between two of
-    /// them over sqrt(12).
+    /// Smallest noise that is believed (unit of the taxels, rms): their resolution. 0: what their readings show, the
+    /// smallest step between two of them over sqrt(12).
     pub min_rms: f32,
     /// Noise that is known already (unit of the taxels, rms).
     pub known_rms: Option<f32>,
