@@ -277,7 +277,7 @@ impl SlipObservation {
 
     /// The speed over the window, as long as the object moves forward.
     fn slide(&mut self, t: Micros, travel_m: f32, force_n: f32) -> Option<SpeedReading> {
-        self.noise.push(travel_m, NOISE_READINGS);
+        self.noise.push(travel_m, NOISE_READINGS, f32::INFINITY);
         self.furthest_m = self.furthest_m.max(self.position_m);
         let recoil_m = f64::from(self.config.recoil_m.max(NOISES * self.travel_sigma_m()));
         if self.position_m > self.advance.position_m + recoil_m {

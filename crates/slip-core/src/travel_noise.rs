@@ -1,5 +1,9 @@
 //! Readings of the moved distance of an object that slides in, the deviation of one reading out.
 
+/// Readings before a square can be told from the others, and the least mean of them (m2).
+const ENOUGH: u16 = 16;
+const LEAST: f32 = 1e-12;
+
 /// Noise as third differences of readings that differ, of which sliding leaves next to nothing.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct TravelNoise {
@@ -9,8 +13,9 @@ pub(crate) struct TravelNoise {
 }
 
 impl TravelNoise {
-    /// Takes the next reading (m) into a mean over the last `readings`; `false` where it repeats the one before.
-    pub(crate) fn push(&mut self, travel_m: f32, readings: u16) -> bool {
+    /// Takes the next reading (m) into a mean over the last `readings`; `false` where it repeats the one before. A square
+    /// counts as `most` times their mean at most, once there are enough of them.
+    pub(crate) fn push(&mut self, travel_m: f32, readings: u16, most: f32) -> bool {
         let [one, two, three] = self.last_m;
         if self.seen > 0 && travel_m == one {
             return false;
@@ -20,7 +25,9 @@ impl TravelNoise {
         if self.seen > 3 {
             let third_m = (travel_m - three) - 3.0 * (one - two);
             let share = 1.0 / f32::from((self.seen - 3).min(readings));
-            self.mean_square += share * (third_m * third_m - self.mean_square);
+            let most =
+                if self.seen > ENOUGH { most * self.mean_square.max(LEAST) } else { f32::INFINITY };
+            self.mean_square += share * ((third_m * third_m).min(most) - self.mean_square);
         }
         true
     }

@@ -12,6 +12,8 @@ const FINE_M: f32 = 2.5e-6;
 const STEPS: u16 = 4;
 /// ... and before their noise is, as a mean over four times as many at most.
 const READINGS: u16 = 48;
+/// What is further off than the root of so many times the mean of the squares is a leap, or samples were lost: no noise.
+const LEAP: f32 = 16.0;
 /// Readings that are rounded to a step, and left out where they repeat, look noisier by up to this factor.
 const ROUNDED: f32 = 2.5;
 
@@ -33,7 +35,7 @@ impl TravelQuality {
     /// Takes a reading (m) while the object slips, with the deviation that is configured and the smallest step seen
     /// since the object was taken (m).
     pub(super) fn read(&mut self, travel_m: f32, configured_m: f32, step_m: f32) {
-        if !self.noise.push(travel_m, 4 * READINGS) {
+        if !self.noise.push(travel_m, 4 * READINGS, LEAP) {
             self.repeated = self.repeated.saturating_add(1);
             return;
         }
@@ -76,6 +78,23 @@ mod tests {
             quality.read(shown_m, 0.0, smallest_m);
         }
         quality.is_coarse()
+    }
+
+    /// Readings at 10 kHz of an object that is accelerated at 4 m/s2, with a leap of the reading by `leap_m` once, and each
+    /// time after `lost` samples of 200.
+    #[test]
+    fn lost_samples_and_a_leap_are_no_noise() {
+        for (leap_m, lost) in [(2.5e-4_f32, 0), (0.0, 10), (2.5e-4, 10)] {
+            let mut quality = TravelQuality::default();
+            quality.begin();
+            for i in (0..2000_u16).filter(|i| i % 200 >= lost) {
+                let t_s = 1e-4 * f32::from(i);
+                let flicker_m = 1e-6 * f32::from(i * 7 % 3);
+                let shown_m = 2.0 * t_s * t_s + flicker_m + if i > 700 { leap_m } else { 0.0 };
+                quality.read(shown_m, 0.0, 1e-6);
+                assert!(!quality.is_coarse(), "{leap_m} m, {lost} lost: sample {i}");
+            }
+        }
     }
 
     #[test]
