@@ -80,6 +80,7 @@ FIELDS.update({
         ("longest", "f"), ("recorded", "Q"), ("bands", "Q"), ("gate", "Q"), ("methods", "Q"), ("observation", "Q"),
         ("slips", "I"), ("reconnects", "I"), ("commands", "Q"),
     ],
+    "STATE_APPENDED": [("late", "f")],
     "HEALTH_APPENDED": [("p999", "f"), ("clock_half", "f"), ("clock_offset", "q"), ("histogram", "24Q")],
     "GRIPPER": [
         ("uid", "16s"), ("boot_id", "I"), ("rate_hz", "I"), ("force_max", "f"), ("link", "B"), ("taxels", "B"), (None, "H"),
@@ -130,8 +131,8 @@ def pack(table, values):
 
 
 def table_of(kind, v):
-    grown = FIELDS[kind + "_APPENDED"] if kind == "HEALTH" and "histogram" in v else []
-    return FIELDS.get(kind, []) + grown
+    grown = FIELDS.get(kind + "_APPENDED", [])
+    return FIELDS.get(kind, []) + [field for field in grown if field[0] in v]
 
 
 def payload(kind, v):
@@ -289,9 +290,10 @@ welcome = dict(min=1, max=1, max_rx=480, flags=5, token=0x01020304, run_id=77, h
 slip = dict(number=3, device_us=5000000, host_us=5000321, phase=1, method=1, speed_source=5, esc_kind=1, statistic=1.5,
             confidence=0.875, speed=0.0125, sigma=0.001, moved=0.0004, irregularities=7, esc=2.5, esc_chosen=NAN, esc_flags=8,
             notes=1, estimate=3.25, command=2.75, duration=NAN)  # fmt: skip
-state = dict(device_us=5000000, host_us=5000321, scene=2, grip=4, stylus=0, travel=6, pressure=3, reference=7, device=4, notes=2,
+state_first = dict(device_us=5000000, host_us=5000321, scene=2, grip=4, stylus=0, travel=6, pressure=3, reference=7, device=4, notes=2,
              fault=0x0101, esc_flags=1, esc_kind=2, statistic=0.25, command=2.5, applied=2.25, esc=-1.5, estimate=NAN,
              rate_hz=10000, lost=12)  # fmt: skip
+state = dict(state_first, late=1.5)
 health_first = {name: i + 1 for i, (name, _) in enumerate(FIELDS["HEALTH"])}
 health = dict(health_first, p999=28, clock_half=29.5, clock_offset=-30, histogram=tuple(range(31, 55)))
 rows = dict(first_index=1000, t0_us=5000000, every_nth=10, channels=3, n=2, taxels=0, rows=[(0, 1e-6, 2.5), (1001, NAN, 2.75)])
@@ -309,6 +311,8 @@ valid("welcome_255_bytes", "WELCOME", dict(welcome, text=b"x" * 255), rows=CLIEN
 valid("slip_ended_nothing_known", "SLIP", dict({name: NAN if code == "f" else 0 for name, code in FIELDS["SLIP"]},
       phase=3, irregularities=2**32 - 1, duration=0.125), rows=CLIENTS)  # fmt: skip
 valid("state_unknown_codes", "STATE", dict(state, scene=200, grip=255, reference=99, device=77), rows=CLIENTS)
+valid("state_of_an_older_daemon", "STATE", state_first, rows=CLIENTS)
+valid("state_grown_again", "STATE", state, use="decode", extra=b"\x01\x02\x03", rows=CLIENTS)
 MOST = {"B": 255, "H": 65535, "I": 2**32 - 1, "Q": 2**64 - 1}
 health_most = {name: MOST.get(code, NAN) for name, code in FIELDS["HEALTH"]}
 valid("health_all_ones", "HEALTH", dict(health_most, p999=NAN, clock_half=0.0, clock_offset=-(2**63), histogram=(2**64 - 1,) * 24), rows=CLIENTS)

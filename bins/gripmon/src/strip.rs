@@ -270,6 +270,7 @@ mod tests {
             limit_n: None,
             rate_hz: 1000,
             lost: 0,
+            late_ms: None,
         }));
         let (esc, estimate) = (Some(esc(0.5)), Some([9.0, 8.0, 10.0]));
         let evidence = vec![EvidencePoint { t_s: 1.0, esc, speed: None, estimate }];

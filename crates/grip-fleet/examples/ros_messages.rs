@@ -48,6 +48,7 @@ fn state(known: bool) -> State {
         estimate_n: maybe(3.75),
         rate_hz: 0x3132_3334,
         lost: 0x4142_4344_4546_4748,
+        late_ms: None,
     }
 }
 

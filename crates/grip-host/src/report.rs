@@ -58,7 +58,7 @@ pub enum EventLine {
         t_s: f64,
         /// `stylus`, `travel`, `pressure` or `reference`; `clock` for that of the device.
         channel: &'static str,
-        /// `good`, or what is wrong: `frozen`, `saturated`, `failed`, `jumped`, `backwards`; of the clock `stopped`, `back`, `forward`,
+        /// `good`, or what is wrong: `frozen`, `saturated`, `failed`, `jumped`, `backwards`, `doubted`, `coarse`; of the clock `stopped`, `back`, `forward`,
         /// `fast`, `slow`.
         health: &'static str,
     },

@@ -108,6 +108,10 @@ pub enum TravelHealth {
     Frozen,
     /// The object moves against the configured direction: the sensor is mounted or wired the other way round.
     Backwards,
+    /// The stylus contradicts it: no say until it follows the stylus again.
+    Doubted,
+    /// Too coarse for an acceleration, by its steps or its noise: what the stylus says of the needed force comes first.
+    Coarse,
 }
 
 impl TravelHealth {
@@ -119,6 +123,8 @@ impl TravelHealth {
             Self::Jumped => "jumped",
             Self::Frozen => "frozen",
             Self::Backwards => "backwards",
+            Self::Doubted => "doubted",
+            Self::Coarse => "coarse",
         }
     }
 }

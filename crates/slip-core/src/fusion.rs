@@ -137,6 +137,13 @@ impl Fusion {
         self.check.doubts_stylus()
     }
 
+    /// Whether the stylus is believed and the travel is not.
+    #[must_use]
+    #[inline]
+    pub fn doubts_travel(&self) -> bool {
+        self.check.doubts_travel()
+    }
+
     /// Whether the stylus shows a slip that the travel, good so far, does not confirm.
     #[must_use]
     #[inline]

@@ -82,6 +82,8 @@ pub enum Health {
     Failed,
     /// The mean moves further than a change of grip force explains; see [`drift`](crate::drift).
     Drifting,
+    /// The travel contradicts it, or it shows the noise of its electronics: no say until it feels a slip in time.
+    Doubted,
 }
 
 impl Health {
@@ -94,6 +96,7 @@ impl Health {
             Self::Saturated => "saturated",
             Self::Failed => "failed",
             Self::Drifting => "drifting",
+            Self::Doubted => "doubted",
         }
     }
 }

@@ -16,7 +16,7 @@ use crate::{
     course::Course,
     crosscheck::Whiteness,
     detector::{KnownFloors, MotionInput, SlipDetector, SlipState},
-    distance::Fingers,
+    distance::{Fingers, TravelHealth},
     drift::Hold,
     estimate::{Estimator, friction::FrictionMeter},
     event::{Phase, SlipEvent, Step},
@@ -450,10 +450,30 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             estimate: None,
             command: self.grip.map(|grip| Newtons(grip.command_n())),
             grip: None,
-            health: self.health.health(),
+            health: self.stylus_health(),
             reference_health: self.detector.reference_health(),
-            travel_health: self.fusion.healths().0,
+            travel_health: self.travel_health(),
             pressure_health: self.fusion.healths().1,
+        }
+    }
+
+    /// The health of the sensor, and where nothing is wrong with that, whether it has a say.
+    #[inline]
+    fn stylus_health(&self) -> Health {
+        match self.health.health() {
+            Health::Good if self.fusion.doubts_stylus() || self.whiteness.is_noisy() => {
+                Health::Doubted
+            }
+            health => health,
+        }
+    }
+
+    #[inline]
+    fn travel_health(&self) -> TravelHealth {
+        match self.fusion.healths().0 {
+            TravelHealth::Good if self.fusion.doubts_travel() => TravelHealth::Doubted,
+            TravelHealth::Good if self.travel_quality.is_coarse() => TravelHealth::Coarse,
+            health => health,
         }
     }
 

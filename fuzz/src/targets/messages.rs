@@ -61,6 +61,7 @@ macro_rules! rounds {
                 round($payload, &mut out, Notice::parse, |notice, out| notice.write(out));
             }
             Kind::HEALTH => health($payload),
+            Kind::STATE => state($payload),
             Kind::ROWS => {
                 let mut out = [0; MAX_PAYLOAD];
                 round($payload, &mut out, Rows::parse, |rows, out| rows.write(out));
@@ -111,6 +112,23 @@ fn health(payload: &[u8]) {
     assert_eq!(Health::parse(&out[..whole.min(len) - usize::from(len == whole)]), Ok(first));
 }
 
+/// The age of the evidence is written where it is known.
+fn state(payload: &[u8]) {
+    let Ok(message) = State::parse(payload) else { return };
+    let (mut out, mut second) = ([0; MAX_PAYLOAD], [0; MAX_PAYLOAD]);
+    let len = message.write(&mut out).unwrap();
+    assert_eq!(len, if message.late_ms.is_some() { State::WHOLE } else { State::SIZE });
+    assert!(message.late_ms.is_none() || payload.len() >= State::WHOLE);
+    for short in 0..len {
+        assert_eq!(message.write(&mut second[..short]), Err(PayloadError::Full { have: short }));
+    }
+    assert_eq!(State::parse(&out[..len]), Ok(message), "decode(encode(x)) = x");
+    assert!(State::parse(&out[..State::SIZE - 1]).is_err(), "a byte short is refused");
+    for older in State::SIZE..len {
+        assert_eq!(State::parse(&out[..older]), Ok(State { late_ms: None, ..message }));
+    }
+}
+
 /// As many rows as the header says, each with a value for each of its channels and taxels and for no other.
 fn rows(payload: &[u8]) {
     let Ok(rows) = Rows::parse(payload) else { return };
@@ -137,7 +155,7 @@ pub fn check(data: &[u8]) {
         HELLO => Hello, CONFIG => Config, PING => Ping, GRIP => Grip, HEARTBEAT => Heartbeat,
         CLEAR_FAULT => ClearFault, IDENT => Ident, CONFIG_ACK => ConfigAck, PONG => Pong, ACK => Ack,
         NACK => Nack, STATUS => Status, STATS => Stats, EVENT => Event,
-        SLIP => Slip, STATE => State, GRIPPER => Gripper, SUBSCRIBE => Subscribe, COMMAND => Command,
+        SLIP => Slip, GRIPPER => Gripper, SUBSCRIBE => Subscribe, COMMAND => Command,
     );
     let header = Header::new(Direction::ToDevice, kind, 0, 1);
     let parsed = ToDevice::parse(&Frame { header, payload });

@@ -72,6 +72,8 @@ const SENSORS: [(&str, &[Channel]); 4] = [
     ("pressure", &[Channel::Pressure]),
     ("reference", &[Channel::Reference]),
 ];
+/// Readings older than this (ms) raise no force, but for what the sensor and the line are known to need.
+const LATE_MS: f32 = 20.0;
 /// What stands for the health of a sensor that never sent anything.
 const ABSENT: &str = "\u{2013}";
 
@@ -95,6 +97,12 @@ fn sensors(ui: &mut Ui, seen: &Seen<'_>) {
         let tone = if good { Tone::Green } else { Tone::Red };
         let mark = if good { health.name().to_owned() } else { format!("! {}", health.name()) };
         row_in(ui, name, RichText::new(mark).monospace().color(seen.palette.tone(tone)));
+    }
+    if let Some(late_ms) = state.late_ms {
+        let text = RichText::new(format::with_unit(f64::from(late_ms) * 1e-3, "s")).monospace();
+        let late = late_ms > LATE_MS;
+        let tone = seen.palette.tone(Tone::Orange);
+        row_in(ui, "evidence age", if late { text.color(tone) } else { text });
     }
     if state.fault != 0 {
         let text = RichText::new(format!("! {:04x}", state.fault)).monospace();

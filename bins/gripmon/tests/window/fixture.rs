@@ -114,6 +114,7 @@ pub(crate) fn state(t_s: f64) -> StatePoint {
         limit_n: Some(40.0),
         rate_hz: 10_000,
         lost: 3,
+        late_ms: Some(1.5),
     }
 }
 

@@ -42,6 +42,7 @@ pub(crate) fn state(applied_n: f32) -> State {
         estimate_n: None,
         rate_hz: 1000,
         lost: 0,
+        late_ms: None,
     }
 }
 

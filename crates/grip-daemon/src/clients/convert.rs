@@ -98,6 +98,7 @@ pub fn state(host_us: u64, state: &PipelineState, device: DeviceState, fault: Fa
         estimate_n: state.estimate.map(|estimate| estimate.force_n),
         rate_hz: state.rate_hz,
         lost: state.lost,
+        late_ms: state.late_ms,
     }
 }
 
@@ -146,6 +147,7 @@ fn stylus(health: Health) -> SensorHealth {
         Health::Saturated => SensorHealth::Saturated,
         Health::Failed => SensorHealth::Failed,
         Health::Drifting => SensorHealth::Drifting,
+        Health::Doubted => SensorHealth::Doubted,
     }
 }
 
@@ -155,6 +157,8 @@ fn travel(health: TravelHealth) -> SensorHealth {
         TravelHealth::Jumped => SensorHealth::Jumped,
         TravelHealth::Frozen => SensorHealth::Frozen,
         TravelHealth::Backwards => SensorHealth::Backwards,
+        TravelHealth::Doubted => SensorHealth::Doubted,
+        TravelHealth::Coarse => SensorHealth::Coarse,
     }
 }
 

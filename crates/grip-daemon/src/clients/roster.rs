@@ -139,7 +139,7 @@ impl Known {
     pub(super) fn state(&mut self, host_us: u64, state: &PipelineState, roster: &mut Roster) {
         let state = convert::state(host_us, state, self.device, self.fault);
         self.state = Some(state);
-        let mut payload = [0; State::SIZE];
+        let mut payload = [0; State::WHOLE];
         if state.write(&mut payload).is_err() {
             return;
         }

@@ -48,7 +48,7 @@ pub(super) fn state(state: &State) -> Option<StateRecord> {
         estimate_n: state.estimate_n,
         extrapolated: state.notes & Slip::EXTRAPOLATED != 0,
         lost: state.lost,
-        late_ms: None,
+        late_ms: state.late_ms,
         rate_hz: state.rate_hz,
     })
 }
@@ -85,6 +85,7 @@ const fn stylus_health(code: SensorHealth) -> Option<health::Health> {
         SensorHealth::Saturated => health::Health::Saturated,
         SensorHealth::Failed => health::Health::Failed,
         SensorHealth::Drifting => health::Health::Drifting,
+        SensorHealth::Doubted => health::Health::Doubted,
         _ => return None,
     })
 }
@@ -104,6 +105,8 @@ const fn travel_health(code: SensorHealth) -> Option<TravelHealth> {
         SensorHealth::Jumped => TravelHealth::Jumped,
         SensorHealth::Frozen => TravelHealth::Frozen,
         SensorHealth::Backwards => TravelHealth::Backwards,
+        SensorHealth::Doubted => TravelHealth::Doubted,
+        SensorHealth::Coarse => TravelHealth::Coarse,
         _ => return None,
     })
 }

@@ -79,6 +79,7 @@ fn state() -> State {
         estimate_n: Some(3.5),
         rate_hz: 1000,
         lost: 3,
+        late_ms: None,
     }
 }
 

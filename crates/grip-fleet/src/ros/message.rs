@@ -141,6 +141,7 @@ mod tests {
             estimate_n: None,
             rate_hz: 1000,
             lost: 3,
+            late_ms: None,
         }
     }
 

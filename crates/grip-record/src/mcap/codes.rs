@@ -20,14 +20,26 @@ pub(super) const GRIPS: [Option<GripState>; 8] = [
     Some(GripState::Released),
 ];
 
-pub(super) const STYLUS: [Health; 5] =
-    [Health::Good, Health::Frozen, Health::Saturated, Health::Failed, Health::Drifting];
+pub(super) const STYLUS: [Health; 6] = [
+    Health::Good,
+    Health::Frozen,
+    Health::Saturated,
+    Health::Failed,
+    Health::Drifting,
+    Health::Doubted,
+];
 
 pub(super) const REFERENCE: [ReferenceHealth; 3] =
     [ReferenceHealth::Good, ReferenceHealth::Frozen, ReferenceHealth::Lost];
 
-pub(super) const TRAVEL: [TravelHealth; 4] =
-    [TravelHealth::Good, TravelHealth::Jumped, TravelHealth::Frozen, TravelHealth::Backwards];
+pub(super) const TRAVEL: [TravelHealth; 6] = [
+    TravelHealth::Good,
+    TravelHealth::Jumped,
+    TravelHealth::Frozen,
+    TravelHealth::Backwards,
+    TravelHealth::Doubted,
+    TravelHealth::Coarse,
+];
 
 pub(super) const PRESSURE: [PressureHealth; 3] =
     [PressureHealth::Good, PressureHealth::Frozen, PressureHealth::Failed];

@@ -37,6 +37,8 @@ pub struct StatePoint {
     pub rate_hz: u32,
     /// Rows lost so far.
     pub lost: u64,
+    /// Age of the newest usable row at the last command (ms), where it is known.
+    pub late_ms: Option<f32>,
 }
 
 /// A value of E_sc.

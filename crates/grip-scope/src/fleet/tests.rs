@@ -41,6 +41,7 @@ fn state() -> State {
         estimate_n: None,
         rate_hz: 1000,
         lost: 7,
+        late_ms: None,
     }
 }
 

@@ -148,6 +148,7 @@ pub(super) fn state(t_s: f64) -> StatePoint {
         limit_n: Some(30.0),
         rate_hz: 1000,
         lost: 0,
+        late_ms: None,
     }
 }
 

@@ -34,6 +34,7 @@ pub(super) fn state(state: &State) -> StatePoint {
         limit_n: None,
         rate_hz: state.rate_hz,
         lost: state.lost,
+        late_ms: state.late_ms,
     }
 }
 

@@ -68,6 +68,7 @@ impl Daemon {
             estimate_n: None,
             rate_hz: 1000,
             lost: 0,
+            late_ms: None,
         };
         let head = self.log.head();
         let state = wire(Kind::STATE, |out| state.write(out).unwrap());

@@ -4,6 +4,7 @@
 use crate::object::{Loop, Object};
 use slip_core::{
     Sample, SlipEvent,
+    distance::TravelHealth,
     grip::GripState,
     health::{Health, HealthCounters},
     scene::Scene,
@@ -244,4 +245,41 @@ fn broken_other_sensors_are_left_out() {
         assert!(found.is_some_and(|t| t < 1.02) && grip.command_n > held, "{bad}: {found:?}");
         assert!(grip.pipeline.health_counters().other_channels > 10_000, "{bad}");
     }
+}
+
+/// Healths of stylus and travel that are shown in the slip of an object that is lifted at 0.7 s, where the sensors show it as `seen` makes of it.
+fn shown(seen: fn(u32, Sample) -> Sample) -> (Vec<Health>, Vec<TravelHealth>) {
+    let mut grip = holding(0.7);
+    let (mut stylus, mut travel) = (vec![Health::Good], vec![TravelHealth::Good]);
+    for i in 0..5000 {
+        let flicker_m = 1e-8 * (i % 3) as f32;
+        let step = grip.step(|sample| {
+            let travel_m = sample.travel_m.map(|travel_m| travel_m + flicker_m);
+            seen(i, Sample { travel_m, ..sample })
+        });
+        if stylus.last() != Some(&step.health) {
+            stylus.push(step.health);
+        }
+        if travel.last() != Some(&step.travel_health) {
+            travel.push(step.travel_health);
+        }
+    }
+    (stylus, travel)
+}
+
+#[test]
+fn a_sensor_that_has_no_say_is_named() {
+    let (stylus, travel) = shown(|_, sample| sample);
+    assert_eq!((stylus, travel), (vec![Health::Good], vec![TravelHealth::Good]));
+    // Equal to the last bit it would be frozen.
+    let stands = |i, sample| Sample { travel_m: Some(1e-7 * (i % 2) as f32), ..sample };
+    assert_eq!(shown(stands).1, [TravelHealth::Good, TravelHealth::Doubted]);
+    let coarse = |_, sample: Sample| {
+        let steps = sample.travel_m.map(|travel_m| (travel_m / 2e-5).floor());
+        Sample { travel_m: steps.map(|steps| steps * 2e-5), ..sample }
+    };
+    // Where the object creeps between two steps it may look frozen in the end.
+    assert_eq!(shown(coarse).1[..2], [TravelHealth::Good, TravelHealth::Coarse]);
+    let noisy = |i, sample| Sample { stylus: 1e-6 * (i * 7919 % 97) as f32, ..sample };
+    assert_eq!(shown(noisy).0, [Health::Good, Health::Doubted]);
 }

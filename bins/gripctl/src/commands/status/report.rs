@@ -64,6 +64,8 @@ pub(crate) struct StateReport {
     pub(crate) travel: &'static str,
     pub(crate) pressure: &'static str,
     pub(crate) reference: &'static str,
+    /// Age of the newest usable row at the last command (ms).
+    pub(crate) late_ms: Option<f32>,
 }
 
 #[derive(Debug, Serialize)]
@@ -212,6 +214,7 @@ impl StateReport {
             travel,
             pressure,
             reference,
+            late_ms: state.late_ms,
         }
     }
 }

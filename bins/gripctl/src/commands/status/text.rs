@@ -60,8 +60,9 @@ fn grip(state: &StateReport) -> Vec<String> {
     )];
     let estimate = with_unit(state.estimate_n, 1.0, 2, "N");
     lines.push(format!(
-        "force      {} commanded, {} measured, estimate {estimate}",
+        "force      {} commanded on readings {} old, {} measured, estimate {estimate}",
         with_unit(state.command_n, 1.0, 2, "N"),
+        with_unit(state.late_ms, 1.0, 1, "ms"),
         with_unit(state.applied_n, 1.0, 2, "N")
     ));
     if state.fault != 0 {

@@ -130,6 +130,8 @@ open_codes! {
         5 => Jumped "jumped" "leaps that no object makes.",
         6 => Backwards "backwards" "runs the other way.",
         7 => Lost "lost" "no readings.",
+        8 => Doubted "doubted" "contradicted by another sensor.",
+        9 => Coarse "coarse" "steps or noise too coarse to show an acceleration.",
     }
 }
 

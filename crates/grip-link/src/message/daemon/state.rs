@@ -36,6 +36,7 @@ pub struct EscValue {
 /// | 44 | 4 | f32 | the last estimate of the adequate force | N |
 /// | 48 | 4 | u32 | sample rate in force | Hz |
 /// | 52 | 8 | u64 | rows lost since the daemon's start | |
+/// | 60 | 4 | f32 | age of the newest usable row at the last command; not in payloads of 60 bytes | ms |
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct State {
     /// Device time of the last sample (us).
@@ -68,11 +69,15 @@ pub struct State {
     pub rate_hz: u32,
     /// Rows lost since the daemon's start.
     pub lost: u64,
+    /// Age of the newest usable row at the last command (ms), by the daemon's clock; left out where it is not known.
+    pub late_ms: Option<f32>,
 }
 
 impl State {
-    /// Bytes of the payload.
+    /// Bytes of the payload without what was appended.
     pub const SIZE: usize = 60;
+    /// Bytes of the payload.
+    pub const WHOLE: usize = Self::SIZE + 4;
 
     /// Reads a payload.
     ///
@@ -104,6 +109,7 @@ impl State {
             estimate_n: r.maybe()?,
             rate_hz: r.u32()?,
             lost: r.u64()?,
+            late_ms: if payload.len() < Self::WHOLE { None } else { r.maybe()? },
         })
     }
 
@@ -119,6 +125,7 @@ impl State {
         let w = w.u8(self.esc.flags).u8(self.esc.kind.code());
         let w = w.maybe(self.statistic).maybe(self.command_n).maybe(self.applied_n);
         let w = w.maybe(self.esc.value).maybe(self.estimate_n);
-        w.u32(self.rate_hz).u64(self.lost).finish()
+        let w = w.u32(self.rate_hz).u64(self.lost);
+        if self.late_ms.is_some() { w.maybe(self.late_ms).finish() } else { w.finish() }
     }
 }

@@ -88,6 +88,8 @@ class SensorHealth(OpenCode):
     JUMPED = 5
     BACKWARDS = 6
     LOST = 7
+    DOUBTED = 8
+    COARSE = 9
 
 
 class LinkState(OpenCode):

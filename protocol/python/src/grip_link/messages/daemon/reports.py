@@ -14,6 +14,7 @@ from .codes import EscKind, GripStage, LinkState, Method, Phase, Recording, Scen
 NOT_KNOWN = 0xFFFFFFFF
 _SLIP = struct.Struct("<IQQBBBBfffffIffBBHfff")
 _STATE = struct.Struct("<QQBBBBBBBBHBBfffffIQ")
+_LATE = struct.Struct("<f")
 _HEALTH = struct.Struct("<QfQQIIIIIIQQIHBBfffQQQQQIIQ")
 _APPENDED = struct.Struct("<ffq" + 24 * "Q")
 _GRIPPER = struct.Struct("<16sIIfBBH")
@@ -84,7 +85,7 @@ class Slip:
 
 @dataclass(frozen=True)
 class State:
-    """STATE (A2), 60 bytes: what the pipeline thinks."""
+    """STATE (A2), 64 bytes, 60 where `late` is not known: what the pipeline thinks."""
 
     device_us: int
     host_us: int
@@ -110,6 +111,8 @@ class State:
     """N"""
     rate_hz: int
     lost: int
+    late: float | None = None
+    """ms, age of the newest usable row at the last command; None where it is not known."""
 
     @classmethod
     def parse(cls, payload: bytes) -> State:
@@ -117,11 +120,14 @@ class State:
         v = _finite(_STATE, payload)
         sensors = [SensorHealth(code) for code in v[4:8]]
         values: list[Any] = [*v[:2], Scene(v[2]), GripStage(v[3]), *sensors, DeviceState(v[8]), *v[9:12], EscKind(v[12]), *v[13:]]
+        if len(payload) >= _STATE.size + _LATE.size:
+            values += _finite(_LATE, payload, _STATE.size)
         return cls(*values)
 
     def pack(self) -> bytes:
         """The payload; raises PayloadError."""
-        return pack(_STATE, *astuple(self))
+        *first, late = astuple(self)
+        return pack(_STATE, *first) + (b"" if late is None else pack(_LATE, late))
 
 
 @dataclass(frozen=True)
