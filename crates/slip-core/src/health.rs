@@ -171,6 +171,16 @@ const FORCE_LIMIT_N: f32 = 1e4;
 const TRAVEL_LIMIT: f32 = 1e3;
 const OTHER_LIMIT: f32 = ANY;
 
+/// A second stylus that stands in for the first.
+#[derive(Clone, Copy, Debug)]
+struct StandIn {
+    /// Its last reading (signal unit) and when that changed.
+    last: f32,
+    changed_at: Micros,
+    /// What it shows less than the first did when that was lost (signal unit): no step for what comes after.
+    offset: f32,
+}
+
 /// The checks and their memory.
 #[derive(Clone, Copy, Debug)]
 pub struct HealthCheck {
@@ -184,6 +194,8 @@ pub struct HealthCheck {
     saturated_run: u32,
     /// As far as single readings tell.
     readings: Health,
+    /// While the first stylus has failed.
+    stand_in: Option<StandIn>,
     drift: DriftWatch,
     drifting: bool,
     counters: HealthCounters,
@@ -208,6 +220,7 @@ impl HealthCheck {
             bad_run: 0,
             saturated_run: 0,
             readings: Health::Good,
+            stand_in: None,
             drift: DriftWatch::new(config.drift),
             drifting: false,
             counters: HealthCounters::default(),
@@ -235,6 +248,15 @@ impl HealthCheck {
             Health::Good if self.drifting => Health::Drifting,
             readings => readings,
         }
+    }
+
+    /// Whether the stylus of the checked sample shows what the object does: the first one, or the second where that has failed.
+    #[must_use]
+    #[inline]
+    pub fn feels(&self) -> bool {
+        let t = self.last.map_or(Micros(0), |(t, _)| t);
+        self.health() == Health::Good
+            || self.stand_in.is_some_and(|second| t.since(second.changed_at) <= self.frozen_after)
     }
 
     /// Looks for drift in a checked sample; `hold` is what the hand does at that time.
@@ -293,7 +315,7 @@ impl HealthCheck {
             && within(sample.motion, OTHER_LIMIT)
     }
 
-    /// The sample with every unusable reading replaced (stylus) or taken as absent (others);
+    /// The sample with every unusable reading replaced (stylus: by that of the second one, or by the last) or taken as absent (others);
     /// `None` where its time does not lie after the one before.
     #[inline]
     pub fn check(&mut self, sample: &Sample) -> Option<Sample> {
@@ -308,6 +330,12 @@ impl HealthCheck {
         if before == Health::Good && self.readings != Health::Good {
             self.counters.failures += 1;
         }
+        let second_stylus = self.other(sample.second_stylus, self.config.range);
+        self.stand_in = self.stand_in_after(sample.t, stylus, second_stylus);
+        let (stylus, second_stylus) = match self.stand_in {
+            Some(second) => (second.last + second.offset, None),
+            None => (stylus, second_stylus),
+        };
         Some(Sample {
             t: sample.t,
             stylus,
@@ -315,12 +343,25 @@ impl HealthCheck {
             tangential_n: self.other(sample.tangential_n, FORCE_LIMIT_N),
             travel_m: self.other(sample.travel_m, TRAVEL_LIMIT),
             velocity_m_s: self.other(sample.velocity_m_s, TRAVEL_LIMIT),
-            second_stylus: self.other(sample.second_stylus, self.config.range),
+            second_stylus,
             reference: self.other(sample.reference, OTHER_LIMIT),
             pressure: self.other(sample.pressure, OTHER_LIMIT),
             motion: self.other(sample.motion, OTHER_LIMIT),
             arrival: sample.arrival,
         })
+    }
+
+    /// The second stylus with its next reading, where the first has failed at `held` (signal unit).
+    #[inline]
+    fn stand_in_after(&self, t: Micros, held: f32, second: Option<f32>) -> Option<StandIn> {
+        match (self.stand_in, second) {
+            _ if self.readings == Health::Good => None,
+            (None, Some(x)) => Some(StandIn { last: x, changed_at: t, offset: held - x }),
+            (Some(before), Some(x)) if x.to_bits() != before.last.to_bits() => {
+                Some(StandIn { last: x, changed_at: t, ..before })
+            }
+            (before, _) => before,
+        }
     }
 
     #[inline]

@@ -282,6 +282,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             self.travel_quality.begin();
         }
         if wakes {
+            self.friction.prime();
             self.fusion.prime();
         }
         self.decides = decides;
@@ -311,7 +312,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             return None;
         }
         let learning = self.detector.is_learning();
-        let trusted = self.health.health() == Health::Good;
+        let trusted = self.health.feels();
         // The silence of a dead sensor is no noise floor.
         if self.decides || (learning && trusted) {
             let verdict = self.feel_for_slip(sample);

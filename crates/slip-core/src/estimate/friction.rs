@@ -54,6 +54,8 @@ pub struct FrictionMeter {
     mean: Option<Block>,
     /// 0 before there is any.
     mu: f32,
+    /// That of the slips before, of the same object.
+    known: f32,
 }
 
 impl FrictionMeter {
@@ -74,28 +76,60 @@ impl FrictionMeter {
             filled: 0,
             mean: None,
             mu: 0.0,
+            known: 0.0,
         }
     }
 
     /// A slip begins with the next sample.
     pub fn begin(&mut self) {
-        let per_block = self.per_block;
-        *self = Self { per_block, ..Self::new(0.0) };
+        let (per_block, known) = (self.per_block, if self.mu > 0.0 { self.mu } else { self.known });
+        *self = Self { per_block, known, ..Self::new(0.0) };
+    }
+
+    /// Another object is taken: nothing is known of its friction.
+    pub fn prime(&mut self) {
+        self.begin();
+        self.known = 0.0;
+    }
+
+    /// Takes the forces of the next sample (N, finite) without a slip sensor: the load is followed, the friction stays.
+    #[inline]
+    pub fn watch(&mut self, normal_n: f32, tangential_n: f32) {
+        self.add(normal_n, tangential_n);
+        if self.count >= self.per_block {
+            self.close_block();
+        }
+    }
+
+    /// The force that is adequate for the load that was watched, by the friction of the last slips of this object; `None` where no slip has shown it.
+    #[must_use]
+    pub fn loaded_n(&self) -> Option<f32> {
+        let mu = if self.mu > 0.0 { self.mu } else { self.known };
+        let force_n = KAPPA * self.mean?.tangential_n / mu;
+        (mu > 0.0 && force_n.is_finite()).then_some(force_n)
     }
 
     /// Takes the forces of the next sample of the slip (N, finite), and whether the slip is felt right now. The sign of the tangential force depends
     /// on how its sensor is mounted.
     #[inline]
     pub fn push(&mut self, normal_n: f32, tangential_n: f32, felt: bool) {
-        self.sum.normal_n += normal_n;
-        self.sum.tangential_n += tangential_n;
-        self.count += 1;
+        self.add(normal_n, tangential_n);
         if self.count >= self.per_block {
-            self.end_block(felt);
+            self.close_block();
+            if let Some(mean) = self.mean {
+                self.learn(mean.tangential_n / mean.normal_n, felt);
+            }
         }
     }
 
-    fn end_block(&mut self, felt: bool) {
+    #[inline]
+    fn add(&mut self, normal_n: f32, tangential_n: f32) {
+        self.sum.normal_n += normal_n;
+        self.sum.tangential_n += tangential_n;
+        self.count += 1;
+    }
+
+    fn close_block(&mut self) {
         #[expect(clippy::cast_precision_loss, reason = "at most 1e6")]
         let share = 1.0 / self.count as f32;
         let block = Block {
@@ -107,8 +141,6 @@ impl FrictionMeter {
         self.blocks[BLOCKS - 1] = block;
         self.filled = (self.filled + 1).min(BLOCKS);
         self.mean = self.usable_mean();
-        let Some(mean) = self.mean else { return };
-        self.learn(mean.tangential_n / mean.normal_n, felt);
     }
 
     /// Takes the ratio of the last blocks.

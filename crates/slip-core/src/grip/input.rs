@@ -90,6 +90,8 @@ pub struct GripInput {
     pub touching: bool,
     /// Whether any slip sensor is usable.
     pub healthy: bool,
+    /// The force that the load on the fingers needs (N), where no slip sensor is usable and the tangential force tells it.
+    pub loaded_n: Option<f32>,
     /// Whether a slip sensor is not: then no less is held.
     pub impaired: bool,
 }

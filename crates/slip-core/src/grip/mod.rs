@@ -234,11 +234,7 @@ impl GripController {
         self.persists = false;
         self.unmeasured_s = if input.travel { 0.0 } else { self.unmeasured_s + dt_s };
         if !input.healthy {
-            // Closing goes on where it stopped.
-            if matches!(self.state, GripState::Holding | GripState::Slipping) {
-                self.leave_slip();
-                self.state = GripState::Fault;
-            }
+            self.hold_blindly(input);
             return self.command_n;
         }
         if self.feel_object(dt_s) {
@@ -260,6 +256,19 @@ impl GripController {
             GripState::Slipping => self.end_slip(),
         }
         self.command_n
+    }
+
+    /// No slip sensor is usable: the force stays, unless the load on the fingers asks for more. Closing goes on where it stopped.
+    fn hold_blindly(&mut self, input: &GripInput) {
+        if matches!(self.state, GripState::Holding | GripState::Slipping) {
+            self.leave_slip();
+            self.state = GripState::Fault;
+        }
+        if let (GripState::Fault, Some(loaded_n), false) = (self.state, input.loaded_n, input.stale)
+        {
+            self.raise_towards(loaded_n, self.config.slew_n_s);
+            self.hold_n = self.hold_n.max(self.command_n.min(loaded_n));
+        }
     }
 
     /// Watches whether there is an object. Where it is gone nothing slips and nothing rises; `true` says that this was the step.

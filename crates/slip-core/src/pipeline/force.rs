@@ -4,7 +4,7 @@ use super::{Pipeline, rest::Rest};
 use crate::{
     config::Signal,
     course::Motion,
-    estimate::{Estimator, ForceEstimate, G_M_S2},
+    estimate::{Estimator, ForceEstimate, G_M_S2, friction::FrictionMeter},
     event::{SlipEvent, Step},
     features::Features,
     grip::{Evidence, GripEvent, GripInput, Sliding, SlipNow},
@@ -70,7 +70,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         if begins {
             self.begin_need(sample, force_n);
         }
-        let sound = self.health.health() == Health::Good && !self.whiteness.is_noisy();
+        let sound = self.health.feels() && !self.whiteness.is_noisy();
         let Some(slip) = self.slip.as_mut().filter(|slip| slip.feels) else { return };
         let measured = sample.travel_m.is_some();
         // What comes back in the middle of a slip has not been kept.
@@ -186,8 +186,12 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             grip.grasp(sample.normal_force_n);
         }
         let travel = self.fusion.believed_travel(sample.travel_m);
-        let felt = stylus && self.health.health() == Health::Good && !self.whiteness.is_noisy();
-        let impaired = stylus && !felt || !self.fusion.healthy();
+        let felt = stylus && self.health.feels() && !self.whiteness.is_noisy();
+        // Before an object is held the other sensors are not looked at.
+        let healthy = felt || if self.decides { self.fusion.is_usable(sample.t) } else { !stylus };
+        let loaded_n = if healthy { None } else { loaded_n(&mut self.friction, sample) };
+        let complete = felt && self.health.health() == Health::Good;
+        let impaired = stylus && !complete || !self.fusion.healthy();
         #[expect(clippy::cast_possible_truncation, reason = "the controller limits both")]
         let (dt_s, late_s) = (
             dt.as_seconds() as f32,
@@ -210,12 +214,18 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             travel: travel.is_some(),
             applied_n: sample.normal_force_n,
             touching: self.contact.is_touching(),
-            // Before an object is held the other sensors are not looked at.
-            healthy: felt || if self.decides { self.fusion.is_usable(sample.t) } else { !stylus },
+            healthy,
+            loaded_n,
             impaired,
         });
         (Some(Newtons(command)), grip.event())
     }
+}
+
+/// The force (N) that the load needs by the tangential force, where that is all there is.
+fn loaded_n(friction: &mut FrictionMeter, sample: &Sample) -> Option<f32> {
+    friction.watch(sample.normal_force_n?, sample.tangential_n?);
+    friction.loaded_n()
 }
 
 /// What the step says of the force that is needed. An answer that nothing vouches for must not move the fingers.

@@ -247,6 +247,84 @@ fn broken_other_sensors_are_left_out() {
     }
 }
 
+/// Without a travel sensor, and with a second stylus that shows the same surface from another zero.
+#[test]
+fn a_second_stylus_carries_on_where_the_first_is_lost() {
+    for (name, fault, health, _) in CASES.into_iter().filter(|case| case.2.is_some()) {
+        for (lost_at_m_s, second) in [(0.0, true), (0.005, true), (0.02, true), (0.02, false)] {
+            let shown = |sample: Sample| Sample {
+                travel_m: None,
+                second_stylus: second.then_some(sample.stylus + 3e-5),
+                ..sample
+            };
+            let mut grip = holding(0.9);
+            while grip.object.speed_m_s < lost_at_m_s {
+                grip.step(shown);
+            }
+            let mut i = 0;
+            while grip.object.t_s() < 1.5 {
+                let step = grip.step(|sample| broken(fault, i)(shown(sample)));
+                assert!(i < 1000 || Some(step.health) == health, "{name}: {step:?}");
+                i += 1;
+            }
+            let Object { applied_n, needed_n, travel_m, speed_m_s, .. } = grip.object;
+            let held = speed_m_s == 0.0 && travel_m < 0.05;
+            assert_eq!(held, second, "{name}, lost at {lost_at_m_s} m/s: {:?}", grip.object);
+            assert!(!held || applied_n < 3.0 * needed_n, "{name}: {applied_n} N");
+        }
+    }
+}
+
+/// Forces of a finger at an object with this friction; at rest it carries what the force that just holds it would at most.
+fn with_tangential(grip: &mut Loop, fault: impl Fn(Sample) -> Sample) -> slip_core::Step {
+    const MU: f64 = 0.3;
+    let Object { applied_n, needed_n, speed_m_s, .. } = grip.object;
+    let lifted = grip.object.t_s() > grip.object.lifted_s;
+    let load_n = if lifted { MU * if speed_m_s > 0.0 { applied_n } else { needed_n } } else { 0.0 };
+    grip.step(|sample| {
+        let flicker_n = 1e-3 * (sample.t.0 % 700) as f32 / 700.0;
+        let tangential_n = Some(load_n as f32 + flicker_n);
+        fault(Sample { travel_m: None, tangential_n, ..sample })
+    })
+}
+
+#[test]
+fn the_tangential_force_carries_on_where_every_slip_sensor_is_lost() {
+    let lost = |sample: Sample| Sample { stylus: f32::NAN, ..sample };
+    // In a slip.
+    let mut grip = holding(0.7);
+    while grip.object.speed_m_s < 0.05 {
+        with_tangential(&mut grip, |sample| sample);
+    }
+    while grip.object.t_s() < 1.2 {
+        with_tangential(&mut grip, lost);
+    }
+    let Object { applied_n, needed_n, travel_m, speed_m_s, .. } = grip.object;
+    assert!(speed_m_s == 0.0 && travel_m < 0.05, "{:?}", grip.object);
+    // While it slides nothing says how heavy it is.
+    assert!((1.0..2.5).contains(&(applied_n / needed_n)), "{applied_n} N");
+    // While the object is held, with a load that then grows.
+    let mut grip = holding(0.7);
+    while grip.object.t_s() < 1.2 {
+        with_tangential(&mut grip, |sample| sample);
+    }
+    let before_n = grip.object.needed_n;
+    while grip.object.t_s() < 1.5 {
+        let step = with_tangential(&mut grip, lost);
+        assert!(step.command.unwrap().0 >= 0.99 * grip.object.needed_n as f32, "{step:?}");
+        grip.object.needed_n = before_n * (1.0 + (grip.object.t_s() - 1.3).clamp(0.0, 0.1) * 10.0);
+    }
+    let Object { applied_n, needed_n, speed_m_s, .. } = grip.object;
+    assert!(speed_m_s == 0.0 && (1.0..1.5).contains(&(applied_n / needed_n)), "{applied_n} N");
+    // Nothing rises where the friction is not known, nor where the tangential force is lost too.
+    let mut grip = holding(0.7);
+    let held_n = grip.command_n;
+    while grip.object.t_s() < 1.0 {
+        with_tangential(&mut grip, lost);
+        assert!(grip.command_n <= held_n);
+    }
+}
+
 /// Healths of stylus and travel that are shown in the slip of an object that is lifted at 0.7 s, where the sensors show it as `seen` makes of it.
 fn shown(seen: fn(u32, Sample) -> Sample) -> (Vec<Health>, Vec<TravelHealth>) {
     let mut grip = holding(0.7);
