@@ -53,7 +53,7 @@ pub(super) fn stranger(setup: &Setup<'_>) -> Result<Outcome, RunError> {
     let mut outcome = Outcome { times: 1, ..Outcome::default() };
     let rig = Rig::new(setup, Object::Lifted)?;
     let mut daemon = rig.gripping(&["--record", "stranger.mcap"])?;
-    let other = Object::Supported.scene(2, setup.slack_ms)?;
+    let other = Object::Supported.scene(2)?;
     rig.gripper.bench().unplug();
     time::wait_ms(100);
     rig.gripper.bench().exchange_for(&other)?;

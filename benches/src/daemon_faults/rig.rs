@@ -8,7 +8,7 @@ use super::{
     outcome::Outcome,
     recordings::{self, Found},
 };
-use core::{net::SocketAddr, time::Duration};
+use core::net::SocketAddr;
 use grip_sim::Scene;
 use std::{
     fs,
@@ -35,7 +35,7 @@ pub struct Setup<'a> {
 /// The object.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Object {
-    /// In the air soon after it is touched; the trial force holds it.
+    /// In the air as soon as the fingers have closed, however long that takes; the trial force holds it.
     Lifted,
     /// On its support for a minute.
     Supported,
@@ -44,13 +44,8 @@ pub(super) enum Object {
 }
 
 impl Object {
-    /// A machine that stands still while the fingers close, for up to `slack_ms`, finds the object on its support.
-    pub(super) fn scene(self, seed: u64, slack_ms: u64) -> Result<Scene, RunError> {
-        let lift_s = match self {
-            Self::Supported => 60.0,
-            Self::Lifted => 0.3 + Duration::from_millis(slack_ms).as_secs_f64(),
-            Self::Slipping => 0.3,
-        };
+    pub(super) fn scene(self, seed: u64) -> Result<Scene, RunError> {
+        let lift_s = if self == Self::Slipping { 0.3 } else { 60.0 };
         let (mass_kg, friction) = if self == Self::Slipping { (0.4, 0.35) } else { (0.04, 0.4) };
         let text = format!(
             "name = \"faults\"\nseed = {seed}\nmass_kg = {mass_kg:?}\nfriction = {friction:?}\nroughness_ra_um = 1.6\nlift_at_s = {lift_s:?}\n"
@@ -63,6 +58,7 @@ impl Object {
 #[derive(Debug)]
 pub(super) struct Rig<'a> {
     pub(super) setup: Setup<'a>,
+    object: Object,
     pub(super) folder: TempDir,
     pub(super) gripper: Gripper,
     pub(super) address: SocketAddr,
@@ -82,9 +78,10 @@ impl<'a> Rig<'a> {
 
     fn with(setup: &Setup<'a>, object: Object, seed: u64, trial_n: f64) -> Result<Self, RunError> {
         let folder = tempfile::tempdir().map_err(RunError::io(&std::env::temp_dir()))?;
-        let scene = object.scene(seed, setup.slack_ms)?;
+        let scene = object.scene(seed)?;
         let gripper = Gripper::start(&scene, &folder.path().join("gripper"), LIMITS)?;
-        let rig = Self { setup: *setup, folder, gripper, address: free_address()?, trial_n };
+        let address = free_address()?;
+        let rig = Self { setup: *setup, object, folder, gripper, address, trial_n };
         rig.configure("backoff_n_s = 20.0")?;
         Ok(rig)
     }
@@ -118,6 +115,9 @@ impl<'a> Rig<'a> {
     pub(super) fn until_held(&self, daemon: &Daemon) -> Result<(), RunError> {
         let gripped = self.gripper.until_gripped();
         self.missed(gripped, "the object is not gripped", daemon)?;
+        if self.object == Object::Lifted {
+            self.gripper.bench().mcu.lift();
+        }
         super::time::wait_ms(600 + self.setup.slack_ms);
         self.gripper.bench().must_hold(true);
         Ok(())

@@ -201,6 +201,11 @@ impl Grasp {
         self.truth
     }
 
+    /// Takes the support away with the next sample, whenever the scene would.
+    pub fn lift(&mut self) {
+        self.world.lift_after_s = 0.0;
+    }
+
     /// Whether the fingers travel while the force aimed at is `target_n` (N); pressing on the object is no travel.
     #[must_use]
     pub fn fingers_travel(&self, target_n: f64) -> bool {

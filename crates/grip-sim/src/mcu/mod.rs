@@ -129,6 +129,11 @@ impl VirtualMcu {
         self.grasp.truth()
     }
 
+    /// Takes the support of a touched object away, whenever the scene would.
+    pub fn lift(&mut self) {
+        self.grasp.lift();
+    }
+
     /// The simulated grasp.
     #[must_use]
     pub fn grasp(&self) -> &Grasp {
