@@ -150,9 +150,10 @@ impl Summary {
             (.., Some(true)) => "HELD",
             _ => "not lifted yet",
         };
+        let sent = if self.commands > 0 { "commanded" } else { "thought of, never commanded," };
         writeln!(
             out,
-            "force commanded {command}, applied {applied:.2} N, needed {needed:.2} N (x {:.2})",
+            "force {sent} {command}, applied {applied:.2} N, needed {needed:.2} N (x {:.2})",
             applied / needed
         )?;
         writeln!(out, "slipped {slip:.2} mm, object {fate}")

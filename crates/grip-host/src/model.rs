@@ -86,6 +86,9 @@ fn explain(fault: &FileError) -> String {
             "the model file has version {found}, this program reads version {}; train the model again with `gripctl train`",
             mlp::train::file::VERSION
         ),
+        FileError::Format { found: Some(kind) } if kind == "ensemble-model" => {
+            format!("this is of the kind {kind}; only one network (mlp-model) can be exported")
+        }
         FileError::Format { found: Some(kind) } if kind.ends_with("-model") => {
             format!(
                 "this is of the kind {kind}; only one network (mlp-model) or a few (ensemble-model) run in real time"
