@@ -57,6 +57,8 @@ struct Bench {
     chunks: u32,
     nonce: u16,
     last: Option<Last>,
+    /// The force (N) of the last command that has reached the gripper.
+    received_n: f64,
     raised: u32,
 }
 
@@ -89,6 +91,7 @@ impl Bench {
             chunks: 0,
             nonce: 1,
             last: None,
+            received_n: 0.0,
             raised: 0,
         }
     }
@@ -115,7 +118,7 @@ impl Bench {
         let before_n = self.mcu.commanded_n();
         self.mcu.advance(now);
         let drove_n = self.mcu.commanded_n();
-        let allowed_n = self.last.map_or(0.0, |last| f64::from(last.force_mn) / 1000.0);
+        let allowed_n = self.received_n;
         prop_assert!(
             drove_n <= before_n.max(allowed_n) + 1e-6,
             "the gripper by itself: {drove_n} N"
@@ -131,7 +134,9 @@ impl Bench {
         if let Some(len) = self.session.receive(now.0, &arrived, &mut out, &mut |_| {}).unwrap() {
             prop_assert!(!arrived.is_empty(), "a command without a sample");
             self.judge(now)?;
-            self.give(now, &out[..len]);
+            if self.give(now, &out[..len]) {
+                self.received_n = self.last.map_or(0.0, |last| f64::from(last.force_mn) / 1000.0);
+            }
         }
         while let Some(len) = self.session.poll_transmit(now.0, &mut out) {
             self.give(now, &out[..len]);
@@ -168,10 +173,13 @@ impl Bench {
         self.under_way.push_back((due, bytes));
     }
 
-    fn give(&mut self, now: Micros, bytes: &[u8]) {
-        if !matches!(self.trouble, Trouble::Mute | Trouble::Unplugged) {
+    /// Whether the bytes have reached the gripper.
+    fn give(&mut self, now: Micros, bytes: &[u8]) -> bool {
+        let heard = !matches!(self.trouble, Trouble::Mute | Trouble::Unplugged);
+        if heard {
             self.mcu.receive(now, bytes);
         }
+        heard
     }
 
     /// The command that has just been made.
