@@ -131,7 +131,8 @@ mod tests {
         #[test]
         fn close_to_floating_point(seconds in 0.0_f64..1e6) {
             let Ok(Micros(micros)) = parse_micros(&seconds.to_string()) else { panic!("{seconds}") };
-            prop_assert!((Micros(micros).as_seconds() - seconds).abs() <= 0.500_001e-6);
+            let bound = 0.5e-6 + f64::EPSILON * seconds;
+            prop_assert!((Micros(micros).as_seconds() - seconds).abs() <= bound);
         }
     }
 }
