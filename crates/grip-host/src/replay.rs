@@ -3,18 +3,24 @@
 use crate::{config::HostConfig, model::HostEstimator};
 use grip_record::{Channel, Recording, StylusKind, Taxels};
 use slip_core::{
-    ConfigError, Pipeline, PipelineConfig, Sample, Signal, Step, health::HealthCounters,
-    stages::StageCounters, units::Hertz,
+    ConfigError, Pipeline, PipelineConfig, Sample, Signal, Step,
+    health::{HealthConfig, HealthCounters},
+    methods::Method,
+    stages::StageCounters,
+    units::Hertz,
 };
 use std::sync::Arc;
+
+/// Longer than any recording (ms).
+const NEVER_MS: f32 = 1e12;
 
 /// A step of 50 us or more, rounded to 1 us, is off by at most this.
 const RATE_TOLERANCE: f32 = 0.02;
 
 /// The pipeline for a recording: that of the shipped defaults, or of `config`.
 ///
-/// The stylus column decides what is believed of the stylus. The controller runs where the recording
-/// has a normal force, as in a recording of a gripper; otherwise, or with `observe`, there is none.
+/// The stylus column decides what is believed of the stylus; without one its method is off. The controller runs where the recording
+/// has a stylus and a normal force, as in a recording of a gripper; otherwise, or with `observe`, there is none.
 #[must_use]
 pub fn pipeline_config(
     recording: &Recording,
@@ -22,14 +28,24 @@ pub fn pipeline_config(
     observe: bool,
 ) -> PipelineConfig {
     let rate = Hertz(sample_rate(recording, config));
-    let base = match recording.channels.stylus {
+    let kind = recording.channels.stylus;
+    let base = match kind {
         StylusKind::Displacement => config.pipeline(rate),
-        StylusKind::Vibration => config.calibrate(PipelineConfig {
+        StylusKind::Vibration | StylusKind::Absent => config.calibrate(PipelineConfig {
             floor: config.floor.in_any_unit(),
-            health: config.health.in_any_unit(),
+            health: match kind {
+                // What is not there cannot freeze.
+                StylusKind::Absent => {
+                    HealthConfig { frozen_ms: NEVER_MS, ..HealthConfig::default() }
+                }
+                _ => config.health.in_any_unit(),
+            },
             detector: config.detector,
             observation: config.observation,
-            methods: config.methods(),
+            methods: match kind {
+                StylusKind::Absent => config.methods().without(Method::Stylus),
+                _ => config.methods(),
+            },
             travel: config.travel,
             pressure: config.pressure,
             velocity: config.velocity,
@@ -37,7 +53,8 @@ pub fn pipeline_config(
             ..PipelineConfig::observing(Signal::Vibration, rate)
         }),
     };
-    let grips = !observe && recording.channels.has(Channel::NormalForce);
+    let grips =
+        !observe && kind != StylusKind::Absent && recording.channels.has(Channel::NormalForce);
     PipelineConfig { grip: base.grip.filter(|_| grips), ..base }
 }
 

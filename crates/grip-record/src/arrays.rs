@@ -9,7 +9,7 @@ use ndarray::{Array1, Array2};
 use ndarray_npy::WriteNpzError;
 use slip_core::units::Micros;
 
-use crate::channels::{ARRIVAL, Scale};
+use crate::channels::{ARRIVAL, Scale, StylusKind};
 use crate::csv_read::CsvOptions;
 use crate::error::{CsvError, excerpt};
 use crate::npz::{Npz, create};
@@ -38,7 +38,7 @@ struct ArrayRow<'a> {
     file: &'a Path,
     header: &'a [String],
     columns: &'a [Option<Array1<f64>>],
-    stylus: usize,
+    stylus: Option<usize>,
     row: usize,
 }
 
@@ -77,7 +77,7 @@ impl Cells for ArrayRow<'_> {
             Scale::Same => self.value(column),
             Scale::MilliToUnit => self.value(column) / 1000.0,
         };
-        Ok(Some(value as f32).filter(|value| column == self.stylus || !value.is_nan()))
+        Ok(Some(value as f32).filter(|value| Some(column) == self.stylus || !value.is_nan()))
     }
 
     fn micros(&self, column: usize) -> Result<Option<Micros>, CsvError> {
@@ -109,28 +109,25 @@ impl Recording {
         self.samples.iter().map(|sample| sample.t.0 as f64 / 1e6).collect()
     }
 
-    /// Names of the columns of [`Recording::readings`]: the stylus, then the channels there are, then the taxels.
+    /// Names of the columns of [`Recording::readings`]: the stylus and the channels there are, then the taxels.
     #[must_use]
     pub fn columns(&self) -> Vec<String> {
         let channels = self.channels.optional.keys().map(|channel| channel.column().to_owned());
         let taxels = (0..self.taxel_count()).map(|taxel| format!("{PREFIX}{taxel}"));
-        core::iter::once(self.channels.stylus.column().to_owned())
-            .chain(channels)
-            .chain(taxels)
-            .collect()
+        let stylus = self.channels.stylus.column().map(str::to_owned);
+        stylus.into_iter().chain(channels).chain(taxels).collect()
     }
 
     /// All readings in the units of a CSV recording, samples x columns; NaN where a channel says nothing.
     #[must_use]
     pub fn readings(&self) -> Array2<f32> {
-        let channels = self.channels.optional.len();
-        let mut readings =
-            Array2::from_elem((self.samples.len(), 1 + channels + self.taxel_count()), f32::NAN);
+        let mut readings = Array2::from_elem((self.samples.len(), self.columns().len()), f32::NAN);
+        let has_stylus = self.channels.stylus != StylusKind::Absent;
         for (at, (sample, mut row)) in self.samples.iter().zip(readings.rows_mut()).enumerate() {
             let values = self.channels.optional.keys().map(|channel| channel.reading(sample));
             let frame = self.taxels.as_ref().map_or(&[] as &[f32], |taxels| taxels.frame(at));
-            let values = core::iter::once(Some(sample.stylus)).chain(values);
-            let values = values.chain(frame.iter().copied().map(Some));
+            let stylus = has_stylus.then_some(Some(sample.stylus));
+            let values = stylus.into_iter().chain(values).chain(frame.iter().copied().map(Some));
             for (place, value) in row.iter_mut().zip(values) {
                 *place = value.unwrap_or(f32::NAN);
             }

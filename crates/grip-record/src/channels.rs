@@ -11,15 +11,18 @@ pub enum StylusKind {
     Displacement,
     /// Column `vibration`: an uncalibrated vibration signal in the sensor's own units (counts).
     Vibration,
+    /// No such column: taxels or a measured travel stand for themselves. Samples hold 0.
+    Absent,
 }
 
 impl StylusKind {
-    /// The column's name in a file.
+    /// The column's name in a file, where there is one.
     #[must_use]
-    pub const fn column(self) -> &'static str {
+    pub const fn column(self) -> Option<&'static str> {
         match self {
-            Self::Displacement => "stylus",
-            Self::Vibration => "vibration",
+            Self::Displacement => Some("stylus"),
+            Self::Vibration => Some("vibration"),
+            Self::Absent => None,
         }
     }
 }
@@ -108,8 +111,8 @@ impl Channel {
 pub struct ChannelSet {
     /// What the stylus column holds.
     pub stylus: StylusKind,
-    /// The file's name of the stylus column.
-    pub stylus_source: String,
+    /// The file's name of the stylus column, where there is one.
+    pub stylus_source: Option<String>,
     /// The file's name of the time column; `None` where the times come from a rate.
     pub time_source: Option<String>,
     /// The optional channels present and the file's names of their columns.
@@ -129,7 +132,7 @@ impl ChannelSet {
     pub fn new(stylus: StylusKind) -> Self {
         Self {
             stylus,
-            stylus_source: stylus.column().to_owned(),
+            stylus_source: stylus.column().map(str::to_owned),
             time_source: Some("t_s".to_owned()),
             optional: BTreeMap::new(),
             taxels: 0,

@@ -49,13 +49,14 @@ pub enum WriteError {
 
 /// Writes a recording row by row.
 ///
-/// Columns: `t_s` (six decimals), `stylus` or `vibration`, then those of the [`ChannelSet`] under the names of
+/// Columns: `t_s` (six decimals), `stylus` or `vibration` where there is one, then those of the [`ChannelSet`] under the names of
 /// [`Channel::column`], and at the end when the computer took the sample in, where the set says so (`arrived_us`, `age_us`). Readings have the fewest digits that give the same `f32` back; travel is written in
 /// metres so that no unit conversion rounds it. Of a NaN the sign survives, the payload does not.
 /// Every row is one write: give a buffered `W`.
 #[derive(Debug)]
 pub struct CsvWriter<W: Write> {
     out: W,
+    stylus: bool,
     columns: Vec<Channel>,
     taxels: usize,
     arrivals: bool,
@@ -71,9 +72,10 @@ impl<W: Write> CsvWriter<W> {
     pub fn new(mut out: W, channels: &ChannelSet) -> Result<Self, WriteError> {
         let columns: Vec<Channel> = channels.optional.keys().copied().collect();
         let mut line = Vec::new();
-        write!(line, "t_s,{}", channels.stylus.column())?;
-        for channel in &columns {
-            write!(line, ",{}", channel.column())?;
+        line.extend_from_slice(b"t_s");
+        let stylus = channels.stylus.column();
+        for column in stylus.into_iter().chain(columns.iter().map(|channel| channel.column())) {
+            write!(line, ",{column}")?;
         }
         for taxel in 0..channels.taxels {
             write!(line, ",{}{taxel}", crate::taxels::PREFIX)?;
@@ -85,7 +87,7 @@ impl<W: Write> CsvWriter<W> {
         line.push(b'\n');
         out.write_all(&line)?;
         let (taxels, arrivals) = (channels.taxels, channels.arrivals);
-        Ok(Self { out, columns, taxels, arrivals, line, last: None })
+        Ok(Self { out, stylus: stylus.is_some(), columns, taxels, arrivals, line, last: None })
     }
 
     /// Writes `sample` as one row.
@@ -109,8 +111,11 @@ impl<W: Write> CsvWriter<W> {
         }
         let micros = sample.t.0;
         self.line.clear();
-        write!(self.line, "{}.{:06},", micros / 1_000_000, micros % 1_000_000)?;
-        append_reading(&mut self.line, sample.stylus)?;
+        write!(self.line, "{}.{:06}", micros / 1_000_000, micros % 1_000_000)?;
+        if self.stylus {
+            self.line.push(b',');
+            append_reading(&mut self.line, sample.stylus)?;
+        }
         for channel in &self.columns {
             self.line.push(b',');
             if let Some(value) = channel.reading(sample) {

@@ -52,9 +52,9 @@ pub enum CsvError {
         /// Number of the second such column.
         second: usize,
     },
-    /// There is no stylus column.
+    /// There is no column that tells a slip.
     #[error(
-        "{}: no column stylus or vibration; name it with --map stylus=NAME or --map vibration=NAME; the \
+        "{}: no column stylus, vibration, travel_m or pressure_0; name one with --map, for example --map vibration=NAME; the \
          file has, separated by commas: {}",
         file.display(), list(found)
     )]

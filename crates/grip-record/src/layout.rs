@@ -13,7 +13,7 @@ const EITHER: [(&str, &str); 2] = [("stylus", "vibration"), ("travel_m", "travel
 /// Where the channels stand in a row, columns from 0.
 pub(crate) struct Layout {
     pub(crate) time: Option<usize>,
-    pub(crate) stylus: usize,
+    pub(crate) stylus: Option<usize>,
     pub(crate) optional: Vec<(usize, Channel, Scale)>,
     /// Columns of the taxels in their order.
     pub(crate) taxels: Vec<usize>,
@@ -37,7 +37,7 @@ impl Layout {
     #[cfg(feature = "arrays")]
     pub(crate) fn uses(&self, column: usize) -> bool {
         self.time == Some(column)
-            || self.stylus == column
+            || self.stylus == Some(column)
             || self.taxels.contains(&column)
             || self.arrival.is_some_and(|columns| columns.contains(&column))
             || self.optional.iter().any(|(used, ..)| *used == column)
@@ -52,8 +52,16 @@ impl Layout {
         for pair in EITHER {
             keep_one(file, &mut found, pair)?;
         }
-        let (stylus_kind, stylus) = stylus_of(&found)
-            .ok_or_else(|| CsvError::NoStylus { file: file.to_owned(), found: header.to_vec() })?;
+        let taxels = taxel_columns(file, header)?;
+        let stylus = stylus_of(&found);
+        let travels = found
+            .iter()
+            .any(|found| matches!(Role::of(found.name), Some(Role::Optional(Channel::Travel, _))));
+        if stylus.is_none() && taxels.is_empty() && !travels {
+            return Err(CsvError::NoStylus { file: file.to_owned(), found: header.to_vec() });
+        }
+        let (stylus_kind, stylus) =
+            stylus.map_or((StylusKind::Absent, None), |(kind, column)| (kind, Some(column)));
         let time = found
             .iter()
             .find(|found| Role::of(found.name) == Some(Role::Time))
@@ -69,13 +77,12 @@ impl Layout {
                 _ => None,
             })
             .collect();
-        let taxels = taxel_columns(file, header)?;
         let arrival = arrival_columns(header);
         let channels = ChannelSet {
             arrivals: arrival.is_some(),
             taxels: taxels.len(),
             stylus: stylus_kind,
-            stylus_source: source(stylus),
+            stylus_source: stylus.map(source),
             time_source: time.map(source),
             optional: optional
                 .iter()

@@ -130,15 +130,16 @@ fn sample_of(
     time: Micros,
     notes: &mut Notes,
 ) -> Result<Sample, CsvError> {
-    let stylus = match row.reading(layout.stylus, Scale::Same)? {
-        Some(stylus) => {
+    let stylus = match layout.stylus.map(|column| row.reading(column, Scale::Same)).transpose()? {
+        Some(Some(stylus)) => {
             notes.count_reading(stylus);
             stylus
         }
-        None => {
+        Some(None) => {
             notes.empty_stylus += 1;
             f32::NAN
         }
+        None => 0.0,
     };
     let mut sample = Sample::stylus(time, stylus);
     for &(column, channel, scale) in &layout.optional {

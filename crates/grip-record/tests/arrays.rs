@@ -201,7 +201,10 @@ mod tests {
             message(&file)
         };
         let stylus = |values: &[f64]| ("stylus", npy(&arr1(values)));
-        assert!(of(&[time()]).starts_with("rec.npz: no column stylus or vibration"));
+        assert!(
+            of(&[time()])
+                .starts_with("rec.npz: no column stylus, vibration, travel_m or pressure_0")
+        );
         assert!(of(&[stylus(&[1.0])]).starts_with("rec.npz: no column t_s and no rate"));
         assert_eq!(
             of(&[time(), stylus(&[1.0])]),

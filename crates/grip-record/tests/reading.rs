@@ -107,7 +107,7 @@ fn renamed_columns_win_over_their_own_names() {
     };
     let (value, recording) = read(&[("stylus", "acc"), ("t_s", "time")]).unwrap();
     assert_eq!((value, recording.channels.stylus), (1.0, StylusKind::Displacement));
-    assert_eq!(recording.channels.stylus_source, "acc");
+    assert_eq!(recording.channels.stylus_source.as_deref(), Some("acc"));
     assert_eq!(recording.channels.time_source.as_deref(), Some("time"));
     assert_eq!(recording.notes.ignored_columns, ["stylus", "vibration"]);
     let (value, recording) = read(&[("vibration", "vibration")]).unwrap();
@@ -155,7 +155,7 @@ fn messages_name_line_column_text_and_remedy() {
         ("t_s,stylus\n", "dir/rec.csv: has a header but no rows; record at least one row"),
         (
             "t_s,acc\n0,1\n",
-            "dir/rec.csv: no column stylus or vibration; name it with --map stylus=NAME or --map vibration=NAME; \
+            "dir/rec.csv: no column stylus, vibration, travel_m or pressure_0; name one with --map, for example --map vibration=NAME; \
              the file has, separated by commas: t_s, acc",
         ),
         (

@@ -72,8 +72,13 @@ fn written(channels: &ChannelSet, samples: &[Sample]) -> Vec<u8> {
 
 proptest! {
     #[test]
-    fn every_bit_survives(samples in samples(), vibration: bool) {
-        let kind = if vibration { StylusKind::Vibration } else { StylusKind::Displacement };
+    fn every_bit_survives(
+        samples in samples(),
+        kind in prop::sample::select(vec![StylusKind::Displacement, StylusKind::Vibration, StylusKind::Absent]),
+    ) {
+        let absent = kind == StylusKind::Absent;
+        let samples: Vec<_> =
+            samples.into_iter().map(|s| if absent { Sample { stylus: 0.0, ..s } } else { s }).collect();
         let channels = ChannelSet::all(kind);
         let bytes = written(&channels, &samples);
         let options = CsvOptions { rate_hz: Some(1000.0), ..CsvOptions::default() };

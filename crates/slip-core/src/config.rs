@@ -50,7 +50,7 @@ pub enum Signal {
     serde(deny_unknown_fields)
 )]
 pub struct PipelineConfig {
-    /// Samples per second, 50 to 50,000.
+    /// Samples per second, 20 to 50,000.
     pub sample_rate: Hertz,
     /// What the stylus channel holds.
     pub signal: Signal,
@@ -79,6 +79,9 @@ pub struct PipelineConfig {
     /// Runs every stage in every scene. The steps are the same, only slower.
     pub no_skip: bool,
 }
+
+/// Sample rates below this carry shear and vibration where they can, and not where the configuration has them (Hz).
+const LOWERED_BELOW_HZ: f32 = 500.0;
 
 impl PipelineConfig {
     /// The defaults for a stylus that measures `signal` at `sample_rate`, observing only.
@@ -120,7 +123,7 @@ impl PipelineConfig {
     /// # Errors
     /// The first value outside its range.
     pub fn check(&self) -> Result<(), ConfigError> {
-        ConfigError::within("sample_rate_hz", self.sample_rate.0, 50.0, 50_000.0)?;
+        ConfigError::within("sample_rate_hz", self.sample_rate.0, 20.0, 50_000.0)?;
         ConfigError::within("floor.learn_ms", self.floor.learn_ms, 10.0, 10_000.0)?;
         ConfigError::within("floor.min_rms", self.floor.min_rms, 0.0, 1e12)?;
         self.check_detector()?;
@@ -140,8 +143,9 @@ impl PipelineConfig {
             let [low, high, threshold] = BAND_NAMES[i.min(2)];
             ConfigError::within(threshold, band.threshold, 1.5, 1e9)?;
             ConfigError::within(high, band.high_hz, 0.01, 1e6)?;
-            // A band of the four that the sample rate cannot carry is left out.
-            let top = if i < 2 { band.high_hz.min(limit_hz) } else { band.high_hz };
+            // At the rates of taxels and IMUs the detector lowers the first two; above, a band that does not fit is a mistake.
+            let lowered = i >= 2 || self.sample_rate.0 < LOWERED_BELOW_HZ;
+            let top = if lowered { band.high_hz } else { band.high_hz.min(limit_hz) };
             ConfigError::within(low, band.low_hz, 1e-3, top)?;
         }
         ConfigError::within("detector.gross", d.gross, 1.5, 1e9)?;
@@ -165,7 +169,7 @@ impl PipelineConfig {
     fn check_health(&self) -> Result<(), ConfigError> {
         ConfigError::within("health.range", self.health.range, 1e-12, ANY)?;
         ConfigError::within("health.max_step", self.health.max_step, 1e-12, ANY)?;
-        ConfigError::within("health.frozen_ms", self.health.frozen_ms, 1.0, 1e6)?;
+        ConfigError::within("health.frozen_ms", self.health.frozen_ms, 1.0, 1e12)?;
         let drift = self.health.drift;
         ConfigError::within("health.drift.limit", drift.limit, 1e-12, ANY)?;
         ConfigError::within("health.drift.per_newton", drift.per_newton, 0.0, 1e12)?;
@@ -237,7 +241,7 @@ mod tests {
 
     #[test]
     fn defaults_fit_every_rate_of_the_contract() {
-        for rate in [1000.0, 2200.0, 10_000.0, 20_000.0] {
+        for rate in [20.0, 40.0, 100.0, 333.0, 1000.0, 2200.0, 10_000.0, 20_000.0] {
             assert_eq!(PipelineConfig::gripping(Hertz(rate)).check(), Ok(()));
             assert_eq!(PipelineConfig::observing(Signal::Vibration, Hertz(rate)).check(), Ok(()));
         }

@@ -37,6 +37,8 @@ pub struct Channels<'a> {
     pub taxels: &'a [f32],
     /// What the fingers do.
     pub fingers: Fingers,
+    /// Whether the grip force stands, so that a change of the pattern is a slip.
+    pub force_stands: bool,
     /// Statistic and state of the stylus, where it is heard.
     pub stylus: Option<(f32, SlipState)>,
 }
@@ -249,7 +251,12 @@ impl Fusion {
             });
         }
         if !seen.taxels.is_empty() {
-            self.pressure.step(seen.t, seen.taxels, decides);
+            if !seen.force_stands {
+                self.pressure.wait();
+            }
+            if seen.force_stands || self.pressure.state() != SlipState::Quiet {
+                self.pressure.step(seen.t, seen.taxels, decides);
+            }
         }
     }
 
@@ -321,6 +328,7 @@ mod tests {
             travel_m: Some(moved),
             taxels: &[],
             fingers: Fingers::Still,
+            force_stands: true,
             stylus: Some(stylus),
         };
         fusion.watch(&seen, true);
@@ -362,6 +370,7 @@ mod tests {
                 travel_m: Some(1e-5 * f32::from(i)),
                 taxels: &[],
                 fingers: Fingers::Moving,
+                force_stands: true,
                 stylus: None,
             };
             fusion.watch(&seen, false);

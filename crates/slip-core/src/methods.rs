@@ -65,6 +65,12 @@ impl Methods {
         Self(self.0 | method.bit())
     }
 
+    /// The same set without `method`.
+    #[must_use]
+    pub const fn without(self, method: Method) -> Self {
+        Self(self.0 & !method.bit())
+    }
+
     /// Whether `method` may speak.
     #[must_use]
     #[inline]
@@ -89,6 +95,7 @@ mod tests {
             let one = Methods::only(method);
             assert_eq!(Method::ALL.map(|other| one.has(other)), Method::ALL.map(|o| o == method));
             assert!(Methods::ALL.has(method) && !Methods::NONE.has(method));
+            assert_eq!(one.without(method), Methods::NONE);
         }
         assert_eq!((Methods::ALL.count(), Methods::NONE.count()), (3, 0));
     }

@@ -26,6 +26,7 @@ use crate::{
     methods::Method,
     need::Need,
     observation::SlipObservation,
+    pressure::Standing,
     sample::Sample,
     scene::{Contact, Scene},
     stages::StageCounters,
@@ -50,6 +51,7 @@ pub struct Pipeline<W> {
     contact: Contact,
     detector: SlipDetector,
     fusion: Fusion,
+    standing: Standing,
     observation: SlipObservation,
     course: Course,
     velocity: VelocityMeter,
@@ -124,6 +126,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             )?
             .with_no_skip(config.no_skip),
             fusion: Fusion::new(config.methods, config.travel, config.pressure)?,
+            standing: Standing::default(),
             observation: SlipObservation::new(config.observation, rate_hz)
                 .with_travel_sigma(config.velocity.travel_sigma_m(config.travel.resolution_m)),
             course: Course::default(),
@@ -284,6 +287,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         if wakes {
             self.friction.prime();
             self.fusion.prime();
+            self.standing.prime();
         }
         self.decides = decides;
         self.scene = match decides {
@@ -361,8 +365,12 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             u64::from(sample.travel_m.is_some()) + u64::from(!taxels.is_empty());
         // An arm that moves carries fingers and object alike.
         let fingers = if self.decides { Fingers::Still } else { Fingers::Moving };
-        let seen =
-            Channels { t: sample.t, travel_m: sample.travel_m, taxels, fingers, stylus: felt };
+        // A controller knows when it closes, and what it does to the force in a slip is no reason to wait.
+        let force_stands = self.grip.is_some()
+            || taxels.is_empty()
+            || self.standing.step(sample.t, sample.normal_force_n);
+        let (t, travel_m) = (sample.t, sample.travel_m);
+        let seen = Channels { t, travel_m, taxels, fingers, force_stands, stylus: felt };
         self.fusion.watch(&seen, self.decides);
         if !self.decides {
             return None;

@@ -57,11 +57,17 @@ fn table(args: &ReplayArgs, file: &Path) -> anyhow::Result<Exit> {
     if !notes.is_empty() {
         eprintln!("{}: {notes}", file.display());
     }
-    if recording.channels.stylus == StylusKind::Vibration {
-        eprintln!(
-            "{}: a vibration signal (signed or rectified): slips are found, heights and E_sc are not known",
-            file.display()
-        );
+    let limits = match recording.channels.stylus {
+        StylusKind::Displacement => None,
+        StylusKind::Vibration => Some(
+            "a vibration signal (signed or rectified): slips are found, heights and E_sc are not known",
+        ),
+        StylusKind::Absent => {
+            Some("no stylus: slips are found by taxels and travel, heights and E_sc are not known")
+        }
+    };
+    if let Some(limits) = limits {
+        eprintln!("{}: {limits}", file.display());
     }
     let pipeline = replay::pipeline_config(&recording, &config, args.observe);
     let vibration = recording.channels.stylus == StylusKind::Vibration;

@@ -28,7 +28,10 @@ pub(crate) fn run(args: &ScoreArgs) -> anyhow::Result<Exit> {
         tell_floor(score, args);
     }
     if let Some(rms) = scores.iter().find_map(|score| score.taxel_rms) {
-        eprintln!("taxel noise measured on the same rest: {} (rms)", any_unit(rms));
+        eprintln!(
+            "taxel noise of the labelled rest, for each material of the others': {} over all (rms)",
+            any_unit(rms)
+        );
     }
     for score in &scores {
         show(score, args)?;
@@ -50,15 +53,18 @@ fn detectors(names: &[String]) -> anyhow::Result<Vec<Detector>> {
 }
 
 fn tell_floor(score: &Score, args: &ScoreArgs) {
+    let Some([shear, vibration, ..]) = score.floor else { return };
     let (origin, pooled) = match &args.calibration {
         Some(file) => (format!("taken from {}, measured on", file.display()), "rest"),
-        None => ("measured on".to_owned(), "labelled rest, pooled over the folder"),
+        None => {
+            ("measured on".to_owned(), "labelled rest, for each material on that of the others")
+        }
     };
     eprintln!(
         "noise floor {origin} {:.3} s of {pooled}: shear {}, vibration {} (rms)",
         score.floor_s,
-        any_unit(score.floor[0].sqrt()),
-        any_unit(score.floor[1].sqrt())
+        any_unit(shear.sqrt()),
+        any_unit(vibration.sqrt())
     );
     if score.floor_s < SHORT_REST_S {
         eprintln!(

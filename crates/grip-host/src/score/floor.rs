@@ -1,37 +1,61 @@
-//! The labelled rest of all recordings in, the noise floor of the bands and of the taxels out.
+//! Labelled rest in, what a detector may know of it before it is scored out.
+//!
+//! A recording is scored with what the rest of *other* materials tells; what a calibration or the configuration says goes before that. Where
+//! there is no such rest the pipeline learns its floors as it does live, from the earlier samples of the same recording.
 
 use super::{
     Detector, ScoreError,
     labelled::{Labelled, rest_until},
 };
-use crate::config::HostConfig;
 use slip_core::{
     PipelineConfig,
     detector::{BANDS, RestMeter},
-    pressure::{MAX_TAXELS, PatternRest},
+    methods::Method,
+    pressure::{MAX_TAXELS, PatternRest, Standing},
 };
 
-/// The calibrated floor with the rest it was measured on (s), or that of the labelled rest.
-pub(super) fn floor(
-    all: &[Labelled],
-    config: &HostConfig,
-    pipeline: &PipelineConfig,
-    guard_ms: f64,
-) -> Result<Option<([f32; BANDS], f64)>, ScoreError> {
-    if let Some(floor) = pipeline.known_floor {
-        return Ok(Some((floor, config.calibrated.map_or(0.0, |made| made.evidence.rest_s))));
-    }
-    let pooled = pooled_floor(all, pipeline, guard_ms)?;
-    #[expect(clippy::cast_precision_loss, reason = "a count of samples")]
-    let seconds = |samples: u64| samples as f64 / f64::from(pipeline.sample_rate.0);
-    Ok(pooled.map(|(floor, samples)| (floor, seconds(samples))))
+/// Noise at rest.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct AtRest {
+    /// Energy of each band (signal unit squared), and the rest it was measured on (s).
+    pub(super) floor: Option<[f32; BANDS]>,
+    pub(super) floor_s: f64,
+    /// Noise of the taxels (rms).
+    pub(super) taxel_rms: Option<f32>,
 }
 
-fn pooled_floor(
-    all: &[Labelled],
+impl AtRest {
+    /// Pooled over the labelled rest of `all`.
+    pub(super) fn of<'a>(
+        all: impl Iterator<Item = &'a Labelled> + Clone,
+        detector: Detector,
+        config: &PipelineConfig,
+        guard_ms: f64,
+    ) -> Result<Self, ScoreError> {
+        let (floor, floor_s) = pooled_floor(all.clone(), config, guard_ms)?.unzip();
+        let taxel_rms = pooled_taxels(all, detector, config, guard_ms);
+        Ok(Self { floor, floor_s: floor_s.unwrap_or(0.0), taxel_rms })
+    }
+
+    /// `config` with this where it knows nothing yet.
+    pub(super) fn known_to(&self, config: PipelineConfig) -> PipelineConfig {
+        let mut config = config;
+        config.known_floor = config.known_floor.or(self.floor);
+        let least = config.pressure.min_rms;
+        let known_rms = self.taxel_rms.map(|rms| rms.max(least)).filter(|rms| *rms > 0.0);
+        config.pressure.known_rms = config.pressure.known_rms.or(known_rms);
+        config
+    }
+}
+
+fn pooled_floor<'a>(
+    all: impl Iterator<Item = &'a Labelled>,
     config: &PipelineConfig,
     guard_ms: f64,
-) -> Result<Option<([f32; BANDS], u64)>, ScoreError> {
+) -> Result<Option<([f32; BANDS], f64)>, ScoreError> {
+    if !config.methods.has(Method::Stylus) {
+        return Ok(None);
+    }
     let mut meter = RestMeter::new(&config.detector, config.sample_rate.0)
         .map_err(|source| ScoreError::Config { recording: "all recordings".to_owned(), source })?;
     for Labelled { label, recording, .. } in all {
@@ -41,13 +65,14 @@ fn pooled_floor(
             meter.push(sample.stylus);
         }
     }
-    Ok(meter.floor(config.floor).map(|energy| (energy, meter.samples())))
+    #[expect(clippy::cast_precision_loss, reason = "a count of samples")]
+    let seconds = meter.samples() as f64 / f64::from(config.sample_rate.0);
+    Ok(meter.floor(config.floor).map(|energy| (energy, seconds)))
 }
 
-/// Noise of the taxels on the labelled rest of all recordings.
-pub(super) fn pooled_taxels(
+fn pooled_taxels<'a>(
+    all: impl Iterator<Item = &'a Labelled>,
     detector: Detector,
-    all: &[Labelled],
     config: &PipelineConfig,
     guard_ms: f64,
 ) -> Option<f32> {
@@ -58,9 +83,14 @@ pub(super) fn pooled_taxels(
         let until = rest_until(&one.label, guard_ms);
         meter.start();
         let rest = recording.samples.iter().take_while(|s| s.t.as_seconds() < until);
+        let mut standing = Standing::default();
         for (index, sample) in rest.enumerate() {
-            meter.push(sample.t, taxels.frame(index));
+            if standing.step(sample.t, sample.normal_force_n) {
+                meter.push(sample.t, taxels.frame(index));
+            } else {
+                meter.start();
+            }
         }
     }
-    meter.rms()
+    meter.rms(config.pressure.threshold)
 }

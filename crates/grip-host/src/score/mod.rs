@@ -31,19 +31,22 @@ pub use quantiles::Quantiles;
 pub use totals::{RecordingScore, Score, Total};
 
 use crate::{config::HostConfig, replay};
-use floor::{floor, pooled_taxels};
+use floor::AtRest;
 use grip_record::{CsvOptions, StylusKind};
 use judge::judge;
 use labelled::{Labelled, load};
-use std::path::Path;
+use std::{
+    collections::{BTreeMap, btree_map::Entry},
+    path::Path,
+};
 
 /// An alarm later than this after the onset does not count as found (s).
 pub const LATE_S: f64 = 0.5;
 
 /// Scores every labelled recording of `directory` with the settings of `config`.
 ///
-/// The floor is measured on the labelled rest of all recordings: the `rest` recordings and what lies
-/// before onset - guard.
+/// The floors of a recording are measured on the labelled rest of the other materials: their `rest` recordings and what lies
+/// before onset - guard. Where there is none, they are learned from its own first samples, as live.
 ///
 /// # Errors
 /// The first thing that keeps a recording from being used.
@@ -77,7 +80,7 @@ pub fn compare(
     scored.collect()
 }
 
-/// `None` where there is no rest to measure the floor on.
+/// `None` where there is no rest at all to measure the noise on.
 fn score_with(
     detector: Detector,
     all: &[Labelled],
@@ -88,18 +91,31 @@ fn score_with(
     let configured = replay::pipeline_config(&first.recording, config, true);
     let vibration = first.recording.channels.stylus == StylusKind::Vibration;
     config.check_signal(configured.sample_rate, vibration)?;
-    let mut pipeline = (detector.change)(configured);
-    let Some((floor, floor_s)) = floor(all, config, &pipeline, guard_ms)? else { return Ok(None) };
-    pipeline.known_floor = Some(floor);
-    let taxel_rms = pooled_taxels(detector, all, &pipeline, guard_ms);
-    let known_rms =
-        taxel_rms.map(|rms| rms.max(pipeline.pressure.min_rms)).filter(|rms| *rms > 0.0);
-    pipeline.pressure.known_rms = pipeline.pressure.known_rms.or(known_rms);
+    let pipeline = (detector.change)(configured);
+    let pooled = match (pipeline.known_floor, config.calibrated) {
+        (Some(floor), Some(made)) => {
+            AtRest { floor: Some(floor), floor_s: made.evidence.rest_s, ..AtRest::default() }
+        }
+        _ => AtRest::of(all.iter(), detector, &pipeline, guard_ms)?,
+    };
+    if pooled.floor.is_none() && pooled.taxel_rms.is_none() {
+        return Ok(None);
+    }
+    let mut others: BTreeMap<&str, AtRest> = BTreeMap::new();
     let (mut recordings, mut traces) = (Vec::new(), Vec::new());
     for one in all {
-        let (score, trace) = judge(one, detector, pipeline, guard_ms)?;
+        let material = one.label.material.as_str();
+        let known = match others.entry(material) {
+            Entry::Occupied(known) => *known.get(),
+            Entry::Vacant(place) => {
+                let others = all.iter().filter(|other| other.label.material != material);
+                *place.insert(AtRest::of(others, detector, &pipeline, guard_ms)?)
+            }
+        };
+        let (score, trace) = judge(one, detector, known.known_to(pipeline), guard_ms)?;
         recordings.push(score);
         traces.push(trace);
     }
+    let AtRest { floor, floor_s, taxel_rms } = pooled;
     Ok(Some(Score { detector, recordings, floor, floor_s, taxel_rms, traces }))
 }

@@ -52,6 +52,21 @@ fn finds_what_is_labelled_and_counts_what_is_not() {
 }
 
 #[test]
+fn what_is_scored_tells_nothing_of_its_own_rest() {
+    let dir = folder("recording,kind,material,onset_s\na,onset,x,0.3\nr,rest,y,\n");
+    let rest_alarms = || run(dir.path()).unwrap().total(60.0).rest_alarms;
+    assert_eq!(rest_alarms(), 0);
+    // Ten times as loud as the rest of the other material, from beginning to end.
+    let quiet = recording(1000, 0.0, 4);
+    let louder = quiet.lines().map(|line| match line.split_once(',') {
+        Some((t, x)) if x != "vibration" => format!("{t},{}0\n", x.trim_start_matches("-0")),
+        _ => format!("{line}\n"),
+    });
+    fs::write(dir.path().join("r.csv"), louder.collect::<String>()).unwrap();
+    assert!(rest_alarms() > 0, "its own floor would have hidden it");
+}
+
+#[test]
 fn a_quiet_recording_with_an_onset_is_missed() {
     let dir = folder("recording,kind,material,onset_s\nr,onset,x,0.3\n");
     let result = run(dir.path()).unwrap();

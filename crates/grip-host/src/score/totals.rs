@@ -44,11 +44,12 @@ pub struct Score {
     pub detector: Detector,
     /// One per recording, in the order of the labels.
     pub recordings: Vec<RecordingScore>,
-    /// The floor that was used: energy of each band (signal unit squared).
-    pub floor: [f32; BANDS],
+    /// The calibrated floor, or that of the labelled rest of all materials: energy of each band (signal unit squared). Each recording was
+    /// scored with that of the *other* materials.
+    pub floor: Option<[f32; BANDS]>,
     /// Rest it was measured on (s).
     pub floor_s: f64,
-    /// Noise of the taxels that was used (rms), where there is an array.
+    /// The same for the noise of the taxels (rms), where there is an array.
     pub taxel_rms: Option<f32>,
     pub(super) traces: Vec<Trace>,
 }

@@ -2,15 +2,62 @@
 
 use grip_host::{
     config::HostConfig,
+    replay::{self, Replay},
     score::{Detector, Score, compare},
 };
-use grip_record::CsvOptions;
+use grip_record::{CsvOptions, parse_csv};
 use slip_core::{
+    SlipEvent, Step,
     detector::SlipState,
+    health::Health,
     pressure::{MAX_TAXELS, PressureConfig, PressurePattern},
     units::Micros,
 };
-use std::path::{Path, PathBuf};
+use std::{
+    fmt::Write as _,
+    path::{Path, PathBuf},
+};
+
+/// Frames of 24 taxels at 100 Hz under fingers that close within 0.3 s, whose pattern shifts from `slip_s` on.
+fn array_alone(slip_s: f64) -> String {
+    let mut state = 7_u32;
+    let mut noise = || {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        f64::from(state >> 8) / f64::from(1 << 24) - 0.5
+    };
+    let mut text = String::from("t_s,force_n");
+    (0..24).for_each(|k| write!(text, ",pressure_{k}").unwrap());
+    for i in 0..300 {
+        let t = 0.01 * f64::from(i);
+        let grip = (t / 0.3).min(1.0);
+        let shift = 0.05 * (t - slip_s).max(0.0);
+        write!(text, "\n{t:.2},{:.3}", 5.0 * grip).unwrap();
+        for k in 0..24 {
+            // The contact moves to its place while the fingers close.
+            let at = f64::from(k) - 12.0 - 3.0 * (1.0 - grip) - 40.0 * shift;
+            let value = 3000.0 + 500.0 * grip * (-at * at / 30.0).exp() + 2.0 * noise();
+            write!(text, ",{value:.1}").unwrap();
+        }
+    }
+    text
+}
+
+#[test]
+fn an_array_without_a_stylus_tells_slips_and_not_the_closing_of_the_fingers() {
+    let slips = |slip_s: f64| -> Vec<f64> {
+        let text = array_alone(slip_s);
+        let recording =
+            parse_csv(Path::new("x.csv"), text.as_bytes(), &CsvOptions::default()).unwrap();
+        let config = replay::pipeline_config(&recording, &HostConfig::default(), false);
+        let steps: Vec<_> = Replay::new(&recording, config, None).unwrap().collect();
+        assert!(steps.iter().all(|step| step.health == Health::Good && step.command.is_none()));
+        let first = |step: &&Step| matches!(step.event, Some(SlipEvent::Slip { first: true, .. }));
+        steps.iter().filter(first).map(|step| step.t.as_seconds()).collect()
+    };
+    assert!(slips(10.0).is_empty());
+    let found = slips(1.5);
+    assert!(matches!(found[..], [at] if (1.5..1.7).contains(&at)), "{found:?}");
+}
 
 /// A folder of real recordings.
 fn real_data(name: &str) -> PathBuf {
@@ -90,6 +137,20 @@ fn vibrations_and_electrodes_in_any_unit_give_the_same_alarms() {
             assert!(got.0 == wanted.0 && apart_s.abs() < 1e-3, "{unit}: {got:?} {wanted:?}");
         }
     }
+}
+
+/// Arrays without a stylus at the rate of their own, each judged with the rest of other objects.
+#[test]
+#[ignore = "needs the recordings (CONTRIBUTING.md, Data)"]
+fn arrays_alone_tell_slips_and_neither_touches_nor_closing_fingers() {
+    let total = |folder| scores(&real_data(folder), &["default"])[0].total(60.0);
+    let touches = total("taxels_dos");
+    println!("{touches:?}");
+    assert!(touches.steady >= 150 && touches.rest_s > 60.0, "{touches:?}");
+    assert!(100 * touches.steady_missed <= 15 * touches.steady, "{touches:?}");
+    assert!(touches.rest_alarms <= 1, "{touches:?}");
+    let grasps = total("papillarray");
+    assert!(grasps.rest_s > 60.0 && grasps.rest_alarms == 0, "{grasps:?}");
 }
 
 /// Time (s), taxels.

@@ -55,7 +55,8 @@ pub enum TestKind {
 pub struct DetectorConfig {
     /// Which test decides.
     pub test: TestKind,
-    /// The band of elastic shear and first movement.
+    /// The band of elastic shear and first movement. At sample rates below 500 Hz this one and the next are moved to the two highest
+    /// octaves that the rate can carry, where they lie above.
     pub shear: BandThreshold,
     /// The band of the texture.
     pub vibration: BandThreshold,

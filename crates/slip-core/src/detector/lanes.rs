@@ -17,10 +17,13 @@ pub(super) const LANES: usize =
 /// Length of a block (s): the tests decide this often, at low sample rates with every sample.
 const BLOCK_S: f32 = 5e-4;
 
+/// Lower corner of a shear or vibration band that had to be lowered, over the highest corner that the sample rate can carry.
+const LOWERED: f32 = 0.25;
+
 /// What all parts of the detector have to know of the bands.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Lanes {
-    /// Corners; a band that does not exist at this rate has those of the shear band and no part in any decision.
+    /// Corners. An octave that the rate cannot carry has no part in any decision; the shear and the vibration band are lowered.
     pub(super) corners: [Band; BANDS],
     /// Thresholds of the energy; infinite where the band does not exist.
     pub(super) thresholds: [f32; BANDS],
@@ -34,29 +37,33 @@ pub(super) struct Lanes {
 
 impl Lanes {
     /// # Errors
-    /// Where the shear or vibration band does not fit the sample rate.
+    /// Where a corner is no frequency; [`PipelineConfig::check`](crate::PipelineConfig::check) refuses more.
     pub(super) fn new(config: &DetectorConfig, rate_hz: f32) -> Result<Self, ConfigError> {
         let limit_hz = MAX_CORNER * rate_hz;
         let bands = config.bands();
         // A sliver of a band below the limit would tell nothing.
-        let exists =
-            |b: usize, band: &BandThreshold| b < FIRST_OCTAVE || band.low_hz < 0.8 * limit_hz;
+        let fits = |band: &BandThreshold| band.low_hz < 0.8 * limit_hz;
         let block_len = (samples(1e3 * BLOCK_S * 0.999, rate_hz) as usize).min(MOST);
         #[expect(clippy::cast_precision_loss, reason = "at most 25 samples")]
         let block_s = block_len as f32 / rate_hz;
         let mut lanes = Self {
-            corners: [Band { low_hz: bands[0].low_hz, high_hz: bands[0].high_hz }; BANDS],
+            corners: [Band { low_hz: LOWERED * limit_hz, high_hz: limit_hz }; BANDS],
             thresholds: [f32::INFINITY; BANDS],
             block_len,
             block_s,
             readings: [0.0; BANDS],
         };
         for (b, band) in bands.iter().enumerate() {
-            if exists(b, band) {
-                lanes.corners[b] = Band { low_hz: band.low_hz, high_hz: band.high_hz };
-                lanes.thresholds[b] = band.threshold;
-                lanes.readings[b] = 2.0 * (band.high_hz.min(limit_hz) - band.low_hz) * block_s;
-            }
+            let corners = if fits(band) {
+                Band { low_hz: band.low_hz, high_hz: band.high_hz }
+            } else if b < FIRST_OCTAVE {
+                Band { low_hz: LOWERED * limit_hz, high_hz: limit_hz }
+            } else {
+                continue;
+            };
+            lanes.corners[b] = corners;
+            lanes.thresholds[b] = band.threshold;
+            lanes.readings[b] = 2.0 * (corners.high_hz.min(limit_hz) - corners.low_hz) * block_s;
         }
         Self::bank(&lanes, rate_hz)?;
         Ok(lanes)

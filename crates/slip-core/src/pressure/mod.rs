@@ -17,8 +17,10 @@
 
 mod rest;
 mod shape;
+mod standing;
 
 pub use rest::PatternRest;
+pub use standing::Standing;
 
 use crate::{
     config::ConfigError, detector::SlipState, health::ANY, resolution::Resolution, units::Micros,
@@ -174,6 +176,13 @@ impl<const N: usize> PressurePattern<N> {
         self.failed = false;
         if self.rms.is_none() {
             self.spread = Spread::default();
+        }
+    }
+
+    /// The grip force changes, so that the pattern tells nothing: where no slip goes on, it starts afresh when the force stands.
+    pub fn wait(&mut self) {
+        if self.state == SlipState::Quiet {
+            self.prime();
         }
     }
 

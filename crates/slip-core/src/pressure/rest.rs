@@ -12,6 +12,8 @@ pub struct PatternRest<const N: usize> {
     shape: Shape<N>,
     last_t: Option<Micros>,
     sum: f64,
+    /// Largest mean square of the residuals over all taxels.
+    largest: f32,
     frames: u64,
 }
 
@@ -19,7 +21,7 @@ impl<const N: usize> PatternRest<N> {
     /// A meter for a method that follows creep with `follow_ms`.
     #[must_use]
     pub fn new(follow_ms: f32) -> Self {
-        Self { follow_ms, shape: Shape::new(), last_t: None, sum: 0.0, frames: 0 }
+        Self { follow_ms, shape: Shape::new(), last_t: None, sum: 0.0, largest: 0.0, frames: 0 }
     }
 
     /// Begins another stretch of rest.
@@ -43,6 +45,7 @@ impl<const N: usize> PatternRest<N> {
         let seen = self.shape.step(&values, frame.len().min(N), dt_ms / self.follow_ms);
         if let Some(departure) = seen {
             self.sum += f64::from(departure.mean_square);
+            self.largest = self.largest.max(departure.over_all);
             self.frames += 1;
         }
     }
@@ -53,14 +56,16 @@ impl<const N: usize> PatternRest<N> {
         self.frames
     }
 
-    /// Noise of a taxel (rms); `None` before the second frame.
+    /// Noise of a taxel (rms) with which nothing of that rest is a slip at `threshold`: a hand that creeps shows more than noise.
+    /// `None` before the second frame.
     #[must_use]
     #[expect(
         clippy::cast_precision_loss,
         clippy::cast_possible_truncation,
         reason = "a mean in f32"
     )]
-    pub fn rms(&self) -> Option<f32> {
-        (self.frames > 0).then(|| libm::sqrt(self.sum / self.frames as f64) as f32)
+    pub fn rms(&self, threshold: f32) -> Option<f32> {
+        let variance = (self.sum / self.frames as f64) as f32;
+        (self.frames > 0).then(|| libm::sqrtf(variance.max(self.largest / threshold)))
     }
 }

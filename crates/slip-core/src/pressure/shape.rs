@@ -16,8 +16,9 @@ pub(super) struct Shape<const N: usize> {
 /// What a frame showed beside the shape.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Departure {
-    /// Mean square of the residual (unit of the taxels squared).
+    /// Mean square of the residual (unit of the taxels squared): over the taxels that are free, and over all of them.
     pub(super) mean_square: f32,
+    pub(super) over_all: f32,
 }
 
 impl<const N: usize> Shape<N> {
@@ -46,8 +47,9 @@ impl<const N: usize> Shape<N> {
         }
         self.uu = self.u.iter().map(|u| u * u).sum();
         let free = count(n) - 2.0;
-        before.map(|r| Departure {
-            mean_square: r.iter().map(|r| r * r).sum::<f32>() / free.max(1.0),
+        before.map(|r| {
+            let squares: f32 = r.iter().map(|r| r * r).sum();
+            Departure { mean_square: squares / free.max(1.0), over_all: squares / count(n) }
         })
     }
 

@@ -104,7 +104,7 @@ fn sentence(error: &CsvError) -> String {
             format!("{}: is no table: its first line is no text", file.display())
         }
         CsvError::NoStylus { file, found } => format!(
-            "{}: no column stylus or vibration; rename one in the header (`gripctl replay --map stylus=NAME` does without); the file has: {}",
+            "{}: no column stylus, vibration, travel_m or pressure_0; rename one in the header (`gripctl replay --map stylus=NAME` does without); the file has: {}",
             file.display(),
             found.join(", ")
         ),
