@@ -47,6 +47,19 @@ pub(super) fn is_mcap(file: &Path) -> bool {
     file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("mcap"))
 }
 
+/// What a recording of such signals cannot tell.
+const fn limits_of(stylus: StylusKind) -> Option<&'static str> {
+    match stylus {
+        StylusKind::Displacement => None,
+        StylusKind::Vibration => Some(
+            "a vibration signal (signed or rectified): slips are found, heights and E_sc are not known",
+        ),
+        StylusKind::Absent => {
+            Some("no stylus: slips are found by taxels and travel, heights and E_sc are not known")
+        }
+    }
+}
+
 /// A CSV or `.npz` recording.
 fn table(args: &ReplayArgs, file: &Path) -> anyhow::Result<Exit> {
     let mut config = calibrated_config(args.config.as_deref(), args.calibration.as_deref())?;
@@ -57,16 +70,7 @@ fn table(args: &ReplayArgs, file: &Path) -> anyhow::Result<Exit> {
     if !notes.is_empty() {
         eprintln!("{}: {notes}", file.display());
     }
-    let limits = match recording.channels.stylus {
-        StylusKind::Displacement => None,
-        StylusKind::Vibration => Some(
-            "a vibration signal (signed or rectified): slips are found, heights and E_sc are not known",
-        ),
-        StylusKind::Absent => {
-            Some("no stylus: slips are found by taxels and travel, heights and E_sc are not known")
-        }
-    };
-    if let Some(limits) = limits {
+    if let Some(limits) = limits_of(recording.channels.stylus) {
         eprintln!("{}: {limits}", file.display());
     }
     let pipeline = replay::pipeline_config(&recording, &config, args.observe);
