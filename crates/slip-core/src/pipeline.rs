@@ -132,7 +132,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             course: Course::default(),
             velocity: VelocityMeter::new(config.velocity, rate_hz)?,
             friction: FrictionMeter::new(rate_hz),
-            grip_force: GripForce::default(),
+            grip_force: GripForce::new(rate_hz),
             host_time: HostTime::new(config.sample_rate),
             whiteness: Whiteness::default(),
             turns: Turns::default(),
@@ -210,6 +210,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         self.fusion.catch_up();
         self.enter_scene(sample, dt);
         self.health.watch_drift(sample, self.hand());
+        self.compare_force(sample);
         if ailed && self.health.health() == Health::Good {
             // A sensor may come back with another zero, which is no slip.
             self.detector.prime();
@@ -286,6 +287,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         }
         if wakes {
             self.friction.prime();
+            self.grip_force.prime();
             self.fusion.prime();
             self.standing.prime();
         }
@@ -410,7 +412,8 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
                 self.turns = Turns::default();
                 self.velocity.begin();
                 self.friction.begin();
-                self.grip_force.begin(self.grip.map_or(0.0, |grip| grip.command_n()));
+                let command_n = self.grip.map_or(0.0, |grip| grip.command_n());
+                self.grip_force.begin(command_n, sample.normal_force_n);
                 self.slip = Some(Slip {
                     since: sample.t,
                     gross,

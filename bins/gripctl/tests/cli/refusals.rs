@@ -29,11 +29,15 @@ fn recordings() {
     refuse(b"t_s,stylus,stylus\n0,1,1\n", &["columns 2 and 3", "\"stylus\""]);
     refuse(
         b"t_s,height\n0,1\n",
-        &["no column stylus or vibration", "--map stylus=NAME", "t_s, height"],
+        &[
+            "no column stylus, vibration, travel_m or pressure_0",
+            "--map vibration=NAME",
+            "t_s, height",
+        ],
     );
     refuse(b"stylus\n1\n2\n", &["no column t_s and no rate", "--rate HZ"]);
     refuse(b"t_s,stylus,vibration\n0,1,1\n", &["stylus and vibration", "--map"]);
-    refuse(b"t_s,stylus\n0,1\n1,1\n2,1\n", &["sample_rate_hz = 1 is outside 50 to 50000"]);
+    refuse(b"t_s,stylus\n0,1\n1,1\n2,1\n", &["sample_rate_hz = 1 is outside 20 to 50000"]);
     let rubbish: Vec<u8> =
         (0..40_000_u32).map(|i| (i.wrapping_mul(2_654_435_761) >> 13).to_le_bytes()[0]).collect();
     refuse(&rubbish, &["no column stylus"]);

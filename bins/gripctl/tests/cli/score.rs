@@ -39,7 +39,7 @@ fn each_recording_is_judged_by_its_label() {
     let folder = folder();
     let ran = gripctl(folder.path(), &["score", ".", "--json"]).done();
     assert!(
-        ran.err.contains("noise floor measured on") && ran.err.contains("pooled"),
+        ran.err.contains("noise floor measured on") && ran.err.contains("that of the others"),
         "{}",
         ran.err
     );
@@ -111,7 +111,7 @@ fn detectors_stand_side_by_side_with_materials_intervals_and_curves() {
         ["score", ".", "--json", "--materials", "--detectors", "stylus,travel,pressure,fused"];
     let files = ["--curve", "c.json", "--curve", "c.svg"];
     let ran = gripctl(folder.path(), &[&args[..], &files[..]].concat()).done();
-    assert!(ran.err.contains("taxel noise measured"), "{}", ran.err);
+    assert!(ran.err.contains("taxel noise of the labelled rest"), "{}", ran.err);
     let lines = ran.json();
     let of = |detector: &str, kind: &str| {
         lines

@@ -160,6 +160,14 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         self.turns.passing().filter(|_| counts)
     }
 
+    /// Compares the force sensor with the command while an object is held.
+    #[inline]
+    pub(super) fn compare_force(&mut self, sample: &Sample) {
+        if let Some(grip) = self.grip.as_ref().filter(|_| self.decides && self.slip.is_none()) {
+            self.grip_force.hold(sample.normal_force_n, grip.command_n());
+        }
+    }
+
     /// The force of a finger in a slip (N): measured, or where the sensor has failed by the command; `None` where nothing is commanded and
     /// nothing measured.
     pub(super) fn force_of(&mut self, sample: &Sample, dt: Micros) -> Option<f32> {

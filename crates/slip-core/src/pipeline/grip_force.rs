@@ -1,28 +1,100 @@
 //! Measured force and command in; the force of the fingers during a slip, also where the sensor has failed, out.
 //!
+//! The force that counts is the one that the *command* stands for, since it is the command that has to hold the object. While an object is held the
+//! sensor is compared with the command; where it shows more than a tenth more or less, its readings are divided by that ratio in the slip.
+//!
 //! Where no reading comes, or the same one for [`FROZEN_S`] although the command moved on, the force is that of the command through a first-order
-//! lag, `F' = (C - F) / T` with the delay T that the gripper showed when it closed. It takes over from the last good reading.
+//! lag, `F' = (C - F) / T` with the delay T that the gripper showed when it closed. It takes over from the last good reading. The same holds for
+//! the rest of the object's time where the readings contradict the command for [`CONTRADICTED_S`]: below [`LOW`] of what even a drive two and a half
+//! times as late would show by now, or above [`HIGH`] of the highest command of the slip. Such a sensor is late or wrong.
 
 /// The same reading for this long (s) ...
 const FROZEN_S: f32 = 0.015;
 /// ... while the command moves the fingers by more than this share of it, and this much (N), is none.
 const FROZEN_SHARE: f32 = 0.2;
 const FROZEN_N: f32 = 0.3;
+/// Time constant of the mean difference between reading and command while an object is held (s), and how long it has to be held for it.
+const HELD_S: f32 = 0.02;
+const HELD_FOR_S: f32 = 0.05;
+/// A ratio within this of 1 is the deviation of a sound sensor.
+const SOUND: f32 = 0.1;
+/// Readings outside of these bounds, and by this (N), ...
+const LOW: f32 = 0.8;
+const HIGH: f32 = 1.25;
+const LEAST_N: f32 = 0.2;
+/// ... for this long (s), and as many times, contradict the command.
+const CONTRADICTED_S: f32 = 0.005;
+const CONTRADICTIONS: f32 = 5.0;
+/// The latest drive that is believed, a lag of second order: each of the two lags of it over the known delay, and more (s).
+const LATER: f32 = 1.5;
+const LATER_S: f32 = 0.005;
 
 /// The force of one finger during a slip.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct GripForce {
+    period_s: f32,
+    held_share: f32,
+    /// Mean of reading less command (N) while the object is held, and since when that was (s).
+    excess_n: f32,
+    held_s: f32,
+    /// Reading over command in this slip.
+    ratio: f32,
     /// By the command (N), since the reading last changed.
     modelled_n: f32,
     reading_n: Option<f32>,
     same_s: f32,
     frozen: bool,
+    /// By the command (N) alone: as expected, of the latest drive that is believed, and at most.
+    commanded_n: f32,
+    late_n: [f32; 2],
+    most_n: f32,
+    contradicted_s: f32,
+    doubted: bool,
 }
 
 impl GripForce {
+    /// Nothing is known of a sensor that is read `rate_hz` times a second.
+    pub(super) fn new(rate_hz: f32) -> Self {
+        let period_s = 1.0 / rate_hz;
+        Self { period_s, held_share: period_s / (HELD_S + period_s), ..Self::default() }
+    }
+
+    /// Another object: the sensor is believed again.
+    pub(super) fn prime(&mut self) {
+        let Self { period_s, held_share, .. } = *self;
+        *self = Self { period_s, held_share, ..Self::default() };
+    }
+
+    /// An object is held, and does not slip.
+    #[inline]
+    pub(super) fn hold(&mut self, reading_n: Option<f32>, command_n: f32) {
+        let Some(reading_n) = reading_n else { return };
+        self.excess_n += self.held_share * (reading_n - command_n - self.excess_n);
+        self.held_s += self.period_s;
+    }
+
     /// A slip begins under this command (N).
-    pub(super) fn begin(&mut self, command_n: f32) {
-        *self = Self { modelled_n: command_n, ..Self::default() };
+    pub(super) fn begin(&mut self, command_n: f32, reading_n: Option<f32>) {
+        let held = self.held_s >= HELD_FOR_S;
+        let ratio = 1.0 + self.excess_n / command_n.max(1e-3);
+        let ratio = match self.ratio {
+            _ if held && (ratio - 1.0).abs() > SOUND => ratio.clamp(0.5, 2.0),
+            known if !held && known > 0.0 => known,
+            _ => 1.0,
+        };
+        let arrived_n = reading_n.filter(|_| !held && !self.doubted);
+        let arrived_n = arrived_n.map_or(command_n, |force_n| force_n / ratio);
+        *self = Self {
+            ratio,
+            modelled_n: command_n,
+            commanded_n: arrived_n,
+            late_n: [arrived_n.min(command_n); 2],
+            most_n: command_n.max(arrived_n),
+            doubted: self.doubted,
+            period_s: self.period_s,
+            held_share: self.held_share,
+            ..Self::default()
+        };
     }
 
     /// Takes the next reading (N), the command of the sample before it (N), and the delay of the gripper (s); gives the force (N).
@@ -32,8 +104,37 @@ impl GripForce {
         command_n: f32,
         (dt_s, lag_s): (f32, f32),
     ) -> f32 {
-        let share = if lag_s > dt_s { dt_s / lag_s } else { 1.0 };
-        self.modelled_n += share * (command_n - self.modelled_n);
+        let follow = |n: &mut f32, to_n: f32, lag_s: f32| {
+            let share = if lag_s > dt_s { dt_s / lag_s } else { 1.0 };
+            *n += share * (to_n - *n);
+        };
+        follow(&mut self.commanded_n, command_n, lag_s);
+        let later_s = LATER * lag_s + LATER_S;
+        let [first_n, late_n] = &mut self.late_n;
+        follow(first_n, command_n, later_s);
+        follow(late_n, *first_n, later_s);
+        self.most_n = self.most_n.max(command_n);
+        follow(&mut self.modelled_n, command_n, lag_s);
+        let reading_n = reading_n.map(|force_n| force_n / self.ratio);
+        if let Some(force_n) = reading_n {
+            self.judge(force_n, dt_s);
+        }
+        if self.doubted {
+            return self.commanded_n;
+        }
+        self.believed(reading_n, dt_s)
+    }
+
+    fn judge(&mut self, force_n: f32, dt_s: f32) {
+        let low = force_n < LOW * self.late_n[1] - LEAST_N;
+        let high = force_n > HIGH * self.most_n + LEAST_N;
+        let counted_s = dt_s.min(CONTRADICTED_S / CONTRADICTIONS);
+        self.contradicted_s = if low || high { self.contradicted_s + counted_s } else { 0.0 };
+        self.doubted |= self.contradicted_s >= CONTRADICTED_S;
+    }
+
+    /// The reading, or where it stands or is missing what the command has made of the last one.
+    fn believed(&mut self, reading_n: Option<f32>, dt_s: f32) -> f32 {
         match reading_n {
             Some(force_n) if self.reading_n != Some(force_n) => {
                 self.reading_n = reading_n;
@@ -65,8 +166,8 @@ mod tests {
 
     #[test]
     fn a_good_reading_is_the_force_and_a_missing_one_goes_on_from_it() {
-        let mut force = GripForce::default();
-        force.begin(2.0);
+        let mut force = GripForce::new(1000.0);
+        force.begin(2.0, Some(2.0));
         for i in 0..50_u8 {
             let reading = 2.0 + 0.1 * f32::from(i);
             assert_eq!(force.step(Some(reading), 8.0, STEP), reading);
@@ -79,13 +180,57 @@ mod tests {
 
     #[test]
     fn a_reading_that_stands_while_the_command_rises_is_none_and_one_that_may_stand_is_the_force() {
-        let mut force = GripForce::default();
-        force.begin(2.0);
-        let stuck: Vec<f32> = (0..40).map(|_| force.step(Some(2.0), 6.0, STEP)).collect();
-        assert!(stuck[..15].iter().all(|f| *f == 2.0) && stuck[39] > 5.5, "{stuck:?}");
-        assert_eq!(force.step(Some(5.0), 6.0, STEP), 5.0, "it is back");
-        let mut calm = GripForce::default();
-        calm.begin(2.0);
+        let mut force = GripForce::new(1000.0);
+        force.begin(2.0, Some(2.0));
+        let stuck: Vec<f32> = (0..60).map(|_| force.step(Some(2.0), 2.45, STEP)).collect();
+        assert!(stuck[..15].iter().all(|f| *f == 2.0) && stuck[59] > 2.44, "{stuck:?}");
+        assert_eq!(force.step(Some(2.4), 2.45, STEP), 2.4, "it is back");
+        let mut calm = GripForce::new(1000.0);
+        calm.begin(2.0, Some(2.0));
         assert!((0..500).all(|_| calm.step(Some(2.0), 2.1, STEP) == 2.0));
+    }
+
+    /// The force of the fingers (N) `i` ms after the command rose from 2 N by 0.1 N a millisecond, behind a lag of 6 ms.
+    fn driven(i: i32) -> f32 {
+        (0..i).fold(2.0, |force_n: f32, j| force_n + (2.0 + 0.1 * j as f32 - force_n) / 6.0)
+    }
+
+    #[test]
+    fn a_sensor_with_another_gain_gives_the_force_that_was_commanded() {
+        for gain in [0.7_f32, 1.3] {
+            let mut force = GripForce::new(1000.0);
+            for _ in 0..100 {
+                force.hold(Some(2.0 * gain), 2.0);
+            }
+            force.begin(2.0, Some(2.0 * gain));
+            for i in 1..60 {
+                let told = force.step(Some(gain * driven(i)), 2.0 + 0.1 * i as f32, STEP);
+                assert!((told / driven(i) - 1.0).abs() < 0.02, "{gain} {i}: {told}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_late_sensor_is_doubted_for_this_object_and_a_late_drive_is_not() {
+        let mut late = GripForce::new(1000.0);
+        late.begin(2.0, Some(2.0));
+        let told: Vec<f32> =
+            (1..150).map(|i| late.step(Some(driven(i - 50)), 2.0 + 0.1 * i as f32, STEP)).collect();
+        assert!(told[40] > 0.85 * driven(41) && told[140] > 0.95 * driven(141), "{told:?}");
+        late.begin(8.0, Some(2.0));
+        assert_eq!(late.step(Some(2.0), 8.0, STEP), 8.0, "the same object");
+        late.prime();
+        late.begin(8.0, Some(8.0));
+        assert_eq!(late.step(Some(8.1), 8.0, STEP), 8.1, "another one");
+
+        let mut sound = GripForce::new(1000.0);
+        sound.begin(2.0, Some(2.0));
+        let (mut first, mut second) = (2.0, 2.0);
+        for i in 1..150_u8 {
+            let command = 2.0 + 0.1 * f32::from(i);
+            first += (command - first) / 12.0;
+            second += (first - second) / 6.0;
+            assert_eq!(sound.step(Some(second), command, STEP), second, "{i}");
+        }
     }
 }

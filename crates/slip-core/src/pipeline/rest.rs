@@ -58,6 +58,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
     pub(super) fn hold(&mut self, sample: &Sample) -> Step {
         let dt = self.since_last(sample.t);
         self.health.watch_drift(sample, Hold::Still);
+        self.compare_force(sample);
         if self.health.health() != Health::Good {
             self.rest = Rest::Awake;
             return self.examine(sample, &[], dt);
