@@ -31,6 +31,18 @@ impl Motion {
     /// ... and so does one with half of the deceleration that the margin of an estimate gives it (m/s^2).
     const DECELERATES_M_S2: f32 = 1.0;
 
+    /// What is no faster than this (m/s) does not slide, ...
+    const CREEP_M_S: f32 = 5e-4;
+    /// ... nor what is no faster than this many deviations of a reading in a second: a speed is the difference of two means of at least four
+    /// readings over 4 ms.
+    const NOISE_PER_S: f32 = 500.0;
+
+    /// Whether the object slides, by readings with the deviation `travel_sigma_m` (m).
+    #[must_use]
+    pub fn slides(&self, travel_sigma_m: f32) -> bool {
+        self.speed_m_s > Self::CREEP_M_S.max(Self::NOISE_PER_S * travel_sigma_m)
+    }
+
     /// Whether the object slows down enough to stop by itself.
     #[must_use]
     pub fn slows(&self) -> bool {

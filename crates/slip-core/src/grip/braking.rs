@@ -58,8 +58,6 @@ const FOLLOWS_M: f32 = 8e-3;
 const FOLLOWS_S: f32 = 0.02;
 /// A slip that the travel does not confirm raises the force by this factor at most.
 const UNDECIDED: f32 = 2.0;
-/// Nothing that is slower than this (m/s) slides.
-const CREEP_M_S: f32 = 5e-4;
 /// What is faster than this (m/s) slides; pads that shear and swing are slower.
 const SLIDES_M_S: f32 = 0.012;
 /// What is slower slides where it goes on this far (m) without slowing down; no pad shears that far under a force that stands.
@@ -295,10 +293,8 @@ impl Braking {
             self.slides = true;
             return;
         };
-        // Of two means of at least four readings over 4 ms.
-        let noise_m_s = 500.0 * input.travel_sigma_m;
-        let motion = input.motion.filter(|motion| motion.speed_m_s > noise_m_s.max(CREEP_M_S));
-        let fast = motion.is_some_and(|motion| motion.speed_m_s >= SLIDES_M_S.max(noise_m_s));
+        let motion = input.motion.filter(|motion| motion.slides(input.travel_sigma_m));
+        let fast = motion.is_some_and(|motion| motion.speed_m_s >= SLIDES_M_S);
         let slows = motion.is_none_or(|motion| motion.slows());
         // A slow object that slows down stops before it has gone that far.
         if fast || motion.is_none() {

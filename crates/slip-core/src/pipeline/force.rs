@@ -22,11 +22,6 @@ const CAUGHT_UP: Micros = Micros(50_000);
 /// A mean over at most this long (s) says how an object slides now.
 const LATELY_S: f32 = 0.01;
 
-/// An object that is slower than this (m/s) does not slide ...
-const CREEP_M_S: f32 = 5e-4;
-/// ... nor one slower than this many deviations of a reading in a second.
-const NOISE_PER_S: f32 = 500.0;
-
 /// The slip as the controller sees it; the default where there is none.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct SlipNews {
@@ -45,8 +40,8 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             return SlipNews::default();
         }
         let motion = sample.travel_m.and_then(|_| self.course.motion(sample.t));
-        let noise_m_s = NOISE_PER_S * self.observation.travel_sigma_m();
-        let slides = motion.is_some_and(|motion| motion.speed_m_s > CREEP_M_S.max(noise_m_s));
+        let sigma_m = self.observation.travel_sigma_m();
+        let slides = motion.is_some_and(|motion| motion.slides(sigma_m));
         let stands = self.observation.advancing() == Some(false) && !self.fusion.is_undecided();
         let goes_on = self.is_fresh(sample.t) && !stands;
         SlipNews {
