@@ -11,12 +11,12 @@ use grip_host::{
     HostConfig, HostConfigError, HostEstimator, ModelError,
     config::{Change, Layers, RealtimeConfig, Setting, advice, needs_restart},
     exit::WrongArgument,
-    files, model,
+    model,
     recording::{CALIBRATION_NAME, CONFIG_NAME, MODEL_NAME},
 };
 use grip_link::message::daemon::RealTime;
 use grip_port::{DEFAULT_BAUD, PortArgs};
-use grip_record::mcap::Attached;
+use grip_record::{files, mcap::Attached};
 use std::{
     borrow::Cow,
     path::{Path, PathBuf},

@@ -6,7 +6,6 @@ pub mod collect;
 pub mod config;
 pub mod esc;
 pub mod exit;
-pub mod files;
 pub mod grasp;
 pub mod model;
 pub mod motion;

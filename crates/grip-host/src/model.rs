@@ -9,6 +9,7 @@
 //! [`MAX_MEMBERS`](slip_core::estimate::MAX_MEMBERS) run in real time. What a model missed by on its test rows becomes part of the deviation of each
 //! estimate ([`ModelFile::deviation`]); estimates that are too unsure are shown and never move the fingers ([`weakness`]).
 
+use grip_record::files;
 use mlp::train::{EnsembleFile, FileError, ModelFile, ensemble_file::is_ensemble, file::Deviation};
 use slip_core::{
     estimate::{Estimator, EstimatorError},
@@ -119,7 +120,7 @@ pub fn read_text(file: &Path) -> Result<Cow<'static, str>, ModelError> {
     if let Some(text) = built_in(file) {
         return Ok(text.into());
     }
-    let read = crate::files::read_text(file, crate::files::MOST_MODEL);
+    let read = files::read_text(file, files::MOST_MODEL);
     Ok(read.map_err(|source| ModelError::Read { file: file.to_owned(), source })?.into())
 }
 

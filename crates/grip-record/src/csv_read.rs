@@ -1,12 +1,12 @@
 //! A CSV recording in, its samples and what is odd about them out.
 
-use std::fs;
 use std::path::Path;
 
 use slip_core::units::Micros;
 
 use crate::channels::Scale;
 use crate::error::CsvError;
+use crate::files;
 use crate::number::parse_reading;
 use crate::recording::{Cells, Gathering, Recording};
 use crate::table::{Row, Table};
@@ -62,7 +62,8 @@ pub fn parse_csv(file: &Path, bytes: &[u8], options: &CsvOptions) -> Result<Reco
 }
 
 pub(crate) fn read_bytes(file: &Path) -> Result<Vec<u8>, CsvError> {
-    fs::read(file).map_err(|source| CsvError::Unreadable { file: file.to_owned(), source })
+    files::read(file, files::MOST_TABLE)
+        .map_err(|source| CsvError::Unreadable { file: file.to_owned(), source })
 }
 
 const READING: &str = "write digits with a decimal point, NaN for a bad reading";

@@ -35,6 +35,7 @@ mod channels;
 mod csv_read;
 mod csv_write;
 mod error;
+pub mod files;
 mod irregularities;
 mod labels;
 mod layout;

@@ -39,7 +39,7 @@ use anyhow::Context as _;
 use grip_host::{
     HostConfig, HostConfigError, HostEstimator, ModelError, exit::WrongArgument, model,
 };
-use grip_record::CsvOptions;
+use grip_record::{CsvOptions, files};
 use mlp::train::ModelFile;
 use std::path::Path;
 
@@ -84,7 +84,7 @@ fn checked(flag: &str, value: f64, zero: bool) -> Result<f64, WrongArgument> {
 }
 
 fn read(file: &Path) -> anyhow::Result<Vec<u8>> {
-    std::fs::read(file).with_context(|| format!("cannot read {}", file.display()))
+    files::read(file, files::MOST_TABLE).with_context(|| format!("cannot read {}", file.display()))
 }
 
 /// A model file and its text.

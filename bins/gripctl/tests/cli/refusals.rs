@@ -1,7 +1,8 @@
 //! What a person may get wrong: each is refused with one message that says what, where and what to do.
 
 use crate::run::gripctl;
-use std::fs;
+use rustix::fs::{CWD, FileType, Mode, mknodat};
+use std::fs::{self, File};
 
 const MODEL: &str = include_str!("../../../../crates/grip-host/models/default.json");
 
@@ -48,6 +49,27 @@ fn recordings() {
     );
     gripctl(folder.path(), &["replay", "."]).refused(1, &["directory"]);
     gripctl(folder.path(), &["replay", "gone.csv"]).refused(1, &["gone.csv", "No such file"]);
+}
+
+/// What never ends, waits for a writer or does not fit into memory is refused before it is read.
+#[test]
+fn files_that_cannot_be_held() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    for name in ["fifo.csv", "fifo.mcap"] {
+        mknodat(CWD, path(name), FileType::Fifo, Mode::RWXU, 0).unwrap();
+    }
+    for name in ["large.csv", "large.npz"] {
+        File::create(path(name)).unwrap().set_len(1 << 40).unwrap();
+    }
+    for name in ["fifo.csv", "fifo.mcap", "/dev/zero"] {
+        gripctl(folder.path(), &["replay", name]).refused(1, &[name, "not a regular file"]);
+    }
+    for name in ["large.csv", "large.npz"] {
+        gripctl(folder.path(), &["replay", name]).refused(1, &[name, "1099511627776 bytes"]);
+    }
+    let train = ["train", "/dev/zero", "--inputs", "a", "--target", "b", "-o", "m.json"];
+    gripctl(folder.path(), &train).refused(1, &["/dev/zero", "not a regular file"]);
 }
 
 #[test]

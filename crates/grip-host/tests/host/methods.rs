@@ -1,5 +1,6 @@
 //! Moved distance and pressure distribution on real recordings, alone and joined with the stylus.
 
+use core::fmt::Write as _;
 use grip_host::{
     config::HostConfig,
     replay::{self, Replay},
@@ -13,10 +14,7 @@ use slip_core::{
     pressure::{MAX_TAXELS, PressureConfig, PressurePattern},
     units::Micros,
 };
-use std::{
-    fmt::Write as _,
-    path::{Path, PathBuf},
-};
+use std::path::{Path, PathBuf};
 
 /// Frames of 24 taxels at 100 Hz under fingers that close within 0.3 s, whose pattern shifts from `slip_s` on.
 fn array_alone(slip_s: f64) -> String {

@@ -9,6 +9,7 @@ use super::error::McapError;
 use super::raw::{Place, RawError, RawReader, RawRecord};
 use super::record::Record;
 use super::schema::{MESSAGE_ENCODING, SCHEMA_ENCODING, Topic, fields};
+use crate::files;
 
 /// One thing that a recording holds.
 #[derive(Debug, PartialEq)]
@@ -56,7 +57,7 @@ impl McapReader<BufReader<File>> {
     /// # Errors
     /// Where it cannot be read, or is no MCAP file.
     pub fn open(file: &Path) -> Result<Self, McapError> {
-        let input = File::open(file)
+        let input = files::open(file)
             .map_err(|source| McapError::Unreadable { file: file.to_owned(), source })?;
         Self::new(file, BufReader::with_capacity(1 << 16, input))
     }

@@ -13,7 +13,8 @@ use super::{
     HostConfig,
     error::{HostConfigError, Place, ValueError, line_and_column},
 };
-use crate::{files, model::built_in};
+use crate::model::built_in;
+use grip_record::files;
 use serde::Deserialize as _;
 use std::{
     io,

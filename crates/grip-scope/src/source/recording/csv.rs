@@ -13,9 +13,8 @@ use grip_host::model::default_estimator;
 use grip_host::replay::pipeline_config;
 use grip_host::report::EventLog;
 use grip_link::message::{DeviceState, FaultCode};
-use grip_record::{CsvError, CsvOptions, Recording, parse_csv};
+use grip_record::{CsvError, CsvOptions, Recording, files, parse_csv};
 use slip_core::{Sample, Step};
-use std::fs::File;
 use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
 
@@ -40,7 +39,7 @@ pub(super) fn read(file: &Path, outlet: &mut Outlet) -> Result<(), Stop> {
             file.display()
         ))
     };
-    let input = File::open(file).map_err(failed)?;
+    let input = files::open(file).map_err(failed)?;
     let len = input.metadata().map_err(failed)?.len();
     let mut input = BufReader::with_capacity(1 << 16, input);
     let mut header = Vec::new();

@@ -1,4 +1,4 @@
-//! A path in, the content of a small regular file out: what people name in settings is never read whole before its size is known.
+//! A path in, a regular file or its content out: nothing that people name is waited for, or read whole before its size is known.
 
 use std::{
     fs::{self, File},
@@ -12,26 +12,42 @@ pub const MOST_CONFIG: u64 = 1 << 20;
 pub const MOST_CALIBRATION: u64 = 1 << 20;
 /// Most bytes of a model.
 pub const MOST_MODEL: u64 = 64 << 20;
+/// Most bytes of a recording or of rows that are held in memory, as CSV or `.npz`; read, they take about five times as many. MCAP is read piece
+/// by piece and has no limit.
+pub const MOST_TABLE: u64 = 256 << 20;
 
-/// The bytes of `file`, at most `most` of them.
+fn refused(text: String) -> io::Error {
+    io::Error::new(io::ErrorKind::InvalidInput, text)
+}
+
+/// Opens `file`.
 ///
 /// # Errors
-/// Where it cannot be read, is no regular file (a FIFO would block, a device never ends), or is larger.
-pub fn read(file: &Path, most: u64) -> io::Result<Vec<u8>> {
-    let refused = |text: String| io::Error::new(io::ErrorKind::InvalidInput, text);
+/// Where it cannot be read, or is no regular file (a FIFO would block, a device never ends).
+pub fn open(file: &Path) -> io::Result<File> {
     // Asked before opening: to open a FIFO waits for its writer.
     let about = fs::metadata(file)?;
     if !about.is_file() {
         let what = if about.is_dir() { "it is a directory" } else { "it is not a regular file" };
         return Err(refused(what.to_owned()));
     }
+    File::open(file)
+}
+
+/// The bytes of `file`, at most `most` of them.
+///
+/// # Errors
+/// As [`open`], and where it is larger.
+pub fn read(file: &Path, most: u64) -> io::Result<Vec<u8>> {
     let too_large =
         |bytes: u64| refused(format!("it has {bytes} bytes, more than the {most} that are read"));
-    if about.len() > most {
-        return Err(too_large(about.len()));
+    let input = open(file)?;
+    let told = input.metadata()?.len();
+    if told > most {
+        return Err(too_large(told));
     }
     let mut bytes = Vec::new();
-    File::open(file)?.take(most + 1).read_to_end(&mut bytes)?;
+    input.take(most + 1).read_to_end(&mut bytes)?;
     let len = u64::try_from(bytes.len()).unwrap_or(u64::MAX);
     if len > most { Err(too_large(len)) } else { Ok(bytes) }
 }
@@ -50,7 +66,7 @@ pub fn read_text(file: &Path, most: u64) -> io::Result<String> {
 
 #[cfg(test)]
 mod tests {
-    use super::{read, read_text};
+    use super::{open, read, read_text};
     use std::{fs::File, path::Path};
 
     #[test]
@@ -65,6 +81,10 @@ mod tests {
         assert!(message(&file, 1 << 20).contains("1099511627776 bytes"));
         assert_eq!(message(folder.path(), 10), "it is a directory");
         assert_eq!(message(Path::new("/dev/zero"), 10), "it is not a regular file");
+        assert_eq!(
+            open(Path::new("/dev/zero")).unwrap_err().to_string(),
+            "it is not a regular file"
+        );
         std::fs::write(&file, [0xFF]).unwrap();
         assert!(read_text(&file, 3).is_err());
     }
