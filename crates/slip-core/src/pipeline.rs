@@ -273,7 +273,10 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
 
     /// The scene of this sample; where it differs from the last one, the stages that start afresh do so.
     fn enter_scene(&mut self, sample: &Sample, dt: Micros) {
-        let touching = self.contact.update(sample.normal_force_n);
+        let touches = self.contact.would_touch(sample.normal_force_n);
+        let slides = !touches && self.slides_on(sample.t);
+        let force_n = self.grip_force.touch(sample.normal_force_n, touches, slides);
+        let touching = self.contact.update(force_n);
         let grip = self.grip.map_or(GripState::Holding, |grip| grip.state());
         let closing =
             matches!(grip, GripState::Closing | GripState::Settling | GripState::Released);
@@ -299,6 +302,14 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             false if closing => Scene::Moving,
             false => Scene::Idle,
         };
+    }
+
+    /// Whether the travel shows that the object slides.
+    #[cold]
+    fn slides_on(&self, t: Micros) -> bool {
+        let sigma_m = self.observation.travel_sigma_m();
+        let motion = self.course.motion(t).filter(|_| self.slip.is_some());
+        motion.is_some_and(|motion| motion.slides(sigma_m))
     }
 
     /// What the hand does, for the drift of the stylus.

@@ -50,6 +50,8 @@ pub(super) struct GripForce {
     most_n: f32,
     contradicted_s: f32,
     doubted: bool,
+    /// Whether it shows no touch although there was some.
+    numb: bool,
 }
 
 impl GripForce {
@@ -63,6 +65,19 @@ impl GripForce {
     pub(super) fn prime(&mut self) {
         let Self { period_s, held_share, .. } = *self;
         *self = Self { period_s, held_share, ..Self::default() };
+    }
+
+    /// The reading as far as it tells touch. One that contradicts the command and shows no touch while the object `slides` is none, until it shows
+    /// some again.
+    #[inline]
+    pub(super) fn touch(
+        &mut self,
+        reading_n: Option<f32>,
+        touches: bool,
+        slides: bool,
+    ) -> Option<f32> {
+        self.numb = !touches && (self.numb || (slides && self.doubted));
+        reading_n.filter(|_| !self.numb)
     }
 
     /// An object is held, and does not slip.
@@ -91,6 +106,7 @@ impl GripForce {
             late_n: [arrived_n.min(command_n); 2],
             most_n: command_n.max(arrived_n),
             doubted: self.doubted,
+            numb: self.numb,
             period_s: self.period_s,
             held_share: self.held_share,
             ..Self::default()

@@ -160,6 +160,30 @@ fn a_stylus_that_is_lost_in_a_slip_leaves_the_answer_to_the_travel() {
     }
 }
 
+/// It reads as if nothing were touched. But what slides on between the fingers is there.
+#[test]
+fn a_force_sensor_that_falls_to_zero_in_a_slip_does_not_let_the_object_go() {
+    for lost_at_m_s in [0.03, 0.06, 0.1] {
+        let mut grip = Loop::new(Object::new(10_000.0, 8.0, 0.7));
+        while grip.object.speed_m_s < lost_at_m_s {
+            grip.step(|sample| sample);
+        }
+        let zero = |sample: Sample| Sample { normal_force_n: Some(0.0), ..sample };
+        for _ in 0..10_000 {
+            grip.step(zero);
+        }
+        let Object { speed_m_s, travel_m, applied_n, needed_n, .. } = grip.object;
+        assert!(speed_m_s == 0.0 && travel_m < 0.03, "{lost_at_m_s}: {:?}", grip.object);
+        assert!(applied_n < 2.7 * needed_n, "no more than without that sensor: {applied_n} N");
+        // Nor is it deaf afterwards.
+        grip.object.needed_n = 1.5 * applied_n;
+        for _ in 0..10_000 {
+            grip.step(zero);
+        }
+        assert!(grip.object.speed_m_s == 0.0, "{lost_at_m_s}: {:?}", grip.object);
+    }
+}
+
 /// 50 um/s, reached within a second, for 5 s; then back at its place.
 #[test]
 fn a_drifting_stylus_moves_nothing_and_comes_back_after_three_calm_seconds() {
