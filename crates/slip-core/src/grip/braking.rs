@@ -21,10 +21,15 @@ const HEAVIER: f32 = 1.3;
 const OVERLOAD: f32 = 1.25;
 /// A slip under less than this share of what is needed began before the weight was there.
 const EARLY: f32 = 0.7;
-/// What slips under a force that falls slowly needs no more than the reflex gives, times this.
-const SOUGHT: f32 = 1.04;
+/// Over the reflex where the force falls until the object slips: where nothing slides by then, static friction of up to so much over that of sliding is
+/// covered by both.
+const SOUGHT: f32 = 1.1;
+/// The first answer where such an object has slid before, and for how long (s) it is given time to slide: static friction gives way before anything
+/// slides, and what is stopped at once says nothing of the friction of sliding.
+const GENTLY: f32 = 1.03;
+const GENTLY_S: f32 = 8e-3;
 /// Of an estimate with its margin that was made while the weight was put on, at least this share is needed.
-const ROUGHLY: f32 = 0.6;
+const ROUGHLY: f32 = 0.5;
 /// An object that comes back by this much (m) swings on its pads.
 const BACK_M: f32 = 6e-6;
 /// A first estimate, which no other confirms, counts up to the reflex times this.
@@ -94,6 +99,8 @@ pub(super) struct Known {
     pub(super) reach: Reach,
     /// Why it is held as it is.
     pub(super) held_by: HeldBy,
+    /// Whether its load is there.
+    pub(super) loaded: bool,
 }
 
 /// Memory of the slip that goes on.
@@ -156,6 +163,8 @@ pub(super) struct Braking {
     obeyed_m: f32,
     disobeyed_s: f32,
     refuted: bool,
+    /// Whether a force that falls made it slip: the whole step follows where nothing is estimated soon.
+    sought: bool,
 }
 
 impl Braking {
@@ -163,7 +172,14 @@ impl Braking {
     pub(super) fn begin(config: &GripConfig, command_n: f32, hold_n: f32, known: &Known) -> Self {
         // A force that is on its way back moves the pads, and alarms by that must not add up.
         let from_n = if known.ebbing { hold_n.min(command_n) } else { command_n };
-        let step_n = ((1.0 + config.reflex_step) * from_n).max(command_n);
+        let sought = known.held_by == HeldBy::Search && !known.ebbing;
+        let reflex = 1.0 + config.reflex_step;
+        let (first, step) = match (sought, known.loaded) {
+            (true, true) => (GENTLY, SOUGHT * reflex),
+            (true, false) => (reflex, SOUGHT * reflex),
+            (false, _) => (reflex, reflex),
+        };
+        let step_n = (step * from_n).max(command_n);
         let step_n = step_n.min(config.ceiling_n());
         Self {
             base_n: command_n,
@@ -175,7 +191,8 @@ impl Braking {
             held_by: known.held_by,
             ebbing: known.ebbing,
             swing_m: known.swing_m,
-            target_n: step_n,
+            target_n: (first * from_n).max(command_n).min(step_n),
+            sought,
             envelope_n: from_n.min(config.ceiling_n()),
             ..Self::default()
         }
@@ -213,7 +230,7 @@ impl Braking {
         if self.held_by == HeldBy::Wish {
             return self.confirmed && self.mean_n.is_some_and(|mean_n| mean_n > self.base_n);
         }
-        self.confirmed || (searched && !self.ebbing)
+        self.confirmed || (searched && !self.ebbing && self.target_n >= self.step_n)
     }
 
     /// What to hold with (N) where the slip was left before its end.
@@ -249,6 +266,9 @@ impl Braking {
         }
         self.watch_motion(input);
         self.judge(input, dt_s);
+        if self.sought && !self.confirmed && self.mean_n.is_none() && self.slip_s >= GENTLY_S {
+            self.aim(config, self.step_n);
+        }
         let rate = self.growth_per_s(config, input);
         let evident = input.slip == SlipNow::Evident && self.goes_on;
         if evident && self.slides {
@@ -449,7 +469,9 @@ impl Braking {
             Some(mean_n) if self.overloaded => mean_n.max(self.step_n).max(KEPT * self.target_n),
             _ if self.held_by == HeldBy::Search && self.least_n().is_none() => {
                 let told_n = self.mean_n.unwrap_or(self.target_n);
-                told_n.min(SOUGHT * self.step_n).max(self.step_n)
+                let sure = self.estimates >= MEAN_OF;
+                let most_n = if sure { f32::INFINITY } else { self.step_n };
+                told_n.min(most_n).max(self.step_n / SOUGHT)
             }
             Some(mean_n) if self.least_n().is_none() => mean_n.max(self.step_n),
             Some(mean_n) => (KEPT * self.target_n).max(mean_n).max(self.step_n),

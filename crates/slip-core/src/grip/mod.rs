@@ -389,6 +389,7 @@ impl GripController {
             reach: self.lag.reach(),
             held_by,
             ebbing: self.ebbing,
+            loaded: self.search.is_loaded(),
             swing_m: self.swing_m,
         };
         self.braking = Braking::begin(&self.config, self.command_n, self.hold_n, &known);

@@ -60,6 +60,11 @@ impl Search {
         self.fall(config).1 > 0.0
     }
 
+    /// Whether the object has slid before, so that its load is there and nothing but the falling force makes it slip.
+    pub(super) fn is_loaded(&self) -> bool {
+        matches!(self.mode, Mode::Above(_))
+    }
+
     /// A slip that was believed has told what is needed; where it did roughly only, `least_n` (N) is the least that may do.
     pub(super) fn found(&mut self, least_n: Option<f32>) {
         self.mode = least_n.map_or(Mode::Found, Mode::Above);

@@ -155,7 +155,8 @@ fn a_stylus_that_is_lost_in_a_slip_leaves_the_answer_to_the_travel() {
             }
             let Object { applied_n, needed_n, travel_m, speed_m_s, .. } = grip.object;
             assert!(speed_m_s == 0.0 && travel_m < 0.03, "{name} {health:?}: {:?}", grip.object);
-            assert!(applied_n >= needed_n && applied_n < 2.5 * needed_n, "{name}: {applied_n} N");
+            // An answer that grows until the object stands overshoots; with estimates it would not.
+            assert!(applied_n >= needed_n && applied_n < 2.6 * needed_n, "{name}: {applied_n} N");
         }
     }
 }
