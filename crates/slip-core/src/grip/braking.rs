@@ -23,10 +23,10 @@ const OVERLOAD: f32 = 1.25;
 const EARLY: f32 = 0.7;
 /// Over the reflex where the force falls until the object slips: where nothing slides by then, static friction of up to so much over that of sliding is
 /// covered by both.
-const SOUGHT: f32 = 1.1;
+const SOUGHT: f32 = 1.11;
 /// The first answer where such an object has slid before, and for how long (s) it is given time to slide: static friction gives way before anything
 /// slides, and what is stopped at once says nothing of the friction of sliding.
-const GENTLY: f32 = 1.03;
+const GENTLY: f32 = 1.05;
 const GENTLY_S: f32 = 8e-3;
 /// Of an estimate with its margin that was made while the weight was put on, at least this share is needed.
 const ROUGHLY: f32 = 0.5;
@@ -174,11 +174,8 @@ impl Braking {
         let from_n = if known.ebbing { hold_n.min(command_n) } else { command_n };
         let sought = known.held_by == HeldBy::Search && !known.ebbing;
         let reflex = 1.0 + config.reflex_step;
-        let (first, step) = match (sought, known.loaded) {
-            (true, true) => (GENTLY, SOUGHT * reflex),
-            (true, false) => (reflex, SOUGHT * reflex),
-            (false, _) => (reflex, reflex),
-        };
+        let step = if sought { SOUGHT * reflex } else { reflex };
+        let first = if sought && known.loaded { GENTLY } else { step };
         let step_n = (step * from_n).max(command_n);
         let step_n = step_n.min(config.ceiling_n());
         Self {
