@@ -7,6 +7,7 @@
 //! | the stylus passes five peaks and valleys within 12 ms (weighted by its statistic) and the travel stands, before it has ever followed the stylus | travel |
 //! | the stylus passes 24 peaks and valleys while the readings of the travel are equal to the last bit | travel |
 //! | as the first, but the travel has followed an earlier slip of this object | undecided: the answer is bounded |
+//! | the travel is back by 30 um and more with the next reading, and then as the first | travel |
 //! | the travel stops dead: over 0.2 mm in 3 ms, then within as much time nothing for 3 ms, while the stylus vibrates | travel |
 //! | the travel moves alone within a second of an undecided alarm | travel: it is late |
 //! | the travel has moved 0.3 mm and the stylus has felt nothing | stylus |
@@ -19,6 +20,12 @@ use crate::{turns::Turns, units::Micros};
 
 /// Vibration for this long (s) moves a sound travel sensor.
 const CONTRADICTED_S: f32 = 0.012;
+/// What slides is not back by this (m), and by this times the period (m/s), with the next reading: the readings are those of another time.
+const BACK_M: f32 = 3e-5;
+const BACK_M_S: f32 = 0.1;
+/// For so long (s), and for so many turns, one that has never followed is waited for.
+const SUSPECTED_S: f32 = 0.006;
+const SUSPECTED: u32 = 2;
 /// After the travel has followed in this slip, ringing of the stylus may outlast the movement by this (s).
 const RINGING_S: f32 = 0.06;
 /// Turns of a stylus that passes peaks and valleys; what only shakes makes fewer in that time. At rates too low for the stylus to hold alone, more.
@@ -77,6 +84,8 @@ struct Slip {
     /// The last reading of the travel (m), and the turns when it last changed.
     last_m: Option<f32>,
     changed: u32,
+    /// Whether it has leapt back in this slip.
+    leapt_back: bool,
     /// Whether the travel stood for longer than it may before it followed, and whether it followed in time.
     unanswered: bool,
     in_time: bool,
@@ -140,6 +149,18 @@ impl CrossCheck {
         self.undecided && !self.travel_doubted && !self.stylus_doubted
     }
 
+    /// Whether a travel that has never followed a slip of this object, or has leapt back in this one, stands where the stylus clearly slides: the
+    /// stylus answers meanwhile.
+    #[must_use]
+    #[inline]
+    pub fn suspects_travel(&self) -> bool {
+        let never = !self.proven && self.slip.moved_m < FOLLOWED_M;
+        (never || self.slip.leapt_back)
+            && !self.stylus_doubted
+            && self.slip.strong_s >= SUSPECTED_S
+            && self.slip.turns.count() >= SUSPECTED
+    }
+
     /// Takes the next sample of the slip.
     pub fn step(&mut self, seen: &Seen) {
         let Some(travel_m) = seen.travel_m else { return };
@@ -150,7 +171,10 @@ impl CrossCheck {
             *slip = Slip { low_m: travel_m, high_m: travel_m, leaps: seen.leaps, ..*slip };
         }
         let from_m = *slip.from_m.get_or_insert(travel_m);
-        slip.moved_m = slip.moved_m.max((travel_m - from_m).abs());
+        let moved_m = (travel_m - from_m).abs();
+        let back_m = slip.last_m.map_or(0.0, |last_m| (last_m - from_m).abs() - moved_m);
+        slip.leapt_back |= back_m > BACK_M + 2.0 * least_m + BACK_M_S * seen.dt_s;
+        slip.moved_m = slip.moved_m.max(moved_m);
         slip.low_m = slip.low_m.min(travel_m);
         slip.high_m = slip.high_m.max(travel_m);
         if slip.high_m - slip.low_m >= least_m {
@@ -170,7 +194,7 @@ impl CrossCheck {
 
     fn judge(&mut self, seen: &Seen, travel_m: f32, least_m: f32) {
         let followed = self.slip.moved_m >= FOLLOWED_M.max(least_m);
-        let leapt = seen.leaps > self.slip.leaps;
+        let leapt = seen.leaps > self.slip.leaps || self.slip.leapt_back;
         let holds_alone = seen.dt_s * Turns::LEAST_RATE_HZ <= 1.0;
         let least = if holds_alone { PASSED } else { PASSED_SLOW };
         let passes = self.slip.turns.count().saturating_sub(self.slip.passed) >= least;

@@ -200,7 +200,7 @@ impl Fusion {
     #[inline]
     pub fn believed_travel(&self, travel_m: Option<f32>) -> Option<f32> {
         travel_m
-            .filter(|_| self.trusts_travel())
+            .filter(|_| self.trusts_travel() && !self.check.suspects_travel())
             .map(|travel_m| self.travel.without_leaps(travel_m))
     }
 
