@@ -14,7 +14,7 @@ pub const MOST_CALIBRATION: u64 = 1 << 20;
 pub const MOST_MODEL: u64 = 64 << 20;
 /// Most bytes of a recording or of rows that are held in memory, as CSV or `.npz`; read, they take about five times as many. MCAP is read piece
 /// by piece and has no limit.
-pub const MOST_TABLE: u64 = 256 << 20;
+pub const MOST_TABLE: u64 = 512 << 20;
 
 fn refused(text: String) -> io::Error {
     io::Error::new(io::ErrorKind::InvalidInput, text)

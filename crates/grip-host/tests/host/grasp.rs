@@ -131,19 +131,21 @@ fn what_is_late_is_waited_for_and_not_pressed_harder() {
     }
 }
 
+/// None falls; of a hundred 4 to 7 are crushed (docs/results.md, under trouble), which is at most two of eighteen.
 #[test]
 fn a_coarse_travel_sensor_loses_no_object() {
+    let mut crushed = Vec::new();
     for noise in ["travel_um = 10\ntravel_step_um = 20", "travel_step_um = 20", "travel_um = 10"] {
         let text = format!("name = \"coarse\"\n[noise]\n{noise}\n");
         let scene = Scene::from_toml(&text).unwrap();
         for seed in 20..26 {
             let result = bench(2.0).grasp(&scene, seed, &Way::default()).unwrap();
-            assert!(
-                result.held && result.force_peak_n < 3.0 * result.force_needed_n,
-                "{noise}: {result:?}"
-            );
+            let highest = result.force_peak_n / result.force_needed_n;
+            assert!(!result.dropped && highest < 3.0, "{noise}: {result:?}");
+            crushed.extend(result.crushed.then_some((noise, seed)));
         }
     }
+    assert!(crushed.len() <= 2, "{crushed:?}");
 }
 
 #[test]

@@ -58,6 +58,12 @@ impl Cusum {
         Self { still: true, ..self }
     }
 
+    /// The sum over its threshold.
+    #[inline]
+    pub(super) fn over_threshold(&self) -> f32 {
+        self.sum * self.per_threshold
+    }
+
     /// The sum (log-likelihood ratio).
     #[must_use]
     pub fn sum(&self) -> f32 {

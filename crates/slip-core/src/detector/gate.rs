@@ -8,8 +8,14 @@
 //! the same band of the reference, times what it takes to keep the alarm threshold above all of it: with a
 //! threshold h on energy over floor, motion may show h gain times as strongly at the stylus as at the reference. The peak holds
 //! over the time between the peaks of two filters, so that the front of a tap does not slip through.
+//!
+//! A knock reaches stylus and reference by ways of its own, so that the gain of the robot's motion says nothing of it. It shows as a jump of the
+//! reference: for some time after a peak of [`KNOCK`] times its mean, and after motion has begun, the gain is [`KNOCK_GAIN`] times as high.
 
-use super::{config::BANDS, lanes::LANES};
+use super::{
+    config::{BANDS, FIRST_OCTAVE},
+    lanes::{LANES, samples},
+};
 
 /// How the motion of the robot is told from slip.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -45,6 +51,18 @@ impl Default for GateConfig {
 /// Memory of the highest block of the reference (s).
 const PEAK_S: f32 = 3e-3;
 
+/// Peak of a band of the reference over its mean that is a knock.
+const KNOCK: f32 = 5.0;
+/// What a knock may show more at the stylus than motion does (energy).
+const KNOCK_GAIN: f32 = 8.0;
+/// How long a knock rings (s).
+const RINGS_S: f32 = 0.04;
+/// Memory of the mean peak (s).
+const MEAN_S: f32 = 0.01;
+/// So long after it (s) less than this share of its height is left of a knock; what has more is motion.
+const FADED_S: f32 = 0.015;
+const LEFT: f32 = 0.3;
+
 /// The gate and its memory.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Gate {
@@ -53,6 +71,14 @@ pub(super) struct Gate {
     gain: [f32; BANDS],
     peak: [f32; BANDS],
     peak_decay: f32,
+    /// Mean of the peak, its share of a block, and blocks until the last knock no longer rings.
+    mean: [f32; BANDS],
+    mean_share: f32,
+    rings: u32,
+    rings_len: u32,
+    faded_len: u32,
+    /// The highest peak since the knock, in the bands that it shows in.
+    struck: f32,
 }
 
 impl Gate {
@@ -63,6 +89,12 @@ impl Gate {
             gain: [0.0; BANDS],
             peak: [0.0; BANDS],
             peak_decay: libm::expf(-block_s / PEAK_S),
+            mean: [0.0; BANDS],
+            mean_share: -libm::expm1f(-block_s / MEAN_S),
+            rings: 0,
+            rings_len: samples(1e3 * RINGS_S, 1.0 / block_s),
+            faded_len: samples(1e3 * (RINGS_S - FADED_S), 1.0 / block_s),
+            struck: 0.0,
         }
     }
 
@@ -75,17 +107,40 @@ impl Gate {
     /// Begins another stretch of motion.
     pub(super) fn start(&mut self) {
         self.peak = [0.0; BANDS];
+        self.mean = [0.0; BANDS];
+        (self.rings, self.struck) = (self.rings_len, 0.0);
+    }
+
+    /// Whether a knock rings, or motion has just begun.
+    #[inline]
+    pub(super) fn rings(&self) -> bool {
+        self.rings > 0
     }
 
     /// Takes the sum of squares of each band of the reference (unit squared) over a block of `1 / per_sample` samples: the floor
     /// of each band over its quiet floor.
     #[inline]
-    pub(super) fn block(&mut self, sums: &[f32; LANES], per_sample: f32) -> [f32; BANDS] {
-        let mut floor = [1.0; BANDS];
+    pub(super) fn block(
+        &mut self,
+        sums: &[f32; LANES],
+        per_sample: f32,
+        learned: &[f32; BANDS],
+    ) -> [f32; BANDS] {
+        let (mut knocks, mut level) = (false, 0.0);
         for b in 0..BANDS {
             self.peak[b] = (sums[b] * per_sample).max(self.peak[b] * self.peak_decay);
-            floor[b] += self.gain[b] * self.peak[b];
+            if b >= FIRST_OCTAVE + 2 {
+                knocks |= self.peak[b] > KNOCK * self.mean[b];
+                level += self.peak[b];
+            }
+            self.mean[b] += self.mean_share * (self.peak[b] - self.mean[b]);
         }
-        floor
+        self.struck = if self.rings > 0 { self.struck.max(level) } else { level };
+        self.rings = if knocks { self.rings_len } else { self.rings.saturating_sub(1) };
+        if self.rings == self.faded_len && level > LEFT * self.struck {
+            self.rings = 0;
+        }
+        let over = if self.rings > 0 { KNOCK_GAIN } else { 1.0 };
+        core::array::from_fn(|b| 1.0 + over * learned[b] * self.gain[b] * self.peak[b])
     }
 }

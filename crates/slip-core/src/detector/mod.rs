@@ -1,6 +1,7 @@
 //! Stylus and motion readings in, the slip state and its statistic out.
 
 mod config;
+mod coupling;
 mod cusum;
 mod decision;
 mod gate;

@@ -10,6 +10,7 @@
 
 use super::{
     config::{BANDS, DetectorConfig, TestKind, VIBRATION},
+    coupling::Coupling,
     cusum::Cusum,
     decision::Decision,
     gate::Gate,
@@ -70,6 +71,7 @@ pub struct SlipDetector {
     resolution: Resolution,
     reference: Reference,
     gate: Gate,
+    coupling: Coupling,
     blind_margin: f32,
     moving: bool,
     no_skip: bool,
@@ -115,6 +117,7 @@ impl SlipDetector {
             floor,
             reference,
             gate,
+            coupling: Coupling::new(lanes.thresholds, config.release_ms, lanes.block_s),
             blind_margin: config.gate.blind_margin,
             moving: false,
             no_skip: false,
@@ -214,6 +217,7 @@ impl SlipDetector {
         self.reference.restart();
         self.moving = false;
         self.gate.start();
+        self.coupling.start();
         self.pending.clear();
         self.decision.reset();
         self.floor.interrupt();
@@ -247,7 +251,11 @@ impl SlipDetector {
         } else if self.pending.push(x, self.reference.off_mean(motion.reference)) >= self.block_len
         {
             let energy = self.block_energy();
-            let floor = self.gate.block(&self.reference.energy(&self.pending), self.per_sample);
+            let floor = self.gate.block(
+                &self.reference.energy(&self.pending),
+                self.per_sample,
+                self.coupling.factors(),
+            );
             self.pending.clear();
             let block = Block { energy, floor, moving: true };
             self.energy.step(&block);
@@ -262,6 +270,7 @@ impl SlipDetector {
         self.bank.energy(&self.pending, &self.scale);
         self.pending.clear();
         self.gate.start();
+        self.coupling.start();
         self.reference.start();
     }
 
@@ -272,7 +281,11 @@ impl SlipDetector {
         }
         let mut block = Block { energy, floor: [1.0; BANDS], moving: self.moving };
         if self.moving || self.no_skip {
-            let floor = self.gate.block(&self.reference.energy(&self.pending), self.per_sample);
+            let floor = self.gate.block(
+                &self.reference.energy(&self.pending),
+                self.per_sample,
+                self.coupling.factors(),
+            );
             if self.moving {
                 let blind = [self.blind_margin; BANDS];
                 block.floor = if self.reference.is_live() { floor } else { blind };
@@ -333,8 +346,12 @@ impl SlipDetector {
                 self.glrt.step(block)
             }
         };
-        let vibration = self.energy.over_floor()[VIBRATION];
-        self.decision.step(statistic, vibration);
+        let over_floor = self.energy.over_floor();
+        self.decision.step(statistic, over_floor[VIBRATION]);
+        if block.moving && self.reference.is_live() && !self.gate.rings() {
+            let decided = (self.decision.statistic, self.decision.state);
+            self.coupling.step(&over_floor, self.cusum.over_threshold(), decided);
+        }
     }
 }
 

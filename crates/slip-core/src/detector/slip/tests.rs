@@ -140,3 +140,54 @@ fn a_dead_reference_is_told_and_blinds_instead_of_alarming() {
         assert_eq!(step(Some(noise()), noise()).1, ReferenceHealth::Good);
     }
 }
+
+/// Twenty seconds of motion that the reference shows with other gains than the stylus does: alarms, and whether a slip after them is noticed.
+/// `motion` gives readings of both (m) from the time within every two seconds (s).
+fn alarms_in(motion: impl Fn(f32) -> (f32, f32)) -> (usize, bool) {
+    let (mut detector, mut noise) = (detector(1e4), noise(5));
+    let mut step = |time_s: f32, moves: f32, slip_m: f32| {
+        let (stylus_m, reference_m) = motion(time_s % 2.0);
+        let reference = Some(moves * reference_m + 0.5 * noise());
+        let stylus_m = moves * stylus_m + slip_m + noise();
+        let verdict = detector.step(stylus_m, &MotionInput { reference, commanded: false });
+        verdict.is_some_and(|(_, state)| state != SlipState::Quiet)
+    };
+    (0..10_000).for_each(|_| {
+        step(0.0, 0.0, 0.0);
+    });
+    let (mut alarms, mut before) = (0, false);
+    for i in 0..200_000_u32 {
+        let alarm = step(1e-4 * (i % 20_000) as f32, 1.0, 0.0);
+        alarms += usize::from(alarm && !before);
+        before = alarm;
+    }
+    let texture = |i: u16| 5e-6 * libm::sinf(0.2 * f32::from(i));
+    let noticed = (0..2000_u16).any(|i| step(0.5 + 1e-4 * f32::from(i), 1.0, texture(i)));
+    (alarms, noticed)
+}
+
+fn tone(hz: f32, time_s: f32) -> f32 {
+    libm::sinf(core::f32::consts::TAU * hz * time_s)
+}
+
+/// A knock has ways of its own to stylus and reference.
+#[test]
+fn a_knock_that_the_reference_shows_less_than_motion_is_no_slip() {
+    let knock = |time_s: f32| {
+        let stylus_m = 8e-6 * libm::expf(-time_s / 5e-3) * tone(400.0, time_s);
+        (stylus_m, 0.42 * stylus_m)
+    };
+    assert_eq!(alarms_in(knock), (0, true));
+}
+
+/// Two or three alarms of ten swings tell that this robot's motion shows more at the stylus than the gate assumes.
+#[test]
+fn motion_that_shows_more_at_the_stylus_is_learned() {
+    let swing = |time_s: f32| {
+        let burst_m = if time_s < 0.03 { 2e-5 * tone(0.5 / 0.03, time_s) } else { 0.0 };
+        let (stylus_m, both_m) = (burst_m * tone(60.0, time_s), 1e-7 * tone(25.0, time_s));
+        (stylus_m + both_m, 0.3 * stylus_m + both_m)
+    };
+    let (alarms, noticed) = alarms_in(swing);
+    assert!((1..=3).contains(&alarms) && noticed, "{alarms}");
+}
