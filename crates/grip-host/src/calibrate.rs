@@ -87,6 +87,12 @@ pub struct Evidence {
     pub interval_high_s: Option<f64>,
     /// Wanted interval of one test over the length of the recording: above 1 the thresholds are extrapolated.
     pub extrapolation: f64,
+    /// The smallest vibration (signal unit, rms, at 100 to 400 Hz) that is a slip at rest ...
+    #[serde(default)]
+    pub smallest_rest: Option<f32>,
+    /// ... and in motion as it was on average; absent where the recording had too little motion.
+    #[serde(default)]
+    pub smallest_motion: Option<f32>,
 }
 
 /// Why a recording does not give a calibration.
@@ -154,7 +160,8 @@ pub fn calibrate(
     let pipeline = replay::pipeline_config(recording, config, true);
     let moving = motion(recording, pipeline)?;
     let (floor, rest_s) = rest_floor(recording, pipeline, &moving)?;
-    let (gain, motion_s) = gate(recording, pipeline, (&moving, &floor))?;
+    let Motion { gain, seconds: motion_s, reference } =
+        gate(recording, pipeline, (&moving, &floor))?;
     let mut calibration = Calibration {
         sample_rate_hz: pipeline.sample_rate.0,
         vibration: recording.channels.stylus == StylusKind::Vibration,
@@ -178,11 +185,14 @@ pub fn calibrate(
             interval_low_s: 0.0,
             interval_high_s: None,
             extrapolation: 0.0,
+            smallest_rest: None,
+            smallest_motion: None,
         },
     };
     let seconds = levels(recording, calibration.apply(pipeline))?;
     let defaults = thresholds_of(&pipeline.detector);
     set_thresholds(&mut calibration, &seconds, &defaults);
+    calibration.set_smallest(&reference);
     Ok(calibration)
 }
 
@@ -207,6 +217,18 @@ impl Calibration {
             known_reference: self.reference_floor,
             ..config
         }
+    }
+
+    /// What is still found, with the mean energies of the reference in motion.
+    fn set_smallest(&mut self, reference: &[f32; BANDS]) {
+        // Shear and vibration decide in every scene, and overlap.
+        let smallest = |motion: &[f32; BANDS]| {
+            let energy = |b: usize| self.thresholds[b] * (self.floor[b] + motion[b]);
+            energy(0).min(energy(1)).sqrt()
+        };
+        self.evidence.smallest_rest = Some(smallest(&[0.0; BANDS]));
+        self.evidence.smallest_motion =
+            self.gain.map(|gain| smallest(&core::array::from_fn(|b| gain[b] * reference[b])));
     }
 
     /// The share of the thresholds at which the energy of shear or vibration is as high as at the release level of `detector`: lower thresholds
@@ -319,11 +341,19 @@ fn rest_floor(
     Ok((floor, rest_s))
 }
 
+/// What the robot's motion shows.
+struct Motion {
+    gain: Option<[f32; BANDS]>,
+    seconds: f64,
+    /// Mean energies of the reference (unit squared).
+    reference: [f32; BANDS],
+}
+
 fn gate(
     recording: &Recording,
     config: PipelineConfig,
     (moving, floor): (&[bool], &[f32; BANDS]),
-) -> Result<(Option<[f32; BANDS]>, f64), CalibrationError> {
+) -> Result<Motion, CalibrationError> {
     let pairs = || recording.samples.iter().zip(moving.iter().copied());
     let stylus = measure(&config, pairs().map(|(s, m)| (s.stylus, m)))?;
     let reference = measure(
@@ -332,15 +362,15 @@ fn gate(
     )?;
     let motion_s = seconds_of(reference.samples(), &config);
     let (Some(stylus), Some(reference)) = (stylus.energy(), reference.energy()) else {
-        return Ok((None, 0.0));
+        return Ok(Motion { gain: None, seconds: 0.0, reference: [0.0; BANDS] });
     };
     if motion_s < MOTION_S {
-        return Ok((None, motion_s));
+        return Ok(Motion { gain: None, seconds: motion_s, reference });
     }
     let gain = core::array::from_fn(|b| {
         MARGIN * (stylus[b] - floor[b]).max(0.1 * floor[b]) / reference[b].max(f32::MIN_POSITIVE)
     });
-    Ok((Some(gain), motion_s))
+    Ok(Motion { gain: Some(gain), seconds: motion_s, reference })
 }
 
 fn reference_floor(
@@ -512,6 +542,8 @@ mod tests {
                 interval_low_s: 0.0,
                 interval_high_s: None,
                 extrapolation: 1.0,
+                smallest_rest: None,
+                smallest_motion: None,
             };
             let calibration = Calibration {
                 sample_rate_hz: 10_000.0,

@@ -65,6 +65,15 @@ fn tell(calibration: &Calibration) -> anyhow::Result<()> {
     output::line(&format!(
         "thresholds: bands {thresholds:.1?}, cumulative sum {cusum_threshold:.1}"
     ))?;
+    if let Some(rest) = evidence.smallest_rest {
+        let unit = if calibration.vibration { "" } else { " m" };
+        let motion = evidence
+            .smallest_motion
+            .map_or_else(String::new, |motion| format!(", in motion from {motion:.2e}{unit} on"));
+        output::line(&format!(
+            "a slip is found at rest from {rest:.2e}{unit} of vibration (rms, 100-400 Hz) on{motion}"
+        ))?;
+    }
     let high = evidence
         .interval_high_s
         .map_or_else(|| "without upper bound".to_owned(), |high| format!("up to {high:.0} s"));

@@ -57,6 +57,34 @@ fn a_calibration_holds_on_another_stretch_of_the_same_robot() {
     );
 }
 
+/// What a calibration says is still found is found, and what is far below is not.
+#[test]
+fn the_smallest_slip_is_found() {
+    let folder = tempfile::tempdir().unwrap();
+    put(folder.path(), "a.csv", &recording(120, |_| 0.1, 5));
+    let args = ["calibrate", "a.csv", "--interval", "60", "-o", "cal.toml", "--json"];
+    let line = gripctl(folder.path(), &args).done().json().pop().unwrap();
+    let smallest_m = number(&line["evidence"], "smallest_rest");
+    assert!((1e-7..5e-6).contains(&smallest_m), "{smallest_m}");
+    assert!(number(&line["evidence"], "smallest_motion") > smallest_m, "{line}");
+    let slips = |share: f64| {
+        let still = Disturbance::new(0.0, 0.0, 2000.0, 3);
+        let mut robot = still.clone();
+        let mut text = String::from("t_s,stylus,reference\n");
+        for i in 0..6000_u32 {
+            let t = f64::from(i) / 2000.0;
+            let tone = (core::f64::consts::TAU * 250.0 * t).sin();
+            let slip_m =
+                if i > 4000 { share * smallest_m * core::f64::consts::SQRT_2 * tone } else { 0.0 };
+            writeln!(text, "{t:.6},{slip_m:e},{:e}", robot.next_sample().reference_m).unwrap();
+        }
+        put(folder.path(), "slip.csv", &text);
+        let args = ["replay", "slip.csv", "--calibration", "cal.toml", "--json"];
+        number(&gripctl(folder.path(), &args).done().json().pop().unwrap(), "slips")
+    };
+    assert_eq!([slips(0.5), slips(1.3)], [0.0, 1.0]);
+}
+
 #[test]
 fn floors_that_cannot_be_trusted_are_refused() {
     let folder = tempfile::tempdir().unwrap();

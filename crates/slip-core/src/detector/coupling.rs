@@ -3,7 +3,8 @@
 //! How strongly the stylus shows motion that the reference shows differs from robot to robot and from band to band. Where motion alone comes near
 //! a threshold the gain of that band is raised, so that the same motion reaches [`NEAR`] of it. Stretches of 32 ms count when the next one is
 //! over without an alarm too. An alarm counts as motion when it is short, weak and
-//! followed by no other within a second: what slides lasts longer. What was learned fades over minutes
+//! followed by no other within a second, since what slides lasts longer; or
+//! when many follow each other and all are weak, since what slides becomes fast. What was learned fades over minutes
 //! of motion.
 
 use super::{
@@ -24,6 +25,8 @@ const STRETCH_MS: f32 = 150.0;
 /// An alarm of at most this length (ms, without the time of its release) and this statistic is no slip.
 const SHORT_MS: f32 = 60.0;
 const WEAK: f32 = 2.5;
+/// So many weak alarms in a row are motion, however long they last: what slides becomes fast.
+const MANY: u32 = 6;
 /// After an alarm nothing is learned for this long (ms).
 const PAUSE_MS: f32 = 1000.0;
 /// Motion in which what was learned fades by e (s).
@@ -62,7 +65,9 @@ pub(super) struct Coupling {
     alarmed: bool,
     now: Highest,
     before: Highest,
-    /// A weak alarm, which no other has followed yet.
+    /// Weak alarms in a row.
+    weak: u32,
+    /// A short and weak alarm, which no other has followed yet.
     alone: Option<Highest>,
 }
 
@@ -82,6 +87,7 @@ impl Coupling {
             alarmed: false,
             now: Highest::default(),
             before: Highest::default(),
+            weak: 0,
             alone: None,
         }
     }
@@ -112,18 +118,24 @@ impl Coupling {
             return;
         }
         if self.alarmed {
-            let weak = self.now.statistic < WEAK && self.blocks <= self.short_len;
-            let alone = weak && self.pause == 0;
-            self.alone = alone.then(|| self.now.with(&self.before));
+            let highest = self.now.with(&self.before);
+            let weak = highest.statistic < WEAK;
+            let alone = weak && self.blocks <= self.short_len && self.pause == 0;
+            self.alone = Some(highest).filter(|_| alone);
+            self.weak = if weak { self.weak.saturating_add(1) } else { 0 };
+            if self.weak >= MANY {
+                self.learn(&highest);
+            }
             self.pause = self.pause_len;
             self.start();
         } else if self.pause > 0 {
             self.pause -= 1;
             self.start();
-            if self.pause == 0
-                && let Some(highest) = self.alone.take()
-            {
-                self.learn(&highest);
+            if self.pause == 0 {
+                self.weak = self.weak.saturating_sub(1);
+                if let Some(highest) = self.alone.take() {
+                    self.learn(&highest);
+                }
             }
         } else if self.blocks >= self.stretch_len {
             let highest = core::mem::replace(&mut self.before, self.now);
