@@ -127,8 +127,8 @@ impl Gate {
         learned: &[f32; BANDS],
     ) -> [f32; BANDS] {
         let (mut knocks, mut level) = (false, 0.0);
-        for b in 0..BANDS {
-            self.peak[b] = (sums[b] * per_sample).max(self.peak[b] * self.peak_decay);
+        for (b, sum) in sums.iter().enumerate().take(BANDS) {
+            self.peak[b] = (sum * per_sample).max(self.peak[b] * self.peak_decay);
             if b >= FIRST_OCTAVE + 2 {
                 knocks |= self.peak[b] > KNOCK * self.mean[b];
                 level += self.peak[b];
