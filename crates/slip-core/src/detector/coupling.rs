@@ -26,7 +26,7 @@ const STRETCH_MS: f32 = 150.0;
 const SHORT_MS: f32 = 60.0;
 const WEAK: f32 = 2.5;
 /// So many weak alarms in a row are motion, however long they last: what slides becomes fast.
-const MANY: u32 = 6;
+const MANY: u32 = 12;
 /// After an alarm nothing is learned for this long (ms).
 const PAUSE_MS: f32 = 1000.0;
 /// Motion in which what was learned fades by e (s).
