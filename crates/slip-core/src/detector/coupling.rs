@@ -1,11 +1,9 @@
 //! What the tests show while the robot moves and nothing slips in; what motion leaves in each band over what the gate assumes, out.
 //!
 //! How strongly the stylus shows motion that the reference shows differs from robot to robot and from band to band. Where motion alone comes near
-//! a threshold the gain of that band is raised, so that the same motion reaches [`NEAR`] of it. Stretches of 32 ms count when the next one is
-//! over without an alarm too. An alarm counts as motion when it is short, weak and
-//! followed by no other within a second, since what slides lasts longer; or
-//! when many follow each other and all are weak, since what slides becomes fast. What was learned fades over minutes
-//! of motion.
+//! a threshold the gain of that band is raised, so that the same motion reaches [`NEAR`] of it. A stretch without an alarm counts when the next
+//! one is over without an alarm too. An alarm counts as motion when it is short, weak and followed by no other within a second, since what slides
+//! lasts longer; or when a dozen follow each other and all are weak, since what slides becomes fast. What was learned fades over minutes of motion.
 
 use super::{
     config::{BANDS, FIRST_OCTAVE},
