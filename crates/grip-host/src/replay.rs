@@ -30,28 +30,14 @@ pub fn pipeline_config(
     let rate = Hertz(sample_rate(recording, config));
     let kind = recording.channels.stylus;
     let base = match kind {
-        StylusKind::Displacement => config.pipeline(rate),
-        StylusKind::Vibration | StylusKind::Absent => config.calibrate(PipelineConfig {
-            floor: config.floor.in_any_unit(),
-            health: match kind {
-                // What is not there cannot freeze.
-                StylusKind::Absent => {
-                    HealthConfig { frozen_ms: NEVER_MS, ..HealthConfig::default() }
-                }
-                _ => config.health.in_any_unit(),
-            },
-            detector: config.detector,
-            observation: config.observation,
-            methods: match kind {
-                StylusKind::Absent => config.methods().without(Method::Stylus),
-                _ => config.methods(),
-            },
-            travel: config.travel,
-            pressure: config.pressure,
-            velocity: config.velocity,
-            grip: Some(config.grip),
-            ..PipelineConfig::observing(Signal::Vibration, rate)
-        }),
+        StylusKind::Displacement => config.pipeline(Signal::Displacement, rate),
+        StylusKind::Vibration => config.pipeline(Signal::Vibration, rate),
+        StylusKind::Absent => PipelineConfig {
+            // What is not there cannot freeze.
+            health: HealthConfig { frozen_ms: NEVER_MS, ..HealthConfig::default() },
+            methods: config.methods().without(Method::Stylus),
+            ..config.pipeline(Signal::Vibration, rate)
+        },
     };
     let grips =
         !observe && kind != StylusKind::Absent && recording.channels.has(Channel::NormalForce);

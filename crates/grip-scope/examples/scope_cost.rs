@@ -19,7 +19,7 @@ use grip_scope::export::{csv, mcap};
 use grip_scope::feed::RowBlock;
 use grip_scope::{Channel, Feed, Model, SourceHandle, SourceSpec, SourceStatus, Span};
 use slip_core::{
-    Sample,
+    Sample, Signal,
     units::{Hertz, Micros},
 };
 use std::fs::{self, File};
@@ -69,7 +69,7 @@ fn write(path: &Path, bytes: u64) -> u64 {
     let mut writer = McapWriter::new(out, "scope_cost", 0).unwrap();
     // With settings of a pipeline the observer runs over all samples, as with a recording of gripd.
     let beginning = Beginning {
-        config: HostConfig::default().pipeline(Hertz(20_000.0)),
+        config: HostConfig::default().pipeline(Signal::Displacement, Hertz(20_000.0)),
         carried_n: None,
         least_n: 0.0,
         released: false,

@@ -16,6 +16,7 @@ mod random;
 pub mod scene;
 pub mod stylus;
 pub mod surface;
+mod vibration;
 
 pub use generator::{GeneratorConfig, GeneratorError, Row, rows};
 pub use grasp::{Clairvoyant, Grasp, Phase, Truth, perfect_controller_can_hold};

@@ -17,6 +17,7 @@ pub(crate) enum Purpose {
     Gain = 8,
     Tangential = 9,
     SensorFault = 10,
+    Vibration = 11,
 }
 
 /// The generator of `purpose` under `seed`.

@@ -11,6 +11,7 @@ use grip_host::{HostConfig, HostEstimator, model};
 use grip_link::frame::{self, Direction, Header, MAX_PAYLOAD, MAX_WIRE};
 use grip_link::message::Kind;
 use grip_link::message::daemon::{Gripper as Identity, Health, Slip};
+use slip_core::Signal;
 use slip_core::units::Hertz;
 use slip_core::{Pipeline, PipelineConfig, Sample};
 use std::sync::Arc;
@@ -84,7 +85,10 @@ impl Gripper {
         network: &Network,
     ) -> anyhow::Result<Self> {
         let rate = Hertz(1000.0);
-        let config = PipelineConfig { grip: None, ..HostConfig::default().pipeline(rate) };
+        let config = PipelineConfig {
+            grip: None,
+            ..HostConfig::default().pipeline(Signal::Displacement, rate)
+        };
         let mut uid = [0; 16];
         uid[..2].copy_from_slice(&(number + 1).to_be_bytes());
         let identity = Identity { uid, boot_id: 1, ..Identity::NONE };

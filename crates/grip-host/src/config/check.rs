@@ -1,7 +1,7 @@
 //! Merged settings in, the first value that cannot be out.
 
 use super::{HostConfig, LinkConfig, RecordingConfig, error::ValueError};
-use slip_core::{ConfigError, units::Hertz};
+use slip_core::{ConfigError, Signal, units::Hertz};
 
 /// Many boards take this speed as the order to enter their boot loader.
 pub const BOOT_LOADER_BAUD: u32 = 1200;
@@ -56,7 +56,7 @@ impl HostConfig {
         ConfigError::within("fleet.ros_domain", ros_domain, 0.0, 232.0)?;
         let cpu = f32::from(self.realtime.cpu.unwrap_or(0));
         ConfigError::within("realtime.cpu", cpu, 0.0, 1023.0)?;
-        self.pipeline(Hertz(rate)).check()
+        self.pipeline(Signal::Displacement, Hertz(rate)).check()
     }
 }
 

@@ -219,17 +219,21 @@ impl HostConfig {
         self.methods.iter().fold(Methods::NONE, |set, &method| set.with(method))
     }
 
-    /// The pipeline of a gripper with these settings.
+    /// The pipeline of a gripper with these settings, whose stylus measures `signal`. Settings in metres say nothing of a vibration.
     #[must_use]
-    pub fn pipeline(&self, sample_rate: Hertz) -> PipelineConfig {
+    pub fn pipeline(&self, signal: Signal, sample_rate: Hertz) -> PipelineConfig {
+        let (floor, health) = match signal {
+            Signal::Displacement => (self.floor, self.health),
+            Signal::Vibration => (self.floor.in_any_unit(), self.health.in_any_unit()),
+        };
         self.calibrate(PipelineConfig {
             sample_rate,
-            signal: Signal::Displacement,
-            floor: self.floor,
+            signal,
+            floor,
             known_floor: None,
             known_reference: None,
             detector: self.detector,
-            health: self.health,
+            health,
             methods: self.methods(),
             travel: self.travel,
             pressure: self.pressure,

@@ -20,11 +20,14 @@ pub enum SensorSet {
     TwoStyli,
     /// Stylus and tangential force.
     Tangential,
+    /// An accelerometer in the finger instead of the stylus.
+    Vibration,
 }
 
 impl SensorSet {
     /// The sets a gripper may have.
-    pub const ALL: [Self; 4] = [Self::Stylus, Self::Travel, Self::TwoStyli, Self::Tangential];
+    pub const ALL: [Self; 5] =
+        [Self::Stylus, Self::Travel, Self::TwoStyli, Self::Tangential, Self::Vibration];
 
     /// Its name on the command line.
     #[must_use]
@@ -35,6 +38,7 @@ impl SensorSet {
             Self::Travel => "travel",
             Self::TwoStyli => "two-styli",
             Self::Tangential => "tangential",
+            Self::Vibration => "vibration",
         }
     }
 
@@ -52,6 +56,7 @@ impl SensorSet {
         scene.channels.force = true;
         scene.channels.travel = self == Self::Travel;
         scene.channels.tangential = self == Self::Tangential;
+        scene.vibration = (self == Self::Vibration).then(|| scene.vibration.unwrap_or_default());
         scene.second_stylus_mm = (self == Self::TwoStyli).then_some(f64::from(SPACING_MM));
     }
 
@@ -77,7 +82,8 @@ mod tests {
             let mut config = scene::load("moving").unwrap().config().clone();
             set.equip(&mut config);
             let channels = config.channels;
-            let has = [channels.travel, config.second_stylus_mm.is_some(), channels.tangential];
+            let second = config.second_stylus_mm.is_some();
+            let has = [channels.travel, second, channels.tangential, config.vibration.is_some()];
             assert_eq!(usize::from(set != SensorSet::Stylus), has.iter().filter(|x| **x).count());
             assert!(channels.force && channels.reference);
         }

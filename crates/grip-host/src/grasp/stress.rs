@@ -96,6 +96,10 @@ impl Stress {
         ] {
             *rms *= self.noise;
         }
+        if let Some(vibration) = &mut scene.vibration {
+            vibration.noise_m_s2 *= self.noise;
+            vibration.level = vibration.level.times(1.0 / self.noise);
+        }
         if self.gain > 0.0 {
             let draw = Draw::Uniform { uniform: [1.0 - self.gain, 1.0 + self.gain] };
             let gain = &mut scene.gain;

@@ -2,8 +2,8 @@
 
 use super::{News, Session, SessionError, limits::limited, pace::SlewLimiter};
 use slip_core::{
-    Pipeline, PipelineConfig, detector::DetectorConfig, floor::FloorConfig, grip::GripState,
-    units::Hertz,
+    Pipeline, PipelineConfig, Signal, detector::DetectorConfig, floor::FloorConfig,
+    grip::GripState, units::Hertz,
 };
 
 /// What a pipeline begins with: enough to repeat it.
@@ -99,14 +99,15 @@ impl Session {
     pub(super) fn fits(&self) -> Result<(), SessionError> {
         let Some(begun) = &self.begun else { return Ok(()) };
         let rate = begun.config.sample_rate;
-        self.config.check_signal(rate, false)?;
+        let signal = begun.config.signal;
+        self.config.check_signal(rate, signal == Signal::Vibration)?;
         #[expect(
             clippy::cast_possible_truncation,
             clippy::cast_sign_loss,
             reason = "a rate that was in force, below 2^24"
         )]
         let sample_rate_hz = rate.0 as u32;
-        Beginning { config: self.config.pipeline(rate), ..*begun }
+        Beginning { config: self.config.pipeline(signal, rate), ..*begun }
             .pipeline(self.estimator.clone())
             .map(drop)
             .map_err(|source| SessionError::Pipeline { sample_rate_hz, source })
@@ -121,9 +122,10 @@ impl Session {
         let sample_rate_hz = self.link.in_force().map_or(0, |config| config.sample_rate_hz);
         #[expect(clippy::cast_precision_loss, reason = "rates are below 2^24")]
         let rate = Hertz(sample_rate_hz as f32);
-        self.config.check_signal(rate, false)?;
+        let signal = self.signal();
+        self.config.check_signal(rate, signal == Signal::Vibration)?;
         let mut config =
-            PipelineConfig { no_skip: self.options.no_skip, ..self.config.pipeline(rate) };
+            PipelineConfig { no_skip: self.options.no_skip, ..self.config.pipeline(signal, rate) };
         config.grip =
             config.grip.zip(self.link.in_force()).map(|(grip, given)| limited(grip, given));
         let beginning = Beginning {

@@ -3,7 +3,7 @@
 
 use grip_host::{HostConfig, model};
 use slip_core::{
-    Pipeline, Sample, SlipEvent,
+    Pipeline, Sample, Signal, SlipEvent,
     units::{Hertz, Micros},
 };
 
@@ -41,7 +41,7 @@ fn hold(rate_hz: f64, needed_n: f64) -> Held {
     let mut config = HostConfig::default();
     // The object slips once, in its fall, and nothing is searched after it.
     (config.grip.trial_force_n, config.grip.relax_per_s) = (2.0, 0.0);
-    let config = config.pipeline(Hertz(rate_hz as f32));
+    let config = config.pipeline(Signal::Displacement, Hertz(rate_hz as f32));
     let estimator = model::default_estimator().unwrap();
     let mut pipeline = Pipeline::new(config, Some(estimator)).unwrap();
     let mut held =

@@ -4,13 +4,14 @@ use super::Observer;
 use crate::feed::{DerivedBlock, EvidencePoint};
 use grip_host::{HostConfig, model::default_estimator};
 use proptest::prelude::{Strategy, any, prop_assert, prop_oneof, proptest};
+use slip_core::Signal;
 use slip_core::units::{Hertz, Micros};
 use slip_core::{Pipeline, PipelineConfig, Sample};
 
 const RATE_HZ: f32 = 10_000.0;
 
 fn config() -> PipelineConfig {
-    HostConfig::default().pipeline(Hertz(RATE_HZ))
+    HostConfig::default().pipeline(Signal::Displacement, Hertz(RATE_HZ))
 }
 
 /// Noise at rest for a second, then an object that slides over a surface for a tenth.
@@ -113,7 +114,7 @@ proptest! {
     ) {
         #[expect(clippy::cast_precision_loss, reason = "below 2^24")]
         let rate = rate_hz as f32;
-        let config = HostConfig::default().pipeline(Hertz(rate));
+        let config = HostConfig::default().pipeline(Signal::Displacement, Hertz(rate));
         let mut observer = Observer::new(config, default_estimator().unwrap())
             .unwrap_or_else(|_| Observer::spectra_only(rate));
         let mut t = 1_000_000;

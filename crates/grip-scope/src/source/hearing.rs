@@ -16,7 +16,7 @@ use grip_link::message::daemon::{
     Goodbye, Gripper, NoticeKind, Rows, ToClient, Welcome, WelcomeFlags,
 };
 use grip_link::message::{Kind, NackReason, Versions};
-use slip_core::units::Hertz;
+use slip_core::{Signal, units::Hertz};
 
 /// Without rows for so long the stream has stalled.
 const STALL: Duration = Duration::from_secs(1);
@@ -322,7 +322,8 @@ pub(super) fn observer(rate_hz: u32) -> Result<Observer, String> {
         format!("at {rate_hz} Hz only spectra are derived from the samples: {error}")
     };
     let estimator = model::default_estimator().map_err(|error| told(&error))?;
-    Observer::new(HostConfig::default().pipeline(rate), estimator).map_err(|error| told(&error))
+    let config = HostConfig::default().pipeline(Signal::Displacement, rate);
+    Observer::new(config, estimator).map_err(|error| told(&error))
 }
 
 /// What is left where the pipeline cannot run.

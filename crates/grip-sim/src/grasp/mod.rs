@@ -186,6 +186,7 @@ impl Grasp {
         self.clock.count();
         let readings = Readings {
             t: self.clock.last(),
+            slides_m_s: self.truth.speed_m_s * self.contact.slip_share().clamp(0.0, 1.0),
             stylus_m: self.stylus.displacement_m(),
             second_m: self.second.as_ref().map(|second| second.stylus.displacement_m()),
             force_n: self.truth.applied_n,

@@ -7,7 +7,8 @@
 
 use crate::disturbance::Disturbance;
 use crate::random::{self, Purpose};
-use crate::scene::{ChannelConfig, Gains, MotionConfig, SceneConfig};
+use crate::scene::{ChannelConfig, Gains, MotionConfig, SceneConfig, VibrationConfig};
+use crate::vibration::Vibration;
 use rand_chacha::ChaCha8Rng;
 use slip_core::sample::Sample;
 use slip_core::units::Micros;
@@ -17,6 +18,8 @@ use slip_core::units::Micros;
 pub(super) struct Readings {
     pub(super) t: Micros,
     pub(super) stylus_m: f64,
+    /// Speed of sliding (m/s), for an accelerometer.
+    pub(super) slides_m_s: f64,
     pub(super) second_m: Option<f64>,
     pub(super) force_n: f64,
     pub(super) travel_m: f64,
@@ -40,6 +43,8 @@ pub(super) struct Sensors {
     robot: MotionConfig,
     seed: u64,
     motion: Option<Disturbance>,
+    accelerometer: Option<VibrationConfig>,
+    vibration: Option<Vibration>,
 }
 
 impl Sensors {
@@ -57,6 +62,8 @@ impl Sensors {
             robot: config.motion,
             seed: config.seed,
             motion: None,
+            accelerometer: config.vibration,
+            vibration: None,
             travel_step_m: config.noise.travel_step_um * 1e-6,
         };
         sensors.set_rate(config.sample_rate_hz);
@@ -70,6 +77,8 @@ impl Sensors {
         let moves = level > 0.0 || taps_per_s > 0.0 || self.channels.reference;
         self.motion =
             moves.then(|| Disturbance::new(level, taps_per_s, f64::from(rate_hz), self.seed));
+        let config = self.accelerometer.as_ref();
+        self.vibration = config.map(|config| Vibration::new(config, f64::from(rate_hz), self.seed));
     }
 
     pub(super) fn read(&mut self, ideal: Readings) -> Sample {
@@ -89,6 +98,9 @@ impl Sensors {
             gains.tangential * ideal.tangential_n
                 + self.tangential_rms_n * random::normal(&mut self.tangential_rng)
         });
+        let vibration = self.vibration.as_mut();
+        let vibration_m_s2 =
+            vibration.map(|vibration| gains.stylus * vibration.next_m_s2(ideal.slides_m_s));
         let reference = gains.stylus * motion.reference_m;
         Sample {
             second_stylus: second.map(narrow),
@@ -96,7 +108,7 @@ impl Sensors {
             tangential_n: tangential.map(narrow),
             travel_m: self.channels.travel.then_some(narrow(travel)),
             reference: self.channels.reference.then_some(narrow(reference)),
-            ..Sample::stylus(ideal.t, narrow(stylus))
+            ..Sample::stylus(ideal.t, narrow(vibration_m_s2.unwrap_or(stylus)))
         }
     }
 }

@@ -14,6 +14,9 @@ const RATE_MAX_HZ: u32 = 20_000;
 /// Span of the stylus (m): pre-load and the highest asperities of Ra 50 um.
 const STYLUS_SPAN_M: f64 = 1e-3;
 
+/// Span of an accelerometer (m/s^2): 16 g.
+pub(super) const ACCELERATION_SPAN_M_S2: f64 = 160.0;
+
 /// A channel of the virtual device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Reading {
@@ -42,6 +45,7 @@ pub(super) fn readings(config: &SceneConfig) -> Vec<Reading> {
 /// Unit of one step of an i16: the span of the channel over 32000 steps.
 pub(super) fn scale(reading: Reading, config: &SceneConfig) -> f32 {
     let span = match reading {
+        Reading::Stylus if config.vibration.is_some() => ACCELERATION_SPAN_M_S2,
         Reading::Stylus | Reading::Reference | Reading::SecondStylus => STYLUS_SPAN_M,
         // Friction above the normal force is rare.
         Reading::NormalForce | Reading::TangentialForce => 1.25 * config.drive.force_max_n,
@@ -86,6 +90,9 @@ pub(super) fn device_config(scene: &Scene, boot_id: u32, reset: ResetReason) -> 
 /// The reference is a stylus in the air: metres, not the usual acceleration.
 fn channel(reading: Reading, config: &SceneConfig) -> Channel {
     let (kind, unit) = match reading {
+        Reading::Stylus if config.vibration.is_some() => {
+            (ChannelKind::Stylus, Unit::MetrePerSecond2)
+        }
         Reading::Stylus => (ChannelKind::Stylus, Unit::Metre),
         Reading::NormalForce => (ChannelKind::NormalForce, Unit::Newton),
         Reading::Travel => (ChannelKind::Travel, Unit::Metre),

@@ -3,7 +3,7 @@
 //! The stylus is out of use while it is dead, frozen or saturated. That is a fault only where no other slip sensor is left: a second stylus
 //! (judged as the first), the tangential force (not dead, not frozen) or the moved distance (not dead; at rest it repeats itself).
 
-use super::fault::RANGE_M;
+use super::{fault::RANGE_M, identity::ACCELERATION_SPAN_M_S2};
 use crate::scene::Scene;
 use grip_link::message::FaultCode;
 use slip_core::sample::Sample;
@@ -38,8 +38,12 @@ pub(super) struct SensorWatch {
 impl SensorWatch {
     pub(super) fn new(scene: &Scene) -> Self {
         let noise = scene.config().noise;
-        let stylus =
-            Suspicion { noisy: noise.stylus_um > 0.0, range: RANGE_M, ..Suspicion::default() };
+        let (rms, range) = match scene.config().vibration {
+            Some(vibration) => (vibration.noise_m_s2, ACCELERATION_SPAN_M_S2),
+            None => (noise.stylus_um, f64::from(RANGE_M)),
+        };
+        #[expect(clippy::cast_possible_truncation, reason = "the end of a range")]
+        let stylus = Suspicion { noisy: rms > 0.0, range: range as f32, ..Suspicion::default() };
         let rate_hz = scene.config().sample_rate_hz;
         Self {
             stylus,

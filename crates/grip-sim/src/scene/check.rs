@@ -99,6 +99,11 @@ fn check_gripper(config: &SceneConfig) -> Result<(), SceneError> {
 
 fn check_sensors(config: &SceneConfig) -> Result<(), SceneError> {
     let SceneConfig { noise, gain, .. } = config;
+    if let Some(vibration) = config.vibration {
+        drawn("vibration.level", vibration.level, 0.1, 10_000.0)?;
+        drawn("vibration.exponent", vibration.exponent, 0.1, 3.0)?;
+        within("vibration.noise_m_s2", vibration.noise_m_s2, 0.0, 1000.0)?;
+    }
     within("noise.stylus_um", noise.stylus_um, 0.0, 1000.0)?;
     within("noise.force_mn", noise.force_mn, 0.0, 1000.0)?;
     within("noise.travel_um", noise.travel_um, 0.0, 1000.0)?;

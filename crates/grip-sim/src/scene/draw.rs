@@ -47,6 +47,22 @@ impl Draw {
         }
     }
 
+    /// The same quantity times `factor`, above 0.
+    #[must_use]
+    pub fn times(self, factor: f64) -> Self {
+        match self {
+            Self::Fixed(value) => Self::Fixed(factor * value),
+            Self::Uniform { uniform } => Self::Uniform { uniform: uniform.map(|x| factor * x) },
+            Self::LogUniform { log_uniform } => {
+                Self::LogUniform { log_uniform: log_uniform.map(|x| factor * x) }
+            }
+            Self::LogNormal { log_normal: [median, spread], within } => Self::LogNormal {
+                log_normal: [factor * median, spread],
+                within: within.map(|x| factor * x),
+            },
+        }
+    }
+
     pub(crate) fn sample(&self, rng: &mut ChaCha8Rng) -> f64 {
         match *self {
             Self::Fixed(value) => value,

@@ -15,7 +15,7 @@ pub use draw::Draw;
 pub(crate) use load::{Acting, Load};
 pub use load::{ArmConfig, BumpConfig, FillConfig, TugConfig, WetConfig};
 pub(crate) use sensing::Gains;
-pub use sensing::{ChannelConfig, GainConfig, NoiseConfig};
+pub use sensing::{ChannelConfig, GainConfig, NoiseConfig, VibrationConfig};
 
 use crate::random::{self, Purpose};
 use crate::{GRAVITY_M_S2, surface};
@@ -76,6 +76,9 @@ pub struct SceneConfig {
     /// A second stylus this far behind the first, along the slip (mm), 0.05 to 20; absent where there is none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub second_stylus_mm: Option<f64>,
+    /// An accelerometer instead of the stylus; absent where there is a stylus.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub vibration: Option<VibrationConfig>,
     /// Sensor noise.
     #[serde(default)]
     pub noise: NoiseConfig,

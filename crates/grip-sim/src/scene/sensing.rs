@@ -52,6 +52,25 @@ impl Default for NoiseConfig {
     }
 }
 
+/// An accelerometer in the finger instead of a stylus; see [`crate::vibration`].
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct VibrationConfig {
+    /// Vibration over noise (rms) where the object slides with 0.1 m/s, 0.1 to 10000.
+    pub level: Draw,
+    /// Power of the speed that the vibration grows with, 0.1 to 3.
+    pub exponent: Draw,
+    /// White Gaussian noise (m/s^2, rms), 0 to 1000.
+    pub noise_m_s2: f64,
+}
+
+impl Default for VibrationConfig {
+    fn default() -> Self {
+        let level = Draw::LogUniform { log_uniform: [5.0, 50.0] };
+        Self { level, exponent: Draw::Uniform { uniform: [0.7, 1.3] }, noise_m_s2: 0.05 }
+    }
+}
+
 /// What a sensor shows over what there is: an error of calibration that stays the same during a grasp, 0.1 to 10 each.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]

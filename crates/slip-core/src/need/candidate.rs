@@ -48,6 +48,8 @@ pub(super) struct Candidate {
     pub(super) squares: f32,
     pub(super) logs: f32,
     pub(super) misfit: f32,
+    /// Mean speed in the last block (m/s).
+    mean_m_s: f32,
     /// Place (m) and speed (m/s) at the extreme that is looked for, and place of the last turn (m).
     extreme_m: f32,
     extreme_m_s: f32,
@@ -95,17 +97,22 @@ impl Candidate {
         }
     }
 
-    /// Goes on for `d_s` under `force_n` (N); its mean speed (m/s).
-    pub(super) fn go(&mut self, force_n: f32, ramp_s: f32, d_s: f32) -> f32 {
+    /// Goes on for `d_s` under `force_n` (N).
+    pub(super) fn go(&mut self, force_n: f32, ramp_s: f32, d_s: f32) {
         let before_m_s = self.speed_m_s;
         let a = G_M_S2 * (self.load - force_n / self.need_n);
         self.speed_m_s = (before_m_s + a * d_s).max(0.0);
         let mean_m_s = 0.5 * (before_m_s + self.speed_m_s);
         self.moved_m += mean_m_s * d_s;
+        self.mean_m_s = mean_m_s.max(CREEP_M_S);
         if ramp_s > 0.0 {
             self.load = (self.load + d_s / ramp_s).min(1.0);
         }
-        mean_m_s.max(CREEP_M_S)
+    }
+
+    /// Distance of the last block, which lasted `d_s` (m).
+    pub(super) fn way_m(&self, d_s: f32) -> f32 {
+        self.mean_m_s * d_s
     }
 
     /// The stylus is further than at the extreme so far, `within_s` after the end of the last block.

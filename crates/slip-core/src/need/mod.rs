@@ -12,17 +12,22 @@
 //!
 //! After the stop the balance of impulse holds whatever the surface: the needed force is the mean force of the slip.
 //!
+//! An accelerometer in the finger tells the course by its power alone (`vibration`).
+//!
 //! Sums forget within 80 ms. A block costs three logarithms and one exponential a candidate.
 
 mod candidate;
 mod history;
 mod swings;
+mod vibration;
 
+use crate::config::Signal;
 use core::f32::consts::LN_2;
 
 use candidate::{Candidate, Surface, balance};
 use history::History;
 use swings::{Seen, Swings};
+use vibration::Loudness;
 
 /// Needed forces that are tried, each larger than the one before by [`STEP`] in the logarithm, from the force at the alarm on; all as probable.
 const FORCES: usize = 24;
@@ -131,6 +136,37 @@ struct Noise {
     fast: f32,
 }
 
+/// How a signal follows the speed.
+#[derive(Clone, Copy, Debug)]
+struct Law {
+    /// Bounds of the root of the power over the speed, for a block.
+    slope: [f32; 2],
+    /// Power with which the likelihood of a block counts.
+    trust: f32,
+    /// Power with which larger forces are less probable.
+    lighter: f32,
+    /// Whether peaks and valleys tell.
+    turns: bool,
+}
+
+/// The law of a stylus.
+const HEIGHTS: Law = Law { slope: SLOPE, trust: 1.0, lighter: 0.0, turns: true };
+
+/// An alarm.
+#[derive(Clone, Copy, Debug)]
+pub struct Alarm {
+    /// What the readings are.
+    pub signal: Signal,
+    /// White noise of the readings (rms, their unit).
+    pub sigma: f32,
+    /// Force of a finger (N).
+    pub force_n: f32,
+    /// Time between two readings (s).
+    pub dt_s: f32,
+    /// Since the end of the slip before (s), infinite where there was none.
+    pub rested_s: f32,
+}
+
 /// What a stop leaves behind.
 #[derive(Clone, Copy, Debug, Default)]
 struct Stopped {
@@ -149,6 +185,9 @@ struct Stopped {
 #[derive(Clone, Copy, Debug)]
 pub struct Need {
     candidates: [Candidate; CANDIDATES],
+    signal: Signal,
+    law: Law,
+    loudness: Loudness,
     noise: Noise,
     /// Time (s) and samples of a block.
     block_s: f32,
@@ -185,6 +224,9 @@ impl Default for Need {
     fn default() -> Self {
         Self {
             candidates: [Candidate::default(); CANDIDATES],
+            signal: Signal::default(),
+            law: HEIGHTS,
+            loudness: Loudness::default(),
             noise: Noise::default(),
             block_s: BLOCK_S,
             samples: 1,
@@ -214,9 +256,9 @@ impl Default for Need {
 }
 
 impl Need {
-    /// An alarm under `force_n` (N). `sigma` is the white noise of the readings (rms, m), `dt_s` the time between two of them, `rested_s` that since
-    /// the end of the slip before, infinite where there was none.
-    pub fn begin(&mut self, sigma: f32, force_n: f32, dt_s: f32, rested_s: f32) {
+    /// An alarm: what came before says nothing more, but for the last stop.
+    pub fn begin(&mut self, alarm: &Alarm) {
+        let Alarm { signal, sigma, force_n, dt_s, rested_s } = *alarm;
         let since_s = self.stopped.since_s + rested_s;
         let again = since_s < AGAIN_S && self.stopped.swing_m > 0.0;
         let stopped = if again { Stopped { since_s, ..self.stopped } } else { Stopped::default() };
@@ -224,12 +266,22 @@ impl Need {
         let samples = libm::roundf(BLOCK_S / dt_s.max(1e-6)).clamp(1.0, 300.0) as u16;
         let n = f32::from(samples);
         let variance = sigma * sigma;
+        let difference = match signal {
+            Signal::Displacement => 2.0 * variance / n,
+            // The noise of a mean square is all of it.
+            Signal::Vibration => variance,
+        };
         let noise = Noise {
             sigma,
             mean: sigma / libm::sqrtf(2.0 * n),
-            difference: 2.0 * variance / n,
+            difference,
             fast: 2.0 * n * n * variance,
         };
+        (self.signal, self.law) = match signal {
+            Signal::Displacement => (signal, HEIGHTS),
+            Signal::Vibration => (signal, vibration::law(variance, n * dt_s)),
+        };
+        self.loudness.begin(variance);
         // In place: a copy of all this would not fit on the stack of a microcontroller.
         (self.noise, self.samples, self.block_s, self.stopped) =
             (noise, samples, n * dt_s, stopped);
@@ -272,6 +324,10 @@ impl Need {
     /// One reading, in its order.
     #[inline]
     fn take(&mut self, x_m: f32, force_n: f32) {
+        if self.signal == Signal::Vibration {
+            self.listen(x_m, force_n);
+            return;
+        }
         let last_m = self.last_m.replace(x_m).unwrap_or(x_m);
         self.sum_m += x_m;
         self.differences += (x_m - last_m) * (x_m - last_m);
@@ -287,12 +343,25 @@ impl Need {
         }
     }
 
+    /// One reading of a vibration.
+    fn listen(&mut self, x: f32, force_n: f32) {
+        let without = self.loudness.without_mean(x, self.block_s / f32::from(self.samples));
+        self.sum_m += without * without;
+        self.filled += 1;
+        if self.filled >= self.samples {
+            let power = self.sum_m / f32::from(self.filled);
+            (self.filled, self.sum_m) = (0, 0.0);
+            self.hear(power, force_n);
+        }
+    }
+
     /// The object begins to move under `force_n` (N).
     fn start(&mut self, force_n: f32, first: f32) {
         let force_n = force_n.max(1e-3);
         (self.impulse, self.power, self.weight, self.kept) = (0.0, 0.0, 0.0, 0);
         self.speed_m_s = FIRST_M_S;
         self.swings = Swings::default();
+        self.loudness.start();
         for (forces, (ramp_s, _)) in self.candidates.chunks_exact_mut(FORCES).zip(RAMPS) {
             let mut need_n = force_n * libm::expf(0.5 * STEP);
             for place in forces {
@@ -457,16 +526,31 @@ impl Need {
             difference_m * difference_m
         };
         let w = (self.speed_m_s * d_s / CHANGES_M).clamp(LEAST_SHARE, 1.0);
+        self.believe((square, noise), w, force_n);
+        self.felt = Felt {
+            turns: self.swings.turns,
+            vibrates: self.range_m(MOVING_BLOCKS) > MOVING * self.noise.mean,
+            unexplained: self.speed_m_s < SLOW_M_S && self.fast > VIBRATES * self.noise.fast,
+            ..self.felt
+        };
+    }
+
+    /// What a block says whose power is `square` with that of the noise, `noise`, and that weighs `w`: the candidates go on under `force_n` (N).
+    fn believe(&mut self, (square, noise): (f32, f32), w: f32, force_n: f32) {
+        let d_s = self.block_s;
+        let law = self.law;
         let keep = libm::expf(-d_s / FORGET_S);
         self.power = self.power * keep + w * (square - noise);
         self.weight = self.weight * keep + w;
-        let [least, most] = SLOPE;
+        let [least, most] = law.slope;
         let prior = SLOPE_BLOCKS * least * most;
         let surface = Surface::after(self.swings.turns);
         let mut best = f32::NEG_INFINITY;
         for (forces, (ramp_s, ramp_ln)) in self.candidates.chunks_exact_mut(FORCES).zip(RAMPS) {
+            let mut ln = 0.5 * STEP;
             for candidate in forces {
-                let way_m = candidate.go(force_n, ramp_s, d_s) * d_s;
+                candidate.go(force_n, ramp_s, d_s);
+                let way_m = candidate.way_m(d_s);
                 candidate.squares = candidate.squares * keep + w * way_m * way_m;
                 let slope2 = (self.power + 1e-3 * noise).max(0.05 * noise * w) / candidate.squares;
                 let variance = way_m * way_m + noise / slope2;
@@ -476,8 +560,12 @@ impl Need {
                 let k2 = k2.clamp(least * least, most * most);
                 let amplitude =
                     candidate.logs + self.weight * libm::logf(k2) + candidate.misfit / k2;
-                candidate.p = ramp_ln - 0.5 * amplitude + candidate.turning(&surface);
+                candidate.p = ramp_ln - law.lighter * ln - 0.5 * law.trust * amplitude;
+                if law.turns {
+                    candidate.p += candidate.turning(&surface);
+                }
                 best = best.max(candidate.p);
+                ln += STEP;
             }
         }
         self.conclude(best);
@@ -531,14 +619,7 @@ impl Need {
             }
             from_n * libm::expf(ln)
         };
-        self.felt = Felt {
-            low_n: quantile(0.1),
-            median_n: quantile(0.5),
-            turns: self.swings.turns,
-            vibrates: self.range_m(MOVING_BLOCKS) > MOVING * self.noise.mean,
-            unexplained: speed_m_s < SLOW_M_S && self.fast > VIBRATES * self.noise.fast,
-            ..self.felt
-        };
+        self.felt = Felt { low_n: quantile(0.1), median_n: quantile(0.5), ..self.felt };
     }
 }
 

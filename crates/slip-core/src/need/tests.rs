@@ -1,7 +1,7 @@
 //! Objects with known needs slip under a simple law; what the distribution says of them.
 
-use super::{Felt, Need};
-use crate::estimate::G_M_S2;
+use super::{Alarm, Felt, Need};
+use crate::{config::Signal, estimate::G_M_S2};
 
 const DT: f64 = 1e-4;
 
@@ -45,14 +45,52 @@ impl Surface {
     }
 }
 
+/// An alarm of a stylus with 0.1 um of noise.
+fn alarm(force_n: f32, rested_s: f32) -> Alarm {
+    Alarm { signal: Signal::Displacement, sigma: 1e-7, force_n, dt_s: 1e-4, rested_s }
+}
+
+/// What an object excites.
+enum Excited {
+    Stylus(Surface),
+    /// Level at 0.1 m/s over the noise, the noise, and a mode of the finger at 300 Hz.
+    Finger {
+        level: f64,
+        sigma: f64,
+        ringing: [f64; 2],
+    },
+}
+
+impl Excited {
+    fn reading(&mut self, draw: &mut Draw, x: f64, v: f64) -> f64 {
+        match self {
+            Self::Stylus(surface) => surface.height(x) + 1e-7 * draw.normal(),
+            Self::Finger { level, sigma, ringing: [last, before] } => {
+                // Quality 5, with the gain of white noise.
+                let (r, angle) = (0.9813, core::f64::consts::TAU * 0.03);
+                let now = 2.0 * r * libm::cos(angle) * *last - r * r * *before
+                    + 0.036 * *level * v / 0.1 * draw.normal();
+                (*before, *last) = (*last, now);
+                *sigma * (now + draw.normal() + 200.0)
+            }
+        }
+    }
+
+    fn alarm(&self, force_n: f32) -> Alarm {
+        let stylus = alarm(force_n, f32::INFINITY);
+        match self {
+            Self::Stylus(_) => stylus,
+            #[expect(clippy::cast_possible_truncation, reason = "readings are f32")]
+            Self::Finger { sigma, .. } => {
+                Alarm { signal: Signal::Vibration, sigma: *sigma as f32, ..stylus }
+            }
+        }
+    }
+}
+
 /// A slip of an object that needs `need` (N), under 1.2 N at first and what the distribution asks for from then on, through a lag of 5 ms; the last word,
 /// and the highest force over the need.
-fn slip(seed: u64, need: f64, ramp_s: f64) -> (Felt, f64) {
-    let mut draw = Draw(seed);
-    for _ in 0..8 {
-        draw.next();
-    }
-    let surface = Surface::draw(&mut draw);
+fn slip(mut draw: Draw, mut excited: Excited, (need, ramp_s): (f64, f64)) -> (Felt, f64) {
     let mut state = Need::default();
     let (mut x, mut v, mut force, mut load) = (0.0_f64, 0.0_f64, 1.2_f64, 1.2 / need);
     let (mut target, mut peak, mut begun) = (1.2_f64, 0.0_f64, false);
@@ -63,10 +101,10 @@ fn slip(seed: u64, need: f64, ramp_s: f64) -> (Felt, f64) {
         force += (target - force) * DT / 0.005;
         peak = peak.max(force);
         #[expect(clippy::cast_possible_truncation, reason = "readings are f32")]
-        let (reading, measured) = ((surface.height(x) + 1e-7 * draw.normal()) as f32, force as f32);
+        let (reading, measured) = (excited.reading(&mut draw, x, v) as f32, force as f32);
         if !begun && x > 8e-6 {
             begun = true;
-            state.begin(1e-7, measured, 1e-4, f32::INFINITY);
+            state.begin(&excited.alarm(measured));
         }
         if begun {
             state.push(reading, measured);
@@ -82,11 +120,16 @@ fn slip(seed: u64, need: f64, ramp_s: f64) -> (Felt, f64) {
 }
 
 /// Sorted ratios of what is told over the truth.
-fn held_over_need(ramp_s: f64) -> [f64; 60] {
+fn held_over_need(ramp_s: f64, excite: impl Fn(&mut Draw) -> Excited) -> [f64; 60] {
     let mut draw = Draw(77);
     let mut ratios = core::array::from_fn(|seed| {
         let need = draw.between(2.0, 40.0);
-        let (felt, peak) = slip(seed as u64 + 1, need, ramp_s);
+        let mut own = Draw(seed as u64 + 1);
+        for _ in 0..8 {
+            own.next();
+        }
+        let excited = excite(&mut own);
+        let (felt, peak) = slip(own, excited, (need, ramp_s));
         assert!(peak < 3.0, "{seed}: {need} N, {felt:?}, peak {peak}");
         let held_n =
             felt.held_n.unwrap_or_else(|| panic!("{seed}: {need} N never stopped, {felt:?}"));
@@ -98,7 +141,7 @@ fn held_over_need(ramp_s: f64) -> [f64; 60] {
 
 #[test]
 fn objects_whose_load_is_there_at_once_are_known_after_the_stop() {
-    let ratios = held_over_need(0.0);
+    let ratios = held_over_need(0.0, |draw| Excited::Stylus(Surface::draw(draw)));
     let (low, median, high) = (ratios[3], ratios[30], ratios[56]);
     assert!((0.97..1.05).contains(&median) && low > 0.9 && high < 1.35, "{ratios:?}");
 }
@@ -106,15 +149,32 @@ fn objects_whose_load_is_there_at_once_are_known_after_the_stop() {
 /// An object that is stopped before its load is there has told the load that was: the next slip tells the rest.
 #[test]
 fn a_load_that_comes_in_50_ms_is_not_taken_for_more() {
-    let ratios = held_over_need(0.05);
+    let ratios = held_over_need(0.05, |draw| Excited::Stylus(Surface::draw(draw)));
     assert!((0.6..1.05).contains(&ratios[30]) && ratios[56] < 1.3, "{ratios:?}");
+}
+
+/// An accelerometer tells the same, in any unit and on top of gravity.
+#[test]
+fn a_finger_that_vibrates_tells_the_needed_force_in_any_unit() {
+    let ratios = [1e-6, 1.0, 1e6].map(|sigma| {
+        held_over_need(0.0, |draw| {
+            let level = draw.between(5.0, 50.0);
+            Excited::Finger { level, sigma, ringing: [0.0; 2] }
+        })
+    });
+    for ratios in &ratios {
+        let (low, median, high) = (ratios[3], ratios[30], ratios[56]);
+        assert!((0.85..1.15).contains(&median) && low > 0.6 && high < 1.5, "{ratios:?}");
+    }
+    let median = |i: usize| ratios[i][30];
+    assert!((median(0) / median(2) - 1.0).abs() < 0.02, "{} {}", median(0), median(2));
 }
 
 #[test]
 fn quantiles_are_in_order_and_finite_whatever_is_read() {
     let mut need = Need::default();
     let mut draw = Draw(5);
-    need.begin(1e-7, 1.2, 1e-4, f32::INFINITY);
+    need.begin(&alarm(1.2, f32::INFINITY));
     for i in 0..20_000_u32 {
         let x = match i / 4000 {
             0 => 0.0,
@@ -139,7 +199,7 @@ fn an_alarm_soon_after_a_stop_waits_until_something_moves() {
     let mut need = Need::default();
     let mut draw = Draw(9);
     let surface = Surface::draw(&mut draw);
-    need.begin(1e-7, 1.2, 1e-4, f32::INFINITY);
+    need.begin(&alarm(1.2, f32::INFINITY));
     let mut x = 0.0;
     for i in 0..600_u32 {
         x += if i < 300 { 3e-6 } else { 0.0 };
@@ -151,7 +211,7 @@ fn an_alarm_soon_after_a_stop_waits_until_something_moves() {
         "{:?}",
         need.felt()
     );
-    need.begin(1e-7, 4.0, 1e-4, 0.05);
+    need.begin(&alarm(4.0, 0.05));
     assert!(
         !need.felt().unwrap().moves && need.felt().unwrap().held_n.is_none(),
         "{:?}",
@@ -176,8 +236,8 @@ fn a_slip_that_another_sensor_told_first_is_caught_up_with() {
     let mut draw = Draw(3);
     let surface = Surface::draw(&mut draw);
     let (mut whole, mut late) = (Need::default(), Need::default());
-    whole.begin(1e-7, 1.2, 1e-4, f32::INFINITY);
-    late.begin(1e-7, 1.2, 1e-4, f32::INFINITY);
+    whole.begin(&alarm(1.2, f32::INFINITY));
+    late.begin(&alarm(1.2, f32::INFINITY));
     for i in 0..600_u32 {
         #[expect(clippy::cast_possible_truncation, reason = "readings are f32")]
         let x = (surface.height(5e-6 * f64::from(i)) + 1e-7 * draw.normal()) as f32;

@@ -10,7 +10,7 @@ use crate::{
     grip::{Evidence, GripEvent, GripInput, Sliding, SlipNow},
     health::Health,
     methods::Method,
-    need::Felt,
+    need::{Alarm, Felt},
     sample::Sample,
     turns::{Passing, Turns},
     units::{Micros, Newtons},
@@ -18,6 +18,9 @@ use crate::{
 
 /// So early in a slip the stylus can still take over from the travel.
 const CAUGHT_UP: Micros = Micros(50_000);
+
+/// A vibration is heard from this sample rate on (Hz).
+const VIBRATION_HZ: f32 = 2000.0;
 
 /// A mean over at most this long (s) says how an object slides now.
 const LATELY_S: f32 = 0.01;
@@ -81,8 +84,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
     fn begin_need(&mut self, sample: &Sample, force_n: f32) {
         let rate_hz = self.config.sample_rate.0;
         let feels = self.grip.is_some()
-            && self.config.signal == Signal::Displacement
-            && rate_hz >= Turns::LEAST_RATE_HZ
+            && rate_hz >= self.least_rate_hz()
             && self.fusion.uses(Method::Stylus)
             && !self.detector.is_moving();
         if let Some(slip) = self.slip.as_mut().filter(|_| feels) {
@@ -93,7 +95,16 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             let rested_s = self.ended.map_or(f64::INFINITY, |t| sample.t.since(t).as_seconds());
             #[expect(clippy::cast_possible_truncation, reason = "a time between two slips")]
             let rested_s = rested_s as f32;
-            self.need.begin(sigma, force_n, 1.0 / rate_hz, rested_s);
+            let signal = self.config.signal;
+            self.need.begin(&Alarm { signal, sigma, force_n, dt_s: 1.0 / rate_hz, rested_s });
+        }
+    }
+
+    /// Sample rate (Hz) from which on the signal alone tells the needed force.
+    fn least_rate_hz(&self) -> f32 {
+        match self.config.signal {
+            Signal::Displacement => Turns::LEAST_RATE_HZ,
+            Signal::Vibration => VIBRATION_HZ,
         }
     }
 

@@ -1,0 +1,160 @@
+//! Readings of an accelerometer in; how loud the finger vibrates, and what that says of the needed force, out.
+//!
+//! A finger over which an object slides vibrates with a power that grows with the square of the speed, on top of that of the noise. What is believed
+//! follows the course of the speed as with a stylus, but there are no peaks to count, and the finger rings on for milliseconds after the object has
+//! slowed down. That costs little while the force rises; the force to hold with is found by a second set of sums, which knows the ringing.
+
+use super::{CANDIDATES, FIRST, FORCES, FORGET_S, Felt, Law, Need, RAMPS, SLOW_M_S, STEP};
+
+/// Time constant of the mean that is taken off (s): gravity and slow motion.
+const MEAN_S: f32 = 1.6e-3;
+/// Neighbouring blocks say nearly the same: weight of one.
+const WEIGHT: f32 = 0.25;
+/// Vibration over noise (rms) at this speed (m/s), least and most.
+const SPEED_M_S: f32 = 0.1;
+const LEVEL: [f32; 2] = [0.2, 100.0];
+/// Of likelihoods of blocks that are not independent this power counts.
+const TRUST: f32 = 0.5;
+/// A needed force is the less probable the larger it is, by this power.
+const LIGHTER: f32 = 0.3;
+/// The finger rings on for so long (s).
+const RINGS_S: f32 = 2.5e-3;
+/// Weight of the last block in the loudness, and in a quicker one.
+const SMOOTHING: f32 = 0.1;
+const QUICK: f32 = 0.25;
+/// Power over that of the noise: of a finger that vibrates, that vibrates much, that is quiet, and that begins to vibrate again.
+const VIBRATES: f32 = 2.0;
+const LOUD: f32 = 6.0;
+const QUIET: f32 = 1.7;
+const AGAIN: f32 = 3.4;
+/// It is quiet for so many blocks, and no earlier than this after the alarm (s), where the object has stopped.
+const QUIET_BLOCKS: u16 = 8;
+const STOPS_AFTER_S: f32 = 6.5e-3;
+/// Slowest that an object slides whose finger rings (m/s).
+const CREEP_M_S: f32 = 2e-4;
+
+/// The law of a vibration whose noise has this variance, for blocks of `d_s`.
+pub(super) fn law(variance: f32, d_s: f32) -> Law {
+    let per_m = libm::sqrtf(variance) / (SPEED_M_S * d_s);
+    let [least, most] = LEVEL;
+    Law { slope: [least * per_m, most * per_m], trust: TRUST, lighter: LIGHTER, turns: false }
+}
+
+/// Sums of one candidate that know the ringing.
+#[derive(Clone, Copy, Debug, Default)]
+struct Ringing {
+    /// Smoothed square of the distance in a block (m^2).
+    echo: f32,
+    squares: f32,
+    logs: f32,
+    misfit: f32,
+}
+
+/// How loud it is, and what every candidate expects.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Loudness {
+    mean: Option<f32>,
+    slow: f32,
+    quick: f32,
+    quiet: u16,
+    ringing: [Ringing; CANDIDATES],
+}
+
+impl Default for Loudness {
+    fn default() -> Self {
+        let ringing = [Ringing::default(); CANDIDATES];
+        Self { mean: None, slow: 0.0, quick: 0.0, quiet: 0, ringing }
+    }
+}
+
+impl Loudness {
+    /// An alarm over a noise of this variance: it is loud until it is known how loud.
+    pub(super) fn begin(&mut self, variance: f32) {
+        (self.mean, self.slow, self.quick) = (None, 4.0 * variance, 4.0 * variance);
+        self.start();
+    }
+
+    /// The object begins to move.
+    pub(super) fn start(&mut self) {
+        self.quiet = 0;
+        self.ringing.fill(Ringing::default());
+    }
+
+    /// A reading without the mean of the last ones.
+    pub(super) fn without_mean(&mut self, x: f32, dt_s: f32) -> f32 {
+        let mean = self.mean.get_or_insert(x);
+        let without = x - *mean;
+        *mean += (dt_s / MEAN_S).min(1.0) * without;
+        without
+    }
+}
+
+impl Need {
+    /// One block: mean square of the readings, and the force (N).
+    pub(super) fn hear(&mut self, power: f32, force_n: f32) {
+        let noise = self.noise.difference;
+        let loudness = &mut self.loudness;
+        loudness.slow += SMOOTHING * (power - loudness.slow);
+        loudness.quick += QUICK * (power - loudness.quick);
+        if !self.felt.moves {
+            self.stopped.since_s += self.block_s;
+            if self.loudness.quick > AGAIN * noise {
+                self.start(force_n, FIRST);
+            }
+            return;
+        }
+        self.felt.since_s += self.block_s;
+        self.believe((power, noise), WEIGHT, force_n);
+        self.ring(power, noise);
+        let slow = self.loudness.slow;
+        self.felt = Felt {
+            vibrates: slow > VIBRATES * noise,
+            unexplained: self.speed_m_s < SLOW_M_S && slow > LOUD * noise,
+            ..self.felt
+        };
+        self.loudness.quiet = if slow < QUIET * noise { self.loudness.quiet + 1 } else { 0 };
+        if self.loudness.quiet >= QUIET_BLOCKS && self.felt.since_s > STOPS_AFTER_S {
+            self.stopped.since_s = 0.0;
+            let held_n = Some(self.rung_n().max(self.felt.from_n));
+            self.felt = Felt { moves: false, vibrates: false, held_n, ..self.felt };
+        }
+    }
+
+    /// Weighs a block for a finger that rings.
+    fn ring(&mut self, power: f32, noise: f32) {
+        let keep = libm::expf(-self.block_s / FORGET_S);
+        let rings = libm::expf(-self.block_s / RINGS_S);
+        let least = (CREEP_M_S * self.block_s) * (CREEP_M_S * self.block_s);
+        for (one, candidate) in self.loudness.ringing.iter_mut().zip(&self.candidates) {
+            let way_m = candidate.way_m(self.block_s);
+            one.echo = one.echo * rings + (1.0 - rings) * way_m * way_m;
+            let square = one.echo.max(least);
+            one.squares = one.squares * keep + WEIGHT * square;
+            let slope2 = (self.power + 1e-3 * noise).max(0.05 * noise * WEIGHT) / one.squares;
+            let variance = square + noise / slope2;
+            one.logs = one.logs * keep + WEIGHT * libm::logf(variance);
+            one.misfit = one.misfit * keep + WEIGHT * power / variance;
+        }
+    }
+
+    /// Needed force (N) by the sums that know the ringing.
+    fn rung_n(&self) -> f32 {
+        let likelihood = |one: &Ringing| {
+            -0.5 * one.logs - (0.5 * self.weight + 0.5) * libm::logf(one.misfit + 1e-30)
+        };
+        let all = || self.loudness.ringing.chunks_exact(FORCES).zip(RAMPS);
+        let best = all()
+            .flat_map(|(forces, _)| forces.iter().map(likelihood))
+            .fold(f32::NEG_INFINITY, f32::max);
+        let (mut sum, mut weights) = (0.0, 0.0);
+        for (forces, (_, ramp_ln)) in all() {
+            let mut ln = 0.5 * STEP;
+            for one in forces {
+                let p = libm::expf(likelihood(one) - best + ramp_ln - LIGHTER * ln);
+                (sum, weights) = (sum + p * ln, weights + p);
+                ln += STEP;
+            }
+        }
+        self.felt.from_n * libm::expf(sum / weights)
+    }
+}
