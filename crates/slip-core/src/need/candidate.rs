@@ -3,8 +3,7 @@
 use super::{CREEP_M_S, SURFACE_SPREAD, TURN_LN, TURN_SPREAD};
 use crate::estimate::G_M_S2;
 
-/// Distance that the object has moved when the alarm comes (m), and how much later that is known (s).
-const ALARM_M: f32 = 6e-6;
+/// How much later than it comes the alarm is known (s).
 const ALARM_S: f32 = 4.5e-4;
 /// Longest time from the first movement to the alarm (s).
 const BEFORE_ALARM_S: f32 = 0.015;
@@ -63,12 +62,12 @@ pub(super) struct Candidate {
 }
 
 impl Candidate {
-    /// An object that needs `need_n` and has begun to move under `force_n` (N) a moment ago.
-    pub(super) fn start(need_n: f32, force_n: f32, ramp_s: f32) -> Self {
+    /// An object that needs `need_n` and has moved by `alarm_m` since it began to, a moment ago, under `force_n` (N).
+    pub(super) fn start(need_n: f32, force_n: f32, ramp_s: f32, alarm_m: f32) -> Self {
         let a0 = G_M_S2 * (1.0 - force_n / need_n).max(LEAST_A);
-        let at_once_s = libm::sqrtf(2.0 * ALARM_M / a0);
+        let at_once_s = libm::sqrtf(2.0 * alarm_m / a0);
         let before_s = if ramp_s > 0.0 {
-            libm::cbrtf(6.0 * ALARM_M * ramp_s / G_M_S2).max(at_once_s)
+            libm::cbrtf(6.0 * alarm_m * ramp_s / G_M_S2).max(at_once_s)
         } else {
             at_once_s
         };
@@ -165,14 +164,14 @@ pub(super) fn balance(impulse: f32, lasted_s: f32, from_n: f32, ramp_s: f32) -> 
 
 #[cfg(test)]
 mod tests {
-    use super::{Candidate, balance};
+    use super::{super::ALARM_M, Candidate, balance};
     use crate::estimate::G_M_S2;
 
     /// A block as long as the whole slip is as good as many short ones, by the plain law of motion in `f64`.
     #[test]
     fn it_moves_as_the_law_says() {
         for ramp_s in [0.0_f32, 0.02, 0.06] {
-            let mut candidate = Candidate::start(10.0, 1.2, ramp_s);
+            let mut candidate = Candidate::start(10.0, 1.2, ramp_s, ALARM_M);
             let (mut v, mut x) = (f64::from(candidate.speed_m_s), f64::from(candidate.moved_m));
             let mut load = f64::from(candidate.load);
             for block in 0..200_u16 {
@@ -194,7 +193,7 @@ mod tests {
     #[test]
     fn it_starts_where_the_law_says() {
         for (need_n, ramp_s) in [(2.0_f32, 0.0_f32), (40.0, 0.0), (2.0, 0.06), (40.0, 0.02)] {
-            let start = Candidate::start(need_n, 1.2, ramp_s);
+            let start = Candidate::start(need_n, 1.2, ramp_s, ALARM_M);
             let (mut v, mut x) = (0.0_f64, 0.0_f64);
             let full = 1.0 - f64::from(1.2 / need_n);
             let steps = 20_000;

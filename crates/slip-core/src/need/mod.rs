@@ -48,6 +48,8 @@ const CREEP_M_S: f32 = 5e-4;
 /// Bounds of the slope of a surface (rms), and the weight of what is believed of it before (blocks).
 const SLOPE: [f32; 2] = [0.005, 0.3];
 const SLOPE_BLOCKS: f32 = 0.25;
+/// Distance that the object has moved when the alarm comes (m).
+const ALARM_M: f32 = 6e-6;
 /// Distance in which the heights of a surface change (m): blocks that are closer say the same, down to this share.
 const CHANGES_M: f32 = 1e-4;
 const LEAST_SHARE: f32 = 0.03;
@@ -141,16 +143,14 @@ struct Noise {
 struct Law {
     /// Bounds of the root of the power over the speed, for a block.
     slope: [f32; 2],
-    /// Power with which the likelihood of a block counts.
-    trust: f32,
-    /// Power with which larger forces are less probable.
-    lighter: f32,
+    /// Distance that the object has moved when the alarm comes (m).
+    alarm_m: f32,
     /// Whether peaks and valleys tell.
     turns: bool,
 }
 
 /// The law of a stylus.
-const HEIGHTS: Law = Law { slope: SLOPE, trust: 1.0, lighter: 0.0, turns: true };
+const HEIGHTS: Law = Law { slope: SLOPE, alarm_m: ALARM_M, turns: true };
 
 /// An alarm.
 #[derive(Clone, Copy, Debug)]
@@ -365,7 +365,7 @@ impl Need {
         for (forces, (ramp_s, _)) in self.candidates.chunks_exact_mut(FORCES).zip(RAMPS) {
             let mut need_n = force_n * libm::expf(0.5 * STEP);
             for place in forces {
-                *place = Candidate::start(need_n, force_n, ramp_s);
+                *place = Candidate::start(need_n, force_n, ramp_s, self.law.alarm_m);
                 need_n *= libm::expf(STEP);
             }
         }
@@ -547,7 +547,6 @@ impl Need {
         let surface = Surface::after(self.swings.turns);
         let mut best = f32::NEG_INFINITY;
         for (forces, (ramp_s, ramp_ln)) in self.candidates.chunks_exact_mut(FORCES).zip(RAMPS) {
-            let mut ln = 0.5 * STEP;
             for candidate in forces {
                 candidate.go(force_n, ramp_s, d_s);
                 let way_m = candidate.way_m(d_s);
@@ -560,12 +559,11 @@ impl Need {
                 let k2 = k2.clamp(least * least, most * most);
                 let amplitude =
                     candidate.logs + self.weight * libm::logf(k2) + candidate.misfit / k2;
-                candidate.p = ramp_ln - law.lighter * ln - 0.5 * law.trust * amplitude;
+                candidate.p = ramp_ln - 0.5 * amplitude;
                 if law.turns {
                     candidate.p += candidate.turning(&surface);
                 }
                 best = best.max(candidate.p);
-                ln += STEP;
             }
         }
         self.conclude(best);

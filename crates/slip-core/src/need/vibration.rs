@@ -12,11 +12,11 @@ const MEAN_S: f32 = 1.6e-3;
 const WEIGHT: f32 = 0.25;
 /// Vibration over noise (rms) at this speed (m/s), least and most.
 const SPEED_M_S: f32 = 0.1;
-const LEVEL: [f32; 2] = [0.2, 100.0];
-/// Of likelihoods of blocks that are not independent this power counts.
-const TRUST: f32 = 0.5;
-/// A needed force is the less probable the larger it is, by this power.
-const LIGHTER: f32 = 0.3;
+const LEVEL: [f32; 2] = [0.2, 1000.0];
+/// Distance that the object has moved when the alarm comes (m): slow movement is not heard.
+const ALARM_M: f32 = 1e-4;
+/// What is below this share of the largest power is the finger that rings.
+const ECHO: f32 = 0.01;
 /// The finger rings on for so long (s).
 const RINGS_S: f32 = 2.5e-3;
 /// Weight of the last block in the loudness, and in a quicker one.
@@ -37,7 +37,7 @@ const CREEP_M_S: f32 = 2e-4;
 pub(super) fn law(variance: f32, d_s: f32) -> Law {
     let per_m = libm::sqrtf(variance) / (SPEED_M_S * d_s);
     let [least, most] = LEVEL;
-    Law { slope: [least * per_m, most * per_m], trust: TRUST, lighter: LIGHTER, turns: false }
+    Law { slope: [least * per_m, most * per_m], alarm_m: ALARM_M, turns: false }
 }
 
 /// Sums of one candidate that know the ringing.
@@ -55,6 +55,7 @@ struct Ringing {
 pub(super) struct Loudness {
     mean: Option<f32>,
     slow: f32,
+    loudest: f32,
     quick: f32,
     quiet: u16,
     ringing: [Ringing; CANDIDATES],
@@ -63,7 +64,7 @@ pub(super) struct Loudness {
 impl Default for Loudness {
     fn default() -> Self {
         let ringing = [Ringing::default(); CANDIDATES];
-        Self { mean: None, slow: 0.0, quick: 0.0, quiet: 0, ringing }
+        Self { mean: None, loudest: 0.0, slow: 0.0, quick: 0.0, quiet: 0, ringing }
     }
 }
 
@@ -76,7 +77,7 @@ impl Loudness {
 
     /// The object begins to move.
     pub(super) fn start(&mut self) {
-        self.quiet = 0;
+        (self.quiet, self.loudest) = (0, 0.0);
         self.ringing.fill(Ringing::default());
     }
 
@@ -92,8 +93,9 @@ impl Loudness {
 impl Need {
     /// One block: mean square of the readings, and the force (N).
     pub(super) fn hear(&mut self, power: f32, force_n: f32) {
-        let noise = self.noise.difference;
         let loudness = &mut self.loudness;
+        loudness.loudest = loudness.loudest.max(loudness.slow);
+        let noise = self.noise.difference.max(ECHO * loudness.loudest);
         loudness.slow += SMOOTHING * (power - loudness.slow);
         loudness.quick += QUICK * (power - loudness.quick);
         if !self.felt.moves {
@@ -150,7 +152,7 @@ impl Need {
         for (forces, (_, ramp_ln)) in all() {
             let mut ln = 0.5 * STEP;
             for one in forces {
-                let p = libm::expf(likelihood(one) - best + ramp_ln - LIGHTER * ln);
+                let p = libm::expf(likelihood(one) - best + ramp_ln);
                 (sum, weights) = (sum + p * ln, weights + p);
                 ln += STEP;
             }
