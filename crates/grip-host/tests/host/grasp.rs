@@ -91,6 +91,40 @@ fn every_sensor_set_holds_a_light_object_by_its_reflex() {
     }
 }
 
+/// What its stylus channel holds a gripper says by the unit: an accelerometer holds what a stylus does, and needs no setting.
+#[test]
+fn a_stylus_channel_in_m_s2_is_a_vibration_and_holds() {
+    let scene = Scene::from_toml(
+        "name = \"finger\"\n[vibration]\nlevel = 20\nexponent = 1\n[channels]\ntravel = false\n",
+    )
+    .unwrap();
+    let (bench, mut signals) = (bench(1.5), Vec::new());
+    for seed in 0..6 {
+        let scene = scene.reseeded(seed).unwrap();
+        let setup = grip_host::grasp::Setup {
+            scene: &scene,
+            config: &bench.config,
+            duration: bench.duration,
+            line: Stress::named("none").unwrap().line(seed),
+            incident: None,
+        };
+        let mut tell = |news: grip_host::News<'_>| {
+            if let grip_host::News::Began(beginning) = news {
+                signals.push(beginning.config.signal);
+            }
+        };
+        let mut own =
+            grip_host::grasp::Own::new(&bench.config, bench.estimator.clone(), &mut tell).unwrap();
+        let outcome = grip_host::grasp::play(&setup, &mut own).unwrap();
+        let truth = outcome.truth;
+        assert!(!truth.dropped() && truth.slip_mm() < 15.0, "{seed}: {truth:?}");
+        assert!(truth.force_peak_n < 3.0 * truth.force_needed_n, "{seed}: {truth:?}");
+    }
+    assert!(
+        signals.len() == 6 && signals.iter().all(|signal| *signal == slip_core::Signal::Vibration)
+    );
+}
+
 #[test]
 fn latency_makes_a_slip_longer_and_losses_are_counted() {
     let slip = |name: &str| -> f64 {

@@ -9,7 +9,7 @@ pub const MAX_CHANNELS: usize = 16;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum ChannelKind {
-    /// 1: displacement of the stylus \[m\]; every gripper has it.
+    /// 1: displacement of the stylus \[m\], or in another unit a vibration; every gripper has it.
     Stylus,
     /// 2: normal force \[N\].
     NormalForce,
