@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use crate::axes;
 use crate::channels::{ARRIVAL, COLUMN_NAMES, Channel, ChannelSet, Role, Scale, StylusKind};
 use crate::csv_read::CsvOptions;
 use crate::error::CsvError;
@@ -14,6 +15,9 @@ const EITHER: [(&str, &str); 2] = [("stylus", "vibration"), ("travel_m", "travel
 pub(crate) struct Layout {
     pub(crate) time: Option<usize>,
     pub(crate) stylus: Option<usize>,
+    /// Columns of the further axes of the vibration sensor and of the reference.
+    pub(crate) axes: Vec<usize>,
+    pub(crate) reference_axes: Vec<usize>,
     pub(crate) optional: Vec<(usize, Channel, Scale)>,
     /// Columns of the taxels in their order.
     pub(crate) taxels: Vec<usize>,
@@ -39,6 +43,8 @@ impl Layout {
         self.time == Some(column)
             || self.stylus == Some(column)
             || self.taxels.contains(&column)
+            || self.axes.contains(&column)
+            || self.reference_axes.contains(&column)
             || self.arrival.is_some_and(|columns| columns.contains(&column))
             || self.optional.iter().any(|(used, ..)| *used == column)
     }
@@ -53,6 +59,15 @@ impl Layout {
             keep_one(file, &mut found, pair)?;
         }
         let taxels = taxel_columns(file, header)?;
+        let displacement = found.iter().any(|found| found.name == "stylus");
+        let vibration = if displacement {
+            Vec::new()
+        } else {
+            axes::columns(file, header, &options.map, "vibration")?
+        };
+        let reference = axes::columns(file, header, &options.map, "reference")?;
+        take_first(&mut found, "vibration", &vibration);
+        take_first(&mut found, "reference", &reference);
         let stylus = stylus_of(&found);
         let travels = found
             .iter()
@@ -79,6 +94,8 @@ impl Layout {
             .collect();
         let arrival = arrival_columns(header);
         let channels = ChannelSet {
+            axes: names(&vibration),
+            reference_axes: names(&reference),
             arrivals: arrival.is_some(),
             taxels: taxels.len(),
             stylus: stylus_kind,
@@ -91,13 +108,40 @@ impl Layout {
         };
         let used = |column: usize| {
             taxels.contains(&column)
+                || vibration.iter().chain(&reference).any(|(_, used)| *used == column)
                 || arrival.is_some_and(|columns| columns.contains(&column))
                 || found.iter().any(|found| found.column == column)
         };
         let ignored = header.iter().enumerate().filter(|(column, _)| !used(*column));
         let ignored = ignored.map(|(_, name)| name.clone()).collect();
-        Ok(Self { time, stylus, optional, taxels, arrival, channels, ignored })
+        let [axes, reference_axes] = [&vibration, &reference]
+            .map(|axes| axes.iter().skip(1).map(|(_, column)| *column).collect());
+        Ok(Self {
+            time,
+            stylus,
+            axes,
+            reference_axes,
+            optional,
+            taxels,
+            arrival,
+            channels,
+            ignored,
+        })
     }
+}
+
+/// The first axis stands where the plain name would.
+fn take_first(found: &mut Vec<Found>, name: &'static str, axes: &axes::Axes) {
+    let Some((_, column)) = axes.first() else { return };
+    let mapped = found.iter().any(|found| found.name == name && found.mapped);
+    found.retain(|found| found.name != name);
+    found.push(Found { name, column: *column, mapped });
+}
+
+/// The names of several axes.
+fn names(axes: &axes::Axes) -> Vec<String> {
+    let several = if axes.len() > 1 { axes.as_slice() } else { &[] };
+    several.iter().map(|(name, _)| name.clone()).collect()
 }
 
 /// The columns `pressure_0`, `pressure_1` and so on, which must count up without a gap.
@@ -154,7 +198,7 @@ fn find(file: &Path, header: &[String], map: &[(String, String)]) -> Result<Vec<
 
 fn check_map(file: &Path, header: &[String], map: &[(String, String)]) -> Result<(), CsvError> {
     for (index, (ours, theirs)) in map.iter().enumerate() {
-        if Role::of(ours).is_none() {
+        if Role::of(ours).is_none() && !axes::is_axis(ours) {
             return Err(CsvError::UnknownMapName { ours: ours.clone(), theirs: theirs.clone() });
         }
         for (other_ours, other_theirs) in map.iter().take(index) {

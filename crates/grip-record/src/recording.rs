@@ -149,8 +149,30 @@ fn sample_of(
         }
         channel.set(&mut sample, value);
     }
+    for (axis, &column) in sample.stylus_axes.iter_mut().zip(&layout.axes) {
+        *axis = axis_of(row, column, notes)?.unwrap_or(f32::NAN);
+    }
+    for (axis, &column) in sample.reference_axes.iter_mut().zip(&layout.reference_axes) {
+        match axis_of(row, column, notes)? {
+            Some(value) => *axis = value,
+            // A vector without one of its components is none.
+            None => sample.reference = None,
+        }
+    }
+    if sample.reference.is_none() {
+        sample.reference_axes = Default::default();
+    }
     sample.arrival = arrival(row, layout)?;
     Ok(sample)
+}
+
+/// A component of a vector, `None` for an empty cell.
+fn axis_of(row: &impl Cells, column: usize, notes: &mut Notes) -> Result<Option<f32>, CsvError> {
+    let value = row.reading(column, Scale::Same)?;
+    if let Some(value) = value {
+        notes.count_reading(value);
+    }
+    Ok(value)
 }
 
 /// When the computer took the row in; `None` where a cell is empty.

@@ -1,6 +1,6 @@
 //! `gripctl replay`: a recording through the pipeline.
 
-use super::{calibrated_config, csv_options, estimator, replay_tape};
+use super::{calibrated_config, csv_options, estimator, import, replay_tape};
 use crate::{cli::ReplayArgs, output};
 use anyhow::Context as _;
 use grip_host::{
@@ -8,7 +8,7 @@ use grip_host::{
     replay,
     report::EventLog,
 };
-use grip_record::{StylusKind, read_recording};
+use grip_record::{CsvOptions, Recording, StylusKind, read_recording};
 use serde::Serialize;
 use slip_core::PipelineConfig;
 use std::path::Path;
@@ -60,12 +60,24 @@ const fn limits_of(stylus: StylusKind) -> Option<&'static str> {
     }
 }
 
-/// A CSV or `.npz` recording.
+/// A recording of ours, or one that `gripctl import` would take without further words.
+fn recording(file: &Path, csv: &CsvOptions) -> anyhow::Result<Recording> {
+    if !grip_import::is_foreign(file) {
+        return Ok(read_recording(file, csv)?);
+    }
+    let imported = import::import(file, &import::import_options(csv))?;
+    for line in import::use_lines(&imported.uses) {
+        eprintln!("{}: {}", file.display(), line.trim_start());
+    }
+    Ok(imported.recording)
+}
+
+/// A recording that is no MCAP.
 fn table(args: &ReplayArgs, file: &Path) -> anyhow::Result<Exit> {
     let mut config = calibrated_config(args.config.as_deref(), args.calibration.as_deref())?;
     config.observation.esc = args.esc.unwrap_or(config.observation.esc);
     let estimator = estimator(args.model.as_deref(), &config)?;
-    let recording = read_recording(file, &csv_options(&args.csv)?)?;
+    let recording = recording(file, &csv_options(&args.csv)?)?;
     let notes = recording.notes.to_string();
     if !notes.is_empty() {
         eprintln!("{}: {notes}", file.display());
