@@ -12,7 +12,7 @@
 use crate::{
     ImportOptions,
     error::ImportError,
-    stream::{Stream, Times},
+    stream::{Stream, Times, reading},
     words,
 };
 use grip_record::{COLUMN_NAMES, Columns, CsvOptions, Recording};
@@ -57,7 +57,7 @@ struct Assignment<'a> {
     file: &'a Path,
     streams: &'a [Stream],
     /// Column of the recording -> signal and what its numbers are multiplied by.
-    taken: BTreeMap<String, (At, f32, String)>,
+    taken: BTreeMap<String, (At, f64, String)>,
     used: BTreeSet<At>,
     /// What renamings have named.
     mapped: Vec<String>,
@@ -376,7 +376,7 @@ fn zero(times: &[i64], notes: &mut Vec<String>) -> i64 {
 fn columns(
     streams: &[Stream],
     base: usize,
-    taken: &BTreeMap<String, (At, f32, String)>,
+    taken: &BTreeMap<String, (At, f64, String)>,
     zero_ns: i64,
 ) -> Columns {
     let stamps = |stream: usize| match &streams[stream].times {
@@ -394,7 +394,11 @@ fn columns(
         };
         #[expect(clippy::float_cmp, reason = "exactly 1 changes nothing")]
         let same = *scale == 1.0;
-        let values = if same { values } else { values.into_iter().map(|x| x * scale).collect() };
+        let values = if same {
+            values
+        } else {
+            values.into_iter().map(|x| reading(f64::from(x) * scale)).collect()
+        };
         columns.names.push(ours.clone());
         columns.values.push(values);
     }

@@ -61,7 +61,7 @@ pub(crate) fn taxel(name: &str) -> Option<(String, usize)> {
 }
 
 /// What the unit at the end of a name multiplies a number by to make it one of the base unit (m, N, m/s).
-pub(crate) fn scale(name: &str) -> Option<(f32, &'static str)> {
+pub(crate) fn scale(name: &str) -> Option<(f64, &'static str)> {
     let bare = name.trim_end_matches([')', ']', '}', ' ']);
     let unit = bare.rsplit(['(', '[', '{', '_', ' ']).next().unwrap_or_default();
     Some(match unit {

@@ -15,6 +15,7 @@ mod fleet_collect;
 #[cfg(feature = "foxglove")]
 mod foxglove;
 mod grasp;
+mod import;
 mod learn;
 mod refusals;
 mod replay;
