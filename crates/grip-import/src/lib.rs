@@ -50,10 +50,11 @@ pub struct ImportOptions {
     pub finger: Option<u32>,
 }
 
-/// Whether a file of this name is one that only this crate reads, so that nobody has to say so.
+/// Whether a file of this name, or the folder of a bag, is one that only this crate reads, so that nobody has to say so.
 #[must_use]
 pub fn is_foreign(file: &Path) -> bool {
-    ["wav", "npy", "db3"].into_iter().any(|ending| has_ending(file, ending)) || file.is_dir()
+    ["wav", "npy", "db3"].into_iter().any(|ending| has_ending(file, ending))
+        || file.join("metadata.yaml").is_file()
 }
 
 fn has_ending(file: &Path, wanted: &str) -> bool {

@@ -181,6 +181,17 @@ pub enum CsvError {
         /// Rows read.
         rows: usize,
     },
+    /// More samples than are held in memory.
+    #[error(
+        "{}: more than {most} rows, which is as many as are held in memory; split the file (`gripctl replay` takes any length)",
+        file.display()
+    )]
+    TooManyRows {
+        /// The file.
+        file: PathBuf,
+        /// Rows that are held.
+        most: usize,
+    },
     /// A row has more or fewer cells than the header.
     #[error(
         "{}: line {line}: {found} fields where the header names {expected}; {}",

@@ -12,6 +12,7 @@ use crate::taxels::{PREFIX, check_count};
 const EITHER: [(&str, &str); 2] = [("stylus", "vibration"), ("travel_m", "travel_mm")];
 
 /// Where the channels stand in a row, columns from 0.
+#[derive(Debug)]
 pub(crate) struct Layout {
     pub(crate) time: Option<usize>,
     pub(crate) stylus: Option<usize>,

@@ -43,6 +43,7 @@ mod irregularities;
 mod labels;
 mod labels_write;
 mod layout;
+mod lines;
 pub mod mcap;
 mod notes;
 #[cfg(feature = "arrays")]
@@ -59,7 +60,7 @@ mod travel;
 pub use axes::is_axis;
 pub use channels::{COLUMN_NAMES, Channel, ChannelSet, StylusKind};
 pub use columns::Columns;
-pub use csv_read::{CsvOptions, parse_csv, read_csv, read_recording};
+pub use csv_read::{CsvOptions, CsvSamples, parse_csv, read_csv, read_recording};
 pub use csv_write::{CsvWriter, WriteError};
 pub use error::CsvError;
 pub use irregularities::{Lengths, parse_irregularities, read_irregularities};
@@ -71,6 +72,6 @@ pub use npy::parse_npy;
 #[cfg(feature = "arrays")]
 pub use npz::{MOST_UNPACKED, Npz, NpzError, is_npz, write_columns};
 pub use profile::HeightProfile;
-pub use recording::Recording;
+pub use recording::{MOST_HELD, Recording};
 pub use taxels::Taxels;
 pub use travel::Travel;
