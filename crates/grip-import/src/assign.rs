@@ -101,7 +101,7 @@ pub fn assign(
         Times::Rate(rate_hz) => options.rate_hz.or(Some(rate_hz as f32)),
         _ => options.rate_hz,
     };
-    let columns = columns(&streams, base, &taken, zero_ns);
+    let columns = columns(streams, base, &taken, zero_ns);
     let csv = CsvOptions { rate_hz, map: Vec::new() };
     let recording = Recording::of_columns(file, &columns, &csv)?;
     Ok(Imported { format, clock, uses, unused, notes, recording })
@@ -374,23 +374,28 @@ fn zero(times: &[i64], notes: &mut Vec<String>) -> i64 {
 }
 
 fn columns(
-    streams: &[Stream],
+    mut streams: Vec<Stream>,
     base: usize,
     taken: &BTreeMap<String, (At, f64, String)>,
     zero_ns: i64,
 ) -> Columns {
-    let stamps = |stream: usize| match &streams[stream].times {
-        Times::Stamps(times) => times.as_slice(),
-        _ => &[],
+    let stamps = |stream: &Stream| match &stream.times {
+        Times::Stamps(times) => times.clone(),
+        _ => Vec::new(),
     };
+    let times = stamps(&streams[base]);
     let mut columns = Columns::default();
-    for (ours, ((stream, column), scale, _)) in taken {
-        let values = &streams[*stream].values[*column];
+    for (ours, (at, scale, _)) in taken {
+        let (stream, column) = *at;
         let once = ours.starts_with("pressure_") || ours.starts_with("travel");
-        let values = if *stream == base {
-            values.clone()
+        let shared = taken.values().filter(|(other, ..)| other == at).count() > 1;
+        let values = if stream == base && !shared {
+            core::mem::take(&mut streams[stream].values[column])
+        } else if stream == base {
+            streams[stream].values[column].clone()
         } else {
-            placed((stamps(*stream), values), stamps(base), once)
+            let from = &streams[stream];
+            placed((&stamps(from), &from.values[column]), &times, once)
         };
         #[expect(clippy::float_cmp, reason = "exactly 1 changes nothing")]
         let same = *scale == 1.0;
@@ -402,7 +407,7 @@ fn columns(
         columns.names.push(ours.clone());
         columns.values.push(values);
     }
-    if let Times::Stamps(times) = &streams[base].times {
+    if let Times::Stamps(_) = &streams[base].times {
         let micros =
             |ns: &i64| Micros(u64::try_from((ns - zero_ns + 500).div_euclid(1000)).unwrap_or(0));
         columns.times = Some(times.iter().map(micros).collect());

@@ -205,7 +205,7 @@ impl Table<'_> {
         // A line may end with a delimiter.
         let width = record.len()
             - usize::from(
-                record.len() == self.names.len() + 1 && record.iter().last() == Some(b""),
+                record.len() == self.names.len() + 1 && record.iter().next_back() == Some(b""),
             );
         if width != self.names.len() {
             let what =
@@ -219,7 +219,9 @@ impl Table<'_> {
         }
         if let Some(column) = self.time {
             let time = self.number(cell(column), column, line)?;
-            if let Some(before) = self.times.last().filter(|before| !(time >= **before)) {
+            if let Some(before) =
+                self.times.last().filter(|before| time.is_nan() || time < **before)
+            {
                 let name = self.names.get(column).map_or("", String::as_str);
                 let what = format!(
                     "line {line}, column {name}: time goes from {before} to {time}; sort the rows or split the file there"

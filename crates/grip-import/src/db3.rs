@@ -22,33 +22,7 @@ pub(crate) fn read(file: &Path, options: &ImportOptions) -> Result<Vec<Stream>, 
     }
     let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX;
     let bag = Connection::open_with_flags(file, flags).map_err(unusable)?;
-    let definitions = definitions(&bag);
-    let (mut topics, mut notes) = (BTreeMap::new(), Vec::new());
-    {
-        let mut rows = bag
-            .prepare("SELECT id, name, type, serialization_format FROM topics ORDER BY id")
-            .map_err(unusable)?;
-        let mut rows = rows.query([]).map_err(unusable)?;
-        while let Some(row) = rows.next().map_err(unusable)? {
-            let id: i64 = row.get(0).map_err(unusable)?;
-            let [name, kind, format] = [1, 2, 3].map(|at| row.get::<_, String>(at));
-            let (name, kind, format) =
-                (name.map_err(unusable)?, kind.map_err(unusable)?, format.map_err(unusable)?);
-            if !(options.topics.is_empty() || options.topics.contains(&name)) {
-                continue;
-            }
-            let definition = definitions.get(&kind).map_or("", String::as_str);
-            let topic = if format == "cdr" {
-                Topic::ros(&name, &kind, definition)
-            } else {
-                Err(format!("is serialised as {format:?}; cdr is read"))
-            };
-            match topic {
-                Ok(topic) => drop(topics.insert(id, topic)),
-                Err(fault) => notes.push(format!("{name} {fault}")),
-            }
-        }
-    }
+    let (mut topics, notes) = topics(&bag, options).map_err(unusable)?;
     if topics.is_empty() {
         let what = format!("no topic can be read: {}", notes.join("; "));
         return Err(ImportError::nothing(
@@ -73,6 +47,36 @@ pub(crate) fn read(file: &Path, options: &ImportOptions) -> Result<Vec<Stream>, 
         first.notes.extend(notes);
     }
     Ok(streams)
+}
+
+/// The topics that can be read, by their number, and why others cannot.
+fn topics(
+    bag: &Connection,
+    options: &ImportOptions,
+) -> rusqlite::Result<(BTreeMap<i64, Topic>, Vec<String>)> {
+    let definitions = definitions(bag);
+    let (mut topics, mut notes) = (BTreeMap::new(), Vec::new());
+    let mut rows =
+        bag.prepare("SELECT id, name, type, serialization_format FROM topics ORDER BY id")?;
+    let mut rows = rows.query([])?;
+    while let Some(row) = rows.next()? {
+        let (name, kind, format): (String, String, String) =
+            (row.get(1)?, row.get(2)?, row.get(3)?);
+        if !(options.topics.is_empty() || options.topics.contains(&name)) {
+            continue;
+        }
+        let definition = definitions.get(&kind).map_or("", String::as_str);
+        let topic = if format == "cdr" {
+            Topic::ros(&name, &kind, definition)
+        } else {
+            Err(format!("is serialised as {format:?}; cdr is read"))
+        };
+        match topic {
+            Ok(topic) => drop(topics.insert(row.get(0)?, topic)),
+            Err(fault) => notes.push(format!("{name} {fault}")),
+        }
+    }
+    Ok((topics, notes))
 }
 
 /// Definitions by type, where the bag carries them.

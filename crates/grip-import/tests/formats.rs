@@ -1,5 +1,6 @@
 //! Files of other programs, each made here: what is taken for what, and the readings that come out.
 #![expect(clippy::unwrap_used, clippy::panic, reason = "test code")]
+#![expect(clippy::cast_possible_truncation, clippy::cast_possible_wrap, reason = "small numbers")]
 
 use grip_import::{ImportOptions, Imported, TimeUnit, import};
 use grip_record::{Channel, StylusKind, mcap::CdrWriter};

@@ -39,7 +39,6 @@ struct Found {
 
 impl Layout {
     /// Whether anything is read from the column.
-    #[cfg(feature = "arrays")]
     pub(crate) fn uses(&self, column: usize) -> bool {
         self.time == Some(column)
             || self.stylus == Some(column)
@@ -60,15 +59,7 @@ impl Layout {
             keep_one(file, &mut found, pair)?;
         }
         let taxels = taxel_columns(file, header)?;
-        let displacement = found.iter().any(|found| found.name == "stylus");
-        let vibration = if displacement {
-            Vec::new()
-        } else {
-            axes::columns(file, header, &options.map, "vibration")?
-        };
-        let reference = axes::columns(file, header, &options.map, "reference")?;
-        take_first(&mut found, "vibration", &vibration);
-        take_first(&mut found, "reference", &reference);
+        let [vibration, reference] = vectors(file, header, &options.map, &mut found)?;
         let stylus = stylus_of(&found);
         let travels = found
             .iter()
@@ -107,17 +98,9 @@ impl Layout {
                 .map(|&(column, channel, _)| (channel, source(column)))
                 .collect(),
         };
-        let used = |column: usize| {
-            taxels.contains(&column)
-                || vibration.iter().chain(&reference).any(|(_, used)| *used == column)
-                || arrival.is_some_and(|columns| columns.contains(&column))
-                || found.iter().any(|found| found.column == column)
-        };
-        let ignored = header.iter().enumerate().filter(|(column, _)| !used(*column));
-        let ignored = ignored.map(|(_, name)| name.clone()).collect();
         let [axes, reference_axes] = [&vibration, &reference]
             .map(|axes| axes.iter().skip(1).map(|(_, column)| *column).collect());
-        Ok(Self {
+        let mut layout = Self {
             time,
             stylus,
             axes,
@@ -126,9 +109,30 @@ impl Layout {
             taxels,
             arrival,
             channels,
-            ignored,
-        })
+            ignored: Vec::new(),
+        };
+        let ignored = header.iter().enumerate().filter(|(column, _)| !layout.uses(*column));
+        layout.ignored = ignored.map(|(_, name)| name.clone()).collect();
+        Ok(layout)
     }
+}
+
+/// The axes of the vibration, where there is no stylus, and of the reference.
+fn vectors(
+    file: &Path,
+    header: &[String],
+    map: &[(String, String)],
+    found: &mut Vec<Found>,
+) -> Result<[axes::Axes; 2], CsvError> {
+    let vibration = if found.iter().any(|found| found.name == "stylus") {
+        Vec::new()
+    } else {
+        axes::columns(file, header, map, "vibration")?
+    };
+    let reference = axes::columns(file, header, map, "reference")?;
+    take_first(found, "vibration", &vibration);
+    take_first(found, "reference", &reference);
+    Ok([vibration, reference])
 }
 
 /// The first axis stands where the plain name would.

@@ -36,20 +36,28 @@ impl<R: Read> Lines<R> {
     /// Line of the first content at or behind the byte `start`, and the blank lines between; what is before is forgotten. A line ends with
     /// LF, CR LF or CR.
     pub(crate) fn locate(&mut self, start: u64) -> (u64, usize) {
-        while self.from < start && self.pass() {}
+        self.pass(usize::try_from(start.saturating_sub(self.from)).unwrap_or(usize::MAX));
         let line = self.line;
-        while matches!(self.kept.front(), Some(b'\r' | b'\n')) && self.pass() {}
+        let blank = self.kept.iter().take_while(|byte| matches!(byte, b'\r' | b'\n')).count();
+        self.pass(blank);
         (self.line, usize::try_from(self.line - line).unwrap_or(usize::MAX))
     }
 
-    /// Goes past a byte.
-    fn pass(&mut self) -> bool {
-        let Some(byte) = self.kept.pop_front() else { return false };
-        self.from += 1;
-        // A CR LF is counted at its CR.
-        self.line += u64::from(byte == b'\r' || (byte == b'\n' && self.before != b'\r'));
-        self.before = byte;
-        true
+    /// Goes past so many bytes, or all there are.
+    fn pass(&mut self, count: usize) {
+        let count = count.min(self.kept.len());
+        for byte in self.kept.drain(..count) {
+            // A CR LF is counted at its CR.
+            self.line += u64::from(byte == b'\r' || (byte == b'\n' && self.before != b'\r'));
+            self.before = byte;
+        }
+        self.from += count as u64;
+    }
+
+    /// Bytes that are kept.
+    #[cfg(test)]
+    pub(crate) fn kept(&self) -> usize {
+        self.kept.len()
     }
 }
 

@@ -208,6 +208,42 @@ mod tests {
         }
     }
 
+    /// Rows without end, each as wide as the header.
+    struct Rows(u64);
+
+    impl Read for Rows {
+        fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
+            let row = b"0.25,1\r\n";
+            for byte in &mut *buffer {
+                *byte = row[usize::try_from(self.0).unwrap() % row.len()];
+                self.0 += 1;
+            }
+            Ok(buffer.len())
+        }
+    }
+
+    #[test]
+    fn a_file_of_any_length_takes_the_same_room() {
+        let mut table = Table::open(Path::new("t.csv"), Rows(0)).unwrap();
+        let mut most = 0;
+        for line in 2..1_000_000 {
+            let row = table.next_row().unwrap().unwrap();
+            assert_eq!((row.line, row.blank_before), (line, 0));
+            most = most.max(table.reader.get_ref().kept());
+        }
+        assert!(most <= 2 * BUFFER, "{most}");
+    }
+
+    #[test]
+    fn a_line_without_end_is_refused() {
+        let mut table =
+            Table::open(Path::new("t.csv"), b"a\n1\n".chain(std::io::repeat(0))).unwrap();
+        assert!(table.next_row().unwrap().is_some());
+        let text = table.next_row().err().unwrap().to_string();
+        assert!(text.contains("a line has more than"), "{text}");
+        assert!(Table::open(Path::new("t.csv"), std::io::repeat(b'x')).is_err());
+    }
+
     #[test]
     fn a_quoted_line_break_counts() {
         assert_eq!(
