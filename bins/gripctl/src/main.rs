@@ -20,6 +20,8 @@ fn main() -> ExitCode {
         Command::Foxglove(args) => commands::foxglove::run(&args),
         Command::Sim(args) => commands::sim::run(&args),
         Command::Replay(args) => commands::replay::run(&args),
+        Command::Import(args) => commands::import::run(&args),
+        Command::Label(args) => commands::label::run(&args),
         Command::Recover(args) => commands::recover::run(&args),
         Command::Csv(args) => commands::csv::run(&args),
         Command::Calibrate(args) => commands::calibrate::run(&args),

@@ -15,6 +15,7 @@ use slip_core::{
     confidence::TAIL_RANGE,
     detector::{BANDS, DetectorConfig, RestMeter},
     health::Health,
+    sample::Vector,
     units::Hertz,
 };
 
@@ -288,7 +289,7 @@ fn seconds_of(samples: u64, config: &PipelineConfig) -> f64 {
 /// Energy of the bands of `value` over the samples that `wanted` picks; restarted at every gap.
 fn measure<'a>(
     config: &PipelineConfig,
-    samples: impl Iterator<Item = (f32, bool)> + 'a,
+    samples: impl Iterator<Item = (Vector, bool)> + 'a,
 ) -> Result<RestMeter, ConfigError> {
     let mut meter = RestMeter::new(&config.detector, config.sample_rate.0)?;
     let mut within = false;
@@ -298,7 +299,7 @@ fn measure<'a>(
         }
         within = wanted;
         if wanted {
-            meter.push(value);
+            meter.push_vector(value);
         }
     }
     Ok(meter)
@@ -309,11 +310,11 @@ fn rest_floor(
     config: PipelineConfig,
     moving: &[bool],
 ) -> Result<([f32; BANDS], f64), CalibrationError> {
-    let rest: Vec<(f32, bool)> = recording
+    let rest: Vec<(Vector, bool)> = recording
         .samples
         .iter()
         .zip(moving)
-        .map(|(sample, moving)| (sample.stylus, !moving))
+        .map(|(sample, moving)| (sample.vibration(), !moving))
         .collect();
     let meter = measure(&config, rest.iter().copied())?;
     let rest_s = seconds_of(meter.samples(), &config);
@@ -355,10 +356,11 @@ fn gate(
     (moving, floor): (&[bool], &[f32; BANDS]),
 ) -> Result<Motion, CalibrationError> {
     let pairs = || recording.samples.iter().zip(moving.iter().copied());
-    let stylus = measure(&config, pairs().map(|(s, m)| (s.stylus, m)))?;
+    let stylus = measure(&config, pairs().map(|(s, m)| (s.vibration(), m)))?;
     let reference = measure(
         &config,
-        pairs().map(|(s, m)| (s.reference.unwrap_or(0.0), m && s.reference.is_some())),
+        pairs()
+            .map(|(s, m)| (s.reference_vector().unwrap_or_default(), m && s.reference.is_some())),
     )?;
     let motion_s = seconds_of(reference.samples(), &config);
     let (Some(stylus), Some(reference)) = (stylus.energy(), reference.energy()) else {

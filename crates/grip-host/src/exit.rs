@@ -48,7 +48,7 @@ impl Exit {
     }
 }
 
-/// `--map` and `--rate` are checked where the file is read.
+/// `--map` and `--rate` are checked where the file is read, and so is whether one is missing.
 fn is_argument(error: &CsvError) -> bool {
     matches!(
         error,
@@ -56,6 +56,7 @@ fn is_argument(error: &CsvError) -> bool {
             | CsvError::MapColumnAbsent { .. }
             | CsvError::MapRepeated { .. }
             | CsvError::BadRate { .. }
+            | CsvError::TooManyAxes { .. }
     )
 }
 

@@ -9,12 +9,14 @@ use ndarray::{Array1, Array2};
 use ndarray_npy::WriteNpzError;
 use slip_core::units::Micros;
 
-use crate::channels::{ARRIVAL, Scale, StylusKind};
+use crate::channels::{ARRIVAL, Channel, Scale, StylusKind};
 use crate::csv_read::CsvOptions;
 use crate::error::{CsvError, excerpt};
 use crate::npz::{Npz, create};
 use crate::recording::{Cells, Gathering, Recording};
 use crate::taxels::PREFIX;
+
+const NONE: &Vec<String> = &Vec::new();
 
 /// Reads the recording in an `.npz`; arrays that are no columns of a recording are left alone.
 pub(crate) fn read_npz(file: &Path, options: &CsvOptions) -> Result<Recording, CsvError> {
@@ -112,10 +114,9 @@ impl Recording {
     /// Names of the columns of [`Recording::readings`]: the stylus and the channels there are, then the taxels.
     #[must_use]
     pub fn columns(&self) -> Vec<String> {
-        let channels = self.channels.optional.keys().map(|channel| channel.column().to_owned());
+        let channels = self.channels.columns().into_iter().map(str::to_owned);
         let taxels = (0..self.taxel_count()).map(|taxel| format!("{PREFIX}{taxel}"));
-        let stylus = self.channels.stylus.column().map(str::to_owned);
-        stylus.into_iter().chain(channels).chain(taxels).collect()
+        channels.chain(taxels).collect()
     }
 
     /// All readings in the units of a CSV recording, samples x columns; NaN where a channel says nothing.
@@ -124,10 +125,22 @@ impl Recording {
         let mut readings = Array2::from_elem((self.samples.len(), self.columns().len()), f32::NAN);
         let has_stylus = self.channels.stylus != StylusKind::Absent;
         for (at, (sample, mut row)) in self.samples.iter().zip(readings.rows_mut()).enumerate() {
-            let values = self.channels.optional.keys().map(|channel| channel.reading(sample));
+            let further = |names: &Vec<String>| names.len().saturating_sub(1);
+            let axes = sample.stylus_axes.into_iter().take(further(&self.channels.axes));
+            let values = self.channels.optional.keys().flat_map(|channel| {
+                let own = if *channel == Channel::Reference {
+                    &self.channels.reference_axes
+                } else {
+                    NONE
+                };
+                let axes = sample.reference_axes.into_iter().take(further(own));
+                let axes = axes.map(|axis| sample.reference.map(|_| axis));
+                core::iter::once(channel.reading(sample)).chain(axes)
+            });
             let frame = self.taxels.as_ref().map_or(&[] as &[f32], |taxels| taxels.frame(at));
             let stylus = has_stylus.then_some(Some(sample.stylus));
-            let values = stylus.into_iter().chain(values).chain(frame.iter().copied().map(Some));
+            let stylus = stylus.into_iter().chain(axes.map(Some));
+            let values = stylus.chain(values).chain(frame.iter().copied().map(Some));
             for (place, value) in row.iter_mut().zip(values) {
                 *place = value.unwrap_or(f32::NAN);
             }

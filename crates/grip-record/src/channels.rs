@@ -113,6 +113,10 @@ pub struct ChannelSet {
     pub stylus: StylusKind,
     /// The file's name of the stylus column, where there is one.
     pub stylus_source: Option<String>,
+    /// Names of the columns of all axes of the vibration sensor, `vibration_x` and so on; empty where it has one.
+    pub axes: Vec<String>,
+    /// The same of the motion reference.
+    pub reference_axes: Vec<String>,
     /// The file's name of the time column; `None` where the times come from a rate.
     pub time_source: Option<String>,
     /// The optional channels present and the file's names of their columns.
@@ -133,6 +137,8 @@ impl ChannelSet {
         Self {
             stylus,
             stylus_source: stylus.column().map(str::to_owned),
+            axes: Vec::new(),
+            reference_axes: Vec::new(),
             time_source: Some("t_s".to_owned()),
             optional: BTreeMap::new(),
             taxels: 0,
@@ -165,6 +171,34 @@ impl ChannelSet {
     #[must_use]
     pub fn all(stylus: StylusKind) -> Self {
         Channel::ALL.into_iter().fold(Self::new(stylus), Self::with)
+    }
+
+    /// The same set with these axes of the vibration sensor and of the reference; none or one name where there is one axis.
+    #[must_use]
+    pub fn with_axes(mut self, vibration: &[&str], reference: &[&str]) -> Self {
+        let several = |names: &[&str]| {
+            let names = if names.len() > 1 { names } else { &[] };
+            names.iter().map(|&name| name.to_owned()).collect()
+        };
+        (self.axes, self.reference_axes) = (several(vibration), several(reference));
+        self
+    }
+
+    /// Names of the columns of a written file: stylus or vibration with its axes, then the optional channels.
+    #[must_use]
+    pub fn columns(&self) -> Vec<&str> {
+        let or = |axes: &'static str, all: &Vec<String>| all.is_empty().then_some(axes);
+        let mut names: Vec<&str> = self.axes.iter().map(String::as_str).collect();
+        names.extend(self.stylus.column().and_then(|column| or(column, &self.axes)));
+        for channel in self.optional.keys() {
+            match channel {
+                Channel::Reference if !self.reference_axes.is_empty() => {
+                    names.extend(self.reference_axes.iter().map(String::as_str));
+                }
+                channel => names.push(channel.column()),
+            }
+        }
+        names
     }
 
     /// Whether `channel` has a column.

@@ -1,7 +1,10 @@
 //! A CSV recording in, its samples and what is odd about them out.
 
+use std::fs::File;
+use std::io::Read;
 use std::path::Path;
 
+use slip_core::sample::Sample;
 use slip_core::units::Micros;
 
 use crate::channels::Scale;
@@ -21,12 +24,12 @@ pub struct CsvOptions {
     pub map: Vec<(String, String)>,
 }
 
-/// Reads the recording in `file`.
+/// Reads the recording in `file`, line by line: only its samples are held, at most [`MOST_HELD`](crate::MOST_HELD) bytes.
 ///
 /// # Errors
 /// Where the file cannot be read, or its header, a row or an option is not usable; see [`CsvError`].
 pub fn read_csv(file: &Path, options: &CsvOptions) -> Result<Recording, CsvError> {
-    parse_csv(file, &read_bytes(file)?, options)
+    CsvSamples::open(file, options)?.hold()
 }
 
 /// Reads the recording in `file`: an `.npz` by its name (with the feature `arrays`), any other as CSV.
@@ -46,19 +49,83 @@ pub fn read_recording(file: &Path, options: &CsvOptions) -> Result<Recording, Cs
 /// # Errors
 /// Where the header, a row or an option is not usable; see [`CsvError`].
 pub fn parse_csv(file: &Path, bytes: &[u8], options: &CsvOptions) -> Result<Recording, CsvError> {
-    let mut table = Table::open(file, bytes)?;
-    let one_column = table.header().len() == 1;
-    let mut gathering = Gathering::new(file, table.header(), options)?;
-    gathering.notes.trailing_comma = table.header().last().is_some_and(String::is_empty);
-    while let Some(row) = table.next_row()? {
-        if one_column && !gathering.is_empty() {
-            gathering.push_without_stylus(row.blank_before);
-        } else {
-            gathering.notes.blank_lines += row.blank_before;
-        }
-        gathering.push(&row)?;
+    CsvSamples::new(file, bytes, options)?.hold()
+}
+
+/// The samples of a CSV recording one after the other, as the file is read: the memory does not depend on its length.
+#[derive(Debug)]
+pub struct CsvSamples<R> {
+    table: Table<R>,
+    gathering: Gathering,
+    one_column: bool,
+    /// Blank lines that stand for samples, and the sample behind them.
+    blank: usize,
+    behind: Option<Sample>,
+}
+
+impl CsvSamples<File> {
+    /// Opens `file`.
+    ///
+    /// # Errors
+    /// Where it cannot be read, or its header or an option is not usable.
+    pub fn open(file: &Path, options: &CsvOptions) -> Result<Self, CsvError> {
+        let input = files::open(file)
+            .map_err(|source| CsvError::Unreadable { file: file.to_owned(), source })?;
+        Self::new(file, input, options)
     }
-    gathering.finish()
+}
+
+impl<R: Read> CsvSamples<R> {
+    fn new(file: &Path, input: R, options: &CsvOptions) -> Result<Self, CsvError> {
+        let table = Table::open(file, input)?;
+        let one_column = table.header().len() == 1;
+        let mut gathering = Gathering::new(file, table.header(), options)?;
+        gathering.notes.trailing_comma = table.header().last().is_some_and(String::is_empty);
+        Ok(Self { table, gathering, one_column, blank: 0, behind: None })
+    }
+
+    /// The next sample and the frame of taxels that came with it, which is empty where none did; `None` at the end.
+    ///
+    /// # Errors
+    /// Where a row is not usable.
+    pub fn next_sample(&mut self) -> Result<Option<(Sample, &[f32])>, CsvError> {
+        let sample = self.next()?;
+        Ok(sample.map(|sample| (sample, self.gathering.frame())))
+    }
+
+    fn next(&mut self) -> Result<Option<Sample>, CsvError> {
+        if self.blank > 0 {
+            self.blank -= 1;
+            return Ok(Some(self.gathering.without_stylus()));
+        }
+        if let Some(sample) = self.behind.take() {
+            return Ok(Some(self.gathering.timed(sample)));
+        }
+        let Some(row) = self.table.next_row()? else { return Ok(None) };
+        if !self.one_column || self.gathering.is_empty() || row.blank_before == 0 {
+            self.gathering.notes.blank_lines += row.blank_before;
+            return self.gathering.sample(&row).map(Some);
+        }
+        self.blank = row.blank_before;
+        self.behind = Some(self.gathering.uncounted(&row)?);
+        self.next()
+    }
+
+    /// The recording without its samples: channels, rate and what is odd about it. Reads what is left of the file.
+    ///
+    /// # Errors
+    /// Where a row is not usable, there is none, or no rate.
+    pub fn survey(mut self) -> Result<Recording, CsvError> {
+        while self.next()?.is_some() {}
+        self.gathering.finish()
+    }
+
+    fn hold(mut self) -> Result<Recording, CsvError> {
+        while let Some(sample) = self.next()? {
+            self.gathering.keep(sample)?;
+        }
+        self.gathering.finish()
+    }
 }
 
 pub(crate) fn read_bytes(file: &Path) -> Result<Vec<u8>, CsvError> {

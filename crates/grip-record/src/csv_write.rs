@@ -2,7 +2,7 @@
 
 use std::io::{self, Write};
 
-use slip_core::sample::{Arrival, Sample};
+use slip_core::sample::{Arrival, FURTHER_AXES, Sample};
 use slip_core::units::Micros;
 
 use crate::channels::{Channel, ChannelSet};
@@ -23,6 +23,12 @@ pub enum WriteError {
         time: Micros,
         /// The channel without a column.
         channel: Channel,
+    },
+    /// The sample has an axis without a column, which would be lost.
+    #[error("the sample at {:.6} s has more axes than the recording has columns for", time.as_seconds())]
+    NoAxis {
+        /// Time of the sample.
+        time: Micros,
     },
     /// The frame of the taxel array has another size than the columns.
     #[error(
@@ -57,6 +63,9 @@ pub enum WriteError {
 pub struct CsvWriter<W: Write> {
     out: W,
     stylus: bool,
+    /// Further axes of stylus and reference that have a column.
+    axes: usize,
+    reference_axes: usize,
     columns: Vec<Channel>,
     taxels: usize,
     arrivals: bool,
@@ -73,10 +82,12 @@ impl<W: Write> CsvWriter<W> {
         let columns: Vec<Channel> = channels.optional.keys().copied().collect();
         let mut line = Vec::new();
         line.extend_from_slice(b"t_s");
-        let stylus = channels.stylus.column();
-        for column in stylus.into_iter().chain(columns.iter().map(|channel| channel.column())) {
+        for column in channels.columns() {
             write!(line, ",{column}")?;
         }
+        let stylus = channels.stylus.column();
+        let further = |axes: &Vec<String>| axes.len().saturating_sub(1).min(FURTHER_AXES);
+        let (axes, reference_axes) = (further(&channels.axes), further(&channels.reference_axes));
         for taxel in 0..channels.taxels {
             write!(line, ",{}{taxel}", crate::taxels::PREFIX)?;
         }
@@ -87,7 +98,8 @@ impl<W: Write> CsvWriter<W> {
         line.push(b'\n');
         out.write_all(&line)?;
         let (taxels, arrivals) = (channels.taxels, channels.arrivals);
-        Ok(Self { out, stylus: stylus.is_some(), columns, taxels, arrivals, line, last: None })
+        let stylus = stylus.is_some();
+        Ok(Self { out, stylus, axes, reference_axes, columns, taxels, arrivals, line, last: None })
     }
 
     /// Writes `sample` as one row.
@@ -116,10 +128,21 @@ impl<W: Write> CsvWriter<W> {
             self.line.push(b',');
             append_reading(&mut self.line, sample.stylus)?;
         }
+        for axis in sample.stylus_axes.iter().take(self.axes) {
+            self.line.push(b',');
+            append_reading(&mut self.line, *axis)?;
+        }
         for channel in &self.columns {
             self.line.push(b',');
             if let Some(value) = channel.reading(sample) {
                 append_reading(&mut self.line, value)?;
+            }
+            let further = if *channel == Channel::Reference { self.reference_axes } else { 0 };
+            for axis in sample.reference_axes.iter().take(further) {
+                self.line.push(b',');
+                if sample.reference.is_some() {
+                    append_reading(&mut self.line, *axis)?;
+                }
             }
         }
         for taxel in 0..self.taxels {
@@ -163,6 +186,12 @@ impl<W: Write> CsvWriter<W> {
         let lost = |channel: &Channel| {
             channel.reading(sample).is_some() && !self.columns.contains(channel)
         };
+        let unwritten = |axes: &[f32], written| axes.iter().skip(written).any(|axis| *axis != 0.0);
+        if unwritten(&sample.stylus_axes, self.axes)
+            || unwritten(&sample.reference_axes, self.reference_axes)
+        {
+            return Err(WriteError::NoAxis { time: sample.t });
+        }
         match Channel::ALL.into_iter().find(lost) {
             Some(channel) => Err(WriteError::NoColumn { time: sample.t, channel }),
             None => Ok(()),

@@ -89,6 +89,19 @@ pub enum CsvError {
         /// The names in the header.
         found: Vec<String>,
     },
+    /// More axes than a vector has.
+    #[error(
+        "{}: {} axes ({}); a vector has one to three: choose one with --map {vector}=NAME, or remove some",
+        file.display(), found.len(), list(found)
+    )]
+    TooManyAxes {
+        /// The file.
+        file: PathBuf,
+        /// The plain name, for example `vibration`.
+        vector: String,
+        /// The names of its axes.
+        found: Vec<String>,
+    },
     /// The columns of a taxel array do not count up from 0.
     #[error(
         "{}: has {found} but not {missing}; taxels are named pressure_0, pressure_1 and so on",
@@ -167,6 +180,17 @@ pub enum CsvError {
         file: PathBuf,
         /// Rows read.
         rows: usize,
+    },
+    /// More samples than are held in memory.
+    #[error(
+        "{}: more than {most} rows, which is as many as are held in memory; split the file (`gripctl replay` takes any length)",
+        file.display()
+    )]
+    TooManyRows {
+        /// The file.
+        file: PathBuf,
+        /// Rows that are held.
+        most: usize,
     },
     /// A row has more or fewer cells than the header.
     #[error(

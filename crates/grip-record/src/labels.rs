@@ -149,7 +149,7 @@ struct Columns {
 /// Where the file cannot be read or a row is not usable; see [`LabelError`].
 pub fn read_labels(file: &Path) -> Result<Vec<Label>, LabelError> {
     let bytes = read_bytes(file)?;
-    let mut table = Table::open(file, &bytes)?;
+    let mut table = Table::open(file, bytes.as_slice())?;
     let columns = Columns {
         recording: table.required("recording")?,
         kind: table.required("kind")?,

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use crate::axes;
 use crate::channels::{ARRIVAL, COLUMN_NAMES, Channel, ChannelSet, Role, Scale, StylusKind};
 use crate::csv_read::CsvOptions;
 use crate::error::CsvError;
@@ -11,9 +12,13 @@ use crate::taxels::{PREFIX, check_count};
 const EITHER: [(&str, &str); 2] = [("stylus", "vibration"), ("travel_m", "travel_mm")];
 
 /// Where the channels stand in a row, columns from 0.
+#[derive(Debug)]
 pub(crate) struct Layout {
     pub(crate) time: Option<usize>,
     pub(crate) stylus: Option<usize>,
+    /// Columns of the further axes of the vibration sensor and of the reference.
+    pub(crate) axes: Vec<usize>,
+    pub(crate) reference_axes: Vec<usize>,
     pub(crate) optional: Vec<(usize, Channel, Scale)>,
     /// Columns of the taxels in their order.
     pub(crate) taxels: Vec<usize>,
@@ -34,11 +39,12 @@ struct Found {
 
 impl Layout {
     /// Whether anything is read from the column.
-    #[cfg(feature = "arrays")]
     pub(crate) fn uses(&self, column: usize) -> bool {
         self.time == Some(column)
             || self.stylus == Some(column)
             || self.taxels.contains(&column)
+            || self.axes.contains(&column)
+            || self.reference_axes.contains(&column)
             || self.arrival.is_some_and(|columns| columns.contains(&column))
             || self.optional.iter().any(|(used, ..)| *used == column)
     }
@@ -53,6 +59,7 @@ impl Layout {
             keep_one(file, &mut found, pair)?;
         }
         let taxels = taxel_columns(file, header)?;
+        let [vibration, reference] = vectors(file, header, &options.map, &mut found)?;
         let stylus = stylus_of(&found);
         let travels = found
             .iter()
@@ -79,6 +86,8 @@ impl Layout {
             .collect();
         let arrival = arrival_columns(header);
         let channels = ChannelSet {
+            axes: names(&vibration),
+            reference_axes: names(&reference),
             arrivals: arrival.is_some(),
             taxels: taxels.len(),
             stylus: stylus_kind,
@@ -89,15 +98,55 @@ impl Layout {
                 .map(|&(column, channel, _)| (channel, source(column)))
                 .collect(),
         };
-        let used = |column: usize| {
-            taxels.contains(&column)
-                || arrival.is_some_and(|columns| columns.contains(&column))
-                || found.iter().any(|found| found.column == column)
+        let [axes, reference_axes] = [&vibration, &reference]
+            .map(|axes| axes.iter().skip(1).map(|(_, column)| *column).collect());
+        let mut layout = Self {
+            time,
+            stylus,
+            axes,
+            reference_axes,
+            optional,
+            taxels,
+            arrival,
+            channels,
+            ignored: Vec::new(),
         };
-        let ignored = header.iter().enumerate().filter(|(column, _)| !used(*column));
-        let ignored = ignored.map(|(_, name)| name.clone()).collect();
-        Ok(Self { time, stylus, optional, taxels, arrival, channels, ignored })
+        let ignored = header.iter().enumerate().filter(|(column, _)| !layout.uses(*column));
+        layout.ignored = ignored.map(|(_, name)| name.clone()).collect();
+        Ok(layout)
     }
+}
+
+/// The axes of the vibration, where there is no stylus, and of the reference.
+fn vectors(
+    file: &Path,
+    header: &[String],
+    map: &[(String, String)],
+    found: &mut Vec<Found>,
+) -> Result<[axes::Axes; 2], CsvError> {
+    let vibration = if found.iter().any(|found| found.name == "stylus") {
+        Vec::new()
+    } else {
+        axes::columns(file, header, map, "vibration")?
+    };
+    let reference = axes::columns(file, header, map, "reference")?;
+    take_first(found, "vibration", &vibration);
+    take_first(found, "reference", &reference);
+    Ok([vibration, reference])
+}
+
+/// The first axis stands where the plain name would.
+fn take_first(found: &mut Vec<Found>, name: &'static str, axes: &axes::Axes) {
+    let Some((_, column)) = axes.first() else { return };
+    let mapped = found.iter().any(|found| found.name == name && found.mapped);
+    found.retain(|found| found.name != name);
+    found.push(Found { name, column: *column, mapped });
+}
+
+/// The names of several axes.
+fn names(axes: &axes::Axes) -> Vec<String> {
+    let several = if axes.len() > 1 { axes.as_slice() } else { &[] };
+    several.iter().map(|(name, _)| name.clone()).collect()
 }
 
 /// The columns `pressure_0`, `pressure_1` and so on, which must count up without a gap.
@@ -154,7 +203,7 @@ fn find(file: &Path, header: &[String], map: &[(String, String)]) -> Result<Vec<
 
 fn check_map(file: &Path, header: &[String], map: &[(String, String)]) -> Result<(), CsvError> {
     for (index, (ours, theirs)) in map.iter().enumerate() {
-        if Role::of(ours).is_none() {
+        if Role::of(ours).is_none() && !axes::is_axis(ours) {
             return Err(CsvError::UnknownMapName { ours: ours.clone(), theirs: theirs.clone() });
         }
         for (other_ours, other_theirs) in map.iter().take(index) {

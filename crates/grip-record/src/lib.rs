@@ -7,12 +7,13 @@
 //! |---|---|---|
 //! | `t_s` | s, rounded to 1 us | `Sample::t`; may be absent if a rate is given |
 //! | `stylus` or `vibration` | m, or the sensor's own units | `Sample::stylus` (required) |
+//! | `vibration_x`, `vibration_y`, .. | own units | up to three axes of one sensor: `Sample::stylus` and `Sample::stylus_axes` |
 //! | `force_n` | N | `Sample::normal_force_n` |
 //! | `tangential_n` | N | `Sample::tangential_n` |
 //! | `travel_mm` or `travel_m` | mm or m | `Sample::travel_m` |
 //! | `velocity_m_s` | m/s | `Sample::velocity_m_s` |
 //! | `stylus2` | m | `Sample::second_stylus` |
-//! | `reference` | own units | `Sample::reference` |
+//! | `reference`, or `reference_x`, `reference_y`, .. | own units | `Sample::reference`, `Sample::reference_axes` |
 //! | `pressure` | own units | `Sample::pressure` |
 //! | `motion` | 0 at rest, anything else in motion | `Sample::motion`: what arm and fingers are told |
 //! | `pressure_0`, `pressure_1`, .. | own units | a frame of the taxel array, [`Recording::taxels`] |
@@ -31,14 +32,18 @@
 
 #[cfg(feature = "arrays")]
 mod arrays;
+mod axes;
 mod channels;
+mod columns;
 mod csv_read;
 mod csv_write;
 mod error;
 pub mod files;
 mod irregularities;
 mod labels;
+mod labels_write;
 mod layout;
+mod lines;
 pub mod mcap;
 mod notes;
 #[cfg(feature = "arrays")]
@@ -52,16 +57,21 @@ mod table;
 mod taxels;
 mod travel;
 
+pub use axes::is_axis;
 pub use channels::{COLUMN_NAMES, Channel, ChannelSet, StylusKind};
-pub use csv_read::{CsvOptions, parse_csv, read_csv, read_recording};
+pub use columns::Columns;
+pub use csv_read::{CsvOptions, CsvSamples, parse_csv, read_csv, read_recording};
 pub use csv_write::{CsvWriter, WriteError};
 pub use error::CsvError;
 pub use irregularities::{Lengths, parse_irregularities, read_irregularities};
 pub use labels::{Label, LabelError, LabelKind, read_labels};
+pub use labels_write::{Relabel, write_label};
 pub use notes::{HUGE_READING, Notes};
+#[cfg(feature = "arrays")]
+pub use npy::parse_npy;
 #[cfg(feature = "arrays")]
 pub use npz::{MOST_UNPACKED, Npz, NpzError, is_npz, write_columns};
 pub use profile::HeightProfile;
-pub use recording::Recording;
+pub use recording::{MOST_HELD, Recording};
 pub use taxels::Taxels;
 pub use travel::Travel;

@@ -2,7 +2,8 @@
 
 use core::fmt;
 
-use slip_core::sample::Sample;
+use std::collections::BTreeMap;
+
 use slip_core::units::Micros;
 
 /// From here on a finite reading is counted as huge: beyond any 32-bit counter, and no length, force or speed
@@ -52,45 +53,76 @@ impl Notes {
         }
     }
 
-    /// Counts the steps between `samples`, whose times must not decrease, and measures the rate.
-    ///
-    /// The rate is that of the median step. Times rounded to 1 us make it coarse (455 us for 2200 Hz), so the
-    /// mean of the steps within 1 us of the median is taken; lost or late samples do not enter.
-    pub(crate) fn count_steps(&mut self, samples: &[Sample]) {
-        let mut steps: Vec<u64> = samples
-            .iter()
-            .zip(samples.iter().skip(1))
-            .map(|(one, next)| next.t.since(one.t).0)
-            .collect();
-        let middle = steps.len() / 2;
-        if steps.is_empty() {
-            return;
-        }
-        let (_, &mut median, _) = steps.select_nth_unstable(middle);
-        self.longest_step = Micros(steps.iter().copied().max().unwrap_or_default());
-        self.repeated_times = steps.iter().filter(|step| **step == 0).count();
+    /// Takes over what the steps between the times say.
+    pub(crate) fn take_steps(&mut self, steps: &Steps) {
+        let Some(median) = steps.median() else { return };
+        self.longest_step = Micros(steps.counts.keys().next_back().copied().unwrap_or_default());
+        self.repeated_times = steps.counts.get(&0).copied().unwrap_or_default();
         if median == 0 {
             return;
         }
         let (twice, thrice) = (|step: u64| u128::from(step) * 2, u128::from(median) * 3);
-        self.gaps = steps.iter().filter(|step| twice(**step) > thrice).count();
-        let short =
-            steps.iter().filter(|step| **step > 0 && twice(**step) < u128::from(median)).count();
+        let count = |wanted: &dyn Fn(u64) -> bool| {
+            steps.counts.iter().filter(|(step, _)| wanted(**step)).map(|(_, count)| count).sum()
+        };
+        self.gaps = count(&|step| twice(step) > thrice);
+        let short: usize = count(&|step| step > 0 && twice(step) < u128::from(median));
         self.irregular_steps = self.gaps + short;
-        self.measured_rate_hz = Some(rate_near(&steps, median));
+        self.measured_rate_hz = Some(steps.rate_near(median));
     }
 }
 
-#[expect(
-    clippy::cast_precision_loss,
-    reason = "a rate needs 24 bits, the sums stay far below 2^53 us"
-)]
-#[expect(clippy::cast_possible_truncation, reason = "a rate in Hz is given as f32")]
-fn rate_near(steps: &[u64], median: u64) -> f32 {
-    let near = steps.iter().filter(|step| step.abs_diff(median) <= 1);
-    let (sum, count) =
-        near.fold((0.0, 0.0), |(sum, count), step| (sum + *step as f64, count + 1.0));
-    (1e6 * count / sum) as f32
+/// How often each step between times occurred.
+///
+/// The rate is that of the median step. Times rounded to 1 us make it coarse (455 us for 2200 Hz), so the mean of the steps within 1 us of the
+/// median is taken; lost or late samples do not enter.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Steps {
+    last: Option<Micros>,
+    counts: BTreeMap<u64, usize>,
+    all: usize,
+}
+
+/// Different steps that are told apart; beyond, steps within 1 part in 2000 are taken together, so that stamps of any kind take no room.
+const MOST_STEPS: usize = 1 << 16;
+
+impl Steps {
+    /// Takes the next time, which is not before the last one.
+    pub(crate) fn push(&mut self, t: Micros) {
+        let Some(last) = self.last.replace(t) else { return };
+        let step = t.since(last).0;
+        let known = self.counts.len() < MOST_STEPS || self.counts.contains_key(&step);
+        *self.counts.entry(if known { step } else { coarse(step) }).or_default() += 1;
+        self.all += 1;
+    }
+
+    fn median(&self) -> Option<u64> {
+        let middle = self.all / 2;
+        let mut below = 0;
+        self.counts.iter().find_map(|(step, count)| {
+            below += count;
+            (below > middle).then_some(*step)
+        })
+    }
+
+    #[expect(
+        clippy::cast_precision_loss,
+        reason = "a rate needs 24 bits, the sums stay far below 2^53 us"
+    )]
+    #[expect(clippy::cast_possible_truncation, reason = "a rate in Hz is given as f32")]
+    fn rate_near(&self, median: u64) -> f32 {
+        let near = self.counts.range(median.saturating_sub(1)..=median.saturating_add(1));
+        let (sum, count) = near.fold((0.0, 0.0), |(sum, all), (step, count)| {
+            (sum + *step as f64 * *count as f64, all + *count as f64)
+        });
+        (1e6 * count / sum) as f32
+    }
+}
+
+/// The 12 highest bits of a step.
+fn coarse(step: u64) -> u64 {
+    let low = (u64::BITS - step.leading_zeros()).saturating_sub(12);
+    step >> low << low
 }
 
 impl fmt::Display for Notes {
@@ -134,9 +166,9 @@ mod tests {
     use super::*;
 
     fn notes(times: &[u64]) -> Notes {
-        let samples: Vec<Sample> = times.iter().map(|&t| Sample::stylus(Micros(t), 0.0)).collect();
-        let mut notes = Notes::default();
-        notes.count_steps(&samples);
+        let (mut steps, mut notes) = (Steps::default(), Notes::default());
+        times.iter().for_each(|t| steps.push(Micros(*t)));
+        notes.take_steps(&steps);
         notes
     }
 
@@ -157,6 +189,19 @@ mod tests {
             notes.to_string(),
             "repeated times: 1; irregular steps: 2; gaps: 1; longest step: 0.003000 s"
         );
+    }
+
+    #[test]
+    fn stamps_that_never_repeat_take_no_room() {
+        let (mut steps, mut state, mut t) = (Steps::default(), 1_u64, 0);
+        for _ in 0..400_000 {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            t += 900_000 + (state >> 40) % 200_000;
+            steps.push(Micros(t));
+        }
+        assert!(steps.counts.len() < 2 * MOST_STEPS, "{}", steps.counts.len());
+        let median = steps.median().unwrap();
+        assert!(median.abs_diff(1_000_000) < 2_000, "{median}");
     }
 
     #[test]

@@ -3,7 +3,7 @@
 //! The header is checked before `ndarray-npy` parses it: that allocates whatever the header asks for, and follows brackets
 //! as deep as they go.
 
-use ndarray::Array1;
+use ndarray::{Array1, ArrayD};
 use ndarray_npy::npy::header::Header;
 use ndarray_npy::{ReadNpyExt as _, ReadableElement};
 
@@ -14,6 +14,20 @@ const BRACKETS: usize = 2;
 /// From here on neighbours among the integers are the same double.
 const MOST_INTEGER: u64 = 1 << 53;
 
+/// The array in the `.npy` whose bytes these are: its numbers, a row after the other, and how many a row has. One dimension is one column.
+///
+/// # Errors
+/// What is wrong, as the end of a sentence about the array.
+pub fn parse_npy(bytes: &[u8]) -> Result<(Vec<f64>, usize), String> {
+    let npy = Npy::of_any_shape(bytes)?;
+    let width = match *npy.shape() {
+        [_] => 1,
+        [_, width] => width,
+        _ => return Err(format!("has {} dimensions; one or two are read", npy.shape().len())),
+    };
+    Ok((npy.numbers()?.to_vec(), width))
+}
+
 /// A column as it is stored.
 #[derive(Debug)]
 pub(crate) struct Npy<'a> {
@@ -21,34 +35,47 @@ pub(crate) struct Npy<'a> {
     /// Type of an element as NumPy writes it, for example `<f8`.
     kind: String,
     data: &'a [u8],
-    rows: usize,
+    shape: Vec<usize>,
 }
 
 impl<'a> Npy<'a> {
-    /// Reads the header.
+    /// Reads the header of a column.
     ///
     /// # Errors
     /// What is wrong, as the end of a sentence about the array.
     pub(crate) fn open(bytes: &'a [u8]) -> Result<Self, String> {
+        let npy = Self::of_any_shape(bytes)?;
+        if npy.shape.len() != 1 {
+            let sizes: Vec<String> = npy.shape.iter().map(ToString::to_string).collect();
+            let (count, sizes) = (npy.shape.len(), sizes.join(" x "));
+            return Err(format!("has {count} dimensions ({sizes}); a column has one"));
+        }
+        Ok(npy)
+    }
+
+    /// Reads the header of an array.
+    ///
+    /// # Errors
+    /// As [`Npy::open`].
+    pub(crate) fn of_any_shape(bytes: &'a [u8]) -> Result<Self, String> {
         check_header(bytes)?;
         let mut data = bytes;
         let header = Header::from_reader(&mut data).map_err(|error| error.to_string())?;
-        let shape = &header.shape;
-        let &[rows] = shape.as_slice() else {
-            let sizes: Vec<String> = shape.iter().map(ToString::to_string).collect();
-            let (count, sizes) = (shape.len(), sizes.join(" x "));
-            return Err(format!("has {count} dimensions ({sizes}); a column has one"));
-        };
         let kind = header.type_descriptor.as_string().cloned().unwrap_or_default();
-        Ok(Self { bytes, kind, data, rows })
+        Ok(Self { bytes, kind, data, shape: header.shape })
     }
 
-    /// Values of the column, as its header says.
+    /// Values of all dimensions, as the header says.
     pub(crate) fn rows(&self) -> usize {
-        self.rows
+        self.shape.iter().fold(1, |all, size| all.saturating_mul(*size))
     }
 
-    /// The column as doubles.
+    /// Sizes of the dimensions.
+    pub(crate) fn shape(&self) -> &[usize] {
+        &self.shape
+    }
+
+    /// The values as doubles, the last dimension going fastest.
     ///
     /// # Errors
     /// As [`Npy::open`].
@@ -103,13 +130,13 @@ impl<'a> Npy<'a> {
         number: impl Fn(T) -> Result<f64, String>,
     ) -> Result<Array1<f64>, String> {
         self.check_length(size)?;
-        let values = Array1::<T>::read_npy(self.bytes).map_err(|error| error.to_string())?;
+        let values = ArrayD::<T>::read_npy(self.bytes).map_err(|error| error.to_string())?;
         values.into_iter().map(number).collect()
     }
 
     /// Whether there are as many bytes as the shape says, before anything is made that large.
     fn check_length(&self, size: usize) -> Result<(), String> {
-        let (rows, found) = (self.rows, self.data.len());
+        let (rows, found) = (self.rows(), self.data.len());
         if rows.checked_mul(size) == Some(found) {
             return Ok(());
         }

@@ -1,6 +1,6 @@
 //! The cells of rows in, a recording out: what files of every kind share.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use slip_core::sample::{Arrival, Sample};
 use slip_core::units::Micros;
@@ -9,8 +9,11 @@ use crate::channels::{ChannelSet, Scale};
 use crate::csv_read::CsvOptions;
 use crate::error::CsvError;
 use crate::layout::Layout;
-use crate::notes::Notes;
+use crate::notes::{Notes, Steps};
 use crate::taxels::Taxels;
+
+/// Most bytes that the samples of one file may take, with their taxels: 17 million samples without, which is half an hour at 10 kHz.
+pub const MOST_HELD: usize = 2 << 30;
 
 /// A recording read from a file: at least one sample, times never decreasing.
 #[derive(Clone, Debug, PartialEq)]
@@ -42,18 +45,25 @@ pub(crate) trait Cells {
 }
 
 /// A recording on its way.
-pub(crate) struct Gathering<'a> {
-    file: &'a Path,
+#[derive(Debug)]
+pub(crate) struct Gathering {
+    file: PathBuf,
     pub(crate) layout: Layout,
     pub(crate) notes: Notes,
+    steps: Steps,
+    /// Samples so far, and the time of the last one.
+    count: usize,
+    last: Option<Micros>,
+    /// The frame of the last sample.
+    frame: Vec<f32>,
     samples: Vec<Sample>,
     taxels: Taxels,
 }
 
-impl<'a> Gathering<'a> {
+impl Gathering {
     /// No rows yet, of a file with these columns.
     pub(crate) fn new(
-        file: &'a Path,
+        file: &Path,
         header: &[String],
         options: &CsvOptions,
     ) -> Result<Self, CsvError> {
@@ -63,45 +73,94 @@ impl<'a> Gathering<'a> {
         let ignored_columns = ignored.cloned().collect();
         let notes = Notes { given_rate_hz, ignored_columns, ..Notes::default() };
         let taxels = Taxels::new(layout.taxels.len());
-        Ok(Self { file, layout, notes, samples: Vec::new(), taxels })
+        Ok(Self {
+            file: file.to_owned(),
+            layout,
+            notes,
+            steps: Steps::default(),
+            count: 0,
+            last: None,
+            frame: Vec::new(),
+            samples: Vec::new(),
+            taxels,
+        })
     }
 
     pub(crate) fn is_empty(&self) -> bool {
-        self.samples.is_empty()
+        self.count == 0
     }
 
-    pub(crate) fn push(&mut self, row: &impl Cells) -> Result<(), CsvError> {
+    /// The sample of the next row; its frame is [`Gathering::frame`].
+    pub(crate) fn sample(&mut self, row: &impl Cells) -> Result<Sample, CsvError> {
         let time = match self.layout.time {
-            Some(column) => row.time(column, self.samples.last().map(|sample| sample.t))?,
-            None => nth_time(self.samples.len(), self.notes.given_rate_hz),
+            Some(column) => row.time(column, self.last)?,
+            None => nth_time(self.count, self.notes.given_rate_hz),
         };
         let sample = sample_of(row, &self.layout, time, &mut self.notes)?;
-        self.samples.push(sample);
-        self.taxels.push(&frame_of(row, &self.layout, &mut self.notes)?);
-        Ok(())
+        frame_of(row, &self.layout, &mut self.notes, &mut self.frame)?;
+        self.note(time);
+        Ok(sample)
+    }
+
+    /// The sample of a row of one column that is told later, its time then.
+    pub(crate) fn uncounted(&mut self, row: &impl Cells) -> Result<Sample, CsvError> {
+        sample_of(row, &self.layout, Micros(0), &mut self.notes)
     }
 
     /// In a file of one column an empty stylus cell is a blank line; without it all later times would shift.
-    pub(crate) fn push_without_stylus(&mut self, count: usize) {
-        self.notes.empty_stylus += count;
-        for _ in 0..count {
-            let time = nth_time(self.samples.len(), self.notes.given_rate_hz);
-            self.samples.push(Sample::stylus(time, f32::NAN));
+    pub(crate) fn without_stylus(&mut self) -> Sample {
+        self.notes.empty_stylus += 1;
+        self.timed(Sample::stylus(Micros(0), f32::NAN))
+    }
+
+    /// The sample at the time of the next row, where a rate gives it.
+    pub(crate) fn timed(&mut self, sample: Sample) -> Sample {
+        let t = nth_time(self.count, self.notes.given_rate_hz);
+        self.frame.clear();
+        self.note(t);
+        Sample { t, ..sample }
+    }
+
+    fn note(&mut self, time: Micros) {
+        self.count += 1;
+        self.last = Some(time);
+        if self.layout.time.is_some() {
+            self.steps.push(time);
         }
     }
 
+    /// The frame of the last sample; empty where none came with it.
+    pub(crate) fn frame(&self) -> &[f32] {
+        &self.frame
+    }
+
+    /// Puts a sample and the last frame by.
+    pub(crate) fn keep(&mut self, sample: Sample) -> Result<(), CsvError> {
+        let bytes = size_of::<Sample>() + 4 * self.layout.taxels.len();
+        if self.samples.len() >= MOST_HELD / bytes {
+            return Err(CsvError::TooManyRows { file: self.file.clone(), most: MOST_HELD / bytes });
+        }
+        self.samples.push(sample);
+        self.taxels.push(&self.frame);
+        Ok(())
+    }
+
+    pub(crate) fn push(&mut self, row: &impl Cells) -> Result<(), CsvError> {
+        let sample = self.sample(row)?;
+        self.keep(sample)
+    }
+
+    /// The recording, with what was kept of its samples.
     pub(crate) fn finish(self) -> Result<Recording, CsvError> {
-        let Self { file, layout, mut notes, samples, taxels } = self;
-        if samples.is_empty() {
-            return Err(CsvError::NoRows { file: file.to_owned() });
+        let Self { file, layout, mut notes, samples, taxels, .. } = self;
+        if self.count == 0 {
+            return Err(CsvError::NoRows { file });
         }
-        if layout.time.is_some() {
-            notes.count_steps(&samples);
-        }
+        notes.take_steps(&self.steps);
         let rate_hz = notes
             .given_rate_hz
             .or(notes.measured_rate_hz)
-            .ok_or_else(|| CsvError::NoRate { file: file.to_owned(), rows: samples.len() })?;
+            .ok_or_else(|| CsvError::NoRate { file: file.clone(), rows: self.count })?;
         let name = file.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         let taxels = Some(taxels).filter(|taxels| taxels.count() > 0);
         Ok(Recording { name, channels: layout.channels, samples, taxels, rate_hz, notes })
@@ -149,8 +208,30 @@ fn sample_of(
         }
         channel.set(&mut sample, value);
     }
+    for (axis, &column) in sample.stylus_axes.iter_mut().zip(&layout.axes) {
+        *axis = axis_of(row, column, notes)?.unwrap_or(f32::NAN);
+    }
+    for (axis, &column) in sample.reference_axes.iter_mut().zip(&layout.reference_axes) {
+        match axis_of(row, column, notes)? {
+            Some(value) => *axis = value,
+            // A vector without one of its components is none.
+            None => sample.reference = None,
+        }
+    }
+    if sample.reference.is_none() {
+        sample.reference_axes = Default::default();
+    }
     sample.arrival = arrival(row, layout)?;
     Ok(sample)
+}
+
+/// A component of a vector, `None` for an empty cell.
+fn axis_of(row: &impl Cells, column: usize, notes: &mut Notes) -> Result<Option<f32>, CsvError> {
+    let value = row.reading(column, Scale::Same)?;
+    if let Some(value) = value {
+        notes.count_reading(value);
+    }
+    Ok(value)
 }
 
 /// When the computer took the row in; `None` where a cell is empty.
@@ -160,8 +241,13 @@ fn arrival(row: &impl Cells, layout: &Layout) -> Result<Option<Arrival>, CsvErro
 }
 
 /// The frame in a row; empty where every cell is.
-fn frame_of(row: &impl Cells, layout: &Layout, notes: &mut Notes) -> Result<Vec<f32>, CsvError> {
-    let mut frame = Vec::with_capacity(layout.taxels.len());
+fn frame_of(
+    row: &impl Cells,
+    layout: &Layout,
+    notes: &mut Notes,
+    frame: &mut Vec<f32>,
+) -> Result<(), CsvError> {
+    frame.clear();
     let mut any = false;
     for &column in &layout.taxels {
         let value = row.reading(column, Scale::Same)?;
@@ -174,5 +260,5 @@ fn frame_of(row: &impl Cells, layout: &Layout, notes: &mut Notes) -> Result<Vec<
     if !any {
         frame.clear();
     }
-    Ok(frame)
+    Ok(())
 }

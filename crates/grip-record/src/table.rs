@@ -1,25 +1,27 @@
-//! The bytes of a CSV file in, a header and rows with their true line numbers out.
+//! The bytes of a CSV file in as they are read, a header and rows with their true line numbers out.
 
 use std::borrow::Cow;
-use std::path::Path;
+use std::io::Read;
+use std::path::{Path, PathBuf};
 
 use csv::{ByteRecord, Reader, ReaderBuilder};
 
 use crate::error::{CsvError, excerpt};
+use crate::lines::Lines;
 use crate::number::{TimeFault, parse_micros};
 use slip_core::units::Micros;
 
+/// Bytes that are read at once.
+const BUFFER: usize = 1 << 16;
 const PLAIN_NUMBER: &str = "write digits with a decimal point";
-const BYTE_ORDER_MARK: &[u8] = b"\xEF\xBB\xBF";
 
 /// A file's rows, checked for the width of the header. Lines are counted here because the position of a
 /// record includes the blank lines before it and half of a CR LF.
-pub(crate) struct Table<'a> {
-    file: &'a Path,
-    bytes: &'a [u8],
-    reader: Reader<&'a [u8]>,
+#[derive(Debug)]
+pub(crate) struct Table<R> {
+    file: PathBuf,
+    reader: Reader<Lines<R>>,
     record: ByteRecord,
-    lines: LineCount,
     header: Vec<String>,
     header_line: u64,
 }
@@ -34,17 +36,20 @@ pub(crate) struct Row<'a> {
     cells: &'a ByteRecord,
 }
 
-impl<'a> Table<'a> {
+impl<R: Read> Table<R> {
     /// Reads the header: names trimmed, a byte order mark dropped, no name twice.
-    pub(crate) fn open(file: &'a Path, bytes: &'a [u8]) -> Result<Self, CsvError> {
-        let bytes = bytes.strip_prefix(BYTE_ORDER_MARK).unwrap_or(bytes);
-        let reader = ReaderBuilder::new().has_headers(false).flexible(true).from_reader(bytes);
-        let lines = LineCount { line: 1, counted_to: 0 };
-        let record = ByteRecord::new();
-        let mut table =
-            Self { file, bytes, reader, record, lines, header: Vec::new(), header_line: 1 };
+    pub(crate) fn open(file: &Path, input: R) -> Result<Self, CsvError> {
+        let unreadable = |source| CsvError::Unreadable { file: file.to_owned(), source };
+        let lines = Lines::new(input).map_err(unreadable)?;
+        let reader = ReaderBuilder::new()
+            .has_headers(false)
+            .flexible(true)
+            .buffer_capacity(BUFFER)
+            .from_reader(lines);
+        let (file, record) = (file.to_owned(), ByteRecord::new());
+        let mut table = Self { file, reader, record, header: Vec::new(), header_line: 1 };
         let Some((line, _)) = table.advance()? else {
-            return Err(CsvError::Empty { file: file.to_owned() });
+            return Err(CsvError::Empty { file: table.file });
         };
         table.header_line = line;
         table.header = table
@@ -84,7 +89,7 @@ impl<'a> Table<'a> {
         Ok(Some(Row {
             line,
             blank_before,
-            file: self.file,
+            file: &self.file,
             header: &self.header,
             cells: &self.record,
         }))
@@ -94,9 +99,8 @@ impl<'a> Table<'a> {
         let more = self.reader.read_byte_record(&mut self.record).map_err(|error| {
             CsvError::Unreadable { file: self.file.to_owned(), source: error.into() }
         })?;
-        let start =
-            self.record.position().and_then(|position| usize::try_from(position.byte()).ok());
-        Ok(start.filter(|_| more).map(|start| self.lines.locate(self.bytes, start)))
+        let start = self.record.position().map(csv::Position::byte).filter(|_| more);
+        Ok(start.map(|start| self.reader.get_mut().locate(start)))
     }
 
     fn refuse_repeated_names(&self) -> Result<(), CsvError> {
@@ -181,42 +185,6 @@ impl Row<'_> {
     }
 }
 
-/// Line of the byte counted to; a line ends with LF, CR LF or CR.
-struct LineCount {
-    line: u64,
-    counted_to: usize,
-}
-
-impl LineCount {
-    /// Line of the first content at or after `start`, and the blank lines between.
-    fn locate(&mut self, bytes: &[u8], start: usize) -> (u64, usize) {
-        self.line += u64::try_from(line_ends(bytes, self.counted_to, start)).unwrap_or(u64::MAX);
-        let blank = bytes
-            .get(start..)
-            .unwrap_or_default()
-            .iter()
-            .take_while(|byte| matches!(byte, b'\r' | b'\n'));
-        let content = start + blank.count();
-        let blank_before = line_ends(bytes, start, content);
-        self.line += u64::try_from(blank_before).unwrap_or(u64::MAX);
-        self.counted_to = content;
-        (self.line, blank_before)
-    }
-}
-
-/// Line ends that begin in `from..to`: every CR, and every LF without a CR before it.
-fn line_ends(bytes: &[u8], from: usize, to: usize) -> usize {
-    let before = from.checked_sub(1).and_then(|at| bytes.get(at)).copied().unwrap_or_default();
-    let part = bytes.get(from..to).unwrap_or_default();
-    let mut previous = before;
-    let mut ends = 0;
-    for &byte in part {
-        ends += usize::from(byte == b'\r' || (byte == b'\n' && previous != b'\r'));
-        previous = byte;
-    }
-    ends
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -238,6 +206,42 @@ mod tests {
             assert_eq!(rows(&text), expected, "{end:?}");
             assert_eq!(rows(text.trim_end()), expected, "without a last line end");
         }
+    }
+
+    /// Rows without end, each as wide as the header.
+    struct Rows(u64);
+
+    impl Read for Rows {
+        fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
+            let row = b"0.25,1\r\n";
+            for byte in &mut *buffer {
+                *byte = row[usize::try_from(self.0).unwrap() % row.len()];
+                self.0 += 1;
+            }
+            Ok(buffer.len())
+        }
+    }
+
+    #[test]
+    fn a_file_of_any_length_takes_the_same_room() {
+        let mut table = Table::open(Path::new("t.csv"), Rows(0)).unwrap();
+        let mut most = 0;
+        for line in 2..1_000_000 {
+            let row = table.next_row().unwrap().unwrap();
+            assert_eq!((row.line, row.blank_before), (line, 0));
+            most = most.max(table.reader.get_ref().kept());
+        }
+        assert!(most <= 2 * BUFFER, "{most}");
+    }
+
+    #[test]
+    fn a_line_without_end_is_refused() {
+        let mut table =
+            Table::open(Path::new("t.csv"), b"a\n1\n".chain(std::io::repeat(0))).unwrap();
+        assert!(table.next_row().unwrap().is_some());
+        let text = table.next_row().err().unwrap().to_string();
+        assert!(text.contains("a line has more than"), "{text}");
+        assert!(Table::open(Path::new("t.csv"), std::io::repeat(b'x')).is_err());
     }
 
     #[test]

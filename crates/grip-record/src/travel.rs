@@ -46,7 +46,7 @@ impl Travel {
     /// backwards; see [`CsvError`].
     pub fn read(file: &Path) -> Result<Self, CsvError> {
         let bytes = read_bytes(file)?;
-        let mut table = Table::open(file, &bytes)?;
+        let mut table = Table::open(file, bytes.as_slice())?;
         let (time_column, travel_column) = (table.required("t_s")?, table.required("travel_mm")?);
         let mut points: Vec<(Micros, f64)> = Vec::new();
         while let Some(row) = table.next_row()? {

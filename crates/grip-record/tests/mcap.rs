@@ -306,6 +306,7 @@ proptest! {
         let [normal_force_n, tangential_n, travel_m, velocity_m_s, second_stylus, reference, pressure, motion] = options;
         let sample = Sample {
             t: Micros(t), stylus, normal_force_n, tangential_n, travel_m, velocity_m_s, second_stylus, reference, pressure, motion, arrival,
+            ..Sample::default()
         };
         let bytes = file_of(|writer| {
             writer.write(1, &Record::Sample(SampleRecord { index, sample, taxels: &taxels })).unwrap();

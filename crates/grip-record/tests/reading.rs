@@ -222,6 +222,30 @@ fn other_faults_have_their_own_kind() {
 }
 
 #[test]
+fn several_axes_are_one_sensor() {
+    let recording = read(
+        "t_s,vibration,vibration_x,vibration_y,vibration_z,reference_x,reference_y\n\
+         0,9,1,2,3,4,5\n1,9,1,,3,4,\n2,9,1,2,3,4,5\n",
+    );
+    let [first, second, _] = recording.samples[..] else { panic!("{recording:?}") };
+    assert_eq!(
+        (first.vibration(), first.reference_vector()),
+        ([1.0, 2.0, 3.0], Some([4.0, 5.0, 0.0]))
+    );
+    assert!(second.stylus == 1.0 && second.stylus_axes[0].is_nan(), "{second:?}");
+    assert_eq!((second.reference, second.reference_axes), (None, [0.0; 2]));
+    assert_eq!(recording.channels.stylus, StylusKind::Vibration);
+    assert_eq!(recording.channels.axes, ["vibration_x", "vibration_y", "vibration_z"]);
+    assert_eq!(recording.notes.ignored_columns, ["vibration"], "it is their norm");
+
+    let one = read("t_s,vibration_x\n0,1\n1,2\n");
+    assert_eq!((one.samples[1].vibration(), one.channels.axes.len()), ([2.0, 0.0, 0.0], 0));
+    let map = [("vibration_y", "ay"), ("vibration_x", "ax")];
+    let mapped = read_with("t_s,ax,ay\n0,1,2\n1,3,4\n", &options(None, &map)).unwrap();
+    assert_eq!(mapped.samples[1].vibration(), [3.0, 4.0, 0.0]);
+}
+
+#[test]
 fn equal_times_are_counted_not_refused() {
     let notes = read("t_s,stylus\n0,1\n1,1\n1,1\n2,1\n3,1\n9,1\n").notes;
     assert_eq!((notes.repeated_times, notes.gaps, notes.irregular_steps), (1, 1, 1));

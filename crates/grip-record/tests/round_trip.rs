@@ -45,7 +45,7 @@ fn sample(t: u64) -> impl Strategy<Value = Sample> {
         reference: other.1,
         pressure: other.2,
         motion: other.3,
-        arrival: None,
+        ..Sample::default()
     })
 }
 
@@ -113,4 +113,35 @@ fn what_would_be_lost_or_unreadable_is_refused() {
     let error = writer.write(&Sample::stylus(Micros(4), 1.0)).unwrap_err();
     assert_eq!(error.to_string(), "time goes backwards from 0.000005 s to 0.000004 s");
     assert_eq!(writer.finish().unwrap(), b"t_s,stylus\n0.000005,1.0\n");
+}
+
+#[test]
+fn axes_come_back() {
+    let channels = ChannelSet::new(StylusKind::Vibration)
+        .with(Channel::Reference)
+        .with(Channel::Motion)
+        .with_axes(&["vibration_x", "vibration_y", "vibration_z"], &["reference_1", "reference_2"]);
+    let sample = |t: u64, reference: Option<f32>| Sample {
+        stylus_axes: [0.1 * t as f32, -0.0],
+        reference,
+        reference_axes: reference.map_or([0.0; 2], |x| [x + 1.0, 0.0]),
+        motion: Some(1.0),
+        ..Sample::stylus(Micros(1000 * t), 0.3)
+    };
+    let samples: Vec<Sample> = (1..5).map(|t| sample(t, (t != 2).then_some(7.5))).collect();
+    let mut writer = CsvWriter::new(Vec::new(), &channels).unwrap();
+    samples.iter().for_each(|sample| writer.write(sample).unwrap());
+    let bytes = writer.finish().unwrap();
+    let head = "t_s,vibration_x,vibration_y,vibration_z,reference_1,reference_2,motion\n";
+    assert!(bytes.starts_with(head.as_bytes()), "{}", String::from_utf8_lossy(&bytes));
+    let back = parse_csv(Path::new("x.csv"), &bytes, &CsvOptions::default()).unwrap();
+    assert_eq!(back.samples, samples);
+    assert_eq!(
+        (&back.channels.axes, &back.channels.reference_axes),
+        (&channels.axes, &channels.reference_axes)
+    );
+
+    let mut narrow = CsvWriter::new(Vec::new(), &ChannelSet::new(StylusKind::Vibration)).unwrap();
+    let lost = Sample { stylus_axes: [0.0, 1.0], ..Sample::default() };
+    assert!(matches!(narrow.write(&lost), Err(WriteError::NoAxis { time: Micros(0) })));
 }

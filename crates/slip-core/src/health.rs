@@ -6,7 +6,7 @@
 
 use crate::{
     drift::{DriftConfig, DriftWatch, Hold},
-    sample::Sample,
+    sample::{FURTHER_AXES, Sample, Vector},
     units::Micros,
 };
 
@@ -189,6 +189,8 @@ pub struct HealthCheck {
     usual: Option<UsualStep>,
     frozen_after: Micros,
     last: Option<(Micros, f32)>,
+    /// The further axes of the last reading.
+    last_axes: [f32; FURTHER_AXES],
     changed_at: Micros,
     bad_run: u32,
     saturated_run: u32,
@@ -216,6 +218,7 @@ impl HealthCheck {
             usual: None,
             frozen_after,
             last: None,
+            last_axes: [0.0; FURTHER_AXES],
             changed_at: Micros(0),
             bad_run: 0,
             saturated_run: 0,
@@ -275,17 +278,18 @@ impl HealthCheck {
     pub fn passes(&mut self, sample: &Sample) -> bool {
         let Some((last_t, last)) = self.last else { return false };
         let x = sample.stylus;
-        let step = (x - last).abs();
+        let step = self.step_to(sample, last);
         // NaN fails every comparison.
         let plain = self.health() == Health::Good
             && self.bad_run == 0
             && sample.t > last_t
             && x.abs() < self.config.range
             && self.is_usual(step)
-            && x.to_bits() != last.to_bits()
+            && (x.to_bits() != last.to_bits() || sample.stylus_axes != self.last_axes)
             && self.others_pass(sample);
         if plain {
             self.last = Some((sample.t, x));
+            self.last_axes = sample.stylus_axes;
             self.changed_at = sample.t;
             self.saturated_run = 0;
             if let Some(usual) = &mut self.usual {
@@ -293,6 +297,17 @@ impl HealthCheck {
             }
         }
         plain
+    }
+
+    /// Distance from the last reading (signal unit): of vectors, where there are several axes; NaN where a component has no number.
+    #[inline]
+    fn step_to(&self, sample: &Sample, last: f32) -> f32 {
+        let first = sample.stylus - last;
+        if sample.stylus_axes == self.last_axes {
+            return first.abs();
+        }
+        let squares = sample.stylus_axes.iter().zip(self.last_axes).map(|(a, b)| (a - b) * (a - b));
+        libm::sqrtf(first * first + squares.sum::<f32>())
     }
 
     /// Whether a step (signal unit) can be one of the surface.
@@ -311,6 +326,8 @@ impl HealthCheck {
             && within(sample.velocity_m_s, TRAVEL_LIMIT)
             && within(sample.second_stylus, self.config.range)
             && within(sample.reference, OTHER_LIMIT)
+            && sample.stylus_axes.iter().all(|axis| axis.abs() < self.config.range)
+            && sample.reference_axes.iter().all(|axis| axis.abs() <= OTHER_LIMIT)
             && within(sample.pressure, OTHER_LIMIT)
             && within(sample.motion, OTHER_LIMIT)
     }
@@ -323,8 +340,9 @@ impl HealthCheck {
             self.counters.time_faults += 1;
             return None;
         }
-        let stylus = self.stylus(sample);
+        let (stylus, stylus_axes) = self.stylus(sample);
         self.last = Some((sample.t, stylus));
+        self.last_axes = stylus_axes;
         let before = self.health();
         self.readings = self.judge(sample.t);
         if before == Health::Good && self.readings != Health::Good {
@@ -336,15 +354,21 @@ impl HealthCheck {
             Some(second) => (second.last + second.offset, None),
             None => (stylus, second_stylus),
         };
+        // A vector without one of its components is none.
+        let whole = sample.reference_axes.iter().all(|axis| axis.abs() <= OTHER_LIMIT);
+        let reference = if whole { sample.reference } else { sample.reference.and(Some(f32::NAN)) };
+        let reference = self.other(reference, OTHER_LIMIT);
         Some(Sample {
             t: sample.t,
             stylus,
+            stylus_axes,
             normal_force_n: self.other(sample.normal_force_n, FORCE_LIMIT_N),
             tangential_n: self.other(sample.tangential_n, FORCE_LIMIT_N),
             travel_m: self.other(sample.travel_m, TRAVEL_LIMIT),
             velocity_m_s: self.other(sample.velocity_m_s, TRAVEL_LIMIT),
             second_stylus,
-            reference: self.other(sample.reference, OTHER_LIMIT),
+            reference,
+            reference_axes: if whole { sample.reference_axes } else { [0.0; FURTHER_AXES] },
             pressure: self.other(sample.pressure, OTHER_LIMIT),
             motion: self.other(sample.motion, OTHER_LIMIT),
             arrival: sample.arrival,
@@ -364,31 +388,34 @@ impl HealthCheck {
         }
     }
 
+    /// The reading with its further axes, or the last good one: a vector with one bad component is a bad reading.
     #[inline]
-    fn stylus(&mut self, sample: &Sample) -> f32 {
-        let x = sample.stylus;
+    fn stylus(&mut self, sample: &Sample) -> (f32, [f32; FURTHER_AXES]) {
+        let (x, axes) = (sample.stylus, sample.stylus_axes);
+        let usable = self.usable(worst([x, axes[0], axes[1]]));
         let Some((_, last)) = self.last else {
             self.changed_at = sample.t;
-            return if self.usable(x) { x } else { 0.0 };
+            return if usable { (x, axes) } else { (0.0, [0.0; FURTHER_AXES]) };
         };
-        if !self.usable(x) {
-            return last;
+        let held = (last, self.last_axes);
+        if !usable {
+            return held;
         }
         // A real step stays; a lone spike is gone after a sample or two.
-        let step = (x - last).abs();
+        let step = self.step_to(sample, last);
         if !self.is_usual(step) && self.bad_run < self.config.max_bad_run {
             self.counters.glitches += 1;
             self.bad_run += 1;
-            return last;
+            return held;
         }
         self.bad_run = 0;
         if let Some(usual) = &mut self.usual {
             usual.learn(step);
         }
-        if x.to_bits() != last.to_bits() {
+        if x.to_bits() != last.to_bits() || axes != self.last_axes {
             self.changed_at = sample.t;
         }
-        x
+        (x, axes)
     }
 
     #[inline]
@@ -434,6 +461,15 @@ impl HealthCheck {
             None
         }
     }
+}
+
+/// The component that is the least usable: one that is no number, else the largest.
+#[inline]
+fn worst(vector: Vector) -> f32 {
+    vector.into_iter().fold(0.0, |worst: f32, x| {
+        let worse = x.is_nan() || (!worst.is_nan() && x.abs() > worst.abs());
+        if worse { x } else { worst }
+    })
 }
 
 #[cfg(test)]

@@ -339,6 +339,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         if self.config.no_skip && !learning {
             self.counters.bands += 1;
             self.counters.gate += 1;
+            self.detector.beside(sample);
             self.detector.step_unheard(sample.stylus, &motion_of(sample));
         }
         None
@@ -358,6 +359,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
     #[inline]
     fn feel_for_slip(&mut self, sample: &Sample) -> Option<(f32, SlipState)> {
         self.counters.bands += 1;
+        self.detector.beside(sample);
         let verdict = self.detector.step(sample.stylus, &motion_of(sample));
         self.counters.gate += u64::from(self.detector.is_moving() || self.config.no_skip);
         verdict

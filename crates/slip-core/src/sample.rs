@@ -2,6 +2,12 @@
 
 use crate::units::Micros;
 
+/// Axes that a vector has beside its first one.
+pub const FURTHER_AXES: usize = 2;
+
+/// Every component of a vibration or of a motion reference.
+pub type Vector = [f32; 1 + FURTHER_AXES];
+
 /// When the computer took a reading in, by its own clock. Part of the input, so that a replay gives the same steps.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Arrival {
@@ -29,10 +35,15 @@ pub struct Sample {
     pub travel_m: Option<f32>,
     /// Slip speed measured directly (m/s).
     pub velocity_m_s: Option<f32>,
+    /// Second and third component of a vibration sensor that measures along several axes, the first being `stylus` (same units);
+    /// 0 where there is none.
+    pub stylus_axes: [f32; FURTHER_AXES],
     /// Second stylus (m), a known distance behind the first along the slip direction.
     pub second_stylus: Option<f32>,
     /// Motion reference: an accelerometer or a stylus that does not touch the object (own units).
     pub reference: Option<f32>,
+    /// Second and third component of a motion reference with several axes, the first being `reference`; 0 where there is none.
+    pub reference_axes: [f32; FURTHER_AXES],
     /// Static pressure of the fingertip (own units).
     pub pressure: Option<f32>,
     /// Commanded motion of arm or fingers: 0 while they are told to stand still, anything else while they are told to move.
@@ -48,7 +59,24 @@ impl Sample {
         Self { t, stylus, ..Self::default() }
     }
 
-    /// The readings in the order of the fields above, without the time.
+    /// Every component of the stylus or vibration sensor (its unit).
+    #[must_use]
+    pub const fn vibration(&self) -> Vector {
+        let [y, z] = self.stylus_axes;
+        [self.stylus, y, z]
+    }
+
+    /// Every component of the motion reference (its unit), where it has a reading.
+    #[must_use]
+    pub const fn reference_vector(&self) -> Option<Vector> {
+        let [y, z] = self.reference_axes;
+        match self.reference {
+            Some(x) => Some([x, y, z]),
+            None => None,
+        }
+    }
+
+    /// The readings of one value each in the order of the fields above, without the time.
     #[must_use]
     pub const fn readings(&self) -> [Option<f32>; 9] {
         [

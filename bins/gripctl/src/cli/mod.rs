@@ -5,10 +5,12 @@ pub(crate) mod fleet;
 #[cfg(feature = "foxglove")]
 pub(crate) mod foxglove;
 pub(crate) mod grasp;
+pub(crate) mod import;
 pub(crate) mod learn;
 
 use clap::{ArgGroup, Args, Parser, Subcommand};
 use grasp::GraspArgs;
+use import::{ImportArgs, LabelArgs};
 use learn::{
     CollectArgs, EstimateArgs, EvalArgs, ExportArgs, GenerateArgs, SearchArgs, StudyArgs, TrainArgs,
 };
@@ -48,6 +50,13 @@ pub(crate) enum Command {
     Sim(SimArgs),
     /// Run a recording through the pipeline: events and estimates.
     Replay(ReplayArgs),
+    /// Make a recording of a file of another program: WAV, NPY, CSV, MCAP, rosbag2.
+    ///
+    /// Prints what was taken for what. `--map vibration=NAME` says what a signal is; NAME may be a group, whose axes or items are taken
+    /// (`--map vibration=/imu.linear_acceleration`, `--map pressure=/skin.data`). Exit codes: 0 done, 2 nothing that can be used.
+    Import(ImportArgs),
+    /// Write into labels.csv what happens in a recording, for `gripctl score`.
+    Label(LabelArgs),
     /// Make a whole recording of one that was cut off or damaged.
     Recover(RecoverArgs),
     /// Write the samples of a recording as CSV, bit by bit the same, or as .npz.
@@ -169,7 +178,7 @@ pub(crate) struct CsvArgs {
 #[derive(Debug, Args)]
 pub(crate) struct ReplayArgs {
     /// The recording: .mcap as gripd makes it, which has its settings and its model inside, or .csv with `t_s` and `stylus` (m),
-    /// `vibration` (sensor units, signed or rectified) or neither but `travel_m` or taxels (`pressure_0` ...), or .npz with an array for each such column. Of a recording in several files all .mcap in their order.
+    /// `vibration` (sensor units, signed or rectified) or neither but `travel_m` or taxels (`pressure_0` ...), or .npz with an array for each such column, or .wav, .npy or a rosbag2 as `gripctl import` reads them. Of a recording in several files all .mcap in their order.
     #[arg(required = true, value_name = "FILE")]
     pub(crate) files: Vec<PathBuf>,
     /// Compare the events with the recorded ones instead of printing them; exit 1 at the first difference. For .mcap.

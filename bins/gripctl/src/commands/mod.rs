@@ -18,6 +18,8 @@ pub(crate) mod fleet;
 pub(crate) mod foxglove;
 pub(crate) mod generate;
 pub(crate) mod grasp;
+pub(crate) mod import;
+pub(crate) mod label;
 mod measure;
 pub(crate) mod ports;
 pub(crate) mod profile;

@@ -1,6 +1,6 @@
 //! `gripctl replay`: a recording through the pipeline.
 
-use super::{calibrated_config, csv_options, estimator, replay_tape};
+use super::{calibrated_config, csv_options, estimator, import, replay_tape};
 use crate::{cli::ReplayArgs, output};
 use anyhow::Context as _;
 use grip_host::{
@@ -8,10 +8,10 @@ use grip_host::{
     replay,
     report::EventLog,
 };
-use grip_record::{StylusKind, read_recording};
+use grip_record::{CsvOptions, CsvSamples, Recording, StylusKind, is_npz, read_recording};
 use serde::Serialize;
-use slip_core::PipelineConfig;
-use std::path::Path;
+use slip_core::{Pipeline, PipelineConfig, Sample, units::Micros};
+use std::{fs::File, path::Path};
 
 #[derive(Serialize)]
 #[serde(tag = "type", rename = "summary")]
@@ -60,12 +60,61 @@ const fn limits_of(stylus: StylusKind) -> Option<&'static str> {
     }
 }
 
-/// A CSV or `.npz` recording.
+/// Where samples come from.
+enum Source {
+    /// All of them, of a recording that had to be read whole.
+    Held,
+    /// A CSV, read a second time.
+    Read(CsvSamples<File>),
+}
+
+impl Source {
+    /// What is known of a recording before its first sample, and its samples. A CSV is read twice, so that one of any length can be replayed:
+    /// for its rate and its faults, and then for its samples.
+    fn open(file: &Path, csv: &CsvOptions) -> anyhow::Result<(Recording, Self)> {
+        if grip_import::is_foreign(file) {
+            let imported = import::import(file, &import::import_options(csv))?;
+            for line in import::use_lines(&imported.uses) {
+                eprintln!("{}: {}", file.display(), line.trim_start());
+            }
+            return Ok((imported.recording, Self::Held));
+        }
+        if is_npz(file) {
+            return Ok((read_recording(file, csv)?, Self::Held));
+        }
+        let recording = CsvSamples::open(file, csv)?.survey()?;
+        Ok((recording, Self::Read(CsvSamples::open(file, csv)?)))
+    }
+
+    /// Gives each sample, and the frame of taxels that came with it, to `each`.
+    fn run(
+        self,
+        recording: &Recording,
+        mut each: impl FnMut(&Sample, &[f32]) -> anyhow::Result<()>,
+    ) -> anyhow::Result<()> {
+        match self {
+            Self::Held => {
+                for (at, sample) in recording.samples.iter().enumerate() {
+                    let taxels = recording.taxels.as_ref();
+                    each(sample, taxels.map_or(&[] as &[f32], |taxels| taxels.frame(at)))?;
+                }
+            }
+            Self::Read(mut samples) => {
+                while let Some((sample, frame)) = samples.next_sample()? {
+                    each(&sample, frame)?;
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// A recording that is no MCAP.
 fn table(args: &ReplayArgs, file: &Path) -> anyhow::Result<Exit> {
     let mut config = calibrated_config(args.config.as_deref(), args.calibration.as_deref())?;
     config.observation.esc = args.esc.unwrap_or(config.observation.esc);
     let estimator = estimator(args.model.as_deref(), &config)?;
-    let recording = read_recording(file, &csv_options(&args.csv)?)?;
+    let (recording, source) = Source::open(file, &csv_options(&args.csv)?)?;
     let notes = recording.notes.to_string();
     if !notes.is_empty() {
         eprintln!("{}: {notes}", file.display());
@@ -78,9 +127,12 @@ fn table(args: &ReplayArgs, file: &Path) -> anyhow::Result<Exit> {
     config.check_signal(pipeline.sample_rate, vibration)?;
     let pipeline = PipelineConfig { no_skip: args.no_skip, ..pipeline };
     let mut log = EventLog::default();
-    let mut replay = replay::Replay::new(&recording, pipeline, Some(estimator))
-        .with_context(|| file.display().to_string())?;
-    for step in &mut replay {
+    let mut replay =
+        Pipeline::new(pipeline, Some(estimator)).with_context(|| file.display().to_string())?;
+    let mut span: Option<[Micros; 2]> = None;
+    source.run(&recording, |sample, taxels| {
+        span = Some([span.map_or(sample.t, |[first, _]| first), sample.t]);
+        let step = replay.handle_with(sample, taxels);
         for line in log.lines(&step).into_iter().flatten() {
             if args.json {
                 output::json(&line)?;
@@ -88,15 +140,15 @@ fn table(args: &ReplayArgs, file: &Path) -> anyhow::Result<Exit> {
                 output::line(&line.to_string())?;
             }
         }
-    }
+        Ok(())
+    })?;
     let health = replay.health_counters();
-    let first = recording.samples.first().map_or(0.0, |s| s.t.as_seconds());
-    let last = recording.samples.last().map_or(0.0, |s| s.t.as_seconds());
+    let duration_s = span.map_or(0.0, |[first, last]| last.as_seconds() - first.as_seconds());
     let summary = Summary {
         samples: replay.stage_counters().samples,
         lost: u64::try_from(recording.notes.gaps)?,
         slips: log.slips(),
-        duration_s: last - first,
+        duration_s,
         unusable: health.unusable(),
         floor_lowered: replay.stage_counters().floor_lowered,
     };

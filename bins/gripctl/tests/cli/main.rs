@@ -2,6 +2,7 @@
 #![expect(clippy::cognitive_complexity, reason = "every assertion counts as a branch")]
 #![expect(clippy::unwrap_used, clippy::panic, reason = "test code")]
 
+mod axes;
 mod calibrate;
 mod collect;
 mod doctor;
@@ -14,6 +15,7 @@ mod fleet_collect;
 #[cfg(feature = "foxglove")]
 mod foxglove;
 mod grasp;
+mod import;
 mod learn;
 mod refusals;
 mod replay;

@@ -65,8 +65,15 @@ fn files_that_cannot_be_held() {
     for name in ["fifo.csv", "fifo.mcap", "/dev/zero"] {
         gripctl(folder.path(), &["replay", name]).refused(1, &[name, "not a regular file"]);
     }
-    for name in ["large.csv", "large.npz"] {
-        gripctl(folder.path(), &["replay", name]).refused(1, &[name, "1099511627776 bytes"]);
+    gripctl(folder.path(), &["replay", "large.npz"]).refused(1, &["1099511627776 bytes"]);
+    // A CSV may have any length, but no line may.
+    for command in [&["replay", "large.csv"][..], &["calibrate", "large.csv", "-o", "c.toml"]] {
+        gripctl(folder.path(), command)
+            .refused(1, &["large.csv", "a line has more than 1048576 bytes"]);
+    }
+    for name in ["fifo.csv", "large.csv", "large.npz"] {
+        let words = if name.starts_with("fifo") { "not a regular file" } else { name };
+        gripctl(folder.path(), &["import", name, "-o", "x.csv"]).refused(2, &[name, words]);
     }
     let train = ["train", "/dev/zero", "--inputs", "a", "--target", "b", "-o", "m.json"];
     gripctl(folder.path(), &train).refused(1, &["/dev/zero", "not a regular file"]);

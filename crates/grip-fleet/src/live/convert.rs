@@ -25,7 +25,7 @@ pub(super) fn sample(row: &RowOfSample<'_>) -> Sample {
         reference: value(RowSet::REFERENCE),
         pressure: value(RowSet::PRESSURE),
         motion: value(RowSet::MOTION),
-        arrival: None,
+        ..Sample::default()
     }
 }
 

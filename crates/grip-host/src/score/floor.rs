@@ -62,7 +62,7 @@ fn pooled_floor<'a>(
         let until = rest_until(label, guard_ms);
         meter.start();
         for sample in recording.samples.iter().take_while(|s| s.t.as_seconds() < until) {
-            meter.push(sample.stylus);
+            meter.push_vector(sample.vibration());
         }
     }
     #[expect(clippy::cast_precision_loss, reason = "a count of samples")]

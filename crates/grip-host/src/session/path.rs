@@ -74,8 +74,7 @@ fn sample_of(row: &Row<'_>, t: Micros) -> Sample {
         second_stylus: channel(ChannelKind::SecondStylus),
         reference: channel(ChannelKind::Reference),
         pressure: channel(ChannelKind::Pressure),
-        motion: None,
-        arrival: None,
+        ..Sample::default()
     }
 }
 

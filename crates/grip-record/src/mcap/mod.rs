@@ -7,6 +7,7 @@
 mod cdr;
 mod codes;
 mod error;
+mod foreign;
 mod health;
 mod index;
 mod raw;
@@ -18,8 +19,10 @@ mod write;
 
 pub use cdr::{CdrError, CdrReader, CdrWriter};
 pub use error::{McapError, McapWriteError};
+pub use foreign::{Foreign, ForeignChannel, ForeignReader, no_unpack};
 pub use health::HealthRecord;
 pub use index::{ChunkPlace, McapIndex};
+pub use raw::Unpack;
 pub use read::{Entry, McapReader};
 pub use record::{
     ClientRecord, CommandRecord, EventRecord, LinkRecord, PipelineRecord, Record, SampleRecord,

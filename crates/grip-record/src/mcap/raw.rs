@@ -25,6 +25,9 @@ mod op {
     pub(super) const DATA_END: u8 = 0x0f;
 }
 
+/// Decompresses a chunk: the name of the compression, its bytes and the size that they must unpack to in, those bytes out.
+pub type Unpack = fn(&str, &[u8], u64) -> io::Result<Vec<u8>>;
+
 /// One record of the data section, what is no longer needed at the end left out.
 #[derive(Debug, PartialEq, Eq)]
 pub(super) enum RawRecord<'a> {
@@ -87,6 +90,10 @@ pub(super) struct Place {
 }
 
 impl Place {
+    pub(super) fn is_message(&self) -> bool {
+        self.opcode == op::MESSAGE
+    }
+
     /// Whether it only announces schemas or channels.
     pub(super) fn announces(&self) -> bool {
         matches!(self.opcode, op::SCHEMA | op::CHANNEL)
@@ -110,6 +117,8 @@ pub(super) struct RawReader<R> {
     /// Over every byte up to the end of the data.
     sum: crc32fast::Hasher,
     sound: bool,
+    /// For compressions that gripd does not use.
+    unpack: Option<Unpack>,
 }
 
 impl<R: Read + Seek> RawReader<R> {
@@ -147,7 +156,13 @@ impl<R: Read> RawReader<R> {
             finished: false,
             sum,
             sound: false,
+            unpack: None,
         })
+    }
+
+    /// The same with one more way to decompress a chunk.
+    pub(super) fn with_unpack(self, unpack: Unpack) -> Self {
+        Self { unpack: Some(unpack), ..self }
     }
 
     /// Where in the file the present record, or the chunk that holds it, begins.
@@ -295,6 +310,12 @@ impl<R: Read> RawReader<R> {
                     self.chunk.clear();
                     return Err(damage("the chunk cannot be decompressed"));
                 }
+            }
+            other if self.unpack.is_some() => {
+                let unpacked =
+                    self.unpack.map(|unpack| unpack(other, header.data, header.size)).transpose();
+                self.chunk =
+                    unpacked.map_err(|error| damage(&error.to_string()))?.unwrap_or_default();
             }
             other => {
                 let what = format!("chunks compressed with {other:?}, which gripd does not use");

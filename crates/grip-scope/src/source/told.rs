@@ -170,7 +170,7 @@ pub(super) fn sample(row: &RowOfSample<'_>) -> Sample {
         reference: value(SETS[6]),
         pressure: value(SETS[7]),
         motion: value(SETS[8]),
-        arrival: None,
+        ..Sample::default()
     }
 }
 

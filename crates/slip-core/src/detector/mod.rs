@@ -1,5 +1,6 @@
 //! Stylus and motion readings in, the slip state and its statistic out.
 
+mod axes;
 mod config;
 mod coupling;
 mod cusum;

@@ -50,7 +50,13 @@ impl PrimedBank {
     /// Runs the bands over a block that is no part of the start: the sum of squares of each band signal times its `scale`.
     #[inline]
     pub(super) fn energy(&mut self, block: &Pending, scale: &[f32; LANES]) -> [f32; LANES] {
-        self.bank.energy(block.stylus(), self.offset, scale)
+        self.energy_of(block.stylus(), scale)
+    }
+
+    /// [`PrimedBank::energy`] of these readings.
+    #[inline]
+    pub(super) fn energy_of(&mut self, readings: &[f32], scale: &[f32; LANES]) -> [f32; LANES] {
+        self.bank.energy(readings, self.offset, scale)
     }
 
     /// Keeps the states clear of subnormal numbers, where single readings are taken.

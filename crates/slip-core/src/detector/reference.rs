@@ -5,6 +5,7 @@
 //! single readings hides, but that the shear band of the stylus would not. The bands run only in motion.
 
 use super::{
+    axes::ReferenceAxes,
     gate::GateConfig,
     lanes::{LANES, Lanes, samples},
     pending::Pending,
@@ -13,6 +14,7 @@ use crate::{
     config::ConfigError,
     filter::FilterBank,
     floor::{Floor, FloorConfig},
+    sample::FURTHER_AXES,
 };
 
 /// State of the motion reference.
@@ -64,6 +66,8 @@ const MIN_RMS: f32 = 1e-18;
 pub(super) struct Reference {
     sigmas2: f32,
     bank: FilterBank<LANES>,
+    /// Its further axes.
+    axes: ReferenceAxes,
     mean: Option<f32>,
     mean_share: f32,
     slow: f32,
@@ -98,6 +102,7 @@ impl Reference {
         Ok(Self {
             sigmas2,
             bank: lanes.bank(rate_hz)?,
+            axes: ReferenceAxes::new(lanes, rate_hz)?,
             mean: None,
             mean_share: -libm::expm1f(-1.0 / (MEAN_S * rate_hz)),
             slow: 0.0,
@@ -120,6 +125,18 @@ impl Reference {
         })
     }
 
+    /// Takes the further axes of the next reading.
+    #[inline]
+    pub(super) fn beside(&mut self, axes: [f32; FURTHER_AXES]) {
+        self.axes.next(axes);
+    }
+
+    /// Takes the further axes of this step into the block, where the reading is `live`.
+    #[inline]
+    pub(super) fn put_by(&mut self, live: bool) {
+        self.axes.put_by(live);
+    }
+
     /// Whether the robot moves. Takes the next readings.
     #[inline]
     pub(super) fn watch(&mut self, motion: &MotionInput) -> bool {
@@ -130,7 +147,8 @@ impl Reference {
             let distance = r - mean;
             self.mean = Some(mean + self.mean_share * distance);
             self.slow += self.slow_share * (distance - self.slow);
-            let energy = [distance * distance, self.slow * self.slow];
+            let mut energy = [distance * distance, self.slow * self.slow];
+            self.axes.add_distance(&mut energy, self.mean_share, self.slow_share);
             self.sums = [self.sums[0] + energy[0], self.sums[1] + energy[1]];
             if energy[0] > self.limits2[0] || energy[1] > self.limits2[1] {
                 self.hold = self.hold_len;
@@ -150,7 +168,7 @@ impl Reference {
             return;
         }
         match reading {
-            Some(r) if r.to_bits() == self.last.to_bits() => {
+            Some(r) if r.to_bits() == self.last.to_bits() && !self.axes.has_changed() => {
                 self.unchanged = self.unchanged.saturating_add(1);
                 self.absent = 0;
             }
@@ -192,6 +210,7 @@ impl Reference {
     /// Starts the bands as if the reference had always been at its mean.
     pub(super) fn start(&mut self) {
         self.bank.prime(0.0);
+        self.axes.start();
     }
 
     /// Everything but the floor begins with the next reading, after a gap in time.
@@ -204,6 +223,7 @@ impl Reference {
         self.slow = 0.0;
         self.sums = [0.0; 2];
         self.floor.interrupt();
+        self.axes.restart();
         self.start();
     }
 
@@ -217,12 +237,15 @@ impl Reference {
     /// Runs the bands over a block: the sum of squares of each band signal (unit squared).
     #[inline]
     pub(super) fn energy(&mut self, block: &Pending) -> [f32; LANES] {
-        self.bank.energy(block.reference(), 0.0, &[1.0; LANES])
+        let mut sums = self.bank.energy(block.reference(), 0.0, &[1.0; LANES]);
+        self.axes.add_energy(&mut sums);
+        sums
     }
 
     /// Ends a block of `1 / per_sample` samples.
     #[inline]
     pub(super) fn end_block(&mut self, per_sample: f32) {
+        self.axes.end_block();
         let energy = core::mem::take(&mut self.sums).map(|sum| sum * per_sample);
         if self.live && self.floor.push(&energy) {
             let quiet = self.floor.energy().unwrap_or([f32::INFINITY; 2]);

@@ -3,13 +3,21 @@
 //! For recordings whose rest is known beforehand; a running gripper learns its floor with [`crate::floor::Floor`].
 
 use super::{BANDS, DetectorConfig, lanes::Lanes, primed::PrimedBank};
-use crate::{config::ConfigError, floor::FloorConfig, resolution::Resolution};
+use crate::{
+    config::ConfigError,
+    floor::FloorConfig,
+    resolution::Resolution,
+    sample::{FURTHER_AXES, Vector},
+};
+
+const AXES: usize = 1 + FURTHER_AXES;
 
 /// Pools the noise of several stretches.
 #[derive(Clone, Copy, Debug)]
 pub struct RestMeter {
-    bank: PrimedBank,
-    resolution: Resolution,
+    /// One for each axis.
+    banks: [PrimedBank; AXES],
+    resolution: [Resolution; AXES],
     sum: [f64; BANDS],
     samples: u64,
 }
@@ -22,8 +30,8 @@ impl RestMeter {
     pub fn new(config: &DetectorConfig, rate_hz: f32) -> Result<Self, ConfigError> {
         let lanes = Lanes::new(config, rate_hz)?;
         Ok(Self {
-            bank: PrimedBank::new(&lanes, rate_hz)?,
-            resolution: Resolution::default(),
+            banks: [PrimedBank::new(&lanes, rate_hz)?; AXES],
+            resolution: [Resolution::default(); AXES],
             sum: [0.0; BANDS],
             samples: 0,
         })
@@ -31,22 +39,30 @@ impl RestMeter {
 
     /// Begins another stretch of rest.
     pub fn start(&mut self) {
-        self.bank.start();
+        self.banks.iter_mut().for_each(PrimedBank::start);
     }
 
-    /// Takes the next reading of the stretch; one that is not finite is left out.
+    /// Takes the next reading of a stretch with one axis; one that is not finite is left out.
     pub fn push(&mut self, x: f32) {
-        if !x.is_finite() {
+        self.push_vector([x, 0.0, 0.0]);
+    }
+
+    /// Takes the next reading of all axes of the stretch; one with a component that is not finite is left out.
+    pub fn push_vector(&mut self, vector: Vector) {
+        if !vector.iter().all(|x| x.is_finite()) {
             return;
         }
-        self.resolution.push(x);
-        if let Some(y) = self.bank.step(x) {
+        let mut used = false;
+        for ((bank, resolution), x) in self.banks.iter_mut().zip(&mut self.resolution).zip(vector) {
+            resolution.push(x);
+            let Some(y) = bank.step(x) else { continue };
             for (sum, y) in self.sum.iter_mut().zip(y) {
                 *sum += f64::from(y) * f64::from(y);
             }
-            self.bank.flush_tiny();
-            self.samples += 1;
+            bank.flush_tiny();
+            used = true;
         }
+        self.samples += u64::from(used);
     }
 
     /// Samples that were used.
@@ -67,8 +83,14 @@ impl RestMeter {
     /// The least energy that is believed (signal unit squared).
     #[must_use]
     pub fn least_energy(&self, config: FloorConfig) -> f32 {
-        let rms = if config.min_rms > 0.0 { config.min_rms } else { self.resolution.rms() };
+        let rms = if config.min_rms > 0.0 { config.min_rms } else { self.resolution_rms() };
         rms * rms
+    }
+
+    /// What rounding makes (rms) over all axes.
+    fn resolution_rms(&self) -> f32 {
+        let [first, further @ ..] = &self.resolution;
+        further.iter().fold(first.rms(), |all, axis| libm::hypotf(all, axis.rms()))
     }
 
     /// Mean energy of the bands (signal unit squared); `None` before the first sample.

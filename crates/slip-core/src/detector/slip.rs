@@ -9,6 +9,7 @@
 //! tell a slip from motion that fills only some of them.
 
 use super::{
+    axes::Axes,
     config::{BANDS, DetectorConfig, TestKind, VIBRATION},
     coupling::Coupling,
     cusum::Cusum,
@@ -25,6 +26,7 @@ use crate::{
     config::ConfigError,
     floor::{Floor, FloorConfig},
     resolution::Resolution,
+    sample::Sample,
 };
 
 /// What the detector sees.
@@ -63,6 +65,8 @@ pub struct Levels {
 #[derive(Clone, Copy, Debug)]
 pub struct SlipDetector {
     bank: PrimedBank,
+    /// The further axes of the sensor.
+    axes: Axes,
     floor: Floor<BANDS>,
     /// Reciprocal rms of the floor; 1 while it is unknown.
     scale: [f32; LANES],
@@ -111,6 +115,7 @@ impl SlipDetector {
         let cusum = Cusum::new(config.cusum_ratio, config.cusum_threshold, lanes.readings);
         Ok(Self {
             bank: PrimedBank::new(&lanes, rate_hz)?,
+            axes: Axes::new(&lanes, rate_hz)?,
             scale: floor.energy().map_or([1.0; LANES], reciprocal_rms),
             learning: floor.energy().is_none(),
             resolution: Resolution::default(),
@@ -211,6 +216,7 @@ impl SlipDetector {
     /// Starts the filters afresh with the next samples; the floors stay.
     pub fn prime(&mut self) {
         self.bank.start();
+        self.axes.start();
         self.energy.reset();
         self.cusum.reset();
         self.glrt.reset();
@@ -223,6 +229,13 @@ impl SlipDetector {
         self.floor.interrupt();
     }
 
+    /// Takes the further axes (finite) of the sensor and of the reference, before the step that takes their first ones.
+    #[inline]
+    pub fn beside(&mut self, sample: &Sample) {
+        self.axes.next(sample.stylus_axes);
+        self.reference.beside(sample.reference_axes);
+    }
+
     /// Takes the next reading (finite). Gives the statistic, 1 and above being a slip, and the slip state;
     /// `None` while the filters start and while the floor is unknown.
     #[inline]
@@ -230,6 +243,7 @@ impl SlipDetector {
         let moving = self.reference.watch(motion);
         if self.bank.is_starting() {
             self.bank.start_with(x);
+            self.axes.take();
             return None;
         }
         if moving != self.moving {
@@ -237,6 +251,8 @@ impl SlipDetector {
         }
         let gated = self.moving || self.no_skip;
         let u = if gated { self.reference.off_mean(motion.reference) } else { 0.0 };
+        self.reference.put_by(gated && motion.reference.is_some());
+        self.axes.take();
         if self.pending.push(x, u) >= self.block_len {
             self.end_block();
         }
@@ -246,10 +262,13 @@ impl SlipDetector {
     /// Takes a reading that nobody asks about, at the cost of one that is decided on. [`SlipDetector::prime`] forgets it.
     #[inline]
     pub fn step_unheard(&mut self, x: f32, motion: &MotionInput) {
+        self.axes.take();
         if self.bank.is_starting() {
             self.bank.start_with(x);
-        } else if self.pending.push(x, self.reference.off_mean(motion.reference)) >= self.block_len
-        {
+            return;
+        }
+        self.reference.put_by(motion.reference.is_some());
+        if self.pending.push(x, self.reference.off_mean(motion.reference)) >= self.block_len {
             let energy = self.block_energy();
             let floor = self.gate.block(
                 &self.reference.energy(&self.pending),
@@ -267,7 +286,7 @@ impl SlipDetector {
     #[cold]
     fn turn(&mut self, moving: bool) {
         self.moving = moving;
-        self.bank.energy(&self.pending, &self.scale);
+        self.block_energy();
         self.pending.clear();
         self.gate.start();
         self.coupling.start();
@@ -307,13 +326,15 @@ impl SlipDetector {
         for x in self.pending.stylus() {
             self.resolution.push(*x);
         }
-        self.floor.resolve(self.resolution.rms());
+        self.floor.resolve(self.axes.resolution(self.resolution.rms()));
     }
 
-    /// Runs the bands over the block: the mean energy of each.
+    /// Runs the bands over the block: the mean energy of each, over all axes.
     #[inline]
     fn block_energy(&mut self) -> [f32; BANDS] {
-        of_bands(&self.bank.energy(&self.pending, &self.scale)).map(|sum| sum * self.per_sample)
+        let mut sums = self.bank.energy(&self.pending, &self.scale);
+        self.axes.add_energy(&mut sums, &self.scale);
+        of_bands(&sums).map(|sum| sum * self.per_sample)
     }
 
     fn unscaled(&self, energy: &[f32; BANDS]) -> [f32; BANDS] {

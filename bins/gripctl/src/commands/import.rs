@@ -1,0 +1,170 @@
+//! `gripctl import`: a recording of another program as one of this project.
+
+use super::csv_options;
+use crate::{cli::import::ImportArgs, output};
+use anyhow::Context as _;
+use grip_host::exit::{Exit, WrongArgument};
+use grip_import::{ImportOptions, Imported, Use};
+use grip_record::{CsvOptions, CsvWriter, Recording, is_npz};
+use serde::Serialize;
+use std::{
+    fs::File,
+    io::{BufWriter, Write as _},
+    path::Path,
+};
+
+/// Names that are shown of what is not used.
+const MOST_UNUSED: usize = 20;
+
+#[derive(Serialize)]
+#[serde(tag = "type", rename = "channel")]
+struct ChannelLine<'a> {
+    column: &'a str,
+    signal: &'a str,
+    unit: &'a str,
+}
+
+#[derive(Serialize)]
+#[serde(tag = "type", rename = "import")]
+struct Summary<'a> {
+    format: &'a str,
+    times: &'a str,
+    rate_hz: f32,
+    samples: usize,
+    duration_s: f64,
+    gaps: usize,
+    unused: &'a [String],
+    notes: &'a [String],
+    output: Option<String>,
+}
+
+pub(crate) fn run(args: &ImportArgs) -> anyhow::Result<Exit> {
+    if let Some(output) = &args.output {
+        check_output(&args.file, output)?;
+    }
+    let options = ImportOptions {
+        time_unit: args.time_unit,
+        topics: args.topic.clone(),
+        finger: args.finger,
+        ..import_options(&csv_options(&args.csv)?)
+    };
+    let imported = import(&args.file, &options)?;
+    if let Some(output) = &args.output {
+        write(&imported.recording, output)
+            .with_context(|| format!("cannot write {}", output.display()))?;
+    }
+    show(&imported, args)?;
+    Ok(Exit::Done)
+}
+
+/// Reads a recording of another program; what cannot be used is the caller's to mend.
+pub(super) fn import(file: &Path, options: &ImportOptions) -> Result<Imported, WrongArgument> {
+    grip_import::import(file, options).map_err(|error| WrongArgument(error.to_string()))
+}
+
+pub(super) fn import_options(csv: &CsvOptions) -> ImportOptions {
+    ImportOptions { rate_hz: csv.rate_hz, map: csv.map.clone(), ..ImportOptions::default() }
+}
+
+fn check_output(file: &Path, output: &Path) -> Result<(), WrongArgument> {
+    let csv = output.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("csv"));
+    if !(csv || is_npz(output)) {
+        let text = format!("-o {}: a recording is written as .csv or .npz", output.display());
+        return Err(WrongArgument(text));
+    }
+    let same = file.canonicalize().ok().zip(output.canonicalize().ok());
+    if same.is_some_and(|(file, output)| file == output) {
+        let text = format!("-o {}: would overwrite what is read", output.display());
+        return Err(WrongArgument(text));
+    }
+    Ok(())
+}
+
+fn write(recording: &Recording, output: &Path) -> anyhow::Result<()> {
+    if is_npz(output) {
+        return Ok(recording.write_npz(output)?);
+    }
+    let out = BufWriter::new(File::create(output)?);
+    let mut writer = CsvWriter::new(out, &recording.channels)?;
+    for (at, sample) in recording.samples.iter().enumerate() {
+        let frame = recording.taxels.as_ref().map_or(&[] as &[f32], |taxels| taxels.frame(at));
+        writer.write_with(sample, frame)?;
+    }
+    writer.finish()?.flush()?;
+    Ok(())
+}
+
+fn show(imported: &Imported, args: &ImportArgs) -> anyhow::Result<()> {
+    let Imported { format, clock, uses, unused, notes, recording } = imported;
+    let first = recording.samples.first().map_or(0.0, |sample| sample.t.as_seconds());
+    let last = recording.samples.last().map_or(0.0, |sample| sample.t.as_seconds());
+    let times = if clock.is_empty() { "--rate" } else { clock };
+    let mut notes = notes.clone();
+    notes.extend(Some(recording.notes.to_string()).filter(|text| !text.is_empty()));
+    let output = args.output.as_ref().map(|output| output.display().to_string());
+    if args.json {
+        for Use { ours, theirs, unit } in uses {
+            output::json(&ChannelLine { column: ours, signal: theirs, unit })?;
+        }
+        return output::json(&Summary {
+            format,
+            times,
+            rate_hz: recording.rate_hz,
+            samples: recording.samples.len(),
+            duration_s: last - first,
+            gaps: recording.notes.gaps,
+            unused,
+            notes: &notes,
+            output,
+        });
+    }
+    output::line(&format!("{}: {format}, times from {times}", args.file.display()))?;
+    for line in use_lines(uses) {
+        output::line(&line)?;
+    }
+    if !unused.is_empty() {
+        let shown = unused.iter().take(MOST_UNUSED).cloned().collect::<Vec<_>>().join(", ");
+        let more = unused.len().saturating_sub(MOST_UNUSED);
+        let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+        output::line(&format!("  not used: {shown}{more}"))?;
+    }
+    for note in &notes {
+        output::line(&format!("  {note}"))?;
+    }
+    let samples = recording.samples.len();
+    output::line(&format!(
+        "{samples} samples in {:.3} s at {:.1} Hz{}",
+        last - first,
+        recording.rate_hz,
+        output.map_or_else(
+            || "; nothing written without -o FILE.csv or FILE.npz".to_owned(),
+            |output| format!(" -> {output}")
+        )
+    ))?;
+    Ok(())
+}
+
+/// What was taken for what; the taxels of an array in one line.
+pub(super) fn use_lines(uses: &[Use]) -> Vec<String> {
+    let is_taxel = |used: &&Use| {
+        used.ours.strip_prefix("pressure_").is_some_and(|k| k.parse::<usize>().is_ok())
+    };
+    let mut lines: Vec<String> = uses
+        .iter()
+        .filter(|used| !is_taxel(used))
+        .map(|Use { ours, theirs, unit }| format!("  {theirs} -> {ours} ({unit})"))
+        .collect();
+    let taxels: Vec<&Use> = uses.iter().filter(is_taxel).collect();
+    let place =
+        |wanted: usize| taxels.iter().find(|used| used.ours == format!("pressure_{wanted}"));
+    if let Some((first, last)) = place(0).zip(place(taxels.len().saturating_sub(1))) {
+        lines.push(format!(
+            "  {} .. {} -> pressure_0 .. pressure_{} ({})",
+            first.theirs,
+            last.theirs,
+            taxels.len() - 1,
+            first.unit
+        ));
+    }
+    lines
+}

@@ -1,0 +1,104 @@
+//! Files of other programs through `gripctl import`, `replay` and `label`, to a figure of `score`.
+
+use crate::run::{gripctl, number};
+use std::{f64::consts::TAU, fs, path::Path};
+
+/// A WAV of 16 bits at 8 kHz, written by hand: quiet noise, from 1.5 s on a loud one.
+fn wav(file: &Path, seed: u32) {
+    let mut state = seed;
+    let data: Vec<u8> = (0..16_000_u32)
+        .flat_map(|i| {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            let noise = f64::from(state >> 8) / f64::from(1 << 23) - 1.0;
+            let loud = if i >= 12_000 { 4000.0 * (TAU * 0.03 * f64::from(i)).sin() } else { 0.0 };
+            ((40.0 * noise + loud) as i16).to_le_bytes()
+        })
+        .collect();
+    let mut bytes = b"RIFF".to_vec();
+    bytes.extend((36 + data.len() as u32).to_le_bytes());
+    bytes.extend(b"WAVEfmt ");
+    bytes.extend(16_u32.to_le_bytes());
+    bytes.extend([1_u16, 1].map(u16::to_le_bytes).concat());
+    bytes.extend([8000_u32, 16_000].map(u32::to_le_bytes).concat());
+    bytes.extend([2_u16, 16].map(u16::to_le_bytes).concat());
+    bytes.extend(b"data");
+    bytes.extend((data.len() as u32).to_le_bytes());
+    bytes.extend(data);
+    fs::write(file, bytes).unwrap();
+}
+
+#[test]
+fn a_wav_is_imported_labelled_and_scored() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    wav(&folder.join("a.wav"), 1);
+    wav(&folder.join("b.wav"), 2);
+    let direct = gripctl(folder, &["replay", "a.wav", "--json"]).done();
+    assert!(direct.err.contains("channel_1 -> vibration (share of full scale)"), "{}", direct.err);
+    for output in ["a.csv", "a.npz", "b.csv"] {
+        let from = format!("{}.wav", &output[..1]);
+        let ran = gripctl(folder, &["import", &from, "-o", output]).done();
+        let words =
+            ["WAV, times from the header: 8000 Hz, integers of 16 bits", "channel_1 -> vibration"];
+        assert!(words.iter().all(|word| ran.out.contains(word)), "{}", ran.out);
+        assert!(
+            ran.out.contains(&format!("16000 samples in 2.000 s at 8000.0 Hz -> {output}")),
+            "{}",
+            ran.out
+        );
+    }
+    let replayed = gripctl(folder, &["replay", "a.npz", "--json"]).done();
+    assert_eq!(replayed.out, direct.out, "imported or not, the events are the same");
+    let lines = gripctl(folder, &["import", "a.wav", "--json"]).done().json();
+    assert_eq!(
+        (&lines[0]["column"], &lines[0]["signal"]),
+        (&"vibration".into(), &"channel_1".into())
+    );
+    assert!(number(&lines[1], "samples") == 16_000.0 && lines[1]["output"].is_null(), "{lines:?}");
+
+    fs::remove_file(folder.join("a.npz")).unwrap();
+    let label = |name: &str, more: &[&str]| gripctl(folder, &[&["label", name][..], more].concat());
+    let onset = ["--onset", "1.5", "--material", "cork"];
+    assert!(label("a.csv", &onset).done().out.contains("a onset at 1.500000 s"));
+    label("b.csv", &["--rest"]).done();
+    label("b.csv", &onset).refused(2, &["b has a label already (rest)", "--force"]);
+    let replaced = label("b.csv", &["--onset", "1.5", "--material", "steel", "--force"]).done();
+    assert!(replaced.out.contains("was rest"), "{}", replaced.out);
+    let scored = gripctl(folder, &["score", ".", "--json"]).done().json();
+    for line in &scored[..2] {
+        assert!(line["material"] != "" && number(line, "latency_ms") < 10.0, "{line}");
+    }
+    label("b.csv", &["--remove"]).done();
+    label("b.csv", &["--remove"]).refused(2, &["no label"]);
+    label("a.csv", &["--onset", "2.5", "--force"])
+        .refused(2, &["goes from 0.000000 s to 1.999875 s"]);
+    label("a.wav", &["--rest"]).refused(2, &["gripctl import"]);
+    let labels = fs::read_to_string(folder.join("labels.csv")).unwrap();
+    assert_eq!(labels, "recording,kind,material,onset_s\na,onset,cork,1.500000\n");
+}
+
+#[test]
+fn what_cannot_be_imported_ends_with_2_and_writes_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let put = |name: &str, bytes: &[u8]| fs::write(folder.join(name), bytes).unwrap();
+    put("x.wav", b"RIFF");
+    put("x.npy", b"\x93NUMPY\x01\0");
+    put("x.mcap", b"\x89MCAP0\r\n");
+    put("x.db3", b"SQLite format 3\0 and nothing");
+    put("x.csv", b"t_s,temperature\n0,1\n0.001,2\n");
+    put("zeros.csv", &[0; 2 << 20]);
+    let all =
+        ["x.wav", "x.npy", "x.mcap", "x.db3", "x.csv", "zeros.csv", "none.csv", "/dev/zero", "."];
+    for name in all {
+        gripctl(folder, &["import", name, "-o", "out.csv"]).refused(2, &[name]);
+        assert!(!folder.join("out.csv").exists(), "{name}");
+    }
+    put("ok.csv", b"time_ms;mic\n0;1\n1;2\n2;1\n");
+    gripctl(folder, &["import", "ok.csv", "-o", "ok.csv"]).refused(2, &["would overwrite"]);
+    gripctl(folder, &["import", "ok.csv", "-o", "ok.wav"]).refused(2, &[".csv or .npz"]);
+    gripctl(folder, &["import", "ok.csv", "--time-unit", "h"]).refused(2, &["s, ms, us or ns"]);
+    gripctl(folder, &["import", "ok.csv", "-o", "out.csv"]).done();
+    let text = fs::read_to_string(folder.join("out.csv")).unwrap();
+    assert_eq!(text, "t_s,vibration\n0.000000,1.0\n0.001000,2.0\n0.002000,1.0\n");
+}

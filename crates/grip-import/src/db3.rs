@@ -1,0 +1,88 @@
+//! A rosbag2 of the SQLite storage in: a stream for each topic with ROS 2 messages.
+
+use crate::{
+    ImportOptions,
+    error::ImportError,
+    stream::{Room, Stream},
+    topic::Topic,
+};
+use grip_record::files;
+use rusqlite::{Connection, OpenFlags};
+use std::{collections::BTreeMap, io::Read as _, path::Path};
+
+pub(crate) fn read(file: &Path, options: &ImportOptions) -> Result<Vec<Stream>, ImportError> {
+    let mut magic = [0; 16];
+    let opened = files::open(file).and_then(|mut input| input.read_exact(&mut magic));
+    opened.map_err(ImportError::unreadable(file))?;
+    let unusable = |error: rusqlite::Error| {
+        ImportError::nothing(file, &format!("is no rosbag2 that can be read: {error}"))
+    };
+    if &magic != b"SQLite format 3\0" {
+        return Err(ImportError::nothing(file, "is no SQLite file, which a rosbag2 .db3 is"));
+    }
+    let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX;
+    let bag = Connection::open_with_flags(file, flags).map_err(unusable)?;
+    let (mut topics, notes) = topics(&bag, options).map_err(unusable)?;
+    if topics.is_empty() {
+        let what = format!("no topic can be read: {}", notes.join("; "));
+        return Err(ImportError::nothing(
+            file,
+            if notes.is_empty() { "it has no topics" } else { &what },
+        ));
+    }
+    let mut rows = bag
+        .prepare("SELECT topic_id, timestamp, data FROM messages ORDER BY timestamp")
+        .map_err(unusable)?;
+    let mut rows = rows.query([]).map_err(unusable)?;
+    let mut room = Room::default();
+    while let Some(row) = rows.next().map_err(unusable)? {
+        let (id, ns): (i64, i64) = (row.get(0).map_err(unusable)?, row.get(1).map_err(unusable)?);
+        if let Some(topic) = topics.get_mut(&id) {
+            let data = row.get_ref(2).map_err(unusable)?;
+            topic.push((file, &mut room), ns, data.as_blob().unwrap_or_default())?;
+        }
+    }
+    let mut streams: Vec<Stream> = topics.into_values().map(Topic::finish).collect();
+    if let Some(first) = streams.first_mut() {
+        first.notes.extend(notes);
+    }
+    Ok(streams)
+}
+
+/// The topics that can be read, by their number, and why others cannot.
+fn topics(
+    bag: &Connection,
+    options: &ImportOptions,
+) -> rusqlite::Result<(BTreeMap<i64, Topic>, Vec<String>)> {
+    let definitions = definitions(bag);
+    let (mut topics, mut notes) = (BTreeMap::new(), Vec::new());
+    let mut rows =
+        bag.prepare("SELECT id, name, type, serialization_format FROM topics ORDER BY id")?;
+    let mut rows = rows.query([])?;
+    while let Some(row) = rows.next()? {
+        let (name, kind, format): (String, String, String) =
+            (row.get(1)?, row.get(2)?, row.get(3)?);
+        if !(options.topics.is_empty() || options.topics.contains(&name)) {
+            continue;
+        }
+        let definition = definitions.get(&kind).map_or("", String::as_str);
+        let topic = if format == "cdr" {
+            Topic::ros(&name, &kind, definition)
+        } else {
+            Err(format!("is serialised as {format:?}; cdr is read"))
+        };
+        match topic {
+            Ok(topic) => drop(topics.insert(row.get(0)?, topic)),
+            Err(fault) => notes.push(format!("{name} {fault}")),
+        }
+    }
+    Ok((topics, notes))
+}
+
+/// Definitions by type, where the bag carries them.
+fn definitions(bag: &Connection) -> BTreeMap<String, String> {
+    let text = "SELECT topic_type, encoded_message_definition FROM message_definitions WHERE encoding = 'ros2msg'";
+    let Ok(mut rows) = bag.prepare(text) else { return BTreeMap::new() };
+    let found = rows.query_map([], |row| Ok((row.get(0)?, row.get(1)?)));
+    found.map(|rows| rows.flatten().collect()).unwrap_or_default()
+}

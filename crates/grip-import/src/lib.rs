@@ -1,0 +1,125 @@
+//! Recordings of other programs in, recordings of this workspace and what was taken for what out.
+//!
+//! | file | its signals | times |
+//! |---|---|---|
+//! | `.wav` | `channel_1`, .. (share of full scale) | the rate in its header |
+//! | `.npy`, one or two dimensions | `column_0`, .. | the first column, or a rate |
+//! | `.csv`, `.txt`, `.tsv` with `,`, `;` or tabs | its columns | a column in s, ms, us or ns, or a rate |
+//! | Robotiq TSF-85 `.csv` | its dynamic channel and taxels | `Time(ms)` |
+//! | `.mcap` with JSON or ROS 2 messages | `/topic.field`, `/topic.field[0]`, .. | stamps of the headers, or log times |
+//! | rosbag2 `.db3`, or the folder of a bag | the same | the same |
+//!
+//! Every format becomes [`Stream`]s of named numbers ([`read_streams`]); [`assign`](mod@assign) finds the channels among them and puts them on
+//! the times of the first. Nothing is read whole but `.npy` (at most 512 MiB); what is kept is 4 bytes a number and 8 a time, at most
+//! [`MOST_VALUES`] numbers.
+
+pub mod assign;
+mod csv_file;
+mod db3;
+mod error;
+mod json;
+mod mcap_file;
+mod npy;
+mod ros;
+mod stream;
+mod time;
+mod topic;
+mod tsf85;
+mod wav;
+mod words;
+
+pub use assign::{Imported, Use};
+pub use error::ImportError;
+pub use stream::{MOST_VALUES, Stream, Times};
+pub use time::TimeUnit;
+
+use std::path::{Path, PathBuf};
+
+/// What a file does not tell.
+#[derive(Clone, Debug, Default)]
+pub struct ImportOptions {
+    /// Samples per second, where the file has no times.
+    pub rate_hz: Option<f32>,
+    /// Renamings: (known name, the file's signal).
+    pub map: Vec<(String, String)>,
+    /// Unit of the times, where name and numbers leave it open.
+    pub time_unit: Option<TimeUnit>,
+    /// Topics to read; empty for all.
+    pub topics: Vec<String>,
+    /// Finger of a TSF-85 recording, by the number in its columns; the first one otherwise.
+    pub finger: Option<u32>,
+}
+
+/// Whether a file of this name, or the folder of a bag, is one that only this crate reads, so that nobody has to say so.
+#[must_use]
+pub fn is_foreign(file: &Path) -> bool {
+    ["wav", "npy", "db3"].into_iter().any(|ending| has_ending(file, ending))
+        || file.join("metadata.yaml").is_file()
+}
+
+fn has_ending(file: &Path, wanted: &str) -> bool {
+    file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case(wanted))
+}
+
+/// Reads `file` and finds its channels.
+///
+/// # Errors
+/// Where the file cannot be read, or nothing in it can be used.
+pub fn import(file: &Path, options: &ImportOptions) -> Result<Imported, ImportError> {
+    let (format, streams) = read_streams(file, options)?;
+    assign::assign(file, format, streams, options)
+}
+
+/// What kind of file it is, and every signal in it.
+///
+/// # Errors
+/// Where the file cannot be read, or holds no numbers.
+pub fn read_streams(
+    file: &Path,
+    options: &ImportOptions,
+) -> Result<(&'static str, Vec<Stream>), ImportError> {
+    let file = &bag_in(file)?;
+    let (format, streams) = if has_ending(file, "wav") {
+        ("WAV", wav::read(file)?)
+    } else if has_ending(file, "npy") {
+        ("NPY", npy::read(file, options)?)
+    } else if has_ending(file, "mcap") {
+        ("MCAP", mcap_file::read(file, options)?)
+    } else if has_ending(file, "db3") {
+        ("rosbag2", db3::read(file, options)?)
+    } else {
+        csv_file::read(file, options)?
+    };
+    if streams.iter().all(|stream| stream.rows() == 0 || stream.names.is_empty()) {
+        return Err(ImportError::nothing(file, "it holds no numbers"));
+    }
+    Ok((format, streams))
+}
+
+/// The file itself, or the only file of messages in the folder of a bag.
+fn bag_in(path: &Path) -> Result<PathBuf, ImportError> {
+    if !path.is_dir() {
+        return Ok(path.to_owned());
+    }
+    let unreadable = |source| ImportError::Unreadable { file: path.to_owned(), source };
+    let mut found = Vec::new();
+    for entry in std::fs::read_dir(path).map_err(unreadable)? {
+        let file = entry.map_err(unreadable)?.path();
+        if has_ending(&file, "mcap") || has_ending(&file, "db3") {
+            found.push(file);
+        }
+    }
+    found.sort();
+    match found.as_slice() {
+        [file] => Ok(file.clone()),
+        [] => Err(ImportError::nothing(path, "the folder holds neither .mcap nor .db3")),
+        [first, ..] => Err(ImportError::nothing(
+            path,
+            &format!(
+                "the folder holds {} files; import them one by one, for example {}",
+                found.len(),
+                first.display()
+            ),
+        )),
+    }
+}

@@ -1,0 +1,198 @@
+//! Messages of a topic in, a stream of its numbers out.
+
+use crate::{
+    error::ImportError,
+    json,
+    ros::{Decoder, Leaves},
+    stream::{Room, Stream, Times, reading},
+};
+use std::{collections::HashMap, path::Path};
+
+/// Most signals of one topic.
+const MOST_SIGNALS: usize = 1024;
+
+/// How its messages are read.
+#[derive(Debug)]
+enum Kind {
+    Ros { decoder: Box<Decoder>, leaves: Leaves, places: Vec<Place>, shape: Option<Vec<usize>> },
+    Json,
+}
+
+/// Where a number of a message goes.
+#[derive(Clone, Copy, Debug)]
+enum Place {
+    Signal(usize),
+    StampSeconds,
+    StampNanos,
+    Nowhere,
+}
+
+/// A topic that is being read.
+#[derive(Debug)]
+pub(crate) struct Topic {
+    kind: Kind,
+    stream: Stream,
+    places: HashMap<String, usize>,
+    log_ns: Vec<i64>,
+    stamps: Vec<i64>,
+    bad: usize,
+    first_fault: String,
+}
+
+/// The header of a message, as the time of its readings.
+const STAMPS: [(&str, Place); 4] = [
+    ("header.stamp.sec", Place::StampSeconds),
+    ("header.stamp.nanosec", Place::StampNanos),
+    ("stamp.sec", Place::StampSeconds),
+    ("stamp.nanosec", Place::StampNanos),
+];
+
+impl Topic {
+    /// A topic of ROS 2 messages of this type.
+    ///
+    /// # Errors
+    /// As [`Decoder::new`].
+    pub(crate) fn ros(topic: &str, kind: &str, definition: &str) -> Result<Self, String> {
+        let decoder = Box::new(Decoder::new(kind, definition)?);
+        let (leaves, places) = (Leaves::default(), Vec::new());
+        Ok(Self::new(topic, Kind::Ros { decoder, leaves, places, shape: None }))
+    }
+
+    /// A topic of JSON messages.
+    pub(crate) fn json(topic: &str) -> Self {
+        Self::new(topic, Kind::Json)
+    }
+
+    fn new(topic: &str, kind: Kind) -> Self {
+        Self {
+            kind,
+            stream: Stream::new(topic, Vec::new()),
+            places: HashMap::new(),
+            log_ns: Vec::new(),
+            stamps: Vec::new(),
+            bad: 0,
+            first_fault: String::new(),
+        }
+    }
+
+    /// Takes the next message; one that cannot be read is counted.
+    ///
+    /// # Errors
+    /// Where there is no room for more numbers.
+    pub(crate) fn push(
+        &mut self,
+        (file, room): (&Path, &mut Room),
+        log_ns: i64,
+        data: &[u8],
+    ) -> Result<(), ImportError> {
+        let rows = self.log_ns.len();
+        let mut row =
+            Row { topic: &mut self.stream, places: &mut self.places, rows, stamp: [0; 2] };
+        let numbers = match &mut self.kind {
+            Kind::Json => row.json(data),
+            Kind::Ros { decoder, leaves, places, shape } => {
+                decoder.decode(data, leaves).and_then(|()| {
+                    if shape.as_ref() != Some(&leaves.shape) {
+                        let paths = decoder.paths(data)?;
+                        *places = paths.iter().map(|path| row.place(path)).collect();
+                        *shape = Some(leaves.shape.clone());
+                    }
+                    Ok(places.iter().copied().zip(leaves.values.iter().copied()).collect())
+                })
+            }
+        };
+        let numbers: Vec<(Place, f64)> = match numbers {
+            Ok(numbers) => numbers,
+            Err(fault) => {
+                if self.bad == 0 {
+                    self.first_fault = fault;
+                }
+                self.bad += 1;
+                return Ok(());
+            }
+        };
+        for (place, value) in numbers {
+            row.put(place, value);
+        }
+        let [seconds, nanos] = row.stamp;
+        let width = self.stream.names.len();
+        room.take(file, width + 4)?;
+        for values in &mut self.stream.values {
+            values.resize(rows + 1, f32::NAN);
+        }
+        self.log_ns.push(log_ns);
+        self.stamps.push(seconds.saturating_mul(1_000_000_000).saturating_add(nanos));
+        Ok(())
+    }
+
+    /// What was read.
+    pub(crate) fn finish(mut self) -> Stream {
+        let stamped = self.stamps.iter().any(|stamp| *stamp != 0);
+        let (clock, times) = if stamped {
+            ("stamps of the headers", self.stamps)
+        } else {
+            ("log times", self.log_ns)
+        };
+        self.stream.clock = clock.to_owned();
+        self.stream.times = Times::Stamps(times);
+        let prefix = self.stream.topic.clone();
+        for name in &mut self.stream.names {
+            *name = format!("{prefix}.{name}");
+        }
+        if self.bad > 0 {
+            let text =
+                format!("{prefix}: {} messages could not be read ({})", self.bad, self.first_fault);
+            self.stream.notes.push(text);
+        }
+        self.stream
+    }
+}
+
+/// The row of a message.
+struct Row<'a> {
+    topic: &'a mut Stream,
+    places: &'a mut HashMap<String, usize>,
+    rows: usize,
+    stamp: [i64; 2],
+}
+
+impl Row<'_> {
+    fn place(&mut self, path: &str) -> Place {
+        if let Some((_, place)) = STAMPS.iter().find(|(stamp, _)| *stamp == path) {
+            return *place;
+        }
+        if let Some(at) = self.places.get(path) {
+            return Place::Signal(*at);
+        }
+        if self.places.len() >= MOST_SIGNALS {
+            return Place::Nowhere;
+        }
+        let at = self.topic.place(path, self.rows);
+        self.places.insert(path.to_owned(), at);
+        Place::Signal(at)
+    }
+
+    fn json(&mut self, data: &[u8]) -> Result<Vec<(Place, f64)>, String> {
+        let value = serde_json::from_slice(data).map_err(|error| error.to_string())?;
+        let mut numbers = Vec::new();
+        json::leaves(&value, &mut String::new(), &mut |path, value| {
+            numbers.push((self.place(path), value));
+        });
+        Ok(numbers)
+    }
+
+    #[expect(clippy::cast_possible_truncation, reason = "the cast saturates")]
+    fn put(&mut self, place: Place, value: f64) {
+        match place {
+            Place::Signal(at) => {
+                if let Some(values) = self.topic.values.get_mut(at) {
+                    values.resize(self.rows, f32::NAN);
+                    values.push(reading(value));
+                }
+            }
+            Place::StampSeconds => self.stamp[0] = value as i64,
+            Place::StampNanos => self.stamp[1] = value as i64,
+            Place::Nowhere => {}
+        }
+    }
+}

@@ -1,0 +1,511 @@
+//! Files of other programs, each made here: what is taken for what, and the readings that come out.
+#![expect(clippy::unwrap_used, clippy::panic, reason = "test code")]
+#![expect(clippy::cast_possible_truncation, clippy::cast_possible_wrap, reason = "small numbers")]
+
+use grip_import::{ImportOptions, Imported, TimeUnit, import};
+use grip_record::{Channel, StylusKind, mcap::CdrWriter};
+use std::{
+    borrow::Cow,
+    collections::BTreeMap,
+    fs,
+    io::{BufWriter, Cursor},
+    path::{Path, PathBuf},
+    sync::Arc,
+};
+
+const IMU: &str = "std_msgs/Header header\ngeometry_msgs/Vector3 linear_acceleration\nfloat32[] data\n\
+    ================================================================================\n\
+    MSG: std_msgs/Header\nbuiltin_interfaces/Time stamp\nstring frame_id\n\
+    ================================================================================\n\
+    MSG: builtin_interfaces/Time\nint32 sec\nuint32 nanosec\n\
+    ================================================================================\n\
+    MSG: geometry_msgs/Vector3\nfloat64 x\nfloat64 y\nfloat64 z\n";
+
+fn folder() -> (tempfile::TempDir, PathBuf) {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().to_owned();
+    (folder, path)
+}
+
+fn with_map(map: &[(&str, &str)]) -> ImportOptions {
+    let map = map.iter().map(|&(a, b)| (a.to_owned(), b.to_owned())).collect();
+    ImportOptions { map, ..ImportOptions::default() }
+}
+
+fn uses(imported: &Imported) -> Vec<String> {
+    imported.uses.iter().map(|used| format!("{}={}", used.ours, used.theirs)).collect()
+}
+
+fn taken(file: &Path) -> Imported {
+    import(file, &ImportOptions::default()).unwrap()
+}
+
+#[track_caller]
+fn refused(file: &Path, options: &ImportOptions, words: &[&str]) {
+    let text = match import(file, options) {
+        Ok(imported) => panic!("{:?} was taken", imported.uses),
+        Err(error) => error.to_string(),
+    };
+    for word in words {
+        assert!(text.contains(word), "no {word:?} in {text}");
+    }
+}
+
+fn vibration(imported: &Imported) -> Vec<f32> {
+    imported.recording.samples.iter().map(|sample| sample.stylus).collect()
+}
+
+#[test]
+fn wav_of_every_kind() {
+    let (_kept, folder) = folder();
+    let file = folder.join("x.wav");
+    for (bits, format) in [
+        (8, hound::SampleFormat::Int),
+        (16, hound::SampleFormat::Int),
+        (24, hound::SampleFormat::Int),
+        (32, hound::SampleFormat::Int),
+        (32, hound::SampleFormat::Float),
+    ] {
+        let spec = hound::WavSpec {
+            channels: 2,
+            sample_rate: 8000,
+            bits_per_sample: bits,
+            sample_format: format,
+        };
+        let mut writer = hound::WavWriter::create(&file, spec).unwrap();
+        for k in 0..100_i32 {
+            for value in [0.5, -0.25 * f64::from(k % 2)] {
+                if format == hound::SampleFormat::Float {
+                    writer.write_sample(value as f32).unwrap();
+                } else {
+                    writer
+                        .write_sample((value * 2.0_f64.powi(i32::from(bits) - 1)) as i32)
+                        .unwrap();
+                }
+            }
+        }
+        writer.finalize().unwrap();
+        let imported = taken(&file);
+        assert_eq!(imported.format, "WAV");
+        assert_eq!(uses(&imported), ["vibration_1=channel_1", "vibration_2=channel_2"]);
+        let recording = &imported.recording;
+        assert_eq!((recording.rate_hz, recording.samples.len()), (8000.0, 100));
+        assert_eq!(recording.samples[1].vibration(), [0.5, -0.25, 0.0], "{bits} {format:?}");
+        assert_eq!(recording.samples[8].t.0, 1000);
+        let one = import(&file, &with_map(&[("vibration", "channel_2")])).unwrap();
+        assert_eq!(uses(&one), ["vibration=channel_2"]);
+    }
+    fs::write(&file, b"RIFF....").unwrap();
+    refused(&file, &ImportOptions::default(), &["x.wav"]);
+}
+
+#[test]
+fn npy_of_one_and_two_dimensions() {
+    let (_kept, folder) = folder();
+    let file = folder.join("x.npy");
+    let rate = ImportOptions { rate_hz: Some(1000.0), ..ImportOptions::default() };
+    ndarray_npy::write_npy(&file, &ndarray::Array1::from_vec(vec![1_i16, 2, 3])).unwrap();
+    let one = import(&file, &rate).unwrap();
+    assert_eq!(
+        (uses(&one), vibration(&one)),
+        (vec!["vibration=column_0".to_owned()], vec![1.0, 2.0, 3.0])
+    );
+    refused(&file, &ImportOptions::default(), &["--rate HZ"]);
+
+    let table = ndarray::Array2::from_shape_fn((50, 3), |(row, column)| match column {
+        0 => 500.0 * row as f64,
+        column => (row * column) as f64,
+    });
+    ndarray_npy::write_npy(&file, &table).unwrap();
+    let timed = taken(&file);
+    assert_eq!(uses(&timed), ["vibration_1=column_1", "vibration_2=column_2"]);
+    assert!(timed.clock.contains("(us)") && timed.recording.rate_hz == 2000.0, "{timed:?}");
+    assert_eq!(timed.recording.samples[3].vibration(), [3.0, 6.0, 0.0]);
+
+    let sideways =
+        ndarray::Array2::from_shape_fn((2, 40), |(row, column)| (row * 100 + column) as f32);
+    ndarray_npy::write_npy(&file, &sideways).unwrap();
+    let sideways = import(&file, &rate).unwrap();
+    assert_eq!(sideways.recording.samples[7].vibration(), [7.0, 107.0, 0.0]);
+    assert!(sideways.notes[0].contains("taken as"), "{:?}", sideways.notes);
+
+    ndarray_npy::write_npy(&file, &ndarray::Array2::<f32>::zeros((40, 9))).unwrap();
+    refused(&file, &rate, &["--map vibration=column_0", "column_8"]);
+    ndarray_npy::write_npy(&file, &ndarray::Array3::<f32>::zeros((2, 2, 2))).unwrap();
+    refused(&file, &rate, &["3 dimensions"]);
+    fs::write(&file, b"\x93NUMPY").unwrap();
+    refused(&file, &rate, &["x.npy"]);
+}
+
+#[test]
+fn csv_with_times_in_every_unit() {
+    let (_kept, folder) = folder();
+    let file = folder.join("x.csv");
+    let cases = [
+        ("t_s,vibration", 1e-3, ','),
+        ("time_ms;mic", 1.0, ';'),
+        ("Time (us)\tVib [V]", 1e3, '\t'),
+        ("stamp_ns,piezo", 1e6, ','),
+        ("timestamp,audio", 1.0, ','),
+    ];
+    for (header, step, delimiter) in cases {
+        let rows: String =
+            (0..50).map(|k| format!("{}{delimiter}{}\n", f64::from(k) * step, k % 3)).collect();
+        fs::write(&file, format!("# made by a test\n{header}\n{rows}")).unwrap();
+        let imported = taken(&file);
+        let recording = &imported.recording;
+        assert_eq!((recording.rate_hz, recording.samples.len()), (1000.0, 50), "{header}");
+        assert_eq!(recording.samples[7].t.0, 7000, "{header}");
+        assert_eq!(imported.uses[0].ours, "vibration");
+    }
+    let rows: String = (0..50).map(|k| format!("{},{}\n", k * 28, k % 3)).collect();
+    fs::write(&file, format!("timestamp,vibration\n{rows}")).unwrap();
+    refused(&file, &ImportOptions::default(), &["35.7 Hz in ms", "--time-unit"]);
+    let unit = ImportOptions { time_unit: Some(TimeUnit::Millis), ..ImportOptions::default() };
+    assert!((import(&file, &unit).unwrap().recording.rate_hz - 35.714).abs() < 0.01);
+
+    let epoch: String = (0..50)
+        .map(|k| format!("{},{}\n", 1_700_000_000_000_000_000_i64 + k * 500_000, k % 3))
+        .collect();
+    fs::write(&file, format!("stamp,vibration\n{epoch}")).unwrap();
+    let imported = taken(&file);
+    assert_eq!(imported.recording.samples[0].t.0, 0);
+    assert!(imported.notes[0].contains("1700000000.000000000"), "{:?}", imported.notes);
+    assert_eq!(
+        imported.recording.rate_hz, 2000.0,
+        "no digit of the stamps is lost that a step needs"
+    );
+}
+
+#[test]
+fn csv_channels_by_name_unit_and_word() {
+    let (_kept, folder) = folder();
+    let file = folder.join("x.csv");
+    let header = "t_s,acc_x,acc_y,acc_z,Force [mN],travel_um,electrode_1,electrode_2,note";
+    let row = |k: u32| format!("{},1,2,3,1500,20,{k},7,\n", f64::from(k) * 1e-3);
+    fs::write(&file, format!("{header}\n{}", (0..20).map(row).collect::<String>())).unwrap();
+    let imported = import(&file, &with_map(&[("travel_m", "travel_um")])).unwrap();
+    let expected = [
+        "force_n=Force [mN]",
+        "pressure_0=electrode_1",
+        "pressure_1=electrode_2",
+        "travel_m=travel_um",
+        "vibration_x=acc_x",
+        "vibration_y=acc_y",
+        "vibration_z=acc_z",
+    ];
+    assert_eq!(
+        (uses(&imported), imported.unused.clone()),
+        (expected.map(str::to_owned).to_vec(), vec!["note".to_owned()])
+    );
+    let recording = &imported.recording;
+    let sample = recording.samples[4];
+    assert_eq!((sample.vibration(), sample.normal_force_n), ([1.0, 2.0, 3.0], Some(1.5)));
+    assert!((sample.travel_m.unwrap() - 2e-5).abs() < 1e-10);
+    assert_eq!(recording.taxels.as_ref().unwrap().frame(4), [4.0, 7.0]);
+
+    // With another vibration, the only acceleration is the motion reference.
+    fs::write(&file, "t_s,mic,ax,ay\n0,1,2,3\n0.001,1,2,3\n0.002,1,2,3\n").unwrap();
+    let imported = taken(&file);
+    assert_eq!(uses(&imported), ["reference_x=ax", "reference_y=ay", "vibration=mic"]);
+    assert_eq!(imported.recording.samples[1].reference_vector(), Some([2.0, 3.0, 0.0]));
+}
+
+#[test]
+fn csv_that_cannot_be_used_says_where() {
+    let (_kept, folder) = folder();
+    let file = folder.join("x.csv");
+    let none = ImportOptions::default();
+    let put = |text: &str| fs::write(&file, text).unwrap();
+    put("t_s,vibration\n0,1\n0.001,1,2\n");
+    refused(&file, &none, &["line 3", "3 cells"]);
+    put("t_s;vibration\n0;1,5\n");
+    refused(&file, &none, &["line 2", "vibration", "decimal comma"]);
+    put("t_s,vibration\n0,1\n2,1\n1,1\n");
+    refused(&file, &none, &["line 4", "sort the rows"]);
+    put("t_s,mic,audio\n0,1,1\n0.001,1,1\n");
+    refused(&file, &none, &["the vibration may be any of mic, audio", "--map vibration=NAME"]);
+    put("t_s,a,b\n0,1,1\n0.001,1,1\n");
+    refused(&file, &none, &["--map vibration=a", "a, b"]);
+    refused(&file, &with_map(&[("vibration", "c")]), &["vibration=c: no such signal", "a, b"]);
+    put("vibration\n1\n2\n");
+    refused(&file, &none, &["--rate HZ"]);
+    put("only words\nand more\n");
+    refused(&file, &none, &["no table"]);
+    put("");
+    refused(&file, &none, &["no table"]);
+    fs::write(&file, vec![0_u8; 3 << 20]).unwrap();
+    refused(&file, &none, &["no table"]);
+    fs::remove_file(&file).unwrap();
+    refused(&file, &none, &["cannot be read"]);
+    refused(Path::new("/dev/zero"), &none, &["not a regular file"]);
+}
+
+#[test]
+fn a_robotiq_tsf_85() {
+    let (_kept, folder) = folder();
+    let file = folder.join("x.csv");
+    let finger = |f: u32| {
+        let taxels: String = (0..28).map(|k| format!("S{k}_{f};")).collect();
+        format!("D0_{f};{taxels}Ax{f};Ay{f};Az{f};Gx{f};Gy{f};Gz{f}")
+    };
+    let row = |time: u32, dynamic: u32| {
+        let taxels: String = (0..28).map(|k| format!("{};", 100 * dynamic + k)).collect();
+        let finger = format!("{dynamic};{taxels}1;2;3;4;5;6");
+        format!("{time};{finger};{finger}\n")
+    };
+    let rows: String = (0..40).map(|k| row(k, k % 5)).collect();
+    let text = format!("Time(ms);{};{}\n{}{rows}", finger(0), finger(1), row(0, 999));
+    fs::write(&file, text).unwrap();
+    let imported = taken(&file);
+    assert_eq!(imported.format, "Robotiq TSF-85");
+    assert_eq!(imported.recording.rate_hz, 1000.0);
+    assert_eq!(
+        vibration(&imported)[..6],
+        [0.0, 1.0, 2.0, 3.0, 4.0, 0.0],
+        "the baseline is no sample"
+    );
+    let taxels = imported.recording.taxels.as_ref().unwrap();
+    assert_eq!((taxels.count(), taxels.frame(3)[27]), (28, 327.0));
+    assert!(
+        imported.unused.contains(&"Ax0".to_owned()) && imported.unused.contains(&"D0_1".to_owned())
+    );
+    let other = ImportOptions { finger: Some(1), ..ImportOptions::default() };
+    assert!(uses(&import(&file, &other).unwrap()).contains(&"vibration=D0_1".to_owned()));
+    refused(&file, &ImportOptions { finger: Some(7), ..ImportOptions::default() }, &["[0, 1]"]);
+}
+
+/// An IMU message with this stamp (ns).
+fn imu(stamp: u64, axes: [f64; 3], data: &[f32]) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    let mut out = CdrWriter::new(&mut bytes);
+    out.i32((stamp / 1_000_000_000) as i32).u32((stamp % 1_000_000_000) as u32).text("finger");
+    for axis in axes {
+        out.f64(axis);
+    }
+    out.floats(data);
+    bytes
+}
+
+const EPOCH: u64 = 1_700_000_000_000_000_000;
+
+/// 200 messages of an IMU at 1 kHz, stamped, and 20 of a force at 100 Hz as JSON.
+fn bag(compression: Option<mcap::Compression>, keep: usize) -> Vec<u8> {
+    let options = mcap::WriteOptions::new().compression(compression).chunk_size(Some(2048));
+    let mut writer = options.create(Cursor::new(Vec::new())).unwrap();
+    let schema = writer.add_schema("sensor_msgs/msg/Imu", "ros2msg", IMU.as_bytes()).unwrap();
+    let imu_channel = writer.add_channel(schema, "/finger/imu", "cdr", &BTreeMap::new()).unwrap();
+    let force = writer.add_channel(0, "/gripper", "json", &BTreeMap::new()).unwrap();
+    for k in 0..200_u64 {
+        let header = |channel_id, k: u64| mcap::records::MessageHeader {
+            channel_id,
+            sequence: k as u32,
+            log_time: EPOCH + k * 1_000_000 + 40_000_000,
+            publish_time: 0,
+        };
+        let data = imu(EPOCH + k * 1_000_000, [k as f64, 1.0, 9.81], &[0.5, k as f32]);
+        writer.write_to_known_channel(&header(imu_channel, k), &data).unwrap();
+        if k % 10 == 0 {
+            let json = format!(
+                "{{\"force\": {}, \"name\": \"x\", \"deep\": {{\"list\": [1, 2]}}}}",
+                k / 10
+            );
+            writer.write_to_known_channel(&header(force, k), json.as_bytes()).unwrap();
+        }
+    }
+    writer.finish().unwrap();
+    let bytes = writer.into_inner().into_inner();
+    bytes[..bytes.len() * keep / 100].to_vec()
+}
+
+fn check_bag(imported: &Imported) {
+    let expected = [
+        "force_n=/gripper.force",
+        "vibration_x=/finger/imu.linear_acceleration.x",
+        "vibration_y=/finger/imu.linear_acceleration.y",
+        "vibration_z=/finger/imu.linear_acceleration.z",
+    ];
+    assert_eq!(uses(imported), expected);
+    let recording = &imported.recording;
+    assert_eq!((recording.channels.stylus, recording.rate_hz), (StylusKind::Vibration, 1000.0));
+    assert!(recording.channels.has(Channel::NormalForce));
+    assert_eq!((imported.clock.as_str(), recording.samples.len()), ("stamps of the headers", 200));
+    let at = |k: usize| recording.samples[k];
+    assert_eq!((at(7).t.0, at(7).vibration()), (7000, [7.0, 1.0, 9.81]));
+    // The force has log times only, which are 40 ms later: known at 40 ms, held until the next.
+    assert_eq!((at(39).normal_force_n, at(40).normal_force_n), (None, Some(0.0)));
+    assert_eq!((at(59).normal_force_n, at(60).normal_force_n), (Some(1.0), Some(2.0)));
+    assert!(imported.unused.contains(&"/gripper.deep.list[1]".to_owned()), "{:?}", imported.unused);
+}
+
+#[test]
+fn mcap_with_ros_and_json() {
+    let (_kept, folder) = folder();
+    let file = folder.join("x.mcap");
+    for compression in [None, Some(mcap::Compression::Lz4)] {
+        fs::write(&file, bag(compression, 100)).unwrap();
+        check_bag(&taken(&file));
+    }
+    check_bag(&taken(&folder));
+
+    let by_group = with_map(&[
+        ("vibration", "/finger/imu.linear_acceleration"),
+        ("pressure", "/finger/imu.data"),
+    ]);
+    let imported = import(&file, &by_group).unwrap();
+    assert_eq!(imported.recording.taxels.as_ref().unwrap().frame(9), [0.5, 9.0]);
+    let topic = ImportOptions { topics: vec!["/gripper".to_owned()], ..ImportOptions::default() };
+    refused(&file, &topic, &["nothing was taken", "/gripper.force"]);
+
+    fs::write(&file, bag(None, 50)).unwrap();
+    let cut = taken(&file);
+    assert!((50..150).contains(&cut.recording.samples.len()));
+    assert!(cut.notes.iter().any(|note| note.contains("ends early")), "{:?}", cut.notes);
+
+    let mut damaged = bag(Some(mcap::Compression::Lz4), 100);
+    let middle = damaged.len() / 3;
+    damaged[middle..middle + 200].fill(0xA5);
+    fs::write(&file, damaged).unwrap();
+    refused(&file, &ImportOptions::default(), &["damaged"]);
+    fs::write(&file, b"no mcap at all").unwrap();
+    refused(&file, &ImportOptions::default(), &["no MCAP file"]);
+}
+
+#[test]
+fn mcap_chunks_of_zstd_are_read() {
+    let (_kept, folder) = folder();
+    let file = folder.join("x.mcap");
+    let plain = bag(None, 100);
+    fs::write(&file, zstd_chunks(&plain)).unwrap();
+    check_bag(&taken(&file));
+}
+
+/// The same file with each chunk packed by zstd.
+fn zstd_chunks(plain: &[u8]) -> Vec<u8> {
+    let mut out = plain[..8].to_vec();
+    let mut at = 8;
+    while at + 9 <= plain.len() - 8 {
+        let opcode = plain[at];
+        let len = u64::from_le_bytes(plain[at + 1..at + 9].try_into().unwrap()) as usize;
+        let body = &plain[at + 9..at + 9 + len];
+        at += 9 + len;
+        if opcode == 0x0f {
+            break;
+        }
+        let packed;
+        let body = if opcode == 0x06 {
+            let (head, rest) = body.split_at(28);
+            let name = u32::from_le_bytes(rest[..4].try_into().unwrap());
+            assert_eq!(name, 0, "a plain chunk");
+            let records = &rest[12..];
+            let data = ruzstd::encoding::compress_to_vec(
+                records,
+                ruzstd::encoding::CompressionLevel::Fastest,
+            );
+            let size = data.len() as u64;
+            packed = [head, &4_u32.to_le_bytes(), b"zstd", &size.to_le_bytes(), &data].concat();
+            packed.as_slice()
+        } else {
+            body
+        };
+        out.push(opcode);
+        out.extend_from_slice(&(body.len() as u64).to_le_bytes());
+        out.extend_from_slice(body);
+    }
+    // End of the data, without a checksum and without an index.
+    out.extend_from_slice(&[0x0f, 4, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0]);
+    out
+}
+
+fn put_db3(file: &Path, definitions: bool) {
+    let _ = fs::remove_file(file);
+    let db = rusqlite::Connection::open(file).unwrap();
+    db.execute_batch(
+        "CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT NOT NULL, type TEXT NOT NULL, serialization_format TEXT NOT NULL);
+         CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER NOT NULL, timestamp INTEGER NOT NULL, data BLOB NOT NULL);
+         INSERT INTO topics VALUES (1, '/finger/imu', 'our_msgs/msg/Imu', 'cdr'), (2, '/strange', 'a/msg/B', 'cdr');
+         INSERT INTO topics VALUES (3, '/level', 'std_msgs/msg/Float32', 'cdr');",
+    )
+    .unwrap();
+    if definitions {
+        db.execute_batch("CREATE TABLE message_definitions(id INTEGER PRIMARY KEY, topic_type TEXT, encoding TEXT, encoded_message_definition TEXT);").unwrap();
+        let text = "INSERT INTO message_definitions VALUES (1, 'our_msgs/msg/Imu', 'ros2msg', ?1)";
+        db.execute(text, [IMU]).unwrap();
+    }
+    for k in 0..100_u64 {
+        // Every tenth came late.
+        let late = if k % 10 == 0 { 5_000_000 } else { 0 };
+        let insert = "INSERT INTO messages(topic_id, timestamp, data) VALUES (?1, ?2, ?3)";
+        let data = imu(EPOCH + k * 1_000_000, [k as f64, 1.0, 2.0], &[]);
+        let at = (EPOCH + k * 1_000_000 + late) as i64;
+        db.execute(insert, rusqlite::params![1, at, data]).unwrap();
+        let mut level = Vec::new();
+        CdrWriter::new(&mut level).f32(0.5);
+        db.execute(insert, rusqlite::params![3, at, level]).unwrap();
+    }
+}
+
+#[test]
+fn rosbag2_of_sqlite() {
+    let (_kept, folder) = folder();
+    let file = folder.join("bag_0.db3");
+    put_db3(&file, true);
+    for place in [&file, &folder] {
+        let imported = taken(place);
+        assert_eq!((imported.format, imported.uses.len()), ("rosbag2", 3));
+        let samples = &imported.recording.samples;
+        assert_eq!((samples.len(), samples[41].vibration()), (100, [41.0, 1.0, 2.0]));
+        assert!(
+            samples.is_sorted_by_key(|sample| sample.t) && imported.recording.rate_hz == 1000.0
+        );
+        let noted = |text: &str| imported.notes.iter().any(|note| note.contains(text));
+        assert!(noted("/strange") && noted("out of order"), "{:?}", imported.notes);
+        assert!(imported.unused.contains(&"/level.data".to_owned()));
+    }
+    // Without definitions only types that everybody knows can be read.
+    put_db3(&file, false);
+    refused(&file, &ImportOptions::default(), &["--map vibration=/level.data"]);
+    let level = import(&file, &with_map(&[("vibration", "/level.data")])).unwrap();
+    assert_eq!(vibration(&level), vec![0.5; 100]);
+
+    fs::write(&file, b"no database").unwrap();
+    refused(&file, &ImportOptions::default(), &["cannot be read"]);
+    fs::write(&file, [b"SQLite format 3\0".as_slice(), &[7; 4096]].concat()).unwrap();
+    refused(&file, &ImportOptions::default(), &["no rosbag2"]);
+    fs::remove_file(&file).unwrap();
+    refused(&folder, &ImportOptions::default(), &["neither .mcap nor .db3"]);
+}
+
+#[test]
+fn a_recording_of_gripd_is_sent_to_where_it_is_read() {
+    let (_kept, folder) = folder();
+    let file = folder.join("run.mcap");
+    let out = BufWriter::new(fs::File::create(&file).unwrap());
+    let mut writer = mcap::Writer::new(out).unwrap();
+    let data = Cow::Borrowed(b"".as_slice());
+    let schema = mcap::Schema {
+        id: 1,
+        name: "grip_msgs/msg/Sample".to_owned(),
+        encoding: "ros2msg".to_owned(),
+        data,
+    };
+    let channel = mcap::Channel {
+        id: 1,
+        topic: "/gripper/sample".to_owned(),
+        schema: Some(Arc::new(schema)),
+        message_encoding: "cdr".to_owned(),
+        metadata: BTreeMap::new(),
+    };
+    writer
+        .write(&mcap::Message {
+            channel: Arc::new(channel),
+            sequence: 0,
+            log_time: 1,
+            publish_time: 1,
+            data: Cow::Borrowed(&[0, 1, 0, 0]),
+        })
+        .unwrap();
+    writer.finish().unwrap();
+    drop(writer);
+    refused(&file, &ImportOptions::default(), &["gripctl replay", "gripctl csv"]);
+}

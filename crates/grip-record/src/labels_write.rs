@@ -1,0 +1,163 @@
+//! A label in, the row of `labels.csv` that says so out; everything else in the file stays.
+
+use std::fs;
+use std::io;
+use std::path::Path;
+
+use csv::{ByteRecord, ReaderBuilder, WriterBuilder};
+
+use crate::csv_read::read_bytes;
+use crate::error::CsvError;
+use crate::labels::{Label, LabelError, LabelKind, read_labels};
+
+/// Columns of a new file.
+const COLUMNS: [&str; 4] = ["recording", "kind", "material", "onset_s"];
+
+/// What stood there, and what is to be done with it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Relabel {
+    /// A recording that has a label keeps it: nothing is written then.
+    Keep,
+    /// The new label takes its place.
+    Replace,
+    /// The label goes; what was given only names the recording.
+    Remove,
+}
+
+/// Writes `label` into `file`, which is made where it is missing; gives the label that the recording had. The file is replaced in one go.
+///
+/// # Errors
+/// Where the file is no list of labels, or cannot be written.
+pub fn write_label(
+    file: &Path,
+    label: &Label,
+    relabel: Relabel,
+) -> Result<Option<Label>, LabelError> {
+    let before = match read_labels(file) {
+        Ok(labels) => labels,
+        Err(LabelError::Table(CsvError::Empty { .. } | CsvError::NoRows { .. })) => Vec::new(),
+        Err(LabelError::Table(CsvError::Unreadable { source, .. }))
+            if source.kind() == io::ErrorKind::NotFound =>
+        {
+            Vec::new()
+        }
+        Err(error) => return Err(error),
+    };
+    let old = before.into_iter().find(|other| other.recording == label.recording);
+    if relabel == Relabel::Keep && old.is_some() || relabel == Relabel::Remove && old.is_none() {
+        return Ok(old);
+    }
+    let unwritable = |source: io::Error| CsvError::Unreadable { file: file.to_owned(), source };
+    let bytes = if file.exists() { read_bytes(file)? } else { Vec::new() };
+    let mut rows = rows(&bytes).map_err(unwritable)?;
+    put(&mut rows, label, relabel);
+    let text = joined(&rows).map_err(unwritable)?;
+    let beside = file.with_extension("csv.new");
+    fs::write(&beside, text).and_then(|()| fs::rename(&beside, file)).map_err(unwritable)?;
+    Ok(old)
+}
+
+/// The header and the rows, each as wide as the header.
+fn rows(bytes: &[u8]) -> io::Result<Vec<Vec<Vec<u8>>>> {
+    let bytes = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes);
+    let mut reader = ReaderBuilder::new().has_headers(false).flexible(true).from_reader(bytes);
+    let mut rows = Vec::new();
+    let mut record = ByteRecord::new();
+    while reader.read_byte_record(&mut record)? {
+        rows.push(record.iter().map(<[u8]>::to_vec).collect());
+    }
+    if rows.is_empty() {
+        rows.push(COLUMNS.iter().map(|name| name.as_bytes().to_vec()).collect());
+    }
+    Ok(rows)
+}
+
+fn put(rows: &mut Vec<Vec<Vec<u8>>>, label: &Label, relabel: Relabel) {
+    let onset = match label.kind {
+        LabelKind::Onset { at } => format!("{}.{:06}", at.0 / 1_000_000, at.0 % 1_000_000),
+        LabelKind::Steady | LabelKind::Rest => String::new(),
+    };
+    let cells = [label.recording.as_str(), label.kind.word(), &label.material, &onset];
+    let places = COLUMNS.map(|name| place(rows, name));
+    let [recording, ..] = places;
+    let is_its = |row: &Vec<Vec<u8>>| {
+        row.get(recording).is_some_and(|cell| cell.trim_ascii() == label.recording.as_bytes())
+    };
+    let at = rows.iter().skip(1).position(is_its).map(|at| at + 1);
+    if relabel == Relabel::Remove {
+        if let Some(at) = at {
+            rows.remove(at);
+        }
+        return;
+    }
+    let width = rows.first().map_or(0, Vec::len);
+    let at = at.unwrap_or_else(|| {
+        rows.push(vec![Vec::new(); width]);
+        rows.len() - 1
+    });
+    for (place, cell) in places.into_iter().zip(cells) {
+        if let Some(place) = rows.get_mut(at).and_then(|row| row.get_mut(place)) {
+            *place = cell.as_bytes().to_vec();
+        }
+    }
+}
+
+/// Place of the column `name`, which is added where it is missing.
+fn place(rows: &mut [Vec<Vec<u8>>], name: &str) -> usize {
+    let header = rows.first().map_or(&[] as &[Vec<u8>], Vec::as_slice);
+    let (width, found) =
+        (header.len(), header.iter().position(|cell| cell.trim_ascii() == name.as_bytes()));
+    if found.is_none() {
+        for (at, row) in rows.iter_mut().enumerate() {
+            row.resize(width, Vec::new());
+            row.push(if at == 0 { name.as_bytes().to_vec() } else { Vec::new() });
+        }
+    }
+    found.unwrap_or(width)
+}
+
+fn joined(rows: &[Vec<Vec<u8>>]) -> io::Result<Vec<u8>> {
+    let mut writer = WriterBuilder::new().flexible(true).from_writer(Vec::new());
+    for row in rows {
+        writer.write_record(row)?;
+    }
+    writer.into_inner().map_err(|error| io::Error::other(error.to_string()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use slip_core::units::Micros;
+
+    fn label(name: &str, kind: LabelKind) -> Label {
+        Label { recording: name.to_owned(), kind, material: "cork, rough".to_owned() }
+    }
+
+    #[test]
+    fn a_label_is_added_replaced_and_removed_and_the_rest_stays() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("labels.csv");
+        let onset = label("a", LabelKind::Onset { at: Micros(1_250_000) });
+        assert_eq!(write_label(&file, &onset, Relabel::Keep).unwrap(), None);
+        assert_eq!(read_labels(&file).unwrap(), [onset.clone()]);
+
+        fs::write(&file, "note,recording,kind\nmine,b,steady\n\"x,y\",c,rest\n").unwrap();
+        assert_eq!(write_label(&file, &onset, Relabel::Keep).unwrap(), None);
+        let rest = label("b", LabelKind::Rest);
+        let old = write_label(&file, &rest, Relabel::Keep).unwrap();
+        assert_eq!(old.map(|old| old.kind), Some(LabelKind::Steady));
+        write_label(&file, &rest, Relabel::Replace).unwrap();
+        let text = fs::read_to_string(&file).unwrap();
+        let expected = "note,recording,kind,material,onset_s\nmine,b,rest,\"cork, rough\",\n\
+            \"x,y\",c,rest,,\n,a,onset,\"cork, rough\",1.250000\n";
+        assert_eq!(text, expected);
+        write_label(&file, &rest, Relabel::Remove).unwrap();
+        write_label(&file, &rest, Relabel::Remove).unwrap();
+        assert_eq!(read_labels(&file).unwrap().len(), 2);
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1, "nothing is left beside it");
+
+        fs::write(&file, "no,list\n1,2\n").unwrap();
+        assert!(write_label(&file, &rest, Relabel::Replace).is_err());
+        assert_eq!(fs::read_to_string(&file).unwrap(), "no,list\n1,2\n");
+    }
+}

@@ -1,0 +1,124 @@
+//! An MCAP file of any program in, its channels and messages out, as they are.
+
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::{self, BufReader, Read};
+use std::path::{Path, PathBuf};
+
+use super::error::McapError;
+use super::raw::{RawReader, RawRecord, Unpack};
+use super::read::told;
+use crate::files;
+
+/// A channel as its file announces it.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct ForeignChannel {
+    /// Topic.
+    pub topic: String,
+    /// Encoding of the messages, `cdr`, `json`, ...
+    pub encoding: String,
+    /// Name of the type.
+    pub schema: String,
+    /// Encoding of its definition, `ros2msg`, `jsonschema`, ...; empty where there is none.
+    pub schema_encoding: String,
+    /// The definition.
+    pub definition: Vec<u8>,
+}
+
+/// What comes next in such a file.
+#[derive(Debug, PartialEq, Eq)]
+pub enum Foreign<'a> {
+    /// A channel whose messages follow.
+    Channel {
+        /// Its number.
+        id: u16,
+        /// What it is.
+        channel: ForeignChannel,
+    },
+    /// A message of a channel.
+    Message {
+        /// Number of the channel.
+        channel: u16,
+        /// When it was recorded (ns).
+        log_ns: u64,
+        /// Its bytes.
+        data: &'a [u8],
+    },
+}
+
+/// Reads any MCAP file from its start, chunk by chunk: at most 64 MiB of it are in memory.
+#[derive(Debug)]
+pub struct ForeignReader<R> {
+    file: PathBuf,
+    raw: RawReader<R>,
+    /// Name, encoding and text of each definition.
+    schemas: BTreeMap<u16, (String, String, Vec<u8>)>,
+}
+
+impl ForeignReader<BufReader<File>> {
+    /// Opens `file`. `unpack` decompresses chunks whose compression this crate does not know (lz4 it does): name, bytes and the size
+    /// that they must unpack to in, those bytes out.
+    ///
+    /// # Errors
+    /// Where it cannot be read, or is no MCAP file.
+    pub fn open(file: &Path, unpack: Unpack) -> Result<Self, McapError> {
+        let input = files::open(file)
+            .map_err(|source| McapError::Unreadable { file: file.to_owned(), source })?;
+        Self::new(file, BufReader::with_capacity(1 << 16, input), unpack)
+    }
+}
+
+impl<R: Read> ForeignReader<R> {
+    /// [`ForeignReader::open`] of `input`; `file` is only named in errors.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn new(file: &Path, input: R, unpack: Unpack) -> Result<Self, McapError> {
+        let raw = RawReader::new(input).map_err(|error| told(file, error))?.with_unpack(unpack);
+        Ok(Self { file: file.to_owned(), raw, schemas: BTreeMap::new() })
+    }
+
+    /// The next channel or message; `None` at the end of the data.
+    ///
+    /// # Errors
+    /// Where the file ends too early or is damaged.
+    pub fn next_item(&mut self) -> Result<Option<Foreign<'_>>, McapError> {
+        loop {
+            let Some(place) = self.raw.advance().map_err(|error| told(&self.file, error))? else {
+                return Ok(None);
+            };
+            match self.raw.record(&place).map_err(|error| told(&self.file, error))? {
+                RawRecord::Schema { id, name, encoding, data } => {
+                    let schema = (name.to_owned(), encoding.to_owned(), data.to_owned());
+                    self.schemas.insert(id, schema);
+                }
+                RawRecord::Channel { id, schema, topic, encoding, .. } => {
+                    let (schema, schema_encoding, definition) =
+                        self.schemas.get(&schema).cloned().unwrap_or_default();
+                    let (topic, encoding) = (topic.to_owned(), encoding.to_owned());
+                    let channel =
+                        ForeignChannel { topic, encoding, schema, schema_encoding, definition };
+                    return Ok(Some(Foreign::Channel { id, channel }));
+                }
+                RawRecord::Message { .. } => {}
+                _ => continue,
+            }
+            // Taken again, because what is returned borrows the reader.
+            if place.is_message() {
+                let record = self.raw.record(&place).map_err(|error| told(&self.file, error))?;
+                let RawRecord::Message { channel, log_ns, data, .. } = record else {
+                    return Ok(None);
+                };
+                return Ok(Some(Foreign::Message { channel, log_ns, data }));
+            }
+        }
+    }
+}
+
+/// [`Unpack`] that knows no further compression.
+///
+/// # Errors
+/// Always.
+pub fn no_unpack(name: &str, _packed: &[u8], _size: u64) -> io::Result<Vec<u8>> {
+    Err(io::Error::other(format!("the compression {name:?} is not known")))
+}
