@@ -52,7 +52,8 @@ fn a_calibration_holds_on_another_stretch_of_the_same_robot() {
     assert!(number(&summary, "slips") <= 6.0, "two minutes at one a minute: {summary}");
     let text = gripctl(folder.path(), &["calibrate", "a.csv", "-o", "cal.toml"]).done().out;
     assert!(
-        text.contains("wanted: one false alarm in 600 s") && text.contains("extrapolated"),
+        text.contains("fast trigger, wanted: one false alarm in 600 s")
+            && text.contains("extrapolated"),
         "{text}"
     );
 }

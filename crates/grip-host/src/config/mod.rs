@@ -228,6 +228,7 @@ impl HostConfig {
             floor: self.floor,
             known_floor: None,
             known_reference: None,
+            certificate: None,
             detector: self.detector,
             health: self.health,
             methods: self.methods(),
