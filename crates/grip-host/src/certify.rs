@@ -355,3 +355,6 @@ fn pairs_above(blocks: &Blocks, level: f32, apart: usize) -> Vec<u64> {
     }
     counts
 }
+
+#[cfg(test)]
+mod tests;
