@@ -107,7 +107,7 @@ pub struct Evidence {
     /// no alarm shows that with 95 %. What is wanted beyond it is extrapolated. Absent in files of older versions.
     #[serde(default)]
     pub claimed_s: Option<f64>,
-    /// The smallest vibration (signal unit, rms, at 100 to 400 Hz) that is a slip at rest ...
+    /// The smallest vibration (signal unit, rms, at 100 to 400 Hz) that is a slip for the fast trigger at rest ...
     #[serde(default)]
     pub smallest_rest: Option<f32>,
     /// ... and in motion as it was on average; absent where the recording had too little motion.

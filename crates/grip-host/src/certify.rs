@@ -8,7 +8,8 @@
 //!    R times as often as independent blocks would. One that has just passed is followed by others R times as likely as on average, so the chances are
 //!    multiplied by the upper bound of R. For noise that is high for a share w of the time and independent within, R is 1/w.
 //! 3. **Limits.** Order statistics: the k-th largest of n blocks, k from 1 to n/20. The chance to pass it has a beta distribution whatever the law of the
-//!    scores; its upper bound (Clopper-Pearson) holds for all limits of all bands together with 95 %.
+//!    scores; its upper bound (Clopper-Pearson) holds for all limits of all bands together with 95 %. A limit that is raised to three times the floor is passed
+//!    more seldom still.
 //! 4. **Check.** Limits from one half of the stretches, alarms on the other, both ways. Where they come more often than wanted beyond chance, nothing is
 //!    certified.
 
@@ -32,6 +33,10 @@ const PAIRS: f64 = 10.0;
 const MORE: f64 = 1.2;
 /// The lowest limit has rank n over this.
 const LOWEST: usize = 20;
+/// No limit is lower (energy over floor): noise that has become somewhat louder than in the calibration is no slip, though its law is another.
+const LEAST_LIMIT: f32 = 3.0;
+/// A law needs so much signal (s): what comes and goes within it cannot be told from chance in less.
+const LEAST_S: f64 = 30.0;
 /// A law whose strongest block is worth less than this factor certifies nothing.
 const LEAST_FACTOR: f64 = 2.0;
 
@@ -80,7 +85,9 @@ pub struct LawEvidence {
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum NotCertified {
     /// Too little signal for the interval.
-    #[error("{seconds:.0} s of signal are too short for limits that would certify anything")]
+    #[error(
+        "{seconds:.0} s of signal are too short; {LEAST_S} s of rest or of motion and more are needed"
+    )]
     Short {
         /// Its length (s).
         seconds: f64,
@@ -199,6 +206,9 @@ fn law(
         clusters: 1.0,
         soonest_ms: 0.0,
     };
+    if known.seconds < LEAST_S {
+        return None;
+    }
     for b in (0..BANDS).filter(|b| bands[*b]) {
         let Some((length, blocks, clusters)) = choose(&stretches, b, base_s) else { continue };
         let sorted = blocks.descending();
@@ -241,7 +251,7 @@ fn set_limits(
         let exponent = (LIMITS - 1 - j) as f64 / (LIMITS - 1) as f64;
         let rank = lowest.powf(exponent).round() as usize;
         let chance = poisson::chance_to_pass(rank as u64, descending.len() as u64, confidence);
-        limits[j] = descending.get(rank - 1).copied().unwrap_or(f32::MAX);
+        limits[j] = descending.get(rank - 1).map_or(f32::MAX, |limit| limit.max(LEAST_LIMIT));
         chances[j] = (clusters * chance).min(1.0) as f32;
         won += 1.0 / f64::from(chances[j]);
     }

@@ -76,7 +76,7 @@ fn tell(calibration: &Calibration) -> anyhow::Result<()> {
             .smallest_motion
             .map_or_else(String::new, |motion| format!(", in motion from {motion:.2e}{unit} on"));
         output::line(&format!(
-            "a slip is found at rest from {rest:.2e}{unit} of vibration (rms, 100-400 Hz) on{motion}"
+            "the fast trigger finds a slip at rest from {rest:.2e}{unit} of vibration (rms, 100-400 Hz) on{motion}"
         ))?;
     }
     let high = evidence
