@@ -268,7 +268,9 @@ impl core::fmt::Display for EventLine {
             }
             Self::SlipEnd { t_s, duration_s, certified_interval_s, evidence, .. } => {
                 write!(f, "{t_s:10.4} s  slip ended after {:.1} ms", 1e3 * duration_s)?;
-                write_certified(f, *certified_interval_s)?;
+                if certified_interval_s.is_some() {
+                    write_certified(f, *certified_interval_s)?;
+                }
                 evidence.write(f)
             }
             Self::Grip { t_s, event, command_n } => {

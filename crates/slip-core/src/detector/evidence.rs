@@ -81,13 +81,14 @@ impl Certificate {
 /// The factors L of a law.
 #[derive(Clone, Copy, Debug)]
 struct Bets {
-    law: ScoreLaw,
+    blocks: [u32; BANDS],
+    limits: [[f32; LIMITS]; BANDS],
     /// By the number of limits that were passed.
     factors: [[f32; LIMITS + 1]; BANDS],
 }
 
 impl Bets {
-    fn new(law: ScoreLaw) -> Self {
+    fn new(law: &ScoreLaw) -> Self {
         #[expect(clippy::cast_precision_loss, reason = "8")]
         let share = BET / LIMITS as f32;
         let factors = law.chances.map(|chances| {
@@ -97,7 +98,7 @@ impl Bets {
             }
             factors
         });
-        Self { law, factors }
+        Self { blocks: law.blocks, limits: law.limits, factors }
     }
 }
 
@@ -146,12 +147,13 @@ impl Evidence {
             reason = "1 to 100; the cast saturates"
         )]
         let base_len = (libm::ceilf(0.999 * BASE_S / block_s) as u32).max(1);
-        let [rest, motion] = [certificate.rest, certificate.motion].map(|law| law.map(Bets::new));
-        let bands = |bets: Option<Bets>| {
-            bets.map_or(0, |bets| bets.law.blocks.into_iter().filter(|n| *n > 0).count())
+        let [rest, motion] =
+            [&certificate.rest, &certificate.motion].map(|law| law.as_ref().map(Bets::new));
+        let bands = |bets: &Option<Bets>| {
+            bets.as_ref().map_or(0, |bets| bets.blocks.iter().filter(|n| **n > 0).count())
         };
         #[expect(clippy::cast_precision_loss, reason = "counts up to 100")]
-        let (count, base) = (bands(rest).max(bands(motion)).max(1) as f32, base_len as f32);
+        let (count, base) = (bands(&rest).max(bands(&motion)).max(1) as f32, base_len as f32);
         Self {
             interval_s: certificate.interval_s,
             rest,
@@ -243,11 +245,11 @@ impl Evidence {
             let (sum, count) = &mut self.sums[b];
             *sum += scores[b];
             *count = count.saturating_add(1);
-            if *count == bets.law.blocks[b] {
+            if *count == bets.blocks[b] {
                 #[expect(clippy::cast_precision_loss, reason = "a count")]
                 let count = *count as f32;
                 let score = *sum / count;
-                let passed = bets.law.limits[b].iter().filter(|limit| score > **limit).count();
+                let passed = bets.limits[b].iter().filter(|limit| score > **limit).count();
                 let evidence_s = self.evidence_s[b] + count * self.base_s;
                 self.evidence_s[b] = (bets.factors[b][passed] * evidence_s).min(MOST_S);
                 self.sums[b] = (0.0, 0);
