@@ -17,6 +17,10 @@ fn handle(criterion: &mut Criterion) {
             time(&mut group, &BenchmarkId::new(scene.name(), skipping), &run);
         }
     }
+    for scene in SCENES {
+        let run = SceneRun::certifying(scene).expect("the scene stands");
+        time(&mut group, &BenchmarkId::new(scene.name(), "certifying"), &run);
+    }
     let run = SceneRun::stylus_alone().expect("the scene stands");
     time(&mut group, &BenchmarkId::new(Scene::Slipping.name(), "stylus alone"), &run);
     group.finish();

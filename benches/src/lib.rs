@@ -32,6 +32,7 @@ pub mod frames;
 pub mod learning;
 pub mod link_faults;
 pub mod networks;
+pub mod null_laws;
 pub mod peers;
 pub mod scenes;
 pub mod signals;

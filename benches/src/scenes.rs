@@ -3,7 +3,10 @@
 use crate::signals::{RATE_HZ, Signals};
 use grip_host::model::{self, ModelError};
 use slip_core::{
-    ConfigError, Pipeline, PipelineConfig, Sample, scene::Scene, stages::StageCounters,
+    ConfigError, Pipeline, PipelineConfig, Sample,
+    detector::{BANDS, Certificate, ScoreLaw},
+    scene::Scene,
+    stages::StageCounters,
     units::Hertz,
 };
 
@@ -65,7 +68,31 @@ impl SceneRun {
     /// # Errors
     /// Where the pipeline cannot be made or does not stay in the scene.
     pub fn new(scene: Scene, no_skip: bool) -> Result<Self, SceneError> {
-        Self::with(scene, no_skip, |sample| sample)
+        Self::with(pipeline(no_skip)?, scene, |sample| sample)
+    }
+
+    /// A gripper that certifies slips as well, in the middle of `scene`.
+    ///
+    /// # Errors
+    /// As [`SceneRun::new`].
+    pub fn certifying(scene: Scene) -> Result<Self, SceneError> {
+        let mut learns = pipeline(false)?;
+        for sample in Signals::new(1).stretch(LEARN, OPEN_N, 0.0) {
+            learns.handle(&sample);
+        }
+        let law = |moving: u8| ScoreLaw {
+            blocks: [2, 1, 8, 4, 2, 1],
+            limits: [core::array::from_fn(|j| f32::from(4 + moving) * (1.0 + j as f32)); BANDS],
+            chances: [core::array::from_fn(|j| 0.25_f32.powi(2 + j as i32)); BANDS],
+        };
+        let (rest, motion) = (Some(law(0)), Some(law(1)));
+        let config = PipelineConfig {
+            known_floor: learns.detector().floor(),
+            certificate: Some(Certificate { interval_s: 600.0, rest, motion }),
+            ..PipelineConfig::gripping(Hertz(RATE_HZ))
+        };
+        let pipeline = Pipeline::new(config, Some(model::default_estimator()?))?;
+        Self::with(pipeline, scene, |sample| sample)
     }
 
     /// A slip in which the stylus is the only sensor that tells of movement.
@@ -73,15 +100,14 @@ impl SceneRun {
     /// # Errors
     /// As [`SceneRun::new`].
     pub fn stylus_alone() -> Result<Self, SceneError> {
-        Self::with(Scene::Slipping, false, |sample| Sample { travel_m: None, ..sample })
+        Self::with(pipeline(false)?, Scene::Slipping, |sample| Sample { travel_m: None, ..sample })
     }
 
     fn with(
+        mut pipeline: HostPipeline,
         scene: Scene,
-        no_skip: bool,
         seen: impl Fn(Sample) -> Sample,
     ) -> Result<Self, SceneError> {
-        let mut pipeline = pipeline(no_skip)?;
         let mut signals = Signals::new(1);
         let mut before = signals.stretch(LEARN, OPEN_N, 0.0);
         if scene != Scene::Moving {

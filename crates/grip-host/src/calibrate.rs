@@ -6,14 +6,20 @@
 //!    continued to the wanted interval ([`tail`](crate::tail)). Each test gets an equal share of the alarms.
 //! 4. What was achieved: thresholds from one half of the seconds, alarms counted on the other half, both ways. The rate is
 //!    quoted with its Poisson interval and never beyond the length of the recording.
+//! 5. Certificate: limits and chances of the alarm whose interval holds for every law of the noise ([`certify`](crate::certify)).
 
-use crate::{config::HostConfig, poisson, replay, tail::Tail};
+use crate::{
+    certify::{Certified, NotCertified, Stretch, certify},
+    config::HostConfig,
+    poisson, replay,
+    tail::Tail,
+};
 use grip_record::{Channel, Recording, StylusKind};
 use serde::{Deserialize, Serialize};
 use slip_core::{
     ConfigError, Pipeline, PipelineConfig, Sample,
     confidence::TAIL_RANGE,
-    detector::{BANDS, DetectorConfig, RestMeter},
+    detector::{BANDS, Certificate, DetectorConfig, RestMeter, SlipDetector},
     health::Health,
     sample::Vector,
     units::Hertz,
@@ -39,6 +45,9 @@ const TESTS: usize = BANDS + 1;
 const LEAST: f32 = 4.0;
 /// A release level this far below the threshold is the least that ends a slip in good time.
 const MOST_RELEASE: f32 = 0.8;
+
+/// No interval is claimed beyond the length of the signal over this: -ln 0.05.
+const CLAIMED: f64 = 3.0;
 
 type Bare = Pipeline<&'static [f32]>;
 
@@ -66,6 +75,13 @@ pub struct Calibration {
     pub tail: Option<f32>,
     /// What it was made from.
     pub evidence: Evidence,
+    /// Limits and chances of the certified alarm, and what they stand on. Absent where the recording does not carry the interval, and in files
+    /// of older versions: nothing is certified then.
+    #[serde(default)]
+    pub certificate: Option<Certificate>,
+    /// What the certificate stands on.
+    #[serde(default)]
+    pub certified: Option<Certified>,
 }
 
 /// What a calibration stands on.
@@ -88,12 +104,25 @@ pub struct Evidence {
     pub interval_high_s: Option<f64>,
     /// Wanted interval of one test over the length of the recording: above 1 the thresholds are extrapolated.
     pub extrapolation: f64,
-    /// The smallest vibration (signal unit, rms, at 100 to 400 Hz) that is a slip at rest ...
+    /// The longest interval (s) that is claimed for the fast trigger: the wanted one, and at most a third of the signal that it was judged on, in which
+    /// no alarm shows that with 95 %. What is wanted beyond it is extrapolated. Absent in files of older versions.
+    #[serde(default)]
+    pub claimed_s: Option<f64>,
+    /// The smallest vibration (signal unit, rms, at 100 to 400 Hz) that is a slip for the fast trigger at rest ...
     #[serde(default)]
     pub smallest_rest: Option<f32>,
     /// ... and in motion as it was on average; absent where the recording had too little motion.
     #[serde(default)]
     pub smallest_motion: Option<f32>,
+}
+
+/// A calibration, and why it certifies nothing where it does not.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Calibrated {
+    /// What is written to the file.
+    pub calibration: Calibration,
+    /// Whether it has a certificate.
+    pub certified: Result<(), NotCertified>,
 }
 
 /// Why a recording does not give a calibration.
@@ -156,7 +185,7 @@ pub fn calibrate(
     recording: &Recording,
     config: &HostConfig,
     interval_s: f64,
-) -> Result<Calibration, CalibrationError> {
+) -> Result<Calibrated, CalibrationError> {
     check_interval(interval_s)?;
     let pipeline = replay::pipeline_config(recording, config, true);
     let moving = motion(recording, pipeline)?;
@@ -186,15 +215,21 @@ pub fn calibrate(
             interval_low_s: 0.0,
             interval_high_s: None,
             extrapolation: 0.0,
+            claimed_s: None,
             smallest_rest: None,
             smallest_motion: None,
         },
+        certificate: None,
+        certified: None,
     };
-    let seconds = levels(recording, calibration.apply(pipeline))?;
+    let heard = listen(recording, calibration.apply(pipeline), interval_s)?;
+    let seconds = heard.seconds;
     let defaults = thresholds_of(&pipeline.detector);
     set_thresholds(&mut calibration, &seconds, &defaults);
     calibration.set_smallest(&reference);
-    Ok(calibration)
+    let certified = heard.certified;
+    (calibration.certificate, calibration.certified) = certified.as_ref().ok().copied().unzip();
+    Ok(Calibrated { calibration, certified: certified.map(|_| ()) })
 }
 
 impl Calibration {
@@ -216,6 +251,7 @@ impl Calibration {
             detector,
             known_floor: Some(self.floor),
             known_reference: self.reference_floor,
+            certificate: self.certificate,
             ..config
         }
     }
@@ -386,13 +422,24 @@ fn reference_floor(
     Ok(pipeline.detector().reference_floor())
 }
 
-/// Highest level of each test in each second.
-fn levels(
+/// What the tests show in a recording without slip.
+struct Heard {
+    /// Highest level of each test in each second.
+    seconds: Vec<[f32; TESTS]>,
+    certified: Result<(Certificate, Certified), NotCertified>,
+}
+
+fn listen(
     recording: &Recording,
     config: PipelineConfig,
-) -> Result<Vec<[f32; TESTS]>, CalibrationError> {
+    interval_s: f64,
+) -> Result<Heard, CalibrationError> {
+    // Scores are measured, and nothing is certified.
+    let nothing = Certificate { interval_s: 1e9, rest: None, motion: None };
+    let config = PipelineConfig { certificate: Some(nothing), ..config };
     let mut pipeline = Bare::new(config, None)?;
     let mut seconds: Vec<[f32; TESTS]> = Vec::new();
+    let mut scores = ScoreLog::default();
     let first = recording.samples.first().map_or(0.0, |s| s.t.as_seconds());
     for sample in &recording.samples {
         pipeline.handle(&heard(sample));
@@ -407,6 +454,7 @@ fn levels(
         )]
         let place = at as usize;
         seconds.resize(seconds.len().max(place + 1), [0.0; TESTS]);
+        scores.push(pipeline.detector(), at);
         let levels = pipeline.detector().levels();
         let moving = pipeline.detector().is_moving();
         let Some(most) = seconds.get_mut(place) else { continue };
@@ -417,7 +465,37 @@ fn levels(
             }
         }
     }
-    Ok(seconds)
+    let detector = pipeline.detector();
+    let base_s = detector.base_block_s().map_or(0.0, f64::from);
+    let certified = certify(&scores.stretches, base_s, detector.has_bands(), interval_s);
+    Ok(Heard { seconds, certified })
+}
+
+/// The base blocks of a recording, by stretch.
+#[derive(Debug, Default)]
+struct ScoreLog {
+    stretches: Vec<Stretch>,
+    /// Number and time (s) of the last one.
+    last: Option<(u64, f64)>,
+}
+
+impl ScoreLog {
+    fn push(&mut self, detector: &SlipDetector, at_s: f64) {
+        let (Some(new), Some(base_s)) = (detector.scores(), detector.base_block_s()) else {
+            return;
+        };
+        if self.last.is_some_and(|(number, _)| number == new.number) {
+            return;
+        }
+        let soon = self.last.is_some_and(|(_, t_s)| at_s - t_s < 1.5 * f64::from(base_s));
+        self.last = Some((new.number, at_s));
+        match self.stretches.last_mut().filter(|stretch| soon && stretch.moving == new.moving) {
+            Some(stretch) => stretch.scores.push(new.scores),
+            None => {
+                self.stretches.push(Stretch { moving: new.moving, scores: vec![new.scores] });
+            }
+        }
+    }
 }
 
 /// The threshold of each test.
@@ -458,6 +536,7 @@ fn set_thresholds(
     evidence.alarms = alarms;
     evidence.interval_low_s = judged_s / high;
     evidence.interval_high_s = (alarms > 0).then(|| judged_s / low);
+    evidence.claimed_s = Some(interval_s.min(judged_s / CLAIMED));
     #[expect(clippy::cast_precision_loss, reason = "7")]
     let tests = TESTS as f64;
     evidence.extrapolation = tests * interval_s / judged_s.max(1.0);
@@ -544,6 +623,7 @@ mod tests {
                 interval_low_s: 0.0,
                 interval_high_s: None,
                 extrapolation: 1.0,
+                claimed_s: None,
                 smallest_rest: None,
                 smallest_motion: None,
             };
@@ -557,6 +637,8 @@ mod tests {
                 cusum_threshold: 22.0,
                 tail: None,
                 evidence,
+                certificate: None,
+                certified: None,
             };
             calibration.apply(config).detector.release
         };

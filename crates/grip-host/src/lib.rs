@@ -2,6 +2,7 @@
 
 pub mod accuracy;
 pub mod calibrate;
+pub mod certify;
 pub mod collect;
 pub mod config;
 pub mod esc;

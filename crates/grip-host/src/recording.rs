@@ -36,16 +36,18 @@ pub fn event_record<'a>(
     let json = core::str::from_utf8(json).map_err(serde::ser::Error::custom)?;
     let nothing = EventRecord { json, ..EventRecord::default() };
     Ok(match *line {
-        EventLine::Slip { t_s, phase, method, statistic, confidence, evidence } => EventRecord {
-            t_s,
-            kind: "slip",
-            phase,
-            method,
-            statistic,
-            confidence,
-            ..with_evidence(nothing, &evidence)
-        },
-        EventLine::SlipEnd { t_s, duration_s, evidence } => {
+        EventLine::Slip { t_s, phase, method, statistic, confidence, evidence, .. } => {
+            EventRecord {
+                t_s,
+                kind: "slip",
+                phase,
+                method,
+                statistic,
+                confidence,
+                ..with_evidence(nothing, &evidence)
+            }
+        }
+        EventLine::SlipEnd { t_s, duration_s, evidence, .. } => {
             let record = with_evidence(nothing, &evidence);
             EventRecord { t_s, kind: "slip_end", duration_s, ..record }
         }
@@ -168,7 +170,13 @@ mod tests {
     #[test]
     fn an_event_has_its_numbers_and_its_line() {
         let evidence = EvidenceFields { estimate_n: Some(3.5), ..EvidenceFields::default() };
-        let line = EventLine::SlipEnd { t_s: 1.25, duration_s: 0.5, evidence };
+        let line = EventLine::SlipEnd {
+            t_s: 1.25,
+            duration_s: 0.5,
+            certified: false,
+            certified_interval_s: None,
+            evidence,
+        };
         let mut json = Vec::new();
         let record = event_record(&line, &mut json).unwrap();
         assert_eq!((record.kind, record.duration_s, record.estimate_n), ("slip_end", 0.5, 3.5));

@@ -17,7 +17,7 @@ use slip_core::{
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(tag = "type", rename_all = "snake_case")]
 pub enum EventLine {
-    /// A slip has been noticed, or has become gross.
+    /// A slip has been noticed, has become gross, or has been certified.
     Slip {
         /// Device time (s).
         t_s: f64,
@@ -29,6 +29,10 @@ pub enum EventLine {
         statistic: f32,
         /// Probability (0 to 1) that noise alone would not reach this statistic within the stated false-alarm interval.
         confidence: f32,
+        /// Whether the evidence is enough to certify the slip; otherwise only the fast trigger has spoken so far.
+        certified: bool,
+        /// The interval (s) that it is certified with: false alarms of that kind are at least so far apart on average.
+        certified_interval_s: Option<f32>,
         /// What is known of the slip.
         #[serde(flatten)]
         evidence: EvidenceFields,
@@ -39,6 +43,10 @@ pub enum EventLine {
         t_s: f64,
         /// From the first notice to the end (s).
         duration_s: f64,
+        /// Whether the slip was certified; otherwise only the fast trigger had spoken.
+        certified: bool,
+        /// The interval (s) that it was certified with.
+        certified_interval_s: Option<f32>,
         /// What is known of the slip.
         #[serde(flatten)]
         evidence: EvidenceFields,
@@ -203,7 +211,7 @@ impl EventLog {
 
     fn slip_line(&mut self, event: SlipEvent, t_s: f64, step: &Step) -> EventLine {
         match event {
-            SlipEvent::Slip { phase, first, method, confidence } => {
+            SlipEvent::Slip { phase, first, method, confidence, certified_s } => {
                 if first {
                     self.slips += 1;
                     self.features = None;
@@ -213,13 +221,28 @@ impl EventLog {
                 let evidence = EvidenceFields::new(self, step);
                 let (phase, method) = (phase.name(), method.name());
                 let statistic = step.statistic;
-                EventLine::Slip { t_s, phase, method, statistic, confidence, evidence }
+                EventLine::Slip {
+                    t_s,
+                    phase,
+                    method,
+                    statistic,
+                    confidence,
+                    certified: certified_s.is_some(),
+                    certified_interval_s: certified_s,
+                    evidence,
+                }
             }
-            SlipEvent::Ended { duration } => {
+            SlipEvent::Ended { duration, certified_s } => {
                 // The model of a free fall knows nothing of the end of one.
                 self.velocity = self.velocity.filter(is_measured);
                 let evidence = EvidenceFields::new(self, step);
-                EventLine::SlipEnd { t_s, duration_s: duration.as_seconds(), evidence }
+                EventLine::SlipEnd {
+                    t_s,
+                    duration_s: duration.as_seconds(),
+                    certified: certified_s.is_some(),
+                    certified_interval_s: certified_s,
+                    evidence,
+                }
             }
         }
     }
@@ -228,13 +251,26 @@ impl EventLog {
 impl core::fmt::Display for EventLine {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         match self {
-            Self::Slip { t_s, phase, method, statistic, confidence, evidence } => {
+            Self::Slip {
+                t_s,
+                phase,
+                method,
+                statistic,
+                confidence,
+                certified_interval_s,
+                evidence,
+                ..
+            } => {
                 write!(f, "{t_s:10.4} s  slip ({phase}, by {method}), statistic {statistic:.1}, ")?;
                 write_confidence(f, *confidence)?;
+                write_certified(f, *certified_interval_s)?;
                 evidence.write(f)
             }
-            Self::SlipEnd { t_s, duration_s, evidence } => {
+            Self::SlipEnd { t_s, duration_s, certified_interval_s, evidence, .. } => {
                 write!(f, "{t_s:10.4} s  slip ended after {:.1} ms", 1e3 * duration_s)?;
+                if certified_interval_s.is_some() {
+                    write_certified(f, *certified_interval_s)?;
+                }
                 evidence.write(f)
             }
             Self::Grip { t_s, event, command_n } => {
@@ -265,6 +301,13 @@ fn write_confidence(f: &mut core::fmt::Formatter<'_>, confidence: f32) -> core::
         return write!(f, "confidence > 99.9 %");
     }
     write!(f, "confidence {:.0} %", (100.0 * confidence).floor())
+}
+
+fn write_certified(f: &mut core::fmt::Formatter<'_>, interval_s: Option<f32>) -> core::fmt::Result {
+    match interval_s {
+        Some(interval_s) => write!(f, ", certified: one false alarm in {interval_s:.0} s or more"),
+        None => write!(f, ", fast trigger only"),
+    }
 }
 
 impl EvidenceFields {
@@ -343,6 +386,7 @@ mod tests {
             first: true,
             method: Method::Travel,
             confidence: 0.5,
+            certified_s: Some(600.0),
         };
         let [None, None, None, None, Some(line), None] = log.lines(&step(1_500_000, Some(event)))
         else {
@@ -353,7 +397,12 @@ mod tests {
         assert_eq!(json["phase"], "incipient");
         assert_eq!((&json["method"], &json["t_s"]), (&"travel".into(), &1.5.into()));
         assert_eq!((&json["command_n"], &json["confidence"]), (&2.5.into(), &0.5.into()));
-        assert!(line.to_string().contains("statistic 1.5, confidence 50 %"), "{line}");
+        assert_eq!(
+            (&json["certified"], &json["certified_interval_s"]),
+            (&true.into(), &600.0.into())
+        );
+        let words = "statistic 1.5, confidence 50 %, certified: one false alarm in 600 s or more";
+        assert!(line.to_string().contains(words), "{line}");
         assert!(json["esc_w"].is_null() && json["estimate_n"].is_null());
         assert_eq!(log.slips(), 1);
     }
@@ -366,6 +415,7 @@ mod tests {
             first,
             method: Method::Stylus,
             confidence: 0.5,
+            certified_s: None,
         };
         log.lines(&step(1, Some(slip(Phase::Incipient, true))));
         log.lines(&step(2, Some(slip(Phase::Gross, false))));
@@ -388,7 +438,7 @@ mod tests {
     #[test]
     fn the_speed_of_a_slip_that_has_ended_is_the_last_measured_one() {
         let velocity = |source, speed_m_s| Some(Velocity { speed_m_s, sigma_m_s: 1e-3, source });
-        let ended = step(9, Some(SlipEvent::Ended { duration: Micros(5) }));
+        let ended = step(9, Some(SlipEvent::Ended { duration: Micros(5), certified_s: None }));
         for (measured, wanted) in [(true, Some(0.02)), (false, None)] {
             let mut log = EventLog::default();
             if measured {

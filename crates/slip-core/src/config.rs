@@ -2,7 +2,7 @@
 
 use crate::{
     confidence::TAIL_RANGE,
-    detector::{BANDS, DetectorConfig, KnownFloors, SlipDetector},
+    detector::{BANDS, Certificate, DetectorConfig, KnownFloors, SlipDetector},
     distance::DistanceConfig,
     filter::{CornerError, MAX_CORNER},
     floor::FloorConfig,
@@ -60,6 +60,8 @@ pub struct PipelineConfig {
     pub known_floor: Option<[f32; BANDS]>,
     /// Energies of a quiet motion reference and of its slow part, known already (reference unit squared).
     pub known_reference: Option<[f32; 2]>,
+    /// A false-alarm interval and what it stands on, for the known noise floor; without it no slip is certified.
+    pub certificate: Option<Certificate>,
     /// Bands and thresholds.
     pub detector: DetectorConfig,
     /// What is believed of the sensors.
@@ -99,6 +101,7 @@ impl PipelineConfig {
             floor,
             known_floor: None,
             known_reference: None,
+            certificate: None,
             detector: DetectorConfig::default(),
             health,
             methods: Methods::ALL,
@@ -127,6 +130,7 @@ impl PipelineConfig {
         ConfigError::within("floor.learn_ms", self.floor.learn_ms, 10.0, 10_000.0)?;
         ConfigError::within("floor.min_rms", self.floor.min_rms, 0.0, 1e12)?;
         self.check_detector()?;
+        self.certificate.map_or(Ok(()), |certificate| certificate.check())?;
         self.check_health()?;
         self.check_observation()?;
         fusion::check(self.methods)?;

@@ -37,22 +37,27 @@ impl Phase {
 /// A change in the slip state.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum SlipEvent {
-    /// A slip has been noticed, or has become gross.
+    /// A slip has been noticed, has become gross, or has been certified.
     Slip {
         /// How far it has gone.
         phase: Phase,
-        /// Whether this is the first notice of the slip, not its turn from incipient to gross.
+        /// Whether this is the first notice of the slip, not its turn from incipient to gross or its certificate.
         first: bool,
         /// Which method spoke.
         method: Method,
         /// Probability that noise alone would not reach this statistic within the stated false-alarm interval; see
         /// [`confidence`](crate::confidence).
         confidence: f32,
+        /// The interval (s) that the slip is certified with: false alarms of that kind are at least so far apart on average, at 95 % confidence over
+        /// the calibration. `None` where only the fast trigger has spoken so far.
+        certified_s: Option<f32>,
     },
     /// The slip has ended.
     Ended {
         /// How long it lasted.
         duration: Micros,
+        /// The interval (s) that it was certified with, where it was.
+        certified_s: Option<f32>,
     },
 }
 

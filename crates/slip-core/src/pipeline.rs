@@ -91,6 +91,8 @@ struct Slip {
     feels: bool,
     alone: bool,
     next_evidence: Micros,
+    /// The interval it is certified with (s).
+    certified_s: Option<f32>,
 }
 
 impl<W: AsRef<[f32]>> Pipeline<W> {
@@ -124,7 +126,8 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
                 KnownFloors { stylus: config.known_floor, reference: config.known_reference },
                 rate_hz,
             )?
-            .with_no_skip(config.no_skip),
+            .with_no_skip(config.no_skip)
+            .with_certificate(config.certificate.as_ref()),
             fusion: Fusion::new(config.methods, config.travel, config.pressure)?,
             standing: Standing::default(),
             observation: SlipObservation::new(config.observation, rate_hz)
@@ -233,7 +236,9 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         felt: Option<(f32, SlipState)>,
         told: Option<Told>,
     ) -> Step {
-        let event = self.slip_event(sample, told);
+        let certified_s =
+            felt.filter(|_| !self.fusion.doubts_stylus()).and_then(|_| self.detector.certified_s());
+        let event = self.slip_event(sample, told, certified_s);
         let statistic = told.map_or(0.0, |told| told.statistic);
         if self.slip.is_some() || self.config.no_skip {
             self.feel(felt);
@@ -407,7 +412,12 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
     }
 
     #[inline]
-    fn slip_event(&mut self, sample: &Sample, told: Option<Told>) -> Option<SlipEvent> {
+    fn slip_event(
+        &mut self,
+        sample: &Sample,
+        told: Option<Told>,
+        certified_s: Option<f32>,
+    ) -> Option<SlipEvent> {
         let state = told.map_or(SlipState::Quiet, |told| told.state);
         let method = told.map_or(Method::Stylus, |told| told.method);
         let sure = || confidence(told.map_or(0.0, |t| t.statistic), self.config.detector.tail);
@@ -434,16 +444,30 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
                     feels: false,
                     alone: false,
                     next_evidence: sample.t.plus(self.evidence_every),
+                    certified_s,
                 });
                 let phase = if gross { Phase::Gross } else { Phase::Incipient };
-                Some(SlipEvent::Slip { phase, first: true, method, confidence: sure() })
+                let confidence = sure();
+                Some(SlipEvent::Slip { phase, first: true, method, confidence, certified_s })
             }
             (Some(slip), SlipState::Gross) if !slip.gross => {
                 slip.gross = true;
-                let confidence = sure();
-                Some(SlipEvent::Slip { phase: Phase::Gross, first: false, method, confidence })
+                slip.certified_s = slip.certified_s.or(certified_s);
+                Some(SlipEvent::Slip {
+                    phase: Phase::Gross,
+                    first: false,
+                    method,
+                    confidence: sure(),
+                    certified_s: slip.certified_s,
+                })
             }
             (Some(_), SlipState::Quiet) if self.scene == Scene::Slipping => self.end_slip(sample.t),
+            (Some(slip), _) if certified_s.is_some() && slip.certified_s.is_none() => {
+                slip.certified_s = certified_s;
+                let phase = if slip.gross { Phase::Gross } else { Phase::Incipient };
+                let confidence = sure();
+                Some(SlipEvent::Slip { phase, first: false, method, confidence, certified_s })
+            }
             _ => None,
         }
     }
@@ -460,7 +484,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         self.ended = Some(t);
         self.fusion.slip_ended();
         self.untouched = None;
-        Some(SlipEvent::Ended { duration: t.since(slip.since) })
+        Some(SlipEvent::Ended { duration: t.since(slip.since), certified_s: slip.certified_s })
     }
 
     #[inline]

@@ -7,7 +7,8 @@ use super::{
 use crate::{cli::CalibrateArgs, output};
 use anyhow::Context as _;
 use grip_host::{
-    calibrate::{Calibration, calibrate, check_interval},
+    calibrate::{Calibrated, Calibration, calibrate, check_interval},
+    certify::LawEvidence,
     exit::{Exit, WrongArgument},
 };
 use grip_record::read_recording;
@@ -32,7 +33,8 @@ pub(crate) fn run(args: &CalibrateArgs) -> anyhow::Result<Exit> {
             (Measured { recording, lost: 0 }, file.display().to_string())
         }
     };
-    let calibration = calibrate(&recording, &config, args.interval).context(place)?;
+    let Calibrated { calibration, certified } =
+        calibrate(&recording, &config, args.interval).context(place)?;
     let text = toml::to_string(&calibration)?;
     std::fs::write(&args.output, text)
         .with_context(|| format!("cannot write {}", args.output.display()))?;
@@ -40,6 +42,9 @@ pub(crate) fn run(args: &CalibrateArgs) -> anyhow::Result<Exit> {
         output::json(&Line { calibration: &calibration })?;
     } else {
         tell(&calibration)?;
+    }
+    if let Err(why) = certified {
+        eprintln!("gripctl: no slip will be certified: {why}");
     }
     if lost > 0 {
         eprintln!(
@@ -71,21 +76,44 @@ fn tell(calibration: &Calibration) -> anyhow::Result<()> {
             .smallest_motion
             .map_or_else(String::new, |motion| format!(", in motion from {motion:.2e}{unit} on"));
         output::line(&format!(
-            "a slip is found at rest from {rest:.2e}{unit} of vibration (rms, 100-400 Hz) on{motion}"
+            "the fast trigger finds a slip at rest from {rest:.2e}{unit} of vibration (rms, 100-400 Hz) on{motion}"
         ))?;
     }
     let high = evidence
         .interval_high_s
         .map_or_else(|| "without upper bound".to_owned(), |high| format!("up to {high:.0} s"));
     output::line(&format!(
-        "wanted: one false alarm in {:.0} s; seen: {} in {:.0} s not used for the thresholds, so one in {:.0} s or more, {high} (95 %)",
+        "fast trigger, wanted: one false alarm in {:.0} s; seen: {} in {:.0} s not used for the thresholds, so one in {:.0} s or more, {high} (95 %)",
         evidence.wanted_interval_s, evidence.alarms, evidence.judged_s, evidence.interval_low_s
     ))?;
     if evidence.extrapolation > 1.0 {
         output::line(&format!(
-            "the thresholds are extrapolated: the tail of each test was continued {:.1} times beyond the recording; record {:.0} s to measure the wanted interval itself",
+            "the thresholds are extrapolated: the tail of each test was continued {:.1} times beyond the recording; record {:.0} s to measure the wanted interval itself. Without extrapolation the fast trigger claims one in {:.0} s",
             evidence.extrapolation,
-            10.0 * evidence.wanted_interval_s
+            10.0 * evidence.wanted_interval_s,
+            evidence.claimed_s.unwrap_or(0.0)
+        ))?;
+    }
+    certificate(calibration)
+}
+
+fn certificate(calibration: &Calibration) -> anyhow::Result<()> {
+    let Some(certified) = &calibration.certified else { return Ok(()) };
+    output::line(&format!(
+        "certified alarm: one false alarm in {:.0} s or more, whatever the law of the noise (95 %); limits from halves gave {} in {:.0} s of the other, so one in {:.0} s or more",
+        calibration.evidence.wanted_interval_s,
+        certified.alarms,
+        certified.judged_s,
+        certified.interval_low_s
+    ))?;
+    for (place, law) in [("at rest", certified.rest), ("in motion", certified.motion)] {
+        let Some(LawEvidence { seconds, blocks_ms: [short, long], clusters, soonest_ms }) = law
+        else {
+            output::line(&format!("  {place}: too little of it, nothing is certified"))?;
+            continue;
+        };
+        output::line(&format!(
+            "  {place}: {seconds:.0} s, blocks of {short:.0} to {long:.0} ms, high blocks follow each other up to {clusters:.1} times as often as independent ones; a clear slip is certified within {soonest_ms:.0} ms and one block"
         ))?;
     }
     Ok(())

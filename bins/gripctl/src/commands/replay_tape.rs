@@ -9,6 +9,7 @@ use grip_host::{
 };
 use grip_record::mcap::McapError;
 use serde::Serialize;
+use serde_json::{Map, Value};
 use std::{collections::VecDeque, path::Path};
 
 #[derive(Serialize)]
@@ -186,7 +187,7 @@ impl Check {
         }
         let pair = self.recorded.pop_front().zip(self.replayed.pop_front());
         match pair {
-            Some((recorded, replayed)) if recorded != replayed => {
+            Some((recorded, replayed)) if !agree(&recorded, &replayed) => {
                 Err(Differs::Lines { number: self.equal + 1, recorded, replayed })
             }
             _ => {
@@ -204,5 +205,32 @@ impl Check {
             (_, Some(line)) if !cut => Err(Differs::New { number, line }),
             _ => Ok(self.equal),
         }
+    }
+}
+
+/// Whether the lines are equal, but for fields that a version after the recording has added.
+fn agree(recorded: &str, replayed: &str) -> bool {
+    let fields = |line: &str| serde_json::from_str::<Map<String, Value>>(line);
+    recorded == replayed
+        || fields(recorded).is_ok_and(|recorded| {
+            fields(replayed).is_ok_and(|mut replayed| {
+                replayed.retain(|name, _| recorded.contains_key(name));
+                recorded == replayed
+            })
+        })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::agree;
+
+    #[test]
+    fn a_field_that_was_added_since_is_no_difference_and_any_other_is() {
+        let old = r#"{"type":"slip","t_s":0.5,"statistic":3.25}"#;
+        let new = r#"{"type":"slip","t_s":0.5,"statistic":3.25,"certified":false}"#;
+        assert!(agree(old, new) && agree(old, old));
+        assert!(!agree(new, old), "a field that is missing now");
+        assert!(!agree(old, &new.replace("3.25", "3.5")));
+        assert!(!agree("cut {", new));
     }
 }

@@ -52,12 +52,13 @@ fn a_calibration_holds_on_another_stretch_of_the_same_robot() {
     assert!(number(&summary, "slips") <= 6.0, "two minutes at one a minute: {summary}");
     let text = gripctl(folder.path(), &["calibrate", "a.csv", "-o", "cal.toml"]).done().out;
     assert!(
-        text.contains("wanted: one false alarm in 600 s") && text.contains("extrapolated"),
+        text.contains("fast trigger, wanted: one false alarm in 600 s")
+            && text.contains("extrapolated"),
         "{text}"
     );
 }
 
-/// What a calibration says is still found is found, and what is far below is not.
+/// What a calibration says the fast trigger still finds it finds, and what is far below it does not; the certified alarm does.
 #[test]
 fn the_smallest_slip_is_found() {
     let folder = tempfile::tempdir().unwrap();
@@ -67,7 +68,9 @@ fn the_smallest_slip_is_found() {
     let smallest_m = number(&line["evidence"], "smallest_rest");
     assert!((1e-7..5e-6).contains(&smallest_m), "{smallest_m}");
     assert!(number(&line["evidence"], "smallest_motion") > smallest_m, "{line}");
-    let slips = |share: f64| {
+    let text = fs::read_to_string(folder.path().join("cal.toml")).unwrap();
+    put(folder.path(), "fast.toml", text.split("[certificate]").next().unwrap());
+    let slips = |share: f64, calibration: &str| {
         let still = Disturbance::new(0.0, 0.0, 2000.0, 3);
         let mut robot = still.clone();
         let mut text = String::from("t_s,stylus,reference\n");
@@ -79,10 +82,11 @@ fn the_smallest_slip_is_found() {
             writeln!(text, "{t:.6},{slip_m:e},{:e}", robot.next_sample().reference_m).unwrap();
         }
         put(folder.path(), "slip.csv", &text);
-        let args = ["replay", "slip.csv", "--calibration", "cal.toml", "--json"];
+        let args = ["replay", "slip.csv", "--calibration", calibration, "--json"];
         number(&gripctl(folder.path(), &args).done().json().pop().unwrap(), "slips")
     };
-    assert_eq!([slips(0.5), slips(1.3)], [0.0, 1.0]);
+    assert_eq!([slips(0.5, "fast.toml"), slips(1.3, "fast.toml")], [0.0, 1.0]);
+    assert_eq!(slips(0.5, "cal.toml"), 1.0);
 }
 
 #[test]
@@ -136,6 +140,74 @@ fn a_force_of_zero_does_not_change_the_calibration() {
     assert!(bare["thresholds"].as_array().unwrap().iter().any(|h| h.as_f64().unwrap() > 4.0));
     let tail = number(&bare, "tail");
     assert!((1.0..50.0).contains(&tail), "{tail}");
+}
+
+/// Noise at rest of two minutes, and then a slip of four times its energy that lasts.
+#[test]
+fn a_slip_is_certified_by_a_calibration_that_carries_it_and_by_no_older_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut state = 1_u64;
+    let mut noise = |size: f64| {
+        let sum: f64 = (0..12)
+            .map(|_| {
+                state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+                (state >> 33) as f64 / f64::from(1_u32 << 31) - 0.5
+            })
+            .sum();
+        size * sum
+    };
+    let mut rows = |seconds: u32, slip_from: u32| {
+        let mut text = String::from("t_s,vibration\n");
+        for i in 0..seconds * 2000 {
+            let size = if i >= slip_from * 2000 { 6.0 } else { 1.0 };
+            writeln!(text, "{:.6},{:e}", f64::from(i) / 2000.0, noise(size)).unwrap();
+        }
+        text
+    };
+    put(folder.path(), "rest.csv", &rows(180, 180));
+    put(folder.path(), "slip.csv", &rows(6, 5));
+    let args = ["calibrate", "rest.csv", "--interval", "600", "-o", "cal.toml"];
+    let text = gripctl(folder.path(), &args).done().out;
+    for words in [
+        "certified alarm: one false alarm in 600 s or more",
+        "at rest: 17",
+        "in motion: too little",
+        "claims one in 60 s",
+    ] {
+        assert!(text.contains(words), "{words}: {text}");
+    }
+    let replay = |calibration: &str, json: bool| {
+        let args = ["replay", "slip.csv", "--calibration", calibration, "--json"];
+        gripctl(folder.path(), &args[..args.len() - usize::from(!json)]).done()
+    };
+    let events = replay("cal.toml", true).json();
+    let slips: Vec<_> = events.iter().filter(|event| event["type"] == "slip").collect();
+    let certified = slips.iter().find(|slip| slip["certified"] == true).unwrap();
+    assert!(
+        number(certified, "t_s") < 5.1 && certified["certified_interval_s"] == 600.0,
+        "{slips:?}"
+    );
+    // A file without a certificate, as older versions wrote it.
+    let new = fs::read_to_string(folder.path().join("cal.toml")).unwrap();
+    let old: String = new
+        .split("[certificate]")
+        .next()
+        .unwrap()
+        .lines()
+        .filter(|line| !line.starts_with("claimed_s"))
+        .flat_map(|line| [line, "\n"])
+        .collect();
+    put(folder.path(), "old.toml", &old);
+    let ran = replay("old.toml", true);
+    assert!(ran.err.contains("no certified false-alarm interval"), "{}", ran.err);
+    assert!(ran.json().iter().filter(|e| e["type"] == "slip").all(|e| e["certified"] == false));
+    assert!(replay("old.toml", false).out.contains("fast trigger only"));
+    // Ten seconds certify nothing, and that is said.
+    put(folder.path(), "short.csv", &rows(8, 8));
+    let ran =
+        gripctl(folder.path(), &["calibrate", "short.csv", "--interval", "1e6", "-o", "s.toml"])
+            .done();
+    assert!(ran.err.contains("no slip will be certified"), "{}", ran.err);
 }
 
 /// A machine that stands still for a second ends the measurement of a live gripper, which is then done again.

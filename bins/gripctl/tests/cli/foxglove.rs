@@ -45,7 +45,13 @@ impl Daemon {
         let config = ClientsConfig { listen, ..ClientsConfig::default() };
         let mut clients = Clients::listen(config, about).unwrap();
         let evidence = EvidenceFields { command_n: Some(4.5), ..EvidenceFields::default() };
-        let line = EventLine::SlipEnd { t_s: 1.5, duration_s: 0.25, evidence };
+        let line = EventLine::SlipEnd {
+            t_s: 1.5,
+            duration_s: 0.25,
+            certified: false,
+            certified_interval_s: None,
+            evidence,
+        };
         clients.take(&Item::Event { host_us: 2_000_000, line: &line });
         let end = Arc::new(AtomicBool::new(false));
         let wants_samples = Arc::new(AtomicBool::new(false));

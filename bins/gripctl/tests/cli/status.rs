@@ -47,7 +47,13 @@ impl Served {
         clients.take(&Item::Link { host_us: 1, note: &note });
         clients.take(&Item::Link { host_us: 1, note: &LinkNote::State(HostState::Stream) });
         let evidence = EvidenceFields { command_n: Some(4.5), ..EvidenceFields::default() };
-        let line = EventLine::SlipEnd { t_s: 1.5, duration_s: 0.02, evidence };
+        let line = EventLine::SlipEnd {
+            t_s: 1.5,
+            duration_s: 0.02,
+            certified: false,
+            certified_interval_s: None,
+            evidence,
+        };
         clients.take(&Item::Event { host_us: 2_000_000, line: &line });
         clients.health(&Health { samples: 1234, ..Health::default() });
         let ended = Arc::new(AtomicBool::new(false));

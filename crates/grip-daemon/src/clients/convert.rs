@@ -22,14 +22,14 @@ use slip_core::{
 #[must_use]
 pub fn slip(host_us: u64, line: &EventLine) -> Option<Slip> {
     match *line {
-        EventLine::Slip { t_s, phase, method, statistic, confidence, evidence } => Some(Slip {
+        EventLine::Slip { t_s, phase, method, statistic, confidence, evidence, .. } => Some(Slip {
             phase: if phase == "gross" { Phase::Gross } else { Phase::Incipient },
             method: named(method, Method::from_code, Method::name).unwrap_or(Method::None),
             statistic: Some(statistic),
             confidence: Some(confidence),
             ..known(host_us, t_s, &evidence)
         }),
-        EventLine::SlipEnd { t_s, duration_s, evidence } => Some(Slip {
+        EventLine::SlipEnd { t_s, duration_s, evidence, .. } => Some(Slip {
             phase: Phase::Ended,
             duration_s: Some(single(duration_s)),
             ..known(host_us, t_s, &evidence)

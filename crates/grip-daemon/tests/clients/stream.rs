@@ -55,7 +55,13 @@ fn a_query_tells_everything_and_then_answers() {
     rig.clients.health(&Health::default());
     for _ in 0..20 {
         let evidence = EvidenceFields::default();
-        let line = EventLine::SlipEnd { t_s: 0.5, duration_s: 0.01, evidence };
+        let line = EventLine::SlipEnd {
+            t_s: 0.5,
+            duration_s: 0.01,
+            certified: false,
+            certified_interval_s: None,
+            evidence,
+        };
         rig.clients.take(&Item::Event { host_us: 5, line: &line });
     }
     let mut viewer = rig.viewer(7, wanted(Topics::default(), 0));

@@ -56,7 +56,16 @@ pub(crate) const STATUS: Status = Status {
 
 pub(crate) fn slip(phase: &'static str, method: &'static str) -> EventLine {
     let evidence = EvidenceFields::default();
-    EventLine::Slip { t_s: 0.5, phase, method, statistic: 3.0, confidence: 0.9, evidence }
+    EventLine::Slip {
+        t_s: 0.5,
+        phase,
+        method,
+        statistic: 3.0,
+        confidence: 0.9,
+        certified: false,
+        certified_interval_s: None,
+        evidence,
+    }
 }
 
 pub(crate) fn device_event(kind: EventKind, fault: FaultCode) -> LinkNote {

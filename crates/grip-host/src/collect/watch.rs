@@ -268,8 +268,9 @@ mod tests {
         first: true,
         method: Method::Stylus,
         confidence: 1.0,
+        certified_s: None,
     };
-    const ENDED: SlipEvent = SlipEvent::Ended { duration: Micros(0) };
+    const ENDED: SlipEvent = SlipEvent::Ended { duration: Micros(0), certified_s: None };
 
     fn features(trial_force_n: f32) -> Features {
         Features {

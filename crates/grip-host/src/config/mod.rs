@@ -232,6 +232,7 @@ impl HostConfig {
             floor,
             known_floor: None,
             known_reference: None,
+            certificate: None,
             detector: self.detector,
             health,
             methods: self.methods(),

@@ -68,6 +68,13 @@ impl Decision {
         }
     }
 
+    /// The evidence of the blocks shows a slip, whatever the statistic.
+    #[cold]
+    pub(super) fn certify(&mut self) {
+        self.quiet_run = 0;
+        self.state = self.state.max(SlipState::Incipient);
+    }
+
     /// Whether the signal is above its threshold now, and not only the mean of the last milliseconds.
     #[inline]
     pub(super) fn is_fresh(&self) -> bool {

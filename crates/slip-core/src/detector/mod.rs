@@ -5,6 +5,7 @@ mod config;
 mod coupling;
 mod cusum;
 mod decision;
+mod evidence;
 mod gate;
 mod glrt;
 mod lanes;
@@ -17,6 +18,7 @@ mod test;
 
 pub use config::{BANDS, BandThreshold, DetectorConfig, TestKind};
 pub use cusum::Cusum;
+pub use evidence::{Certificate, Evidence, LIMITS, ScoreLaw, Scores};
 pub use gate::GateConfig;
 pub use glrt::Glrt;
 pub use reference::{MotionInput, ReferenceHealth};

@@ -14,6 +14,7 @@ use super::{
     coupling::Coupling,
     cusum::Cusum,
     decision::Decision,
+    evidence::{Certificate, Evidence, Scores},
     gate::Gate,
     glrt::Glrt,
     lanes::{LANES, Lanes, of_bands, padded},
@@ -79,6 +80,7 @@ pub struct SlipDetector {
     blind_margin: f32,
     moving: bool,
     no_skip: bool,
+    rate_hz: f32,
     block_len: usize,
     per_sample: f32,
     /// The block that is being filled: its filters run together when it is full.
@@ -88,6 +90,9 @@ pub struct SlipDetector {
     cusum: Cusum,
     glrt: Glrt,
     decision: Decision,
+    evidence: Option<Evidence>,
+    /// Floors that the evidence is for.
+    certified_floor: [f32; BANDS],
 }
 
 impl SlipDetector {
@@ -126,6 +131,7 @@ impl SlipDetector {
             blind_margin: config.gate.blind_margin,
             moving: false,
             no_skip: false,
+            rate_hz,
             block_len: lanes.block_len,
             per_sample,
             pending: Pending::default(),
@@ -134,7 +140,19 @@ impl SlipDetector {
             cusum: if config.test == TestKind::Cusum { cusum.in_every_scene() } else { cusum },
             glrt: Glrt::new(config.glrt_threshold, lanes.readings),
             decision: Decision::new(config, lanes.block_s, blocks_hz),
+            evidence: None,
+            certified_floor: [1.0; BANDS],
         })
+    }
+
+    /// Certifies slips as well, where the floors are known that `certificate` was made with.
+    #[must_use]
+    pub fn with_certificate(self, certificate: Option<&Certificate>) -> Self {
+        let Some((certificate, floor)) = certificate.zip(self.floor.energy()) else { return self };
+        #[expect(clippy::cast_precision_loss, reason = "at most 25")]
+        let block_s = self.block_len as f32 / self.rate_hz;
+        let evidence = Some(Evidence::new(certificate, block_s));
+        Self { evidence, certified_floor: floor, ..self }
     }
 
     /// Runs the bands of the reference in every scene; the decisions are the same.
@@ -200,6 +218,32 @@ impl SlipDetector {
         }
     }
 
+    /// The interval (s) that the last decision has certified a slip with: false alarms of that kind are at least so far apart on average. `None`
+    /// where it has not, or nothing is calibrated.
+    #[must_use]
+    #[inline]
+    pub fn certified_s(&self) -> Option<f32> {
+        self.evidence.as_ref().filter(|e| e.is_certified()).map(Evidence::interval_s)
+    }
+
+    /// Whether the sample rate carries each band.
+    #[must_use]
+    pub fn has_bands(&self) -> [bool; BANDS] {
+        self.energy.has_bands()
+    }
+
+    /// Length of the base blocks of the evidence (s); `None` without a certificate.
+    #[must_use]
+    pub fn base_block_s(&self) -> Option<f32> {
+        self.evidence.as_ref().map(Evidence::base_s)
+    }
+
+    /// Scores of the last base block of the evidence; `None` before the first and without a certificate.
+    #[must_use]
+    pub fn scores(&self) -> Option<&Scores> {
+        self.evidence.as_ref()?.scores()
+    }
+
     /// Deviation of the noise in the vibration band (signal unit, rms); 0 while the floor is unknown.
     #[must_use]
     pub fn noise_rms(&self) -> f32 {
@@ -226,6 +270,7 @@ impl SlipDetector {
         self.coupling.start();
         self.pending.clear();
         self.decision.reset();
+        self.restart_evidence();
         self.floor.interrupt();
     }
 
@@ -291,6 +336,13 @@ impl SlipDetector {
         self.gate.start();
         self.coupling.start();
         self.reference.start();
+        self.restart_evidence();
+    }
+
+    fn restart_evidence(&mut self) {
+        if let Some(evidence) = &mut self.evidence {
+            evidence.restart();
+        }
     }
 
     fn end_block(&mut self) {
@@ -351,6 +403,9 @@ impl SlipDetector {
         self.scale = reciprocal_rms(floor);
         self.learning = false;
         self.gate.rescale(&floor);
+        if let Some(evidence) = &mut self.evidence {
+            evidence.rescale(core::array::from_fn(|b| floor[b] / self.certified_floor[b]));
+        }
     }
 
     #[inline]
@@ -369,6 +424,14 @@ impl SlipDetector {
         };
         let over_floor = self.energy.over_floor();
         self.decision.step(statistic, over_floor[VIBRATION]);
+        if let Some(evidence) = &mut self.evidence {
+            // Without its reference motion is not what the calibration saw.
+            if block.moving && !self.reference.is_live() {
+                evidence.restart();
+            } else if evidence.step(block) {
+                self.decision.certify();
+            }
+        }
         if block.moving && self.reference.is_live() && !self.gate.rings() {
             let decided = (self.decision.statistic, self.decision.state);
             self.coupling.step(&over_floor, self.cusum.over_threshold(), decided);

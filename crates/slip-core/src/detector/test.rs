@@ -44,6 +44,11 @@ impl EnergyTest {
         }
     }
 
+    /// Which bands are not left out.
+    pub(super) fn has_bands(&self) -> [bool; BANDS] {
+        self.per_threshold.map(|reciprocal| reciprocal > 0.0)
+    }
+
     /// Mean energy of each band over its floor.
     #[must_use]
     #[inline]

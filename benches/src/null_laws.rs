@@ -1,0 +1,295 @@
+//! Noise of several laws without slip, and slips on it in; false alarms of the fast trigger and of the certified alarm, and both delays, out.
+
+use grip_host::{
+    HostConfig,
+    calibrate::{Calibrated, CalibrationError, calibrate},
+    replay,
+};
+use grip_record::{ChannelSet, Notes, Recording, StylusKind};
+use rand_chacha::ChaCha8Rng;
+use rand_core::SeedableRng;
+use rand_distr::{Distribution, Exp1, StandardNormal, StandardUniform, StudentT};
+use slip_core::{ConfigError, Pipeline, PipelineConfig, Sample, SlipEvent, units::Micros};
+
+/// Samples per second (Hz).
+pub const RATE_HZ: f64 = 2000.0;
+/// Length of a burst (s), and their share of the time.
+const BURST_S: f64 = 0.005;
+const BURST_SHARE: f64 = 0.02;
+const BURST_ENERGY: f64 = 20.0;
+/// Mean time with and without hum (s), its size (noise rms) and frequency (Hz).
+const HUM_ON_S: f64 = 2.0;
+const HUM_OFF_S: f64 = 4.0;
+const HUM_RMS: f64 = 1.5;
+const HUM_HZ: f64 = 50.0;
+/// A slip, and the mean pause before it (s).
+const SLIP_S: f64 = 0.3;
+const PAUSE_S: f64 = 1.0;
+
+/// A law of the noise.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Law {
+    /// White and Gaussian.
+    Gaussian,
+    /// White, of Student's distribution with 3 degrees of freedom: energies are squares of it.
+    StudentT3,
+    /// Gaussian with spells of 5 ms, 2 % of the time, that have 20 times the energy.
+    Bursts,
+    /// Gaussian, and mains hum with its third harmonic that comes for 2 s and goes for 4 s on average.
+    Hum,
+}
+
+impl Law {
+    /// Every law.
+    pub const ALL: [Self; 4] = [Self::Gaussian, Self::StudentT3, Self::Bursts, Self::Hum];
+
+    /// Its name.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Gaussian => "Gaussian",
+            Self::StudentT3 => "squared t3",
+            Self::Bursts => "2 % bursts x 20",
+            Self::Hum => "hum that comes and goes",
+        }
+    }
+}
+
+/// A signal of one law, with or without a slip.
+#[derive(Debug)]
+pub struct Noise {
+    law: Law,
+    random: ChaCha8Rng,
+    student: Option<StudentT<f64>>,
+    /// Samples until the state changes, and whether it is loud.
+    left: u64,
+    loud: bool,
+    phase: f64,
+    count: u64,
+}
+
+impl Noise {
+    /// A signal from its beginning.
+    #[must_use]
+    pub fn new(law: Law, seed: u64) -> Self {
+        let student = StudentT::new(3.0).ok();
+        let random = ChaCha8Rng::seed_from_u64(seed);
+        Self { law, random, student, left: 0, loud: false, phase: 0.0, count: 0 }
+    }
+
+    fn normal(&mut self) -> f64 {
+        StandardNormal.sample(&mut self.random)
+    }
+
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "some seconds")]
+    fn spell(&mut self, mean_s: f64) -> u64 {
+        let length: f64 = Exp1.sample(&mut self.random);
+        (length * mean_s * RATE_HZ).ceil() as u64
+    }
+
+    /// The next sample, with a slip of `slip` times the mean energy of the noise.
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a signal in f32")]
+    pub fn sample(&mut self, slip: f64) -> Sample {
+        if self.left == 0 {
+            self.loud = !self.loud;
+            self.left = match (self.law, self.loud) {
+                (Law::Bursts, true) => (BURST_S * RATE_HZ) as u64,
+                (Law::Bursts, false) => self.spell(BURST_S * (1.0 - BURST_SHARE) / BURST_SHARE),
+                (_, true) => self.spell(HUM_ON_S),
+                (_, false) => self.spell(HUM_OFF_S),
+            };
+        }
+        self.left = self.left.saturating_sub(1);
+        let (noise, energy) = match (self.law, self.student) {
+            // The variance of Student's t is 3 with 3 degrees of freedom.
+            (Law::StudentT3, Some(student)) => (student.sample(&mut self.random), 3.0),
+            (Law::Bursts, _) => {
+                let size = if self.loud { BURST_ENERGY.sqrt() } else { 1.0 };
+                (size * self.normal(), 1.0 + BURST_SHARE * (BURST_ENERGY - 1.0))
+            }
+            (Law::Hum, _) => (self.normal() + self.hum(), 1.0),
+            _ => (self.normal(), 1.0),
+        };
+        let moved = if slip > 0.0 { (slip * energy).sqrt() * self.normal() } else { 0.0 };
+        self.count += 1;
+        Sample::stylus(Micros((self.count as f64 * 1e6 / RATE_HZ) as u64), (noise + moved) as f32)
+    }
+
+    fn hum(&mut self) -> f64 {
+        self.phase = (self.phase + HUM_HZ / RATE_HZ).fract();
+        let at = core::f64::consts::TAU * self.phase;
+        let hum = core::f64::consts::SQRT_2 * HUM_RMS * (at.sin() + 0.3 * (3.0 * at).sin());
+        if self.loud { hum } else { 0.0 }
+    }
+}
+
+/// A calibration from `seconds` of noise, and the pipeline with it.
+///
+/// # Errors
+/// Where the noise gives none.
+pub fn calibrated(
+    law: Law,
+    seed: u64,
+    (seconds, interval_s): (f64, f64),
+) -> Result<(Calibrated, PipelineConfig), CalibrationError> {
+    let mut noise = Noise::new(law, seed);
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "an hour or so")]
+    let count = (seconds * RATE_HZ) as u64;
+    #[expect(clippy::cast_possible_truncation, reason = "2000")]
+    let recording = Recording {
+        name: law.name().to_owned(),
+        channels: ChannelSet::new(StylusKind::Vibration),
+        samples: (0..count).map(|_| noise.sample(0.0)).collect(),
+        taxels: None,
+        rate_hz: RATE_HZ as f32,
+        notes: Notes::default(),
+    };
+    let host = HostConfig::default();
+    let made = calibrate(&recording, &host, interval_s)?;
+    let host = HostConfig { calibrated: Some(made.calibration), ..host };
+    Ok((made, replay::pipeline_config(&recording, &host, true)))
+}
+
+/// False alarms.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Alarms {
+    /// Signal (h).
+    pub hours: f64,
+    /// Of the fast trigger.
+    pub fast: u64,
+    /// Certified.
+    pub certified: u64,
+}
+
+/// Whether a step begins an alarm of the fast trigger, and whether it certifies one.
+fn alarms_of(event: Option<SlipEvent>, statistic: f32) -> (bool, bool) {
+    match event {
+        Some(SlipEvent::Slip { first, phase: _, certified_s, .. }) => {
+            (first && statistic > 1.0, certified_s.is_some())
+        }
+        _ => (false, false),
+    }
+}
+
+/// Counts the alarms in `hours` without slip.
+///
+/// # Errors
+/// Where the settings are refused.
+pub fn null_run(
+    law: Law,
+    seed: u64,
+    hours: f64,
+    config: PipelineConfig,
+) -> Result<Alarms, ConfigError> {
+    let mut pipeline: Pipeline<&'static [f32]> = Pipeline::new(config, None)?;
+    let mut noise = Noise::new(law, seed);
+    let mut alarms = Alarms { hours, ..Alarms::default() };
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "some hours")]
+    let count = (hours * 3600.0 * RATE_HZ) as u64;
+    let mut certified = false;
+    for _ in 0..count {
+        let step = pipeline.handle(&noise.sample(0.0));
+        let (fast, now) = alarms_of(step.event, step.statistic);
+        alarms.fast += u64::from(fast);
+        // A slip that has been certified turns gross: one alarm.
+        alarms.certified += u64::from(now && !certified);
+        certified = match step.event {
+            Some(SlipEvent::Ended { .. }) => false,
+            _ => certified || now,
+        };
+    }
+    Ok(alarms)
+}
+
+/// Delays of the two alarms (ms); `None` where there was none within the slip.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Delays {
+    /// Of the fast trigger.
+    pub fast_ms: Option<f64>,
+    /// Of the certified alarm.
+    pub certified_ms: Option<f64>,
+}
+
+/// Slips of `slip` times the mean energy of the noise, each of 0.3 s; those that begin under an alarm are left out.
+///
+/// # Errors
+/// Where the settings are refused.
+pub fn slips(
+    law: Law,
+    seed: u64,
+    (count, slip): (usize, f64),
+    config: PipelineConfig,
+) -> Result<Vec<Delays>, ConfigError> {
+    let mut pipeline: Pipeline<&'static [f32]> = Pipeline::new(config, None)?;
+    let mut noise = Noise::new(law, seed);
+    let mut delays = Vec::new();
+    let mut under_alarm = false;
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a second or so")]
+    for _ in 0..count {
+        let jitter: f64 = StandardUniform.sample(&mut noise.random);
+        for _ in 0..(PAUSE_S * (0.5 + jitter) * RATE_HZ) as u64 {
+            under_alarm = match pipeline.handle(&noise.sample(0.0)).event {
+                Some(SlipEvent::Slip { .. }) => true,
+                Some(SlipEvent::Ended { .. }) => false,
+                None => under_alarm,
+            };
+        }
+        let mut seen = Delays { fast_ms: None, certified_ms: None };
+        let free = !under_alarm;
+        for i in 1..=(SLIP_S * RATE_HZ) as u64 {
+            let step = pipeline.handle(&noise.sample(slip));
+            let at_ms = 1e3 * i as f64 / RATE_HZ;
+            let (_, certified) = alarms_of(step.event, step.statistic);
+            if step.statistic > 1.0 {
+                seen.fast_ms = seen.fast_ms.or(Some(at_ms));
+            }
+            if certified {
+                seen.certified_ms = seen.certified_ms.or(Some(at_ms));
+            }
+            under_alarm = match step.event {
+                Some(SlipEvent::Slip { .. }) => true,
+                Some(SlipEvent::Ended { .. }) => false,
+                None => under_alarm,
+            };
+        }
+        if free {
+            delays.push(seen);
+        }
+    }
+    Ok(delays)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Law, Noise, calibrated, null_run, slips};
+
+    /// Mean energies are those that the slips are measured by.
+    #[test]
+    fn laws_have_their_energy() {
+        for (law, wanted, within) in [
+            (Law::Gaussian, 1.0, 0.02),
+            (Law::StudentT3, 3.0, 0.4),
+            (Law::Bursts, 1.38, 0.05),
+            (Law::Hum, 1.0 + 2.45 / 3.0, 0.4),
+        ] {
+            let mut noise = Noise::new(law, 5);
+            let count = 400_000;
+            let sum: f64 = (0..count).map(|_| f64::from(noise.sample(0.0).stylus).powi(2)).sum();
+            let energy = sum / f64::from(count);
+            assert!((energy - wanted).abs() < within, "{law:?}: {energy}");
+            let sum: f64 = (0..count).map(|_| f64::from(noise.sample(9.0).stylus).powi(2)).sum();
+            assert!(sum / f64::from(count) > 8.0, "{law:?}");
+        }
+    }
+
+    #[test]
+    fn a_clear_slip_is_certified_and_noise_is_not() {
+        let (made, config) = calibrated(Law::Gaussian, 1, (60.0, 60.0)).unwrap();
+        assert_eq!(made.certified, Ok(()));
+        let alarms = null_run(Law::Gaussian, 2, 0.05, config).unwrap();
+        assert!(alarms.certified <= 8, "three minutes at one a minute: {alarms:?}");
+        let delays = slips(Law::Gaussian, 3, (20, 100.0), config).unwrap();
+        let found = delays.iter().filter(|d| d.certified_ms.is_some_and(|ms| ms < 60.0)).count();
+        assert!(delays.len() >= 18 && found == delays.len(), "{delays:?}");
+    }
+}
