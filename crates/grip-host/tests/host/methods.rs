@@ -4,7 +4,7 @@ use core::fmt::Write as _;
 use grip_host::{
     config::HostConfig,
     replay::{self, Replay},
-    score::{Detector, Score, compare},
+    score::{Detector, Floors, Rules, Score, compare},
 };
 use grip_record::{CsvOptions, parse_csv};
 use slip_core::{
@@ -68,7 +68,8 @@ fn real_data(name: &str) -> PathBuf {
 fn scores(folder: &Path, names: &[&str]) -> Vec<Score> {
     let detectors: Vec<_> = names.iter().map(|name| Detector::named(name).unwrap()).collect();
     let (options, config) = (CsvOptions::default(), HostConfig::default());
-    compare(folder, &options, &config, 60.0, &detectors).unwrap()
+    let rules = Rules { guard_ms: 60.0, floors: Floors::Folds };
+    compare(folder, &options, &config, rules, &detectors).unwrap()
 }
 
 /// The pose begins the label of the onset (0.1 mm), so the delay of `travel` is that of its readings; the electrodes are
