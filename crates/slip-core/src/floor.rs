@@ -82,6 +82,16 @@ impl<const N: usize> Floor<N> {
         }
     }
 
+    /// The same with at least `blocks` in each of the sixteen parts.
+    #[must_use]
+    pub fn with_parts_of(self, blocks: u32) -> Self {
+        Self {
+            part_len: self.part_len.max(blocks),
+            later_len: self.later_len.max(blocks),
+            ..self
+        }
+    }
+
     /// A floor that is known already: energies in signal units squared.
     #[must_use]
     pub fn known(config: FloorConfig, energy: [f32; N]) -> Self {

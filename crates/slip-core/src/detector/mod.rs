@@ -7,6 +7,7 @@ mod decision;
 mod gate;
 mod glrt;
 mod lanes;
+mod level;
 mod pending;
 mod primed;
 mod reference;

@@ -6,7 +6,8 @@
 //!
 //! The shear band (20-400 Hz) sees the first elastic movement, the vibration band (100-800 Hz) the
 //! texture passing under the stylus; above `gross` times the floor there, the object slides. Four bands that do not overlap
-//! tell a slip from motion that fills only some of them.
+//! tell a slip from motion that fills only some of them. A rate that carries none of them is left with the level
+//! ([`level`](super::level)).
 
 use super::{
     config::{BANDS, DetectorConfig, TestKind, VIBRATION},
@@ -16,6 +17,7 @@ use super::{
     gate::Gate,
     glrt::Glrt,
     lanes::{LANES, Lanes, of_bands, padded},
+    level::Level,
     pending::Pending,
     primed::PrimedBank,
     reference::{MotionInput, Reference, ReferenceHealth},
@@ -81,6 +83,8 @@ pub struct SlipDetector {
     pending: Pending,
     kind: TestKind,
     energy: EnergyTest,
+    /// Where the rate carries no band above motion.
+    level: Option<Level>,
     cusum: Cusum,
     glrt: Glrt,
     decision: Decision,
@@ -100,8 +104,10 @@ impl SlipDetector {
         let lanes = Lanes::new(config, rate_hz)?;
         let blocks_hz = 1.0 / lanes.block_s;
         let reference = Reference::new(&config.gate, floor, known.reference, (&lanes, rate_hz))?;
-        let floor =
-            known.stylus.map_or_else(|| Floor::learn(floor, blocks_hz), |e| Floor::known(floor, e));
+        let floor = known.stylus.map_or_else(
+            || Floor::learn(floor, blocks_hz).with_parts_of(lanes.part_blocks()),
+            |e| Floor::known(floor, e),
+        );
         #[expect(clippy::cast_precision_loss, reason = "at most 25")]
         let per_sample = 1.0 / lanes.block_len as f32;
         let mut gate = Gate::new(config.gate, lanes.block_s);
@@ -125,7 +131,12 @@ impl SlipDetector {
             per_sample,
             pending: Pending::default(),
             kind: config.test,
-            energy: EnergyTest::new(1e-3 * config.envelope_ms, lanes.block_s, lanes.thresholds),
+            energy: EnergyTest::new(
+                lanes.envelopes_s(1e-3 * config.envelope_ms),
+                lanes.block_s,
+                lanes.thresholds,
+            ),
+            level: (!lanes.above_motion).then(|| Level::new(lanes.block_s)),
             cusum: if config.test == TestKind::Cusum { cusum.in_every_scene() } else { cusum },
             glrt: Glrt::new(config.glrt_threshold, lanes.readings),
             decision: Decision::new(config, lanes.block_s, blocks_hz),
@@ -195,6 +206,19 @@ impl SlipDetector {
         }
     }
 
+    /// Whether the rate carries no band above motion, and too little of that was seen to tell a slip from it.
+    #[must_use]
+    pub fn is_learning_motion(&self) -> bool {
+        self.level.is_some_and(|level| level.is_learning())
+    }
+
+    /// The least vibration (signal unit, rms) that is a slip now, where the rate carries no band above motion; infinite while nothing is
+    /// known of that.
+    #[must_use]
+    pub fn smallest_over_motion(&self) -> Option<f32> {
+        self.level.map(|level| libm::sqrtf(level.smallest()))
+    }
+
     /// Deviation of the noise in the vibration band (signal unit, rms); 0 while the floor is unknown.
     #[must_use]
     pub fn noise_rms(&self) -> f32 {
@@ -212,6 +236,9 @@ impl SlipDetector {
     pub fn prime(&mut self) {
         self.bank.start();
         self.energy.reset();
+        if let Some(level) = &mut self.level {
+            level.start();
+        }
         self.cusum.reset();
         self.glrt.reset();
         self.reference.restart();
@@ -335,7 +362,15 @@ impl SlipDetector {
     #[inline]
     fn decide(&mut self, block: &Block) {
         let statistic = match self.kind {
-            TestKind::Fused => self.energy.step(block).max(self.cusum.step(block)),
+            TestKind::Fused => {
+                let energy = self.energy.step(block);
+                match (&mut self.level, self.floor.energy()) {
+                    (Some(level), Some(floor)) => {
+                        level.step(block.energy[VIBRATION], floor[VIBRATION])
+                    }
+                    _ => energy.max(self.cusum.step(block)),
+                }
+            }
             TestKind::Energy => self.energy.step(block),
             TestKind::Cusum => {
                 self.energy.step(block);
