@@ -223,7 +223,7 @@ fn summary(total: &Total) -> anyhow::Result<()> {
             or_dash(total.steady_ms.p95, 1),
         ))?;
         output::line(&format!(
-            "  slip reported for at least {} % of the time",
+            "  a slip, or that no rest was seen, is reported for at least {} % of the time of each",
             or_dash(total.steady_share.map(|share| 100.0 * share), 0)
         ))?;
         output::line(&by_chance(total.steady_chance))?;

@@ -8,7 +8,7 @@ use super::{
 };
 use crate::replay::Replay;
 use grip_record::{LabelKind, Recording};
-use slip_core::{PipelineConfig, SlipEvent, scene::Scene, units::Micros};
+use slip_core::{PipelineConfig, SlipEvent, detector::FloorHealth, scene::Scene, units::Micros};
 
 /// A longer step, in periods, is a gap.
 const LONGEST_STEP: f64 = 1.5;
@@ -29,11 +29,11 @@ pub(super) fn judge(
 ) -> Result<Judged, ScoreError> {
     let Labelled { label, travel, .. } = one;
     let recording = one.recording(detector.companions);
-    let Played { spans, statistics, causes, length_s } = play(one, recording, config, guard_ms)?;
+    let Played { spans, statistics, causes, length_s, reported_s } =
+        play(one, recording, config, guard_ms)?;
     let rest_until_s = rest_until(label, guard_ms);
     let trace = Trace::new(label.kind, rest_until_s, &statistics);
     let first_s = recording.samples.first().map_or(0.0, |s| s.t.as_seconds());
-    let last_s = recording.samples.last().map_or(0.0, |s| s.t.as_seconds());
     let alarms = spans.iter().map(|span| Alarm {
         t_s: span.from.as_seconds(),
         end_s: span.to.map(Micros::as_seconds),
@@ -54,8 +54,8 @@ pub(super) fn judge(
         alarms: u32::try_from(spans.len()).unwrap_or(u32::MAX),
         alarms_at: alarms.collect(),
         window_s: 0.0,
+        reported_s,
         length_s,
-        end_s: last_s,
     };
     let mut counts = None;
     match label.kind {
@@ -74,6 +74,7 @@ pub(super) fn judge(
                 let ends = span.to.is_none_or(|to| to.as_seconds() >= rest_until_s);
                 span.from.as_seconds() < rest_until_s && ends
             });
+            let last_s = recording.samples.last().map_or(0.0, |s| s.t.as_seconds());
             score.window_s = (onset + LATE_S).min(last_s) - rest_until_s.max(first_s);
             score.onset_s = Some(onset);
             score.early = spans.first().is_some_and(|span| span.from.as_seconds() < rest_until_s);
@@ -99,6 +100,8 @@ struct Played {
     causes: Causes,
     /// Time in which there were samples (s).
     length_s: f64,
+    /// Of it with a slip, or with a floor that never saw rest (s).
+    reported_s: f64,
 }
 
 fn play(
@@ -113,14 +116,22 @@ fn play(
     // What no sample covers is no time in which an alarm could have come.
     let longest_s = LONGEST_STEP / f64::from(recording.rate_hz);
     let statistics = Vec::with_capacity(recording.samples.len());
-    let mut played =
-        Played { spans: Vec::new(), statistics, causes: Causes::default(), length_s: 0.0 };
+    let mut played = Played {
+        spans: Vec::new(),
+        statistics,
+        causes: Causes::default(),
+        length_s: 0.0,
+        reported_s: 0.0,
+    };
     let (mut moving, mut last_s) = (false, None);
     for step in steps {
         let t_s = step.t.as_seconds();
         played.statistics.push((t_s, step.statistic));
         let dt_s = last_s.replace(t_s).map_or(0.0, |last| (t_s - last).min(longest_s));
         played.length_s += dt_s;
+        if step.scene == Scene::Slipping || step.floor_health == FloorHealth::Doubtful {
+            played.reported_s += dt_s;
+        }
         match step.scene {
             Scene::Slipping => {}
             scene => moving = scene == Scene::Moving,

@@ -41,15 +41,14 @@ pub struct RecordingScore {
     pub window_s: f64,
     /// Time in which there were samples (s).
     pub length_s: f64,
-    /// When it ends (s).
-    pub end_s: f64,
+    /// Of it with a slip, or with a floor that never saw rest (s).
+    pub reported_s: f64,
 }
 
 impl RecordingScore {
-    /// Share of the recording in which a slip is reported.
-    fn slipping_share(&self) -> f64 {
-        let slipping = self.alarms_at.iter().map(|a| a.end_s.unwrap_or(self.end_s) - a.t_s);
-        if self.length_s > 0.0 { (slipping.sum::<f64>() / self.length_s).min(1.0) } else { 0.0 }
+    /// Share of the recording in which a slip is reported, or that no rest was seen.
+    fn reported_share(&self) -> f64 {
+        if self.length_s > 0.0 { self.reported_s / self.length_s } else { 0.0 }
     }
 }
 
@@ -101,7 +100,7 @@ pub struct Total {
     pub steady_missed: usize,
     /// What chance would find of them.
     pub steady_chance: Option<Chance>,
-    /// Share of their time in which a slip is reported, of the recording with the least.
+    /// Share of its time in which a slip is reported, or that no rest was seen, of the recording with the least.
     pub steady_share: Option<f64>,
     /// Delay of the first alarm in these.
     pub steady_ms: Quantiles,
@@ -165,7 +164,7 @@ impl Score {
             steady: of("steady").count(),
             steady_missed: of("steady").filter(|r| r.missed).count(),
             steady_chance: self.chance("steady"),
-            steady_share: of("steady").map(RecordingScore::slipping_share).reduce(f64::min),
+            steady_share: of("steady").map(RecordingScore::reported_share).reduce(f64::min),
             steady_ms: latencies("steady"),
             rest_s,
             rest_alarms,

@@ -86,7 +86,11 @@ impl Level {
 
     /// The least energy that is a slip now (unit squared); infinite while it learns.
     pub(super) fn smallest(&self) -> f32 {
-        if self.is_learning() { f32::INFINITY } else { RATIO * libm::expf(self.highest + LOG_OF_NOISE) }
+        if self.is_learning() {
+            f32::INFINITY
+        } else {
+            RATIO * libm::expf(self.highest + LOG_OF_NOISE)
+        }
     }
 
     /// Takes the energy of a block over the noise floor, and that floor (unit squared). Gives the statistic: 1 and above is a slip.

@@ -4,6 +4,7 @@ mod config;
 mod coupling;
 mod cusum;
 mod decision;
+mod doubt;
 mod gate;
 mod glrt;
 mod lanes;
@@ -17,6 +18,7 @@ mod test;
 
 pub use config::{BANDS, BandThreshold, DetectorConfig, TestKind};
 pub use cusum::Cusum;
+pub use doubt::FloorHealth;
 pub use gate::GateConfig;
 pub use glrt::Glrt;
 pub use reference::{MotionInput, ReferenceHealth};

@@ -14,6 +14,7 @@ use super::{
     coupling::Coupling,
     cusum::Cusum,
     decision::Decision,
+    doubt::{Doubt, FloorHealth},
     gate::Gate,
     glrt::Glrt,
     lanes::{LANES, Lanes, of_bands, padded},
@@ -88,6 +89,7 @@ pub struct SlipDetector {
     cusum: Cusum,
     glrt: Glrt,
     decision: Decision,
+    doubt: Doubt,
 }
 
 impl SlipDetector {
@@ -140,6 +142,7 @@ impl SlipDetector {
             cusum: if config.test == TestKind::Cusum { cusum.in_every_scene() } else { cusum },
             glrt: Glrt::new(config.glrt_threshold, lanes.readings),
             decision: Decision::new(config, lanes.block_s, blocks_hz),
+            doubt: Doubt::new(&lanes.readings),
         })
     }
 
@@ -160,6 +163,24 @@ impl SlipDetector {
     #[must_use]
     pub fn floor(&self) -> Option<[f32; BANDS]> {
         self.floor.energy()
+    }
+
+    /// Whether the noise floor was learned at rest, as far as is known; at rates without a band above motion, whether enough motion was seen.
+    #[must_use]
+    #[inline]
+    pub fn floor_health(&self) -> FloorHealth {
+        match &self.level {
+            Some(level) if level.is_learning() => FloorHealth::Doubtful,
+            Some(_) => FloorHealth::Good,
+            None => self.doubt.health(),
+        }
+    }
+
+    /// What was seen so far of a floor that is not known yet is no rest.
+    pub fn forget_floor(&mut self) {
+        if self.learning {
+            self.floor.interrupt();
+        }
     }
 
     /// Energies of the motion reference at rest and of its slow part (unit squared), once they are known.
@@ -204,12 +225,6 @@ impl SlipDetector {
             cusum: self.cusum.sum(),
             statistic: self.decision.statistic,
         }
-    }
-
-    /// Whether the rate carries no band above motion, and too little of that was seen to tell a slip from it.
-    #[must_use]
-    pub fn is_learning_motion(&self) -> bool {
-        self.level.is_some_and(|level| level.is_learning())
     }
 
     /// The least vibration (signal unit, rms) that is a slip now, where the rate carries no band above motion; infinite while nothing is
@@ -324,8 +339,17 @@ impl SlipDetector {
         }
         self.reference.end_block(self.per_sample);
         let rests = !self.moving || self.reference.is_doubtful();
-        if rests && self.floor.push(&self.unscaled(&block.energy)) {
+        if !rests {
+            return;
+        }
+        if self.decision.state != SlipState::Quiet {
+            self.doubt.disturb();
+        }
+        if self.floor.push(&self.unscaled(&block.energy)) {
             self.rescale();
+        }
+        if let Some(stretch) = self.floor.take_stretch() {
+            self.doubt.judge(&stretch);
         }
     }
 
