@@ -125,11 +125,14 @@ impl<const N: usize> Floor<N> {
         self.lowered
     }
 
-    /// Forgets the stretch that is being measured, for example because the sensor failed within it.
+    /// Forgets the part that is being measured, for example because the filters start afresh, and the whole stretch where the floor is
+    /// not known yet: it may begin in a failing sensor. Later stretches may be put together of several holds.
     pub fn interrupt(&mut self) {
         self.in_part = 0;
-        self.done = 0;
         self.sum = [0.0; N];
+        if self.energy.is_none() {
+            self.done = 0;
+        }
     }
 
     /// What the stretch that has just ended showed, once.

@@ -10,6 +10,8 @@ use std::collections::BTreeMap;
 pub const MOVING: &str = "moving";
 /// ... and while it did not.
 pub const STILL: &str = "still";
+/// Cause while the grip force of an array has not stood for long enough, so that no pattern is judged.
+pub const CLOSING: &str = "closing";
 
 /// The first notice of a slip.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -18,7 +20,7 @@ pub struct Alarm {
     pub t_s: f64,
     /// When the slip was over (s); `null` where the recording ended before.
     pub end_s: Option<f64>,
-    /// What went on: the phase that was named, or [`MOVING`] or [`STILL`].
+    /// What went on: the phase that was named, or [`CLOSING`], [`MOVING`] or [`STILL`].
     pub cause: String,
     /// Whether it lies where no slip is labelled.
     pub is_false: bool,
@@ -45,10 +47,10 @@ pub struct CauseScore {
 pub(super) struct Causes(BTreeMap<String, (f64, u32)>);
 
 impl Causes {
-    /// The cause at `t` in a recording with these `phases`.
-    pub(super) fn at<'a>(phases: &'a [Phase], t: Micros, moving: bool) -> &'a str {
+    /// The cause at `t` in a recording with these `phases`: what was `seen`, where none is named.
+    pub(super) fn at<'a>(phases: &'a [Phase], t: Micros, seen: &'a str) -> &'a str {
         let named = phases.iter().find(|phase| (phase.begin..phase.end).contains(&t));
-        named.map_or(if moving { MOVING } else { STILL }, |phase| phase.cause.as_str())
+        named.map_or(seen, |phase| phase.cause.as_str())
     }
 
     /// Time in which the cause went on and nothing slipped.

@@ -2,13 +2,16 @@
 
 use super::{
     Alarm, Detector, LATE_S, RecordingScore, ScoreError,
-    causes::Causes,
+    causes::{CLOSING, Causes, MOVING, STILL},
     curve::Trace,
     labelled::{Labelled, rest_until},
 };
 use crate::replay::Replay;
 use grip_record::{LabelKind, Recording};
-use slip_core::{PipelineConfig, SlipEvent, detector::FloorHealth, scene::Scene, units::Micros};
+use slip_core::{
+    PipelineConfig, SlipEvent, detector::FloorHealth, pressure::Standing, scene::Scene,
+    units::Micros,
+};
 
 /// A longer step, in periods, is a gap.
 const LONGEST_STEP: f64 = 1.5;
@@ -124,7 +127,8 @@ fn play(
         reported_s: 0.0,
     };
     let (mut moving, mut last_s) = (false, None);
-    for step in steps {
+    let (array, mut standing) = (recording.taxels.is_some(), Standing::default());
+    for (step, sample) in steps.zip(&recording.samples) {
         let t_s = step.t.as_seconds();
         played.statistics.push((t_s, step.statistic));
         let dt_s = last_s.replace(t_s).map_or(0.0, |last| (t_s - last).min(longest_s));
@@ -136,7 +140,13 @@ fn play(
             Scene::Slipping => {}
             scene => moving = scene == Scene::Moving,
         }
-        let cause = Causes::at(&one.phases, step.t, moving);
+        let closing = array && !standing.step(sample.t, sample.normal_force_n);
+        let seen = match (closing, moving) {
+            (true, _) => CLOSING,
+            (_, true) => MOVING,
+            _ => STILL,
+        };
+        let cause = Causes::at(&one.phases, step.t, seen);
         if t_s < until_s {
             played.causes.add_time(cause, dt_s);
         }

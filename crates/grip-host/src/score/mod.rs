@@ -25,7 +25,7 @@ mod quantiles;
 mod tests;
 mod totals;
 
-pub use causes::{Alarm, CauseScore, MOVING, STILL};
+pub use causes::{Alarm, CLOSING, CauseScore, MOVING, STILL};
 pub use chance::Chance;
 pub use curve::{APART_S, Point};
 pub use detectors::{DETECTORS, Detector};
