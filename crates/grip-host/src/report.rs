@@ -3,7 +3,7 @@
 use serde::Serialize;
 use slip_core::{
     SlipEvent, Step,
-    detector::ReferenceHealth,
+    detector::{FloorHealth, ReferenceHealth},
     distance::TravelHealth,
     esc::Flags,
     estimate::ForceEstimate,
@@ -64,9 +64,9 @@ pub enum EventLine {
     Health {
         /// Device time (s).
         t_s: f64,
-        /// `stylus`, `travel`, `pressure` or `reference`; `clock` for that of the device.
+        /// `stylus`, `travel`, `pressure` or `reference`; `floor` for the noise floor of the stylus, `clock` for that of the device.
         channel: &'static str,
-        /// `good`, or what is wrong: `frozen`, `saturated`, `failed`, `jumped`, `backwards`, `doubted`, `coarse`; of the clock `stopped`, `back`, `forward`,
+        /// `good`, or what is wrong: `frozen`, `saturated`, `failed`, `jumped`, `backwards`, `doubted`, `coarse`; of the floor `doubtful`: no rest was seen yet; of the clock `stopped`, `back`, `forward`,
         /// `fast`, `slow`.
         health: &'static str,
     },
@@ -150,6 +150,7 @@ pub struct EventLog {
     velocity: Option<Velocity>,
     estimate: Option<ForceEstimate>,
     health: Health,
+    floor_health: FloorHealth,
     reference_health: ReferenceHealth,
     travel_health: TravelHealth,
     pressure_health: PressureHealth,
@@ -169,9 +170,9 @@ impl EventLog {
         (self.features, self.estimate)
     }
 
-    /// The lines a step leads to: at most one on the health of each sensor, one on slip and one on the object in hand.
+    /// The lines a step leads to: at most one on the health of each sensor and of the noise floor, one on slip and one on the object in hand.
     #[inline]
-    pub fn lines(&mut self, step: &Step) -> [Option<EventLine>; 6] {
+    pub fn lines(&mut self, step: &Step) -> [Option<EventLine>; 7] {
         if step.features.is_some() {
             self.features = step.features;
             self.estimate = step.estimate;
@@ -182,7 +183,7 @@ impl EventLog {
             self.velocity = Some(now);
         }
         let t_s = step.t.as_seconds();
-        let mut lines = [None; 6];
+        let mut lines = [None; 7];
         if step.health != self.health {
             self.health = step.health;
             lines[0] =
@@ -205,6 +206,11 @@ impl EventLog {
         }
         lines[4] = step.event.map(|event| self.slip_line(event, t_s, step));
         let command_n = step.command.map(|c| c.0);
+        if step.floor_health != self.floor_health {
+            self.floor_health = step.floor_health;
+            let health = step.floor_health.name();
+            lines[6] = Some(EventLine::Health { t_s, channel: "floor", health });
+        }
         lines[5] = step.grip.map(|e| EventLine::Grip { t_s, event: e.name(), command_n });
         lines
     }
@@ -283,6 +289,9 @@ impl core::fmt::Display for EventLine {
                 write!(f, "{t_s:10.4} s  {told}")?;
                 command_n.map_or(Ok(()), |force| write!(f, ", command {force:.2} N"))
             }
+            Self::Health { t_s, channel: "floor", health: "doubtful" } => {
+                write!(f, "{t_s:10.4} s  floor doubtful: no rest seen yet")
+            }
             Self::Health { t_s, channel, health } => {
                 write!(f, "{t_s:10.4} s  {channel} {health}")
             }
@@ -349,7 +358,7 @@ mod tests {
     use super::{EventLine, EventLog};
     use slip_core::{
         Phase, SlipEvent, Step,
-        detector::ReferenceHealth,
+        detector::{FloorHealth, ReferenceHealth},
         distance::TravelHealth,
         grip::GripEvent,
         health::Health,
@@ -372,6 +381,7 @@ mod tests {
             command: Some(Newtons(2.5)),
             grip: None,
             health: Health::Good,
+            floor_health: FloorHealth::Good,
             reference_health: ReferenceHealth::Good,
             travel_health: TravelHealth::Good,
             pressure_health: PressureHealth::Good,
@@ -426,7 +436,7 @@ mod tests {
             line,
             Some(EventLine::Health { t_s: 3e-6, channel: "stylus", health: "frozen" })
         );
-        assert_eq!(log.lines(&frozen), [None; 6]);
+        assert_eq!(log.lines(&frozen), [None; 7]);
         let jumped = Step { travel_health: TravelHealth::Jumped, ..frozen };
         let [None, Some(line), None, None, None, None] = log.lines(&jumped) else { panic!() };
         assert_eq!(line, EventLine::Health { t_s: 3e-6, channel: "travel", health: "jumped" });

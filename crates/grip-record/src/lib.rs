@@ -25,7 +25,7 @@
 //! `Recording::write_npz`), and its readings are `ndarray` arrays; `Npz` reads named columns of any `.npz`.
 //!
 //! A labelled folder holds `labels.csv` ([`read_labels`]) beside `NAME.csv` and, where the true motion is
-//! known, `NAME_pose.csv` ([`Travel`]).
+//! known, `NAME_pose.csv` ([`Travel`]). `phases.csv` may name what else went on in them ([`read_phases`]).
 //!
 //! A surface is a file too: a height profile has `x_mm` and `height_um` ([`HeightProfile`]), a list of irregularities
 //! `delta_m` and `s_m` ([`read_irregularities`]).
@@ -51,6 +51,7 @@ mod npy;
 #[cfg(feature = "arrays")]
 mod npz;
 mod number;
+mod phases;
 mod profile;
 mod recording;
 mod table;
@@ -71,6 +72,7 @@ pub use notes::{HUGE_READING, Notes};
 pub use npy::parse_npy;
 #[cfg(feature = "arrays")]
 pub use npz::{MOST_UNPACKED, Npz, NpzError, is_npz, write_columns};
+pub use phases::{Phase, PhaseError, read_phases};
 pub use profile::HeightProfile;
 pub use recording::{MOST_HELD, Recording};
 pub use taxels::Taxels;

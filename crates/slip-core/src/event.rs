@@ -1,7 +1,7 @@
 //! What the pipeline has to say about a sample.
 
 use crate::{
-    detector::ReferenceHealth,
+    detector::{FloorHealth, ReferenceHealth},
     distance::TravelHealth,
     estimate::ForceEstimate,
     features::Features,
@@ -84,6 +84,8 @@ pub struct Step {
     pub grip: Option<GripEvent>,
     /// State of the stylus.
     pub health: Health,
+    /// State of the noise floor of the stylus.
+    pub floor_health: FloorHealth,
     /// State of the motion reference while an object was last held.
     pub reference_health: ReferenceHealth,
     /// State of the travel channel while an object was last held.

@@ -16,6 +16,9 @@ const LOWER_BELOW: f32 = 0.4;
 /// Length of the stretches that may lower the floor (ms).
 const LATER_MS: f32 = 1000.0;
 
+/// Quartiles of a Gaussian variable lie this many deviations apart.
+const QUARTILES: f32 = 1.349;
+
 /// How the noise floor is found.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(
@@ -61,6 +64,19 @@ pub struct Floor<const N: usize> {
     done: usize,
     sum: [f32; N],
     parts: [[f32; N]; PARTS],
+    /// Of the last stretch, until it is asked for.
+    stretch: Option<Stretch<N>>,
+}
+
+/// What a stretch after the first one has shown.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stretch<const N: usize> {
+    /// Deviation of the logarithm of the energy of its parts, from their quartiles.
+    pub spread: [f32; N],
+    /// Median energy of the parts over the floor that was known before.
+    pub over_floor: [f32; N],
+    /// Blocks in a part.
+    pub part_blocks: u32,
 }
 
 impl<const N: usize> Floor<N> {
@@ -79,7 +95,14 @@ impl<const N: usize> Floor<N> {
             done: 0,
             sum: [0.0; N],
             parts: [[0.0; N]; PARTS],
+            stretch: None,
         }
+    }
+
+    /// The same with at least `blocks` in each of the sixteen parts.
+    #[must_use]
+    pub fn with_parts_of(self, blocks: u32) -> Self {
+        Self { part_len: self.part_len.max(blocks), later_len: self.later_len.max(blocks), ..self }
     }
 
     /// A floor that is known already: energies in signal units squared.
@@ -102,11 +125,20 @@ impl<const N: usize> Floor<N> {
         self.lowered
     }
 
-    /// Forgets the stretch that is being measured, for example because the sensor failed within it.
+    /// Forgets the part that is being measured, for example because the filters start afresh, and the whole stretch where the floor is
+    /// not known yet: it may begin in a failing sensor. Later stretches may be put together of several holds.
     pub fn interrupt(&mut self) {
         self.in_part = 0;
-        self.done = 0;
         self.sum = [0.0; N];
+        if self.energy.is_none() {
+            self.done = 0;
+        }
+    }
+
+    /// What the stretch that has just ended showed, once.
+    #[inline]
+    pub fn take_stretch(&mut self) -> Option<Stretch<N>> {
+        self.stretch.take()
     }
 
     /// What rounding alone adds to the readings (signal unit, rms), where the configuration does not say it.
@@ -147,11 +179,18 @@ impl<const N: usize> Floor<N> {
             // One and the same reading: a sensor that says nothing yet.
             return false;
         }
-        self.part_len = self.later_len;
+        let part_blocks = core::mem::replace(&mut self.part_len, self.later_len);
         let mut changed = false;
+        let mut spread = [0.0; N];
         let measured: [f32; N] = core::array::from_fn(|band| {
-            median(self.parts.map(|part| part.get(band).copied().unwrap_or(0.0)))
-                .max(self.min_energy)
+            let mut parts = self.parts.map(|part| part.get(band).copied().unwrap_or(0.0));
+            parts.sort_unstable_by(f32::total_cmp);
+            spread[band] = quartile_spread(&parts);
+            (0.5 * (parts[PARTS / 2 - 1] + parts[PARTS / 2])).max(self.min_energy)
+        });
+        self.stretch = self.energy.map(|floor| {
+            let over_floor = core::array::from_fn(|band| measured[band] / floor[band]);
+            Stretch { spread, over_floor, part_blocks }
         });
         let mut energy = self.energy.unwrap_or([f32::INFINITY; N]);
         for (energy, measured) in energy.iter_mut().zip(measured) {
@@ -178,9 +217,12 @@ fn part_len(ms: f32, rate_hz: f32) -> u32 {
     blocks
 }
 
-fn median(mut parts: [f32; PARTS]) -> f32 {
-    parts.sort_unstable_by(f32::total_cmp);
-    0.5 * (parts[PARTS / 2 - 1] + parts[PARTS / 2])
+/// Deviation of the logarithm of Gaussian values with these quartiles.
+fn quartile_spread(ordered: &[f32; PARTS]) -> f32 {
+    let log = |i: usize| libm::logf(ordered[i].max(f32::MIN_POSITIVE));
+    let (q, half) = (PARTS / 4, 0.5);
+    let between = half * (log(PARTS - q) + log(PARTS - q - 1) - log(q) - log(q - 1));
+    between / QUARTILES
 }
 
 #[cfg(test)]

@@ -338,6 +338,10 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         // The silence of a dead sensor is no noise floor.
         if self.decides || (learning && trusted) {
             let verdict = self.feel_for_slip(sample);
+            if learning && self.slip.is_some() {
+                // Another method sees a slip: this is no rest.
+                self.detector.forget_floor();
+            }
             let sound = self.is_sound(sample);
             return (self.decides && trusted && sound).then_some(verdict).flatten();
         }
@@ -500,6 +504,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             command: self.grip.map(|grip| Newtons(grip.command_n())),
             grip: None,
             health: self.stylus_health(),
+            floor_health: self.detector.floor_health(),
             reference_health: self.detector.reference_health(),
             travel_health: self.travel_health(),
             pressure_health: self.fusion.healths().1,

@@ -272,9 +272,18 @@ pub(crate) struct CalibrateArgs {
     pub(crate) json: bool,
 }
 
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub(crate) enum FloorOrigin {
+    /// The labelled rest of the other materials; as live where they have none.
+    Folds,
+    /// Its own earlier samples.
+    Live,
+}
+
 #[derive(Debug, Args)]
 pub(crate) struct ScoreArgs {
-    /// Folder with labels.csv (recording,kind,material,onset_s) and the recordings (.csv or .npz).
+    /// Folder with labels.csv (recording,kind,material,onset_s) and the recordings (.csv or .npz). A phases.csv
+    /// (recording,begin_s,end_s,cause) names what went on where nothing slipped: false alarms are counted for each cause.
     pub(crate) directory: PathBuf,
     #[command(flatten)]
     pub(crate) csv: CsvArgs,
@@ -284,6 +293,10 @@ pub(crate) struct ScoreArgs {
     /// Calibration file, instead of the floor of the folder's labelled rest and the shipped thresholds.
     #[arg(long, value_name = "FILE")]
     pub(crate) calibration: Option<PathBuf>,
+    /// Where the noise floors of a recording come from: the labelled rest of the other materials, or its own earlier samples as in
+    /// a live run. Never its own label or later samples.
+    #[arg(long, value_enum, default_value = "folds")]
+    pub(crate) floor: FloorOrigin,
     /// Configuration file, as for gripd.
     #[arg(long)]
     pub(crate) config: Option<PathBuf>,

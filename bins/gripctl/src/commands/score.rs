@@ -2,14 +2,17 @@
 
 use super::{calibrated_config, csv_options, score_curve};
 use crate::{
-    cli::ScoreArgs,
+    cli::{FloorOrigin, ScoreArgs},
     output,
     output::{any_unit, or_dash},
 };
 use grip_host::{
     exit::{Exit, WrongArgument},
     score::interval::Interval,
-    score::{DETECTORS, Detector, MaterialScore, RecordingScore, Score, Total, compare},
+    score::{
+        CauseScore, Chance, DETECTORS, Detector, Floors, MaterialScore, RecordingScore, Rules,
+        Score, Total, compare,
+    },
 };
 
 /// Less rest than this makes a floor that the next recording may contradict (s).
@@ -23,7 +26,12 @@ pub(crate) fn run(args: &ScoreArgs) -> anyhow::Result<Exit> {
     let config = calibrated_config(args.config.as_deref(), args.calibration.as_deref())?;
     let detectors = detectors(&args.detectors)?;
     let options = csv_options(&args.csv)?;
-    let scores = compare(&args.directory, &options, &config, args.guard_ms, &detectors)?;
+    let floors = match args.floor {
+        FloorOrigin::Folds => Floors::Folds,
+        FloorOrigin::Live => Floors::Live,
+    };
+    let rules = Rules { guard_ms: args.guard_ms, floors };
+    let scores = compare(&args.directory, &options, &config, rules, &detectors)?;
     if let Some(score) = scores.first() {
         tell_floor(score, args);
     }
@@ -83,6 +91,9 @@ fn show(score: &Score, args: &ScoreArgs) -> anyhow::Result<()> {
         for material in &materials {
             output::json(material)?;
         }
+        for cause in &score.causes() {
+            output::json(cause)?;
+        }
         return output::json(&total);
     }
     if args.detectors.len() > 1 {
@@ -93,7 +104,8 @@ fn show(score: &Score, args: &ScoreArgs) -> anyhow::Result<()> {
     if !materials.is_empty() {
         material_table(&materials)?;
     }
-    summary(&total)
+    summary(&total)?;
+    cause_table(&score.causes())
 }
 
 fn material_table(materials: &[MaterialScore]) -> anyhow::Result<()> {
@@ -115,6 +127,34 @@ fn material_table(materials: &[MaterialScore]) -> anyhow::Result<()> {
         ))?;
     }
     Ok(())
+}
+
+/// The false alarms of each cause, where there is more to tell than their sum.
+fn cause_table(causes: &[CauseScore]) -> anyhow::Result<()> {
+    if causes.is_empty() {
+        return Ok(());
+    }
+    output::line("\nwithout slip  seconds  alarms  per hour (95 %)")?;
+    for c in causes {
+        output::line(&format!(
+            "{:12}  {:>7.1}  {:>6}  {}",
+            c.cause,
+            c.seconds,
+            c.alarms,
+            span(c.per_hour_ci, 1.0, 2),
+        ))?;
+    }
+    Ok(())
+}
+
+/// What chance would find.
+fn by_chance(chance: Option<Chance>) -> String {
+    chance.map_or_else(String::new, |chance| {
+        format!(
+            "  as many alarms at random would find {:.1} (so many as were found, or more: p {:.2e})",
+            chance.found, chance.p
+        )
+    })
 }
 
 /// `low to high`, or a dash.
@@ -172,6 +212,7 @@ fn summary(total: &Total) -> anyhow::Result<()> {
             span(total.latency_ms_ci.p50, 1.0, 1),
             span(total.latency_ms_ci.p95, 1.0, 1),
         ))?;
+        output::line(&by_chance(total.onsets_chance))?;
     }
     if total.steady > 0 {
         output::line(&format!(
@@ -181,6 +222,11 @@ fn summary(total: &Total) -> anyhow::Result<()> {
             or_dash(total.steady_ms.p50, 1),
             or_dash(total.steady_ms.p95, 1),
         ))?;
+        output::line(&format!(
+            "  a slip, or that no rest was seen, is reported for at least {} % of the time of each",
+            or_dash(total.steady_share.map(|share| 100.0 * share), 0)
+        ))?;
+        output::line(&by_chance(total.steady_chance))?;
     }
     if total.rest_s > 0.0 {
         output::line(&format!(

@@ -44,7 +44,14 @@ fn each_recording_is_judged_by_its_label() {
         ran.err
     );
     let lines = ran.json();
-    let [found, early, quiet, all, rest, total] = lines.as_slice() else { panic!("{}", ran.out) };
+    let [found, early, quiet, all, rest, still, total] = lines.as_slice() else {
+        panic!("{}", ran.out)
+    };
+    assert_eq!((&still["type"], &still["cause"]), (&"cause".into(), &"still".into()));
+    assert_eq!(number(still, "alarms"), 1.0, "the early one: {still}");
+    let alarm = &early["alarms_at"][0];
+    assert!(alarm["is_false"] == true && alarm["t_s"] == early["alarm_s"], "{early}");
+    assert!(number(&total["onsets_chance"], "found") < 3.0, "{total}");
     assert_eq!(
         (&found["recording"], &found["kind"], &found["material"]),
         (&"found".into(), &"onset".into(), &"cork".into())

@@ -308,6 +308,7 @@ mod tests {
                 command: None,
                 grip: None,
                 health: Health::Good,
+                floor_health: slip_core::detector::FloorHealth::Good,
                 reference_health: slip_core::detector::ReferenceHealth::Good,
                 travel_health: slip_core::distance::TravelHealth::Good,
                 pressure_health: slip_core::pressure::PressureHealth::Good,

@@ -1,6 +1,6 @@
 //! Why a folder of labelled recordings cannot be scored, with what to correct.
 
-use grip_record::{CsvError, LabelError};
+use grip_record::{CsvError, LabelError, PhaseError};
 use slip_core::ConfigError;
 use std::path::PathBuf;
 
@@ -10,6 +10,9 @@ pub enum ScoreError {
     /// The labels cannot be used.
     #[error(transparent)]
     Labels(#[from] LabelError),
+    /// The phases cannot be used.
+    #[error(transparent)]
+    Phases(#[from] PhaseError),
     /// A recording cannot be used.
     #[error(transparent)]
     Recording(#[from] CsvError),

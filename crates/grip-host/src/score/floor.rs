@@ -7,9 +7,10 @@ use super::{
     Detector, ScoreError,
     labelled::{Labelled, rest_until},
 };
+use grip_record::Channel;
 use slip_core::{
     PipelineConfig,
-    detector::{BANDS, RestMeter},
+    detector::{BANDS, KnownFloors, MotionInput, RestMeter, SlipDetector},
     methods::Method,
     pressure::{MAX_TAXELS, PatternRest, Standing},
 };
@@ -49,12 +50,16 @@ impl AtRest {
 }
 
 fn pooled_floor<'a>(
-    all: impl Iterator<Item = &'a Labelled>,
+    all: impl Iterator<Item = &'a Labelled> + Clone,
     config: &PipelineConfig,
     guard_ms: f64,
 ) -> Result<Option<([f32; BANDS], f64)>, ScoreError> {
     if !config.methods.has(Method::Stylus) {
         return Ok(None);
+    }
+    let learned = learned_live(all.clone(), config, guard_ms)?;
+    if learned.is_some() {
+        return Ok(learned);
     }
     let mut meter = RestMeter::new(&config.detector, config.sample_rate.0)
         .map_err(|source| ScoreError::Config { recording: "all recordings".to_owned(), source })?;
@@ -68,6 +73,49 @@ fn pooled_floor<'a>(
     #[expect(clippy::cast_precision_loss, reason = "a count of samples")]
     let seconds = meter.samples() as f64 / f64::from(config.sample_rate.0);
     Ok(meter.floor(config.floor).map(|energy| (energy, seconds)))
+}
+
+/// Where recordings tell when the robot moves: what each of them would have learned by the end of its rest, as live, and of that the median.
+/// Pooled motion would be no floor.
+fn learned_live<'a>(
+    all: impl Iterator<Item = &'a Labelled>,
+    config: &PipelineConfig,
+    guard_ms: f64,
+) -> Result<Option<([f32; BANDS], f64)>, ScoreError> {
+    let (mut floors, mut seconds) = (Vec::new(), 0.0);
+    for Labelled { label, recording, .. } in all {
+        let channels = &recording.channels;
+        if !channels.has(Channel::Reference) && !channels.has(Channel::Motion) {
+            continue;
+        }
+        let until = rest_until(label, guard_ms);
+        let known = KnownFloors { stylus: None, reference: config.known_reference };
+        let mut detector =
+            SlipDetector::new(&config.detector, config.floor, known, config.sample_rate.0)
+                .map_err(|source| ScoreError::Config {
+                    recording: recording.name.clone(),
+                    source,
+                })?;
+        for sample in recording.samples.iter().take_while(|s| s.t.as_seconds() < until) {
+            if !sample.stylus.is_finite() {
+                continue;
+            }
+            let commanded = sample.motion.is_some_and(|motion| motion != 0.0);
+            let motion = MotionInput { reference: sample.reference, commanded };
+            detector.step(sample.stylus, &motion);
+            if !detector.is_moving() {
+                seconds += 1.0 / f64::from(config.sample_rate.0);
+            }
+        }
+        floors.extend(detector.floor());
+    }
+    let Some(middle) = floors.len().checked_sub(1).map(|last| last / 2) else { return Ok(None) };
+    let median = core::array::from_fn(|band| {
+        let mut energies: Vec<f32> = floors.iter().map(|floor| floor[band]).collect();
+        energies.sort_by(f32::total_cmp);
+        energies.get(middle).copied().unwrap_or(f32::INFINITY)
+    });
+    Ok(Some((median, seconds)))
 }
 
 fn pooled_taxels<'a>(

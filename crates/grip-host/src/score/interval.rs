@@ -89,14 +89,7 @@ pub fn rate(events: u32, seconds: f64) -> Interval {
     if seconds <= 0.0 {
         return None;
     }
-    let k = f64::from(events);
-    let most = k + 10.0 * (k + 4.0).sqrt();
-    let low = if events == 0 {
-        0.0
-    } else {
-        most * solve(|x| 1.0 - poisson_at_most(k - 1.0, most * x) - TAIL)
-    };
-    let high = most * solve(|x| TAIL - poisson_at_most(k, most * x));
+    let (low, high) = crate::poisson::interval(events.into(), 1.0 - 2.0 * TAIL);
     Some([low / seconds, high / seconds])
 }
 
@@ -127,18 +120,6 @@ fn binomial_at_most(k: f64, n: f64, p: f64) -> f64 {
         term += ((n - i) / (i + 1.0) * p / (1.0 - p)).ln();
         sum += term.exp();
         i += 1.0;
-    }
-    sum
-}
-
-fn poisson_at_most(k: f64, mean: f64) -> f64 {
-    let mut term = -mean;
-    let mut sum = term.exp();
-    let mut i = 0.0;
-    while i < k {
-        i += 1.0;
-        term += (mean / i).ln();
-        sum += term.exp();
     }
     sum
 }

@@ -2,8 +2,8 @@
 
 use super::{ScoreError, companions};
 use grip_record::{
-    CsvError, CsvOptions, Label, LabelError, LabelKind, Recording, Travel, read_labels,
-    read_recording,
+    CsvError, CsvOptions, Label, LabelError, LabelKind, Phase, Recording, Travel, read_labels,
+    read_phases, read_recording,
 };
 use std::path::{Path, PathBuf};
 
@@ -14,6 +14,8 @@ pub(super) struct Labelled {
     /// The same with what lies beside it as further channels.
     joined: Option<Recording>,
     pub(super) travel: Option<Travel>,
+    /// What else went on in it.
+    pub(super) phases: Vec<Phase>,
 }
 
 impl Labelled {
@@ -31,6 +33,7 @@ pub(super) fn load(
 ) -> Result<Vec<Labelled>, ScoreError> {
     let mut all = Vec::new();
     let labels = directory.join("labels.csv");
+    let all_phases = read_phases(&directory.join("phases.csv"))?;
     for label in read_labels(&labels).map_err(|error| labels_error(&labels, error))? {
         let file = file(&label, directory);
         let recording = read_recording(&file, options)?;
@@ -38,7 +41,9 @@ pub(super) fn load(
         let travel = Travel::read_beside(&file)?;
         let joined =
             companions.then(|| companions::join(&file, &recording, travel.as_ref())).transpose()?;
-        all.push(Labelled { label, recording, joined, travel });
+        let own = all_phases.iter().filter(|phase| phase.recording == label.recording);
+        let phases = own.cloned().collect();
+        all.push(Labelled { label, recording, joined, travel, phases });
     }
     let first =
         all.first().ok_or_else(|| ScoreError::Nothing { directory: directory.to_owned() })?;

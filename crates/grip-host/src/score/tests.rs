@@ -1,8 +1,10 @@
-use super::{Quantiles, ScoreError, score};
+use super::{Floors, Quantiles, Rules, ScoreError, score};
 use crate::config::HostConfig;
 use core::fmt::Write as _;
 use grip_record::CsvOptions;
 use std::{fs, path::Path};
+
+const RULES: Rules = Rules { guard_ms: 60.0, floors: Floors::Folds };
 
 /// 300 ms of rest, then 300 ms of a 150 Hz tone; times in the file start at 0.
 fn recording(slip_from_ms: u32, amplitude: f64, seed: u32) -> String {
@@ -30,7 +32,7 @@ fn folder(labels: &str) -> tempfile::TempDir {
 }
 
 fn run(dir: &Path) -> Result<super::Score, ScoreError> {
-    score(dir, &CsvOptions::default(), &HostConfig::default(), 60.0)
+    score(dir, &CsvOptions::default(), &HostConfig::default(), RULES)
 }
 
 #[test]
@@ -78,4 +80,75 @@ fn a_quiet_recording_with_an_onset_is_missed() {
 fn without_rest_there_is_no_floor() {
     let dir = folder("recording,kind,material,onset_s\na,onset,x,0.05\ns,steady,x,\n");
     assert!(matches!(run(dir.path()), Err(ScoreError::NoRest { .. })));
+}
+
+#[test]
+fn false_alarms_have_the_cause_that_was_named() {
+    let dir = folder("recording,kind,material,onset_s\nb,onset,x,0.5\nr,rest,y,\n");
+    fs::write(
+        dir.path().join("phases.csv"),
+        "recording,begin_s,end_s,cause\nb,0.2,0.3,closing\nr,0.1,0.4,arm\n",
+    )
+    .unwrap();
+    let result = run(dir.path()).unwrap();
+    let [alarm] = result.recordings[0].alarms_at.as_slice() else {
+        panic!("{:?}", result.recordings[0])
+    };
+    assert_eq!((alarm.cause.as_str(), alarm.is_false), ("closing", true));
+    assert!((0.225..0.24).contains(&alarm.t_s), "{alarm:?}");
+    let causes = result.causes();
+    let of = |name: &str| causes.iter().find(|c| c.cause == name).unwrap();
+    assert_eq!((of("closing").alarms, of("arm").alarms, of("still").alarms), (1, 0, 0));
+    assert!((of("closing").seconds - 0.1).abs() < 2e-3 && (of("arm").seconds - 0.3).abs() < 2e-3);
+    let [low, high] = of("closing").per_hour_ci.unwrap();
+    assert!(low < 36_000.0 && high > 36_000.0, "one in 0.1 s: {low} to {high}");
+}
+
+#[test]
+fn live_floors_know_nothing_of_other_recordings_and_of_what_comes_later() {
+    let dir = folder("recording,kind,material,onset_s\na,onset,x,0.3\nr,rest,y,\n");
+    let live = |dir: &Path| {
+        let rules = Rules { floors: Floors::Live, ..RULES };
+        score(dir, &CsvOptions::default(), &HostConfig::default(), rules).unwrap()
+    };
+    let before = live(dir.path());
+    assert_eq!((before.floor, before.floor_s), (None, 0.0));
+    assert!(!before.recordings[0].missed, "{:?}", before.recordings[0]);
+    // What comes after the alarm, and the other recording, change nothing.
+    let cut: String =
+        recording(300, 200.0, 1).lines().take(800).map(|l| format!("{l}\n")).collect();
+    fs::write(dir.path().join("a.csv"), cut).unwrap();
+    fs::write(dir.path().join("r.csv"), recording(0, 1e4, 9)).unwrap();
+    assert_eq!(live(dir.path()).recordings[0].alarm_s, before.recordings[0].alarm_s);
+}
+
+#[test]
+fn time_without_samples_is_no_time_without_alarms() {
+    let dir = folder("recording,kind,material,onset_s\na,onset,x,0.3\nr,rest,y,\n");
+    // 100 s are missing in the middle.
+    let gap =
+        recording(1000, 0.0, 4).lines().enumerate().fold(String::new(), |mut text, (i, line)| {
+            match line.split_once(',').filter(|_| i > 600) {
+                Some((t, x)) => {
+                    let _ = writeln!(text, "{:.6},{x}", t.parse::<f64>().unwrap() + 100.0);
+                }
+                None => {
+                    let _ = writeln!(text, "{line}");
+                }
+            }
+            text
+        });
+    fs::write(dir.path().join("r.csv"), gap).unwrap();
+    let total = run(dir.path()).unwrap().total(60.0);
+    assert!((total.rest_s - 0.6).abs() < 0.01, "{}", total.rest_s);
+}
+
+#[test]
+fn chance_finds_nothing_where_alarms_are_few_and_recordings_long() {
+    let dir = folder("recording,kind,material,onset_s\na,onset,x,0.3\nr,rest,y,\n");
+    let total = run(dir.path()).unwrap().total(60.0);
+    // One alarm in 1.2 s, a window of 0.36 s.
+    let by = total.onsets_chance.unwrap();
+    assert!((by.found - 0.3).abs() < 0.01 && (by.p - 0.3).abs() < 0.01, "{by:?}");
+    assert_eq!(total.steady_chance, None);
 }

@@ -1,7 +1,9 @@
 //! The results of single recordings in, their sums with intervals out.
 
 use super::{
-    Detector, Point, Quantiles,
+    Alarm, CauseScore, Chance, Detector, Point, Quantiles,
+    causes::Causes,
+    chance::chance,
     curve::{self, Trace},
     interval::{self, Interval, QuantileIntervals},
 };
@@ -33,8 +35,21 @@ pub struct RecordingScore {
     pub travel_mm: Option<f64>,
     /// Alarms in all.
     pub alarms: u32,
-    /// Length (s).
+    /// Each of them.
+    pub alarms_at: Vec<Alarm>,
+    /// Time in which an alarm finds the slip (s); 0 at rest.
+    pub window_s: f64,
+    /// Time in which there were samples (s).
     pub length_s: f64,
+    /// Of it with a slip, or with a floor that never saw rest (s).
+    pub reported_s: f64,
+}
+
+impl RecordingScore {
+    /// Share of the recording in which a slip is reported, or that no rest was seen.
+    fn reported_share(&self) -> f64 {
+        if self.length_s > 0.0 { self.reported_s / self.length_s } else { 0.0 }
+    }
 }
 
 /// The results of a folder with one detector.
@@ -52,6 +67,7 @@ pub struct Score {
     /// The same for the noise of the taxels (rms), where there is an array.
     pub taxel_rms: Option<f32>,
     pub(super) traces: Vec<Trace>,
+    pub(super) causes: Causes,
 }
 
 /// The total line.
@@ -70,6 +86,8 @@ pub struct Total {
     pub missed_ci: Interval,
     /// Interval of the share with an alarm too early.
     pub early_ci: Interval,
+    /// What as many alarms as there are in all recordings would find, thrown into them at random.
+    pub onsets_chance: Option<Chance>,
     /// Latency from the onset.
     pub latency_ms: Quantiles,
     /// Its intervals.
@@ -80,6 +98,10 @@ pub struct Total {
     pub steady: usize,
     /// Of these without any alarm.
     pub steady_missed: usize,
+    /// What chance would find of them.
+    pub steady_chance: Option<Chance>,
+    /// Share of its time in which a slip is reported, or that no rest was seen, of the recording with the least.
+    pub steady_share: Option<f64>,
     /// Delay of the first alarm in these.
     pub steady_ms: Quantiles,
     /// Length of the recordings that never slip (s).
@@ -101,6 +123,21 @@ impl Score {
         curve::curve(&self.traces)
     }
 
+    /// The alarms in all time without slip, before each onset too, by cause.
+    #[must_use]
+    pub fn causes(&self) -> Vec<CauseScore> {
+        self.causes.rows(self.detector.name)
+    }
+
+    /// What the alarms of all recordings would find of a `kind`, thrown at random.
+    fn chance(&self, kind: &'static str) -> Option<Chance> {
+        let alarms = self.recordings.iter().map(|r| r.alarms).sum();
+        let total_s = self.recordings.iter().map(|r| r.length_s).sum();
+        let of = || self.recordings.iter().filter(move |r| r.kind == kind);
+        let found = of().filter(|r| !r.missed).count();
+        chance(of().map(|r| r.window_s), (alarms, total_s), found)
+    }
+
     /// The sums over all recordings.
     #[must_use]
     pub fn total(&self, guard_ms: f64) -> Total {
@@ -120,11 +157,14 @@ impl Score {
             early,
             missed_ci: interval::share(missed, onsets),
             early_ci: interval::share(early, onsets),
+            onsets_chance: self.chance("onset"),
             latency_ms: latencies("onset"),
             latency_ms_ci: interval::quantiles(&found.collect::<Vec<_>>()),
             travel_mm: Quantiles::of(of("onset").filter_map(|r| r.travel_mm).collect()),
             steady: of("steady").count(),
             steady_missed: of("steady").filter(|r| r.missed).count(),
+            steady_chance: self.chance("steady"),
+            steady_share: of("steady").map(RecordingScore::reported_share).reduce(f64::min),
             steady_ms: latencies("steady"),
             rest_s,
             rest_alarms,

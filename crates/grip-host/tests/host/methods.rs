@@ -4,12 +4,13 @@ use core::fmt::Write as _;
 use grip_host::{
     config::HostConfig,
     replay::{self, Replay},
-    score::{Detector, Score, compare},
+    score::{Detector, Floors, Rules, Score, compare},
 };
 use grip_record::{CsvOptions, parse_csv};
 use slip_core::{
     SlipEvent, Step,
-    detector::SlipState,
+    detector::{DetectorConfig, KnownFloors, MotionInput, SlipDetector, SlipState},
+    floor::FloorConfig,
     health::Health,
     pressure::{MAX_TAXELS, PressureConfig, PressurePattern},
     units::Micros,
@@ -68,7 +69,8 @@ fn real_data(name: &str) -> PathBuf {
 fn scores(folder: &Path, names: &[&str]) -> Vec<Score> {
     let detectors: Vec<_> = names.iter().map(|name| Detector::named(name).unwrap()).collect();
     let (options, config) = (CsvOptions::default(), HostConfig::default());
-    compare(folder, &options, &config, 60.0, &detectors).unwrap()
+    let rules = Rules { guard_ms: 60.0, floors: Floors::Folds };
+    compare(folder, &options, &config, rules, &detectors).unwrap()
 }
 
 /// The pose begins the label of the onset (0.1 mm), so the delay of `travel` is that of its readings; the electrodes are
@@ -149,6 +151,134 @@ fn arrays_alone_tell_slips_and_neither_touches_nor_closing_fingers() {
     assert!(touches.rest_alarms <= 1, "{touches:?}");
     let grasps = total("papillarray");
     assert!(grasps.rest_s > 60.0 && grasps.rest_alarms == 0, "{grasps:?}");
+}
+
+/// A folder with copies of recordings, each changed by `change`, and their labels.
+fn changed(
+    names: &[(&Path, String)],
+    labels: &str,
+    change: impl Fn(usize, &[f64], usize) -> Vec<f64>,
+) -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("labels.csv"), labels).unwrap();
+    for (nth, (file, column)) in names.iter().enumerate() {
+        let text = std::fs::read_to_string(file).unwrap();
+        let mut lines = text.lines();
+        let header: Vec<_> = lines.next().unwrap().split(',').collect();
+        let place = header.iter().position(|name| name == column).unwrap();
+        let rows: Vec<(&str, f64)> = lines
+            .map(|line| {
+                let cells: Vec<_> = line.split(',').collect();
+                (cells[0], cells[place].parse().unwrap())
+            })
+            .collect();
+        let values: Vec<f64> = rows.iter().map(|row| row.1).collect();
+        let values = change(nth, &values, rows.len());
+        let mut out = String::from("t_s,vibration\n");
+        for ((t, _), x) in rows.iter().zip(values) {
+            writeln!(out, "{t},{x}").unwrap();
+        }
+        std::fs::write(folder.path().join(file.file_name().unwrap()), out).unwrap();
+    }
+    folder
+}
+
+/// Hands that move an object, at 40 Hz: nothing slips, and a slip put in is found, in m/s2 and in g.
+#[test]
+#[ignore = "needs the recordings (CONTRIBUTING.md, Data)"]
+fn motion_at_40_hz_is_no_slip_and_a_slip_of_three_times_its_level_is_found() {
+    let folder = real_data("imu_manipulation");
+    let labels = std::fs::read_to_string(folder.join("labels.csv")).unwrap();
+    let files: Vec<PathBuf> = labels
+        .lines()
+        .skip(1)
+        .map(|line| folder.join(format!("{}.csv", line.split(',').next().unwrap())))
+        .collect();
+    let names: Vec<(&Path, String)> =
+        files.iter().map(|file| (file.as_path(), "vibration".to_owned())).collect();
+    for unit in [1.0, 1.0 / 9.806_65] {
+        let plain = changed(&names, &labels, |_, x, _| x.iter().map(|x| unit * x).collect());
+        let total = scores(plain.path(), &["default"])[0].total(60.0);
+        println!("{total:?}");
+        assert!(total.rest_s > 800.0 && f64::from(total.rest_alarms) <= total.rest_s / 600.0);
+    }
+    // Two seconds of noise from the middle of each recording of 25 s and more, three times as strong in the band of the detector as the level
+    // that it takes motion to have then.
+    let long: Vec<_> = names
+        .iter()
+        .filter(|(file, _)| std::fs::read_to_string(file).unwrap().lines().count() > 1000)
+        .cloned()
+        .collect();
+    let mut state = 5_u32;
+    let mut noise: Vec<f64> = Vec::new();
+    for _ in 0..4000 {
+        let sum: f64 = (0..12)
+            .map(|_| {
+                state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+                f64::from(state >> 8) / f64::from(1 << 24)
+            })
+            .sum();
+        noise.push(sum - 6.0);
+    }
+    let onset = |file: &Path, middle: usize| {
+        let text = std::fs::read_to_string(file).unwrap();
+        text.lines().nth(middle + 1).unwrap().split(',').next().unwrap().to_owned()
+    };
+    let mut rows = String::from("recording,kind,material,onset_s\n");
+    for (file, _) in &long {
+        let count = std::fs::read_to_string(file).unwrap().lines().count() - 1;
+        let name = file.file_stem().unwrap().to_string_lossy();
+        writeln!(rows, "{name},onset,can,{}", onset(file, count / 2)).unwrap();
+    }
+    for unit in [1.0, 1.0 / 9.806_65] {
+        let slips = changed(&long, &rows, |nth, x, count| {
+            let known = KnownFloors::default();
+            let floor = FloorConfig::default().in_any_unit();
+            let mut detector =
+                SlipDetector::new(&DetectorConfig::default(), floor, known, 40.0).unwrap();
+            for x in &x[..count / 2] {
+                detector.step(*x as f32, &MotionInput::default());
+            }
+            let smallest = f64::from(detector.smallest_over_motion().unwrap());
+            // A slip is told at three times the energy; noise of 0 to 20 Hz has 0.6 of its energy between 4 and 16.
+            let rms = 3.0 * smallest / 3.0_f64.sqrt() / 0.6_f64.sqrt();
+            let slides = count / 2..count / 2 + 80;
+            let put = |i: usize| {
+                if slides.contains(&i) { rms * noise[(i + 37 * nth) % 4000] } else { 0.0 }
+            };
+            x.iter().enumerate().map(|(i, x)| unit * (x + put(i))).collect()
+        });
+        let score = &scores(slips.path(), &["default"])[0];
+        let found = score.recordings.iter().filter(|r| {
+            let onset_s = r.onset_s.unwrap();
+            r.alarms_at.iter().any(|a| (onset_s..onset_s + 3.0).contains(&a.t_s))
+        });
+        let found = found.count();
+        println!("{found} of {} slips", score.recordings.len());
+        assert!(score.recordings.len() >= 10 && 10 * found >= 9 * score.recordings.len());
+    }
+}
+
+/// A stylus that slides from the first sample to the last, by hand.
+#[test]
+#[ignore = "needs the recordings (CONTRIBUTING.md, Data)"]
+fn a_stylus_that_always_slides_is_told_to_slide_or_never_to_have_rested() {
+    let folder = real_data("stylus_accel_1k");
+    let files: Vec<PathBuf> = (1..=3).map(|i| folder.join(format!("texture{i}.csv"))).collect();
+    let names: Vec<(&Path, String)> =
+        files.iter().map(|file| (file.as_path(), "acceleration".to_owned())).collect();
+    let mut labels = String::from("recording,kind,material,onset_s\n");
+    for i in 1..=3 {
+        writeln!(labels, "texture{i},steady,texture{i},").unwrap();
+    }
+    for unit in [1.0, 1e-3] {
+        let plain = changed(&names, &labels, |_, x, _| x.iter().map(|x| unit * x).collect());
+        let rules = Rules { guard_ms: 60.0, floors: Floors::Live };
+        let (options, config) = (CsvOptions::default(), HostConfig::default());
+        let scores = compare(plain.path(), &options, &config, rules, &[Detector::DEFAULT]).unwrap();
+        let total = scores[0].total(60.0);
+        assert!(total.steady_share.unwrap() >= 0.78, "{:?}", scores[0].recordings);
+    }
 }
 
 /// Time (s), taxels.

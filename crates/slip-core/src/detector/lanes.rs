@@ -20,6 +20,12 @@ const BLOCK_S: f32 = 5e-4;
 /// Lower corner of a shear or vibration band that had to be lowered, over the highest corner that the sample rate can carry.
 const LOWERED: f32 = 0.25;
 
+/// Independent readings in the mean energy of shear and vibration, twice the time constant long: the mean of fewer reaches the
+/// thresholds by itself.
+const MEAN_READINGS: f32 = 6.0;
+/// Independent readings in a part of the noise floor: the median of parts with fewer lies far below their mean.
+const PART_READINGS: f32 = 4.0;
+
 /// What all parts of the detector have to know of the bands.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Lanes {
@@ -33,6 +39,8 @@ pub(super) struct Lanes {
     pub(super) block_s: f32,
     /// Independent readings of each band in a block: twice its width times its length.
     pub(super) readings: [f32; BANDS],
+    /// Whether the rate carries the shear band, which begins where the motion of hands and robots ends.
+    pub(super) above_motion: bool,
 }
 
 impl Lanes {
@@ -52,6 +60,7 @@ impl Lanes {
             block_len,
             block_s,
             readings: [0.0; BANDS],
+            above_motion: bands.first().is_some_and(fits),
         };
         for (b, band) in bands.iter().enumerate() {
             let corners = if fits(band) {
@@ -67,6 +76,21 @@ impl Lanes {
         }
         Self::bank(&lanes, rate_hz)?;
         Ok(lanes)
+    }
+
+    /// Blocks that have [`PART_READINGS`] independent readings of shear and vibration each.
+    pub(super) fn part_blocks(&self) -> u32 {
+        let least = self.readings.iter().take(FIRST_OCTAVE).copied().fold(f32::INFINITY, f32::min);
+        samples(1e3, PART_READINGS / least)
+    }
+
+    /// Time constants (s) of the energy of each band, `envelope_s` unless a low rate leaves too little of shear and vibration.
+    pub(super) fn envelopes_s(&self, envelope_s: f32) -> [f32; BANDS] {
+        core::array::from_fn(|b| {
+            let readings_hz = self.readings[b] / self.block_s;
+            let least_s = 0.5 * MEAN_READINGS / readings_hz;
+            if b < FIRST_OCTAVE { envelope_s.max(least_s) } else { envelope_s }
+        })
     }
 
     pub(super) fn bank(&self, rate_hz: f32) -> Result<FilterBank<LANES>, ConfigError> {

@@ -58,6 +58,8 @@ const SLOW_S: f32 = 1.5e-3;
 const COLOURED: f32 = 4.0;
 /// Time without another reading after which the reference cannot be believed (ms): coarse converters repeat a value for some time.
 const DEAD_MS: f32 = 250.0;
+/// Blocks in a part of its floor: the median of fewer readings lies far below their mean.
+const PART_BLOCKS: u32 = 4;
 /// Smallest noise of a reference that is believed (own unit, rms): one that stands still at rest, to the last bit,
 /// shows motion by any change.
 const MIN_RMS: f32 = 1e-18;
@@ -109,7 +111,7 @@ impl Reference {
             slow_share: -libm::expm1f(-1.0 / (SLOW_S * rate_hz)),
             sums: [0.0; 2],
             floor: known.map_or_else(
-                || Floor::learn(config, 1.0 / lanes.block_s),
+                || Floor::learn(config, 1.0 / lanes.block_s).with_parts_of(PART_BLOCKS),
                 |energy| Floor::known(config, energy),
             ),
             limits2: known.map_or([f32::INFINITY; 2], |energy| energy.map(|e| sigmas2 * e)),

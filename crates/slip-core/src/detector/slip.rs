@@ -6,7 +6,8 @@
 //!
 //! The shear band (20-400 Hz) sees the first elastic movement, the vibration band (100-800 Hz) the
 //! texture passing under the stylus; above `gross` times the floor there, the object slides. Four bands that do not overlap
-//! tell a slip from motion that fills only some of them.
+//! tell a slip from motion that fills only some of them. A rate that carries none of them is left with the level
+//! ([`level`](super::level)).
 
 use super::{
     axes::Axes,
@@ -14,10 +15,12 @@ use super::{
     coupling::Coupling,
     cusum::Cusum,
     decision::Decision,
+    doubt::{Doubt, FloorHealth},
     evidence::{Certificate, Evidence, Scores},
     gate::Gate,
     glrt::Glrt,
     lanes::{LANES, Lanes, of_bands, padded},
+    level::Level,
     pending::Pending,
     primed::PrimedBank,
     reference::{MotionInput, Reference, ReferenceHealth},
@@ -87,12 +90,15 @@ pub struct SlipDetector {
     pending: Pending,
     kind: TestKind,
     energy: EnergyTest,
+    /// Where the rate carries no band above motion.
+    level: Option<Level>,
     cusum: Cusum,
     glrt: Glrt,
     decision: Decision,
     evidence: Option<Evidence>,
     /// Floors that the evidence is for.
     certified_floor: [f32; BANDS],
+    doubt: Doubt,
 }
 
 impl SlipDetector {
@@ -109,8 +115,10 @@ impl SlipDetector {
         let lanes = Lanes::new(config, rate_hz)?;
         let blocks_hz = 1.0 / lanes.block_s;
         let reference = Reference::new(&config.gate, floor, known.reference, (&lanes, rate_hz))?;
-        let floor =
-            known.stylus.map_or_else(|| Floor::learn(floor, blocks_hz), |e| Floor::known(floor, e));
+        let floor = known.stylus.map_or_else(
+            || Floor::learn(floor, blocks_hz).with_parts_of(lanes.part_blocks()),
+            |e| Floor::known(floor, e),
+        );
         #[expect(clippy::cast_precision_loss, reason = "at most 25")]
         let per_sample = 1.0 / lanes.block_len as f32;
         let mut gate = Gate::new(config.gate, lanes.block_s);
@@ -136,12 +144,18 @@ impl SlipDetector {
             per_sample,
             pending: Pending::default(),
             kind: config.test,
-            energy: EnergyTest::new(1e-3 * config.envelope_ms, lanes.block_s, lanes.thresholds),
+            energy: EnergyTest::new(
+                lanes.envelopes_s(1e-3 * config.envelope_ms),
+                lanes.block_s,
+                lanes.thresholds,
+            ),
+            level: (!lanes.above_motion).then(|| Level::new(lanes.block_s)),
             cusum: if config.test == TestKind::Cusum { cusum.in_every_scene() } else { cusum },
             glrt: Glrt::new(config.glrt_threshold, lanes.readings),
             decision: Decision::new(config, lanes.block_s, blocks_hz),
             evidence: None,
             certified_floor: [1.0; BANDS],
+            doubt: Doubt::new(&lanes.readings),
         })
     }
 
@@ -172,6 +186,24 @@ impl SlipDetector {
     #[must_use]
     pub fn floor(&self) -> Option<[f32; BANDS]> {
         self.floor.energy()
+    }
+
+    /// Whether the noise floor was learned at rest, as far as is known; at rates without a band above motion, whether enough motion was seen.
+    #[must_use]
+    #[inline]
+    pub fn floor_health(&self) -> FloorHealth {
+        match &self.level {
+            Some(level) if level.is_learning() => FloorHealth::Doubtful,
+            Some(_) => FloorHealth::Good,
+            None => self.doubt.health(),
+        }
+    }
+
+    /// What was seen so far of a floor that is not known yet is no rest.
+    pub fn forget_floor(&mut self) {
+        if self.learning {
+            self.floor.interrupt();
+        }
     }
 
     /// Energies of the motion reference at rest and of its slow part (unit squared), once they are known.
@@ -244,6 +276,13 @@ impl SlipDetector {
         self.evidence.as_ref()?.scores()
     }
 
+    /// The least vibration (signal unit, rms) that is a slip now, where the rate carries no band above motion; infinite while nothing is
+    /// known of that.
+    #[must_use]
+    pub fn smallest_over_motion(&self) -> Option<f32> {
+        self.level.map(|level| libm::sqrtf(level.smallest()))
+    }
+
     /// Deviation of the noise in the vibration band (signal unit, rms); 0 while the floor is unknown.
     #[must_use]
     pub fn noise_rms(&self) -> f32 {
@@ -262,6 +301,9 @@ impl SlipDetector {
         self.bank.start();
         self.axes.start();
         self.energy.reset();
+        if let Some(level) = &mut self.level {
+            level.start();
+        }
         self.cusum.reset();
         self.glrt.reset();
         self.reference.restart();
@@ -368,8 +410,17 @@ impl SlipDetector {
         }
         self.reference.end_block(self.per_sample);
         let rests = !self.moving || self.reference.is_doubtful();
-        if rests && self.floor.push(&self.unscaled(&block.energy)) {
+        if !rests {
+            return;
+        }
+        if self.decision.state != SlipState::Quiet {
+            self.doubt.disturb();
+        }
+        if self.floor.push(&self.unscaled(&block.energy)) {
             self.rescale();
+        }
+        if let Some(stretch) = self.floor.take_stretch() {
+            self.doubt.judge(&stretch);
         }
     }
 
@@ -411,7 +462,15 @@ impl SlipDetector {
     #[inline]
     fn decide(&mut self, block: &Block) {
         let statistic = match self.kind {
-            TestKind::Fused => self.energy.step(block).max(self.cusum.step(block)),
+            TestKind::Fused => {
+                let energy = self.energy.step(block);
+                match (&mut self.level, self.floor.energy()) {
+                    (Some(level), Some(floor)) => {
+                        level.step(block.energy[VIBRATION], floor[VIBRATION])
+                    }
+                    _ => energy.max(self.cusum.step(block)),
+                }
+            }
             TestKind::Energy => self.energy.step(block),
             TestKind::Cusum => {
                 self.energy.step(block);

@@ -23,21 +23,21 @@ pub trait SequentialTest {
 }
 
 /// Mean energy over mean floor of each band against its threshold:
-/// `e <- e + a (energy - e)`, `f <- f + a (floor - f)`, a = 1 - exp(-block/tau), statistic max e / (f h).
+/// `e <- e + a (energy - e)`, `f <- f + a (floor - f)`, a = 1 - exp(-block/tau) with a tau for each band, statistic max e / (f h).
 #[derive(Clone, Copy, Debug)]
 pub struct EnergyTest {
-    weight: f32,
+    weight: [f32; BANDS],
     energy: [f32; BANDS],
     floor: [f32; BANDS],
     per_threshold: [f32; BANDS],
 }
 
 impl EnergyTest {
-    /// A test with time constant `tau_s` (s) for blocks of `block_s` (s); bands with a threshold of infinity are left out.
+    /// A test with the time constants `tau_s` (s) for blocks of `block_s` (s); bands with a threshold of infinity are left out.
     #[must_use]
-    pub fn new(tau_s: f32, block_s: f32, thresholds: [f32; BANDS]) -> Self {
+    pub fn new(tau_s: [f32; BANDS], block_s: f32, thresholds: [f32; BANDS]) -> Self {
         Self {
-            weight: -libm::expm1f(-block_s / tau_s),
+            weight: tau_s.map(|tau_s| -libm::expm1f(-block_s / tau_s)),
             energy: [1.0; BANDS],
             floor: [1.0; BANDS],
             per_threshold: thresholds.map(|threshold| 1.0 / threshold),
@@ -62,8 +62,8 @@ impl SequentialTest for EnergyTest {
     fn step(&mut self, block: &Block) -> f32 {
         let mut over = [0.0_f32; BANDS];
         for (b, over) in over.iter_mut().enumerate() {
-            self.energy[b] += self.weight * (block.energy[b] - self.energy[b]);
-            self.floor[b] += self.weight * (block.floor[b] - self.floor[b]);
+            self.energy[b] += self.weight[b] * (block.energy[b] - self.energy[b]);
+            self.floor[b] += self.weight[b] * (block.floor[b] - self.floor[b]);
             *over = self.energy[b] / self.floor[b] * self.per_threshold[b];
         }
         let [shear, vibration, a, b, c, d] = over;

@@ -2,10 +2,12 @@
 #![expect(
     clippy::unwrap_used,
     clippy::cast_possible_truncation,
+    clippy::cast_precision_loss,
     clippy::cast_sign_loss,
     reason = "test code"
 )]
 
 mod faults;
+mod no_rest;
 mod object;
 mod timing;
