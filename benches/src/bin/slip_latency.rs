@@ -39,9 +39,10 @@ fn main() -> Result<(), Box<dyn core::error::Error>> {
     let rate = Hertz(10_000.0);
     let config = match &args.config {
         None => PipelineConfig::observing(Signal::Displacement, rate),
-        Some(file) => {
-            PipelineConfig { grip: None, ..grip_host::HostConfig::read(file)?.pipeline(rate) }
-        }
+        Some(file) => PipelineConfig {
+            grip: None,
+            ..grip_host::HostConfig::read(file)?.pipeline(Signal::Displacement, rate)
+        },
     };
     Ours::new(config)?;
     table(&args, "shipped", &|| Ours::new(config).expect("checked"));
