@@ -92,9 +92,10 @@ fn pipeline(file: Option<&std::path::Path>) -> Result<PipelineConfig, Box<dyn co
     let rate = Hertz(10_000.0);
     Ok(match file {
         None => PipelineConfig::observing(Signal::Displacement, rate),
-        Some(file) => {
-            PipelineConfig { grip: None, ..grip_host::HostConfig::read(file)?.pipeline(rate) }
-        }
+        Some(file) => PipelineConfig {
+            grip: None,
+            ..grip_host::HostConfig::read(file)?.pipeline(Signal::Displacement, rate)
+        },
     })
 }
 

@@ -398,7 +398,8 @@ mod tests {
             confidence: 0.5,
             certified_s: Some(600.0),
         };
-        let [None, None, None, None, Some(line), None] = log.lines(&step(1_500_000, Some(event)))
+        let [None, None, None, None, Some(line), None, None] =
+            log.lines(&step(1_500_000, Some(event)))
         else {
             panic!()
         };
@@ -431,17 +432,17 @@ mod tests {
         log.lines(&step(2, Some(slip(Phase::Gross, false))));
         assert_eq!(log.slips(), 1);
         let frozen = Step { health: Health::Frozen, ..step(3, None) };
-        let [line, None, None, None, None, None] = log.lines(&frozen) else { panic!() };
+        let [line, None, None, None, None, None, None] = log.lines(&frozen) else { panic!() };
         assert_eq!(
             line,
             Some(EventLine::Health { t_s: 3e-6, channel: "stylus", health: "frozen" })
         );
         assert_eq!(log.lines(&frozen), [None; 7]);
         let jumped = Step { travel_health: TravelHealth::Jumped, ..frozen };
-        let [None, Some(line), None, None, None, None] = log.lines(&jumped) else { panic!() };
+        let [None, Some(line), None, None, None, None, None] = log.lines(&jumped) else { panic!() };
         assert_eq!(line, EventLine::Health { t_s: 3e-6, channel: "travel", health: "jumped" });
         let lost = Step { reference_health: ReferenceHealth::Lost, ..jumped };
-        let [None, None, None, Some(line), None, None] = log.lines(&lost) else { panic!() };
+        let [None, None, None, Some(line), None, None, None] = log.lines(&lost) else { panic!() };
         assert_eq!(line, EventLine::Health { t_s: 3e-6, channel: "reference", health: "lost" });
     }
 
@@ -466,7 +467,8 @@ mod tests {
     #[test]
     fn what_becomes_of_the_object_is_told() {
         let gone = Step { grip: Some(GripEvent::Lost), ..step(2_000_000, None) };
-        let [None, None, None, None, None, Some(line)] = EventLog::default().lines(&gone) else {
+        let [None, None, None, None, None, Some(line), None] = EventLog::default().lines(&gone)
+        else {
             panic!()
         };
         let json = serde_json::to_value(line).unwrap();
