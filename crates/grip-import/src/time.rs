@@ -1,7 +1,5 @@
 //! The unit of times, from their name or from the rate that they give.
 
-use core::str::FromStr;
-
 /// Unit of a column of times.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TimeUnit {
@@ -108,17 +106,6 @@ impl TimeUnit {
     pub(crate) fn to_ns(self, time: f64) -> Option<i64> {
         let ns = time * self.ns();
         (ns.abs() < 9.2e18).then(|| ns.round() as i64)
-    }
-}
-
-impl FromStr for TimeUnit {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        Self::ALL
-            .into_iter()
-            .find(|unit| unit.name() == text)
-            .ok_or_else(|| "expected s, ms, us or ns".to_owned())
     }
 }
 

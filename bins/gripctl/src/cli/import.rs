@@ -2,7 +2,6 @@
 
 use super::CsvArgs;
 use clap::{ArgGroup, Args};
-use grip_import::TimeUnit;
 use std::path::PathBuf;
 
 #[derive(Debug, Args)]
@@ -15,8 +14,8 @@ pub(crate) struct ImportArgs {
     pub(crate) output: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) csv: CsvArgs,
-    /// Unit of the times, where neither their name nor the rate they give tells it: s, ms, us or ns.
-    #[arg(long, value_name = "UNIT")]
+    /// Unit of the times, where neither their name nor the rate they give tells it.
+    #[arg(long, value_enum, value_name = "UNIT")]
     pub(crate) time_unit: Option<TimeUnit>,
     /// Read only this topic; may be repeated.
     #[arg(long, value_name = "NAME")]
@@ -54,4 +53,17 @@ pub(crate) struct LabelArgs {
     pub(crate) force: bool,
     #[command(flatten)]
     pub(crate) csv: CsvArgs,
+}
+
+/// Unit of times.
+#[derive(Clone, Copy, Debug, clap::ValueEnum)]
+pub(crate) enum TimeUnit {
+    /// Seconds.
+    S,
+    /// Milliseconds.
+    Ms,
+    /// Microseconds.
+    Us,
+    /// Nanoseconds.
+    Ns,
 }

@@ -1,10 +1,13 @@
 //! `gripctl import`: a recording of another program as one of this project.
 
 use super::csv_options;
-use crate::{cli::import::ImportArgs, output};
+use crate::{
+    cli::{self, import::ImportArgs},
+    output,
+};
 use anyhow::Context as _;
 use grip_host::exit::{Exit, WrongArgument};
-use grip_import::{ImportOptions, Imported, Use};
+use grip_import::{ImportOptions, Imported, TimeUnit, Use};
 use grip_record::{CsvOptions, CsvWriter, Recording, is_npz};
 use serde::Serialize;
 use std::{
@@ -43,7 +46,12 @@ pub(crate) fn run(args: &ImportArgs) -> anyhow::Result<Exit> {
         check_output(&args.file, output)?;
     }
     let options = ImportOptions {
-        time_unit: args.time_unit,
+        time_unit: args.time_unit.map(|unit| match unit {
+            cli::import::TimeUnit::S => TimeUnit::Seconds,
+            cli::import::TimeUnit::Ms => TimeUnit::Millis,
+            cli::import::TimeUnit::Us => TimeUnit::Micros,
+            cli::import::TimeUnit::Ns => TimeUnit::Nanos,
+        }),
         topics: args.topic.clone(),
         finger: args.finger,
         ..import_options(&csv_options(&args.csv)?)

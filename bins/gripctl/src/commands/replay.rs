@@ -65,7 +65,7 @@ enum Source {
     /// All of them, of a recording that had to be read whole.
     Held,
     /// A CSV, read a second time.
-    Read(CsvSamples<File>),
+    Read(Box<CsvSamples<File>>),
 }
 
 impl Source {
@@ -83,7 +83,7 @@ impl Source {
             return Ok((read_recording(file, csv)?, Self::Held));
         }
         let recording = CsvSamples::open(file, csv)?.survey()?;
-        Ok((recording, Self::Read(CsvSamples::open(file, csv)?)))
+        Ok((recording, Self::Read(Box::new(CsvSamples::open(file, csv)?))))
     }
 
     /// Gives each sample, and the frame of taxels that came with it, to `each`.

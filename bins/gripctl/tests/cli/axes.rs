@@ -1,9 +1,8 @@
 //! Recordings with several axes through `replay`, `score` and `calibrate`: the same figures however the sensor is mounted.
 
 use crate::run::{gripctl, number};
+use core::{f64::consts::FRAC_PI_4, fmt::Write as _};
 use std::{
-    f64::consts::FRAC_PI_4,
-    fmt::Write as _,
     fs,
     path::{Path, PathBuf},
 };

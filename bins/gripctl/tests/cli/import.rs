@@ -1,7 +1,8 @@
 //! Files of other programs through `gripctl import`, `replay` and `label`, to a figure of `score`.
 
 use crate::run::{gripctl, number};
-use std::{f64::consts::TAU, fs, path::Path};
+use core::f64::consts::TAU;
+use std::{fs, path::Path};
 
 /// A WAV of 16 bits at 8 kHz, written by hand: quiet noise, from 1.5 s on a loud one.
 fn wav(file: &Path, seed: u32) {
@@ -11,18 +12,21 @@ fn wav(file: &Path, seed: u32) {
             state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
             let noise = f64::from(state >> 8) / f64::from(1 << 23) - 1.0;
             let loud = if i >= 12_000 { 4000.0 * (TAU * 0.03 * f64::from(i)).sin() } else { 0.0 };
-            ((40.0 * noise + loud) as i16).to_le_bytes()
+            #[expect(clippy::cast_possible_truncation, reason = "below 4100")]
+            let sample = (40.0 * noise + loud) as i16;
+            sample.to_le_bytes()
         })
         .collect();
     let mut bytes = b"RIFF".to_vec();
-    bytes.extend((36 + data.len() as u32).to_le_bytes());
+    let len = u32::try_from(data.len()).unwrap();
+    bytes.extend((36 + len).to_le_bytes());
     bytes.extend(b"WAVEfmt ");
     bytes.extend(16_u32.to_le_bytes());
     bytes.extend([1_u16, 1].map(u16::to_le_bytes).concat());
     bytes.extend([8000_u32, 16_000].map(u32::to_le_bytes).concat());
     bytes.extend([2_u16, 16].map(u16::to_le_bytes).concat());
     bytes.extend(b"data");
-    bytes.extend((data.len() as u32).to_le_bytes());
+    bytes.extend(len.to_le_bytes());
     bytes.extend(data);
     fs::write(file, bytes).unwrap();
 }
@@ -97,7 +101,8 @@ fn what_cannot_be_imported_ends_with_2_and_writes_nothing() {
     put("ok.csv", b"time_ms;mic\n0;1\n1;2\n2;1\n");
     gripctl(folder, &["import", "ok.csv", "-o", "ok.csv"]).refused(2, &["would overwrite"]);
     gripctl(folder, &["import", "ok.csv", "-o", "ok.wav"]).refused(2, &[".csv or .npz"]);
-    gripctl(folder, &["import", "ok.csv", "--time-unit", "h"]).refused(2, &["s, ms, us or ns"]);
+    gripctl(folder, &["import", "ok.csv", "--time-unit", "h"])
+        .refused(2, &["[possible values: s, ms, us, ns]"]);
     gripctl(folder, &["import", "ok.csv", "-o", "out.csv"]).done();
     let text = fs::read_to_string(folder.join("out.csv")).unwrap();
     assert_eq!(text, "t_s,vibration\n0.000000,1.0\n0.001000,2.0\n0.002000,1.0\n");
