@@ -5,7 +5,8 @@ use grip_host::{
     calibrate::{Calibrated, CalibrationError, calibrate},
     replay,
 };
-use grip_record::{ChannelSet, Notes, Recording, StylusKind};
+use grip_record::{Channel, ChannelSet, Notes, Recording, StylusKind};
+use grip_sim::disturbance::Disturbance;
 use rand_chacha::ChaCha8Rng;
 use rand_core::SeedableRng;
 use rand_distr::{Distribution, Exp1, StandardNormal, StandardUniform, StudentT};
@@ -22,6 +23,8 @@ const HUM_ON_S: f64 = 2.0;
 const HUM_OFF_S: f64 = 4.0;
 const HUM_RMS: f64 = 1.5;
 const HUM_HZ: f64 = 50.0;
+/// Sensor noise of the robot (m, rms).
+const ROBOT_NOISE_M: f64 = 1e-7;
 /// A slip, and the mean pause before it (s).
 const SLIP_S: f64 = 0.3;
 const PAUSE_S: f64 = 1.0;
@@ -37,11 +40,14 @@ pub enum Law {
     Bursts,
     /// Gaussian, and mains hum with its third harmonic that comes for 2 s and goes for 4 s on average.
     Hum,
+    /// Gaussian, on a robot that moves half of the time, with a motion reference and a tap in 5 s; another robot with each seed.
+    Robot,
 }
 
 impl Law {
     /// Every law.
-    pub const ALL: [Self; 4] = [Self::Gaussian, Self::StudentT3, Self::Bursts, Self::Hum];
+    pub const ALL: [Self; 5] =
+        [Self::Gaussian, Self::StudentT3, Self::Bursts, Self::Hum, Self::Robot];
 
     /// Its name.
     #[must_use]
@@ -51,6 +57,7 @@ impl Law {
             Self::StudentT3 => "squared t3",
             Self::Bursts => "2 % bursts x 20",
             Self::Hum => "hum that comes and goes",
+            Self::Robot => "robot that moves by turns",
         }
     }
 }
@@ -61,6 +68,7 @@ pub struct Noise {
     law: Law,
     random: ChaCha8Rng,
     student: Option<StudentT<f64>>,
+    robot: Disturbance,
     /// Samples until the state changes, and whether it is loud.
     left: u64,
     loud: bool,
@@ -74,7 +82,8 @@ impl Noise {
     pub fn new(law: Law, seed: u64) -> Self {
         let student = StudentT::new(3.0).ok();
         let random = ChaCha8Rng::seed_from_u64(seed);
-        Self { law, random, student, left: 0, loud: false, phase: 0.0, count: 0 }
+        let robot = Disturbance::new(1.0, 0.2, RATE_HZ, seed);
+        Self { law, random, student, robot, left: 0, loud: false, phase: 0.0, count: 0 }
     }
 
     fn normal(&mut self) -> f64 {
@@ -87,7 +96,7 @@ impl Noise {
         (length * mean_s * RATE_HZ).ceil() as u64
     }
 
-    /// The next sample, with a slip of `slip` times the mean energy of the noise.
+    /// The next sample, with a slip of `slip` times the mean energy of the noise (of the robot: at rest).
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a signal in f32")]
     pub fn sample(&mut self, slip: f64) -> Sample {
         if self.left == 0 {
@@ -112,7 +121,16 @@ impl Noise {
         };
         let moved = if slip > 0.0 { (slip * energy).sqrt() * self.normal() } else { 0.0 };
         self.count += 1;
-        Sample::stylus(Micros((self.count as f64 * 1e6 / RATE_HZ) as u64), (noise + moved) as f32)
+        let t = Micros((self.count as f64 * 1e6 / RATE_HZ) as u64);
+        let sample = Sample::stylus(t, (noise + moved) as f32);
+        if self.law != Law::Robot {
+            return sample;
+        }
+        // In units of its sensor noise.
+        let motion = self.robot.next_sample();
+        let [stylus, reference] = [motion.stylus_m, motion.reference_m].map(|m| m / ROBOT_NOISE_M);
+        let stylus = (noise + moved + stylus) as f32;
+        Sample { stylus, reference: Some(reference as f32), ..sample }
     }
 
     fn hum(&mut self) -> f64 {
@@ -123,22 +141,25 @@ impl Noise {
     }
 }
 
-/// A calibration from `seconds` of noise, and the pipeline with it.
+/// A calibration from the next `seconds` of `noise`, and the pipeline with it.
 ///
 /// # Errors
 /// Where the noise gives none.
 pub fn calibrated(
-    law: Law,
-    seed: u64,
+    noise: &mut Noise,
     (seconds, interval_s): (f64, f64),
 ) -> Result<(Calibrated, PipelineConfig), CalibrationError> {
-    let mut noise = Noise::new(law, seed);
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "an hour or so")]
     let count = (seconds * RATE_HZ) as u64;
+    let mut channels = ChannelSet::new(StylusKind::Vibration);
+    if noise.law == Law::Robot {
+        let reference = Channel::Reference;
+        channels.optional.insert(reference, reference.column().to_owned());
+    }
     #[expect(clippy::cast_possible_truncation, reason = "2000")]
     let recording = Recording {
-        name: law.name().to_owned(),
-        channels: ChannelSet::new(StylusKind::Vibration),
+        name: noise.law.name().to_owned(),
+        channels,
         samples: (0..count).map(|_| noise.sample(0.0)).collect(),
         taxels: None,
         rate_hz: RATE_HZ as f32,
@@ -171,18 +192,16 @@ fn alarms_of(event: Option<SlipEvent>, statistic: f32) -> (bool, bool) {
     }
 }
 
-/// Counts the alarms in `hours` without slip.
+/// Counts the alarms in the next `hours` of `noise`, without slip.
 ///
 /// # Errors
 /// Where the settings are refused.
 pub fn null_run(
-    law: Law,
-    seed: u64,
+    noise: &mut Noise,
     hours: f64,
     config: PipelineConfig,
 ) -> Result<Alarms, ConfigError> {
     let mut pipeline: Pipeline<&'static [f32]> = Pipeline::new(config, None)?;
-    let mut noise = Noise::new(law, seed);
     let mut alarms = Alarms { hours, ..Alarms::default() };
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "some hours")]
     let count = (hours * 3600.0 * RATE_HZ) as u64;
@@ -210,18 +229,16 @@ pub struct Delays {
     pub certified_ms: Option<f64>,
 }
 
-/// Slips of `slip` times the mean energy of the noise, each of 0.3 s; those that begin under an alarm are left out.
+/// Slips on the next of `noise`, of `slip` times the mean energy of the noise, each of 0.3 s; those that begin under an alarm are left out.
 ///
 /// # Errors
 /// Where the settings are refused.
 pub fn slips(
-    law: Law,
-    seed: u64,
+    noise: &mut Noise,
     (count, slip): (usize, f64),
     config: PipelineConfig,
 ) -> Result<Vec<Delays>, ConfigError> {
     let mut pipeline: Pipeline<&'static [f32]> = Pipeline::new(config, None)?;
-    let mut noise = Noise::new(law, seed);
     let mut delays = Vec::new();
     let mut under_alarm = false;
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a second or so")]
@@ -284,11 +301,12 @@ mod tests {
 
     #[test]
     fn a_clear_slip_is_certified_and_noise_is_not() {
-        let (made, config) = calibrated(Law::Gaussian, 1, (60.0, 60.0)).unwrap();
+        let mut noise = Noise::new(Law::Gaussian, 1);
+        let (made, config) = calibrated(&mut noise, (60.0, 60.0)).unwrap();
         assert_eq!(made.certified, Ok(()));
-        let alarms = null_run(Law::Gaussian, 2, 0.05, config).unwrap();
+        let alarms = null_run(&mut noise, 0.05, config).unwrap();
         assert!(alarms.certified <= 8, "three minutes at one a minute: {alarms:?}");
-        let delays = slips(Law::Gaussian, 3, (20, 100.0), config).unwrap();
+        let delays = slips(&mut noise, (20, 100.0), config).unwrap();
         let found = delays.iter().filter(|d| d.certified_ms.is_some_and(|ms| ms < 60.0)).count();
         assert!(delays.len() >= 18 && found == delays.len(), "{delays:?}");
     }

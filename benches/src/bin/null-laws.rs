@@ -6,7 +6,7 @@ use grip_host::poisson;
 use rayon::prelude::*;
 use slip_benches::{
     detection::bound,
-    null_laws::{Alarms, Delays, Law, calibrated, null_run, slips},
+    null_laws::{Alarms, Delays, Law, Noise, calibrated, null_run, slips},
 };
 
 /// Calibrates on one stretch of noise and judges on others of the same law: false alarms without slip, and delays of slips.
@@ -85,24 +85,30 @@ fn main() -> Result<(), Box<dyn core::error::Error>> {
 
 fn judge(args: &Args, law: Law, seed: u64) -> Result<Judged, String> {
     let lengths = (args.calibration_s, args.interval);
-    let (made, config) = calibrated(law, seed, lengths).map_err(|error| error.to_string())?;
+    let mut noise = Noise::new(law, seed);
+    let (made, config) = calibrated(&mut noise, lengths).map_err(|error| error.to_string())?;
     let hours = args.hours / args.calibrations as f64;
     let refused = |error: slip_core::ConfigError| error.to_string();
     let count = args.slips.div_ceil(args.calibrations as usize);
-    let delays = (1..).zip(SLIPS_DB).map(|(n, db)| {
-        slips(law, seed + 1 + n, (count, 10.0_f64.powf(0.1 * db)), config).map_err(refused)
-    });
-    let rest = made.calibration.certified.and_then(|certified| certified.rest);
+    let certified = made.calibration.certified;
+    let laws = certified.map_or([None; 2], |certified| [certified.rest, certified.motion]);
+    let laws = || laws.into_iter().flatten();
     if let Err(why) = made.certified {
         eprintln!("{} {seed}: {why}", law.name());
     }
     Ok(Judged {
-        alarms: null_run(law, seed + 1, hours, config).map_err(refused)?,
+        alarms: null_run(&mut noise, hours, config).map_err(refused)?,
         certified: made.certified.is_ok(),
-        blocks_ms: rest.map_or([0.0; 2], |law| law.blocks_ms),
-        clusters: rest.map_or(0.0, |law| law.clusters),
+        blocks_ms: [
+            laws().map(|law| law.blocks_ms[0]).fold(f64::INFINITY, f64::min),
+            laws().map(|law| law.blocks_ms[1]).fold(0.0, f64::max),
+        ],
+        clusters: laws().map(|law| law.clusters).fold(0.0, f64::max),
         claimed_s: made.calibration.evidence.claimed_s.unwrap_or(0.0),
-        delays: delays.collect::<Result<_, _>>()?,
+        delays: SLIPS_DB
+            .map(|db| slips(&mut noise, (count, 10.0_f64.powf(0.1 * db)), config).map_err(refused))
+            .into_iter()
+            .collect::<Result<_, _>>()?,
     })
 }
 

@@ -3,7 +3,7 @@
 //! For each band, at rest and in motion ([`ScoreLaw`]; the alarm itself is [`Evidence`]):
 //!
 //! 1. **Blocks.** The shortest of 5 to 160 ms of which neighbours do not follow each other: of the pairs of blocks 1 to 4 apart, no more pass a high level
-//!    together than of those further apart within a second (by an exact interval).
+//!    together than of those further apart within a second (exact intervals, at levels that one block in ten to one in 30,000 passes).
 //! 2. **Clusters.** What longer blocks do not cure, motion by turns or a hum that comes and goes, shows as pairs within a second that pass a level together
 //!    R times as often as independent blocks would. One that has just passed is followed by others R times as likely as on average, so the chances are
 //!    multiplied by the upper bound of R. For noise that is high for a share w of the time and independent within, R is 1/w.
@@ -27,8 +27,12 @@ const NEAR: usize = 4;
 const CLUSTER_S: f64 = 1.0;
 /// Shares of the blocks above the levels that pairs are counted at: 1 of so many.
 const LEVELS: [usize; 8] = [10, 30, 100, 300, 1000, 3000, 10_000, 30_000];
-/// Expected pairs from which a level says something.
+/// Expected pairs from which an upper bound says something; with fewer only what is sure counts: knocks and the like, whose rare high blocks follow
+/// each other.
 const PAIRS: f64 = 10.0;
+const SURE: f64 = 0.999;
+/// Fewest blocks above a level.
+const FEWEST: usize = 4;
 /// Neighbours may pass together so many times as often as others within a second.
 const MORE: f64 = 1.2;
 /// The lowest limit has rank n over this.
@@ -321,28 +325,47 @@ impl Pairs {
         let places =
             |lag: usize| blocks.0.iter().map(|s| s.len().saturating_sub(lag)).sum::<usize>() as f64;
         let places: Vec<f64> = (0..=apart).map(places).collect();
+        let mut slow = 1.0_f64;
         for share in LEVELS {
             let rank = sorted.len() / share;
-            let Some(&level) = rank.checked_sub(1).and_then(|rank| sorted.get(rank)) else { break };
-            let seen = pairs_above(blocks, level, apart);
-            let chance = passing(blocks, level) / sorted.len() as f64;
-            let of = |lags: core::ops::RangeInclusive<usize>| {
-                let seen = seen[lags.clone()].iter().sum::<u64>();
-                let expected = chance * chance * places[lags].iter().sum::<f64>();
-                let (low, high) = poisson::interval(seen, 2.0 * CONFIDENCE - 1.0);
-                [low, seen as f64, high]
-                    .map(|count| count / expected.max(PAIRS))
-                    .map(|ratio| if expected < PAIRS { 0.0 } else { ratio })
-            };
-            let slow = of(NEAR + 1..=apart);
-            if slow[2] == 0.0 {
+            if rank < FEWEST {
                 break;
             }
-            let most = slow[1].max(1.0) * MORE;
-            pairs.neighbours_follow |= (1..=NEAR).any(|lag| of(lag..=lag)[0] > most);
-            pairs.clusters = pairs.clusters.max(slow[2]).max(of(1..=NEAR)[2]);
+            let seen = pairs_above(blocks, sorted[rank - 1], apart);
+            let chance = passing(blocks, sorted[rank - 1]) / sorted.len() as f64;
+            let of = |lags: core::ops::RangeInclusive<usize>| {
+                let count = seen[lags.clone()].iter().sum::<u64>();
+                Ratio::new(count, chance * chance * places[lags].iter().sum::<f64>())
+            };
+            let (far, near) = (of(NEAR + 1..=apart), of(1..=NEAR));
+            slow = slow.max(far.believed());
+            pairs.neighbours_follow |= (1..=NEAR).any(|lag| of(lag..=lag).sure > MORE * slow);
+            pairs.clusters = pairs.clusters.max(far.believed()).max(near.believed());
         }
         pairs
+    }
+}
+
+/// Pairs over those that independent blocks would have.
+struct Ratio {
+    expected: f64,
+    /// It is at least this with [`SURE`].
+    sure: f64,
+    /// It is at most this with [`CONFIDENCE`].
+    most: f64,
+}
+
+impl Ratio {
+    fn new(count: u64, expected: f64) -> Self {
+        let expected = expected.max(f64::MIN_POSITIVE);
+        let sure = poisson::interval(count, 2.0 * SURE - 1.0).0 / expected;
+        let most = poisson::interval(count, 2.0 * CONFIDENCE - 1.0).1 / expected;
+        Self { expected, sure, most }
+    }
+
+    /// What the chances have to be raised by: the upper bound, or what is sure where few pairs are expected.
+    fn believed(&self) -> f64 {
+        if self.expected < PAIRS { self.sure } else { self.most }
     }
 }
 

@@ -199,12 +199,13 @@ impl Evidence {
         self.last.as_ref()
     }
 
-    /// Begins another block; the evidence stays.
+    /// Begins another stretch of rest or of motion without evidence: how its first blocks follow the last ones of another is in no calibration.
     pub fn restart(&mut self) {
         self.filled = 0;
         self.energy = [0.0; BANDS];
         self.floor = [0.0; BANDS];
         self.sums = [(0.0, 0); BANDS];
+        self.evidence_s = [0.0; BANDS];
         self.certified = false;
     }
 
