@@ -66,7 +66,7 @@ fn ways_of_grasping_stand_beside_each_other() {
         gripctl(folder.path(), &args)
     };
     let lines = with(&["--compare", "--json"]).done().json();
-    assert_eq!(lines.len(), 3 * 8);
+    assert_eq!(lines.len(), 3 * 9);
     let all: Vec<(&str, &str)> = lines
         .iter()
         .filter(|line| line["scene"] == "all")
