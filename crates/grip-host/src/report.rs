@@ -346,6 +346,18 @@ mod tests {
     }
 
     #[test]
+    fn a_floor_that_never_saw_rest_is_said_once() {
+        let mut log = EventLog::default();
+        let doubted = Step { floor_health: FloorHealth::Doubtful, ..step(3, None) };
+        let [None, None, None, None, None, None, Some(line)] = log.lines(&doubted) else {
+            panic!()
+        };
+        assert_eq!(line, EventLine::Health { t_s: 3e-6, channel: "floor", health: "doubtful" });
+        assert!(line.to_string().ends_with("floor doubtful: no rest seen yet"), "{line}");
+        assert_eq!(log.lines(&doubted), [None; 7]);
+    }
+
+    #[test]
     fn json_has_the_names_of_the_contract() {
         let mut log = EventLog::default();
         let event = SlipEvent::Slip {
@@ -354,7 +366,8 @@ mod tests {
             method: Method::Travel,
             confidence: 0.5,
         };
-        let [None, None, None, None, Some(line), None] = log.lines(&step(1_500_000, Some(event)))
+        let [None, None, None, None, Some(line), None, None] =
+            log.lines(&step(1_500_000, Some(event)))
         else {
             panic!()
         };
@@ -381,17 +394,17 @@ mod tests {
         log.lines(&step(2, Some(slip(Phase::Gross, false))));
         assert_eq!(log.slips(), 1);
         let frozen = Step { health: Health::Frozen, ..step(3, None) };
-        let [line, None, None, None, None, None] = log.lines(&frozen) else { panic!() };
+        let [line, None, None, None, None, None, None] = log.lines(&frozen) else { panic!() };
         assert_eq!(
             line,
             Some(EventLine::Health { t_s: 3e-6, channel: "stylus", health: "frozen" })
         );
         assert_eq!(log.lines(&frozen), [None; 7]);
         let jumped = Step { travel_health: TravelHealth::Jumped, ..frozen };
-        let [None, Some(line), None, None, None, None] = log.lines(&jumped) else { panic!() };
+        let [None, Some(line), None, None, None, None, None] = log.lines(&jumped) else { panic!() };
         assert_eq!(line, EventLine::Health { t_s: 3e-6, channel: "travel", health: "jumped" });
         let lost = Step { reference_health: ReferenceHealth::Lost, ..jumped };
-        let [None, None, None, Some(line), None, None] = log.lines(&lost) else { panic!() };
+        let [None, None, None, Some(line), None, None, None] = log.lines(&lost) else { panic!() };
         assert_eq!(line, EventLine::Health { t_s: 3e-6, channel: "reference", health: "lost" });
     }
 
@@ -416,7 +429,8 @@ mod tests {
     #[test]
     fn what_becomes_of_the_object_is_told() {
         let gone = Step { grip: Some(GripEvent::Lost), ..step(2_000_000, None) };
-        let [None, None, None, None, None, Some(line)] = EventLog::default().lines(&gone) else {
+        let [None, None, None, None, None, Some(line), None] = EventLog::default().lines(&gone)
+        else {
             panic!()
         };
         let json = serde_json::to_value(line).unwrap();
