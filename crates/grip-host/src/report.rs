@@ -389,6 +389,18 @@ mod tests {
     }
 
     #[test]
+    fn a_floor_that_never_saw_rest_is_said_once() {
+        let mut log = EventLog::default();
+        let doubted = Step { floor_health: FloorHealth::Doubtful, ..step(3, None) };
+        let [None, None, None, None, None, None, Some(line)] = log.lines(&doubted) else {
+            panic!()
+        };
+        assert_eq!(line, EventLine::Health { t_s: 3e-6, channel: "floor", health: "doubtful" });
+        assert!(line.to_string().ends_with("floor doubtful: no rest seen yet"), "{line}");
+        assert_eq!(log.lines(&doubted), [None; 7]);
+    }
+
+    #[test]
     fn json_has_the_names_of_the_contract() {
         let mut log = EventLog::default();
         let event = SlipEvent::Slip {

@@ -21,6 +21,8 @@ pub(super) struct AtRest {
     /// Energy of each band (signal unit squared), and the rest it was measured on (s).
     pub(super) floor: Option<[f32; BANDS]>,
     pub(super) floor_s: f64,
+    /// Energies of the quiet motion reference and of its slow part (unit squared).
+    pub(super) reference: Option<[f32; 2]>,
     /// Noise of the taxels (rms).
     pub(super) taxel_rms: Option<f32>,
 }
@@ -33,15 +35,23 @@ impl AtRest {
         config: &PipelineConfig,
         guard_ms: f64,
     ) -> Result<Self, ScoreError> {
-        let (floor, floor_s) = pooled_floor(all.clone(), config, guard_ms)?.unzip();
-        let taxel_rms = pooled_taxels(all, detector, config, guard_ms);
-        Ok(Self { floor, floor_s: floor_s.unwrap_or(0.0), taxel_rms })
+        let mut rest = if config.methods.has(Method::Stylus) {
+            match learned_live(all.clone(), config, guard_ms)? {
+                Some(learned) => learned,
+                None => pooled_floor(all.clone(), config, guard_ms)?,
+            }
+        } else {
+            Self::default()
+        };
+        rest.taxel_rms = pooled_taxels(all, detector, config, guard_ms);
+        Ok(rest)
     }
 
     /// `config` with this where it knows nothing yet.
     pub(super) fn known_to(&self, config: PipelineConfig) -> PipelineConfig {
         let mut config = config;
         config.known_floor = config.known_floor.or(self.floor);
+        config.known_reference = config.known_reference.or(self.reference);
         let least = config.pressure.min_rms;
         let known_rms = self.taxel_rms.map(|rms| rms.max(least)).filter(|rms| *rms > 0.0);
         config.pressure.known_rms = config.pressure.known_rms.or(known_rms);
@@ -50,17 +60,10 @@ impl AtRest {
 }
 
 fn pooled_floor<'a>(
-    all: impl Iterator<Item = &'a Labelled> + Clone,
+    all: impl Iterator<Item = &'a Labelled>,
     config: &PipelineConfig,
     guard_ms: f64,
-) -> Result<Option<([f32; BANDS], f64)>, ScoreError> {
-    if !config.methods.has(Method::Stylus) {
-        return Ok(None);
-    }
-    let learned = learned_live(all.clone(), config, guard_ms)?;
-    if learned.is_some() {
-        return Ok(learned);
-    }
+) -> Result<AtRest, ScoreError> {
     let mut meter = RestMeter::new(&config.detector, config.sample_rate.0)
         .map_err(|source| ScoreError::Config { recording: "all recordings".to_owned(), source })?;
     for Labelled { label, recording, .. } in all {
@@ -72,7 +75,8 @@ fn pooled_floor<'a>(
     }
     #[expect(clippy::cast_precision_loss, reason = "a count of samples")]
     let seconds = meter.samples() as f64 / f64::from(config.sample_rate.0);
-    Ok(meter.floor(config.floor).map(|energy| (energy, seconds)))
+    let floor = meter.floor(config.floor);
+    Ok(AtRest { floor, floor_s: floor.map_or(0.0, |_| seconds), ..AtRest::default() })
 }
 
 /// Where recordings tell when the robot moves: what each of them would have learned by the end of its rest, as live, and of that the median.
@@ -81,8 +85,8 @@ fn learned_live<'a>(
     all: impl Iterator<Item = &'a Labelled>,
     config: &PipelineConfig,
     guard_ms: f64,
-) -> Result<Option<([f32; BANDS], f64)>, ScoreError> {
-    let (mut floors, mut seconds) = (Vec::new(), 0.0);
+) -> Result<Option<AtRest>, ScoreError> {
+    let (mut floors, mut references, mut floor_s) = (Vec::new(), Vec::new(), 0.0);
     for Labelled { label, recording, .. } in all {
         let channels = &recording.channels;
         if !channels.has(Channel::Reference) && !channels.has(Channel::Motion) {
@@ -104,18 +108,25 @@ fn learned_live<'a>(
             let motion = MotionInput { reference: sample.reference, commanded };
             detector.step(sample.stylus, &motion);
             if !detector.is_moving() {
-                seconds += 1.0 / f64::from(config.sample_rate.0);
+                floor_s += 1.0 / f64::from(config.sample_rate.0);
             }
         }
         floors.extend(detector.floor());
+        references.extend(detector.reference_floor());
     }
-    let Some(middle) = floors.len().checked_sub(1).map(|last| last / 2) else { return Ok(None) };
-    let median = core::array::from_fn(|band| {
-        let mut energies: Vec<f32> = floors.iter().map(|floor| floor[band]).collect();
-        energies.sort_by(f32::total_cmp);
-        energies.get(middle).copied().unwrap_or(f32::INFINITY)
-    });
-    Ok(Some((median, seconds)))
+    let Some(floor) = median(&floors) else { return Ok(None) };
+    let reference = median(&references);
+    Ok(Some(AtRest { floor: Some(floor), floor_s, reference, taxel_rms: None }))
+}
+
+/// The median of each value; `None` of nothing.
+fn median<const N: usize>(all: &[[f32; N]]) -> Option<[f32; N]> {
+    let middle = all.len().checked_sub(1)? / 2;
+    Some(core::array::from_fn(|place| {
+        let mut values: Vec<f32> = all.iter().map(|values| values[place]).collect();
+        values.sort_by(f32::total_cmp);
+        values.get(middle).copied().unwrap_or(f32::INFINITY)
+    }))
 }
 
 fn pooled_taxels<'a>(

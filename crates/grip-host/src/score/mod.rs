@@ -145,6 +145,6 @@ fn score_with(
         recordings.push(judged.score);
         traces.push(judged.trace);
     }
-    let AtRest { floor, floor_s, taxel_rms } = pooled;
+    let AtRest { floor, floor_s, taxel_rms, .. } = pooled;
     Ok(Some(Score { detector, recordings, floor, floor_s, taxel_rms, traces, causes }))
 }

@@ -183,6 +183,16 @@ fn changed(
     folder
 }
 
+/// Gaussian numbers of deviation 1, seeded.
+fn gaussian(count: usize) -> Vec<f64> {
+    let mut state = 5_u32;
+    let mut uniform = || {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        f64::from(state >> 8) / f64::from(1 << 24)
+    };
+    (0..count).map(|_| (0..12).map(|_| uniform()).sum::<f64>() - 6.0).collect()
+}
+
 /// Hands that move an object, at 40 Hz: nothing slips, and a slip put in is found, in m/s2 and in g.
 #[test]
 #[ignore = "needs the recordings (CONTRIBUTING.md, Data)"]
@@ -209,17 +219,7 @@ fn motion_at_40_hz_is_no_slip_and_a_slip_of_three_times_its_level_is_found() {
         .filter(|(file, _)| std::fs::read_to_string(file).unwrap().lines().count() > 1000)
         .cloned()
         .collect();
-    let mut state = 5_u32;
-    let mut noise: Vec<f64> = Vec::new();
-    for _ in 0..4000 {
-        let sum: f64 = (0..12)
-            .map(|_| {
-                state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-                f64::from(state >> 8) / f64::from(1 << 24)
-            })
-            .sum();
-        noise.push(sum - 6.0);
-    }
+    let noise = gaussian(4000);
     let onset = |file: &Path, middle: usize| {
         let text = std::fs::read_to_string(file).unwrap();
         text.lines().nth(middle + 1).unwrap().split(',').next().unwrap().to_owned()

@@ -100,7 +100,7 @@ impl Level {
             return 0.0;
         }
         let log = libm::logf(over_floor.max(LEAST)) + libm::logf(floor.max(f32::MIN_POSITIVE));
-        self.seen = self.seen.saturating_add(1).min(self.learn_len.max(PAST as u32));
+        self.seen = self.seen.saturating_add(1).min(self.learn_len);
         let log = if self.highest > f32::NEG_INFINITY { log.min(self.highest + MOST) } else { log };
         #[expect(clippy::cast_precision_loss, reason = "at most some thousand blocks")]
         let share = self.share.max(1.0 / self.seen as f32);
