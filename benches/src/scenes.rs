@@ -83,7 +83,7 @@ impl SceneRun {
         let law = |moving: u8| ScoreLaw {
             blocks: [2, 1, 8, 4, 2, 1],
             limits: [core::array::from_fn(|j| f32::from(4 + moving) * (1.0 + j as f32)); BANDS],
-            chances: [core::array::from_fn(|j| 0.25_f32.powi(2 + j as i32)); BANDS],
+            chances: [core::array::from_fn(|j| libm::exp2f(-2.0 * (2.0 + j as f32))); BANDS],
         };
         let (rest, motion) = (Some(law(0)), Some(law(1)));
         let config = PipelineConfig {

@@ -24,10 +24,10 @@ struct Args {
     calibration_s: f64,
     /// Calibrations of each law.
     #[arg(long, default_value_t = 10)]
-    calibrations: u64,
+    calibrations: u32,
     /// Slips of each size, shared by the calibrations.
     #[arg(long, default_value_t = 300)]
-    slips: usize,
+    slips: u32,
     /// First seed.
     #[arg(long, default_value_t = 50_000_000)]
     seed: u64,
@@ -52,7 +52,7 @@ fn main() -> Result<(), Box<dyn core::error::Error>> {
         "{} calibrations of {:.0} s a law, each judged on {:.1} h of another stretch; wanted one false alarm in {:.0} s",
         args.calibrations,
         args.calibration_s,
-        args.hours / args.calibrations as f64,
+        args.hours / f64::from(args.calibrations),
         args.interval
     );
     println!(
@@ -65,7 +65,7 @@ fn main() -> Result<(), Box<dyn core::error::Error>> {
             .into_par_iter()
             .filter_map(|n| {
                 (0..10).find_map(|again| {
-                    let seed = seed + 100 * n + 10 * again;
+                    let seed = seed + 100 * u64::from(n) + 10 * again;
                     judge(&args, law, seed)
                         .map_err(|error| eprintln!("{}, seed {seed}: {error}", law.name()))
                         .ok()
@@ -87,9 +87,9 @@ fn judge(args: &Args, law: Law, seed: u64) -> Result<Judged, String> {
     let lengths = (args.calibration_s, args.interval);
     let mut noise = Noise::new(law, seed);
     let (made, config) = calibrated(&mut noise, lengths).map_err(|error| error.to_string())?;
-    let hours = args.hours / args.calibrations as f64;
+    let hours = args.hours / f64::from(args.calibrations);
     let refused = |error: slip_core::ConfigError| error.to_string();
-    let count = args.slips.div_ceil(args.calibrations as usize);
+    let count = args.slips.div_ceil(args.calibrations) as usize;
     let certified = made.calibration.certified;
     let laws = certified.map_or([None; 2], |certified| [certified.rest, certified.motion]);
     let laws = || laws.into_iter().flatten();
@@ -127,7 +127,7 @@ fn print(args: &Args, law: Law, judged: &[Judged]) {
     let hours: f64 = judged.iter().filter(|j| j.certified).map(|j| j.alarms.hours).sum();
     let all_hours: f64 = judged.iter().map(|j| j.alarms.hours).sum();
     let most = judged.iter().map(|j| j.alarms.certified).max().unwrap_or(0);
-    let expected = 3600.0 * args.hours / args.calibrations as f64 / args.interval;
+    let expected = 3600.0 * args.hours / f64::from(args.calibrations) / args.interval;
     let (certified, fast) = (sum(|j| j.alarms.certified), sum(|j| j.alarms.fast));
     let range = |of: &dyn Fn(&Judged) -> f64| {
         let values = || judged.iter().filter(|j| j.certified).map(of);
@@ -161,6 +161,7 @@ fn quantiles(delays: impl Iterator<Item = Option<f64>>) -> String {
     let mut all: Vec<f64> = delays.map(|ms| ms.unwrap_or(f64::INFINITY)).collect();
     all.sort_by(f64::total_cmp);
     let at = |share: f64| {
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a place")]
         let place = (share * (all.len().max(1) - 1) as f64).round() as usize;
         match all.get(place) {
             Some(ms) if ms.is_finite() => format!("{ms:.0}"),

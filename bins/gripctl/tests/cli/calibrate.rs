@@ -202,12 +202,15 @@ fn a_slip_is_certified_by_a_calibration_that_carries_it_and_by_no_older_file() {
     assert!(ran.err.contains("no certified false-alarm interval"), "{}", ran.err);
     assert!(ran.json().iter().filter(|e| e["type"] == "slip").all(|e| e["certified"] == false));
     assert!(replay("old.toml", false).out.contains("fast trigger only"));
-    // Ten seconds certify nothing, and that is said.
-    put(folder.path(), "short.csv", &rows(8, 8));
-    let ran =
-        gripctl(folder.path(), &["calibrate", "short.csv", "--interval", "1e6", "-o", "s.toml"])
-            .done();
+}
+
+#[test]
+fn a_recording_too_short_for_a_certificate_says_so() {
+    let folder = tempfile::tempdir().unwrap();
+    put(folder.path(), "short.csv", &recording(25, |_| 0.1, 3));
+    let ran = gripctl(folder.path(), &["calibrate", "short.csv", "-o", "cal.toml"]).done();
     assert!(ran.err.contains("no slip will be certified"), "{}", ran.err);
+    assert!(!fs::read_to_string(folder.path().join("cal.toml")).unwrap().contains("[certificate"));
 }
 
 /// A machine that stands still for a second ends the measurement of a live gripper, which is then done again.

@@ -61,7 +61,9 @@ impl Scores {
                 Law::Follows => (2.0 * self.before[b] + energy) / 3.0,
             };
             self.before[b] = score;
-            score as f32
+            #[expect(clippy::cast_possible_truncation, reason = "test data")]
+            let score = score as f32;
+            score
         })
     }
 
@@ -71,7 +73,7 @@ impl Scores {
 }
 
 fn alarms(certificate: &Certificate, scores: &mut Scores, count: u32) -> u32 {
-    let mut evidence = Evidence::new(certificate, BASE_S as f32);
+    let mut evidence = Evidence::new(certificate, 5e-3);
     (0..count).map(|_| u32::from(evidence.bet(&scores.next(), false))).sum()
 }
 

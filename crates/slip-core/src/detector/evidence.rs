@@ -242,9 +242,9 @@ impl Evidence {
     pub fn bet(&mut self, scores: &[f32; BANDS], moving: bool) -> bool {
         let Some(bets) = (if moving { &self.motion } else { &self.rest }) else { return false };
         let mut mean_s = 0.0;
-        for b in 0..BANDS {
+        for (b, score) in scores.iter().enumerate() {
             let (sum, count) = &mut self.sums[b];
-            *sum += scores[b];
+            *sum += score;
             *count = count.saturating_add(1);
             if *count == bets.blocks[b] {
                 #[expect(clippy::cast_precision_loss, reason = "a count")]

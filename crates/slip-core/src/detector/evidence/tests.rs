@@ -16,13 +16,15 @@ impl Uniform {
 
     /// Exponentially distributed with mean 1: P(x > t) = exp(-t).
     fn energy(&mut self) -> f32 {
-        -self.next().ln() as f32
+        #[expect(clippy::cast_possible_truncation, reason = "test data")]
+        let energy = -self.next().ln() as f32;
+        energy
     }
 }
 
 /// The law of single exponential scores, with the limits that are passed with chances 2^-2 .. 2^-16.
 fn law(blocks: [u32; BANDS]) -> ScoreLaw {
-    let chances: [f32; LIMITS] = core::array::from_fn(|j| 0.25_f32.powi(j as i32 + 1));
+    let chances: [f32; LIMITS] = core::array::from_fn(|j| libm::exp2f(-2.0 * (j as f32 + 1.0)));
     ScoreLaw { blocks, limits: [chances.map(|p| -p.ln()); BANDS], chances: [chances; BANDS] }
 }
 
