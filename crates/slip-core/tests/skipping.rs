@@ -157,6 +157,24 @@ proptest! {
     }
 }
 
+/// A reading that shows touch again ends the doubt of one that did not, skipped or not.
+#[test]
+fn a_force_sensor_that_shows_touch_again_is_believed_again() {
+    let plan = [
+        (Stretch::Open, 1),
+        (Stretch::Texture(4.793_191_7e-6), 284),
+        (Stretch::Open, 532),
+        (Stretch::Held, 1),
+        (Stretch::Open, 1),
+    ];
+    let methods = Methods::only(Method::Stylus);
+    let config = PipelineConfig { methods, ..PipelineConfig::gripping(Hertz(1000.0)) };
+    let samples = grasp(&plan, 0);
+    let (skipping, _) = run(config, &samples, 0);
+    let (all, _) = run(PipelineConfig { no_skip: true, ..config }, &samples, 0);
+    assert_eq!(skipping, all);
+}
+
 /// The grasps above contain what they are meant to: rest, slips by stylus and travel, motion.
 #[test]
 fn the_grasps_pass_through_every_scene() {

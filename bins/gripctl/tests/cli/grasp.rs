@@ -73,7 +73,7 @@ fn ways_of_grasping_stand_beside_each_other() {
         .map(|line| (line["law"].as_str().unwrap(), line["sensors"].as_str().unwrap()))
         .collect();
     assert_eq!(all[..2], [("gripd", "stylus"), ("gripd", "travel")]);
-    assert_eq!(all[7..], [("oracle", "travel")]);
+    assert_eq!(all[8..], [("oracle", "travel")]);
     let fixed =
         lines.iter().find(|line| line["scene"] == "foam" && line["law"] == "fixed").unwrap();
     assert_eq!((&fixed["crushed"], &fixed["roomy_crushed"]), (&2.into(), &2.into()), "{fixed}");

@@ -80,6 +80,12 @@ impl GripForce {
         reading_n.filter(|_| !self.numb)
     }
 
+    /// Whether the reading shows no touch although there was some; the next one that does ends that.
+    #[inline]
+    pub(super) fn is_numb(&self) -> bool {
+        self.numb
+    }
+
     /// An object is held, and does not slip.
     #[inline]
     pub(super) fn hold(&mut self, reading_n: Option<f32>, command_n: f32) {

@@ -32,6 +32,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             && self.slip.is_none()
             && self.health.health() == Health::Good
             && !self.whiteness.is_noisy()
+            && !self.grip_force.is_numb()
             && !(stylus && self.detector.is_learning())
             && self.grip.is_none_or(|grip| grip.is_steady());
         match self.scene {
