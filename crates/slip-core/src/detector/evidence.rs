@@ -252,7 +252,8 @@ impl Evidence {
                 let score = *sum / count;
                 let passed = bets.limits[b].iter().filter(|limit| score > **limit).count();
                 let evidence_s = self.evidence_s[b] + count * self.base_s;
-                self.evidence_s[b] = (bets.factors[b][passed] * evidence_s).min(MOST_S);
+                self.evidence_s[b] =
+                    (bets.factors[b].get(passed).copied().unwrap_or(0.0) * evidence_s).min(MOST_S);
                 self.sums[b] = (0.0, 0);
             }
             mean_s += self.share * self.evidence_s[b];

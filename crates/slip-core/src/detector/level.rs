@@ -105,8 +105,10 @@ impl Level {
         #[expect(clippy::cast_precision_loss, reason = "at most some thousand blocks")]
         let share = self.share.max(1.0 / self.seen as f32);
         self.mean += share * (log - self.mean);
-        let before = core::mem::replace(&mut self.past[self.place], self.mean);
-        self.place = (self.place + 1) % self.past_len;
+        let mean = self.mean;
+        let past = self.past.get_mut(self.place);
+        let before = past.map_or(mean, |past| core::mem::replace(past, mean));
+        self.place = if self.place + 1 < self.past_len { self.place + 1 } else { 0 };
         if (self.seen as usize) <= self.past_len {
             return 0.0;
         }

@@ -556,7 +556,7 @@ impl Need {
                 candidate.logs = candidate.logs * keep + w * libm::logf(variance);
                 candidate.misfit = candidate.misfit * keep + w * square / variance;
                 let k2 = (candidate.misfit + prior) / (self.weight + SLOPE_BLOCKS);
-                let k2 = k2.clamp(least * least, most * most);
+                let k2 = k2.max(least * least).min(most * most);
                 let amplitude =
                     candidate.logs + self.weight * libm::logf(k2) + candidate.misfit / k2;
                 candidate.p = ramp_ln - 0.5 * amplitude;

@@ -51,6 +51,7 @@ fn alarm(force_n: f32, rested_s: f32) -> Alarm {
 }
 
 /// What an object excites.
+#[expect(clippy::large_enum_variant, reason = "one at a time")]
 enum Excited {
     Stylus(Surface),
     /// Level at 0.1 m/s over the noise, the noise, and a mode of the finger at 300 Hz.

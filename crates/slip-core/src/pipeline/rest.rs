@@ -28,11 +28,11 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
     #[inline]
     pub(super) fn rest_after(&self) -> Rest {
         let stylus = self.fusion.uses(Method::Stylus);
+        let doubted = self.whiteness.is_noisy() || self.grip_force.is_numb();
         let steady = !self.config.no_skip
             && self.slip.is_none()
             && self.health.health() == Health::Good
-            && !self.whiteness.is_noisy()
-            && !self.grip_force.is_numb()
+            && !doubted
             && !(stylus && self.detector.is_learning())
             && self.grip.is_none_or(|grip| grip.is_steady());
         match self.scene {
