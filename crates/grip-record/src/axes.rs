@@ -84,7 +84,12 @@ mod tests {
 
     #[test]
     fn axes_are_found_by_their_suffix() {
-        let cases: [(&[&str], &[(&str, &str)], &[&str]); 7] = [
+        type Case = (
+            &'static [&'static str],
+            &'static [(&'static str, &'static str)],
+            &'static [&'static str],
+        );
+        let cases: [Case; 7] = [
             (&["vibration"], &[], &["vibration=vibration"]),
             (
                 &["vibration", "vibration_x", "vibration_y", "vibration_z", "vibration_gyro_x"],

@@ -139,7 +139,7 @@ mod tests {
         let file = folder.path().join("labels.csv");
         let onset = label("a", LabelKind::Onset { at: Micros(1_250_000) });
         assert_eq!(write_label(&file, &onset, Relabel::Keep).unwrap(), None);
-        assert_eq!(read_labels(&file).unwrap(), [onset.clone()]);
+        assert_eq!(read_labels(&file).unwrap(), core::slice::from_ref(&onset));
 
         fs::write(&file, "note,recording,kind\nmine,b,steady\n\"x,y\",c,rest\n").unwrap();
         assert_eq!(write_label(&file, &onset, Relabel::Keep).unwrap(), None);

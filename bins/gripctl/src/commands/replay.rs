@@ -157,19 +157,25 @@ fn table(args: &ReplayArgs, file: &Path) -> anyhow::Result<Exit> {
         unusable: health.unusable(),
         floor_lowered: replay.stage_counters().floor_lowered,
     };
-    if args.json {
-        output::json(&summary)?;
+    tell(&summary, recording.rate_hz, args.json)?;
+    Ok(if summary.lost > 0 { Exit::DataLost } else { Exit::Done })
+}
+
+/// The last line.
+fn tell(summary: &Summary, rate_hz: f32, json: bool) -> anyhow::Result<()> {
+    if json {
+        output::json(summary)?;
     } else {
         output::line(&format!(
             "{} samples in {:.3} s at {:.1} Hz, {} gaps, {} unusable readings, {} slips, floor lowered {} times",
             summary.samples,
             summary.duration_s,
-            recording.rate_hz,
+            rate_hz,
             summary.lost,
             summary.unusable,
             summary.slips,
             summary.floor_lowered
         ))?;
     }
-    Ok(if summary.lost > 0 { Exit::DataLost } else { Exit::Done })
+    Ok(())
 }
