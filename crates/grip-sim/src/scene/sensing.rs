@@ -52,7 +52,7 @@ impl Default for NoiseConfig {
     }
 }
 
-/// An accelerometer in the finger instead of a stylus; see [`crate::vibration`].
+/// An accelerometer in the finger instead of a stylus: sliding excites modes of the finger, in shares that are drawn for each object.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct VibrationConfig {
