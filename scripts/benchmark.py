@@ -39,9 +39,9 @@ def rows(lines, detector):
     early = str(total["early"]) if total["onsets"] else "-"
     latency = total["latency_ms"] if total["onsets"] else total["steady_ms"]
     causes = [line for line in lines if line.get("type") == "cause" and line["detector"] == detector]
-    told = [f"{c['cause']} {c['alarms']} in {c['seconds']:.1f} s ({span(c['per_hour_ci'], 0)})" for c in causes]
+    counted = [f"{c['cause']} {c['alarms']} in {c['seconds']:.1f} s ({span(c['per_hour_ci'], 0)})" for c in causes]
     return (f"| {detector} | {', '.join(slips) or '-'} | {', '.join(chance) or '-'} | {early} | "
-            f"{number(latency['p50'])} / {number(latency['p95'])} | {'; '.join(told) or '-'} |")
+            f"{number(latency['p50'])} / {number(latency['p95'])} | {'; '.join(counted) or '-'} |")
 
 
 def table(gripctl, title, folder, detectors, *more):

@@ -1,4 +1,5 @@
-//! Noise of several laws without slip, and slips on it in; false alarms of the fast trigger and of the certified alarm, and both delays, out.
+//! Noise of several laws without slip, and slips on it in; false alarms of the fast trigger and of the certified alarm,
+//! and both delays, out.
 
 use grip_host::{
     HostConfig,

@@ -2,15 +2,21 @@
 //!
 //! For each band, at rest and in motion ([`ScoreLaw`]; the alarm itself is [`Evidence`]):
 //!
-//! 1. **Blocks.** The shortest of 5 to 160 ms of which neighbours do not follow each other: of the pairs of blocks 1 to 4 apart, no more pass a high level
+//! 1. **Blocks.** The shortest of 5 to 160 ms of which neighbours do not follow each other: of the pairs of blocks 1 to
+//! 4 apart, no more pass a high level
 //!    together than of those further apart within a second (exact intervals, at levels that one block in ten to one in 30,000 passes).
-//! 2. **Clusters.** What longer blocks do not cure, motion by turns or a hum that comes and goes, shows as pairs within a second that pass a level together
-//!    R times as often as independent blocks would. One that has just passed is followed by others R times as likely as on average, so the chances are
+//! 2. **Clusters.** What longer blocks do not cure, motion by turns or a hum that comes and goes, shows as pairs within
+//! a second that pass a level together
+//!    R times as often as independent blocks would. One that has just passed is followed by others R times as likely as
+//! on average, so the chances are
 //!    multiplied by the upper bound of R. For noise that is high for a share w of the time and independent within, R is 1/w.
-//! 3. **Limits.** Order statistics: the k-th largest of n blocks, k from 1 to n/20. The chance to pass it has a beta distribution whatever the law of the
-//!    scores; its upper bound (Clopper-Pearson) holds for all limits of all bands together with 95 %. A limit that is raised to three times the floor is passed
+//! 3. **Limits.** Order statistics: the k-th largest of n blocks, k from 1 to n/20. The chance to pass it has a beta
+//! distribution whatever the law of the
+//!    scores; its upper bound (Clopper-Pearson) holds for all limits of all bands together with 95 %. A limit that is
+//! raised to three times the floor is passed
 //!    more seldom still.
-//! 4. **Check.** Limits from one half of the stretches, alarms on the other, both ways. Where they come more often than wanted beyond chance, nothing is
+//! 4. **Check.** Limits from one half of the stretches, alarms on the other, both ways. Where they come more often than
+//! wanted beyond chance, nothing is
 //!    certified.
 
 use crate::poisson;
@@ -27,7 +33,8 @@ const NEAR: usize = 4;
 const CLUSTER_S: f64 = 1.0;
 /// Shares of the blocks above the levels that pairs are counted at: 1 of so many.
 const LEVELS: [usize; 8] = [10, 30, 100, 300, 1000, 3000, 10_000, 30_000];
-/// Expected pairs from which an upper bound says something; with fewer only what is sure counts: knocks and the like, whose rare high blocks follow
+/// Expected pairs from which an upper bound says something; with fewer only what is sure counts: knocks and the like,
+/// whose rare high blocks follow
 /// each other.
 const PAIRS: f64 = 10.0;
 const SURE: f64 = 0.999;
@@ -37,9 +44,10 @@ const FEWEST: usize = 4;
 const MORE: f64 = 1.2;
 /// The lowest limit has rank n over this.
 const LOWEST: usize = 20;
-/// No limit is lower (energy over floor): noise that has become somewhat louder than in the calibration is no slip, though its law is another.
+/// No limit is lower (energy over floor): noise that has become somewhat louder than in the calibration is no slip,
+/// though its law is another.
 const LEAST_LIMIT: f32 = 3.0;
-/// A law needs so much signal (s): what comes and goes within it cannot be told from chance in less.
+/// A law needs so much signal (s): what comes and goes within it cannot be separated from chance in less.
 const LEAST_S: f64 = 30.0;
 /// A law whose strongest block is worth less than this factor certifies nothing.
 const LEAST_FACTOR: f64 = 2.0;

@@ -66,7 +66,8 @@ pub enum EventLine {
         t_s: f64,
         /// `stylus`, `travel`, `pressure` or `reference`; `floor` for the noise floor of the stylus, `clock` for that of the device.
         channel: &'static str,
-        /// `good`, or what is wrong: `frozen`, `saturated`, `failed`, `jumped`, `backwards`, `doubted`, `coarse`; of the floor `doubtful`: no rest was seen yet; of the clock `stopped`, `back`, `forward`,
+        /// `good`, or what is wrong: `frozen`, `saturated`, `failed`, `jumped`, `backwards`, `doubted`, `coarse`; of
+        /// the floor `doubtful`: no rest was seen yet; of the clock `stopped`, `back`, `forward`,
         /// `fast`, `slow`.
         health: &'static str,
     },
@@ -170,7 +171,8 @@ impl EventLog {
         (self.features, self.estimate)
     }
 
-    /// The lines a step leads to: at most one on the health of each sensor and of the noise floor, one on slip and one on the object in hand.
+    /// The lines a step leads to: at most one on the health of each sensor and of the noise floor, one on slip and one
+    /// on the object in hand.
     #[inline]
     pub fn lines(&mut self, step: &Step) -> [Option<EventLine>; 7] {
         if step.features.is_some() {

@@ -6,8 +6,10 @@
 //! 3. Words: a vibration (`vib`, `piezo`, `mic`, ...), a normal force, an array of taxels. The three axes of the only acceleration are the
 //!    vibration where there is none else, and the motion reference where there is.
 //!
-//! What could be two things is refused; what is left over is said. Signals of other topics than that of the vibration are put on its times as
-//! they were known then: the last reading before, for at most ten of their steps; a frame of taxels and a travel at the first time that is not earlier.
+//! What could be two things is refused; what is left over is said. Signals of other topics than that of the vibration
+//! are put on its times as
+//! they were known then: the last reading before, for at most ten of their steps; a frame of taxels and a travel at the
+//! first time that is not earlier.
 
 use crate::{
     ImportOptions,
@@ -71,7 +73,7 @@ const HELD_STEPS: i64 = 10;
 /// Finds the channels and makes the recording.
 ///
 /// # Errors
-/// Where no signal tells a slip, several could be the one, or the times make no recording.
+/// Where no signal can show a slip, several could be the one, or the times make no recording.
 pub fn assign(
     file: &Path,
     format: &'static str,
@@ -131,12 +133,12 @@ impl Assignment<'_> {
             "velocity_m_s" => Some("m/s"),
             _ => None,
         };
-        let told = self.streams[at.0].units[at.1];
+        let given = self.streams[at.0].units[at.1];
         let (scale, unit) = match (base, words::scale(name)) {
             (Some(base), Some((scale, unit))) if unit.ends_with(base) => (scale, unit.to_owned()),
             (Some(base), _) => (1.0, format!("taken as {base}")),
             (None, _) if ours == "travel_mm" => (1.0, "mm".to_owned()),
-            (None, _) => (1.0, told.unwrap_or("own unit").to_owned()),
+            (None, _) => (1.0, given.unwrap_or("own unit").to_owned()),
         };
         self.used.insert(at);
         self.taken.insert(ours.to_owned(), (at, scale, unit));

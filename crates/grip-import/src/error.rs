@@ -37,7 +37,7 @@ pub enum ImportError {
         /// The file.
         file: PathBuf,
     },
-    /// No signal of the file is known to tell a slip.
+    /// No signal of the file is known to show a slip.
     #[error(
         "{}: nothing was taken for a vibration, a stylus, a travel or taxels; say which it is, for example --map vibration={}; the file \
          has: {}",

@@ -9,7 +9,8 @@
 //! | `.mcap` with JSON or ROS 2 messages | `/topic.field`, `/topic.field[0]`, .. | stamps of the headers, or log times |
 //! | rosbag2 `.db3`, or the folder of a bag | the same | the same |
 //!
-//! Every format becomes [`Stream`]s of named numbers ([`read_streams`]); [`assign`](mod@assign) finds the channels among them and puts them on
+//! Every format becomes [`Stream`]s of named numbers ([`read_streams`]); [`assign`](mod@assign) finds the channels
+//! among them and puts them on
 //! the times of the first. Nothing is read whole but `.npy` (at most 512 MiB); what is kept is 4 bytes a number and 8 a time, at most
 //! [`MOST_VALUES`] numbers.
 
@@ -35,7 +36,7 @@ pub use time::TimeUnit;
 
 use std::path::{Path, PathBuf};
 
-/// What a file does not tell.
+/// What a file does not contain.
 #[derive(Clone, Debug, Default)]
 pub struct ImportOptions {
     /// Samples per second, where the file has no times.

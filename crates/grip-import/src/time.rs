@@ -15,7 +15,8 @@ pub enum TimeUnit {
 
 /// Rates that a recording may have (Hz).
 const RATES: core::ops::RangeInclusive<f64> = 15.0..=60_000.0;
-/// From here on a number is a time since 1970 in a unit, and not since a start: 1990 in seconds, and a thousand times more in each further unit.
+/// From here on a number is a time since 1970 in a unit, and not since a start: 1990 in seconds, and a thousand times
+/// more in each further unit.
 const EPOCH_S: f64 = 6.3e8;
 
 impl TimeUnit {

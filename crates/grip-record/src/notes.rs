@@ -74,7 +74,8 @@ impl Notes {
 
 /// How often each step between times occurred.
 ///
-/// The rate is that of the median step. Times rounded to 1 us make it coarse (455 us for 2200 Hz), so the mean of the steps within 1 us of the
+/// The rate is that of the median step. Times rounded to 1 us make it coarse (455 us for 2200 Hz), so the mean of the
+/// steps within 1 us of the
 /// median is taken; lost or late samples do not enter.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Steps {
@@ -83,7 +84,7 @@ pub(crate) struct Steps {
     all: usize,
 }
 
-/// Different steps that are told apart; beyond, steps within 1 part in 2000 are taken together, so that stamps of any kind take no room.
+/// Different steps that are counted apart; beyond, steps within 1 part in 2000 are taken together, so that stamps of any kind take no room.
 const MOST_STEPS: usize = 1 << 16;
 
 impl Steps {

@@ -48,7 +48,8 @@ pub enum SlipEvent {
         /// Probability that noise alone would not reach this statistic within the stated false-alarm interval; see
         /// [`confidence`](crate::confidence).
         confidence: f32,
-        /// The interval (s) that the slip is certified with: false alarms of that kind are at least so far apart on average, at 95 % confidence over
+        /// The interval (s) that the slip is certified with: false alarms of that kind are at least so far apart on
+        /// average, at 95 % confidence over
         /// the calibration. `None` where only the fast trigger has spoken so far.
         certified_s: Option<f32>,
     },

@@ -6,7 +6,8 @@ use std::path::PathBuf;
 
 #[derive(Debug, Args)]
 pub(crate) struct ImportArgs {
-    /// What to import: .wav, .npy, .csv (with commas, semicolons or tabs; Robotiq TSF-85 too), .mcap of any program, rosbag2 .db3, or the folder of
+    /// What to import: .wav, .npy, .csv (with commas, semicolons or tabs; Robotiq TSF-85 too), .mcap of any program,
+    /// rosbag2 .db3, or the folder of
     /// a bag.
     pub(crate) file: PathBuf,
     /// Where to write the recording: .csv or .npz. Without it what would be taken for what is printed.
@@ -14,7 +15,7 @@ pub(crate) struct ImportArgs {
     pub(crate) output: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) csv: CsvArgs,
-    /// Unit of the times, where neither their name nor the rate they give tells it.
+    /// Unit of the times, where neither their name nor their rate shows it.
     #[arg(long, value_enum, value_name = "UNIT")]
     pub(crate) time_unit: Option<TimeUnit>,
     /// Read only this topic; may be repeated.

@@ -178,7 +178,9 @@ pub(crate) struct CsvArgs {
 #[derive(Debug, Args)]
 pub(crate) struct ReplayArgs {
     /// The recording: .mcap as gripd makes it, which has its settings and its model inside, or .csv with `t_s` and `stylus` (m),
-    /// `vibration` (sensor units, signed or rectified) or neither but `travel_m` or taxels (`pressure_0` ...), or .npz with an array for each such column, or .wav, .npy or a rosbag2 as `gripctl import` reads them. Of a recording in several files all .mcap in their order.
+    /// `vibration` (sensor units, signed or rectified) or neither but `travel_m` or taxels (`pressure_0` ...), or .npz
+    /// with an array for each such column, or .wav, .npy or a rosbag2 as `gripctl import` reads them. Of a recording in
+    /// several files all .mcap in their order.
     #[arg(required = true, value_name = "FILE")]
     pub(crate) files: Vec<PathBuf>,
     /// Compare the events with the recorded ones instead of printing them; exit 1 at the first difference. For .mcap.

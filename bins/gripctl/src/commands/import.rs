@@ -65,7 +65,7 @@ pub(crate) fn run(args: &ImportArgs) -> anyhow::Result<Exit> {
     Ok(Exit::Done)
 }
 
-/// Reads a recording of another program; what cannot be used is the caller's to mend.
+/// Reads a recording of another program; a file that cannot be used is a wrong argument.
 pub(super) fn import(file: &Path, options: &ImportOptions) -> Result<Imported, WrongArgument> {
     grip_import::import(file, options).map_err(|error| WrongArgument(error.to_string()))
 }

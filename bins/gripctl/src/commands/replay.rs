@@ -69,7 +69,8 @@ enum Source {
 }
 
 impl Source {
-    /// What is known of a recording before its first sample, and its samples. A CSV is read twice, so that one of any length can be replayed:
+    /// What is known of a recording before its first sample, and its samples. A CSV is read twice, so that one of any
+    /// length can be replayed:
     /// for its rate and its faults, and then for its samples.
     fn open(file: &Path, csv: &CsvOptions) -> anyhow::Result<(Recording, Self)> {
         if grip_import::is_foreign(file) {
@@ -157,12 +158,12 @@ fn table(args: &ReplayArgs, file: &Path) -> anyhow::Result<Exit> {
         unusable: health.unusable(),
         floor_lowered: replay.stage_counters().floor_lowered,
     };
-    tell(&summary, recording.rate_hz, args.json)?;
+    report(&summary, recording.rate_hz, args.json)?;
     Ok(if summary.lost > 0 { Exit::DataLost } else { Exit::Done })
 }
 
 /// The last line.
-fn tell(summary: &Summary, rate_hz: f32, json: bool) -> anyhow::Result<()> {
+fn report(summary: &Summary, rate_hz: f32, json: bool) -> anyhow::Result<()> {
     if json {
         output::json(summary)?;
     } else {

@@ -129,7 +129,7 @@ fn material_table(materials: &[MaterialScore]) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// The false alarms of each cause, where there is more to tell than their sum.
+/// The false alarms of each cause, where there is more than one.
 fn cause_table(causes: &[CauseScore]) -> anyhow::Result<()> {
     if causes.is_empty() {
         return Ok(());

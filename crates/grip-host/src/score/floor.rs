@@ -79,7 +79,8 @@ fn pooled_floor<'a>(
     Ok(AtRest { floor, floor_s: floor.map_or(0.0, |_| seconds), ..AtRest::default() })
 }
 
-/// Where recordings tell when the robot moves: what each of them would have learned by the end of its rest, as live, and of that the median.
+/// Where recordings show when the robot moves: what each of them would have learned by the end of its rest, as live,
+/// and of that the median.
 /// Pooled motion would be no floor.
 fn learned_live<'a>(
     all: impl Iterator<Item = &'a Labelled>,
@@ -106,6 +107,7 @@ fn learned_live<'a>(
             }
             let commanded = sample.motion.is_some_and(|motion| motion != 0.0);
             let motion = MotionInput { reference: sample.reference, commanded };
+            detector.beside(sample);
             detector.step(sample.stylus, &motion);
             if !detector.is_moving() {
                 floor_s += 1.0 / f64::from(config.sample_rate.0);

@@ -1,6 +1,7 @@
 //! What a pipeline knows in; the beginning of the one that follows it out.
 
 use super::{News, Session, SessionError, limits::limited, pace::SlewLimiter};
+use grip_link::message::{ChannelKind, Unit};
 use slip_core::{
     Pipeline, PipelineConfig, Signal, detector::DetectorConfig, floor::FloorConfig,
     grip::GripState, units::Hertz,
@@ -111,6 +112,17 @@ impl Session {
             .pipeline(self.estimator.clone())
             .map(drop)
             .map_err(|source| SessionError::Pipeline { sample_rate_hz, source })
+    }
+
+    /// What the stylus channel of the gripper holds, by its unit; heights where no gripper is known.
+    fn signal(&self) -> Signal {
+        let stylus = self.link.ident().and_then(|ident| {
+            ident.channels().iter().find(|channel| channel.kind == ChannelKind::Stylus)
+        });
+        stylus.map_or(Signal::Displacement, |channel| match channel.unit {
+            Unit::Metre => Signal::Displacement,
+            _ => Signal::Vibration,
+        })
     }
 
     /// Begins a pipeline with the settings and limits in force.

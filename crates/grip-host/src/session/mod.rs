@@ -26,13 +26,13 @@ use grip_link::{
     clock::ClockSync,
     frame::MAX_WIRE,
     host::{CloseReason, GripCommand, HostConfig as LinkSettings, HostEvent, HostLink, HostState},
-    message::{ChannelKind, DeviceState, GripMode, Ident, Layout, Status, Unit},
+    message::{ChannelKind, DeviceState, GripMode, Ident, Layout, Status},
 };
 use limits::device_config;
 use pace::{SlewLimiter, Transit, Wanted};
 use path::Path;
 use slip_core::{
-    ConfigError, Pipeline, Sample, Signal, Step,
+    ConfigError, Pipeline, Sample, Step,
     grip::{GripState, Trials},
     health::HealthCounters,
     pressure::MAX_TAXELS,
@@ -552,17 +552,6 @@ impl Session {
         Layout::new(ident.channels(), config.channel_mask)
             .column(ChannelKind::PressureArray)
             .map_or(0, |column| usize::from(column.count).min(MAX_TAXELS))
-    }
-
-    /// What the stylus channel of the gripper holds, by its unit; heights where no gripper is known.
-    fn signal(&self) -> Signal {
-        let stylus = self.link.ident().and_then(|ident| {
-            ident.channels().iter().find(|channel| channel.kind == ChannelKind::Stylus)
-        });
-        stylus.map_or(Signal::Displacement, |channel| match channel.unit {
-            Unit::Metre => Signal::Displacement,
-            _ => Signal::Vibration,
-        })
     }
 
     /// The last step.

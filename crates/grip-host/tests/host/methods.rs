@@ -212,7 +212,8 @@ fn motion_at_40_hz_is_no_slip_and_a_slip_of_three_times_its_level_is_found() {
         println!("{total:?}");
         assert!(total.rest_s > 800.0 && f64::from(total.rest_alarms) <= total.rest_s / 600.0);
     }
-    // Two seconds of noise from the middle of each recording of 25 s and more, three times as strong in the band of the detector as the level
+    // Two seconds of noise from the middle of each recording of 25 s and more, three times as strong in the band of the
+    // detector as the level
     // that it takes motion to have then.
     let long: Vec<_> = names
         .iter()

@@ -121,7 +121,8 @@ impl Axes {
         self.block.len = 0;
     }
 
-    /// The noise that rounding makes (rms) over all axes, where that of the first is `rms`. Asked at the end of each block while the floor is learned.
+    /// The noise that rounding makes (rms) over all axes, where that of the first is `rms`. Asked at the end of each
+    /// block while the floor is learned.
     pub(super) fn resolution(&mut self, rms: f32) -> f32 {
         if !self.used {
             return rms;

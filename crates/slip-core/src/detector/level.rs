@@ -1,4 +1,5 @@
-//! The energy of each block in, how far its mean logarithm stands above the highest level that went on before out: the test for rates that carry
+//! The energy of each block in, how far its mean logarithm stands above the highest level that went on before out: the
+//! test for rates that carry
 //! no band above motion.
 //!
 //! ```text
@@ -6,10 +7,12 @@
 //! statistic = (exp(g - b) / 3)^2
 //! ```
 //!
-//! Hands and robots move at up to some 20 Hz. A sensor of 40 Hz sees nothing else, so that no band tells a slip from motion, and a second
-//! sensor on another finger moves in a way of its own. What is left is the level: a slip is told where it lasts for some tenths of a
+//! Hands and robots move at up to some 20 Hz. A sensor of 40 Hz sees nothing else, so that no band separates a slip
+//! from motion, and a second
+//! sensor on another finger moves in a way of its own. What is left is the level: a slip is reported where it lasts for some tenths of a
 //! second at three times the energy of all motion so far. The mean of the logarithm knows no unit, and a jerk of a few readings
-//! moves it little, however strong it is. Until [`LEARN_S`] of signal have been seen nothing is known of motion, and nothing is told. A level
+//! moves it little, however strong it is. Until [`LEARN_S`] of signal have been seen nothing is known of motion, and
+//! nothing is reported. A level
 //! that stays for as long is motion after all.
 //!
 //! Limits: a slip weaker than the strongest motion of the last minutes is not seen; one that goes on from the first sample on neither.
@@ -24,7 +27,7 @@ const PAST_S: f32 = 0.8;
 const RATIO: f32 = 3.0;
 /// Time in which the highest level falls by e (s).
 const FADES_S: f32 = 120.0;
-/// Signal that has to be seen before anything is told (s).
+/// Signal that has to be seen before anything is reported (s).
 const LEARN_S: f32 = 10.0;
 /// Logarithm over the highest level that one block may show: a jerk counts as this.
 const MOST: f32 = 4.0;
@@ -79,7 +82,7 @@ impl Level {
         self.alarmed = 0;
     }
 
-    /// Whether too little was seen to tell anything.
+    /// Whether too little was seen to decide.
     pub(super) fn is_learning(&self) -> bool {
         self.seen < self.learn_len
     }
@@ -164,25 +167,25 @@ mod tests {
     fn motion_by_turns_and_jerks_are_no_slip_and_three_times_its_rms_is() {
         for unit in [1.0, 1e-12, 1e9] {
             assert_eq!(alarms(unit, 9.0), (0, 1), "times {unit}");
-            assert_eq!(alarms(unit, 0.1), (0, 0), "weaker than motion: not to be told from it");
+            assert_eq!(alarms(unit, 0.1), (0, 0), "weaker than motion: not separable from it");
         }
     }
 
     #[test]
     fn nothing_is_told_before_motion_is_known_and_a_new_level_becomes_motion() {
         let (mut level, mut state) = (Level::new(0.025), 3);
-        let mut told = 0;
+        let mut alarmed = 0;
         for i in 0..2000_u32 {
             let energy = noise(&mut state) * if i < 300 { 1.0 } else { 100.0 };
             let alarm = level.step(energy, 1.0) > 1.0;
             assert!(!alarm || i >= 400, "{i}");
-            told += u32::from(alarm);
+            alarmed += u32::from(alarm);
         }
-        assert_eq!(told, 0, "the step came while it learned");
+        assert_eq!(alarmed, 0, "the step came while it learned");
         for _ in 0..2000 {
-            told += u32::from(level.step(100.0 * 100.0 * noise(&mut state), 1.0) > 1.0);
+            alarmed += u32::from(level.step(100.0 * 100.0 * noise(&mut state), 1.0) > 1.0);
         }
-        assert!((300..500).contains(&told), "10 s, then it is what goes on: {told}");
+        assert!((300..500).contains(&alarmed), "10 s, then it is what goes on: {alarmed}");
         assert!(level.smallest() > 1e4 && level.smallest() < 1e5, "{}", level.smallest());
     }
 }

@@ -6,7 +6,7 @@
 //!
 //! The shear band (20-400 Hz) sees the first elastic movement, the vibration band (100-800 Hz) the
 //! texture passing under the stylus; above `gross` times the floor there, the object slides. Four bands that do not overlap
-//! tell a slip from motion that fills only some of them. A rate that carries none of them is left with the level
+//! separate a slip from motion that fills only some of them. A rate that carries none of them is left with the level
 //! ([`level`](super::level)).
 
 use super::{
@@ -188,7 +188,8 @@ impl SlipDetector {
         self.floor.energy()
     }
 
-    /// Whether the noise floor was learned at rest, as far as is known; at rates without a band above motion, whether enough motion was seen.
+    /// Whether the noise floor was learned at rest, as far as is known; at rates without a band above motion, whether
+    /// enough motion was seen.
     #[must_use]
     #[inline]
     pub fn floor_health(&self) -> FloorHealth {
@@ -250,7 +251,8 @@ impl SlipDetector {
         }
     }
 
-    /// The interval (s) that the last decision has certified a slip with: false alarms of that kind are at least so far apart on average. `None`
+    /// The interval (s) that the last decision has certified a slip with: false alarms of that kind are at least so far
+    /// apart on average. `None`
     /// where it has not, or nothing is calibrated.
     #[must_use]
     #[inline]

@@ -12,22 +12,23 @@
 //!
 //! After the stop the balance of impulse holds whatever the surface: the needed force is the mean force of the slip.
 //!
-//! An accelerometer in the finger tells the course by its power alone (`vibration`).
+//! An accelerometer in the finger shows the course by its power alone (`vibration`).
 //!
 //! Sums forget within 80 ms. A block costs three logarithms and one exponential a candidate.
 
 mod candidate;
 mod history;
+mod posterior;
 mod swings;
 mod vibration;
 
 use crate::config::Signal;
 use core::f32::consts::LN_2;
 
-use candidate::{Candidate, Surface, balance};
+use candidate::{Candidate, balance};
 use history::History;
 use swings::{Seen, Swings};
-use vibration::Loudness;
+use vibration::Vibration;
 
 /// Needed forces that are tried, each larger than the one before by [`STEP`] in the logarithm, from the force at the alarm on; all as probable.
 const FORCES: usize = 24;
@@ -145,7 +146,7 @@ struct Law {
     slope: [f32; 2],
     /// Distance that the object has moved when the alarm comes (m).
     alarm_m: f32,
-    /// Whether peaks and valleys tell.
+    /// Whether peaks and valleys count.
     turns: bool,
 }
 
@@ -157,7 +158,7 @@ const HEIGHTS: Law = Law { slope: SLOPE, alarm_m: ALARM_M, turns: true };
 pub struct Alarm {
     /// What the readings are.
     pub signal: Signal,
-    /// White noise of the readings (rms, their unit).
+    /// White noise of the readings (rms, their unit), above 0.
     pub sigma: f32,
     /// Force of a finger (N).
     pub force_n: f32,
@@ -187,7 +188,7 @@ pub struct Need {
     candidates: [Candidate; CANDIDATES],
     signal: Signal,
     law: Law,
-    loudness: Loudness,
+    vibration: Vibration,
     noise: Noise,
     /// Time (s) and samples of a block.
     block_s: f32,
@@ -226,7 +227,7 @@ impl Default for Need {
             candidates: [Candidate::default(); CANDIDATES],
             signal: Signal::default(),
             law: HEIGHTS,
-            loudness: Loudness::default(),
+            vibration: Vibration::default(),
             noise: Noise::default(),
             block_s: BLOCK_S,
             samples: 1,
@@ -266,22 +267,18 @@ impl Need {
         let samples = libm::roundf(BLOCK_S / dt_s.max(1e-6)).clamp(1.0, 300.0) as u16;
         let n = f32::from(samples);
         let variance = sigma * sigma;
-        let difference = match signal {
-            Signal::Displacement => 2.0 * variance / n,
-            // The noise of a mean square is all of it.
-            Signal::Vibration => variance,
-        };
         let noise = Noise {
             sigma,
             mean: sigma / libm::sqrtf(2.0 * n),
-            difference,
+            difference: 2.0 * variance / n,
             fast: 2.0 * n * n * variance,
         };
-        (self.signal, self.law) = match signal {
-            Signal::Displacement => (signal, HEIGHTS),
-            Signal::Vibration => (signal, vibration::law(variance, n * dt_s)),
+        self.signal = signal;
+        self.law = match signal {
+            Signal::Displacement => HEIGHTS,
+            Signal::Vibration => vibration::law(n * dt_s),
         };
-        self.loudness.begin(variance);
+        self.vibration.begin();
         // In place: a copy of all this would not fit on the stack of a microcontroller.
         (self.noise, self.samples, self.block_s, self.stopped) =
             (noise, samples, n * dt_s, stopped);
@@ -325,7 +322,7 @@ impl Need {
     #[inline]
     fn take(&mut self, x_m: f32, force_n: f32) {
         if self.signal == Signal::Vibration {
-            self.listen(x_m, force_n);
+            self.take_vibration(x_m, force_n);
             return;
         }
         let last_m = self.last_m.replace(x_m).unwrap_or(x_m);
@@ -343,15 +340,16 @@ impl Need {
         }
     }
 
-    /// One reading of a vibration.
-    fn listen(&mut self, x: f32, force_n: f32) {
-        let without = self.loudness.without_mean(x, self.block_s / f32::from(self.samples));
+    /// One reading of a vibration, in deviations of its noise: so no unit matters.
+    fn take_vibration(&mut self, x: f32, force_n: f32) {
+        let dt_s = self.block_s / f32::from(self.samples);
+        let without = self.vibration.without_mean(x / self.noise.sigma, dt_s);
         self.sum_m += without * without;
         self.filled += 1;
         if self.filled >= self.samples {
             let power = self.sum_m / f32::from(self.filled);
             (self.filled, self.sum_m) = (0, 0.0);
-            self.hear(power, force_n);
+            self.block_of_vibration(power, force_n);
         }
     }
 
@@ -361,7 +359,7 @@ impl Need {
         (self.impulse, self.power, self.weight, self.kept) = (0.0, 0.0, 0.0, 0);
         self.speed_m_s = FIRST_M_S;
         self.swings = Swings::default();
-        self.loudness.start();
+        self.vibration.start();
         for (forces, (ramp_s, _)) in self.candidates.chunks_exact_mut(FORCES).zip(RAMPS) {
             let mut need_n = force_n * libm::expf(0.5 * STEP);
             for place in forces {
@@ -533,91 +531,6 @@ impl Need {
             unexplained: self.speed_m_s < SLOW_M_S && self.fast > VIBRATES * self.noise.fast,
             ..self.felt
         };
-    }
-
-    /// What a block says whose power is `square` with that of the noise, `noise`, and that weighs `w`: the candidates go on under `force_n` (N).
-    fn believe(&mut self, (square, noise): (f32, f32), w: f32, force_n: f32) {
-        let d_s = self.block_s;
-        let law = self.law;
-        let keep = libm::expf(-d_s / FORGET_S);
-        self.power = self.power * keep + w * (square - noise);
-        self.weight = self.weight * keep + w;
-        let [least, most] = law.slope;
-        let prior = SLOPE_BLOCKS * least * most;
-        let surface = Surface::after(self.swings.turns);
-        let mut best = f32::NEG_INFINITY;
-        for (forces, (ramp_s, ramp_ln)) in self.candidates.chunks_exact_mut(FORCES).zip(RAMPS) {
-            for candidate in forces {
-                candidate.go(force_n, ramp_s, d_s);
-                let way_m = candidate.way_m(d_s);
-                candidate.squares = candidate.squares * keep + w * way_m * way_m;
-                let slope2 = (self.power + 1e-3 * noise).max(0.05 * noise * w) / candidate.squares;
-                let variance = way_m * way_m + noise / slope2;
-                candidate.logs = candidate.logs * keep + w * libm::logf(variance);
-                candidate.misfit = candidate.misfit * keep + w * square / variance;
-                let k2 = (candidate.misfit + prior) / (self.weight + SLOPE_BLOCKS);
-                let k2 = k2.max(least * least).min(most * most);
-                let amplitude =
-                    candidate.logs + self.weight * libm::logf(k2) + candidate.misfit / k2;
-                candidate.p = ramp_ln - 0.5 * amplitude;
-                if law.turns {
-                    candidate.p += candidate.turning(&surface);
-                }
-                best = best.max(candidate.p);
-            }
-        }
-        self.conclude(best);
-    }
-
-    /// From the logarithms of the likelihoods, of which `best` is the largest, to probabilities and quantiles.
-    fn conclude(&mut self, best: f32) {
-        const BINS: usize = 64;
-        /// Width of a bin in the logarithm of the needed force over that at the alarm.
-        #[expect(clippy::cast_precision_loss, reason = "small numbers")]
-        const BIN: f32 = STEP * (FORCES as f32 + 1.0) / BINS as f32;
-        let mut bins = [0.0_f32; BINS];
-        let mut all = 0.0;
-        for candidate in &mut self.candidates {
-            candidate.p = libm::expf(candidate.p - best);
-            all += candidate.p;
-        }
-        let mut speed_m_s = 0.0;
-        for (forces, (ramp_s, _)) in self.candidates.chunks_exact_mut(FORCES).zip(RAMPS) {
-            let mut ln = 0.5 * STEP;
-            for candidate in forces {
-                candidate.p /= all;
-                speed_m_s += candidate.p * candidate.speed_m_s;
-                let mut now = ln;
-                if ramp_s > 0.0 && candidate.load < 1.0 {
-                    now += libm::logf((candidate.load + AHEAD_S / ramp_s).min(1.0));
-                }
-                #[expect(
-                    clippy::cast_possible_truncation,
-                    clippy::cast_sign_loss,
-                    reason = "from 0, and beyond the last there is none"
-                )]
-                let bin = (now / BIN).max(0.0) as usize;
-                if let Some(bin) = bins.get_mut(bin.min(BINS - 1)) {
-                    *bin += candidate.p;
-                }
-                ln += STEP;
-            }
-        }
-        self.speed_m_s = speed_m_s;
-        let from_n = self.felt.from_n;
-        let quantile = |share: f32| {
-            let (mut sum, mut ln) = (0.0, 0.0);
-            for p in bins {
-                if sum + p >= share {
-                    ln += BIN * (share - sum) / p;
-                    break;
-                }
-                sum += p;
-                ln += BIN;
-            }
-            from_n * libm::expf(ln)
-        };
-        self.felt = Felt { low_n: quantile(0.1), median_n: quantile(0.5), ..self.felt };
     }
 }
 

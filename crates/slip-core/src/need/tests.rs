@@ -163,9 +163,9 @@ fn a_load_that_comes_in_50_ms_is_not_taken_for_more() {
     assert!((0.6..1.05).contains(&ratios[30]) && ratios[56] < 1.3, "{ratios:?}");
 }
 
-/// An accelerometer tells the same, in any unit and on top of gravity.
+/// An accelerometer gives the same, in any unit and on top of gravity.
 #[test]
-fn a_finger_that_vibrates_tells_the_needed_force_in_any_unit() {
+fn a_finger_that_vibrates_shows_the_needed_force_in_any_unit() {
     let ratios = [1e-6, 1.0, 1e6].map(|sigma| {
         held_over_need(0.0, |draw| {
             let level = draw.between(5.0, 50.0);
@@ -182,25 +182,36 @@ fn a_finger_that_vibrates_tells_the_needed_force_in_any_unit() {
 
 #[test]
 fn quantiles_are_in_order_and_finite_whatever_is_read() {
-    let mut need = Need::default();
-    let mut draw = Draw(5);
-    need.begin(&alarm(1.2, f32::INFINITY));
-    for i in 0..20_000_u32 {
-        let x = match i / 4000 {
-            0 => 0.0,
-            1 => 1.0,
-            2 => draw.normal() * 1e-3,
-            3 => 1e-4 * libm::sin(f64::from(i)),
-            _ => draw.normal() * 1e-7,
-        };
-        #[expect(clippy::cast_possible_truncation, reason = "readings are f32")]
-        need.push(x as f32, 60.0 * draw.next() as f32);
-        let felt = need.felt().unwrap();
-        assert!(
-            felt.low_n > 0.0 && felt.low_n <= felt.median_n && felt.median_n < 1e6,
-            "{i}: {felt:?}"
-        );
-        assert!(felt.held_n.is_none_or(|held| held >= 1.2 && held.is_finite()), "{i}: {felt:?}");
+    for (signal, sigma) in [
+        (Signal::Displacement, 1e-7),
+        (Signal::Vibration, 1e-7),
+        (Signal::Vibration, 1e-12),
+        (Signal::Vibration, 1e9),
+    ] {
+        let mut need = Need::default();
+        let mut draw = Draw(5);
+        need.begin(&Alarm { signal, sigma, ..alarm(1.2, f32::INFINITY) });
+        for i in 0..20_000_u32 {
+            let x = match i / 4000 {
+                0 => 0.0,
+                1 if signal == Signal::Vibration => 1e12 * draw.normal(),
+                1 => 1.0,
+                2 => draw.normal() * 1e-3,
+                3 => 1e-4 * libm::sin(f64::from(i)),
+                _ => draw.normal() * 1e-7,
+            };
+            #[expect(clippy::cast_possible_truncation, reason = "readings are f32")]
+            need.push(x as f32, 60.0 * draw.next() as f32);
+            let felt = need.felt().unwrap();
+            assert!(
+                felt.low_n > 0.0 && felt.low_n <= felt.median_n && felt.median_n < 1e6,
+                "{signal:?} {i}: {felt:?}"
+            );
+            assert!(
+                felt.held_n.is_none_or(|held| held >= 1.2 && held.is_finite()),
+                "{signal:?} {i}: {felt:?}"
+            );
+        }
     }
 }
 

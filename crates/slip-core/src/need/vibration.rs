@@ -1,11 +1,15 @@
-//! Readings of an accelerometer in; how loud the finger vibrates, and what that says of the needed force, out.
+//! Readings of an accelerometer in; the power of the vibration, and the needed force that follows from its course, out.
 //!
-//! A finger over which an object slides vibrates with a power that grows with the square of the speed, on top of that of the noise. What is believed
-//! follows the course of the speed as with a stylus, but there are no peaks to count, and the finger rings on for milliseconds after the object has
+//! A finger over which an object slides vibrates with a power that grows with the square of the speed, on top of that
+//! of the noise. What is believed
+//! follows the course of the speed as with a stylus, but there are no peaks to count, and the finger rings on for
+//! milliseconds after the object has
 //! slowed down. That costs little while the force rises; the force to hold with is found by a second set of sums, which knows the ringing.
 
 use super::{CANDIDATES, FIRST, FORCES, FORGET_S, Felt, Law, Need, RAMPS, SLOW_M_S, STEP};
 
+/// A reading counts up to so many deviations of the noise: what is more is no vibration.
+const MOST: f32 = 1e6;
 /// Time constant of the mean that is taken off (s): gravity and slow motion.
 const MEAN_S: f32 = 1.6e-3;
 /// Neighbouring blocks say nearly the same: weight of one.
@@ -13,13 +17,13 @@ const WEIGHT: f32 = 0.25;
 /// Vibration over noise (rms) at this speed (m/s), least and most.
 const SPEED_M_S: f32 = 0.1;
 const LEVEL: [f32; 2] = [0.2, 1000.0];
-/// Distance that the object has moved when the alarm comes (m): slow movement is not heard.
+/// Distance that the object has moved when the alarm comes (m): slow sliding is below the noise.
 const ALARM_M: f32 = 1e-4;
 /// What is below this share of the largest power is the finger that rings.
 const ECHO: f32 = 0.01;
 /// The finger rings on for so long (s).
 const RINGS_S: f32 = 2.5e-3;
-/// Weight of the last block in the loudness, and in a quicker one.
+/// Weight of the last block in the vibration, and in a quicker one.
 const SMOOTHING: f32 = 0.1;
 const QUICK: f32 = 0.25;
 /// Power over that of the noise: of a finger that vibrates, that vibrates much, that is quiet, and that begins to vibrate again.
@@ -27,17 +31,18 @@ const VIBRATES: f32 = 2.0;
 const LOUD: f32 = 6.0;
 const QUIET: f32 = 1.7;
 const AGAIN: f32 = 3.4;
+/// Power at an alarm.
+const ALARMS: f32 = 4.0;
 /// It is quiet for so many blocks, and no earlier than this after the alarm (s), where the object has stopped.
 const QUIET_BLOCKS: u16 = 8;
 const STOPS_AFTER_S: f32 = 6.5e-3;
 /// Slowest that an object slides whose finger rings (m/s).
 const CREEP_M_S: f32 = 2e-4;
 
-/// The law of a vibration whose noise has this variance, for blocks of `d_s`.
-pub(super) fn law(variance: f32, d_s: f32) -> Law {
-    let per_m = libm::sqrtf(variance) / (SPEED_M_S * d_s);
-    let [least, most] = LEVEL;
-    Law { slope: [least * per_m, most * per_m], alarm_m: ALARM_M, turns: false }
+/// The law of a vibration in deviations of its noise, for blocks of `d_s` (s).
+pub(super) fn law(d_s: f32) -> Law {
+    let slope = LEVEL.map(|level| level / (SPEED_M_S * d_s));
+    Law { slope, alarm_m: ALARM_M, turns: false }
 }
 
 /// Sums of one candidate that know the ringing.
@@ -50,57 +55,57 @@ struct Ringing {
     misfit: f32,
 }
 
-/// How loud it is, and what every candidate expects.
+/// Its power over that of the noise, and what every candidate expects.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Loudness {
+pub(super) struct Vibration {
     mean: Option<f32>,
     slow: f32,
-    loudest: f32,
+    most: f32,
     quick: f32,
     quiet: u16,
     ringing: [Ringing; CANDIDATES],
 }
 
-impl Default for Loudness {
+impl Default for Vibration {
     fn default() -> Self {
         let ringing = [Ringing::default(); CANDIDATES];
-        Self { mean: None, loudest: 0.0, slow: 0.0, quick: 0.0, quiet: 0, ringing }
+        Self { mean: None, most: 0.0, slow: 0.0, quick: 0.0, quiet: 0, ringing }
     }
 }
 
-impl Loudness {
-    /// An alarm over a noise of this variance: it is loud until it is known how loud.
-    pub(super) fn begin(&mut self, variance: f32) {
-        (self.mean, self.slow, self.quick) = (None, 4.0 * variance, 4.0 * variance);
+impl Vibration {
+    /// An alarm: the power is above that of the noise until it is known by how much.
+    pub(super) fn begin(&mut self) {
+        (self.mean, self.slow, self.quick) = (None, ALARMS, ALARMS);
         self.start();
     }
 
     /// The object begins to move.
     pub(super) fn start(&mut self) {
-        (self.quiet, self.loudest) = (0, 0.0);
+        (self.quiet, self.most) = (0, 0.0);
         self.ringing.fill(Ringing::default());
     }
 
-    /// A reading without the mean of the last ones.
+    /// A reading (deviations of the noise) without the mean of the last ones.
     pub(super) fn without_mean(&mut self, x: f32, dt_s: f32) -> f32 {
         let mean = self.mean.get_or_insert(x);
-        let without = x - *mean;
+        let without = (x - *mean).clamp(-MOST, MOST);
         *mean += (dt_s / MEAN_S).min(1.0) * without;
         without
     }
 }
 
 impl Need {
-    /// One block: mean square of the readings, and the force (N).
-    pub(super) fn hear(&mut self, power: f32, force_n: f32) {
-        let loudness = &mut self.loudness;
-        loudness.loudest = loudness.loudest.max(loudness.slow);
-        let noise = self.noise.difference.max(ECHO * loudness.loudest);
-        loudness.slow += SMOOTHING * (power - loudness.slow);
-        loudness.quick += QUICK * (power - loudness.quick);
+    /// One block: mean square of the readings over that of the noise, and the force (N).
+    pub(super) fn block_of_vibration(&mut self, power: f32, force_n: f32) {
+        let vibration = &mut self.vibration;
+        vibration.most = vibration.most.max(vibration.slow);
+        let noise = (ECHO * vibration.most).max(1.0);
+        vibration.slow += SMOOTHING * (power - vibration.slow);
+        vibration.quick += QUICK * (power - vibration.quick);
         if !self.felt.moves {
             self.stopped.since_s += self.block_s;
-            if self.loudness.quick > AGAIN * noise {
+            if self.vibration.quick > AGAIN * noise {
                 self.start(force_n, FIRST);
             }
             return;
@@ -108,14 +113,14 @@ impl Need {
         self.felt.since_s += self.block_s;
         self.believe((power, noise), WEIGHT, force_n);
         self.ring(power, noise);
-        let slow = self.loudness.slow;
+        let slow = self.vibration.slow;
         self.felt = Felt {
             vibrates: slow > VIBRATES * noise,
             unexplained: self.speed_m_s < SLOW_M_S && slow > LOUD * noise,
             ..self.felt
         };
-        self.loudness.quiet = if slow < QUIET * noise { self.loudness.quiet + 1 } else { 0 };
-        if self.loudness.quiet >= QUIET_BLOCKS && self.felt.since_s > STOPS_AFTER_S {
+        self.vibration.quiet = if slow < QUIET * noise { self.vibration.quiet + 1 } else { 0 };
+        if self.vibration.quiet >= QUIET_BLOCKS && self.felt.since_s > STOPS_AFTER_S {
             self.stopped.since_s = 0.0;
             let held_n = Some(self.rung_n().max(self.felt.from_n));
             self.felt = Felt { moves: false, vibrates: false, held_n, ..self.felt };
@@ -127,7 +132,7 @@ impl Need {
         let keep = libm::expf(-self.block_s / FORGET_S);
         let rings = libm::expf(-self.block_s / RINGS_S);
         let least = (CREEP_M_S * self.block_s) * (CREEP_M_S * self.block_s);
-        for (one, candidate) in self.loudness.ringing.iter_mut().zip(&self.candidates) {
+        for (one, candidate) in self.vibration.ringing.iter_mut().zip(&self.candidates) {
             let way_m = candidate.way_m(self.block_s);
             one.echo = one.echo * rings + (1.0 - rings) * way_m * way_m;
             let square = one.echo.max(least);
@@ -144,7 +149,7 @@ impl Need {
         let likelihood = |one: &Ringing| {
             -0.5 * one.logs - (0.5 * self.weight + 0.5) * libm::logf(one.misfit + 1e-30)
         };
-        let all = || self.loudness.ringing.chunks_exact(FORCES).zip(RAMPS);
+        let all = || self.vibration.ringing.chunks_exact(FORCES).zip(RAMPS);
         let best = all()
             .flat_map(|(forces, _)| forces.iter().map(likelihood))
             .fold(f32::NEG_INFINITY, f32::max);

@@ -19,7 +19,7 @@ use crate::{
 /// So early in a slip the stylus can still take over from the travel.
 const CAUGHT_UP: Micros = Micros(50_000);
 
-/// A vibration is heard from this sample rate on (Hz).
+/// The power of a vibration is followed from this sample rate on (Hz).
 const VIBRATION_HZ: f32 = 2000.0;
 
 /// A mean over at most this long (s) says how an object slides now.
@@ -83,15 +83,16 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
 
     fn begin_need(&mut self, sample: &Sample, force_n: f32) {
         let rate_hz = self.config.sample_rate.0;
+        let band = self.config.detector.vibration;
+        let share = 2.0 * (band.high_hz.min(0.4 * rate_hz) - band.low_hz) / rate_hz;
+        let sigma = self.detector.noise_rms() / libm::sqrtf(share.max(1e-3));
         let feels = self.grip.is_some()
+            && sigma.is_normal()
             && rate_hz >= self.least_rate_hz()
             && self.fusion.uses(Method::Stylus)
             && !self.detector.is_moving();
         if let Some(slip) = self.slip.as_mut().filter(|_| feels) {
             (slip.feels, slip.alone) = (true, sample.travel_m.is_none());
-            let band = self.config.detector.vibration;
-            let share = 2.0 * (band.high_hz.min(0.4 * rate_hz) - band.low_hz) / rate_hz;
-            let sigma = self.detector.noise_rms() / libm::sqrtf(share.max(1e-3));
             let rested_s = self.ended.map_or(f64::INFINITY, |t| sample.t.since(t).as_seconds());
             #[expect(clippy::cast_possible_truncation, reason = "a time between two slips")]
             let rested_s = rested_s as f32;
@@ -100,7 +101,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         }
     }
 
-    /// Sample rate (Hz) from which on the signal alone tells the needed force.
+    /// Sample rate (Hz) from which on the signal alone gives the needed force.
     fn least_rate_hz(&self) -> f32 {
         match self.config.signal {
             Signal::Displacement => Turns::LEAST_RATE_HZ,

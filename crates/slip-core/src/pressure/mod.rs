@@ -176,7 +176,7 @@ impl<const N: usize> PressurePattern<N> {
         self.failed = false;
         if self.rms.is_none() {
             self.spread = Spread::default();
-            // Frames that came while nothing was held tell nothing of it, looked at or not.
+            // Frames that came while nothing was held do not count, looked at or not.
             self.resolution = Resolution::default();
         }
     }

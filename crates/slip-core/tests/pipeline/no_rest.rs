@@ -59,9 +59,12 @@ fn a_slip_from_the_first_sample_on_is_told_by_the_travel_and_teaches_no_floor() 
         let level = |t: f32| if t < 0.7 { 20.0 } else { 1.0 };
         let travel = |t: f32| Some(0.02 * t.min(0.7));
         let steps = play(rate, 3.0, level, travel);
-        let told = slips(&steps);
-        assert!(told[0].0 < 0.05 && told[0].1 == Method::Travel, "at {rate} Hz: {told:?}");
-        assert_eq!(told.len(), 1, "at {rate} Hz: {told:?}");
+        let slips_seen = slips(&steps);
+        assert!(
+            slips_seen[0].0 < 0.05 && slips_seen[0].1 == Method::Travel,
+            "at {rate} Hz: {slips_seen:?}"
+        );
+        assert_eq!(slips_seen.len(), 1, "at {rate} Hz: {slips_seen:?}");
         // The floor is that of the rest after it: a slip a tenth as strong is felt.
         let again = |t: f32| {
             if t < 0.7 {
@@ -72,9 +75,12 @@ fn a_slip_from_the_first_sample_on_is_told_by_the_travel_and_teaches_no_floor() 
                 6.0
             }
         };
-        let told = slips(&play(rate, 3.0, again, travel));
-        assert!(told.len() == 2 && told[1].1 == Method::Stylus, "at {rate} Hz: {told:?}");
-        assert!((2.0..2.05).contains(&told[1].0), "at {rate} Hz: {told:?}");
+        let slips_seen = slips(&play(rate, 3.0, again, travel));
+        assert!(
+            slips_seen.len() == 2 && slips_seen[1].1 == Method::Stylus,
+            "at {rate} Hz: {slips_seen:?}"
+        );
+        assert!((2.0..2.05).contains(&slips_seen[1].0), "at {rate} Hz: {slips_seen:?}");
     }
 }
 
@@ -103,8 +109,8 @@ fn rest_is_never_doubted_whatever_its_rate() {
 #[test]
 fn noise_alone_is_no_slip_at_the_rates_of_taxels_and_imus() {
     for rate in [20.0, 40.0, 62.0, 70.0, 100.0, 200.0, 500.0] {
-        let told = slips(&play(rate, 1200.0, |_| 1.0, |_| None));
-        assert_eq!(told, [], "at {rate} Hz");
+        let slips_seen = slips(&play(rate, 1200.0, |_| 1.0, |_| None));
+        assert_eq!(slips_seen, [], "at {rate} Hz");
     }
 }
 
@@ -112,10 +118,10 @@ fn noise_alone_is_no_slip_at_the_rates_of_taxels_and_imus() {
 fn a_slip_at_rest_is_still_told_at_low_rates() {
     for (rate, within_s) in [(70.0, 0.2), (100.0, 0.15), (200.0, 0.1), (500.0, 0.05)] {
         let level = |t: f32| if t < 20.0 { 1.0 } else { 8.0 };
-        let told = slips(&play(rate, 21.0, level, |_| None));
+        let slips_seen = slips(&play(rate, 21.0, level, |_| None));
         assert!(
-            told.len() == 1 && (20.0..20.0 + within_s).contains(&told[0].0),
-            "{rate}: {told:?}"
+            slips_seen.len() == 1 && (20.0..20.0 + within_s).contains(&slips_seen[0].0),
+            "{rate}: {slips_seen:?}"
         );
     }
 }
@@ -127,8 +133,11 @@ fn at_40_hz_motion_is_no_slip_and_three_times_its_level_is() {
         let quiet = slips(&play(40.0, 600.0, |t| unit * motion(t), |_| None));
         assert_eq!(quiet, [], "times {unit}");
         let slip = |t: f32| unit * if (300.0..302.0).contains(&t) { 15.0 } else { motion(t) };
-        let told = slips(&play(40.0, 600.0, slip, |_| None));
-        assert!(told.len() == 1 && (300.0..302.0).contains(&told[0].0), "times {unit}: {told:?}");
+        let slips_seen = slips(&play(40.0, 600.0, slip, |_| None));
+        assert!(
+            slips_seen.len() == 1 && (300.0..302.0).contains(&slips_seen[0].0),
+            "times {unit}: {slips_seen:?}"
+        );
     }
     let steps = play(40.0, 20.0, |_| 1.0, |_| None);
     assert_eq!(steps[200].floor_health, FloorHealth::Doubtful, "no motion was seen yet");
