@@ -76,8 +76,7 @@ pub struct Calibration {
     /// What it was made from.
     pub evidence: Evidence,
     /// Limits and chances of the certified alarm, and what they stand on. Absent where the recording does not carry the
-    /// interval, and in files
-    /// of older versions: nothing is certified then.
+    /// interval, and in files of older versions: nothing is certified then.
     #[serde(default)]
     pub certificate: Option<Certificate>,
     /// What the certificate stands on.
@@ -106,8 +105,8 @@ pub struct Evidence {
     /// Wanted interval of one test over the length of the recording: above 1 the thresholds are extrapolated.
     pub extrapolation: f64,
     /// The longest interval (s) that is claimed for the fast trigger: the wanted one, and at most a third of the signal
-    /// that it was judged on, in which
-    /// no alarm shows that with 95 %. What is wanted beyond it is extrapolated. Absent in files of older versions.
+    /// that it was judged on, in which no alarm shows that with 95 %. What is wanted beyond it is extrapolated. Absent
+    /// in files of older versions.
     #[serde(default)]
     pub claimed_s: Option<f64>,
     /// The smallest vibration (signal unit, rms, at 100 to 400 Hz) that is a slip for the fast trigger at rest ...

@@ -3,21 +3,17 @@
 //! For each band, at rest and in motion ([`ScoreLaw`]; the alarm itself is [`Evidence`]):
 //!
 //! 1. **Blocks.** The shortest of 5 to 160 ms of which neighbours do not follow each other: of the pairs of blocks 1 to
-//! 4 apart, no more pass a high level
-//!    together than of those further apart within a second (exact intervals, at levels that one block in ten to one in 30,000 passes).
+//!    4 apart, no more pass a high level together than of those further apart within a second (exact intervals, at
+//!    levels that one block in ten to one in 30,000 passes).
 //! 2. **Clusters.** What longer blocks do not cure, motion by turns or a hum that comes and goes, shows as pairs within
-//! a second that pass a level together
-//!    R times as often as independent blocks would. One that has just passed is followed by others R times as likely as
-//! on average, so the chances are
-//!    multiplied by the upper bound of R. For noise that is high for a share w of the time and independent within, R is 1/w.
+//!    a second that pass a level together R times as often as independent blocks would. One that has just passed is
+//!    followed by others R times as likely as on average, so the chances are multiplied by the upper bound of R. For
+//!    noise that is high for a share w of the time and independent within, R is 1/w.
 //! 3. **Limits.** Order statistics: the k-th largest of n blocks, k from 1 to n/20. The chance to pass it has a beta
-//! distribution whatever the law of the
-//!    scores; its upper bound (Clopper-Pearson) holds for all limits of all bands together with 95 %. A limit that is
-//! raised to three times the floor is passed
-//!    more seldom still.
+//!    distribution whatever the law of the scores; its upper bound (Clopper-Pearson) holds for all limits of all bands
+//!    together with 95 %. A limit that is raised to three times the floor is passed more seldom still.
 //! 4. **Check.** Limits from one half of the stretches, alarms on the other, both ways. Where they come more often than
-//! wanted beyond chance, nothing is
-//!    certified.
+//!    wanted beyond chance, nothing is certified.
 
 use crate::poisson;
 use serde::{Deserialize, Serialize};
@@ -34,8 +30,7 @@ const CLUSTER_S: f64 = 1.0;
 /// Shares of the blocks above the levels that pairs are counted at: 1 of so many.
 const LEVELS: [usize; 8] = [10, 30, 100, 300, 1000, 3000, 10_000, 30_000];
 /// Expected pairs from which an upper bound says something; with fewer only what is sure counts: knocks and the like,
-/// whose rare high blocks follow
-/// each other.
+/// whose rare high blocks follow each other.
 const PAIRS: f64 = 10.0;
 const SURE: f64 = 0.999;
 /// Fewest blocks above a level.

@@ -17,9 +17,8 @@ pub fn interval(count: u64, confidence: f64) -> (f64, f64) {
 }
 
 /// Upper bound of the chance to pass the `rank`-th largest of `count` independent values of one law, whatever that is,
-/// with probability `confidence`
-/// (Clopper-Pearson, Biometrika 26 (1934)): that chance has the beta distribution of `rank` and `count` - `rank` + 1. 1
-/// where there is no such rank.
+/// with probability `confidence` (Clopper-Pearson, Biometrika 26 (1934)): that chance has the beta distribution of
+/// `rank` and `count` - `rank` + 1. 1 where there is no such rank.
 #[must_use]
 #[expect(clippy::cast_precision_loss, reason = "counts are below 2^52")]
 pub fn chance_to_pass(rank: u64, count: u64, confidence: f64) -> f64 {

@@ -7,9 +7,8 @@
 //!    vibration where there is none else, and the motion reference where there is.
 //!
 //! What could be two things is refused; what is left over is said. Signals of other topics than that of the vibration
-//! are put on its times as
-//! they were known then: the last reading before, for at most ten of their steps; a frame of taxels and a travel at the
-//! first time that is not earlier.
+//! are put on its times as they were known then: the last reading before, for at most ten of their steps; a frame of
+//! taxels and a travel at the first time that is not earlier.
 
 use crate::{
     ImportOptions,

@@ -10,9 +10,8 @@
 //! | rosbag2 `.db3`, or the folder of a bag | the same | the same |
 //!
 //! Every format becomes [`Stream`]s of named numbers ([`read_streams`]); [`assign`](mod@assign) finds the channels
-//! among them and puts them on
-//! the times of the first. Nothing is read whole but `.npy` (at most 512 MiB); what is kept is 4 bytes a number and 8 a time, at most
-//! [`MOST_VALUES`] numbers.
+//! among them and puts them on the times of the first. Nothing is read whole but `.npy` (at most 512 MiB); what is kept
+//! is 4 bytes a number and 8 a time, at most [`MOST_VALUES`] numbers.
 
 pub mod assign;
 mod csv_file;

@@ -1,9 +1,9 @@
 //! A recording of a Robotiq TSF-85 in: one finger's dynamic channel as vibration, its taxels as a pressure distribution.
 //!
 //! Layout, as the maker's `record_data.py` writes it: `;` between cells, `Time(ms)`, then for each finger f its dynamic
-//! channel `D0_f`, taxels
-//! `S0_f` to `S27_f`, acceleration `Axf Ayf Azf` and angular rate `Gxf Gyf Gzf`, in counts. The first row is a baseline and no sample. The
-//! acceleration of the finger itself shows a slip as well, so nobody takes it for motion but `--map reference_x=Ax1 ...`.
+//! channel `D0_f`, taxels `S0_f` to `S27_f`, acceleration `Axf Ayf Azf` and angular rate `Gxf Gyf Gzf`, in counts. The
+//! first row is a baseline and no sample. The acceleration of the finger itself shows a slip as well, so nobody takes
+//! it for motion but `--map reference_x=Ax1 ...`.
 
 use crate::stream::Stream;
 

@@ -75,8 +75,7 @@ impl Notes {
 /// How often each step between times occurred.
 ///
 /// The rate is that of the median step. Times rounded to 1 us make it coarse (455 us for 2200 Hz), so the mean of the
-/// steps within 1 us of the
-/// median is taken; lost or late samples do not enter.
+/// steps within 1 us of the median is taken; lost or late samples do not enter.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Steps {
     last: Option<Micros>,

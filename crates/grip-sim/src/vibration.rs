@@ -1,10 +1,8 @@
 //! Speed of sliding in, what an accelerometer in the finger shows out.
 //!
 //! Sliding excites the finger with white noise whose size grows with a power of the speed. Two of its modes (300 Hz,
-//! quality 5; 900 Hz, quality 6) and a
-//! rest below 2 kHz answer, in shares that are drawn for each object; together they have the rms `level * (v / 0.1
-//! m/s)^exponent` times that of the
-//! sensor's noise. Pads that only shear excite nothing.
+//! quality 5; 900 Hz, quality 6) and a rest below 2 kHz answer, in shares that are drawn for each object; together they
+//! have the rms `level * (v / 0.1 m/s)^exponent` times that of the sensor's noise. Pads that only shear excite nothing.
 
 use crate::random::{self, Purpose};
 use crate::scene::VibrationConfig;

@@ -49,8 +49,7 @@ pub enum SlipEvent {
         /// [`confidence`](crate::confidence).
         confidence: f32,
         /// The interval (s) that the slip is certified with: false alarms of that kind are at least so far apart on
-        /// average, at 95 % confidence over
-        /// the calibration. `None` where only the fast trigger has spoken so far.
+        /// average, at 95 % confidence over the calibration. `None` where only the fast trigger has spoken so far.
         certified_s: Option<f32>,
     },
     /// The slip has ended.

@@ -7,8 +7,7 @@ use std::path::PathBuf;
 #[derive(Debug, Args)]
 pub(crate) struct ImportArgs {
     /// What to import: .wav, .npy, .csv (with commas, semicolons or tabs; Robotiq TSF-85 too), .mcap of any program,
-    /// rosbag2 .db3, or the folder of
-    /// a bag.
+    /// rosbag2 .db3, or the folder of a bag.
     pub(crate) file: PathBuf,
     /// Where to write the recording: .csv or .npz. Without it what would be taken for what is printed.
     #[arg(short, long)]

@@ -70,8 +70,7 @@ enum Source {
 
 impl Source {
     /// What is known of a recording before its first sample, and its samples. A CSV is read twice, so that one of any
-    /// length can be replayed:
-    /// for its rate and its faults, and then for its samples.
+    /// length can be replayed: for its rate and its faults, and then for its samples.
     fn open(file: &Path, csv: &CsvOptions) -> anyhow::Result<(Recording, Self)> {
         if grip_import::is_foreign(file) {
             let imported = import::import(file, &import::import_options(csv))?;

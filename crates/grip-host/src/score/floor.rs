@@ -80,8 +80,7 @@ fn pooled_floor<'a>(
 }
 
 /// Where recordings show when the robot moves: what each of them would have learned by the end of its rest, as live,
-/// and of that the median.
-/// Pooled motion would be no floor.
+/// and of that the median. Pooled motion would be no floor.
 fn learned_live<'a>(
     all: impl Iterator<Item = &'a Labelled>,
     config: &PipelineConfig,

@@ -1,25 +1,21 @@
 //! Scores of blocks in; the evidence that noise as in the calibration does not explain them out.
 //!
 //! An e-detector (Shin, Ramdas, Rinaldo, arXiv 2203.03532, NEJSDS 2024) in its Shiryaev-Roberts form. The score s of a
-//! band in a block of T_b
-//! seconds is its mean energy over its floor. The calibration knows limits t_1 < .. < t_J that noise passes with a
-//! chance of at most p_1 > .. > p_J
-//! ([`ScoreLaw`]). In every block
+//! band in a block of T_b seconds is its mean energy over its floor. The calibration knows limits t_1 < .. < t_J that
+//! noise passes with a chance of at most p_1 > .. > p_J ([`ScoreLaw`]). In every block
 //!
 //! ```text
 //! L = (1 - g) + g/J sum over j of 1{s > t_j} / p_j        M <- L (M + T_b)        certified when the mean of M over the bands >= A
 //! ```
 //!
 //! with g = 1/2. Without slip E[L] <= 1 given all that was before, so E[M] grows by at most T_b with each block and a
-//! stop at M >= A comes after A
-//! seconds on average or later (optional stopping): the mean time between false alarms is at least A whatever the law
-//! of the scores. The mean over
-//! bands keeps that without their being independent. M is a time in seconds, so bands may have blocks of different length.
+//! stop at M >= A comes after A seconds on average or later (optional stopping): the mean time between false alarms is
+//! at least A whatever the law of the scores. The mean over bands keeps that without their being independent. M is a
+//! time in seconds, so bands may have blocks of different length.
 //!
 //! What it needs: that the chances hold given the past, for which the calibration looks at how scores follow each
-//! other, and that noise and motion
-//! are as they were then. Each stretch of rest and of motion has a law of its own. Tests: `agrees_with_the_formula`,
-//! `the_interval_is_kept`.
+//! other, and that noise and motion are as they were then. Each stretch of rest and of motion has a law of its own.
+//! Tests: `agrees_with_the_formula`, `the_interval_is_kept`.
 
 use super::{config::BANDS, test::Block};
 use crate::config::ConfigError;

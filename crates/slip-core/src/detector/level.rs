@@ -1,6 +1,5 @@
 //! The energy of each block in, how far its mean logarithm stands above the highest level that went on before out: the
-//! test for rates that carry
-//! no band above motion.
+//! test for rates that carry no band above motion.
 //!
 //! ```text
 //! g <- g + a (ln energy - g), a = 1 - exp(-block / 0.4 s)       b = highest g up to 0.8 s ago, falling by e in 120 s
@@ -8,12 +7,11 @@
 //! ```
 //!
 //! Hands and robots move at up to some 20 Hz. A sensor of 40 Hz sees nothing else, so that no band separates a slip
-//! from motion, and a second
-//! sensor on another finger moves in a way of its own. What is left is the level: a slip is reported where it lasts for some tenths of a
-//! second at three times the energy of all motion so far. The mean of the logarithm knows no unit, and a jerk of a few readings
-//! moves it little, however strong it is. Until [`LEARN_S`] of signal have been seen nothing is known of motion, and
-//! nothing is reported. A level
-//! that stays for as long is motion after all.
+//! from motion, and a second sensor on another finger moves in a way of its own. What is left is the level: a slip is
+//! reported where it lasts for some tenths of a second at three times the energy of all motion so far. The mean of the
+//! logarithm knows no unit, and a jerk of a few readings moves it little, however strong it is. Until [`LEARN_S`] of
+//! signal have been seen nothing is known of motion, and nothing is reported. A level that stays for as long is motion
+//! after all.
 //!
 //! Limits: a slip weaker than the strongest motion of the last minutes is not seen; one that goes on from the first sample on neither.
 

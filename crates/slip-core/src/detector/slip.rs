@@ -252,8 +252,7 @@ impl SlipDetector {
     }
 
     /// The interval (s) that the last decision has certified a slip with: false alarms of that kind are at least so far
-    /// apart on average. `None`
-    /// where it has not, or nothing is calibrated.
+    /// apart on average. `None` where it has not, or nothing is calibrated.
     #[must_use]
     #[inline]
     pub fn certified_s(&self) -> Option<f32> {

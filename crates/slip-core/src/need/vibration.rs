@@ -1,10 +1,9 @@
 //! Readings of an accelerometer in; the power of the vibration, and the needed force that follows from its course, out.
 //!
 //! A finger over which an object slides vibrates with a power that grows with the square of the speed, on top of that
-//! of the noise. What is believed
-//! follows the course of the speed as with a stylus, but there are no peaks to count, and the finger rings on for
-//! milliseconds after the object has
-//! slowed down. That costs little while the force rises; the force to hold with is found by a second set of sums, which knows the ringing.
+//! of the noise. What is believed follows the course of the speed as with a stylus, but there are no peaks to count,
+//! and the finger rings on for milliseconds after the object has slowed down. That costs little while the force rises;
+//! the force to hold with is found by a second set of sums, which knows the ringing.
 
 use super::{CANDIDATES, FIRST, FORCES, FORGET_S, Felt, Law, Need, RAMPS, SLOW_M_S, STEP};
 
