@@ -6,7 +6,7 @@ use crate::plot::Scale;
 use crate::strip::StripId;
 use crate::time::{Following, TimeWindow};
 use core::mem::Discriminant;
-use grip_link::message::daemon::{GripStage, SceneCode};
+use grip_link::message::daemon::{GripState, Scene};
 use grip_scope::trigger::{Trigger, TriggerMode, TriggerSource};
 use grip_scope::{Channel, EventKind, Model, SourceStatus, Span};
 
@@ -98,7 +98,7 @@ pub struct Message {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Standing {
     source: Discriminant<SourceStatus>,
-    gripper: Option<(SceneCode, GripStage, u16)>,
+    gripper: Option<(Scene, GripState, u16)>,
 }
 
 impl Standing {

@@ -34,10 +34,10 @@ pub mod speed;
 pub mod stages;
 mod travel_noise;
 pub mod turns;
-pub mod units;
 pub mod velocity;
 
 pub use config::{ConfigError, PipelineConfig, Signal};
-pub use event::{Phase, SlipEvent, Step};
+pub use event::{SlipEvent, Step};
 pub use pipeline::Pipeline;
 pub use sample::{Arrival, Sample};
+pub use slip_msg::{Phase, units};
