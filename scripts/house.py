@@ -10,8 +10,8 @@ from pathlib import Path
 
 # Ground first. A package may depend on packages of lower floors only (normal and build dependencies, optional ones too).
 FLOORS = [
-    ["mlp", "grip-link", "grip-plot"],
-    ["slip-core"],
+    ["mlp-core", "grip-link", "grip-plot"],
+    ["slip-core", "mlp"],
     ["grip-record", "grip-sim"],
     ["grip-import", "grip-study", "grip-host"],
     ["grip-port"],
@@ -51,7 +51,7 @@ PATH_FILES = {
         esc/mod features estimate estimate/friction need/mod need/candidate need/history need/posterior need/swings
         need/vibration grip/mod grip/touch grip/braking grip/lag grip/search grip/input grip/feeling grip/response
     """,
-    "mlp": """
+    "mlp-core": """
         model network scaler activation tanh
     """,
 }

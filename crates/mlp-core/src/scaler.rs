@@ -112,7 +112,7 @@ pub enum ScaleError {
 
 /// One column with what scaling needs worked out: `scaled = (T(raw) - low) * gain - 1`.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Axis {
+pub struct Axis {
     column: Column,
     low: f32,
     half_span: f32,
@@ -167,31 +167,40 @@ impl Axis {
 }
 
 /// What exports write out.
-#[cfg(feature = "export")]
 impl Axis {
-    pub(crate) fn transform(&self) -> Transform {
+    /// Applied before scaling.
+    #[must_use]
+    pub fn transform(&self) -> Transform {
         self.column.transform
     }
 
     /// Whether everything is scaled to 0 and comes back as the minimum.
-    pub(crate) fn is_constant(&self) -> bool {
+    #[must_use]
+    pub fn is_constant(&self) -> bool {
         self.gain == 0.0
     }
 
-    pub(crate) fn minimum(&self) -> f32 {
+    /// Smallest raw value.
+    #[must_use]
+    pub fn minimum(&self) -> f32 {
         self.column.min
     }
 
     /// The transformed minimum.
-    pub(crate) fn low(&self) -> f32 {
+    #[must_use]
+    pub fn low(&self) -> f32 {
         self.low
     }
 
-    pub(crate) fn half_span(&self) -> f32 {
+    /// Half of the transformed range; 0 where the column is constant.
+    #[must_use]
+    pub fn half_span(&self) -> f32 {
         self.half_span
     }
 
-    pub(crate) fn gain(&self) -> f32 {
+    /// One over [`Axis::half_span`]; 0 where the column is constant.
+    #[must_use]
+    pub fn gain(&self) -> f32 {
         self.gain
     }
 }
@@ -219,7 +228,9 @@ impl Scaler {
         Ok(scaler)
     }
 
-    pub(crate) fn axes(&self) -> &[Axis] {
+    /// The columns with what scaling needs.
+    #[must_use]
+    pub fn axes(&self) -> &[Axis] {
         self.axes.get(..self.columns).unwrap_or(&self.axes)
     }
 

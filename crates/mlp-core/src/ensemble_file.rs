@@ -8,8 +8,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::file::{FileColumn, FileError, FileLayer, Head, ModelFile, json_error};
-use super::rounded;
+use crate::file::{FileColumn, FileError, FileLayer, Head, ModelFile, json_error, rounded};
 use crate::scaler::Transform;
 
 /// Value of the field `format`.

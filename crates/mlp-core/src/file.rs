@@ -17,14 +17,12 @@
 
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-use super::column::{ColumnSpec, unit_of};
-use super::rounded;
-use super::scaling::Scaling;
-use super::topology::Topology;
 use crate::activation::Activation;
+use crate::column::ColumnSpec;
 use crate::model::Model;
 use crate::network::{Network, ShapeError};
 use crate::scaler::{Column, ScaleError, Scaler, Transform};
+use crate::topology::Topology;
 
 /// Value of the field `format`.
 pub const FORMAT: &str = "mlp-model";
@@ -184,6 +182,16 @@ pub struct SplitNote {
     pub validation: Option<f64>,
 }
 
+/// Nearest `f32`; what is too large becomes infinite and is caught where finite values are required.
+#[must_use]
+#[expect(
+    clippy::cast_possible_truncation,
+    reason = "rounding to the precision of the model is meant"
+)]
+pub fn rounded(value: f64) -> f32 {
+    value as f32
+}
+
 /// Contents of a model file.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ModelFile {
@@ -210,14 +218,14 @@ pub enum Deviation {
 
 /// What a text says it is.
 #[derive(Deserialize)]
-pub(super) struct Head {
-    pub(super) format: Option<String>,
+pub(crate) struct Head {
+    pub(crate) format: Option<String>,
     version: Option<u64>,
 }
 
 impl Head {
     /// That of a text which must be of this format and version.
-    pub(super) fn check(text: &str, format: &str, version: u64) -> Result<(), FileError> {
+    pub(crate) fn check(text: &str, format: &str, version: u64) -> Result<(), FileError> {
         let head: Self = serde_json::from_str(text).map_err(|error| json_error(&error))?;
         if head.format.as_deref() != Some(format) {
             return Err(FileError::Format { found: head.format });
@@ -335,20 +343,6 @@ impl ModelFile {
     }
 }
 
-/// Joins specs and limits to file columns; units come from the names.
-#[must_use]
-pub fn columns(specs: &[ColumnSpec], scalings: &[Scaling]) -> Vec<FileColumn> {
-    specs
-        .iter()
-        .zip(scalings)
-        .map(|(spec, scaling)| {
-            let Column { transform, min, max } = scaling.column();
-            let unit = unit_of(&spec.name).to_owned();
-            FileColumn { name: spec.name.clone(), unit, transform, min, max }
-        })
-        .collect()
-}
-
 fn append_layer(
     layer: usize,
     contents: &FileLayer,
@@ -385,7 +379,7 @@ fn scaler(kind: &'static str, columns: &[FileColumn]) -> Result<Scaler, FileErro
     })
 }
 
-pub(super) fn json_error(error: &serde_json::Error) -> FileError {
+pub(crate) fn json_error(error: &serde_json::Error) -> FileError {
     let (line, column, text) = (error.line(), error.column(), error.to_string());
     let place = format!(" at line {line} column {column}");
     let message = text.strip_suffix(&place).unwrap_or(&text).to_owned();

@@ -10,14 +10,13 @@
 //! vectorise them, and results repeat bit for bit on every machine.
 
 /// From here on the result of [`rational`] is that of this argument, which rounds to 1.
-pub(crate) const LIMIT: f32 = 9.0;
+pub const LIMIT: f32 = 9.0;
 
 /// `P(x^2)`, lowest power first. Coefficients from `examples/fit_tanh.rs`.
-pub(crate) const NUMERATOR: [f32; 3] = [0.922_147_4, 0.027_452_586, 0.000_105_296_96];
+pub const NUMERATOR: [f32; 3] = [0.922_147_4, 0.027_452_586, 0.000_105_296_96];
 
 /// `Q(x^2)`, lowest power first; its first value is twice that of [`NUMERATOR`], so that `tanh x = x` for small `x`.
-pub(crate) const DENOMINATOR: [f32; 4] =
-    [1.844_294_8, 0.208_596_32, 0.002_224_575_5, 2.264_456_3e-6];
+pub const DENOMINATOR: [f32; 4] = [1.844_294_8, 0.208_596_32, 0.002_224_575_5, 2.264_456_3e-6];
 
 /// The hyperbolic tangent as a rational function, in 19 operations.
 ///
@@ -87,8 +86,9 @@ pub fn double(x: f64) -> f64 {
 }
 
 /// [`double`] with a given way to compute `a b + c`.
+#[must_use]
 #[inline(always)]
-pub(crate) fn double_by(x: f64, mul_add: impl Fn(f64, f64, f64) -> f64) -> f64 {
+pub fn double_by(x: f64, mul_add: impl Fn(f64, f64, f64) -> f64) -> f64 {
     let size = x.abs();
     // Not `min`, which would turn NaN into the limit.
     let twice = 2.0 * if size > SATURATION { SATURATION } else { size };
