@@ -11,11 +11,13 @@ from pathlib import Path
 # Ground first. A package may depend on packages of lower floors only (normal and build dependencies, optional ones too).
 FLOORS = [
     ["mlp-core", "grip-link", "grip-plot"],
-    ["slip-core", "mlp"],
-    ["grip-record", "grip-sim"],
-    ["grip-import", "grip-study", "grip-host"],
-    ["grip-port"],
+    ["slip-core", "mlp", "grip-port"],
+    ["grip-record"],
+    ["grip-session"],
     ["grip-daemon"],
+    # Below: beside a gripper. Above: not, but for the simulator of `--port sim`.
+    ["grip-sim", "grip-import"],
+    ["grip-eval", "grip-study"],
     ["grip-fleet"],
     ["grip-scope"],
     ["gripd", "gripctl", "gripmon"],
@@ -34,7 +36,7 @@ PATH_FILES = {
     "grip-port": """
         line linux/wire
     """,
-    "grip-host": """
+    "grip-session": """
         session/mod session/path session/pace session/time_base session/wishes session/limits motion report
     """,
     "grip-link": """

@@ -6,7 +6,7 @@ use crate::{
     latency::Latency,
     metrics::{grip_state_name, healths},
 };
-use grip_host::{config::Uid, report::EventLine, session::explain};
+use grip_session::{config::Uid, report::EventLine, session::explain};
 use serde::Serialize;
 use std::{borrow::Cow, collections::BTreeMap, path::Path};
 

@@ -1,13 +1,13 @@
 //! Items of the hot thread in, messages for clients out.
 
 use crate::{LinkNote, State as PipelineState};
-use grip_host::report::{EventLine, EvidenceFields};
 use grip_link::host::{CloseReason, HostState};
 use grip_link::message::daemon::{
     EscKind, EscValue, GripStage, LinkState, Method, Phase, SceneCode, Sensor, SensorHealth, Slip,
     SpeedSource, State,
 };
 use grip_link::message::{DeviceState, EventKind, FaultCode};
+use grip_session::report::{EventLine, EvidenceFields};
 use slip_core::{
     detector::ReferenceHealth,
     distance::TravelHealth,

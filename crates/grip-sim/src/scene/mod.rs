@@ -6,12 +6,14 @@
 mod builtin;
 mod check;
 mod draw;
+mod file;
 mod load;
 mod sensing;
 
 pub use builtin::{BUILT_IN, load};
 pub use check::SceneError;
 pub use draw::Draw;
+pub use file::{SceneFileError, open};
 pub(crate) use load::{Acting, Load};
 pub use load::{ArmConfig, BumpConfig, FillConfig, TugConfig, WetConfig};
 pub(crate) use sensing::Gains;
