@@ -13,7 +13,7 @@ test:
 # Formatting, lints and documentation, as CI checks them.
 check:
     cargo fmt --all --check
-    cargo clippy --workspace --all-targets --features mlp/export,grip-link/small-table,slip-core/serde,grip-fleet/zenoh,grip-fleet/foxglove,grip-scope/zenoh,gripd/fleet,gripctl/fleet,gripctl/foxglove,gripmon/fleet,stories/fleet -- -D warnings
+    cargo clippy --workspace --all-targets --features mlp/export,mlp-core/file,grip-link/small-table,slip-core/serde,grip-fleet/zenoh,grip-fleet/foxglove,grip-scope/zenoh,gripd/fleet,gripctl/fleet,gripctl/foxglove,gripmon/fleet,stories/fleet -- -D warnings
     RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps
 
 # Benches and the latency check.

@@ -1,5 +1,5 @@
 #!/bin/sh
-# Builds slip-core, mlp and grip-link against a sysroot that holds core and nothing else, and fails where std, alloc or
+# Builds slip-core, mlp-core and grip-link against a sysroot that holds core and nothing else, and fails where std, alloc or
 # any symbol but the five memory functions of a C runtime is needed. Then lists the calls from which a panic can be
 # reached. `--strict` fails on those too.
 set -eu
@@ -59,7 +59,7 @@ if [ -n "$foreign$hidden" ]; then
     printf 'no-std-check: these symbols are not of core:\n%s\n%s\n' "$foreign" "$hidden" >&2
     exit 1
 fi
-echo "no-std-check: slip-core, mlp and grip-link link with core alone"
+echo "no-std-check: slip-core, mlp-core and grip-link link with core alone"
 
 # Which of the exported functions reach core::panicking through direct calls and jumps?
 exported=$(nm --dynamic --defined-only "$linked" | awk '$2 == "T" { print $3 }')

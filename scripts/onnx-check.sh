@@ -16,4 +16,4 @@ if [ -z "${GRIPCTL:-}" ]; then
 fi
 rm -rf "$work/models"
 mkdir -p "$work/models"
-"$python" "$root/scripts/peers/onnx_check.py" "$GRIPCTL" "$work/models" "$root/crates/grip-host/models/default.json"
+"$python" "$root/scripts/peers/onnx_check.py" "$GRIPCTL" "$work/models" "$root/crates/grip-session/models/default.json"

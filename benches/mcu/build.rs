@@ -14,7 +14,7 @@ fn numbers(text: &str) -> impl Iterator<Item = f32> + '_ {
 }
 
 fn main() {
-    let model = Path::new("../../crates/grip-host/models/default.json");
+    let model = Path::new("../../crates/grip-session/models/default.json");
     println!("cargo:rerun-if-changed={}", model.display());
     println!("cargo:rerun-if-changed=memory.x");
     let text = fs::read_to_string(model).expect("the embedded model");

@@ -1,12 +1,9 @@
 //! Noise of several laws without slip, and slips on it in; false alarms of the fast trigger and of the certified alarm,
 //! and both delays, out.
 
-use grip_host::{
-    HostConfig,
-    calibrate::{Calibrated, CalibrationError, calibrate},
-    replay,
-};
+use grip_eval::calibrate::{Calibrated, CalibrationError, calibrate};
 use grip_record::{Channel, ChannelSet, Notes, Recording, StylusKind};
+use grip_session::{HostConfig, replay};
 use grip_sim::disturbance::Disturbance;
 use rand_chacha::ChaCha8Rng;
 use rand_core::SeedableRng;

@@ -1,7 +1,7 @@
 //! A scene in; a pipeline that stands in it and samples that keep it there, or a whole grasp, out.
 
 use crate::signals::{RATE_HZ, Signals};
-use grip_host::model::{self, ModelError};
+use grip_session::model::{self, ModelError};
 use slip_core::{
     ConfigError, Pipeline, PipelineConfig, Sample,
     detector::{BANDS, Certificate, ScoreLaw},

@@ -7,9 +7,9 @@ use grip_daemon::{
     hot::Settings,
     rings::{Sizes, rings},
 };
-use grip_host::{HostConfig, model};
 use grip_link::host::LinkState;
 use grip_port::Line;
+use grip_session::{HostConfig, model};
 use grip_sim::{VirtualMcu, mcu::SensorFault, scene};
 use rustix::event::{Timespec, poll};
 use slip_benches::daemon::{

@@ -2,11 +2,11 @@
 #![expect(clippy::unwrap_used, reason = "test code")]
 
 use core::hint::black_box;
-use grip_host::{HostConfig, News, Session, SessionOptions, model};
 use grip_link::{
     decoder::{Decoder, Role, Verdict},
     frame::MAX_WIRE,
 };
+use grip_session::{HostConfig, News, Session, SessionOptions, model};
 use grip_sim::{VirtualMcu, scene};
 use mlp::Q15;
 use slip_benches::{frames, networks, scenes, signals::Signals};

@@ -5,8 +5,8 @@ use crate::{
     table::{histogram, record},
 };
 use core::error::Error;
-use grip_host::{HostConfig, Session, SessionOptions, model};
 use grip_link::frame::MAX_WIRE;
+use grip_session::{HostConfig, Session, SessionOptions, model};
 use grip_sim::{VirtualMcu, scene};
 use hdrhistogram::Histogram;
 use slip_core::units::Micros;

@@ -12,8 +12,8 @@ use core::{
     error::Error,
     sync::atomic::{AtomicBool, AtomicU64, Ordering},
 };
-use grip_host::Session;
 use grip_link::frame::MAX_WIRE;
+use grip_session::Session;
 use grip_sim::VirtualMcu;
 use hdrhistogram::Histogram;
 use std::{

@@ -1,6 +1,6 @@
 //! The embedded model of the host, its weights in flash.
 
-use mlp::{Activation, Column, Model, Network, Scaler, Transform};
+use mlp_core::{Activation, Column, Model, Network, Scaler, Transform};
 
 include!(concat!(env!("OUT_DIR"), "/embedded.rs"));
 

@@ -4,7 +4,7 @@ use crate::board::{Board, print};
 use crate::model::{self, WEIGHTS};
 use crate::stack;
 use core::hint::black_box;
-use mlp::{Activation, Mlp};
+use mlp_core::{Activation, Mlp};
 
 const TIMES: u16 = 1000;
 

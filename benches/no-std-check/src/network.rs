@@ -1,6 +1,6 @@
 //! Inputs in, outputs of each kind of network out.
 
-use mlp::{
+use mlp_core::{
     Activation, Column, DeepMlp, Dense, Estimate, Mlp, Model, Network, PredictError, Q15, Q15Error,
     ScaleError, Scaler, ShapeError, tanh,
 };

@@ -1,6 +1,6 @@
 //! Samples in, steps out.
 
-use mlp::{Model, Network, Scaler};
+use mlp_core::{Model, Network, Scaler};
 use slip_core::{
     ConfigError, Pipeline, PipelineConfig, Sample, Step,
     estimate::{Estimator, EstimatorError},

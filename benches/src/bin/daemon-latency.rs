@@ -15,8 +15,8 @@ use grip_daemon::{
     Latency,
     realtime::{RealtimeConfig, RealtimeMode, enter},
 };
-use grip_host::HostConfig;
-use grip_port::{DEFAULT_BAUD, Line, PortArgs};
+use grip_port::{DEFAULT_BAUD, Line, UsbFilter};
+use grip_session::HostConfig;
 use grip_sim::{Pty, VirtualMcu, scene};
 use hdrhistogram::Histogram;
 use rustix::event::{Timespec, poll};
@@ -95,9 +95,8 @@ fn measure(kind: Kind, cli: &Cli) -> Result<Times, Box<dyn Error>> {
         Kind::Pty => {
             let pty = Pty::open(None)?;
             let name = pty.port().display().to_string();
-            let usb = &grip_host::config::UsbFilter::ANY;
-            let args = PortArgs { name: &name, baud: DEFAULT_BAUD, seed: None, usb };
-            let line = grip_port::Source::open(&args, || 0)?.line()?;
+            let usb = UsbFilter::default();
+            let line = grip_port::Source::open(&name, DEFAULT_BAUD, usb)?.line()?;
             run(line, pty.as_fd(), cli)
         }
     }

@@ -2,7 +2,7 @@
 #![expect(clippy::print_stdout, reason = "a program that prints its result")]
 
 use clap::Parser;
-use grip_host::poisson;
+use grip_eval::poisson;
 use rayon::prelude::*;
 use slip_benches::{
     detection::bound,

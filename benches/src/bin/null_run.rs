@@ -3,7 +3,7 @@
 #![expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "places in a list")]
 
 use clap::Parser;
-use grip_host::poisson;
+use grip_eval::poisson;
 use slip_benches::detection::{Ours, RobotConfig, null_run};
 use slip_core::{ConfigError, PipelineConfig, Signal, units::Hertz};
 
@@ -94,7 +94,7 @@ fn pipeline(file: Option<&std::path::Path>) -> Result<PipelineConfig, Box<dyn co
         None => PipelineConfig::observing(Signal::Displacement, rate),
         Some(file) => PipelineConfig {
             grip: None,
-            ..grip_host::HostConfig::read(file)?.pipeline(Signal::Displacement, rate)
+            ..grip_session::HostConfig::read(file)?.pipeline(Signal::Displacement, rate)
         },
     })
 }

@@ -41,7 +41,7 @@ fn main() -> Result<(), Box<dyn core::error::Error>> {
         None => PipelineConfig::observing(Signal::Displacement, rate),
         Some(file) => PipelineConfig {
             grip: None,
-            ..grip_host::HostConfig::read(file)?.pipeline(Signal::Displacement, rate)
+            ..grip_session::HostConfig::read(file)?.pipeline(Signal::Displacement, rate)
         },
     };
     Ours::new(config)?;

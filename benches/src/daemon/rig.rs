@@ -5,8 +5,8 @@ use grip_daemon::{
     hot::{Ends, Hot, HotOptions, Lost, Settings, Shared},
     rings::{Inbox, Sizes, rings},
 };
-use grip_host::{HostConfig, Session, SessionError, SessionOptions, model};
 use grip_port::Line;
+use grip_session::{HostConfig, Session, SessionError, SessionOptions, model};
 use rtrb::{Consumer, Producer, RingBuffer};
 use std::sync::Arc;
 

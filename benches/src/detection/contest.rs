@@ -7,7 +7,7 @@ use super::{
     robot::{Hand, RobotConfig},
     trials::{Alarm, Slips, null_runs, slips_of_all},
 };
-use grip_host::tail::Tail;
+use grip_eval::tail::Tail;
 use serde::Serialize;
 use slip_core::{ConfigError, PipelineConfig, Sample, Signal, detector::TestKind, units::Hertz};
 

@@ -6,7 +6,10 @@ mod output;
 
 use clap::Parser as _;
 use cli::{Cli, Command};
-use grip_host::exit::{self, Exit};
+use grip_port::PortError;
+use grip_session::exit::{self, Exit};
+use grip_sim::port::is_scene_error;
+use mlp::train::DataSetError;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
@@ -43,7 +46,17 @@ fn main() -> ExitCode {
         Err(error) if output::is_closed_pipe(&error) => Exit::Done.into(),
         Err(error) => {
             eprintln!("gripctl: {}", exit::message(error.as_ref()));
-            Exit::of(error.as_ref()).into()
+            Exit::of_any(error.as_ref(), is_argument).into()
         }
     }
+}
+
+/// Scenes, ports and columns that cannot be used.
+fn is_argument(error: &(dyn core::error::Error + 'static)) -> bool {
+    is_scene_error(error)
+        || matches!(error.downcast_ref(), Some(PortError::Argument(_)))
+        || matches!(
+            error.downcast_ref(),
+            Some(DataSetError::Columns { .. } | DataSetError::Repeated { .. })
+        )
 }

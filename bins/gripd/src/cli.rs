@@ -27,7 +27,7 @@ pub(crate) struct Cli {
     #[arg(long, env = "GRIPD_MODEL", value_name = "FILE")]
     pub(crate) model: Option<PathBuf>,
     /// Show this reading of E_sc beside the literal one: literal, arc_cot, slope_power, lift_work or viscous_work.
-    #[arg(long, value_name = "NAME", value_parser = grip_host::config::esc_reading)]
+    #[arg(long, value_name = "NAME", value_parser = grip_session::config::esc_reading)]
     pub(crate) esc: Option<slip_core::esc::Reading>,
     /// Where clients may connect: tcp:IP:PORT, unix:PATH or off.
     #[arg(long, env = "GRIPD_LISTEN", value_name = "ADDRESS")]

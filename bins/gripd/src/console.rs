@@ -6,11 +6,11 @@ use grip_daemon::{
     log::{Clocks, Entry, Log, LogLevel, LogStyle},
     supply::PortNews,
 };
-use grip_host::{report::EventLine, session::explain};
 use grip_link::{
     host::{CloseReason, LinkState},
     message::{Clamped, EventKind, FaultCode},
 };
+use grip_session::{report::EventLine, session::explain};
 use std::io::{self, IsTerminal as _, Write as _};
 
 /// A sentence and its weight.

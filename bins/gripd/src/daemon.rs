@@ -24,11 +24,12 @@ use grip_daemon::{
     rings::{Dropped, Sizes, rings},
     supply::{Supply, SupplyEnds},
 };
-use grip_host::{
+use grip_port::PortError;
+use grip_session::{
     Session, SessionOptions,
     exit::{Exit, message},
 };
-use grip_port::{PortError, Source};
+use grip_sim::port::Simulator;
 use rtrb::RingBuffer;
 use std::{
     io,
@@ -74,7 +75,8 @@ pub(crate) fn run(cli: &Cli, settings: Settings, models: Models) -> anyhow::Resu
         HotOptions { end_us: end_us(cli.duration), patient: cli.wait || Notify::is_asked_for() };
     let session = session(cli, &settings)?;
     let weakness = settings.weakness()?;
-    let source = Source::open(&settings.port_args(), move || clock.now_us())?;
+    let simulator = Simulator::at(&settings.port, cli.seed, move || clock.now_us())?;
+    let source = settings.source(simulator.as_ref().map(Simulator::port))?;
     // Opened before anything moves: an address or a file that cannot be had is told at once.
     let (servers, complaint) = servers(&settings, models, clock)?;
     let started = Recording::start(&settings, clock)?;
@@ -128,7 +130,7 @@ pub(crate) fn run(cli: &Cli, settings: Settings, models: Models) -> anyhow::Resu
     let (hot, granted) = start_hot(hot, wanted, shared)?;
     service.granted(&granted);
     service.run();
-    finish(cli, (hot, port), recording, service)
+    finish(cli, (hot, port, simulator), recording, service)
 }
 
 /// What the threads share; Ctrl-C and the service manager stop all of them.
@@ -211,7 +213,7 @@ fn end_us(duration_s: Option<f64>) -> u64 {
 /// Counters, rows lost and the last command.
 type HotEnd = anyhow::Result<(HotCounters, u64, Option<f32>)>;
 type HotThread = JoinHandle<HotEnd>;
-type PortThread = JoinHandle<Result<Source, PortError>>;
+type PortThread = JoinHandle<Result<(), PortError>>;
 
 /// The port thread. With its end everything ends.
 fn start_port(supply: Supply, shared: Arc<Shared>) -> io::Result<PortThread> {
@@ -263,7 +265,7 @@ fn run_hot<C: Fn() -> u64>(
 /// Gathers the threads and prints what they did. What went wrong first is what is told.
 fn finish(
     cli: &Cli,
-    (hot, port): (HotThread, PortThread),
+    (hot, port, simulator): (HotThread, PortThread, Option<Simulator>),
     recording: Option<Recording>,
     mut service: Service,
 ) -> anyhow::Result<Exit> {
@@ -275,13 +277,13 @@ fn finish(
     // Whole, also where the hot thread fell: it has let go of the ring.
     let recorded = recording.map(Recording::finish);
     let hot = hot?;
-    let source = port.join().map_err(|_| fallen("port"))?;
+    let port = port.join().map_err(|_| fallen("port"))?;
     let closed = service.close();
-    let source = source?;
+    port?;
     let (counters, lost, command_n) = hot?;
     let recorded = recorded.transpose()?;
     let ended = Ended { counters, lost, command_n, service: closed, recorded };
-    let summary = Summary::new(&ended, source.close()?);
+    let summary = Summary::new(&ended, simulator.map(Simulator::stop).transpose()?);
     match summary.print(cli.json) {
         Err(error) if error.kind() == io::ErrorKind::BrokenPipe => {}
         shown => shown?,

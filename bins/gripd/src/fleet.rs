@@ -20,8 +20,8 @@ use core::{
 use curator::Curator;
 use grip_daemon::{clients::Clients, log::LogLevel};
 use grip_fleet::{About, Bridge, EventId, Spool, Topic, Uid, deploy::Models, net::Network};
-use grip_host::{config::FleetConfig, exit::message};
 use grip_link::message::{NackReason, daemon::Command};
+use grip_session::{config::FleetConfig, exit::message};
 use keeper::{Keeper, KeeperEnds};
 use lending::Lending;
 use network::{Place, Speaker, SpeakerEnds};

@@ -15,7 +15,9 @@ mod summary;
 
 use clap::Parser as _;
 use cli::Cli;
-use grip_host::exit::{self, Exit};
+use grip_port::PortError;
+use grip_session::exit::{self, Exit};
+use grip_sim::port::is_scene_error;
 use settings::Settings;
 use std::{
     io::{self, Write as _},
@@ -28,9 +30,14 @@ fn main() -> ExitCode {
         Err(error) => {
             // A standard error that takes nothing must not turn the reason into a panic; the exit code tells it too.
             let _told = writeln!(io::stderr(), "gripd: {}", exit::message(error.as_ref()));
-            Exit::of(error.as_ref()).into()
+            Exit::of_any(error.as_ref(), is_argument).into()
         }
     }
+}
+
+/// Scenes and ports that cannot be used.
+fn is_argument(error: &(dyn core::error::Error + 'static)) -> bool {
+    is_scene_error(error) || matches!(error.downcast_ref(), Some(PortError::Argument(_)))
 }
 
 fn run(cli: &Cli) -> anyhow::Result<Exit> {

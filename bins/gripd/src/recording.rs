@@ -10,8 +10,8 @@ use grip_daemon::{
     recorder::{About, Recorder, RecorderCounters, RecorderNews, RecordingOptions},
     rings::{Inbox, Outbox, Sizes, rings},
 };
-use grip_host::exit::message;
 use grip_record::mcap::Attached;
+use grip_session::exit::message;
 use std::{
     path::PathBuf,
     sync::mpsc::{self, Receiver, Sender},

@@ -30,8 +30,8 @@ use grip_daemon::{
     rings::{Dropped, Inbox},
     supply::PortNews,
 };
-use grip_host::exit::message;
 use grip_record::mcap::Attached;
+use grip_session::exit::message;
 use rtrb::{Consumer, Producer};
 use std::{
     collections::VecDeque,
@@ -366,7 +366,7 @@ impl Service {
         &mut self,
         settings: Settings,
         changes: &[String],
-        refused: Option<&grip_host::SessionError>,
+        refused: Option<&grip_session::SessionError>,
     ) {
         let (level, text) = if let Some(error) = refused {
             self.board.about.reloads.1 += 1;

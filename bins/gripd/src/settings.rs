@@ -2,21 +2,22 @@
 
 use crate::cli::Cli;
 use anyhow::Context as _;
+use grip_daemon::supply::usb_filter;
 use grip_daemon::{
     board,
     clients::{self, ClientsConfig},
     dump,
 };
-use grip_host::{
+use grip_link::message::daemon::RealTime;
+use grip_port::{DEFAULT_BAUD, PortError, Source};
+use grip_record::{files, mcap::Attached};
+use grip_session::{
     HostConfig, HostConfigError, HostEstimator, ModelError,
     config::{Change, Layers, RealtimeConfig, Setting, advice, needs_restart},
     exit::WrongArgument,
     model,
     recording::{CALIBRATION_NAME, CONFIG_NAME, MODEL_NAME},
 };
-use grip_link::message::daemon::RealTime;
-use grip_port::{DEFAULT_BAUD, PortArgs};
-use grip_record::{files, mcap::Attached};
 use std::{
     borrow::Cow,
     path::{Path, PathBuf},
@@ -260,9 +261,9 @@ impl Settings {
         }
     }
 
-    /// The port and what belongs to it.
-    pub(crate) fn port_args(&self) -> PortArgs<'_> {
-        PortArgs { name: &self.port, baud: self.baud, seed: self.cli.seed, usb: &self.config.usb }
+    /// Where lines come from: the port, or `simulated` in its place.
+    pub(crate) fn source(&self, simulated: Option<&str>) -> Result<Source, PortError> {
+        Source::open(simulated.unwrap_or(&self.port), self.baud, usb_filter(&self.config.usb))
     }
 }
 

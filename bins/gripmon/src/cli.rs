@@ -34,7 +34,7 @@ pub struct Cli {
     /// Only grippers of this site.
     #[cfg(feature = "fleet")]
     #[arg(long)]
-    pub site: Option<grip_host::config::Site>,
+    pub site: Option<grip_session::config::Site>,
     /// Seed of the simulator; other sources take none.
     #[arg(long, value_name = "N")]
     pub seed: Option<u64>,

@@ -1,7 +1,7 @@
 //! The live scope of the slip-detection workspace.
 
 use clap::Parser as _;
-use grip_host::exit::{self, Exit};
+use grip_session::exit::{self, Exit};
 use gripmon::{cli::Cli, layout::LayoutError, window};
 use std::process::ExitCode;
 

@@ -7,8 +7,9 @@ use grip_daemon::{
     Item, State,
     recorder::{About, Recorder, RecordingOptions},
 };
-use grip_host::{HostConfig, News, model, recording, report::EventLine, session::Beginning, trial};
+use grip_eval::trial;
 use grip_record::mcap::Attached;
+use grip_session::{HostConfig, News, model, recording, report::EventLine, session::Beginning};
 use rustix::time::{ClockId, clock_gettime};
 use slip_core::{Sample, Step, units::Micros};
 use std::{fs, path::Path};

@@ -4,11 +4,11 @@ use crate::{
     counters::HotCounters,
     item::{Item, LinkNote, State},
 };
-use grip_host::report::EventLine;
 use grip_link::{
     host::{CloseReason, LinkState},
     message::{FaultCode, Firmware, Status as DeviceStatus},
 };
+use grip_session::report::EventLine;
 use std::{collections::VecDeque, path::PathBuf};
 
 /// Events that are remembered.

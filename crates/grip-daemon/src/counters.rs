@@ -1,9 +1,9 @@
 //! What the hot thread counts: plain numbers that it copies into the ring once a second.
 
 use crate::latency::Latency;
-use grip_host::{Session, session::ClockHealth};
 use grip_link::message::daemon::ClockOffset;
 use grip_link::{decoder::Counters as FrameCounters, host::LossCount};
+use grip_session::{Session, session::ClockHealth};
 use slip_core::{health::HealthCounters, stages::StageCounters};
 
 /// Counts since the start of the daemon, as of `host_us`. Those of the link and of the pipeline begin anew with each of them.

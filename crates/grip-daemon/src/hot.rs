@@ -9,16 +9,16 @@ use crate::{
     rings::Outbox,
 };
 use core::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use grip_host::{
-    HostConfig, HostEstimator, News, Session, SessionError,
-    session::{ClientCommand, explain},
-};
 use grip_link::{
     frame::{MAX_WIRE, OVERHEAD},
     host::{CloseReason, HostEvent, LinkState},
     message::{EventKind, Grip},
 };
 use grip_port::{Line, PortError, READ_TIMEOUT, nonce};
+use grip_session::{
+    HostConfig, HostEstimator, News, Session, SessionError,
+    session::{ClientCommand, explain},
+};
 use rtrb::{Consumer, Producer};
 use rustix::event::{Timespec, poll};
 use std::sync::Arc;

@@ -1,12 +1,12 @@
 //! The nouns that leave the hot thread, in the order in which things happened.
 
-use grip_host::{
-    report::EventLine,
-    session::{Beginning, ClientCommand},
-};
 use grip_link::{
     host::{CloseReason, LinkState},
     message::{Clamped, Event as DeviceEvent, Firmware, Grip, Nack, Status},
+};
+use grip_session::{
+    report::EventLine,
+    session::{Beginning, ClientCommand},
 };
 use slip_core::{
     Sample,

@@ -8,8 +8,8 @@ use crate::{
     },
     item::State,
 };
-use grip_host::session::ClockHealth;
 use grip_link::host::LinkState;
+use grip_session::session::ClockHealth;
 use slip_core::{grip::GripState, scene::Scene};
 
 /// Writes all metrics. `now_us` is host time (us).
@@ -35,7 +35,7 @@ fn link(board: &Board, page: &mut Exposition) {
     page.each(Gauge, ("gripd_link_state", "1 for the state the link is in."), "state", states);
     page.one(Gauge, ("gripd_port_open", "Whether a line is open."), u8::from(link.port_open));
     if let Some((uid, boot_id)) = link.gripper {
-        let uid = grip_host::config::Uid(uid).to_string();
+        let uid = grip_session::config::Uid(uid).to_string();
         let named = ("gripd_gripper_info", "Identity of the gripper and its number of starts.");
         page.info(named, &[("uid", &uid), ("boot_id", &boot_id.to_string())]);
     }

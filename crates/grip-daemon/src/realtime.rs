@@ -4,7 +4,7 @@
 //! it works without root where the limits RTPRIO and MEMLOCK are raised, as the unit of the package does.
 
 use core::{fmt, hint::black_box};
-pub use grip_host::config::{RealtimeConfig, RealtimeMode};
+pub use grip_session::config::{RealtimeConfig, RealtimeMode};
 use rustix::io::Errno;
 
 #[cfg_attr(not(target_os = "linux"), path = "realtime/elsewhere.rs")]

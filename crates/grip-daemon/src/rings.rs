@@ -6,11 +6,11 @@
 
 use crate::item::{Item, LinkNote, State};
 use core::sync::atomic::{AtomicU64, Ordering};
-use grip_host::{
+use grip_link::message::Grip;
+use grip_session::{
     report::EventLine,
     session::{Beginning, ClientCommand},
 };
-use grip_link::message::Grip;
 use rtrb::{Consumer, Producer, RingBuffer};
 use slip_core::{Sample, pressure::MAX_TAXELS};
 use std::sync::Arc;

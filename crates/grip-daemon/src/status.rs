@@ -6,7 +6,7 @@ use crate::{
     latency::Latency,
     metrics::healths,
 };
-use grip_host::{config::Uid, report::EventLine, session::explain};
+use grip_session::{config::Uid, report::EventLine, session::explain};
 use serde::Serialize;
 use slip_core::grip::GripState;
 use std::{borrow::Cow, collections::BTreeMap, path::Path};

@@ -2,14 +2,21 @@
 
 use crate::hot::{Lost, Shared};
 use core::{sync::atomic::Ordering, time::Duration};
-use grip_host::exit::message;
-use grip_port::{Backoff, Line, PortError, Source};
+use grip_port::{Backoff, Line, PortError, Source, UsbFilter};
+use grip_session::exit::message;
 use rtrb::{Consumer, Producer};
 use rustix::event::{Timespec, poll};
 use std::sync::{Arc, mpsc::Sender};
 
 /// The thread looks this often whether it is to end, or a line was lost.
 const LOOK_EVERY: Duration = Duration::from_millis(25);
+
+/// What the configuration says of `auto`, for the search.
+#[must_use]
+pub fn usb_filter(config: &grip_session::config::UsbFilter) -> UsbFilter {
+    let grip_session::config::UsbFilter { vid, pid, serial, product } = config.clone();
+    UsbFilter { vid, pid, serial, product }
+}
 
 /// What a person may want to know of the search.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -59,11 +66,11 @@ impl Supply {
         Self { source, patient, ends, backoff: Backoff::default(), attached: false, told: None }
     }
 
-    /// Runs until it is told to stop; gives the source back.
+    /// Runs until it is told to stop.
     ///
     /// # Errors
     /// Where the first line cannot be had and nobody wants to wait, or the choice of the port is a mistake; the loop is then told to stop.
-    pub fn run(mut self) -> Result<Source, PortError> {
+    pub fn run(mut self) -> Result<(), PortError> {
         while !self.stops() {
             match self.source.line() {
                 Ok(line) => self.lend(line),
@@ -78,7 +85,7 @@ impl Supply {
                 }
             }
         }
-        Ok(self.source)
+        Ok(())
     }
 
     fn stops(&self) -> bool {

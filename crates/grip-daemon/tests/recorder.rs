@@ -5,15 +5,15 @@ use grip_daemon::{
     Item, LinkNote,
     recorder::{About, Recorder, RecorderNews, RecordingOptions},
 };
-use grip_host::{
+use grip_eval::trial;
+use grip_link::message::Firmware;
+use grip_record::{CsvOptions, mcap::Attached, read_csv};
+use grip_session::{
     HostConfig, News, model,
     report::EventLine,
     session::{Beginning, ClientCommand},
     tape::{Played, Tape, TapeError, TapeOptions},
-    trial,
 };
-use grip_link::message::Firmware;
-use grip_record::{CsvOptions, mcap::Attached, read_csv};
 use slip_core::{Sample, units::Micros};
 use std::{
     fs,
@@ -45,7 +45,7 @@ fn grasp(scene: &str, seed: u64) -> Vec<(u64, Kept)> {
 
 fn about() -> About {
     let model = Attached {
-        name: grip_host::recording::MODEL_NAME.to_owned(),
+        name: grip_session::recording::MODEL_NAME.to_owned(),
         media_type: "application/json".to_owned(),
         data: model::default_text().as_bytes().to_vec(),
     };

@@ -4,7 +4,6 @@ use crate::{
     key::Topic,
     message::{self, Message},
 };
-use grip_host::config::Uid;
 use grip_link::{
     decoder::{Decoder, Role, Verdict},
     frame::{self, Direction, Header, MAX_PAYLOAD, MAX_WIRE},
@@ -13,6 +12,7 @@ use grip_link::{
         daemon::{Command, DroppedClass, Gripper, Notice, NoticeKind, Subscribe, Topics},
     },
 };
+use grip_session::config::Uid;
 
 /// Milliseconds between two STATE.
 const STATE_MS: u16 = 200;
@@ -195,7 +195,6 @@ impl Publication {
 #[cfg(test)]
 mod tests {
     use super::{Bridge, Heard, Publication, Topic};
-    use grip_host::config::Uid;
     use grip_link::{
         decoder::{Decoder, Role, Verdict},
         frame::{self, Direction, Header, MAX_PAYLOAD, MAX_WIRE},
@@ -207,6 +206,7 @@ mod tests {
             },
         },
     };
+    use grip_session::config::Uid;
 
     /// A daemon's side of the connection.
     struct Daemon {

@@ -4,7 +4,7 @@
 //! daemon is there, the others answer questions.
 
 use core::{fmt, str::FromStr};
-use grip_host::config::{Site, Uid};
+use grip_session::config::{Site, Uid};
 
 /// What every name begins with: who, and the version of what follows.
 const PREFIX: &str = "grip/v1";
@@ -168,7 +168,7 @@ impl Selector {
 #[cfg(test)]
 mod tests {
     use super::{Member, Part, Selector, Topic};
-    use grip_host::config::{Site, Uid};
+    use grip_session::config::{Site, Uid};
 
     #[test]
     fn names_are_read_as_they_are_written() {

@@ -32,7 +32,7 @@ mod spool;
 pub use about::About;
 pub use bridge::{Bridge, Heard, Publication};
 pub use follower::{Follower, Since, Verdict};
-pub use grip_host::config::{Site, Uid};
+pub use grip_session::config::{Site, Uid};
 pub use id::{EventId, IdError};
 pub use key::{Member, Part, Selector, Topic};
 pub use log::{EventLog, Logged};

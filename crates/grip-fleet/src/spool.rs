@@ -10,8 +10,8 @@ use crate::{
     log::{EventLog, Logged},
 };
 use core::mem;
-use grip_host::config::Uid;
 use grip_link::crc::crc32c;
+use grip_session::config::Uid;
 use std::{
     fs::{self, File, OpenOptions, TryLockError},
     io::{self, Read as _, Seek as _, SeekFrom, Write as _},

@@ -11,18 +11,14 @@ use core::{
     sync::atomic::{AtomicBool, Ordering},
     time::Duration,
 };
+use grip_eval::grasp::{Bench, Way};
 use grip_fleet::{
     EventLog, Member, Part, Uid,
     deploy::{Examined, Models, Offer, Order, digest, examine},
     net::{self, Announced, Deployer, Happening, NetError, Network, Question, Session, standing},
     rollout::{Counts, JudgeConfig, Progress, Report, RolloutConfig, Stop, Worse},
 };
-use grip_host::{
-    HostConfig, HostEstimator,
-    config::LinkConfig,
-    grasp::{Bench, Way},
-    model::default_text,
-};
+use grip_session::{HostConfig, HostEstimator, config::LinkConfig, model::default_text};
 use grip_sim::Scene;
 use slip_core::units::Micros;
 use std::{

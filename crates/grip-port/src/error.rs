@@ -1,39 +1,14 @@
 //! Why there is no line to a gripper, in words that say what to do about it.
 
 use core::fmt::Display;
-use grip_host::{exit::WrongArgument, scene::SceneFileError};
-use grip_sim::{SceneError, mcu::DeviceConfigError, pty::PtyError};
 use std::{io, path::Path};
 
 /// Why a port cannot be opened or used.
 #[derive(Debug, thiserror::Error)]
 pub enum PortError {
-    /// The scene after `sim:` cannot be used.
-    #[error("--port {port}: {source}")]
-    Scene {
-        /// The port as it was named.
-        port: String,
-        /// What is wrong with the scene.
-        source: SceneFileError,
-    },
-    /// The scene cannot be drawn with that seed.
+    /// The port or the rate named by the user makes no sense here.
     #[error("{0}")]
-    Seed(#[source] SceneError),
-    /// The port named by the user makes no sense here.
-    #[error("{0}")]
-    Argument(#[source] WrongArgument),
-    /// The scene makes no gripper.
-    #[error("the scene makes no gripper: {0}")]
-    Device(#[source] DeviceConfigError),
-    /// No pseudo-terminal for the simulator.
-    #[error("cannot open a pseudo-terminal: {0}")]
-    Pty(#[source] PtyError),
-    /// The simulator's end of the line failed.
-    #[error("the simulator's line failed: {0}")]
-    SimulatedLine(#[source] PtyError),
-    /// The thread of the simulator failed, or could not be started.
-    #[error("the simulator thread failed{}", .0.as_ref().map(|e| format!(": {e}")).unwrap_or_default())]
-    Thread(#[source] Option<io::Error>),
+    Argument(String),
     /// The serial ports cannot be listed.
     #[error("cannot list the serial ports: {0}")]
     List(#[source] io::Error),

@@ -2,8 +2,20 @@
 
 use crate::{Line, Places, PortError, PortInfo, UsbPort};
 use core::{fmt::Write as _, time::Duration};
-use grip_host::{config::UsbFilter, exit::WrongArgument};
 use std::path::{Path, PathBuf};
+
+/// Which USB serial port `auto` means; what is absent fits every port.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct UsbFilter {
+    /// Vendor.
+    pub vid: Option<u16>,
+    /// Product.
+    pub pid: Option<u16>,
+    /// Serial number; `*` stands for any characters.
+    pub serial: Option<String>,
+    /// Name of the product; `*` stands for any characters.
+    pub product: Option<String>,
+}
 
 /// Which port is wanted.
 #[derive(Clone, Debug, PartialEq)]
@@ -75,9 +87,7 @@ impl Finder {
         if fitting.next().is_none() {
             return Ok(first.path.clone());
         }
-        Err(PortError::Argument(WrongArgument(several(
-            ports.iter().filter(|port| fits(filter, port)),
-        ))))
+        Err(PortError::Argument(several(ports.iter().filter(|port| fits(filter, port)))))
     }
 
     /// The port of the chosen device, by its identity; of twins the one in the same socket.
@@ -222,12 +232,8 @@ impl Default for Backoff {
 impl Wanted {
     /// The wish of a user: `auto` with what the configuration says of USB, or a path.
     #[must_use]
-    pub fn new(name: &str, usb: &UsbFilter) -> Self {
-        if name == "auto" {
-            Self::Auto(usb.clone())
-        } else {
-            Self::Path(Path::new(name).to_owned())
-        }
+    pub fn new(name: &str, usb: UsbFilter) -> Self {
+        if name == "auto" { Self::Auto(usb) } else { Self::Path(Path::new(name).to_owned()) }
     }
 }
 

@@ -1,10 +1,9 @@
-//! The name of a port in; an open line to a gripper, real or simulated, out: what the daemon and the toolbox share of it.
+//! The name of a port in; an open line to a gripper out.
 //!
 //! Ports are listed, described and, but for Linux, opened with the crate `serialport`. What only Linux has stands in the module
 //! `linux`, what every other system gets instead in `elsewhere`; both give the same names to the rest.
 //!
-//! Time is told by the caller, here too: the simulator gets its clock as an argument, and pauses between tries are for the caller to
-//! wait.
+//! Nothing here waits between tries: pauses ([`Backoff`]) are for the caller.
 
 // Tests run it on Linux as well.
 #[cfg(any(not(target_os = "linux"), test))]
@@ -17,7 +16,6 @@ mod line;
 mod linux;
 mod list;
 mod open;
-mod simulator;
 mod source;
 
 #[cfg(not(target_os = "linux"))]
@@ -26,9 +24,9 @@ use elsewhere as system;
 use linux as system;
 
 pub use error::PortError;
-pub use find::{Backoff, Finder, Wanted, describe, describe_usb};
+pub use find::{Backoff, Finder, UsbFilter, Wanted, describe, describe_usb};
 pub use line::{Line, LineCounters, LineKind, Written, least_interval_us, nonce};
 pub use list::{PortInfo, UsbPort};
 pub use open::check_baud;
-pub use source::{DEFAULT_BAUD, PortArgs, READ_TIMEOUT, Source};
+pub use source::{DEFAULT_BAUD, READ_TIMEOUT, Source};
 pub use system::Places;

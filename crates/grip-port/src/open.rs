@@ -1,22 +1,19 @@
 //! The path of a port in; an open, raw line that no other program may take out.
 
 use crate::{Line, Places, PortError, system};
-use grip_host::{
-    config::{BOOT_LOADER_BAUD, ValueError},
-    exit::WrongArgument,
-};
 use std::path::Path;
 
 /// Whether a baud rate may be asked for.
 ///
 /// # Errors
 /// For 0, and for 1200: many boards take the latter as the order to enter their boot loader.
-pub fn check_baud(baud: u32) -> Result<(), WrongArgument> {
-    match baud {
-        0 => Err(WrongArgument("baud 0: expected bits per second, more than 0".to_owned())),
-        BOOT_LOADER_BAUD => Err(WrongArgument(ValueError::BootLoader.to_string())),
-        _ => Ok(()),
-    }
+pub fn check_baud(baud: u32) -> Result<(), PortError> {
+    let wrong = match baud {
+        0 => "baud 0: expected bits per second, more than 0",
+        1200 => "baud 1200 is not used: it makes many boards restart into their boot loader",
+        _ => return Ok(()),
+    };
+    Err(PortError::Argument(wrong.to_owned()))
 }
 
 /// Whether two rates are within the 2.5 % that a UART puts up with.
@@ -39,7 +36,7 @@ impl Line {
     /// # Errors
     /// As [`Line::open`].
     pub fn open_in(places: &Places, path: &Path, baud: u32) -> Result<Self, PortError> {
-        check_baud(baud).map_err(PortError::Argument)?;
+        check_baud(baud)?;
         let (wire, setup) = system::open(places, path, baud)?;
         Ok(Self::new(wire, setup))
     }

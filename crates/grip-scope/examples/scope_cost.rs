@@ -11,13 +11,13 @@
 )]
 
 use core::time::Duration;
-use grip_host::HostConfig;
-use grip_host::recording::pipeline_record;
-use grip_host::session::Beginning;
 use grip_record::mcap::{McapWriter, Record, SampleRecord};
 use grip_scope::export::{csv, mcap};
 use grip_scope::feed::RowBlock;
 use grip_scope::{Channel, Feed, Model, SourceHandle, SourceSpec, SourceStatus, Span};
+use grip_session::HostConfig;
+use grip_session::recording::pipeline_record;
+use grip_session::session::Beginning;
 use slip_core::{
     Sample, Signal,
     units::{Hertz, Micros},

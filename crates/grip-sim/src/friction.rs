@@ -68,7 +68,8 @@ impl LuGre {
         let steady = limit / c.stiffness_n_m;
         let alpha = self.plasticity(old, speed, steady);
         let new = if alpha > 0.0 {
-            old - exp_m1(-alpha * speed.abs() * dt / steady) * ((steady / alpha).copysign(speed) - old)
+            old - exp_m1(-alpha * speed.abs() * dt / steady)
+                * ((steady / alpha).copysign(speed) - old)
         } else {
             old + speed * dt
         };

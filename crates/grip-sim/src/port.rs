@@ -1,5 +1,9 @@
 //! A virtual device, its pseudo-terminal and a clock in; a gripper that lives in real time out.
 
+mod simulator;
+
+pub use simulator::{Simulator, SimulatorError, is_scene_error};
+
 use crate::mcu::VirtualMcu;
 use crate::pty::{Pty, PtyError};
 use core::sync::atomic::{AtomicBool, Ordering};

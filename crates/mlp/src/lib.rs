@@ -1,52 +1,13 @@
-//! Raw features of a slip go in, an estimated grip force comes out.
+//! Small feed-forward networks for the estimation of grip forces: [`mlp_core`] (inference, model file), which stands here again under
+//! this name, and what makes its models.
 //!
-//! Small feed-forward networks of 32-bit floats. Without features the crate is `no_std`, allocates
-//! nothing and never panics, so that the same [`Model`] runs in the daemon and on a microcontroller:
-//!
-//! | type | job |
+//! | module | job |
 //! |---|---|
-//! | [`Model`] | raw features to raw targets, tells when it has to extrapolate |
-//! | [`Scaler`] | raw values to `[-1, 1]` and back |
-//! | [`Network`] | forward pass for any number of hidden layers, weights in one flat slice |
-//! | [`Mlp`], [`DeepMlp`] | forward pass for one or two hidden layers of sizes known at compile time |
-//! | [`Q15`] | forward pass in 16-bit integers for processors without floating point |
-//!
-//! [`Network`] and [`Mlp`] also compute with an exact tanh and in double precision ([`tanh`] has the errors).
-//!
-//! ```
-//! use mlp::{Activation, Column, Model, Network, Scaler, Transform};
-//!
-//! static WEIGHTS: [f32; 7] = [0.5, -0.25, 0.1, 0.2, 1.0, 2.0, 0.0];
-//! let network = Network::new(&[1, 2, 1], &[Activation::Tanh, Activation::Linear], &WEIGHTS[..])?;
-//! let speed = Column { transform: Transform::Identity, min: 0.01, max: 0.3 };
-//! let force = Column { transform: Transform::Ln, min: 1.0, max: 40.0 };
-//! let model = Model::new(network, Scaler::new(&[speed])?, Scaler::new(&[force])?)?;
-//!
-//! assert!(!model.estimate(&[0.1])?.extrapolated);
-//! assert!(model.estimate(&[0.5])?.extrapolated);
-//! assert!(model.estimate(&[f32::NAN]).is_err());
-//! # Ok::<(), Box<dyn std::error::Error>>(())
-//! ```
-//!
-//! With the feature `train` (std) the module `train` adds data sets, full-batch trainers and the
-//! model file; with `export` the module `export` writes a model as C, as ONNX and as a model card.
-#![cfg_attr(not(any(test, feature = "train")), no_std)]
+//! | [`train`] | data sets, full-batch trainers, runs, metrics |
+//! | `export` (feature) | a model as C source, as ONNX and as a model card |
 
-pub mod activation;
 #[cfg(feature = "export")]
 pub mod export;
-pub mod fixed;
-pub mod model;
-pub mod network;
-pub mod q15;
-pub mod scaler;
-pub mod tanh;
-#[cfg(feature = "train")]
 pub mod train;
 
-pub use activation::Activation;
-pub use fixed::{DeepMlp, Dense, Mlp};
-pub use model::{Coverage, Estimate, Model, PredictError};
-pub use network::{MAX_LAYERS, MAX_WIDTH, Network, ShapeError, weight_count};
-pub use q15::{Q15, Q15Error};
-pub use scaler::{Column, MAX_IO, ScaleError, Scaler, Transform};
+pub use mlp_core::*;

@@ -3,7 +3,6 @@
 //! The rows have no licence and lie outside the repository: in the folder `GRIP_DATA`, or in `shared/data` beside it. Without
 //! them the tests say so and check nothing. Error as Proben1 defines it for targets between 0 and 1: 100 times the mean
 //! squared error over rows and outputs.
-#![cfg(feature = "train")]
 
 #[cfg(test)]
 #[expect(dead_code, reason = "shared with the tests of surface2, which use the rest")]

@@ -7,7 +7,6 @@
 //! The data files hold nine digits, the golden curves come from unrounded data: both part by 2e-10 at epoch 0
 //! already. Rules that build on curvature magnify that; `parting_is_no_more_than_the_rounding_of_the_data`
 //! shows that nothing else is magnified.
-#![cfg(feature = "train")]
 
 #[cfg(test)]
 mod common;

@@ -1,5 +1,4 @@
 //! The vectorised objective against one row after the other in double precision, on every instruction set at hand.
-#![cfg(feature = "train")]
 
 #[cfg(test)]
 mod tests {

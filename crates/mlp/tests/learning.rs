@@ -1,5 +1,4 @@
 //! From CSV bytes to a saved model: every rule learns, every fault is told.
-#![cfg(feature = "train")]
 
 #[cfg(test)]
 mod tests {
@@ -246,7 +245,7 @@ mod tests {
         fn a_damaged_model_file_is_a_model_or_an_error(at in 0_usize..1000, byte in 32_u8..127) {
             let topology = Topology::regression(1, &[2], 1).unwrap();
             let data = read("v_m_s,m_kg,f_n\n0.1,0.5,3\n0.2,0.6,4\n");
-            let columns = mlp::train::file::columns(&data.targets, &data.target_scalings());
+            let columns = mlp::train::scaling::columns(&data.targets, &data.target_scalings());
             let file = ModelFile::new(&columns, &columns, &topology, &[0.5; 7]);
             let mut text = file.to_json().unwrap().into_bytes();
             let place = at % text.len();

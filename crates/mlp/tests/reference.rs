@@ -1,5 +1,4 @@
 //! Trainers against `scripts/trainer-reference.py`, weight by weight after 100 epochs, in both precisions.
-#![cfg(feature = "train")]
 
 #[cfg(test)]
 mod tests {

@@ -1,5 +1,4 @@
 //! Rows and weights that break trainers: each ends with a stated reason and finite weights, in both precisions.
-#![cfg(feature = "train")]
 
 #[cfg(test)]
 mod tests {

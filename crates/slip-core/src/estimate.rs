@@ -3,7 +3,7 @@
 pub mod friction;
 
 use crate::features::{Feature, Features};
-use mlp::{Model, Network, PredictError, scaler::MAX_IO};
+use mlp_core::{Model, Network, PredictError, scaler::MAX_IO};
 
 /// Networks of an ensemble, at most.
 pub const MAX_MEMBERS: usize = 4;

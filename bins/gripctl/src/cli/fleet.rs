@@ -3,7 +3,7 @@
 use crate::commands::fleet::Selection;
 use clap::{Args, Subcommand};
 use grip_fleet::Member;
-use grip_host::config::{Site, Uid};
+use grip_session::config::{Site, Uid};
 use std::path::PathBuf;
 
 #[derive(Debug, Args)]

@@ -1,7 +1,7 @@
 //! The arguments of `gripctl grasp`.
 
 use clap::Args;
-use grip_host::grasp::{
+use grip_eval::grasp::{
     Friction, Law, SensorSet, Stress,
     faults::{FAULT_SENSORS, FaultKind, FaultPhase},
 };

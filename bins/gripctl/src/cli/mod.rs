@@ -198,7 +198,7 @@ pub(crate) struct ReplayArgs {
     #[arg(long)]
     pub(crate) model: Option<PathBuf>,
     /// Show this reading of E_sc beside the literal one: literal, arc_cot, slope_power, lift_work or viscous_work.
-    #[arg(long, value_name = "NAME", value_parser = grip_host::config::esc_reading)]
+    #[arg(long, value_name = "NAME", value_parser = grip_session::config::esc_reading)]
     pub(crate) esc: Option<slip_core::esc::Reading>,
     /// Do not run the force controller, even where the recording has a normal force.
     #[arg(long)]

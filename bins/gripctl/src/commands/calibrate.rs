@@ -6,12 +6,12 @@ use super::{
 };
 use crate::{cli::CalibrateArgs, output};
 use anyhow::Context as _;
-use grip_host::{
-    calibrate::{Calibrated, Calibration, calibrate, check_interval},
-    certify::LawEvidence,
+use grip_eval::calibrate::{Calibrated, calibrate, check_interval};
+use grip_record::read_recording;
+use grip_session::{
+    calibration::{Calibration, LawEvidence},
     exit::{Exit, WrongArgument},
 };
-use grip_record::read_recording;
 use serde::Serialize;
 use std::path::Path;
 

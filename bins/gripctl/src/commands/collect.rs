@@ -6,14 +6,14 @@ use crate::{
     output,
 };
 use anyhow::{Context as _, bail, ensure};
-use grip_host::{
+use grip_eval::{
     collect::{
         COLUMNS, Collected, Divided, Fate, Keep, Request, Row, UNKNOWN, WatchConfig, collect,
         divide,
     },
-    exit::{Exit, WrongArgument},
     score::Quantiles,
 };
+use grip_session::exit::{Exit, WrongArgument};
 use serde::Serialize;
 use slip_core::features::Feature;
 use std::{

@@ -2,8 +2,8 @@
 
 use super::read;
 use crate::cli::learn::ColumnArgs;
-use grip_host::exit::WrongArgument;
 use grip_record::{Npz, NpzError, is_npz};
+use grip_session::exit::WrongArgument;
 use mlp::train::{ColumnSpec, DataSet};
 use ndarray::Array2;
 use std::path::Path;

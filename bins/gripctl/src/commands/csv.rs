@@ -2,13 +2,13 @@
 
 use crate::{cli::CsvExportArgs, output};
 use anyhow::Context as _;
-use grip_host::{
-    exit::{Exit, WrongArgument},
-    recording,
-};
 use grip_record::{
     ChannelSet, CsvWriter, Notes, Recording, StylusKind, Taxels, is_npz,
     mcap::{Entry, McapError, McapReader, PipelineRecord, Record, SampleRecord},
+};
+use grip_session::{
+    exit::{Exit, WrongArgument},
+    recording,
 };
 use slip_core::Signal;
 use std::{

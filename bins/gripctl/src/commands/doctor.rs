@@ -11,12 +11,13 @@ mod storage;
 use crate::{cli::DoctorArgs, output};
 use access::Access;
 use finding::{Finding, Verdict};
-use grip_host::{
+use grip_daemon::supply::usb_filter;
+use grip_port::{Finder, Places, Wanted, check_baud};
+use grip_session::{
     HostConfig,
     config::Layers,
     exit::{Exit, message},
 };
-use grip_port::{Finder, Places, Wanted, check_baud};
 use processes::Processes;
 use std::path::{Path, PathBuf};
 
@@ -126,7 +127,7 @@ impl Report {
         let name = name.unwrap_or_else(|| "auto".to_owned());
         let is_simulated = name == "sim" || name.starts_with("sim:");
         if !is_simulated {
-            let wanted = Wanted::new(&name, &config.usb);
+            let wanted = Wanted::new(&name, usb_filter(&config.usb));
             let path = match Finder::new(room.system.places.clone(), wanted).find() {
                 Ok(path) => path,
                 Err(error) => {

@@ -2,11 +2,9 @@
 
 use super::checked;
 use crate::{cli::EscArgs, output};
-use grip_host::{
-    esc::{EscLine, readings},
-    exit::{Exit, WrongArgument},
-};
+use grip_eval::esc::{EscLine, readings};
 use grip_record::read_irregularities;
+use grip_session::exit::{Exit, WrongArgument};
 use slip_core::esc::{Reading, Trial};
 
 pub(crate) fn run(args: &EscArgs) -> anyhow::Result<Exit> {

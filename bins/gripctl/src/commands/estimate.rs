@@ -1,8 +1,8 @@
 //! `gripctl estimate`: models of the adequate force against generated objects that no training saw.
 
 use crate::{cli::learn::EstimateArgs, output};
-use grip_host::{
-    accuracy::{Accuracy, Objects, TRAINING_SEED, accuracy},
+use grip_eval::accuracy::{Accuracy, Objects, TRAINING_SEED, accuracy};
+use grip_session::{
     exit::{Exit, WrongArgument},
     model,
 };

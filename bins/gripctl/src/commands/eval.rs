@@ -3,7 +3,7 @@
 use super::columns;
 use crate::{cli::learn::EvalArgs, output};
 use anyhow::Context as _;
-use grip_host::{ModelError, exit::Exit, model};
+use grip_session::{ModelError, exit::Exit, model};
 use grip_study::outlook::{Ensemble, Predict, Score, Svr, ensemble, score, svr};
 use mlp::{
     Column, Model,

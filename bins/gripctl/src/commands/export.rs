@@ -4,7 +4,7 @@ use super::{card, export_verify, model_file};
 use crate::cli::learn::{ExportArgs, ExportFormat};
 use crate::output;
 use anyhow::Context as _;
-use grip_host::exit::{Exit, WrongArgument};
+use grip_session::exit::{Exit, WrongArgument};
 use mlp::export::card::{CardExport, CardFile, CardVerified};
 use mlp::export::{c, onnx};
 use mlp::train::ModelFile;

@@ -25,8 +25,8 @@ use grip_fleet::{
     About, EventId, Member, Message, Selector, Since, Topic, Uid,
     net::{self, Listed, Network, Told, Watch, list},
 };
-use grip_host::exit::{Exit, WrongArgument};
 use grip_link::message::daemon::ToClient;
+use grip_session::exit::{Exit, WrongArgument};
 use serde::Serialize;
 use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::iterator::Signals;

@@ -2,8 +2,8 @@
 
 use crate::{cli::learn::GenerateArgs, output};
 use anyhow::Context as _;
-use grip_host::exit::{Exit, WrongArgument};
 use grip_record::{is_npz, write_columns};
+use grip_session::exit::{Exit, WrongArgument};
 use grip_sim::generator::{CSV_HEADER, GeneratorConfig, Source, rows};
 use ndarray::Array2;
 use std::{

@@ -6,9 +6,9 @@ use crate::{
     output,
 };
 use anyhow::Context as _;
-use grip_host::exit::{Exit, WrongArgument};
 use grip_import::{ImportOptions, Imported, TimeUnit, Use};
 use grip_record::{CsvOptions, CsvWriter, Recording, is_npz};
+use grip_session::exit::{Exit, WrongArgument};
 use serde::Serialize;
 use std::{
     fs::File,

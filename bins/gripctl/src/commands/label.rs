@@ -3,8 +3,8 @@
 use super::csv_options;
 use crate::{cli::import::LabelArgs, output};
 use anyhow::Context as _;
-use grip_host::exit::{Exit, WrongArgument};
 use grip_record::{Label, LabelKind, Recording, Relabel, read_recording, write_label};
+use grip_session::exit::{Exit, WrongArgument};
 use slip_core::units::Micros;
 use std::path::Path;
 

@@ -4,15 +4,17 @@ use super::{checked, clock::Clock};
 use crate::cli::CalibrateArgs;
 use anyhow::anyhow;
 use core::sync::atomic::{AtomicBool, Ordering};
-use grip_host::{
-    HostConfig, News, Session, SessionOptions, exit::WrongArgument, model, session::explain,
-};
+use grip_daemon::supply::usb_filter;
 use grip_link::{
     frame::MAX_WIRE,
     host::{CloseReason, HostEvent},
 };
-use grip_port::{DEFAULT_BAUD, Line, PortArgs, READ_TIMEOUT, Source, nonce};
+use grip_port::{DEFAULT_BAUD, Line, READ_TIMEOUT, Source, nonce};
 use grip_record::{Channel, ChannelSet, Notes, Recording, StylusKind};
+use grip_session::{
+    HostConfig, News, Session, SessionOptions, exit::WrongArgument, model, session::explain,
+};
+use grip_sim::port::Simulator;
 use slip_core::Sample;
 use std::{
     io::{self, IsTerminal as _},
@@ -44,8 +46,9 @@ pub(crate) fn measure(
     let session = Session::new(config.clone(), model::default_estimator()?, options)?;
     let clock = Clock::start();
     let baud = args.baud.or(config.baud).unwrap_or(DEFAULT_BAUD);
-    let port = PortArgs { name: port, baud, seed: args.seed, usb: &config.usb };
-    let mut source = Source::open(&port, move || clock.now_us())?;
+    let simulator = Simulator::at(port, args.seed, move || clock.now_us())?;
+    let port = simulator.as_ref().map_or(port, Simulator::port);
+    let mut source = Source::open(port, baud, usb_filter(&config.usb))?;
     let stop = Arc::new(AtomicBool::new(false));
     for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
         signal_hook::flag::register(signal, Arc::clone(&stop))?;
@@ -61,7 +64,7 @@ pub(crate) fn measure(
         meter.run(motion_s, Some(1.0))?;
     }
     let measured = meter.finish()?;
-    source.close()?;
+    simulator.map(Simulator::stop).transpose()?;
     Ok(measured)
 }
 

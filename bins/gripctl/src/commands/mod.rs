@@ -38,10 +38,10 @@ mod train_beyond;
 
 use crate::cli::CsvArgs;
 use anyhow::Context as _;
-use grip_host::{
+use grip_record::{CsvOptions, files};
+use grip_session::{
     HostConfig, HostConfigError, HostEstimator, ModelError, exit::WrongArgument, model,
 };
-use grip_record::{CsvOptions, files};
 use mlp::train::ModelFile;
 use std::path::Path;
 

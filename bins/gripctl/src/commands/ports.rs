@@ -1,8 +1,8 @@
 //! `gripctl ports`: the serial ports of this computer, as `--port auto` sees them.
 
 use crate::{cli::PortsArgs, output};
-use grip_host::exit::Exit;
 use grip_port::{Places, PortError, PortInfo, describe};
+use grip_session::exit::Exit;
 use serde::Serialize;
 use std::path::PathBuf;
 

@@ -6,11 +6,9 @@ use crate::{
     output,
 };
 use anyhow::Context as _;
-use grip_host::{
-    exit::{Exit, WrongArgument},
-    profile::{Agreement, Evaluation, ProfileLine, ProfileOptions, Spread, evaluate},
-};
+use grip_eval::profile::{Agreement, Evaluation, ProfileLine, ProfileOptions, Spread, evaluate};
 use grip_record::HeightProfile;
+use grip_session::exit::{Exit, WrongArgument};
 use slip_core::roughness::FilterKind;
 use std::path::Path;
 

@@ -1,7 +1,8 @@
 //! A measured profile in, its picture with peaks and valleys out.
 
-use grip_host::{exit::WrongArgument, profile::Evaluation};
+use grip_eval::profile::Evaluation;
 use grip_plot::{Axis, Chart, Layer, Mark};
+use grip_session::exit::WrongArgument;
 use slip_core::irregularity::TurnKind;
 use std::path::Path;
 

@@ -2,8 +2,8 @@
 
 use crate::{cli::RecoverArgs, output};
 use anyhow::{Context as _, anyhow};
-use grip_host::exit::{Exit, WrongArgument};
 use grip_record::mcap::{Recovered, recover};
+use grip_session::exit::{Exit, WrongArgument};
 use serde::Serialize;
 use std::{
     fs::{self, File, TryLockError},

@@ -3,12 +3,12 @@
 use super::{calibrated_config, csv_options, estimator, import, replay_tape};
 use crate::{cli::ReplayArgs, output};
 use anyhow::Context as _;
-use grip_host::{
+use grip_record::{CsvOptions, CsvSamples, Recording, StylusKind, is_npz, read_recording};
+use grip_session::{
     exit::{Exit, WrongArgument},
     replay,
     report::EventLog,
 };
-use grip_record::{CsvOptions, CsvSamples, Recording, StylusKind, is_npz, read_recording};
 use serde::Serialize;
 use slip_core::{Pipeline, PipelineConfig, Sample, units::Micros};
 use std::{fs::File, path::Path};

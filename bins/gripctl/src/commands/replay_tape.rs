@@ -1,13 +1,13 @@
 //! `gripctl replay` of MCAP: the pipeline that was recorded, its events printed or compared with the recorded ones.
 
 use crate::{cli::ReplayArgs, output};
-use grip_host::{
+use grip_record::mcap::McapError;
+use grip_session::{
     exit::{Exit, WrongArgument},
     model,
     report::EventLine,
     tape::{Played, Tape, TapeError, TapeOptions, TapeSummary},
 };
-use grip_record::mcap::McapError;
 use serde::Serialize;
 use serde_json::{Map, Value};
 use std::{collections::VecDeque, path::Path};

@@ -6,14 +6,14 @@ use crate::{
     output,
     output::{any_unit, or_dash},
 };
-use grip_host::{
-    exit::{Exit, WrongArgument},
+use grip_eval::{
     score::interval::Interval,
     score::{
         CauseScore, Chance, DETECTORS, Detector, Floors, MaterialScore, RecordingScore, Rules,
         Score, Total, compare,
     },
 };
+use grip_session::exit::{Exit, WrongArgument};
 
 /// Less rest than this makes a floor that the next recording may contradict (s).
 const SHORT_REST_S: f64 = 0.05;

@@ -1,7 +1,7 @@
 //! Scores in; a curve of latency and misses against false alarms out, as JSON or as a chart.
 
 use anyhow::Context as _;
-use grip_host::score::{Point, Score};
+use grip_eval::score::{Point, Score};
 use grip_plot::{Axis, Chart, Layer};
 use serde::Serialize;
 use std::path::Path;

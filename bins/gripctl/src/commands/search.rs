@@ -3,7 +3,7 @@
 use super::{clock, columns::Columns};
 use crate::{cli::learn::SearchArgs, output};
 use anyhow::Context as _;
-use grip_host::exit::{Exit, WrongArgument};
+use grip_session::exit::{Exit, WrongArgument};
 use grip_study::outlook::{
     Candidate, Comparison, LearnersConfig, OutlookError, Search, SearchConfig, Sets, compare,
     learners::count, search::Generation,

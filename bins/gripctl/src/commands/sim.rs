@@ -6,10 +6,8 @@ use core::{
     hash::{BuildHasher as _, Hasher as _},
     sync::atomic::{AtomicBool, Ordering},
 };
-use grip_host::{
-    exit::{Exit, WrongArgument},
-    scene,
-};
+use grip_session::exit::{Exit, WrongArgument};
+use grip_sim::scene;
 use grip_sim::{Pty, VirtualMcu, port};
 use std::{hash::RandomState, sync::Arc, time::Instant};
 
@@ -24,7 +22,7 @@ pub(crate) fn run(args: &SimArgs) -> anyhow::Result<Exit> {
         let message = format!("--duration {duration}: expected seconds, more than 0");
         return Err(WrongArgument(message).into());
     }
-    let scene = scene::load(&args.scene)?;
+    let scene = scene::open(&args.scene)?;
     let scene = match args.seed {
         Some(seed) => scene.reseeded(seed)?,
         None => scene,

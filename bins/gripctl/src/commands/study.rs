@@ -2,8 +2,8 @@
 
 use crate::{cli::learn::StudyArgs, output};
 use anyhow::Context as _;
-use grip_host::exit::Exit;
 use grip_record::write_columns;
+use grip_session::exit::Exit;
 use grip_study::{
     Condition, Report, Section, Sets, StudyConfig,
     outlook::{LearnersConfig, chapter, chapter::CONDITIONS, learners},

@@ -7,7 +7,7 @@ use super::{card, clock, columns::Columns, train_beyond};
 use crate::{cli::learn::TrainArgs, output};
 use anyhow::Context as _;
 use core::time::Duration;
-use grip_host::exit::{Exit, WrongArgument};
+use grip_session::exit::{Exit, WrongArgument};
 use indicatif::{ParallelProgressIterator as _, ProgressBar, ProgressStyle};
 use mlp::{
     Activation,

@@ -4,7 +4,7 @@ use super::clock;
 use crate::{cli::learn::TrainArgs, output};
 use anyhow::Context as _;
 use core::time::Duration;
-use grip_host::exit::{Exit, WrongArgument};
+use grip_session::exit::{Exit, WrongArgument};
 use grip_study::outlook::{
     Ensemble, EnsembleConfig, OutlookError, Predict, Sampling, Score, Svr, SvrConfig, score,
 };

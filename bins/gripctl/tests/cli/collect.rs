@@ -1,14 +1,14 @@
 //! `gripctl collect` on grasps of the simulator, whose truth is known; and `train` and `eval` on what it writes.
 
 use crate::run::{gripctl, number};
-use grip_host::{
-    HostConfig, News, model,
-    recording::{ABOUT, CONFIG_NAME, OBJECT, pipeline_record},
-    trial,
-};
+use grip_eval::trial;
 use grip_record::{
     ChannelSet, CsvWriter, StylusKind,
     mcap::{Attached, McapWriter, Record, SampleRecord},
+};
+use grip_session::{
+    HostConfig, News, model,
+    recording::{ABOUT, CONFIG_NAME, OBJECT, pipeline_record},
 };
 use grip_sim::{Scene, scene};
 use slip_core::{Sample, estimate::KAPPA, units::Micros};

@@ -4,7 +4,7 @@ use crate::run::{gripctl, number};
 use assert_cmd::Command;
 use std::{fs, path::Path};
 
-const MODEL: &str = include_str!("../../../../crates/grip-host/models/default.json");
+const MODEL: &str = include_str!("../../../../crates/grip-session/models/default.json");
 
 /// Three inputs (one logarithmic, one constant), two hidden layers of all other functions, two targets.
 const OTHER: &str = r#"{

@@ -8,7 +8,6 @@ use grip_fleet::{
     net::{Announced, Network, Question},
     rollout::Counts,
 };
-use grip_host::model::default_text;
 use grip_link::{
     frame::{self, Direction, Header, MAX_WIRE},
     message::{
@@ -16,6 +15,7 @@ use grip_link::{
         daemon::{Command, Gripper, Notice, NoticeKind, Operation},
     },
 };
+use grip_session::model::default_text;
 use serde_json::Value;
 use std::{
     io::{BufRead as _, BufReader},

@@ -10,7 +10,7 @@ use grip_fleet::{
     net::{Announced, Network, Question},
     recordings::{Recording, Shelf},
 };
-use grip_host::config::RecordTemplate;
+use grip_session::config::RecordTemplate;
 use serde_json::Value;
 use std::{
     fs::{self, File},

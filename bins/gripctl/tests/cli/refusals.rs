@@ -4,7 +4,7 @@ use crate::run::gripctl;
 use rustix::fs::{CWD, FileType, Mode, mknodat};
 use std::fs::{self, File};
 
-const MODEL: &str = include_str!("../../../../crates/grip-host/models/default.json");
+const MODEL: &str = include_str!("../../../../crates/grip-session/models/default.json");
 
 #[test]
 fn recordings() {

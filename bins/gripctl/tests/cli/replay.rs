@@ -1,8 +1,9 @@
 //! Recordings through `gripctl replay`: the very events of the run they come from, and the truth about dirty ones.
 
 use crate::run::{gripctl, number, real_data};
-use grip_host::{HostConfig, News, model, trial};
+use grip_eval::trial;
 use grip_record::{Channel, ChannelSet, CsvWriter, StylusKind};
+use grip_session::{HostConfig, News, model};
 use grip_sim::scene;
 use slip_core::{Sample, units::Micros};
 use std::{fs, path::Path};

@@ -1,11 +1,11 @@
 //! `gripctl sim`: a gripper on a pseudo-terminal that any host can grip with.
 
 use core::time::Duration;
-use grip_host::{HostConfig, News, Session, SessionOptions, model};
 use grip_link::{
     frame::MAX_WIRE,
     host::{HostEvent, LinkState},
 };
+use grip_session::{HostConfig, News, Session, SessionOptions, model};
 use std::{
     io::{BufRead as _, BufReader, ErrorKind, Read as _, Write as _},
     path::Path,

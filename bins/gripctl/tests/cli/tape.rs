@@ -1,12 +1,12 @@
 //! MCAP recordings through `gripctl replay`, `recover` and `csv`.
 
 use crate::run::gripctl;
-use grip_host::{
+use grip_eval::trial;
+use grip_record::mcap::{Attached, McapWriter, Record, SampleRecord};
+use grip_session::{
     HostConfig, News, model,
     recording::{MODEL_NAME, event_record, pipeline_record},
-    trial,
 };
-use grip_record::mcap::{Attached, McapWriter, Record, SampleRecord};
 use grip_sim::scene;
 use slip_core::units::Micros;
 use std::{

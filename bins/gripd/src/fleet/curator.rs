@@ -8,7 +8,7 @@ use grip_fleet::{
     net::{NetError, Question},
     rollout::{Bursts, Counts},
 };
-use grip_host::exit::message;
+use grip_session::exit::message;
 use std::{
     collections::HashMap,
     sync::{

@@ -4,8 +4,8 @@ use super::{Answered, Common, Order, Outgoing};
 use core::{mem, sync::atomic::Ordering};
 use grip_daemon::log::LogLevel;
 use grip_fleet::{Bridge, Heard, Publication, Spool, SpoolError, Topic, Uid};
-use grip_host::{config::FleetConfig, exit::message};
 use grip_link::message::NackReason;
+use grip_session::{config::FleetConfig, exit::message};
 use std::{
     collections::VecDeque,
     io::{self, Read as _, Write as _},

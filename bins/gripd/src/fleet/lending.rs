@@ -4,7 +4,7 @@ use grip_fleet::{
     net::{NetError, Question},
     recordings::{Reading, Shelf},
 };
-use grip_host::{HostConfig, exit::message};
+use grip_session::{HostConfig, exit::message};
 use std::collections::VecDeque;
 
 /// Answers that are under way at once; who asks for more is told to ask again.

@@ -9,8 +9,8 @@ use grip_fleet::{
     Member, Part, Site,
     net::{Announced, NetError, Network, Question, RosAnnounced, Session},
 };
-use grip_host::exit::message;
 use grip_link::message::{NackReason, daemon::Command};
+use grip_session::exit::message;
 use std::{
     collections::VecDeque,
     sync::mpsc::{Receiver, RecvTimeoutError, Sender},

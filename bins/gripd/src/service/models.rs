@@ -3,7 +3,7 @@
 use super::{Pending, Service};
 use crate::fleet::{Desk, Wanted};
 use grip_daemon::{HotCounters, hot, log::LogLevel};
-use grip_host::{SessionError, exit::message};
+use grip_session::{SessionError, exit::message};
 
 impl Service {
     fn desk(&mut self) -> Option<&mut Desk> {

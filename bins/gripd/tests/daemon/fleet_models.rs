@@ -8,7 +8,7 @@ use grip_fleet::{
     net::{self, NetError, Network, Session, standing},
     rollout::JudgeConfig,
 };
-use grip_host::model::default_text;
+use grip_session::model::default_text;
 use rustix::process::Signal;
 use std::{collections::BTreeSet, fs, net::TcpListener, path::Path};
 

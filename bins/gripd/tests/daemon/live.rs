@@ -1,8 +1,8 @@
 //! Whole runs over a real pseudo-terminal: what is printed and recorded, and that a replay says the same.
 
 use crate::run::{Ran, command, ended, gripd};
-use grip_host::{HostConfig, model, replay, report::EventLog};
 use grip_record::{CsvOptions, Recording, read_csv};
+use grip_session::{HostConfig, model, replay, report::EventLog};
 use rustix::process::{Pid, Resource, Rlimit, prlimit};
 use serde_json::Value;
 use slip_core::PipelineConfig;

@@ -4,8 +4,8 @@ use crate::{
     run::Ran,
     running::{NEWS, Running, hear},
 };
-use grip_host::tape::{Played, Tape, TapeOptions, TapeSummary};
 use grip_link::message::daemon::{Command, NoticeKind, Operation, ToClient};
+use grip_session::tape::{Played, Tape, TapeOptions, TapeSummary};
 use rustix::process::Signal;
 use serde_json::Value;
 use std::{fs, path::Path};

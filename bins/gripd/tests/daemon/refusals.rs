@@ -3,7 +3,7 @@
 use crate::run::gripd;
 use std::{fs, path::Path};
 
-const MODEL: &str = include_str!("../../../../crates/grip-host/models/default.json");
+const MODEL: &str = include_str!("../../../../crates/grip-session/models/default.json");
 
 /// Each case: its text, and words of the message; the exit code is 2.
 #[track_caller]

@@ -118,6 +118,6 @@ fn frames_are_recorded_and_replayed() {
         (0..recording.samples.len()).map(|i| taxels.frame(i)).filter(|f| !f.is_empty()).collect();
     assert!(2 * frames.len() + 4 > recording.samples.len(), "every second sample has a frame");
     assert!(frames.iter().any(|frame| frame[3].is_nan() && frame[2] > 500.0));
-    let config = grip_host::HostConfig::read(&folder.path().join("gripd.toml")).unwrap();
+    let config = grip_session::HostConfig::read(&folder.path().join("gripd.toml")).unwrap();
     replays_identically(&file, &ran, &config);
 }

@@ -1,12 +1,12 @@
 //! Items of the hot thread in, messages for clients out.
 
 use crate::{LinkNote, State as PipelineState};
-use grip_host::report::{EventLine, EvidenceFields};
-use grip_host::session::explain;
 use grip_link::message::daemon::{
     EscValue, Method, Phase, Reading, Sensor, SensorHealth, Slip, SpeedSource, State,
 };
 use grip_link::message::{DeviceState, EventKind, FaultCode};
+use grip_session::report::{EventLine, EvidenceFields};
+use grip_session::session::explain;
 use slip_core::esc::{Esc, Flags};
 
 /// SLIP of an event line, numbered by the caller; `None` for the other lines.

@@ -1,7 +1,7 @@
 //! An address in, listening and connected sockets out.
 
 use core::time::Duration;
-use grip_host::config::Listen;
+use grip_session::config::Listen;
 use rustix::net::sockopt;
 use std::fs;
 use std::io::{self, Read, Write};

@@ -14,7 +14,7 @@ mod roster;
 mod session;
 
 pub use figures::health;
-pub use grip_host::config::Listen;
+pub use grip_session::config::Listen;
 pub(crate) use listen::Stream;
 pub use listen::{ListenError, REMOTE_WARNING};
 pub use outbox::Class;

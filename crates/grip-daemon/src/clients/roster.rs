@@ -4,12 +4,12 @@ use super::batch::{Batch, Row};
 use super::convert;
 use super::{Class, Client, ClientSession};
 use crate::{Beginning, ClientCommand, LinkNote, State as PipelineState};
-use grip_host::report::EventLine;
 use grip_link::frame::MAX_PAYLOAD;
 use grip_link::message::daemon::{
     Dropped, Gripper, Health, LinkState, Notice, NoticeKind, Operation, Slip, State, Topics,
 };
 use grip_link::message::{DeviceState, EventKind, FaultCode, Kind, PayloadError};
+use grip_session::report::EventLine;
 use std::collections::VecDeque;
 
 /// Slips that QUERY tells.

@@ -12,11 +12,11 @@ use crate::{
 };
 use core::fmt::Write as _;
 use frames::{FrameRing, Slot};
-use grip_host::{session::explain, utc};
 use grip_link::{
     host::CloseReason,
     message::{EventKind, FaultCode},
 };
+use grip_session::{session::explain, utc};
 use slip_core::grip::GripState;
 use std::{
     ffi::OsStr,

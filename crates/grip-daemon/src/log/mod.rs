@@ -8,8 +8,8 @@
 mod tests;
 
 use core::fmt::{Display, Write as _};
-pub use grip_host::config::LogLevel;
-use grip_host::utc;
+pub use grip_session::config::LogLevel;
+use grip_session::utc;
 use std::io::{self, IsTerminal as _, Write};
 
 /// A sentence is told again after this time (us), with the number of times it came meanwhile.

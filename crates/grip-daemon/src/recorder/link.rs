@@ -1,7 +1,7 @@
 //! News of the link in, kind and JSON of a Link message out.
 
 use crate::LinkNote;
-use grip_host::session::explain;
+use grip_session::session::explain;
 use serde_json::{Value, json};
 
 /// Kind and details, as in the Link message.

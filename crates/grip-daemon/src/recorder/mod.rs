@@ -81,7 +81,7 @@ pub struct About {
     pub wall_ns: u64,
     /// Host time (us) at that moment.
     pub host_us: u64,
-    /// Configuration, model and calibration, named as in [`grip_host::recording`].
+    /// Configuration, model and calibration, named as in [`grip_session::recording`].
     pub attached: Vec<Attached>,
     /// Whatever else is worth knowing, by name.
     pub facts: BTreeMap<String, String>,

@@ -2,13 +2,13 @@
 
 use super::{About, RecorderError, link, name};
 use crate::{Beginning, Item, LinkNote, State};
-use grip_host::recording::{
-    ABOUT, PART, RUN, UNRECORDED, client_record, event_record, pipeline_record,
-};
 use grip_link::message::Status;
 use grip_record::mcap::{
     CommandRecord, LinkRecord, McapWriteError, McapWriter, PipelineRecord, Record, SampleRecord,
     StateRecord, WireRecord,
+};
+use grip_session::recording::{
+    ABOUT, PART, RUN, UNRECORDED, client_record, event_record, pipeline_record,
 };
 use std::{
     collections::BTreeMap,

@@ -3,8 +3,8 @@
 use crate::rig::{Rig, tcp, wanted};
 use grip_daemon::Item;
 use grip_daemon::clients::{ClientsConfig, Listen};
-use grip_host::report::{EventLine, EvidenceFields};
 use grip_link::message::daemon::{Health, Subscribe, Topics};
+use grip_session::report::{EventLine, EvidenceFields};
 
 #[test]
 fn two_clients_see_the_samples_at_their_own_decimation() {

@@ -4,13 +4,13 @@ use grip_daemon::{
     Board, HotCounters, Item, LinkNote, State,
     board::{About, ClientCounts, Grant, RecordingState},
 };
-use grip_host::report::{EventLine, EvidenceFields};
 use grip_link::{
     host::LinkState,
     message::{
         DeviceState, Event, EventKind, FaultCode, Firmware, ForceClamp, Status, StatusFlags,
     },
 };
+use grip_session::report::{EventLine, EvidenceFields};
 use slip_core::{
     estimate::ForceEstimate,
     grip::GripState,

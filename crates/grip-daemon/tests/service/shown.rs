@@ -5,9 +5,9 @@ use grip_daemon::{
     Board, HotCounters, Item, LinkNote, board::About, clients, exposition::Exposition, metrics,
     status::Status,
 };
-use grip_host::session::ClockHealth;
 use grip_link::host::CloseReason;
 use grip_link::message::daemon::ClockOffset;
+use grip_session::session::ClockHealth;
 
 fn page(board: &Board) -> String {
     let mut page = Exposition::default();

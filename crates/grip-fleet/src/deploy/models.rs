@@ -5,7 +5,7 @@ use super::{
     Step, examine,
 };
 use crate::rollout::Counts;
-use grip_host::exit::message;
+use grip_session::exit::message;
 use std::path::Path;
 
 /// Puts a model in force and waits until it is; whether it came over the network. All counts of this run since then.
@@ -217,7 +217,7 @@ mod tests {
         deploy::{How, digest, examine},
         rollout::{Counts, JudgeConfig},
     };
-    use grip_host::model::default_text;
+    use grip_session::model::default_text;
     use std::{path::Path, sync::Arc};
 
     fn model(name: &str, text: &str) -> Examined {

@@ -2,7 +2,7 @@
 
 use super::{Declined, Deployment, Ended, How, Lasting, ModelId, Step, digest, examine};
 use crate::rollout::{Counts, JudgeConfig, Worse};
-use grip_host::model::default_text;
+use grip_session::model::default_text;
 
 const JUDGE: JudgeConfig = JudgeConfig { factor: 1.5, alpha: 1e-3, watch_s: 60.0 };
 
@@ -175,7 +175,7 @@ fn a_model_that_does_not_know_the_force_fails_the_self_test() {
         wrong.starts_with("m.json fails the self-test: half of its answers are off"),
         "{wrong}"
     );
-    let paper = grip_host::model::built_in(std::path::Path::new("paper")).unwrap();
+    let paper = grip_session::model::built_in(std::path::Path::new("paper")).unwrap();
     assert!(refused(paper.as_bytes()).contains("fails the self-test"));
     let good =
         examine("../a b/m.json", &digest(default_text().as_bytes()), default_text().as_bytes());

@@ -1,7 +1,7 @@
 //! Where a daemon records in, the recordings that are there and their bytes out, and nothing else of that folder.
 
 use super::{LISTED, MOST, PIECE, Piece, Recording, is_plain};
-use grip_host::config::RecordTemplate;
+use grip_session::config::RecordTemplate;
 use std::{
     fs::{self, File, Metadata, TryLockError},
     io,
@@ -234,7 +234,7 @@ impl Reading {
 mod tests {
     use super::{Shelf, ShelfError, names};
     use crate::recordings::{MOST, PIECE, Piece};
-    use grip_host::config::RecordTemplate;
+    use grip_session::config::RecordTemplate;
     use std::{
         collections::BTreeMap,
         fs::{self, File},

@@ -2,13 +2,13 @@
 
 use super::{Counts, Order, Progress, Report, Rollout, RolloutConfig, Stop, Worse};
 use crate::key::Member;
-use grip_host::config::Uid;
+use grip_session::config::Uid;
 use std::collections::BTreeSet;
 
 const SECOND: u64 = 1_000_000;
 
 fn members(count: u8) -> Vec<Member> {
-    let site: grip_host::config::Site = "hall".parse().unwrap();
+    let site: grip_session::config::Site = "hall".parse().unwrap();
     (0..count).map(|n| Member { site: site.clone(), uid: Uid([n; 16]) }).collect()
 }
 

@@ -2,7 +2,7 @@
 
 use super::topic::RosTopic;
 use crate::key::Member;
-use grip_host::config::Site;
+use grip_session::config::Site;
 
 /// Where tokens stand.
 const TOKENS: &str = "@ros2_lv";
@@ -89,7 +89,7 @@ fn word(site: &Site) -> String {
 #[cfg(test)]
 mod tests {
     use super::{Member, RosNode, RosTopic, Site, word};
-    use grip_host::config::Uid;
+    use grip_session::config::Uid;
 
     const UID: &str = "07070707070707070707070707070707";
     const SESSION: &str = "8b20917502ee955ac4476e0266340d5c";

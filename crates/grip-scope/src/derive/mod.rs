@@ -9,8 +9,8 @@ mod spectrum;
 
 use crate::feed::{BandPoint, DerivedBlock, EscPoint, EvidencePoint, Turn};
 use grip_daemon::clients::convert;
-use grip_host::HostEstimator;
 use grip_link::message::daemon::EscValue;
+use grip_session::HostEstimator;
 use slip_core::detector::BANDS;
 use slip_core::esc::Esc;
 use slip_core::features::Features;

@@ -2,7 +2,7 @@
 
 use super::Observer;
 use crate::feed::{DerivedBlock, EvidencePoint};
-use grip_host::{HostConfig, model::default_estimator};
+use grip_session::{HostConfig, model::default_estimator};
 use proptest::prelude::{Strategy, any, prop_assert, prop_oneof, proptest};
 use slip_core::Signal;
 use slip_core::units::{Hertz, Micros};

@@ -9,13 +9,13 @@ use crate::feed::{
     DaemonInfo, EventKind, EventMark, Feed, Level, NoticeLine, ObserverSettings, SourceStatus,
 };
 use core::time::Duration;
-use grip_host::{HostConfig, model};
 #[cfg(feature = "zenoh")]
 use grip_link::message::daemon::RealTime;
 use grip_link::message::daemon::{
     Goodbye, Gripper, NoticeKind, Rows, ToClient, Welcome, WelcomeFlags,
 };
 use grip_link::message::{Kind, NackReason, Versions};
+use grip_session::{HostConfig, model};
 use slip_core::{Signal, units::Hertz};
 
 /// Without rows for so long the stream has stalled.

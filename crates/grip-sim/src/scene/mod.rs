@@ -6,12 +6,14 @@
 mod builtin;
 mod check;
 mod draw;
+mod file;
 mod load;
 mod sensing;
 
 pub use builtin::{BUILT_IN, load};
 pub use check::SceneError;
 pub use draw::Draw;
+pub use file::{SceneFileError, open};
 pub(crate) use load::{Acting, Load};
 pub use load::{ArmConfig, BumpConfig, FillConfig, TugConfig, WetConfig};
 pub(crate) use sensing::Gains;
@@ -149,7 +151,13 @@ pub struct PadConfig {
 
 impl Default for PadConfig {
     fn default() -> Self {
-        Self { shear_n_mm: 100.0, damping_n_s_m: 50.0, stribeck_mm_s: 5.0, elastic_share: 0.0, sink_um_n: 0.0 }
+        Self {
+            shear_n_mm: 100.0,
+            damping_n_s_m: 50.0,
+            stribeck_mm_s: 5.0,
+            elastic_share: 0.0,
+            sink_um_n: 0.0,
+        }
     }
 }
 

@@ -5,8 +5,8 @@
 //! it has converged or not, so a large `c` on many rows gives a machine that is only nearly optimal. Memory grows with the
 //! square of the rows, hence [`MAX_ROWS`].
 
-use mlp::train::file::{FileColumn, columns};
 use mlp::train::{ColumnSpec, DataSet, FileError, Scaling, SettingError};
+use mlp::train::{file::FileColumn, scaling::columns};
 use mlp::{Column, PredictError, ShapeError, Transform};
 use ndarray::{ArrayRef1, ArrayRef2};
 use rayon::iter::{IntoParallelIterator as _, ParallelIterator as _};

@@ -9,7 +9,7 @@ use super::metrics::{EvaluateError, Evaluation, evaluate};
 use super::objective::{NetworkObjective, Objective, count};
 use super::real::Real;
 use super::run::{Run, RunConfig, Training, run};
-use super::scaling::{Method, Scaling, as_min_max};
+use super::scaling::{Method, Scaling, as_min_max, columns};
 use super::setting::SettingError;
 use super::topology::Topology;
 use super::trainer::Algorithm;
@@ -258,8 +258,8 @@ impl<'a> Fitting<'a> {
         let chosen =
             choose(&runs, self.config.choice).ok_or(FitError::Diverged { runs: runs.len() })?;
         let mut file = ModelFile::new(
-            &super::file::columns(&self.train.inputs, &self.inputs),
-            &super::file::columns(&self.train.targets, &self.targets),
+            &columns(&self.train.inputs, &self.inputs),
+            &columns(&self.train.targets, &self.targets),
             &self.topology,
             &as_min_max(&self.topology, &runs[chosen].weights, &self.inputs, &self.targets),
         );

@@ -31,12 +31,9 @@
 //! ```
 
 mod aligned;
-pub mod column;
 mod csv_file;
 pub mod data;
 mod data_error;
-pub mod ensemble_file;
-pub mod file;
 pub mod fit;
 pub mod init;
 pub mod lanes;
@@ -48,9 +45,10 @@ pub mod run;
 pub mod scaling;
 pub mod setting;
 pub mod split;
-pub mod topology;
 pub mod trainer;
 mod vector;
+
+pub use mlp_core::{column, ensemble_file, file, topology};
 
 pub use column::{ColumnSpec, ColumnSpecError};
 pub use data::{DataSet, DataSetError, sha256};
@@ -68,11 +66,4 @@ pub use split::{Split, SplitError};
 pub use topology::Topology;
 pub use trainer::{Algorithm, Finish, StepReport, Trainer};
 
-/// Nearest `f32`; what is too large becomes infinite and is caught where finite values are required.
-#[expect(
-    clippy::cast_possible_truncation,
-    reason = "rounding to the precision of the model is meant"
-)]
-pub(crate) fn rounded(value: f64) -> f32 {
-    value as f32
-}
+pub(crate) use file::rounded;

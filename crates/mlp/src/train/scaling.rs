@@ -2,7 +2,8 @@
 
 use core::str::FromStr;
 
-use super::rounded;
+use super::column::{ColumnSpec, unit_of};
+use super::file::{FileColumn, rounded};
 use super::topology::Topology;
 use crate::scaler::{Column, Transform};
 
@@ -174,6 +175,20 @@ pub fn as_min_max(
         }
     }
     weights
+}
+
+/// Joins specs and limits to file columns; units come from the names.
+#[must_use]
+pub fn columns(specs: &[ColumnSpec], scalings: &[Scaling]) -> Vec<FileColumn> {
+    specs
+        .iter()
+        .zip(scalings)
+        .map(|(spec, scaling)| {
+            let Column { transform, min, max } = scaling.column();
+            let unit = unit_of(&spec.name).to_owned();
+            FileColumn { name: spec.name.clone(), unit, transform, min, max }
+        })
+        .collect()
 }
 
 #[cfg(test)]

@@ -2,7 +2,7 @@
 
 use super::{Estimator, EstimatorError, ForceEstimate, G_M_S2, NoEstimate};
 use crate::features::{Feature, Features};
-use mlp::{Activation, Column, Model, Network, Scaler, Transform};
+use mlp_core::{Activation, Column, Model, Network, Scaler, Transform};
 
 type Weights = &'static [f32];
 

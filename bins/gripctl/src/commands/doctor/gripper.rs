@@ -8,14 +8,16 @@ use super::{
 use crate::cli::DoctorArgs;
 use anyhow::anyhow;
 use core::cell::Cell;
-use grip_host::{
-    HostConfig, News, Session, SessionOptions, exit::message, model, session::explain,
-};
+use grip_daemon::supply::usb_filter;
 use grip_link::{
     frame::MAX_WIRE,
     host::{CloseReason, HostEvent, HostLink},
 };
-use grip_port::{DEFAULT_BAUD, Line, PortArgs, READ_TIMEOUT, Source, nonce};
+use grip_port::{DEFAULT_BAUD, Line, READ_TIMEOUT, Source, nonce};
+use grip_session::{
+    HostConfig, News, Session, SessionOptions, exit::message, model, session::explain,
+};
+use grip_sim::port::Simulator;
 
 /// Longest wait for the first sample (us): a board that restarts when its port is opened needs some of it.
 const PATIENCE_US: u64 = 6_000_000;
@@ -59,19 +61,15 @@ fn listen(wish: &Wish<'_>) -> anyhow::Result<Heard> {
     let options = SessionOptions { dry_run: true, ..SessionOptions::default() };
     let session = Session::new(wish.config.clone(), model::default_estimator()?, options)?;
     let clock = Clock::start();
-    let args = PortArgs {
-        name: wish.name,
-        baud: wish.args.baud.or(wish.config.baud).unwrap_or(DEFAULT_BAUD),
-        seed: None,
-        usb: &wish.config.usb,
-    };
-    let mut source = Source::open(&args, move || clock.now_us())?;
-    let line = source.line()?;
+    let baud = wish.args.baud.or(wish.config.baud).unwrap_or(DEFAULT_BAUD);
+    let simulator = Simulator::at(wish.name, None, move || clock.now_us())?;
+    let port = simulator.as_ref().map_or(wish.name, Simulator::port);
+    let line = Source::open(port, baud, usb_filter(&wish.config.usb))?.line()?;
     let latency_timer_ms = line.latency_timer_ms();
     let arrivals = Arrivals::default();
     let mut heard = Heard { session, arrivals, latency_timer_ms, seconds: wish.seconds };
     let ended = heard.run(line, clock);
-    source.close()?;
+    simulator.map(Simulator::stop).transpose()?;
     ended.map(|()| heard)
 }
 

@@ -11,11 +11,11 @@ use grip_fleet::{
     About, Member, Part,
     net::{Ask, Session, ask},
 };
-use grip_host::exit::{Exit, WrongArgument};
 use grip_link::message::{
     FaultCode,
     daemon::{Command, Operation},
 };
+use grip_session::exit::{Exit, WrongArgument};
 
 /// How long a gripper may take to answer.
 const PATIENCE: Duration = Duration::from_secs(5);

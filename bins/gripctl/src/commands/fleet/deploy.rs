@@ -14,7 +14,7 @@ use grip_fleet::{
     net::{Deployer, Happening, Session, members},
     rollout::{Counts, JudgeConfig, Progress, Report, RolloutConfig},
 };
-use grip_host::exit::{Exit, WrongArgument};
+use grip_session::exit::{Exit, WrongArgument};
 use serde::Serialize;
 use signal_hook::{
     consts::{SIGINT, SIGTERM},

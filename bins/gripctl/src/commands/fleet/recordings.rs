@@ -15,7 +15,7 @@ use grip_fleet::{
     net::{Ask, NetError, PATIENCE, Session, ask, members},
     recordings::{FetchError, Fetched, PIECE, Recording, fetch},
 };
-use grip_host::{
+use grip_session::{
     exit::{Exit, message},
     utc,
 };

@@ -13,8 +13,8 @@ use core::{
 };
 use grip_daemon::clients::Listen;
 use grip_fleet::live::{ServeError, Server, Translator};
-use grip_host::exit::{Exit, WrongArgument};
 use grip_port::Backoff;
+use grip_session::exit::{Exit, WrongArgument};
 use signal_hook::consts::{SIGINT, SIGTERM};
 use std::{sync::Arc, thread};
 use talk::Talk;

@@ -6,16 +6,14 @@ use crate::{
     cli::grasp::{GraspArgs, flat},
     output::{self, or_dash},
 };
-use grip_host::{
-    exit::Exit,
-    grasp::{
-        Friction, Spread,
-        faults::{
-            FAULT_SENSORS, FaultBench, FaultCell, FaultKind, FaultPhase, FaultPlan, FaultTrial,
-            fault_cell,
-        },
+use grip_eval::grasp::{
+    Friction, Spread,
+    faults::{
+        FAULT_SENSORS, FaultBench, FaultCell, FaultKind, FaultPhase, FaultPlan, FaultTrial,
+        fault_cell,
     },
 };
+use grip_session::exit::Exit;
 use indicatif::ParallelProgressIterator as _;
 use rayon::iter::{IntoParallelIterator as _, ParallelIterator as _};
 

@@ -10,11 +10,9 @@ use crate::{
     cli::grasp::{GraspArgs, flat},
     output,
 };
-use grip_host::{
-    exit::{Exit, WrongArgument},
-    grasp::{Bench, GraspResult, Law, SensorSet, Stress, Total, Way, total},
-    scene,
-};
+use grip_eval::grasp::{Bench, GraspResult, Law, SensorSet, Stress, Total, Way, total};
+use grip_session::exit::{Exit, WrongArgument};
+use grip_sim::scene;
 use grip_sim::{Scene, scene::BUILT_IN};
 use indicatif::{ParallelProgressIterator as _, ProgressBar, ProgressStyle};
 use rayon::iter::{IntoParallelIterator as _, ParallelIterator as _};
@@ -53,7 +51,7 @@ pub(crate) fn run(args: &GraspArgs) -> anyhow::Result<Exit> {
     let ways = ways(args);
     // A mistake in the last scene is told before the first grasp.
     let names = scene_names(args)?;
-    let scenes = names.iter().map(|name| scene::load(name)).collect::<Result<Vec<_>, _>>()?;
+    let scenes = names.iter().map(|name| scene::open(name)).collect::<Result<Vec<_>, _>>()?;
     let mut totals = Vec::new();
     let mut all = Vec::new();
     for scene in &scenes {

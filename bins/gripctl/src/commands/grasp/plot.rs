@@ -1,7 +1,7 @@
 //! Grasps and totals in, a chart out.
 
 use super::text;
-use grip_host::grasp::{GraspResult, Total, Way};
+use grip_eval::grasp::{GraspResult, Total, Way};
 use grip_plot::{Axis, Chart, Layer, Mark};
 
 /// As many scenes have room for their names below the bars.

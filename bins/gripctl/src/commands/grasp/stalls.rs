@@ -3,12 +3,10 @@
 use super::super::{estimator, host_config};
 use super::{faults::spread, progress};
 use crate::{cli::grasp::GraspArgs, output};
-use grip_host::{
-    exit::Exit,
-    grasp::stalls::{
-        MASSES_KG, SLIPS, STALLS_MS, StallCell, StallPlace, StallTrial, stall_cell, stall_trials,
-    },
+use grip_eval::grasp::stalls::{
+    MASSES_KG, SLIPS, STALLS_MS, StallCell, StallPlace, StallTrial, stall_cell, stall_trials,
 };
+use grip_session::exit::Exit;
 use indicatif::ParallelProgressIterator as _;
 use rayon::iter::{IntoParallelIterator as _, ParallelIterator as _};
 

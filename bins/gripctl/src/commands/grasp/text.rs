@@ -1,7 +1,7 @@
 //! Grasps and totals in, lines for people out.
 
 use crate::output::or_dash;
-use grip_host::{
+use grip_eval::{
     grasp::{GraspResult, Total},
     score::Quantiles,
 };

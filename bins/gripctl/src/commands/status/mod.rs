@@ -12,9 +12,9 @@ use core::{
 };
 use grip_daemon::client::Client;
 use grip_daemon::clients::Listen;
-use grip_host::exit::{Exit, WrongArgument};
 use grip_link::message::daemon::{NoticeKind, Subscribe, ToClient, Topics};
 use grip_link::message::{Kind, Versions};
+use grip_session::exit::{Exit, WrongArgument};
 use report::{EventReport, Report};
 use signal_hook::consts::{SIGINT, SIGTERM};
 use std::sync::Arc;

@@ -4,7 +4,7 @@ use crate::{
     cli::learn::{SplitArgs, TrainArgs},
     commands::columns::Columns,
 };
-use grip_host::exit::WrongArgument;
+use grip_session::exit::WrongArgument;
 use mlp::train::{DataSet, Split, SplitError, file::SplitNote};
 
 /// The rows of the training file without those held out, and the test rows from wherever they come.

@@ -7,12 +7,12 @@ use crate::source::ClientAction;
 use crate::source::outlet::Outlet;
 use grip_daemon::State;
 use grip_daemon::clients::convert;
-use grip_host::model::default_estimator;
-use grip_host::report::EventLine;
-use grip_host::session::ClientCommand;
-use grip_host::{News, Session, SessionOptions};
 use grip_link::frame::MAX_WIRE;
 use grip_link::message::daemon::{Gripper, Slip};
+use grip_session::model::default_estimator;
+use grip_session::report::EventLine;
+use grip_session::session::ClientCommand;
+use grip_session::{News, Session, SessionOptions};
 use grip_sim::{Scene, VirtualMcu};
 use slip_core::{Sample, units::Micros};
 

@@ -13,8 +13,8 @@ use super::{ClientAction, told};
 use crate::feed::{DaemonInfo, Feed, ObserverSettings, SourceStatus};
 use core::time::Duration;
 use grasp::Grasp;
-use grip_host::HostConfig;
 use grip_link::message::daemon::RealTime;
+use grip_session::HostConfig;
 use rtrb::Consumer;
 use tally::Tally;
 
@@ -52,7 +52,7 @@ fn grasps(
     outlet: &mut Outlet,
     orders: &mut Consumer<ClientAction>,
 ) -> Result<(), String> {
-    let scene = grip_host::scene::load(name).map_err(|error| error.to_string())?;
+    let scene = grip_sim::scene::open(name).map_err(|error| error.to_string())?;
     let config = HostConfig::default();
     let mut stream = Stream::default();
     stream.observe(Some(observer(config.link.sample_rate_hz)?));

@@ -3,8 +3,8 @@
 use super::super::told;
 use crate::feed::{HealthPoint, LatencyFigures};
 use grip_daemon::Latency;
-use grip_host::Session;
 use grip_link::message::daemon::{BadFrames, Recording};
+use grip_session::Session;
 
 /// From one point to the next (us).
 const EVERY_US: u64 = 1_000_000;

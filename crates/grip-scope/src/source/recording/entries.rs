@@ -9,14 +9,14 @@ use crate::source::stream::Stream;
 use crate::source::told;
 use grip_daemon::State;
 use grip_daemon::clients::convert;
-use grip_host::HostEstimator;
-use grip_host::model::{default_estimator, parse_estimator};
-use grip_host::recording::{MODEL_NAME, UNRECORDED, beginning};
 use grip_link::message::daemon::{Method, Reading};
 use grip_link::message::{DeviceState, FaultCode};
 use grip_record::mcap::{
     ClientRecord, Entry, EventRecord, LinkRecord, PipelineRecord, Record, SampleRecord, StateRecord,
 };
+use grip_session::HostEstimator;
+use grip_session::model::{default_estimator, parse_estimator};
+use grip_session::recording::{MODEL_NAME, UNRECORDED, beginning};
 use slip_core::units::Newtons;
 
 /// Rows of a block.

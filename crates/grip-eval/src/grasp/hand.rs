@@ -1,0 +1,103 @@
+//! Bytes of a gripper and the time in, frames for it out: whoever commands the force.
+
+use grip_link::frame::MAX_WIRE;
+use grip_session::{
+    config::HostConfig,
+    model::HostEstimator,
+    session::{News, Session, SessionError, SessionOptions},
+};
+use grip_sim::Truth;
+use slip_core::{estimate::ForceEstimate, grip::Trials};
+
+/// Who commands the force.
+pub trait Hand {
+    /// Takes the bytes that have arrived at `now_us` (none, to let time go on) and gives every frame for the gripper to `send`.
+    ///
+    /// # Errors
+    /// Where settings and gripper do not fit.
+    fn serve(
+        &mut self,
+        now_us: u64,
+        bytes: &[u8],
+        send: &mut dyn FnMut(&[u8]),
+    ) -> Result<(), SessionError>;
+
+    /// Takes the truth behind the samples of a turn, before they are sent. A controller that could be built does not look at it.
+    fn witness(&mut self, _truth: &Truth) {}
+
+    /// The force commanded last (N); 0 before the first.
+    fn command_n(&self) -> f32;
+
+    /// Slips that were noticed.
+    fn slips(&self) -> u64;
+
+    /// Samples handled, and lost.
+    fn samples(&self) -> (u64, u64);
+
+    /// How the object was tried, and the last estimate of the adequate force; nothing from a law without either.
+    fn tried(&self) -> (Trials, Option<ForceEstimate>) {
+        (Trials::default(), None)
+    }
+}
+
+/// A session of gripd.
+pub struct Own<'a> {
+    session: Session,
+    tell: &'a mut dyn FnMut(News<'_>),
+}
+
+impl core::fmt::Debug for Own<'_> {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.debug_struct("Own").field("session", &self.session).finish_non_exhaustive()
+    }
+}
+
+impl<'a> Own<'a> {
+    /// A session that tells everything that happens to `tell`.
+    ///
+    /// # Errors
+    /// Where the configuration does not make a session.
+    pub fn new(
+        config: &HostConfig,
+        estimator: HostEstimator,
+        tell: &'a mut dyn FnMut(News<'_>),
+    ) -> Result<Self, SessionError> {
+        let mut session = Session::new(config.clone(), estimator, SessionOptions::default())?;
+        session.open(0, 1)?;
+        Ok(Self { session, tell })
+    }
+}
+
+impl Hand for Own<'_> {
+    fn serve(
+        &mut self,
+        now_us: u64,
+        bytes: &[u8],
+        send: &mut dyn FnMut(&[u8]),
+    ) -> Result<(), SessionError> {
+        let mut out = [0; MAX_WIRE];
+        if let Some(len) = self.session.receive(now_us, bytes, &mut out, self.tell)? {
+            send(out.get(..len).unwrap_or(&out));
+        }
+        while let Some(len) = self.session.poll_transmit(now_us, &mut out) {
+            send(out.get(..len).unwrap_or(&out));
+        }
+        Ok(())
+    }
+
+    fn command_n(&self) -> f32 {
+        self.session.latest().and_then(|step| step.command).map_or(0.0, |command| command.0)
+    }
+
+    fn slips(&self) -> u64 {
+        self.session.log().slips()
+    }
+
+    fn samples(&self) -> (u64, u64) {
+        (self.session.counters().samples, self.session.link().loss().lost)
+    }
+
+    fn tried(&self) -> (Trials, Option<ForceEstimate>) {
+        (self.session.trials().unwrap_or_default(), self.session.log().evidence().1)
+    }
+}

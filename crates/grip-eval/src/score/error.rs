@@ -1,0 +1,81 @@
+//! Why a folder of labelled recordings cannot be scored, with what to correct.
+
+use grip_record::{CsvError, LabelError, PhaseError};
+use slip_core::ConfigError;
+use std::path::PathBuf;
+
+/// Why a folder cannot be scored.
+#[derive(Debug, thiserror::Error)]
+pub enum ScoreError {
+    /// The labels cannot be used.
+    #[error(transparent)]
+    Labels(#[from] LabelError),
+    /// The phases cannot be used.
+    #[error(transparent)]
+    Phases(#[from] PhaseError),
+    /// A recording cannot be used.
+    #[error("{0}")]
+    Recording(#[from] CsvError),
+    /// The folder has no labelled recording.
+    #[error("{}: no recording is labelled; labels.csv needs a row for each", directory.display())]
+    Nothing {
+        /// The folder.
+        directory: PathBuf,
+    },
+    /// The labels are an empty file.
+    #[error("{}: is empty; the first line must be recording,kind,material,onset_s", file.display())]
+    Unlabelled {
+        /// The file of the labels.
+        file: PathBuf,
+    },
+    /// An onset that the recording does not reach.
+    #[error(
+        "labels.csv: {recording}: the onset at {onset_s} s lies outside the recording ({first_s} to {last_s} s); correct onset_s"
+    )]
+    OnsetOutside {
+        /// The recording.
+        recording: String,
+        /// The onset (s).
+        onset_s: f64,
+        /// Time of the first sample (s).
+        first_s: f64,
+        /// Time of the last sample (s).
+        last_s: f64,
+    },
+    /// The settings do not fit a recording.
+    #[error("{recording}: {source}")]
+    Config {
+        /// The recording.
+        recording: String,
+        /// What does not fit.
+        source: ConfigError,
+    },
+    /// The calibration was made for another rate or stylus.
+    #[error(transparent)]
+    Calibration(#[from] grip_session::config::HostConfigError),
+    /// The recordings differ in what a pooled floor needs to be equal.
+    #[error(
+        "{recording} is sampled at {rate_hz} Hz or in other units than {first} ({first_hz} Hz): their rest cannot be pooled"
+    )]
+    Mixed {
+        /// The recording.
+        recording: String,
+        /// Its rate.
+        rate_hz: f32,
+        /// The first recording.
+        first: String,
+        /// Its rate.
+        first_hz: f32,
+    },
+    /// No labelled rest to measure the floor on.
+    #[error(
+        "{}: no labelled rest to measure the noise floor on: no `rest` recording, and every onset lies within {guard_ms} ms of its start",
+        directory.display()
+    )]
+    NoRest {
+        /// The folder.
+        directory: PathBuf,
+        /// The guard before each onset.
+        guard_ms: f64,
+    },
+}

@@ -1,0 +1,162 @@
+//! The file of a calibration: a noise floor, a motion gate and thresholds, what they stand on, and what they change in the settings.
+
+use serde::{Deserialize, Serialize};
+use slip_core::{
+    PipelineConfig,
+    detector::{BANDS, Certificate, DetectorConfig},
+    units::Hertz,
+};
+
+/// A release level this far below the threshold is the least that ends a slip in good time.
+const MOST_RELEASE: f32 = 0.8;
+
+/// What `gripctl calibrate` writes and `--calibration` reads.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Calibration {
+    /// Samples per second it holds for.
+    pub sample_rate_hz: f32,
+    /// Whether the stylus was uncalibrated vibration, not displacement.
+    pub vibration: bool,
+    /// Quiet energy of each band (signal unit squared).
+    pub floor: [f32; BANDS],
+    /// Quiet energy of the reference and of its slow part (unit squared).
+    pub reference_floor: Option<[f32; 2]>,
+    /// What motion adds to the floor of each band; absent where the recording had too little motion.
+    pub gain: Option<[f32; BANDS]>,
+    /// Thresholds of the energy of each band.
+    pub thresholds: [f32; BANDS],
+    /// Threshold of the cumulative sum.
+    pub cusum_threshold: f32,
+    /// How fast false alarms get rarer above the thresholds, for the confidence of events: the tail of the highest level over its threshold in
+    /// each second, one standard error to the heavy side. Absent where the recording was too short.
+    #[serde(default)]
+    pub tail: Option<f32>,
+    /// What it was made from.
+    pub evidence: Evidence,
+    /// Limits and chances of the certified alarm, and what they stand on. Absent where the recording does not carry the
+    /// interval, and in files of older versions: nothing is certified then.
+    #[serde(default)]
+    pub certificate: Option<Certificate>,
+    /// What the certificate stands on.
+    #[serde(default)]
+    pub certified: Option<Certified>,
+}
+
+/// What a calibration stands on.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Evidence {
+    /// Wanted mean time between false alarms (s).
+    pub wanted_interval_s: f64,
+    /// Rest (s).
+    pub rest_s: f64,
+    /// Motion (s).
+    pub motion_s: f64,
+    /// Signal that was judged by thresholds from the other half of it (s).
+    pub judged_s: f64,
+    /// Seconds of it with an alarm.
+    pub alarms: u64,
+    /// Lower bound (95 %) of the mean time between false alarms (s).
+    pub interval_low_s: f64,
+    /// Upper bound (95 %); absent where there was no alarm.
+    pub interval_high_s: Option<f64>,
+    /// Wanted interval of one test over the length of the recording: above 1 the thresholds are extrapolated.
+    pub extrapolation: f64,
+    /// The longest interval (s) that is claimed for the fast trigger: the wanted one, and at most a third of the signal
+    /// that it was judged on, in which no alarm shows that with 95 %. What is wanted beyond it is extrapolated. Absent
+    /// in files of older versions.
+    #[serde(default)]
+    pub claimed_s: Option<f64>,
+    /// The smallest vibration (signal unit, rms, at 100 to 400 Hz) that is a slip for the fast trigger at rest ...
+    #[serde(default)]
+    pub smallest_rest: Option<f32>,
+    /// ... and in motion as it was on average; absent where the recording had too little motion.
+    #[serde(default)]
+    pub smallest_motion: Option<f32>,
+}
+
+/// What a certificate stands on.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Certified {
+    /// Signal that was judged by limits from the other half of it (s).
+    pub judged_s: f64,
+    /// Certified alarms in it.
+    pub alarms: u64,
+    /// Lower bound (95 %) of the mean time between them (s).
+    pub interval_low_s: f64,
+    /// Upper bound (95 %); absent where there was no alarm.
+    pub interval_high_s: Option<f64>,
+    /// At rest; absent where that was too short.
+    pub rest: Option<LawEvidence>,
+    /// In motion; absent where there was too little.
+    pub motion: Option<LawEvidence>,
+}
+
+/// What one law stands on.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LawEvidence {
+    /// Length of the signal (s).
+    pub seconds: f64,
+    /// Shortest and longest block of a band (ms).
+    pub blocks_ms: [f64; 2],
+    /// Times the chances were raised because high blocks follow each other, in the worst band; 1 for independent blocks, up to chance.
+    pub clusters: f64,
+    /// A slip above all of the calibration in every band is certified within this time (ms) and one block.
+    pub soonest_ms: f64,
+}
+
+impl Calibration {
+    /// The settings with this calibration in force.
+    #[must_use]
+    pub fn apply(&self, config: PipelineConfig) -> PipelineConfig {
+        let mut detector = config.detector;
+        detector.release = self.release(&detector);
+        let [shear, vibration, a, b, c, d] = self.thresholds;
+        detector.shear.threshold = shear;
+        detector.vibration.threshold = vibration;
+        for (band, threshold) in detector.octaves.iter_mut().zip([a, b, c, d]) {
+            band.threshold = threshold;
+        }
+        detector.cusum_threshold = self.cusum_threshold;
+        detector.tail = self.tail.unwrap_or(detector.tail);
+        detector.gate.gain = self.gain.unwrap_or(detector.gate.gain);
+        PipelineConfig {
+            detector,
+            known_floor: Some(self.floor),
+            known_reference: self.reference_floor,
+            certificate: self.certificate,
+            ..config
+        }
+    }
+
+    /// What is still found, with the mean energies of the reference in motion.
+    pub fn set_smallest(&mut self, reference: &[f32; BANDS]) {
+        // Shear and vibration decide in every scene, and overlap.
+        let smallest = |motion: &[f32; BANDS]| {
+            let energy = |b: usize| self.thresholds[b] * (self.floor[b] + motion[b]);
+            energy(0).min(energy(1)).sqrt()
+        };
+        self.evidence.smallest_rest = Some(smallest(&[0.0; BANDS]));
+        self.evidence.smallest_motion =
+            self.gain.map(|gain| smallest(&core::array::from_fn(|b| gain[b] * reference[b])));
+    }
+
+    /// The share of the thresholds at which the energy of shear or vibration is as high as at the release level of `detector`: lower thresholds
+    /// must not take the release level down into the noise, where no slip would end.
+    fn release(&self, detector: &DetectorConfig) -> f32 {
+        let [shear, vibration, ..] = self.thresholds;
+        let lowered = (detector.shear.threshold / shear)
+            .max(detector.vibration.threshold / vibration)
+            .max(1.0);
+        (detector.release * lowered).min(MOST_RELEASE.max(detector.release))
+    }
+
+    /// Whether it was made at `rate` (within 1 %) and for the same kind of stylus.
+    #[must_use]
+    pub fn fits(&self, rate: Hertz, vibration: bool) -> bool {
+        (rate.0 / self.sample_rate_hz - 1.0).abs() < 0.01 && vibration == self.vibration
+    }
+}

@@ -1,0 +1,18 @@
+//! What runs beside a gripper and in a replay alike: configuration, model file, the live session, recordings played again, output
+//! lines and exit codes.
+
+pub mod calibration;
+pub mod config;
+pub mod exit;
+pub mod model;
+pub mod motion;
+pub mod recording;
+pub mod replay;
+pub mod report;
+pub mod session;
+pub mod tape;
+pub mod utc;
+
+pub use config::{HostConfig, HostConfigError, LinkConfig};
+pub use model::{HostEstimator, ModelError};
+pub use session::{News, Session, SessionError, SessionOptions};

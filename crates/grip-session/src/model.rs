@@ -1,0 +1,291 @@
+//! A model file or the name of a built-in model in, the force estimator or the reason against it out.
+//!
+//! | built in | inputs | |
+//! |---|---|---|
+//! | `default` | slip acceleration and mean force over a stretch of sliding | determines the force |
+//! | `paper` | slip speed and E_sc as printed, as in the source study | cannot: where the trial force varies, both say only how far it is from enough |
+//!
+//! A file holds one network or the members of an ensemble (`gripctl train --model ensemble`), of which at most
+//! [`MAX_MEMBERS`](slip_core::estimate::MAX_MEMBERS) run in real time. What a model missed by on its test rows becomes part of the deviation of each
+//! estimate ([`ModelFile::deviation`]); estimates that are too unsure are shown and never move the fingers ([`weakness`]).
+
+use grip_record::files;
+use mlp_core::{
+    ensemble_file::{EnsembleFile, is_ensemble},
+    file::{self, Deviation, FileError, ModelFile},
+};
+use slip_core::{
+    estimate::{Estimator, EstimatorError},
+    features::Feature,
+};
+use std::{
+    borrow::Cow,
+    path::{Path, PathBuf},
+    sync::Arc,
+};
+
+/// An estimator whose weights are shared: a copy of it allocates nothing.
+pub type HostEstimator = Estimator<Arc<[f32]>>;
+
+/// The model that is used where no other is named.
+const DEFAULT: &str = include_str!("../models/default.json");
+
+/// Names and texts of the built-in models.
+pub const BUILT_IN: [(&str, &str); 2] =
+    [("default", DEFAULT), ("paper", include_str!("../models/paper.json"))];
+
+/// Why a model file cannot serve.
+#[derive(Debug, thiserror::Error)]
+pub enum ModelError {
+    /// The file cannot be read.
+    #[error("{}: the model cannot be read: {source}", file.display())]
+    Read {
+        /// The file.
+        file: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// The file is no usable model.
+    #[error("{file}: {}", explain(fault))]
+    File {
+        /// The file.
+        file: String,
+        /// What is wrong, with line and column where the text is at fault.
+        fault: FileError,
+    },
+    /// An input that a slip does not show.
+    #[error(
+        "{file}: input `{input}` is no feature of a slip; a model may use {}",
+        known_features()
+    )]
+    Input {
+        /// The file.
+        file: String,
+        /// The input.
+        input: String,
+    },
+    /// The target is not a force in newtons.
+    #[error("{file}: the target is `{target}` in `{unit}`, not a force in N")]
+    Target {
+        /// The file.
+        file: String,
+        /// Its name.
+        target: String,
+        /// Its unit.
+        unit: String,
+    },
+    /// The network has the wrong shape.
+    #[error("{file}: {source}")]
+    Shape {
+        /// The file.
+        file: String,
+        /// What does not fit.
+        source: EstimatorError,
+    },
+}
+
+fn explain(fault: &FileError) -> String {
+    match fault {
+        FileError::Version { found: Some(found) } => format!(
+            "the model file has version {found}, this program reads version {}; train the model again with `gripctl train`",
+            file::VERSION
+        ),
+        FileError::Format { found: Some(kind) } if kind == "ensemble-model" => {
+            format!("this is of the kind {kind}; only one network (mlp-model) can be exported")
+        }
+        FileError::Format { found: Some(kind) } if kind.ends_with("-model") => {
+            format!(
+                "this is of the kind {kind}; only one network (mlp-model) or a few (ensemble-model) run in real time"
+            )
+        }
+        FileError::Version { found: None } | FileError::Format { .. } => {
+            "this is no model file; `gripctl train` writes one".to_owned()
+        }
+        other => other.to_string(),
+    }
+}
+
+fn known_features() -> String {
+    Feature::ALL.map(Feature::name).join(", ")
+}
+
+/// The text of the built-in model of that name. A file of the same name is meant by `./default` or `./paper`.
+#[must_use]
+pub fn built_in(name: &Path) -> Option<&'static str> {
+    BUILT_IN.into_iter().find(|(known, _)| name == Path::new(known)).map(|(_, text)| text)
+}
+
+/// The text of a built-in model or a model file.
+///
+/// # Errors
+/// Where the file cannot be read.
+pub fn read_text(file: &Path) -> Result<Cow<'static, str>, ModelError> {
+    if let Some(text) = built_in(file) {
+        return Ok(text.into());
+    }
+    let read = files::read_text(file, files::MOST_MODEL);
+    Ok(read.map_err(|source| ModelError::Read { file: file.to_owned(), source })?.into())
+}
+
+/// Reads a built-in model or a model file.
+///
+/// # Errors
+/// Where the file cannot be read, is no model, or does not estimate a force from features of a slip.
+pub fn read_estimator(file: &Path) -> Result<HostEstimator, ModelError> {
+    parse_estimator(&file.display().to_string(), &read_text(file)?)
+}
+
+/// The text of the embedded model.
+#[must_use]
+pub const fn default_text() -> &'static str {
+    DEFAULT
+}
+
+/// The embedded model.
+///
+/// # Errors
+/// Never, as long as the tests pass that load it.
+pub fn default_estimator() -> Result<HostEstimator, ModelError> {
+    parse_estimator("embedded model", DEFAULT)
+}
+
+/// The estimator from the text of a model file; `file` is only named in errors.
+///
+/// # Errors
+/// As [`read_estimator`].
+pub fn parse_estimator(file: &str, text: &str) -> Result<HostEstimator, ModelError> {
+    let fault = |fault| ModelError::File { file: file.to_owned(), fault };
+    let shape = |source| ModelError::Shape { file: file.to_owned(), source };
+    let (deviation, networks) = if is_ensemble(text) {
+        let ensemble = EnsembleFile::from_json(text).map_err(fault)?;
+        (mean_deviation(ensemble.members()), ensemble.aligned())
+    } else {
+        let network = ModelFile::from_json(text).map_err(fault)?;
+        (mean_deviation(core::slice::from_ref(&network)), vec![network])
+    };
+    let mut networks = networks.into_iter();
+    let first = networks.next().ok_or_else(|| fault(FileError::NoMembers))?;
+    let features = features(file, &first)?;
+    let mut estimator =
+        Estimator::new(first.model_in().map_err(fault)?, &features).map_err(shape)?;
+    for member in networks {
+        estimator = estimator.with_member(member.model_in().map_err(fault)?).map_err(shape)?;
+    }
+    let [relative, absolute_n] = deviation;
+    Ok(estimator.with_deviation(relative, absolute_n))
+}
+
+/// The features that the inputs of a network name; its target must be a force.
+fn features(file: &str, network: &ModelFile) -> Result<Vec<Feature>, ModelError> {
+    let mut features = Vec::new();
+    for input in &network.inputs {
+        let unknown = || ModelError::Input { file: file.to_owned(), input: input.name.clone() };
+        features.push(Feature::from_name(&input.name).ok_or_else(unknown)?);
+    }
+    match network.targets.first() {
+        Some(target) if target.unit != "N" => {
+            let (target, unit) = (target.name.clone(), target.unit.clone());
+            Err(ModelError::Target { file: file.to_owned(), target, unit })
+        }
+        _ => Ok(features),
+    }
+}
+
+/// What the members missed by, as far as their files know: a share of the answer, and newtons.
+fn mean_deviation(members: &[ModelFile]) -> [f32; 2] {
+    let mut squares = [0.0_f32; 2];
+    let mut known = 0.0_f32;
+    for deviation in members.iter().filter_map(ModelFile::deviation) {
+        match deviation {
+            Deviation::Relative(share) => squares[0] += share * share,
+            Deviation::Absolute(newtons) => squares[1] += newtons * newtons,
+        }
+        known += 1.0;
+    }
+    squares.map(|sum| (sum / known.max(1.0)).sqrt())
+}
+
+/// What a user should know of an estimator that knows too little to be trusted with the force.
+#[must_use]
+pub fn weakness<W: AsRef<[f32]>>(estimator: &Estimator<W>) -> Option<String> {
+    let (share, _) = estimator.deviation();
+    (!estimator.is_trustworthy()).then(|| {
+        format!(
+            "this model missed its test rows by {:.0} % (one standard deviation): its estimates are shown, but none moves the fingers, and slips are answered by the reflex alone",
+            100.0 * share
+        )
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{
+        EnsembleFile, ModelError, ModelFile, built_in, default_estimator, parse_estimator,
+        read_estimator, weakness,
+    };
+    use slip_core::{estimate::MAX_MEMBERS, features::Features};
+    use std::path::Path;
+
+    #[test]
+    fn a_model_that_answers_something_else_is_refused() {
+        let text = include_str!("../models/default.json");
+        let renamed = text.replace("slip_acceleration_m_s2", "temperature_k");
+        let error = parse_estimator("m.json", &renamed).unwrap_err();
+        assert!(matches!(error, ModelError::Input { .. }), "{error}");
+        assert!(
+            error.to_string().contains("temperature_k")
+                && error.to_string().contains("trial_force_n")
+        );
+        let other =
+            text.replace("adequate_force_n", "adequate_speed_m_s").replacen("\"N\"", "\"m/s\"", 9);
+        let error = parse_estimator("m.json", &other).unwrap_err();
+        assert!(matches!(error, ModelError::Target { .. }), "{error}");
+    }
+
+    #[test]
+    fn the_model_of_the_study_is_built_in_and_its_weakness_is_told() {
+        let paper = read_estimator(Path::new("paper")).unwrap();
+        assert_eq!(weakness(&default_estimator().unwrap()), None);
+        let told = weakness(&paper).unwrap();
+        assert!(told.contains("54 %") && told.contains("none moves the fingers"), "{told}");
+        let inputs = ModelFile::from_json(built_in(Path::new("paper")).unwrap()).unwrap().inputs;
+        assert_eq!(inputs[0].name, "slip_speed_m_s");
+        assert_eq!(inputs[1].name, "esc_literal_w");
+        let absent = read_estimator(Path::new("./paper")).unwrap_err();
+        assert!(matches!(absent, ModelError::Read { .. }), "{absent}");
+    }
+
+    /// The answers are those of one network, and what they missed by in the test is their deviation.
+    #[test]
+    fn an_ensemble_runs_as_far_as_it_is_small() {
+        let text = include_str!("../models/default.json");
+        let ensemble = |members: usize| {
+            let file = ModelFile::from_json(text).unwrap();
+            EnsembleFile::new(vec![file; members]).unwrap().to_json().unwrap()
+        };
+        let one = default_estimator().unwrap();
+        let four = parse_estimator("e.json", &ensemble(MAX_MEMBERS)).unwrap();
+        assert_eq!((one.members(), four.members()), (1, MAX_MEMBERS));
+        assert!((one.deviation().0 / four.deviation().0 - 1.0).abs() < 1e-5, "{one:?}");
+        assert!((0.005..0.01).contains(&one.deviation().0) && one.deviation().1 == 0.0);
+        let slip = Features {
+            slip_speed_m_s: 0.05,
+            contact_time_s: 0.02,
+            slip_acceleration_m_s2: 2.0,
+            slip_acceleration_sigma_m_s2: None,
+            micro_displacement_m: 5e-4,
+            trial_force_n: 5.0,
+            irregularities: 0,
+            mean_slope: None,
+            esc: None,
+            esc_chosen: None,
+        };
+        let [a, b] = [&one, &four].map(|model| model.estimate(&slip).unwrap());
+        assert!((a.force_n / b.force_n - 1.0).abs() < 1e-4, "{a:?} {b:?}");
+        assert!((a.sigma_n / a.force_n - one.deviation().0).abs() < 1e-4, "{a:?}");
+        let error = parse_estimator("e.json", &ensemble(MAX_MEMBERS + 1)).unwrap_err();
+        assert!(error.to_string().contains("at most 4 networks"), "{error}");
+        let error = parse_estimator("e.json", &ensemble(2).replace("ln", "log")).unwrap_err();
+        assert!(matches!(error, ModelError::File { .. }), "{error}");
+    }
+}

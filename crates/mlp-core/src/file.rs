@@ -1,0 +1,407 @@
+//! A trained network in, JSON text out, and back to a [`Model`].
+//!
+//! ```json
+//! {
+//!   "format": "mlp-model", "version": 1,
+//!   "inputs": [{ "name": "v_m_s", "unit": "m/s", "transform": "identity", "min": 0.01, "max": 0.3 }],
+//!   "targets": [{ "name": "f_n", "unit": "N", "transform": "ln", "min": 1.0, "max": 40.0 }],
+//!   "layers": [
+//!     { "activation": "tanh", "weights": [[0.5], [-0.25]], "biases": [0.1, 0.2] },
+//!     { "activation": "linear", "weights": [[1.0, 2.0]], "biases": [0.0] }
+//!   ],
+//!   "training": null
+//! }
+//! ```
+//! `min` and `max` are raw values; `weights` has one row per neuron. Unknown fields are ignored. Numbers are
+//! written with as many digits as bring back the same `f32`.
+
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+use crate::activation::Activation;
+use crate::column::ColumnSpec;
+use crate::model::Model;
+use crate::network::{Network, ShapeError};
+use crate::scaler::{Column, ScaleError, Scaler, Transform};
+use crate::topology::Topology;
+
+/// Value of the field `format`.
+pub const FORMAT: &str = "mlp-model";
+
+/// Value of the field `version` that this crate reads and writes.
+pub const VERSION: u64 = 1;
+
+/// Why a text is no model, or a model can not be saved.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum FileError {
+    /// Not JSON, or a field is missing or of the wrong kind.
+    #[error("line {line}, column {column}: {message}")]
+    Json {
+        /// Line, counted from 1; 0 when the text ended too early to say.
+        line: usize,
+        /// Column, counted from 1.
+        column: usize,
+        /// What is wrong there.
+        message: String,
+    },
+    /// JSON of some other kind.
+    #[error("format is {found:?}, not \"mlp-model\"")]
+    Format {
+        /// The field `format`, if there is one.
+        found: Option<String>,
+    },
+    /// An ensemble without members.
+    #[error("the ensemble has no members")]
+    NoMembers,
+    /// A member of an ensemble that has other columns than the first one.
+    #[error("member {member} of the ensemble has other columns than the first")]
+    Member {
+        /// Its place, counted from 1.
+        member: usize,
+    },
+    /// Another version of the format.
+    #[error("version is {found:?}: this program reads version {VERSION}")]
+    Version {
+        /// The field `version`, if there is one.
+        found: Option<u64>,
+    },
+    /// A row of weights that does not fit the layer before.
+    #[error(
+        "layer {layer}, neuron {neuron}: {given} weights where the layer before has {needed} values"
+    )]
+    RowLength {
+        /// Layer of weights, counted from 1.
+        layer: usize,
+        /// Neuron, counted from 1.
+        neuron: usize,
+        /// Width of the layer before.
+        needed: usize,
+        /// Weights in the row.
+        given: usize,
+    },
+    /// Not one bias per neuron.
+    #[error("layer {layer}: {given} biases for {needed} neurons")]
+    Biases {
+        /// Layer of weights, counted from 1.
+        layer: usize,
+        /// Rows of weights.
+        needed: usize,
+        /// Biases.
+        given: usize,
+    },
+    /// A weight or bias is NaN or infinite.
+    #[error("layer {layer}: weight {place} (rows, then biases) is not finite")]
+    NotFinite {
+        /// Layer of weights, counted from 1.
+        layer: usize,
+        /// Place in the layer, counted from 1.
+        place: usize,
+    },
+    /// Limits that can not be scaled.
+    #[error("{kind} \"{name}\": {source}")]
+    Scale {
+        /// `input` or `target`.
+        kind: &'static str,
+        /// Name of the column.
+        name: String,
+        /// What is wrong; its column number counts from 0.
+        source: ScaleError,
+    },
+    /// Sizes beyond the limits of a network, or layers that do not match the columns.
+    #[error(transparent)]
+    Shape(#[from] ShapeError),
+}
+
+/// One input or target of the file.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct FileColumn {
+    /// Name of the CSV column.
+    pub name: String,
+    /// Its unit, empty when unknown.
+    pub unit: String,
+    /// Applied before scaling.
+    #[serde(serialize_with = "write_name", deserialize_with = "read_name")]
+    pub transform: Transform,
+    /// Smallest raw training value.
+    pub min: f32,
+    /// Largest raw training value.
+    pub max: f32,
+}
+
+/// One layer of the file.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct FileLayer {
+    /// Function of its neurons.
+    #[serde(serialize_with = "write_name", deserialize_with = "read_name")]
+    pub activation: Activation,
+    /// One row per neuron.
+    pub weights: Vec<Vec<f32>>,
+    /// One per neuron.
+    pub biases: Vec<f32>,
+}
+
+/// How the network was trained; errors are those of the saved model.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct TrainingNote {
+    /// Training rule.
+    pub algorithm: String,
+    /// Seed of the chosen run.
+    pub seed: u64,
+    /// Runs from which it was chosen.
+    pub repeats: usize,
+    /// Epochs of the chosen run.
+    pub epochs: usize,
+    /// Why it stopped.
+    pub stop: String,
+    /// Training rows.
+    pub rows: usize,
+    /// SHA-256 of the training file.
+    pub data_sha256: String,
+    /// Training error in raw units squared.
+    pub train_mse: f64,
+    /// Training error in scaled units squared.
+    pub train_scaled_mse: f64,
+    /// Test error in raw units squared.
+    pub test_mse: Option<f64>,
+    /// Test error in scaled units squared.
+    pub test_scaled_mse: Option<f64>,
+    /// How rows of the training file were kept away from the training, if any were.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub split: Option<SplitNote>,
+}
+
+/// How the rows of one file were split. `data_sha256` of the [`TrainingNote`] is that of the whole file.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct SplitNote {
+    /// Column whose groups of equal text stayed together; rows were split one by one without it.
+    pub by: Option<String>,
+    /// Seed of the split.
+    pub seed: u64,
+    /// Share of the rows that was asked for as test rows.
+    pub holdout: Option<f64>,
+    /// Share of the remaining rows that was asked for as validation rows.
+    pub validation: Option<f64>,
+}
+
+/// Nearest `f32`; what is too large becomes infinite and is caught where finite values are required.
+#[must_use]
+#[expect(
+    clippy::cast_possible_truncation,
+    reason = "rounding to the precision of the model is meant"
+)]
+pub fn rounded(value: f64) -> f32 {
+    value as f32
+}
+
+/// Contents of a model file.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ModelFile {
+    format: String,
+    version: u64,
+    /// Features in the order the network takes them.
+    pub inputs: Vec<FileColumn>,
+    /// Targets in the order of the outputs.
+    pub targets: Vec<FileColumn>,
+    /// Layers of weights, first to last.
+    pub layers: Vec<FileLayer>,
+    /// How it was trained, if known.
+    pub training: Option<TrainingNote>,
+}
+
+/// By how much answers are off (one standard deviation).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Deviation {
+    /// In the unit of the target.
+    Absolute(f32),
+    /// Of the logarithm of the answer, which for small ones is the share of it.
+    Relative(f32),
+}
+
+/// What a text says it is.
+#[derive(Deserialize)]
+pub(crate) struct Head {
+    pub(crate) format: Option<String>,
+    version: Option<u64>,
+}
+
+impl Head {
+    /// That of a text which must be of this format and version.
+    pub(crate) fn check(text: &str, format: &str, version: u64) -> Result<(), FileError> {
+        let head: Self = serde_json::from_str(text).map_err(|error| json_error(&error))?;
+        if head.format.as_deref() != Some(format) {
+            return Err(FileError::Format { found: head.format });
+        }
+        if head.version != Some(version) {
+            return Err(FileError::Version { found: head.version });
+        }
+        Ok(())
+    }
+}
+
+impl ModelFile {
+    /// Rounds `weights` (flat order, as many as `topology` has) to `f32`.
+    #[must_use]
+    pub fn new(
+        inputs: &[FileColumn],
+        targets: &[FileColumn],
+        topology: &Topology,
+        weights: &[f64],
+    ) -> Self {
+        let round = |values: &[f64]| values.iter().copied().map(rounded).collect::<Vec<f32>>();
+        let layers = topology.layers().map(|layer| FileLayer {
+            activation: layer.activation,
+            weights: weights[layer.start..layer.biases()]
+                .chunks_exact(layer.from)
+                .map(round)
+                .collect(),
+            biases: round(&weights[layer.biases()..layer.end()]),
+        });
+        Self {
+            format: FORMAT.to_owned(),
+            version: VERSION,
+            inputs: inputs.to_vec(),
+            targets: targets.to_vec(),
+            layers: layers.collect(),
+            training: None,
+        }
+    }
+
+    /// Reads and checks the text of a model file.
+    ///
+    /// # Errors
+    /// Any [`FileError`]; the first fault found.
+    pub fn from_json(text: &str) -> Result<Self, FileError> {
+        Head::check(text, FORMAT, VERSION)?;
+        let file: Self = serde_json::from_str(text).map_err(|error| json_error(&error))?;
+        file.model()?;
+        Ok(file)
+    }
+
+    /// The text of the file.
+    ///
+    /// # Errors
+    /// Any [`FileError`] but those of reading, when the contents are no valid model.
+    pub fn to_json(&self) -> Result<String, FileError> {
+        self.model()?;
+        serde_json::to_string_pretty(self).map_err(|error| json_error(&error))
+    }
+
+    /// The model, for predictions.
+    ///
+    /// # Errors
+    /// Any [`FileError`] but those of reading, when the contents are no valid model.
+    pub fn model(&self) -> Result<Model<Box<[f32]>>, FileError> {
+        self.model_in()
+    }
+
+    /// The same with the weights in another kind of memory, for example shared.
+    ///
+    /// # Errors
+    /// As [`ModelFile::model`].
+    pub fn model_in<W: AsRef<[f32]> + From<Vec<f32>>>(&self) -> Result<Model<W>, FileError> {
+        let mut sizes = vec![self.inputs.len()];
+        let mut weights = Vec::new();
+        for (at, layer) in self.layers.iter().enumerate() {
+            let before = weights.len();
+            append_layer(at + 1, layer, sizes[at], &mut weights)?;
+            let fault = weights[before..].iter().position(|weight: &f32| !weight.is_finite());
+            if let Some(place) = fault {
+                return Err(FileError::NotFinite { layer: at + 1, place: place + 1 });
+            }
+            sizes.push(layer.weights.len());
+        }
+        let activations: Vec<Activation> =
+            self.layers.iter().map(|layer| layer.activation).collect();
+        let network = Network::new(&sizes, &activations, weights.into())?;
+        let (inputs, targets) = (scaler("input", &self.inputs)?, scaler("target", &self.targets)?);
+        Ok(Model::new(network, inputs, targets)?)
+    }
+
+    /// How far its answers were off, as a standard deviation: on the test rows, or on the training rows where there were no test rows; nothing
+    /// where the file does not say how it was trained. Over all targets; the first one says whether it is relative.
+    #[must_use]
+    pub fn deviation(&self) -> Option<Deviation> {
+        let (note, target) = (self.training.as_ref()?, self.targets.first()?);
+        let scaled = note.test_scaled_mse.unwrap_or(note.train_scaled_mse).max(0.0).sqrt();
+        let half = |low: f64, high: f64| 0.5 * (high - low) * scaled;
+        let (min, max) = (f64::from(target.min), f64::from(target.max));
+        Some(match target.transform {
+            Transform::Identity => Deviation::Absolute(rounded(half(min, max))),
+            Transform::Ln => Deviation::Relative(rounded(half(min.ln(), max.ln()))),
+        })
+    }
+
+    /// The column specs with which a CSV file is read for this model.
+    #[must_use]
+    pub fn specs(&self) -> (Vec<ColumnSpec>, Vec<ColumnSpec>) {
+        let specs = |columns: &[FileColumn]| {
+            columns
+                .iter()
+                .map(|column| ColumnSpec { name: column.name.clone(), transform: column.transform })
+                .collect()
+        };
+        (specs(&self.inputs), specs(&self.targets))
+    }
+}
+
+fn append_layer(
+    layer: usize,
+    contents: &FileLayer,
+    needed: usize,
+    weights: &mut Vec<f32>,
+) -> Result<(), FileError> {
+    for (at, row) in contents.weights.iter().enumerate() {
+        if row.len() != needed {
+            return Err(FileError::RowLength { layer, neuron: at + 1, needed, given: row.len() });
+        }
+        weights.extend(row);
+    }
+    let (needed, given) = (contents.weights.len(), contents.biases.len());
+    if needed != given {
+        return Err(FileError::Biases { layer, needed, given });
+    }
+    weights.extend(&contents.biases);
+    Ok(())
+}
+
+fn scaler(kind: &'static str, columns: &[FileColumn]) -> Result<Scaler, FileError> {
+    let limits: Vec<Column> = columns
+        .iter()
+        .map(|&FileColumn { transform, min, max, .. }| Column { transform, min, max })
+        .collect();
+    Scaler::new(&limits).map_err(|source| {
+        let place = match source {
+            ScaleError::Columns { .. } => None,
+            ScaleError::Limits { column, .. } | ScaleError::LogOfNonPositive { column, .. } => {
+                columns.get(column)
+            }
+        };
+        FileError::Scale { kind, name: place.map_or(String::new(), |c| c.name.clone()), source }
+    })
+}
+
+pub(crate) fn json_error(error: &serde_json::Error) -> FileError {
+    let (line, column, text) = (error.line(), error.column(), error.to_string());
+    let place = format!(" at line {line} column {column}");
+    let message = text.strip_suffix(&place).unwrap_or(&text).to_owned();
+    FileError::Json { line, column, message }
+}
+
+fn write_name<T: core::fmt::Display, S: Serializer>(
+    value: &T,
+    serializer: S,
+) -> Result<S::Ok, S::Error> {
+    serializer.collect_str(value)
+}
+
+fn read_name<'de, T, D>(deserializer: D) -> Result<T, D::Error>
+where
+    T: core::str::FromStr<Err: core::fmt::Display>,
+    D: Deserializer<'de>,
+{
+    let text = String::deserialize(deserializer)?;
+    text.parse().map_err(|error| serde::de::Error::custom(format!("\"{text}\": {error}")))
+}
+
+#[cfg(test)]
+#[path = "file_tests.rs"]
+mod tests;

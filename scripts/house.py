@@ -1,0 +1,363 @@
+"""What scripts/house.sh prints: cargo's metadata and the files of git in, tables in Markdown out."""
+
+import collections
+import json
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+# Ground first. A package may depend on packages of lower floors only (normal and build dependencies, optional ones too).
+FLOORS = [
+    ["mlp-core", "grip-link", "grip-plot"],
+    ["slip-core", "mlp", "grip-port"],
+    ["grip-record"],
+    ["grip-session"],
+    ["grip-daemon"],
+    # Below: beside a gripper. Above: not, but for the simulator of `--port sim`.
+    ["grip-sim", "grip-import"],
+    ["grip-eval", "grip-study"],
+    ["grip-fleet"],
+    ["grip-scope"],
+    ["gripd", "gripctl", "gripmon"],
+    ["grip-manuals", "stories"],
+    ["slip-benches"],
+]
+# Packages that are benches or tests: what they rebuild concerns nobody beside a gripper.
+BENCHES_AND_TESTS = {"slip-benches", "stories"}
+
+# Files whose functions run on the way of a sample from the bytes of the port to the bytes of a force command, in the order of
+# execution, by hand: crate, then files under src. Not counted: files that only define settings, units, codes or errors.
+PATH_FILES = {
+    "grip-daemon": """
+        hot rings item latency
+    """,
+    "grip-port": """
+        line linux/wire
+    """,
+    "grip-session": """
+        session/mod session/path session/pace session/time_base session/wishes session/limits motion report
+    """,
+    "grip-link": """
+        host/link host/conversation host/frames host/loss host/timing decoder cobs crc frame sender message/grip
+        message/samples message/channel message/wire
+    """,
+    "slip-core": """
+        pipeline pipeline/rest pipeline/evidence pipeline/force pipeline/coarse pipeline/grip_force pipeline/host_time
+        sample health drift scene stages event methods fusion distance course crosscheck turns travel_noise resolution
+        floor confidence filter/bank filter/svf filter/envelope detector/slip detector/axes detector/coupling
+        detector/cusum detector/decision detector/doubt detector/evidence detector/gate detector/lanes detector/level
+        detector/pending detector/primed detector/reference pressure/mod pressure/shape pressure/rest
+        pressure/standing speed velocity/mod observation irregularity/mod irregularity/turn irregularity/low_pass
+        esc/mod features estimate estimate/friction need/mod need/candidate need/history need/posterior need/swings
+        need/vibration grip/mod grip/touch grip/braking grip/lag grip/search grip/input grip/feeling grip/response
+    """,
+    "mlp-core": """
+        model network scaler activation tanh
+    """,
+}
+# Types that carry a sample's content from one of these files to the next, by hand: their values are made for each sample or frame.
+PATH_TYPES = """
+Header Frame Passing HostEvent Samples Rows Row Sample MotionInput Block Channels SlipState Told SlipEvent Features Velocity
+ForceEstimate Evidence Sliding SlipNews GripInput Newtons Step EventLine News Item Wanted GripCommand Grip
+""".split()
+
+
+def sources():
+    """Rust files under git, also new ones."""
+    listed = subprocess.run(
+        ["git", "ls-files", "--cached", "--others", "--exclude-standard", "*.rs"], check=True, capture_output=True, text=True
+    ).stdout.split()
+    return [Path(name) for name in sorted(set(listed)) if Path(name).is_file()]
+
+
+def split_tests(path, text):
+    """Lines of a file under src: of the program, and of its unit tests (`mod tests { .. }` at the end, or a file of tests)."""
+    lines = text.count("\n")
+    if path.stem == "tests" or path.stem.endswith("_tests") or "tests" in path.parts:
+        return 0, lines
+    found = re.search(r"^#\[cfg\(test\)\]\n(#\[.*\n)*(pub(\(crate\))? )?mod \w+ \{", text, re.M)
+    if not found:
+        return lines, 0
+    before = text[: found.start()].count("\n")
+    return before, lines - before
+
+
+def kind(path):
+    parts = path.parts
+    if parts[0] in ("fuzz",):
+        return "fuzz"
+    if "examples" in parts:
+        return "examples"
+    if parts[0] == "benches":
+        return "integration tests" if parts[1] == "tests" else "benches"
+    if "benches" in parts:
+        return "benches"
+    if parts[0] == "tests" or "tests" in parts and "src" not in parts:
+        return "integration tests"
+    return "src"
+
+
+def lines_by_kind(files, folders):
+    counts = collections.defaultdict(collections.Counter)
+    for path in files:
+        text = path.read_text()
+        owner = next((name for folder, name in folders if path.is_relative_to(folder)), str(path.parts[0]))
+        if kind(path) == "src":
+            program, tests = split_tests(path, text)
+            counts[owner]["src"] += program
+            counts[owner]["unit tests"] += tests
+        else:
+            counts[owner][kind(path)] += text.count("\n")
+    return counts
+
+
+def rebuilt(packages, kinds):
+    """For each package those that depend on it by dependencies of these kinds, directly or not."""
+    users = collections.defaultdict(set)
+    for package in packages.values():
+        for dependency in package["dependencies"]:
+            if dependency["name"] in packages and dependency["kind"] in kinds:
+                users[dependency["name"]].add(package["name"])
+    closure = {}
+    for name in packages:
+        seen, todo = set(), [name]
+        while todo:
+            for user in users[todo.pop()] - seen:
+                seen.add(user)
+                todo.append(user)
+        closure[name] = seen - {name}
+    return closure
+
+
+def rebuilt_by_tests(packages):
+    """Those whose own tests are built again: they depend on it, or have a dev-dependency on one that does."""
+    normal = rebuilt(packages, {None, "build"})
+    closure = {}
+    for name in packages:
+        touched = normal[name] | {name}
+        testers = {
+            package["name"]
+            for package in packages.values()
+            if any(dependency["kind"] == "dev" and dependency["name"] in touched for dependency in package["dependencies"])
+        }
+        closure[name] = (touched | testers) - {name}
+    return closure
+
+
+def floors(packages):
+    floor = {name: number for number, names in enumerate(FLOORS) for name in names}
+    unknown, gone = sorted(set(packages) - set(floor)), sorted(set(floor) - set(packages))
+    if unknown or gone:
+        sys.exit(f"scripts/house.py: FLOORS lacks {unknown} or still names {gone}")
+    up = []
+    for package in packages.values():
+        for dependency in package["dependencies"]:
+            other = dependency["name"]
+            if other in packages and floor[other] >= floor[package["name"]]:
+                if dependency["kind"] != "dev" or other in BENCHES_AND_TESTS:
+                    up.append(f"{package['name']} -> {other}" + (" (dev)" if dependency["kind"] == "dev" else ""))
+    return floor, up
+
+
+class Modules:
+    """The modules of one crate and what they import from each other; tests are left out."""
+
+    def __init__(self, root, files):
+        self.files = {}
+        for path in files:
+            within = path.relative_to(root)
+            names = [*within.parts[:-1], within.stem]
+            if names[-1] in ("mod", "lib", "main"):
+                names.pop()
+            text = path.read_text()
+            kept = split_tests(path, text)[0]
+            if kept:
+                self.files[tuple(names)] = "\n".join(text.splitlines()[:kept])
+        self.exports = {module: self._uses(text, r"pub(?:\([^)]*\))? use") for module, text in self.files.items()}
+
+    @staticmethod
+    def _expand(tree):
+        """`a::{b, c::{d, e}}` as lists of names."""
+        tree = re.sub(r"\s+", " ", tree).strip()
+        brace = tree.find("{")
+        if brace < 0:
+            return [[part.strip() for part in re.sub(r" as .*", "", tree).split("::")]]
+        head = [part.strip() for part in tree[:brace].strip().rstrip(":").split("::") if part.strip()]
+        depth, start, inner, found = 0, 0, tree[brace + 1 : tree.rindex("}")], []
+        for at, char in enumerate(inner + ","):
+            depth += {"{": 1, "}": -1}.get(char, 0)
+            if char == "," and depth == 0:
+                if inner[start:at].strip():
+                    found += [head + rest for rest in Modules._expand(inner[start:at])]
+                start = at + 1
+        return found
+
+    @staticmethod
+    def _uses(text, what):
+        paths = []
+        for found in re.finditer(rf"^\s*{what} ([^;]+);", text, re.M):
+            paths += Modules._expand(found.group(1))
+        return paths
+
+    def _place(self, module, path, depth=0):
+        """The deepest module that `path`, said in `module`, leads to, through what modules export again."""
+        names = list(path)
+        if names[0] == "crate":
+            base, names = [], names[1:]
+        elif names[0] in ("self", "super"):
+            base = list(module)
+            while names and names[0] in ("self", "super"):
+                if names.pop(0) == "super":
+                    base = base[:-1]
+        elif (*module, names[0]) in self.files:
+            base = list(module)
+        else:
+            return None
+        while names and (*base, names[0]) in self.files:
+            base.append(names.pop(0))
+        if names and depth < 5:
+            for export in self.exports.get(tuple(base), []):
+                if export[-1] in (names[0], "*") and export != path:
+                    place = self._place(tuple(base), export, depth + 1)
+                    if place:
+                        return place
+        return tuple(base)
+
+    def edges(self):
+        """From module to module; a folder's own file (`mod.rs`, `x.rs` beside `x/`) names its parts without leaning on them."""
+        found = set()
+        for module, text in self.files.items():
+            code = re.sub(r"//.*", "", text)
+            paths = self._uses(code, r"use")
+            paths += [said.split("::") for said in re.findall(r"\b((?:crate|super)(?:::\w+)+)", code)]
+            for path in paths:
+                place = self._place(module, path)
+                if place and place != module and place in self.files:
+                    found.add((module, place))
+        return found
+
+    def folder(self, module):
+        """A folder is a module with parts; a file without parts lies in the folder of its parent."""
+        is_folder = any(len(other) > len(module) and other[: len(module)] == module for other in self.files)
+        return module if is_folder else module[:-1]
+
+
+def circles(edges):
+    """Sets of nodes that reach each other (Tarjan, iterative enough for these sizes)."""
+    graph = collections.defaultdict(set)
+    for source, target in edges:
+        graph[source].add(target)
+        graph.setdefault(target, set())
+    order, low, stack, found = {}, {}, [], []
+    sys.setrecursionlimit(10_000)
+
+    def visit(node):
+        order[node] = low[node] = len(order)
+        stack.append(node)
+        for other in graph[node]:
+            if other not in order:
+                visit(other)
+            if other in stack:
+                low[node] = min(low[node], low[other])
+        if low[node] == order[node]:
+            knot = set()
+            while node not in knot:
+                knot.add(stack.pop())
+            if len(knot) > 1:
+                found.append(knot)
+
+    for node in list(graph):
+        if node not in order:
+            visit(node)
+    return found
+
+
+def folder_circles(files, packages):
+    found = []
+    for package in packages.values():
+        root = Path(os.path.relpath(package["manifest_path"])).parent / "src"
+        own = [path for path in files if path.is_relative_to(root) and "bin" not in path.relative_to(root).parts]
+        if not own:
+            continue
+        modules = Modules(root, own)
+        # The crate's own front page names everything.
+        edges = {(a, b) for a, b in modules.edges() if a and b}
+        top = {(a[0], b[0]) for a, b in edges if a[0] != b[0]}
+        for knot in circles(top):
+            found.append(f"{package['name']}: " + " ".join(sorted(name for name in knot)))
+    return found
+
+
+def main():
+    metadata = json.loads(Path(sys.argv[1]).read_text())
+    packages = {package["name"]: package for package in metadata["packages"]}
+    folders = sorted(
+        ((Path(os.path.relpath(package["manifest_path"])).parent, name) for name, package in packages.items()),
+        key=lambda pair: -len(pair[0].parts),
+    )
+    files = sources()
+
+    print("## Lines of Rust (`wc -l`, files under git)\n")
+    kinds = ["src", "unit tests", "integration tests", "benches", "fuzz", "examples"]
+    counts = lines_by_kind(files, folders)
+    print("| package | " + " | ".join(kinds) + " | all |\n|---|" + "---|" * (len(kinds) + 1))
+    total = collections.Counter()
+    for name in sorted(counts, key=lambda name: -sum(counts[name].values())):
+        row = counts[name]
+        total.update(row)
+        print(f"| {name} | " + " | ".join(f"{row[k]:,}" if row[k] else "" for k in kinds) + f" | {sum(row.values()):,} |")
+    print("| **all** | " + " | ".join(f"{total[k]:,}" for k in kinds) + f" | **{sum(total.values()):,}** |")
+    print(f"\n{len(files)} files. `benches` are the package of the benches and the folders of that name.")
+
+    print("\n## The path from bytes to command\n")
+    texts = {str(path): path.read_text() for path in files}
+    path_files = [f"crates/{crate}/src/{name}.rs" for crate, names in PATH_FILES.items() for name in names.split()]
+    everything = "\n".join(texts.values())
+    gone = [name for name in path_files if name not in texts]
+    gone += [name for name in PATH_TYPES if not re.search(rf"\b(struct|enum|type) {name}\b", everything)]
+    lines = sum(texts[name].count("\n") for name in path_files if name in texts)
+    print("By hand: PATH_FILES and PATH_TYPES of scripts/house.py say what is counted.\n")
+    print(f"{len(path_files)} files ({lines:,} lines) in {len(PATH_FILES)} crates, {len(PATH_TYPES)} types: {' '.join(PATH_TYPES)}.")
+
+    print("\n## Packages rebuilt by a change\n")
+    print("By normal and build dependencies, optional ones too, directly or not; without benches, tests and the package itself.")
+    print("With tests: packages whose own tests are built again are counted as well.\n")
+    print("| a change in | rebuilds | with tests | which |\n|---|---|---|---|")
+    normal, with_tests = rebuilt(packages, {None, "build"}), rebuilt_by_tests(packages)
+    floor, up = floors(packages)
+    for name in sorted(packages, key=lambda name: (floor[name], name)):
+        users = sorted(normal[name] - BENCHES_AND_TESTS, key=lambda user: (floor[user], user))
+        print(f"| {name} | {len(users)} | {len(with_tests[name] - BENCHES_AND_TESTS)} | {' '.join(users)} |")
+
+    closure = os.environ["GRIPD_CLOSURE"].splitlines()
+    own = sorted({line.split()[0] for line in closure} & set(packages))
+    print("\n## gripd's closure (default features, normal and build dependencies)\n")
+    print(f"{len(closure)} packages, of them {len(own)} ours: {' '.join(own)}.")
+    size = sum(counts[name]["src"] for name in own)
+    print(f"Ours have {size:,} lines under src without unit tests.")
+
+    print("\n## Edges that point up\n")
+    print(f"{len(up)} against the floors of the script (dev-dependencies count where they are benches or tests).")
+    print("".join(f"- {edge}\n" for edge in sorted(up)), end="")
+
+    knots = folder_circles(files, packages)
+    print("\n## Circles between folders\n")
+    print("Sets of a crate's top modules (a folder, or a file of src) that import each other, tests and lib.rs left out;")
+    print(f"imports through what a module exports again count for where the item stands. {len(knots)}:\n")
+    print("".join(f"- {knot}\n" for knot in sorted(knots)), end="")
+
+    print("\n## Seconds of .ci/run\n")
+    if len(sys.argv) > 2:
+        steps = re.findall(r"^== (.+) \((\d+) s\)$", Path(sys.argv[2]).read_text(), re.M)
+        for (step, begin), (_, end) in zip(steps, steps[1:]):
+            print(f"- {step}: {int(end) - int(begin)}")
+        print(f"- all: {steps[-1][1] if steps else 'no step found'}")
+    else:
+        print("no log given")
+    if gone:
+        sys.exit(f"scripts/house.py: the path names what is gone: {' '.join(gone)}")
+
+
+main()
