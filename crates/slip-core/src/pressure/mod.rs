@@ -92,7 +92,8 @@ impl PressureConfig {
         ConfigError::within("pressure.learn_frames", f32::from(self.learn_frames), 4.0, 10_000.0)?;
         ConfigError::within("pressure.min_rms", self.min_rms, 0.0, 1e12)?;
         ConfigError::within("pressure.frozen_ms", self.frozen_ms, 1.0, 1e6)?;
-        let known = [("pressure.known_rms", self.known_rms), ("pressure.known_range", self.known_range)];
+        let known =
+            [("pressure.known_rms", self.known_rms), ("pressure.known_range", self.known_range)];
         known.into_iter().try_for_each(|(name, value)| {
             value.map_or(Ok(()), |value| ConfigError::within(name, value, 1e-12, 1e12))
         })

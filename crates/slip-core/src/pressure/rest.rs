@@ -2,7 +2,10 @@
 //!
 //! For recordings whose rest is known beforehand; a running gripper learns the noise in the first grasp.
 
-use super::{range::{Range, RANGE_MS}, shape::Shape};
+use super::{
+    range::{RANGE_MS, Range},
+    shape::Shape,
+};
 use crate::units::Micros;
 
 /// A range of a shorter stretch is none: it has only begun to grow.
