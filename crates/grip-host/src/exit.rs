@@ -1,9 +1,16 @@
 //! An error in; the exit code of the contract and the text for the person at the keyboard out.
 
-use crate::{config::HostConfigError, model::ModelError, scene::SceneFileError, score::ScoreError};
+use crate::{
+    calibrate::CalibrationError, collect::CollectError, config::HostConfigError, model::ModelError,
+    scene::SceneFileError, score::ScoreError, tape::TapeError,
+};
 use core::error::Error;
-use grip_record::CsvError;
+use grip_record::{
+    CsvError, LabelError, NpzError, PhaseError,
+    mcap::{McapError, RecoverError},
+};
 use mlp::train::DataSetError;
+use slip_core::ConfigError;
 use std::process::ExitCode;
 
 /// Arguments that the parser of the command line cannot check.
@@ -18,15 +25,15 @@ pub enum Exit {
     Done,
     /// 1: failed.
     Failed,
-    /// 2: wrong arguments or configuration.
+    /// 2: wrong arguments or configuration, or a file that cannot be read or is not what it has to be.
     WrongArguments,
     /// 3: done, but data were lost on the way.
     DataLost,
 }
 
 impl Exit {
-    /// What an error means: arguments, configurations, models and scenes that cannot be used are the
-    /// caller's to mend, everything else has failed.
+    /// What an error means: arguments, configurations, recordings, models and scenes that cannot be used are the
+    /// caller's to correct, everything else has failed.
     #[must_use]
     pub fn of(error: &(dyn Error + 'static)) -> Self {
         let mut cause = Some(error);
@@ -36,9 +43,7 @@ impl Exit {
                 || error.is::<ModelError>()
                 || error.is::<SceneFileError>()
                 || error.is::<grip_sim::SceneError>()
-                || error.downcast_ref().is_some_and(is_argument)
-                || error.downcast_ref().is_some_and(is_column_argument)
-                || matches!(error.downcast_ref(), Some(ScoreError::Recording(csv)) if is_argument(csv));
+                || is_input(error);
             if wrong {
                 return Self::WrongArguments;
             }
@@ -48,21 +53,21 @@ impl Exit {
     }
 }
 
-/// `--map` and `--rate` are checked where the file is read, and so is whether one is missing.
-fn is_argument(error: &CsvError) -> bool {
-    matches!(
-        error,
-        CsvError::UnknownMapName { .. }
-            | CsvError::MapColumnAbsent { .. }
-            | CsvError::MapRepeated { .. }
-            | CsvError::BadRate { .. }
-            | CsvError::TooManyAxes { .. }
-    )
-}
-
-/// So are `--inputs` and `--target`.
-fn is_column_argument(error: &DataSetError) -> bool {
-    matches!(error, DataSetError::Columns { .. } | DataSetError::Repeated { .. })
+/// Recordings, folders of them, labels and rows that cannot be read or used. A recording that can be read and does not
+/// give a calibration has failed.
+fn is_input(error: &(dyn Error + 'static)) -> bool {
+    error.is::<CsvError>()
+        || error.is::<NpzError>()
+        || error.is::<McapError>()
+        || error.is::<TapeError>()
+        || error.is::<LabelError>()
+        || error.is::<PhaseError>()
+        || error.is::<ScoreError>()
+        || error.is::<CollectError>()
+        || error.is::<DataSetError>()
+        || error.is::<ConfigError>()
+        || matches!(error.downcast_ref(), Some(RecoverError::Read(_)))
+        || matches!(error.downcast_ref(), Some(CalibrationError::Config(_)))
 }
 
 /// The longest message that is printed (characters): a file of rubbish has a header of any length.
@@ -111,7 +116,7 @@ impl From<Exit> for ExitCode {
 #[cfg(test)]
 mod tests {
     use super::{Exit, message};
-    use crate::{model::parse_estimator, score::ScoreError};
+    use crate::{calibrate::CalibrationError, model::parse_estimator, score::ScoreError};
     use grip_record::CsvError;
 
     #[test]
@@ -129,10 +134,11 @@ mod tests {
     }
 
     #[test]
-    fn wrong_arguments_are_told_from_wrong_files() {
-        let rate = || CsvError::BadRate { rate_hz: 0.0 };
-        assert_eq!(Exit::of(&rate()), Exit::WrongArguments);
-        assert_eq!(Exit::of(&ScoreError::Recording(rate())), Exit::WrongArguments);
-        assert_eq!(Exit::of(&CsvError::Empty { file: "x".into() }), Exit::Failed);
+    fn what_the_caller_can_correct_is_told_from_what_failed() {
+        let empty = || CsvError::Empty { file: "x".into() };
+        assert_eq!(Exit::of(&empty()), Exit::WrongArguments);
+        assert_eq!(Exit::of(&ScoreError::Recording(empty())), Exit::WrongArguments);
+        assert_eq!(Exit::of(&CalibrationError::Short { rest_s: 1.0 }), Exit::Failed);
+        assert_eq!(Exit::of(&std::io::Error::other("disk full")), Exit::Failed);
     }
 }

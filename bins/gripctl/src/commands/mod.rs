@@ -37,7 +37,6 @@ pub(crate) mod train;
 mod train_beyond;
 
 use crate::cli::CsvArgs;
-use anyhow::Context as _;
 use grip_host::{
     HostConfig, HostConfigError, HostEstimator, ModelError, exit::WrongArgument, model,
 };
@@ -85,8 +84,13 @@ fn checked(flag: &str, value: f64, zero: bool) -> Result<f64, WrongArgument> {
     Err(WrongArgument(format!("{flag} {value}: expected a number of {expected}")))
 }
 
-fn read(file: &Path) -> anyhow::Result<Vec<u8>> {
-    files::read(file, files::MOST_TABLE).with_context(|| format!("cannot read {}", file.display()))
+/// An input that cannot be read.
+fn unreadable(file: &Path) -> impl FnOnce(std::io::Error) -> WrongArgument {
+    move |error| WrongArgument(format!("{}: cannot be read ({error})", file.display()))
+}
+
+fn read(file: &Path) -> Result<Vec<u8>, WrongArgument> {
+    files::read(file, files::MOST_TABLE).map_err(unreadable(file))
 }
 
 /// A model file and its text.

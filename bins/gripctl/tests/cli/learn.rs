@@ -243,11 +243,11 @@ fn rows_of_numpy_train_like_those_of_csv() {
     let missing =
         ["train", "rows.npz", "--inputs", "colour", "--target", "adequate_force_n", "-o", "c.json"];
     gripctl(folder.path(), &missing)
-        .refused(1, &["rows.npz", "no array \"colour\"", "object, mass_kg"]);
+        .refused(2, &["rows.npz", "no array \"colour\"", "object, mass_kg"]);
     fs::write(
         folder.path().join("cut.npz"),
         &fs::read(folder.path().join("rows.npz")).unwrap()[..900],
     )
     .unwrap();
-    gripctl(folder.path(), &["eval", "a.json", "cut.npz"]).refused(1, &["cut.npz: is no .npz"]);
+    gripctl(folder.path(), &["eval", "a.json", "cut.npz"]).refused(2, &["cut.npz: is no .npz"]);
 }
