@@ -1,10 +1,9 @@
 //! `gripctl label`: what happens in a recording, into the labels.csv beside it.
 
-use super::csv_options;
 use crate::{cli::import::LabelArgs, output};
 use anyhow::Context as _;
 use grip_host::exit::{Exit, WrongArgument};
-use grip_record::{Label, LabelKind, Recording, Relabel, read_recording, write_label};
+use grip_record::{Label, LabelKind, Recording, Relabel, write_label};
 use slip_core::units::Micros;
 use std::path::Path;
 
@@ -14,7 +13,7 @@ pub(crate) fn run(args: &LabelArgs) -> anyhow::Result<Exit> {
         LabelKind::Rest
     } else {
         // A label of what cannot be read would only be found out by `score`.
-        let recording = read_recording(&args.file, &csv_options(&args.csv)?)?;
+        let recording = super::recording(&args.file, &args.csv)?;
         kind(args, &recording)?
     };
     let material = args.material.clone().unwrap_or_default();

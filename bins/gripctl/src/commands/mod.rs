@@ -40,7 +40,7 @@ use crate::cli::CsvArgs;
 use grip_host::{
     HostConfig, HostConfigError, HostEstimator, ModelError, exit::WrongArgument, model,
 };
-use grip_record::{CsvOptions, files};
+use grip_record::{CsvOptions, Recording, files, read_recording};
 use mlp::train::ModelFile;
 use std::path::Path;
 
@@ -82,6 +82,14 @@ fn checked(flag: &str, value: f64, zero: bool) -> Result<f64, WrongArgument> {
     }
     let expected = if zero { "0 or more" } else { "more than 0" };
     Err(WrongArgument(format!("{flag} {value}: expected a number of {expected}")))
+}
+
+/// A recording as one: CSV, `.npz`, or `.mcap` of ours.
+fn recording(file: &Path, csv: &CsvArgs) -> anyhow::Result<Recording> {
+    if replay::is_mcap(file) {
+        return Ok(grip_host::recording::read_mcap(file)?);
+    }
+    Ok(read_recording(file, &csv_options(csv)?)?)
 }
 
 /// An input that cannot be read.

@@ -117,6 +117,36 @@ fn floors_that_cannot_be_trusted_are_refused() {
     gripctl(folder.path(), &args).refused(2, &["bad.toml:1:9", "invalid type"]);
 }
 
+/// A slip in the work is left out and said, and makes the detector no deafer; more of it is refused.
+#[test]
+fn a_slip_in_the_work_is_reported_and_raises_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let with = |slip_s: f64| {
+        let rms = move |t: f64| if (50.0..50.0 + slip_s).contains(&t) { 2.0 } else { 0.1 };
+        put(folder.path(), "work.csv", &recording(120, rms, 5));
+        gripctl(
+            folder.path(),
+            &["calibrate", "work.csv", "--interval", "60", "-o", "cal.toml", "--json"],
+        )
+    };
+    let line = |slip_s: f64| with(slip_s).done().json().pop().unwrap();
+    let (clean, slipped) = (line(0.0), line(5.0));
+    assert_eq!(clean["evidence"]["unexplained_s"], 0.0);
+    let evidence = &slipped["evidence"];
+    let [at_s, long_s] = [0, 1].map(|i| evidence["unexplained_longest"][i].as_f64().unwrap());
+    assert!((2.0..5.5).contains(&number(evidence, "unexplained_s")), "{slipped}");
+    assert!((49.8..55.0).contains(&at_s) && long_s < 5.3, "{slipped}");
+    for (i, threshold) in clean["thresholds"].as_array().unwrap().iter().enumerate() {
+        let (was, is) = (threshold.as_f64().unwrap(), slipped["thresholds"][i].as_f64().unwrap());
+        assert!(is < 1.25 * was, "{i}: {was} {is}");
+    }
+    let smallest = |line: &serde_json::Value| number(&line["evidence"], "smallest_rest");
+    assert!(smallest(&slipped) < 1.1 * smallest(&clean), "{slipped}");
+    let text = gripctl(folder.path(), &["calibrate", "work.csv", "-o", "cal.toml"]).done().out;
+    assert!(text.contains("left out as unexplained") && text.contains("the longest"), "{text}");
+    with(25.0).refused(1, &["not stationary", "loud without motion"]);
+}
+
 /// An open hand has the noise of a closed one, though a gripper that holds nothing listens to no slip.
 #[test]
 fn a_force_of_zero_does_not_change_the_calibration() {
