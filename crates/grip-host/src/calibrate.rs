@@ -2,7 +2,8 @@
 //!
 //! 1. Floor: mean energy of each band while the reference shows no motion (all of it, where there is no reference).
 //!    Where that is not stationary, the edges of motions and what is loud are left out ([`quiet`]); what is loud counts
-//!    as unexplained, for the thresholds too, and may be a tenth of the rest at most.
+//!    as unexplained, for the thresholds too, and may be a tenth of the rest at most; none of it that is longer than a
+//!    knock may go on in motion, where it cannot be told from motion.
 //! 2. Gate: mean energy of each band in motion, floor taken off, over that of the reference, times one half.
 //! 3. Thresholds: with the two in force, the highest level of each test in each second. The tail above its 90 % quantile is
 //!    continued to the wanted interval ([`tail`](crate::tail)). Each test gets an equal share of the alarms.
@@ -173,7 +174,7 @@ pub enum CalibrationError {
         band: usize,
         /// Largest over smallest energy.
         ratio: f32,
-        /// Rest that is loud (s), more than a tenth of it or not all that is wrong.
+        /// Rest that is loud (s): more than a tenth of it, or it goes on in motion, or is not all that is wrong.
         unexplained_s: f64,
     },
     /// The wanted interval makes no sense.
@@ -394,7 +395,10 @@ fn rest_floor(
     };
     let unexplained_s = seconds(&mut unexplained.iter().copied());
     let refused = |(band, ratio)| CalibrationError::Unsteady { band, ratio, unexplained_s };
-    if unexplained_s > MOST_UNEXPLAINED * seconds(&mut still.iter().map(|(_, rests)| *rests)) {
+    let much =
+        unexplained_s > MOST_UNEXPLAINED * seconds(&mut still.iter().map(|(_, rests)| *rests));
+    // A slip that goes on in motion would raise the thresholds there.
+    if much || quiet::goes_on(&config, &still, &unexplained) {
         return Err(refused(unsteady));
     }
     let quiet: Vec<(Vector, bool)> = still

@@ -2,7 +2,7 @@
 
 use crate::{
     calibrate::CalibrationError, collect::CollectError, config::HostConfigError, model::ModelError,
-    scene::SceneFileError, score::ScoreError, tape::TapeError,
+    profile::ProfileError, scene::SceneFileError, score::ScoreError, tape::TapeError,
 };
 use core::error::Error;
 use grip_record::{
@@ -66,6 +66,7 @@ fn is_input(error: &(dyn Error + 'static)) -> bool {
         || error.is::<CollectError>()
         || error.is::<DataSetError>()
         || error.is::<ConfigError>()
+        || error.is::<ProfileError>()
         || matches!(error.downcast_ref(), Some(RecoverError::Read(_)))
         || matches!(error.downcast_ref(), Some(CalibrationError::Config(_)))
 }

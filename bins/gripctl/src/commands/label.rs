@@ -50,12 +50,12 @@ pub(crate) fn run(args: &LabelArgs) -> anyhow::Result<Exit> {
     Ok(Exit::Done)
 }
 
-/// The folder of the recording, and its name there: `score` looks for NAME.csv and NAME.npz.
+/// The folder of the recording, and its name there: `score` looks for NAME.csv, NAME.npz and NAME.mcap.
 fn place(file: &Path) -> Result<(&Path, String), WrongArgument> {
     let ending = file.extension().and_then(|ending| ending.to_str()).unwrap_or_default();
-    if !["csv", "npz"].contains(&ending) {
+    if !["csv", "npz", "mcap"].contains(&ending) {
         let text = format!(
-            "{}: a label is for a .csv or .npz; `gripctl import` makes one",
+            "{}: a label is for a .csv, .npz or .mcap; `gripctl import` makes one",
             file.display()
         );
         return Err(WrongArgument(text));

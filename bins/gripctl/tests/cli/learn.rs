@@ -177,7 +177,7 @@ fn broken_rows_and_options_are_refused() {
         assert!(!folder.path().join("m.json").exists(), "a model of {words:?}");
     };
     let columns = ["--inputs", "x", "--target", "y"];
-    let rows = |rows: &str, words: &[&str]| train(rows, &columns, 1, words);
+    let rows = |rows: &str, words: &[&str]| train(rows, &columns, 2, words);
     rows("", &["d.csv", "no header row"]);
     rows("x,y\n", &["d.csv", "no rows"]);
     rows("x,z\n1,2\n", &["d.csv", "no column \"y\"", "x, z"]);

@@ -7,6 +7,8 @@ use slip_core::{ConfigError, PipelineConfig, detector::BANDS};
 const EDGE_S: f64 = 0.05;
 /// Length of the blocks whose energy is compared (s).
 const BLOCK_S: f64 = 0.1;
+/// Longer than a knock (s).
+const KNOCK_S: f64 = 0.25;
 /// A block with more than this times the median energy of a band is loud. Blocks of the narrowest band have some 5
 /// degrees of freedom, of which one in a thousand is louder by chance.
 const LOUD: f32 = 4.0;
@@ -70,4 +72,20 @@ pub(super) fn loud(
         }
     }
     Ok(out)
+}
+
+/// Whether something loud that is longer than a knock begins or ends in motion, so that how much of it lies there is not known.
+pub(super) fn goes_on(config: &PipelineConfig, rest: &[(Vector, bool)], loud: &[bool]) -> bool {
+    let least = samples_in(config, KNOCK_S);
+    let mut start = 0;
+    rest.chunk_by(|a, b| a.1 == b.1).any(|stretch| {
+        let range = start..start + stretch.len();
+        start = range.end;
+        let (begins, ends) = (range.start > 0, range.end < rest.len());
+        let part = loud.get(range).unwrap_or(&[]);
+        // Where all is motion nothing is loud.
+        let leading = part.iter().take_while(|loud| **loud).count();
+        let trailing = part.iter().rev().take_while(|loud| **loud).count();
+        (begins && leading >= least) || (ends && trailing >= least)
+    })
 }
