@@ -197,7 +197,12 @@ fn broken_rows_and_options_are_refused() {
     with(&["--repeats", "0"], &["0 repeats"]);
     with(&["--goal", "nan"], &["goal", "NaN"]);
     with(&["--goal", "-1"], &["goal", "-1"]);
-    train(good, &[&columns[..], &["--test", "gone.csv"]].concat(), 1, &["cannot read gone.csv"]);
+    train(
+        good,
+        &[&columns[..], &["--test", "gone.csv"]].concat(),
+        2,
+        &["gone.csv: cannot be read"],
+    );
     gripctl(folder.path(), &["eval", "gone.json", "d.csv"])
         .refused(2, &["gone.json", "No such file"]);
     for args in [

@@ -77,7 +77,10 @@ fn files_that_are_no_recordings() {
                 "toml" => {
                     refuse(&["grasp", &file]);
                     refuse(&["replay", "r.csv", "--calibration", &file]);
-                    refuse(&["replay", "r.csv", "--config", &file]);
+                    // Settings that say nothing are the shipped ones.
+                    if name != "empty" {
+                        refuse(&["replay", "r.csv", "--config", &file]);
+                    }
                     continue;
                 }
                 _ => {}
