@@ -136,11 +136,8 @@ pub fn read_mcap(file: &Path) -> Result<Recording, TapeError> {
         let Entry::Message { record, .. } = entry else { continue };
         match (record, &mut held) {
             (Record::Pipeline(begun), Some(recording)) if !recording.samples.is_empty() => {
-                if !begun.continued {
-                    return Err(unusable(
-                        "it has several pipelines; choose one with `gripctl csv --pipeline N`",
-                    ));
-                }
+                let what = "it has several pipelines; choose one with `gripctl csv --pipeline N`";
+                begun.continued.then_some(()).ok_or_else(|| unusable(what))?;
             }
             (Record::Pipeline(begun), _) => {
                 let begun = beginning(&begun)

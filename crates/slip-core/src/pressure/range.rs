@@ -16,7 +16,7 @@ use super::shape::count;
 /// Time constant of the means (ms): slower than tremor, faster than a slip.
 const SMOOTH_MS: f32 = 30.0;
 /// Time constant with which a range is forgotten (ms).
-pub(super) const RANGE_MS: f32 = 4000.0;
+const RANGE_MS: f32 = 4000.0;
 /// Most that one taxel counts, in ranges at rest.
 pub(super) const CLIP: f32 = 6.0;
 

@@ -2,14 +2,11 @@
 //!
 //! For recordings whose rest is known beforehand; a running gripper learns the noise in the first grasp.
 
-use super::{
-    range::{RANGE_MS, Range},
-    shape::Shape,
-};
+use super::{range::Range, shape::Shape};
 use crate::units::Micros;
 
-/// A range of a shorter stretch is none: it has only begun to grow.
-const SHORTEST: Micros = Micros(RANGE_MS as u64 * 500);
+/// A range of a shorter stretch than half of its time constant is none: it has only begun to grow.
+const SHORTEST: Micros = Micros(2_000_000);
 
 /// Pools the noise of several stretches of at most `N` taxels.
 #[derive(Clone, Copy, Debug)]
