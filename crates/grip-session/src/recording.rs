@@ -3,8 +3,14 @@
 use crate::{
     report::{EventLine, EvidenceFields},
     session::{Beginning, ClientCommand},
+    tape::TapeError,
 };
-use grip_record::mcap::{ClientRecord, EventRecord, PipelineRecord};
+use grip_record::{
+    Channel, ChannelSet, MOST_HELD, Notes, Recording, StylusKind, Taxels,
+    mcap::{ClientRecord, Entry, EventRecord, McapReader, PipelineRecord, Record},
+};
+use slip_core::{Sample, Signal, methods::Method};
+use std::path::Path;
 
 /// Name of the configuration among the attachments, with all layers merged.
 pub const CONFIG_NAME: &str = "gripd.toml";
@@ -115,6 +121,68 @@ pub fn beginning(record: &PipelineRecord<'_>) -> Result<Beginning, serde_json::E
         released: record.released,
         taxels: usize::try_from(record.taxels).unwrap_or(usize::MAX),
     })
+}
+
+/// The samples of an MCAP recording with one pipeline, with the channels that have a reading.
+///
+/// # Errors
+/// Where the file cannot be read to its end, is no recording of this program or of gripd, has no samples, more than one
+/// pipeline, or more samples than are held in memory.
+pub fn read_mcap(file: &Path) -> Result<Recording, TapeError> {
+    let unusable = |what| TapeError::Unusable { file: file.to_owned(), what };
+    let mut reader = McapReader::open(file)?;
+    let mut held: Option<Recording> = None;
+    while let Some(entry) = reader.next_entry()? {
+        let Entry::Message { record, .. } = entry else { continue };
+        match (record, &mut held) {
+            (Record::Pipeline(begun), Some(recording)) if !recording.samples.is_empty() => {
+                let what = "it has several pipelines; choose one with `gripctl csv --pipeline N`";
+                begun.continued.then_some(()).ok_or_else(|| unusable(what))?;
+            }
+            (Record::Pipeline(begun), _) => {
+                let begun = beginning(&begun)
+                    .map_err(|source| TapeError::Settings { file: file.to_owned(), source })?;
+                held = Some(empty(file, &begun));
+            }
+            (Record::Sample(record), Some(recording)) => {
+                recording.samples.push(record.sample);
+                for channel in Channel::ALL {
+                    if channel.reading(&record.sample).is_some() {
+                        let name = || channel.column().to_owned();
+                        recording.channels.optional.entry(channel).or_insert_with(name);
+                    }
+                }
+                let taxels = recording.channels.taxels;
+                if let Some(frames) = &mut recording.taxels {
+                    frames.push(record.taxels);
+                }
+                let row = size_of::<Sample>() + taxels * size_of::<f32>();
+                if recording.samples.len() > MOST_HELD / row {
+                    return Err(unusable("it has more samples than are held in memory"));
+                }
+            }
+            _ => {}
+        }
+    }
+    held.filter(|recording| !recording.samples.is_empty())
+        .ok_or_else(|| unusable("it has no samples"))
+}
+
+/// A recording of what begins so, without samples.
+fn empty(file: &Path, begun: &Beginning) -> Recording {
+    let stylus = match begun.config.signal {
+        _ if !begun.config.methods.has(Method::Stylus) => StylusKind::Absent,
+        Signal::Displacement => StylusKind::Displacement,
+        Signal::Vibration => StylusKind::Vibration,
+    };
+    Recording {
+        name: file.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
+        channels: ChannelSet::new(stylus).with_taxels(begun.taxels),
+        samples: Vec::new(),
+        taxels: Some(Taxels::new(begun.taxels)).filter(|taxels| taxels.count() > 0),
+        rate_hz: begun.config.sample_rate.0,
+        notes: Notes::default(),
+    }
 }
 
 /// What a client's command is in a file.

@@ -94,6 +94,14 @@ pub enum TapeError {
         /// Why.
         source: ModelError,
     },
+    /// There is something in it that cannot be used here.
+    #[error("{}: {what}", file.display())]
+    Unusable {
+        /// The file.
+        file: PathBuf,
+        /// What it is.
+        what: &'static str,
+    },
     /// Files that do not follow each other.
     #[error(
         "{}: does not go on where {} ends; give the files of one recording in their order",
