@@ -9,7 +9,7 @@ use crate::{
     recording::Recording,
     service::{Servers, Service, ServiceEnds},
     settings::Settings,
-    summary::Summary,
+    summary::{Ended, Summary},
 };
 use anyhow::{Context as _, anyhow};
 use core::sync::atomic::Ordering;
@@ -20,8 +20,7 @@ use grip_daemon::{
     http::HttpServer,
     log::LogLevel,
     realtime::{self, Granted, RealtimeConfig},
-    recorder::RecorderCounters,
-    rings::{Dropped, Sizes, rings},
+    rings::{Sizes, rings},
     supply::{Supply, SupplyEnds},
 };
 use grip_port::PortError;
@@ -53,19 +52,6 @@ const COMMANDS: usize = 64;
 pub(crate) type Models = Option<grip_fleet::deploy::Models>;
 #[cfg(not(feature = "fleet"))]
 pub(crate) type Models = Option<core::convert::Infallible>;
-
-/// What happened.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Ended {
-    pub(crate) counters: HotCounters,
-    /// Rows lost over all openings of the port.
-    pub(crate) lost: u64,
-    pub(crate) command_n: Option<f32>,
-    /// Items that the service thread did not get.
-    pub(crate) service: Dropped,
-    /// What was recorded, where that was wanted.
-    pub(crate) recorded: Option<RecorderCounters>,
-}
 
 /// Runs until a signal, the end of the duration or a failure.
 pub(crate) fn run(cli: &Cli, settings: Settings, models: Models) -> anyhow::Result<Exit> {

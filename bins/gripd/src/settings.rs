@@ -273,11 +273,17 @@ pub(crate) fn model_file(data: Vec<u8>) -> Attached {
     Attached { name, media_type, data }
 }
 
+/// The network that the configuration names.
+#[cfg(feature = "fleet")]
+pub(crate) fn network(config: &grip_session::config::FleetConfig) -> grip_fleet::net::Network {
+    grip_fleet::net::Network { router: config.router.clone(), file: config.network.clone() }
+}
+
 /// The key at fault and what is wrong with it.
 #[cfg(feature = "fleet")]
 fn fleet_trouble(config: &HostConfig) -> Option<(&'static str, String)> {
     let key = if config.fleet.router.is_some() { "fleet.router" } else { "fleet.network" };
-    crate::fleet::network(&config.fleet).check().err().map(|error| (key, error.to_string()))
+    network(&config.fleet).check().err().map(|error| (key, error.to_string()))
 }
 
 #[cfg(not(feature = "fleet"))]

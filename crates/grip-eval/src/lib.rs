@@ -11,4 +11,5 @@ pub mod poisson;
 pub mod profile;
 pub mod score;
 pub mod tail;
-pub mod trial;
+
+pub use grasp::trial;

@@ -11,6 +11,7 @@ pub mod crosscheck;
 pub mod detector;
 pub mod distance;
 pub mod drift;
+mod error;
 pub mod esc;
 pub mod estimate;
 pub mod event;
@@ -37,7 +38,8 @@ pub mod turns;
 pub mod units;
 pub mod velocity;
 
-pub use config::{ConfigError, PipelineConfig, Signal};
+pub use config::PipelineConfig;
+pub use error::ConfigError;
 pub use event::{Phase, SlipEvent, Step};
 pub use pipeline::Pipeline;
-pub use sample::{Arrival, Sample};
+pub use sample::{Arrival, Sample, Signal};

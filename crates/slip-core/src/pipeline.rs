@@ -11,13 +11,15 @@ mod host_time;
 mod rest;
 
 use crate::{
+    Signal,
     confidence::confidence,
-    config::{ConfigError, PipelineConfig, Signal},
+    config::PipelineConfig,
     course::Course,
     crosscheck::Whiteness,
     detector::{KnownFloors, MotionInput, SlipDetector, SlipState},
     distance::{Fingers, TravelHealth},
     drift::Hold,
+    error::ConfigError,
     estimate::{Estimator, friction::FrictionMeter},
     event::{Phase, SlipEvent, Step},
     fusion::{Channels, Fusion, Told},

@@ -27,7 +27,7 @@ use super::{
     test::{Block, EnergyTest, SequentialTest},
 };
 use crate::{
-    config::ConfigError,
+    error::ConfigError,
     floor::{Floor, FloorConfig},
     resolution::Resolution,
     sample::Sample,

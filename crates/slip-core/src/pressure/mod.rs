@@ -23,7 +23,7 @@ pub use rest::PatternRest;
 pub use standing::Standing;
 
 use crate::{
-    config::ConfigError, detector::SlipState, health::ANY, resolution::Resolution, units::Micros,
+    detector::SlipState, error::ConfigError, health::ANY, resolution::Resolution, units::Micros,
 };
 use shape::{Shape, Spread};
 

@@ -17,7 +17,7 @@ mod two_stylus;
 
 pub use two_stylus::{Delay, TwoStylusDelay};
 
-use crate::{config::ConfigError, sample::Sample, units::Micros};
+use crate::{error::ConfigError, sample::Sample, units::Micros};
 
 /// Where a speed comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
