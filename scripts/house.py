@@ -10,9 +10,9 @@ from pathlib import Path
 
 # Ground first. A package may depend on packages of lower floors only (normal and build dependencies, optional ones too).
 FLOORS = [
-    ["mlp-core", "grip-link", "grip-plot"],
-    ["slip-core", "mlp", "grip-port"],
-    ["grip-record"],
+    ["slip-msg", "mlp-core", "grip-plot"],
+    ["slip-core", "grip-link", "mlp"],
+    ["grip-port", "grip-record"],
     ["grip-session"],
     ["grip-daemon"],
     # Below: beside a gripper. Above: not, but for the simulator of `--port sim`.

@@ -116,7 +116,7 @@ impl SceneRun {
         let (force_n, speed_m_s) = match scene {
             Scene::Idle | Scene::Moving => (OPEN_N, 0.0),
             Scene::Holding => (HELD_N, 0.0),
-            Scene::Slipping => (HELD_N, SLIP_M_S),
+            Scene::Slipping | Scene::Other(_) => (HELD_N, SLIP_M_S),
         };
         before.extend(signals.stretch(SETTLE, force_n, speed_m_s));
         for sample in before {

@@ -7,7 +7,7 @@ use grip_daemon::{
     hot::Settings,
     rings::{Sizes, rings},
 };
-use grip_link::host::HostState;
+use grip_link::host::LinkState;
 use grip_port::Line;
 use grip_session::{HostConfig, model};
 use grip_sim::{VirtualMcu, mcu::SensorFault, scene};
@@ -79,7 +79,7 @@ impl Told {
                     self.identified += 1;
                     self.rebooted |= rebooted;
                 }
-                LinkNote::State(HostState::Degraded) => self.degraded = true,
+                LinkNote::State(LinkState::Degraded) => self.degraded = true,
                 _ => {}
             },
             Item::Wire { .. } => {}

@@ -12,7 +12,7 @@ use mlp::Q15;
 use slip_benches::{frames, networks, scenes, signals::Signals};
 use slip_core::{
     Sample, SlipEvent, Step,
-    health::Health,
+    health::SensorHealth,
     scene::Scene,
     units::{Micros, Newtons},
 };
@@ -53,8 +53,13 @@ impl Seen {
         self.first |= matches!(step.event, Some(SlipEvent::Slip { first: true, .. }));
         self.ended |= matches!(step.event, Some(SlipEvent::Ended { .. }));
         self.estimates += u32::from(step.estimate.is_some());
-        let healths =
-            [Health::Good, Health::Frozen, Health::Saturated, Health::Failed, Health::Drifting];
+        let healths = [
+            SensorHealth::Good,
+            SensorHealth::Frozen,
+            SensorHealth::Saturated,
+            SensorHealth::Failed,
+            SensorHealth::Drifting,
+        ];
         self.health[healths.iter().position(|health| *health == step.health).unwrap()] = true;
     }
 }

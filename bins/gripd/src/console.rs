@@ -7,7 +7,7 @@ use grip_daemon::{
     supply::PortNews,
 };
 use grip_link::{
-    host::{CloseReason, HostState},
+    host::{CloseReason, LinkState},
     message::{Clamped, EventKind, FaultCode},
 };
 use grip_session::{report::EventLine, session::explain};
@@ -155,7 +155,7 @@ impl Console {
                 );
                 (!names.is_empty()).then_some((Warn, text))?
             }
-            LinkNote::State(HostState::Degraded) => (Warn, self.degraded()?),
+            LinkNote::State(LinkState::Degraded) => (Warn, self.degraded()?),
             LinkNote::Device(event) => {
                 let event_now = (event.kind, event.fault);
                 if self.device_event.replace(event_now) == Some(event_now) {

@@ -11,7 +11,7 @@ mod fleet_fixture;
 
 use core::time::Duration;
 use eframe::egui::{Context, Pos2, RawInput, Rect, Ui, vec2};
-use grip_link::message::daemon::SceneCode;
+use grip_link::message::daemon::Scene;
 use grip_scope::feed::{BandPoint, DerivedBlock, EventMark, Feed, SpectrumColumn, Turn};
 use grip_scope::{Channel, EventKind, Model, Span};
 use gripmon::layout::Layout;
@@ -189,7 +189,7 @@ fn gaps() {
         model.take(Feed::Rows(block));
         let t_s = 0.02 * gap as f64;
         let mut state = fixture::state(t_s + 0.01);
-        state.scene = if gap.is_multiple_of(2) { SceneCode::Holding } else { SceneCode::Slipping };
+        state.scene = if gap.is_multiple_of(2) { Scene::Holding } else { Scene::Slipping };
         model.take(Feed::State(state));
         let kind = if gap.is_multiple_of(2) { EventKind::Gross } else { EventKind::Ended };
         model.take(Feed::Event(EventMark::plain(t_s + 0.01, kind, "x")));

@@ -7,7 +7,7 @@ use crate::plot::Scale;
 use crate::strip::StripId;
 use crate::time::{Following, TimeWindow};
 use core::mem::Discriminant;
-use grip_link::message::daemon::{GripStage, SceneCode};
+use grip_link::message::daemon::{GripState, Scene};
 use grip_scope::{Model, SourceStatus, Span};
 
 /// The command panel.
@@ -34,7 +34,7 @@ pub struct Message {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Standing {
     source: Discriminant<SourceStatus>,
-    gripper: Option<(SceneCode, GripStage, u16)>,
+    gripper: Option<(Scene, GripState, u16)>,
 }
 
 impl Standing {

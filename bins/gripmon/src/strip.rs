@@ -235,7 +235,7 @@ pub fn has_array(model: &Model) -> bool {
 #[cfg(test)]
 mod tests {
     use super::{StripId, enclosure, group, wanted};
-    use grip_link::message::daemon::{EscKind, GripStage, SceneCode, SensorHealth};
+    use grip_link::message::daemon::{GripState, Reading, Scene, SensorHealth};
     use grip_scope::feed::{DerivedBlock, EscPoint, EvidencePoint, Feed, StatePoint};
     use grip_scope::{Channel, Model};
 
@@ -251,13 +251,13 @@ mod tests {
 
     /// A source that says other values than the scope's own observer.
     fn disagreeing() -> Model {
-        let kind = EscKind::Literal;
+        let kind = Reading::Literal;
         let esc = |value: f32| EscPoint { kind, value, low: 0.4, high: 0.6, flags: 0 };
         let mut model = Model::new(1 << 20);
         model.take(Feed::State(StatePoint {
             t_s: 1.0,
-            scene: SceneCode::Slipping,
-            grip: GripStage::Slipping,
+            scene: Scene::Slipping,
+            grip: GripState::Slipping,
             sensors: [SensorHealth::Good; 4],
             device: None,
             fault: 0,

@@ -5,8 +5,8 @@ use crate::{
     item::{Item, LinkNote, State},
 };
 use grip_link::{
-    host::{CloseReason, HostState},
-    message::{DeviceState, FaultCode, Firmware, Status as DeviceStatus},
+    host::{CloseReason, LinkState},
+    message::{FaultCode, Firmware, Status as DeviceStatus},
 };
 use grip_session::report::EventLine;
 use std::{collections::VecDeque, path::PathBuf};
@@ -92,7 +92,7 @@ pub const METHODS: [&str; 3] = ["stylus", "travel", "pressure"];
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LinkBoard {
     /// State of the host's side.
-    pub state: HostState,
+    pub state: LinkState,
     /// Whether a port is open.
     pub port_open: bool,
     /// Identity and number of starts of the gripper.
@@ -118,7 +118,7 @@ pub struct LinkBoard {
 impl Default for LinkBoard {
     fn default() -> Self {
         Self {
-            state: HostState::Closed,
+            state: LinkState::Closed,
             port_open: false,
             gripper: None,
             firmware: None,
@@ -223,14 +223,14 @@ impl Board {
             }
             LinkNote::Refused(_) => link.refusals += 1,
             LinkNote::Closed(reason) => {
-                link.state = HostState::Closed;
+                link.state = LinkState::Closed;
                 link.closed = Some((host_us, reason));
                 link.failures += u64::from(reason != CloseReason::Requested);
             }
             LinkNote::PortOpened => link.port_open = true,
             LinkNote::PortLost => {
                 link.port_open = false;
-                link.state = HostState::Closed;
+                link.state = LinkState::Closed;
             }
             LinkNote::Configured(_) | LinkNote::Device(_) | LinkNote::Late(_) => {}
         }
@@ -291,36 +291,6 @@ impl Board {
     /// Whether samples flow and can be used: what a health check wants to know.
     #[must_use]
     pub fn is_healthy(&self) -> bool {
-        matches!(self.link.state, HostState::Stream | HostState::Degraded) && !self.counters.blind
-    }
-}
-
-/// The name of a state of the link.
-#[must_use]
-pub fn link_state_name(state: HostState) -> &'static str {
-    match state {
-        HostState::Closed => "closed",
-        HostState::Open => "open",
-        HostState::Hello => "hello",
-        HostState::Config => "config",
-        HostState::Stream => "stream",
-        HostState::Degraded => "degraded",
-    }
-}
-
-/// The name of a state of the gripper.
-#[must_use]
-pub fn device_state_name(state: DeviceState) -> &'static str {
-    match state {
-        DeviceState::Boot => "boot",
-        DeviceState::Idle => "idle",
-        DeviceState::Linked => "linked",
-        DeviceState::Armed => "armed",
-        DeviceState::Active => "active",
-        DeviceState::Hold => "hold",
-        DeviceState::LossAction => "loss_action",
-        DeviceState::Fault => "fault",
-        DeviceState::Estop => "estop",
-        _ => "unknown",
+        matches!(self.link.state, LinkState::Stream | LinkState::Degraded) && !self.counters.blind
     }
 }

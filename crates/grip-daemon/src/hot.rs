@@ -11,7 +11,7 @@ use crate::{
 use core::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use grip_link::{
     frame::{MAX_WIRE, OVERHEAD},
-    host::{CloseReason, HostEvent, HostState},
+    host::{CloseReason, HostEvent, LinkState},
     message::{EventKind, Grip},
 };
 use grip_port::{Line, PortError, READ_TIMEOUT, nonce};
@@ -439,7 +439,7 @@ impl Turn {
         match *news {
             News::Step { index, sample, taxels, step } => {
                 self.stepped = true;
-                if let Some(count) = self.scenes.get_mut(step.scene as usize) {
+                if let Some(count) = self.scenes.get_mut(usize::from(step.scene.code())) {
                     *count += 1;
                 }
                 let item = Item::Sample { host_us, index, sample, taxels };
@@ -472,7 +472,7 @@ impl Turn {
     fn link(&mut self, ends: &mut Ends, host_us: u64, event: &HostEvent<'_>) {
         let note = match *event {
             HostEvent::State { to, .. } => {
-                self.degraded |= to == HostState::Degraded;
+                self.degraded |= to == LinkState::Degraded;
                 LinkNote::State(to)
             }
             HostEvent::Configured { clamped } => LinkNote::Configured(clamped),

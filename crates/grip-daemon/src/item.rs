@@ -1,7 +1,7 @@
 //! The nouns that leave the hot thread, in the order in which things happened.
 
 use grip_link::{
-    host::{CloseReason, HostState},
+    host::{CloseReason, LinkState},
     message::{Clamped, Event as DeviceEvent, Firmware, Grip, Nack, Status},
 };
 use grip_session::{
@@ -10,13 +10,10 @@ use grip_session::{
 };
 use slip_core::{
     Sample,
-    detector::ReferenceHealth,
-    distance::TravelHealth,
     esc::Esc,
     estimate::ForceEstimate,
     grip::GripState,
-    health::Health,
-    pressure::PressureHealth,
+    health::SensorHealth,
     scene::Scene,
     units::{Micros, Newtons},
 };
@@ -108,13 +105,13 @@ pub struct State {
     /// The last estimate.
     pub estimate: Option<ForceEstimate>,
     /// State of the stylus.
-    pub health: Health,
+    pub health: SensorHealth,
     /// State of the motion reference.
-    pub reference_health: ReferenceHealth,
+    pub reference_health: SensorHealth,
     /// State of the travel channel.
-    pub travel_health: TravelHealth,
+    pub travel_health: SensorHealth,
     /// State of the taxel array.
-    pub pressure_health: PressureHealth,
+    pub pressure_health: SensorHealth,
     /// Rows lost so far.
     pub lost: u64,
     /// Sample rate in force (Hz).
@@ -127,7 +124,7 @@ pub struct State {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LinkNote {
     /// The state of the host's side changed.
-    State(HostState),
+    State(LinkState),
     /// A gripper answered.
     Identified {
         /// Its identity.

@@ -1,14 +1,14 @@
 //! The board in, the page that Prometheus reads out. Names are a contract: dashboards use them.
 
 use crate::{
-    board::{Board, METHODS, device_state_name, link_state_name},
+    board::{Board, METHODS},
     exposition::{
         Exposition,
         Kind::{Counter, Gauge},
     },
     item::State,
 };
-use grip_link::host::HostState;
+use grip_link::host::LinkState;
 use grip_session::session::ClockHealth;
 use slip_core::{grip::GripState, scene::Scene};
 
@@ -31,10 +31,7 @@ pub fn write(board: &Board, now_us: u64, page: &mut Exposition) {
 
 fn link(board: &Board, page: &mut Exposition) {
     let link = board.link();
-    let all = [HostState::Closed, HostState::Open, HostState::Hello, HostState::Config]
-        .into_iter()
-        .chain([HostState::Stream, HostState::Degraded]);
-    let states = all.map(|state| (link_state_name(state), u8::from(state == link.state)));
+    let states = LinkState::ALL.map(|state| (state.name(), u8::from(state == link.state)));
     page.each(Gauge, ("gripd_link_state", "1 for the state the link is in."), "state", states);
     page.one(Gauge, ("gripd_port_open", "Whether a line is open."), u8::from(link.port_open));
     if let Some((uid, boot_id)) = link.gripper {
@@ -43,7 +40,7 @@ fn link(board: &Board, page: &mut Exposition) {
         page.info(named, &[("uid", &uid), ("boot_id", &boot_id.to_string())]);
     }
     if let Some(device) = link.device {
-        let state = device_state_name(device.state);
+        let state = device.state.name();
         page.info(("gripd_gripper_state", "State as the gripper tells it."), &[("state", state)]);
         let named = ("gripd_gripper_fault_code", "Latched fault of the gripper, 0 for none.");
         page.one(Gauge, named, device.fault.0);
@@ -123,14 +120,10 @@ fn events(board: &Board, page: &mut Exposition) {
 }
 
 fn pipeline(state: &State, page: &mut Exposition) {
-    let scenes = [Scene::Idle, Scene::Moving, Scene::Holding, Scene::Slipping]
-        .map(|scene| (scene.name(), u8::from(scene == state.scene)));
+    let scenes = Scene::ALL.map(|scene| (scene.name(), u8::from(scene == state.scene)));
     page.each(Gauge, ("gripd_scene", "1 for the scene."), "scene", scenes);
     if let Some(now) = state.grip {
-        let grips = [GripState::Open, GripState::Closing, GripState::Settling, GripState::Holding]
-            .into_iter()
-            .chain([GripState::Slipping, GripState::Fault, GripState::Released])
-            .map(|grip| (grip_state_name(grip), u8::from(grip == now)));
+        let grips = GripState::ALL.map(|grip| (grip.name(), u8::from(grip == now)));
         page.each(Gauge, ("gripd_grip_state", "1 for the state of the grip."), "state", grips);
     }
     let named = ("gripd_slip_statistic", "Slip statistic over its threshold.");
@@ -178,20 +171,6 @@ pub(crate) fn healths(state: &State) -> [(&'static str, &'static str); 4] {
         ("travel", state.travel_health.name()),
         ("pressure", state.pressure_health.name()),
     ]
-}
-
-/// The name of a state of the force controller.
-#[must_use]
-pub fn grip_state_name(state: GripState) -> &'static str {
-    match state {
-        GripState::Open => "open",
-        GripState::Closing => "closing",
-        GripState::Settling => "settling",
-        GripState::Holding => "holding",
-        GripState::Slipping => "slipping",
-        GripState::Fault => "fault",
-        GripState::Released => "released",
-    }
 }
 
 /// A number as Prometheus writes those that are not finite.

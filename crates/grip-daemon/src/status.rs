@@ -1,13 +1,14 @@
 //! The board in, what `gripctl status` and people with `curl` read out: one JSON object. Names and units are a contract.
 
 use crate::{
-    board::{Board, Grant, device_state_name, link_state_name},
+    board::{Board, Grant},
     item::State,
     latency::Latency,
-    metrics::{grip_state_name, healths},
+    metrics::healths,
 };
 use grip_session::{config::Uid, report::EventLine, session::explain};
 use serde::Serialize;
+use slip_core::grip::GripState;
 use std::{borrow::Cow, collections::BTreeMap, path::Path};
 
 /// Everything that is known of the daemon.
@@ -262,11 +263,11 @@ impl<'a> Link<'a> {
         Self {
             port: &board.about.port,
             port_open: link.port_open,
-            state: link_state_name(link.state),
+            state: link.state.name(),
             uid: link.gripper.map(|(uid, _)| Uid(uid).to_string()),
             boot_id: link.gripper.map(|(_, boot_id)| boot_id),
             firmware: link.firmware.map(|firmware| firmware.to_string()),
-            gripper_state: link.device.map(|device| device_state_name(device.state)),
+            gripper_state: link.device.map(|device| device.state.name()),
             gripper_fault: link.device.map(|device| device.fault.0),
             clock: board.counters().clock_health.name(),
             clock_faults: board.counters().clock_faults,
@@ -298,7 +299,7 @@ impl Pipeline {
             t_s: state.t.as_seconds(),
             rate_hz: state.rate_hz,
             scene: state.scene.name(),
-            grip: state.grip.map(grip_state_name),
+            grip: state.grip.map(GripState::name),
             statistic: state.statistic,
             command_n: state.command.map(|command| command.0),
             applied_n: state.applied_n,

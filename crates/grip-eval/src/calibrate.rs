@@ -23,7 +23,7 @@ use slip_core::{
     ConfigError, Pipeline, PipelineConfig, Sample,
     confidence::TAIL_RANGE,
     detector::{BANDS, Certificate, DetectorConfig, RestMeter, SlipDetector},
-    health::Health,
+    health::SensorHealth,
     sample::Vector,
 };
 
@@ -175,13 +175,13 @@ fn heard(sample: &Sample) -> Sample {
 /// Which samples lie in motion. Checks the health of the stylus on the way.
 fn motion(recording: &Recording, config: PipelineConfig) -> Result<Vec<bool>, CalibrationError> {
     let mut pipeline = Bare::new(config, None)?;
-    let mut worst = Health::Good;
+    let mut worst = SensorHealth::Good;
     let moving = recording
         .samples
         .iter()
         .map(|sample| {
             let step = pipeline.handle(&heard(sample));
-            if step.health != Health::Good {
+            if step.health != SensorHealth::Good {
                 worst = step.health;
             }
             pipeline.detector().is_moving()
@@ -191,7 +191,7 @@ fn motion(recording: &Recording, config: PipelineConfig) -> Result<Vec<bool>, Ca
     let samples = recording.samples.len() as u64;
     #[expect(clippy::cast_precision_loss, reason = "a count")]
     let share = counters.unusable() as f64 / samples.max(1) as f64;
-    if worst != Health::Good || share > UNUSABLE {
+    if worst != SensorHealth::Good || share > UNUSABLE {
         let unusable = counters.unusable();
         return Err(CalibrationError::Unhealthy { unusable, samples, health: worst.name() });
     }

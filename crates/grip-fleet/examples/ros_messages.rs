@@ -10,8 +10,7 @@ use grip_fleet::{
 use grip_link::message::{
     DeviceState, FaultCode,
     daemon::{
-        EscKind, EscValue, GripStage, Method, Phase, SceneCode, SensorHealth, Slip, SpeedSource,
-        State,
+        EscValue, GripState, Method, Phase, Reading, Scene, SensorHealth, Slip, SpeedSource, State,
     },
 };
 use serde_json::{Value, json};
@@ -30,8 +29,8 @@ fn state(known: bool) -> State {
     State {
         device_us: 0x1112_1314_1516_1718,
         host_us: 0,
-        scene: SceneCode::Holding,
-        grip: GripStage::Released,
+        scene: Scene::Holding,
+        grip: GripState::Released,
         sensors: [
             SensorHealth::Frozen,
             SensorHealth::Jumped,
@@ -41,7 +40,7 @@ fn state(known: bool) -> State {
         device: DeviceState::LossAction,
         notes: if known { Slip::INFORMATIVE } else { Slip::EXTRAPOLATED },
         fault: FaultCode(0x2122),
-        esc: EscValue { kind: EscKind::SlopePower, value: maybe(-0.5), flags: 9 },
+        esc: EscValue { kind: Reading::SlopePower, value: maybe(-0.5), flags: 9 },
         statistic: maybe(1.25),
         command_n: maybe(2.5),
         applied_n: maybe(2.375),
@@ -81,7 +80,7 @@ fn slip(known: bool) -> Slip {
         phase: Phase::Ended,
         method: Method::Travel,
         speed_source: SpeedSource::Gravity,
-        esc_kind: EscKind::LiftWork,
+        esc_kind: Reading::LiftWork,
         statistic: maybe(8.5),
         confidence: maybe(0.75),
         speed_m_s: maybe(0.0625),

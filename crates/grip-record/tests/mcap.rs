@@ -7,8 +7,7 @@ use grip_record::mcap::{
 };
 use proptest::prelude::{Just, Strategy, any, prop_assert, prop_assert_eq, prop_oneof, proptest};
 use slip_core::{
-    Arrival, Sample, detector::ReferenceHealth, distance::TravelHealth, grip::GripState,
-    health::Health, pressure::PressureHealth, scene::Scene, units::Micros,
+    Arrival, Sample, grip::GripState, health::SensorHealth, scene::Scene, units::Micros,
 };
 use std::{collections::BTreeMap, io::Cursor, path::Path};
 
@@ -106,10 +105,10 @@ const STATE: StateRecord = StateRecord {
     t: Micros(5),
     scene: Scene::Slipping,
     grip: Some(GripState::Released),
-    health: Health::Drifting,
-    reference_health: ReferenceHealth::Lost,
-    travel_health: TravelHealth::Backwards,
-    pressure_health: PressureHealth::Failed,
+    health: SensorHealth::Drifting,
+    reference_health: SensorHealth::Lost,
+    travel_health: SensorHealth::Backwards,
+    pressure_health: SensorHealth::Failed,
     statistic: 1.5,
     command_n: Some(2.5),
     applied_n: None,

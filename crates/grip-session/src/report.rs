@@ -3,14 +3,12 @@
 use serde::Serialize;
 use slip_core::{
     SlipEvent, Step,
-    detector::{FloorHealth, ReferenceHealth},
-    distance::TravelHealth,
+    detector::FloorHealth,
     esc::Flags,
     estimate::ForceEstimate,
     features::Features,
-    health::Health,
-    pressure::PressureHealth,
-    velocity::{Velocity, VelocitySource},
+    health::SensorHealth,
+    velocity::{SpeedSource, Velocity},
 };
 
 /// One event, as it is printed.
@@ -135,7 +133,7 @@ impl EvidenceFields {
             esc_flags: esc.map(|esc| esc.flags),
             esc_reading: chosen.map(|esc| esc.reading.name()),
             esc_value: chosen.map(|esc| esc.value),
-            esc_unit: chosen.map(|esc| esc.reading.unit().symbol()),
+            esc_unit: chosen.map(|esc| esc.reading.unit()),
             estimate_n: estimate.map(|e| e.force_n),
             estimate_sigma_n: estimate.map(|e| e.sigma_n),
             extrapolated: estimate.map(|e| e.extrapolated),
@@ -150,11 +148,11 @@ pub struct EventLog {
     features: Option<Features>,
     velocity: Option<Velocity>,
     estimate: Option<ForceEstimate>,
-    health: Health,
+    health: SensorHealth,
     floor_health: FloorHealth,
-    reference_health: ReferenceHealth,
-    travel_health: TravelHealth,
-    pressure_health: PressureHealth,
+    reference_health: SensorHealth,
+    travel_health: SensorHealth,
+    pressure_health: SensorHealth,
     slips: u64,
 }
 
@@ -303,7 +301,7 @@ impl core::fmt::Display for EventLine {
 
 /// Whether a sensor has told the speed, and not a model.
 fn is_measured(velocity: &Velocity) -> bool {
-    velocity.source != VelocitySource::Gravity
+    velocity.source != SpeedSource::Gravity
 }
 
 /// In percent, never rounded up to certainty.
@@ -360,15 +358,13 @@ mod tests {
     use super::{EventLine, EventLog};
     use slip_core::{
         Phase, SlipEvent, Step,
-        detector::{FloorHealth, ReferenceHealth},
-        distance::TravelHealth,
+        detector::FloorHealth,
         grip::GripEvent,
-        health::Health,
+        health::SensorHealth,
         methods::Method,
-        pressure::PressureHealth,
         scene::Scene,
         units::{Micros, Newtons},
-        velocity::{Velocity, VelocitySource},
+        velocity::{SpeedSource, Velocity},
     };
 
     fn step(t: u64, event: Option<SlipEvent>) -> Step {
@@ -382,11 +378,11 @@ mod tests {
             estimate: None,
             command: Some(Newtons(2.5)),
             grip: None,
-            health: Health::Good,
+            health: SensorHealth::Good,
             floor_health: FloorHealth::Good,
-            reference_health: ReferenceHealth::Good,
-            travel_health: TravelHealth::Good,
-            pressure_health: PressureHealth::Good,
+            reference_health: SensorHealth::Good,
+            travel_health: SensorHealth::Good,
+            pressure_health: SensorHealth::Good,
         }
     }
 
@@ -445,17 +441,17 @@ mod tests {
         log.lines(&step(1, Some(slip(Phase::Incipient, true))));
         log.lines(&step(2, Some(slip(Phase::Gross, false))));
         assert_eq!(log.slips(), 1);
-        let frozen = Step { health: Health::Frozen, ..step(3, None) };
+        let frozen = Step { health: SensorHealth::Frozen, ..step(3, None) };
         let [line, None, None, None, None, None, None] = log.lines(&frozen) else { panic!() };
         assert_eq!(
             line,
             Some(EventLine::Health { t_s: 3e-6, channel: "stylus", health: "frozen" })
         );
         assert_eq!(log.lines(&frozen), [None; 7]);
-        let jumped = Step { travel_health: TravelHealth::Jumped, ..frozen };
+        let jumped = Step { travel_health: SensorHealth::Jumped, ..frozen };
         let [None, Some(line), None, None, None, None, None] = log.lines(&jumped) else { panic!() };
         assert_eq!(line, EventLine::Health { t_s: 3e-6, channel: "travel", health: "jumped" });
-        let lost = Step { reference_health: ReferenceHealth::Lost, ..jumped };
+        let lost = Step { reference_health: SensorHealth::Lost, ..jumped };
         let [None, None, None, Some(line), None, None, None] = log.lines(&lost) else { panic!() };
         assert_eq!(line, EventLine::Health { t_s: 3e-6, channel: "reference", health: "lost" });
     }
@@ -467,12 +463,9 @@ mod tests {
         for (measured, wanted) in [(true, Some(0.02)), (false, None)] {
             let mut log = EventLog::default();
             if measured {
-                log.lines(&Step {
-                    velocity: velocity(VelocitySource::Travel, 0.02),
-                    ..step(1, None)
-                });
+                log.lines(&Step { velocity: velocity(SpeedSource::Travel, 0.02), ..step(1, None) });
             }
-            log.lines(&Step { velocity: velocity(VelocitySource::Gravity, 0.3), ..step(2, None) });
+            log.lines(&Step { velocity: velocity(SpeedSource::Gravity, 0.3), ..step(2, None) });
             let Some(EventLine::SlipEnd { evidence, .. }) = log.lines(&ended)[4] else { panic!() };
             assert_eq!(evidence.speed_m_s, wanted);
         }

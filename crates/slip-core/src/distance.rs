@@ -14,7 +14,7 @@
 //! While the fingers move a roller turns with them, so the sums start again when they have come to rest; where the
 //! position of the finger is measured it is subtracted instead.
 
-use crate::{detector::SlipState, error::ConfigError, units::Micros};
+use crate::{detector::SlipState, error::ConfigError, health::SensorHealth, units::Micros};
 
 /// Which way an object can slip, as the sensor counts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -94,39 +94,6 @@ pub enum Fingers {
     Moving,
     /// Their position along the travel (m), from an encoder of the gripper.
     At(f32),
-}
-
-/// State of the travel channel.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum TravelHealth {
-    /// Readings are used.
-    #[default]
-    Good,
-    /// Readings leap farther than any object can move; the leaps are left out of the distance.
-    Jumped,
-    /// One value, while another method sees the object slide.
-    Frozen,
-    /// The object moves against the configured direction: the sensor is mounted or wired the other way round.
-    Backwards,
-    /// The stylus contradicts it: no say until it follows the stylus again.
-    Doubted,
-    /// Too coarse for an acceleration, by its steps or its noise: what the stylus says of the needed force comes first.
-    Coarse,
-}
-
-impl TravelHealth {
-    /// The name used in output lines.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Good => "good",
-            Self::Jumped => "jumped",
-            Self::Frozen => "frozen",
-            Self::Backwards => "backwards",
-            Self::Doubted => "doubted",
-            Self::Coarse => "coarse",
-        }
-    }
 }
 
 /// Readings without a leap after which a sensor that has jumped is believed again.
@@ -274,15 +241,15 @@ impl MovedDistance {
     /// State of the channel.
     #[must_use]
     #[inline]
-    pub fn health(&self) -> TravelHealth {
+    pub fn health(&self) -> SensorHealth {
         if self.frozen_now {
-            TravelHealth::Frozen
+            SensorHealth::Frozen
         } else if self.since_leap < SETTLED {
-            TravelHealth::Jumped
+            SensorHealth::Jumped
         } else if self.backwards_now {
-            TravelHealth::Backwards
+            SensorHealth::Backwards
         } else {
-            TravelHealth::Good
+            SensorHealth::Good
         }
     }
 

@@ -1,38 +1,17 @@
 //! What the pipeline has to say about a sample.
 
 use crate::{
-    detector::{FloorHealth, ReferenceHealth},
-    distance::TravelHealth,
+    Phase,
+    detector::FloorHealth,
     estimate::ForceEstimate,
     features::Features,
     grip::GripEvent,
-    health::Health,
+    health::SensorHealth,
     methods::Method,
-    pressure::PressureHealth,
     scene::Scene,
     units::{Micros, Newtons},
     velocity::Velocity,
 };
-
-/// How far a slip has gone.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Phase {
-    /// Shear and first movements, before the object slides.
-    Incipient,
-    /// The object slides.
-    Gross,
-}
-
-impl Phase {
-    /// The name used in output lines.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Incipient => "incipient",
-            Self::Gross => "gross",
-        }
-    }
-}
 
 /// A change in the slip state.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -83,13 +62,13 @@ pub struct Step {
     /// What the controller found out about the object in hand.
     pub grip: Option<GripEvent>,
     /// State of the stylus.
-    pub health: Health,
+    pub health: SensorHealth,
     /// State of the noise floor of the stylus.
     pub floor_health: FloorHealth,
     /// State of the motion reference while an object was last held.
-    pub reference_health: ReferenceHealth,
+    pub reference_health: SensorHealth,
     /// State of the travel channel while an object was last held.
-    pub travel_health: TravelHealth,
+    pub travel_health: SensorHealth,
     /// State of the taxel array while an object was last held.
-    pub pressure_health: PressureHealth,
+    pub pressure_health: SensorHealth,
 }

@@ -7,10 +7,11 @@
 use crate::{
     crosscheck::{CrossCheck, Seen},
     detector::SlipState,
-    distance::{DistanceConfig, Fingers, MovedDistance, TravelHealth, TravelReading},
+    distance::{DistanceConfig, Fingers, MovedDistance, TravelReading},
     error::ConfigError,
+    health::SensorHealth,
     methods::{Method, Methods},
-    pressure::{MAX_TAXELS, PressureConfig, PressureHealth, PressurePattern},
+    pressure::{MAX_TAXELS, PressureConfig, PressurePattern},
     sample::Sample,
     units::Micros,
 };
@@ -58,7 +59,7 @@ pub struct Fusion {
     methods: Methods,
     travel: MovedDistance,
     pressure: PressurePattern<MAX_TAXELS>,
-    healths: (TravelHealth, PressureHealth),
+    healths: (SensorHealth, SensorHealth),
     check: CrossCheck,
     put_by: PutBy,
 }
@@ -156,7 +157,7 @@ impl Fusion {
     /// Whether the travel has a say.
     #[inline]
     fn trusts_travel(&self) -> bool {
-        self.healths.0 != TravelHealth::Frozen && !self.check.doubts_travel()
+        self.healths.0 != SensorHealth::Frozen && !self.check.doubts_travel()
     }
 
     /// A slip has ended: the distance counts from here.
@@ -167,7 +168,7 @@ impl Fusion {
     /// States of the travel channel and of the taxel array while an object was last held.
     #[must_use]
     #[inline]
-    pub fn healths(&self) -> (TravelHealth, PressureHealth) {
+    pub fn healths(&self) -> (SensorHealth, SensorHealth) {
         self.healths
     }
 
@@ -175,9 +176,9 @@ impl Fusion {
     #[must_use]
     pub fn healthy(&self) -> bool {
         let (travel, pressure) = self.healths;
-        ((travel == TravelHealth::Good && !self.check.doubts_travel())
+        ((travel == SensorHealth::Good && !self.check.doubts_travel())
             || !self.uses(Method::Travel))
-            && (pressure == PressureHealth::Good || !self.uses(Method::Pressure))
+            && (pressure == SensorHealth::Good || !self.uses(Method::Pressure))
     }
 
     /// Whether travel or pressure could show a slip at `t`: it may speak, has lately had readings, and is not frozen or failed.
@@ -185,7 +186,7 @@ impl Fusion {
     pub fn is_usable(&self, t: Micros) -> bool {
         let pressure = self.healths.1;
         let travel = self.trusts_travel() && self.travel.is_live(t, TRAVEL_GONE);
-        let pressure = pressure == PressureHealth::Good && self.pressure.is_live(t, PATTERN_GONE);
+        let pressure = pressure == SensorHealth::Good && self.pressure.is_live(t, PATTERN_GONE);
         (self.uses(Method::Travel) && travel) || (self.uses(Method::Pressure) && pressure)
     }
 

@@ -9,6 +9,7 @@ use crate::{
     sample::{FURTHER_AXES, Sample, Vector},
     units::Micros,
 };
+pub use slip_msg::SensorHealth;
 
 /// What is believed of the stylus.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -68,39 +69,6 @@ impl HealthConfig {
     }
 }
 
-/// State of the stylus.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Health {
-    /// Readings are used.
-    #[default]
-    Good,
-    /// The value has not changed for too long: a broken wire or a hung converter.
-    Frozen,
-    /// The value stands at the end of its range.
-    Saturated,
-    /// Too many unusable readings in a row.
-    Failed,
-    /// The mean moves further than a change of grip force explains; see [`drift`](crate::drift).
-    Drifting,
-    /// The travel contradicts it, or it shows the noise of its electronics: no say until it feels a slip in time.
-    Doubted,
-}
-
-impl Health {
-    /// The name used in output lines.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Good => "good",
-            Self::Frozen => "frozen",
-            Self::Saturated => "saturated",
-            Self::Failed => "failed",
-            Self::Drifting => "drifting",
-            Self::Doubted => "doubted",
-        }
-    }
-}
-
 /// How often each kind of unusable reading was seen.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct HealthCounters {
@@ -114,7 +82,7 @@ pub struct HealthCounters {
     pub other_channels: u64,
     /// Samples not later than the one before, ignored.
     pub time_faults: u64,
-    /// Times the health left [`Health::Good`].
+    /// Times the health left [`SensorHealth::Good`].
     pub failures: u64,
 }
 
@@ -195,7 +163,7 @@ pub struct HealthCheck {
     bad_run: u32,
     saturated_run: u32,
     /// As far as single readings tell.
-    readings: Health,
+    readings: SensorHealth,
     /// While the first stylus has failed.
     stand_in: Option<StandIn>,
     drift: DriftWatch,
@@ -222,7 +190,7 @@ impl HealthCheck {
             changed_at: Micros(0),
             bad_run: 0,
             saturated_run: 0,
-            readings: Health::Good,
+            readings: SensorHealth::Good,
             stand_in: None,
             drift: DriftWatch::new(config.drift),
             drifting: false,
@@ -246,9 +214,9 @@ impl HealthCheck {
     /// The state of the stylus after the last sample.
     #[must_use]
     #[inline]
-    pub fn health(&self) -> Health {
+    pub fn health(&self) -> SensorHealth {
         match self.readings {
-            Health::Good if self.drifting => Health::Drifting,
+            SensorHealth::Good if self.drifting => SensorHealth::Drifting,
             readings => readings,
         }
     }
@@ -258,14 +226,14 @@ impl HealthCheck {
     #[inline]
     pub fn feels(&self) -> bool {
         let t = self.last.map_or(Micros(0), |(t, _)| t);
-        self.health() == Health::Good
+        self.health() == SensorHealth::Good
             || self.stand_in.is_some_and(|second| t.since(second.changed_at) <= self.frozen_after)
     }
 
     /// Looks for drift in a checked sample; `hold` is what the hand does at that time.
     #[inline]
     pub fn watch_drift(&mut self, sample: &Sample, hold: Hold) {
-        let hold = if self.readings == Health::Good { hold } else { Hold::None };
+        let hold = if self.readings == SensorHealth::Good { hold } else { Hold::None };
         let drifts = self.drift.step(sample.t, (sample.stylus, sample.normal_force_n), hold);
         self.counters.failures += u64::from(drifts && !self.drifting);
         self.drifting = drifts;
@@ -280,7 +248,7 @@ impl HealthCheck {
         let x = sample.stylus;
         let step = self.step_to(sample, last);
         // NaN fails every comparison.
-        let plain = self.health() == Health::Good
+        let plain = self.health() == SensorHealth::Good
             && self.bad_run == 0
             && sample.t > last_t
             && x.abs() < self.config.range
@@ -345,7 +313,7 @@ impl HealthCheck {
         self.last_axes = stylus_axes;
         let before = self.health();
         self.readings = self.judge(sample.t);
-        if before == Health::Good && self.readings != Health::Good {
+        if before == SensorHealth::Good && self.readings != SensorHealth::Good {
             self.counters.failures += 1;
         }
         let second_stylus = self.other(sample.second_stylus, self.config.range);
@@ -379,7 +347,7 @@ impl HealthCheck {
     #[inline]
     fn stand_in_after(&self, t: Micros, held: f32, second: Option<f32>) -> Option<StandIn> {
         match (self.stand_in, second) {
-            _ if self.readings == Health::Good => None,
+            _ if self.readings == SensorHealth::Good => None,
             (None, Some(x)) => Some(StandIn { last: x, changed_at: t, offset: held - x }),
             (Some(before), Some(x)) if x.to_bits() != before.last.to_bits() => {
                 Some(StandIn { last: x, changed_at: t, ..before })
@@ -437,16 +405,16 @@ impl HealthCheck {
     }
 
     #[inline]
-    fn judge(&self, t: Micros) -> Health {
+    fn judge(&self, t: Micros) -> SensorHealth {
         if self.bad_run >= self.config.max_bad_run {
             let saturated = self.saturated_run >= self.config.max_bad_run;
-            if saturated { Health::Saturated } else { Health::Failed }
+            if saturated { SensorHealth::Saturated } else { SensorHealth::Failed }
         } else if self.bad_run == 0 && t.since(self.changed_at) > self.frozen_after {
-            Health::Frozen
+            SensorHealth::Frozen
         } else if self.bad_run > 0 {
             self.readings
         } else {
-            Health::Good
+            SensorHealth::Good
         }
     }
 
@@ -474,7 +442,7 @@ fn worst(vector: Vector) -> f32 {
 
 #[cfg(test)]
 mod tests {
-    use super::{Health, HealthCheck, HealthConfig};
+    use super::{HealthCheck, HealthConfig, SensorHealth};
     use crate::{sample::Sample, units::Micros};
 
     fn check() -> HealthCheck {
@@ -497,7 +465,7 @@ mod tests {
         assert_eq!(out(5, 2e-6), 2e-6);
         let counters = check.counters();
         assert_eq!((counters.not_finite, counters.saturated, counters.glitches), (2, 1, 1));
-        assert_eq!(check.health(), Health::Good, "four in a row are not yet a failure");
+        assert_eq!(check.health(), SensorHealth::Good, "four in a row are not yet a failure");
     }
 
     #[test]
@@ -517,19 +485,19 @@ mod tests {
         for i in 0..600 {
             check.check(&at(i, 1e-6));
         }
-        assert_eq!(check.health(), Health::Frozen);
+        assert_eq!(check.health(), SensorHealth::Frozen);
         check.check(&at(600, 1.1e-6));
-        assert_eq!(check.health(), Health::Good);
+        assert_eq!(check.health(), SensorHealth::Good);
         for i in 601..620 {
             check.check(&at(i, 5e-3));
         }
-        assert_eq!(check.health(), Health::Saturated);
+        assert_eq!(check.health(), SensorHealth::Saturated);
         for i in 620..640 {
             check.check(&at(i, f32::NAN));
         }
-        assert_eq!(check.health(), Health::Failed);
+        assert_eq!(check.health(), SensorHealth::Failed);
         check.check(&at(640, 1e-6));
-        assert_eq!(check.health(), Health::Good);
+        assert_eq!(check.health(), SensorHealth::Good);
         assert_eq!(check.counters().failures, 2);
     }
 
@@ -544,7 +512,7 @@ mod tests {
             let out = check.check(&at(i, if glitch { 5e5 } else { wave(i) })).unwrap().stylus;
             assert!(i < 99 || out.abs() <= 0.06, "{out}");
         }
-        assert_eq!((check.counters().glitches, check.health()), (20, Health::Good));
+        assert_eq!((check.counters().glitches, check.health()), (20, SensorHealth::Good));
         // A signal that has really become a million times louder is taken as it is after a while.
         let taken = (2000..3000_u16).filter(|&i| {
             let loud = 1e6 * wave(i);

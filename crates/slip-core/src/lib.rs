@@ -35,11 +35,11 @@ pub mod speed;
 pub mod stages;
 mod travel_noise;
 pub mod turns;
-pub mod units;
 pub mod velocity;
 
 pub use config::PipelineConfig;
 pub use error::ConfigError;
-pub use event::{Phase, SlipEvent, Step};
+pub use event::{SlipEvent, Step};
 pub use pipeline::Pipeline;
 pub use sample::{Arrival, Sample, Signal};
+pub use slip_msg::{Phase, units};

@@ -1,39 +1,6 @@
-//! The three classic ways to notice a slip, and which of them may speak.
+//! Which of the three classic ways to notice a slip are used.
 
-/// A way to notice a slip.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(rename_all = "lowercase")
-)]
-pub enum Method {
-    /// Vibration of the stylus.
-    Stylus,
-    /// Moved distance of the object, from a roller or an encoder.
-    Travel,
-    /// Change of the pressure distribution under the finger.
-    Pressure,
-}
-
-impl Method {
-    /// Every method, the fastest first.
-    pub const ALL: [Self; 3] = [Self::Stylus, Self::Travel, Self::Pressure];
-
-    /// The name used in configuration and output lines.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Stylus => "stylus",
-            Self::Travel => "travel",
-            Self::Pressure => "pressure",
-        }
-    }
-
-    const fn bit(self) -> u8 {
-        1 << self as u8
-    }
-}
+pub use slip_msg::Method;
 
 /// A set of methods.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -56,32 +23,41 @@ impl Methods {
     /// One method alone.
     #[must_use]
     pub const fn only(method: Method) -> Self {
-        Self(method.bit())
+        Self(bit(method))
     }
 
     /// The same set and `method`.
     #[must_use]
     pub const fn with(self, method: Method) -> Self {
-        Self(self.0 | method.bit())
+        Self(self.0 | bit(method))
     }
 
     /// The same set without `method`.
     #[must_use]
     pub const fn without(self, method: Method) -> Self {
-        Self(self.0 & !method.bit())
+        Self(self.0 & !bit(method))
     }
 
     /// Whether `method` may speak.
     #[must_use]
     #[inline]
     pub const fn has(self, method: Method) -> bool {
-        self.0 & method.bit() != 0
+        self.0 & bit(method) != 0
     }
 
     /// Number of methods in the set.
     #[must_use]
     pub const fn count(self) -> u32 {
         self.0.count_ones()
+    }
+}
+
+const fn bit(method: Method) -> u8 {
+    match method {
+        Method::Stylus => 1,
+        Method::Travel => 2,
+        Method::Pressure => 4,
+        Method::None | Method::Other(_) => 0,
     }
 }
 

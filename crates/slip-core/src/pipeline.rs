@@ -11,20 +11,20 @@ mod host_time;
 mod rest;
 
 use crate::{
-    Signal,
+    Phase, Signal,
     confidence::confidence,
     config::PipelineConfig,
     course::Course,
     crosscheck::Whiteness,
     detector::{KnownFloors, MotionInput, SlipDetector, SlipState},
-    distance::{Fingers, TravelHealth},
+    distance::Fingers,
     drift::Hold,
     error::ConfigError,
     estimate::{Estimator, friction::FrictionMeter},
-    event::{Phase, SlipEvent, Step},
+    event::{SlipEvent, Step},
     fusion::{Channels, Fusion, Told},
     grip::{GripController, GripState, Trials},
-    health::{Health, HealthCheck, HealthCounters},
+    health::{HealthCheck, HealthCounters, SensorHealth},
     methods::Method,
     need::Need,
     observation::SlipObservation,
@@ -206,7 +206,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         } else {
             return self.unchanged(sample.t);
         };
-        self.look(sample, taxels, before != Health::Good)
+        self.look(sample, taxels, before != SensorHealth::Good)
     }
 
     /// Every stage after the sensor's health: `sample` is safe to compute with, `ailed` says whether the one before was not.
@@ -216,7 +216,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         self.enter_scene(sample, dt);
         self.health.watch_drift(sample, self.hand());
         self.compare_force(sample);
-        if ailed && self.health.health() == Health::Good {
+        if ailed && self.health.health() == SensorHealth::Good {
             // A sensor may come back with another zero, which is no slip.
             self.detector.prime();
         }
@@ -515,20 +515,20 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
 
     /// The health of the sensor, and where nothing is wrong with that, whether it has a say.
     #[inline]
-    fn stylus_health(&self) -> Health {
+    fn stylus_health(&self) -> SensorHealth {
         match self.health.health() {
-            Health::Good if self.fusion.doubts_stylus() || self.whiteness.is_noisy() => {
-                Health::Doubted
+            SensorHealth::Good if self.fusion.doubts_stylus() || self.whiteness.is_noisy() => {
+                SensorHealth::Doubted
             }
             health => health,
         }
     }
 
     #[inline]
-    fn travel_health(&self) -> TravelHealth {
+    fn travel_health(&self) -> SensorHealth {
         match self.fusion.healths().0 {
-            TravelHealth::Good if self.fusion.doubts_travel() => TravelHealth::Doubted,
-            TravelHealth::Good if self.travel_quality.is_coarse() => TravelHealth::Coarse,
+            SensorHealth::Good if self.fusion.doubts_travel() => SensorHealth::Doubted,
+            SensorHealth::Good if self.travel_quality.is_coarse() => SensorHealth::Coarse,
             health => health,
         }
     }

@@ -1,31 +1,6 @@
-//! Contact and controller state in, the scene out: which stages of the pipeline are needed.
+//! Contact with an object; the [`Scene`] says which stages of the pipeline are needed.
 
-/// What the gripper is doing, as far as the pipeline is concerned.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Scene {
-    /// No contact with an object.
-    #[default]
-    Idle,
-    /// The fingers move: own vibration, no decision on slip.
-    Moving,
-    /// An object is held and does not slip.
-    Holding,
-    /// The object slips.
-    Slipping,
-}
-
-impl Scene {
-    /// The name used in output lines.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Idle => "idle",
-            Self::Moving => "moving",
-            Self::Holding => "holding",
-            Self::Slipping => "slipping",
-        }
-    }
-}
+pub use slip_msg::Scene;
 
 /// Contact with hysteresis: on above `contact_n`, off below half of it. Without a force sensor there is
 /// always contact, so that nothing is missed.

@@ -8,7 +8,7 @@ use super::input::Input;
 use grip_link::decoder::{Decoder, Role, Verdict};
 use grip_link::device::DeviceLink;
 use grip_link::frame::{Direction, Header, MAX_WIRE};
-use grip_link::host::{GripCommand, HostConfig, HostEvent, HostLink, HostState};
+use grip_link::host::{GripCommand, HostConfig, HostEvent, HostLink, LinkState};
 use grip_link::message::{Config, FaultCode, Grip, GripMode, Heartbeat, Kind, StatusFlags};
 
 const MOST_TURNS: usize = 200;
@@ -187,17 +187,17 @@ impl Line {
         let before_mn = self.sent.and_then(|(of, force_mn)| (of == session).then_some(force_mn));
         let Some(len) = written else {
             let first = before_mn.is_none() && command.mode == GripMode::Force;
-            let may = state == HostState::Stream || (state == HostState::Degraded && !first);
+            let may = state == LinkState::Stream || (state == LinkState::Degraded && !first);
             assert!(!may || command.force_mn < 0, "refused in {state:?}");
             return;
         };
-        assert!(matches!(state, HostState::Stream | HostState::Degraded) && command.force_mn >= 0);
+        assert!(matches!(state, LinkState::Stream | LinkState::Degraded) && command.force_mn >= 0);
         self.look_at(&out[..len]);
         let Grip { cmd_id, force_mn, .. } = *self.host.last_grip().unwrap();
         let limit = self.host.in_force().unwrap().force_max_mn;
         assert!((0..=limit.min(command.force_mn)).contains(&force_mn));
         assert_eq!(cmd_id, self.cmd_id.wrapping_add(1));
-        if state == HostState::Degraded && command.mode == GripMode::Force {
+        if state == LinkState::Degraded && command.mode == GripMode::Force {
             assert!(
                 before_mn.is_some_and(|before_mn| force_mn <= before_mn),
                 "raised while degraded"
@@ -306,10 +306,10 @@ impl Line {
         assert!(loss.received >= self.received, "received rows vanish");
         self.received = loss.received;
         assert!(loss.dropped_by_mcu <= loss.lost);
-        if matches!(self.host.state(), HostState::Stream | HostState::Degraded) {
+        if matches!(self.host.state(), LinkState::Stream | LinkState::Degraded) {
             assert!(self.host.in_force().is_some() && self.host.ident().is_some());
         }
-        if self.host.state() != HostState::Closed {
+        if self.host.state() != LinkState::Closed {
             assert_ne!(self.host.session(), 0);
         }
         let force_mn = self.device.drive(self.tick()).force_mn();

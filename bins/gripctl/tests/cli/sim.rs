@@ -3,7 +3,7 @@
 use core::time::Duration;
 use grip_link::{
     frame::MAX_WIRE,
-    host::{HostEvent, HostState},
+    host::{HostEvent, LinkState},
 };
 use grip_session::{HostConfig, News, Session, SessionOptions, model};
 use std::{
@@ -93,7 +93,7 @@ fn a_host_holds_the_object_over_the_pseudo_terminal() {
         let (session, last) = simulate(folder.path());
         let ident = session.link().ident().unwrap();
         assert_eq!(ident.versions.max, grip_link::PROTOCOL);
-        assert!([HostState::Stream, HostState::Degraded].contains(&session.link().state()));
+        assert!([LinkState::Stream, LinkState::Degraded].contains(&session.link().state()));
         assert!(session.counters().samples > 1000, "{:?}", session.counters());
         assert!(session.counters().commands > 10, "{:?}", session.counters());
         // "gripctl: force 4.31 N of 4.02 N needed, slipped 1.23 mm"

@@ -7,7 +7,7 @@ use core::{
 };
 use grip_daemon::clients::{About, Clients, ClientsConfig, Listen};
 use grip_daemon::{Item, LinkNote};
-use grip_link::host::HostState;
+use grip_link::host::LinkState;
 use grip_link::message::Firmware;
 use grip_link::message::daemon::{Health, RealTime};
 use grip_session::report::{EventLine, EvidenceFields};
@@ -45,7 +45,7 @@ impl Served {
         let (uid, boot_id, rebooted) = ([0xAB; 16], 7, false);
         let note = LinkNote::Identified { uid, boot_id, firmware, rebooted };
         clients.take(&Item::Link { host_us: 1, note: &note });
-        clients.take(&Item::Link { host_us: 1, note: &LinkNote::State(HostState::Stream) });
+        clients.take(&Item::Link { host_us: 1, note: &LinkNote::State(LinkState::Stream) });
         let evidence = EvidenceFields { command_n: Some(4.5), ..EvidenceFields::default() };
         let line = EventLine::SlipEnd {
             t_s: 1.5,

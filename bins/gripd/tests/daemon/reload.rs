@@ -1,13 +1,13 @@
 //! SIGHUP on a gripd that holds an object: what cannot be used changes nothing, what can be is in force, and nobody lets go.
 
 use crate::running::{NEWS, Running, hear};
-use grip_link::message::daemon::{GripStage, ToClient};
+use grip_link::message::daemon::{GripState, ToClient};
 use rustix::process::Signal;
 use serde_json::Value;
 use std::fs;
 
 /// What is held, with which force.
-fn holding(running: &Running, nonce: u16) -> (GripStage, f32) {
+fn holding(running: &Running, nonce: u16) -> (GripState, f32) {
     let mut client = running.client(nonce, NEWS);
     let mut held = None;
     hear(&mut client, |message| {

@@ -10,7 +10,7 @@ use eframe::egui::{
     Align2, Color32, FontId, Painter, Pos2, Rangef, Rect, Role, Sense, Stroke, Ui, WidgetInfo,
     pos2, vec2,
 };
-use grip_link::message::daemon::SceneCode;
+use grip_link::message::daemon::Scene;
 use grip_scope::{EventKind, EventMark};
 
 /// Height of the lane (points).
@@ -138,19 +138,19 @@ fn names(ui: &Ui, rect: Rect, palette: &Palette) {
     label(rect.top() + SCENES + (HEIGHT - SCENES) / 2.0, "events");
 }
 
-const fn scene_colour(scene: SceneCode, palette: &Palette) -> (Color32, bool) {
+const fn scene_colour(scene: Scene, palette: &Palette) -> (Color32, bool) {
     match scene {
-        SceneCode::Idle => (palette.grid, false),
-        SceneCode::Moving => (palette.tone(Tone::Sky), true),
-        SceneCode::Holding => (palette.tone(Tone::Green), true),
-        SceneCode::Slipping => (palette.tone(Tone::Red), true),
+        Scene::Idle => (palette.grid, false),
+        Scene::Moving => (palette.tone(Tone::Sky), true),
+        Scene::Holding => (palette.tone(Tone::Green), true),
+        Scene::Slipping => (palette.tone(Tone::Red), true),
         _ => (palette.tone(Tone::Quiet), true),
     }
 }
 
 fn scenes(ui: &Ui, frame: &Frame, seen: &Seen<'_>) {
     let band = Rect::from_min_size(frame.rect.min, vec2(frame.rect.width(), SCENES));
-    let strongest = |a: SceneCode, b: SceneCode| if b.code() > a.code() { b } else { a };
+    let strongest = |a: Scene, b: Scene| if b.code() > a.code() { b } else { a };
     let pieces = joined(seen.model.events().scenes(frame.span), frame, strongest);
     let colour = |scene| {
         let (colour, strong) = scene_colour(scene, &seen.palette);

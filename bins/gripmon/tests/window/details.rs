@@ -17,7 +17,7 @@ fn the_enclosure_stands_beside_the_value_of_the_same_observer() {
     let mut model = fixture::grasp();
     // The source says 0.2, the scope's own observer 0.5 with its enclosure.
     model.take(Feed::State(fixture::state(1.05)));
-    let kind = grip_link::message::daemon::EscKind::Literal;
+    let kind = grip_link::message::daemon::Reading::Literal;
     let esc = Some(EscPoint { kind, value: 0.5, low: 0.4, high: 0.6, flags: 0 });
     let evidence = vec![EvidencePoint { t_s: 1.99, esc, speed: None, estimate: None }];
     model.take(Feed::Derived(Box::new(DerivedBlock { evidence, ..DerivedBlock::default() })));

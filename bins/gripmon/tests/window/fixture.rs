@@ -1,7 +1,7 @@
 //! Made-up runs of a gripper, filled into a model by hand.
 
 use grip_link::message::daemon::{
-    BadFrames, EscKind, GripStage, Gripper, LinkState, Method, RealTime, Recording, SceneCode,
+    BadFrames, GripState, Gripper, LinkState, Method, Reading, RealTime, Recording, Scene,
     SensorHealth,
 };
 use grip_scope::feed::{
@@ -91,17 +91,17 @@ pub(crate) fn greet(model: &mut Model, may_command: bool) {
 pub(crate) fn state(t_s: f64) -> StatePoint {
     let slipping = (0.9..1.1).contains(&t_s);
     let scene = if t_s < 0.3 {
-        SceneCode::Idle
+        Scene::Idle
     } else if slipping {
-        SceneCode::Slipping
+        Scene::Slipping
     } else {
-        SceneCode::Holding
+        Scene::Holding
     };
-    let esc = EscPoint { kind: EscKind::Literal, value: 0.2, low: 0.15, high: 0.3, flags: 4 };
+    let esc = EscPoint { kind: Reading::Literal, value: 0.2, low: 0.15, high: 0.3, flags: 4 };
     StatePoint {
         t_s,
         scene,
-        grip: GripStage::Holding,
+        grip: GripState::Holding,
         sensors: [SensorHealth::Good, SensorHealth::Good, SensorHealth::Frozen, SensorHealth::Good],
         device: None,
         fault: 0,

@@ -8,7 +8,7 @@ use eframe::egui::{Context, Key, RawInput, Ui};
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT as _, Queryable as _};
 use grip_link::message::FaultCode;
-use grip_link::message::daemon::{RealTime, SceneCode, SensorHealth, State};
+use grip_link::message::daemon::{RealTime, Scene, SensorHealth, State};
 use grip_scope::feed::{DaemonInfo, Feed};
 use grip_scope::fleet::{FleetFeed, Heard, Member, Roster};
 use grip_scope::{Model, SourceStatus};
@@ -73,7 +73,7 @@ fn says(harness: &Harness<'_, Held>, number: u16) -> String {
 fn four() -> Roster {
     let mut roster = Roster::default();
     let slipping = State {
-        scene: SceneCode::Slipping,
+        scene: Scene::Slipping,
         sensors: [SensorHealth::Good, SensorHealth::Lost, SensorHealth::Good, SensorHealth::Good],
         lost: 12,
         ..state(7.0)

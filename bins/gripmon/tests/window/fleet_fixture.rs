@@ -2,7 +2,7 @@
 
 use grip_link::frame::{self, Direction, Header, MAX_WIRE};
 use grip_link::message::daemon::{
-    EscKind, EscValue, GripStage, Health, LinkState, SceneCode, SensorHealth, State,
+    EscValue, GripState, Health, LinkState, Reading, Scene, SensorHealth, State,
 };
 use grip_link::message::{DeviceState, FaultCode, Kind};
 use grip_scope::fleet::{FleetFeed, Heard, Member, Message, Roster, Uid};
@@ -29,13 +29,13 @@ pub(crate) fn state(applied_n: f32) -> State {
     State {
         device_us: 1_000_000,
         host_us: 0,
-        scene: SceneCode::Holding,
-        grip: GripStage::Holding,
+        scene: Scene::Holding,
+        grip: GripState::Holding,
         sensors: [SensorHealth::Good; 4],
         device: DeviceState::from_code(2),
         notes: 0,
         fault: FaultCode(0),
-        esc: EscValue { kind: EscKind::None, value: None, flags: 0 },
+        esc: EscValue { kind: Reading::None, value: None, flags: 0 },
         statistic: Some(0.25),
         command_n: Some(5.0),
         applied_n: Some(applied_n),

@@ -1,22 +1,13 @@
 //! Items of the hot thread in, messages for clients out.
 
 use crate::{LinkNote, State as PipelineState};
-use grip_link::host::{CloseReason, HostState};
 use grip_link::message::daemon::{
-    EscKind, EscValue, GripStage, LinkState, Method, Phase, SceneCode, Sensor, SensorHealth, Slip,
-    SpeedSource, State,
+    EscValue, Method, Phase, Reading, Sensor, SensorHealth, Slip, SpeedSource, State,
 };
 use grip_link::message::{DeviceState, EventKind, FaultCode};
 use grip_session::report::{EventLine, EvidenceFields};
-use slip_core::{
-    detector::ReferenceHealth,
-    distance::TravelHealth,
-    esc::{Esc, Flags, Reading},
-    grip::GripState,
-    health::Health,
-    pressure::PressureHealth,
-    scene::Scene,
-};
+use grip_session::session::explain;
+use slip_core::esc::{Esc, Flags};
 
 /// SLIP of an event line, numbered by the caller; `None` for the other lines.
 #[must_use]
@@ -24,7 +15,7 @@ pub fn slip(host_us: u64, line: &EventLine) -> Option<Slip> {
     match *line {
         EventLine::Slip { t_s, phase, method, statistic, confidence, evidence, .. } => Some(Slip {
             phase: if phase == "gross" { Phase::Gross } else { Phase::Incipient },
-            method: named(method, Method::from_code, Method::name).unwrap_or(Method::None),
+            method: Method::from_name(method).unwrap_or(Method::None),
             statistic: Some(statistic),
             confidence: Some(confidence),
             ..known(host_us, t_s, &evidence)
@@ -40,11 +31,8 @@ pub fn slip(host_us: u64, line: &EventLine) -> Option<Slip> {
 
 /// What event lines and messages have in common.
 fn known(host_us: u64, t_s: f64, evidence: &EvidenceFields) -> Slip {
-    let source = evidence
-        .speed_source
-        .and_then(|text| named(text, SpeedSource::from_code, SpeedSource::name));
-    let reading =
-        evidence.esc_reading.and_then(|text| named(text, EscKind::from_code, EscKind::name));
+    let source = evidence.speed_source.and_then(SpeedSource::from_name);
+    let reading = evidence.esc_reading.and_then(Reading::from_name);
     let notes = if evidence.esc_informative == Some(true) { Slip::INFORMATIVE } else { 0 }
         | if evidence.extrapolated == Some(true) { Slip::EXTRAPOLATED } else { 0 };
     Slip {
@@ -54,7 +42,7 @@ fn known(host_us: u64, t_s: f64, evidence: &EvidenceFields) -> Slip {
         phase: Phase::Ended,
         method: Method::None,
         speed_source: source.unwrap_or(SpeedSource::None),
-        esc_kind: reading.unwrap_or(EscKind::None),
+        esc_kind: reading.unwrap_or(Reading::None),
         statistic: None,
         confidence: None,
         speed_m_s: evidence.speed_m_s,
@@ -79,19 +67,14 @@ pub fn state(host_us: u64, state: &PipelineState, device: DeviceState, fault: Fa
     State {
         device_us: state.t.0,
         host_us,
-        scene: scene(state.scene),
-        grip: state.grip.map_or(GripStage::Observing, grip),
-        sensors: [
-            stylus(state.health),
-            travel(state.travel_health),
-            pressure(state.pressure_health),
-            reference(state.reference_health),
-        ],
+        scene: state.scene,
+        grip: state.grip.unwrap_or_default(),
+        sensors: [state.health, state.travel_health, state.pressure_health, state.reference_health],
         device,
         notes: if informative { Slip::INFORMATIVE } else { 0 }
             | if extrapolated { Slip::EXTRAPOLATED } else { 0 },
         fault,
-        esc: state.esc.map_or(EscValue { kind: EscKind::None, value: None, flags: 0 }, esc),
+        esc: state.esc.map_or(EscValue { kind: Reading::None, value: None, flags: 0 }, esc),
         statistic: Some(state.statistic),
         command_n: state.command.map(|command| command.0),
         applied_n: state.applied_n,
@@ -105,98 +88,16 @@ pub fn state(host_us: u64, state: &PipelineState, device: DeviceState, fault: Fa
 /// E_sc as STATE tells it.
 #[must_use]
 pub fn esc(esc: Esc) -> EscValue {
-    let kind = match esc.reading {
-        Reading::Literal => EscKind::Literal,
-        Reading::ArcCot => EscKind::ArcCot,
-        Reading::SlopePower => EscKind::SlopePower,
-        Reading::LiftWork => EscKind::LiftWork,
-        Reading::ViscousWork => EscKind::ViscousWork,
-    };
-    EscValue { kind, value: Some(single(esc.value)), flags: flag_bits(esc.flags) }
+    EscValue { kind: esc.reading, value: Some(single(esc.value)), flags: flag_bits(esc.flags) }
 }
 
 fn flag_bits(flags: Flags) -> u8 {
     flags.iter().fold(0, |bits, flag| bits | 1 << flag as u8)
 }
 
-fn scene(scene: Scene) -> SceneCode {
-    match scene {
-        Scene::Idle => SceneCode::Idle,
-        Scene::Moving => SceneCode::Moving,
-        Scene::Holding => SceneCode::Holding,
-        Scene::Slipping => SceneCode::Slipping,
-    }
-}
-
-fn grip(grip: GripState) -> GripStage {
-    match grip {
-        GripState::Open => GripStage::Open,
-        GripState::Closing => GripStage::Closing,
-        GripState::Settling => GripStage::Settling,
-        GripState::Holding => GripStage::Holding,
-        GripState::Slipping => GripStage::Slipping,
-        GripState::Fault => GripStage::Fault,
-        GripState::Released => GripStage::Released,
-    }
-}
-
-fn stylus(health: Health) -> SensorHealth {
-    match health {
-        Health::Good => SensorHealth::Good,
-        Health::Frozen => SensorHealth::Frozen,
-        Health::Saturated => SensorHealth::Saturated,
-        Health::Failed => SensorHealth::Failed,
-        Health::Drifting => SensorHealth::Drifting,
-        Health::Doubted => SensorHealth::Doubted,
-    }
-}
-
-fn travel(health: TravelHealth) -> SensorHealth {
-    match health {
-        TravelHealth::Good => SensorHealth::Good,
-        TravelHealth::Jumped => SensorHealth::Jumped,
-        TravelHealth::Frozen => SensorHealth::Frozen,
-        TravelHealth::Backwards => SensorHealth::Backwards,
-        TravelHealth::Doubted => SensorHealth::Doubted,
-        TravelHealth::Coarse => SensorHealth::Coarse,
-    }
-}
-
-fn pressure(health: PressureHealth) -> SensorHealth {
-    match health {
-        PressureHealth::Good => SensorHealth::Good,
-        PressureHealth::Frozen => SensorHealth::Frozen,
-        PressureHealth::Failed => SensorHealth::Failed,
-    }
-}
-
-fn reference(health: ReferenceHealth) -> SensorHealth {
-    match health {
-        ReferenceHealth::Good => SensorHealth::Good,
-        ReferenceHealth::Frozen => SensorHealth::Frozen,
-        ReferenceHealth::Lost => SensorHealth::Lost,
-    }
-}
-
 /// Sensor and its health, by the names of an event line.
 pub(super) fn sensor(channel: &str, health: &str) -> Option<(Sensor, SensorHealth)> {
-    Some((
-        named(channel, Sensor::from_code, Sensor::name)?,
-        named(health, SensorHealth::from_code, SensorHealth::name)?,
-    ))
-}
-
-/// State of the link, as clients hear it.
-#[must_use]
-pub fn link(state: HostState) -> LinkState {
-    match state {
-        HostState::Closed => LinkState::Closed,
-        HostState::Open => LinkState::Open,
-        HostState::Hello => LinkState::Hello,
-        HostState::Config => LinkState::Config,
-        HostState::Stream => LinkState::Stream,
-        HostState::Degraded => LinkState::Degraded,
-    }
+    Some((Sensor::from_name(channel)?, SensorHealth::from_name(health)?))
 }
 
 /// What people are told of the link; `None` for what STATE and GRIPPER say.
@@ -217,13 +118,13 @@ pub(super) fn link_text(note: &LinkNote) -> Option<String> {
                 EventKind::CommandRejected => {
                     format!("the gripper takes no command because of fault {fault:04x}")
                 }
-                _ => format!("gripper: {:?} -> {:?}", event.before, event.after),
+                _ => format!("gripper: {} -> {}", event.before, event.after),
             }
         }
         LinkNote::Refused(nack) => {
-            format!("the gripper refused type {:02x}: {:?}", nack.kind.0, nack.reason)
+            format!("the gripper refused type {:02x}: {}", nack.kind.0, nack.reason)
         }
-        LinkNote::Closed(reason) => format!("link closed: {}", closed(*reason)),
+        LinkNote::Closed(reason) => format!("link closed: {}", explain(reason)),
         LinkNote::Late(late_us) => {
             format!("readings were {} ms late, the force was not raised", late_us / 1000)
         }
@@ -232,22 +133,8 @@ pub(super) fn link_text(note: &LinkNote) -> Option<String> {
     })
 }
 
-fn closed(reason: CloseReason) -> String {
-    match reason {
-        CloseReason::NoAnswer { bytes: 0, .. } => "nobody answered".to_owned(),
-        CloseReason::NoAnswer { bytes, .. } => format!("nobody answered, {bytes} bytes came"),
-        CloseReason::VersionMismatch { min, max } => format!("it speaks versions {min} to {max}"),
-        other => format!("{other:?}"),
-    }
-}
-
 fn hex(bytes: &[u8]) -> String {
     bytes.iter().map(|byte| format!("{byte:02x}")).collect()
-}
-
-/// The known code whose name is `text`.
-fn named<T: Copy>(text: &str, from: fn(u8) -> T, name: fn(T) -> &'static str) -> Option<T> {
-    (0..16).map(from).find(|code| name(*code) == text)
 }
 
 #[expect(clippy::cast_possible_truncation, reason = "told with seven digits")]

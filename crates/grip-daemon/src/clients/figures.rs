@@ -1,6 +1,5 @@
 //! The board of the daemon in, HEALTH for its clients out.
 
-use super::convert;
 use crate::Board;
 use grip_link::message::daemon::{Appended, BadFrames, Dropped, Health, Latency, Recording};
 
@@ -31,7 +30,7 @@ pub fn health(board: &Board, now_us: u64) -> Health {
             clients: u32::try_from(board.clients.dropped).unwrap_or(u32::MAX),
         },
         clients: u16::try_from(board.clients.connected).unwrap_or(u16::MAX),
-        link: convert::link(board.link().state),
+        link: board.link().state,
         recording: match (&recording.failure, &recording.file) {
             (Some(_), _) => Recording::Stopped,
             (None, Some(_)) => Recording::Running,

@@ -200,7 +200,7 @@ impl Known {
                 self.tell_gripper(roster);
             }
             LinkNote::State(state) => {
-                self.gripper.link = convert::link(*state);
+                self.gripper.link = *state;
                 self.tell_gripper(roster);
             }
             LinkNote::PortLost => {

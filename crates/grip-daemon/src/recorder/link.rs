@@ -1,13 +1,13 @@
 //! News of the link in, kind and JSON of a Link message out.
 
 use crate::LinkNote;
+use grip_session::session::explain;
 use serde_json::{Value, json};
 
 /// Kind and details, as in the Link message.
 pub(super) fn told(note: &LinkNote) -> (&'static str, Value) {
-    let debug = |value: &dyn core::fmt::Debug| Value::String(format!("{value:?}"));
     match note {
-        LinkNote::State(state) => ("state", json!({ "state": debug(state) })),
+        LinkNote::State(state) => ("state", json!({ "state": state.name() })),
         LinkNote::Identified { uid, boot_id, firmware, rebooted } => {
             let firmware = firmware.to_string();
             let told = json!({ "uid": hex(uid), "boot_id": boot_id, "firmware": firmware, "rebooted": rebooted });
@@ -20,7 +20,7 @@ pub(super) fn told(note: &LinkNote) -> (&'static str, Value) {
             "status",
             json!({
                 "last_cmd_id": status.last_cmd_id,
-                "state": debug(&status.state),
+                "state": status.state.name(),
                 "clamp": status.clamp.0,
                 "fault": status.fault.0,
                 "applied_mn": status.applied_mn,
@@ -34,9 +34,9 @@ pub(super) fn told(note: &LinkNote) -> (&'static str, Value) {
             "device",
             json!({
                 "tick": event.tick,
-                "event": debug(&event.kind),
-                "before": debug(&event.before),
-                "after": debug(&event.after),
+                "event": event.kind.name(),
+                "before": event.before.name(),
+                "after": event.after.name(),
                 "fault": event.fault.0,
                 "dropped": event.dropped,
                 "value": event.value,
@@ -44,9 +44,11 @@ pub(super) fn told(note: &LinkNote) -> (&'static str, Value) {
         ),
         LinkNote::Refused(nack) => (
             "refused",
-            json!({ "request": nack.kind.0, "reason": debug(&nack.reason), "seq": nack.seq }),
+            json!({ "request": nack.kind.0, "reason": nack.reason.name(), "seq": nack.seq }),
         ),
-        LinkNote::Closed(reason) => ("closed", json!({ "reason": debug(reason) })),
+        LinkNote::Closed(reason) => {
+            ("closed", json!({ "reason": reason.name(), "text": explain(reason) }))
+        }
         LinkNote::Late(late_us) => ("late", json!({ "late_us": late_us })),
         LinkNote::PortOpened => ("port_opened", json!({})),
         LinkNote::PortLost => ("port_lost", json!({})),

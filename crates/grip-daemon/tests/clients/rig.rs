@@ -4,15 +4,12 @@ use core::time::Duration;
 use grip_daemon::client::Client;
 use grip_daemon::clients::{About, Clients, ClientsConfig, Listen};
 use grip_daemon::{Item, LinkNote, State};
-use grip_link::host::HostState;
+use grip_link::host::LinkState;
 use grip_link::message::Versions;
 use grip_link::message::daemon::{
     Goodbye, NoticeKind, RealTime, RowSet, Subscribe, ToClient, Topics,
 };
-use slip_core::{
-    Sample, detector::ReferenceHealth, distance::TravelHealth, grip::GripState, health::Health,
-    pressure::PressureHealth, scene::Scene, units::Micros,
-};
+use slip_core::{Sample, grip::GripState, health::SensorHealth, scene::Scene, units::Micros};
 
 /// Turns of the daemon after which a test has hung.
 pub(crate) const PATIENCE: u32 = 20_000;
@@ -95,7 +92,7 @@ impl Rig {
     }
 
     pub(crate) fn news(&mut self) {
-        let note = LinkNote::State(HostState::Stream);
+        let note = LinkNote::State(LinkState::Stream);
         self.clients.take(&Item::Link { host_us: self.now_us, note: &note });
     }
 }
@@ -110,10 +107,10 @@ pub(crate) fn state() -> State {
         applied_n: Some(3.5),
         esc: None,
         estimate: None,
-        health: Health::Good,
-        reference_health: ReferenceHealth::Lost,
-        travel_health: TravelHealth::Good,
-        pressure_health: PressureHealth::Good,
+        health: SensorHealth::Good,
+        reference_health: SensorHealth::Lost,
+        travel_health: SensorHealth::Good,
+        pressure_health: SensorHealth::Good,
         lost: 5,
         rate_hz: 10_000,
         late_ms: None,

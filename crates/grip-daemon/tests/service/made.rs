@@ -5,19 +5,16 @@ use grip_daemon::{
     board::{About, ClientCounts, Grant, RecordingState},
 };
 use grip_link::{
-    host::HostState,
+    host::LinkState,
     message::{
         DeviceState, Event, EventKind, FaultCode, Firmware, ForceClamp, Status, StatusFlags,
     },
 };
 use grip_session::report::{EventLine, EvidenceFields};
 use slip_core::{
-    detector::ReferenceHealth,
-    distance::TravelHealth,
     estimate::ForceEstimate,
     grip::GripState,
-    health::Health,
-    pressure::PressureHealth,
+    health::SensorHealth,
     scene::Scene,
     units::{Micros, Newtons},
 };
@@ -33,10 +30,10 @@ pub(crate) const STATE: State = State {
     applied_n: Some(f32::NAN),
     esc: None,
     estimate: Some(ForceEstimate { force_n: 9.4, sigma_n: 0.2, extrapolated: false }),
-    health: Health::Good,
-    reference_health: ReferenceHealth::Lost,
-    travel_health: TravelHealth::Good,
-    pressure_health: PressureHealth::Good,
+    health: SensorHealth::Good,
+    reference_health: SensorHealth::Lost,
+    travel_health: SensorHealth::Good,
+    pressure_health: SensorHealth::Good,
     lost: 3,
     rate_hz: 10_000,
     late_ms: Some(1.5),
@@ -113,7 +110,7 @@ pub(crate) fn board() -> Board {
     let notes = [
         LinkNote::PortOpened,
         LinkNote::Identified { uid: [0xAB; 16], boot_id: 3, firmware: FIRMWARE, rebooted: false },
-        LinkNote::State(HostState::Stream),
+        LinkNote::State(LinkState::Stream),
         device_event(EventKind::Fault, FaultCode::DRIVE),
     ];
     for note in &notes {

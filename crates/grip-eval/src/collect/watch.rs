@@ -4,7 +4,7 @@ use slip_core::{
     Sample, SlipEvent, Step,
     features::Features,
     grip::GripEvent,
-    health::Health,
+    health::SensorHealth,
     units::{Micros, Newtons},
 };
 
@@ -157,7 +157,7 @@ impl SlipWatch {
     ) {
         self.smooth(sample, step.command);
         let touches = !matches!(step.grip, Some(GripEvent::Lost | GripEvent::Regrasped));
-        if !touches || step.health != Health::Good || self.is_open() {
+        if !touches || step.health != SensorHealth::Good || self.is_open() {
             self.finish(tell);
             return;
         }
@@ -259,7 +259,7 @@ fn judge(slip: &Sliding, stayed_n: Option<f32>, widest: f32) -> Result<MeasuredS
 mod tests {
     use super::{Fate, MeasuredSlip, SlipWatch, WatchConfig};
     use slip_core::{
-        Phase, Sample, SlipEvent, Step, features::Features, grip::GripEvent, health::Health,
+        Phase, Sample, SlipEvent, Step, features::Features, grip::GripEvent, health::SensorHealth,
         methods::Method, scene::Scene, units::Micros,
     };
 
@@ -307,11 +307,11 @@ mod tests {
                 estimate: None,
                 command: None,
                 grip: None,
-                health: Health::Good,
+                health: SensorHealth::Good,
                 floor_health: slip_core::detector::FloorHealth::Good,
-                reference_health: slip_core::detector::ReferenceHealth::Good,
-                travel_health: slip_core::distance::TravelHealth::Good,
-                pressure_health: slip_core::pressure::PressureHealth::Good,
+                reference_health: SensorHealth::Good,
+                travel_health: SensorHealth::Good,
+                pressure_health: SensorHealth::Good,
             };
             change(ms, &mut step);
             watch.take(&sample, &step, &mut |slip| told.push(slip));

@@ -11,7 +11,7 @@ use slip_core::{
     SlipEvent, Step,
     detector::{DetectorConfig, KnownFloors, MotionInput, SlipDetector, SlipState},
     floor::FloorConfig,
-    health::Health,
+    health::SensorHealth,
     pressure::{MAX_TAXELS, PressureConfig, PressurePattern},
     units::Micros,
 };
@@ -49,7 +49,9 @@ fn an_array_without_a_stylus_tells_slips_and_not_the_closing_of_the_fingers() {
             parse_csv(Path::new("x.csv"), text.as_bytes(), &CsvOptions::default()).unwrap();
         let config = replay::pipeline_config(&recording, &HostConfig::default(), false);
         let steps: Vec<_> = Replay::new(&recording, config, None).unwrap().collect();
-        assert!(steps.iter().all(|step| step.health == Health::Good && step.command.is_none()));
+        assert!(
+            steps.iter().all(|step| step.health == SensorHealth::Good && step.command.is_none())
+        );
         let first = |step: &&Step| matches!(step.event, Some(SlipEvent::Slip { first: true, .. }));
         steps.iter().filter(first).map(|step| step.t.as_seconds()).collect()
     };

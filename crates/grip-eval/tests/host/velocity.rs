@@ -3,7 +3,7 @@
 use grip_sim::{Grasp, Scene};
 use slip_core::{
     units::Micros,
-    velocity::{Measured, Velocity, VelocityConfig, VelocityMeter, VelocitySource},
+    velocity::{Measured, SpeedSource, Velocity, VelocityConfig, VelocityMeter},
 };
 
 /// An object that is let slip to `speed_m_s` and then carried by sliding friction at that speed: estimate and truth each millisecond.
@@ -26,7 +26,7 @@ fn slide(seed: u64, speed_m_s: f64) -> Vec<(Velocity, f64)> {
         }
         meter.push(&sample);
         let velocity = meter.velocity(Measured::default(), sample.t.since(begun));
-        let styli = velocity.filter(|v| v.source == VelocitySource::TwoStyli);
+        let styli = velocity.filter(|v| v.source == SpeedSource::TwoStyli);
         if let Some(velocity) = styli.filter(|_| !grasp.truth().dropped()) {
             out.push((velocity, grasp.truth().speed_m_s));
         }

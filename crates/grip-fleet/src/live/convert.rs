@@ -1,15 +1,12 @@
 //! Messages of a daemon in, records of a live view out.
 
 use grip_link::message::daemon::{
-    GripStage, Gripper, Health, Method, Notice, Phase, RowOfSample, RowSet, SceneCode, Sensor,
-    SensorHealth, Slip, State, Welcome,
+    GripState, Gripper, Health, Method, Notice, Phase, RowOfSample, RowSet, Sensor, SensorHealth,
+    Slip, State, Welcome,
 };
 use grip_record::mcap::{EventRecord, HealthRecord, StateRecord};
 use serde_json::{Value, json};
-use slip_core::{
-    Sample, detector::ReferenceHealth, distance::TravelHealth, grip::GripState, health,
-    pressure::PressureHealth, scene::Scene, units::Micros,
-};
+use slip_core::{Sample, units::Micros};
 
 /// The sample of a row; NaN is no reading.
 pub(super) fn sample(row: &RowOfSample<'_>) -> Sample {
@@ -29,17 +26,17 @@ pub(super) fn sample(row: &RowOfSample<'_>) -> Sample {
     }
 }
 
-/// The state; `None` where it has a code of a later protocol.
-pub(super) fn state(state: &State) -> Option<StateRecord> {
+/// The state.
+pub(super) fn state(state: &State) -> StateRecord {
     let [stylus, travel, pressure, reference] = state.sensors;
-    Some(StateRecord {
+    StateRecord {
         t: Micros(state.device_us),
-        scene: scene(state.scene)?,
-        grip: grip(state.grip)?,
-        health: stylus_health(stylus)?,
-        reference_health: reference_health(reference)?,
-        travel_health: travel_health(travel)?,
-        pressure_health: pressure_health(pressure)?,
+        scene: state.scene,
+        grip: Some(state.grip).filter(|grip| *grip != GripState::Observing),
+        health: stylus,
+        reference_health: reference,
+        travel_health: travel,
+        pressure_health: pressure,
         statistic: short(state.statistic),
         command_n: state.command_n,
         applied_n: state.applied_n,
@@ -50,74 +47,7 @@ pub(super) fn state(state: &State) -> Option<StateRecord> {
         lost: state.lost,
         late_ms: state.late_ms,
         rate_hz: state.rate_hz,
-    })
-}
-
-const fn scene(code: SceneCode) -> Option<Scene> {
-    Some(match code {
-        SceneCode::Idle => Scene::Idle,
-        SceneCode::Moving => Scene::Moving,
-        SceneCode::Holding => Scene::Holding,
-        SceneCode::Slipping => Scene::Slipping,
-        _ => return None,
-    })
-}
-
-/// What the controller does, where there is one.
-const fn grip(code: GripStage) -> Option<Option<GripState>> {
-    Some(Some(match code {
-        GripStage::Observing => return Some(None),
-        GripStage::Open => GripState::Open,
-        GripStage::Closing => GripState::Closing,
-        GripStage::Settling => GripState::Settling,
-        GripStage::Holding => GripState::Holding,
-        GripStage::Slipping => GripState::Slipping,
-        GripStage::Fault => GripState::Fault,
-        GripStage::Released => GripState::Released,
-        _ => return None,
-    }))
-}
-
-const fn stylus_health(code: SensorHealth) -> Option<health::Health> {
-    Some(match code {
-        SensorHealth::Good => health::Health::Good,
-        SensorHealth::Frozen => health::Health::Frozen,
-        SensorHealth::Saturated => health::Health::Saturated,
-        SensorHealth::Failed => health::Health::Failed,
-        SensorHealth::Drifting => health::Health::Drifting,
-        SensorHealth::Doubted => health::Health::Doubted,
-        _ => return None,
-    })
-}
-
-const fn reference_health(code: SensorHealth) -> Option<ReferenceHealth> {
-    Some(match code {
-        SensorHealth::Good => ReferenceHealth::Good,
-        SensorHealth::Frozen => ReferenceHealth::Frozen,
-        SensorHealth::Lost => ReferenceHealth::Lost,
-        _ => return None,
-    })
-}
-
-const fn travel_health(code: SensorHealth) -> Option<TravelHealth> {
-    Some(match code {
-        SensorHealth::Good => TravelHealth::Good,
-        SensorHealth::Jumped => TravelHealth::Jumped,
-        SensorHealth::Frozen => TravelHealth::Frozen,
-        SensorHealth::Backwards => TravelHealth::Backwards,
-        SensorHealth::Doubted => TravelHealth::Doubted,
-        SensorHealth::Coarse => TravelHealth::Coarse,
-        _ => return None,
-    })
-}
-
-const fn pressure_health(code: SensorHealth) -> Option<PressureHealth> {
-    Some(match code {
-        SensorHealth::Good => PressureHealth::Good,
-        SensorHealth::Frozen => PressureHealth::Frozen,
-        SensorHealth::Failed => PressureHealth::Failed,
-        _ => return None,
-    })
+    }
 }
 
 /// The event; the line that gripd prints does not travel.

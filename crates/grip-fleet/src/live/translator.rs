@@ -20,7 +20,6 @@ pub struct Translator {
     /// The last slip that was told: QUERY tells the last ones again.
     last_slip: u32,
     last_ns: [u64; Topic::ALL.len()],
-    unreadable: u64,
     taxels: Vec<f32>,
     message: Vec<u8>,
 }
@@ -29,12 +28,6 @@ impl Translator {
     /// Only these topics are told from now on.
     pub const fn want(&mut self, wanted: Wanted) {
         self.wanted = wanted;
-    }
-
-    /// States that hold a code of a later protocol, and could not be told.
-    #[must_use]
-    pub const fn unreadable(&self) -> u64 {
-        self.unreadable
     }
 
     /// Takes a message that came at `now_ns` (since 1970, of a clock that never goes back).
@@ -56,10 +49,7 @@ impl Translator {
                     state.host_us.cast_signed().wrapping_sub(state.device_us.cast_signed());
                 self.clocks.learn(offset_us, Source::Frame);
                 let at_ns = self.clocks.host_ns(state.host_us, now_ns);
-                match convert::state(state) {
-                    Some(record) => self.record(&Record::State(record), (at_ns, now_ns), out),
-                    None => self.unreadable = self.unreadable.saturating_add(1),
-                }
+                self.record(&Record::State(convert::state(state)), (at_ns, now_ns), out);
             }
             ToClient::Slip(slip) => self.slip(slip, now_ns, out),
             ToClient::Health(health) => {

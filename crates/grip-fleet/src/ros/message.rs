@@ -105,8 +105,7 @@ mod tests {
     use grip_link::message::{
         DeviceState, FaultCode, Kind,
         daemon::{
-            EscKind, EscValue, GripStage, Health, Method, Phase, SceneCode, SensorHealth,
-            SpeedSource,
+            EscValue, GripState, Health, Method, Phase, Reading, Scene, SensorHealth, SpeedSource,
         },
     };
 
@@ -123,8 +122,8 @@ mod tests {
         State {
             device_us: 7,
             host_us: 1_500_000,
-            scene: SceneCode::Holding,
-            grip: GripStage::Slipping,
+            scene: Scene::Holding,
+            grip: GripState::Slipping,
             sensors: [
                 SensorHealth::Good,
                 SensorHealth::Jumped,
@@ -134,7 +133,7 @@ mod tests {
             device: DeviceState::Active,
             notes: Slip::EXTRAPOLATED,
             fault: FaultCode(0x0202),
-            esc: EscValue { kind: EscKind::LiftWork, value: None, flags: 4 },
+            esc: EscValue { kind: Reading::LiftWork, value: None, flags: 4 },
             statistic: Some(0.5),
             command_n: Some(2.0),
             applied_n,
@@ -182,7 +181,7 @@ mod tests {
             phase: Phase::Ended,
             method: Method::None,
             speed_source: SpeedSource::TwoStyli,
-            esc_kind: EscKind::Literal,
+            esc_kind: Reading::Literal,
             statistic: None,
             confidence: None,
             speed_m_s: None,

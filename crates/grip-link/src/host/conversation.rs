@@ -3,7 +3,7 @@
 use super::link::HostEvent;
 use super::loss::{Loss, RowCount};
 use super::request::Request;
-use super::{CloseReason, HostConfig, HostState};
+use super::{CloseReason, HostConfig, LinkState};
 use crate::clock::{ClockSync, PongVerdict};
 use crate::decoder::{Counters, Decoder};
 use crate::frame::Direction;
@@ -38,8 +38,8 @@ impl Notice {
 pub(super) struct Conversation {
     pub(super) config: HostConfig,
     pub(super) sender: Sender,
-    pub(super) state: HostState,
-    pub(super) announced: HostState,
+    pub(super) state: LinkState,
+    pub(super) announced: LinkState,
     pub(super) notice: Option<Notice>,
     pub(super) session: u16,
     pub(super) greet_again: bool,
@@ -82,8 +82,8 @@ impl Conversation {
         Self {
             config,
             sender: Sender::new(Direction::ToDevice),
-            state: HostState::Closed,
-            announced: HostState::Closed,
+            state: LinkState::Closed,
+            announced: LinkState::Closed,
             notice: None,
             session: 0,
             greet_again: false,
@@ -129,7 +129,7 @@ impl Conversation {
     }
 
     pub(super) fn close(&mut self, reason: CloseReason) {
-        self.state = HostState::Closed;
+        self.state = LinkState::Closed;
         self.request = None;
         self.in_force = None;
         if reason != CloseReason::Requested {
@@ -139,11 +139,11 @@ impl Conversation {
     }
 
     pub(super) const fn is_linked(&self) -> bool {
-        matches!(self.state, HostState::Config | HostState::Stream | HostState::Degraded)
+        matches!(self.state, LinkState::Config | LinkState::Stream | LinkState::Degraded)
     }
 
     pub(super) const fn is_streaming(&self) -> bool {
-        matches!(self.state, HostState::Stream | HostState::Degraded)
+        matches!(self.state, LinkState::Stream | LinkState::Degraded)
     }
 
     pub(super) fn pending<'s>(&mut self) -> Option<HostEvent<'s>> {

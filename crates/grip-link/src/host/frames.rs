@@ -3,7 +3,7 @@
 use super::conversation::{Conversation, Notice, Passing};
 use super::request::Request;
 use super::timing::QUICK_PING_US;
-use super::{CloseReason, HostState};
+use super::{CloseReason, LinkState};
 use crate::clock::{ClockSync, PongVerdict};
 use crate::decoder::Decoder;
 use crate::frame::Frame;
@@ -63,7 +63,7 @@ impl Conversation {
     }
 
     fn on_ident(&mut self, now_us: u64, payload: &[u8]) -> Result<(), PayloadError> {
-        if self.state != HostState::Hello {
+        if self.state != LinkState::Hello {
             self.count_unexpected();
             return Ok(());
         }
@@ -94,7 +94,7 @@ impl Conversation {
 
     /// Asks for the wanted CONFIG.
     pub(super) fn configure(&mut self, now_us: u64) {
-        self.state = HostState::Config;
+        self.state = LinkState::Config;
         self.in_force = None;
         self.request = Some(Request::new(Kind::CONFIG, 0, now_us));
     }
@@ -142,14 +142,14 @@ impl Conversation {
         self.notice = Some(Notice::Done(ack.kind));
         match ack.kind {
             Kind::START => self.stream(now_us),
-            Kind::STOP => self.state = HostState::Config,
+            Kind::STOP => self.state = LinkState::Config,
             Kind::CLEAR_FAULT => self.configure(now_us),
             _ => {}
         }
     }
 
     fn stream(&mut self, now_us: u64) {
-        self.state = HostState::Stream;
+        self.state = LinkState::Stream;
         self.samples_us = now_us;
         self.failures = 0;
         self.rows.restart();
@@ -186,18 +186,18 @@ impl Conversation {
         let header = Samples::parse(payload, &self.layout)?.header;
         let loss = self.rows.take(&header);
         self.samples_us = now_us;
-        self.state = if loss.is_contiguous() { HostState::Stream } else { HostState::Degraded };
+        self.state = if loss.is_contiguous() { LinkState::Stream } else { LinkState::Degraded };
         Ok(Some(Passing::Samples(loss)))
     }
 
     /// Opens another session after the gripper started anew; takes no more of this one after closing, whatever else came
     /// in the same read.
     pub(super) fn after_frame(&mut self, now_us: u64, decoder: &mut Decoder) {
-        if self.state == HostState::Closed {
+        if self.state == LinkState::Closed {
             decoder.close_session();
         }
         if core::mem::take(&mut self.greet_again) {
-            self.state = HostState::Hello;
+            self.state = LinkState::Hello;
             let session = self.session.wrapping_add(1).max(1);
             self.greet(now_us, session, decoder);
         }

@@ -3,7 +3,7 @@
 use super::conversation::{Conversation, Passing};
 use super::loss::{Loss, LossCount};
 use super::request::Request;
-use super::{CloseReason, HostConfig, HostConfigError, HostState};
+use super::{CloseReason, HostConfig, HostConfigError, LinkState};
 use crate::clock::{ClockSync, PongVerdict};
 use crate::decoder::{Counters, Decoder, Role};
 use crate::frame::MAX_WIRE;
@@ -18,9 +18,9 @@ pub enum HostEvent<'a> {
     /// The state changed.
     State {
         /// State before.
-        from: HostState,
+        from: LinkState,
         /// State now.
-        to: HostState,
+        to: LinkState,
     },
     /// A gripper answered: see [`HostLink::ident`].
     Identified {
@@ -132,7 +132,7 @@ impl HostLink {
         talk.at_open = *decoder.counters();
         talk.bytes = 0;
         talk.forget_loss();
-        talk.state = HostState::Open;
+        talk.state = LinkState::Open;
         talk.notice = None;
         talk.greet(now_us, session, decoder);
         Ok(())
@@ -140,7 +140,7 @@ impl HostLink {
 
     /// The port is gone or no longer wanted.
     pub fn close(&mut self) {
-        if self.talk.state != HostState::Closed {
+        if self.talk.state != LinkState::Closed {
             self.talk.close(CloseReason::Requested);
             self.decoder.close_session();
         }
@@ -148,7 +148,7 @@ impl HostLink {
 
     /// Closes the link because the caller cannot work with this gripper, for a `reason` of its own.
     pub fn refuse(&mut self, reason: CloseReason) {
-        if self.talk.state != HostState::Closed {
+        if self.talk.state != LinkState::Closed {
             self.talk.close(reason);
             self.decoder.close_session();
         }
@@ -171,7 +171,7 @@ impl HostLink {
                     return self.talk.pending();
                 }
                 Some(Err(_)) => {}
-                Some(Ok(())) if self.talk.state == HostState::Closed => {}
+                Some(Ok(())) if self.talk.state == LinkState::Closed => {}
                 Some(Ok(())) => {
                     let frame = self.decoder.frame()?;
                     self.talk.frame_us = now_us;
@@ -273,7 +273,7 @@ impl HostLink {
 
     /// State now.
     #[must_use]
-    pub const fn state(&self) -> HostState {
+    pub const fn state(&self) -> LinkState {
         self.talk.state
     }
 

@@ -16,6 +16,7 @@ mod timing;
 
 pub use link::{GripCommand, HostEvent, HostLink};
 pub use loss::{Loss, LossCount};
+pub use slip_msg::LinkState;
 
 use crate::message::{Config, NackReason};
 use thiserror::Error;
@@ -74,23 +75,6 @@ pub enum HostConfigError {
     Config(crate::message::PayloadError),
 }
 
-/// State of the host's side.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum HostState {
-    /// No port.
-    Closed,
-    /// Port open, nothing written yet.
-    Open,
-    /// Asking who is there.
-    Hello,
-    /// Gripper known; limits and sampling not agreed, or sampling stopped.
-    Config,
-    /// Samples flow.
-    Stream,
-    /// Samples are stale or have a gap: force is not raised.
-    Degraded,
-}
-
 /// Why the link closed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum CloseReason {
@@ -146,4 +130,22 @@ pub enum CloseReason {
         /// Time since the last frame \[us\].
         silent_us: u64,
     },
+}
+
+impl CloseReason {
+    /// Its name in files.
+    #[must_use]
+    pub const fn name(&self) -> &'static str {
+        match self {
+            Self::Requested => "requested",
+            Self::NoAnswer { .. } => "no_answer",
+            Self::VersionMismatch { .. } => "version_mismatch",
+            Self::NoStylus => "no_stylus",
+            Self::BadIdent => "bad_ident",
+            Self::Unanswered { .. } => "unanswered",
+            Self::Refused { .. } => "refused",
+            Self::BadConfig { .. } => "bad_config",
+            Self::Lost { .. } => "lost",
+        }
+    }
 }

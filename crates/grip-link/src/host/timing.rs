@@ -3,7 +3,7 @@
 use super::conversation::Conversation;
 use super::link::GripCommand;
 use super::request::Due;
-use super::{CloseReason, HostState};
+use super::{CloseReason, LinkState};
 use crate::clock::ClockSync;
 use crate::decoder::{Counters, Decoder};
 use crate::frame::MAX_WIRE;
@@ -19,13 +19,13 @@ impl Conversation {
     pub(super) fn tick(&mut self, now_us: u64, decoder: &mut Decoder) {
         let silent_us = now_us.saturating_sub(self.frame_us);
         match self.state {
-            HostState::Closed | HostState::Open => {}
-            HostState::Hello
+            LinkState::Closed | LinkState::Open => {}
+            LinkState::Hello
                 if now_us.saturating_sub(self.hello_since_us) >= self.config.hello_for_us =>
             {
                 self.close(self.no_answer(decoder.counters()));
             }
-            HostState::Hello => {}
+            LinkState::Hello => {}
             _ if self
                 .request
                 .as_ref()
@@ -35,12 +35,12 @@ impl Conversation {
                 self.close(CloseReason::Unanswered { kind });
             }
             _ if silent_us > self.config.lost_us => self.close(CloseReason::Lost { silent_us }),
-            HostState::Stream if now_us.saturating_sub(self.samples_us) > self.stale_us() => {
-                self.state = HostState::Degraded;
+            LinkState::Stream if now_us.saturating_sub(self.samples_us) > self.stale_us() => {
+                self.state = LinkState::Degraded;
             }
             _ => {}
         }
-        if self.state == HostState::Closed {
+        if self.state == LinkState::Closed {
             decoder.close_session();
         }
     }
@@ -65,13 +65,13 @@ impl Conversation {
 
     pub(super) fn transmit(&mut self, now_us: u64, out: &mut [u8; MAX_WIRE]) -> Option<usize> {
         match self.state {
-            HostState::Closed => None,
-            HostState::Open => {
-                self.state = HostState::Hello;
+            LinkState::Closed | LinkState::Other(_) => None,
+            LinkState::Open => {
+                self.state = LinkState::Hello;
                 out.first_chunk_mut().map(|start| *start = PREAMBLE)?;
                 Some(PREAMBLE.len())
             }
-            HostState::Hello if now_us >= self.hello_due_us => {
+            LinkState::Hello if now_us >= self.hello_due_us => {
                 self.hello_due_us = now_us.saturating_add(HELLO_EVERY_US);
                 self.hellos = self.hellos.saturating_add(1);
                 let hello =
@@ -80,8 +80,8 @@ impl Conversation {
                 hello.write(&mut payload).ok()?;
                 self.sender.send(Kind::HELLO, true, &payload, out)
             }
-            HostState::Hello => None,
-            HostState::Config | HostState::Stream | HostState::Degraded => {
+            LinkState::Hello => None,
+            LinkState::Config | LinkState::Stream | LinkState::Degraded => {
                 self.send_request(now_us, out).or_else(|| self.send_ping(now_us, out))
             }
         }
@@ -132,7 +132,7 @@ impl Conversation {
     ) -> Option<usize> {
         let config = self.in_force.filter(|_| self.is_streaming() && command.force_mn >= 0)?;
         let most_mn = match self.state {
-            HostState::Degraded if command.mode == GripMode::Force => {
+            LinkState::Degraded if command.mode == GripMode::Force => {
                 self.force_sent_mn?.min(config.force_max_mn)
             }
             _ => config.force_max_mn,

@@ -1,42 +1,8 @@
 //! CONFIG and its answer: the sampling and the limits wanted, and those in force.
 
-use super::channel::SampleFormat;
 use super::wire::{PayloadError, Reader, Writer};
+use super::{LossAction, SampleFormat};
 use crate::crc::crc32c;
-
-/// What the gripper does when no command came for ttl + `loss_after`; the number is the code on the wire.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum LossAction {
-    /// 0: keep holding.
-    Hold,
-    /// 1: open.
-    Open,
-    /// 2: torque off.
-    Passive,
-}
-
-impl LossAction {
-    /// From the wire.
-    #[must_use]
-    pub const fn from_code(code: u8) -> Option<Self> {
-        match code {
-            0 => Some(Self::Hold),
-            1 => Some(Self::Open),
-            2 => Some(Self::Passive),
-            _ => None,
-        }
-    }
-
-    /// To the wire.
-    #[must_use]
-    pub const fn code(self) -> u8 {
-        match self {
-            Self::Hold => 0,
-            Self::Open => 1,
-            Self::Passive => 2,
-        }
-    }
-}
 
 /// CONFIG (03), host to MCU, ACK_REQ; answered by CONFIG_ACK or NACK. It stops sampling and ends in state ARMED.
 ///

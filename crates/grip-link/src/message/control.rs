@@ -1,8 +1,8 @@
 //! The short messages: PING, PONG, HEARTBEAT, CLEAR_FAULT, ACK, NACK.
 
-use super::Kind;
 use super::fault::FaultCode;
 use super::wire::{PayloadError, Reader, Writer};
+use super::{Kind, NackReason};
 
 /// PING (06), host to MCU.
 ///
@@ -190,68 +190,6 @@ impl Ack {
     /// [`PayloadError::Full`].
     pub fn write(&self, out: &mut [u8]) -> Result<usize, PayloadError> {
         Writer::new(out).u8(self.kind.0).u8(0).u16(self.seq).finish()
-    }
-}
-
-/// Why a request was refused; the number is the code on the wire.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-#[non_exhaustive]
-pub enum NackReason {
-    /// 1: the type is not known.
-    UnknownType,
-    /// 2: the payload is too short or holds a value outside its range.
-    Malformed,
-    /// 3: not in this state.
-    WrongState,
-    /// 4: a fault or stop is latched.
-    Latched,
-    /// 5: another fault than the named one is latched.
-    OtherFault,
-    /// 6: no common protocol version.
-    Version,
-    /// 7: the daemon's configuration does not allow it.
-    Forbidden,
-    /// 8: without the token that WELCOME told.
-    Token,
-    /// 9: too many requests wait.
-    Busy,
-    /// A code of a later protocol.
-    Other(u8),
-}
-
-impl NackReason {
-    /// From the wire.
-    #[must_use]
-    pub const fn from_code(code: u8) -> Self {
-        match code {
-            1 => Self::UnknownType,
-            2 => Self::Malformed,
-            3 => Self::WrongState,
-            4 => Self::Latched,
-            5 => Self::OtherFault,
-            6 => Self::Version,
-            7 => Self::Forbidden,
-            8 => Self::Token,
-            9 => Self::Busy,
-            other => Self::Other(other),
-        }
-    }
-
-    /// To the wire.
-    #[must_use]
-    pub const fn code(self) -> u8 {
-        match self {
-            Self::UnknownType => 1,
-            Self::Malformed => 2,
-            Self::WrongState => 3,
-            Self::Latched => 4,
-            Self::OtherFault => 5,
-            Self::Version => 6,
-            Self::Forbidden => 7,
-            Self::Token => 8,
-            Self::Busy => 9,
-            Self::Other(code) => code,
-        }
     }
 }
 

@@ -1,42 +1,8 @@
 //! GRIP and STATUS: the force wanted and the force that is.
 
+use super::DeviceState;
 use super::fault::FaultCode;
-use super::state::DeviceState;
 use super::wire::{PayloadError, Reader, Writer};
-
-/// What a GRIP asks for; the number is the code on the wire. 0 is no mode.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum GripMode {
-    /// 1: hold with `force`.
-    Force,
-    /// 2: open the fingers.
-    Open,
-    /// 3: torque off.
-    Passive,
-}
-
-impl GripMode {
-    /// From the wire.
-    #[must_use]
-    pub const fn from_code(code: u8) -> Option<Self> {
-        match code {
-            1 => Some(Self::Force),
-            2 => Some(Self::Open),
-            3 => Some(Self::Passive),
-            _ => None,
-        }
-    }
-
-    /// To the wire.
-    #[must_use]
-    pub const fn code(self) -> u8 {
-        match self {
-            Self::Force => 1,
-            Self::Open => 2,
-            Self::Passive => 3,
-        }
-    }
-}
 
 /// GRIP (10), host to MCU: an absolute set point, sent every cycle. Not acknowledged: STATUS.last_cmd_id says what
 /// arrived.

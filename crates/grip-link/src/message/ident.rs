@@ -1,9 +1,10 @@
 //! HELLO and IDENT: who is there, what it can do, and whether it is the same boot as before.
 
-use super::channel::{Channel, ChannelKind, MAX_CHANNELS, Unit};
+use super::channel::{Channel, MAX_CHANNELS};
 use super::fault::FaultCode;
-use super::state::{DeviceState, ResetReason};
 use super::wire::{PayloadError, Reader, Writer};
+use super::{ChannelKind, Unit};
+use super::{DeviceState, ResetReason};
 use core::fmt;
 
 /// A range of protocol versions: payload bytes 0 and 1 of HELLO and IDENT, SUBSCRIBE and WELCOME, in every version.

@@ -35,18 +35,20 @@ mod grip;
 mod ident;
 mod report;
 mod samples;
-mod state;
 mod wire;
 
-pub use channel::{Channel, ChannelKind, Column, Layout, MAX_CHANNELS, SampleFormat, Unit};
-pub use config::{Clamped, Config, ConfigAck, LossAction};
-pub use control::{Ack, ClearFault, Heartbeat, Nack, NackReason, Ping, Pong};
+pub use channel::{Channel, Column, Layout, MAX_CHANNELS};
+pub use config::{Clamped, Config, ConfigAck};
+pub use control::{Ack, ClearFault, Heartbeat, Nack, Ping, Pong};
 pub use fault::{FaultCode, Reaction};
-pub use grip::{ForceClamp, Grip, GripMode, Status, StatusFlags};
+pub use grip::{ForceClamp, Grip, Status, StatusFlags};
 pub use ident::{Firmware, Hello, Ident, Limits, Versions};
-pub use report::{Event, EventKind, Log, LogLevel, Stats};
+pub use report::{Event, Log, Stats};
 pub use samples::{Row, Rows, SAMPLES_HEADER, Samples, SamplesHeader};
-pub use state::{DeviceState, ResetReason};
+pub use slip_msg::{
+    ChannelKind, DeviceState, EventKind, GripMode, LogLevel, LossAction, NackReason, ResetReason,
+    SampleFormat, Unit,
+};
 pub use wire::PayloadError;
 
 use crate::frame::Frame;

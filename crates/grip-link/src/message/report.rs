@@ -2,6 +2,7 @@
 
 use super::fault::FaultCode;
 use super::wire::{PayloadError, Reader, Writer};
+use super::{EventKind, LogLevel};
 use crate::decoder::Counters;
 
 /// STATS (92), MCU to host, every second; all counts since the MCU started, saturating but for the rows dropped, which wrap.
@@ -117,48 +118,6 @@ impl Stats {
     }
 }
 
-/// What happened; the number is the code on the wire.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-#[non_exhaustive]
-pub enum EventKind {
-    /// 1: the state went from `before` to `after`.
-    State,
-    /// 2: a fault was latched.
-    Fault,
-    /// 3: a fault was cleared.
-    FaultCleared,
-    /// 4: a GRIP was rejected; `value` is its force in mN.
-    CommandRejected,
-    /// A code of a later protocol.
-    Other(u8),
-}
-
-impl EventKind {
-    /// From the wire.
-    #[must_use]
-    pub const fn from_code(code: u8) -> Self {
-        match code {
-            1 => Self::State,
-            2 => Self::Fault,
-            3 => Self::FaultCleared,
-            4 => Self::CommandRejected,
-            other => Self::Other(other),
-        }
-    }
-
-    /// To the wire.
-    #[must_use]
-    pub const fn code(self) -> u8 {
-        match self {
-            Self::State => 1,
-            Self::Fault => 2,
-            Self::FaultCleared => 3,
-            Self::CommandRejected => 4,
-            Self::Other(code) => code,
-        }
-    }
-}
-
 /// EVENT (93), MCU to host.
 ///
 /// | offset | size | type | field |
@@ -220,48 +179,6 @@ impl Event {
         let w = Writer::new(out).u64(self.tick).u8(self.kind.code());
         let w = w.u8(self.before.code()).u8(self.after.code()).u8(0);
         w.u16(self.fault.0).u16(self.dropped).i32(self.value).finish()
-    }
-}
-
-/// Weight of a text; the number is the code on the wire.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-#[non_exhaustive]
-pub enum LogLevel {
-    /// 0: something failed.
-    Error,
-    /// 1: something is odd.
-    Warn,
-    /// 2: good to know.
-    Info,
-    /// 3: for developers.
-    Debug,
-    /// A code of a later protocol.
-    Other(u8),
-}
-
-impl LogLevel {
-    /// From the wire.
-    #[must_use]
-    pub const fn from_code(code: u8) -> Self {
-        match code {
-            0 => Self::Error,
-            1 => Self::Warn,
-            2 => Self::Info,
-            3 => Self::Debug,
-            other => Self::Other(other),
-        }
-    }
-
-    /// To the wire.
-    #[must_use]
-    pub const fn code(self) -> u8 {
-        match self {
-            Self::Error => 0,
-            Self::Warn => 1,
-            Self::Info => 2,
-            Self::Debug => 3,
-            Self::Other(code) => code,
-        }
     }
 }
 

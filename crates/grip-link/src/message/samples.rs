@@ -1,7 +1,8 @@
 //! SAMPLES: a batch of rows, read in place.
 
-use super::channel::{ChannelKind, Column, Layout, SampleFormat};
+use super::channel::{Column, Layout};
 use super::wire::{PayloadError, Reader, Writer};
+use super::{ChannelKind, SampleFormat};
 
 /// Bytes before the rows.
 pub const SAMPLES_HEADER: usize = 20;

@@ -4,7 +4,7 @@ use crate::line::{Line, Told, remove};
 use crate::targets::gripper::{CONFIG, device, idle, wire};
 use crate::targets::words::unhex;
 use grip_link::frame::{Direction, Header, MAX_WIRE};
-use grip_link::host::{CloseReason, HostConfig, HostState};
+use grip_link::host::{CloseReason, HostConfig, LinkState};
 use grip_link::message::{Config, DeviceState, Kind};
 
 /// Rows of all batches, which must follow one another from row 0.
@@ -29,7 +29,7 @@ fn attaches_and_streams_without_loss() {
     let mut line = Line::new();
     line.open();
     line.run(500_000);
-    assert_eq!(line.states(), [HostState::Hello, HostState::Config, HostState::Stream]);
+    assert_eq!(line.states(), [LinkState::Hello, LinkState::Config, LinkState::Stream]);
     assert!(line.told.contains(&Told::Identified(false)));
     assert!(line.told.contains(&Told::Configured(0)));
     assert_eq!(line.host.in_force(), Some(&CONFIG));
@@ -48,11 +48,11 @@ fn device_that_boots_for_two_seconds_is_found() {
     let mut line = Line::with(HostConfig::new(CONFIG), late.clone());
     line.open();
     line.run(2_000_000);
-    assert_eq!(line.host.state(), HostState::Hello);
+    assert_eq!(line.host.state(), LinkState::Hello);
     late.ready(line.tick());
     line.device = late;
     line.run(200_000);
-    assert_eq!(line.host.state(), HostState::Stream);
+    assert_eq!(line.host.state(), LinkState::Stream);
 }
 
 #[test]
@@ -66,7 +66,7 @@ fn nobody_answers() {
         panic!("{:?}", line.closed())
     };
     assert_eq!((hellos, bytes, garbage_bytes, echoes, frames), (30, 0, 0, 0, 0));
-    assert_eq!(line.host.state(), HostState::Closed);
+    assert_eq!(line.host.state(), LinkState::Closed);
 }
 
 #[test]
@@ -155,7 +155,7 @@ fn requests_are_tried_three_times() {
             seen += remove(to_device, Kind::CONFIG, lost - seen);
         });
         if lost < 3 {
-            assert_eq!(line.host.state(), HostState::Stream, "{lost} lost");
+            assert_eq!(line.host.state(), LinkState::Stream, "{lost} lost");
         } else {
             assert_eq!(line.closed(), Some(CloseReason::Unanswered { kind: 3 }));
         }
@@ -169,7 +169,7 @@ fn lost_start_ack_is_made_good_by_the_samples() {
     let mut removed = 0;
     line.run_through(300_000, |_, to_host| removed += remove(to_host, Kind::ACK, 9));
     assert!(removed > 0);
-    assert_eq!(line.host.state(), HostState::Stream);
+    assert_eq!(line.host.state(), LinkState::Stream);
     assert_eq!(line.closed(), None);
 }
 

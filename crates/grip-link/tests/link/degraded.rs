@@ -2,7 +2,7 @@
 
 use crate::line::{Line, remove};
 use grip_link::frame::MAX_WIRE;
-use grip_link::host::{GripCommand, HostState};
+use grip_link::host::{GripCommand, LinkState};
 use grip_link::message::{GripMode, Kind};
 
 #[test]
@@ -17,7 +17,7 @@ fn a_lost_batch_degrades_and_a_good_one_mends() {
         dropped += remove(to_host, Kind::SAMPLES, 1 - dropped);
     });
     assert_eq!(dropped, 1);
-    assert_eq!(line.states(), [HostState::Degraded, HostState::Stream]);
+    assert_eq!(line.states(), [LinkState::Degraded, LinkState::Stream]);
     assert_eq!(line.host.loss().lost - before.lost, 5);
     assert_eq!(line.host.loss().dropped_by_mcu, 0);
     assert!(line.host.counters().gap > 0);
@@ -29,7 +29,7 @@ fn degraded_host_keeps_the_force_it_sent_before() {
     line.grip_n = Some(3.0);
     line.run(20_000);
     line.run_through(8_000, |_, to_host| to_host.clear());
-    assert_eq!(line.host.state(), HostState::Degraded);
+    assert_eq!(line.host.state(), LinkState::Degraded);
     line.grip_n = Some(9.0);
     let begin = line.tick();
     line.run_through(30_000, |_, to_host| to_host.clear());
@@ -51,7 +51,7 @@ fn a_degraded_host_that_has_sent_no_force_sends_none() {
     line.run_through(500_000, |_, to_host| {
         remove(to_host, Kind::SAMPLES, usize::MAX);
     });
-    assert_eq!((line.host.state(), line.force_now()), (HostState::Degraded, 6000));
+    assert_eq!((line.host.state(), line.force_now()), (LinkState::Degraded, 6000));
     let mut out = [0; MAX_WIRE];
     assert_eq!(line.host.grip(line.now_us, &GripCommand::newtons(0.0).unwrap(), &mut out), None);
     line.grip_n = Some(9.0);
@@ -70,7 +70,7 @@ fn a_degraded_host_still_opens_the_fingers_when_asked() {
     line.run_through(500_000, |_, to_host| {
         remove(to_host, Kind::SAMPLES, usize::MAX);
     });
-    assert_eq!(line.host.state(), HostState::Degraded);
+    assert_eq!(line.host.state(), LinkState::Degraded);
     let mut out = [0; MAX_WIRE];
     let open = GripCommand { mode: GripMode::Open, ..GripCommand::newtons(0.0).unwrap() };
     assert!(line.host.grip(line.now_us, &open, &mut out).is_some());
@@ -86,7 +86,7 @@ fn a_stale_link_degrades_at_the_command_itself() {
     assert!(line.host.grip(line.now_us + 6_000, &higher, &mut out).is_some());
     assert_eq!(
         (line.host.state(), line.host.last_grip().unwrap().force_mn),
-        (HostState::Degraded, 2000)
+        (LinkState::Degraded, 2000)
     );
     assert!(
         line.host.grip(line.now_us + 2_000_000, &higher, &mut out).is_none(),
@@ -112,5 +112,5 @@ fn blocked_transmit_drops_oldest_batches_and_counts_every_row() {
         pushed - (loss.received + loss.lost) <= 10,
         "every row is received, lost or on its way"
     );
-    assert_eq!(line.host.state(), HostState::Stream);
+    assert_eq!(line.host.state(), LinkState::Stream);
 }

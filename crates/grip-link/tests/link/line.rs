@@ -4,13 +4,13 @@ use crate::targets::gripper::{CONFIG, SESSION, idle};
 use grip_link::cobs::decode_in_place;
 use grip_link::device::{DeviceEvent, DeviceLink, Drive};
 use grip_link::frame::{Frame, MAX_WIRE};
-use grip_link::host::{CloseReason, GripCommand, HostConfig, HostEvent, HostLink, HostState, Loss};
+use grip_link::host::{CloseReason, GripCommand, HostConfig, HostEvent, HostLink, LinkState, Loss};
 use grip_link::message::{Kind, Status, StatusFlags};
 
 /// What the host was told, without borrowed parts.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Told {
-    State(HostState),
+    State(LinkState),
     Identified(bool),
     Rebooted(u32, u32),
     Configured(u8),
@@ -192,7 +192,7 @@ impl Line {
         self.samples_pushed = 0;
     }
 
-    pub(crate) fn states(&self) -> Vec<HostState> {
+    pub(crate) fn states(&self) -> Vec<LinkState> {
         self.told
             .iter()
             .filter_map(|told| if let Told::State(to) = told { Some(*to) } else { None })

@@ -4,7 +4,7 @@ use crate::line::{Line, Told};
 use crate::targets::gripper::{hello, wire};
 use crate::targets::words::unhex;
 use grip_link::frame::{Direction, Header, MAX_WIRE};
-use grip_link::host::HostState;
+use grip_link::host::LinkState;
 use grip_link::message::{DeviceState, Kind, Versions};
 use proptest::prelude::{ProptestConfig, any, prop, proptest};
 use proptest::prop_assert;
@@ -24,7 +24,7 @@ fn a_late_hello_of_the_same_session_costs_a_new_config_and_no_force() {
     let header = Header::new(Direction::ToDevice, Kind::HELLO, 2000, line.host.session());
     let mut late = Some(wire(&header, &hello(Versions::OURS, 0)));
     line.run_through(100_000, |to_device, _| to_device.extend(late.take().unwrap_or_default()));
-    assert_eq!(line.states(), [HostState::Config, HostState::Stream]);
+    assert_eq!(line.states(), [LinkState::Config, LinkState::Stream]);
     assert_eq!(line.device.state(), DeviceState::Active);
     assert!(
         line.drives.iter().filter(|(tick, _)| *tick > begin).all(|(_, d)| d.force_mn() == 3000)
@@ -50,7 +50,7 @@ fn stale_sessions_are_dropped_on_both_sides() {
     assert_eq!(line.device.counters().stale, 1);
     assert_eq!(line.host.counters().stale, 1);
     assert_eq!(line.force_now(), 1000);
-    assert_eq!(line.host.state(), HostState::Stream);
+    assert_eq!(line.host.state(), LinkState::Stream);
 }
 
 #[test]
@@ -66,7 +66,7 @@ fn echoes_and_modem_commands_do_no_harm() {
         }
         step += 1;
     });
-    assert_eq!(line.host.state(), HostState::Stream);
+    assert_eq!(line.host.state(), LinkState::Stream);
     assert!(line.host.counters().echo > 0);
     assert_eq!(line.host.loss().lost, 0);
 }

@@ -4,7 +4,7 @@ use crate::line::{Line, Told};
 use crate::targets::gripper::{CONFIG, idle};
 use grip_link::device::DeviceEvent;
 use grip_link::frame::MAX_WIRE;
-use grip_link::host::{GripCommand, HostConfig, HostEvent, HostState};
+use grip_link::host::{GripCommand, HostConfig, HostEvent, LinkState};
 use grip_link::message::{DeviceState, FaultCode, Heartbeat, LogLevel, NackReason};
 
 #[test]
@@ -63,7 +63,7 @@ fn estop_is_latched_until_it_is_cleared() {
     line.host.clear_fault(line.now_us, FaultCode::ESTOP);
     line.run(100_000);
     assert_eq!(line.device.state(), DeviceState::Armed);
-    assert_eq!(line.host.state(), HostState::Stream);
+    assert_eq!(line.host.state(), LinkState::Stream);
     line.grip_n = Some(7.0);
     line.run(50_000);
     assert_eq!(line.force_now(), 7000);
@@ -76,7 +76,7 @@ fn latched_fault_refuses_config_but_not_the_session() {
     let mut line = Line::with(HostConfig::new(CONFIG), faulty);
     line.open();
     line.run(300_000);
-    assert_eq!(line.host.state(), HostState::Config);
+    assert_eq!(line.host.state(), LinkState::Config);
     assert_eq!(line.host.ident().unwrap().fault, FaultCode::OBJECT_LOST);
     let refusal = format!("{:?}", NackReason::Latched);
     assert!(
@@ -84,7 +84,7 @@ fn latched_fault_refuses_config_but_not_the_session() {
     );
     line.host.clear_fault(line.now_us, FaultCode::OBJECT_LOST);
     line.run(100_000);
-    assert_eq!(line.host.state(), HostState::Stream);
+    assert_eq!(line.host.state(), LinkState::Stream);
 }
 
 #[test]
@@ -92,14 +92,14 @@ fn stop_and_start_keep_the_link() {
     let mut line = Line::streaming();
     line.host.stop(line.now_us);
     line.run(50_000);
-    assert_eq!(line.host.state(), HostState::Config);
+    assert_eq!(line.host.state(), LinkState::Config);
     let received = line.host.loss().received;
     line.run(2_000_000);
     assert_eq!(line.host.loss().received, received);
     assert_eq!(line.closed(), None, "STATUS keeps the link alive");
     line.host.start(line.now_us);
     line.run(50_000);
-    assert_eq!(line.host.state(), HostState::Stream);
+    assert_eq!(line.host.state(), LinkState::Stream);
     assert_eq!(line.host.loss().lost, 0);
 }
 

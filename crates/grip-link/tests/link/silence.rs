@@ -2,7 +2,7 @@
 
 use crate::line::{Line, Told};
 use grip_link::device::Drive;
-use grip_link::host::{CloseReason, HostState};
+use grip_link::host::{CloseReason, LinkState};
 use grip_link::message::DeviceState;
 
 #[test]
@@ -12,12 +12,12 @@ fn silence_closes_the_link() {
     assert!(
         matches!(line.closed(), Some(CloseReason::Lost { silent_us }) if silent_us > 1_000_000)
     );
-    assert_eq!(line.states().last(), Some(&HostState::Closed));
+    assert_eq!(line.states().last(), Some(&LinkState::Closed));
     assert_eq!(line.host.reopen_after_us(), 50_000);
     line.told.clear();
     line.open();
     line.run(200_000);
-    assert_eq!(line.host.state(), HostState::Stream, "opens again, with the same nonce too");
+    assert_eq!(line.host.state(), LinkState::Stream, "opens again, with the same nonce too");
 }
 
 #[test]
@@ -68,7 +68,7 @@ fn reboot_mid_grip_arms_again_and_drops_the_force() {
     line.run(400_000);
     assert!(line.told.contains(&Told::Rebooted(1, 2)));
     assert!(line.told.contains(&Told::Identified(true)));
-    assert_eq!(line.host.state(), HostState::Stream);
+    assert_eq!(line.host.state(), LinkState::Stream);
     assert_ne!(line.host.session(), 0xBEEF);
     assert_eq!(line.host.clock().unwrap().boot_id(), 2);
     assert_eq!((line.device.state(), line.force_now()), (DeviceState::Active, 4000));

@@ -5,24 +5,13 @@ use crate::targets::player::grip_words;
 use crate::targets::words::hex;
 use grip_link::clock::PongVerdict;
 use grip_link::decoder::Counters;
-use grip_link::host::{CloseReason, HostEvent, HostLink, HostState};
+use grip_link::host::{CloseReason, HostEvent, HostLink};
 use grip_link::message::{Event, Samples, Stats, Status};
-
-const fn state_name(state: HostState) -> &'static str {
-    match state {
-        HostState::Closed => "closed",
-        HostState::Open => "open",
-        HostState::Hello => "hello",
-        HostState::Config => "config",
-        HostState::Stream => "stream",
-        HostState::Degraded => "degraded",
-    }
-}
 
 /// An event; what the Python peer hands over with it and this one shows elsewhere stands in [`state_words`].
 pub(crate) fn event_words(event: &HostEvent<'_>) -> String {
     match event {
-        HostEvent::State { from, to } => format!("state {} {}", state_name(*from), state_name(*to)),
+        HostEvent::State { from, to } => format!("state {} {}", from, to),
         HostEvent::Identified { rebooted } => format!("identified {}", u8::from(*rebooted)),
         HostEvent::Rebooted { before, now } => format!("rebooted {before} {now}"),
         HostEvent::Configured { clamped } => format!("configured {}", clamped.0),
@@ -159,7 +148,7 @@ pub(crate) fn state_words(host: &HostLink) -> String {
     });
     format!(
         "= {} {:04x} reopen {} rows {} {} {} {} malformed {} unexpected {} counters {} gripper {gripper} config {} grip {grip} clock {clock}",
-        state_name(host.state()),
+        host.state().name(),
         host.session(),
         host.reopen_after_us(),
         loss.received,

@@ -4,7 +4,7 @@ use crate::markdown::{pairs, table};
 use crate::source;
 use core::fmt::Debug;
 use grip_link::clock::PongVerdict;
-use grip_link::host::HostState;
+use grip_link::host::LinkState;
 use grip_link::message::daemon;
 use grip_link::message::{
     ChannelKind, Clamped, Config, DeviceState, EventKind, FaultCode, GripMode, LogLevel,
@@ -57,12 +57,12 @@ fn enumerations_of_the_daemon() {
     check("### Slip phases", |code| Some(daemon::Phase::from_code(code)));
     check("### Slip methods", |code| Some(daemon::Method::from_code(code)));
     check("### Speed sources", |code| Some(daemon::SpeedSource::from_code(code)));
-    check("### Readings of E_sc", |code| Some(daemon::EscKind::from_code(code)));
-    check("### Scenes", |code| Some(daemon::SceneCode::from_code(code)));
-    check("### Grip stages", |code| Some(daemon::GripStage::from_code(code)));
+    check("### Readings of E_sc", |code| Some(daemon::Reading::from_code(code)));
+    check("### Scenes", |code| Some(daemon::Scene::from_code(code)));
+    check("### Grip stages", |code| Some(daemon::GripState::from_code(code)));
     check("### Sensors", |code| Some(daemon::Sensor::from_code(code)));
     check("### Sensor healths", |code| Some(daemon::SensorHealth::from_code(code)));
-    check("### Link states", |code| Some(daemon::LinkState::from_code(code)));
+    check("### Link states", |code| Some(LinkState::from_code(code)));
     check("### Recording states", |code| Some(daemon::Recording::from_code(code)));
     check("### Real-time grants", |code| Some(daemon::RealTime::from_code(code)));
     check("### Notice kinds", |code| Some(daemon::NoticeKind::from_code(code)));
@@ -149,7 +149,7 @@ fn clamped_fields() {
 
 #[test]
 fn states_and_verdicts_of_the_host() {
-    use HostState as S;
+    use LinkState as S;
     use PongVerdict as P;
     let states = [S::Closed, S::Open, S::Hello, S::Config, S::Stream, S::Degraded];
     let names: Vec<String> = states.iter().map(upper).collect();

@@ -7,7 +7,7 @@ use crate::targets::gripper::{CONFIG, SESSION, sent};
 use grip_link::decoder::DUPLICATE_WINDOW;
 use grip_link::device::{DeviceLink, KEPT_BATCHES};
 use grip_link::frame::{Direction, Header, MAX_WIRE};
-use grip_link::host::{HostConfig, HostLink, HostState};
+use grip_link::host::{HostConfig, HostLink, LinkState};
 use grip_link::message::{Config, ConfigAck, Grip, GripMode, Kind, MAX_CHANNELS, SamplesHeader};
 use std::collections::BTreeMap;
 
@@ -92,7 +92,7 @@ fn back_off() -> (u64, u64) {
         let mut out = [0; MAX_WIRE];
         let _preamble = host.poll_transmit(now, &mut out);
         while host.receive(now, &mut &[][..]).is_some() {}
-        assert_eq!(host.state(), HostState::Closed);
+        assert_eq!(host.state(), LinkState::Closed);
         waits.push(host.reopen_after_us());
     }
     assert!(waits.windows(2).all(|pair| pair[1] == (2 * pair[0]).min(waits[9])), "{waits:?}");

@@ -1,60 +1,41 @@
-//! States of the pipeline in, the codes of the State message out, and back. A code is the place in its table.
+//! Health of a sensor as the State message has it: each sensor counts its own states, a code is the place in its table.
 
-use slip_core::{
-    detector::ReferenceHealth, distance::TravelHealth, grip::GripState, health::Health,
-    pressure::PressureHealth, scene::Scene,
-};
+use slip_core::health::SensorHealth;
 
-use super::cdr::{CdrError, CdrReader};
-
-pub(super) const SCENES: [Scene; 4] = [Scene::Idle, Scene::Moving, Scene::Holding, Scene::Slipping];
-
-pub(super) const GRIPS: [Option<GripState>; 8] = [
-    None,
-    Some(GripState::Open),
-    Some(GripState::Closing),
-    Some(GripState::Settling),
-    Some(GripState::Holding),
-    Some(GripState::Slipping),
-    Some(GripState::Fault),
-    Some(GripState::Released),
+pub(super) const STYLUS: [SensorHealth; 6] = [
+    SensorHealth::Good,
+    SensorHealth::Frozen,
+    SensorHealth::Saturated,
+    SensorHealth::Failed,
+    SensorHealth::Drifting,
+    SensorHealth::Doubted,
 ];
 
-pub(super) const STYLUS: [Health; 6] = [
-    Health::Good,
-    Health::Frozen,
-    Health::Saturated,
-    Health::Failed,
-    Health::Drifting,
-    Health::Doubted,
+pub(super) const REFERENCE: [SensorHealth; 3] =
+    [SensorHealth::Good, SensorHealth::Frozen, SensorHealth::Lost];
+
+pub(super) const TRAVEL: [SensorHealth; 6] = [
+    SensorHealth::Good,
+    SensorHealth::Jumped,
+    SensorHealth::Frozen,
+    SensorHealth::Backwards,
+    SensorHealth::Doubted,
+    SensorHealth::Coarse,
 ];
 
-pub(super) const REFERENCE: [ReferenceHealth; 3] =
-    [ReferenceHealth::Good, ReferenceHealth::Frozen, ReferenceHealth::Lost];
+pub(super) const PRESSURE: [SensorHealth; 3] =
+    [SensorHealth::Good, SensorHealth::Frozen, SensorHealth::Failed];
 
-pub(super) const TRAVEL: [TravelHealth; 6] = [
-    TravelHealth::Good,
-    TravelHealth::Jumped,
-    TravelHealth::Frozen,
-    TravelHealth::Backwards,
-    TravelHealth::Doubted,
-    TravelHealth::Coarse,
-];
-
-pub(super) const PRESSURE: [PressureHealth; 3] =
-    [PressureHealth::Good, PressureHealth::Frozen, PressureHealth::Failed];
-
-/// The place of `value`; 255 where a later version knows more states than the table.
-pub(super) fn code<T: PartialEq>(table: &[T], value: &T) -> u8 {
-    table
-        .iter()
-        .position(|known| known == value)
-        .and_then(|at| u8::try_from(at).ok())
-        .unwrap_or(255)
+/// The place of `value`; that of a later version as it was read, 255 where this sensor has no such state.
+pub(super) fn code(table: &[SensorHealth], value: SensorHealth) -> u8 {
+    let place = table.iter().position(|known| *known == value);
+    place.and_then(|at| u8::try_from(at).ok()).unwrap_or(match value {
+        SensorHealth::Other(code) => code,
+        _ => 255,
+    })
 }
 
-/// The next field, a code of `table`.
-pub(super) fn read<T: Copy>(table: &[T], reader: &mut CdrReader<'_>) -> Result<T, CdrError> {
-    let code = reader.u8()?;
-    table.get(usize::from(code)).copied().ok_or(CdrError::Code { code, at: reader.position() })
+/// The state at this place; one of a later version is kept.
+pub(super) fn health(table: &[SensorHealth], code: u8) -> SensorHealth {
+    table.get(usize::from(code)).copied().unwrap_or(SensorHealth::Other(code))
 }

@@ -1,12 +1,11 @@
 //! What a recording holds, one kind for each topic, as the bytes of its message and back.
 
 use slip_core::{
-    Arrival, Sample, detector::ReferenceHealth, distance::TravelHealth, grip::GripState,
-    health::Health, pressure::PressureHealth, scene::Scene, units::Micros,
+    Arrival, Sample, grip::GripState, health::SensorHealth, scene::Scene, units::Micros,
 };
 
 use super::cdr::{CdrError, CdrReader, CdrWriter};
-use super::codes::{self, GRIPS, PRESSURE, REFERENCE, SCENES, STYLUS, TRAVEL};
+use super::codes::{self, PRESSURE, REFERENCE, STYLUS, TRAVEL};
 use super::schema::Topic;
 use crate::channels::Channel;
 
@@ -52,13 +51,13 @@ pub struct StateRecord {
     /// What the force controller does; `None` where the pipeline only observes.
     pub grip: Option<GripState>,
     /// State of the stylus.
-    pub health: Health,
+    pub health: SensorHealth,
     /// State of the motion reference.
-    pub reference_health: ReferenceHealth,
+    pub reference_health: SensorHealth,
     /// State of the travel channel.
-    pub travel_health: TravelHealth,
+    pub travel_health: SensorHealth,
     /// State of the taxel array.
-    pub pressure_health: PressureHealth,
+    pub pressure_health: SensorHealth,
     /// Slip statistic over its threshold.
     pub statistic: f32,
     /// Commanded force (N).
@@ -312,11 +311,11 @@ impl<'a> SampleRecord<'a> {
 
 impl StateRecord {
     fn encode(&self, w: &mut CdrWriter<'_>) {
-        w.u64(self.t.0).u8(codes::code(&SCENES, &self.scene)).u8(codes::code(&GRIPS, &self.grip));
-        w.u8(codes::code(&STYLUS, &self.health));
-        w.u8(codes::code(&REFERENCE, &self.reference_health));
-        w.u8(codes::code(&TRAVEL, &self.travel_health));
-        w.u8(codes::code(&PRESSURE, &self.pressure_health));
+        w.u64(self.t.0).u8(self.scene.code()).u8(self.grip.unwrap_or_default().code());
+        w.u8(codes::code(&STYLUS, self.health));
+        w.u8(codes::code(&REFERENCE, self.reference_health));
+        w.u8(codes::code(&TRAVEL, self.travel_health));
+        w.u8(codes::code(&PRESSURE, self.pressure_health));
         w.f32(self.statistic).f32(short(self.command_n)).f32(short(self.applied_n));
         w.f64(self.esc_w.unwrap_or(f64::NAN)).bool(self.esc_informative);
         w.f32(short(self.estimate_n)).bool(self.extrapolated).u64(self.lost).u32(self.rate_hz);
@@ -326,12 +325,12 @@ impl StateRecord {
     fn decode(r: &mut CdrReader<'_>) -> Result<Self, CdrError> {
         Ok(Self {
             t: Micros(r.u64()?),
-            scene: codes::read(&SCENES, r)?,
-            grip: codes::read(&GRIPS, r)?,
-            health: codes::read(&STYLUS, r)?,
-            reference_health: codes::read(&REFERENCE, r)?,
-            travel_health: codes::read(&TRAVEL, r)?,
-            pressure_health: codes::read(&PRESSURE, r)?,
+            scene: Scene::from_code(r.u8()?),
+            grip: Some(GripState::from_code(r.u8()?)).filter(|grip| *grip != GripState::Observing),
+            health: codes::health(&STYLUS, r.u8()?),
+            reference_health: codes::health(&REFERENCE, r.u8()?),
+            travel_health: codes::health(&TRAVEL, r.u8()?),
+            pressure_health: codes::health(&PRESSURE, r.u8()?),
             statistic: r.f32()?,
             command_n: known(r.f32()?),
             applied_n: known(r.f32()?),

@@ -1,7 +1,7 @@
 //! What a pipeline thinks of the samples: that of the source, and the scope's own observer.
 
 use grip_link::message::DeviceState;
-use grip_link::message::daemon::{EscKind, GripStage, SceneCode, SensorHealth};
+use grip_link::message::daemon::{GripState, Reading, Scene, SensorHealth};
 use slip_core::detector::BANDS;
 
 /// The pipeline after a frame of samples.
@@ -10,9 +10,9 @@ pub struct StatePoint {
     /// Device time (s).
     pub t_s: f64,
     /// What the grasp is doing.
-    pub scene: SceneCode,
+    pub scene: Scene,
     /// What the force controller does.
-    pub grip: GripStage,
+    pub grip: GripState,
     /// Stylus, travel, pressure, reference.
     pub sensors: [SensorHealth; 4],
     /// State of the gripper, where it is known.
@@ -45,7 +45,7 @@ pub struct StatePoint {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EscPoint {
     /// Which reading.
-    pub kind: EscKind,
+    pub kind: Reading,
     /// Its value (W or J).
     pub value: f32,
     /// The exact value is not below this; NaN where no enclosure is known, minus infinity where a pole may be inside.

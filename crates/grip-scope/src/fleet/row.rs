@@ -4,7 +4,7 @@ use super::minute::Minute;
 use super::spark::Spark;
 use super::{Heard, Member};
 use grip_link::message::daemon::{
-    GripStage, Health, LinkState, Phase, SceneCode, SensorHealth, Slip, State, ToClient,
+    GripState, Health, LinkState, Phase, Scene, SensorHealth, Slip, State, ToClient,
 };
 
 /// STATE comes five times a second: a gripper that is there and tells none for so long is silent (s).
@@ -183,7 +183,7 @@ impl Row {
     pub fn trouble(&self, now_s: f64) -> Trouble {
         let grip = self.state.map(|state| state.grip);
         match self.presence(now_s) {
-            _ if self.fault().is_some() || grip == Some(GripStage::Fault) => Trouble::Fault,
+            _ if self.fault().is_some() || grip == Some(GripState::Fault) => Trouble::Fault,
             Presence::Gone(_) => Trouble::Gone,
             Presence::Silent(_) => Trouble::Silent,
             Presence::Here if !self.streams() => Trouble::Link,
@@ -201,7 +201,7 @@ impl Row {
 
     fn is_slipping(&self) -> bool {
         self.state.is_some_and(|state| {
-            state.scene == SceneCode::Slipping || state.grip == GripStage::Slipping
+            state.scene == Scene::Slipping || state.grip == GripState::Slipping
         })
     }
 

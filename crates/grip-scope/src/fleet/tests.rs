@@ -7,7 +7,7 @@ use crate::feed::SourceStatus;
 use grip_fleet::Uid;
 use grip_link::frame::{self, Direction, Header, MAX_WIRE};
 use grip_link::message::daemon::{
-    EscKind, EscValue, GripStage, Health, LinkState, Method, Phase, SceneCode, SensorHealth, Slip,
+    EscValue, GripState, Health, LinkState, Method, Phase, Reading, Scene, SensorHealth, Slip,
     SpeedSource, State,
 };
 use grip_link::message::{DeviceState, FaultCode, Kind};
@@ -28,13 +28,13 @@ fn state() -> State {
     State {
         device_us: 1_000_000,
         host_us: 0,
-        scene: SceneCode::Holding,
-        grip: GripStage::Holding,
+        scene: Scene::Holding,
+        grip: GripState::Holding,
         sensors: [SensorHealth::Good; 4],
         device: DeviceState::from_code(2),
         notes: 0,
         fault: FaultCode(0),
-        esc: EscValue { kind: EscKind::None, value: None, flags: 0 },
+        esc: EscValue { kind: Reading::None, value: None, flags: 0 },
         statistic: Some(0.25),
         command_n: Some(5.0),
         applied_n: Some(4.875),
@@ -62,7 +62,7 @@ fn slip(number: u32, phase: Phase) -> Heard {
         phase,
         method: Method::Stylus,
         speed_source: SpeedSource::None,
-        esc_kind: EscKind::None,
+        esc_kind: Reading::None,
         statistic: None,
         confidence: None,
         speed_m_s: None,
@@ -109,8 +109,8 @@ fn a_row_says_what_its_messages_told() {
     assert_eq!(row[3..9], ["here", "stream", "holding", "holding", "5.00", "4.88"]);
     assert_eq!(row[9..], ["4.88", "0.25", "12", "0", "9", "good", "-", "-", "-"]);
     let worse = State {
-        scene: SceneCode::Slipping,
-        grip: GripStage::Slipping,
+        scene: Scene::Slipping,
+        grip: GripState::Slipping,
         sensors: [
             SensorHealth::Drifting,
             SensorHealth::Frozen,
@@ -135,7 +135,7 @@ fn a_row_says_what_its_messages_told() {
         (row[0].as_str(), row[4].as_str(), roster.summary().links),
         ("no link", "degraded", 1)
     );
-    let fault = State { fault: FaultCode(0x12), grip: GripStage::Fault, ..state() };
+    let fault = State { fault: FaultCode(0x12), grip: GripState::Fault, ..state() };
     hear(&mut roster, &one, (2.0, told(&fault)));
     let row = says(&roster, &one);
     assert_eq!((row[0].as_str(), row[15].as_str()), ("fault", "0012"));

@@ -2,7 +2,7 @@
 
 use crate::feed::{EventKind, EventMark, NoticeLine};
 use crate::span::Span;
-use grip_link::message::daemon::SceneCode;
+use grip_link::message::daemon::Scene;
 use std::collections::VecDeque;
 
 /// Events and stretches kept of each kind; the oldest go first.
@@ -25,7 +25,7 @@ pub struct Events {
     arrivals: VecDeque<(EventKind, f64)>,
     /// Marks that have come so far.
     arrived: u64,
-    scenes: VecDeque<Stretch<SceneCode>>,
+    scenes: VecDeque<Stretch<Scene>>,
     slips: VecDeque<Stretch<EventKind>>,
     faults: VecDeque<Stretch<EventKind>>,
     gaps: VecDeque<Stretch<EventKind>>,
@@ -86,7 +86,7 @@ impl Events {
         append(&mut self.gaps, Stretch { span, what: EventKind::Gap });
     }
 
-    pub(super) fn state(&mut self, t_s: f64, scene: SceneCode, joined: bool) {
+    pub(super) fn state(&mut self, t_s: f64, scene: Scene, joined: bool) {
         extend(&mut self.scenes, t_s, scene, joined);
         self.reach(t_s);
     }
@@ -171,7 +171,7 @@ impl Events {
     }
 
     /// Scenes in the span.
-    pub fn scenes(&self, span: Span) -> impl Iterator<Item = &Stretch<SceneCode>> {
+    pub fn scenes(&self, span: Span) -> impl Iterator<Item = &Stretch<Scene>> {
         within(&self.scenes, span)
     }
 
@@ -198,7 +198,7 @@ impl Events {
         self.text_bytes
             + self.marks.capacity() * size_of::<EventMark>()
             + self.arrivals.capacity() * size_of::<(EventKind, f64)>()
-            + stretches * size_of::<Stretch<SceneCode>>()
+            + stretches * size_of::<Stretch<Scene>>()
     }
 }
 

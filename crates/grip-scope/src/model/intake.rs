@@ -9,7 +9,7 @@ use crate::feed::{
     BandPoint, DerivedBlock, EventKind, EventMark, EvidencePoint, Feed, RowBlock, StatePoint,
 };
 use crate::span::Span;
-use grip_link::message::daemon::{GripStage, SensorHealth};
+use grip_link::message::daemon::{GripState, SensorHealth};
 use std::collections::BTreeMap;
 
 impl Model {
@@ -272,7 +272,7 @@ fn changes(before: Option<&StatePoint>, now: &StatePoint, t_s: f64) -> Vec<Event
     if ailed && now.sensors == healthy && now.fault == 0 {
         marks.push(EventMark::plain(t_s, EventKind::Recovered, "sensors and gripper are well"));
     }
-    let answers = |state: &StatePoint| state.grip == GripStage::Slipping;
+    let answers = |state: &StatePoint| state.grip == GripState::Slipping;
     if answers(now) && before.is_some_and(|before| !answers(before)) {
         let force = |state: &StatePoint| state.command_n.unwrap_or(f32::NAN);
         let from_n = before.map_or(f32::NAN, force);

@@ -68,9 +68,9 @@ impl Info {
     /// Unit of the last E_sc.
     #[must_use]
     pub fn esc_unit(&self) -> &'static str {
-        use grip_link::message::daemon::EscKind;
+        use grip_link::message::daemon::Reading;
         match self.state.and_then(|state| state.esc).map(|esc| esc.kind) {
-            Some(EscKind::LiftWork | EscKind::ViscousWork) => "J",
+            Some(Reading::LiftWork | Reading::ViscousWork) => "J",
             _ => "W",
         }
     }

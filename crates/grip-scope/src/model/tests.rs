@@ -4,7 +4,7 @@ use super::series::Series;
 use super::{Bucket, Model};
 use crate::feed::{EventKind, EventMark, Feed, RowBlock, SourceStatus, StatePoint};
 use crate::{Channel, Span};
-use grip_link::message::daemon::{GripStage, SceneCode, SensorHealth};
+use grip_link::message::daemon::{GripState, Scene, SensorHealth};
 use proptest::prelude::{
     Just, Strategy, TestCaseError, any, prop_assert, prop_assert_eq, prop_oneof, proptest,
 };
@@ -134,8 +134,8 @@ pub(super) fn rows(from_us: u64, step_us: u64, values: &[f32]) -> RowBlock {
 pub(super) fn state(t_s: f64) -> StatePoint {
     StatePoint {
         t_s,
-        scene: SceneCode::Holding,
-        grip: GripStage::Holding,
+        scene: Scene::Holding,
+        grip: GripState::Holding,
         sensors: [SensorHealth::Good; 4],
         device: None,
         fault: 0,
@@ -306,8 +306,8 @@ fn faults_reflexes_and_scenes_come_from_the_states() {
     let mut model = Model::new(1 << 24);
     model.take(Feed::State(state(1.0)));
     let slipping = StatePoint {
-        scene: SceneCode::Slipping,
-        grip: GripStage::Slipping,
+        scene: Scene::Slipping,
+        grip: GripState::Slipping,
         command_n: Some(2.2),
         ..state(1.1)
     };
@@ -319,12 +319,12 @@ fn faults_reflexes_and_scenes_come_from_the_states() {
     model.take(Feed::State(state(1.3)));
     assert_eq!(kinds(&model), [EventKind::Reflex, EventKind::Fault, EventKind::Recovered]);
     let all = Span::new(0.0, 9.0);
-    let scenes: Vec<(SceneCode, f64, f64)> = model
+    let scenes: Vec<(Scene, f64, f64)> = model
         .events()
         .scenes(all)
         .map(|stretch| (stretch.what, stretch.span.from_s, stretch.span.to_s))
         .collect();
-    let [holding, slipping] = [SceneCode::Holding, SceneCode::Slipping];
+    let [holding, slipping] = [Scene::Holding, Scene::Slipping];
     assert_eq!(scenes, [(holding, 1.0, 1.1), (slipping, 1.1, 1.2), (holding, 1.2, 1.3)]);
     let faults: Vec<Span> = model.events().faults(all).map(|stretch| stretch.span).collect();
     assert_eq!(faults, [Span::new(1.2, 1.3)]);

@@ -6,7 +6,7 @@ use crate::feed::{
     SlipFacts, StatePoint, TaxelBlock,
 };
 use grip_link::message::daemon::{
-    Appended, ClockOffset, EscKind, Health, Method, Notice, NoticeKind, Phase, RowOfSample, RowSet,
+    Appended, ClockOffset, Health, Method, Notice, NoticeKind, Phase, Reading, RowOfSample, RowSet,
     Slip, SpeedSource, State,
 };
 use slip_core::{Sample, units::Micros};
@@ -15,7 +15,7 @@ use slip_core::{Sample, units::Micros};
 const EXTRAPOLATED: u8 = Slip::EXTRAPOLATED;
 
 pub(super) fn state(state: &State) -> StatePoint {
-    let esc = state.esc.value.filter(|_| state.esc.kind != EscKind::None);
+    let esc = state.esc.value.filter(|_| state.esc.kind != Reading::None);
     let (low, high) = (f32::NAN, f32::NAN);
     let kind = state.esc.kind;
     StatePoint {

@@ -9,10 +9,7 @@ use grip_link::frame::{Direction, Header, MAX_PAYLOAD, MAX_WIRE, encode};
 use grip_link::message::daemon::{Appended, ClockOffset, Health, RealTime, Welcome, WelcomeFlags};
 use grip_link::message::{Kind, Versions};
 use grip_scope::{Channel, ClientAction, EventKind, SourceSpec, SourceStatus};
-use slip_core::{
-    Sample, detector::ReferenceHealth, distance::TravelHealth, grip::GripState,
-    health::Health as StylusHealth, pressure::PressureHealth, scene::Scene, units::Micros,
-};
+use slip_core::{Sample, grip::GripState, health::SensorHealth, scene::Scene, units::Micros};
 use std::io::{Read as _, Write as _};
 use std::net::TcpListener;
 use std::path::Path;
@@ -64,10 +61,10 @@ impl Daemon {
             applied_n: Some(3.5),
             esc: None,
             estimate: None,
-            health: StylusHealth::Good,
-            reference_health: ReferenceHealth::Good,
-            travel_health: TravelHealth::Good,
-            pressure_health: PressureHealth::Good,
+            health: SensorHealth::Good,
+            reference_health: SensorHealth::Good,
+            travel_health: SensorHealth::Good,
+            pressure_health: SensorHealth::Good,
             lost: 0,
             rate_hz: 10_000,
             late_ms: None,

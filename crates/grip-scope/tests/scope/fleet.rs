@@ -5,7 +5,7 @@ use grip_fleet::net::{Announced, NetError, Session, router};
 use grip_fleet::{About, EventId, EventLog, Part, Topic};
 use grip_link::frame::{self, Direction, Header, MAX_WIRE};
 use grip_link::message::daemon::{
-    EscKind, EscValue, GripStage, Gripper, Health, LinkState, Notice, NoticeKind, SceneCode,
+    EscValue, GripState, Gripper, Health, LinkState, Notice, NoticeKind, Reading, Scene,
     SensorHealth, State,
 };
 use grip_link::message::{DeviceState, FaultCode, Kind};
@@ -55,13 +55,13 @@ impl Daemon {
         let state = State {
             device_us: self.turns * 10_000,
             host_us: 0,
-            scene: SceneCode::Holding,
-            grip: GripStage::Holding,
+            scene: Scene::Holding,
+            grip: GripState::Holding,
             sensors: [SensorHealth::Good; 4],
             device: DeviceState::from_code(2),
             notes: 0,
             fault: FaultCode(0),
-            esc: EscValue { kind: EscKind::None, value: None, flags: 0 },
+            esc: EscValue { kind: Reading::None, value: None, flags: 0 },
             statistic: Some(0.5),
             command_n: Some(5.0),
             applied_n: Some(4.5),

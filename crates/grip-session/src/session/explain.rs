@@ -35,7 +35,7 @@ pub fn explain(reason: &CloseReason) -> String {
             )
         }
         CloseReason::Refused { kind, reason } => {
-            format!("the gripper refused {}: {reason:?}", request_name(kind))
+            format!("the gripper refused {}: {reason}", request_name(kind))
         }
         CloseReason::BadConfig { sample_rate_hz, force_max_mn, slew_mn_s } => format!(
             "the gripper put {sample_rate_hz} Hz, at most {} N and {} N/s in force, which these settings cannot work with",

@@ -25,7 +25,7 @@ use crate::{
 use grip_link::{
     clock::ClockSync,
     frame::MAX_WIRE,
-    host::{CloseReason, GripCommand, HostConfig as LinkSettings, HostEvent, HostLink, HostState},
+    host::{CloseReason, GripCommand, HostConfig as LinkSettings, HostEvent, HostLink, LinkState},
     message::{ChannelKind, DeviceState, GripMode, Ident, Layout, Status},
 };
 use limits::device_config;
@@ -367,7 +367,7 @@ impl Session {
     /// This program stalled so long that the gripper took the loss action, which is to hold: a new CONFIG lets it
     /// take commands again.
     fn arm_again(&mut self, now_us: u64) -> Result<(), SessionError> {
-        if matches!(self.link.state(), HostState::Stream | HostState::Degraded) {
+        if matches!(self.link.state(), LinkState::Stream | LinkState::Degraded) {
             self.link.reconfigure(now_us, device_config(&self.config))?;
         }
         Ok(())
@@ -491,7 +491,7 @@ impl Session {
     pub fn is_blind(&self, now_us: u64) -> bool {
         let usable_us =
             self.time.newest().map_or(0, |(.., host_us)| host_us).max(self.configured_us);
-        let streams = matches!(self.link.state(), HostState::Stream | HostState::Degraded);
+        let streams = matches!(self.link.state(), LinkState::Stream | LinkState::Degraded);
         streams && now_us.saturating_sub(usable_us) > BLIND_US.max(3 * self.transit.period_us())
     }
 

@@ -3,7 +3,7 @@
 use grip_link::{
     decoder::{Decoder, Role, Verdict},
     frame::{Header, MAX_WIRE, encode},
-    host::{CloseReason, HostEvent, HostState},
+    host::{CloseReason, HostEvent, LinkState},
     message::Kind,
 };
 use grip_session::{HostConfig, News, Session, SessionOptions, model, report::EventLine};
@@ -190,13 +190,13 @@ fn impossible_settings_close_the_link_and_end_nothing() {
                 "{at} {value}: {:?}",
                 bench.closed
             );
-            assert_eq!(bench.session.link().state(), HostState::Closed);
+            assert_eq!(bench.session.link().state(), LinkState::Closed);
             assert!(bench.session.refusal().is_some());
             bench.config = None;
             bench.session.open(begins_us + 300_000, 3).unwrap();
             bench.decoder.open_session(3, None);
             bench.run(begins_us + 900_000, |t| t);
-            assert_eq!(bench.session.link().state(), HostState::Stream);
+            assert_eq!(bench.session.link().state(), LinkState::Stream);
             assert!(bench.session.counters().commands > 0);
         }
     }

@@ -5,7 +5,7 @@ use grip_link::{frame::MAX_WIRE, message::GripMode};
 use grip_session::{HostConfig, Session, SessionOptions, model};
 use grip_sim::{Scene, VirtualMcu, mcu::SensorFault};
 use proptest::prelude::*;
-use slip_core::{grip::GripState, health::Health, units::Micros};
+use slip_core::{grip::GripState, health::SensorHealth, units::Micros};
 use std::collections::VecDeque;
 
 /// What happens to the bytes of both directions, or to the gripper.
@@ -191,7 +191,7 @@ impl Bench {
         prop_assert!(force_mn as f32 <= 1000.0 * F_MAX_N, "{force_mn} mN");
         let mode = GripMode::from_code(command.mode);
         prop_assert_eq!(mode, Some(GripMode::Force), "{:?}", command);
-        let now_is = Last { force_mn, at: now, healthy: step.health == Health::Good };
+        let now_is = Last { force_mn, at: now, healthy: step.health == SensorHealth::Good };
         let Some(last) = self.last.replace(now_is) else { return Ok(()) };
         // Fingers that have lost their object start anew.
         let holds = !self.mcu.truth().dropped() && last.force_mn > 0;

@@ -93,5 +93,6 @@ pub(super) fn contact_of(scene: &Scene) -> LuGreConfig {
         kinetic: scene.object().friction,
         static_ratio: scene.object().friction_ratio,
         stribeck_m_s: pad.stribeck_mm_s * 1e-3,
+        elastic_share: pad.elastic_share,
     }
 }

@@ -90,6 +90,7 @@ fn check_gripper(config: &SceneConfig) -> Result<(), SceneError> {
     within("pad.shear_n_mm", pad.shear_n_mm, 1.0, 10_000.0)?;
     within("pad.damping_n_s_m", pad.damping_n_s_m, 0.0, 500.0)?;
     within("pad.stribeck_mm_s", pad.stribeck_mm_s, 0.1, 100.0)?;
+    within("pad.elastic_share", pad.elastic_share, 0.0, 0.99)?;
     within("pad.sink_um_n", pad.sink_um_n, 0.0, 100.0)?;
     within("shake.amplitude_m_s2", shake.amplitude_m_s2, 0.0, 50.0)?;
     within("shake.frequency_hz", shake.frequency_hz, 0.0, 200.0)?;

@@ -143,13 +143,21 @@ pub struct PadConfig {
     pub damping_n_s_m: f64,
     /// Stribeck speed (mm/s), 0.1 to 100.
     pub stribeck_mm_s: f64,
+    /// Share of the break-away shear below which a pad only deforms, 0 (it creeps under every swing of the load) to 0.99.
+    pub elastic_share: f64,
     /// How far the stylus is pushed in as the pad gives way (um/N), 0 to 100.
     pub sink_um_n: f64,
 }
 
 impl Default for PadConfig {
     fn default() -> Self {
-        Self { shear_n_mm: 100.0, damping_n_s_m: 50.0, stribeck_mm_s: 5.0, sink_um_n: 0.0 }
+        Self {
+            shear_n_mm: 100.0,
+            damping_n_s_m: 50.0,
+            stribeck_mm_s: 5.0,
+            elastic_share: 0.0,
+            sink_um_n: 0.0,
+        }
     }
 }
 

@@ -1,14 +1,14 @@
 //! R5: passive at start, nothing moves without a command, nothing is let go without one.
 
 use crate::rig::{Rig, SESSION, config, payload, press, supported, to_device};
-use grip_link::host::{HostConfig, HostLink, HostState};
+use grip_link::host::{HostConfig, HostLink, LinkState};
 use grip_link::message::{Config, DeviceState, Kind};
 
 #[test]
 fn r5_nothing_moves_without_a_command() {
     let mut rig = Rig::new(&supported(), config());
     rig.run(3_000);
-    assert_eq!((rig.host.state(), rig.state()), (HostState::Stream, DeviceState::Armed));
+    assert_eq!((rig.host.state(), rig.state()), (LinkState::Stream, DeviceState::Armed));
     assert!(rig.forces.iter().all(|n| *n <= 0.0) && rig.mcu.truth().applied_n <= 0.0);
 }
 
@@ -56,7 +56,7 @@ fn r5_a_session_change_lets_nothing_go() {
     rig.host.open(rig.now.0, 0x1234).unwrap();
     rig.wanted_n = None;
     rig.run(300);
-    assert_eq!((rig.host.state(), rig.state()), (HostState::Stream, DeviceState::Armed));
+    assert_eq!((rig.host.state(), rig.state()), (LinkState::Stream, DeviceState::Armed));
     assert!(rig.forces[from..].iter().all(|n| (n - 6.0).abs() < 1e-9), "held through the change");
     let stale = rig.mcu.link().counters().stale;
     rig.inject(&to_device(Kind::GRIP, 60_000, SESSION), &payload(&press(9_999, 1_000)));
@@ -77,6 +77,6 @@ fn r5_config_and_stop_let_nothing_go() {
     rig.run(1_500);
     rig.host.reconfigure(rig.now.0, Config { batch: 4, ..config() }).unwrap();
     rig.run(300);
-    assert_eq!(rig.host.state(), HostState::Stream);
+    assert_eq!(rig.host.state(), LinkState::Stream);
     assert!(rig.forces[from..].iter().all(|n| (n - 6.0).abs() < 1e-9));
 }

@@ -24,7 +24,7 @@ pub use doubt::FloorHealth;
 pub use evidence::{Certificate, Evidence, LIMITS, ScoreLaw, Scores};
 pub use gate::GateConfig;
 pub use glrt::Glrt;
-pub use reference::{MotionInput, ReferenceHealth};
+pub use reference::MotionInput;
 pub use rest::RestMeter;
 pub use slip::{KnownFloors, Levels, SlipDetector, SlipState};
 pub use test::{Block, EnergyTest, SequentialTest};

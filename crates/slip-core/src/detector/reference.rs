@@ -14,32 +14,9 @@ use crate::{
     error::ConfigError,
     filter::FilterBank,
     floor::{Floor, FloorConfig},
+    health::SensorHealth,
     sample::FURTHER_AXES,
 };
-
-/// State of the motion reference.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum ReferenceHealth {
-    /// Its readings are used, or there has never been one.
-    #[default]
-    Good,
-    /// One value for a quarter of a second, where its noise was seen before.
-    Frozen,
-    /// No usable reading for a quarter of a second, where there were some before.
-    Lost,
-}
-
-impl ReferenceHealth {
-    /// The name used in output lines.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Good => "good",
-            Self::Frozen => "frozen",
-            Self::Lost => "lost",
-        }
-    }
-}
 
 /// What is known of the robot's motion at a sample.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -88,7 +65,7 @@ pub(super) struct Reference {
     unchanged: u32,
     absent: u32,
     dead_len: u32,
-    health: ReferenceHealth,
+    health: SensorHealth,
 }
 
 impl Reference {
@@ -123,7 +100,7 @@ impl Reference {
             unchanged: 0,
             absent: 0,
             dead_len: samples(DEAD_MS, rate_hz),
-            health: ReferenceHealth::Good,
+            health: SensorHealth::Good,
         })
     }
 
@@ -143,7 +120,7 @@ impl Reference {
     #[inline]
     pub(super) fn watch(&mut self, motion: &MotionInput) -> bool {
         self.judge(motion.reference);
-        self.live = motion.reference.is_some() && self.health == ReferenceHealth::Good;
+        self.live = motion.reference.is_some() && self.health == SensorHealth::Good;
         if let Some(r) = motion.reference {
             let mean = *self.mean.get_or_insert(r);
             let distance = r - mean;
@@ -160,7 +137,7 @@ impl Reference {
             self.hold = self.hold_len;
         }
         self.hold = self.hold.saturating_sub(1);
-        self.hold > 0 || self.doubtful || self.health != ReferenceHealth::Good
+        self.hold > 0 || self.doubtful || self.health != SensorHealth::Good
     }
 
     /// Whether the channel still says anything, once its noise is known.
@@ -178,17 +155,17 @@ impl Reference {
             None => self.absent = self.absent.saturating_add(1),
         }
         self.health = if self.absent > self.dead_len {
-            ReferenceHealth::Lost
+            SensorHealth::Lost
         } else if self.unchanged > self.dead_len {
-            ReferenceHealth::Frozen
+            SensorHealth::Frozen
         } else {
-            ReferenceHealth::Good
+            SensorHealth::Good
         };
     }
 
     /// State of the channel.
     #[inline]
-    pub(super) fn health(&self) -> ReferenceHealth {
+    pub(super) fn health(&self) -> SensorHealth {
         self.health
     }
 
@@ -220,7 +197,7 @@ impl Reference {
         self.mean = None;
         self.unchanged = 0;
         self.absent = 0;
-        self.health = ReferenceHealth::Good;
+        self.health = SensorHealth::Good;
         self.hold = 0;
         self.slow = 0.0;
         self.sums = [0.0; 2];

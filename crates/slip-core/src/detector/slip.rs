@@ -23,9 +23,10 @@ use super::{
     level::Level,
     pending::Pending,
     primed::PrimedBank,
-    reference::{MotionInput, Reference, ReferenceHealth},
+    reference::{MotionInput, Reference},
     test::{Block, EnergyTest, SequentialTest},
 };
+use crate::health::SensorHealth;
 use crate::{
     error::ConfigError,
     floor::{Floor, FloorConfig},
@@ -223,7 +224,7 @@ impl SlipDetector {
     /// `blind_margin`.
     #[must_use]
     #[inline]
-    pub fn reference_health(&self) -> ReferenceHealth {
+    pub fn reference_health(&self) -> SensorHealth {
         self.reference.health()
     }
 

@@ -1,4 +1,5 @@
-use super::{Direction, DistanceConfig, Fingers, MovedDistance, TravelHealth, TravelReading};
+use super::{Direction, DistanceConfig, Fingers, MovedDistance, TravelReading};
+use crate::health::SensorHealth;
 use crate::{detector::SlipState, error::ConfigError, units::Micros};
 
 /// An encoder of 1 um with seeded jitter of +-1 um and a drift of 20 um/s, read at 10 kHz.
@@ -44,7 +45,7 @@ fn noise_quantisation_and_drift_are_no_slip_for_a_minute() {
         highest = highest.max(method.statistic());
     }
     assert!(highest < 0.05, "at most 4 um of noise and resolution: {highest}");
-    assert_eq!(method.health(), TravelHealth::Good);
+    assert_eq!(method.health(), SensorHealth::Good);
 }
 
 #[test]
@@ -107,11 +108,11 @@ fn leaps_of_the_sensor_are_left_out_and_told() {
         let lost_counts = if i >= 10_000 { -0.3 } else { 0.0 };
         let reading = encoder.read(glitch + lost_counts);
         assert_eq!(give(&mut method, reading, Fingers::Still), SlipState::Quiet, "{i}");
-        jumped += u32::from(method.health() == TravelHealth::Jumped);
+        jumped += u32::from(method.health() == SensorHealth::Jumped);
         let kept = method.without_leaps(reading.1);
         assert!((kept - 20e-6 * 2.0).abs() < 5e-5, "{kept} m at {i}");
     }
-    assert_eq!((method.leaps(), method.health()), (41, TravelHealth::Good));
+    assert_eq!((method.leaps(), method.health()), (41, SensorHealth::Good));
     assert!((41..1000).contains(&jumped), "{jumped}");
 }
 
@@ -124,11 +125,11 @@ fn a_channel_that_stands_while_the_object_slides_is_frozen() {
         method.health()
     };
     for i in 0..5000 {
-        assert_eq!(at(i, 1e-3, false), TravelHealth::Good, "rest is not frozen");
+        assert_eq!(at(i, 1e-3, false), SensorHealth::Good, "rest is not frozen");
     }
-    let frozen = (5000..7000).find(|&i| at(i, 1e-3, true) == TravelHealth::Frozen).unwrap();
+    let frozen = (5000..7000).find(|&i| at(i, 1e-3, true) == SensorHealth::Frozen).unwrap();
     assert!((5490..5520).contains(&frozen), "{frozen}");
-    assert_eq!(at(7001, 1.001e-3, true), TravelHealth::Good);
+    assert_eq!(at(7001, 1.001e-3, true), SensorHealth::Good);
 }
 
 #[test]
@@ -140,13 +141,13 @@ fn the_wrong_way_is_backwards_and_no_slip() {
             let moved = sign * 2e-6 * f64::from(i);
             assert_eq!(give(&mut method, encoder.read(moved), Fingers::Still), SlipState::Quiet);
         }
-        assert_eq!(method.health(), TravelHealth::Backwards);
+        assert_eq!(method.health(), SensorHealth::Backwards);
         let back = (0..400_u16).any(|i| {
             let moved = sign * (4e-4 - 2e-6 * f64::from(i));
             give(&mut method, encoder.read(moved), Fingers::Still) == SlipState::Gross
         });
         assert!(back);
-        assert_eq!(method.health(), TravelHealth::Good);
+        assert_eq!(method.health(), SensorHealth::Good);
     }
 }
 

@@ -22,7 +22,6 @@ mod double;
 mod enclosure;
 mod flags;
 pub mod literal;
-mod reading;
 pub mod readings;
 mod real;
 mod sums;
@@ -32,8 +31,8 @@ mod trial;
 
 pub use flags::{Flag, Flags};
 pub use literal::LiteralSum;
-pub use reading::{Reading, Unit};
 pub use real::Real;
+pub use slip_msg::Reading;
 pub use sums::{EscSum, EscSums};
 pub use trial::{Noise, Trial};
 

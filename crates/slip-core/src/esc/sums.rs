@@ -35,6 +35,7 @@ impl EscSums {
             Reading::SlopePower => self.slope_power.value(trial),
             Reading::LiftWork => self.lift_work.value(trial),
             Reading::ViscousWork => self.viscous_work.value(trial),
+            Reading::None | Reading::Other(_) => None,
         }
     }
 }
@@ -61,7 +62,7 @@ impl EscSum {
     #[must_use]
     pub fn new(reading: Reading) -> Self {
         let chosen = match reading {
-            Reading::Literal => Chosen::Literal,
+            Reading::Literal | Reading::None | Reading::Other(_) => Chosen::Literal,
             Reading::ArcCot => Chosen::ArcCot(ArcCotSum::default()),
             Reading::SlopePower => Chosen::SlopePower(SlopePowerSum::default()),
             Reading::LiftWork => Chosen::LiftWork(LiftWorkSum::default()),

@@ -2,26 +2,6 @@
 
 use crate::{course::Motion, need::Felt, turns::Passing};
 
-/// What the controller is doing.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum GripState {
-    /// Fingers open, no force (idle).
-    #[default]
-    Open,
-    /// The force rises to the trial force.
-    Closing,
-    /// The trial force stands; contact transients fade (loading).
-    Settling,
-    /// An object is held.
-    Holding,
-    /// A slip is being stopped.
-    Slipping,
-    /// No slip sensor is usable: the force stays as it is.
-    Fault,
-    /// Told to let go: no force, whatever slips (releasing).
-    Released,
-}
-
 /// A slip as the controller sees it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum SlipNow {

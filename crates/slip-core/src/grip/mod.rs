@@ -28,7 +28,8 @@ mod search;
 mod touch;
 
 pub use config::GripConfig;
-pub use input::{Evidence, GripInput, GripState, Sliding, SlipNow, Trials};
+pub use input::{Evidence, GripInput, Sliding, SlipNow, Trials};
+pub use slip_msg::GripState;
 pub use touch::GripEvent;
 
 use braking::{Braking, HeldBy, Known};
@@ -241,7 +242,7 @@ impl GripController {
             return self.command_n;
         }
         match self.state {
-            GripState::Open | GripState::Released => {}
+            GripState::Open | GripState::Released | GripState::Observing | GripState::Other(_) => {}
             GripState::Closing => self.close(dt_s, input),
             GripState::Settling => self.settle(dt_s, input),
             GripState::Fault => self.state = GripState::Holding,

@@ -7,7 +7,7 @@ use crate::{
     event::{SlipEvent, Step},
     features::Features,
     grip::{Evidence, GripEvent, GripInput, Sliding, SlipNow},
-    health::Health,
+    health::SensorHealth,
     methods::Method,
     need::{Alarm, Felt},
     sample::Sample,
@@ -205,7 +205,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         // Before an object is held the other sensors are not looked at.
         let healthy = felt || if self.decides { self.fusion.is_usable(sample.t) } else { !stylus };
         let loaded_n = if healthy { None } else { loaded_n(&mut self.friction, sample) };
-        let complete = felt && self.health.health() == Health::Good;
+        let complete = felt && self.health.health() == SensorHealth::Good;
         let impaired = stylus && !complete || !self.fusion.healthy();
         #[expect(clippy::cast_possible_truncation, reason = "the controller limits both")]
         let (dt_s, late_s) = (

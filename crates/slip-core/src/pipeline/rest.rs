@@ -7,8 +7,8 @@
 
 use super::Pipeline;
 use crate::{
-    detector::SlipState, drift::Hold, event::Step, fusion::Told, health::Health, methods::Method,
-    sample::Sample, scene::Scene, units::Micros,
+    detector::SlipState, drift::Hold, event::Step, fusion::Told, health::SensorHealth,
+    methods::Method, sample::Sample, scene::Scene, units::Micros,
 };
 
 /// What a sample like the last one needs.
@@ -31,7 +31,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         let doubted = self.whiteness.is_noisy() || self.grip_force.is_numb();
         let steady = !self.config.no_skip
             && self.slip.is_none()
-            && self.health.health() == Health::Good
+            && self.health.health() == SensorHealth::Good
             && !doubted
             && !(stylus && self.detector.is_learning())
             && self.grip.is_none_or(|grip| grip.is_steady());
@@ -60,7 +60,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         let dt = self.since_last(sample.t);
         self.health.watch_drift(sample, Hold::Still);
         self.compare_force(sample);
-        if self.health.health() != Health::Good {
+        if self.health.health() != SensorHealth::Good {
             self.rest = Rest::Awake;
             return self.examine(sample, &[], dt);
         }

@@ -23,7 +23,11 @@ pub use rest::PatternRest;
 pub use standing::Standing;
 
 use crate::{
-    detector::SlipState, error::ConfigError, health::ANY, resolution::Resolution, units::Micros,
+    detector::SlipState,
+    error::ConfigError,
+    health::{ANY, SensorHealth},
+    resolution::Resolution,
+    units::Micros,
 };
 use shape::{Shape, Spread};
 
@@ -85,30 +89,6 @@ impl PressureConfig {
         ConfigError::within("pressure.frozen_ms", self.frozen_ms, 1.0, 1e6)?;
         self.known_rms
             .map_or(Ok(()), |rms| ConfigError::within("pressure.known_rms", rms, 1e-12, 1e12))
-    }
-}
-
-/// State of the taxel array.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum PressureHealth {
-    /// Frames are used.
-    #[default]
-    Good,
-    /// Frames no longer change, though they had noise before.
-    Frozen,
-    /// More than a quarter of the taxels send no number.
-    Failed,
-}
-
-impl PressureHealth {
-    /// The name used in output lines.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Good => "good",
-            Self::Frozen => "frozen",
-            Self::Failed => "failed",
-        }
     }
 }
 
@@ -191,13 +171,13 @@ impl<const N: usize> PressurePattern<N> {
     /// State of the array.
     #[must_use]
     #[inline]
-    pub fn health(&self) -> PressureHealth {
+    pub fn health(&self) -> SensorHealth {
         if self.failed {
-            PressureHealth::Failed
+            SensorHealth::Failed
         } else if self.frozen_now {
-            PressureHealth::Frozen
+            SensorHealth::Frozen
         } else {
-            PressureHealth::Good
+            SensorHealth::Good
         }
     }
 

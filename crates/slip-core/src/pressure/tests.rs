@@ -1,5 +1,6 @@
 extern crate std;
-use super::{PressureConfig, PressureHealth, PressurePattern};
+use super::{PressureConfig, PressurePattern};
+use crate::health::SensorHealth;
 use crate::{detector::SlipState, error::ConfigError, units::Micros};
 use std::{vec, vec::Vec};
 
@@ -139,14 +140,14 @@ fn one_broken_taxel_is_no_slip_and_many_are_told() {
         let (t, mut frame) = pad.frame(0.0, 1.0, 0.0);
         frame[3] = f32::NAN;
         method.step(t, &frame, true);
-        assert_eq!((method.state(), method.health()), (SlipState::Quiet, PressureHealth::Good));
+        assert_eq!((method.state(), method.health()), (SlipState::Quiet, SensorHealth::Good));
     }
     let (t, mut frame) = pad.frame(0.0, 1.0, 0.0);
     frame.iter_mut().take(5).for_each(|taxel| *taxel = f32::NAN);
     method.step(t, &frame, true);
-    assert_eq!((method.state(), method.health()), (SlipState::Quiet, PressureHealth::Failed));
+    assert_eq!((method.state(), method.health()), (SlipState::Quiet, SensorHealth::Failed));
     give(&mut method, pad.frame(0.0, 1.0, 0.0));
-    assert_eq!(method.health(), PressureHealth::Good);
+    assert_eq!(method.health(), SensorHealth::Good);
 }
 
 #[test]
@@ -158,14 +159,14 @@ fn repeated_frames_are_no_news_until_they_are_a_frozen_array() {
         let now = t.plus(Micros(1000 * i));
         method.step(now, &frame, true);
         assert_eq!(method.state(), SlipState::Quiet);
-        if method.health() == PressureHealth::Frozen && told.is_none() {
+        if method.health() == SensorHealth::Frozen && told.is_none() {
             told = Some(i);
         }
     }
     assert_eq!(told, Some(1001));
     pad.t += 2_000_000;
     give(&mut method, pad.frame(0.0, 1.0, 0.0));
-    assert_eq!(method.health(), PressureHealth::Good);
+    assert_eq!(method.health(), SensorHealth::Good);
 }
 
 #[test]

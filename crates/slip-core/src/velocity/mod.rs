@@ -18,35 +18,7 @@ mod two_stylus;
 pub use two_stylus::{Delay, TwoStylusDelay};
 
 use crate::{error::ConfigError, sample::Sample, units::Micros};
-
-/// Where a speed comes from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum VelocitySource {
-    /// The configuration.
-    Fixed,
-    /// A velocity sensor.
-    Direct,
-    /// The moved distance over time.
-    Travel,
-    /// The delay between two styli.
-    TwoStyli,
-    /// Acceleration by weight since the first notice.
-    Gravity,
-}
-
-impl VelocitySource {
-    /// The name used in output lines.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Fixed => "fixed",
-            Self::Direct => "direct",
-            Self::Travel => "travel",
-            Self::TwoStyli => "two_styli",
-            Self::Gravity => "gravity",
-        }
-    }
-}
+pub use slip_msg::SpeedSource;
 
 /// A slip speed and how far it may be off.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -56,7 +28,7 @@ pub struct Velocity {
     /// Its standard deviation (m/s).
     pub sigma_m_s: f32,
     /// Where it comes from.
-    pub source: VelocitySource,
+    pub source: SpeedSource,
 }
 
 /// What is known of the sensors of speed.
@@ -126,13 +98,13 @@ impl VelocityConfig {
     #[must_use]
     pub fn fixed(&self, speed_m_s: f32) -> Velocity {
         let sigma_m_s = self.fixed_sigma * speed_m_s;
-        Velocity { speed_m_s, sigma_m_s, source: VelocitySource::Fixed }
+        Velocity { speed_m_s, sigma_m_s, source: SpeedSource::Fixed }
     }
 
     /// The reading of a velocity sensor.
     #[must_use]
     pub fn direct(&self, speed_m_s: f32) -> Velocity {
-        Velocity { speed_m_s, sigma_m_s: self.direct_sigma_m_s, source: VelocitySource::Direct }
+        Velocity { speed_m_s, sigma_m_s: self.direct_sigma_m_s, source: SpeedSource::Direct }
     }
 
     /// Deviation of one reading of a travel sensor of resolution `resolution_m` (m).
@@ -146,7 +118,7 @@ impl VelocityConfig {
     #[must_use]
     pub fn travel(&self, speed_m_s: f32, window_s: f32, resolution_m: f32) -> Velocity {
         let sigma_m_s = core::f32::consts::SQRT_2 * self.travel_sigma_m(resolution_m) / window_s;
-        Velocity { speed_m_s, sigma_m_s, source: VelocitySource::Travel }
+        Velocity { speed_m_s, sigma_m_s, source: SpeedSource::Travel }
     }
 
     /// The speed that belongs to a delay between the styli.
@@ -155,7 +127,7 @@ impl VelocityConfig {
         let speed_m_s = self.spacing_m / delay.seconds;
         let (late, apart) = (delay.sigma_s / delay.seconds, self.spacing_sigma_m / self.spacing_m);
         let sigma_m_s = speed_m_s * libm::sqrtf(late * late + apart * apart);
-        Velocity { speed_m_s, sigma_m_s, source: VelocitySource::TwoStyli }
+        Velocity { speed_m_s, sigma_m_s, source: SpeedSource::TwoStyli }
     }
 
     /// The gravity model, `since_notice` after the first notice; `None` where the force may have changed.
@@ -169,11 +141,7 @@ impl VelocityConfig {
         let (by_a, by_t) =
             (self.gravity_sigma_m_s2 * t, self.gravity_m_s2 * 1e-3 * self.onset_sigma_ms);
         let sigma_m_s = libm::sqrtf(by_a * by_a + by_t * by_t);
-        Some(Velocity {
-            speed_m_s: self.gravity_m_s2 * t,
-            sigma_m_s,
-            source: VelocitySource::Gravity,
-        })
+        Some(Velocity { speed_m_s: self.gravity_m_s2 * t, sigma_m_s, source: SpeedSource::Gravity })
     }
 }
 

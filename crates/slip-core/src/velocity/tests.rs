@@ -1,5 +1,5 @@
 extern crate std;
-use super::{Measured, TwoStylusDelay, VelocityConfig, VelocityMeter, VelocitySource};
+use super::{Measured, SpeedSource, TwoStylusDelay, VelocityConfig, VelocityMeter};
 use crate::units::Micros;
 use std::vec::Vec;
 
@@ -191,15 +191,15 @@ fn gravity_covers_what_slips_do() {
 fn the_rule_takes_the_fixed_then_the_surest_then_gravity() {
     let meter = VelocityMeter::new(VelocityConfig::default(), 10_000.0).unwrap();
     let source = |measured| meter.velocity(measured, Micros(10_000)).unwrap().source;
-    assert_eq!(source(Measured::default()), VelocitySource::Gravity);
+    assert_eq!(source(Measured::default()), SpeedSource::Gravity);
     let travel = Measured { travel: Some((0.05, 0.004, 1e-6)), ..Measured::default() };
-    assert_eq!(source(travel), VelocitySource::Travel);
+    assert_eq!(source(travel), SpeedSource::Travel);
     let both = Measured { direct_m_s: Some(0.05), ..travel };
-    assert_eq!(source(both), VelocitySource::Travel, "0.15 mm/s against 1 mm/s");
+    assert_eq!(source(both), SpeedSource::Travel, "0.15 mm/s against 1 mm/s");
     let coarse = Measured { travel: Some((0.05, 0.004, 1e-4)), ..both };
-    assert_eq!(source(coarse), VelocitySource::Direct);
+    assert_eq!(source(coarse), SpeedSource::Direct);
     let fixed = Measured { fixed_m_s: Some(0.05), ..both };
     let velocity = meter.velocity(fixed, Micros(10_000)).unwrap();
-    assert_eq!((velocity.source, velocity.sigma_m_s), (VelocitySource::Fixed, 0.05 * 0.02));
+    assert_eq!((velocity.source, velocity.sigma_m_s), (SpeedSource::Fixed, 0.05 * 0.02));
     assert_eq!(meter.velocity(Measured::default(), Micros(100_000)), None);
 }

@@ -4,9 +4,8 @@
 use crate::object::{Loop, Object};
 use slip_core::{
     Sample, SlipEvent,
-    distance::TravelHealth,
     grip::GripState,
-    health::{Health, HealthCounters},
+    health::{HealthCounters, SensorHealth},
     scene::Scene,
 };
 
@@ -14,20 +13,20 @@ use slip_core::{
 type Fault = fn(u32, f32) -> f32;
 
 /// Name, fault, the health it leads to (none for lone spikes) and the counter that tells it.
-type Case = (&'static str, Fault, Option<Health>, fn(&HealthCounters) -> u64);
+type Case = (&'static str, Fault, Option<SensorHealth>, fn(&HealthCounters) -> u64);
 
 const CASES: [Case; 8] = [
-    ("NaN", |_, _| f32::NAN, Some(Health::Failed), |c| c.not_finite),
-    ("infinite", |_, _| f32::NEG_INFINITY, Some(Health::Failed), |c| c.not_finite),
-    ("huge", |_, _| 1e30, Some(Health::Saturated), |c| c.saturated),
-    ("saturated", |_, _| 5e-3, Some(Health::Saturated), |c| c.saturated),
+    ("NaN", |_, _| f32::NAN, Some(SensorHealth::Failed), |c| c.not_finite),
+    ("infinite", |_, _| f32::NEG_INFINITY, Some(SensorHealth::Failed), |c| c.not_finite),
+    ("huge", |_, _| 1e30, Some(SensorHealth::Saturated), |c| c.saturated),
+    ("saturated", |_, _| 5e-3, Some(SensorHealth::Saturated), |c| c.saturated),
     (
         "alternating",
         |i, _| if i % 2 == 0 { 6e-3 } else { f32::NAN },
-        Some(Health::Failed),
+        Some(SensorHealth::Failed),
         |c| c.saturated,
     ),
-    ("frozen", |_, _| 1.0e-4, Some(Health::Frozen), |c| c.failures),
+    ("frozen", |_, _| 1.0e-4, Some(SensorHealth::Frozen), |c| c.failures),
     ("glitches", |i, x| if i % 40 == 0 { 4e-3 } else { x }, None, |c| c.glitches),
     ("gaps", |i, x| if i % 40 < 5 { f32::NAN } else { x }, None, |c| c.not_finite),
 ];
@@ -56,10 +55,10 @@ fn a_fault_while_holding_is_told_and_moves_nothing() {
     for (name, fault, health, counter) in CASES {
         let mut grip = holding(1.2);
         let held = grip.command_n;
-        let mut worst = Health::Good;
+        let mut worst = SensorHealth::Good;
         for i in 0..LENGTH {
             let step = grip.step(broken(fault, i));
-            if step.health != Health::Good {
+            if step.health != SensorHealth::Good {
                 worst = step.health;
             }
             assert!(step.event.is_none() && step.command.unwrap().0 <= held, "{name}: {step:?}");
@@ -75,7 +74,10 @@ fn a_fault_while_holding_is_told_and_moves_nothing() {
         );
         let events = grip.run_until(1.25);
         let first = events.first().unwrap_or_else(|| panic!("{name}: the slip was not found"));
-        assert!(is_first_slip(first.event) && first.health == Health::Good, "{name}: {first:?}");
+        assert!(
+            is_first_slip(first.event) && first.health == SensorHealth::Good,
+            "{name}: {first:?}"
+        );
         assert!(first.t.as_seconds() < 1.22, "{name}: {first:?}");
         assert!(grip.command_n > held, "{name}: the slip is answered");
     }
@@ -117,7 +119,7 @@ fn a_fault_in_a_slip_stops_the_rise_and_the_next_slip_is_found() {
             let step = grip.step(|sample| broken(fault, i)(alone(sample)));
             told |= Some(step.health) == health;
             assert!(
-                step.health == Health::Good || step.command.unwrap().0 <= before,
+                step.health == SensorHealth::Good || step.command.unwrap().0 <= before,
                 "{name}: {step:?}"
             );
             // Held up from below meanwhile: this is about the sensor, not about the fall.
@@ -197,12 +199,12 @@ fn a_drifting_stylus_moves_nothing_and_comes_back_after_three_calm_seconds() {
         let drift = 5e-5 * if t < 1.0 { 0.5 * t * t } else { t - 0.5 };
         let step = grip.step(|sample| Sample { stylus: sample.stylus + drift, ..sample });
         assert!(step.event.is_none() && step.command.unwrap().0 <= held, "{step:?}");
-        if step.health == Health::Drifting {
+        if step.health == SensorHealth::Drifting {
             told_s = told_s.or(Some(step.t.as_seconds()));
         }
     }
     assert!((2.6..5.5).contains(&told_s.unwrap()), "100 um are passed after 2.6 s: {told_s:?}");
-    let good = |grip: &mut Loop| grip.step(|sample| sample).health == Health::Good;
+    let good = |grip: &mut Loop| grip.step(|sample| sample).health == SensorHealth::Good;
     assert!(grip.run_until(7.5).is_empty() && !good(&mut grip), "not yet calm");
     assert!(grip.run_until(11.0).is_empty() && good(&mut grip));
     assert_eq!(grip.pipeline.health_counters().failures, 1);
@@ -225,7 +227,7 @@ fn a_change_of_grip_is_no_drift() {
             normal_force_n: sample.normal_force_n.map(|force| force + more),
             ..sample
         });
-        assert!(step.health == Health::Good && step.event.is_none(), "{step:?}");
+        assert!(step.health == SensorHealth::Good && step.event.is_none(), "{step:?}");
     }
 }
 
@@ -261,7 +263,7 @@ fn broken_other_sensors_are_left_out() {
         let mut found = None;
         while grip.object.t_s() < 1.05 {
             let step = grip.step(spoil);
-            assert_eq!(step.health, Health::Good);
+            assert_eq!(step.health, SensorHealth::Good);
             if grip.object.t_s() < 1.0 {
                 assert!(step.event.is_none() && step.command.unwrap().0 <= held, "{bad}: {step:?}");
             }
@@ -351,9 +353,9 @@ fn the_tangential_force_carries_on_where_every_slip_sensor_is_lost() {
 }
 
 /// Healths of stylus and travel that are shown in the slip of an object that is lifted at 0.7 s, where the sensors show it as `seen` makes of it.
-fn shown(seen: fn(u32, Sample) -> Sample) -> (Vec<Health>, Vec<TravelHealth>) {
+fn shown(seen: fn(u32, Sample) -> Sample) -> (Vec<SensorHealth>, Vec<SensorHealth>) {
     let mut grip = holding(0.7);
-    let (mut stylus, mut travel) = (vec![Health::Good], vec![TravelHealth::Good]);
+    let (mut stylus, mut travel) = (vec![SensorHealth::Good], vec![SensorHealth::Good]);
     for i in 0..5000 {
         let flicker_m = 1e-8 * (i % 3) as f32;
         let step = grip.step(|sample| {
@@ -373,16 +375,16 @@ fn shown(seen: fn(u32, Sample) -> Sample) -> (Vec<Health>, Vec<TravelHealth>) {
 #[test]
 fn a_sensor_that_has_no_say_is_named() {
     let (stylus, travel) = shown(|_, sample| sample);
-    assert_eq!((stylus, travel), (vec![Health::Good], vec![TravelHealth::Good]));
+    assert_eq!((stylus, travel), (vec![SensorHealth::Good], vec![SensorHealth::Good]));
     // Equal to the last bit it would be frozen.
     let stands = |i, sample| Sample { travel_m: Some(1e-7 * (i % 2) as f32), ..sample };
-    assert_eq!(shown(stands).1, [TravelHealth::Good, TravelHealth::Doubted]);
+    assert_eq!(shown(stands).1, [SensorHealth::Good, SensorHealth::Doubted]);
     let coarse = |_, sample: Sample| {
         let steps = sample.travel_m.map(|travel_m| (travel_m / 2e-5).floor());
         Sample { travel_m: steps.map(|steps| steps * 2e-5), ..sample }
     };
     // Where the object creeps between two steps it may look frozen in the end.
-    assert_eq!(shown(coarse).1[..2], [TravelHealth::Good, TravelHealth::Coarse]);
+    assert_eq!(shown(coarse).1[..2], [SensorHealth::Good, SensorHealth::Coarse]);
     let noisy = |i, sample| Sample { stylus: 1e-6 * (i * 7919 % 97) as f32, ..sample };
-    assert_eq!(shown(noisy).0, [Health::Good, Health::Doubted]);
+    assert_eq!(shown(noisy).0, [SensorHealth::Good, SensorHealth::Doubted]);
 }

@@ -17,7 +17,6 @@
 //! of the daemon bear the bit "to host". Values of the pipeline are f32 in SI units, NaN for what is not known; forces that a
 //! client asks for are whole mN, as on the line, so that nothing but a number can be asked for.
 
-mod codes;
 mod command;
 mod greet;
 mod gripper;
@@ -27,10 +26,6 @@ mod rows;
 mod slip;
 mod state;
 
-pub use codes::{
-    DroppedClass, EscKind, Goodbye, GripStage, LinkState, Method, NoticeKind, Operation, Phase,
-    RealTime, Recording, SceneCode, Sensor, SensorHealth, SpeedSource,
-};
 pub use command::Command;
 pub use greet::{Subscribe, Topics, Welcome, WelcomeFlags};
 pub use gripper::Gripper;
@@ -38,6 +33,10 @@ pub use health::{Appended, BadFrames, ClockOffset, Dropped, Health, Latency};
 pub use notice::Notice;
 pub use rows::{ROWS_HEADER, RowOfSample, RowSet, Rows, RowsHeader};
 pub use slip::Slip;
+pub use slip_msg::{
+    DroppedClass, Goodbye, GripState, LinkState, Method, NoticeKind, Operation, Phase, Reading,
+    RealTime, Recording, Scene, Sensor, SensorHealth, SpeedSource,
+};
 pub use state::{EscValue, State};
 
 use super::{Ack, Kind, Nack, PayloadError};

@@ -1,6 +1,6 @@
 //! SLIP: a slip was noticed, became gross, or ended.
 
-use super::{EscKind, Method, Phase, SpeedSource};
+use super::{Method, Phase, Reading, SpeedSource};
 use crate::message::wire::{PayloadError, Reader, Writer};
 
 /// SLIP (A1), daemon to client. NaN, and 4294967295 irregularities, stand for what is not known.
@@ -13,7 +13,7 @@ use crate::message::wire::{PayloadError, Reader, Writer};
 /// | 20 | 1 | u8 | [`Phase`] code | |
 /// | 21 | 1 | u8 | [`Method`] code | |
 /// | 22 | 1 | u8 | [`SpeedSource`] code | |
-/// | 23 | 1 | u8 | [`EscKind`] code of the chosen reading | |
+/// | 23 | 1 | u8 | [`Reading`] code of the chosen reading | |
 /// | 24 | 4 | f32 | statistic over its threshold | |
 /// | 28 | 4 | f32 | confidence | 0..=1 |
 /// | 32 | 4 | f32 | slip speed | m/s |
@@ -43,7 +43,7 @@ pub struct Slip {
     /// Where the speed comes from.
     pub speed_source: SpeedSource,
     /// Which reading of E_sc was chosen.
-    pub esc_kind: EscKind,
+    pub esc_kind: Reading,
     /// Statistic over its threshold.
     pub statistic: Option<f32>,
     /// Probability that noise alone would not reach the statistic.
@@ -100,7 +100,7 @@ impl Slip {
             phase: Phase::from_code(phase),
             method: Method::from_code(method),
             speed_source: SpeedSource::from_code(source),
-            esc_kind: EscKind::from_code(reading),
+            esc_kind: Reading::from_code(reading),
             statistic,
             confidence,
             speed_m_s,

@@ -1,6 +1,6 @@
 //! STATE: what the pipeline thinks after a frame of samples.
 
-use super::{EscKind, GripStage, SceneCode, SensorHealth};
+use super::{GripState, Reading, Scene, SensorHealth};
 use crate::message::wire::{PayloadError, Reader, Writer};
 use crate::message::{DeviceState, FaultCode};
 
@@ -8,7 +8,7 @@ use crate::message::{DeviceState, FaultCode};
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EscValue {
     /// Which reading.
-    pub kind: EscKind,
+    pub kind: Reading,
     /// Its value (W or J).
     pub value: Option<f32>,
     /// What is wrong with it: b0 pole inside, b1 sign unknown, b2 no information, b3 degenerate.
@@ -21,14 +21,14 @@ pub struct EscValue {
 /// |---|---|---|---|---|
 /// | 0 | 8 | u64 | device time of the last sample | us |
 /// | 8 | 8 | u64 | host time since the daemon's start | us |
-/// | 16 | 1 | u8 | [`SceneCode`] code | |
-/// | 17 | 1 | u8 | [`GripStage`] code | |
+/// | 16 | 1 | u8 | [`Scene`] code | |
+/// | 17 | 1 | u8 | [`GripState`] code | |
 /// | 18 | 4 | u8\[4\] | [`SensorHealth`] codes of stylus, travel, pressure, reference | |
 /// | 22 | 1 | u8 | [`DeviceState`] code | |
 /// | 23 | 1 | u8 | b0 E_sc depends on the surface, b1 the estimate is extrapolated | |
 /// | 24 | 2 | u16 | latched fault | |
 /// | 26 | 1 | u8 | E_sc flags, as in SLIP | |
-/// | 27 | 1 | u8 | [`EscKind`] code | |
+/// | 27 | 1 | u8 | [`Reading`] code | |
 /// | 28 | 4 | f32 | statistic over its threshold | |
 /// | 32 | 4 | f32 | commanded force | N |
 /// | 36 | 4 | f32 | measured normal force | N |
@@ -44,9 +44,9 @@ pub struct State {
     /// Host time (us since the daemon's start).
     pub host_us: u64,
     /// What the grasp is doing.
-    pub scene: SceneCode,
+    pub scene: Scene,
     /// What the force controller does.
-    pub grip: GripStage,
+    pub grip: GripState,
     /// Stylus, travel, pressure, reference.
     pub sensors: [SensorHealth; 4],
     /// State of the gripper.
@@ -92,12 +92,12 @@ impl State {
         let fault = FaultCode(r.u16()?);
         let [flags, kind] = r.take()?;
         let (statistic, command_n, applied_n) = (r.maybe()?, r.maybe()?, r.maybe()?);
-        let esc = EscValue { kind: EscKind::from_code(kind), value: r.maybe()?, flags };
+        let esc = EscValue { kind: Reading::from_code(kind), value: r.maybe()?, flags };
         Ok(Self {
             device_us,
             host_us,
-            scene: SceneCode::from_code(scene),
-            grip: GripStage::from_code(grip),
+            scene: Scene::from_code(scene),
+            grip: GripState::from_code(grip),
             sensors,
             device: DeviceState::from_code(device),
             notes,

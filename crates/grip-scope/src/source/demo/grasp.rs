@@ -111,7 +111,7 @@ impl Grasp {
             boot_id: self.boot_id,
             rate_hz: in_force.map_or(0, |config| config.sample_rate_hz),
             force_max_n,
-            link: convert::link(link.state()),
+            link: link.state(),
             taxels: u8::try_from(self.session.taxels()).unwrap_or(u8::MAX),
         }
     }

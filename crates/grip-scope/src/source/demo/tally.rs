@@ -3,7 +3,6 @@
 use super::super::told;
 use crate::feed::{HealthPoint, LatencyFigures};
 use grip_daemon::Latency;
-use grip_daemon::clients::convert;
 use grip_link::message::daemon::{BadFrames, Recording};
 use grip_session::Session;
 
@@ -84,7 +83,7 @@ impl Tally {
             },
             dropped: [0; 3],
             clients: 1,
-            link: convert::link(link.state()),
+            link: link.state(),
             recording: Recording::Off,
             recorded_bytes: 0,
             latency: figures(&self.latency),

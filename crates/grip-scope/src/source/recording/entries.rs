@@ -9,7 +9,7 @@ use crate::source::stream::Stream;
 use crate::source::told;
 use grip_daemon::State;
 use grip_daemon::clients::convert;
-use grip_link::message::daemon::{EscKind, Method};
+use grip_link::message::daemon::{Method, Reading};
 use grip_link::message::{DeviceState, FaultCode};
 use grip_record::mcap::{
     ClientRecord, Entry, EventRecord, LinkRecord, PipelineRecord, Record, SampleRecord, StateRecord,
@@ -187,7 +187,7 @@ fn state_point(record: &StateRecord) -> StatePoint {
     let message = convert::state(0, &state, DeviceState::Active, FaultCode::NONE);
     #[expect(clippy::cast_possible_truncation, reason = "shown with seven digits")]
     let esc = record.esc_w.map(|value| EscPoint {
-        kind: EscKind::Literal,
+        kind: Reading::Literal,
         value: value as f32,
         low: f32::NAN,
         high: f32::NAN,

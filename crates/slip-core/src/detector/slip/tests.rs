@@ -113,7 +113,7 @@ fn an_offset_does_not_look_like_a_step_when_the_filters_start() {
 /// A reference that dies while the object is held: told, and the robot's motion that then shows on the stylus alone is no slip.
 #[test]
 fn a_dead_reference_is_told_and_blinds_instead_of_alarming() {
-    use super::super::ReferenceHealth;
+    use crate::health::SensorHealth;
     for frozen in [true, false] {
         let (mut detector, mut noise) = (detector(10_000.0), noise(9));
         let mut step = |reference: Option<f32>, stylus: f32| {
@@ -123,11 +123,11 @@ fn a_dead_reference_is_told_and_blinds_instead_of_alarming() {
         };
         for _ in 0..10_000 {
             let (x, r) = (noise(), noise());
-            assert_eq!(step(Some(r), x).1, ReferenceHealth::Good);
+            assert_eq!(step(Some(r), x).1, SensorHealth::Good);
         }
         let dead = frozen.then_some(3e-8);
         let last = (0..5000).map(|_| step(dead, noise()).1).last().unwrap();
-        assert_eq!(last, if frozen { ReferenceHealth::Frozen } else { ReferenceHealth::Lost });
+        assert_eq!(last, if frozen { SensorHealth::Frozen } else { SensorHealth::Lost });
         for i in 0..5000_u16 {
             let motion = 4e-7 * libm::sinf(0.1 * f32::from(i));
             assert_eq!(step(dead, motion + noise()).0, SlipState::Quiet, "sample {i}");
@@ -137,7 +137,7 @@ fn a_dead_reference_is_told_and_blinds_instead_of_alarming() {
             step(dead, texture + noise()).0 == SlipState::Gross
         });
         assert!(seen, "a strong slip is noticed all the same");
-        assert_eq!(step(Some(noise()), noise()).1, ReferenceHealth::Good);
+        assert_eq!(step(Some(noise()), noise()).1, SensorHealth::Good);
     }
 }
 
