@@ -363,6 +363,8 @@ def main():
         print("no log given")
     if gone:
         sys.exit(f"scripts/house.py: the path names what is gone: {' '.join(gone)}")
+    if up or any(has_folder for has_folder, _ in knots):
+        sys.exit("scripts/house.py: an edge points up, or folders import each other")
 
 
 main()
