@@ -24,7 +24,7 @@ use curator::Curator;
 use grip_daemon::{clients::Clients, log::LogLevel};
 use grip_fleet::{About, Bridge, EventId, Spool, Topic, Uid, deploy::Models};
 use grip_link::message::{NackReason, daemon::Command};
-use grip_session::{config::FleetConfig, exit::message};
+use grip_session::exit::message;
 use keeper::{Keeper, KeeperEnds};
 use lending::Lending;
 use network::{Place, Speaker, SpeakerEnds};
