@@ -28,7 +28,6 @@ pub mod observation;
 pub mod pipeline;
 pub mod pressure;
 mod resolution;
-pub mod roughness;
 pub mod sample;
 pub mod scene;
 pub mod speed;
