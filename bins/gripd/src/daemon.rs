@@ -21,9 +21,9 @@ use grip_daemon::{
     log::LogLevel,
     realtime::{self, Granted, RealtimeConfig},
     rings::{Sizes, rings},
-    supply::{Supply, SupplyEnds},
+    supply::{Supply, SupplyEnds, usb_filter},
 };
-use grip_port::PortError;
+use grip_port::{PortError, Source};
 use grip_session::{
     Session, SessionOptions,
     exit::{Exit, message},
@@ -61,8 +61,7 @@ pub(crate) fn run(cli: &Cli, settings: Settings, models: Models) -> anyhow::Resu
         HotOptions { end_us: end_us(cli.duration), patient: cli.wait || Notify::is_asked_for() };
     let session = session(cli, &settings)?;
     let weakness = settings.weakness()?;
-    let simulator = Simulator::at(&settings.port, cli.seed, move || clock.now_us())?;
-    let source = settings.source(simulator.as_ref().map(Simulator::port))?;
+    let (simulator, source) = source(cli, &settings, clock)?;
     // Opened before anything moves: an address or a file that cannot be had is told at once.
     let (servers, complaint) = servers(&settings, models, clock)?;
     let started = Recording::start(&settings, clock)?;
@@ -130,6 +129,18 @@ fn shared() -> anyhow::Result<Arc<Shared>> {
     signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Arc::default())
         .context("cannot take over the signal of large files")?;
     Ok(shared)
+}
+
+/// Where lines come from, and the gripper at their other end where that is the simulator.
+fn source(
+    cli: &Cli,
+    settings: &Settings,
+    clock: Clock,
+) -> anyhow::Result<(Option<Simulator>, Source)> {
+    let simulator = Simulator::at(&settings.port, cli.seed, move || clock.now_us())?;
+    let port = simulator.as_ref().map_or(settings.port.as_str(), Simulator::port);
+    let source = Source::open(port, settings.baud, usb_filter(&settings.config.usb))?;
+    Ok((simulator, source))
 }
 
 fn named(name: &str) -> thread::Builder {

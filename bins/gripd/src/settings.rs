@@ -2,14 +2,13 @@
 
 use crate::cli::Cli;
 use anyhow::Context as _;
-use grip_daemon::supply::usb_filter;
 use grip_daemon::{
     board,
     clients::{self, ClientsConfig},
     dump,
 };
 use grip_link::message::daemon::RealTime;
-use grip_port::{DEFAULT_BAUD, PortError, Source};
+use grip_port::DEFAULT_BAUD;
 use grip_record::{files, mcap::Attached};
 use grip_session::{
     HostConfig, HostConfigError, HostEstimator, ModelError,
@@ -259,11 +258,6 @@ impl Settings {
             Some(model) => Ok(model::read_text(model)?.into_owned().into_bytes()),
             None => Ok(model::default_text().as_bytes().to_vec()),
         }
-    }
-
-    /// Where lines come from: the port, or `simulated` in its place.
-    pub(crate) fn source(&self, simulated: Option<&str>) -> Result<Source, PortError> {
-        Source::open(simulated.unwrap_or(&self.port), self.baud, usb_filter(&self.config.usb))
     }
 }
 
