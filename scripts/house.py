@@ -10,9 +10,9 @@ from pathlib import Path
 
 # Ground first. A package may depend on packages of lower floors only (normal and build dependencies, optional ones too).
 FLOORS = [
-    ["mlp-core", "grip-link", "grip-plot"],
-    ["slip-core", "mlp", "grip-port"],
-    ["grip-record"],
+    ["slip-msg", "mlp-core", "grip-plot"],
+    ["slip-core", "grip-link", "mlp"],
+    ["grip-port", "grip-record"],
     ["grip-session"],
     ["grip-daemon"],
     # Below: beside a gripper. Above: not, but for the simulator of `--port sim`.
@@ -285,8 +285,9 @@ def folder_circles(files, packages):
         # The crate's own front page names everything.
         edges = {(a, b) for a, b in modules.edges() if a and b}
         top = {(a[0], b[0]) for a, b in edges if a[0] != b[0]}
+        parts = {module[0] for module in modules.files if len(module) > 1}
         for knot in circles(top):
-            found.append(f"{package['name']}: " + " ".join(sorted(name for name in knot)))
+            found.append((bool(knot & parts), f"{package['name']}: " + " ".join(sorted(knot))))
     return found
 
 
@@ -343,10 +344,14 @@ def main():
     print("".join(f"- {edge}\n" for edge in sorted(up)), end="")
 
     knots = folder_circles(files, packages)
+    knots = sorted(folder_circles(files, packages))
     print("\n## Circles between folders\n")
     print("Sets of a crate's top modules (a folder, or a file of src) that import each other, tests and lib.rs left out;")
-    print(f"imports through what a module exports again count for where the item stands. {len(knots)}:\n")
-    print("".join(f"- {knot}\n" for knot in sorted(knots)), end="")
+    print("imports through what a module exports again count for where the item stands.\n")
+    for is_folder, what in [(True, "With a folder"), (False, "Of files of src alone")]:
+        those = [knot for has_folder, knot in knots if has_folder == is_folder]
+        print(f"{what}: {len(those)}.")
+        print("".join(f"- {knot}\n" for knot in those), end="")
 
     print("\n## Seconds of .ci/run\n")
     if len(sys.argv) > 2:
@@ -358,6 +363,8 @@ def main():
         print("no log given")
     if gone:
         sys.exit(f"scripts/house.py: the path names what is gone: {' '.join(gone)}")
+    if up or any(has_folder for has_folder, _ in knots):
+        sys.exit("scripts/house.py: an edge points up, or folders import each other")
 
 
 main()

@@ -2,6 +2,7 @@
 //!
 //! Its time follows the clock of the machine but never jumps: a busy machine slows it down.
 
+use grip_link::message::DeviceState;
 use grip_sim::{Pty, Scene, VirtualMcu};
 use slip_core::units::Micros;
 use std::{
@@ -25,6 +26,9 @@ pub struct Gripper {
     pty: Option<Pty>,
     now: Micros,
     seen: Instant,
+    /// Echoes what comes and lets a modem manager talk.
+    pub noisy: bool,
+    turns: u64,
 }
 
 impl Gripper {
@@ -34,7 +38,7 @@ impl Gripper {
         let mcu = VirtualMcu::new(&Scene::from_toml(scene).unwrap(), 1).unwrap();
         let link = folder.join("gripper");
         let pty = Some(Pty::open(Some(&link)).unwrap());
-        Self { mcu, link, pty, now: Micros(0), seen: now() }
+        Self { mcu, link, pty, now: Micros(0), seen: now(), noisy: false, turns: 0 }
     }
 
     /// Takes its plug out of the computer.
@@ -53,12 +57,29 @@ impl Gripper {
         self.mcu.commanded_n()
     }
 
+    /// What its link is doing.
+    #[must_use]
+    pub fn state(&self) -> DeviceState {
+        self.mcu.link().state()
+    }
+
     /// Lives until `done`; it looks every few turns.
     #[track_caller]
-    pub fn until(&mut self, what: &str, mut done: impl FnMut(&VirtualMcu) -> bool) {
+    pub fn until(&mut self, what: &str, done: impl FnMut(&VirtualMcu) -> bool) {
+        self.until_each(LOOK_TURNS, what, done);
+    }
+
+    /// Lives until `done`, which is asked after every turn.
+    #[track_caller]
+    pub fn watch(&mut self, what: &str, done: impl FnMut(&VirtualMcu) -> bool) {
+        self.until_each(1, what, done);
+    }
+
+    #[track_caller]
+    fn until_each(&mut self, turns: u32, what: &str, mut done: impl FnMut(&VirtualMcu) -> bool) {
         let from = self.now;
         while !done(&self.mcu) {
-            (0..LOOK_TURNS).for_each(|_| self.turn());
+            (0..turns).for_each(|_| self.turn());
             let waited = self.now.since(from).0;
             assert!(waited < PATIENCE_US, "not within a minute: {what}; {:?}", self.mcu.truth());
         }
@@ -74,7 +95,25 @@ impl Gripper {
         least_n
     }
 
+    /// Lets a time pass without any host; the forces after each millisecond (N).
+    pub fn alone(&mut self, ms: u64) -> Vec<f64> {
+        let step = |_| {
+            self.now = self.now.plus(Micros(1000));
+            self.mcu.advance(self.now);
+            self.force_n()
+        };
+        (0..ms).map(step).collect()
+    }
+
+    /// Takes all that the host wrote before it was stopped.
+    pub fn drain(&mut self) {
+        while self.pty.as_ref().is_some_and(|pty| pty.wait(0, false).unwrap().read) {
+            self.exchange();
+        }
+    }
+
     fn turn(&mut self) {
+        self.turns += 1;
         match &self.pty {
             Some(pty) => drop(pty.wait(500, false).unwrap()),
             None => drop(crate::pause()),
@@ -90,8 +129,15 @@ impl Gripper {
     fn exchange(&mut self) {
         let (mut input, mut out) = ([0; 4096], Vec::new());
         let count = self.pty.as_ref().map_or(0, |pty| pty.read(&mut input).unwrap());
-        self.mcu.receive(self.now, input.get(..count).unwrap_or_default());
+        let heard = input.get(..count).unwrap_or_default();
+        if self.noisy && self.turns.is_multiple_of(10) {
+            self.mcu.receive(self.now, b"AT+GCAP\r\n");
+        }
+        self.mcu.receive(self.now, heard);
         self.mcu.transmit(self.now, &mut out);
+        if self.noisy {
+            out.extend_from_slice(heard);
+        }
         if let Some(pty) = &self.pty {
             // What the line does not take is lost, as on a real wire.
             pty.write(&out).unwrap();

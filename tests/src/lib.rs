@@ -8,6 +8,7 @@ mod program;
 pub use build::Build;
 pub use gripper::Gripper;
 pub use program::{Ended, Program};
+pub use rustix::process::Signal;
 
 use core::time::Duration;
 use std::thread;

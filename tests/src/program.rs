@@ -92,8 +92,31 @@ impl Program {
     /// Ends it as Ctrl-C does, and waits for it.
     #[must_use]
     pub fn interrupted(self) -> Ended {
-        kill_process(Pid::from_child(&self.child), Signal::INT).unwrap();
+        self.signal(Signal::INT);
         self.ended()
+    }
+
+    /// Sends a signal.
+    pub fn signal(&self, signal: Signal) {
+        kill_process(Pid::from_child(&self.child), signal).unwrap();
+    }
+
+    /// SIGSTOP; nothing of it runs when this returns.
+    pub fn stop(&self) {
+        self.signal(Signal::STOP);
+        let stat = format!("/proc/{}/stat", self.child.id());
+        let stopped = || {
+            let text = fs::read_to_string(&stat).unwrap();
+            text.rsplit(')').next().is_some_and(|rest| rest.trim_start().starts_with('T'))
+        };
+        while !stopped() {
+            std::thread::yield_now();
+        }
+    }
+
+    /// Whether it has not ended.
+    pub fn is_running(&mut self) -> bool {
+        self.child.try_wait().unwrap().is_none()
     }
 
     /// Waits for its end; a panic or a signal is none.

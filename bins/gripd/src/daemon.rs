@@ -9,7 +9,7 @@ use crate::{
     recording::Recording,
     service::{Servers, Service, ServiceEnds},
     settings::Settings,
-    summary::Summary,
+    summary::{Ended, Summary},
 };
 use anyhow::{Context as _, anyhow};
 use core::sync::atomic::Ordering;
@@ -20,11 +20,10 @@ use grip_daemon::{
     http::HttpServer,
     log::LogLevel,
     realtime::{self, Granted, RealtimeConfig},
-    recorder::RecorderCounters,
-    rings::{Dropped, Sizes, rings},
-    supply::{Supply, SupplyEnds},
+    rings::{Sizes, rings},
+    supply::{Supply, SupplyEnds, usb_filter},
 };
-use grip_port::PortError;
+use grip_port::{PortError, Source};
 use grip_session::{
     Session, SessionOptions,
     exit::{Exit, message},
@@ -54,19 +53,6 @@ pub(crate) type Models = Option<grip_fleet::deploy::Models>;
 #[cfg(not(feature = "fleet"))]
 pub(crate) type Models = Option<core::convert::Infallible>;
 
-/// What happened.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Ended {
-    pub(crate) counters: HotCounters,
-    /// Rows lost over all openings of the port.
-    pub(crate) lost: u64,
-    pub(crate) command_n: Option<f32>,
-    /// Items that the service thread did not get.
-    pub(crate) service: Dropped,
-    /// What was recorded, where that was wanted.
-    pub(crate) recorded: Option<RecorderCounters>,
-}
-
 /// Runs until a signal, the end of the duration or a failure.
 pub(crate) fn run(cli: &Cli, settings: Settings, models: Models) -> anyhow::Result<Exit> {
     let clock = Clock::start();
@@ -75,8 +61,7 @@ pub(crate) fn run(cli: &Cli, settings: Settings, models: Models) -> anyhow::Resu
         HotOptions { end_us: end_us(cli.duration), patient: cli.wait || Notify::is_asked_for() };
     let session = session(cli, &settings)?;
     let weakness = settings.weakness()?;
-    let simulator = Simulator::at(&settings.port, cli.seed, move || clock.now_us())?;
-    let source = settings.source(simulator.as_ref().map(Simulator::port))?;
+    let (simulator, source) = source(cli, &settings, clock)?;
     // Opened before anything moves: an address or a file that cannot be had is told at once.
     let (servers, complaint) = servers(&settings, models, clock)?;
     let started = Recording::start(&settings, clock)?;
@@ -144,6 +129,18 @@ fn shared() -> anyhow::Result<Arc<Shared>> {
     signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Arc::default())
         .context("cannot take over the signal of large files")?;
     Ok(shared)
+}
+
+/// Where lines come from, and the gripper at their other end where that is the simulator.
+fn source(
+    cli: &Cli,
+    settings: &Settings,
+    clock: Clock,
+) -> anyhow::Result<(Option<Simulator>, Source)> {
+    let simulator = Simulator::at(&settings.port, cli.seed, move || clock.now_us())?;
+    let port = simulator.as_ref().map_or(settings.port.as_str(), Simulator::port);
+    let source = Source::open(port, settings.baud, usb_filter(&settings.config.usb))?;
+    Ok((simulator, source))
 }
 
 fn named(name: &str) -> thread::Builder {

@@ -10,7 +10,10 @@ mod ros;
 
 pub(crate) use curator::{Desk, Wanted};
 
-use crate::{clock::Clock, settings::Settings};
+use crate::{
+    clock::Clock,
+    settings::{Settings, network},
+};
 use anyhow::Context as _;
 use core::{
     hash::BuildHasher as _,
@@ -19,9 +22,9 @@ use core::{
 };
 use curator::Curator;
 use grip_daemon::{clients::Clients, log::LogLevel};
-use grip_fleet::{About, Bridge, EventId, Spool, Topic, Uid, deploy::Models, net::Network};
+use grip_fleet::{About, Bridge, EventId, Spool, Topic, Uid, deploy::Models};
 use grip_link::message::{NackReason, daemon::Command};
-use grip_session::{config::FleetConfig, exit::message};
+use grip_session::exit::message;
 use keeper::{Keeper, KeeperEnds};
 use lending::Lending;
 use network::{Place, Speaker, SpeakerEnds};
@@ -230,11 +233,6 @@ impl Fleet {
         }
         self.told.try_iter().collect()
     }
-}
-
-/// The network that the configuration names.
-pub(crate) fn network(config: &FleetConfig) -> Network {
-    Network { router: config.router.clone(), file: config.network.clone() }
 }
 
 /// The number of this run: from the system's random numbers, since clocks may be set back.

@@ -2,14 +2,13 @@
 
 use crate::cli::Cli;
 use anyhow::Context as _;
-use grip_daemon::supply::usb_filter;
 use grip_daemon::{
     board,
     clients::{self, ClientsConfig},
     dump,
 };
 use grip_link::message::daemon::RealTime;
-use grip_port::{DEFAULT_BAUD, PortError, Source};
+use grip_port::DEFAULT_BAUD;
 use grip_record::{files, mcap::Attached};
 use grip_session::{
     HostConfig, HostConfigError, HostEstimator, ModelError,
@@ -260,11 +259,6 @@ impl Settings {
             None => Ok(model::default_text().as_bytes().to_vec()),
         }
     }
-
-    /// Where lines come from: the port, or `simulated` in its place.
-    pub(crate) fn source(&self, simulated: Option<&str>) -> Result<Source, PortError> {
-        Source::open(simulated.unwrap_or(&self.port), self.baud, usb_filter(&self.config.usb))
-    }
 }
 
 /// A model, for a recording.
@@ -273,11 +267,17 @@ pub(crate) fn model_file(data: Vec<u8>) -> Attached {
     Attached { name, media_type, data }
 }
 
+/// The network that the configuration names.
+#[cfg(feature = "fleet")]
+pub(crate) fn network(config: &grip_session::config::FleetConfig) -> grip_fleet::net::Network {
+    grip_fleet::net::Network { router: config.router.clone(), file: config.network.clone() }
+}
+
 /// The key at fault and what is wrong with it.
 #[cfg(feature = "fleet")]
 fn fleet_trouble(config: &HostConfig) -> Option<(&'static str, String)> {
     let key = if config.fleet.router.is_some() { "fleet.router" } else { "fleet.network" };
-    crate::fleet::network(&config.fleet).check().err().map(|error| (key, error.to_string()))
+    network(&config.fleet).check().err().map(|error| (key, error.to_string()))
 }
 
 #[cfg(not(feature = "fleet"))]

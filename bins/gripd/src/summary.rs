@@ -1,9 +1,22 @@
 //! What happened, at the end.
 
-use crate::daemon::Ended;
+use grip_daemon::{HotCounters, recorder::RecorderCounters, rings::Dropped};
 use grip_sim::Truth;
 use serde::Serialize;
 use std::io::{self, Write as _};
+
+/// What happened.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Ended {
+    pub(crate) counters: HotCounters,
+    /// Rows lost over all openings of the port.
+    pub(crate) lost: u64,
+    pub(crate) command_n: Option<f32>,
+    /// Items that the service thread did not get.
+    pub(crate) service: Dropped,
+    /// What was recorded, where that was wanted.
+    pub(crate) recorded: Option<RecorderCounters>,
+}
 
 /// The last line. Fields that only the simulator knows are absent on real hardware.
 #[derive(Debug, Serialize)]

@@ -1,8 +1,8 @@
 //! What a user asks for: the only thing that views give back.
 
+use crate::form::TriggerForm;
 use crate::layout::Panel;
 use crate::plot::Scale;
-use crate::state::TriggerForm;
 use crate::strip::StripId;
 use grip_scope::Span;
 

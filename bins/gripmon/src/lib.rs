@@ -17,6 +17,7 @@ pub mod exports;
 pub mod files;
 #[cfg(feature = "fleet")]
 pub mod fleet;
+pub mod form;
 pub mod format;
 pub mod job;
 pub mod keys;

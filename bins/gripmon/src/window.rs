@@ -157,8 +157,8 @@ impl Screen {
         let pumping: Arc<OnceLock<Thread>> = Arc::default();
         let woken = Arc::clone(&pumping);
         let wake = move || woken.get().into_iter().for_each(Thread::unpark);
-        let source =
-            SourceHandle::spawn(parts.spec.clone(), wake).context("the source's thread")?;
+        let source = SourceHandle::spawn(parts.spec.clone(), grip_sim::mcu::peer, wake)
+            .context("the source's thread")?;
         let engine = Engine::new(Model::new(parts.memory_bytes), Some(source));
         let shared = Arc::new(Shared::new(engine));
         let pump = Pump::start(Arc::clone(&shared), ctx.clone()).context("the pump's thread")?;

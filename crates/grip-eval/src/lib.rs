@@ -9,6 +9,8 @@ pub mod esc;
 pub mod grasp;
 pub mod poisson;
 pub mod profile;
+pub mod roughness;
 pub mod score;
 pub mod tail;
-pub mod trial;
+
+pub use grasp::trial;

@@ -12,7 +12,7 @@
 use crate::PROTOCOL;
 use crate::cobs;
 use crate::frame::{BodyError, Direction, Frame, Header, MAX_BLOCK};
-use crate::message::Kind;
+use crate::kind::Kind;
 
 /// A frame whose seq lies this far or less behind the newest one is a duplicate; anything else is a gap.
 pub const DUPLICATE_WINDOW: u16 = 256;

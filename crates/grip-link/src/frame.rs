@@ -16,7 +16,7 @@
 use crate::PROTOCOL;
 use crate::cobs;
 use crate::crc::Crc32c;
-use crate::message::Kind;
+use crate::kind::Kind;
 use thiserror::Error;
 
 /// Most payload bytes in a frame.

@@ -15,6 +15,7 @@ pub mod decoder;
 pub mod device;
 pub mod frame;
 pub mod host;
+mod kind;
 pub mod message;
 mod sender;
 

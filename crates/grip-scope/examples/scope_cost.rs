@@ -112,7 +112,7 @@ fn load(megabytes: u64) {
     let begun = Instant::now();
     let mut model = Model::new(MEMORY);
     let spec = SourceSpec::Recording(path.clone());
-    let mut handle = SourceHandle::spawn(spec, || {}).unwrap();
+    let mut handle = SourceHandle::spawn(spec, grip_sim::mcu::peer, || {}).unwrap();
     let (mut first, mut all) = (None, None);
     let mut intake = Duration::ZERO;
     let mut parts = Vec::new();

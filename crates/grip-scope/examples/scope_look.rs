@@ -16,7 +16,7 @@ fn look() -> Result<(), Box<dyn core::error::Error>> {
     let spec = SourceSpec::parse(arguments.first().map_or("", String::as_str))?;
     let seconds = arguments.get(1).map_or(Ok(5.0), |text| text.parse())?;
     let mut model = Model::new(200_000_000);
-    let mut handle = SourceHandle::spawn(spec, || {})?;
+    let mut handle = SourceHandle::spawn(spec, grip_sim::mcu::peer, || {})?;
     let until = std::time::Instant::now() + Duration::try_from_secs_f64(seconds)?;
     let mut status = String::new();
     while std::time::Instant::now() < until {

@@ -165,5 +165,4 @@ fn give_outputs(layer: &mut FileLayer, maps: &[[f64; 2]]) {
 }
 
 #[cfg(test)]
-#[path = "ensemble_file_tests.rs"]
 mod tests;

@@ -403,5 +403,4 @@ where
 }
 
 #[cfg(test)]
-#[path = "file_tests.rs"]
 mod tests;

@@ -1,10 +1,12 @@
 //! A plain configuration in, a checked one or the name of the wrong value out.
 
 use crate::{
+    Signal,
     confidence::TAIL_RANGE,
     detector::{BANDS, Certificate, DetectorConfig, KnownFloors, SlipDetector},
     distance::DistanceConfig,
-    filter::{CornerError, MAX_CORNER},
+    error::ConfigError,
+    filter::MAX_CORNER,
     floor::FloorConfig,
     fusion,
     grip::GripConfig,
@@ -22,25 +24,6 @@ const BAND_NAMES: [[&str; 3]; 3] = [
     ["detector.vibration.low_hz", "detector.vibration.high_hz", "detector.vibration.threshold"],
     ["detector.octaves.low_hz", "detector.octaves.high_hz", "detector.octaves.threshold"],
 ];
-
-/// What the stylus channel holds.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(rename_all = "lowercase")
-)]
-pub enum Signal {
-    /// Displacement (m): heights, spacings and E_sc have a meaning.
-    #[default]
-    Displacement,
-    /// Vibration in units of the sensor, signed or rectified: slips are found, heights are not known.
-    ///
-    /// The bands act on a rectified signal as it is: rectification moves its vibration towards lower and doubled
-    /// frequencies, but the noise floor is measured on the same rectified signal, so the thresholds keep
-    /// their meaning.
-    Vibration,
-}
 
 /// Everything a pipeline needs to know.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -206,42 +189,11 @@ impl PipelineConfig {
     }
 }
 
-/// Why a pipeline cannot be made.
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-pub enum ConfigError {
-    /// A value outside its range.
-    #[error("{name} = {value} is outside {low} to {high}")]
-    Range {
-        /// Name of the value, as in the configuration file.
-        name: &'static str,
-        /// The value.
-        value: f32,
-        /// Smallest value possible.
-        low: f32,
-        /// Largest value possible.
-        high: f32,
-    },
-    /// A band that the sample rate cannot carry.
-    #[error("detector band: {0}")]
-    Corner(#[from] CornerError),
-}
-
-impl ConfigError {
-    /// # Errors
-    /// [`ConfigError::Range`] where `value` is not within `low..=high`; NaN never is.
-    pub fn within(name: &'static str, value: f32, low: f32, high: f32) -> Result<(), Self> {
-        if value >= low && value <= high {
-            Ok(())
-        } else {
-            Err(Self::Range { name, value, low, high })
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
-    use super::{ConfigError, PipelineConfig, Signal};
+    use super::PipelineConfig;
     use crate::units::Hertz;
+    use crate::{ConfigError, Signal};
 
     #[test]
     fn defaults_fit_every_rate_of_the_contract() {

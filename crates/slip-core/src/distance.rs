@@ -14,7 +14,7 @@
 //! While the fingers move a roller turns with them, so the sums start again when they have come to rest; where the
 //! position of the finger is measured it is subtracted instead.
 
-use crate::{config::ConfigError, detector::SlipState, health::SensorHealth, units::Micros};
+use crate::{detector::SlipState, error::ConfigError, health::SensorHealth, units::Micros};
 
 /// Which way an object can slip, as the sensor counts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -5,10 +5,10 @@
 //! as often as those of its methods added up.
 
 use crate::{
-    config::ConfigError,
     crosscheck::{CrossCheck, Seen},
     detector::SlipState,
     distance::{DistanceConfig, Fingers, MovedDistance, TravelReading},
+    error::ConfigError,
     health::SensorHealth,
     methods::{Method, Methods},
     pressure::{MAX_TAXELS, PressureConfig, PressurePattern},

@@ -11,14 +11,15 @@ mod host_time;
 mod rest;
 
 use crate::{
-    Phase,
+    Phase, Signal,
     confidence::confidence,
-    config::{ConfigError, PipelineConfig, Signal},
+    config::PipelineConfig,
     course::Course,
     crosscheck::Whiteness,
     detector::{KnownFloors, MotionInput, SlipDetector, SlipState},
     distance::Fingers,
     drift::Hold,
+    error::ConfigError,
     estimate::{Estimator, friction::FrictionMeter},
     event::{SlipEvent, Step},
     fusion::{Channels, Fusion, Told},

@@ -2,6 +2,25 @@
 
 use crate::units::Micros;
 
+/// What the stylus channel holds.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(rename_all = "lowercase")
+)]
+pub enum Signal {
+    /// Displacement (m): heights, spacings and E_sc have a meaning.
+    #[default]
+    Displacement,
+    /// Vibration in units of the sensor, signed or rectified: slips are found, heights are not known.
+    ///
+    /// The bands act on a rectified signal as it is: rectification moves its vibration towards lower and doubled
+    /// frequencies, but the noise floor is measured on the same rectified signal, so the thresholds keep
+    /// their meaning.
+    Vibration,
+}
+
 /// Axes that a vector has beside its first one.
 pub const FURTHER_AXES: usize = 2;
 

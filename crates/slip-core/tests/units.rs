@@ -2,8 +2,7 @@
 #![expect(clippy::unwrap_used, clippy::cast_precision_loss, reason = "test code")]
 
 use slip_core::{
-    Pipeline, PipelineConfig, Sample, SlipEvent,
-    config::Signal,
+    Pipeline, PipelineConfig, Sample, Signal, SlipEvent,
     units::{Hertz, Micros},
 };
 

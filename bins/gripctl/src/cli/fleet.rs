@@ -1,8 +1,7 @@
 //! The command line of `gripctl fleet`.
 
-use crate::commands::fleet::Selection;
 use clap::{Args, Subcommand};
-use grip_fleet::Member;
+use grip_fleet::{Member, Selector};
 use grip_session::config::{Site, Uid};
 use std::path::PathBuf;
 
@@ -206,4 +205,29 @@ pub(crate) struct CollectArgs {
     /// How long to wait for a gripper that has stopped to answer (s).
     #[arg(long, value_name = "S", default_value_t = 30.0, allow_negative_numbers = true)]
     pub(crate) patience: f64,
+}
+
+/// Which grippers: `all`, a site, a gripper, SITE/UID, or several of these.
+#[derive(Clone, Debug)]
+pub(crate) struct Selection(pub(crate) Vec<Selector>);
+
+impl core::str::FromStr for Selection {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        text.split(',').map(|word| selector(word.trim())).collect::<Result<_, _>>().map(Self)
+    }
+}
+
+fn selector(word: &str) -> Result<Selector, String> {
+    let site = |text: &str| text.parse::<Site>().map_err(|error| error.to_string());
+    let uid = |text: &str| text.parse::<Uid>().map_err(|error| error.to_string());
+    match word.split_once('/') {
+        _ if word == "all" => Ok(Selector::default()),
+        Some((place, which)) => Ok(Selector { site: Some(site(place)?), uid: Some(uid(which)?) }),
+        None => match uid(word) {
+            Ok(uid) => Ok(Selector { site: None, uid: Some(uid) }),
+            Err(_) => Ok(Selector { site: Some(site(word)?), uid: None }),
+        },
+    }
 }

@@ -6,10 +6,12 @@ use crate::{
     output,
 };
 use anyhow::Context as _;
-use grip_eval::profile::{Agreement, Evaluation, ProfileLine, ProfileOptions, Spread, evaluate};
+use grip_eval::{
+    profile::{Agreement, Evaluation, ProfileLine, ProfileOptions, Spread, evaluate},
+    roughness::FilterKind,
+};
 use grip_record::HeightProfile;
 use grip_session::exit::{Exit, WrongArgument};
-use slip_core::roughness::FilterKind;
 use std::path::Path;
 
 pub(crate) fn run(args: &ProfileArgs) -> anyhow::Result<Exit> {

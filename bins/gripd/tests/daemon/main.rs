@@ -13,6 +13,5 @@ mod reload;
 mod run;
 mod running;
 mod service_manager;
-mod soak;
 mod taxels;
 mod watching;

@@ -2,10 +2,10 @@
 
 use super::hall::Hall;
 use super::table::{Table, TableAction};
+use crate::fleet::views::{TableSeen, table};
 use crate::layout::Look;
 use crate::palette::Palette;
 use crate::state::Message;
-use crate::views::fleet::{TableSeen, table};
 use eframe::egui::{Theme, Ui};
 use grip_scope::fleet::Member;
 use std::sync::Arc;

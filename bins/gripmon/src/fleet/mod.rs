@@ -1,7 +1,7 @@
 //! A network of grippers in; a window with a table of all of them, and the ordinary view of the one that is opened, out.
 //!
 //! ```text
-//! thread of the network -> ring -> pump -> Hall { Roster } -> views::fleet -> Vec<TableAction> -> Table -> Wish
+//! thread of the network -> ring -> pump -> Hall { Roster } -> views -> Vec<TableAction> -> Table -> Wish
 //! ```
 
 mod hall;
@@ -9,6 +9,7 @@ mod lobby;
 mod opened;
 mod pump;
 mod table;
+pub mod views;
 mod window;
 
 pub use hall::Hall;

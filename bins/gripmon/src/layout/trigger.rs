@@ -1,6 +1,6 @@
 //! The trigger as it is remembered: names that people can read and write in, a form of the trigger out.
 
-use crate::state::{TriggerForm, TriggerKind};
+use crate::form::{TriggerForm, TriggerKind};
 use grip_scope::trigger::TriggerMode;
 use grip_scope::{Channel, EventKind};
 use serde::{Deserialize, Serialize};
@@ -156,8 +156,8 @@ mod column {
 #[cfg(test)]
 mod tests {
     use super::TriggerLayout;
+    use crate::form::{TriggerForm, TriggerKind};
     use crate::layout::Layout;
-    use crate::state::{TriggerForm, TriggerKind};
     use grip_scope::trigger::TriggerMode;
     use grip_scope::{Channel, EventKind};
 

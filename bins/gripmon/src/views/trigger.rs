@@ -2,8 +2,8 @@
 
 use super::{Seen, heading, readout, row, sentence};
 use crate::action::Action;
+use crate::form::{TriggerForm, TriggerKind};
 use crate::format::{self, Typed};
-use crate::state::{TriggerForm, TriggerKind};
 use eframe::egui::{ComboBox, DragValue, Ui};
 use grip_scope::trigger::TriggerMode;
 use grip_scope::{Channel, EventKind};

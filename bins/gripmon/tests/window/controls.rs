@@ -7,8 +7,8 @@ use egui_kittest::kittest::Queryable as _;
 use grip_scope::feed::{EventKind, EventMark, Feed};
 use grip_scope::trigger::TriggerMode;
 use gripmon::Scope;
+use gripmon::form::TriggerKind;
 use gripmon::layout::{Look, Panel};
-use gripmon::state::TriggerKind;
 use gripmon::time::Following;
 
 pub(crate) fn click(harness: &mut Harness<'_, Scope>, label: &str) {

@@ -8,8 +8,8 @@ use grip_scope::feed::{
     DerivedBlock, EscPoint, EventMark, EvidencePoint, Feed, ObserverSettings, RowBlock,
 };
 use grip_scope::{Channel, EventKind, Model, Span};
+use gripmon::form::TriggerKind;
 use gripmon::layout::Panel;
-use gripmon::state::TriggerKind;
 use gripmon::strip::StripId;
 
 #[test]

@@ -8,9 +8,9 @@ use grip_scope::feed::Feed;
 use grip_scope::trigger::TriggerMode;
 use grip_scope::{Channel, EventKind, Span};
 use gripmon::Scope;
+use gripmon::form::TriggerKind;
 use gripmon::layout::{Look, Panel};
 use gripmon::plot::{Kind, Scale};
-use gripmon::state::TriggerKind;
 use gripmon::strip::StripId;
 use gripmon::time::Following;
 

@@ -44,7 +44,8 @@ impl Running {
         let thread: Arc<OnceLock<Thread>> = Arc::default();
         let woken = Arc::clone(&thread);
         let wake = move || woken.get().into_iter().for_each(Thread::unpark);
-        let source = SourceHandle::spawn(SourceSpec::parse("demo").unwrap(), wake).unwrap();
+        let spec = SourceSpec::parse("demo").unwrap();
+        let source = SourceHandle::spawn(spec, grip_sim::mcu::peer, wake).unwrap();
         let shared = Arc::new(Shared::new(Engine::new(Model::new(64 << 20), Some(source))));
         let pump = Pump::start(Arc::clone(&shared), ctx.clone()).unwrap();
         thread.set(pump.thread().unwrap().clone()).unwrap();

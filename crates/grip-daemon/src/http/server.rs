@@ -74,12 +74,6 @@ impl HttpServer {
         Ok(Self { listener, limits: Limits::default(), connections, refused: 0 })
     }
 
-    /// The same with other limits.
-    #[must_use]
-    pub fn with_limits(self, limits: Limits) -> Self {
-        Self { limits, ..self }
-    }
-
     /// The address in use: the port is chosen by the system where it was 0.
     ///
     /// # Errors

@@ -6,7 +6,7 @@ use super::{
     line::Line,
     play::{Incident, Setup, play},
 };
-use crate::{grasp::GraspError, trial::TrialError};
+use crate::grasp::{GraspError, trial::TrialError};
 use grip_session::{
     config::HostConfig,
     model::HostEstimator,

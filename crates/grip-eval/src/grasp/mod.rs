@@ -15,6 +15,7 @@ mod sensors;
 pub mod stalls;
 mod stress;
 mod total;
+pub mod trial;
 
 pub use hand::{Hand, Own};
 pub use laboratory::{CRUSH_RATIO, Fate, Friction, ORACLE_FACTORS, OracleFate, Spread};
@@ -25,7 +26,7 @@ pub use sensors::SensorSet;
 pub use stress::Stress;
 pub use total::{GraspResult, Total, total};
 
-use crate::trial::TrialError;
+use crate::grasp::trial::TrialError;
 use grip_session::{config::HostConfig, model::HostEstimator, session::News};
 use grip_sim::{Clairvoyant, Scene, SceneError, perfect_controller_can_hold};
 use slip_core::units::Micros;

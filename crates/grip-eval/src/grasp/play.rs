@@ -4,7 +4,7 @@ use super::{
     hand::Hand,
     line::{Line, Wire},
 };
-use crate::trial::TrialError;
+use crate::grasp::trial::TrialError;
 use grip_link::frame::MAX_WIRE;
 use grip_session::config::HostConfig;
 use grip_sim::{

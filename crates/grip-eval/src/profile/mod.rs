@@ -3,19 +3,18 @@
 //! Two filters split the profile: what is longer than lambda_c is shape and waviness, what is shorter than lambda_s is
 //! noise; what is left is the roughness profile, on which Ra, Rq, Rz and RSm are measured. The irregularities are
 //! found on that profile after one more low-pass ([`ProfileOptions::low_pass_m`]), which keeps noise from raising the peaks, and with a
-//! hysteresis that noise does not decide about ([`slip_core::irregularity::batch::widest_gap`]).
+//! hysteresis that noise does not decide about ([`batch::widest_gap`]).
 
+pub mod batch;
 mod report;
 
 pub use report::{Agreement, ProfileLine, Spread};
 
-use grip_record::HeightProfile;
-use slip_core::{
-    irregularity::{Irregularity, SpatialLowPass, Turn, batch},
-    roughness::{
-        BufferTooShort, FilterKind, ProfileFilter, Roughness, dominant_wavelength, noise_deviation,
-    },
+use crate::roughness::{
+    BufferTooShort, FilterKind, ProfileFilter, Roughness, dominant_wavelength, noise_deviation,
 };
+use grip_record::HeightProfile;
+use slip_core::irregularity::{Irregularity, SpatialLowPass, Turn};
 
 /// How a profile is evaluated.
 #[derive(Clone, Copy, Debug, PartialEq)]

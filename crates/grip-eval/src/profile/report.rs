@@ -2,8 +2,9 @@
 
 use super::{Evaluation, ProfileOptions};
 use crate::esc::{EscLine, readings};
+use crate::roughness::FilterKind;
 use serde::Serialize;
-use slip_core::{esc::Trial, roughness::FilterKind};
+use slip_core::esc::Trial;
 
 /// How a quantity is spread over the irregularities (um).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]

@@ -1,7 +1,8 @@
 use super::{Agreement, ProfileError, ProfileLine, ProfileOptions, Spread, evaluate};
+use crate::roughness::FilterKind;
 use core::f64::consts::{PI, TAU};
 use grip_record::HeightProfile;
-use slip_core::{esc::Trial, roughness::FilterKind};
+use slip_core::esc::Trial;
 
 /// A sine of 2 um and 250 um on a long wave and a tilt, at steps of 0.5 um over 10 mm.
 fn profile() -> HeightProfile {

@@ -1,7 +1,7 @@
 use super::{Floors, Quantiles, Rules, ScoreError, score};
 use core::fmt::Write as _;
-use grip_record::CsvOptions;
-use grip_session::config::HostConfig;
+use grip_record::{CsvError, CsvOptions};
+use grip_session::{config::HostConfig, exit::Exit};
 use std::{fs, path::Path};
 
 const RULES: Rules = Rules { guard_ms: 60.0, floors: Floors::Folds };
@@ -151,4 +151,11 @@ fn chance_finds_nothing_where_alarms_are_few_and_recordings_long() {
     let by = total.onsets_chance.unwrap();
     assert!((by.found - 0.3).abs() < 0.01 && (by.p - 0.3).abs() < 0.01, "{by:?}");
     assert_eq!(total.steady_chance, None);
+}
+
+#[test]
+fn a_wrong_rate_is_told_from_a_wrong_recording() {
+    let exit = |error| Exit::of(&ScoreError::Recording(error));
+    assert_eq!(exit(CsvError::BadRate { rate_hz: 0.0 }), Exit::WrongArguments);
+    assert_eq!(exit(CsvError::Empty { file: "x".into() }), Exit::Failed);
 }

@@ -1,12 +1,12 @@
 //! Stylus profilometer traces: `NAME_primary.csv` and the instrument's `NAME_roughness.csv`.
 
 use crate::{name, recordings};
-use grip_eval::profile::{Agreement, Evaluation, ProfileOptions, evaluate};
-use grip_record::HeightProfile;
-use slip_core::{
-    irregularity::{Irregularity, IrregularityExtractor, SpatialLowPass},
+use grip_eval::{
+    profile::{Agreement, Evaluation, ProfileOptions, evaluate},
     roughness::{FilterKind, ProfileFilter},
 };
+use grip_record::HeightProfile;
+use slip_core::irregularity::{Irregularity, IrregularityExtractor, SpatialLowPass};
 use std::path::{Path, PathBuf};
 
 /// Step of the instrument (m): 10 mm over the 28087 heights of a full trace. The shorter traces have the same step, but

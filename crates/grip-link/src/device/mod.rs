@@ -12,12 +12,14 @@ mod batches;
 mod force;
 mod link;
 mod outbox;
+mod peer;
 mod requests;
 mod transmit;
 
 pub use batches::KEPT_BATCHES;
 pub use force::Drive;
 pub use link::{DeviceEvent, DeviceLink, RowError};
+pub use peer::Peer;
 
 use crate::frame::MAX_PAYLOAD;
 use crate::message::{

@@ -67,7 +67,7 @@ fn each_type_of_the_crate_has_its_row_and_section() {
     let screen = table(DAEMON);
     assert_eq!(screen.iter().map(|row| code(row)).collect::<Vec<_>>(), known);
     let rows = screens();
-    let mut named: BTreeMap<String, u64> = source::codes("message/mod.rs", "Kind");
+    let mut named: BTreeMap<String, u64> = source::codes("kind.rs", "Kind");
     assert_eq!(named.remove("CLIENT_FIRST"), Some(0xA0));
     let written: BTreeMap<String, u64> =
         rows.iter().map(|row| (row[1].clone(), u64::from(code(row)))).collect();

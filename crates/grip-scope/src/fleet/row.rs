@@ -253,7 +253,6 @@ const fn severity(health: SensorHealth) -> u8 {
         SensorHealth::Frozen => 6,
         SensorHealth::Failed => 7,
         SensorHealth::Lost => 8,
-        _ => 1,
     }
 }
 

@@ -15,6 +15,7 @@ mod stream;
 mod study;
 mod told;
 
+pub use demo::Grippers;
 #[cfg(feature = "zenoh")]
 pub use fleet::{FleetHandle, FleetPlace, GripperAt, NetError, Network};
 pub use spec::{SourceSpec, SpecError};
@@ -73,12 +74,16 @@ pub struct SourceHandle {
 }
 
 impl SourceHandle {
-    /// Starts the source. `wake` is called from its thread whenever there is something to be seen; it must not wait.
+    /// Starts the source. `grippers` are for the demo; `wake` is called from its thread whenever there is something to be seen; it must not wait.
     ///
     /// # Errors
     /// Where the system starts no thread.
-    pub fn spawn(spec: SourceSpec, wake: impl Fn() + Send + 'static) -> std::io::Result<Self> {
-        Self::spawn_every(spec, 1, wake)
+    pub fn spawn(
+        spec: SourceSpec,
+        grippers: Grippers,
+        wake: impl Fn() + Send + 'static,
+    ) -> std::io::Result<Self> {
+        Self::spawn_every((spec, 1), grippers, wake)
     }
 
     /// The same with every `every_nth` sample of a daemon only, for slow connections (1 to 65535; 0 counts as 1). Nothing is derived from
@@ -87,8 +92,8 @@ impl SourceHandle {
     /// # Errors
     /// Where the system starts no thread.
     pub fn spawn_every(
-        spec: SourceSpec,
-        every_nth: u16,
+        (spec, every_nth): (SourceSpec, u16),
+        grippers: Grippers,
         wake: impl Fn() + Send + 'static,
     ) -> std::io::Result<Self> {
         let (to_model, ring) = RingBuffer::new(if spec.is_live() { LIVE_RING } else { FILE_RING });
@@ -98,7 +103,7 @@ impl SourceHandle {
         let what = spec.clone();
         let every_nth = every_nth.max(1);
         let run = move || {
-            guarded(&mut outlet, |outlet| run((&what, every_nth), outlet, &mut orders));
+            guarded(&mut outlet, |outlet| run((&what, every_nth), grippers, outlet, &mut orders));
         };
         let thread = thread::Builder::new().name("source".to_owned()).spawn(run)?;
         Ok(Self { spec, ring, commands, shared, thread: Some(thread) })
@@ -186,12 +191,13 @@ fn fault(payload: &(dyn Any + Send)) -> String {
 /// What the thread does.
 fn run(
     (spec, every_nth): (&SourceSpec, u16),
+    grippers: Grippers,
     outlet: &mut Outlet,
     orders: &mut Consumer<ClientAction>,
 ) {
     match spec {
         SourceSpec::Daemon(listen) => daemon::run(listen, every_nth, outlet, orders),
-        SourceSpec::Demo { scene, seed } => demo::run((scene, *seed), outlet, orders),
+        SourceSpec::Demo { scene, seed } => demo::run((grippers, scene, *seed), outlet, orders),
         #[cfg(feature = "zenoh")]
         SourceSpec::Gripper(at) => fleet::run(at, outlet, orders),
         SourceSpec::Recording(file) => recording::run(file, outlet),

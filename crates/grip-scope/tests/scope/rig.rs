@@ -3,6 +3,7 @@
 use core::time::Duration;
 use grip_record::mcap::{McapWriter, Record, SampleRecord};
 use grip_scope::{Channel, Model, SourceHandle, SourceSpec};
+use grip_sim::mcu::peer;
 use slip_core::{Sample, units::Micros};
 use std::fs::File;
 use std::io::BufWriter;
@@ -18,12 +19,12 @@ pub(crate) struct Watch {
 
 impl Watch {
     pub(crate) fn new(spec: SourceSpec) -> Self {
-        let handle = SourceHandle::spawn(spec, || {}).unwrap();
+        let handle = SourceHandle::spawn(spec, peer, || {}).unwrap();
         Self { handle, model: Model::new(64 << 20) }
     }
 
     pub(crate) fn every(spec: SourceSpec, every_nth: u16) -> Self {
-        let handle = SourceHandle::spawn_every(spec, every_nth, || {}).unwrap();
+        let handle = SourceHandle::spawn_every((spec, every_nth), peer, || {}).unwrap();
         Self { handle, model: Model::new(64 << 20) }
     }
 

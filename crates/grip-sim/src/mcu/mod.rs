@@ -9,11 +9,13 @@
 
 mod fault;
 mod identity;
+mod peer;
 mod row;
 mod watch;
 
 pub use fault::{Sensor, SensorFault};
 pub use grip_link::device::DeviceConfigError;
+pub use peer::peer;
 pub use watch::Task;
 
 use crate::grasp::{Grasp, Truth};

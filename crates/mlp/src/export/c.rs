@@ -293,5 +293,4 @@ fn activate(activation: Activation, values: &str, count: usize) -> String {
 }
 
 #[cfg(test)]
-#[path = "c_tests.rs"]
 mod tests;

@@ -241,5 +241,4 @@ fn metadata(file: &ModelFile, origin: &str) -> Vec<StringStringEntryProto> {
 }
 
 #[cfg(test)]
-#[path = "onnx_tests.rs"]
 mod tests;

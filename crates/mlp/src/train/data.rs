@@ -317,5 +317,4 @@ fn hexadecimal(digest: &[u8]) -> String {
 }
 
 #[cfg(test)]
-#[path = "data_tests.rs"]
 mod tests;

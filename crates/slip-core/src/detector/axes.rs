@@ -19,9 +19,7 @@ use super::{
     pending::MOST,
     primed::PrimedBank,
 };
-use crate::{
-    config::ConfigError, filter::FilterBank, resolution::Resolution, sample::FURTHER_AXES,
-};
+use crate::{error::ConfigError, filter::FilterBank, resolution::Resolution, sample::FURTHER_AXES};
 
 type Values = [f32; FURTHER_AXES];
 

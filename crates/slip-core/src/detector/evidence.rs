@@ -18,7 +18,7 @@
 //! Tests: `agrees_with_the_formula`, `the_interval_is_kept`.
 
 use super::{config::BANDS, test::Block};
-use crate::config::ConfigError;
+use crate::error::ConfigError;
 
 /// Limits of a band.
 pub const LIMITS: usize = 8;

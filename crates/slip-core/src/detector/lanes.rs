@@ -5,7 +5,7 @@ use super::{
     pending::MOST,
 };
 use crate::{
-    config::ConfigError,
+    error::ConfigError,
     filter::{Band, FilterBank, MAX_CORNER},
 };
 

@@ -4,7 +4,7 @@ use super::{
     lanes::{LANES, Lanes, samples},
     pending::Pending,
 };
-use crate::{config::ConfigError, filter::FilterBank};
+use crate::{error::ConfigError, filter::FilterBank};
 
 /// Time whose mean becomes the zero of the filters (ms): one reading alone would turn its noise into a step.
 const PRIME_MS: f32 = 2.0;

@@ -11,7 +11,7 @@ use super::{
     pending::Pending,
 };
 use crate::{
-    config::ConfigError,
+    error::ConfigError,
     filter::FilterBank,
     floor::{Floor, FloorConfig},
     health::SensorHealth,

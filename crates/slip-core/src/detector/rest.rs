@@ -4,7 +4,7 @@
 
 use super::{BANDS, DetectorConfig, lanes::Lanes, primed::PrimedBank};
 use crate::{
-    config::ConfigError,
+    error::ConfigError,
     floor::FloorConfig,
     resolution::Resolution,
     sample::{FURTHER_AXES, Vector},

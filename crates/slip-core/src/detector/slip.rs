@@ -28,7 +28,7 @@ use super::{
 };
 use crate::health::SensorHealth;
 use crate::{
-    config::ConfigError,
+    error::ConfigError,
     floor::{Floor, FloorConfig},
     resolution::Resolution,
     sample::Sample,

@@ -1,6 +1,6 @@
 use super::{Direction, DistanceConfig, Fingers, MovedDistance, TravelReading};
 use crate::health::SensorHealth;
-use crate::{config::ConfigError, detector::SlipState, units::Micros};
+use crate::{detector::SlipState, error::ConfigError, units::Micros};
 
 /// An encoder of 1 um with seeded jitter of +-1 um and a drift of 20 um/s, read at 10 kHz.
 struct Encoder {

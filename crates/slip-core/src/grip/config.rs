@@ -1,6 +1,6 @@
 //! Forces, rates and gains of the controller, and their ranges.
 
-use crate::config::ConfigError;
+use crate::error::ConfigError;
 
 /// Forces and rates of the controller; every force is the normal force of one finger.
 #[derive(Clone, Copy, Debug, PartialEq)]

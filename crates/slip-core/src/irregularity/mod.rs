@@ -12,10 +12,9 @@
 //! extreme of N noisy samples lies about sigma sqrt(2 ln N) beyond the truth; no threshold mends that, only less noise.
 //! [`SpatialLowPass`] averages over a fixed length of *surface*, so the slower the slip, the more samples it averages: its
 //! corner in Hz follows the speed, and surface and spacing keep their size at every speed. What remains is of second order:
-//! reversals whose height lies within the remaining noise of the hysteresis come and go. [`batch::widest_gap`] puts the
+//! reversals whose height lies within the remaining noise of the hysteresis come and go. `gripctl profile` puts the
 //! hysteresis where a given surface has no such reversals.
 
-pub mod batch;
 mod low_pass;
 mod turn;
 

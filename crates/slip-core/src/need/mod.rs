@@ -22,7 +22,7 @@ mod posterior;
 mod swings;
 mod vibration;
 
-use crate::config::Signal;
+use crate::sample::Signal;
 use core::f32::consts::LN_2;
 
 use candidate::{Candidate, balance};

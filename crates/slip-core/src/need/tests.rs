@@ -1,7 +1,7 @@
 //! Objects with known needs slip under a simple law; what the distribution says of them.
 
 use super::{Alarm, Felt, Need};
-use crate::{config::Signal, estimate::G_M_S2};
+use crate::{estimate::G_M_S2, sample::Signal};
 
 const DT: f64 = 1e-4;
 

@@ -2,7 +2,6 @@
 
 use super::{Pipeline, rest::Rest};
 use crate::{
-    config::Signal,
     course::Motion,
     estimate::{Estimator, ForceEstimate, G_M_S2, friction::FrictionMeter},
     event::{SlipEvent, Step},
@@ -12,6 +11,7 @@ use crate::{
     methods::Method,
     need::{Alarm, Felt},
     sample::Sample,
+    sample::Signal,
     turns::{Passing, Turns},
     units::{Micros, Newtons},
 };

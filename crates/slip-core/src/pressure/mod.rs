@@ -27,8 +27,8 @@ pub use rest::PatternRest;
 pub use standing::Standing;
 
 use crate::{
-    config::ConfigError,
     detector::SlipState,
+    error::ConfigError,
     health::{ANY, SensorHealth},
     resolution::Resolution,
     units::Micros,

@@ -1,7 +1,7 @@
 extern crate std;
 use super::{PatternRest, PressureConfig, PressurePattern};
 use crate::health::SensorHealth;
-use crate::{config::ConfigError, detector::SlipState, units::Micros};
+use crate::{detector::SlipState, error::ConfigError, units::Micros};
 use std::{vec, vec::Vec};
 
 /// A pad of 4 x 4 taxels under a round object: a pressure hill, read at 100 Hz with noise of 1 count rms.

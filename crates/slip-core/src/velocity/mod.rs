@@ -17,7 +17,7 @@ mod two_stylus;
 
 pub use two_stylus::{Delay, TwoStylusDelay};
 
-use crate::{config::ConfigError, sample::Sample, units::Micros};
+use crate::{error::ConfigError, sample::Sample, units::Micros};
 pub use slip_msg::SpeedSource;
 
 /// A slip speed and how far it may be off.

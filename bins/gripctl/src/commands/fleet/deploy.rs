@@ -2,7 +2,7 @@
 
 use super::{PlaceArgs, network};
 use crate::{
-    cli::fleet::DeployArgs,
+    cli::fleet::{DeployArgs, Selection},
     commands::{checked, clock::Clock},
     output,
 };
@@ -33,31 +33,6 @@ const PATIENCE: Duration = Duration::from_secs(15);
 const SUMMARY_US: u64 = 5_000_000;
 /// How long grippers that do not answer are asked to give the model back (us).
 const RETURN_US: u64 = 60_000_000;
-
-/// Which grippers: `all`, a site, a gripper, SITE/UID, or several of these.
-#[derive(Clone, Debug)]
-pub(crate) struct Selection(Vec<Selector>);
-
-impl core::str::FromStr for Selection {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, Self::Err> {
-        text.split(',').map(|word| selector(word.trim())).collect::<Result<_, _>>().map(Self)
-    }
-}
-
-fn selector(word: &str) -> Result<Selector, String> {
-    let site = |text: &str| text.parse::<Site>().map_err(|error| error.to_string());
-    let uid = |text: &str| text.parse::<Uid>().map_err(|error| error.to_string());
-    match word.split_once('/') {
-        _ if word == "all" => Ok(Selector::default()),
-        Some((place, which)) => Ok(Selector { site: Some(site(place)?), uid: Some(uid(which)?) }),
-        None => match uid(word) {
-            Ok(uid) => Ok(Selector { site: None, uid: Some(uid) }),
-            Err(_) => Ok(Selector { site: Some(site(word)?), uid: None }),
-        },
-    }
-}
 
 pub(super) fn run(args: &DeployArgs) -> anyhow::Result<Exit> {
     let config = config(args)?;

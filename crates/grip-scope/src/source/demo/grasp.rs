@@ -2,18 +2,18 @@
 
 use super::super::told;
 use super::{BETWEEN_US, GRASP_US, World};
-use crate::feed::{EventKind, EventMark, Feed, Level, StatePoint};
+use crate::feed::{Feed, Level, StatePoint};
 use crate::source::ClientAction;
 use crate::source::outlet::Outlet;
 use grip_daemon::State;
 use grip_daemon::clients::convert;
+use grip_link::device::Peer;
 use grip_link::frame::MAX_WIRE;
 use grip_link::message::daemon::{Gripper, Slip};
 use grip_session::model::default_estimator;
 use grip_session::report::EventLine;
 use grip_session::session::ClientCommand;
-use grip_session::{News, Session, SessionOptions};
-use grip_sim::{Scene, VirtualMcu};
+use grip_session::{HostConfig, News, Session, SessionOptions};
 use slip_core::{Sample, units::Micros};
 
 /// States come at most this often (us), and on change.
@@ -30,7 +30,8 @@ enum Stopped {
 
 /// One object in the fingers.
 pub(super) struct Grasp {
-    mcu: VirtualMcu,
+    gripper: Box<dyn Peer>,
+    boot_id: u32,
     pub(super) session: Session,
     released: bool,
     stopped: Stopped,
@@ -39,17 +40,20 @@ pub(super) struct Grasp {
 }
 
 impl Grasp {
-    pub(super) fn new(scene: &Scene, number: u64, world: &World) -> Result<Self, String> {
-        let boot_id = u32::try_from(number).unwrap_or(u32::MAX).saturating_add(1);
-        let mcu = VirtualMcu::new(scene, boot_id).map_err(|error| error.to_string())?;
+    pub(super) fn new(
+        gripper: Box<dyn Peer>,
+        boot_id: u32,
+        config: &HostConfig,
+    ) -> Result<Self, String> {
         let estimator = default_estimator().map_err(|error| error.to_string())?;
         let options = SessionOptions::default();
-        let mut session = Session::new(world.config.clone(), estimator, options)
-            .map_err(|error| error.to_string())?;
-        let nonce = u16::try_from(number % 65_535).unwrap_or(0) + 1;
+        let mut session =
+            Session::new(config.clone(), estimator, options).map_err(|error| error.to_string())?;
+        let nonce = u16::try_from(boot_id % 65_535).unwrap_or(0) + 1;
         session.open(0, nonce).map_err(|error| error.to_string())?;
         Ok(Self {
-            mcu,
+            gripper,
+            boot_id,
             session,
             released: false,
             stopped: Stopped::No,
@@ -58,19 +62,8 @@ impl Grasp {
         })
     }
 
-    pub(super) fn begin(&self, scene: &Scene) -> EventMark {
-        let object = scene.object();
-        let text = format!(
-            "next object: {:.0} g, friction {:.2}, needs {:.2} N",
-            1e3 * object.mass_kg,
-            object.friction,
-            object.force_needed_n()
-        );
-        EventMark::plain(f64::NAN, EventKind::Reload, text)
-    }
-
     pub(super) fn now_us(&self) -> u64 {
-        self.mcu.grasp().now().0
+        self.gripper.now_us()
     }
 
     /// Whether the next object has to wait.
@@ -115,7 +108,7 @@ impl Grasp {
         let force_max_n = in_force.map(|config| config.force_max_mn as f32 / 1e3);
         Gripper {
             uid: link.ident().map_or([0; 16], |ident| ident.uid),
-            boot_id: self.mcu.boot_id(),
+            boot_id: self.boot_id,
             rate_hz: in_force.map_or(0, |config| config.sample_rate_hz),
             force_max_n,
             link: link.state(),
@@ -131,17 +124,20 @@ impl Grasp {
         outlet: &mut Outlet,
     ) -> Result<(), String> {
         let mut bytes = Vec::with_capacity(4 * MAX_WIRE);
-        while self.mcu.next_due().0 <= until_us {
-            let now = self.mcu.next_due();
-            self.mcu.advance(now);
+        let mut frame = [0; MAX_WIRE];
+        while self.gripper.next_due_us() <= until_us {
+            let now_us = self.gripper.next_due_us();
+            self.gripper.receive(now_us, &[]);
             bytes.clear();
-            self.mcu.transmit(now, &mut bytes);
-            let events = self.turn(now, &bytes, world, outlet)?;
+            while let Some(len) = self.gripper.poll_transmit(now_us, &mut frame) {
+                bytes.extend(frame.iter().take(len));
+            }
+            let events = self.turn(now_us, &bytes, world, outlet)?;
             self.tell_state(world.start_us, outlet);
             events.into_iter().for_each(|event| outlet.offer(event));
-            let due = now.0 > GRASP_US && self.stopped == Stopped::No;
+            let due = now_us > GRASP_US && self.stopped == Stopped::No;
             if due && !core::mem::replace(&mut self.released, true) {
-                self.session.obey(now.0, ClientCommand::Release);
+                self.session.obey(now_us, ClientCommand::Release);
             }
         }
         Ok(())
@@ -150,7 +146,7 @@ impl Grasp {
     /// One exchange of bytes: the events it led to.
     fn turn(
         &mut self,
-        now: Micros,
+        now_us: u64,
         bytes: &[u8],
         world: &mut World,
         outlet: &Outlet,
@@ -173,16 +169,16 @@ impl Grasp {
         let began_ns = outlet.clock.now_ns();
         let answer = self
             .session
-            .receive(now.0, bytes, &mut out, &mut tell)
+            .receive(now_us, bytes, &mut out, &mut tell)
             .map_err(|error| error.to_string())?;
         if !bytes.is_empty() {
             tally.latency.record(outlet.clock.now_ns().saturating_sub(began_ns));
         }
         if let Some(len) = answer {
-            self.mcu.receive(now, out.get(..len).unwrap_or(&out));
+            self.gripper.receive(now_us, out.get(..len).unwrap_or(&out));
         }
-        while let Some(len) = self.session.poll_transmit(now.0, &mut out) {
-            self.mcu.receive(now, out.get(..len).unwrap_or(&out));
+        while let Some(len) = self.session.poll_transmit(now_us, &mut out) {
+            self.gripper.receive(now_us, out.get(..len).unwrap_or(&out));
         }
         Ok(events)
     }
@@ -222,7 +218,8 @@ impl Grasp {
             rate_hz: in_force.map_or(0, |config| config.sample_rate_hz),
             late_ms: None,
         };
-        let message = convert::state(0, &state, self.mcu.link().state(), self.mcu.link().fault());
+        let message =
+            convert::state(0, &state, self.gripper.link().state(), self.gripper.link().fault());
         Some(StatePoint { limit_n: self.about().force_max_n, ..told::state(&message) })
     }
 }

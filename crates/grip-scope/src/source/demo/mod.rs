@@ -10,9 +10,10 @@ use super::hearing::observer;
 use super::outlet::Outlet;
 use super::stream::Stream;
 use super::{ClientAction, told};
-use crate::feed::{DaemonInfo, Feed, ObserverSettings, SourceStatus};
+use crate::feed::{DaemonInfo, EventKind, EventMark, Feed, ObserverSettings, SourceStatus};
 use core::time::Duration;
 use grasp::Grasp;
+use grip_link::device::Peer;
 use grip_link::message::daemon::RealTime;
 use grip_session::HostConfig;
 use rtrb::Consumer;
@@ -27,13 +28,17 @@ const TURN: Duration = Duration::from_millis(8);
 /// After a longer pause of this program the simulation goes on where it was (us).
 const ASLEEP_US: u64 = 500_000;
 
+/// Makes the gripper of a scene with the object of a seed and the number of its start, and says something about the object; or why there
+/// is none. The program brings it along, so that the scope needs no simulator.
+pub type Grippers = fn(&str, u64, u32) -> Result<(Box<dyn Peer>, String), String>;
+
 /// Runs grasps until the scope lets go.
 pub(super) fn run(
-    (scene, seed): (&str, u64),
+    (grippers, scene, seed): (Grippers, &str, u64),
     outlet: &mut Outlet,
     orders: &mut Consumer<ClientAction>,
 ) {
-    if let Err(sentence) = grasps((scene, seed), outlet, orders) {
+    if let Err(sentence) = grasps((grippers, scene, seed), outlet, orders) {
         outlet.status(SourceStatus::Failed { sentence });
     }
 }
@@ -48,22 +53,22 @@ struct World {
 }
 
 fn grasps(
-    (name, seed): (&str, u64),
+    (grippers, name, seed): (Grippers, &str, u64),
     outlet: &mut Outlet,
     orders: &mut Consumer<ClientAction>,
 ) -> Result<(), String> {
-    let scene = grip_sim::scene::open(name).map_err(|error| error.to_string())?;
     let config = HostConfig::default();
     let mut stream = Stream::default();
     stream.observe(Some(observer(config.link.sample_rate_hz)?));
     let mut world = World { config, tally: Tally::default(), stream, start_us: 0 };
+    let mut lag_us = 0;
+    let mut made = grippers(name, seed, 1)?;
     greet(name, outlet);
     outlet.offer(Feed::Observes(ObserverSettings::Source));
-    let mut lag_us = 0;
-    for number in 0.. {
-        let object = scene.reseeded(seed.wrapping_add(number)).map_err(|e| e.to_string())?;
-        let mut grasp = Grasp::new(&object, number, &world)?;
-        outlet.offer(Feed::Event(grasp.begin(&object)));
+    for number in 1.. {
+        let (gripper, object) = made;
+        let mut grasp = Grasp::new(gripper, number, &world.config)?;
+        outlet.offer(Feed::Event(EventMark::plain(f64::NAN, EventKind::Reload, object)));
         while grasp.goes_on() {
             if outlet.stops() {
                 return Ok(());
@@ -80,6 +85,7 @@ fn grasps(
         world.tally.end(&grasp.session);
         world.start_us += grasp.now_us();
         outlet.offer(Feed::Restart);
+        made = grippers(name, seed.wrapping_add(number.into()), number.saturating_add(1))?;
     }
     Ok(())
 }

@@ -91,7 +91,6 @@ mod tests {
     extern crate std;
     use super::dominant_wavelength;
     use core::f64::consts::TAU;
-    use std::vec::Vec;
 
     #[test]
     fn a_period_is_found_among_others() {

@@ -62,7 +62,7 @@ fn rows(ui: &mut Ui, seen: &TableSeen<'_>, actions: &mut Vec<TableAction>) {
         } else {
             "No gripper has all these words: Esc takes the filter away."
         };
-        super::stack::empty(ui, ui.available_rect_before_wrap(), text, &seen.palette);
+        crate::views::stack::empty(ui, ui.available_rect_before_wrap(), text, &seen.palette);
         return;
     }
     let mut area = ScrollArea::vertical().auto_shrink([false, false]);

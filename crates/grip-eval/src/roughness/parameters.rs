@@ -81,7 +81,6 @@ mod tests {
     extern crate std;
     use super::Roughness;
     use core::f64::consts::{PI, TAU};
-    use std::vec::Vec;
 
     fn close(got: f64, want: f64) {
         assert!((got / want - 1.0).abs() < 1e-4, "{got} {want}");

@@ -20,7 +20,6 @@ pub fn noise_deviation(heights: &[f64], scratch: &mut [f64]) -> Option<f64> {
 mod tests {
     extern crate std;
     use super::noise_deviation;
-    use std::vec::Vec;
 
     #[test]
     fn finds_the_noise_on_a_rough_surface() {

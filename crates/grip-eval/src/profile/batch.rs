@@ -1,7 +1,7 @@
 //! A whole profile in, its peaks, valleys and irregularities out: the streaming extraction over a slice of
 //! heights at equal steps, and the choice of the hysteresis that the slice allows.
 
-use super::{Irregularity, IrregularityExtractor, Turn, TurnFinder};
+use slip_core::irregularity::{Irregularity, IrregularityExtractor, Turn, TurnFinder};
 
 /// The irregularities of `heights_m` (m) at equal steps of `step_m` (m), larger than `hysteresis_m` (m).
 pub fn irregularities(
@@ -61,8 +61,7 @@ pub fn widest_gap(heights_m: &[f32], low_m: f32, high_m: f32) -> f32 {
 mod tests {
     extern crate std;
     use super::{irregularities, turns, widest_gap};
-    use crate::irregularity::{SpatialLowPass, TurnKind};
-    use std::vec::Vec;
+    use slip_core::irregularity::{SpatialLowPass, TurnKind};
 
     /// Peaks of 10 and, between them, of 2.
     fn two_sizes() -> Vec<f32> {

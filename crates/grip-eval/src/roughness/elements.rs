@@ -98,7 +98,6 @@ impl Elements {
 mod tests {
     extern crate std;
     use super::Elements;
-    use std::vec::Vec;
 
     fn width(heights: &[f64], threshold: f64, narrowest: f64) -> Option<(f64, u32)> {
         Elements::new(threshold, narrowest).mean_width(heights)

@@ -1,7 +1,9 @@
-//! Some seconds of the soak that benches runs for half an hour: full rate, two clients that want everything, a recording.
+//! Some seconds of the soak that `daemon-soak` runs for half an hour: full rate, two clients that want everything, a recording.
+#![expect(clippy::unwrap_used, reason = "test code")]
 
 use slip_benches::daemon::soak::{Soak, run};
 use std::{fs, time::Instant};
+use stories::Build;
 
 #[expect(clippy::disallowed_methods, reason = "a test in real time")]
 fn clock() -> impl Fn() -> u64 + Sync {
@@ -13,7 +15,7 @@ fn clock() -> impl Fn() -> u64 + Sync {
 fn every_sample_of_a_short_soak_is_accounted_for() {
     let folder = tempfile::tempdir().unwrap();
     let soak = Soak {
-        gripd: env!("CARGO_BIN_EXE_gripd").into(),
+        gripd: Build::beside_tests(&["daemon"]).programs().unwrap()["gripd"].clone(),
         folder: folder.path().into(),
         rate_hz: 20_000,
         seconds: 2.0,

@@ -176,7 +176,6 @@ mod tests {
     extern crate std;
     use super::{ALPHA, BOX, FilterKind, ProfileFilter};
     use core::f64::consts::{PI, TAU};
-    use std::{vec, vec::Vec};
 
     const KINDS: [FilterKind; 2] = [FilterKind::MovingAverage, FilterKind::Gaussian];
 

@@ -1,0 +1,23 @@
+//! A whole gripper at the other end of the line, real or not, in a time that whoever runs it gives.
+
+use super::DeviceLink;
+use crate::frame::MAX_WIRE;
+use core::fmt::Debug;
+
+/// A gripper that lives as its caller lets time go on (us, never back).
+pub trait Peer: Debug {
+    /// The time it has come to (us).
+    fn now_us(&self) -> u64;
+
+    /// When it has something to send next, if nothing is received before (us).
+    fn next_due_us(&self) -> u64;
+
+    /// Goes on to `now_us` and takes bytes of the host that arrived then; there may be none.
+    fn receive(&mut self, now_us: u64, bytes: &[u8]);
+
+    /// The next frame that is due: its length in `out`.
+    fn poll_transmit(&mut self, now_us: u64, out: &mut [u8; MAX_WIRE]) -> Option<usize>;
+
+    /// Its end of the link: state and fault.
+    fn link(&self) -> &DeviceLink;
+}
