@@ -2,13 +2,14 @@
 
 use crate::{
     counters::HotCounters,
-    item::{Item, LinkNote, State},
+    item::{Item, LinkNote},
 };
 use grip_host::report::EventLine;
 use grip_link::{
     host::{CloseReason, LinkState},
     message::{FaultCode, Firmware, Status as DeviceStatus},
 };
+use slip_core::PipelineState;
 use std::{collections::VecDeque, path::PathBuf};
 
 /// Events that are remembered.
@@ -146,7 +147,7 @@ pub struct Board {
     counters: HotCounters,
     /// Host time (us) and samples of the last counts, the oldest first.
     counts: VecDeque<(u64, u64)>,
-    state: Option<(u64, State)>,
+    state: Option<PipelineState>,
     events: VecDeque<(u64, EventLine)>,
     event_counts: EventCounts,
     pipelines: u64,
@@ -164,7 +165,7 @@ impl Board {
     pub fn take(&mut self, item: &Item<'_>) {
         match *item {
             Item::Began { .. } => self.pipelines += 1,
-            Item::State { host_us, state } => self.state = Some((host_us, *state)),
+            Item::State(state) => self.state = Some(*state),
             Item::Event { host_us, line } => self.event(host_us, *line),
             Item::Client { .. } => self.client_commands += 1,
             Item::Link { host_us, note } => self.note(host_us, note),
@@ -250,7 +251,7 @@ impl Board {
 
     /// The last state of the pipeline with its host time (us).
     #[must_use]
-    pub fn state(&self) -> Option<&(u64, State)> {
+    pub fn state(&self) -> Option<&PipelineState> {
         self.state.as_ref()
     }
 

@@ -6,10 +6,10 @@ use crate::{
         Exposition,
         Kind::{Counter, Gauge},
     },
-    item::State,
 };
 use grip_host::session::ClockHealth;
 use grip_link::host::LinkState;
+use slip_core::{PipelineState, health::SensorHealth};
 use slip_core::{grip::GripState, scene::Scene};
 
 /// Writes all metrics. `now_us` is host time (us).
@@ -23,7 +23,7 @@ pub fn write(board: &Board, now_us: u64, page: &mut Exposition) {
     link(board, page);
     counts(board, page);
     events(board, page);
-    if let Some((_, state)) = board.state() {
+    if let Some(state) = board.state() {
         pipeline(state, page);
     }
     others(board, page);
@@ -119,21 +119,21 @@ fn events(board: &Board, page: &mut Exposition) {
     page.one(Counter, named, board.pipelines());
 }
 
-fn pipeline(state: &State, page: &mut Exposition) {
+fn pipeline(state: &PipelineState, page: &mut Exposition) {
     let scenes = Scene::ALL.map(|scene| (scene.name(), u8::from(scene == state.scene)));
     page.each(Gauge, ("gripd_scene", "1 for the scene."), "scene", scenes);
-    if let Some(now) = state.grip {
-        let grips = GripState::ALL.map(|grip| (grip.name(), u8::from(grip == now)));
+    if state.grip != GripState::Observing {
+        let grips = GripState::ALL.map(|grip| (grip.name(), u8::from(grip == state.grip)));
         page.each(Gauge, ("gripd_grip_state", "1 for the state of the grip."), "state", grips);
     }
     let named = ("gripd_slip_statistic", "Slip statistic over its threshold.");
-    page.one(Gauge, named, Number(state.statistic));
+    page.known(Gauge, named, state.statistic.map(Number));
     let named = ("gripd_force_command_newtons", "Commanded force of one finger.");
-    page.known(Gauge, named, state.command.map(|command| Number(command.0)));
+    page.known(Gauge, named, state.command_n.map(Number));
     let named = ("gripd_force_applied_newtons", "Measured normal force.");
     page.known(Gauge, named, state.applied_n.map(Number));
     let named = ("gripd_force_estimate_newtons", "The last estimate of the adequate force.");
-    page.known(Gauge, named, state.estimate.map(|estimate| Number(estimate.force_n)));
+    page.known(Gauge, named, state.estimate_n.map(Number));
     let good = healths(state).map(|(sensor, health)| (sensor, u8::from(health == "good")));
     page.each(Gauge, ("gripd_sensor_good", "Whether a sensor is good."), "sensor", good);
 }
@@ -164,13 +164,9 @@ fn others(board: &Board, page: &mut Exposition) {
 }
 
 /// Each sensor and its state.
-pub(crate) fn healths(state: &State) -> [(&'static str, &'static str); 4] {
-    [
-        ("stylus", state.health.name()),
-        ("reference", state.reference_health.name()),
-        ("travel", state.travel_health.name()),
-        ("pressure", state.pressure_health.name()),
-    ]
+pub(crate) fn healths(state: &PipelineState) -> [(&'static str, &'static str); 4] {
+    let [stylus, travel, pressure, reference] = state.sensors.map(SensorHealth::name);
+    [("stylus", stylus), ("reference", reference), ("travel", travel), ("pressure", pressure)]
 }
 
 /// A number as Prometheus writes those that are not finite.

@@ -7,7 +7,7 @@ use slip_core::{
     esc::Flags,
     estimate::ForceEstimate,
     features::Features,
-    health::SensorHealth,
+    health::{Sensor, SensorHealth},
     velocity::{SpeedSource, Velocity},
 };
 
@@ -148,11 +148,8 @@ pub struct EventLog {
     features: Option<Features>,
     velocity: Option<Velocity>,
     estimate: Option<ForceEstimate>,
-    health: SensorHealth,
+    sensors: [SensorHealth; 4],
     floor_health: FloorHealth,
-    reference_health: SensorHealth,
-    travel_health: SensorHealth,
-    pressure_health: SensorHealth,
     slips: u64,
 }
 
@@ -184,25 +181,13 @@ impl EventLog {
         }
         let t_s = step.t.as_seconds();
         let mut lines = [None; 7];
-        if step.health != self.health {
-            self.health = step.health;
-            lines[0] =
-                Some(EventLine::Health { t_s, channel: "stylus", health: step.health.name() });
-        }
-        if step.travel_health != self.travel_health {
-            self.travel_health = step.travel_health;
-            let health = step.travel_health.name();
-            lines[1] = Some(EventLine::Health { t_s, channel: "travel", health });
-        }
-        if step.pressure_health != self.pressure_health {
-            self.pressure_health = step.pressure_health;
-            let health = step.pressure_health.name();
-            lines[2] = Some(EventLine::Health { t_s, channel: "pressure", health });
-        }
-        if step.reference_health != self.reference_health {
-            self.reference_health = step.reference_health;
-            let health = step.reference_health.name();
-            lines[3] = Some(EventLine::Health { t_s, channel: "reference", health });
+        if step.sensors != self.sensors {
+            let before = core::mem::replace(&mut self.sensors, step.sensors);
+            let sensors = Sensor::ALL.into_iter().zip(before.into_iter().zip(step.sensors));
+            for (line, (sensor, (before, now))) in lines.iter_mut().zip(sensors) {
+                let health = EventLine::Health { t_s, channel: sensor.name(), health: now.name() };
+                *line = (now != before).then_some(health);
+            }
         }
         lines[4] = step.event.map(|event| self.slip_line(event, t_s, step));
         let command_n = step.command.map(|c| c.0);
@@ -367,6 +352,9 @@ mod tests {
         velocity::{SpeedSource, Velocity},
     };
 
+    const G: SensorHealth = SensorHealth::Good;
+    const F: SensorHealth = SensorHealth::Frozen;
+
     fn step(t: u64, event: Option<SlipEvent>) -> Step {
         Step {
             t: Micros(t),
@@ -378,11 +366,8 @@ mod tests {
             estimate: None,
             command: Some(Newtons(2.5)),
             grip: None,
-            health: SensorHealth::Good,
+            sensors: [SensorHealth::Good; 4],
             floor_health: FloorHealth::Good,
-            reference_health: SensorHealth::Good,
-            travel_health: SensorHealth::Good,
-            pressure_health: SensorHealth::Good,
         }
     }
 
@@ -441,17 +426,17 @@ mod tests {
         log.lines(&step(1, Some(slip(Phase::Incipient, true))));
         log.lines(&step(2, Some(slip(Phase::Gross, false))));
         assert_eq!(log.slips(), 1);
-        let frozen = Step { health: SensorHealth::Frozen, ..step(3, None) };
+        let frozen = Step { sensors: [F, G, G, G], ..step(3, None) };
         let [line, None, None, None, None, None, None] = log.lines(&frozen) else { panic!() };
         assert_eq!(
             line,
             Some(EventLine::Health { t_s: 3e-6, channel: "stylus", health: "frozen" })
         );
         assert_eq!(log.lines(&frozen), [None; 7]);
-        let jumped = Step { travel_health: SensorHealth::Jumped, ..frozen };
+        let jumped = Step { sensors: [F, SensorHealth::Jumped, G, G], ..frozen };
         let [None, Some(line), None, None, None, None, None] = log.lines(&jumped) else { panic!() };
         assert_eq!(line, EventLine::Health { t_s: 3e-6, channel: "travel", health: "jumped" });
-        let lost = Step { reference_health: SensorHealth::Lost, ..jumped };
+        let lost = Step { sensors: [F, SensorHealth::Jumped, G, SensorHealth::Lost], ..jumped };
         let [None, None, None, Some(line), None, None, None] = log.lines(&lost) else { panic!() };
         assert_eq!(line, EventLine::Health { t_s: 3e-6, channel: "reference", health: "lost" });
     }

@@ -1,13 +1,14 @@
 //! Items of the hot thread in, messages for clients out.
 
-use crate::{LinkNote, State as PipelineState};
+use crate::LinkNote;
 use grip_host::report::{EventLine, EvidenceFields};
 use grip_host::session::explain;
-use grip_link::message::daemon::{
-    EscValue, Method, Phase, Reading, Sensor, SensorHealth, Slip, SpeedSource, State,
+use grip_link::message::daemon::{Method, Phase, Reading, Sensor, SensorHealth, Slip, SpeedSource};
+use grip_link::message::{
+    EventKind,
+    daemon::{EXTRAPOLATED, INFORMATIVE},
 };
-use grip_link::message::{DeviceState, EventKind, FaultCode};
-use slip_core::esc::{Esc, Flags};
+use slip_core::esc::Flags;
 
 /// SLIP of an event line, numbered by the caller; `None` for the other lines.
 #[must_use]
@@ -33,8 +34,8 @@ pub fn slip(host_us: u64, line: &EventLine) -> Option<Slip> {
 fn known(host_us: u64, t_s: f64, evidence: &EvidenceFields) -> Slip {
     let source = evidence.speed_source.and_then(SpeedSource::from_name);
     let reading = evidence.esc_reading.and_then(Reading::from_name);
-    let notes = if evidence.esc_informative == Some(true) { Slip::INFORMATIVE } else { 0 }
-        | if evidence.extrapolated == Some(true) { Slip::EXTRAPOLATED } else { 0 };
+    let notes = if evidence.esc_informative == Some(true) { INFORMATIVE } else { 0 }
+        | if evidence.extrapolated == Some(true) { EXTRAPOLATED } else { 0 };
     Slip {
         number: 0,
         device_us: micros(t_s),
@@ -51,48 +52,12 @@ fn known(host_us: u64, t_s: f64, evidence: &EvidenceFields) -> Slip {
         irregularities: evidence.irregularities,
         esc_w: evidence.esc_w.map(single),
         esc_chosen: evidence.esc_value.map(single),
-        esc_flags: evidence.esc_flags.map_or(0, flag_bits),
+        esc_flags: evidence.esc_flags.map_or(0, Flags::bits),
         notes,
         estimate_n: evidence.estimate_n,
         command_n: evidence.command_n,
         duration_s: None,
     }
-}
-
-/// STATE; what the gripper told of itself comes from its last STATUS.
-#[must_use]
-pub fn state(host_us: u64, state: &PipelineState, device: DeviceState, fault: FaultCode) -> State {
-    let extrapolated = state.estimate.is_some_and(|estimate| estimate.extrapolated);
-    let informative = state.esc.is_some_and(|esc| esc.informative());
-    State {
-        device_us: state.t.0,
-        host_us,
-        scene: state.scene,
-        grip: state.grip.unwrap_or_default(),
-        sensors: [state.health, state.travel_health, state.pressure_health, state.reference_health],
-        device,
-        notes: if informative { Slip::INFORMATIVE } else { 0 }
-            | if extrapolated { Slip::EXTRAPOLATED } else { 0 },
-        fault,
-        esc: state.esc.map_or(EscValue { kind: Reading::None, value: None, flags: 0 }, esc),
-        statistic: Some(state.statistic),
-        command_n: state.command.map(|command| command.0),
-        applied_n: state.applied_n,
-        estimate_n: state.estimate.map(|estimate| estimate.force_n),
-        rate_hz: state.rate_hz,
-        lost: state.lost,
-        late_ms: state.late_ms,
-    }
-}
-
-/// E_sc as STATE tells it.
-#[must_use]
-pub fn esc(esc: Esc) -> EscValue {
-    EscValue { kind: esc.reading, value: Some(single(esc.value)), flags: flag_bits(esc.flags) }
-}
-
-fn flag_bits(flags: Flags) -> u8 {
-    flags.iter().fold(0, |bits, flag| bits | 1 << flag as u8)
 }
 
 /// Sensor and its health, by the names of an event line.

@@ -3,13 +3,14 @@
 use super::batch::{Batch, Row};
 use super::convert;
 use super::{Class, Client, ClientSession};
-use crate::{Beginning, ClientCommand, LinkNote, State as PipelineState};
+use crate::{Beginning, ClientCommand, LinkNote};
 use grip_host::report::EventLine;
 use grip_link::frame::MAX_PAYLOAD;
 use grip_link::message::daemon::{
-    Dropped, Gripper, Health, LinkState, Notice, NoticeKind, Operation, Slip, State, Topics,
+    Dropped, Gripper, Health, LinkState, Notice, NoticeKind, Operation, PipelineState, Slip, Topics,
 };
 use grip_link::message::{DeviceState, EventKind, FaultCode, Kind, PayloadError};
+
 use std::collections::VecDeque;
 
 /// Slips that QUERY tells.
@@ -97,7 +98,7 @@ pub(super) struct Known {
     gripper: Gripper,
     device: DeviceState,
     fault: FaultCode,
-    state: Option<State>,
+    state: Option<PipelineState>,
     health: Option<Health>,
     slips: VecDeque<Slip>,
     number: u32,
@@ -136,15 +137,15 @@ impl Known {
         session.accept(ack, Kind::QUERY);
     }
 
-    pub(super) fn state(&mut self, host_us: u64, state: &PipelineState, roster: &mut Roster) {
-        let state = convert::state(host_us, state, self.device, self.fault);
+    pub(super) fn state(&mut self, state: &PipelineState, roster: &mut Roster) {
+        let state = PipelineState { device: self.device, fault: self.fault, ..*state };
         self.state = Some(state);
-        let mut payload = [0; State::WHOLE];
+        let mut payload = [0; PipelineState::WHOLE];
         if state.write(&mut payload).is_err() {
             return;
         }
         for client in roster.clients.iter_mut().filter(|c| c.session.hears(Topics::STATE)) {
-            if client.session.state_is_due(host_us) {
+            if client.session.state_is_due(state.host.0) {
                 client.session.send(Class::States, Kind::STATE, &payload);
             }
         }

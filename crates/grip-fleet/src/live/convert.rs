@@ -1,11 +1,12 @@
 //! Messages of a daemon in, records of a live view out.
 
 use grip_link::message::daemon::{
-    GripState, Gripper, Health, Method, Notice, Phase, RowOfSample, RowSet, Sensor, SensorHealth,
-    Slip, State, Welcome,
+    Gripper, Health, Method, Notice, Phase, RowOfSample, RowSet, Sensor, SensorHealth, Slip,
+    Welcome,
 };
-use grip_record::mcap::{EventRecord, HealthRecord, StateRecord};
+use grip_record::mcap::{EventRecord, HealthRecord};
 use serde_json::{Value, json};
+
 use slip_core::{Sample, units::Micros};
 
 /// The sample of a row; NaN is no reading.
@@ -23,30 +24,6 @@ pub(super) fn sample(row: &RowOfSample<'_>) -> Sample {
         pressure: value(RowSet::PRESSURE),
         motion: value(RowSet::MOTION),
         ..Sample::default()
-    }
-}
-
-/// The state.
-pub(super) fn state(state: &State) -> StateRecord {
-    let [stylus, travel, pressure, reference] = state.sensors;
-    StateRecord {
-        t: Micros(state.device_us),
-        scene: state.scene,
-        grip: Some(state.grip).filter(|grip| *grip != GripState::Observing),
-        health: stylus,
-        reference_health: reference,
-        travel_health: travel,
-        pressure_health: pressure,
-        statistic: short(state.statistic),
-        command_n: state.command_n,
-        applied_n: state.applied_n,
-        esc_w: state.esc.value.map(f64::from),
-        esc_informative: state.notes & Slip::INFORMATIVE != 0,
-        estimate_n: state.estimate_n,
-        extrapolated: state.notes & Slip::EXTRAPOLATED != 0,
-        lost: state.lost,
-        late_ms: state.late_ms,
-        rate_hz: state.rate_hz,
     }
 }
 

@@ -45,11 +45,10 @@ impl Translator {
             }
             ToClient::Rows(rows) => self.rows(rows, now_ns, out),
             ToClient::State(state) => {
-                let offset_us =
-                    state.host_us.cast_signed().wrapping_sub(state.device_us.cast_signed());
+                let offset_us = state.host.0.cast_signed().wrapping_sub(state.t.0.cast_signed());
                 self.clocks.learn(offset_us, Source::Frame);
-                let at_ns = self.clocks.host_ns(state.host_us, now_ns);
-                self.record(&Record::State(convert::state(state)), (at_ns, now_ns), out);
+                let at_ns = self.clocks.host_ns(state.host.0, now_ns);
+                self.record(&Record::State(*state), (at_ns, now_ns), out);
             }
             ToClient::Slip(slip) => self.slip(slip, now_ns, out),
             ToClient::Health(health) => {

@@ -2,7 +2,7 @@
 
 use super::topic::RosTopic;
 use crate::{id::EventId, message::Message};
-use grip_link::message::daemon::{Slip, State, ToClient};
+use grip_link::message::daemon::{EXTRAPOLATED, INFORMATIVE, PipelineState, Slip, ToClient};
 use grip_record::mcap::CdrWriter;
 
 /// The one joint of a gripper: what its fingers press with.
@@ -19,7 +19,7 @@ pub fn messages(message: &Message, id: EventId, start_ns: u64) -> Vec<(RosTopic,
     let stamp = |host_us: u64| Stamp(start_ns.saturating_add(host_us.saturating_mul(1000)));
     match message.read() {
         Ok(ToClient::State(state)) => {
-            let stamp = stamp(state.host_us);
+            let stamp = stamp(state.host.0);
             vec![
                 (RosTopic::JointStates, joint_state(&state, stamp)),
                 (RosTopic::State, grip_state(&state, stamp)),
@@ -36,7 +36,7 @@ pub fn messages(message: &Message, id: EventId, start_ns: u64) -> Vec<(RosTopic,
 /// `sensor_msgs/msg/JointState`: the measured normal force (N) as the effort of the joint `fingers`, empty where it is not known. Position and
 /// velocity are empty: no daemon is told where the fingers are, and what the travel channel measures is the object.
 #[must_use]
-pub fn joint_state(state: &State, stamp: Stamp) -> Vec<u8> {
+pub fn joint_state(state: &PipelineState, stamp: Stamp) -> Vec<u8> {
     let mut out = Vec::with_capacity(64);
     let mut w = header(&mut out, stamp);
     w.u32(1).text(JOINT).u32(0).u32(0);
@@ -49,17 +49,17 @@ pub fn joint_state(state: &State, stamp: Stamp) -> Vec<u8> {
 
 /// `grip_msgs/msg/GripState`.
 #[must_use]
-pub fn grip_state(state: &State, stamp: Stamp) -> Vec<u8> {
+pub fn grip_state(state: &PipelineState, stamp: Stamp) -> Vec<u8> {
     let mut out = Vec::with_capacity(88);
     let mut w = header(&mut out, stamp);
-    w.u64(state.device_us).u8(state.scene.code()).u8(state.grip.code());
+    w.u64(state.t.0).u8(state.scene.code()).u8(state.grip.code());
     let [stylus, travel, pressure, reference] = state.sensors.map(|health| health.code());
     w.u8(stylus).u8(travel).u8(pressure).u8(reference);
     w.u8(state.device.code()).u16(state.fault.0);
     maybe(&mut w, &[state.statistic, state.command_n, state.applied_n, state.estimate_n]);
-    w.bool(state.notes & Slip::EXTRAPOLATED != 0).u8(state.esc.kind.code());
-    maybe(&mut w, &[state.esc.value]);
-    w.bool(state.notes & Slip::INFORMATIVE != 0).u8(state.esc.flags);
+    w.bool(state.is_extrapolated()).u8(state.esc_kind.code());
+    maybe(&mut w, &[state.esc]);
+    w.bool(state.is_informative()).u8(state.esc_flags);
     w.u32(state.rate_hz).u64(state.lost);
     out
 }
@@ -77,9 +77,9 @@ pub fn slip_event(slip: &Slip, id: EventId, stamp: Stamp) -> Vec<u8> {
     maybe(&mut w, &[slip.esc_w]);
     w.u8(slip.esc_kind.code());
     maybe(&mut w, &[slip.esc_chosen]);
-    w.bool(slip.notes & Slip::INFORMATIVE != 0).u8(slip.esc_flags);
+    w.bool(slip.notes & INFORMATIVE != 0).u8(slip.esc_flags);
     maybe(&mut w, &[slip.estimate_n]);
-    w.bool(slip.notes & Slip::EXTRAPOLATED != 0);
+    w.bool(slip.notes & EXTRAPOLATED != 0);
     maybe(&mut w, &[slip.command_n, slip.duration_s]);
     out
 }
@@ -100,14 +100,13 @@ fn maybe(w: &mut CdrWriter<'_>, values: &[Option<f32>]) {
 
 #[cfg(test)]
 mod tests {
-    use super::{EventId, Message, RosTopic, Slip, Stamp, State, messages};
+    use super::{EXTRAPOLATED, EventId, Message, PipelineState, RosTopic, Slip, Stamp, messages};
     use crate::message::wire;
     use grip_link::message::{
         DeviceState, FaultCode, Kind,
-        daemon::{
-            EscValue, GripState, Health, Method, Phase, Reading, Scene, SensorHealth, SpeedSource,
-        },
+        daemon::{GripState, Health, Method, Phase, Reading, Scene, SensorHealth, SpeedSource},
     };
+    use slip_core::units::Micros;
 
     const START_NS: u64 = 1_763_766_000_000_000_000;
     const ID: EventId = EventId { run: 0x0102_0304, seq: 9 };
@@ -118,10 +117,10 @@ mod tests {
         Message::from_wire(&wire(kind, &payload[..len]).unwrap()).unwrap()
     }
 
-    fn state(applied_n: Option<f32>) -> State {
-        State {
-            device_us: 7,
-            host_us: 1_500_000,
+    fn state(applied_n: Option<f32>) -> PipelineState {
+        PipelineState {
+            t: Micros(7),
+            host: Micros(1_500_000),
             scene: Scene::Holding,
             grip: GripState::Slipping,
             sensors: [
@@ -131,9 +130,11 @@ mod tests {
                 SensorHealth::Lost,
             ],
             device: DeviceState::Active,
-            notes: Slip::EXTRAPOLATED,
+            notes: EXTRAPOLATED,
             fault: FaultCode(0x0202),
-            esc: EscValue { kind: Reading::LiftWork, value: None, flags: 4 },
+            esc_kind: Reading::LiftWork,
+            esc: None,
+            esc_flags: 4,
             statistic: Some(0.5),
             command_n: Some(2.0),
             applied_n,

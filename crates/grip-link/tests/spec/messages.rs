@@ -4,7 +4,7 @@ use crate::fields::frames;
 use crate::markdown::{Row, headings, table};
 use crate::source;
 use grip_link::message::daemon::{
-    Command, Gripper, Health, Notice, ROWS_HEADER, Slip, State, Subscribe, Welcome,
+    Command, Gripper, Health, Notice, PipelineState, ROWS_HEADER, Slip, Subscribe, Welcome,
 };
 use grip_link::message::{
     Ack, ClearFault, Config, ConfigAck, Event, Grip, Heartbeat, Hello, Ident, Kind, Nack, Ping,
@@ -42,7 +42,7 @@ fn size(kind: Kind) -> usize {
         Kind::LOG => 10,
         Kind::WELCOME => Welcome::HEADER,
         Kind::SLIP => Slip::SIZE,
-        Kind::STATE => State::SIZE,
+        Kind::STATE => PipelineState::SIZE,
         Kind::HEALTH => Health::SIZE,
         Kind::GRIPPER => Gripper::SIZE,
         Kind::ROWS => ROWS_HEADER,

@@ -97,7 +97,7 @@ impl Hearing {
             ToClient::Slip(slip) => self.news.push(Feed::Event(told::slip(slip))),
             ToClient::State(state) => {
                 self.set_rate(state.rate_hz);
-                self.news.push(Feed::State(told::state(state)));
+                self.news.push(Feed::State(*state));
             }
             ToClient::Health(health) => {
                 self.news.push(Feed::Health(Box::new(told::health(health))));

@@ -2,41 +2,15 @@
 
 use crate::channel::Channel;
 use crate::feed::{
-    EscPoint, EventKind, EventMark, Feed, HealthPoint, LatencyFigures, Level, NoticeLine, RowBlock,
-    SlipFacts, StatePoint, TaxelBlock,
+    EventKind, EventMark, Feed, HealthPoint, LatencyFigures, Level, NoticeLine, RowBlock,
+    SlipFacts, TaxelBlock,
 };
 use grip_link::message::daemon::{
-    Appended, ClockOffset, Health, Method, Notice, NoticeKind, Phase, Reading, RowOfSample, RowSet,
-    Slip, SpeedSource, State,
+    Appended, ClockOffset, Health, Method, Notice, NoticeKind, Phase, RowOfSample, RowSet, Slip,
+    SpeedSource,
 };
+
 use slip_core::{Sample, units::Micros};
-
-/// Bit of STATE's notes: the estimate is extrapolated.
-const EXTRAPOLATED: u8 = Slip::EXTRAPOLATED;
-
-pub(super) fn state(state: &State) -> StatePoint {
-    let esc = state.esc.value.filter(|_| state.esc.kind != Reading::None);
-    let (low, high) = (f32::NAN, f32::NAN);
-    let kind = state.esc.kind;
-    StatePoint {
-        t_s: seconds(state.device_us),
-        scene: state.scene,
-        grip: state.grip,
-        sensors: state.sensors,
-        device: Some(state.device),
-        fault: state.fault.0,
-        statistic: state.statistic,
-        command_n: state.command_n,
-        applied_n: state.applied_n,
-        estimate_n: state.estimate_n,
-        extrapolated: state.notes & EXTRAPOLATED != 0,
-        esc: esc.map(|value| EscPoint { kind, value, low, high, flags: state.esc.flags }),
-        limit_n: None,
-        rate_hz: state.rate_hz,
-        lost: state.lost,
-        late_ms: state.late_ms,
-    }
-}
 
 pub(super) fn slip(slip: &Slip) -> EventMark {
     let kind = match slip.phase {

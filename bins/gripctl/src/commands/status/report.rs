@@ -1,9 +1,9 @@
 //! Messages of gripd in, what is known of it with the names of the JSON fields out.
 
-use grip_link::message::Versions;
 use grip_link::message::daemon::{
-    Gripper, Health, NoticeKind, Phase, Slip, State, ToClient, Welcome, WelcomeFlags,
+    Gripper, Health, NoticeKind, Phase, PipelineState, Slip, ToClient, Welcome, WelcomeFlags,
 };
+use grip_link::message::{Versions, daemon::EXTRAPOLATED};
 use serde::Serialize;
 
 /// Everything that QUERY tells.
@@ -196,20 +196,20 @@ impl GripperReport {
 }
 
 impl StateReport {
-    fn of(state: &State) -> Self {
+    fn of(state: &PipelineState) -> Self {
         let [stylus, travel, pressure, reference] = state.sensors.map(|sensor| sensor.name());
         Self {
-            t_s: seconds(state.device_us),
+            t_s: state.t.as_seconds(),
             scene: state.scene.name(),
             grip: state.grip.name(),
-            device: format!("{:?}", state.device).to_lowercase(),
+            device: state.device.name().to_owned(),
             fault: state.fault.0,
             statistic: state.statistic,
             command_n: state.command_n,
             applied_n: state.applied_n,
             estimate_n: state.estimate_n,
-            esc: state.esc.value,
-            esc_reading: state.esc.kind.name(),
+            esc: state.esc,
+            esc_reading: state.esc_kind.name(),
             stylus,
             travel,
             pressure,
@@ -288,7 +288,7 @@ impl EventReport {
             irregularities: slip.irregularities,
             esc_w: slip.esc_w,
             estimate_n: slip.estimate_n,
-            extrapolated: slip.notes & Slip::EXTRAPOLATED != 0,
+            extrapolated: slip.notes & EXTRAPOLATED != 0,
             command_n: slip.command_n,
             duration_s: slip.duration_s,
         }

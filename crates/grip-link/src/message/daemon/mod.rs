@@ -4,7 +4,7 @@
 //! |---|---|---|---|---|---|
 //! | A0 | WELCOME | to client | 26 + text | | [`Welcome`] |
 //! | A1 | SLIP | to client | 72 | | [`Slip`] |
-//! | A2 | STATE | to client | 60 | | [`State`] |
+//! | A2 | STATE | to client | 60 | | [`PipelineState`] |
 //! | A3 | HEALTH | to client | 144 or 352 | | [`Health`] |
 //! | A4 | GRIPPER | to client | 32 | | [`Gripper`] |
 //! | A5 | ROWS | to client | 20 + rows | | [`Rows`] |
@@ -24,7 +24,6 @@ mod health;
 mod notice;
 mod rows;
 mod slip;
-mod state;
 
 pub use command::Command;
 pub use greet::{Subscribe, Topics, Welcome, WelcomeFlags};
@@ -34,10 +33,10 @@ pub use notice::Notice;
 pub use rows::{ROWS_HEADER, RowOfSample, RowSet, Rows, RowsHeader};
 pub use slip::Slip;
 pub use slip_msg::{
-    DroppedClass, Goodbye, GripState, LinkState, Method, NoticeKind, Operation, Phase, Reading,
-    RealTime, Recording, Scene, Sensor, SensorHealth, SpeedSource,
+    DroppedClass, EXTRAPOLATED, Goodbye, GripState, INFORMATIVE, LinkState, Method, NoticeKind,
+    Operation, Phase, PipelineState, Reading, RealTime, Recording, Scene, Sensor, SensorHealth,
+    SpeedSource,
 };
-pub use state::{EscValue, State};
 
 use super::{Ack, Kind, Nack, PayloadError};
 use crate::frame::Frame;
@@ -51,7 +50,7 @@ pub enum ToClient<'a> {
     /// A1
     Slip(Slip),
     /// A2
-    State(State),
+    State(PipelineState),
     /// A3
     Health(Health),
     /// A4
@@ -76,7 +75,7 @@ impl<'a> ToClient<'a> {
         Ok(match frame.header.kind {
             Kind::WELCOME => Self::Welcome(Welcome::parse(payload)?),
             Kind::SLIP => Self::Slip(Slip::parse(payload)?),
-            Kind::STATE => Self::State(State::parse(payload)?),
+            Kind::STATE => Self::State(PipelineState::parse(payload)?),
             Kind::HEALTH => Self::Health(Health::parse(payload)?),
             Kind::GRIPPER => Self::Gripper(Gripper::parse(payload)?),
             Kind::ROWS => Self::Rows(Rows::parse(payload)?),

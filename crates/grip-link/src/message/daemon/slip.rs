@@ -75,10 +75,6 @@ pub struct Slip {
 impl Slip {
     /// Bytes of the payload.
     pub const SIZE: usize = 72;
-    /// Bit of `notes`: E_sc depends on the surface.
-    pub const INFORMATIVE: u8 = 1;
-    /// Bit of `notes`: the estimate is extrapolated and not used.
-    pub const EXTRAPOLATED: u8 = 2;
 
     /// Reads a payload.
     ///

@@ -1,23 +1,18 @@
 //! What an MCAP recording holds in, items for the model out.
 
 use crate::derive::Observer;
-use crate::feed::{
-    EscPoint, EventKind, EventMark, Feed, Level, NoticeLine, ObserverSettings, SlipFacts,
-    StatePoint,
-};
+use crate::feed::{EventKind, EventMark, Feed, Level, NoticeLine, ObserverSettings, SlipFacts};
 use crate::source::stream::Stream;
 use crate::source::told;
-use grip_daemon::State;
-use grip_daemon::clients::convert;
+
 use grip_host::HostEstimator;
 use grip_host::model::{default_estimator, parse_estimator};
 use grip_host::recording::{MODEL_NAME, UNRECORDED, beginning};
-use grip_link::message::daemon::{Method, Reading};
-use grip_link::message::{DeviceState, FaultCode};
+use grip_link::message::daemon::Method;
+
 use grip_record::mcap::{
-    ClientRecord, Entry, EventRecord, LinkRecord, PipelineRecord, Record, SampleRecord, StateRecord,
+    ClientRecord, Entry, EventRecord, LinkRecord, PipelineRecord, Record, SampleRecord,
 };
-use slip_core::units::Newtons;
 
 /// Rows of a block.
 const BLOCK: usize = 2048;
@@ -54,7 +49,7 @@ impl Entries {
     fn record(&mut self, record: &Record<'_>) {
         match record {
             Record::Sample(row) => self.sample(row),
-            Record::State(state) => self.news.push(Feed::State(state_point(state))),
+            Record::State(state) => self.news.push(Feed::State(*state)),
             Record::Event(event) => self.news.extend(event_mark(event).map(Feed::Event)),
             Record::Client(command) => self.mark(EventKind::Client, client_text(command)),
             Record::Link(link) => self.link(link),
@@ -163,42 +158,6 @@ impl Entries {
     pub(super) fn take(&mut self) -> Vec<Feed> {
         self.flush();
         core::mem::take(&mut self.done)
-    }
-}
-
-fn state_point(record: &StateRecord) -> StatePoint {
-    let state = State {
-        t: record.t,
-        scene: record.scene,
-        grip: record.grip,
-        statistic: record.statistic,
-        command: record.command_n.map(Newtons),
-        applied_n: record.applied_n,
-        esc: None,
-        estimate: None,
-        health: record.health,
-        reference_health: record.reference_health,
-        travel_health: record.travel_health,
-        pressure_health: record.pressure_health,
-        lost: record.lost,
-        rate_hz: record.rate_hz,
-        late_ms: record.late_ms,
-    };
-    let message = convert::state(0, &state, DeviceState::Active, FaultCode::NONE);
-    #[expect(clippy::cast_possible_truncation, reason = "shown with seven digits")]
-    let esc = record.esc_w.map(|value| EscPoint {
-        kind: Reading::Literal,
-        value: value as f32,
-        low: f32::NAN,
-        high: f32::NAN,
-        flags: if record.esc_informative { 0 } else { 1 << 2 },
-    });
-    StatePoint {
-        device: None,
-        estimate_n: record.estimate_n,
-        extrapolated: record.extrapolated,
-        esc,
-        ..told::state(&message)
     }
 }
 
