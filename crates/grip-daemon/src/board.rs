@@ -9,7 +9,7 @@ use grip_link::{
     host::{CloseReason, LinkState},
     message::{FaultCode, Firmware, Status as DeviceStatus},
 };
-use slip_core::PipelineState;
+use slip_core::{Phase, PipelineState, methods::Method};
 use std::{collections::VecDeque, path::PathBuf};
 
 /// Events that are remembered.
@@ -85,9 +85,6 @@ pub struct EventCounts {
     /// Changes of a sensor's health.
     pub health: u64,
 }
-
-/// Names of the methods in the order of [`EventCounts`].
-pub const METHODS: [&str; 3] = ["stylus", "travel", "pressure"];
 
 /// What the link has told.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -192,17 +189,16 @@ impl Board {
         }
         self.events.push_back((host_us, line));
         match line {
-            EventLine::Slip { phase, method, .. } => {
+            EventLine::Slip(slip) if slip.phase == Phase::Ended => self.event_counts.ended += 1,
+            EventLine::Slip(slip) => {
                 let counts = &mut self.event_counts;
-                let counts =
-                    if phase == "gross" { &mut counts.gross } else { &mut counts.incipient };
-                if let Some((_, count)) =
-                    METHODS.iter().zip(counts).find(|(name, _)| **name == method)
-                {
+                let gross = slip.phase == Phase::Gross;
+                let counts = if gross { &mut counts.gross } else { &mut counts.incipient };
+                let mut counts = Method::ALL.into_iter().zip(counts);
+                if let Some((_, count)) = counts.find(|(method, _)| *method == slip.method) {
                     *count += 1;
                 }
             }
-            EventLine::SlipEnd { .. } => self.event_counts.ended += 1,
             EventLine::Health { .. } => self.event_counts.health += 1,
             EventLine::Grip { .. } => {}
         }

@@ -1,12 +1,13 @@
 //! The nouns that leave the hot thread, in the order in which things happened.
 
 use grip_host::{
+    config::Uid,
     report::EventLine,
-    session::{Beginning, ClientCommand},
+    session::{Beginning, ClientCommand, explain},
 };
 use grip_link::{
     host::{CloseReason, LinkState},
-    message::{Clamped, Event as DeviceEvent, Firmware, Grip, Nack, Status},
+    message::{Clamped, Event as DeviceEvent, EventKind, Firmware, Grip, Nack, Status},
 };
 use slip_core::{PipelineState, Sample};
 
@@ -111,4 +112,40 @@ pub enum LinkNote {
     PortOpened,
     /// The port is gone, or cannot be opened.
     PortLost,
+}
+
+impl LinkNote {
+    /// A sentence for people; `None` for what STATE and GRIPPER hold.
+    #[must_use]
+    pub fn text(&self) -> Option<String> {
+        Some(match self {
+            LinkNote::State(_) | LinkNote::Status(_) | LinkNote::Configured(_) => return None,
+            LinkNote::Identified { uid, rebooted, .. } => {
+                let again = if *rebooted { ", restarted" } else { "" };
+                format!("gripper {}{again}", Uid(*uid))
+            }
+            LinkNote::OtherGripper { uid } => format!("another gripper answered: {}", Uid(*uid)),
+            LinkNote::Rebooted => "the gripper has restarted".to_owned(),
+            LinkNote::Device(event) => {
+                let fault = event.fault.0;
+                match event.kind {
+                    EventKind::Fault => format!("the gripper has stopped with fault {fault:04x}"),
+                    EventKind::FaultCleared => format!("the gripper is free of fault {fault:04x}"),
+                    EventKind::CommandRejected => {
+                        format!("the gripper takes no command because of fault {fault:04x}")
+                    }
+                    _ => format!("gripper: {} -> {}", event.before, event.after),
+                }
+            }
+            LinkNote::Refused(nack) => {
+                format!("the gripper refused type {:02x}: {}", nack.kind.0, nack.reason)
+            }
+            LinkNote::Closed(reason) => format!("link closed: {}", explain(reason)),
+            LinkNote::Late(late_us) => {
+                format!("readings were {} ms late, the force was not raised", late_us / 1000)
+            }
+            LinkNote::PortOpened => "the port is open".to_owned(),
+            LinkNote::PortLost => "the port is gone".to_owned(),
+        })
+    }
 }

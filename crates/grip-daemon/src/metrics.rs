@@ -1,7 +1,7 @@
 //! The board in, the page that Prometheus reads out. Names are a contract: dashboards use them.
 
 use crate::{
-    board::{Board, METHODS},
+    board::Board,
     exposition::{
         Exposition,
         Kind::{Counter, Gauge},
@@ -9,7 +9,7 @@ use crate::{
 };
 use grip_host::session::ClockHealth;
 use grip_link::host::LinkState;
-use slip_core::{PipelineState, health::SensorHealth};
+use slip_core::{PipelineState, health::SensorHealth, methods::Method};
 use slip_core::{grip::GripState, scene::Scene};
 
 /// Writes all metrics. `now_us` is host time (us).
@@ -109,9 +109,19 @@ fn events(board: &Board, page: &mut Exposition) {
     let counts = board.event_counts();
     page.one(Counter, ("gripd_slips_total", "Slips."), board.counters().slips);
     let named = ("gripd_slips_incipient_total", "Slips noticed as incipient, by method.");
-    page.each(Counter, named, "method", METHODS.into_iter().zip(counts.incipient));
+    page.each(
+        Counter,
+        named,
+        "method",
+        Method::ALL.map(Method::name).into_iter().zip(counts.incipient),
+    );
     let named = ("gripd_slips_gross_total", "Slips noticed as, or turned, gross, by method.");
-    page.each(Counter, named, "method", METHODS.into_iter().zip(counts.gross));
+    page.each(
+        Counter,
+        named,
+        "method",
+        Method::ALL.map(Method::name).into_iter().zip(counts.gross),
+    );
     page.one(Counter, ("gripd_slips_ended_total", "Slips that ended."), counts.ended);
     let named = ("gripd_health_changes_total", "Changes of a sensor's health.");
     page.one(Counter, named, counts.health);

@@ -11,7 +11,7 @@ use grip_link::message::{
     DeviceState, FaultCode,
     daemon::{
         EXTRAPOLATED, GripState, INFORMATIVE, Method, Phase, PipelineState, Reading, Scene,
-        SensorHealth, Slip, SpeedSource,
+        SensorHealth, SlipReport, SpeedSource,
     },
 };
 use serde_json::{Value, json};
@@ -75,12 +75,12 @@ fn shown_joint(known: bool) -> Value {
 }
 
 /// A slip of which everything is known, or nothing.
-fn slip(known: bool) -> Slip {
+fn slip(known: bool) -> SlipReport {
     let maybe = |value: f32| known.then_some(value);
-    Slip {
+    SlipReport {
         number: 0x5152_5354,
-        device_us: 0x6162_6364_6566_6768,
-        host_us: 0,
+        t: Micros(0x6162_6364_6566_6768),
+        host: Micros(0),
         phase: Phase::Ended,
         method: Method::Travel,
         speed_source: SpeedSource::Gravity,
@@ -88,16 +88,17 @@ fn slip(known: bool) -> Slip {
         statistic: maybe(8.5),
         confidence: maybe(0.75),
         speed_m_s: maybe(0.0625),
-        sigma_m_s: maybe(0.125),
+        speed_sigma_m_s: maybe(0.125),
         moved_m: maybe(0.015_625),
         irregularities: known.then_some(0x7172_7374),
-        esc_w: maybe(-16.5),
-        esc_chosen: maybe(17.5),
+        esc_w: known.then_some(-16.5),
+        esc: known.then_some(17.5),
         esc_flags: 6,
         notes: if known { EXTRAPOLATED } else { INFORMATIVE },
         estimate_n: maybe(18.5),
         command_n: maybe(19.5),
-        duration_s: maybe(20.5),
+        duration_s: known.then_some(20.5),
+        ..SlipReport::UNKNOWN
     }
 }
 

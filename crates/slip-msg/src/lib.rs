@@ -7,6 +7,7 @@
 pub mod codes;
 mod fault;
 mod message;
+mod slip;
 mod state;
 mod table;
 pub mod units;
@@ -15,6 +16,7 @@ pub mod wire;
 pub use codes::*;
 pub use fault::{FaultCode, Reaction};
 pub use message::{Field, Wire};
+pub use slip::SlipReport;
 pub use state::{EXTRAPOLATED, INFORMATIVE, PipelineState};
 pub use table::Row;
 pub use wire::PayloadError;

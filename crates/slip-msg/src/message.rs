@@ -91,19 +91,21 @@ const fn single(value: f64) -> f32 {
 }
 
 /// A message: its fields in the order of the payload, from what offset on, reserved bytes behind one of them. Fields after `appended` are
-/// missing in payloads of older programs, and left out at the end where they have nothing to say.
+/// missing in payloads of older programs, and left out at the end where they have nothing to say. `local` ones stay in the program.
 macro_rules! message {
     (
         $(#[$about:meta])* $name:ident {
             $($at:literal $field:ident: $type:ty, $unit:literal, $doc:literal $(, reserved $reserved:literal)?;)+
         }
         $(appended { $($more_at:literal $more:ident: $more_type:ty, $more_unit:literal, $more_doc:literal;)+ })?
+        $(local { $($own:ident: $own_type:ty, $own_unit:literal, $own_doc:literal;)+ })?
     ) => {
         $(#[$about])*
         #[derive(Debug, Clone, Copy, PartialEq)]
         pub struct $name {
             $(#[doc = concat!($doc, " Unit or range: ", $unit, ". Offset ", stringify!($at), ".")] pub $field: $type,)+
             $($(#[doc = concat!($more_doc, " Unit or range: ", $more_unit, ". Offset ", stringify!($more_at), ".")] pub $more: $more_type,)+)?
+            $($(#[doc = concat!($own_doc, " Unit or range: ", $own_unit, ". It does not travel.")] pub $own: $own_type,)+)?
         }
 
         impl $name {
@@ -120,6 +122,7 @@ macro_rules! message {
             pub const UNKNOWN: Self = Self {
                 $($field: <$type as $crate::Wire>::MISSING,)+
                 $($($more: <$more_type as $crate::Wire>::MISSING,)+)?
+                $($($own: <$own_type as $crate::Wire>::MISSING,)+)?
             };
 
             /// Reads a payload.
@@ -134,7 +137,7 @@ macro_rules! message {
                 } else {
                     <$more_type as $crate::Wire>::read(&mut r)?
                 };)+)?
-                Ok(Self { $($field,)+ $($($more,)+)? })
+                Ok(Self { $($field,)+ $($($more,)+)? $($($own: <$own_type as $crate::Wire>::MISSING,)+)? })
             }
 
             /// Writes the payload; its length.

@@ -6,7 +6,7 @@ use super::gripper::ident;
 use core::fmt::Debug;
 use grip_link::frame::{Direction, Frame, Header, MAX_PAYLOAD};
 use grip_link::message::daemon::{
-    Appended, Command, Gripper, Health, Notice, PipelineState, RowSet, Rows, Slip, Subscribe,
+    Appended, Command, Gripper, Health, Notice, PipelineState, RowSet, Rows, SlipReport, Subscribe,
     ToClient, ToDaemon, Welcome,
 };
 use grip_link::message::{
@@ -164,7 +164,7 @@ pub fn check(data: &[u8]) {
         HELLO => Hello, CONFIG => Config, PING => Ping, GRIP => Grip, HEARTBEAT => Heartbeat,
         CLEAR_FAULT => ClearFault, IDENT => Ident, CONFIG_ACK => ConfigAck, PONG => Pong, ACK => Ack,
         NACK => Nack, STATUS => Status, STATS => Stats, EVENT => Event,
-        SLIP => Slip, GRIPPER => Gripper, SUBSCRIBE => Subscribe, COMMAND => Command,
+        SLIP => SlipReport, GRIPPER => Gripper, SUBSCRIBE => Subscribe, COMMAND => Command,
     );
     let header = Header::new(Direction::ToDevice, kind, 0, 1);
     let parsed = ToDevice::parse(&Frame { header, payload });

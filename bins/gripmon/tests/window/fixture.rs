@@ -6,12 +6,12 @@ use grip_link::message::daemon::{
 };
 use grip_scope::feed::{
     BandPoint, DaemonInfo, DerivedBlock, EventKind, EventMark, EvidencePoint, Feed, HealthPoint,
-    LatencyFigures, Level, NoticeLine, RowBlock, SlipFacts, SpectrumColumn, StudyCurve,
-    StudyCurves, StudyPlot, TaxelBlock, Turn,
+    LatencyFigures, Level, NoticeLine, RowBlock, SpectrumColumn, StudyCurve, StudyCurves,
+    StudyPlot, TaxelBlock, Turn,
 };
 use grip_scope::{Channel, Model, SourceStatus};
 use gripmon::num::narrow;
-use slip_core::{PipelineState, units::Micros};
+use slip_core::{PipelineState, SlipReport, units::Micros};
 
 /// A spike of one sample stands here (us).
 pub(crate) const SPIKE_US: u64 = 1_234_500;
@@ -150,12 +150,12 @@ fn derived(from_s: f64) -> DerivedBlock {
 }
 
 fn events(model: &mut Model) {
-    let slip = SlipFacts {
-        method: Some(Method::Stylus),
+    let slip = SlipReport {
+        method: Method::Stylus,
         statistic: Some(8.0),
         confidence: Some(0.9998),
         speed_m_s: Some(0.05),
-        ..SlipFacts::default()
+        ..SlipReport::UNKNOWN
     };
     let mark = |t_s, kind, text: &str, slip| {
         Feed::Event(EventMark { slip, ..EventMark::plain(t_s, kind, text) })

@@ -6,7 +6,6 @@
 //! goes over the socket.
 
 mod batch;
-pub mod convert;
 mod figures;
 mod listen;
 mod outbox;

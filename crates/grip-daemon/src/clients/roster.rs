@@ -1,15 +1,19 @@
 //! Messages in, frames for those who want to hear them out; what a newcomer must know is kept.
 
 use super::batch::{Batch, Row};
-use super::convert;
 use super::{Class, Client, ClientSession};
 use crate::{Beginning, ClientCommand, LinkNote};
 use grip_host::report::EventLine;
-use grip_link::frame::MAX_PAYLOAD;
 use grip_link::message::daemon::{
-    Dropped, Gripper, Health, LinkState, Notice, NoticeKind, Operation, PipelineState, Slip, Topics,
+    Dropped, Gripper, Health, LinkState, Notice, NoticeKind, Operation, PipelineState, SlipReport,
+    Topics,
 };
 use grip_link::message::{DeviceState, EventKind, FaultCode, Kind, PayloadError};
+use grip_link::{
+    frame::MAX_PAYLOAD,
+    message::daemon::{Sensor, SensorHealth},
+};
+use slip_core::units::Micros;
 
 use std::collections::VecDeque;
 
@@ -100,7 +104,7 @@ pub(super) struct Known {
     fault: FaultCode,
     state: Option<PipelineState>,
     health: Option<Health>,
-    slips: VecDeque<Slip>,
+    slips: VecDeque<SlipReport>,
     number: u32,
     /// The last event of the gripper: it rejects every command while a fault is latched, which is news once.
     device_event: Option<(EventKind, FaultCode)>,
@@ -153,7 +157,8 @@ impl Known {
 
     pub(super) fn event(&mut self, host_us: u64, line: &EventLine, roster: &mut Roster) {
         if let EventLine::Health { channel, health, .. } = line
-            && let Some((sensor, state)) = convert::sensor(channel, health)
+            && let Some(sensor) = Sensor::from_name(channel)
+            && let Some(state) = SensorHealth::from_name(health)
         {
             let text = format!("{channel} {health}");
             let notice = Notice {
@@ -167,9 +172,9 @@ impl Known {
             let notice = notice(NoticeKind::Link, self.gripper.link.code(), host_us, &text);
             roster.tell(Class::News, Topics::NEWS, Kind::NOTICE, |out| notice.write(out));
         }
-        let Some(slip) = convert::slip(host_us, line) else { return };
+        let EventLine::Slip(slip) = line else { return };
         self.number = self.number.saturating_add(1);
-        let slip = Slip { number: self.number, ..slip };
+        let slip = SlipReport { number: self.number, host: Micros(host_us), ..*slip };
         if self.slips.len() == RECENT {
             self.slips.pop_front();
         }
@@ -216,7 +221,7 @@ impl Known {
             }
             _ => {}
         }
-        let Some(text) = convert::link_text(note) else { return };
+        let Some(text) = note.text() else { return };
         let notice = notice(NoticeKind::Link, self.gripper.link.code(), host_us, &text);
         roster.tell(Class::News, Topics::NEWS, Kind::NOTICE, |out| notice.write(out));
     }

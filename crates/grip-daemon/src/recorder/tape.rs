@@ -2,8 +2,9 @@
 
 use super::{About, RecorderError, link, name};
 use crate::{Beginning, Item, LinkNote};
-use grip_host::recording::{
-    ABOUT, PART, RUN, UNRECORDED, client_record, event_record, pipeline_record,
+use grip_host::{
+    config::Uid,
+    recording::{ABOUT, PART, RUN, UNRECORDED, client_record, event_record, pipeline_record},
 };
 use grip_link::message::Status;
 use grip_record::mcap::{
@@ -207,7 +208,7 @@ impl Tape {
     }
 
     fn gripper(&mut self, uid: &[u8; 16], boot_id: u32) -> Result<(), McapWriteError> {
-        let values = [("uid", link::hex(uid)), ("boot_id", boot_id.to_string())];
+        let values = [("uid", Uid(*uid).to_string()), ("boot_id", boot_id.to_string())];
         self.writer.metadata("gripper", &owned(values))
     }
 

@@ -4,7 +4,7 @@ use grip_daemon::{
     Board, HotCounters, Item, LinkNote,
     board::{About, ClientCounts, Grant, RecordingState},
 };
-use grip_host::report::{EventLine, EvidenceFields};
+use grip_host::report::EventLine;
 use grip_link::{
     host::LinkState,
     message::{
@@ -12,7 +12,8 @@ use grip_link::{
     },
 };
 use slip_core::{
-    PipelineState, grip::GripState, health::SensorHealth, scene::Scene, units::Micros,
+    Phase, PipelineState, SlipReport, grip::GripState, health::SensorHealth, methods::Method,
+    scene::Scene, units::Micros,
 };
 
 const FIRMWARE: Firmware = Firmware { major: 1, minor: 2, patch: 3 };
@@ -45,18 +46,15 @@ pub(crate) const STATUS: Status = Status {
     rejected: 0,
 };
 
-pub(crate) fn slip(phase: &'static str, method: &'static str) -> EventLine {
-    let evidence = EvidenceFields::default();
-    EventLine::Slip {
-        t_s: 0.5,
+pub(crate) const fn slip(phase: Phase, method: Method) -> EventLine {
+    EventLine::Slip(SlipReport {
+        t: Micros(500_000),
         phase,
         method,
-        statistic: 3.0,
-        confidence: 0.9,
-        certified: false,
-        certified_interval_s: None,
-        evidence,
-    }
+        statistic: Some(3.0),
+        confidence: Some(0.9),
+        ..SlipReport::UNKNOWN
+    })
 }
 
 pub(crate) fn device_event(kind: EventKind, fault: FaultCode) -> LinkNote {
@@ -110,7 +108,11 @@ pub(crate) fn board() -> Board {
     for note in &notes {
         board.take(&Item::Link { host_us: 10, note });
     }
-    for (phase, method) in [("incipient", "stylus"), ("gross", "stylus"), ("gross", "travel")] {
+    for (phase, method) in [
+        (Phase::Incipient, Method::Stylus),
+        (Phase::Gross, Method::Stylus),
+        (Phase::Gross, Method::Travel),
+    ] {
         board.take(&Item::Event { host_us: 20, line: &slip(phase, method) });
     }
     board.take(&Item::State(&STATE));

@@ -1,8 +1,7 @@
 //! Messages of a daemon in, records of a live view out.
 
 use grip_link::message::daemon::{
-    Gripper, Health, Method, Notice, Phase, RowOfSample, RowSet, Sensor, SensorHealth, Slip,
-    Welcome,
+    Gripper, Health, Notice, RowOfSample, RowSet, Sensor, SensorHealth, Welcome,
 };
 use grip_record::mcap::{EventRecord, HealthRecord};
 use serde_json::{Value, json};
@@ -24,35 +23,6 @@ pub(super) fn sample(row: &RowOfSample<'_>) -> Sample {
         pressure: value(RowSet::PRESSURE),
         motion: value(RowSet::MOTION),
         ..Sample::default()
-    }
-}
-
-/// The event; the line that gripd prints does not travel.
-pub(super) fn slip(slip: &Slip) -> EventRecord<'static> {
-    let (kind, phase) = match slip.phase {
-        Phase::Ended => ("slip_end", ""),
-        phase => ("slip", phase.name()),
-    };
-    let method = if slip.method == Method::None { "" } else { slip.method.name() };
-    #[expect(clippy::cast_precision_loss, reason = "a count for plots")]
-    let irregularities = slip.irregularities.map(|count| count as f32);
-    EventRecord {
-        t_s: seconds(slip.device_us),
-        kind,
-        phase,
-        method,
-        duration_s: long(slip.duration_s),
-        esc_w: long(slip.esc_w),
-        esc_value: long(slip.esc_chosen),
-        statistic: short(slip.statistic),
-        confidence: short(slip.confidence),
-        speed_m_s: short(slip.speed_m_s),
-        speed_sigma_m_s: short(slip.sigma_m_s),
-        moved_m: short(slip.moved_m),
-        irregularities: short(irregularities),
-        estimate_n: short(slip.estimate_n),
-        command_n: short(slip.command_n),
-        ..EventRecord::default()
     }
 }
 
@@ -123,13 +93,4 @@ const fn short(value: Option<f32>) -> f32 {
         Some(value) => value,
         None => f32::NAN,
     }
-}
-
-fn long(value: Option<f32>) -> f64 {
-    value.map_or(f64::NAN, f64::from)
-}
-
-#[expect(clippy::cast_precision_loss, reason = "exact for 285 years of microseconds")]
-fn seconds(us: u64) -> f64 {
-    us as f64 / 1e6
 }

@@ -5,7 +5,7 @@ use grip_daemon::client::ClientLink;
 use grip_link::message::daemon::{
     Appended, ClockOffset, EXTRAPOLATED, GripState, Gripper, Health, LinkState, Method, Notice,
     NoticeKind, Phase, PipelineState, Reading, RealTime, Recording, RowSet, Rows, RowsHeader,
-    Scene, Sensor, SensorHealth, Slip, SpeedSource, ToClient, Topics, Welcome, WelcomeFlags,
+    Scene, Sensor, SensorHealth, SlipReport, SpeedSource, ToClient, Topics, Welcome, WelcomeFlags,
 };
 use grip_link::message::{DeviceState, FaultCode, Versions};
 use grip_record::mcap::{HealthRecord, Record};
@@ -215,28 +215,20 @@ fn times_never_go_back_and_never_lie_ahead() {
     assert_eq!(at(11_000_000, NOW + 3_000_000_000), ZERO + 11_000_000_000);
 }
 
-fn slip(number: u32, phase: Phase) -> Slip {
-    Slip {
+fn slip(number: u32, phase: Phase) -> SlipReport {
+    SlipReport {
         number,
-        device_us: 1_500_000,
-        host_us: 9_000_000,
+        t: Micros(1_500_000),
+        host: Micros(9_000_000),
         phase,
         method: if phase == Phase::Ended { Method::None } else { Method::Stylus },
         speed_source: SpeedSource::None,
         esc_kind: Reading::None,
         statistic: Some(2.5),
-        confidence: None,
         speed_m_s: Some(0.125),
-        sigma_m_s: None,
-        moved_m: None,
         irregularities: Some(4),
-        esc_w: None,
-        esc_chosen: None,
-        esc_flags: 0,
-        notes: 0,
-        estimate_n: None,
         command_n: Some(6.5),
-        duration_s: None,
+        ..SlipReport::UNKNOWN
     }
 }
 

@@ -2,8 +2,8 @@
 
 use super::time::{Clocks, Source};
 use super::{Topic, Wanted, convert};
-use grip_link::message::daemon::{Notice, NoticeKind, Rows, Slip, ToClient};
-use grip_record::mcap::{LinkRecord, Record, SampleRecord};
+use grip_link::message::daemon::{Notice, NoticeKind, Rows, SlipReport, ToClient};
+use grip_record::mcap::{EventRecord, LinkRecord, Record, SampleRecord};
 use serde_json::{Value, json};
 
 /// Takes what a message becomes: its topic, its log time (ns since 1970), and its bytes.
@@ -85,11 +85,11 @@ impl Translator {
         self.taxels = taxels;
     }
 
-    fn slip(&mut self, slip: &Slip, now_ns: u64, out: &mut Out<'_>) {
+    fn slip(&mut self, slip: &SlipReport, now_ns: u64, out: &mut Out<'_>) {
         if slip.number > self.last_slip && self.wanted.has(Topic::Event) {
             self.last_slip = slip.number;
-            let at_ns = self.clocks.host_ns(slip.host_us, now_ns);
-            self.record(&Record::Event(convert::slip(slip)), (at_ns, now_ns), out);
+            let at_ns = self.clocks.host_ns(slip.host.0, now_ns);
+            self.record(&Record::Event(EventRecord::of_slip(slip)), (at_ns, now_ns), out);
         }
     }
 

@@ -2,7 +2,7 @@
 
 use super::topic::RosTopic;
 use crate::{id::EventId, message::Message};
-use grip_link::message::daemon::{EXTRAPOLATED, INFORMATIVE, PipelineState, Slip, ToClient};
+use grip_link::message::daemon::{PipelineState, SlipReport, ToClient};
 use grip_record::mcap::CdrWriter;
 
 /// The one joint of a gripper: what its fingers press with.
@@ -26,7 +26,7 @@ pub fn messages(message: &Message, id: EventId, start_ns: u64) -> Vec<(RosTopic,
             ]
         }
         Ok(ToClient::Slip(slip)) => {
-            vec![(RosTopic::Slip, slip_event(&slip, id, stamp(slip.host_us)))]
+            vec![(RosTopic::Slip, slip_event(&slip, id, stamp(slip.host.0)))]
         }
         // Of what cannot be read nothing can be said.
         Ok(_) | Err(_) => Vec::new(),
@@ -66,21 +66,21 @@ pub fn grip_state(state: &PipelineState, stamp: Stamp) -> Vec<u8> {
 
 /// `grip_msgs/msg/SlipEvent`; `id` is its number among the events of the fleet.
 #[must_use]
-pub fn slip_event(slip: &Slip, id: EventId, stamp: Stamp) -> Vec<u8> {
+pub fn slip_event(slip: &SlipReport, id: EventId, stamp: Stamp) -> Vec<u8> {
     let mut out = Vec::with_capacity(128);
     let mut w = header(&mut out, stamp);
-    w.u32(id.run).u64(id.seq).u32(slip.number).u64(slip.device_us);
+    w.u32(id.run).u64(id.seq).u32(slip.number).u64(slip.t.0);
     w.u8(slip.phase.code()).u8(slip.method.code()).u8(slip.speed_source.code());
     maybe(&mut w, &[slip.statistic, slip.confidence]);
-    maybe(&mut w, &[slip.speed_m_s, slip.sigma_m_s, slip.moved_m]);
+    maybe(&mut w, &[slip.speed_m_s, slip.speed_sigma_m_s, slip.moved_m]);
     w.u32(slip.irregularities.unwrap_or(u32::MAX));
-    maybe(&mut w, &[slip.esc_w]);
+    maybe(&mut w, &[slip.esc_w.map(single)]);
     w.u8(slip.esc_kind.code());
-    maybe(&mut w, &[slip.esc_chosen]);
-    w.bool(slip.notes & INFORMATIVE != 0).u8(slip.esc_flags);
+    maybe(&mut w, &[slip.esc.map(single)]);
+    w.bool(slip.is_informative()).u8(slip.esc_flags);
     maybe(&mut w, &[slip.estimate_n]);
-    w.bool(slip.notes & EXTRAPOLATED != 0);
-    maybe(&mut w, &[slip.command_n, slip.duration_s]);
+    w.bool(slip.is_extrapolated());
+    maybe(&mut w, &[slip.command_n, slip.duration_s.map(single)]);
     out
 }
 
@@ -89,6 +89,12 @@ fn header(out: &mut Vec<u8>, stamp: Stamp) -> CdrWriter<'_> {
     let mut w = CdrWriter::new(out);
     w.time(stamp.0).text("");
     w
+}
+
+/// As it travelled.
+#[expect(clippy::cast_possible_truncation, reason = "it came with seven digits")]
+const fn single(value: f64) -> f32 {
+    value as f32
 }
 
 /// Values that may not be known.
@@ -100,8 +106,9 @@ fn maybe(w: &mut CdrWriter<'_>, values: &[Option<f32>]) {
 
 #[cfg(test)]
 mod tests {
-    use super::{EXTRAPOLATED, EventId, Message, PipelineState, RosTopic, Slip, Stamp, messages};
+    use super::{EventId, Message, PipelineState, RosTopic, SlipReport, Stamp, messages};
     use crate::message::wire;
+    use grip_link::message::daemon::EXTRAPOLATED;
     use grip_link::message::{
         DeviceState, FaultCode, Kind,
         daemon::{GripState, Health, Method, Phase, Reading, Scene, SensorHealth, SpeedSource},
@@ -175,27 +182,15 @@ mod tests {
 
     #[test]
     fn a_slip_bears_its_number_and_other_news_are_nothing_to_ros() {
-        let slip = Slip {
+        let slip = SlipReport {
             number: 4,
-            device_us: 5,
-            host_us: u64::MAX,
+            t: Micros(5),
+            host: Micros(u64::MAX),
             phase: Phase::Ended,
             method: Method::None,
             speed_source: SpeedSource::TwoStyli,
             esc_kind: Reading::Literal,
-            statistic: None,
-            confidence: None,
-            speed_m_s: None,
-            sigma_m_s: None,
-            moved_m: None,
-            irregularities: None,
-            esc_w: None,
-            esc_chosen: None,
-            esc_flags: 0,
-            notes: 0,
-            estimate_n: None,
-            command_n: None,
-            duration_s: None,
+            ..SlipReport::UNKNOWN
         };
         let told = messages(&frame(Kind::SLIP, |out| slip.write(out).unwrap()), ID, START_NS);
         let [(RosTopic::Slip, bytes)] = told.as_slice() else { panic!("{told:?}") };

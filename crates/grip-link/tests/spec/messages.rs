@@ -4,7 +4,7 @@ use crate::fields::frames;
 use crate::markdown::{Row, headings, table};
 use crate::source;
 use grip_link::message::daemon::{
-    Command, Gripper, Health, Notice, PipelineState, ROWS_HEADER, Slip, Subscribe, Welcome,
+    Command, Gripper, Health, Notice, PipelineState, ROWS_HEADER, SlipReport, Subscribe, Welcome,
 };
 use grip_link::message::{
     Ack, ClearFault, Config, ConfigAck, Event, Grip, Heartbeat, Hello, Ident, Kind, Nack, Ping,
@@ -41,7 +41,7 @@ fn size(kind: Kind) -> usize {
         Kind::EVENT => Event::SIZE,
         Kind::LOG => 10,
         Kind::WELCOME => Welcome::HEADER,
-        Kind::SLIP => Slip::SIZE,
+        Kind::SLIP => SlipReport::SIZE,
         Kind::STATE => PipelineState::SIZE,
         Kind::HEALTH => Health::SIZE,
         Kind::GRIPPER => Gripper::SIZE,

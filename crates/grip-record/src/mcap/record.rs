@@ -1,7 +1,7 @@
 //! What a recording holds, one kind for each topic, as the bytes of its message and back.
 
 use slip_core::{Arrival, PipelineState, Sample, units::Micros};
-use slip_msg::{EXTRAPOLATED, GripState, INFORMATIVE, Reading, Scene};
+use slip_msg::{EXTRAPOLATED, GripState, INFORMATIVE, Method, Phase, Reading, Scene, SlipReport};
 
 use super::cdr::{CdrError, CdrReader, CdrWriter};
 use super::codes::{self, PRESSURE, REFERENCE, STYLUS, TRAVEL};
@@ -320,7 +320,66 @@ fn decode_state(r: &mut CdrReader<'_>) -> Result<PipelineState, CdrError> {
     })
 }
 
+impl EventRecord<'static> {
+    /// The record of a slip, without its line.
+    #[must_use]
+    pub fn of_slip(slip: &SlipReport) -> Self {
+        let ended = slip.phase == Phase::Ended;
+        #[expect(clippy::cast_precision_loss, reason = "a count for plots")]
+        let irregularities = slip.irregularities.map(|count| count as f32);
+        let long = |value: Option<f64>| value.unwrap_or(f64::NAN);
+        Self {
+            t_s: slip.t.as_seconds(),
+            kind: if ended { "slip_end" } else { "slip" },
+            phase: if ended { "" } else { slip.phase.name() },
+            method: if slip.method == Method::None { "" } else { slip.method.name() },
+            duration_s: long(slip.duration_s),
+            esc_w: long(slip.esc_w),
+            esc_value: long(slip.esc),
+            statistic: short(slip.statistic),
+            confidence: short(slip.confidence),
+            speed_m_s: short(slip.speed_m_s),
+            speed_sigma_m_s: short(slip.speed_sigma_m_s),
+            moved_m: short(slip.moved_m),
+            irregularities: short(irregularities),
+            estimate_n: short(slip.estimate_n),
+            command_n: short(slip.command_n),
+            ..Self::default()
+        }
+    }
+}
+
 impl<'a> EventRecord<'a> {
+    /// The slip that it tells of; `None` where it is another event.
+    #[must_use]
+    pub fn slip(&self) -> Option<SlipReport> {
+        let phase = match self.kind {
+            "slip" => Phase::from_name(self.phase)?,
+            "slip_end" => Phase::Ended,
+            _ => return None,
+        };
+        let long = |value: f64| Some(value).filter(|value| !value.is_nan());
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturates")]
+        let irregularities = known(self.irregularities).map(|count| count as u32);
+        Some(SlipReport {
+            t: Micros::from_seconds(self.t_s),
+            phase,
+            method: Method::from_name(self.method).unwrap_or(Method::None),
+            statistic: known(self.statistic),
+            confidence: known(self.confidence),
+            speed_m_s: known(self.speed_m_s),
+            speed_sigma_m_s: known(self.speed_sigma_m_s),
+            moved_m: known(self.moved_m),
+            irregularities,
+            esc_w: long(self.esc_w),
+            esc: long(self.esc_value),
+            estimate_n: known(self.estimate_n),
+            command_n: known(self.command_n),
+            duration_s: long(self.duration_s),
+            ..SlipReport::UNKNOWN
+        })
+    }
+
     fn encode(&self, w: &mut CdrWriter<'_>) {
         w.f64(self.t_s).text(self.kind).text(self.phase).text(self.method);
         w.text(self.channel).text(self.health);

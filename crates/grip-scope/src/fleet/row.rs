@@ -4,7 +4,7 @@ use super::minute::Minute;
 use super::spark::Spark;
 use super::{Heard, Member};
 use grip_link::message::daemon::{
-    GripState, Health, LinkState, Phase, PipelineState, Scene, SensorHealth, Slip, ToClient,
+    GripState, Health, LinkState, Phase, PipelineState, Scene, SensorHealth, SlipReport, ToClient,
 };
 
 /// STATE comes five times a second: a gripper that is there and tells none for so long is silent (s).
@@ -153,7 +153,7 @@ impl Row {
     }
 
     /// A slip is told when it begins, when it becomes gross and when it ends: it counts once.
-    fn take_slip(&mut self, at_s: f64, slip: &Slip) {
+    fn take_slip(&mut self, at_s: f64, slip: &SlipReport) {
         let on = slip.phase != Phase::Ended;
         if on && !self.slips_on {
             self.slips.count(at_s);

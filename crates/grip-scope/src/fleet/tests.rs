@@ -7,8 +7,8 @@ use crate::feed::SourceStatus;
 use grip_fleet::Uid;
 use grip_link::frame::{self, Direction, Header, MAX_WIRE};
 use grip_link::message::daemon::{
-    GripState, Health, LinkState, Method, Phase, PipelineState, Reading, Scene, SensorHealth, Slip,
-    SpeedSource,
+    GripState, Health, LinkState, Method, Phase, PipelineState, Reading, Scene, SensorHealth,
+    SlipReport, SpeedSource,
 };
 use grip_link::message::{DeviceState, FaultCode, Kind};
 
@@ -57,27 +57,15 @@ fn health(slips: u32, lost: u64) -> Heard {
 }
 
 fn slip(number: u32, phase: Phase) -> Heard {
-    let slip = Slip {
+    let slip = SlipReport {
         number,
-        device_us: 0,
-        host_us: 0,
+        t: Micros(0),
+        host: Micros(0),
         phase,
         method: Method::Stylus,
         speed_source: SpeedSource::None,
         esc_kind: Reading::None,
-        statistic: None,
-        confidence: None,
-        speed_m_s: None,
-        sigma_m_s: None,
-        moved_m: None,
-        irregularities: None,
-        esc_w: None,
-        esc_chosen: None,
-        esc_flags: 0,
-        notes: 0,
-        estimate_n: None,
-        command_n: None,
-        duration_s: None,
+        ..SlipReport::UNKNOWN
     };
     message(Kind::SLIP, |out| slip.write(out).unwrap())
 }

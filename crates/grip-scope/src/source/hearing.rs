@@ -94,7 +94,7 @@ impl Hearing {
     pub(super) fn take(&mut self, message: &ToClient<'_>) {
         match message {
             ToClient::Welcome(welcome) => self.greet(welcome),
-            ToClient::Slip(slip) => self.news.push(Feed::Event(told::slip(slip))),
+            ToClient::Slip(slip) => self.news.push(Feed::Event(EventMark::slip(slip))),
             ToClient::State(state) => {
                 self.set_rate(state.rate_hz);
                 self.news.push(Feed::State(*state));

@@ -3,62 +3,13 @@
 use crate::channel::Channel;
 use crate::feed::{
     EventKind, EventMark, Feed, HealthPoint, LatencyFigures, Level, NoticeLine, RowBlock,
-    SlipFacts, TaxelBlock,
+    TaxelBlock,
 };
 use grip_link::message::daemon::{
-    Appended, ClockOffset, Health, Method, Notice, NoticeKind, Phase, RowOfSample, RowSet, Slip,
-    SpeedSource,
+    Appended, ClockOffset, Health, Notice, NoticeKind, RowOfSample, RowSet,
 };
 
 use slip_core::{Sample, units::Micros};
-
-pub(super) fn slip(slip: &Slip) -> EventMark {
-    let kind = match slip.phase {
-        Phase::Gross => EventKind::Gross,
-        Phase::Ended => EventKind::Ended,
-        _ => EventKind::Incipient,
-    };
-    let facts = SlipFacts {
-        method: Some(slip.method).filter(|method| *method != Method::None),
-        statistic: slip.statistic,
-        confidence: slip.confidence,
-        speed_m_s: slip.speed_m_s,
-        speed_sigma_m_s: slip.sigma_m_s,
-        speed_source: Some(slip.speed_source).filter(|source| *source != SpeedSource::None),
-        moved_m: slip.moved_m,
-        irregularities: slip.irregularities,
-        esc_w: slip.esc_w,
-        estimate_n: slip.estimate_n,
-        command_n: slip.command_n,
-        duration_s: slip.duration_s,
-    };
-    EventMark {
-        t_s: seconds(slip.device_us),
-        kind,
-        text: slip_text(kind, &facts),
-        slip: Some(facts),
-    }
-}
-
-/// A line for people.
-pub(super) fn slip_text(kind: EventKind, facts: &SlipFacts) -> String {
-    let mut text = kind.name().to_owned();
-    let mut add = |part: Option<String>| {
-        if let Some(part) = part {
-            text.push_str(&part);
-        }
-    };
-    add(facts.method.map(|method| format!(" by {}", method.name())));
-    add(facts.duration_s.map(|time_s| format!(" after {:.1} ms", 1e3 * time_s)));
-    add(facts.statistic.map(|statistic| format!(", statistic {statistic:.1}")));
-    add(facts.sure().map(|sure| format!(", {sure}")));
-    add(facts.speed_m_s.map(|speed| format!(", {:.1} mm/s", 1e3 * speed)));
-    add(facts.moved_m.map(|moved| format!(", moved {:.2} mm", 1e3 * moved)));
-    add(facts.esc_w.map(|esc| format!(", E_sc {esc:.3} W")));
-    add(facts.estimate_n.map(|force| format!(", estimate {force:.2} N")));
-    add(facts.command_n.map(|force| format!(", command {force:.2} N")));
-    text
-}
 
 /// What became of a command: a line for people, and the same among the events.
 pub(super) fn answer(level: Level, text: String) -> [Feed; 2] {

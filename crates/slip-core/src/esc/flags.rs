@@ -51,6 +51,12 @@ impl Flags {
         self.0
     }
 
+    /// The flags of these bits.
+    #[must_use]
+    pub const fn from_bits(bits: u8) -> Self {
+        Self(bits)
+    }
+
     /// Whether `flag` is set.
     #[must_use]
     pub fn contains(self, flag: Flag) -> bool {

@@ -1,9 +1,9 @@
 //! Messages of gripd in, what is known of it with the names of the JSON fields out.
 
+use grip_link::message::Versions;
 use grip_link::message::daemon::{
-    Gripper, Health, NoticeKind, Phase, PipelineState, Slip, ToClient, Welcome, WelcomeFlags,
+    Gripper, Health, NoticeKind, Phase, PipelineState, SlipReport, ToClient, Welcome, WelcomeFlags,
 };
-use grip_link::message::{Versions, daemon::EXTRAPOLATED};
 use serde::Serialize;
 
 /// Everything that QUERY tells.
@@ -272,27 +272,33 @@ impl EventReport {
         })
     }
 
-    fn slip(slip: &Slip) -> Self {
+    fn slip(slip: &SlipReport) -> Self {
         let method = if slip.phase == Phase::Ended { "none" } else { slip.method.name() };
         Self::Slip {
             number: slip.number,
-            t_s: seconds(slip.device_us),
-            host_s: seconds(slip.host_us),
+            t_s: slip.t.as_seconds(),
+            host_s: slip.host.as_seconds(),
             phase: slip.phase.name(),
             method,
             statistic: slip.statistic,
             confidence: slip.confidence,
             speed_m_s: slip.speed_m_s,
-            speed_sigma_m_s: slip.sigma_m_s,
+            speed_sigma_m_s: slip.speed_sigma_m_s,
             moved_m: slip.moved_m,
             irregularities: slip.irregularities,
-            esc_w: slip.esc_w,
+            esc_w: slip.esc_w.map(single),
             estimate_n: slip.estimate_n,
-            extrapolated: slip.notes & EXTRAPOLATED != 0,
+            extrapolated: slip.is_extrapolated(),
             command_n: slip.command_n,
-            duration_s: slip.duration_s,
+            duration_s: slip.duration_s.map(single),
         }
     }
+}
+
+/// As it travelled.
+#[expect(clippy::cast_possible_truncation, reason = "it came with seven digits")]
+const fn single(value: f64) -> f32 {
+    value as f32
 }
 
 #[expect(clippy::cast_precision_loss, reason = "exact for 285 years of microseconds")]

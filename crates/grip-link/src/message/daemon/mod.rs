@@ -3,7 +3,7 @@
 //! | type | name | direction | size | ACK_REQ | type in Rust |
 //! |---|---|---|---|---|---|
 //! | A0 | WELCOME | to client | 26 + text | | [`Welcome`] |
-//! | A1 | SLIP | to client | 72 | | [`Slip`] |
+//! | A1 | SLIP | to client | 72 | | [`SlipReport`] |
 //! | A2 | STATE | to client | 60 | | [`PipelineState`] |
 //! | A3 | HEALTH | to client | 144 or 352 | | [`Health`] |
 //! | A4 | GRIPPER | to client | 32 | | [`Gripper`] |
@@ -23,7 +23,6 @@ mod gripper;
 mod health;
 mod notice;
 mod rows;
-mod slip;
 
 pub use command::Command;
 pub use greet::{Subscribe, Topics, Welcome, WelcomeFlags};
@@ -31,11 +30,10 @@ pub use gripper::Gripper;
 pub use health::{Appended, BadFrames, ClockOffset, Dropped, Health, Latency};
 pub use notice::Notice;
 pub use rows::{ROWS_HEADER, RowOfSample, RowSet, Rows, RowsHeader};
-pub use slip::Slip;
 pub use slip_msg::{
     DroppedClass, EXTRAPOLATED, Goodbye, GripState, INFORMATIVE, LinkState, Method, NoticeKind,
     Operation, Phase, PipelineState, Reading, RealTime, Recording, Scene, Sensor, SensorHealth,
-    SpeedSource,
+    SlipReport, SpeedSource,
 };
 
 use super::{Ack, Kind, Nack, PayloadError};
@@ -48,7 +46,7 @@ pub enum ToClient<'a> {
     /// A0
     Welcome(Welcome<'a>),
     /// A1
-    Slip(Slip),
+    Slip(SlipReport),
     /// A2
     State(PipelineState),
     /// A3
@@ -74,7 +72,7 @@ impl<'a> ToClient<'a> {
         let payload = frame.payload;
         Ok(match frame.header.kind {
             Kind::WELCOME => Self::Welcome(Welcome::parse(payload)?),
-            Kind::SLIP => Self::Slip(Slip::parse(payload)?),
+            Kind::SLIP => Self::Slip(SlipReport::parse(payload)?),
             Kind::STATE => Self::State(PipelineState::parse(payload)?),
             Kind::HEALTH => Self::Health(Health::parse(payload)?),
             Kind::GRIPPER => Self::Gripper(Gripper::parse(payload)?),

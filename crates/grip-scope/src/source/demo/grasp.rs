@@ -1,17 +1,16 @@
 //! A simulated object and time in; what sensors, pipeline and controller do with it out.
 
-use super::super::told;
 use super::{BETWEEN_US, GRASP_US, World};
 use crate::feed::{EventKind, EventMark, Feed, Level};
 use crate::source::ClientAction;
 use crate::source::outlet::Outlet;
-use grip_daemon::clients::convert;
+
 use grip_host::model::default_estimator;
 use grip_host::report::EventLine;
 use grip_host::session::ClientCommand;
 use grip_host::{News, Session, SessionOptions};
 use grip_link::frame::MAX_WIRE;
-use grip_link::message::daemon::{Gripper, Slip};
+use grip_link::message::daemon::{Gripper, SlipReport};
 use grip_sim::{Scene, VirtualMcu};
 use slip_core::PipelineState;
 
@@ -220,7 +219,7 @@ impl Grasp {
 
 /// The mark of a slip whose times begin at `start_us`.
 fn slip_event(line: &EventLine, start_us: u64) -> Option<Feed> {
-    let slip = convert::slip(0, line)?;
-    let slip = Slip { device_us: slip.device_us + start_us, ..slip };
-    Some(Feed::Event(told::slip(&slip)))
+    let EventLine::Slip(slip) = line else { return None };
+    let slip = SlipReport { t: slip.t.plus(Micros(start_us)), ..*slip };
+    Some(Feed::Event(EventMark::slip(&slip)))
 }

@@ -5,12 +5,11 @@ use crate::derive::Observer;
 use crate::feed::{EventMark, Feed, Level, NoticeLine, ObserverSettings};
 use crate::source::outlet::Outlet;
 use crate::source::stream::Stream;
-use crate::source::told;
-use grip_daemon::clients::convert;
-use grip_host::HostConfig;
+
 use grip_host::model::default_estimator;
 use grip_host::replay::pipeline_config;
 use grip_host::report::EventLog;
+use grip_host::{HostConfig, report::EventLine};
 
 use grip_record::{CsvError, CsvOptions, Recording, files, parse_csv};
 use slip_core::{PipelineState, units::Micros};
@@ -241,8 +240,14 @@ impl Tape {
         self.waiting += 1;
         let Some(step) = self.stream.push(sample, taxels) else { return };
         let lines = self.log.lines(&step);
-        let slips = lines.iter().flatten().filter_map(|line| convert::slip(0, line));
-        let marks: Vec<EventMark> = slips.map(|slip| told::slip(&slip)).collect();
+        let marks: Vec<EventMark> = lines
+            .iter()
+            .flatten()
+            .filter_map(|line| match line {
+                EventLine::Slip(slip) => Some(EventMark::slip(slip)),
+                EventLine::Grip { .. } | EventLine::Health { .. } => None,
+            })
+            .collect();
         let state = self.state(sample, &step);
         let news_of_it = self.told.is_none_or(|told| {
             let changed = (told.scene, told.sensors) != (state.scene, state.sensors);
