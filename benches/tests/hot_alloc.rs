@@ -65,9 +65,9 @@ impl Told {
     fn take(&mut self, item: &Item<'_>) {
         match item {
             Item::Sample { .. } => self.samples += 1,
-            Item::State { state, .. } => {
+            Item::State(state) => {
                 self.states += 1;
-                self.slips += u64::from(state.statistic > 1.0);
+                self.slips += u64::from(state.statistic.unwrap_or(f32::NAN) > 1.0);
             }
             Item::Event { .. } => self.events += 1,
             Item::Command { .. } => self.commands += 1,

@@ -260,7 +260,7 @@ fn send(state: &mut ViewState, engine: &mut Engine, order: Order) {
         .gripper
         .and_then(|gripper| gripper.force_max_n)
         .map_or(f64::INFINITY, f64::from);
-    let fault = engine.model.info().state.map_or(0, |state| state.fault);
+    let fault = engine.model.info().state.map_or(0, |state| state.fault.0);
     let (action, name) = match order {
         Order::AtLeast(force_n) if force_n > limit_n => {
             state.complain(format!("{force_n:.2} N is above the limit of {limit_n:.2} N."));

@@ -194,8 +194,8 @@ fn motion(recording: &Recording, config: PipelineConfig) -> Result<Vec<bool>, Ca
         .iter()
         .map(|sample| {
             let step = pipeline.handle(&heard(sample));
-            if step.health != SensorHealth::Good {
-                worst = step.health;
+            if step.sensors[0] != SensorHealth::Good {
+                worst = step.sensors[0];
             }
             pipeline.detector().is_moving()
         })

@@ -3,12 +3,14 @@
 
 use grip_record::mcap::{
     Attached, ClientRecord, CommandRecord, Entry, EventRecord, LinkRecord, McapError, McapIndex,
-    McapReader, McapWriter, PipelineRecord, Record, SampleRecord, StateRecord, WireRecord, recover,
+    McapReader, McapWriter, PipelineRecord, Record, SampleRecord, WireRecord, recover,
 };
 use proptest::prelude::{Just, Strategy, any, prop_assert, prop_assert_eq, prop_oneof, proptest};
+use slip_core::PipelineState;
 use slip_core::{
     Arrival, Sample, grip::GripState, health::SensorHealth, scene::Scene, units::Micros,
 };
+use slip_msg::{EXTRAPOLATED, INFORMATIVE, Reading};
 use std::{collections::BTreeMap, io::Cursor, path::Path};
 
 const ZERO_NS: u64 = 1_763_766_000_000_000_000;
@@ -101,24 +103,26 @@ fn same(a: &Sample, b: &Sample) -> bool {
     bits(a) == bits(b)
 }
 
-const STATE: StateRecord = StateRecord {
+const STATE: PipelineState = PipelineState {
     t: Micros(5),
     scene: Scene::Slipping,
-    grip: Some(GripState::Released),
-    health: SensorHealth::Drifting,
-    reference_health: SensorHealth::Lost,
-    travel_health: SensorHealth::Backwards,
-    pressure_health: SensorHealth::Failed,
-    statistic: 1.5,
+    grip: GripState::Released,
+    sensors: [
+        SensorHealth::Drifting,
+        SensorHealth::Backwards,
+        SensorHealth::Failed,
+        SensorHealth::Lost,
+    ],
+    notes: INFORMATIVE | EXTRAPOLATED,
+    esc_kind: Reading::Literal,
+    statistic: Some(1.5),
     command_n: Some(2.5),
-    applied_n: None,
-    esc_w: Some(1e-300),
-    esc_informative: true,
+    esc: Some(1e-30),
     estimate_n: Some(0.1),
-    extrapolated: true,
-    lost: u64::MAX,
     rate_hz: 20_000,
+    lost: u64::MAX,
     late_ms: Some(1.5),
+    ..PipelineState::UNKNOWN
 };
 
 const COMMAND: CommandRecord = CommandRecord {

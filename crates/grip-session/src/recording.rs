@@ -1,7 +1,7 @@
 //! Events and beginnings in, the records of an MCAP file out, and back: what daemon and toolbox must agree on.
 
 use crate::{
-    report::{EventLine, EvidenceFields},
+    report::EventLine,
     session::{Beginning, ClientCommand},
     tape::TapeError,
 };
@@ -42,21 +42,7 @@ pub fn event_record<'a>(
     let json = core::str::from_utf8(json).map_err(serde::ser::Error::custom)?;
     let nothing = EventRecord { json, ..EventRecord::default() };
     Ok(match *line {
-        EventLine::Slip { t_s, phase, method, statistic, confidence, evidence, .. } => {
-            EventRecord {
-                t_s,
-                kind: "slip",
-                phase,
-                method,
-                statistic,
-                confidence,
-                ..with_evidence(nothing, &evidence)
-            }
-        }
-        EventLine::SlipEnd { t_s, duration_s, evidence, .. } => {
-            let record = with_evidence(nothing, &evidence);
-            EventRecord { t_s, kind: "slip_end", duration_s, ..record }
-        }
+        EventLine::Slip(slip) => EventRecord { json, ..EventRecord::of_slip(&slip) },
         EventLine::Grip { t_s, event, command_n } => {
             let command_n = command_n.unwrap_or(f32::NAN);
             EventRecord { t_s, kind: "grip", phase: event, command_n, ..nothing }
@@ -65,24 +51,6 @@ pub fn event_record<'a>(
             EventRecord { t_s, kind: "health", channel, health, ..nothing }
         }
     })
-}
-
-fn with_evidence<'a>(record: EventRecord<'a>, evidence: &EvidenceFields) -> EventRecord<'a> {
-    let short = |value: Option<f32>| value.unwrap_or(f32::NAN);
-    let long = |value: Option<f64>| value.unwrap_or(f64::NAN);
-    #[expect(clippy::cast_precision_loss, reason = "a count for plots; the line is exact")]
-    let irregularities = evidence.irregularities.map(|count| count as f32);
-    EventRecord {
-        esc_w: long(evidence.esc_w),
-        esc_value: long(evidence.esc_value),
-        speed_m_s: short(evidence.speed_m_s),
-        speed_sigma_m_s: short(evidence.speed_sigma_m_s),
-        moved_m: short(evidence.moved_m),
-        irregularities: short(irregularities),
-        estimate_n: short(evidence.estimate_n),
-        command_n: short(evidence.command_n),
-        ..record
-    }
 }
 
 /// The record of a pipeline that begins; `json` is written over with its settings.
@@ -212,11 +180,11 @@ pub const fn client_command(record: ClientRecord) -> ClientCommand {
 #[cfg(test)]
 mod tests {
     use super::{beginning, event_record, pipeline_record};
-    use crate::{
-        report::{EventLine, EvidenceFields},
-        session::Beginning,
+    use crate::{report::EventLine, session::Beginning};
+    use slip_core::{
+        PipelineConfig, Signal, SlipReport,
+        units::{Hertz, Micros},
     };
-    use slip_core::{PipelineConfig, Signal, units::Hertz};
 
     #[test]
     fn the_settings_come_back_bit_by_bit() {
@@ -237,14 +205,12 @@ mod tests {
 
     #[test]
     fn an_event_has_its_numbers_and_its_line() {
-        let evidence = EvidenceFields { estimate_n: Some(3.5), ..EvidenceFields::default() };
-        let line = EventLine::SlipEnd {
-            t_s: 1.25,
-            duration_s: 0.5,
-            certified: false,
-            certified_interval_s: None,
-            evidence,
-        };
+        let line = EventLine::Slip(SlipReport {
+            t: Micros(1_250_000),
+            duration_s: Some(0.5),
+            estimate_n: Some(3.5),
+            ..SlipReport::UNKNOWN
+        });
         let mut json = Vec::new();
         let record = event_record(&line, &mut json).unwrap();
         assert_eq!((record.kind, record.duration_s, record.estimate_n), ("slip_end", 0.5, 3.5));

@@ -41,4 +41,4 @@ pub use error::ConfigError;
 pub use event::{SlipEvent, Step};
 pub use pipeline::Pipeline;
 pub use sample::{Arrival, Sample, Signal};
-pub use slip_msg::{Phase, units};
+pub use slip_msg::{Phase, PipelineState, SlipReport, units};

@@ -505,11 +505,13 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             estimate: None,
             command: self.grip.map(|grip| Newtons(grip.command_n())),
             grip: None,
-            health: self.stylus_health(),
+            sensors: [
+                self.stylus_health(),
+                self.travel_health(),
+                self.fusion.healths().1,
+                self.detector.reference_health(),
+            ],
             floor_health: self.detector.floor_health(),
-            reference_health: self.detector.reference_health(),
-            travel_health: self.travel_health(),
-            pressure_health: self.fusion.healths().1,
         }
     }
 

@@ -5,8 +5,18 @@
 #![no_std]
 
 pub mod codes;
+mod fault;
+mod message;
+mod slip;
+mod state;
 mod table;
 pub mod units;
+pub mod wire;
 
 pub use codes::*;
+pub use fault::{FaultCode, Reaction};
+pub use message::{Field, Wire};
+pub use slip::SlipReport;
+pub use state::{EXTRAPOLATED, INFORMATIVE, PipelineState};
 pub use table::Row;
+pub use wire::PayloadError;

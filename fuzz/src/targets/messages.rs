@@ -6,8 +6,8 @@ use super::gripper::ident;
 use core::fmt::Debug;
 use grip_link::frame::{Direction, Frame, Header, MAX_PAYLOAD};
 use grip_link::message::daemon::{
-    Appended, Command, Gripper, Health, Notice, RowSet, Rows, Slip, State, Subscribe, ToClient,
-    ToDaemon, Welcome,
+    Appended, Command, Gripper, Health, Notice, PipelineState, RowSet, Rows, SlipReport, Subscribe,
+    ToClient, ToDaemon, Welcome,
 };
 use grip_link::message::{
     Ack, ClearFault, Config, ConfigAck, Event, Grip, Heartbeat, Hello, Ident, Kind, Layout, Log,
@@ -114,18 +114,27 @@ fn health(payload: &[u8]) {
 
 /// The age of the evidence is written where it is known.
 fn state(payload: &[u8]) {
-    let Ok(message) = State::parse(payload) else { return };
+    let Ok(message) = PipelineState::parse(payload) else { return };
     let (mut out, mut second) = ([0; MAX_PAYLOAD], [0; MAX_PAYLOAD]);
     let len = message.write(&mut out).unwrap();
-    assert_eq!(len, if message.late_ms.is_some() { State::WHOLE } else { State::SIZE });
-    assert!(message.late_ms.is_none() || payload.len() >= State::WHOLE);
+    assert_eq!(
+        len,
+        if message.late_ms.is_some() { PipelineState::WHOLE } else { PipelineState::SIZE }
+    );
+    assert!(message.late_ms.is_none() || payload.len() >= PipelineState::WHOLE);
     for short in 0..len {
         assert_eq!(message.write(&mut second[..short]), Err(PayloadError::Full { have: short }));
     }
-    assert_eq!(State::parse(&out[..len]), Ok(message), "decode(encode(x)) = x");
-    assert!(State::parse(&out[..State::SIZE - 1]).is_err(), "a byte short is refused");
-    for older in State::SIZE..len {
-        assert_eq!(State::parse(&out[..older]), Ok(State { late_ms: None, ..message }));
+    assert_eq!(PipelineState::parse(&out[..len]), Ok(message), "decode(encode(x)) = x");
+    assert!(
+        PipelineState::parse(&out[..PipelineState::SIZE - 1]).is_err(),
+        "a byte short is refused"
+    );
+    for older in PipelineState::SIZE..len {
+        assert_eq!(
+            PipelineState::parse(&out[..older]),
+            Ok(PipelineState { late_ms: None, ..message })
+        );
     }
 }
 
@@ -155,7 +164,7 @@ pub fn check(data: &[u8]) {
         HELLO => Hello, CONFIG => Config, PING => Ping, GRIP => Grip, HEARTBEAT => Heartbeat,
         CLEAR_FAULT => ClearFault, IDENT => Ident, CONFIG_ACK => ConfigAck, PONG => Pong, ACK => Ack,
         NACK => Nack, STATUS => Status, STATS => Stats, EVENT => Event,
-        SLIP => Slip, GRIPPER => Gripper, SUBSCRIBE => Subscribe, COMMAND => Command,
+        SLIP => SlipReport, GRIPPER => Gripper, SUBSCRIBE => Subscribe, COMMAND => Command,
     );
     let header = Header::new(Direction::ToDevice, kind, 0, 1);
     let parsed = ToDevice::parse(&Frame { header, payload });

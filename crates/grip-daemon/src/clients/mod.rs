@@ -6,7 +6,6 @@
 //! goes over the socket.
 
 mod batch;
-pub mod convert;
 mod figures;
 mod listen;
 mod outbox;
@@ -291,7 +290,7 @@ impl Clients {
             Item::Sample { host_us, index, sample, taxels } => {
                 self.roster.row(&Row { host_us, index, sample, taxels });
             }
-            Item::State { host_us, state } => self.known.state(host_us, state, &mut self.roster),
+            Item::State(state) => self.known.state(state, &mut self.roster),
             Item::Event { host_us, line } => self.known.event(host_us, line, &mut self.roster),
             Item::Began { host_us, beginning } => {
                 self.roster.begin();

@@ -3,8 +3,9 @@
 use crate::rig::{Rig, tcp, wanted};
 use grip_daemon::Item;
 use grip_daemon::clients::{ClientsConfig, Listen};
+use grip_session::report::EventLine;
 use grip_link::message::daemon::{Health, Subscribe, Topics};
-use grip_session::report::{EventLine, EvidenceFields};
+use slip_core::{SlipReport, units::Micros};
 
 #[test]
 fn two_clients_see_the_samples_at_their_own_decimation() {
@@ -54,14 +55,12 @@ fn a_query_tells_everything_and_then_answers() {
     rig.state();
     rig.clients.health(&Health::default());
     for _ in 0..20 {
-        let evidence = EvidenceFields::default();
-        let line = EventLine::SlipEnd {
-            t_s: 0.5,
-            duration_s: 0.01,
-            certified: false,
-            certified_interval_s: None,
-            evidence,
-        };
+        let line = EventLine::Slip(SlipReport {
+            t: Micros(500_000),
+            duration_s: Some(0.01),
+
+            ..SlipReport::UNKNOWN
+        });
         rig.clients.take(&Item::Event { host_us: 5, line: &line });
     }
     let mut viewer = rig.viewer(7, wanted(Topics::default(), 0));

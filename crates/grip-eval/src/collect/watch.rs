@@ -157,7 +157,7 @@ impl SlipWatch {
     ) {
         self.smooth(sample, step.command);
         let touches = !matches!(step.grip, Some(GripEvent::Lost | GripEvent::Regrasped));
-        if !touches || step.health != SensorHealth::Good || self.is_open() {
+        if !touches || step.sensors[0] != SensorHealth::Good || self.is_open() {
             self.finish(tell);
             return;
         }
@@ -307,11 +307,8 @@ mod tests {
                 estimate: None,
                 command: None,
                 grip: None,
-                health: SensorHealth::Good,
+                sensors: [SensorHealth::Good; 4],
                 floor_health: slip_core::detector::FloorHealth::Good,
-                reference_health: SensorHealth::Good,
-                travel_health: SensorHealth::Good,
-                pressure_health: SensorHealth::Good,
             };
             change(ms, &mut step);
             watch.take(&sample, &step, &mut |slip| told.push(slip));

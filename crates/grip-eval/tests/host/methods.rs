@@ -50,7 +50,9 @@ fn an_array_without_a_stylus_tells_slips_and_not_the_closing_of_the_fingers() {
         let config = replay::pipeline_config(&recording, &HostConfig::default(), false);
         let steps: Vec<_> = Replay::new(&recording, config, None).unwrap().collect();
         assert!(
-            steps.iter().all(|step| step.health == SensorHealth::Good && step.command.is_none())
+            steps
+                .iter()
+                .all(|step| step.sensors[0] == SensorHealth::Good && step.command.is_none())
         );
         let first = |step: &&Step| matches!(step.event, Some(SlipEvent::Slip { first: true, .. }));
         steps.iter().filter(first).map(|step| step.t.as_seconds()).collect()

@@ -94,10 +94,10 @@ impl Hearing {
     pub(super) fn take(&mut self, message: &ToClient<'_>) {
         match message {
             ToClient::Welcome(welcome) => self.greet(welcome),
-            ToClient::Slip(slip) => self.news.push(Feed::Event(told::slip(slip))),
+            ToClient::Slip(slip) => self.news.push(Feed::Event(EventMark::slip(slip))),
             ToClient::State(state) => {
                 self.set_rate(state.rate_hz);
-                self.news.push(Feed::State(told::state(state)));
+                self.news.push(Feed::State(*state));
             }
             ToClient::Health(health) => {
                 self.news.push(Feed::Health(Box::new(told::health(health))));

@@ -81,7 +81,7 @@ fn a_stop_is_an_event_and_holds_until_the_fingers_close_again() {
     // Without the stop the object is let go after 4 s, and the next one comes.
     watch.until(|| {}, |model| model.end_s() > 5.0);
     let state = watch.model.info().state.unwrap();
-    assert_eq!(state.device, Some(DeviceState::Estop));
+    assert_eq!(state.device, DeviceState::Estop);
     assert_eq!(objects(&watch.model), 1);
     watch.handle.command(ClientAction::Release).unwrap();
     watch.until(|| {}, answered("release: not possible while it is stopped"));
