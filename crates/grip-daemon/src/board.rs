@@ -8,6 +8,7 @@ use grip_link::{
     host::{CloseReason, LinkState},
     message::{FaultCode, Firmware, Status as DeviceStatus},
 };
+use grip_session::report::EventLine;
 use slip_core::{Phase, PipelineState, methods::Method};
 use std::{collections::VecDeque, path::PathBuf};
 

@@ -8,6 +8,7 @@ use crate::{
     },
 };
 use grip_link::host::LinkState;
+use grip_session::session::ClockHealth;
 use slip_core::{PipelineState, health::SensorHealth, methods::Method};
 use slip_core::{grip::GripState, scene::Scene};
 

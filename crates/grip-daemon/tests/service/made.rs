@@ -11,7 +11,6 @@ use grip_link::{
         DeviceState, Event, EventKind, FaultCode, Firmware, ForceClamp, Status, StatusFlags,
     },
 };
-use grip_session::report::{EventLine, EvidenceFields};
 use slip_core::{
     Phase, PipelineState, SlipReport, grip::GripState, health::SensorHealth, methods::Method,
     scene::Scene, units::Micros,

@@ -7,6 +7,7 @@ use grip_daemon::{
 };
 use grip_link::host::CloseReason;
 use grip_link::message::daemon::ClockOffset;
+use grip_session::session::ClockHealth;
 use slip_core::{Phase, methods::Method};
 
 fn page(board: &Board) -> String {

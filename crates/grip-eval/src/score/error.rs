@@ -1,6 +1,6 @@
 //! Why a folder of labelled recordings cannot be scored, with what to correct.
 
-use crate::tape::TapeError;
+use grip_session::tape::TapeError;
 use grip_record::{CsvError, LabelError, PhaseError};
 use slip_core::ConfigError;
 use std::path::PathBuf;

@@ -1,7 +1,7 @@
 //! A folder with `labels.csv` in, its checked recordings with their labels and companions out.
 
 use super::{ScoreError, companions};
-use crate::recording::read_mcap;
+use grip_session::recording::read_mcap;
 use grip_record::{
     CsvError, CsvOptions, Label, LabelError, LabelKind, Phase, Recording, Travel, read_labels,
     read_phases, read_recording,
