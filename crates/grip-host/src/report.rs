@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 use slip_core::{
-    SlipEvent, Step,
+    Cause, CauseSet, SlipEvent, Step,
     detector::{FloorHealth, ReferenceHealth},
     distance::TravelHealth,
     esc::Flags,
@@ -33,6 +33,12 @@ pub enum EventLine {
         certified: bool,
         /// The interval (s) that it is certified with: false alarms of that kind are at least so far apart on average.
         certified_interval_s: Option<f32>,
+        /// Names of the causes other than a slip that were ruled out ([`slip_core::causes`]) ...
+        #[serde(serialize_with = "cause_names")]
+        ruled_out: CauseSet,
+        /// ... and of those that were not. What is in neither could not be judged.
+        #[serde(serialize_with = "cause_names")]
+        possible: CauseSet,
         /// What is known of the slip.
         #[serde(flatten)]
         evidence: EvidenceFields,
@@ -107,6 +113,10 @@ pub struct EvidenceFields {
     pub extrapolated: Option<bool>,
     /// Commanded force (N).
     pub command_n: Option<f32>,
+}
+
+fn cause_names<S: serde::Serializer>(causes: &CauseSet, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_seq(causes.iter().map(Cause::name))
 }
 
 fn flag_names<S: serde::Serializer>(
@@ -219,7 +229,7 @@ impl EventLog {
 
     fn slip_line(&mut self, event: SlipEvent, t_s: f64, step: &Step) -> EventLine {
         match event {
-            SlipEvent::Slip { phase, first, method, confidence, certified_s } => {
+            SlipEvent::Slip { phase, first, method, confidence, certified_s, causes } => {
                 if first {
                     self.slips += 1;
                     self.features = None;
@@ -237,6 +247,8 @@ impl EventLog {
                     confidence,
                     certified: certified_s.is_some(),
                     certified_interval_s: certified_s,
+                    ruled_out: causes.ruled_out,
+                    possible: causes.possible,
                     evidence,
                 }
             }
@@ -266,12 +278,16 @@ impl core::fmt::Display for EventLine {
                 statistic,
                 confidence,
                 certified_interval_s,
+                ruled_out,
+                possible,
                 evidence,
                 ..
             } => {
                 write!(f, "{t_s:10.4} s  slip ({phase}, by {method}), statistic {statistic:.1}, ")?;
                 write_confidence(f, *confidence)?;
                 write_certified(f, *certified_interval_s)?;
+                write_causes(f, "ruled out", *ruled_out)?;
+                write_causes(f, "possible", *possible)?;
                 evidence.write(f)
             }
             Self::SlipEnd { t_s, duration_s, certified_interval_s, evidence, .. } => {
@@ -321,6 +337,18 @@ fn write_certified(f: &mut core::fmt::Formatter<'_>, interval_s: Option<f32>) ->
     }
 }
 
+fn write_causes(
+    f: &mut core::fmt::Formatter<'_>,
+    what: &str,
+    causes: CauseSet,
+) -> core::fmt::Result {
+    if causes == CauseSet::default() {
+        return Ok(());
+    }
+    write!(f, ", {what}:")?;
+    causes.iter().try_for_each(|cause| write!(f, " {}", cause.name()))
+}
+
 impl EvidenceFields {
     fn write(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         if let (Some(speed), Some(sigma), Some(source)) =
@@ -359,7 +387,7 @@ impl EvidenceFields {
 mod tests {
     use super::{EventLine, EventLog};
     use slip_core::{
-        Phase, SlipEvent, Step,
+        CauseSet, Causes, Phase, SlipEvent, Step,
         detector::{FloorHealth, ReferenceHealth},
         distance::TravelHealth,
         grip::GripEvent,
@@ -411,6 +439,10 @@ mod tests {
             method: Method::Travel,
             confidence: 0.5,
             certified_s: Some(600.0),
+            causes: Causes {
+                ruled_out: CauseSet::from_bits(0b1_0001),
+                possible: CauseSet::from_bits(0b00110),
+            },
         };
         let [None, None, None, None, Some(line), None, None] =
             log.lines(&step(1_500_000, Some(event)))
@@ -428,6 +460,10 @@ mod tests {
         );
         let words = "statistic 1.5, confidence 50 %, certified: one false alarm in 600 s or more";
         assert!(line.to_string().contains(words), "{line}");
+        assert_eq!(json["ruled_out"], serde_json::json!(["knock", "arm_stop"]));
+        assert_eq!(json["possible"], serde_json::json!(["motion", "grip_change"]));
+        let words = ", ruled out: knock arm_stop, possible: motion grip_change";
+        assert!(line.to_string().contains(words), "{line}");
         assert!(json["esc_w"].is_null() && json["estimate_n"].is_null());
         assert_eq!(log.slips(), 1);
     }
@@ -441,6 +477,7 @@ mod tests {
             method: Method::Stylus,
             confidence: 0.5,
             certified_s: None,
+            causes: Causes::default(),
         };
         log.lines(&step(1, Some(slip(Phase::Incipient, true))));
         log.lines(&step(2, Some(slip(Phase::Gross, false))));

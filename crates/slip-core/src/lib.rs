@@ -4,6 +4,7 @@
 //! E_sc, estimator and controller. `no_std`, no allocation, no panic; time comes with the samples.
 #![no_std]
 
+pub mod causes;
 pub mod confidence;
 pub mod config;
 pub mod course;
@@ -37,6 +38,7 @@ pub mod turns;
 pub mod units;
 pub mod velocity;
 
+pub use causes::{Cause, CauseSet, Causes};
 pub use config::{ConfigError, PipelineConfig, Signal};
 pub use event::{Phase, SlipEvent, Step};
 pub use pipeline::Pipeline;

@@ -12,7 +12,7 @@
 use super::{
     axes::Axes,
     config::{BANDS, DetectorConfig, TestKind, VIBRATION},
-    coupling::Coupling,
+    coupling::{Coupling, WEAK},
     cusum::Cusum,
     decision::Decision,
     doubt::{Doubt, FloorHealth},
@@ -27,6 +27,7 @@ use super::{
     test::{Block, EnergyTest, SequentialTest},
 };
 use crate::{
+    causes::{Cause, Causes},
     config::ConfigError,
     floor::{Floor, FloorConfig},
     resolution::Resolution,
@@ -265,6 +266,30 @@ impl SlipDetector {
         self.energy.has_bands()
     }
 
+    /// Adds to `causes` what is known of knock, motion and stop of the arm at an alarm: the statistic of the stylus (0 where another method
+    /// spoke), whether it is `certified`, and whether the command of the motion is known at all.
+    #[must_use]
+    pub(crate) fn add_causes(
+        &self,
+        causes: Causes,
+        statistic: f32,
+        certified: bool,
+        command_known: bool,
+    ) -> Causes {
+        let sound = self.reference.is_sound();
+        let knock = sound.then_some(!(self.moving && self.gate.rings()));
+        let motion = match self.moving {
+            false => Some(true),
+            true => Some((sound && statistic >= WEAK) || certified),
+        };
+        let stop = if self.moving { self.reference.is_going_on(command_known) } else { Some(true) };
+        let known = sound || command_known;
+        causes
+            .with(Cause::Knock, knock)
+            .with(Cause::Motion, motion.filter(|_| known))
+            .with(Cause::ArmStop, stop.filter(|_| known))
+    }
+
     /// Length of the base blocks of the evidence (s); `None` without a certificate.
     #[must_use]
     pub fn base_block_s(&self) -> Option<f32> {
@@ -336,6 +361,9 @@ impl SlipDetector {
         }
         if moving != self.moving {
             self.turn(moving);
+        }
+        if self.moving {
+            self.reference.follow_command(motion.commanded);
         }
         let gated = self.moving || self.no_skip;
         let u = if gated { self.reference.off_mean(motion.reference) } else { 0.0 };

@@ -7,6 +7,7 @@
     reason = "test code"
 )]
 
+mod causes;
 mod faults;
 mod no_rest;
 mod object;
