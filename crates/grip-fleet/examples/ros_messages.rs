@@ -92,9 +92,12 @@ fn slip(known: bool) -> Slip {
         esc_chosen: maybe(17.5),
         esc_flags: 6,
         notes: if known { Slip::EXTRAPOLATED } else { Slip::INFORMATIVE },
+        ruled_out: 0,
+        possible: 0,
         estimate_n: maybe(18.5),
         command_n: maybe(19.5),
         duration_s: maybe(20.5),
+        certified_s: None,
     }
 }
 

@@ -130,6 +130,8 @@ mod tests {
                 assert_eq!(known, usize::from(said.is_some()));
             }
         }
+        let bit = |cause| Causes::default().with(cause, Some(true)).ruled_out.bits();
+        assert_eq!(Cause::ALL.map(bit), [1, 2, 4, 8, 16], "as in SLIP");
         assert_eq!(CauseSet::from_bits(0xff).iter().count(), Cause::ALL.len());
     }
 }

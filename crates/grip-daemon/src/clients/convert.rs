@@ -22,15 +22,30 @@ use slip_core::{
 #[must_use]
 pub fn slip(host_us: u64, line: &EventLine) -> Option<Slip> {
     match *line {
-        EventLine::Slip { t_s, phase, method, statistic, confidence, evidence, .. } => Some(Slip {
+        EventLine::Slip {
+            t_s,
+            phase,
+            method,
+            statistic,
+            confidence,
+            certified_interval_s,
+            ruled_out,
+            possible,
+            evidence,
+            ..
+        } => Some(Slip {
             phase: if phase == "gross" { Phase::Gross } else { Phase::Incipient },
             method: named(method, Method::from_code, Method::name).unwrap_or(Method::None),
             statistic: Some(statistic),
             confidence: Some(confidence),
+            certified_s: certified_interval_s,
+            ruled_out: ruled_out.bits(),
+            possible: possible.bits(),
             ..known(host_us, t_s, &evidence)
         }),
-        EventLine::SlipEnd { t_s, duration_s, evidence, .. } => Some(Slip {
+        EventLine::SlipEnd { t_s, duration_s, certified_interval_s, evidence, .. } => Some(Slip {
             phase: Phase::Ended,
+            certified_s: certified_interval_s,
             duration_s: Some(single(duration_s)),
             ..known(host_us, t_s, &evidence)
         }),
@@ -65,9 +80,12 @@ fn known(host_us: u64, t_s: f64, evidence: &EvidenceFields) -> Slip {
         esc_chosen: evidence.esc_value.map(single),
         esc_flags: evidence.esc_flags.map_or(0, flag_bits),
         notes,
+        ruled_out: 0,
+        possible: 0,
         estimate_n: evidence.estimate_n,
         command_n: evidence.command_n,
         duration_s: None,
+        certified_s: None,
     }
 }
 
@@ -175,6 +193,8 @@ fn reference(health: ReferenceHealth) -> SensorHealth {
         ReferenceHealth::Good => SensorHealth::Good,
         ReferenceHealth::Frozen => SensorHealth::Frozen,
         ReferenceHealth::Lost => SensorHealth::Lost,
+        ReferenceHealth::Late => SensorHealth::Late,
+        ReferenceHealth::Uncoupled => SensorHealth::Uncoupled,
     }
 }
 

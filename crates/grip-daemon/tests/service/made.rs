@@ -12,6 +12,7 @@ use grip_link::{
     },
 };
 use slip_core::{
+    CauseSet,
     detector::ReferenceHealth,
     distance::TravelHealth,
     estimate::ForceEstimate,
@@ -64,6 +65,8 @@ pub(crate) fn slip(phase: &'static str, method: &'static str) -> EventLine {
         confidence: 0.9,
         certified: false,
         certified_interval_s: None,
+        ruled_out: CauseSet::default(),
+        possible: CauseSet::default(),
         evidence,
     }
 }

@@ -95,6 +95,8 @@ const fn reference_health(code: SensorHealth) -> Option<ReferenceHealth> {
         SensorHealth::Good => ReferenceHealth::Good,
         SensorHealth::Frozen => ReferenceHealth::Frozen,
         SensorHealth::Lost => ReferenceHealth::Lost,
+        SensorHealth::Late => ReferenceHealth::Late,
+        SensorHealth::Uncoupled => ReferenceHealth::Uncoupled,
         _ => return None,
     })
 }

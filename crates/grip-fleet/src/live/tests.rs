@@ -240,9 +240,12 @@ fn slip(number: u32, phase: Phase) -> Slip {
         esc_chosen: None,
         esc_flags: 0,
         notes: 0,
+        ruled_out: 0,
+        possible: 0,
         estimate_n: None,
         command_n: Some(6.5),
         duration_s: None,
+        certified_s: None,
     }
 }
 

@@ -193,9 +193,12 @@ mod tests {
             esc_chosen: None,
             esc_flags: 0,
             notes: 0,
+            ruled_out: 0,
+            possible: 0,
             estimate_n: None,
             command_n: None,
             duration_s: None,
+            certified_s: None,
         };
         let told = messages(&frame(Kind::SLIP, |out| slip.write(out).unwrap()), ID, START_NS);
         let [(RosTopic::Slip, bytes)] = told.as_slice() else { panic!("{told:?}") };

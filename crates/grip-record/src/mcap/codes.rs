@@ -29,8 +29,13 @@ pub(super) const STYLUS: [Health; 6] = [
     Health::Doubted,
 ];
 
-pub(super) const REFERENCE: [ReferenceHealth; 3] =
-    [ReferenceHealth::Good, ReferenceHealth::Frozen, ReferenceHealth::Lost];
+pub(super) const REFERENCE: [ReferenceHealth; 5] = [
+    ReferenceHealth::Good,
+    ReferenceHealth::Frozen,
+    ReferenceHealth::Lost,
+    ReferenceHealth::Late,
+    ReferenceHealth::Uncoupled,
+];
 
 pub(super) const TRAVEL: [TravelHealth; 6] = [
     TravelHealth::Good,

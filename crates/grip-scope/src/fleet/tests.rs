@@ -73,9 +73,12 @@ fn slip(number: u32, phase: Phase) -> Heard {
         esc_chosen: None,
         esc_flags: 0,
         notes: 0,
+        ruled_out: 0,
+        possible: 0,
         estimate_n: None,
         command_n: None,
         duration_s: None,
+        certified_s: None,
     };
     message(Kind::SLIP, |out| slip.write(out).unwrap())
 }

@@ -27,6 +27,10 @@ pub enum ReferenceHealth {
     Frozen,
     /// No usable reading for a quarter of a second, where there were some before.
     Lost,
+    /// The stylus shows the same motion more than 10 ms earlier, or later.
+    Late,
+    /// The stylus shows nothing of the motion that it shows.
+    Uncoupled,
 }
 
 impl ReferenceHealth {
@@ -37,6 +41,8 @@ impl ReferenceHealth {
             Self::Good => "good",
             Self::Frozen => "frozen",
             Self::Lost => "lost",
+            Self::Late => "late",
+            Self::Uncoupled => "uncoupled",
         }
     }
 }
@@ -169,7 +175,7 @@ impl Reference {
             self.hold = self.hold_len;
         }
         self.hold = self.hold.saturating_sub(1);
-        self.hold > 0 || self.doubtful || self.health != ReferenceHealth::Good
+        self.hold > 0 || (self.doubtful && self.health == ReferenceHealth::Good)
     }
 
     /// Whether the channel still says anything, once its noise is known.
@@ -206,6 +212,12 @@ impl Reference {
     pub(super) fn follow_command(&mut self, commanded: bool) {
         self.commanded = commanded;
         self.stopped = if commanded { self.hold_len } else { self.stopped.saturating_sub(1) };
+    }
+
+    /// Whether motion is commanded, or was not long ago.
+    #[inline]
+    pub(super) fn is_commanded(&self) -> bool {
+        self.stopped > 0
     }
 
     /// Whether a motion goes on that has not just stopped; `None` where that cannot be told.

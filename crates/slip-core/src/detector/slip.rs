@@ -12,6 +12,7 @@
 use super::{
     axes::Axes,
     config::{BANDS, DetectorConfig, TestKind, VIBRATION},
+    correlation::{Correlation, Relation},
     coupling::{Coupling, WEAK},
     cusum::Cusum,
     decision::Decision,
@@ -81,6 +82,7 @@ pub struct SlipDetector {
     reference: Reference,
     gate: Gate,
     coupling: Coupling,
+    correlation: Correlation,
     blind_margin: f32,
     moving: bool,
     no_skip: bool,
@@ -137,6 +139,7 @@ impl SlipDetector {
             reference,
             gate,
             coupling: Coupling::new(lanes.thresholds, config.release_ms, lanes.block_s),
+            correlation: Correlation::new(lanes.block_s),
             blind_margin: config.gate.blind_margin,
             moving: false,
             no_skip: false,
@@ -225,7 +228,11 @@ impl SlipDetector {
     #[must_use]
     #[inline]
     pub fn reference_health(&self) -> ReferenceHealth {
-        self.reference.health()
+        match (self.reference.health(), self.correlation.relation()) {
+            (ReferenceHealth::Good, Relation::Shifted) => ReferenceHealth::Late,
+            (ReferenceHealth::Good, Relation::None) => ReferenceHealth::Uncoupled,
+            (health, _) => health,
+        }
     }
 
     /// Whether the robot moves, by command or by its reference.
@@ -276,7 +283,7 @@ impl SlipDetector {
         certified: bool,
         command_known: bool,
     ) -> Causes {
-        let sound = self.reference.is_sound();
+        let sound = self.reference.is_sound() && self.correlation.relation() == Relation::Near;
         let knock = sound.then_some(!(self.moving && self.gate.rings()));
         let motion = match self.moving {
             false => Some(true),
@@ -336,6 +343,7 @@ impl SlipDetector {
         self.moving = false;
         self.gate.start();
         self.coupling.start();
+        self.correlation.interrupt();
         self.pending.clear();
         self.decision.reset();
         self.restart_evidence();
@@ -406,6 +414,7 @@ impl SlipDetector {
         self.pending.clear();
         self.gate.start();
         self.coupling.start();
+        self.correlation.interrupt();
         self.reference.start();
         self.restart_evidence();
     }
@@ -429,8 +438,7 @@ impl SlipDetector {
                 self.coupling.factors(),
             );
             if self.moving {
-                let blind = [self.blind_margin; BANDS];
-                block.floor = if self.reference.is_live() { floor } else { blind };
+                self.gate_block(&mut block, floor);
             }
         }
         self.pending.clear();
@@ -450,6 +458,29 @@ impl SlipDetector {
         }
         if let Some(stretch) = self.floor.take_stretch() {
             self.doubt.judge(&stretch);
+        }
+    }
+
+    /// Raises the floor of a block of motion by what is known of that: the reference, the command, or nothing.
+    #[inline]
+    fn gate_block(&mut self, block: &mut Block, floor: [f32; BANDS]) {
+        let live = self.reference.is_live();
+        let coupled = self.correlation.relation() != Relation::None;
+        if live && !self.learning {
+            // What slides teaches nothing of motion, unless all that moves seems to.
+            if coupled && self.decision.state != SlipState::Quiet {
+                self.correlation.interrupt();
+            } else {
+                self.correlation.step(&block.energy, &floor);
+            }
+        }
+        let misses_one = !live && self.reference.health() == ReferenceHealth::Good;
+        if live && coupled {
+            block.floor = floor;
+        } else if self.reference.is_commanded() || misses_one {
+            block.floor = [self.blind_margin; BANDS];
+        } else {
+            block.moving = false;
         }
     }
 
@@ -512,9 +543,12 @@ impl SlipDetector {
         };
         let over_floor = self.energy.over_floor();
         self.decision.step(statistic, over_floor[VIBRATION]);
+        // Without its reference motion is not what the calibration saw.
+        let unseen =
+            !matches!(self.reference_health(), ReferenceHealth::Good | ReferenceHealth::Late)
+                || (block.moving && !self.reference.is_live());
         if let Some(evidence) = &mut self.evidence {
-            // Without its reference motion is not what the calibration saw.
-            if block.moving && !self.reference.is_live() {
+            if unseen {
                 evidence.restart();
             } else if evidence.step(block) {
                 self.decision.certify();

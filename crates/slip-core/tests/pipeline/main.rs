@@ -11,4 +11,5 @@ mod causes;
 mod faults;
 mod no_rest;
 mod object;
+mod reference;
 mod timing;

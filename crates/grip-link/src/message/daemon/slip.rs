@@ -24,10 +24,12 @@ use crate::message::wire::{PayloadError, Reader, Writer};
 /// | 52 | 4 | f32 | the chosen reading of E_sc | W or J |
 /// | 56 | 1 | u8 | E_sc flags: b0 pole inside, b1 sign unknown, b2 no information, b3 degenerate | |
 /// | 57 | 1 | u8 | b0 E_sc depends on the surface, b1 the estimate is extrapolated | |
-/// | 58 | 2 | | reserved, 0 | |
+/// | 58 | 1 | u8 | causes that were ruled out, a bit for each: b0 knock, b1 motion, b2 grip change, b3 closing, b4 arm stop | |
+/// | 59 | 1 | u8 | causes that were not; one in neither could not be judged | |
 /// | 60 | 4 | f32 | estimate of the adequate force | N |
 /// | 64 | 4 | f32 | commanded force | N |
 /// | 68 | 4 | f32 | from the first notice to the end | s |
+/// | 72 | 4 | f32 | interval that the slip is certified with; not in payloads of 72 bytes | s |
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Slip {
     /// Counts from 1 since the daemon's start.
@@ -64,17 +66,25 @@ pub struct Slip {
     pub esc_flags: u8,
     /// b0 E_sc depends on the surface, b1 the estimate is extrapolated.
     pub notes: u8,
+    /// Causes other than a slip that were ruled out: b0 knock, b1 motion, b2 grip change, b3 closing, b4 arm stop.
+    pub ruled_out: u8,
+    /// Those that were not; one in neither could not be judged.
+    pub possible: u8,
     /// Estimate of the adequate force (N).
     pub estimate_n: Option<f32>,
     /// Commanded force (N).
     pub command_n: Option<f32>,
     /// From the first notice to the end (s).
     pub duration_s: Option<f32>,
+    /// The interval that the slip is certified with (s); left out where it is not.
+    pub certified_s: Option<f32>,
 }
 
 impl Slip {
-    /// Bytes of the payload.
+    /// Bytes of the payload without what was appended.
     pub const SIZE: usize = 72;
+    /// Bytes of the payload.
+    pub const WHOLE: usize = Self::SIZE + 4;
     /// Bit of `notes`: E_sc depends on the surface.
     pub const INFORMATIVE: u8 = 1;
     /// Bit of `notes`: the estimate is extrapolated and not used.
@@ -92,7 +102,7 @@ impl Slip {
         let (speed_m_s, sigma_m_s, moved_m) = (r.maybe()?, r.maybe()?, r.maybe()?);
         let irregularities = Some(r.u32()?).filter(|n| *n != u32::MAX);
         let (esc_w, esc_chosen) = (r.maybe()?, r.maybe()?);
-        let [esc_flags, notes, _, _] = r.take()?;
+        let [esc_flags, notes, ruled_out, possible] = r.take()?;
         Ok(Self {
             number,
             device_us,
@@ -111,9 +121,12 @@ impl Slip {
             esc_chosen,
             esc_flags,
             notes,
+            ruled_out,
+            possible,
             estimate_n: r.maybe()?,
             command_n: r.maybe()?,
             duration_s: r.maybe()?,
+            certified_s: if payload.len() < Self::WHOLE { None } else { r.maybe()? },
         })
     }
 
@@ -129,7 +142,8 @@ impl Slip {
         let w = w.maybe(self.speed_m_s).maybe(self.sigma_m_s).maybe(self.moved_m);
         let w = w.u32(self.irregularities.unwrap_or(u32::MAX));
         let w = w.maybe(self.esc_w).maybe(self.esc_chosen);
-        let w = w.u8(self.esc_flags).u8(self.notes).u16(0);
-        w.maybe(self.estimate_n).maybe(self.command_n).maybe(self.duration_s).finish()
+        let w = w.u8(self.esc_flags).u8(self.notes).u8(self.ruled_out).u8(self.possible);
+        let w = w.maybe(self.estimate_n).maybe(self.command_n).maybe(self.duration_s);
+        if self.certified_s.is_some() { w.maybe(self.certified_s).finish() } else { w.finish() }
     }
 }
