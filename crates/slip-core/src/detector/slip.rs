@@ -461,6 +461,21 @@ impl SlipDetector {
         }
     }
 
+    /// Takes a decision into the evidence.
+    #[inline(never)]
+    fn weigh(&mut self, block: &Block) {
+        // Without its reference motion is not what the calibration saw.
+        let health = self.reference_health();
+        let unseen = !matches!(health, ReferenceHealth::Good | ReferenceHealth::Late)
+            || (block.moving && !self.reference.is_live());
+        let Some(evidence) = &mut self.evidence else { return };
+        if unseen {
+            evidence.restart();
+        } else if evidence.step(block) {
+            self.decision.certify();
+        }
+    }
+
     /// Raises the floor of a block of motion by what is known of that: the reference, the command, or nothing.
     #[inline]
     fn gate_block(&mut self, block: &mut Block, floor: [f32; BANDS]) {
@@ -543,16 +558,8 @@ impl SlipDetector {
         };
         let over_floor = self.energy.over_floor();
         self.decision.step(statistic, over_floor[VIBRATION]);
-        // Without its reference motion is not what the calibration saw.
-        let unseen =
-            !matches!(self.reference_health(), ReferenceHealth::Good | ReferenceHealth::Late)
-                || (block.moving && !self.reference.is_live());
-        if let Some(evidence) = &mut self.evidence {
-            if unseen {
-                evidence.restart();
-            } else if evidence.step(block) {
-                self.decision.certify();
-            }
+        if self.evidence.is_some() {
+            self.weigh(block);
         }
         if block.moving && self.reference.is_live() && !self.gate.rings() {
             let decided = (self.decision.statistic, self.decision.state);
