@@ -72,8 +72,8 @@ pub enum EventLine {
         t_s: f64,
         /// `stylus`, `travel`, `pressure` or `reference`; `floor` for the noise floor of the stylus, `clock` for that of the device.
         channel: &'static str,
-        /// `good`, or what is wrong: `frozen`, `saturated`, `failed`, `jumped`, `backwards`, `doubted`, `coarse`; of
-        /// the floor `doubtful`: no rest was seen yet; of the clock `stopped`, `back`, `forward`,
+        /// `good`, or what is wrong: `frozen`, `saturated`, `failed`, `jumped`, `backwards`, `doubted`, `coarse`,
+        /// `lost`; of the reference also `late`, `uncoupled`; of the floor `doubtful`: no rest was seen yet; of the clock `stopped`, `back`, `forward`,
         /// `fast`, `slow`.
         health: &'static str,
     },
@@ -310,6 +310,18 @@ impl core::fmt::Display for EventLine {
             Self::Health { t_s, channel: "floor", health: "doubtful" } => {
                 write!(f, "{t_s:10.4} s  floor doubtful: no rest seen yet")
             }
+            Self::Health { t_s, channel: "reference", health: "late" } => {
+                write!(
+                    f,
+                    "{t_s:10.4} s  reference late: the stylus shows its motion at another time"
+                )
+            }
+            Self::Health { t_s, channel: "reference", health: "uncoupled" } => {
+                write!(
+                    f,
+                    "{t_s:10.4} s  reference uncoupled: the stylus shows nothing of its motion, it is not used"
+                )
+            }
             Self::Health { t_s, channel, health } => {
                 write!(f, "{t_s:10.4} s  {channel} {health}")
             }
@@ -495,6 +507,11 @@ mod tests {
         let lost = Step { reference_health: ReferenceHealth::Lost, ..jumped };
         let [None, None, None, Some(line), None, None, None] = log.lines(&lost) else { panic!() };
         assert_eq!(line, EventLine::Health { t_s: 3e-6, channel: "reference", health: "lost" });
+        let late = EventLine::Health { t_s: 3e-6, channel: "reference", health: "late" };
+        assert!(
+            late.to_string().ends_with("the stylus shows its motion at another time"),
+            "{late}"
+        );
     }
 
     #[test]

@@ -223,8 +223,8 @@ impl SlipDetector {
         self.floor.lowered()
     }
 
-    /// State of the motion reference. Where it is not good, the robot is taken to move, and the floor of every band is raised by
-    /// `blind_margin`.
+    /// State of the motion reference. One that is frozen, lost or uncoupled counts as none: only a command says that the
+    /// robot moves, and then the floor of every band is raised by `blind_margin`.
     #[must_use]
     #[inline]
     pub fn reference_health(&self) -> ReferenceHealth {
