@@ -21,7 +21,7 @@ const BLOCK_MS: f32 = 5.0;
 const MOST: usize = 20;
 const SHIFTS: usize = 2 * MOST + 1;
 /// Shifts that the gate allows for (blocks).
-const NEAR: i8 = 1;
+const NEAR: usize = 1;
 /// Time in which what was seen is forgotten by e (s), and motion before anything is said (s).
 const MEMORY_S: f32 = 30.0;
 const LEAST_S: f32 = 10.0;
@@ -157,17 +157,20 @@ impl Correlation {
             return;
         }
         let (mut best, mut shift) = (f32::MIN, 0);
-        for (k, product) in (0_i8..).zip(&self.products) {
+        for (k, product) in self.products.iter().enumerate() {
             if *product > best {
-                (best, shift) = (*product, k - MOST as i8);
+                (best, shift) = (*product, k.abs_diff(MOST));
             }
         }
         let correlation = best / libm::sqrtf(x * y).max(f32::MIN_POSITIVE);
-        let seems = match shift {
-            _ if correlation < NONE => Relation::None,
-            _ if correlation < FOLLOWS => self.relation,
-            _ if shift.abs() <= NEAR => Relation::Near,
-            _ => Relation::Shifted,
+        let seems = if correlation < NONE {
+            Relation::None
+        } else if correlation < FOLLOWS {
+            self.relation
+        } else if shift <= NEAR {
+            Relation::Near
+        } else {
+            Relation::Shifted
         };
         self.agreed = if seems == self.relation { 0 } else { self.agreed + 1 };
         if self.agreed >= self.agreed_len {

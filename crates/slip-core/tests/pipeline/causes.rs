@@ -69,8 +69,8 @@ fn alarms(world: World) -> Vec<(f64, bool, Causes)> {
 /// The causes of the first alarm from [`SLIP_S`] - 0.1 s on.
 fn first(world: World) -> Causes {
     let alarms = alarms(world);
-    let at = alarms.iter().find(|(t, first, _)| *first && *t > f64::from(SLIP_S) - 0.1);
-    at.unwrap_or_else(|| panic!("no alarm: {alarms:?}")).2
+    let at = |(t, first, _): &&(f64, bool, Causes)| *first && *t > f64::from(SLIP_S) - 0.1;
+    alarms.iter().find(at).unwrap().2
 }
 
 /// Causes possible, ruled out, and not judged.
