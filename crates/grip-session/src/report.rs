@@ -3,7 +3,7 @@
 use core::fmt;
 use serde::{Serialize, Serializer, ser::SerializeMap};
 use slip_core::{
-    Phase, SlipEvent, SlipReport, Step,
+    Cause, CauseSet, Phase, SlipEvent, SlipReport, Step,
     detector::FloorHealth,
     esc::{Flag, Flags, Reading},
     estimate::ForceEstimate,
@@ -32,8 +32,8 @@ pub enum EventLine {
         t_s: f64,
         /// `stylus`, `travel`, `pressure` or `reference`; `floor` for the noise floor of the stylus, `clock` for that of the device.
         channel: &'static str,
-        /// `good`, or what is wrong: `frozen`, `saturated`, `failed`, `jumped`, `backwards`, `doubted`, `coarse`; of
-        /// the floor `doubtful`: no rest was seen yet; of the clock `stopped`, `back`, `forward`,
+        /// `good`, or what is wrong: `frozen`, `saturated`, `failed`, `jumped`, `backwards`, `doubted`, `coarse`, `lost`; of
+        /// the reference also `late`, `uncoupled`; of the floor `doubtful`: no rest was seen yet; of the clock `stopped`, `back`, `forward`,
         /// `fast`, `slow`.
         health: &'static str,
     },
@@ -76,6 +76,12 @@ fn slip_entries<M: SerializeMap>(slip: &SlipReport, line: &mut M) -> Result<(), 
     }
     line.serialize_entry("certified", &slip.certified_s.is_some())?;
     line.serialize_entry("certified_interval_s", &slip.certified_s)?;
+    if !ended {
+        for (name, bits) in [("ruled_out", slip.ruled_out), ("possible", slip.possible)] {
+            let causes: Vec<_> = CauseSet::from_bits(bits).iter().map(Cause::name).collect();
+            line.serialize_entry(name, &causes)?;
+        }
+    }
     line.serialize_entry("speed_m_s", &slip.speed_m_s)?;
     line.serialize_entry("speed_sigma_m_s", &slip.speed_sigma_m_s)?;
     let source = Some(slip.speed_source).filter(|source| *source != SpeedSource::None);
@@ -156,7 +162,7 @@ impl EventLog {
 
     fn slip_report(&mut self, event: SlipEvent, step: &Step) -> SlipReport {
         match event {
-            SlipEvent::Slip { phase, first, method, confidence, certified_s } => {
+            SlipEvent::Slip { phase, first, method, confidence, certified_s, causes } => {
                 if first {
                     self.slips += 1;
                     self.features = None;
@@ -169,6 +175,8 @@ impl EventLog {
                     statistic: Some(step.statistic),
                     confidence: Some(confidence),
                     certified_s,
+                    ruled_out: causes.ruled_out.bits(),
+                    possible: causes.possible.bits(),
                     ..self.known(step)
                 }
             }
@@ -224,6 +232,15 @@ impl fmt::Display for EventLine {
             Self::Health { t_s, channel: "floor", health: "doubtful" } => {
                 write!(f, "{t_s:10.4} s  floor doubtful: no rest seen yet")
             }
+            Self::Health { t_s, channel: "reference", health: "late" } => {
+                write!(f, "{t_s:10.4} s  reference late: the stylus shows its motion at another time")
+            }
+            Self::Health { t_s, channel: "reference", health: "uncoupled" } => {
+                write!(
+                    f,
+                    "{t_s:10.4} s  reference uncoupled: the stylus shows nothing of its motion, it is not used"
+                )
+            }
             Self::Health { t_s, channel, health } => {
                 write!(f, "{t_s:10.4} s  {channel} {health}")
             }
@@ -245,6 +262,12 @@ fn write_slip(f: &mut fmt::Formatter<'_>, slip: &SlipReport) -> fmt::Result {
         Some(s) => write!(f, ", certified: one false alarm in {s:.0} s or more")?,
         None if slip.duration_s.is_none() => write!(f, ", fast trigger only")?,
         None => {}
+    }
+    for (what, bits) in [("ruled out", slip.ruled_out), ("possible", slip.possible)] {
+        if bits != 0 {
+            write!(f, ", {what}:")?;
+            CauseSet::from_bits(bits).iter().try_for_each(|cause| write!(f, " {}", cause.name()))?;
+        }
     }
     if let (Some(speed), Some(sigma)) = (slip.speed_m_s, slip.speed_sigma_m_s) {
         write!(f, ", {:.1} +- {:.1} mm/s ({})", 1e3 * speed, 1e3 * sigma, slip.speed_source)?;
@@ -286,7 +309,7 @@ fn write_confidence(f: &mut fmt::Formatter<'_>, confidence: f32) -> fmt::Result 
 mod tests {
     use super::{EventLine, EventLog};
     use slip_core::{
-        Phase, SlipEvent, Step,
+        CauseSet, Causes, Phase, SlipEvent, Step,
         detector::FloorHealth,
         grip::GripEvent,
         health::SensorHealth,
@@ -336,6 +359,10 @@ mod tests {
             method: Method::Travel,
             confidence: 0.5,
             certified_s: Some(600.0),
+            causes: Causes {
+                ruled_out: CauseSet::from_bits(0b1_0001),
+                possible: CauseSet::from_bits(0b00110),
+            },
         };
         let [None, None, None, None, Some(line), None, None] =
             log.lines(&step(1_500_000, Some(event)))
@@ -353,6 +380,10 @@ mod tests {
         );
         let words = "statistic 1.5, confidence 50 %, certified: one false alarm in 600 s or more";
         assert!(line.to_string().contains(words), "{line}");
+        assert_eq!(json["ruled_out"], serde_json::json!(["knock", "arm_stop"]));
+        assert_eq!(json["possible"], serde_json::json!(["motion", "grip_change"]));
+        let words = ", ruled out: knock arm_stop, possible: motion grip_change";
+        assert!(line.to_string().contains(words), "{line}");
         assert!(json["esc_w"].is_null() && json["estimate_n"].is_null());
         assert_eq!(log.slips(), 1);
     }
@@ -366,6 +397,7 @@ mod tests {
             method: Method::Stylus,
             confidence: 0.5,
             certified_s: None,
+            causes: Causes::default(),
         };
         log.lines(&step(1, Some(slip(Phase::Incipient, true))));
         log.lines(&step(2, Some(slip(Phase::Gross, false))));

@@ -1,6 +1,7 @@
 //! What the pipeline has to say about a sample.
 
 use crate::{
+    causes::Causes,
     detector::FloorHealth,
     esc::Esc,
     estimate::ForceEstimate,
@@ -31,6 +32,8 @@ pub enum SlipEvent {
         /// The interval (s) that the slip is certified with: false alarms of that kind are at least so far apart on
         /// average, at 95 % confidence over the calibration. `None` where only the fast trigger has spoken so far.
         certified_s: Option<f32>,
+        /// Which causes other than a slip were ruled out.
+        causes: Causes,
     },
     /// The slip has ended.
     Ended {

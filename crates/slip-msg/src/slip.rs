@@ -23,14 +23,18 @@ message! {
         48 esc_w: Option<f64>, "W", "E_sc as printed.";
         52 esc: Option<f64>, "W or J", "The reading of E_sc that was asked for.";
         56 esc_flags: u8, "", "What is wrong with E_sc as printed: b0 pole inside, b1 sign unknown, b2 no information, b3 degenerate.";
-        57 notes: u8, "", "b0 E_sc depends on the surface, b1 the estimate is extrapolated and not used.", reserved 2;
+        57 notes: u8, "", "b0 E_sc depends on the surface, b1 the estimate is extrapolated and not used.";
+        58 ruled_out: u8, "", "Causes other than a slip that were ruled out: b0 knock, b1 motion, b2 grip change, b3 closing, b4 arm stop.";
+        59 possible: u8, "", "Causes that were not ruled out; one in neither could not be judged.";
         60 estimate_n: Option<f32>, "N", "Estimate of the adequate force.";
         64 command_n: Option<f32>, "N", "Commanded force.";
         68 duration_s: Option<f64>, "s", "From the first notice to the end.";
     }
+    appended {
+        72 certified_s: Option<f32>, "s", "The interval that the slip is certified with: false alarms of that kind are at least so far apart on average.";
+    }
     local {
         estimate_sigma_n: Option<f32>, "N", "Standard deviation of the estimate.";
-        certified_s: Option<f32>, "s", "The interval that the slip is certified with: false alarms of that kind are at least so far apart on average.";
     }
 }
 

@@ -259,8 +259,8 @@ fn judge(slip: &Sliding, stayed_n: Option<f32>, widest: f32) -> Result<MeasuredS
 mod tests {
     use super::{Fate, MeasuredSlip, SlipWatch, WatchConfig};
     use slip_core::{
-        Phase, Sample, SlipEvent, Step, features::Features, grip::GripEvent, health::SensorHealth,
-        methods::Method, scene::Scene, units::Micros,
+        CauseSet, Causes, Phase, Sample, SlipEvent, Step, features::Features, grip::GripEvent,
+        health::SensorHealth, methods::Method, scene::Scene, units::Micros,
     };
 
     const FIRST: SlipEvent = SlipEvent::Slip {
@@ -269,6 +269,7 @@ mod tests {
         method: Method::Stylus,
         confidence: 1.0,
         certified_s: None,
+        causes: Causes { ruled_out: CauseSet::from_bits(0), possible: CauseSet::from_bits(0) },
     };
     const ENDED: SlipEvent = SlipEvent::Ended { duration: Micros(0), certified_s: None };
 

@@ -246,7 +246,11 @@ const fn severity(health: SensorHealth) -> u8 {
     match health {
         SensorHealth::Good => 0,
         SensorHealth::Other(_) => 1,
-        SensorHealth::Drifting | SensorHealth::Doubted | SensorHealth::Coarse => 2,
+        SensorHealth::Drifting
+        | SensorHealth::Doubted
+        | SensorHealth::Coarse
+        | SensorHealth::Late
+        | SensorHealth::Uncoupled => 2,
         SensorHealth::Jumped => 3,
         SensorHealth::Backwards => 4,
         SensorHealth::Saturated => 5,

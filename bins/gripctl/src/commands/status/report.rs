@@ -5,6 +5,7 @@ use grip_link::message::daemon::{
     Gripper, Health, NoticeKind, Phase, PipelineState, SlipReport, ToClient, Welcome, WelcomeFlags,
 };
 use serde::Serialize;
+use slip_core::{Cause, CauseSet};
 
 /// Everything that QUERY tells.
 #[derive(Debug, Default, Serialize)]
@@ -113,6 +114,9 @@ pub(crate) enum EventReport {
         method: &'static str,
         statistic: Option<f32>,
         confidence: Option<f32>,
+        certified_interval_s: Option<f32>,
+        ruled_out: Vec<&'static str>,
+        possible: Vec<&'static str>,
         speed_m_s: Option<f32>,
         speed_sigma_m_s: Option<f32>,
         moved_m: Option<f32>,
@@ -282,6 +286,9 @@ impl EventReport {
             method,
             statistic: slip.statistic,
             confidence: slip.confidence,
+            certified_interval_s: slip.certified_s,
+            ruled_out: names(slip.ruled_out),
+            possible: names(slip.possible),
             speed_m_s: slip.speed_m_s,
             speed_sigma_m_s: slip.speed_sigma_m_s,
             moved_m: slip.moved_m,
@@ -299,6 +306,10 @@ impl EventReport {
 #[expect(clippy::cast_possible_truncation, reason = "it came with seven digits")]
 const fn single(value: f64) -> f32 {
     value as f32
+}
+
+fn names(causes: u8) -> Vec<&'static str> {
+    CauseSet::from_bits(causes).iter().map(Cause::name).collect()
 }
 
 #[expect(clippy::cast_precision_loss, reason = "exact for 285 years of microseconds")]
