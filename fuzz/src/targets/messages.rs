@@ -62,12 +62,12 @@ macro_rules! rounds {
             }
             Kind::HEALTH => health($payload),
             Kind::SLIP => grown(
-                $payload, (Slip::SIZE, Slip::WHOLE), (Slip::parse, Slip::write),
-                |slip| Slip { certified_s: None, ..*slip },
+                $payload, (SlipReport::SIZE, SlipReport::WHOLE), (SlipReport::parse, SlipReport::write),
+                |slip| SlipReport { certified_s: None, ..*slip },
             ),
             Kind::STATE => grown(
-                $payload, (State::SIZE, State::WHOLE), (State::parse, State::write),
-                |state| State { late_ms: None, ..*state },
+                $payload, (PipelineState::SIZE, PipelineState::WHOLE), (PipelineState::parse, PipelineState::write),
+                |state| PipelineState { late_ms: None, ..*state },
             ),
             Kind::ROWS => {
                 let mut out = [0; MAX_PAYLOAD];
