@@ -9,10 +9,7 @@ use crate::{
     rings::Outbox,
 };
 use core::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use grip_host::{
-    HostConfig, HostEstimator, News, Session, SessionError,
-    session::{ClientCommand, explain},
-};
+use grip_host::{HostConfig, HostEstimator, News, Session, SessionError, session::explain};
 use grip_link::{
     frame::{MAX_WIRE, OVERHEAD},
     host::{CloseReason, HostEvent, LinkState},
@@ -21,6 +18,7 @@ use grip_link::{
 use grip_port::{Line, PortError, READ_TIMEOUT, nonce};
 use rtrb::{Consumer, Producer};
 use rustix::event::{Timespec, poll};
+use slip_core::ClientCommand;
 use slip_core::{PipelineState, units::Micros};
 use std::sync::Arc;
 

@@ -8,12 +8,13 @@ use grip_daemon::{
 use grip_host::{
     HostConfig, News, model,
     report::EventLine,
-    session::{Beginning, ClientCommand},
+    session::Beginning,
     tape::{Played, Tape, TapeError, TapeOptions},
     trial,
 };
 use grip_link::message::Firmware;
 use grip_record::{CsvOptions, mcap::Attached, read_csv};
+use slip_core::ClientCommand;
 use slip_core::{Sample, units::Micros};
 use std::{
     fs,

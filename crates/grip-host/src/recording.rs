@@ -1,10 +1,7 @@
 //! Events and beginnings in, the records of an MCAP file out, and back: what daemon and toolbox must agree on.
 
-use crate::{
-    report::EventLine,
-    session::{Beginning, ClientCommand},
-};
-use grip_record::mcap::{ClientRecord, EventRecord, PipelineRecord};
+use crate::{report::EventLine, session::Beginning};
+use grip_record::mcap::{EventRecord, PipelineRecord};
 
 /// Name of the configuration among the attachments, with all layers merged.
 pub const CONFIG_NAME: &str = "gripd.toml";
@@ -83,30 +80,6 @@ pub fn beginning(record: &PipelineRecord<'_>) -> Result<Beginning, serde_json::E
         released: record.released,
         taxels: usize::try_from(record.taxels).unwrap_or(usize::MAX),
     })
-}
-
-/// What a client's command is in a file.
-#[must_use]
-pub const fn client_record(command: ClientCommand) -> ClientRecord {
-    match command {
-        ClientCommand::AtLeast(force_n) => ClientRecord::AtLeast(force_n),
-        ClientCommand::Release => ClientRecord::Release,
-        ClientCommand::Grasp => ClientRecord::Grasp,
-        ClientCommand::Stop => ClientRecord::Stop,
-        ClientCommand::ClearFault(code) => ClientRecord::ClearFault(code),
-    }
-}
-
-/// The client's command that a file tells of.
-#[must_use]
-pub const fn client_command(record: ClientRecord) -> ClientCommand {
-    match record {
-        ClientRecord::AtLeast(force_n) => ClientCommand::AtLeast(force_n),
-        ClientRecord::Release => ClientCommand::Release,
-        ClientRecord::Grasp => ClientCommand::Grasp,
-        ClientRecord::Stop => ClientCommand::Stop,
-        ClientRecord::ClearFault(code) => ClientCommand::ClearFault(code),
-    }
 }
 
 #[cfg(test)]

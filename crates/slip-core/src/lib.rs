@@ -40,4 +40,4 @@ pub use config::{ConfigError, PipelineConfig, Signal};
 pub use event::{SlipEvent, Step};
 pub use pipeline::Pipeline;
 pub use sample::{Arrival, Sample};
-pub use slip_msg::{Phase, PipelineState, SlipReport, units};
+pub use slip_msg::{ClientCommand, Phase, PipelineState, SlipReport, units};

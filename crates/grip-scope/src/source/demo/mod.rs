@@ -9,13 +9,14 @@ mod tally;
 use super::hearing::observer;
 use super::outlet::Outlet;
 use super::stream::Stream;
-use super::{ClientAction, told};
+use super::told;
 use crate::feed::{DaemonInfo, Feed, ObserverSettings, SourceStatus};
 use core::time::Duration;
 use grasp::Grasp;
 use grip_host::HostConfig;
 use grip_link::message::daemon::RealTime;
 use rtrb::Consumer;
+use slip_core::ClientCommand;
 use tally::Tally;
 
 /// How long each object is held (us), unless the gripper is stopped.
@@ -31,7 +32,7 @@ const ASLEEP_US: u64 = 500_000;
 pub(super) fn run(
     (scene, seed): (&str, u64),
     outlet: &mut Outlet,
-    orders: &mut Consumer<ClientAction>,
+    orders: &mut Consumer<ClientCommand>,
 ) {
     if let Err(sentence) = grasps((scene, seed), outlet, orders) {
         outlet.status(SourceStatus::Failed { sentence });
@@ -50,7 +51,7 @@ struct World {
 fn grasps(
     (name, seed): (&str, u64),
     outlet: &mut Outlet,
-    orders: &mut Consumer<ClientAction>,
+    orders: &mut Consumer<ClientCommand>,
 ) -> Result<(), String> {
     let scene = grip_host::scene::load(name).map_err(|error| error.to_string())?;
     let config = HostConfig::default();
@@ -109,7 +110,7 @@ fn deliver(world: &mut World, grasp: &Grasp, outlet: &mut Outlet) {
 }
 
 /// Carries out what a person asks for.
-fn obey(grasp: &mut Grasp, orders: &mut Consumer<ClientAction>, outlet: &mut Outlet) {
+fn obey(grasp: &mut Grasp, orders: &mut Consumer<ClientCommand>, outlet: &mut Outlet) {
     while let Ok(action) = orders.pop() {
         let (level, text) = grasp.obey(action);
         told::answer(level, text).into_iter().for_each(|feed| outlet.offer(feed));
