@@ -3,7 +3,7 @@
 
 use core::sync::atomic::{AtomicBool, Ordering};
 use grip_daemon::{
-    ClientCommand, Item, LinkNote,
+    Item, LinkNote,
     hot::Settings,
     rings::{Sizes, rings},
 };
@@ -16,6 +16,7 @@ use slip_benches::daemon::{
     gripper::Gripper,
     rig::{Far, rig},
 };
+use slip_core::ClientCommand;
 use std::{
     os::{
         fd::{AsFd, OwnedFd},

@@ -2,7 +2,7 @@
 
 use crate::clock::Clock;
 use grip_daemon::{
-    ClientCommand, Item, LinkNote,
+    Item, LinkNote,
     log::{Clocks, Entry, Log, LogLevel, LogStyle},
     supply::PortNews,
 };
@@ -72,7 +72,7 @@ impl Console {
                 }
             }
             Item::Client { command, .. } => {
-                self.say(LogLevel::Info, &format!("a client asked: {}", command_words(*command)));
+                self.say(LogLevel::Info, &format!("a client asked: {}", command));
             }
             _ => {}
         }
@@ -258,17 +258,6 @@ fn clock_words(health: &str) -> &'static str {
         "forward" => "the clock of the gripper jumped forward; time goes on from where it was",
         "fast" => "the clock of the gripper runs more than 1 % fast",
         _ => "the clock of the gripper runs more than 1 % slow",
-    }
-}
-
-/// What a client asked for.
-fn command_words(command: ClientCommand) -> String {
-    match command {
-        ClientCommand::AtLeast(force_n) => format!("hold with at least {force_n:.2} N"),
-        ClientCommand::Release => "let go".to_owned(),
-        ClientCommand::Grasp => "grasp".to_owned(),
-        ClientCommand::Stop => "stop".to_owned(),
-        ClientCommand::ClearFault(fault) => format!("clear fault {fault:04X}"),
     }
 }
 

@@ -17,10 +17,11 @@ use grip_link::{
 use grip_port::{Line, PortError, READ_TIMEOUT, nonce};
 use grip_session::{
     HostConfig, HostEstimator, News, Session, SessionError,
-    session::{ClientCommand, explain},
+    session::explain,
 };
 use rtrb::{Consumer, Producer};
 use rustix::event::{Timespec, poll};
+use slip_core::ClientCommand;
 use slip_core::{PipelineState, units::Micros};
 use std::sync::Arc;
 

@@ -3,12 +3,13 @@
 use grip_session::{
     config::Uid,
     report::EventLine,
-    session::{Beginning, ClientCommand, explain},
+    session::{Beginning, explain},
 };
 use grip_link::{
     host::{CloseReason, LinkState},
     message::{Clamped, Event as DeviceEvent, EventKind, Firmware, Grip, Nack, Status},
 };
+use slip_core::ClientCommand;
 use slip_core::{PipelineState, Sample};
 
 /// One thing that happened. Host times are monotonic microseconds since the start of the daemon.

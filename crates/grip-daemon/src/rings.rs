@@ -6,12 +6,10 @@
 
 use crate::item::{Item, LinkNote};
 use core::sync::atomic::{AtomicU64, Ordering};
+use grip_session::{report::EventLine, session::Beginning};
 use grip_link::message::Grip;
-use grip_session::{
-    report::EventLine,
-    session::{Beginning, ClientCommand},
-};
 use rtrb::{Consumer, Producer, RingBuffer};
+use slip_core::ClientCommand;
 use slip_core::PipelineState;
 use slip_core::{Sample, pressure::MAX_TAXELS};
 use std::sync::Arc;

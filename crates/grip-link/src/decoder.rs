@@ -162,7 +162,7 @@ pub struct Decoder {
     /// Bytes of a block that did not fit the buffer.
     spilled: u32,
     /// Header of the last good frame, and where its payload lies in `block`; only valid right after it was found.
-    found: Option<(Header, usize, usize)>,
+    found: Option<(Header, u16, u16)>,
     role: Role,
     session: Option<u16>,
     last_seq: Option<u16>,
@@ -252,7 +252,7 @@ impl Decoder {
     /// The frame that the last call found.
     pub(crate) fn frame(&self) -> Option<Frame<'_>> {
         let (header, begin, end) = self.found?;
-        Some(Frame { header, payload: self.block.get(begin..end)? })
+        Some(Frame { header, payload: self.block.get(begin.into()..end.into())? })
     }
 
     fn take(&mut self, bytes: &[u8]) {
@@ -299,7 +299,8 @@ impl Decoder {
             Err(BodyError::Crc { .. }) => return Err(Fault::Crc),
         };
         let begin = filled - len + HEADER;
-        self.found = Some((header, begin, begin + payload));
+        let place = |at| u16::try_from(at).map_err(|_| Fault::TooLong);
+        self.found = Some((header, place(begin)?, place(begin + payload)?));
         self.accept(&header)
     }
 

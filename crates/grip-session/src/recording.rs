@@ -1,13 +1,9 @@
 //! Events and beginnings in, the records of an MCAP file out, and back: what daemon and toolbox must agree on.
 
-use crate::{
-    report::EventLine,
-    session::{Beginning, ClientCommand},
-    tape::TapeError,
-};
+use crate::{report::EventLine, session::Beginning, tape::TapeError};
 use grip_record::{
     Channel, ChannelSet, MOST_HELD, Notes, Recording, StylusKind, Taxels,
-    mcap::{ClientRecord, Entry, EventRecord, McapReader, PipelineRecord, Record},
+    mcap::{Entry, EventRecord, McapReader, PipelineRecord, Record},
 };
 use slip_core::{Sample, Signal, methods::Method};
 use std::path::Path;
@@ -152,31 +148,6 @@ fn empty(file: &Path, begun: &Beginning) -> Recording {
         notes: Notes::default(),
     }
 }
-
-/// What a client's command is in a file.
-#[must_use]
-pub const fn client_record(command: ClientCommand) -> ClientRecord {
-    match command {
-        ClientCommand::AtLeast(force_n) => ClientRecord::AtLeast(force_n),
-        ClientCommand::Release => ClientRecord::Release,
-        ClientCommand::Grasp => ClientRecord::Grasp,
-        ClientCommand::Stop => ClientRecord::Stop,
-        ClientCommand::ClearFault(code) => ClientRecord::ClearFault(code),
-    }
-}
-
-/// The client's command that a file tells of.
-#[must_use]
-pub const fn client_command(record: ClientRecord) -> ClientCommand {
-    match record {
-        ClientRecord::AtLeast(force_n) => ClientCommand::AtLeast(force_n),
-        ClientRecord::Release => ClientCommand::Release,
-        ClientRecord::Grasp => ClientCommand::Grasp,
-        ClientRecord::Stop => ClientCommand::Stop,
-        ClientRecord::ClearFault(code) => ClientCommand::ClearFault(code),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::{beginning, event_record, pipeline_record};

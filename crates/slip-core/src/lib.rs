@@ -43,4 +43,4 @@ pub use error::ConfigError;
 pub use event::{SlipEvent, Step};
 pub use pipeline::Pipeline;
 pub use sample::{Arrival, Sample, Signal};
-pub use slip_msg::{Phase, PipelineState, SlipReport, units};
+pub use slip_msg::{ClientCommand, Phase, PipelineState, SlipReport, units};

@@ -12,7 +12,7 @@ mod host_time;
 mod rest;
 
 use crate::{
-    Phase, Signal,
+    ClientCommand, Phase, Signal,
     causes::Causes,
     confidence::confidence,
     config::PipelineConfig,
@@ -538,6 +538,19 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             SensorHealth::Good if self.travel_quality.is_coarse() => SensorHealth::Coarse,
             health => health,
         }
+    }
+
+    /// Carries out what concerns the controller; `false` where the command is none of that or its force is no force.
+    pub fn obey(&mut self, command: ClientCommand) -> bool {
+        match command {
+            ClientCommand::AtLeast(force_n) if force_n >= 0.0 => self.at_least(force_n),
+            ClientCommand::Release => self.release(),
+            ClientCommand::Grasp => self.close_again(),
+            ClientCommand::AtLeast(_) | ClientCommand::Stop | ClientCommand::ClearFault(_) => {
+                return false;
+            }
+        }
+        true
     }
 
     /// What the force controller is doing; `None` in a pipeline that only observes.

@@ -5,6 +5,7 @@
 #![no_std]
 
 pub mod codes;
+mod command;
 mod fault;
 mod message;
 mod slip;
@@ -14,6 +15,7 @@ pub mod units;
 pub mod wire;
 
 pub use codes::*;
+pub use command::ClientCommand;
 pub use fault::{FaultCode, Reaction};
 pub use message::{Field, Wire};
 pub use slip::SlipReport;

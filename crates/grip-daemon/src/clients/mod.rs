@@ -19,7 +19,7 @@ pub use listen::{ListenError, REMOTE_WARNING};
 pub use outbox::Class;
 pub use session::{Asked, ClientSession, MOST_BAD_FRAMES, MOST_GARBAGE_BYTES, SILENCE_US, Terms};
 
-use crate::{ClientCommand, Item};
+use crate::Item;
 use batch::Row;
 use core::time::Duration;
 use grip_link::message::Versions;
@@ -28,6 +28,7 @@ use listen::Listener;
 use roster::{Known, Roster};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::io::Errno;
+use slip_core::ClientCommand;
 use std::collections::VecDeque;
 use std::io::{self, Read as _, Write as _};
 use std::os::unix::net::UnixStream;

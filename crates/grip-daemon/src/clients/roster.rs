@@ -2,17 +2,17 @@
 
 use super::batch::{Batch, Row};
 use super::{Class, Client, ClientSession};
-use crate::{Beginning, ClientCommand, LinkNote};
+use crate::{Beginning, LinkNote};
 use grip_session::report::EventLine;
 use grip_link::message::daemon::{
-    Dropped, Gripper, Health, LinkState, Notice, NoticeKind, Operation, PipelineState, SlipReport,
-    Topics,
+    Dropped, Gripper, Health, LinkState, Notice, NoticeKind, PipelineState, SlipReport, Topics,
 };
 use grip_link::message::{DeviceState, EventKind, FaultCode, Kind, PayloadError};
 use grip_link::{
     frame::MAX_PAYLOAD,
     message::daemon::{Sensor, SensorHealth},
 };
+use slip_core::ClientCommand;
 use slip_core::units::Micros;
 
 use std::collections::VecDeque;
@@ -227,19 +227,9 @@ impl Known {
     }
 
     pub(super) fn client(host_us: u64, command: ClientCommand, roster: &mut Roster) {
-        let (operation, fault, text) = match command {
-            ClientCommand::AtLeast(n) => {
-                (Operation::AtLeast, 0, format!("hold with at least {n:.2} N"))
-            }
-            ClientCommand::Release => (Operation::Release, 0, "release".to_owned()),
-            ClientCommand::Grasp => (Operation::Grasp, 0, "grasp".to_owned()),
-            ClientCommand::Stop => (Operation::Stop, 0, "stop".to_owned()),
-            ClientCommand::ClearFault(fault) => {
-                (Operation::ClearFault, fault, format!("clear fault {fault:04x}"))
-            }
-        };
-        let notice =
-            Notice { value: fault, ..notice(NoticeKind::Client, operation.code(), host_us, &text) };
+        let text = command.to_string();
+        let notice = notice(NoticeKind::Client, command.operation().code(), host_us, &text);
+        let notice = Notice { value: command.fault().0, ..notice };
         roster.tell(Class::News, Topics::NEWS, Kind::NOTICE, |out| notice.write(out));
     }
 

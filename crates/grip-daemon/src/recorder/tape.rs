@@ -4,7 +4,7 @@ use super::{About, RecorderError, link, name};
 use crate::{Beginning, Item, LinkNote};
 use grip_session::{
     config::Uid,
-    recording::{ABOUT, PART, RUN, UNRECORDED, client_record, event_record, pipeline_record},
+    recording::{ABOUT, PART, RUN, UNRECORDED, event_record, pipeline_record},
 };
 use grip_link::message::Status;
 use grip_record::mcap::{
@@ -144,7 +144,7 @@ impl Tape {
                 self.writer.write(host_us, &Record::Command(record))
             }
             Item::Client { host_us, command } => {
-                self.writer.write(host_us, &Record::Client(client_record(command)))
+                self.writer.write(host_us, &Record::Client(command))
             }
             Item::Link { host_us, note } => {
                 if let LinkNote::Identified { uid, boot_id, .. } = note {

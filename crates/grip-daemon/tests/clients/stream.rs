@@ -79,7 +79,7 @@ fn news_of_link_sensors_and_commands_come_in_words() {
     rig.news();
     let line = EventLine::Health { t_s: 1.0, channel: "travel", health: "backwards" };
     rig.clients.take(&Item::Event { host_us: 9, line: &line });
-    let command = grip_daemon::ClientCommand::AtLeast(4.0);
+    let command = slip_core::ClientCommand::AtLeast(4.0);
     rig.clients.take(&Item::Client { host_us: 9, command });
     rig.until(&mut viewer, |seen| seen.texts.len() == 2);
     assert_eq!(viewer.seen.texts, ["travel backwards", "hold with at least 4.00 N"]);

@@ -1,7 +1,10 @@
 //! What a recording holds, one kind for each topic, as the bytes of its message and back.
 
 use slip_core::{Arrival, PipelineState, Sample, units::Micros};
-use slip_msg::{EXTRAPOLATED, GripState, INFORMATIVE, Method, Phase, Reading, Scene, SlipReport};
+use slip_msg::{
+    ClientCommand, EXTRAPOLATED, FaultCode, GripState, INFORMATIVE, Method, Operation, Phase,
+    Reading, Scene, SlipReport,
+};
 
 use super::cdr::{CdrError, CdrReader, CdrWriter};
 use super::codes::{self, PRESSURE, REFERENCE, STYLUS, TRAVEL};
@@ -23,7 +26,7 @@ pub enum Record<'a> {
     /// A force command.
     Command(CommandRecord),
     /// A client's command.
-    Client(ClientRecord),
+    Client(ClientCommand),
     /// News of the link.
     Link(LinkRecord<'a>),
     /// Bytes of the line.
@@ -114,21 +117,6 @@ pub struct CommandRecord {
     pub cause_sample: u32,
 }
 
-/// A client's command.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum ClientRecord {
-    /// Hold with at least this force (N).
-    AtLeast(f32),
-    /// Let go.
-    Release,
-    /// Close again.
-    Grasp,
-    /// Stop in software.
-    Stop,
-    /// Clear the fault with this code.
-    ClearFault(u16),
-}
-
 /// News of the link.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LinkRecord<'a> {
@@ -193,7 +181,7 @@ impl Record<'_> {
             Self::State(state) => encode_state(state, &mut w),
             Self::Event(record) => record.encode(&mut w),
             Self::Command(record) => record.encode(&mut w),
-            Self::Client(record) => record.encode(&mut w),
+            Self::Client(command) => encode_command(*command, &mut w),
             Self::Link(record) => {
                 w.text(record.kind).text(record.detail);
             }
@@ -222,7 +210,7 @@ impl<'a> Record<'a> {
             Topic::State => Self::State(decode_state(&mut r)?),
             Topic::Event => Self::Event(EventRecord::decode(&mut r)?),
             Topic::Command => Self::Command(CommandRecord::decode(&mut r)?),
-            Topic::Client => Self::Client(ClientRecord::decode(&mut r)?),
+            Topic::Client => Self::Client(decode_command(&mut r)?),
             Topic::Link => Self::Link(LinkRecord { kind: r.text()?, detail: r.text()? }),
             Topic::Wire => Self::Wire(WireRecord { to_device: r.bool()?, bytes: r.bytes()? }),
             Topic::Pipeline => Self::Pipeline(PipelineRecord::decode(&mut r)?),
@@ -432,28 +420,21 @@ impl CommandRecord {
     }
 }
 
-impl ClientRecord {
-    fn encode(&self, w: &mut CdrWriter<'_>) {
-        let (kind, force_n, fault) = match *self {
-            Self::AtLeast(force_n) => (0, force_n, 0),
-            Self::Release => (1, f32::NAN, 0),
-            Self::Grasp => (2, f32::NAN, 0),
-            Self::Stop => (3, f32::NAN, 0),
-            Self::ClearFault(fault) => (4, f32::NAN, fault),
-        };
-        w.u8(kind).f32(force_n).u16(fault);
-    }
+/// The code of a command in a file is one less than that of its operation.
+fn encode_command(command: ClientCommand, w: &mut CdrWriter<'_>) {
+    let force_n = if let ClientCommand::AtLeast(force_n) = command { force_n } else { f32::NAN };
+    w.u8(command.operation().code() - 1).f32(force_n).u16(command.fault().0);
+}
 
-    fn decode(r: &mut CdrReader<'_>) -> Result<Self, CdrError> {
-        let (code, force_n, fault) = (r.u8()?, r.f32()?, r.u16()?);
-        match code {
-            0 => Ok(Self::AtLeast(force_n)),
-            1 => Ok(Self::Release),
-            2 => Ok(Self::Grasp),
-            3 => Ok(Self::Stop),
-            4 => Ok(Self::ClearFault(fault)),
-            code => Err(CdrError::Code { code, at: r.position() }),
-        }
+fn decode_command(r: &mut CdrReader<'_>) -> Result<ClientCommand, CdrError> {
+    let (code, force_n, fault) = (r.u8()?, r.f32()?, r.u16()?);
+    match code.checked_add(1).and_then(Operation::from_code) {
+        Some(Operation::AtLeast) => Ok(ClientCommand::AtLeast(force_n)),
+        Some(Operation::Release) => Ok(ClientCommand::Release),
+        Some(Operation::Grasp) => Ok(ClientCommand::Grasp),
+        Some(Operation::Stop) => Ok(ClientCommand::Stop),
+        Some(Operation::ClearFault) => Ok(ClientCommand::ClearFault(FaultCode(fault))),
+        None => Err(CdrError::Code { code, at: r.position() }),
     }
 }
 

@@ -8,7 +8,8 @@ use grip_link::decoder::{Decoder, Role, Verdict};
 use grip_link::frame::{Direction, Header, MAX_PAYLOAD, MAX_WIRE, encode};
 use grip_link::message::daemon::{Appended, ClockOffset, Health, RealTime, Welcome, WelcomeFlags};
 use grip_link::message::{Kind, Versions};
-use grip_scope::{Channel, ClientAction, EventKind, SourceSpec, SourceStatus};
+use grip_scope::{Channel, EventKind, SourceSpec, SourceStatus};
+use slip_core::ClientCommand;
 use slip_core::PipelineState;
 use slip_core::{Sample, grip::GripState, scene::Scene, units::Micros};
 use std::io::{Read as _, Write as _};
@@ -103,7 +104,7 @@ fn what_a_daemon_tells_is_shown_and_derived_from() {
     assert_eq!(health.latency.histogram[23], (f32::INFINITY, 1));
     assert!(watch.samples(Channel::Stylus) > 1000);
     assert!(watch.model.events().iter().all(|mark| mark.kind != EventKind::Gap));
-    watch.handle.command(ClientAction::Release).unwrap();
+    watch.handle.command(ClientCommand::Release).unwrap();
     watch.until(
         || daemon.samples(),
         |model| model.notices().any(|line| line.text.contains("allows no commands")),
@@ -231,8 +232,8 @@ fn commands_reach_a_daemon_that_allows_them() {
     let mut watch = watch(&path);
     watch.until(|| daemon.samples(), |model| model.info().daemon.is_some());
     assert!(watch.model.info().daemon.as_ref().unwrap().may_command);
-    watch.handle.command(ClientAction::AtLeast(4.5)).unwrap();
-    watch.handle.command(ClientAction::Release).unwrap();
+    watch.handle.command(ClientCommand::AtLeast(4.5)).unwrap();
+    watch.handle.command(ClientCommand::Release).unwrap();
     let mut asked = Vec::new();
     for _ in 0..60_000 {
         daemon.turn();

@@ -207,7 +207,7 @@ fn one_gripper_of_a_network_is_a_source_without_samples() {
         || daemon.turn(),
         |model| model.events().iter().any(|mark| mark.text == "the line was opened again"),
     );
-    assert!(watch.handle.command(grip_scope::ClientAction::Stop).is_ok());
+    assert!(watch.handle.command(slip_core::ClientCommand::Stop).is_ok());
     watch.until(
         || daemon.turn(),
         |model| model.notices().any(|line| line.text.contains("sends no command")),

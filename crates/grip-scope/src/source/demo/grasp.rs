@@ -2,15 +2,14 @@
 
 use super::{BETWEEN_US, GRASP_US, World};
 use crate::feed::{EventKind, EventMark, Feed, Level};
-use crate::source::ClientAction;
 use crate::source::outlet::Outlet;
 use grip_link::device::Peer;
 use grip_link::frame::MAX_WIRE;
 use grip_link::message::daemon::{Gripper, SlipReport};
 use grip_session::model::default_estimator;
 use grip_session::report::EventLine;
-use grip_session::session::ClientCommand;
 use grip_session::{HostConfig, News, Session, SessionOptions};
+use slip_core::ClientCommand;
 use slip_core::PipelineState;
 use slip_core::{Sample, units::Micros};
 
@@ -74,28 +73,21 @@ impl Grasp {
     }
 
     /// Carries out what a person asks for: what became of it.
-    pub(super) fn obey(&mut self, action: ClientAction) -> (Level, String) {
-        let (what, command) = match action {
-            ClientAction::AtLeast(force_n) => ("hold", ClientCommand::AtLeast(force_n)),
-            ClientAction::Release => ("release", ClientCommand::Release),
-            ClientAction::Grasp => ("grasp", ClientCommand::Grasp),
-            ClientAction::Stop => ("stop", ClientCommand::Stop),
-            ClientAction::ClearFault(code) => ("clear fault", ClientCommand::ClearFault(code)),
-        };
-        if self.stopped != Stopped::No && action == ClientAction::Grasp {
+    pub(super) fn obey(&mut self, command: ClientCommand) -> (Level, String) {
+        if self.stopped != Stopped::No && command == ClientCommand::Grasp {
             self.stopped = Stopped::Over;
             return (Level::Info, "grasp: the stop is over, the next object comes".to_owned());
         }
         let done = self.session.obey(self.now_us(), command);
-        if action == ClientAction::Stop {
+        if command == ClientCommand::Stop {
             self.stopped = Stopped::Yes;
             let text = "stop: the simulated gripper keeps its force and waits for grasp";
             return (Level::Info, text.to_owned());
         }
         match (done, self.stopped) {
-            (true, _) => (Level::Info, format!("{what}: carried out by the simulated gripper")),
-            (false, Stopped::No) => (Level::Warning, format!("{what}: not possible now")),
-            (false, _) => (Level::Warning, format!("{what}: not possible while it is stopped")),
+            (true, _) => (Level::Info, format!("{command}: carried out by the simulated gripper")),
+            (false, Stopped::No) => (Level::Warning, format!("{command}: not possible now")),
+            (false, _) => (Level::Warning, format!("{command}: not possible while it is stopped")),
         }
     }
 
@@ -189,6 +181,9 @@ impl Grasp {
                 (told.scene, told.grip, told.sensors) != (state.scene, state.grip, state.sensors);
             changed || state.t >= due
         });
+        if self.told.is_none() {
+            outlet.offer(Feed::Gripper(self.about()));
+        }
         if news {
             self.told = Some(state);
             outlet.offer(Feed::State(state));

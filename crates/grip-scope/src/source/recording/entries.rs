@@ -9,7 +9,7 @@ use grip_session::HostEstimator;
 use grip_session::model::{default_estimator, parse_estimator};
 use grip_session::recording::{MODEL_NAME, UNRECORDED, beginning};
 
-use grip_record::mcap::{ClientRecord, Entry, LinkRecord, PipelineRecord, Record, SampleRecord};
+use grip_record::mcap::{Entry, LinkRecord, PipelineRecord, Record, SampleRecord};
 
 /// Rows of a block.
 const BLOCK: usize = 2048;
@@ -51,7 +51,9 @@ impl Entries {
                 // What sensors do is seen in the states.
                 self.news.extend(event.slip().map(|slip| Feed::Event(EventMark::slip(&slip))));
             }
-            Record::Client(command) => self.mark(EventKind::Client, client_text(command)),
+            Record::Client(command) => {
+                self.mark(EventKind::Client, format!("a client asks: {command}"))
+            }
             Record::Link(link) => self.link(link),
             Record::Pipeline(pipeline) => self.begin(pipeline),
             Record::Command(_) | Record::Wire(_) => {}
@@ -161,22 +163,13 @@ impl Entries {
     }
 }
 
-fn client_text(command: &ClientRecord) -> String {
-    match command {
-        ClientRecord::AtLeast(force_n) => format!("a client asks for at least {force_n} N"),
-        ClientRecord::Release => "a client lets go".to_owned(),
-        ClientRecord::Grasp => "a client lets the fingers close".to_owned(),
-        ClientRecord::Stop => "a client stops the gripper".to_owned(),
-        ClientRecord::ClearFault(code) => format!("a client clears fault {code:04x}"),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::Entries;
     use crate::feed::Feed;
-    use grip_record::mcap::{ClientRecord, Record, SampleRecord};
-    use slip_core::{Sample, units::Micros};
+    use grip_record::mcap::{Record, SampleRecord};
+
+    use slip_core::{ClientCommand, Sample, units::Micros};
 
     #[test]
     fn what_happened_before_a_long_gap_or_another_start_is_told_before_the_rows_behind_it() {
@@ -185,7 +178,7 @@ mod tests {
             for (index, time_us) in [(0, 5), (1, next_us)] {
                 let sample = Sample::stylus(Micros(time_us), 1e-6);
                 entries.record(&Record::Sample(SampleRecord { index, sample, taxels: &[] }));
-                entries.record(&Record::Client(ClientRecord::Release));
+                entries.record(&Record::Client(ClientCommand::Release));
             }
             let kinds: Vec<&str> = entries
                 .take()
