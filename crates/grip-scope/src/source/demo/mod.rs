@@ -10,7 +10,7 @@ use super::hearing::observer;
 use super::outlet::Outlet;
 use super::stream::Stream;
 use super::told;
-use crate::feed::{DaemonInfo, Feed, ObserverSettings, SourceStatus};
+use crate::feed::{DaemonInfo, EventKind, EventMark, Feed, ObserverSettings, SourceStatus};
 use core::time::Duration;
 use grasp::Grasp;
 use grip_link::device::Peer;
