@@ -7,7 +7,6 @@ use super::{
 use crate::{cli::CalibrateArgs, output};
 use anyhow::Context as _;
 use grip_eval::calibrate::{Calibrated, calibrate, check_interval};
-use grip_record::read_recording;
 use grip_session::{
     calibration::{Calibration, LawEvidence},
     exit::{Exit, WrongArgument},

@@ -2,7 +2,7 @@
 
 use slip_core::{
     Pipeline, PipelineConfig, Sample, Signal, SlipEvent,
-    detector::SensorHealth,
+    health::SensorHealth,
     units::{Hertz, Micros},
 };
 
@@ -72,8 +72,8 @@ fn play(motion: &[f32], reference: impl Fn(usize) -> Option<f32>) -> Seen {
             _ => {}
         }
         seen.alarmed += usize::from(slips);
-        if step.reference_health != health {
-            health = step.reference_health;
+        if step.sensors[3] != health {
+            health = step.sensors[3];
             seen.healths.push((i as f32 / RATE_HZ, health));
         }
     }

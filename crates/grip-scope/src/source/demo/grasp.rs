@@ -1,7 +1,7 @@
 //! A simulated object and time in; what sensors, pipeline and controller do with it out.
 
 use super::{BETWEEN_US, GRASP_US, World};
-use crate::feed::{EventKind, EventMark, Feed, Level};
+use crate::feed::{EventMark, Feed, Level};
 use crate::source::outlet::Outlet;
 use grip_link::device::Peer;
 use grip_link::frame::MAX_WIRE;
