@@ -6,7 +6,9 @@ mod output;
 
 use clap::Parser as _;
 use cli::{Cli, Command};
-use grip_eval::{calibrate::CalibrationError, collect::CollectError, profile::ProfileError, score::ScoreError};
+use grip_eval::{
+    calibrate::CalibrationError, collect::CollectError, profile::ProfileError, score::ScoreError,
+};
 use grip_port::PortError;
 use grip_session::exit::{self, Exit};
 use grip_sim::port::is_scene_error;

@@ -15,10 +15,7 @@ use grip_link::{
     message::{EventKind, Grip},
 };
 use grip_port::{Line, PortError, READ_TIMEOUT, nonce};
-use grip_session::{
-    HostConfig, HostEstimator, News, Session, SessionError,
-    session::explain,
-};
+use grip_session::{HostConfig, HostEstimator, News, Session, SessionError, session::explain};
 use rtrb::{Consumer, Producer};
 use rustix::event::{Timespec, poll};
 use slip_core::ClientCommand;

@@ -1,13 +1,13 @@
 //! The nouns that leave the hot thread, in the order in which things happened.
 
+use grip_link::{
+    host::{CloseReason, LinkState},
+    message::{Clamped, Event as DeviceEvent, EventKind, Firmware, Grip, Nack, Status},
+};
 use grip_session::{
     config::Uid,
     report::EventLine,
     session::{Beginning, explain},
-};
-use grip_link::{
-    host::{CloseReason, LinkState},
-    message::{Clamped, Event as DeviceEvent, EventKind, Firmware, Grip, Nack, Status},
 };
 use slip_core::ClientCommand;
 use slip_core::{PipelineState, Sample};

@@ -6,8 +6,8 @@
 
 use crate::item::{Item, LinkNote};
 use core::sync::atomic::{AtomicU64, Ordering};
-use grip_session::{report::EventLine, session::Beginning};
 use grip_link::message::Grip;
+use grip_session::{report::EventLine, session::Beginning};
 use rtrb::{Consumer, Producer, RingBuffer};
 use slip_core::ClientCommand;
 use slip_core::PipelineState;

@@ -233,7 +233,10 @@ impl fmt::Display for EventLine {
                 write!(f, "{t_s:10.4} s  floor doubtful: no rest seen yet")
             }
             Self::Health { t_s, channel: "reference", health: "late" } => {
-                write!(f, "{t_s:10.4} s  reference late: the stylus shows its motion at another time")
+                write!(
+                    f,
+                    "{t_s:10.4} s  reference late: the stylus shows its motion at another time"
+                )
             }
             Self::Health { t_s, channel: "reference", health: "uncoupled" } => {
                 write!(
@@ -266,7 +269,9 @@ fn write_slip(f: &mut fmt::Formatter<'_>, slip: &SlipReport) -> fmt::Result {
     for (what, bits) in [("ruled out", slip.ruled_out), ("possible", slip.possible)] {
         if bits != 0 {
             write!(f, ", {what}:")?;
-            CauseSet::from_bits(bits).iter().try_for_each(|cause| write!(f, " {}", cause.name()))?;
+            CauseSet::from_bits(bits)
+                .iter()
+                .try_for_each(|cause| write!(f, " {}", cause.name()))?;
         }
     }
     if let (Some(speed), Some(sigma)) = (slip.speed_m_s, slip.speed_sigma_m_s) {

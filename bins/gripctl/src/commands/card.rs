@@ -1,8 +1,8 @@
 //! Model cards on disk: where they lie, how they are read and written.
 
 use anyhow::Context as _;
-use grip_session::exit::WrongArgument;
 use grip_record::files;
+use grip_session::exit::WrongArgument;
 use mlp::export::card::Card;
 use mlp::train::{DataSet, Fit, FitConfig};
 use std::path::{Path, PathBuf};

@@ -6,6 +6,11 @@ use crate::{
     output,
 };
 use anyhow::Context as _;
+use grip_import::{ImportOptions, Imported, TimeUnit, Use};
+use grip_record::{
+    ChannelSet, CsvOptions, CsvWriter, Recording, is_npz,
+    mcap::{McapWriter, Record, SampleRecord},
+};
 use grip_session::{
     HostConfig,
     exit::{Exit, WrongArgument},
@@ -14,11 +19,6 @@ use grip_session::{
     replay::{self, Replay},
     report::EventLog,
     session::Beginning,
-};
-use grip_import::{ImportOptions, Imported, TimeUnit, Use};
-use grip_record::{
-    ChannelSet, CsvOptions, CsvWriter, Recording, is_npz,
-    mcap::{McapWriter, Record, SampleRecord},
 };
 use serde::Serialize;
 use std::{

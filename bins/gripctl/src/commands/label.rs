@@ -2,8 +2,8 @@
 
 use crate::{cli::import::LabelArgs, output};
 use anyhow::Context as _;
-use grip_session::exit::{Exit, WrongArgument};
 use grip_record::{Label, LabelKind, Recording, Relabel, write_label};
+use grip_session::exit::{Exit, WrongArgument};
 use slip_core::units::Micros;
 use std::path::Path;
 

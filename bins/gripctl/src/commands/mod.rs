@@ -37,10 +37,10 @@ pub(crate) mod train;
 mod train_beyond;
 
 use crate::cli::CsvArgs;
+use grip_record::{CsvOptions, Recording, files, read_recording};
 use grip_session::{
     HostConfig, HostConfigError, HostEstimator, ModelError, exit::WrongArgument, model,
 };
-use grip_record::{CsvOptions, Recording, files, read_recording};
 use mlp::train::ModelFile;
 use std::path::Path;
 

@@ -3,11 +3,11 @@
 use super::unreadable;
 use crate::{cli::RecoverArgs, output};
 use anyhow::{Context as _, anyhow};
-use grip_session::exit::{Exit, WrongArgument};
 use grip_record::{
     files,
     mcap::{Recovered, recover},
 };
+use grip_session::exit::{Exit, WrongArgument};
 use serde::Serialize;
 use std::{
     fs::{self, File, TryLockError},

@@ -8,9 +8,9 @@ use core::{
 use grip_daemon::Item;
 use grip_daemon::clients::{About, Clients, ClientsConfig};
 use grip_fleet::live::Topic;
-use grip_session::report::EventLine;
 use grip_link::message::daemon::RealTime;
 use grip_record::mcap::Record;
+use grip_session::report::EventLine;
 use grip_session::report::{EventLine, EvidenceFields};
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::{Value, json};

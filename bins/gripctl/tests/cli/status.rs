@@ -7,10 +7,10 @@ use core::{
 };
 use grip_daemon::clients::{About, Clients, ClientsConfig, Listen};
 use grip_daemon::{Item, LinkNote};
-use grip_session::report::EventLine;
 use grip_link::host::LinkState;
 use grip_link::message::Firmware;
 use grip_link::message::daemon::{Health, RealTime};
+use grip_session::report::EventLine;
 use slip_core::{SlipReport, units::Micros};
 use std::io::{Read as _, Write as _};
 use std::net::TcpListener;

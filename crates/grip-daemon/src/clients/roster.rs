@@ -3,7 +3,6 @@
 use super::batch::{Batch, Row};
 use super::{Class, Client, ClientSession};
 use crate::{Beginning, LinkNote};
-use grip_session::report::EventLine;
 use grip_link::message::daemon::{
     Dropped, Gripper, Health, LinkState, Notice, NoticeKind, PipelineState, SlipReport, Topics,
 };
@@ -12,6 +11,7 @@ use grip_link::{
     frame::MAX_PAYLOAD,
     message::daemon::{Sensor, SensorHealth},
 };
+use grip_session::report::EventLine;
 use slip_core::ClientCommand;
 use slip_core::units::Micros;
 

@@ -2,14 +2,14 @@
 
 use super::{About, RecorderError, link, name};
 use crate::{Beginning, Item, LinkNote};
-use grip_session::{
-    config::Uid,
-    recording::{ABOUT, PART, RUN, UNRECORDED, event_record, pipeline_record},
-};
 use grip_link::message::Status;
 use grip_record::mcap::{
     CommandRecord, LinkRecord, McapWriteError, McapWriter, PipelineRecord, Record, SampleRecord,
     WireRecord,
+};
+use grip_session::{
+    config::Uid,
+    recording::{ABOUT, PART, RUN, UNRECORDED, event_record, pipeline_record},
 };
 use slip_core::{PipelineState, units::Micros};
 

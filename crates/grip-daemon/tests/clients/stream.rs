@@ -3,8 +3,8 @@
 use crate::rig::{Rig, tcp, wanted};
 use grip_daemon::Item;
 use grip_daemon::clients::{ClientsConfig, Listen};
-use grip_session::report::EventLine;
 use grip_link::message::daemon::{Health, Subscribe, Topics};
+use grip_session::report::EventLine;
 use slip_core::{SlipReport, units::Micros};
 
 #[test]

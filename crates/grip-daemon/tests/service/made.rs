@@ -4,13 +4,13 @@ use grip_daemon::{
     Board, HotCounters, Item, LinkNote,
     board::{About, ClientCounts, Grant, RecordingState},
 };
-use grip_session::report::EventLine;
 use grip_link::{
     host::LinkState,
     message::{
         DeviceState, Event, EventKind, FaultCode, Firmware, ForceClamp, Status, StatusFlags,
     },
 };
+use grip_session::report::EventLine;
 use slip_core::{
     Phase, PipelineState, SlipReport, grip::GripState, health::SensorHealth, methods::Method,
     scene::Scene, units::Micros,

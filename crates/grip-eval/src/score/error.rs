@@ -1,7 +1,7 @@
 //! Why a folder of labelled recordings cannot be scored, with what to correct.
 
-use grip_session::tape::TapeError;
 use grip_record::{CsvError, LabelError, PhaseError};
+use grip_session::tape::TapeError;
 use slip_core::ConfigError;
 use std::path::PathBuf;
 

@@ -1,11 +1,11 @@
 //! A folder with `labels.csv` in, its checked recordings with their labels and companions out.
 
 use super::{ScoreError, companions};
-use grip_session::recording::read_mcap;
 use grip_record::{
     CsvError, CsvOptions, Label, LabelError, LabelKind, Phase, Recording, Travel, read_labels,
     read_phases, read_recording,
 };
+use grip_session::recording::read_mcap;
 use std::path::{Path, PathBuf};
 
 /// A recording of the folder and what is known of it.

@@ -150,9 +150,7 @@ fn the_reference_of_another_robot_is_told_and_is_then_as_none() {
     // A stylus that feels nothing of what the reference shows: the slips are those of a robot at rest.
     let (still, other) = (vec![0.0; LEN], robot(7, LEN));
     let seen = play(&still, |i| shifted(&other, i, 0));
-    let [(at_s, SensorHealth::Uncoupled)] = seen.healths[..] else {
-        panic!("{:?}", seen.healths)
-    };
+    let [(at_s, SensorHealth::Uncoupled)] = seen.healths[..] else { panic!("{:?}", seen.healths) };
     let from = ((at_s + 1.0) * RATE_HZ) as usize;
     let after = |alarms: &[usize]| alarms.iter().filter(|i| **i > from).count();
     assert_eq!(after(&seen.alarms), after(&play(&still, |_| None).alarms));

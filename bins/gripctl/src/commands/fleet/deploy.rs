@@ -14,8 +14,8 @@ use grip_fleet::{
     net::{Deployer, Happening, Session, members},
     rollout::{Counts, JudgeConfig, Progress, Report, RolloutConfig},
 };
-use grip_session::exit::{Exit, WrongArgument};
 use grip_record::files;
+use grip_session::exit::{Exit, WrongArgument};
 use serde::Serialize;
 use signal_hook::{
     consts::{SIGINT, SIGTERM},
