@@ -11,10 +11,11 @@
 //! | the travel stops dead: over 0.2 mm in 3 ms, then within as much time nothing for 3 ms, while the stylus vibrates | travel |
 //! | the travel moves alone within a second of an undecided alarm | travel: it is late |
 //! | the travel has moved 0.3 mm and the stylus has felt nothing | stylus |
+//! | the travel moves alone, and within a fifth as fast as before when the force has doubled | travel: it drifts |
 //! | the vibration of the stylus is white and far above its noise floor: no surface shakes a stylus at half the sample rate | stylus |
 //!
 //! A doubted sensor has no say while the other one is usable. The stylus is believed again when it feels a slip in time; the travel with the
-//! next object, or when it follows the stylus from the beginning of a slip.
+//! next object, or, unless it drifts, when it follows the stylus from the beginning of a slip.
 
 use crate::{turns::Turns, units::Micros};
 
@@ -48,6 +49,17 @@ const DEAD_M: f32 = 2e-4;
 /// An undecided alarm is explained by a travel that moves alone within this time.
 const LATE: Micros = Micros(1_000_000);
 
+/// The speed of a travel that moves alone is measured while the force is below this share of where it began, and again from the next share on. Under
+/// dry friction the object stops, under viscous friction it gets slower by (F' - F) / (F needed - F).
+const STANDS: f32 = 1.4;
+const DOUBLED: f32 = 1.9;
+/// What has slowed down by less than this share of its speed has not answered.
+const ANSWERED: f32 = 0.2;
+/// A stylus that repeats itself for this long (s) may be stuck.
+const REPEATS_S: f32 = 5e-4;
+/// The second measurement takes this long (s) at least, and as long as the speed before takes for ten times the least movement.
+const WEIGHED_S: f32 = 0.02;
+
 /// One sample of a slip.
 #[derive(Clone, Copy, Debug)]
 pub struct Seen {
@@ -61,6 +73,8 @@ pub struct Seen {
     pub sigma_m: f32,
     /// Leaps of the travel so far.
     pub leaps: u64,
+    /// Force of a finger (N), where it is known.
+    pub force_n: Option<f32>,
     /// Statistic of the stylus, 0 where it is quiet now, and `None` where it is not usable.
     pub stylus: Option<f32>,
     /// Its reading (signal unit).
@@ -93,6 +107,31 @@ struct Slip {
     window: Option<Window>,
     /// Whether it was that fast in the last window and in the one before.
     fast: [bool; 2],
+    /// The movement that only the travel shows, and whether it was found to be none.
+    alone: Option<Alone>,
+    drifts: bool,
+    /// The last reading of the stylus, and for how long it has repeated (s).
+    reading: Option<f32>,
+    repeats_s: f32,
+}
+
+/// A movement that only the travel shows, weighed against the force.
+#[derive(Clone, Copy, Debug)]
+struct Alone {
+    /// Where it is counted from: force (N), time, travel (m).
+    force_n: f32,
+    begun: Micros,
+    from_m: f32,
+    /// Its speed while the force stood (m/s).
+    speed_m_s: f32,
+    /// Time and travel (m) when the force had doubled.
+    doubled: Option<(Micros, f32)>,
+}
+
+impl Alone {
+    fn at(force_n: f32, begun: Micros, from_m: f32) -> Self {
+        Self { force_n, begun, from_m, speed_m_s: 0.0, doubled: None }
+    }
 }
 
 /// Readings of the travel (m) within one window.
@@ -113,6 +152,8 @@ pub struct CrossCheck {
     travel_doubted: bool,
     stylus_doubted: bool,
     undecided: bool,
+    /// Whether the travel has drifted since the object was taken.
+    drifted: bool,
     undecided_at: Option<Micros>,
 }
 
@@ -147,6 +188,20 @@ impl CrossCheck {
     #[inline]
     pub fn is_undecided(&self) -> bool {
         self.undecided && !self.travel_doubted && !self.stylus_doubted
+    }
+
+    /// Force (N) from which on only the travel shows a movement, until the force has told whether it is one; and whether the stylus felt the slip before.
+    #[must_use]
+    #[inline]
+    pub fn alone_n(&self) -> Option<(f32, bool)> {
+        self.slip.alone.map(|alone| (alone.force_n, self.slip.felt))
+    }
+
+    /// Whether what the travel shows in this slip was no movement.
+    #[must_use]
+    #[inline]
+    pub fn drifts(&self) -> bool {
+        self.slip.drifts
     }
 
     /// Whether a travel that has never followed a slip of this object, or has leapt back in this one, stands where the stylus clearly slides: the
@@ -190,6 +245,44 @@ impl CrossCheck {
             self.stylus_doubted &= slip.moved_m >= UNFELT_M;
         }
         self.judge(seen, travel_m, least_m);
+        self.weigh(seen, travel_m, least_m);
+    }
+
+    /// Whether a movement that only the travel shows answers to the force.
+    fn weigh(&mut self, seen: &Seen, travel_m: f32, least_m: f32) {
+        // What repeats to the last bit may be stuck, and says nothing.
+        let repeats = self.slip.reading.replace(seen.reading) == Some(seen.reading);
+        self.slip.repeats_s = if repeats { self.slip.repeats_s + seen.dt_s } else { 0.0 };
+        let live = self.slip.repeats_s < REPEATS_S;
+        let silent = live && seen.stylus.is_some_and(|statistic| statistic < 1.0);
+        let quiet = silent && !self.travel_doubted;
+        let Some(force_n) = seen.force_n.filter(|force_n| quiet && *force_n > 0.0) else {
+            self.slip.alone = None;
+            return;
+        };
+        let fresh = Alone::at(force_n, seen.t, travel_m);
+        let alone = self.slip.alone.get_or_insert(fresh);
+        if force_n < STANDS * alone.force_n {
+            let over_s = seconds(seen.t.since(alone.begun)).max(seen.dt_s);
+            alone.speed_m_s = (travel_m - alone.from_m) / over_s;
+            return;
+        }
+        if force_n < DOUBLED * alone.force_n {
+            return;
+        }
+        let (since, from_m) = *alone.doubled.get_or_insert((seen.t, travel_m));
+        let over_s = seconds(seen.t.since(since));
+        let expected_m = alone.speed_m_s * over_s;
+        if over_s < WEIGHED_S || expected_m.abs() < 10.0 * least_m && over_s < 5.0 * WEIGHED_S {
+            return;
+        }
+        let missed_m = (travel_m - from_m - expected_m).abs();
+        if expected_m.abs() >= least_m && missed_m <= ANSWERED * expected_m.abs() {
+            self.travel_doubted = true;
+            self.stylus_doubted = false;
+            (self.slip.drifts, self.drifted) = (true, true);
+        }
+        self.slip.alone = Some(Alone { speed_m_s: (travel_m - from_m) / over_s, ..fresh });
     }
 
     fn judge(&mut self, seen: &Seen, travel_m: f32, least_m: f32) {
@@ -202,7 +295,7 @@ impl CrossCheck {
         let follows = followed && self.slip.felt && !leapt && !self.slip.unanswered;
         if follows && !self.slip.in_time {
             self.slip.in_time = true;
-            self.travel_doubted &= self.undecided_at.is_some();
+            self.travel_doubted &= self.undecided_at.is_some() || self.drifted;
             self.proven |= !self.travel_doubted;
         }
         let alone = !self.slip.felt && seen.stylus.is_some();
@@ -247,6 +340,11 @@ impl CrossCheck {
         self.slip.fast = [fast, last];
         self.slip.window = Some(fresh);
     }
+}
+
+#[expect(clippy::cast_possible_truncation, reason = "a time within one slip")]
+fn seconds(time: Micros) -> f32 {
+    time.as_seconds() as f32
 }
 
 /// Whether the stylus shows the noise of its electronics instead of a surface.
@@ -319,6 +417,7 @@ mod tests {
                 travel_m: Some(1e-6 * um + 1e-7 * f32::from(i % 2)),
                 sigma_m: 4e-7,
                 leaps: 0,
+                force_n: Some(2.0),
                 stylus: Some(statistic),
                 reading: if i % 2 == 0 { 1e-5 } else { 0.0 },
                 noise: 1e-8,

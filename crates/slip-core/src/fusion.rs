@@ -122,6 +122,7 @@ impl Fusion {
         (sigma_m, noise): (f32, f32),
         stylus: Option<f32>,
     ) {
+        let force_n = sample.normal_force_n;
         if !(self.uses(Method::Travel) && self.uses(Method::Stylus)) {
             return;
         }
@@ -130,7 +131,17 @@ impl Fusion {
         let travel_m = sample.travel_m.map(|travel_m| self.travel.without_leaps(travel_m));
         let leaps = self.travel.leaps();
         let (t, reading) = (sample.t, sample.stylus);
-        self.check.step(&Seen { t, dt_s, travel_m, sigma_m, leaps, stylus, reading, noise });
+        self.check.step(&Seen {
+            t,
+            dt_s,
+            travel_m,
+            sigma_m,
+            leaps,
+            force_n,
+            stylus,
+            reading,
+            noise,
+        });
     }
 
     /// Whether the stylus contradicts a travel that is usable.
@@ -152,6 +163,20 @@ impl Fusion {
     #[inline]
     pub fn is_undecided(&self) -> bool {
         self.check.is_undecided()
+    }
+
+    /// Force (N) from which on only the travel shows a movement, until the force has told whether it is one; and whether the stylus felt the slip before.
+    #[must_use]
+    #[inline]
+    pub fn alone_n(&self) -> Option<(f32, bool)> {
+        self.check.alone_n()
+    }
+
+    /// Whether what the travel shows in this slip was found to be no movement.
+    #[must_use]
+    #[inline]
+    pub fn drifts(&self) -> bool {
+        self.check.drifts()
     }
 
     /// Whether the travel has a say.

@@ -244,6 +244,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         let statistic = told.map_or(0.0, |told| told.statistic);
         if self.slip.is_some() || self.config.no_skip {
             self.feel(felt);
+            let sample = &Sample { normal_force_n: self.force_of(sample, dt), ..*sample };
             if self.slip.is_some() {
                 #[expect(clippy::cast_possible_truncation, reason = "a step of time")]
                 self.turns.step(sample.stylus, self.detector.noise_rms(), dt.as_seconds() as f32);
@@ -253,9 +254,8 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
                 self.fusion.compare(sample, dt, noise, felt.map(statistic));
             }
             let travel_m = self.travel_of(sample, event);
-            let normal_force_n = self.force_of(sample, dt);
             let step = Step { statistic, event, ..self.unchanged(sample.t) };
-            return self.follow(&Sample { travel_m, normal_force_n, ..*sample }, dt, step);
+            return self.follow(&Sample { travel_m, ..*sample }, dt, step);
         }
         let (command, grip) = self.command(sample, dt, SlipNews::default());
         self.rest = self.rest_after();

@@ -61,7 +61,8 @@ const CONTRADICTED_S: f32 = 0.012;
 const FOLLOWS_M: f32 = 8e-3;
 /// ... where the force follows within this time (s); later, in proportion.
 const FOLLOWS_S: f32 = 0.02;
-/// A slip that the travel does not confirm raises the force by this factor at most.
+/// A slip that only one of stylus and travel shows raises the force by this factor at most; the travel one that the stylus felt before, or
+/// that is slower than [`SLIDES_M_S`].
 const UNDECIDED: f32 = 2.0;
 /// What is faster than this (m/s) slides; pads that shear and swing are slower.
 const SLIDES_M_S: f32 = 0.012;
@@ -163,6 +164,9 @@ pub(super) struct Braking {
     obeyed_m: f32,
     disobeyed_s: f32,
     refuted: bool,
+    /// The most that the target may become (N), and whether what raised it was no movement.
+    most_n: f32,
+    drifted: bool,
     /// Whether a force that falls made it slip: the whole step follows where nothing is estimated soon.
     sought: bool,
 }
@@ -191,6 +195,7 @@ impl Braking {
             target_n: (first * from_n).max(command_n).min(step_n),
             sought,
             envelope_n: from_n.min(config.ceiling_n()),
+            most_n: config.ceiling_n(),
             ..Self::default()
         }
     }
@@ -216,6 +221,11 @@ impl Braking {
         self.target_n
     }
 
+    /// Whether only a travel that drifts has shown this slip.
+    pub(super) fn drifted(&self) -> bool {
+        self.drifted
+    }
+
     /// By how much the object comes back when it swings on its pads (m).
     pub(super) fn swing_m(&self) -> f32 {
         self.swing_m
@@ -224,6 +234,9 @@ impl Braking {
     /// Whether the slip tells what is needed; `searched` says that the search waits for one, moved or not. Pads give way when an object is lifted:
     /// what is held as somebody asked for slips only where more than that is needed. And the search does not wait for alarms on the way back from one.
     pub(super) fn is_believed(&self, searched: bool) -> bool {
+        if self.drifted {
+            return false;
+        }
         if self.held_by == HeldBy::Wish {
             return self.confirmed && self.mean_n.is_some_and(|mean_n| mean_n > self.base_n);
         }
@@ -249,9 +262,13 @@ impl Braking {
         self.standing_s += dt_s;
         self.slip_s += dt_s;
         self.response.follow(command_n, input.applied_n, dt_s);
-        if input.stale {
+        self.drifted |= input.drifts;
+        if input.stale || self.drifted {
             return;
         }
+        let creeps = input.motion.is_none_or(|motion| motion.speed_m_s < SLIDES_M_S);
+        let alone = input.alone_n.filter(|(_, felt)| *felt || creeps);
+        self.most_n = alone.map_or(f32::INFINITY, |(force_n, _)| UNDECIDED * force_n);
         if let (None, Some(felt)) = (input.moved_m, &input.felt) {
             self.confirmed |= felt.moves;
             let forces = (self.target_n, input.applied_n.unwrap_or(command_n), self.hold_before_n);
@@ -366,7 +383,8 @@ impl Braking {
         } else {
             0.0
         };
-        1e3 / config.measured_tau_ms + falls / FALLING_TAU_S
+        let least = 1e3 / (LEAST_TAUS * config.measured_tau_ms);
+        if self.most_n.is_finite() { least } else { LEAST_TAUS * least + falls / FALLING_TAU_S }
     }
 
     /// Whether the object goes on. One that swings on its pads goes forth and back: how far it comes back is no slip.
@@ -429,7 +447,7 @@ impl Braking {
     }
 
     fn aim(&mut self, config: &GripConfig, force_n: f32) {
-        let force_n = force_n.min(config.ceiling_n());
+        let force_n = force_n.min(config.ceiling_n()).min(self.most_n);
         if force_n > self.target_n {
             (self.target_n, self.standing_s) = (force_n, 0.0);
         }

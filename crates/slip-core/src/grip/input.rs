@@ -56,6 +56,11 @@ pub struct GripInput {
     pub travel_sigma_m: f32,
     /// Whether the stylus shows a slip that the moved distance, good so far, does not confirm.
     pub undecided: bool,
+    /// Force (N) from which on only the moved distance shows the slip, until it is known whether that answers to the force; and whether the stylus
+    /// has felt the slip before.
+    pub alone_n: Option<(f32, bool)>,
+    /// Whether it did not: what it shows is no movement.
+    pub drifts: bool,
     /// Time for which the force may rise (s), by the clock of the computer; `None` where that is `dt_s`.
     pub rise_s: Option<f32>,
     /// Whether the sample is too old to raise the force on it.

@@ -55,6 +55,8 @@ pub struct GripController {
     rise_s: f32,
     /// Whether the command is on its way back from an alarm in which nothing moved.
     ebbing: bool,
+    /// Whether it is on its way back from a slip that only a drifting travel has shown.
+    drifted: bool,
     /// Force that somebody asked for (N).
     least_n: f32,
     settle_s: f32,
@@ -96,6 +98,7 @@ impl GripController {
             unmeasured_s: f32::INFINITY,
             rise_s: 0.0,
             ebbing: false,
+            drifted: false,
             least_n: 0.0,
             settle_s: 0.0,
             lag: Lag::default(),
@@ -251,7 +254,9 @@ impl GripController {
                 self.raise_towards(self.least_n, self.config.close_rate_n_s);
             }
             // What fails to show a slip must not lead to less force.
-            GripState::Holding if input.impaired || input.stale => {}
+            GripState::Holding if input.stale || (input.impaired && !self.drifted) => {}
+            // What a fault has raised, it does not keep.
+            GripState::Holding if input.impaired => self.give_back(dt_s),
             GripState::Holding => self.ease(dt_s),
             GripState::Slipping if input.slip != SlipNow::No => self.brake(dt_s, input),
             GripState::Slipping => self.end_slip(),
@@ -308,6 +313,11 @@ impl GripController {
         if self.searches() {
             self.hold_n = self.search.step(&self.config, self.hold_n, dt_s);
         }
+        self.give_back(dt_s);
+    }
+
+    /// Down to what is to be held.
+    fn give_back(&mut self, dt_s: f32) {
         let fall = self.config.backoff_n_s * dt_s;
         let kept = self.hold_n.max(self.least_n).min(self.command_n);
         self.command_n = (self.command_n - fall).max(kept);
@@ -434,6 +444,7 @@ impl GripController {
         if self.state == GripState::Slipping {
             self.end_moving();
             self.hold_n = self.braking.left_n().min(self.command_n);
+            self.drifted = self.braking.drifted();
             self.ebbing = self.command_n > self.hold_n;
         }
     }
@@ -448,6 +459,7 @@ impl GripController {
     fn end_slip(&mut self) {
         self.end_moving();
         self.swing_m = self.braking.swing_m();
+        self.drifted = self.braking.drifted();
         let believed = self.braking.is_believed(self.search.believes(&self.config));
         let hold_n = self.braking.hold_n(&self.config, believed);
         self.ebbing = !believed;

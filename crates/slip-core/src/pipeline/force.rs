@@ -222,6 +222,8 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             felt: news.felt,
             passing,
             undecided: self.fusion.is_undecided(),
+            alone_n: self.fusion.alone_n(),
+            drifts: self.fusion.drifts(),
             travel_sigma_m: self.observation.travel_sigma_m(),
             rise_s: self.host_time.rise_s(sample.t, dt),
             stale: self.host_time.is_stale(),
