@@ -3,7 +3,7 @@
 
 use core::sync::atomic::{AtomicBool, Ordering};
 use grip_daemon::{
-    ClientCommand, Item, LinkNote,
+    Item, LinkNote,
     hot::Settings,
     rings::{Sizes, rings},
 };
@@ -16,6 +16,7 @@ use slip_benches::daemon::{
     gripper::Gripper,
     rig::{Far, rig},
 };
+use slip_core::ClientCommand;
 use std::{
     os::{
         fd::{AsFd, OwnedFd},
@@ -65,9 +66,9 @@ impl Told {
     fn take(&mut self, item: &Item<'_>) {
         match item {
             Item::Sample { .. } => self.samples += 1,
-            Item::State { state, .. } => {
+            Item::State(state) => {
                 self.states += 1;
-                self.slips += u64::from(state.statistic > 1.0);
+                self.slips += u64::from(state.statistic.unwrap_or(f32::NAN) > 1.0);
             }
             Item::Event { .. } => self.events += 1,
             Item::Command { .. } => self.commands += 1,

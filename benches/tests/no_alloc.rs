@@ -60,7 +60,7 @@ impl Seen {
             SensorHealth::Failed,
             SensorHealth::Drifting,
         ];
-        self.health[healths.iter().position(|health| *health == step.health).unwrap()] = true;
+        self.health[healths.iter().position(|health| *health == step.sensors[0]).unwrap()] = true;
     }
 }
 

@@ -64,8 +64,8 @@ FIELDS.update({
     "SLIP": [
         ("number", "I"), ("device_us", "Q"), ("host_us", "Q"), ("phase", "B"), ("method", "B"), ("speed_source", "B"),
         ("esc_kind", "B"), ("statistic", "f"), ("confidence", "f"), ("speed", "f"), ("sigma", "f"), ("moved", "f"),
-        ("irregularities", "I"), ("esc", "f"), ("esc_chosen", "f"), ("esc_flags", "B"), ("notes", "B"), (None, "H"),
-        ("estimate", "f"), ("command", "f"), ("duration", "f"),
+        ("irregularities", "I"), ("esc", "f"), ("esc_chosen", "f"), ("esc_flags", "B"), ("notes", "B"),
+        ("ruled_out", "B"), ("possible", "B"), ("estimate", "f"), ("command", "f"), ("duration", "f"),
     ],
     "STATE": [
         ("device_us", "Q"), ("host_us", "Q"), ("scene", "B"), ("grip", "B"), ("stylus", "B"), ("travel", "B"),
@@ -80,6 +80,7 @@ FIELDS.update({
         ("longest", "f"), ("recorded", "Q"), ("bands", "Q"), ("gate", "Q"), ("methods", "Q"), ("observation", "Q"),
         ("slips", "I"), ("reconnects", "I"), ("commands", "Q"),
     ],
+    "SLIP_APPENDED": [("certified", "f")],
     "STATE_APPENDED": [("late", "f")],
     "HEALTH_APPENDED": [("p999", "f"), ("clock_half", "f"), ("clock_offset", "q"), ("histogram", "24Q")],
     "GRIPPER": [
@@ -287,9 +288,10 @@ block("cobs_254_trailing_01", bytes(range(1, 255)), use="decode", encoded=cobs(b
 CLIENTS = []
 NAN = float("nan")
 welcome = dict(min=1, max=1, max_rx=480, flags=5, token=0x01020304, run_id=77, host_us=123456789, real_time=2, text=b"gripd 0.1.0")
-slip = dict(number=3, device_us=5000000, host_us=5000321, phase=1, method=1, speed_source=5, esc_kind=1, statistic=1.5,
+slip_first = dict(number=3, device_us=5000000, host_us=5000321, phase=1, method=1, speed_source=5, esc_kind=1, statistic=1.5,
             confidence=0.875, speed=0.0125, sigma=0.001, moved=0.0004, irregularities=7, esc=2.5, esc_chosen=NAN, esc_flags=8,
-            notes=1, estimate=3.25, command=2.75, duration=NAN)  # fmt: skip
+            notes=1, ruled_out=0, possible=0, estimate=3.25, command=2.75, duration=NAN)  # fmt: skip
+slip = dict(slip_first, ruled_out=0b01101, possible=0b00010, certified=600.0)
 state_first = dict(device_us=5000000, host_us=5000321, scene=2, grip=4, stylus=0, travel=6, pressure=3, reference=7, device=4, notes=2,
              fault=0x0101, esc_flags=1, esc_kind=2, statistic=0.25, command=2.5, applied=2.25, esc=-1.5, estimate=NAN,
              rate_hz=10000, lost=12)  # fmt: skip
@@ -308,6 +310,8 @@ for kind, values in (
     valid(kind.lower(), kind, values, rows=CLIENTS)
 valid("welcome_no_text", "WELCOME", dict(welcome, flags=0, token=0, text=b""), rows=CLIENTS, seq=0)
 valid("welcome_255_bytes", "WELCOME", dict(welcome, text=b"x" * 255), rows=CLIENTS)
+valid("slip_of_an_older_daemon", "SLIP", slip_first, rows=CLIENTS)
+valid("slip_grown_again", "SLIP", slip, use="decode", extra=b"\x01\x02\x03", rows=CLIENTS)
 valid("slip_ended_nothing_known", "SLIP", dict({name: NAN if code == "f" else 0 for name, code in FIELDS["SLIP"]},
       phase=3, irregularities=2**32 - 1, duration=0.125), rows=CLIENTS)  # fmt: skip
 valid("state_unknown_codes", "STATE", dict(state, scene=200, grip=255, reference=99, device=77), rows=CLIENTS)
@@ -422,6 +426,7 @@ invalid("client_state_infinite", "client", frame("STATE", payload("STATE", dict(
 invalid("client_health_short", "client", frame("HEALTH", payload("HEALTH", health_first)[:143], **UP), "ok", "short")
 invalid("client_health_infinite_half", "client", frame("HEALTH", payload("HEALTH", dict(health, clock_half=float("inf"))), **UP), "ok", "value@148")
 invalid("client_slip_short", "client", frame("SLIP", SLIP[:71], **UP), "ok", "short")
+invalid("client_slip_infinite", "client", frame("SLIP", payload("SLIP", dict(slip, certified=float("inf"))), **UP), "ok", "value@72")
 invalid("client_rows_none", "client", frame("ROWS", ROW[:16] + b"\0" + ROW[17:], **UP), "ok", "value@16")
 invalid("client_rows_step_0", "client", frame("ROWS", ROW[:12] + b"\0\0" + ROW[14:], **UP), "ok", "value@12")
 invalid("client_rows_no_channel", "client", frame("ROWS", ROW[:14] + b"\0\0" + ROW[16:], **UP), "ok", "value@14")

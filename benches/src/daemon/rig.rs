@@ -1,13 +1,14 @@
 //! A clock in; the hot loop of gripd with all its rings out, and their other ends.
 
 use grip_daemon::{
-    ClientCommand, HotCounters,
+    HotCounters,
     hot::{Ends, Hot, HotOptions, Lost, Settings, Shared},
     rings::{Inbox, Sizes, rings},
 };
 use grip_port::Line;
 use grip_session::{HostConfig, Session, SessionError, SessionOptions, model};
 use rtrb::{Consumer, Producer, RingBuffer};
+use slip_core::ClientCommand;
 use std::sync::Arc;
 
 /// Room in the small rings.

@@ -6,6 +6,9 @@ mod output;
 
 use clap::Parser as _;
 use cli::{Cli, Command};
+use grip_eval::{
+    calibrate::CalibrationError, collect::CollectError, profile::ProfileError, score::ScoreError,
+};
 use grip_port::PortError;
 use grip_session::exit::{self, Exit};
 use grip_sim::port::is_scene_error;
@@ -51,12 +54,13 @@ fn main() -> ExitCode {
     }
 }
 
-/// Scenes, ports and columns that cannot be used.
+/// Scenes, ports, columns and folders of recordings that cannot be used. A recording that can be read and does not give a calibration has failed.
 fn is_argument(error: &(dyn core::error::Error + 'static)) -> bool {
     is_scene_error(error)
         || matches!(error.downcast_ref(), Some(PortError::Argument(_)))
-        || matches!(
-            error.downcast_ref(),
-            Some(DataSetError::Columns { .. } | DataSetError::Repeated { .. })
-        )
+        || error.is::<DataSetError>()
+        || error.is::<ScoreError>()
+        || error.is::<CollectError>()
+        || error.is::<ProfileError>()
+        || matches!(error.downcast_ref(), Some(CalibrationError::Config(_)))
 }

@@ -2,7 +2,7 @@
 
 use crate::clock::Clock;
 use grip_daemon::{
-    ClientCommand, Item, LinkNote, State,
+    Item, LinkNote,
     log::{Clocks, Entry, Log, LogLevel, LogStyle},
     supply::PortNews,
 };
@@ -11,6 +11,7 @@ use grip_link::{
     message::{Clamped, EventKind, FaultCode},
 };
 use grip_session::{report::EventLine, session::explain};
+use slip_core::PipelineState;
 use std::io::{self, IsTerminal as _, Write as _};
 
 /// A sentence and its weight.
@@ -64,14 +65,14 @@ impl Console {
                     self.say(clock_level(health), clock_words(health));
                 }
             }
-            Item::State { host_us, state } => self.show(*host_us, state),
+            Item::State(state) => self.show(state),
             Item::Link { note, .. } => {
                 if let Some((level, text)) = self.sentence(note) {
                     self.say(level, &text);
                 }
             }
             Item::Client { command, .. } => {
-                self.say(LogLevel::Info, &format!("a client asked: {}", command_words(*command)));
+                self.say(LogLevel::Info, &format!("a client asked: {}", command));
             }
             _ => {}
         }
@@ -194,18 +195,16 @@ impl Console {
     }
 
     /// One line that is written over by the next.
-    fn show(&mut self, host_us: u64, state: &State) {
-        if !self.live || host_us < self.live_us {
+    fn show(&mut self, state: &PipelineState) {
+        if !self.live || state.host.0 < self.live_us {
             return;
         }
-        self.live_us = host_us + LIVE_EVERY_US;
-        let esc = state.esc.map_or_else(
-            || "-".to_owned(),
-            |esc| format!("{:.3}{}", esc.value, if esc.informative() { "" } else { "?" }),
-        );
-        let estimate =
-            state.estimate.map_or_else(|| "-".to_owned(), |e| format!("{:.2}", e.force_n));
-        let command = state.command.map_or_else(|| "-".to_owned(), |c| format!("{:.2}", c.0));
+        self.live_us = state.host.0 + LIVE_EVERY_US;
+        let shown =
+            |value: Option<f32>| value.map_or_else(|| "-".to_owned(), |n| format!("{n:.2}"));
+        let doubt = if state.is_informative() { "" } else { "?" };
+        let esc = state.esc.map_or_else(|| "-".to_owned(), |esc| format!("{esc:.3}{doubt}"));
+        let (estimate, command) = (shown(state.estimate_n), shown(state.command_n));
         let mut err = io::stderr().lock();
         let shown = write!(
             err,
@@ -213,8 +212,8 @@ impl Console {
             state.scene.name(),
             state.t.as_seconds(),
             state.rate_hz,
-            state.statistic,
-            state.health.name(),
+            state.statistic.unwrap_or(0.0),
+            state.sensors[0].name(),
             state.lost,
         );
         self.status_shown = true;
@@ -259,17 +258,6 @@ fn clock_words(health: &str) -> &'static str {
         "forward" => "the clock of the gripper jumped forward; time goes on from where it was",
         "fast" => "the clock of the gripper runs more than 1 % fast",
         _ => "the clock of the gripper runs more than 1 % slow",
-    }
-}
-
-/// What a client asked for.
-fn command_words(command: ClientCommand) -> String {
-    match command {
-        ClientCommand::AtLeast(force_n) => format!("hold with at least {force_n:.2} N"),
-        ClientCommand::Release => "let go".to_owned(),
-        ClientCommand::Grasp => "grasp".to_owned(),
-        ClientCommand::Stop => "stop".to_owned(),
-        ClientCommand::ClearFault(fault) => format!("clear fault {fault:04X}"),
     }
 }
 

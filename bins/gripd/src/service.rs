@@ -17,7 +17,7 @@ use core::{
     time::Duration,
 };
 use grip_daemon::{
-    Board, ClientCommand, HotCounters,
+    Board, HotCounters,
     board::Grant,
     clients::{Clients, health},
     dump::{Cause, Dumped, FlightRecorder},
@@ -33,6 +33,7 @@ use grip_daemon::{
 use grip_record::mcap::Attached;
 use grip_session::exit::message;
 use rtrb::{Consumer, Producer};
+use slip_core::ClientCommand;
 use std::{
     collections::VecDeque,
     sync::{Arc, mpsc::Receiver},

@@ -5,8 +5,10 @@ use crate::engine::Engine;
 use crate::layout::{Look, TriggerLayout};
 use crate::state::ViewState;
 use crate::time::TimeWindow;
+use grip_link::message::FaultCode;
 use grip_scope::trigger::{Found, TriggerMode};
-use grip_scope::{ClientAction, SourceStatus, Span};
+use grip_scope::{SourceStatus, Span};
+use slip_core::ClientCommand;
 
 /// What cannot be done between two frames: the window does it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -260,24 +262,22 @@ fn send(state: &mut ViewState, engine: &mut Engine, order: Order) {
         .gripper
         .and_then(|gripper| gripper.force_max_n)
         .map_or(f64::INFINITY, f64::from);
-    let fault = engine.model.info().state.map_or(0, |state| state.fault);
-    let (action, name) = match order {
+    let fault = engine.model.info().state.map_or(FaultCode::NONE, |state| state.fault);
+    let command = match order {
         Order::AtLeast(force_n) if force_n > limit_n => {
             state.complain(format!("{force_n:.2} N is above the limit of {limit_n:.2} N."));
             return;
         }
-        Order::AtLeast(force_n) => (
-            ClientAction::AtLeast(crate::num::narrow(force_n)),
-            format!("hold with {force_n:.2} N"),
-        ),
-        Order::Release => (ClientAction::Release, "release".to_owned()),
-        Order::Grasp => (ClientAction::Grasp, "grasp".to_owned()),
-        Order::Stop => (ClientAction::Stop, "stop".to_owned()),
-        Order::ClearFault => (ClientAction::ClearFault(fault), format!("clear fault {fault:04x}")),
+        Order::AtLeast(force_n) => ClientCommand::AtLeast(crate::num::narrow(force_n)),
+        Order::Release => ClientCommand::Release,
+        Order::Grasp => ClientCommand::Grasp,
+        Order::Stop => ClientCommand::Stop,
+        Order::ClearFault => ClientCommand::ClearFault(fault),
     };
-    match engine.command(action) {
+    match engine.command(command) {
         Ok(()) => {
-            let text = format!("Sent: {name}. Whether it was carried out stands among the events.");
+            let text =
+                format!("Sent: {command}. Whether it was carried out stands among the events.");
             state.tell_sent(text, &engine.model);
         }
         Err(refused) => state.complain(format!("Not sent: {refused}.")),

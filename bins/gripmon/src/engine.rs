@@ -1,7 +1,8 @@
 //! A source and the model that it fills, with the trigger that watches it: what the pump feeds and the window looks at.
 
 use grip_scope::trigger::Found;
-use grip_scope::{ClientAction, Model, Refused, SourceHandle, SourceStatus, Trigger};
+use grip_scope::{Model, Refused, SourceHandle, SourceStatus, Trigger};
+use slip_core::ClientCommand;
 
 /// Data and where they come from.
 #[derive(Debug)]
@@ -78,7 +79,7 @@ impl Engine {
     ///
     /// # Errors
     /// Where the source takes none.
-    pub fn command(&mut self, action: ClientAction) -> Result<(), Refused> {
+    pub fn command(&mut self, action: ClientCommand) -> Result<(), Refused> {
         self.source.as_mut().ok_or(Refused::NotLive)?.command(action)
     }
 }

@@ -41,7 +41,7 @@ impl Standing {
     /// How they are now.
     #[must_use]
     pub fn now(model: &Model) -> Self {
-        let gripper = model.info().state.map(|state| (state.scene, state.grip, state.fault));
+        let gripper = model.info().state.map(|state| (state.scene, state.grip, state.fault.0));
         Self { source: core::mem::discriminant(model.status()), gripper }
     }
 }

@@ -235,9 +235,11 @@ pub fn has_array(model: &Model) -> bool {
 #[cfg(test)]
 mod tests {
     use super::{StripId, enclosure, group, wanted};
-    use grip_link::message::daemon::{GripState, Reading, Scene, SensorHealth};
-    use grip_scope::feed::{DerivedBlock, EscPoint, EvidencePoint, Feed, StatePoint};
+    use grip_link::message::daemon::{GripState, Reading, Scene};
+    use grip_scope::feed::{DerivedBlock, EscPoint, EvidencePoint, Feed};
     use grip_scope::{Channel, Model};
+    use slip_core::PipelineState;
+    use slip_core::units::Micros;
 
     #[test]
     fn every_curve_stands_in_the_plot_of_its_group_and_one_unit_is_on_an_axis() {
@@ -254,23 +256,15 @@ mod tests {
         let kind = Reading::Literal;
         let esc = |value: f32| EscPoint { kind, value, low: 0.4, high: 0.6, flags: 0 };
         let mut model = Model::new(1 << 20);
-        model.take(Feed::State(StatePoint {
-            t_s: 1.0,
+        model.take(Feed::State(PipelineState {
+            t: Micros(1_000_000),
             scene: Scene::Slipping,
             grip: GripState::Slipping,
-            sensors: [SensorHealth::Good; 4],
-            device: None,
-            fault: 0,
-            statistic: None,
-            command_n: None,
-            applied_n: None,
+            esc_kind: kind,
+            esc: Some(0.2),
             estimate_n: Some(5.0),
-            extrapolated: false,
-            esc: Some(esc(0.2)),
-            limit_n: None,
             rate_hz: 1000,
-            lost: 0,
-            late_ms: None,
+            ..PipelineState::UNKNOWN
         }));
         let (esc, estimate) = (Some(esc(0.5)), Some([9.0, 8.0, 10.0]));
         let evidence = vec![EvidencePoint { t_s: 1.0, esc, speed: None, estimate }];

@@ -4,13 +4,14 @@
 
 use core::error::Error;
 use grip_daemon::{
-    Item, State,
+    Item,
     recorder::{About, Recorder, RecordingOptions},
 };
 use grip_eval::trial;
 use grip_record::mcap::Attached;
 use grip_session::{HostConfig, News, model, recording, report::EventLine, session::Beginning};
 use rustix::time::{ClockId, clock_gettime};
+use slip_core::PipelineState;
 use slip_core::{Sample, Step, units::Micros};
 use std::{fs, path::Path};
 
@@ -21,7 +22,7 @@ enum Kept {
     Began(Box<Beginning>),
     Sample(u32, Sample, Vec<f32>),
     Event(EventLine),
-    State(State),
+    State(PipelineState),
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -88,24 +89,9 @@ fn grasp(scene: &str, seconds: f64) -> Result<Vec<(u64, Kept)>, Box<dyn Error>> 
     Ok(items)
 }
 
-fn state(step: &Step, sample: &Sample) -> State {
-    State {
-        t: step.t,
-        scene: step.scene,
-        grip: None,
-        statistic: step.statistic,
-        command: step.command,
-        applied_n: sample.normal_force_n,
-        esc: None,
-        estimate: step.estimate,
-        health: step.health,
-        reference_health: step.reference_health,
-        travel_health: step.travel_health,
-        pressure_health: step.pressure_health,
-        lost: 0,
-        rate_hz: 10_000,
-        late_ms: None,
-    }
+fn state(step: &Step, sample: &Sample) -> PipelineState {
+    let state = step.state(None, None, step.estimate);
+    PipelineState { applied_n: sample.normal_force_n, rate_hz: 10_000, ..state }
 }
 
 fn record(file: &Path, items: &[(u64, Kept)]) -> Result<u64, Box<dyn Error>> {
@@ -134,7 +120,7 @@ fn record(file: &Path, items: &[(u64, Kept)]) -> Result<u64, Box<dyn Error>> {
                 Item::Sample { host_us, index: *index, sample, taxels }
             }
             Kept::Event(line) => Item::Event { host_us, line },
-            Kept::State(state) => Item::State { host_us, state },
+            Kept::State(state) => Item::State(state),
         };
         recorder.take(&item, host_us);
         if host_us >= last_us + 50_000 {

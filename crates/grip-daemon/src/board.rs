@@ -2,13 +2,14 @@
 
 use crate::{
     counters::HotCounters,
-    item::{Item, LinkNote, State},
+    item::{Item, LinkNote},
 };
 use grip_link::{
     host::{CloseReason, LinkState},
     message::{FaultCode, Firmware, Status as DeviceStatus},
 };
 use grip_session::report::EventLine;
+use slip_core::{Phase, PipelineState, methods::Method};
 use std::{collections::VecDeque, path::PathBuf};
 
 /// Events that are remembered.
@@ -85,9 +86,6 @@ pub struct EventCounts {
     pub health: u64,
 }
 
-/// Names of the methods in the order of [`EventCounts`].
-pub const METHODS: [&str; 3] = ["stylus", "travel", "pressure"];
-
 /// What the link has told.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LinkBoard {
@@ -146,7 +144,7 @@ pub struct Board {
     counters: HotCounters,
     /// Host time (us) and samples of the last counts, the oldest first.
     counts: VecDeque<(u64, u64)>,
-    state: Option<(u64, State)>,
+    state: Option<PipelineState>,
     events: VecDeque<(u64, EventLine)>,
     event_counts: EventCounts,
     pipelines: u64,
@@ -164,7 +162,7 @@ impl Board {
     pub fn take(&mut self, item: &Item<'_>) {
         match *item {
             Item::Began { .. } => self.pipelines += 1,
-            Item::State { host_us, state } => self.state = Some((host_us, *state)),
+            Item::State(state) => self.state = Some(*state),
             Item::Event { host_us, line } => self.event(host_us, *line),
             Item::Client { .. } => self.client_commands += 1,
             Item::Link { host_us, note } => self.note(host_us, note),
@@ -191,17 +189,16 @@ impl Board {
         }
         self.events.push_back((host_us, line));
         match line {
-            EventLine::Slip { phase, method, .. } => {
+            EventLine::Slip(slip) if slip.phase == Phase::Ended => self.event_counts.ended += 1,
+            EventLine::Slip(slip) => {
                 let counts = &mut self.event_counts;
-                let counts =
-                    if phase == "gross" { &mut counts.gross } else { &mut counts.incipient };
-                if let Some((_, count)) =
-                    METHODS.iter().zip(counts).find(|(name, _)| **name == method)
-                {
+                let gross = slip.phase == Phase::Gross;
+                let counts = if gross { &mut counts.gross } else { &mut counts.incipient };
+                let mut counts = Method::ALL.into_iter().zip(counts);
+                if let Some((_, count)) = counts.find(|(method, _)| *method == slip.method) {
                     *count += 1;
                 }
             }
-            EventLine::SlipEnd { .. } => self.event_counts.ended += 1,
             EventLine::Health { .. } => self.event_counts.health += 1,
             EventLine::Grip { .. } => {}
         }
@@ -250,7 +247,7 @@ impl Board {
 
     /// The last state of the pipeline with its host time (us).
     #[must_use]
-    pub fn state(&self) -> Option<&(u64, State)> {
+    pub fn state(&self) -> Option<&PipelineState> {
         self.state.as_ref()
     }
 

@@ -5,7 +5,7 @@
 
 use crate::{
     counters::HotCounters,
-    item::{Item, LinkNote, State},
+    item::{Item, LinkNote},
     rings::Outbox,
 };
 use core::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -15,12 +15,11 @@ use grip_link::{
     message::{EventKind, Grip},
 };
 use grip_port::{Line, PortError, READ_TIMEOUT, nonce};
-use grip_session::{
-    HostConfig, HostEstimator, News, Session, SessionError,
-    session::{ClientCommand, explain},
-};
+use grip_session::{HostConfig, HostEstimator, News, Session, SessionError, session::explain};
 use rtrb::{Consumer, Producer};
 use rustix::event::{Timespec, poll};
+use slip_core::ClientCommand;
+use slip_core::{PipelineState, units::Micros};
 use std::sync::Arc;
 
 /// Counters are copied this often (us).
@@ -385,8 +384,8 @@ impl<C: Fn() -> u64> Hot<C> {
         if !(wanted || due || self.ends.recorder.is_some()) {
             return;
         }
-        let Some(state) = self.state() else { return };
-        let item = Item::State { host_us, state: &state };
+        let Some(state) = self.state(host_us) else { return };
+        let item = Item::State(&state);
         if let Some(recorder) = &mut self.ends.recorder {
             recorder.put(&item);
         }
@@ -396,26 +395,18 @@ impl<C: Fn() -> u64> Hot<C> {
         }
     }
 
-    fn state(&self) -> Option<State> {
-        let step = self.session.latest()?;
+    fn state(&self, host_us: u64) -> Option<PipelineState> {
         let (features, estimate) = self.session.log().evidence();
-        Some(State {
-            t: step.t,
-            scene: step.scene,
-            grip: self.session.grip_state(),
-            statistic: step.statistic,
-            command: step.command,
+        let esc = features.and_then(|features| features.esc);
+        let state = self.session.latest()?.state(self.session.grip_state(), esc, estimate);
+        Some(PipelineState {
+            host: Micros(host_us),
             applied_n: self.session.applied_n(),
-            esc: features.and_then(|features| features.esc),
-            estimate,
-            health: step.health,
-            reference_health: step.reference_health,
-            travel_health: step.travel_health,
-            pressure_health: step.pressure_health,
             lost: self.session.lost(),
             rate_hz: self.session.link().in_force().map_or(0, |config| config.sample_rate_hz),
             #[expect(clippy::cast_precision_loss, reason = "an age of seven digits")]
             late_ms: self.late_us.map(|us| us as f32 * 1e-3),
+            ..state
         })
     }
 

@@ -2,21 +2,15 @@
 
 use grip_link::{
     host::{CloseReason, LinkState},
-    message::{Clamped, Event as DeviceEvent, Firmware, Grip, Nack, Status},
+    message::{Clamped, Event as DeviceEvent, EventKind, Firmware, Grip, Nack, Status},
 };
 use grip_session::{
+    config::Uid,
     report::EventLine,
-    session::{Beginning, ClientCommand},
+    session::{Beginning, explain},
 };
-use slip_core::{
-    Sample,
-    esc::Esc,
-    estimate::ForceEstimate,
-    grip::GripState,
-    health::SensorHealth,
-    scene::Scene,
-    units::{Micros, Newtons},
-};
+use slip_core::ClientCommand;
+use slip_core::{PipelineState, Sample};
 
 /// One thing that happened. Host times are monotonic microseconds since the start of the daemon.
 #[derive(Clone, Copy, Debug)]
@@ -40,12 +34,7 @@ pub enum Item<'a> {
         taxels: &'a [f32],
     },
     /// What the pipeline thinks after the last sample of a frame.
-    State {
-        /// Host time (us).
-        host_us: u64,
-        /// The state.
-        state: &'a State,
-    },
+    State(&'a PipelineState),
     /// Something worth a line.
     Event {
         /// Host time (us).
@@ -83,41 +72,6 @@ pub enum Item<'a> {
         /// The bytes.
         bytes: &'a [u8],
     },
-}
-
-/// The pipeline after a frame.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct State {
-    /// Device time of the last sample (us).
-    pub t: Micros,
-    /// Scene.
-    pub scene: Scene,
-    /// What the force controller does; `None` where the pipeline only observes.
-    pub grip: Option<GripState>,
-    /// Slip statistic over its threshold.
-    pub statistic: f32,
-    /// Commanded force.
-    pub command: Option<Newtons>,
-    /// Measured normal force (N).
-    pub applied_n: Option<f32>,
-    /// The last E_sc as printed.
-    pub esc: Option<Esc>,
-    /// The last estimate.
-    pub estimate: Option<ForceEstimate>,
-    /// State of the stylus.
-    pub health: SensorHealth,
-    /// State of the motion reference.
-    pub reference_health: SensorHealth,
-    /// State of the travel channel.
-    pub travel_health: SensorHealth,
-    /// State of the taxel array.
-    pub pressure_health: SensorHealth,
-    /// Rows lost so far.
-    pub lost: u64,
-    /// Sample rate in force (Hz).
-    pub rate_hz: u32,
-    /// Age of the newest usable row at the last command (ms), by the host's clock; `None` where the clocks are not related.
-    pub late_ms: Option<f32>,
 }
 
 /// What the link tells, as far as people and programs want to know it.
@@ -159,4 +113,40 @@ pub enum LinkNote {
     PortOpened,
     /// The port is gone, or cannot be opened.
     PortLost,
+}
+
+impl LinkNote {
+    /// A sentence for people; `None` for what STATE and GRIPPER hold.
+    #[must_use]
+    pub fn text(&self) -> Option<String> {
+        Some(match self {
+            LinkNote::State(_) | LinkNote::Status(_) | LinkNote::Configured(_) => return None,
+            LinkNote::Identified { uid, rebooted, .. } => {
+                let again = if *rebooted { ", restarted" } else { "" };
+                format!("gripper {}{again}", Uid(*uid))
+            }
+            LinkNote::OtherGripper { uid } => format!("another gripper answered: {}", Uid(*uid)),
+            LinkNote::Rebooted => "the gripper has restarted".to_owned(),
+            LinkNote::Device(event) => {
+                let fault = event.fault.0;
+                match event.kind {
+                    EventKind::Fault => format!("the gripper has stopped with fault {fault:04x}"),
+                    EventKind::FaultCleared => format!("the gripper is free of fault {fault:04x}"),
+                    EventKind::CommandRejected => {
+                        format!("the gripper takes no command because of fault {fault:04x}")
+                    }
+                    _ => format!("gripper: {} -> {}", event.before, event.after),
+                }
+            }
+            LinkNote::Refused(nack) => {
+                format!("the gripper refused type {:02x}: {}", nack.kind.0, nack.reason)
+            }
+            LinkNote::Closed(reason) => format!("link closed: {}", explain(reason)),
+            LinkNote::Late(late_us) => {
+                format!("readings were {} ms late, the force was not raised", late_us / 1000)
+            }
+            LinkNote::PortOpened => "the port is open".to_owned(),
+            LinkNote::PortLost => "the port is gone".to_owned(),
+        })
+    }
 }

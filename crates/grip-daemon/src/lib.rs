@@ -23,6 +23,6 @@ pub mod supply;
 
 pub use board::Board;
 pub use counters::HotCounters;
-pub use grip_session::session::{Beginning, ClientCommand};
-pub use item::{Item, LinkNote, State};
+pub use grip_session::session::Beginning;
+pub use item::{Item, LinkNote};
 pub use latency::Latency;

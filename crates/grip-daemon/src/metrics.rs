@@ -1,15 +1,15 @@
 //! The board in, the page that Prometheus reads out. Names are a contract: dashboards use them.
 
 use crate::{
-    board::{Board, METHODS},
+    board::Board,
     exposition::{
         Exposition,
         Kind::{Counter, Gauge},
     },
-    item::State,
 };
 use grip_link::host::LinkState;
 use grip_session::session::ClockHealth;
+use slip_core::{PipelineState, health::SensorHealth, methods::Method};
 use slip_core::{grip::GripState, scene::Scene};
 
 /// Writes all metrics. `now_us` is host time (us).
@@ -23,7 +23,7 @@ pub fn write(board: &Board, now_us: u64, page: &mut Exposition) {
     link(board, page);
     counts(board, page);
     events(board, page);
-    if let Some((_, state)) = board.state() {
+    if let Some(state) = board.state() {
         pipeline(state, page);
     }
     others(board, page);
@@ -109,9 +109,19 @@ fn events(board: &Board, page: &mut Exposition) {
     let counts = board.event_counts();
     page.one(Counter, ("gripd_slips_total", "Slips."), board.counters().slips);
     let named = ("gripd_slips_incipient_total", "Slips noticed as incipient, by method.");
-    page.each(Counter, named, "method", METHODS.into_iter().zip(counts.incipient));
+    page.each(
+        Counter,
+        named,
+        "method",
+        Method::ALL.map(Method::name).into_iter().zip(counts.incipient),
+    );
     let named = ("gripd_slips_gross_total", "Slips noticed as, or turned, gross, by method.");
-    page.each(Counter, named, "method", METHODS.into_iter().zip(counts.gross));
+    page.each(
+        Counter,
+        named,
+        "method",
+        Method::ALL.map(Method::name).into_iter().zip(counts.gross),
+    );
     page.one(Counter, ("gripd_slips_ended_total", "Slips that ended."), counts.ended);
     let named = ("gripd_health_changes_total", "Changes of a sensor's health.");
     page.one(Counter, named, counts.health);
@@ -119,21 +129,21 @@ fn events(board: &Board, page: &mut Exposition) {
     page.one(Counter, named, board.pipelines());
 }
 
-fn pipeline(state: &State, page: &mut Exposition) {
+fn pipeline(state: &PipelineState, page: &mut Exposition) {
     let scenes = Scene::ALL.map(|scene| (scene.name(), u8::from(scene == state.scene)));
     page.each(Gauge, ("gripd_scene", "1 for the scene."), "scene", scenes);
-    if let Some(now) = state.grip {
-        let grips = GripState::ALL.map(|grip| (grip.name(), u8::from(grip == now)));
+    if state.grip != GripState::Observing {
+        let grips = GripState::ALL.map(|grip| (grip.name(), u8::from(grip == state.grip)));
         page.each(Gauge, ("gripd_grip_state", "1 for the state of the grip."), "state", grips);
     }
     let named = ("gripd_slip_statistic", "Slip statistic over its threshold.");
-    page.one(Gauge, named, Number(state.statistic));
+    page.known(Gauge, named, state.statistic.map(Number));
     let named = ("gripd_force_command_newtons", "Commanded force of one finger.");
-    page.known(Gauge, named, state.command.map(|command| Number(command.0)));
+    page.known(Gauge, named, state.command_n.map(Number));
     let named = ("gripd_force_applied_newtons", "Measured normal force.");
     page.known(Gauge, named, state.applied_n.map(Number));
     let named = ("gripd_force_estimate_newtons", "The last estimate of the adequate force.");
-    page.known(Gauge, named, state.estimate.map(|estimate| Number(estimate.force_n)));
+    page.known(Gauge, named, state.estimate_n.map(Number));
     let good = healths(state).map(|(sensor, health)| (sensor, u8::from(health == "good")));
     page.each(Gauge, ("gripd_sensor_good", "Whether a sensor is good."), "sensor", good);
 }
@@ -164,13 +174,9 @@ fn others(board: &Board, page: &mut Exposition) {
 }
 
 /// Each sensor and its state.
-pub(crate) fn healths(state: &State) -> [(&'static str, &'static str); 4] {
-    [
-        ("stylus", state.health.name()),
-        ("reference", state.reference_health.name()),
-        ("travel", state.travel_health.name()),
-        ("pressure", state.pressure_health.name()),
-    ]
+pub(crate) fn healths(state: &PipelineState) -> [(&'static str, &'static str); 4] {
+    let [stylus, travel, pressure, reference] = state.sensors.map(SensorHealth::name);
+    [("stylus", stylus), ("reference", reference), ("travel", travel), ("pressure", pressure)]
 }
 
 /// A number as Prometheus writes those that are not finite.

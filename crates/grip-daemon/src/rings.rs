@@ -4,14 +4,13 @@
 //! A ring of small tokens keeps the order; what belongs to a token stands in the ring of its kind, so that a rare large item does not
 //! make every place large. Nothing is allocated after [`rings`].
 
-use crate::item::{Item, LinkNote, State};
+use crate::item::{Item, LinkNote};
 use core::sync::atomic::{AtomicU64, Ordering};
 use grip_link::message::Grip;
-use grip_session::{
-    report::EventLine,
-    session::{Beginning, ClientCommand},
-};
+use grip_session::{report::EventLine, session::Beginning};
 use rtrb::{Consumer, Producer, RingBuffer};
+use slip_core::ClientCommand;
+use slip_core::PipelineState;
 use slip_core::{Sample, pressure::MAX_TAXELS};
 use std::sync::Arc;
 
@@ -77,7 +76,7 @@ macro_rules! ends {
             began: $end<(u64, Beginning)>,
             samples: $end<Taken>,
             taxels: $end<f32>,
-            states: $end<(u64, State)>,
+            states: $end<PipelineState>,
             events: $end<(u64, EventLine)>,
             commands: $end<(u64, Grip)>,
             clients: $end<(u64, ClientCommand)>,
@@ -226,7 +225,7 @@ impl Outbox {
         match item {
             Item::Began { .. } => Token::Began,
             Item::Sample { .. } => Token::Sample,
-            Item::State { .. } => Token::State,
+            Item::State(_) => Token::State,
             Item::Event { .. } => Token::Event,
             Item::Command { .. } => Token::Command,
             Item::Client { .. } => Token::Client,
@@ -244,7 +243,7 @@ impl Outbox {
                 let taken = (host_us, index, sample);
                 self.put_sample(taken, taxels)
             }
-            Item::State { host_us, state } => self.states.push((host_us, *state)).is_ok(),
+            Item::State(state) => self.states.push(*state).is_ok(),
             Item::Event { host_us, line } => self.events.push((host_us, *line)).is_ok(),
             Item::Command { host_us, grip } => self.commands.push((host_us, *grip)).is_ok(),
             Item::Client { host_us, command } => self.clients.push((host_us, command)).is_ok(),
@@ -303,8 +302,8 @@ impl Inbox {
                 tell(Item::Sample { host_us, index, sample: &sample, taxels });
             }
             Token::State => {
-                let (host_us, state) = self.states.pop().ok()?;
-                tell(Item::State { host_us, state: &state });
+                let state = self.states.pop().ok()?;
+                tell(Item::State(&state));
             }
             Token::Event => {
                 let (host_us, line) = self.events.pop().ok()?;

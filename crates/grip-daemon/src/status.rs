@@ -2,13 +2,12 @@
 
 use crate::{
     board::{Board, Grant},
-    item::State,
     latency::Latency,
     metrics::healths,
 };
 use grip_session::{config::Uid, report::EventLine, session::explain};
 use serde::Serialize;
-use slip_core::grip::GripState;
+use slip_core::{PipelineState, grip::GripState, units::Micros};
 use std::{borrow::Cow, collections::BTreeMap, path::Path};
 
 /// Everything that is known of the daemon.
@@ -131,7 +130,7 @@ pub struct Pipeline {
     /// What the force controller does; absent where the pipeline only observes.
     pub grip: Option<&'static str>,
     /// Slip statistic over its threshold.
-    pub statistic: f32,
+    pub statistic: Option<f32>,
     /// Commanded force (N).
     pub command_n: Option<f32>,
     /// Measured normal force (N).
@@ -223,7 +222,7 @@ impl<'a> Status<'a> {
             late_commands: hot.late_commands,
             pipeline: board
                 .state()
-                .map(|(at, state)| Pipeline::of(now_us.saturating_sub(*at), state)),
+                .map(|state| Pipeline::of(Micros(now_us).since(state.host), state)),
             slips: hot.slips,
             commands: hot.commands,
             events: events.collect(),
@@ -293,17 +292,19 @@ impl LatencyUs {
 }
 
 impl Pipeline {
-    fn of(age_us: u64, state: &State) -> Self {
+    fn of(age: Micros, state: &PipelineState) -> Self {
         Self {
-            age_s: seconds(age_us),
+            age_s: age.as_seconds(),
             t_s: state.t.as_seconds(),
             rate_hz: state.rate_hz,
             scene: state.scene.name(),
-            grip: state.grip.map(GripState::name),
+            grip: Some(state.grip)
+                .filter(|grip| *grip != GripState::Observing)
+                .map(GripState::name),
             statistic: state.statistic,
-            command_n: state.command.map(|command| command.0),
+            command_n: state.command_n,
             applied_n: state.applied_n,
-            estimate_n: state.estimate.map(|estimate| estimate.force_n),
+            estimate_n: state.estimate_n,
             late_ms: state.late_ms,
             health: healths(state).into(),
         }

@@ -11,9 +11,10 @@ use grip_record::{CsvOptions, mcap::Attached, read_csv};
 use grip_session::{
     HostConfig, News, model,
     report::EventLine,
-    session::{Beginning, ClientCommand},
+    session::Beginning,
     tape::{Played, Tape, TapeError, TapeOptions},
 };
+use slip_core::ClientCommand;
 use slip_core::{Sample, units::Micros};
 use std::{
     fs,

@@ -1,12 +1,17 @@
 //! A recording without any slip in; the noise floor, the motion gate and the thresholds for a wanted false-alarm interval out.
 //!
 //! 1. Floor: mean energy of each band while the reference shows no motion (all of it, where there is no reference).
+//!    Where that is not stationary, the edges of motions and what is loud are left out ([`quiet`]); what is loud counts
+//!    as unexplained, for the thresholds too, and may be a tenth of the rest at most; none of it that is longer than a
+//!    knock may go on in motion, where it cannot be told from motion.
 //! 2. Gate: mean energy of each band in motion, floor taken off, over that of the reference, times one half.
 //! 3. Thresholds: with the two in force, the highest level of each test in each second. The tail above its 90 % quantile is
 //!    continued to the wanted interval ([`tail`](crate::tail)). Each test gets an equal share of the alarms.
 //! 4. What was achieved: thresholds from one half of the seconds, alarms counted on the other half, both ways. The rate is
 //!    quoted with its Poisson interval and never beyond the length of the recording.
 //! 5. Certificate: limits and chances of the alarm whose interval holds for every law of the noise ([`certify`](crate::certify)).
+
+mod quiet;
 
 use crate::{
     certify::{NotCertified, Stretch, certify},
@@ -36,6 +41,10 @@ const MOTION_S: f64 = 5.0;
 /// Parts of the rest that have to agree in energy, and the factor within which they have to.
 const PARTS: usize = 8;
 const STATIONARY: f32 = 3.0;
+/// What follows an unexplained stretch within this time (s) belongs to it.
+const AFTER_S: f64 = 1.0;
+/// Largest share of the rest that may be left out as unexplained.
+const MOST_UNEXPLAINED: f64 = 0.1;
 /// Share of unusable readings above which a stylus is not healthy.
 const UNUSABLE: f64 = 1e-3;
 /// Start in which the floor is learned to tell rest from motion (s).
@@ -84,13 +93,15 @@ pub enum CalibrationError {
     },
     /// The noise changes while it is measured.
     #[error(
-        "the noise is not stationary: in band {band} (0 shear, 1 vibration) one eighth of the rest has {ratio:.1} times the energy of another. Something moved or slipped, or the sensor is unsound"
+        "the noise is not stationary: in band {band} (0 shear, 1 vibration) one eighth of the rest has {ratio:.1} times the energy of another, and {unexplained_s:.1} s of it are loud without motion of the reference. Something moved or slipped, or the sensor is unsound"
     )]
     Unsteady {
         /// The band.
         band: usize,
         /// Largest over smallest energy.
         ratio: f32,
+        /// Rest that is loud (s): more than a tenth of it, or it goes on in motion, or is not all that is wrong.
+        unexplained_s: f64,
     },
     /// The wanted interval makes no sense.
     #[error("--interval {0}: expected 1 to 1e9 seconds")]
@@ -123,7 +134,7 @@ pub fn calibrate(
     check_interval(interval_s)?;
     let pipeline = replay::pipeline_config(recording, config, true);
     let moving = motion(recording, pipeline)?;
-    let (floor, rest_s) = rest_floor(recording, pipeline, &moving)?;
+    let Rest { floor, rest_s, unexplained } = rest_floor(recording, pipeline, &moving)?;
     let Motion { gain, seconds: motion_s, reference } =
         gate(recording, pipeline, (&moving, &floor))?;
     let mut calibration = Calibration {
@@ -143,6 +154,8 @@ pub fn calibrate(
         evidence: Evidence {
             wanted_interval_s: interval_s,
             rest_s,
+            unexplained_s: seconds_of(unexplained.iter().filter(|u| **u).count() as u64, &pipeline),
+            unexplained_longest: longest(recording, &unexplained),
             motion_s,
             judged_s: 0.0,
             alarms: 0,
@@ -156,7 +169,7 @@ pub fn calibrate(
         certificate: None,
         certified: None,
     };
-    let heard = listen(recording, calibration.apply(pipeline), interval_s)?;
+    let heard = listen(recording, calibration.apply(pipeline), interval_s, &unexplained)?;
     let seconds = heard.seconds;
     let defaults = thresholds_of(&pipeline.detector);
     set_thresholds(&mut calibration, &seconds, &defaults);
@@ -181,8 +194,8 @@ fn motion(recording: &Recording, config: PipelineConfig) -> Result<Vec<bool>, Ca
         .iter()
         .map(|sample| {
             let step = pipeline.handle(&heard(sample));
-            if step.health != SensorHealth::Good {
-                worst = step.health;
+            if step.sensors[0] != SensorHealth::Good {
+                worst = step.sensors[0];
             }
             pipeline.detector().is_moving()
         })
@@ -222,27 +235,82 @@ fn measure<'a>(
     Ok(meter)
 }
 
+/// What the rest shows.
+struct Rest {
+    floor: [f32; BANDS],
+    rest_s: f64,
+    /// Samples of the rest that are left out.
+    unexplained: Vec<bool>,
+}
+
 fn rest_floor(
     recording: &Recording,
     config: PipelineConfig,
     moving: &[bool],
-) -> Result<([f32; BANDS], f64), CalibrationError> {
+) -> Result<Rest, CalibrationError> {
     let rest: Vec<(Vector, bool)> = recording
         .samples
         .iter()
         .zip(moving)
         .map(|(sample, moving)| (sample.vibration(), !moving))
         .collect();
-    let meter = measure(&config, rest.iter().copied())?;
-    let rest_s = seconds_of(meter.samples(), &config);
+    let unsteady = match steady_floor(&config, &rest) {
+        Err(CalibrationError::Unsteady { band, ratio, .. }) => (band, ratio),
+        other => {
+            let (floor, rest_s) = other?;
+            return Ok(Rest { floor, rest_s, unexplained: vec![false; rest.len()] });
+        }
+    };
+    let still = quiet::without_edges(&config, &rest);
+    let unexplained = quiet::loud(&config, &still)?;
+    let seconds = |mask: &mut dyn Iterator<Item = bool>| {
+        seconds_of(mask.filter(|is| *is).count() as u64, &config)
+    };
+    let unexplained_s = seconds(&mut unexplained.iter().copied());
+    let refused = |(band, ratio)| CalibrationError::Unsteady { band, ratio, unexplained_s };
+    let much =
+        unexplained_s > MOST_UNEXPLAINED * seconds(&mut still.iter().map(|(_, rests)| *rests));
+    // A slip that goes on in motion would raise the thresholds there.
+    if much || quiet::goes_on(&config, &still, &unexplained) {
+        return Err(refused(unsteady));
+    }
+    let quiet: Vec<(Vector, bool)> = still
+        .iter()
+        .zip(&unexplained)
+        .map(|((value, rests), loud)| (*value, *rests && !loud))
+        .collect();
+    match steady_floor(&config, &quiet) {
+        Err(CalibrationError::Unsteady { band, ratio, .. }) => Err(refused((band, ratio))),
+        other => other.map(|(floor, rest_s)| Rest { floor, rest_s, unexplained }),
+    }
+}
+
+/// Begin and length (s) of the longest stretch of `unexplained`.
+fn longest(recording: &Recording, unexplained: &[bool]) -> Option<[f64; 2]> {
+    let pairs: Vec<(&Sample, &bool)> = recording.samples.iter().zip(unexplained).collect();
+    let stretches = pairs.chunk_by(|a, b| a.1 == b.1).filter(|part| part.iter().any(|(_, u)| **u));
+    let spans = stretches.filter_map(|part| {
+        let (first, last) = (part.first()?.0.t.as_seconds(), part.last()?.0.t.as_seconds());
+        Some([first, last - first])
+    });
+    spans.max_by(|a, b| a[1].total_cmp(&b[1]))
+}
+
+/// Energy of the bands at rest (signal unit squared) and how much of it there is (s), where its eighths agree.
+fn steady_floor(
+    config: &PipelineConfig,
+    rest: &[(Vector, bool)],
+) -> Result<([f32; BANDS], f64), CalibrationError> {
+    let meter = measure(config, rest.iter().copied())?;
+    let rest_s = seconds_of(meter.samples(), config);
     let Some(floor) = meter.floor(config.floor).filter(|_| rest_s >= REST_S) else {
         return Err(CalibrationError::Short { rest_s });
     };
     let mut range = [(f32::INFINITY, 0.0_f32); BANDS];
     for part in rest.chunks(rest.len().div_ceil(PARTS).max(1)) {
-        let part = measure(&config, part.iter().copied())?;
+        let part = measure(config, part.iter().copied())?;
         // An eighth that is nearly all motion says nothing about rest.
-        if seconds_of(part.samples(), &config) < 0.1 * REST_S {
+        if seconds_of(part.samples(), config) < 0.1 * REST_S {
             continue;
         }
         for (range, energy) in range.iter_mut().zip(part.energy().unwrap_or(floor)) {
@@ -253,7 +321,7 @@ fn rest_floor(
     for (band, (low, high)) in range.into_iter().enumerate() {
         let ratio = high / low.max(least);
         if ratio > STATIONARY {
-            return Err(CalibrationError::Unsteady { band, ratio });
+            return Err(CalibrationError::Unsteady { band, ratio, unexplained_s: 0.0 });
         }
     }
     Ok((floor, rest_s))
@@ -314,6 +382,7 @@ fn listen(
     recording: &Recording,
     config: PipelineConfig,
     interval_s: f64,
+    unexplained: &[bool],
 ) -> Result<Heard, CalibrationError> {
     // Scores are measured, and nothing is certified.
     let nothing = Certificate { interval_s: 1e9, rest: None, motion: None };
@@ -322,10 +391,14 @@ fn listen(
     let mut seconds: Vec<[f32; TESTS]> = Vec::new();
     let mut scores = ScoreLog::default();
     let first = recording.samples.first().map_or(0.0, |s| s.t.as_seconds());
-    for sample in &recording.samples {
+    let mut unexplained_at = f64::NEG_INFINITY;
+    for (sample, unexplained) in recording.samples.iter().zip(unexplained) {
         pipeline.handle(&heard(sample));
         let at = sample.t.as_seconds() - first - START_S;
-        if at < 0.0 {
+        if *unexplained {
+            unexplained_at = at;
+        }
+        if at < 0.0 || at - unexplained_at < AFTER_S {
             continue;
         }
         #[expect(
@@ -346,6 +419,8 @@ fn listen(
             }
         }
     }
+    // Seconds of which nothing counts.
+    seconds.retain(|second| second.iter().any(|level| *level > 0.0));
     let detector = pipeline.detector();
     let base_s = detector.base_block_s().map_or(0.0, f64::from);
     let certified = certify(&scores.stretches, base_s, detector.has_bands(), interval_s);

@@ -10,10 +10,12 @@ use grip_fleet::{
 use grip_link::message::{
     DeviceState, FaultCode,
     daemon::{
-        EscValue, GripState, Method, Phase, Reading, Scene, SensorHealth, Slip, SpeedSource, State,
+        EXTRAPOLATED, GripState, INFORMATIVE, Method, Phase, PipelineState, Reading, Scene,
+        SensorHealth, SlipReport, SpeedSource,
     },
 };
 use serde_json::{Value, json};
+use slip_core::units::Micros;
 
 const STAMP: Stamp = Stamp(1_763_766_123_456_789_012);
 const ID: EventId = EventId { run: 0x8102_0304, seq: 0x0506_0708_090A_0B0C };
@@ -24,11 +26,11 @@ fn header() -> Value {
 }
 
 /// A state in which everything is known, or nothing.
-fn state(known: bool) -> State {
+fn state(known: bool) -> PipelineState {
     let maybe = |value: f32| known.then_some(value);
-    State {
-        device_us: 0x1112_1314_1516_1718,
-        host_us: 0,
+    PipelineState {
+        t: Micros(0x1112_1314_1516_1718),
+        host: Micros(0),
         scene: Scene::Holding,
         grip: GripState::Released,
         sensors: [
@@ -38,9 +40,11 @@ fn state(known: bool) -> State {
             SensorHealth::Drifting,
         ],
         device: DeviceState::LossAction,
-        notes: if known { Slip::INFORMATIVE } else { Slip::EXTRAPOLATED },
+        notes: if known { INFORMATIVE } else { EXTRAPOLATED },
         fault: FaultCode(0x2122),
-        esc: EscValue { kind: Reading::SlopePower, value: maybe(-0.5), flags: 9 },
+        esc_kind: Reading::SlopePower,
+        esc: maybe(-0.5),
+        esc_flags: 9,
         statistic: maybe(1.25),
         command_n: maybe(2.5),
         applied_n: maybe(2.375),
@@ -71,12 +75,12 @@ fn shown_joint(known: bool) -> Value {
 }
 
 /// A slip of which everything is known, or nothing.
-fn slip(known: bool) -> Slip {
+fn slip(known: bool) -> SlipReport {
     let maybe = |value: f32| known.then_some(value);
-    Slip {
+    SlipReport {
         number: 0x5152_5354,
-        device_us: 0x6162_6364_6566_6768,
-        host_us: 0,
+        t: Micros(0x6162_6364_6566_6768),
+        host: Micros(0),
         phase: Phase::Ended,
         method: Method::Travel,
         speed_source: SpeedSource::Gravity,
@@ -84,16 +88,17 @@ fn slip(known: bool) -> Slip {
         statistic: maybe(8.5),
         confidence: maybe(0.75),
         speed_m_s: maybe(0.0625),
-        sigma_m_s: maybe(0.125),
+        speed_sigma_m_s: maybe(0.125),
         moved_m: maybe(0.015_625),
         irregularities: known.then_some(0x7172_7374),
-        esc_w: maybe(-16.5),
-        esc_chosen: maybe(17.5),
+        esc_w: known.then_some(-16.5),
+        esc: known.then_some(17.5),
         esc_flags: 6,
-        notes: if known { Slip::EXTRAPOLATED } else { Slip::INFORMATIVE },
+        notes: if known { EXTRAPOLATED } else { INFORMATIVE },
         estimate_n: maybe(18.5),
         command_n: maybe(19.5),
-        duration_s: maybe(20.5),
+        duration_s: known.then_some(20.5),
+        ..SlipReport::UNKNOWN
     }
 }
 

@@ -9,10 +9,10 @@
 //! session sets the number; then one that lies 0..=255 behind the newest is a duplicate and dropped, any other is taken and the
 //! numbers skipped are counted as a gap. Frames of unknown type count in the sequence.
 
-use crate::PROTOCOL;
 use crate::cobs;
 use crate::frame::{BodyError, Direction, Frame, Header, MAX_BLOCK};
 use crate::kind::Kind;
+use crate::{PROTOCOL, frame::HEADER};
 
 /// A frame whose seq lies this far or less behind the newest one is a duplicate; anything else is a gap.
 pub const DUPLICATE_WINDOW: u16 = 256;
@@ -161,8 +161,8 @@ pub struct Decoder {
     filled: usize,
     /// Bytes of a block that did not fit the buffer.
     spilled: u32,
-    /// Where the body of the last good frame lies in `block`; only valid right after it was found.
-    body: (usize, usize),
+    /// Header of the last good frame, and where its payload lies in `block`; only valid right after it was found.
+    found: Option<(Header, u16, u16)>,
     role: Role,
     session: Option<u16>,
     last_seq: Option<u16>,
@@ -179,7 +179,7 @@ impl Decoder {
             block: [0; MAX_BLOCK],
             filled: 0,
             spilled: 0,
-            body: (0, 0),
+            found: None,
             role,
             session: None,
             last_seq: None,
@@ -251,7 +251,8 @@ impl Decoder {
 
     /// The frame that the last call found.
     pub(crate) fn frame(&self) -> Option<Frame<'_>> {
-        Frame::trusted(self.block.get(self.body.0..self.body.1)?)
+        let (header, begin, end) = self.found?;
+        Some(Frame { header, payload: self.block.get(begin.into()..end.into())? })
     }
 
     fn take(&mut self, bytes: &[u8]) {
@@ -292,12 +293,14 @@ impl Decoder {
         let block = self.block.get_mut(..filled).ok_or(Fault::TooLong)?;
         let body = cobs::decode_in_place(block).ok_or(Fault::Cobs)?;
         let len = body.len();
-        let header = match Frame::from_body(body) {
-            Ok(frame) => frame.header,
+        let (header, payload) = match Frame::from_body(body) {
+            Ok(frame) => (frame.header, frame.payload.len()),
             Err(BodyError::Length { .. }) => return Err(Fault::Length),
             Err(BodyError::Crc { .. }) => return Err(Fault::Crc),
         };
-        self.body = (filled - len, filled);
+        let begin = filled - len + HEADER;
+        let place = |at| u16::try_from(at).map_err(|_| Fault::TooLong);
+        self.found = Some((header, place(begin)?, place(begin + payload)?));
         self.accept(&header)
     }
 

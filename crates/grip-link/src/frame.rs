@@ -135,14 +135,6 @@ impl<'a> Frame<'a> {
             Err(BodyError::Crc { got, computed })
         }
     }
-
-    /// The view of a body that [`Frame::from_body`] has accepted before; `None` when it is too short.
-    pub(crate) fn trusted(body: &'a [u8]) -> Option<Self> {
-        let (covered, _) = body.split_last_chunk::<4>()?;
-        let (head, payload) = covered.split_first_chunk::<HEADER>()?;
-        let (header, _) = Header::from_bytes(*head);
-        Some(Self { header, payload })
-    }
 }
 
 /// Why a frame could not be written.

@@ -2,13 +2,16 @@
 #![expect(clippy::unwrap_used, clippy::cast_possible_truncation, reason = "test code")]
 
 use grip_record::mcap::{
-    Attached, ClientRecord, CommandRecord, Entry, EventRecord, LinkRecord, McapError, McapIndex,
-    McapReader, McapWriter, PipelineRecord, Record, SampleRecord, StateRecord, WireRecord, recover,
+    Attached, CommandRecord, Entry, EventRecord, LinkRecord, McapError, McapIndex, McapReader,
+    McapWriter, PipelineRecord, Record, SampleRecord, WireRecord, recover,
 };
 use proptest::prelude::{Just, Strategy, any, prop_assert, prop_assert_eq, prop_oneof, proptest};
+use slip_core::ClientCommand;
+use slip_core::PipelineState;
 use slip_core::{
     Arrival, Sample, grip::GripState, health::SensorHealth, scene::Scene, units::Micros,
 };
+use slip_msg::{EXTRAPOLATED, FaultCode, INFORMATIVE, Reading};
 use std::{collections::BTreeMap, io::Cursor, path::Path};
 
 const ZERO_NS: u64 = 1_763_766_000_000_000_000;
@@ -101,24 +104,26 @@ fn same(a: &Sample, b: &Sample) -> bool {
     bits(a) == bits(b)
 }
 
-const STATE: StateRecord = StateRecord {
+const STATE: PipelineState = PipelineState {
     t: Micros(5),
     scene: Scene::Slipping,
-    grip: Some(GripState::Released),
-    health: SensorHealth::Drifting,
-    reference_health: SensorHealth::Lost,
-    travel_health: SensorHealth::Backwards,
-    pressure_health: SensorHealth::Failed,
-    statistic: 1.5,
+    grip: GripState::Released,
+    sensors: [
+        SensorHealth::Drifting,
+        SensorHealth::Backwards,
+        SensorHealth::Failed,
+        SensorHealth::Lost,
+    ],
+    notes: INFORMATIVE | EXTRAPOLATED,
+    esc_kind: Reading::Literal,
+    statistic: Some(1.5),
     command_n: Some(2.5),
-    applied_n: None,
-    esc_w: Some(1e-300),
-    esc_informative: true,
+    esc: Some(1e-30),
     estimate_n: Some(0.1),
-    extrapolated: true,
-    lost: u64::MAX,
     rate_hz: 20_000,
+    lost: u64::MAX,
     late_ms: Some(1.5),
+    ..PipelineState::UNKNOWN
 };
 
 const COMMAND: CommandRecord = CommandRecord {
@@ -169,9 +174,9 @@ fn every_kind_of_record_comes_back() {
         Record::State(STATE),
         Record::Event(EVENT),
         Record::Command(COMMAND),
-        Record::Client(ClientRecord::AtLeast(5.5)),
-        Record::Client(ClientRecord::ClearFault(0x0102)),
-        Record::Client(ClientRecord::Stop),
+        Record::Client(ClientCommand::AtLeast(5.5)),
+        Record::Client(ClientCommand::ClearFault(FaultCode(0x0102))),
+        Record::Client(ClientCommand::Stop),
         Record::Link(LinkRecord { kind: "status", detail: "{\"a\":\"\u{e4}\"}" }),
         Record::Wire(WireRecord { to_device: true, bytes: &[0, 255, 7] }),
         Record::Pipeline(PIPELINE),
@@ -197,7 +202,7 @@ fn every_kind_of_record_comes_back() {
 fn log_times_never_go_back() {
     let bytes = file_of(|writer| {
         for host_us in [5, 9, 3, 9, 12] {
-            writer.write(host_us, &Record::Client(ClientRecord::Grasp)).unwrap();
+            writer.write(host_us, &Record::Client(ClientCommand::Grasp)).unwrap();
         }
     });
     let mut reader = McapReader::new(Path::new("x"), Cursor::new(&bytes)).unwrap();

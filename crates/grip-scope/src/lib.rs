@@ -24,8 +24,8 @@ pub use channel::Channel;
 pub use feed::{EventKind, EventMark, Feed, SourceStatus};
 pub use group::Group;
 pub use model::{Bucket, Columns, Info, Model, Series, Stats};
-pub use source::{ClientAction, Refused, SourceHandle, SourceSpec};
 #[cfg(feature = "zenoh")]
 pub use source::{FleetHandle, FleetPlace, GripperAt, Network};
+pub use source::{Refused, SourceHandle, SourceSpec};
 pub use span::Span;
 pub use trigger::Trigger;

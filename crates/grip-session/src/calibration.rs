@@ -51,6 +51,13 @@ pub struct Evidence {
     pub wanted_interval_s: f64,
     /// Rest (s).
     pub rest_s: f64,
+    /// Rest that was louder than the rest of it though the reference shows no motion (s): a knock, a slip or other work.
+    /// It counts neither for the floor nor for the thresholds. Absent in files of older versions.
+    #[serde(default)]
+    pub unexplained_s: f64,
+    /// Where the longest stretch of it begins (s) and how long it lasts (s).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub unexplained_longest: Option<[f64; 2]>,
     /// Motion (s).
     pub motion_s: f64,
     /// Signal that was judged by thresholds from the other half of it (s).

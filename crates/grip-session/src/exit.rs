@@ -1,8 +1,12 @@
 //! An error in; the exit code of the contract and the text for the person at the keyboard out.
 
-use crate::{config::HostConfigError, model::ModelError};
+use crate::{config::HostConfigError, model::ModelError, tape::TapeError};
 use core::error::Error;
-use grip_record::CsvError;
+use grip_record::{
+    CsvError, LabelError, NpzError, PhaseError,
+    mcap::{McapError, RecoverError},
+};
+use slip_core::ConfigError;
 use std::process::ExitCode;
 
 /// Arguments that the parser of the command line cannot check.
@@ -17,15 +21,15 @@ pub enum Exit {
     Done,
     /// 1: failed.
     Failed,
-    /// 2: wrong arguments or configuration.
+    /// 2: wrong arguments or configuration, or a file that cannot be read or is not what it has to be.
     WrongArguments,
     /// 3: done, but data were lost on the way.
     DataLost,
 }
 
 impl Exit {
-    /// What an error means: arguments, configurations and models that cannot be used are the caller's to mend, everything else has
-    /// failed.
+    /// What an error means: arguments, configurations, recordings and models that cannot be used are the caller's to correct,
+    /// everything else has failed.
     #[must_use]
     pub fn of(error: &(dyn Error + 'static)) -> Self {
         Self::of_any(error, |_| false)
@@ -42,7 +46,7 @@ impl Exit {
             let wrong = error.is::<WrongArgument>()
                 || error.is::<HostConfigError>()
                 || error.is::<ModelError>()
-                || error.downcast_ref().is_some_and(CsvError::is_argument)
+                || is_input(error)
                 || is_argument(error);
             if wrong {
                 return Self::WrongArguments;
@@ -51,6 +55,18 @@ impl Exit {
         }
         Self::Failed
     }
+}
+
+/// Recordings, labels and rows that cannot be read or used.
+fn is_input(error: &(dyn Error + 'static)) -> bool {
+    error.is::<CsvError>()
+        || error.is::<NpzError>()
+        || error.is::<McapError>()
+        || error.is::<TapeError>()
+        || error.is::<LabelError>()
+        || error.is::<PhaseError>()
+        || error.is::<ConfigError>()
+        || matches!(error.downcast_ref(), Some(RecoverError::Read(_)))
 }
 
 /// The longest message that is printed (characters): a file of rubbish has a header of any length.
@@ -117,9 +133,10 @@ mod tests {
     }
 
     #[test]
-    fn wrong_arguments_are_told_from_wrong_files() {
-        let rate = || CsvError::BadRate { rate_hz: 0.0 };
-        assert_eq!(Exit::of(&rate()), Exit::WrongArguments);
-        assert_eq!(Exit::of(&CsvError::Empty { file: "x".into() }), Exit::Failed);
+    fn what_the_caller_can_correct_is_told_from_what_failed() {
+        assert_eq!(Exit::of(&CsvError::Empty { file: "x".into() }), Exit::WrongArguments);
+        assert_eq!(Exit::of(&std::io::Error::other("disk full")), Exit::Failed);
+        let disk = |error: &(dyn core::error::Error + 'static)| error.is::<std::io::Error>();
+        assert_eq!(Exit::of_any(&std::io::Error::other("disk full"), disk), Exit::WrongArguments);
     }
 }

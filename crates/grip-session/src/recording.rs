@@ -1,10 +1,12 @@
 //! Events and beginnings in, the records of an MCAP file out, and back: what daemon and toolbox must agree on.
 
-use crate::{
-    report::{EventLine, EvidenceFields},
-    session::{Beginning, ClientCommand},
+use crate::{report::EventLine, session::Beginning, tape::TapeError};
+use grip_record::{
+    Channel, ChannelSet, MOST_HELD, Notes, Recording, StylusKind, Taxels,
+    mcap::{Entry, EventRecord, McapReader, PipelineRecord, Record},
 };
-use grip_record::mcap::{ClientRecord, EventRecord, PipelineRecord};
+use slip_core::{Sample, Signal, methods::Method};
+use std::path::Path;
 
 /// Name of the configuration among the attachments, with all layers merged.
 pub const CONFIG_NAME: &str = "gripd.toml";
@@ -36,21 +38,7 @@ pub fn event_record<'a>(
     let json = core::str::from_utf8(json).map_err(serde::ser::Error::custom)?;
     let nothing = EventRecord { json, ..EventRecord::default() };
     Ok(match *line {
-        EventLine::Slip { t_s, phase, method, statistic, confidence, evidence, .. } => {
-            EventRecord {
-                t_s,
-                kind: "slip",
-                phase,
-                method,
-                statistic,
-                confidence,
-                ..with_evidence(nothing, &evidence)
-            }
-        }
-        EventLine::SlipEnd { t_s, duration_s, evidence, .. } => {
-            let record = with_evidence(nothing, &evidence);
-            EventRecord { t_s, kind: "slip_end", duration_s, ..record }
-        }
+        EventLine::Slip(slip) => EventRecord { json, ..EventRecord::of_slip(&slip) },
         EventLine::Grip { t_s, event, command_n } => {
             let command_n = command_n.unwrap_or(f32::NAN);
             EventRecord { t_s, kind: "grip", phase: event, command_n, ..nothing }
@@ -59,24 +47,6 @@ pub fn event_record<'a>(
             EventRecord { t_s, kind: "health", channel, health, ..nothing }
         }
     })
-}
-
-fn with_evidence<'a>(record: EventRecord<'a>, evidence: &EvidenceFields) -> EventRecord<'a> {
-    let short = |value: Option<f32>| value.unwrap_or(f32::NAN);
-    let long = |value: Option<f64>| value.unwrap_or(f64::NAN);
-    #[expect(clippy::cast_precision_loss, reason = "a count for plots; the line is exact")]
-    let irregularities = evidence.irregularities.map(|count| count as f32);
-    EventRecord {
-        esc_w: long(evidence.esc_w),
-        esc_value: long(evidence.esc_value),
-        speed_m_s: short(evidence.speed_m_s),
-        speed_sigma_m_s: short(evidence.speed_sigma_m_s),
-        moved_m: short(evidence.moved_m),
-        irregularities: short(irregularities),
-        estimate_n: short(evidence.estimate_n),
-        command_n: short(evidence.command_n),
-        ..record
-    }
 }
 
 /// The record of a pipeline that begins; `json` is written over with its settings.
@@ -117,38 +87,75 @@ pub fn beginning(record: &PipelineRecord<'_>) -> Result<Beginning, serde_json::E
     })
 }
 
-/// What a client's command is in a file.
-#[must_use]
-pub const fn client_record(command: ClientCommand) -> ClientRecord {
-    match command {
-        ClientCommand::AtLeast(force_n) => ClientRecord::AtLeast(force_n),
-        ClientCommand::Release => ClientRecord::Release,
-        ClientCommand::Grasp => ClientRecord::Grasp,
-        ClientCommand::Stop => ClientRecord::Stop,
-        ClientCommand::ClearFault(code) => ClientRecord::ClearFault(code),
+/// The samples of an MCAP recording with one pipeline, with the channels that have a reading.
+///
+/// # Errors
+/// Where the file cannot be read to its end, is no recording of this program or of gripd, has no samples, more than one
+/// pipeline, or more samples than are held in memory.
+pub fn read_mcap(file: &Path) -> Result<Recording, TapeError> {
+    let unusable = |what| TapeError::Unusable { file: file.to_owned(), what };
+    let mut reader = McapReader::open(file)?;
+    let mut held: Option<Recording> = None;
+    while let Some(entry) = reader.next_entry()? {
+        let Entry::Message { record, .. } = entry else { continue };
+        match (record, &mut held) {
+            (Record::Pipeline(begun), Some(recording)) if !recording.samples.is_empty() => {
+                let what = "it has several pipelines; choose one with `gripctl csv --pipeline N`";
+                begun.continued.then_some(()).ok_or_else(|| unusable(what))?;
+            }
+            (Record::Pipeline(begun), _) => {
+                let begun = beginning(&begun)
+                    .map_err(|source| TapeError::Settings { file: file.to_owned(), source })?;
+                held = Some(empty(file, &begun));
+            }
+            (Record::Sample(record), Some(recording)) => {
+                recording.samples.push(record.sample);
+                for channel in Channel::ALL {
+                    if channel.reading(&record.sample).is_some() {
+                        let name = || channel.column().to_owned();
+                        recording.channels.optional.entry(channel).or_insert_with(name);
+                    }
+                }
+                let taxels = recording.channels.taxels;
+                if let Some(frames) = &mut recording.taxels {
+                    frames.push(record.taxels);
+                }
+                let row = size_of::<Sample>() + taxels * size_of::<f32>();
+                if recording.samples.len() > MOST_HELD / row {
+                    return Err(unusable("it has more samples than are held in memory"));
+                }
+            }
+            _ => {}
+        }
     }
+    held.filter(|recording| !recording.samples.is_empty())
+        .ok_or_else(|| unusable("it has no samples"))
 }
 
-/// The client's command that a file tells of.
-#[must_use]
-pub const fn client_command(record: ClientRecord) -> ClientCommand {
-    match record {
-        ClientRecord::AtLeast(force_n) => ClientCommand::AtLeast(force_n),
-        ClientRecord::Release => ClientCommand::Release,
-        ClientRecord::Grasp => ClientCommand::Grasp,
-        ClientRecord::Stop => ClientCommand::Stop,
-        ClientRecord::ClearFault(code) => ClientCommand::ClearFault(code),
+/// A recording of what begins so, without samples.
+fn empty(file: &Path, begun: &Beginning) -> Recording {
+    let stylus = match begun.config.signal {
+        _ if !begun.config.methods.has(Method::Stylus) => StylusKind::Absent,
+        Signal::Displacement => StylusKind::Displacement,
+        Signal::Vibration => StylusKind::Vibration,
+    };
+    Recording {
+        name: file.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
+        channels: ChannelSet::new(stylus).with_taxels(begun.taxels),
+        samples: Vec::new(),
+        taxels: Some(Taxels::new(begun.taxels)).filter(|taxels| taxels.count() > 0),
+        rate_hz: begun.config.sample_rate.0,
+        notes: Notes::default(),
     }
 }
-
 #[cfg(test)]
 mod tests {
     use super::{beginning, event_record, pipeline_record};
-    use crate::{
-        report::{EventLine, EvidenceFields},
-        session::Beginning,
+    use crate::{report::EventLine, session::Beginning};
+    use slip_core::{
+        PipelineConfig, Signal, SlipReport,
+        units::{Hertz, Micros},
     };
-    use slip_core::{PipelineConfig, Signal, units::Hertz};
 
     #[test]
     fn the_settings_come_back_bit_by_bit() {
@@ -169,14 +176,12 @@ mod tests {
 
     #[test]
     fn an_event_has_its_numbers_and_its_line() {
-        let evidence = EvidenceFields { estimate_n: Some(3.5), ..EvidenceFields::default() };
-        let line = EventLine::SlipEnd {
-            t_s: 1.25,
-            duration_s: 0.5,
-            certified: false,
-            certified_interval_s: None,
-            evidence,
-        };
+        let line = EventLine::Slip(SlipReport {
+            t: Micros(1_250_000),
+            duration_s: Some(0.5),
+            estimate_n: Some(3.5),
+            ..SlipReport::UNKNOWN
+        });
         let mut json = Vec::new();
         let record = event_record(&line, &mut json).unwrap();
         assert_eq!((record.kind, record.duration_s, record.estimate_n), ("slip_end", 0.5, 3.5));

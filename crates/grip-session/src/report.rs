@@ -1,54 +1,22 @@
 //! Pipeline steps in, the lines for people and machines out. Names and units of the JSON fields are a contract.
 
-use serde::Serialize;
+use core::fmt;
+use serde::{Serialize, Serializer, ser::SerializeMap};
 use slip_core::{
-    SlipEvent, Step,
+    Cause, CauseSet, Phase, SlipEvent, SlipReport, Step,
     detector::FloorHealth,
-    esc::Flags,
+    esc::{Flag, Flags, Reading},
     estimate::ForceEstimate,
     features::Features,
-    health::SensorHealth,
+    health::{Sensor, SensorHealth},
     velocity::{SpeedSource, Velocity},
 };
 
 /// One event, as it is printed.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-#[serde(tag = "type", rename_all = "snake_case")]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum EventLine {
-    /// A slip has been noticed, has become gross, or has been certified.
-    Slip {
-        /// Device time (s).
-        t_s: f64,
-        /// `incipient` or `gross`.
-        phase: &'static str,
-        /// Which method spoke: `stylus`, `travel` or `pressure`.
-        method: &'static str,
-        /// Statistic over its threshold.
-        statistic: f32,
-        /// Probability (0 to 1) that noise alone would not reach this statistic within the stated false-alarm interval.
-        confidence: f32,
-        /// Whether the evidence is enough to certify the slip; otherwise only the fast trigger has spoken so far.
-        certified: bool,
-        /// The interval (s) that it is certified with: false alarms of that kind are at least so far apart on average.
-        certified_interval_s: Option<f32>,
-        /// What is known of the slip.
-        #[serde(flatten)]
-        evidence: EvidenceFields,
-    },
-    /// A slip has ended.
-    SlipEnd {
-        /// Device time (s).
-        t_s: f64,
-        /// From the first notice to the end (s).
-        duration_s: f64,
-        /// Whether the slip was certified; otherwise only the fast trigger had spoken.
-        certified: bool,
-        /// The interval (s) that it was certified with.
-        certified_interval_s: Option<f32>,
-        /// What is known of the slip.
-        #[serde(flatten)]
-        evidence: EvidenceFields,
-    },
+    /// A slip has been noticed, has become gross, has been certified, or has ended.
+    Slip(SlipReport),
     /// The fingers lost the object, touch it again, or closed on nothing.
     Grip {
         /// Device time (s).
@@ -64,82 +32,74 @@ pub enum EventLine {
         t_s: f64,
         /// `stylus`, `travel`, `pressure` or `reference`; `floor` for the noise floor of the stylus, `clock` for that of the device.
         channel: &'static str,
-        /// `good`, or what is wrong: `frozen`, `saturated`, `failed`, `jumped`, `backwards`, `doubted`, `coarse`; of
-        /// the floor `doubtful`: no rest was seen yet; of the clock `stopped`, `back`, `forward`,
+        /// `good`, or what is wrong: `frozen`, `saturated`, `failed`, `jumped`, `backwards`, `doubted`, `coarse`, `lost`; of
+        /// the reference also `late`, `uncoupled`; of the floor `doubtful`: no rest was seen yet; of the clock `stopped`, `back`, `forward`,
         /// `fast`, `slow`.
         health: &'static str,
     },
 }
 
-/// What is known of a slip at the time of an event; `null` where nothing is.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub struct EvidenceFields {
-    /// Slip speed (m/s).
-    pub speed_m_s: Option<f32>,
-    /// Standard deviation of the best speed there is (m/s).
-    pub speed_sigma_m_s: Option<f32>,
-    /// Where that one comes from: `fixed`, `direct`, `travel`, `two_styli` or `gravity`.
-    pub speed_source: Option<&'static str>,
-    /// Distance moved since the slip was noticed (m).
-    pub moved_m: Option<f32>,
-    /// Irregularities the stylus passed.
-    pub irregularities: Option<u32>,
-    /// E_sc as printed (W).
-    pub esc_w: Option<f64>,
-    /// Whether E_sc still depends on the surface at the assumed sensor noise.
-    pub esc_informative: Option<bool>,
-    /// What is wrong with E_sc, by name: `pole_inside`, `sign_unknown`, `no_information`, `degenerate`.
-    #[serde(serialize_with = "flag_names")]
-    pub esc_flags: Option<Flags>,
-    /// The reading of E_sc that was asked for with `--esc`; `literal` unless another one was.
-    pub esc_reading: Option<&'static str>,
-    /// Its value, in `esc_unit`.
-    pub esc_value: Option<f64>,
-    /// `W` or `J`.
-    pub esc_unit: Option<&'static str>,
-    /// The network's adequate force (N).
-    pub estimate_n: Option<f32>,
-    /// Its standard deviation (N).
-    pub estimate_sigma_n: Option<f32>,
-    /// Whether the estimate lies outside what the network was trained on, and is not used.
-    pub extrapolated: Option<bool>,
-    /// Commanded force (N).
-    pub command_n: Option<f32>,
-}
-
-fn flag_names<S: serde::Serializer>(
-    flags: &Option<Flags>,
-    serializer: S,
-) -> Result<S::Ok, S::Error> {
-    match flags {
-        Some(flags) => serializer.collect_seq(flags.iter().map(|flag| flag.name())),
-        None => serializer.serialize_none(),
+impl Serialize for EventLine {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut line = serializer.serialize_map(None)?;
+        match self {
+            Self::Slip(slip) => slip_entries(slip, &mut line)?,
+            Self::Grip { t_s, event, command_n } => {
+                line.serialize_entry("type", "grip")?;
+                line.serialize_entry("t_s", t_s)?;
+                line.serialize_entry("event", event)?;
+                line.serialize_entry("command_n", command_n)?;
+            }
+            Self::Health { t_s, channel, health } => {
+                line.serialize_entry("type", "health")?;
+                line.serialize_entry("t_s", t_s)?;
+                line.serialize_entry("channel", channel)?;
+                line.serialize_entry("health", health)?;
+            }
+        }
+        line.end()
     }
 }
 
-impl EvidenceFields {
-    fn new(log: &EventLog, step: &Step) -> Self {
-        let EventLog { features, velocity, estimate, .. } = *log;
-        let esc = features.and_then(|f| f.esc);
-        let chosen = features.and_then(|f| f.esc_chosen);
-        Self {
-            speed_m_s: velocity.map(|v| v.speed_m_s),
-            speed_sigma_m_s: velocity.map(|v| v.sigma_m_s),
-            speed_source: velocity.map(|v| v.source.name()),
-            moved_m: features.map(|f| f.micro_displacement_m),
-            irregularities: features.map(|f| f.irregularities),
-            esc_w: esc.map(|esc| esc.value),
-            esc_informative: esc.map(|esc| esc.informative()),
-            esc_flags: esc.map(|esc| esc.flags),
-            esc_reading: chosen.map(|esc| esc.reading.name()),
-            esc_value: chosen.map(|esc| esc.value),
-            esc_unit: chosen.map(|esc| esc.reading.unit()),
-            estimate_n: estimate.map(|e| e.force_n),
-            estimate_sigma_n: estimate.map(|e| e.sigma_n),
-            extrapolated: estimate.map(|e| e.extrapolated),
-            command_n: step.command.map(|c| c.0),
+/// The entries of a slip; `null` where nothing is known.
+fn slip_entries<M: SerializeMap>(slip: &SlipReport, line: &mut M) -> Result<(), M::Error> {
+    let ended = slip.phase == Phase::Ended;
+    line.serialize_entry("type", if ended { "slip_end" } else { "slip" })?;
+    line.serialize_entry("t_s", &slip.t.as_seconds())?;
+    if ended {
+        line.serialize_entry("duration_s", &slip.duration_s)?;
+    } else {
+        line.serialize_entry("phase", slip.phase.name())?;
+        line.serialize_entry("method", slip.method.name())?;
+        line.serialize_entry("statistic", &slip.statistic)?;
+        line.serialize_entry("confidence", &slip.confidence)?;
+    }
+    line.serialize_entry("certified", &slip.certified_s.is_some())?;
+    line.serialize_entry("certified_interval_s", &slip.certified_s)?;
+    if !ended {
+        for (name, bits) in [("ruled_out", slip.ruled_out), ("possible", slip.possible)] {
+            let causes: Vec<_> = CauseSet::from_bits(bits).iter().map(Cause::name).collect();
+            line.serialize_entry(name, &causes)?;
         }
     }
+    line.serialize_entry("speed_m_s", &slip.speed_m_s)?;
+    line.serialize_entry("speed_sigma_m_s", &slip.speed_sigma_m_s)?;
+    let source = Some(slip.speed_source).filter(|source| *source != SpeedSource::None);
+    line.serialize_entry("speed_source", &source.map(SpeedSource::name))?;
+    line.serialize_entry("moved_m", &slip.moved_m)?;
+    line.serialize_entry("irregularities", &slip.irregularities)?;
+    line.serialize_entry("esc_w", &slip.esc_w)?;
+    line.serialize_entry("esc_informative", &slip.esc_w.map(|_| slip.is_informative()))?;
+    let names = || Flags::from_bits(slip.esc_flags).iter().map(Flag::name).collect::<Vec<_>>();
+    line.serialize_entry("esc_flags", &slip.esc_w.map(|_| names()))?;
+    let reading = slip.esc.map(|_| slip.esc_kind);
+    line.serialize_entry("esc_reading", &reading.map(Reading::name))?;
+    line.serialize_entry("esc_value", &slip.esc)?;
+    line.serialize_entry("esc_unit", &reading.map(Reading::unit))?;
+    line.serialize_entry("estimate_n", &slip.estimate_n)?;
+    line.serialize_entry("estimate_sigma_n", &slip.estimate_sigma_n)?;
+    line.serialize_entry("extrapolated", &slip.estimate_n.map(|_| slip.is_extrapolated()))?;
+    line.serialize_entry("command_n", &slip.command_n)
 }
 
 /// Follows the steps and says which of them deserve a line.
@@ -148,11 +108,8 @@ pub struct EventLog {
     features: Option<Features>,
     velocity: Option<Velocity>,
     estimate: Option<ForceEstimate>,
-    health: SensorHealth,
+    sensors: [SensorHealth; 4],
     floor_health: FloorHealth,
-    reference_health: SensorHealth,
-    travel_health: SensorHealth,
-    pressure_health: SensorHealth,
     slips: u64,
 }
 
@@ -184,27 +141,15 @@ impl EventLog {
         }
         let t_s = step.t.as_seconds();
         let mut lines = [None; 7];
-        if step.health != self.health {
-            self.health = step.health;
-            lines[0] =
-                Some(EventLine::Health { t_s, channel: "stylus", health: step.health.name() });
+        if step.sensors != self.sensors {
+            let before = core::mem::replace(&mut self.sensors, step.sensors);
+            let sensors = Sensor::ALL.into_iter().zip(before.into_iter().zip(step.sensors));
+            for (line, (sensor, (before, now))) in lines.iter_mut().zip(sensors) {
+                let health = EventLine::Health { t_s, channel: sensor.name(), health: now.name() };
+                *line = (now != before).then_some(health);
+            }
         }
-        if step.travel_health != self.travel_health {
-            self.travel_health = step.travel_health;
-            let health = step.travel_health.name();
-            lines[1] = Some(EventLine::Health { t_s, channel: "travel", health });
-        }
-        if step.pressure_health != self.pressure_health {
-            self.pressure_health = step.pressure_health;
-            let health = step.pressure_health.name();
-            lines[2] = Some(EventLine::Health { t_s, channel: "pressure", health });
-        }
-        if step.reference_health != self.reference_health {
-            self.reference_health = step.reference_health;
-            let health = step.reference_health.name();
-            lines[3] = Some(EventLine::Health { t_s, channel: "reference", health });
-        }
-        lines[4] = step.event.map(|event| self.slip_line(event, t_s, step));
+        lines[4] = step.event.map(|event| EventLine::Slip(self.slip_report(event, step)));
         let command_n = step.command.map(|c| c.0);
         if step.floor_health != self.floor_health {
             self.floor_health = step.floor_health;
@@ -215,82 +160,89 @@ impl EventLog {
         lines
     }
 
-    fn slip_line(&mut self, event: SlipEvent, t_s: f64, step: &Step) -> EventLine {
+    fn slip_report(&mut self, event: SlipEvent, step: &Step) -> SlipReport {
         match event {
-            SlipEvent::Slip { phase, first, method, confidence, certified_s } => {
+            SlipEvent::Slip { phase, first, method, confidence, certified_s, causes } => {
                 if first {
                     self.slips += 1;
                     self.features = None;
                     self.velocity = None;
                     self.estimate = None;
                 }
-                let evidence = EvidenceFields::new(self, step);
-                let (phase, method) = (phase.name(), method.name());
-                let statistic = step.statistic;
-                EventLine::Slip {
-                    t_s,
+                SlipReport {
                     phase,
                     method,
-                    statistic,
-                    confidence,
-                    certified: certified_s.is_some(),
-                    certified_interval_s: certified_s,
-                    evidence,
+                    statistic: Some(step.statistic),
+                    confidence: Some(confidence),
+                    certified_s,
+                    ruled_out: causes.ruled_out.bits(),
+                    possible: causes.possible.bits(),
+                    ..self.known(step)
                 }
             }
             SlipEvent::Ended { duration, certified_s } => {
                 // The model of a free fall knows nothing of the end of one.
                 self.velocity = self.velocity.filter(is_measured);
-                let evidence = EvidenceFields::new(self, step);
-                EventLine::SlipEnd {
-                    t_s,
-                    duration_s: duration.as_seconds(),
-                    certified: certified_s.is_some(),
-                    certified_interval_s: certified_s,
-                    evidence,
-                }
+                let duration_s = Some(duration.as_seconds());
+                SlipReport { duration_s, certified_s, ..self.known(step) }
             }
+        }
+    }
+
+    /// What is known of the slip at this step.
+    fn known(&self, step: &Step) -> SlipReport {
+        let Self { features, velocity, estimate, .. } = *self;
+        let esc = features.and_then(|f| f.esc);
+        let chosen = features.and_then(|f| f.esc_chosen);
+        let state = step.state(None, esc, estimate);
+        SlipReport {
+            t: step.t,
+            speed_source: velocity.map_or(SpeedSource::None, |v| v.source),
+            esc_kind: chosen.map_or(Reading::None, |esc| esc.reading),
+            speed_m_s: velocity.map(|v| v.speed_m_s),
+            speed_sigma_m_s: velocity.map(|v| v.sigma_m_s),
+            moved_m: features.map(|f| f.micro_displacement_m),
+            irregularities: features.map(|f| f.irregularities),
+            esc_w: esc.map(|esc| esc.value),
+            esc: chosen.map(|esc| esc.value),
+            esc_flags: state.esc_flags,
+            notes: state.notes,
+            estimate_n: state.estimate_n,
+            command_n: state.command_n,
+            estimate_sigma_n: estimate.map(|e| e.sigma_n),
+            ..SlipReport::UNKNOWN
         }
     }
 }
 
-impl core::fmt::Display for EventLine {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+impl fmt::Display for EventLine {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Slip {
-                t_s,
-                phase,
-                method,
-                statistic,
-                confidence,
-                certified_interval_s,
-                evidence,
-                ..
-            } => {
-                write!(f, "{t_s:10.4} s  slip ({phase}, by {method}), statistic {statistic:.1}, ")?;
-                write_confidence(f, *confidence)?;
-                write_certified(f, *certified_interval_s)?;
-                evidence.write(f)
-            }
-            Self::SlipEnd { t_s, duration_s, certified_interval_s, evidence, .. } => {
-                write!(f, "{t_s:10.4} s  slip ended after {:.1} ms", 1e3 * duration_s)?;
-                if certified_interval_s.is_some() {
-                    write_certified(f, *certified_interval_s)?;
-                }
-                evidence.write(f)
-            }
+            Self::Slip(slip) => write_slip(f, slip),
             Self::Grip { t_s, event, command_n } => {
-                let told = match *event {
+                let event = match *event {
                     "empty" => "nothing between the fingers",
                     "lost" => "the object is lost",
                     "persistent" => "the slip does not end",
                     _ => "the object is touched again",
                 };
-                write!(f, "{t_s:10.4} s  {told}")?;
+                write!(f, "{t_s:10.4} s  {event}")?;
                 command_n.map_or(Ok(()), |force| write!(f, ", command {force:.2} N"))
             }
             Self::Health { t_s, channel: "floor", health: "doubtful" } => {
                 write!(f, "{t_s:10.4} s  floor doubtful: no rest seen yet")
+            }
+            Self::Health { t_s, channel: "reference", health: "late" } => {
+                write!(
+                    f,
+                    "{t_s:10.4} s  reference late: the stylus shows its motion at another time"
+                )
+            }
+            Self::Health { t_s, channel: "reference", health: "uncoupled" } => {
+                write!(
+                    f,
+                    "{t_s:10.4} s  reference uncoupled: the stylus shows nothing of its motion, it is not used"
+                )
             }
             Self::Health { t_s, channel, health } => {
                 write!(f, "{t_s:10.4} s  {channel} {health}")
@@ -299,65 +251,70 @@ impl core::fmt::Display for EventLine {
     }
 }
 
+fn write_slip(f: &mut fmt::Formatter<'_>, slip: &SlipReport) -> fmt::Result {
+    let t_s = slip.t.as_seconds();
+    if let Some(duration_s) = slip.duration_s {
+        write!(f, "{t_s:10.4} s  slip ended after {:.1} ms", 1e3 * duration_s)?;
+    } else {
+        let (phase, method) = (slip.phase, slip.method);
+        let statistic = slip.statistic.unwrap_or(f32::NAN);
+        write!(f, "{t_s:10.4} s  slip ({phase}, by {method}), statistic {statistic:.1}, ")?;
+        write_confidence(f, slip.confidence.unwrap_or(f32::NAN))?;
+    }
+    match slip.certified_s {
+        Some(s) => write!(f, ", certified: one false alarm in {s:.0} s or more")?,
+        None if slip.duration_s.is_none() => write!(f, ", fast trigger only")?,
+        None => {}
+    }
+    for (what, bits) in [("ruled out", slip.ruled_out), ("possible", slip.possible)] {
+        if bits != 0 {
+            write!(f, ", {what}:")?;
+            CauseSet::from_bits(bits)
+                .iter()
+                .try_for_each(|cause| write!(f, " {}", cause.name()))?;
+        }
+    }
+    if let (Some(speed), Some(sigma)) = (slip.speed_m_s, slip.speed_sigma_m_s) {
+        write!(f, ", {:.1} +- {:.1} mm/s ({})", 1e3 * speed, 1e3 * sigma, slip.speed_source)?;
+    }
+    if let Some(moved) = slip.moved_m {
+        write!(f, ", moved {:.2} mm", 1e3 * moved)?;
+    }
+    if let Some(esc) = slip.esc_w {
+        let n = slip.irregularities.unwrap_or(0);
+        let note =
+            if slip.is_informative() { "" } else { ", carries no information at this noise" };
+        write!(f, ", E_sc {esc:.3} W (n = {n}{note})")?;
+    }
+    if let Some(value) = slip.esc.filter(|_| slip.esc_kind != Reading::Literal) {
+        write!(f, ", {} {value:.3e} {}", slip.esc_kind, slip.esc_kind.unit())?;
+    }
+    if let Some(estimate) = slip.estimate_n {
+        let note = if slip.is_extrapolated() { " (extrapolated, not used)" } else { "" };
+        let sigma = slip.estimate_sigma_n.unwrap_or(0.0);
+        write!(f, ", estimate {estimate:.2} +- {sigma:.2} N{note}")?;
+    }
+    slip.command_n.map_or(Ok(()), |command| write!(f, ", command {command:.2} N"))
+}
+
 /// Whether a sensor has told the speed, and not a model.
 fn is_measured(velocity: &Velocity) -> bool {
     velocity.source != SpeedSource::Gravity
 }
 
 /// In percent, never rounded up to certainty.
-fn write_confidence(f: &mut core::fmt::Formatter<'_>, confidence: f32) -> core::fmt::Result {
+fn write_confidence(f: &mut fmt::Formatter<'_>, confidence: f32) -> fmt::Result {
     if confidence > 0.999 {
         return write!(f, "confidence > 99.9 %");
     }
     write!(f, "confidence {:.0} %", (100.0 * confidence).floor())
 }
 
-fn write_certified(f: &mut core::fmt::Formatter<'_>, interval_s: Option<f32>) -> core::fmt::Result {
-    match interval_s {
-        Some(interval_s) => write!(f, ", certified: one false alarm in {interval_s:.0} s or more"),
-        None => write!(f, ", fast trigger only"),
-    }
-}
-
-impl EvidenceFields {
-    fn write(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        if let (Some(speed), Some(sigma), Some(source)) =
-            (self.speed_m_s, self.speed_sigma_m_s, self.speed_source)
-        {
-            write!(f, ", {:.1} +- {:.1} mm/s ({source})", 1e3 * speed, 1e3 * sigma)?;
-        }
-        if let Some(moved) = self.moved_m {
-            write!(f, ", moved {:.2} mm", 1e3 * moved)?;
-        }
-        if let (Some(esc), Some(informative)) = (self.esc_w, self.esc_informative) {
-            let n = self.irregularities.unwrap_or(0);
-            let note = if informative { "" } else { ", carries no information at this noise" };
-            write!(f, ", E_sc {esc:.3} W (n = {n}{note})")?;
-        }
-        if let (Some(reading), Some(value), Some(unit)) =
-            (self.esc_reading, self.esc_value, self.esc_unit)
-            && reading != "literal"
-        {
-            write!(f, ", {reading} {value:.3e} {unit}")?;
-        }
-        if let Some(estimate) = self.estimate_n {
-            let note =
-                if self.extrapolated == Some(true) { " (extrapolated, not used)" } else { "" };
-            let sigma = self.estimate_sigma_n.unwrap_or(0.0);
-            write!(f, ", estimate {estimate:.2} +- {sigma:.2} N{note}")?;
-        }
-        if let Some(command) = self.command_n {
-            write!(f, ", command {command:.2} N")?;
-        }
-        Ok(())
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::{EventLine, EventLog};
     use slip_core::{
-        Phase, SlipEvent, Step,
+        CauseSet, Causes, Phase, SlipEvent, Step,
         detector::FloorHealth,
         grip::GripEvent,
         health::SensorHealth,
@@ -366,6 +323,9 @@ mod tests {
         units::{Micros, Newtons},
         velocity::{SpeedSource, Velocity},
     };
+
+    const G: SensorHealth = SensorHealth::Good;
+    const F: SensorHealth = SensorHealth::Frozen;
 
     fn step(t: u64, event: Option<SlipEvent>) -> Step {
         Step {
@@ -378,11 +338,8 @@ mod tests {
             estimate: None,
             command: Some(Newtons(2.5)),
             grip: None,
-            health: SensorHealth::Good,
+            sensors: [SensorHealth::Good; 4],
             floor_health: FloorHealth::Good,
-            reference_health: SensorHealth::Good,
-            travel_health: SensorHealth::Good,
-            pressure_health: SensorHealth::Good,
         }
     }
 
@@ -407,6 +364,10 @@ mod tests {
             method: Method::Travel,
             confidence: 0.5,
             certified_s: Some(600.0),
+            causes: Causes {
+                ruled_out: CauseSet::from_bits(0b1_0001),
+                possible: CauseSet::from_bits(0b00110),
+            },
         };
         let [None, None, None, None, Some(line), None, None] =
             log.lines(&step(1_500_000, Some(event)))
@@ -424,6 +385,10 @@ mod tests {
         );
         let words = "statistic 1.5, confidence 50 %, certified: one false alarm in 600 s or more";
         assert!(line.to_string().contains(words), "{line}");
+        assert_eq!(json["ruled_out"], serde_json::json!(["knock", "arm_stop"]));
+        assert_eq!(json["possible"], serde_json::json!(["motion", "grip_change"]));
+        let words = ", ruled out: knock arm_stop, possible: motion grip_change";
+        assert!(line.to_string().contains(words), "{line}");
         assert!(json["esc_w"].is_null() && json["estimate_n"].is_null());
         assert_eq!(log.slips(), 1);
     }
@@ -437,21 +402,22 @@ mod tests {
             method: Method::Stylus,
             confidence: 0.5,
             certified_s: None,
+            causes: Causes::default(),
         };
         log.lines(&step(1, Some(slip(Phase::Incipient, true))));
         log.lines(&step(2, Some(slip(Phase::Gross, false))));
         assert_eq!(log.slips(), 1);
-        let frozen = Step { health: SensorHealth::Frozen, ..step(3, None) };
+        let frozen = Step { sensors: [F, G, G, G], ..step(3, None) };
         let [line, None, None, None, None, None, None] = log.lines(&frozen) else { panic!() };
         assert_eq!(
             line,
             Some(EventLine::Health { t_s: 3e-6, channel: "stylus", health: "frozen" })
         );
         assert_eq!(log.lines(&frozen), [None; 7]);
-        let jumped = Step { travel_health: SensorHealth::Jumped, ..frozen };
+        let jumped = Step { sensors: [F, SensorHealth::Jumped, G, G], ..frozen };
         let [None, Some(line), None, None, None, None, None] = log.lines(&jumped) else { panic!() };
         assert_eq!(line, EventLine::Health { t_s: 3e-6, channel: "travel", health: "jumped" });
-        let lost = Step { reference_health: SensorHealth::Lost, ..jumped };
+        let lost = Step { sensors: [F, SensorHealth::Jumped, G, SensorHealth::Lost], ..jumped };
         let [None, None, None, Some(line), None, None, None] = log.lines(&lost) else { panic!() };
         assert_eq!(line, EventLine::Health { t_s: 3e-6, channel: "reference", health: "lost" });
     }
@@ -466,8 +432,8 @@ mod tests {
                 log.lines(&Step { velocity: velocity(SpeedSource::Travel, 0.02), ..step(1, None) });
             }
             log.lines(&Step { velocity: velocity(SpeedSource::Gravity, 0.3), ..step(2, None) });
-            let Some(EventLine::SlipEnd { evidence, .. }) = log.lines(&ended)[4] else { panic!() };
-            assert_eq!(evidence.speed_m_s, wanted);
+            let Some(EventLine::Slip(slip)) = log.lines(&ended)[4] else { panic!() };
+            assert_eq!((slip.phase, slip.speed_m_s), (Phase::Ended, wanted));
         }
     }
 

@@ -2,15 +2,13 @@
 
 use crate::{
     model::{HostEstimator, ModelError, default_estimator, parse_estimator},
-    recording::{ABOUT, MODEL_NAME, PART, RUN, UNRECORDED, beginning, client_command},
+    recording::{ABOUT, MODEL_NAME, PART, RUN, UNRECORDED, beginning},
     report::{EventLine, EventLog},
     session::{Beginning, ClockHealth},
 };
-use grip_record::mcap::{
-    ClientRecord, Entry, EventRecord, McapError, McapReader, PipelineRecord, Record,
-};
+use grip_record::mcap::{Entry, EventRecord, McapError, McapReader, PipelineRecord, Record};
 use serde::Deserialize;
-use slip_core::{ConfigError, Pipeline, Sample, Step, esc::Reading, units::Micros};
+use slip_core::{ClientCommand, ConfigError, Pipeline, Sample, Step, esc::Reading, units::Micros};
 use std::{
     collections::BTreeMap,
     path::{Path, PathBuf},
@@ -93,6 +91,14 @@ pub enum TapeError {
         file: PathBuf,
         /// Why.
         source: ModelError,
+    },
+    /// There is something in it that cannot be used here.
+    #[error("{}: {what}", file.display())]
+    Unusable {
+        /// The file.
+        file: PathBuf,
+        /// What it is.
+        what: &'static str,
     },
     /// Files that do not follow each other.
     #[error(
@@ -320,9 +326,9 @@ impl Tape {
 
     /// A client's command acts on the pipeline here, between the same samples as it did live. What went to the gripper itself shows
     /// in its samples.
-    fn client(&mut self, command: ClientRecord) {
+    fn client(&mut self, command: ClientCommand) {
         if let Some(run) = &mut self.pipeline {
-            client_command(command).apply(&mut run.pipeline);
+            run.pipeline.obey(command);
         }
     }
 }

@@ -190,11 +190,11 @@ impl CrossCheck {
         self.undecided && !self.travel_doubted && !self.stylus_doubted
     }
 
-    /// Force (N) from which on only the travel shows a movement, until the force has told whether it is one; and whether the stylus felt the slip before.
+    /// Force (N) from which on only the travel shows a movement, until the force has told whether it is one.
     #[must_use]
     #[inline]
-    pub fn alone_n(&self) -> Option<(f32, bool)> {
-        self.slip.alone.map(|alone| (alone.force_n, self.slip.felt))
+    pub fn alone_n(&self) -> Option<f32> {
+        self.slip.alone.map(|alone| alone.force_n)
     }
 
     /// Whether what the travel shows in this slip was no movement.

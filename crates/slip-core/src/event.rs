@@ -1,16 +1,18 @@
 //! What the pipeline has to say about a sample.
 
 use crate::{
-    Phase,
+    causes::Causes,
     detector::FloorHealth,
+    esc::Esc,
     estimate::ForceEstimate,
     features::Features,
     grip::GripEvent,
-    health::SensorHealth,
-    methods::Method,
-    scene::Scene,
     units::{Micros, Newtons},
     velocity::Velocity,
+};
+use slip_msg::{
+    EXTRAPOLATED, GripState, INFORMATIVE, Method, Phase, PipelineState, Reading, Scene,
+    SensorHealth,
 };
 
 /// A change in the slip state.
@@ -30,6 +32,8 @@ pub enum SlipEvent {
         /// The interval (s) that the slip is certified with: false alarms of that kind are at least so far apart on
         /// average, at 95 % confidence over the calibration. `None` where only the fast trigger has spoken so far.
         certified_s: Option<f32>,
+        /// Which causes other than a slip were ruled out.
+        causes: Causes,
     },
     /// The slip has ended.
     Ended {
@@ -61,14 +65,38 @@ pub struct Step {
     pub command: Option<Newtons>,
     /// What the controller found out about the object in hand.
     pub grip: Option<GripEvent>,
-    /// State of the stylus.
-    pub health: SensorHealth,
+    /// State of stylus, travel, pressure and reference; of all but the stylus while an object was last held.
+    pub sensors: [SensorHealth; 4],
     /// State of the noise floor of the stylus.
     pub floor_health: FloorHealth,
-    /// State of the motion reference while an object was last held.
-    pub reference_health: SensorHealth,
-    /// State of the travel channel while an object was last held.
-    pub travel_health: SensorHealth,
-    /// State of the taxel array while an object was last held.
-    pub pressure_health: SensorHealth,
+}
+
+impl Step {
+    /// The state after this step with the last E_sc and the last estimate; what the daemon knows besides is added by it.
+    #[must_use]
+    pub fn state(
+        &self,
+        grip: Option<GripState>,
+        esc: Option<Esc>,
+        estimate: Option<ForceEstimate>,
+    ) -> PipelineState {
+        let note = |bit, applies| if applies { bit } else { 0 };
+        #[expect(clippy::cast_possible_truncation, reason = "shown with seven digits")]
+        let value = |esc: Esc| esc.value as f32;
+        PipelineState {
+            t: self.t,
+            scene: self.scene,
+            grip: grip.unwrap_or_default(),
+            sensors: self.sensors,
+            notes: note(INFORMATIVE, esc.is_some_and(|esc| esc.informative()))
+                | note(EXTRAPOLATED, estimate.is_some_and(|estimate| estimate.extrapolated)),
+            esc_flags: esc.map_or(0, |esc| esc.flags.bits()),
+            esc_kind: esc.map_or(Reading::None, |esc| esc.reading),
+            statistic: Some(self.statistic),
+            command_n: self.command.map(|command| command.0),
+            esc: esc.map(value),
+            estimate_n: estimate.map(|estimate| estimate.force_n),
+            ..PipelineState::UNKNOWN
+        }
+    }
 }

@@ -165,10 +165,10 @@ impl Fusion {
         self.check.is_undecided()
     }
 
-    /// Force (N) from which on only the travel shows a movement, until the force has told whether it is one; and whether the stylus felt the slip before.
+    /// Force (N) from which on only the travel shows a movement, until the force has told whether it is one.
     #[must_use]
     #[inline]
-    pub fn alone_n(&self) -> Option<(f32, bool)> {
+    pub fn alone_n(&self) -> Option<f32> {
         self.check.alone_n()
     }
 

@@ -9,7 +9,7 @@ use crate::{
     sample::{FURTHER_AXES, Sample, Vector},
     units::Micros,
 };
-pub use slip_msg::SensorHealth;
+pub use slip_msg::{Sensor, SensorHealth};
 
 /// What is believed of the stylus.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -4,6 +4,7 @@
 //! E_sc, estimator and controller. `no_std`, no allocation, no panic; time comes with the samples.
 #![no_std]
 
+pub mod causes;
 pub mod confidence;
 pub mod config;
 pub mod course;
@@ -36,9 +37,10 @@ mod travel_noise;
 pub mod turns;
 pub mod velocity;
 
+pub use causes::{Cause, CauseSet, Causes};
 pub use config::PipelineConfig;
 pub use error::ConfigError;
 pub use event::{SlipEvent, Step};
 pub use pipeline::Pipeline;
 pub use sample::{Arrival, Sample, Signal};
-pub use slip_msg::{Phase, units};
+pub use slip_msg::{ClientCommand, Phase, PipelineState, SlipReport, units};

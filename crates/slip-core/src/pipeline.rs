@@ -3,6 +3,7 @@
 //! [`Pipeline::handle`] costs a fixed time, allocates nothing, takes no lock, does not panic and reads no
 //! clock; the same samples give the same steps everywhere.
 
+mod causes;
 mod coarse;
 mod evidence;
 mod force;
@@ -11,7 +12,8 @@ mod host_time;
 mod rest;
 
 use crate::{
-    Phase, Signal,
+    ClientCommand, Phase, Signal,
+    causes::Causes,
     confidence::confidence,
     config::PipelineConfig,
     course::Course,
@@ -36,6 +38,7 @@ use crate::{
     units::{Micros, Newtons},
     velocity::VelocityMeter,
 };
+use causes::Grasp;
 use coarse::TravelQuality;
 use force::SlipNews;
 use grip_force::GripForce;
@@ -54,6 +57,7 @@ pub struct Pipeline<W> {
     detector: SlipDetector,
     fusion: Fusion,
     standing: Standing,
+    grasp: Grasp,
     observation: SlipObservation,
     course: Course,
     velocity: VelocityMeter,
@@ -95,6 +99,8 @@ struct Slip {
     next_evidence: Micros,
     /// The interval it is certified with (s).
     certified_s: Option<f32>,
+    /// What was known of the grip when it was noticed.
+    grip_causes: Causes,
 }
 
 impl<W: AsRef<[f32]>> Pipeline<W> {
@@ -132,6 +138,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             .with_certificate(config.certificate.as_ref()),
             fusion: Fusion::new(config.methods, config.travel, config.pressure)?,
             standing: Standing::default(),
+            grasp: Grasp::default(),
             observation: SlipObservation::new(config.observation, rate_hz)
                 .with_travel_sigma(config.velocity.travel_sigma_m(config.travel.resolution_m)),
             course: Course::default(),
@@ -300,6 +307,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             self.grip_force.prime();
             self.fusion.prime();
             self.standing.prime();
+            self.grasp.begin(sample.t);
         }
         self.decides = decides;
         self.scene = match decides {
@@ -405,6 +413,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         let in_block = felt.is_some() && self.detector.in_block();
         if !in_block || self.slip.is_some() || !taxels.is_empty() {
             self.told = self.fusion.tell(felt);
+            self.grasp.step(sample.t, self.force_known(sample));
         }
         self.told
     }
@@ -426,11 +435,11 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
     ) -> Option<SlipEvent> {
         let state = told.map_or(SlipState::Quiet, |told| told.state);
         let method = told.map_or(Method::Stylus, |told| told.method);
-        let sure = || confidence(told.map_or(0.0, |t| t.statistic), self.config.detector.tail);
         if self.has_let_go(sample.t) {
             return self.end_slip(sample.t);
         }
-        match (&mut self.slip, state) {
+        let phase = |gross| if gross { Phase::Gross } else { Phase::Incipient };
+        let (phase, first, certified_s) = match (&mut self.slip, state) {
             (None, SlipState::Incipient | SlipState::Gross) => {
                 let gross = state == SlipState::Gross;
                 let heights = self.config.signal == Signal::Displacement;
@@ -451,31 +460,27 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
                     alone: false,
                     next_evidence: sample.t.plus(self.evidence_every),
                     certified_s,
+                    grip_causes: Causes::default(),
                 });
-                let phase = if gross { Phase::Gross } else { Phase::Incipient };
-                let confidence = sure();
-                Some(SlipEvent::Slip { phase, first: true, method, confidence, certified_s })
+                (phase(gross), true, certified_s)
             }
             (Some(slip), SlipState::Gross) if !slip.gross => {
                 slip.gross = true;
                 slip.certified_s = slip.certified_s.or(certified_s);
-                Some(SlipEvent::Slip {
-                    phase: Phase::Gross,
-                    first: false,
-                    method,
-                    confidence: sure(),
-                    certified_s: slip.certified_s,
-                })
+                (Phase::Gross, false, slip.certified_s)
             }
-            (Some(_), SlipState::Quiet) if self.scene == Scene::Slipping => self.end_slip(sample.t),
+            (Some(_), SlipState::Quiet) if self.scene == Scene::Slipping => {
+                return self.end_slip(sample.t);
+            }
             (Some(slip), _) if certified_s.is_some() && slip.certified_s.is_none() => {
                 slip.certified_s = certified_s;
-                let phase = if slip.gross { Phase::Gross } else { Phase::Incipient };
-                let confidence = sure();
-                Some(SlipEvent::Slip { phase, first: false, method, confidence, certified_s })
+                (phase(slip.gross), false, certified_s)
             }
-            _ => None,
-        }
+            _ => return None,
+        };
+        let causes = self.causes(sample, told, (first, certified_s.is_some()));
+        let confidence = confidence(told.map_or(0.0, |t| t.statistic), self.config.detector.tail);
+        Some(SlipEvent::Slip { phase, first, method, confidence, certified_s, causes })
     }
 
     /// Whether nothing has been touched for [`LET_GO`] while a slip goes on: the object is gone, whatever the sensors still show.
@@ -505,11 +510,13 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             estimate: None,
             command: self.grip.map(|grip| Newtons(grip.command_n())),
             grip: None,
-            health: self.stylus_health(),
+            sensors: [
+                self.stylus_health(),
+                self.travel_health(),
+                self.fusion.healths().1,
+                self.detector.reference_health(),
+            ],
             floor_health: self.detector.floor_health(),
-            reference_health: self.detector.reference_health(),
-            travel_health: self.travel_health(),
-            pressure_health: self.fusion.healths().1,
         }
     }
 
@@ -531,6 +538,19 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             SensorHealth::Good if self.travel_quality.is_coarse() => SensorHealth::Coarse,
             health => health,
         }
+    }
+
+    /// Carries out what concerns the controller; `false` where the command is none of that or its force is no force.
+    pub fn obey(&mut self, command: ClientCommand) -> bool {
+        match command {
+            ClientCommand::AtLeast(force_n) if force_n >= 0.0 => self.at_least(force_n),
+            ClientCommand::Release => self.release(),
+            ClientCommand::Grasp => self.close_again(),
+            ClientCommand::AtLeast(_) | ClientCommand::Stop | ClientCommand::ClearFault(_) => {
+                return false;
+            }
+        }
+        true
     }
 
     /// What the force controller is doing; `None` in a pipeline that only observes.

@@ -19,6 +19,7 @@ enum Stretch {
     Sliding(f32),
     Motion,
     Commanded,
+    Squeezed,
     LeapOfTravel(f32),
     Lost,
     Gap,
@@ -34,6 +35,7 @@ fn any_stretch() -> impl Strategy<Value = (Stretch, usize)> {
         1 => (0.0_f32..0.1).prop_map(Stretch::Sliding),
         1 => Just(Stretch::Motion),
         1 => Just(Stretch::Commanded),
+        1 => Just(Stretch::Squeezed),
         1 => (-2e-3_f32..2e-3).prop_map(Stretch::LeapOfTravel),
         1 => Just(Stretch::Lost),
         1 => Just(Stretch::Gap),
@@ -82,6 +84,7 @@ impl Gripper {
                 sample.stylus += 2e-6 * libm::sinf(self.phase);
                 sample.reference = Some(2e-6 * libm::sinf(self.phase));
             }
+            Stretch::Squeezed => sample.normal_force_n = Some(3.5),
             Stretch::Commanded => sample.motion = Some(1.0),
             Stretch::LeapOfTravel(leap_m) if self.t.is_multiple_of(7_700) => {
                 self.travel_m += leap_m;

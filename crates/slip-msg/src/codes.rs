@@ -89,6 +89,8 @@ codes! {
         7 => Lost "lost" "no readings, where there were some before.",
         8 => Doubted "doubted" "contradicted by another sensor.",
         9 => Coarse "coarse" "steps or noise too coarse to show an acceleration.",
+        10 => Late "late" "another sensor shows the same at another time.",
+        11 => Uncoupled "uncoupled" "other sensors show nothing of what it shows.",
     }
 
     /// State of the link between daemon and gripper.

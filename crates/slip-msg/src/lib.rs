@@ -5,8 +5,20 @@
 #![no_std]
 
 pub mod codes;
+mod command;
+mod fault;
+mod message;
+mod slip;
+mod state;
 mod table;
 pub mod units;
+pub mod wire;
 
 pub use codes::*;
+pub use command::ClientCommand;
+pub use fault::{FaultCode, Reaction};
+pub use message::{Field, Wire};
+pub use slip::SlipReport;
+pub use state::{EXTRAPOLATED, INFORMATIVE, PipelineState};
 pub use table::Row;
+pub use wire::PayloadError;

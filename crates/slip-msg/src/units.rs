@@ -18,6 +18,17 @@ impl Micros {
         self.0 as f64 / 1e6
     }
 
+    /// The microseconds nearest to `seconds`; zero for NaN and negative values.
+    #[must_use]
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "the cast saturates"
+    )]
+    pub const fn from_seconds(seconds: f64) -> Self {
+        Self((seconds * 1e6 + 0.5) as u64)
+    }
+
     /// `ms` milliseconds, rounded down; zero for NaN and negative values.
     #[must_use]
     #[expect(

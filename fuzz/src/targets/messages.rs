@@ -6,8 +6,8 @@ use super::gripper::ident;
 use core::fmt::Debug;
 use grip_link::frame::{Direction, Frame, Header, MAX_PAYLOAD};
 use grip_link::message::daemon::{
-    Appended, Command, Gripper, Health, Notice, RowSet, Rows, Slip, State, Subscribe, ToClient,
-    ToDaemon, Welcome,
+    Appended, Command, Gripper, Health, Notice, PipelineState, RowSet, Rows, SlipReport, Subscribe,
+    ToClient, ToDaemon, Welcome,
 };
 use grip_link::message::{
     Ack, ClearFault, Config, ConfigAck, Event, Grip, Heartbeat, Hello, Ident, Kind, Layout, Log,
@@ -61,7 +61,14 @@ macro_rules! rounds {
                 round($payload, &mut out, Notice::parse, |notice, out| notice.write(out));
             }
             Kind::HEALTH => health($payload),
-            Kind::STATE => state($payload),
+            Kind::SLIP => grown(
+                $payload, (SlipReport::SIZE, SlipReport::WHOLE), (SlipReport::parse, SlipReport::write),
+                |slip| SlipReport { certified_s: None, ..*slip },
+            ),
+            Kind::STATE => grown(
+                $payload, (PipelineState::SIZE, PipelineState::WHOLE), (PipelineState::parse, PipelineState::write),
+                |state| PipelineState { late_ms: None, ..*state },
+            ),
             Kind::ROWS => {
                 let mut out = [0; MAX_PAYLOAD];
                 round($payload, &mut out, Rows::parse, |rows, out| rows.write(out));
@@ -112,20 +119,27 @@ fn health(payload: &[u8]) {
     assert_eq!(Health::parse(&out[..whole.min(len) - usize::from(len == whole)]), Ok(first));
 }
 
-/// The age of the evidence is written where it is known.
-fn state(payload: &[u8]) {
-    let Ok(message) = State::parse(payload) else { return };
+/// A message of `sizes` without and with a last field, which is written where it is known. `older` is the message without it.
+fn grown<T: PartialEq + Debug>(
+    payload: &[u8],
+    sizes: (usize, usize),
+    (parse, write): (impl Fn(&[u8]) -> Result<T, PayloadError>, impl Fn(&T, &mut [u8]) -> Written),
+    older: impl Fn(&T) -> T,
+) {
+    let Ok(message) = parse(payload) else { return };
     let (mut out, mut second) = ([0; MAX_PAYLOAD], [0; MAX_PAYLOAD]);
-    let len = message.write(&mut out).unwrap();
-    assert_eq!(len, if message.late_ms.is_some() { State::WHOLE } else { State::SIZE });
-    assert!(message.late_ms.is_none() || payload.len() >= State::WHOLE);
+    let len = write(&message, &mut out).unwrap();
+    let without = older(&message);
+    let (size, whole) = sizes;
+    assert_eq!(len, if message == without { size } else { whole });
+    assert!(message == without || payload.len() >= whole);
     for short in 0..len {
-        assert_eq!(message.write(&mut second[..short]), Err(PayloadError::Full { have: short }));
+        assert_eq!(write(&message, &mut second[..short]), Err(PayloadError::Full { have: short }));
     }
-    assert_eq!(State::parse(&out[..len]), Ok(message), "decode(encode(x)) = x");
-    assert!(State::parse(&out[..State::SIZE - 1]).is_err(), "a byte short is refused");
-    for older in State::SIZE..len {
-        assert_eq!(State::parse(&out[..older]), Ok(State { late_ms: None, ..message }));
+    assert_eq!(parse(&out[..len]).as_ref(), Ok(&message), "decode(encode(x)) = x");
+    assert!(parse(&out[..size - 1]).is_err(), "a byte short is refused");
+    for short in size..len {
+        assert_eq!(parse(&out[..short]).as_ref(), Ok(&without));
     }
 }
 
@@ -155,7 +169,7 @@ pub fn check(data: &[u8]) {
         HELLO => Hello, CONFIG => Config, PING => Ping, GRIP => Grip, HEARTBEAT => Heartbeat,
         CLEAR_FAULT => ClearFault, IDENT => Ident, CONFIG_ACK => ConfigAck, PONG => Pong, ACK => Ack,
         NACK => Nack, STATUS => Status, STATS => Stats, EVENT => Event,
-        SLIP => Slip, GRIPPER => Gripper, SUBSCRIBE => Subscribe, COMMAND => Command,
+        GRIPPER => Gripper, SUBSCRIBE => Subscribe, COMMAND => Command,
     );
     let header = Header::new(Direction::ToDevice, kind, 0, 1);
     let parsed = ToDevice::parse(&Frame { header, payload });

@@ -9,7 +9,7 @@ pub(crate) struct ImportArgs {
     /// What to import: .wav, .npy, .csv (with commas, semicolons or tabs; Robotiq TSF-85 too), .mcap of any program,
     /// rosbag2 .db3, or the folder of a bag.
     pub(crate) file: PathBuf,
-    /// Where to write the recording: .csv or .npz. Without it what would be taken for what is printed.
+    /// Where to write the recording: .csv, .npz or .mcap. Without it what would be taken for what is printed.
     #[arg(short, long)]
     pub(crate) output: Option<PathBuf>,
     #[command(flatten)]
@@ -31,7 +31,7 @@ pub(crate) struct ImportArgs {
 #[derive(Debug, Args)]
 #[command(group(ArgGroup::new("kind").required(true).args(["onset", "steady", "rest", "remove"])))]
 pub(crate) struct LabelArgs {
-    /// The recording (.csv or .npz). Its label goes into labels.csv of the same folder.
+    /// The recording (.csv, .npz or .mcap). Its label goes into labels.csv of the same folder.
     pub(crate) file: PathBuf,
     /// It starts at rest and begins to slip at this time of its clock (s).
     #[arg(long, value_name = "S", allow_negative_numbers = true)]

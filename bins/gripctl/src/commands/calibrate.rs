@@ -1,13 +1,12 @@
 //! `gripctl calibrate`: floor, gate and thresholds from a recording without slip, or from a gripper.
 
 use super::{
-    csv_options, host_config,
+    host_config,
     measure::{Measured, measure},
 };
 use crate::{cli::CalibrateArgs, output};
 use anyhow::Context as _;
 use grip_eval::calibrate::{Calibrated, calibrate, check_interval};
-use grip_record::read_recording;
 use grip_session::{
     calibration::{Calibration, LawEvidence},
     exit::{Exit, WrongArgument},
@@ -29,7 +28,7 @@ pub(crate) fn run(args: &CalibrateArgs) -> anyhow::Result<Exit> {
         (Some(port), _) => (measure(port, args, &config)?, port.clone()),
         (None, file) => {
             let file = file.as_deref().unwrap_or(Path::new(""));
-            let recording = read_recording(file, &csv_options(&args.csv)?)?;
+            let recording = super::recording(file, &args.csv)?;
             (Measured { recording, lost: 0 }, file.display().to_string())
         }
     };
@@ -67,6 +66,13 @@ fn tell(calibration: &Calibration) -> anyhow::Result<()> {
             " (too little: the default gate stays, and no threshold goes below its default)"
         }
     ))?;
+    if evidence.unexplained_s > 0.0 {
+        let [at_s, length_s] = evidence.unexplained_longest.unwrap_or_default();
+        output::line(&format!(
+            "left out as unexplained: {:.2} s of rest, loud without motion of the reference, the longest {length_s:.2} s at {at_s:.2} s; floor and thresholds know nothing of it. Look whether it is a slip: there it would be reported, as it should; a knock or other work would be a false alarm",
+            evidence.unexplained_s
+        ))?;
+    }
     output::line(&format!(
         "thresholds: bands {thresholds:.1?}, cumulative sum {cusum_threshold:.1}"
     ))?;

@@ -1,6 +1,7 @@
 //! Model cards on disk: where they lie, how they are read and written.
 
 use anyhow::Context as _;
+use grip_record::files;
 use grip_session::exit::WrongArgument;
 use mlp::export::card::Card;
 use mlp::train::{DataSet, Fit, FitConfig};
@@ -29,7 +30,7 @@ pub(super) fn path(
 
 /// The first of `paths` that holds the card of the model with the contents `text`.
 pub(super) fn known(paths: &[&Path], text: &str) -> Option<Card> {
-    let read = |path: &&Path| Card::from_json(&std::fs::read_to_string(path).ok()?);
+    let read = |path: &&Path| Card::from_json(&files::read_text(path, files::MOST_MODEL).ok()?);
     paths.iter().filter_map(read).find(|card| card.is_of(text))
 }
 

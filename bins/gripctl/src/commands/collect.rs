@@ -1,6 +1,6 @@
 //! `gripctl collect`: recordings of many grippers in, rows for `gripctl train` out.
 
-use super::{checked, csv_options, host_config};
+use super::{checked, csv_options, host_config, unreadable};
 use crate::{
     cli::learn::{CollectArgs, CollectSplit},
     output,
@@ -13,6 +13,7 @@ use grip_eval::{
     },
     score::Quantiles,
 };
+use grip_record::files;
 use grip_session::exit::{Exit, WrongArgument};
 use serde::Serialize;
 use slip_core::features::Feature;
@@ -128,7 +129,10 @@ fn required(names: &[String]) -> Result<Vec<Feature>, WrongArgument> {
 
 /// Nothing but earlier rows is ever written over: what is named could be a recording.
 fn spare(output: &Path) -> anyhow::Result<()> {
-    let Ok(file) = fs::File::open(output) else { return Ok(()) };
+    if !output.exists() {
+        return Ok(());
+    }
+    let file = files::open(output).map_err(unreadable(output))?;
     let mut start = vec![0; COLUMNS.join(",").len()];
     let is_ours = file.take(start.len() as u64).read_exact(&mut start).is_ok()
         && start == COLUMNS.join(",").as_bytes();

@@ -1,16 +1,28 @@
 //! `gripctl import`: a recording of another program as one of this project.
 
-use super::csv_options;
+use super::{csv_options, replay::is_mcap};
 use crate::{
     cli::{self, import::ImportArgs},
     output,
 };
 use anyhow::Context as _;
 use grip_import::{ImportOptions, Imported, TimeUnit, Use};
-use grip_record::{CsvOptions, CsvWriter, Recording, is_npz};
-use grip_session::exit::{Exit, WrongArgument};
+use grip_record::{
+    ChannelSet, CsvOptions, CsvWriter, Recording, is_npz,
+    mcap::{McapWriter, Record, SampleRecord},
+};
+use grip_session::{
+    HostConfig,
+    exit::{Exit, WrongArgument},
+    model,
+    recording::{ABOUT, PART, RUN, event_record, pipeline_record},
+    replay::{self, Replay},
+    report::EventLog,
+    session::Beginning,
+};
 use serde::Serialize;
 use std::{
+    collections::BTreeMap,
     fs::File,
     io::{BufWriter, Write as _},
     path::Path,
@@ -58,6 +70,7 @@ pub(crate) fn run(args: &ImportArgs) -> anyhow::Result<Exit> {
     };
     let imported = import(&args.file, &options)?;
     if let Some(output) = &args.output {
+        refuse_axes(&imported.recording, output)?;
         write(&imported.recording, output)
             .with_context(|| format!("cannot write {}", output.display()))?;
     }
@@ -76,8 +89,9 @@ pub(super) fn import_options(csv: &CsvOptions) -> ImportOptions {
 
 fn check_output(file: &Path, output: &Path) -> Result<(), WrongArgument> {
     let csv = output.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("csv"));
-    if !(csv || is_npz(output)) {
-        let text = format!("-o {}: a recording is written as .csv or .npz", output.display());
+    if !(csv || is_npz(output) || is_mcap(output)) {
+        let text =
+            format!("-o {}: a recording is written as .csv, .npz or .mcap", output.display());
         return Err(WrongArgument(text));
     }
     let same = file.canonicalize().ok().zip(output.canonicalize().ok());
@@ -88,7 +102,54 @@ fn check_output(file: &Path, output: &Path) -> Result<(), WrongArgument> {
     Ok(())
 }
 
+/// Messages of a recording have one axis a sensor.
+fn refuse_axes(recording: &Recording, output: &Path) -> Result<(), WrongArgument> {
+    let ChannelSet { axes, reference_axes, .. } = &recording.channels;
+    if !is_mcap(output) || (axes.is_empty() && reference_axes.is_empty()) {
+        return Ok(());
+    }
+    Err(WrongArgument(format!(
+        "-o {}: an .mcap has one axis a sensor; write .csv or .npz, or choose an axis with --map",
+        output.display()
+    )))
+}
+
+/// The recording as gripd would have made it, with the events of the shipped settings: what `replay` of the CSV shows.
+fn write_mcap(recording: &Recording, output: &Path) -> anyhow::Result<()> {
+    let config = replay::pipeline_config(recording, &HostConfig::default(), false);
+    let mut events = Replay::new(recording, config, Some(model::default_estimator()?))?;
+    let program = concat!("gripctl ", env!("CARGO_PKG_VERSION"));
+    let mut writer = McapWriter::new(BufWriter::new(File::create(output)?), program, 0)?;
+    let facts = [("program", program), (RUN, &recording.name), (PART, "0")];
+    let facts = facts.map(|(name, value)| (name.to_owned(), value.to_owned()));
+    writer.metadata(ABOUT, &BTreeMap::from(facts))?;
+    let beginning = Beginning {
+        config,
+        carried_n: None,
+        least_n: 0.0,
+        released: false,
+        taxels: recording.channels.taxels,
+    };
+    let (mut json, mut log) = (Vec::new(), EventLog::default());
+    writer.write(0, &Record::Pipeline(pipeline_record(&beginning, &mut json)?))?;
+    for (at, sample) in recording.samples.iter().enumerate() {
+        let taxels = recording.taxels.as_ref().map_or(&[] as &[f32], |taxels| taxels.frame(at));
+        let index = u32::try_from(at % (1 << 32))?;
+        let record = SampleRecord { index, sample: *sample, taxels };
+        writer.write(sample.t.0, &Record::Sample(record))?;
+        let Some(step) = events.next() else { continue };
+        for line in log.lines(&step).into_iter().flatten() {
+            writer.write(sample.t.0, &Record::Event(event_record(&line, &mut json)?))?;
+        }
+    }
+    writer.finish()?;
+    Ok(())
+}
+
 fn write(recording: &Recording, output: &Path) -> anyhow::Result<()> {
+    if is_mcap(output) {
+        return write_mcap(recording, output);
+    }
     if is_npz(output) {
         return Ok(recording.write_npz(output)?);
     }
@@ -145,7 +206,7 @@ fn show(imported: &Imported, args: &ImportArgs) -> anyhow::Result<()> {
         last - first,
         recording.rate_hz,
         output.map_or_else(
-            || "; nothing written without -o FILE.csv or FILE.npz".to_owned(),
+            || "; nothing written without -o FILE.csv, FILE.npz or FILE.mcap".to_owned(),
             |output| format!(" -> {output}")
         )
     ))?;

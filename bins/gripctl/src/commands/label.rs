@@ -1,9 +1,8 @@
 //! `gripctl label`: what happens in a recording, into the labels.csv beside it.
 
-use super::csv_options;
 use crate::{cli::import::LabelArgs, output};
 use anyhow::Context as _;
-use grip_record::{Label, LabelKind, Recording, Relabel, read_recording, write_label};
+use grip_record::{Label, LabelKind, Recording, Relabel, write_label};
 use grip_session::exit::{Exit, WrongArgument};
 use slip_core::units::Micros;
 use std::path::Path;
@@ -14,7 +13,7 @@ pub(crate) fn run(args: &LabelArgs) -> anyhow::Result<Exit> {
         LabelKind::Rest
     } else {
         // A label of what cannot be read would only be found out by `score`.
-        let recording = read_recording(&args.file, &csv_options(&args.csv)?)?;
+        let recording = super::recording(&args.file, &args.csv)?;
         kind(args, &recording)?
     };
     let material = args.material.clone().unwrap_or_default();
@@ -51,12 +50,12 @@ pub(crate) fn run(args: &LabelArgs) -> anyhow::Result<Exit> {
     Ok(Exit::Done)
 }
 
-/// The folder of the recording, and its name there: `score` looks for NAME.csv and NAME.npz.
+/// The folder of the recording, and its name there: `score` looks for NAME.csv, NAME.npz and NAME.mcap.
 fn place(file: &Path) -> Result<(&Path, String), WrongArgument> {
     let ending = file.extension().and_then(|ending| ending.to_str()).unwrap_or_default();
-    if !["csv", "npz"].contains(&ending) {
+    if !["csv", "npz", "mcap"].contains(&ending) {
         let text = format!(
-            "{}: a label is for a .csv or .npz; `gripctl import` makes one",
+            "{}: a label is for a .csv, .npz or .mcap; `gripctl import` makes one",
             file.display()
         );
         return Err(WrongArgument(text));

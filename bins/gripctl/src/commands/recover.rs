@@ -1,8 +1,12 @@
 //! `gripctl recover`: a recording without its end, or with damage, made whole.
 
+use super::unreadable;
 use crate::{cli::RecoverArgs, output};
 use anyhow::{Context as _, anyhow};
-use grip_record::mcap::{Recovered, recover};
+use grip_record::{
+    files,
+    mcap::{Recovered, recover},
+};
 use grip_session::exit::{Exit, WrongArgument};
 use serde::Serialize;
 use std::{
@@ -33,8 +37,7 @@ struct Hole<'a> {
 }
 
 pub(crate) fn run(args: &RecoverArgs) -> anyhow::Result<Exit> {
-    let input =
-        File::open(&args.file).with_context(|| format!("cannot read {}", args.file.display()))?;
+    let input = files::open(&args.file).map_err(unreadable(&args.file))?;
     let len = input.metadata()?.len();
     if args.output.is_none() {
         refuse_live(&args.file, &input)?;

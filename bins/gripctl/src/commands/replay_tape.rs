@@ -209,7 +209,7 @@ impl Check {
 }
 
 /// Fields that lines have since recordings were first made.
-const ADDED: [&str; 2] = ["certified", "certified_interval_s"];
+const ADDED: [&str; 4] = ["certified", "certified_interval_s", "ruled_out", "possible"];
 
 /// Whether the lines are equal, but for fields that have been added since the recording.
 fn agree(recorded: &str, replayed: &str) -> bool {

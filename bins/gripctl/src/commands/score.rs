@@ -35,9 +35,10 @@ pub(crate) fn run(args: &ScoreArgs) -> anyhow::Result<Exit> {
     if let Some(score) = scores.first() {
         tell_floor(score, args);
     }
-    if let Some(rms) = scores.iter().find_map(|score| score.taxel_rms) {
+    if let Some((rms, range)) = scores.iter().find_map(|s| s.taxel_rms.zip(Some(s.taxel_range))) {
+        let range = range.map_or_else(String::new, |range| format!(", range {}", any_unit(range)));
         eprintln!(
-            "taxel noise of the labelled rest, for each material of the others': {} over all (rms)",
+            "taxel noise of the labelled rest, for each material of the others': {} over all (rms){range}",
             any_unit(rms)
         );
     }

@@ -7,6 +7,17 @@ use std::{fs, path::Path};
 
 /// `seconds` at 2 kHz: noise of `rms_um`, a robot that moves now and then, and its reference.
 fn recording(seconds: u32, rms_um: impl Fn(f64) -> f64, seed: u64) -> String {
+    work(seconds, rms_um, |_| true, seed)
+}
+
+/// The same with a robot that stands where it does not `work`.
+fn work(
+    seconds: u32,
+    rms_um: impl Fn(f64) -> f64,
+    works: impl Fn(f64) -> bool,
+    seed: u64,
+) -> String {
+    let mut still = Disturbance::new(0.0, 0.0, 2000.0, seed);
     let mut robot = Disturbance::new(1.0, 0.2, 2000.0, seed);
     let mut state = 1_u32;
     let mut text = String::from("t_s,stylus,reference\n");
@@ -18,7 +29,8 @@ fn recording(seconds: u32, rms_um: impl Fn(f64) -> f64, seed: u64) -> String {
                 f64::from(state >> 8) / f64::from(1 << 24) - 0.5
             })
             .sum();
-        let motion = robot.next_sample();
+        let (moving, standing) = (robot.next_sample(), still.next_sample());
+        let motion = if works(t) { moving } else { standing };
         let stylus = motion.stylus_m + 1e-6 * rms_um(t) * noise;
         writeln!(text, "{t:.6},{stylus:e},{:e}", motion.reference_m).unwrap();
     }
@@ -115,6 +127,42 @@ fn floors_that_cannot_be_trusted_are_refused() {
     put(folder.path(), "bad.toml", "floor = 3\n");
     let args = ["replay", "short.csv", "--calibration", "bad.toml"];
     gripctl(folder.path(), &args).refused(2, &["bad.toml:1:9", "invalid type"]);
+}
+
+/// A slip in the work is left out and said, and makes the detector no deafer; more of it is refused.
+#[test]
+fn a_slip_in_the_work_is_reported_and_raises_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let with = |slip_s: f64| {
+        let rms = move |t: f64| if (50.0..50.0 + slip_s).contains(&t) { 2.0 } else { 0.1 };
+        let text = work(120, rms, |t| !(48.0..70.0).contains(&t), 5);
+        put(folder.path(), "work.csv", &text);
+        gripctl(
+            folder.path(),
+            &["calibrate", "work.csv", "--interval", "60", "-o", "cal.toml", "--json"],
+        )
+    };
+    let line = |slip_s: f64| with(slip_s).done().json().pop().unwrap();
+    let (clean, slipped) = (line(0.0), line(5.0));
+    assert_eq!(clean["evidence"]["unexplained_s"], 0.0);
+    let evidence = &slipped["evidence"];
+    let [at_s, long_s] = [0, 1].map(|i| evidence["unexplained_longest"][i].as_f64().unwrap());
+    assert!((4.8..5.5).contains(&number(evidence, "unexplained_s")), "{slipped}");
+    assert!((49.8..55.0).contains(&at_s) && long_s < 5.3, "{slipped}");
+    for (i, threshold) in clean["thresholds"].as_array().unwrap().iter().enumerate() {
+        let (was, is) = (threshold.as_f64().unwrap(), slipped["thresholds"][i].as_f64().unwrap());
+        assert!(is < 1.25 * was, "{i}: {was} {is}");
+    }
+    let smallest = |line: &serde_json::Value| number(&line["evidence"], "smallest_rest");
+    assert!(smallest(&slipped) < 1.1 * smallest(&clean), "{slipped}");
+    let text = gripctl(folder.path(), &["calibrate", "work.csv", "-o", "cal.toml"]).done().out;
+    assert!(text.contains("left out as unexplained") && text.contains("the longest"), "{text}");
+    // More than a tenth of the rest, and one that goes on while the robot moves.
+    with(15.0).refused(1, &["not stationary", "loud without motion"]);
+    let rms = |t: f64| if (68.0..75.0).contains(&t) { 2.0 } else { 0.1 };
+    put(folder.path(), "work.csv", &work(120, rms, |t| !(48.0..70.0).contains(&t), 5));
+    let args = ["calibrate", "work.csv", "-o", "cal.toml"];
+    gripctl(folder.path(), &args).refused(1, &["not stationary"]);
 }
 
 /// An open hand has the noise of a closed one, though a gripper that holds nothing listens to no slip.

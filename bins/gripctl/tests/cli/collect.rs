@@ -255,10 +255,10 @@ fn what_cannot_be_collected_is_told() {
     let refuse = |code: i32, args: &[&str], words: &[&str]| {
         gripctl(here, &[&["collect"], args].concat()).refused(code, words);
     };
-    refuse(1, &["empty", "-o", "t.csv"], &["empty: no recording in it"]);
-    refuse(1, &["nowhere", "-o", "t.csv"], &["nowhere: cannot be read"]);
-    refuse(1, &["bad.mcap", "-o", "t.csv"], &["bad.mcap: is no MCAP file"]);
-    refuse(1, &["notes.txt", "-o", "t.csv"], &["notes.txt: is no recording"]);
+    refuse(2, &["empty", "-o", "t.csv"], &["empty: no recording in it"]);
+    refuse(2, &["nowhere", "-o", "t.csv"], &["nowhere: cannot be read"]);
+    refuse(2, &["bad.mcap", "-o", "t.csv"], &["bad.mcap: is no MCAP file"]);
+    refuse(2, &["notes.txt", "-o", "t.csv"], &["notes.txt: is no recording"]);
     refuse(1, &["rest.csv", "-o", "t.csv"], &["nothing to train on: 0 slips in 1 recordings"]);
     refuse(2, &["rest.csv", "-o", "t"], &["--output t: expected a name that ends with .csv"]);
     let before = fs::read(here.join("rest.csv")).unwrap();

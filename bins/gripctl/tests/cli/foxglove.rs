@@ -10,10 +10,11 @@ use grip_daemon::clients::{About, Clients, ClientsConfig};
 use grip_fleet::live::Topic;
 use grip_link::message::daemon::RealTime;
 use grip_record::mcap::Record;
+use grip_session::report::EventLine;
 use grip_session::report::{EventLine, EvidenceFields};
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::{Value, json};
-use slip_core::{Sample, units::Micros};
+use slip_core::{Sample, SlipReport, units::Micros};
 use std::{
     fs::{self, File},
     io::{BufRead as _, BufReader, Read as _, Write as _},
@@ -44,14 +45,12 @@ impl Daemon {
         let about = About { name, run_id, dry_run: false, records: false, real_time };
         let config = ClientsConfig { listen, ..ClientsConfig::default() };
         let mut clients = Clients::listen(config, about).unwrap();
-        let evidence = EvidenceFields { command_n: Some(4.5), ..EvidenceFields::default() };
-        let line = EventLine::SlipEnd {
-            t_s: 1.5,
-            duration_s: 0.25,
-            certified: false,
-            certified_interval_s: None,
-            evidence,
-        };
+        let line = EventLine::Slip(SlipReport {
+            t: Micros(1_500_000),
+            duration_s: Some(0.25),
+            command_n: Some(4.5),
+            ..SlipReport::UNKNOWN
+        });
         clients.take(&Item::Event { host_us: 2_000_000, line: &line });
         let end = Arc::new(AtomicBool::new(false));
         let wants_samples = Arc::new(AtomicBool::new(false));

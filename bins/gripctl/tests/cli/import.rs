@@ -81,6 +81,54 @@ fn a_wav_is_imported_labelled_and_scored() {
     assert_eq!(labels, "recording,kind,material,onset_s\na,onset,cork,1.500000\n");
 }
 
+/// As MCAP a recording gives the events and the score that it gives as CSV, taxels and channels included.
+#[test]
+fn an_mcap_gives_the_events_of_the_csv() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    wav(&folder.join("a.wav"), 1);
+    let taxels: String = (0..300_u32)
+        .map(|i| {
+            let row: String = (0..9_u32)
+                .map(|k| {
+                    let moved = if i > 200 { f64::from(i - 200) * 0.05 } else { 0.0 };
+                    let noise = f64::from((i * 7919 + k * 104_729) % 97) / 97.0;
+                    format!(",{:.2}", 500.0 * (-(f64::from(k) - 4.0 - moved).powi(2)).exp() + noise)
+                })
+                .collect();
+            format!("{:.2},5.0{row}\n", 0.01 * f64::from(i))
+        })
+        .collect();
+    let head: String = (0..9).map(|k| format!(",pressure_{k}")).collect();
+    fs::write(folder.join("taxels_in.csv"), format!("t_s,force_n{head}\n{taxels}")).unwrap();
+    for (name, from) in [("a", "a.wav"), ("taxels", "taxels_in.csv")] {
+        let events = |ending: &str| {
+            let file = format!("{name}.{ending}");
+            gripctl(folder, &["import", from, "-o", &file]).done();
+            let mut lines = gripctl(folder, &["replay", &file, "--json"]).done().json();
+            let summary = lines.pop().unwrap();
+            (lines, summary["samples"].clone())
+        };
+        let csv = events("csv");
+        assert!(csv.0.iter().any(|line| line["type"] == "slip"), "{csv:?}");
+        assert_eq!(events("mcap"), csv);
+        let mcap = format!("{name}.mcap");
+        gripctl(folder, &["replay", &mcap, "--check"]).done();
+        let kind = if name == "a" { ["--onset", "1.5"] } else { ["--onset", "2"] };
+        let scored = |file: &str| {
+            gripctl(folder, &[&["label", file][..], &kind, &["--force"]].concat()).done();
+            gripctl(folder, &["score", ".", "--floor", "live", "--json"]).done().json()
+        };
+        let as_csv = scored(&format!("{name}.csv"));
+        fs::remove_file(folder.join(format!("{name}.csv"))).unwrap();
+        assert_eq!(scored(&mcap), as_csv);
+        fs::remove_file(folder.join("labels.csv")).unwrap();
+    }
+    fs::write(folder.join("axes.csv"), "t_s,vibration_x,vibration_y\n0,1,1\n0.001,2,2\n").unwrap();
+    gripctl(folder, &["import", "axes.csv", "-o", "axes.mcap"]).refused(2, &["one axis"]);
+    assert!(!folder.join("axes.mcap").exists());
+}
+
 #[test]
 fn what_cannot_be_imported_ends_with_2_and_writes_nothing() {
     let folder = tempfile::tempdir().unwrap();
@@ -100,7 +148,7 @@ fn what_cannot_be_imported_ends_with_2_and_writes_nothing() {
     }
     put("ok.csv", b"time_ms;mic\n0;1\n1;2\n2;1\n");
     gripctl(folder, &["import", "ok.csv", "-o", "ok.csv"]).refused(2, &["would overwrite"]);
-    gripctl(folder, &["import", "ok.csv", "-o", "ok.wav"]).refused(2, &[".csv or .npz"]);
+    gripctl(folder, &["import", "ok.csv", "-o", "ok.wav"]).refused(2, &[".csv, .npz or .mcap"]);
     gripctl(folder, &["import", "ok.csv", "--time-unit", "h"])
         .refused(2, &["[possible values: s, ms, us, ns]"]);
     gripctl(folder, &["import", "ok.csv", "-o", "out.csv"]).done();

@@ -177,7 +177,7 @@ fn broken_rows_and_options_are_refused() {
         assert!(!folder.path().join("m.json").exists(), "a model of {words:?}");
     };
     let columns = ["--inputs", "x", "--target", "y"];
-    let rows = |rows: &str, words: &[&str]| train(rows, &columns, 1, words);
+    let rows = |rows: &str, words: &[&str]| train(rows, &columns, 2, words);
     rows("", &["d.csv", "no header row"]);
     rows("x,y\n", &["d.csv", "no rows"]);
     rows("x,z\n1,2\n", &["d.csv", "no column \"y\"", "x, z"]);
@@ -197,7 +197,12 @@ fn broken_rows_and_options_are_refused() {
     with(&["--repeats", "0"], &["0 repeats"]);
     with(&["--goal", "nan"], &["goal", "NaN"]);
     with(&["--goal", "-1"], &["goal", "-1"]);
-    train(good, &[&columns[..], &["--test", "gone.csv"]].concat(), 1, &["cannot read gone.csv"]);
+    train(
+        good,
+        &[&columns[..], &["--test", "gone.csv"]].concat(),
+        2,
+        &["gone.csv: cannot be read"],
+    );
     gripctl(folder.path(), &["eval", "gone.json", "d.csv"])
         .refused(2, &["gone.json", "No such file"]);
     for args in [
@@ -243,11 +248,11 @@ fn rows_of_numpy_train_like_those_of_csv() {
     let missing =
         ["train", "rows.npz", "--inputs", "colour", "--target", "adequate_force_n", "-o", "c.json"];
     gripctl(folder.path(), &missing)
-        .refused(1, &["rows.npz", "no array \"colour\"", "object, mass_kg"]);
+        .refused(2, &["rows.npz", "no array \"colour\"", "object, mass_kg"]);
     fs::write(
         folder.path().join("cut.npz"),
         &fs::read(folder.path().join("rows.npz")).unwrap()[..900],
     )
     .unwrap();
-    gripctl(folder.path(), &["eval", "a.json", "cut.npz"]).refused(1, &["cut.npz: is no .npz"]);
+    gripctl(folder.path(), &["eval", "a.json", "cut.npz"]).refused(2, &["cut.npz: is no .npz"]);
 }

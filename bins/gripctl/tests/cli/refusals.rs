@@ -2,7 +2,10 @@
 
 use crate::run::gripctl;
 use rustix::fs::{CWD, FileType, Mode, mknodat};
-use std::fs::{self, File};
+use std::{
+    fs::{self, File},
+    os::unix::fs::symlink,
+};
 
 const MODEL: &str = include_str!("../../../../crates/grip-session/models/default.json");
 
@@ -12,7 +15,7 @@ fn recordings() {
     let refuse = |bytes: &[u8], words: &[&str]| {
         fs::write(folder.path().join("r.csv"), bytes).unwrap();
         let words: Vec<&str> = words.iter().copied().chain(["r.csv"]).collect();
-        gripctl(folder.path(), &["replay", "r.csv"]).refused(1, &words);
+        gripctl(folder.path(), &["replay", "r.csv"]).refused(2, &words);
     };
     refuse(b"", &["is empty", "the first line must name the columns"]);
     refuse(b"t_s,stylus\n", &["no rows"]);
@@ -47,8 +50,65 @@ fn recordings() {
         shown.len() < 8000 && !shown.trim_end().contains(|c: char| c.is_control() && c != '\n'),
         "{shown}"
     );
-    gripctl(folder.path(), &["replay", "."]).refused(1, &["directory"]);
-    gripctl(folder.path(), &["replay", "gone.csv"]).refused(1, &["gone.csv", "No such file"]);
+    gripctl(folder.path(), &["replay", "."]).refused(2, &["directory"]);
+    gripctl(folder.path(), &["replay", "gone.csv"]).refused(2, &["gone.csv", "No such file"]);
+}
+
+/// A file that is no recording is refused alike by all that read one: a FIFO and a device without waiting, a folder, nothing.
+#[test]
+fn files_that_are_no_recordings() {
+    let folder = tempfile::tempdir().unwrap();
+    for ending in ["csv", "npz", "mcap", "npy", "wav", "db3", "json", "toml"] {
+        let path = |name: &str| folder.path().join(format!("{name}.{ending}"));
+        mknodat(CWD, path("fifo"), FileType::Fifo, Mode::RWXU, 0).unwrap();
+        fs::create_dir(path("folder")).unwrap();
+        fs::write(path("empty"), "").unwrap();
+        fs::write(path("rubbish"), [0x9C; 5000]).unwrap();
+        symlink("/dev/zero", path("endless")).unwrap();
+        for name in ["fifo", "folder", "empty", "rubbish", "endless", "gone"] {
+            let file = format!("{name}.{ending}");
+            let refuse = |args: &[&str]| gripctl(folder.path(), args).refused(2, &[&file]);
+            match ending {
+                "json" => {
+                    refuse(&["estimate", &file]);
+                    refuse(&["export", &file, "--format", "c"]);
+                    continue;
+                }
+                "toml" => {
+                    refuse(&["grasp", &file]);
+                    refuse(&["replay", "r.csv", "--calibration", &file]);
+                    // Settings that say nothing are the shipped ones.
+                    if name != "empty" {
+                        refuse(&["replay", "r.csv", "--config", &file]);
+                    }
+                    continue;
+                }
+                _ => {}
+            }
+            refuse(&["replay", &file]);
+            refuse(&["import", &file]);
+            if ending == "csv" || ending == "npz" {
+                refuse(&["calibrate", &file, "-o", "c.toml"]);
+                refuse(&["label", &file, "--rest"]);
+                refuse(&["train", &file, "--inputs", "a", "--target", "b", "-o", "m.json"]);
+            }
+            if ending == "csv" {
+                refuse(&["profile", &file, "--speed", "1"]);
+            }
+            if ending == "mcap" {
+                refuse(&["recover", &file, "-o", "whole.mcap"]);
+                refuse(&["csv", &file, "-o", "out.csv"]);
+            }
+            if name != "folder" && ending != "db3" && ending != "wav" && ending != "npy" {
+                refuse(&["collect", &file, "-o", "rows.csv"]);
+            }
+        }
+    }
+    for name in ["fifo.csv", "folder.csv", "empty.csv", "endless.csv"] {
+        fs::remove_file(folder.path().join("labels.csv")).unwrap_or_default();
+        symlink(folder.path().join(name), folder.path().join("labels.csv")).unwrap();
+        gripctl(folder.path(), &["score", "."]).refused(2, &["labels.csv"]);
+    }
 }
 
 /// What never ends, waits for a writer or does not fit into memory is refused before it is read.
@@ -63,20 +123,20 @@ fn files_that_cannot_be_held() {
         File::create(path(name)).unwrap().set_len(1 << 40).unwrap();
     }
     for name in ["fifo.csv", "fifo.mcap", "/dev/zero"] {
-        gripctl(folder.path(), &["replay", name]).refused(1, &[name, "not a regular file"]);
+        gripctl(folder.path(), &["replay", name]).refused(2, &[name, "not a regular file"]);
     }
-    gripctl(folder.path(), &["replay", "large.npz"]).refused(1, &["1099511627776 bytes"]);
+    gripctl(folder.path(), &["replay", "large.npz"]).refused(2, &["1099511627776 bytes"]);
     // A CSV may have any length, but no line may.
     for command in [&["replay", "large.csv"][..], &["calibrate", "large.csv", "-o", "c.toml"]] {
         gripctl(folder.path(), command)
-            .refused(1, &["large.csv", "a line has more than 1048576 bytes"]);
+            .refused(2, &["large.csv", "a line has more than 1048576 bytes"]);
     }
     for name in ["fifo.csv", "large.csv", "large.npz"] {
         let words = if name.starts_with("fifo") { "not a regular file" } else { name };
         gripctl(folder.path(), &["import", name, "-o", "x.csv"]).refused(2, &[name, words]);
     }
     let train = ["train", "/dev/zero", "--inputs", "a", "--target", "b", "-o", "m.json"];
-    gripctl(folder.path(), &train).refused(1, &["/dev/zero", "not a regular file"]);
+    gripctl(folder.path(), &train).refused(2, &["/dev/zero", "not a regular file"]);
 }
 
 #[test]

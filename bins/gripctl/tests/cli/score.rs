@@ -169,7 +169,7 @@ fn broken_folders_are_refused() {
     let folder = folder();
     let refuse = |labels: &str, words: &[&str]| {
         fs::write(folder.path().join("labels.csv"), labels).unwrap();
-        gripctl(folder.path(), &["score", "."]).refused(1, words);
+        gripctl(folder.path(), &["score", "."]).refused(2, words);
     };
     let header = "recording,kind,material,onset_s\n";
     refuse("", &["labels.csv", "is empty", "recording,kind,material,onset_s"]);
@@ -197,8 +197,8 @@ fn broken_folders_are_refused() {
     .unwrap();
     row("rest,rest,x,\nslow,rest,x,", &["slow", "1100", "2200", "cannot be pooled"]);
     fs::remove_file(folder.path().join("labels.csv")).unwrap();
-    gripctl(folder.path(), &["score", "."]).refused(1, &["labels.csv", "No such file"]);
-    gripctl(folder.path(), &["score", "gone"]).refused(1, &["gone/labels.csv", "No such file"]);
+    gripctl(folder.path(), &["score", "."]).refused(2, &["labels.csv", "No such file"]);
+    gripctl(folder.path(), &["score", "gone"]).refused(2, &["gone/labels.csv", "No such file"]);
     fs::write(folder.path().join("labels.csv"), format!("{header}rest,rest,x,\n")).unwrap();
     let map = ["score", ".", "--map", "x=y"];
     gripctl(folder.path(), &map).refused(2, &["--map x=y", "t_s, stylus, vibration"]);

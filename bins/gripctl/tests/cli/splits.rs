@@ -88,13 +88,13 @@ fn what_cannot_be_split_is_refused() {
     refuse(&["--split-by", "object"], 2, &["--split-by goes with"]);
     refuse(
         &["--holdout", "0.2", "--split-by", "grasp"],
-        1,
+        2,
         &["no column \"grasp\"", "object, x, y"],
     );
     fs::write(folder.path().join("d.csv"), "object,x,y\na,1,2\n,2,3\n").unwrap();
     refuse(
         &["--holdout", "0.5", "--split-by", "object"],
-        1,
+        2,
         &["line 3, column \"object\"", "a label"],
     );
     for more in [&["--holdout", "0.2", "--test", "d.csv"][..], &["--patience", "3"]] {

@@ -10,7 +10,8 @@ use grip_daemon::{Item, LinkNote};
 use grip_link::host::LinkState;
 use grip_link::message::Firmware;
 use grip_link::message::daemon::{Health, RealTime};
-use grip_session::report::{EventLine, EvidenceFields};
+use grip_session::report::EventLine;
+use slip_core::{SlipReport, units::Micros};
 use std::io::{Read as _, Write as _};
 use std::net::TcpListener;
 use std::path::Path;
@@ -46,14 +47,12 @@ impl Served {
         let note = LinkNote::Identified { uid, boot_id, firmware, rebooted };
         clients.take(&Item::Link { host_us: 1, note: &note });
         clients.take(&Item::Link { host_us: 1, note: &LinkNote::State(LinkState::Stream) });
-        let evidence = EvidenceFields { command_n: Some(4.5), ..EvidenceFields::default() };
-        let line = EventLine::SlipEnd {
-            t_s: 1.5,
-            duration_s: 0.02,
-            certified: false,
-            certified_interval_s: None,
-            evidence,
-        };
+        let line = EventLine::Slip(SlipReport {
+            t: Micros(1_500_000),
+            duration_s: Some(0.02),
+            command_n: Some(4.5),
+            ..SlipReport::UNKNOWN
+        });
         clients.take(&Item::Event { host_us: 2_000_000, line: &line });
         clients.health(&Health { samples: 1234, ..Health::default() });
         let ended = Arc::new(AtomicBool::new(false));

@@ -120,7 +120,7 @@ fn bad_files_and_arguments_are_refused() {
     let wrong = |command: &[&str], bytes: &[u8], words: &[&str]| {
         fs::write(folder.path().join("f.csv"), bytes).unwrap();
         let words: Vec<&str> = words.iter().copied().chain(["f.csv"]).collect();
-        gripctl(folder.path(), command).refused(1, &words);
+        gripctl(folder.path(), command).refused(2, &words);
     };
     let profile = ["profile", "f.csv", "--speed", "1"];
     wrong(&profile, b"", &["is empty", "x_mm,height_um"]);
@@ -160,7 +160,7 @@ fn bad_files_and_arguments_are_refused() {
     let to = ["profile", "sine.csv", "--speed", "1", "--plot", "gone/p.svg"];
     gripctl(folder.path(), &to).refused(2, &["gone/p.svg", "no such folder"]);
     let other = ["profile", "sine.csv", "--speed", "1", "--reference", "f.csv"];
-    gripctl(folder.path(), &other).refused(1, &["f.csv", "no column height_um"]);
+    gripctl(folder.path(), &other).refused(2, &["f.csv", "no column height_um"]);
 }
 
 /// The roughness profile of every trace is the instrument's. The step is the instrument's too: the `x_mm` of the shorter

@@ -205,8 +205,8 @@ fn what_cannot_be_replayed_says_why() {
     fs::write(folder.path().join("no.mcap"), "t_s,stylus\n").unwrap();
     fs::write(folder.path().join("a.csv"), "t_s,stylus\n0,1\n").unwrap();
     for (args, code, words) in [
-        (&["replay", "no.mcap"][..], 1, "no.mcap: is no MCAP file"),
-        (&["replay", "nowhere.mcap"], 1, "nowhere.mcap: cannot be read"),
+        (&["replay", "no.mcap"][..], 2, "no.mcap: is no MCAP file"),
+        (&["replay", "nowhere.mcap"], 2, "nowhere.mcap: cannot be read"),
         (&["replay", "run.mcap", "a.csv"], 2, "only .mcap files of one recording"),
         (&["replay", "a.csv", "--check"], 2, "a.csv has no events to compare with"),
         (
@@ -215,7 +215,7 @@ fn what_cannot_be_replayed_says_why() {
             "--config: an .mcap recording has its own settings",
         ),
         (&["replay", "run.mcap", "--check", "--observe"], 2, "--check with --observe"),
-        (&["recover", "no.mcap"], 1, "no.mcap: is no MCAP file"),
+        (&["recover", "no.mcap"], 2, "no.mcap: is no MCAP file"),
         (&["recover", "run.mcap", "-o", "run.mcap"], 2, "-o names the recording itself"),
         (
             &["csv", "run.mcap", "-o", "x.csv", "--pipeline", "2"],

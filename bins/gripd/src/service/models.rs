@@ -64,7 +64,7 @@ impl Service {
 
     /// What there was to slip, and what slipped.
     pub(super) fn count_for_models(&mut self, counters: &HotCounters) {
-        let rate_hz = self.board.state().map_or(0, |(_, state)| state.rate_hz);
+        let rate_hz = self.board.state().map_or(0, |state| state.rate_hz);
         let faults = self.board.link().faults.0;
         if let Some(desk) = self.desk() {
             desk.count(counters, rate_hz, faults);

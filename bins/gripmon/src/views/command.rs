@@ -109,7 +109,7 @@ fn others(ui: &mut Ui, seen: &Seen<'_>, actions: &mut Vec<Action>) {
             actions.push(Action::AskRelease(true));
         }
     });
-    let fault = seen.model.info().state.map_or(0, |state| state.fault);
+    let fault = seen.model.info().state.map_or(0, |state| state.fault.0);
     let clear = ui.add_enabled(fault != 0, Button::new("Clear the fault"));
     if clear.clicked() {
         actions.push(Action::Send(Order::ClearFault));

@@ -4,7 +4,8 @@ use super::{Seen, heading, lane, sentence};
 use crate::action::Action;
 use crate::format;
 use eframe::egui::{Button, Label, RichText, Ui};
-use grip_scope::EventMark;
+use grip_scope::{EventMark, feed::confidence_text};
+use slip_core::methods::Method;
 
 /// Up to so many events are listed.
 const MOST: usize = 120;
@@ -55,16 +56,18 @@ fn event(ui: &mut Ui, mark: &EventMark, seen: &Seen<'_>) -> Option<Action> {
 /// The sentence of an event, or what is known of a slip.
 fn facts(mark: &EventMark) -> String {
     let Some(slip) = &mark.slip else { return mark.text.clone() };
-    let number = |name: &str, value: Option<f32>, unit: &str| {
-        value.map(|v| format!("{name} {}", format::with_unit(v.into(), unit)))
+    let number = |name: &str, value: Option<f64>, unit: &str| {
+        value.map(|v| format!("{name} {}", format::with_unit(v, unit)))
     };
     let parts = [
-        slip.method.map(|method| format!("by {}", method.name())),
-        number("statistic", slip.statistic, ""),
-        slip.sure(),
-        number("speed", slip.speed_m_s, "m/s"),
-        number("estimate", slip.estimate_n, "N"),
-        number("commanded", slip.command_n, "N"),
+        Some(slip.method)
+            .filter(|method| *method != Method::None)
+            .map(|method| format!("by {method}")),
+        number("statistic", slip.statistic.map(f64::from), ""),
+        slip.confidence.map(confidence_text),
+        number("speed", slip.speed_m_s.map(f64::from), "m/s"),
+        number("estimate", slip.estimate_n.map(f64::from), "N"),
+        number("commanded", slip.command_n.map(f64::from), "N"),
         number("E_sc", slip.esc_w, "W"),
         number("lasted", slip.duration_s, "s"),
     ];

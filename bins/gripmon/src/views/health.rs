@@ -104,8 +104,8 @@ fn sensors(ui: &mut Ui, seen: &Seen<'_>) {
         let tone = seen.palette.tone(Tone::Orange);
         row_in(ui, "evidence age", if late { text.color(tone) } else { text });
     }
-    if state.fault != 0 {
-        let text = RichText::new(format!("! {:04x}", state.fault)).monospace();
+    if state.fault.is_fault() {
+        let text = RichText::new(format!("! {:04x}", state.fault.0)).monospace();
         row_in(ui, "gripper fault", text.color(seen.palette.tone(Tone::Red)));
     }
 }

@@ -5,12 +5,13 @@ use grip_link::message::daemon::{
     SensorHealth,
 };
 use grip_scope::feed::{
-    BandPoint, DaemonInfo, DerivedBlock, EscPoint, EventKind, EventMark, EvidencePoint, Feed,
-    HealthPoint, LatencyFigures, Level, NoticeLine, RowBlock, SlipFacts, SpectrumColumn,
-    StatePoint, StudyCurve, StudyCurves, StudyPlot, TaxelBlock, Turn,
+    BandPoint, DaemonInfo, DerivedBlock, EventKind, EventMark, EvidencePoint, Feed, HealthPoint,
+    LatencyFigures, Level, NoticeLine, RowBlock, SpectrumColumn, StudyCurve, StudyCurves,
+    StudyPlot, TaxelBlock, Turn,
 };
 use grip_scope::{Channel, Model, SourceStatus};
 use gripmon::num::narrow;
+use slip_core::{PipelineState, SlipReport, units::Micros};
 
 /// A spike of one sample stands here (us).
 pub(crate) const SPIKE_US: u64 = 1_234_500;
@@ -88,7 +89,7 @@ pub(crate) fn greet(model: &mut Model, may_command: bool) {
 }
 
 /// The pipeline at a time; it slips from 0.9 s to 1.1 s.
-pub(crate) fn state(t_s: f64) -> StatePoint {
+pub(crate) fn state(t_s: f64) -> PipelineState {
     let slipping = (0.9..1.1).contains(&t_s);
     let scene = if t_s < 0.3 {
         Scene::Idle
@@ -97,24 +98,22 @@ pub(crate) fn state(t_s: f64) -> StatePoint {
     } else {
         Scene::Holding
     };
-    let esc = EscPoint { kind: Reading::Literal, value: 0.2, low: 0.15, high: 0.3, flags: 4 };
-    StatePoint {
-        t_s,
+    PipelineState {
+        t: Micros::from_seconds(t_s),
         scene,
         grip: GripState::Holding,
         sensors: [SensorHealth::Good, SensorHealth::Good, SensorHealth::Frozen, SensorHealth::Good],
-        device: None,
-        fault: 0,
+        esc_flags: 4,
+        esc_kind: if slipping { Reading::Literal } else { Reading::None },
         statistic: Some(if slipping { 8.0 } else { 0.1 }),
         command_n: Some(if t_s > 1.0 { 12.0 } else { 5.0 }),
         applied_n: Some(5.0),
+        esc: slipping.then_some(0.2),
         estimate_n: slipping.then_some(9.5),
-        extrapolated: false,
-        esc: slipping.then_some(esc),
-        limit_n: Some(40.0),
         rate_hz: 10_000,
         lost: 3,
         late_ms: Some(1.5),
+        ..PipelineState::UNKNOWN
     }
 }
 
@@ -151,12 +150,12 @@ fn derived(from_s: f64) -> DerivedBlock {
 }
 
 fn events(model: &mut Model) {
-    let slip = SlipFacts {
-        method: Some(Method::Stylus),
+    let slip = SlipReport {
+        method: Method::Stylus,
         statistic: Some(8.0),
         confidence: Some(0.9998),
         speed_m_s: Some(0.05),
-        ..SlipFacts::default()
+        ..SlipReport::UNKNOWN
     };
     let mark = |t_s, kind, text: &str, slip| {
         Feed::Event(EventMark { slip, ..EventMark::plain(t_s, kind, text) })

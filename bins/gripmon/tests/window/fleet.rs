@@ -8,7 +8,7 @@ use eframe::egui::{Context, Key, RawInput, Ui};
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT as _, Queryable as _};
 use grip_link::message::FaultCode;
-use grip_link::message::daemon::{RealTime, Scene, SensorHealth, State};
+use grip_link::message::daemon::{PipelineState, RealTime, Scene, SensorHealth};
 use grip_scope::feed::{DaemonInfo, Feed};
 use grip_scope::fleet::{FleetFeed, Heard, Member, Roster};
 use grip_scope::{Model, SourceStatus};
@@ -72,13 +72,13 @@ fn says(harness: &Harness<'_, Held>, number: u16) -> String {
 /// 1 holds, 2 slips with a bad sensor, 3 has a fault, 4 is gone.
 fn four() -> Roster {
     let mut roster = Roster::default();
-    let slipping = State {
+    let slipping = PipelineState {
         scene: Scene::Slipping,
         sensors: [SensorHealth::Good, SensorHealth::Lost, SensorHealth::Good, SensorHealth::Good],
         lost: 12,
         ..state(7.0)
     };
-    let stopped = State { fault: FaultCode(0x1f), ..state(1.0) };
+    let stopped = PipelineState { fault: FaultCode(0x1f), ..state(1.0) };
     for (number, site, state) in [
         (1, "hall-1", state(4.5)),
         (2, "hall-2", slipping),

@@ -2,7 +2,7 @@
 
 use grip_link::frame::{self, Direction, Header, MAX_WIRE};
 use grip_link::message::daemon::{
-    EscValue, GripState, Health, LinkState, Reading, Scene, SensorHealth, State,
+    GripState, Health, LinkState, PipelineState, Reading, Scene, SensorHealth,
 };
 use grip_link::message::{DeviceState, FaultCode, Kind};
 use grip_scope::fleet::{FleetFeed, Heard, Member, Message, Roster, Uid};
@@ -25,17 +25,19 @@ fn message(kind: Kind, write: impl FnOnce(&mut [u8]) -> usize) -> Heard {
 }
 
 /// A gripper that holds an object with this force.
-pub(crate) fn state(applied_n: f32) -> State {
-    State {
-        device_us: 1_000_000,
-        host_us: 0,
+pub(crate) fn state(applied_n: f32) -> PipelineState {
+    PipelineState {
+        t: Micros(1_000_000),
+        host: Micros(0),
         scene: Scene::Holding,
         grip: GripState::Holding,
         sensors: [SensorHealth::Good; 4],
         device: DeviceState::from_code(2),
         notes: 0,
         fault: FaultCode(0),
-        esc: EscValue { kind: Reading::None, value: None, flags: 0 },
+        esc_kind: Reading::None,
+        esc: None,
+        esc_flags: 0,
         statistic: Some(0.25),
         command_n: Some(5.0),
         applied_n: Some(applied_n),
@@ -47,7 +49,7 @@ pub(crate) fn state(applied_n: f32) -> State {
 }
 
 #[expect(clippy::unwrap_used, reason = "part of a test")]
-pub(crate) fn told(state: &State) -> Heard {
+pub(crate) fn told(state: &PipelineState) -> Heard {
     message(Kind::STATE, |out| state.write(out).unwrap())
 }
 
@@ -70,7 +72,7 @@ pub(crate) fn many(count: u16) -> Roster {
         for second in 0..200_u16 {
             let wave = (f32::from(second) * 0.1 + f32::from(number)).sin();
             let statistic = Some(10_f32.powf(wave));
-            let state = State { statistic, ..state(10.0 + 5.0 * wave) };
+            let state = PipelineState { statistic, ..state(10.0 + 5.0 * wave) };
             roster.take(of(&member, f64::from(second), told(&state)));
         }
         roster.take(of(&member, 200.0, health(u32::from(number))));

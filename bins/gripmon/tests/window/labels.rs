@@ -4,6 +4,7 @@ use super::{fixture, window};
 use eframe::egui::{Role, vec2};
 use egui_kittest::kittest::{By, NodeT as _, Queryable as _};
 use egui_kittest::{Harness, Node};
+use grip_link::message::FaultCode;
 use grip_scope::feed::Feed;
 use grip_scope::trigger::TriggerMode;
 use grip_scope::{Channel, EventKind, Span};
@@ -218,7 +219,7 @@ fn commands() -> Vec<Case> {
     };
     let fault = |s: &mut Scope| {
         s.state.command.armed = true;
-        let state = grip_scope::feed::StatePoint { fault: 0x2103, ..fixture::state(1.99) };
+        let state = slip_core::PipelineState { fault: FaultCode(0x2103), ..fixture::state(1.99) };
         s.shared.engine().model.take(Feed::State(state));
     };
     // This model has no source behind it: what was tried is refused, and told.

@@ -6,7 +6,6 @@
 //! goes over the socket.
 
 mod batch;
-pub mod convert;
 mod figures;
 mod listen;
 mod outbox;
@@ -20,7 +19,7 @@ pub use listen::{ListenError, REMOTE_WARNING};
 pub use outbox::Class;
 pub use session::{Asked, ClientSession, MOST_BAD_FRAMES, MOST_GARBAGE_BYTES, SILENCE_US, Terms};
 
-use crate::{ClientCommand, Item};
+use crate::Item;
 use batch::Row;
 use core::time::Duration;
 use grip_link::message::Versions;
@@ -29,6 +28,7 @@ use listen::Listener;
 use roster::{Known, Roster};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::io::Errno;
+use slip_core::ClientCommand;
 use std::collections::VecDeque;
 use std::io::{self, Read as _, Write as _};
 use std::os::unix::net::UnixStream;
@@ -291,7 +291,7 @@ impl Clients {
             Item::Sample { host_us, index, sample, taxels } => {
                 self.roster.row(&Row { host_us, index, sample, taxels });
             }
-            Item::State { host_us, state } => self.known.state(host_us, state, &mut self.roster),
+            Item::State(state) => self.known.state(state, &mut self.roster),
             Item::Event { host_us, line } => self.known.event(host_us, line, &mut self.roster),
             Item::Began { host_us, beginning } => {
                 self.roster.begin();

@@ -1,15 +1,20 @@
 //! Messages in, frames for those who want to hear them out; what a newcomer must know is kept.
 
 use super::batch::{Batch, Row};
-use super::convert;
 use super::{Class, Client, ClientSession};
-use crate::{Beginning, ClientCommand, LinkNote, State as PipelineState};
-use grip_link::frame::MAX_PAYLOAD;
+use crate::{Beginning, LinkNote};
 use grip_link::message::daemon::{
-    Dropped, Gripper, Health, LinkState, Notice, NoticeKind, Operation, Slip, State, Topics,
+    Dropped, Gripper, Health, LinkState, Notice, NoticeKind, PipelineState, SlipReport, Topics,
 };
 use grip_link::message::{DeviceState, EventKind, FaultCode, Kind, PayloadError};
+use grip_link::{
+    frame::MAX_PAYLOAD,
+    message::daemon::{Sensor, SensorHealth},
+};
 use grip_session::report::EventLine;
+use slip_core::ClientCommand;
+use slip_core::units::Micros;
+
 use std::collections::VecDeque;
 
 /// Slips that QUERY tells.
@@ -97,9 +102,9 @@ pub(super) struct Known {
     gripper: Gripper,
     device: DeviceState,
     fault: FaultCode,
-    state: Option<State>,
+    state: Option<PipelineState>,
     health: Option<Health>,
-    slips: VecDeque<Slip>,
+    slips: VecDeque<SlipReport>,
     number: u32,
     /// The last event of the gripper: it rejects every command while a fault is latched, which is news once.
     device_event: Option<(EventKind, FaultCode)>,
@@ -136,15 +141,15 @@ impl Known {
         session.accept(ack, Kind::QUERY);
     }
 
-    pub(super) fn state(&mut self, host_us: u64, state: &PipelineState, roster: &mut Roster) {
-        let state = convert::state(host_us, state, self.device, self.fault);
+    pub(super) fn state(&mut self, state: &PipelineState, roster: &mut Roster) {
+        let state = PipelineState { device: self.device, fault: self.fault, ..*state };
         self.state = Some(state);
-        let mut payload = [0; State::WHOLE];
+        let mut payload = [0; PipelineState::WHOLE];
         if state.write(&mut payload).is_err() {
             return;
         }
         for client in roster.clients.iter_mut().filter(|c| c.session.hears(Topics::STATE)) {
-            if client.session.state_is_due(host_us) {
+            if client.session.state_is_due(state.host.0) {
                 client.session.send(Class::States, Kind::STATE, &payload);
             }
         }
@@ -152,7 +157,8 @@ impl Known {
 
     pub(super) fn event(&mut self, host_us: u64, line: &EventLine, roster: &mut Roster) {
         if let EventLine::Health { channel, health, .. } = line
-            && let Some((sensor, state)) = convert::sensor(channel, health)
+            && let Some(sensor) = Sensor::from_name(channel)
+            && let Some(state) = SensorHealth::from_name(health)
         {
             let text = format!("{channel} {health}");
             let notice = Notice {
@@ -166,9 +172,9 @@ impl Known {
             let notice = notice(NoticeKind::Link, self.gripper.link.code(), host_us, &text);
             roster.tell(Class::News, Topics::NEWS, Kind::NOTICE, |out| notice.write(out));
         }
-        let Some(slip) = convert::slip(host_us, line) else { return };
+        let EventLine::Slip(slip) = line else { return };
         self.number = self.number.saturating_add(1);
-        let slip = Slip { number: self.number, ..slip };
+        let slip = SlipReport { number: self.number, host: Micros(host_us), ..*slip };
         if self.slips.len() == RECENT {
             self.slips.pop_front();
         }
@@ -215,25 +221,15 @@ impl Known {
             }
             _ => {}
         }
-        let Some(text) = convert::link_text(note) else { return };
+        let Some(text) = note.text() else { return };
         let notice = notice(NoticeKind::Link, self.gripper.link.code(), host_us, &text);
         roster.tell(Class::News, Topics::NEWS, Kind::NOTICE, |out| notice.write(out));
     }
 
     pub(super) fn client(host_us: u64, command: ClientCommand, roster: &mut Roster) {
-        let (operation, fault, text) = match command {
-            ClientCommand::AtLeast(n) => {
-                (Operation::AtLeast, 0, format!("hold with at least {n:.2} N"))
-            }
-            ClientCommand::Release => (Operation::Release, 0, "release".to_owned()),
-            ClientCommand::Grasp => (Operation::Grasp, 0, "grasp".to_owned()),
-            ClientCommand::Stop => (Operation::Stop, 0, "stop".to_owned()),
-            ClientCommand::ClearFault(fault) => {
-                (Operation::ClearFault, fault, format!("clear fault {fault:04x}"))
-            }
-        };
-        let notice =
-            Notice { value: fault, ..notice(NoticeKind::Client, operation.code(), host_us, &text) };
+        let text = command.to_string();
+        let notice = notice(NoticeKind::Client, command.operation().code(), host_us, &text);
+        let notice = Notice { value: command.fault().0, ..notice };
         roster.tell(Class::News, Topics::NEWS, Kind::NOTICE, |out| notice.write(out));
     }
 

@@ -1,13 +1,13 @@
 //! Bytes of one client in, what it asks for out; messages in, bytes for it out. No socket and no clock.
 
 use super::outbox::{Class, Outbox, TOLD};
-use crate::ClientCommand;
 use grip_link::decoder::{Counters, Decoder, Fault, Role, Verdict};
 use grip_link::frame::{Direction, Frame, Header, MAX_PAYLOAD};
 use grip_link::message::daemon::{
     Command, Goodbye, Notice, NoticeKind, Operation, Subscribe, ToDaemon, Topics, Welcome,
 };
 use grip_link::message::{Ack, Kind, Nack, NackReason, PayloadError, Versions};
+use slip_core::ClientCommand;
 
 /// A client that has not said SUBSCRIBE after this time is sent away (us).
 pub const SILENCE_US: u64 = 5_000_000;
@@ -376,7 +376,7 @@ fn judge(command: &Command, terms: &Terms<'_>) -> Result<ClientCommand, NackReas
         Operation::Release => return Err(NackReason::Token),
         Operation::Grasp => ClientCommand::Grasp,
         Operation::Stop => ClientCommand::Stop,
-        Operation::ClearFault => ClientCommand::ClearFault(command.fault.0),
+        Operation::ClearFault => ClientCommand::ClearFault(command.fault),
     })
 }
 

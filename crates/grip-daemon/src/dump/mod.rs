@@ -72,7 +72,7 @@ pub struct FlightRecorder {
     folder: Option<PathBuf>,
     from_device: FrameRing,
     to_device: FrameRing,
-    grip: Option<GripState>,
+    grip: GripState,
     last_us: Option<u64>,
     written: u32,
     suppressed: u64,
@@ -121,7 +121,7 @@ impl FlightRecorder {
             folder,
             from_device,
             to_device,
-            grip: None,
+            grip: GripState::Observing,
             last_us: None,
             written: 0,
             suppressed: 0,
@@ -136,9 +136,9 @@ impl FlightRecorder {
                 ring.push(host_us, bytes);
                 None
             }
-            Item::State { state, .. } => {
+            Item::State(state) => {
                 let before = core::mem::replace(&mut self.grip, state.grip);
-                let fault = Some(GripState::Fault);
+                let fault = GripState::Fault;
                 (state.grip == fault && before != fault).then_some(Cause::ControllerFault)
             }
             Item::Link { note: LinkNote::Closed(reason), .. } => {

@@ -1,7 +1,7 @@
 //! News of the link in, kind and JSON of a Link message out.
 
 use crate::LinkNote;
-use grip_session::session::explain;
+use grip_session::{config::Uid, session::explain};
 use serde_json::{Value, json};
 
 /// Kind and details, as in the Link message.
@@ -10,10 +10,12 @@ pub(super) fn told(note: &LinkNote) -> (&'static str, Value) {
         LinkNote::State(state) => ("state", json!({ "state": state.name() })),
         LinkNote::Identified { uid, boot_id, firmware, rebooted } => {
             let firmware = firmware.to_string();
-            let told = json!({ "uid": hex(uid), "boot_id": boot_id, "firmware": firmware, "rebooted": rebooted });
+            let told = json!({ "uid": Uid(*uid).to_string(), "boot_id": boot_id, "firmware": firmware, "rebooted": rebooted });
             ("identified", told)
         }
-        LinkNote::OtherGripper { uid } => ("other_gripper", json!({ "uid": hex(uid) })),
+        LinkNote::OtherGripper { uid } => {
+            ("other_gripper", json!({ "uid": Uid(*uid).to_string() }))
+        }
         LinkNote::Configured(clamped) => ("configured", json!({ "clamped": clamped.0 })),
         LinkNote::Rebooted => ("rebooted", json!({})),
         LinkNote::Status(status) => (
@@ -53,9 +55,4 @@ pub(super) fn told(note: &LinkNote) -> (&'static str, Value) {
         LinkNote::PortOpened => ("port_opened", json!({})),
         LinkNote::PortLost => ("port_lost", json!({})),
     }
-}
-
-/// An identity as people write it.
-pub(super) fn hex(uid: &[u8; 16]) -> String {
-    uid.iter().map(|byte| format!("{byte:02x}")).collect()
 }

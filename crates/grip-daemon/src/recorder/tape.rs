@@ -1,15 +1,18 @@
 //! Items in, one MCAP file out, with everything in it that a replay needs.
 
 use super::{About, RecorderError, link, name};
-use crate::{Beginning, Item, LinkNote, State};
+use crate::{Beginning, Item, LinkNote};
 use grip_link::message::Status;
 use grip_record::mcap::{
     CommandRecord, LinkRecord, McapWriteError, McapWriter, PipelineRecord, Record, SampleRecord,
-    StateRecord, WireRecord,
+    WireRecord,
 };
-use grip_session::recording::{
-    ABOUT, PART, RUN, UNRECORDED, client_record, event_record, pipeline_record,
+use grip_session::{
+    config::Uid,
+    recording::{ABOUT, PART, RUN, UNRECORDED, event_record, pipeline_record},
 };
+use slip_core::{PipelineState, units::Micros};
+
 use std::{
     collections::BTreeMap,
     fs::{File, TryLockError},
@@ -17,8 +20,8 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// The state is recorded when scene or controller change, and otherwise this often (us).
-const STATE_EVERY_US: u64 = 10_000;
+/// The state is recorded when scene or controller change, and otherwise this often.
+const STATE_EVERY: Micros = Micros(10_000);
 /// So is what the gripper tells of itself, when its state, fault or limits change and otherwise this often (us): it comes with every
 /// frame, and the raw bytes of the line have all of it.
 const STATUS_EVERY_US: u64 = 10_000;
@@ -45,7 +48,7 @@ pub(super) struct Tape {
     pub(super) file: PathBuf,
     pub(super) number: u32,
     pub(super) began_us: u64,
-    last_state: Option<(u64, State)>,
+    last_state: Option<PipelineState>,
     last_status: Option<(u64, Status)>,
     json: Vec<u8>,
 }
@@ -123,7 +126,7 @@ impl Tape {
                 let record = SampleRecord { index, sample: *sample, taxels };
                 self.writer.write(host_us, &Record::Sample(record))
             }
-            Item::State { host_us, state } => self.state(host_us, state),
+            Item::State(state) => self.state(state),
             Item::Event { host_us, line } => {
                 let record = event_record(line, &mut self.json).map_err(io::Error::from)?;
                 self.writer.write(host_us, &Record::Event(record))
@@ -141,7 +144,7 @@ impl Tape {
                 self.writer.write(host_us, &Record::Command(record))
             }
             Item::Client { host_us, command } => {
-                self.writer.write(host_us, &Record::Client(client_record(command)))
+                self.writer.write(host_us, &Record::Client(command))
             }
             Item::Link { host_us, note } => {
                 if let LinkNote::Identified { uid, boot_id, .. } = note {
@@ -205,7 +208,7 @@ impl Tape {
     }
 
     fn gripper(&mut self, uid: &[u8; 16], boot_id: u32) -> Result<(), McapWriteError> {
-        let values = [("uid", link::hex(uid)), ("boot_id", boot_id.to_string())];
+        let values = [("uid", Uid(*uid).to_string()), ("boot_id", boot_id.to_string())];
         self.writer.metadata("gripper", &owned(values))
     }
 
@@ -240,15 +243,15 @@ impl Tape {
         !known
     }
 
-    fn state(&mut self, host_us: u64, state: &State) -> Result<(), McapWriteError> {
-        if let Some((last_us, last)) = &self.last_state
+    fn state(&mut self, state: &PipelineState) -> Result<(), McapWriteError> {
+        if let Some(last) = &self.last_state
             && (last.scene, last.grip) == (state.scene, state.grip)
-            && host_us.saturating_sub(*last_us) < STATE_EVERY_US
+            && state.host.since(last.host) < STATE_EVERY
         {
             return Ok(());
         }
-        self.last_state = Some((host_us, *state));
-        self.writer.write(host_us, &Record::State(state_record(state)))
+        self.last_state = Some(*state);
+        self.writer.write(state.host.0, &Record::State(*state))
     }
 }
 
@@ -264,26 +267,4 @@ fn lock(out: &File) -> io::Result<()> {
 
 fn owned<const N: usize>(values: [(&str, String); N]) -> BTreeMap<String, String> {
     values.into_iter().map(|(name, value)| (name.to_owned(), value)).collect()
-}
-
-fn state_record(state: &State) -> StateRecord {
-    StateRecord {
-        t: state.t,
-        scene: state.scene,
-        grip: state.grip,
-        health: state.health,
-        reference_health: state.reference_health,
-        travel_health: state.travel_health,
-        pressure_health: state.pressure_health,
-        statistic: state.statistic,
-        command_n: state.command.map(|force| force.0),
-        applied_n: state.applied_n,
-        esc_w: state.esc.map(|esc| esc.value),
-        esc_informative: state.esc.is_some_and(|esc| esc.informative()),
-        estimate_n: state.estimate.map(|estimate| estimate.force_n),
-        extrapolated: state.estimate.is_some_and(|estimate| estimate.extrapolated),
-        lost: state.lost,
-        rate_hz: state.rate_hz,
-        late_ms: state.late_ms,
-    }
 }

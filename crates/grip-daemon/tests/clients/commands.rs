@@ -3,9 +3,10 @@
 use crate::rig::{PATIENCE, Rig, tcp, wanted};
 use core::time::Duration;
 use grip_daemon::clients::{Clients, ClientsConfig, ListenError};
-use grip_daemon::{ClientCommand, Item, LinkNote};
+use grip_daemon::{Item, LinkNote};
 use grip_link::message::daemon::{Command, Operation, ToClient, Topics};
 use grip_link::message::{DeviceState, Event, EventKind, FaultCode};
+use slip_core::ClientCommand;
 
 const EVERY: [Operation; 5] = [
     Operation::AtLeast,
@@ -51,7 +52,7 @@ fn what_is_allowed_reaches_the_hot_thread_in_order() {
         ClientCommand::Release,
         ClientCommand::Grasp,
         ClientCommand::Stop,
-        ClientCommand::ClearFault(0x0201),
+        ClientCommand::ClearFault(FaultCode(0x0201)),
     ];
     assert_eq!(drain(&mut rig), wanted);
 }

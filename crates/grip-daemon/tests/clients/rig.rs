@@ -3,12 +3,13 @@
 use core::time::Duration;
 use grip_daemon::client::Client;
 use grip_daemon::clients::{About, Clients, ClientsConfig, Listen};
-use grip_daemon::{Item, LinkNote, State};
+use grip_daemon::{Item, LinkNote};
 use grip_link::host::LinkState;
 use grip_link::message::Versions;
 use grip_link::message::daemon::{
     Goodbye, NoticeKind, RealTime, RowSet, Subscribe, ToClient, Topics,
 };
+use slip_core::PipelineState;
 use slip_core::{Sample, grip::GripState, health::SensorHealth, scene::Scene, units::Micros};
 
 /// Turns of the daemon after which a test has hung.
@@ -88,7 +89,7 @@ impl Rig {
 
     pub(crate) fn state(&mut self) {
         let state = state();
-        self.clients.take(&Item::State { host_us: self.now_us, state: &state });
+        self.clients.take(&Item::State(&PipelineState { host: Micros(self.now_us), ..state }));
     }
 
     pub(crate) fn news(&mut self) {
@@ -97,23 +98,17 @@ impl Rig {
     }
 }
 
-pub(crate) fn state() -> State {
-    State {
+pub(crate) fn state() -> PipelineState {
+    PipelineState {
         t: Micros(77),
         scene: Scene::Holding,
-        grip: Some(GripState::Holding),
-        statistic: 0.25,
-        command: None,
+        grip: GripState::Holding,
+        sensors: [SensorHealth::Good, SensorHealth::Good, SensorHealth::Good, SensorHealth::Lost],
+        statistic: Some(0.25),
         applied_n: Some(3.5),
-        esc: None,
-        estimate: None,
-        health: SensorHealth::Good,
-        reference_health: SensorHealth::Lost,
-        travel_health: SensorHealth::Good,
-        pressure_health: SensorHealth::Good,
         lost: 5,
         rate_hz: 10_000,
-        late_ms: None,
+        ..PipelineState::UNKNOWN
     }
 }
 

@@ -1,6 +1,5 @@
 //! Arbitrary bytes to a session: no panic, no command that is not allowed, bounded memory, only good frames out.
 
-use grip_daemon::ClientCommand;
 use grip_daemon::client::ClientLink;
 use grip_daemon::clients::{Asked, ClientSession, Terms};
 use grip_link::decoder::{Decoder, Role, Verdict};
@@ -8,6 +7,7 @@ use grip_link::frame::{Direction, Header, MAX_WIRE, encode};
 use grip_link::message::daemon::{RealTime, ToClient, Topics, Welcome, WelcomeFlags};
 use grip_link::message::{Kind, NackReason, Versions};
 use proptest::prelude::*;
+use slip_core::ClientCommand;
 
 const TOKEN: u32 = 0x1234_5678;
 

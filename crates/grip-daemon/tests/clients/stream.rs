@@ -4,7 +4,8 @@ use crate::rig::{Rig, tcp, wanted};
 use grip_daemon::Item;
 use grip_daemon::clients::{ClientsConfig, Listen};
 use grip_link::message::daemon::{Health, Subscribe, Topics};
-use grip_session::report::{EventLine, EvidenceFields};
+use grip_session::report::EventLine;
+use slip_core::{SlipReport, units::Micros};
 
 #[test]
 fn two_clients_see_the_samples_at_their_own_decimation() {
@@ -54,14 +55,12 @@ fn a_query_tells_everything_and_then_answers() {
     rig.state();
     rig.clients.health(&Health::default());
     for _ in 0..20 {
-        let evidence = EvidenceFields::default();
-        let line = EventLine::SlipEnd {
-            t_s: 0.5,
-            duration_s: 0.01,
-            certified: false,
-            certified_interval_s: None,
-            evidence,
-        };
+        let line = EventLine::Slip(SlipReport {
+            t: Micros(500_000),
+            duration_s: Some(0.01),
+
+            ..SlipReport::UNKNOWN
+        });
         rig.clients.take(&Item::Event { host_us: 5, line: &line });
     }
     let mut viewer = rig.viewer(7, wanted(Topics::default(), 0));
@@ -80,7 +79,7 @@ fn news_of_link_sensors_and_commands_come_in_words() {
     rig.news();
     let line = EventLine::Health { t_s: 1.0, channel: "travel", health: "backwards" };
     rig.clients.take(&Item::Event { host_us: 9, line: &line });
-    let command = grip_daemon::ClientCommand::AtLeast(4.0);
+    let command = slip_core::ClientCommand::AtLeast(4.0);
     rig.clients.take(&Item::Client { host_us: 9, command });
     rig.until(&mut viewer, |seen| seen.texts.len() == 2);
     assert_eq!(viewer.seen.texts, ["travel backwards", "hold with at least 4.00 N"]);

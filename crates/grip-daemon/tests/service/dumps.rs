@@ -2,7 +2,7 @@
 
 use crate::made;
 use grip_daemon::{
-    Item, LinkNote, State,
+    Item, LinkNote,
     dump::{Cause, Dumped, FlightRecorder, folder},
     log::Clocks,
 };
@@ -10,6 +10,7 @@ use grip_link::{
     host::CloseReason,
     message::{EventKind, FaultCode},
 };
+use slip_core::PipelineState;
 use slip_core::grip::GripState;
 use std::{ffi::OsStr, fs, path::Path};
 
@@ -31,8 +32,8 @@ fn causes_are_seen_once() {
     assert_eq!(link(fault), Some(Cause::GripperFault(FaultCode::DRIVE)));
     assert_eq!(link(made::device_event(EventKind::FaultCleared, FaultCode::DRIVE)), None);
     let mut state = |grip| {
-        let state = State { grip: Some(grip), ..made::STATE };
-        recorder.take(&Item::State { host_us: 1, state: &state })
+        let state = PipelineState { grip, ..made::STATE };
+        recorder.take(&Item::State(&state))
     };
     assert_eq!(state(GripState::Holding), None);
     assert_eq!(state(GripState::Fault), Some(Cause::ControllerFault));

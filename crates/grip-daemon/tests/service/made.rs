@@ -1,7 +1,7 @@
 //! A board as a busy hour leaves it.
 
 use grip_daemon::{
-    Board, HotCounters, Item, LinkNote, State,
+    Board, HotCounters, Item, LinkNote,
     board::{About, ClientCounts, Grant, RecordingState},
 };
 use grip_link::{
@@ -10,33 +10,28 @@ use grip_link::{
         DeviceState, Event, EventKind, FaultCode, Firmware, ForceClamp, Status, StatusFlags,
     },
 };
-use grip_session::report::{EventLine, EvidenceFields};
+use grip_session::report::EventLine;
 use slip_core::{
-    estimate::ForceEstimate,
-    grip::GripState,
-    health::SensorHealth,
-    scene::Scene,
-    units::{Micros, Newtons},
+    Phase, PipelineState, SlipReport, grip::GripState, health::SensorHealth, methods::Method,
+    scene::Scene, units::Micros,
 };
 
 const FIRMWARE: Firmware = Firmware { major: 1, minor: 2, patch: 3 };
 
-pub(crate) const STATE: State = State {
+pub(crate) const STATE: PipelineState = PipelineState {
     t: Micros(1_500_000),
+    host: Micros(1_900_000),
     scene: Scene::Holding,
-    grip: Some(GripState::Holding),
-    statistic: 0.75,
-    command: Some(Newtons(2.5)),
+    grip: GripState::Holding,
+    sensors: [SensorHealth::Good, SensorHealth::Good, SensorHealth::Good, SensorHealth::Lost],
+    statistic: Some(0.75),
+    command_n: Some(2.5),
     applied_n: Some(f32::NAN),
-    esc: None,
-    estimate: Some(ForceEstimate { force_n: 9.4, sigma_n: 0.2, extrapolated: false }),
-    health: SensorHealth::Good,
-    reference_health: SensorHealth::Lost,
-    travel_health: SensorHealth::Good,
-    pressure_health: SensorHealth::Good,
-    lost: 3,
+    estimate_n: Some(9.4),
     rate_hz: 10_000,
+    lost: 3,
     late_ms: Some(1.5),
+    ..PipelineState::UNKNOWN
 };
 
 pub(crate) const STATUS: Status = Status {
@@ -51,18 +46,15 @@ pub(crate) const STATUS: Status = Status {
     rejected: 0,
 };
 
-pub(crate) fn slip(phase: &'static str, method: &'static str) -> EventLine {
-    let evidence = EvidenceFields::default();
-    EventLine::Slip {
-        t_s: 0.5,
+pub(crate) const fn slip(phase: Phase, method: Method) -> EventLine {
+    EventLine::Slip(SlipReport {
+        t: Micros(500_000),
         phase,
         method,
-        statistic: 3.0,
-        confidence: 0.9,
-        certified: false,
-        certified_interval_s: None,
-        evidence,
-    }
+        statistic: Some(3.0),
+        confidence: Some(0.9),
+        ..SlipReport::UNKNOWN
+    })
 }
 
 pub(crate) fn device_event(kind: EventKind, fault: FaultCode) -> LinkNote {
@@ -116,10 +108,14 @@ pub(crate) fn board() -> Board {
     for note in &notes {
         board.take(&Item::Link { host_us: 10, note });
     }
-    for (phase, method) in [("incipient", "stylus"), ("gross", "stylus"), ("gross", "travel")] {
+    for (phase, method) in [
+        (Phase::Incipient, Method::Stylus),
+        (Phase::Gross, Method::Stylus),
+        (Phase::Gross, Method::Travel),
+    ] {
         board.take(&Item::Event { host_us: 20, line: &slip(phase, method) });
     }
-    board.take(&Item::State { host_us: 1_900_000, state: &STATE });
+    board.take(&Item::State(&STATE));
     board.count(&counters(1_000_000, 10_000));
     board.count(&counters(2_000_000, 20_000));
     board

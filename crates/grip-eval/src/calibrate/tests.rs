@@ -25,6 +25,8 @@ fn lower_thresholds_leave_the_release_level_above_the_noise() {
         let evidence = Evidence {
             wanted_interval_s: 60.0,
             rest_s: 60.0,
+            unexplained_s: 0.0,
+            unexplained_longest: None,
             motion_s: 0.0,
             judged_s: 0.0,
             alarms: 0,

@@ -157,7 +157,7 @@ impl SlipWatch {
     ) {
         self.smooth(sample, step.command);
         let touches = !matches!(step.grip, Some(GripEvent::Lost | GripEvent::Regrasped));
-        if !touches || step.health != SensorHealth::Good || self.is_open() {
+        if !touches || step.sensors[0] != SensorHealth::Good || self.is_open() {
             self.finish(tell);
             return;
         }
@@ -259,8 +259,8 @@ fn judge(slip: &Sliding, stayed_n: Option<f32>, widest: f32) -> Result<MeasuredS
 mod tests {
     use super::{Fate, MeasuredSlip, SlipWatch, WatchConfig};
     use slip_core::{
-        Phase, Sample, SlipEvent, Step, features::Features, grip::GripEvent, health::SensorHealth,
-        methods::Method, scene::Scene, units::Micros,
+        CauseSet, Causes, Phase, Sample, SlipEvent, Step, features::Features, grip::GripEvent,
+        health::SensorHealth, methods::Method, scene::Scene, units::Micros,
     };
 
     const FIRST: SlipEvent = SlipEvent::Slip {
@@ -269,6 +269,7 @@ mod tests {
         method: Method::Stylus,
         confidence: 1.0,
         certified_s: None,
+        causes: Causes { ruled_out: CauseSet::from_bits(0), possible: CauseSet::from_bits(0) },
     };
     const ENDED: SlipEvent = SlipEvent::Ended { duration: Micros(0), certified_s: None };
 
@@ -307,11 +308,8 @@ mod tests {
                 estimate: None,
                 command: None,
                 grip: None,
-                health: SensorHealth::Good,
+                sensors: [SensorHealth::Good; 4],
                 floor_health: slip_core::detector::FloorHealth::Good,
-                reference_health: SensorHealth::Good,
-                travel_health: SensorHealth::Good,
-                pressure_health: SensorHealth::Good,
             };
             change(ms, &mut step);
             watch.take(&sample, &step, &mut |slip| told.push(slip));

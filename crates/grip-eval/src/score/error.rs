@@ -1,6 +1,7 @@
 //! Why a folder of labelled recordings cannot be scored, with what to correct.
 
 use grip_record::{CsvError, LabelError, PhaseError};
+use grip_session::tape::TapeError;
 use slip_core::ConfigError;
 use std::path::PathBuf;
 
@@ -16,6 +17,9 @@ pub enum ScoreError {
     /// A recording cannot be used.
     #[error("{0}")]
     Recording(#[from] CsvError),
+    /// A recording of everything cannot be used.
+    #[error(transparent)]
+    Tape(#[from] TapeError),
     /// The folder has no labelled recording.
     #[error("{}: no recording is labelled; labels.csv needs a row for each", directory.display())]
     Nothing {

@@ -25,6 +25,8 @@ pub(super) struct AtRest {
     pub(super) reference: Option<[f32; 2]>,
     /// Noise of the taxels (rms).
     pub(super) taxel_rms: Option<f32>,
+    /// Largest mean range of the taxels, where rest lasted long enough for one.
+    pub(super) taxel_range: Option<f32>,
 }
 
 impl AtRest {
@@ -43,7 +45,9 @@ impl AtRest {
         } else {
             Self::default()
         };
-        rest.taxel_rms = pooled_taxels(all, detector, config, guard_ms);
+        let taxels = pooled_taxels(all, detector, config, guard_ms);
+        rest.taxel_rms = taxels.rms(config.pressure.threshold);
+        rest.taxel_range = taxels.range();
         Ok(rest)
     }
 
@@ -55,6 +59,7 @@ impl AtRest {
         let least = config.pressure.min_rms;
         let known_rms = self.taxel_rms.map(|rms| rms.max(least)).filter(|rms| *rms > 0.0);
         config.pressure.known_rms = config.pressure.known_rms.or(known_rms);
+        config.pressure.known_range = config.pressure.known_range.or(self.taxel_range);
         config
     }
 }
@@ -117,7 +122,7 @@ fn learned_live<'a>(
     }
     let Some(floor) = median(&floors) else { return Ok(None) };
     let reference = median(&references);
-    Ok(Some(AtRest { floor: Some(floor), floor_s, reference, taxel_rms: None }))
+    Ok(Some(AtRest { floor: Some(floor), floor_s, reference, ..AtRest::default() }))
 }
 
 /// The median of each value; `None` of nothing.
@@ -135,7 +140,7 @@ fn pooled_taxels<'a>(
     detector: Detector,
     config: &PipelineConfig,
     guard_ms: f64,
-) -> Option<f32> {
+) -> PatternRest<MAX_TAXELS> {
     let mut meter = PatternRest::<MAX_TAXELS>::new(config.pressure.follow_ms);
     for one in all {
         let recording = one.recording(detector.companions);
@@ -152,5 +157,5 @@ fn pooled_taxels<'a>(
             }
         }
     }
-    meter.rms(config.pressure.threshold)
+    meter
 }

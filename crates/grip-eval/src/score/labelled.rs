@@ -5,6 +5,7 @@ use grip_record::{
     CsvError, CsvOptions, Label, LabelError, LabelKind, Phase, Recording, Travel, read_labels,
     read_phases, read_recording,
 };
+use grip_session::recording::read_mcap;
 use std::path::{Path, PathBuf};
 
 /// A recording of the folder and what is known of it.
@@ -36,7 +37,10 @@ pub(super) fn load(
     let all_phases = read_phases(&directory.join("phases.csv"))?;
     for label in read_labels(&labels).map_err(|error| labels_error(&labels, error))? {
         let file = file(&label, directory);
-        let recording = read_recording(&file, options)?;
+        let recording = match file.extension() {
+            Some(ending) if ending == "mcap" => read_mcap(&file)?,
+            _ => read_recording(&file, options)?,
+        };
         check_onset(&label, &recording)?;
         let travel = Travel::read_beside(&file)?;
         let joined =
@@ -51,11 +55,12 @@ pub(super) fn load(
     Ok(all)
 }
 
-/// `NAME.csv`, or `NAME.npz` where only that is there.
+/// `NAME.csv`, or `NAME.npz` or `NAME.mcap` where only that is there.
 fn file(label: &Label, directory: &Path) -> PathBuf {
     let csv = label.file(directory);
-    let npz = csv.with_file_name(format!("{}.npz", label.recording));
-    if !csv.exists() && npz.exists() { npz } else { csv }
+    let other = |ending| csv.with_file_name(format!("{}.{ending}", label.recording));
+    let others = ["npz", "mcap"].map(other).into_iter().find(|file| file.exists());
+    others.filter(|_| !csv.exists()).unwrap_or(csv)
 }
 
 /// What a recording would be told to put on its first line is wrong advice for labels.

@@ -145,6 +145,8 @@ fn score_with(
         recordings.push(judged.score);
         traces.push(judged.trace);
     }
-    let AtRest { floor, floor_s, taxel_rms, .. } = pooled;
-    Ok(Some(Score { detector, recordings, floor, floor_s, taxel_rms, traces, causes }))
+    let AtRest { floor, floor_s, taxel_rms, taxel_range, .. } = pooled;
+    let score =
+        Score { detector, recordings, floor, floor_s, taxel_rms, taxel_range, traces, causes };
+    Ok(Some(score))
 }

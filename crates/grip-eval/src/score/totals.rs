@@ -66,6 +66,8 @@ pub struct Score {
     pub floor_s: f64,
     /// The same for the noise of the taxels (rms), where there is an array.
     pub taxel_rms: Option<f32>,
+    /// And for the largest mean range of a taxel beside the shape (`pressure.known_range`).
+    pub taxel_range: Option<f32>,
     pub(super) traces: Vec<Trace>,
     pub(super) causes: Causes,
 }

@@ -50,7 +50,9 @@ fn an_array_without_a_stylus_tells_slips_and_not_the_closing_of_the_fingers() {
         let config = replay::pipeline_config(&recording, &HostConfig::default(), false);
         let steps: Vec<_> = Replay::new(&recording, config, None).unwrap().collect();
         assert!(
-            steps.iter().all(|step| step.health == SensorHealth::Good && step.command.is_none())
+            steps
+                .iter()
+                .all(|step| step.sensors[0] == SensorHealth::Good && step.command.is_none())
         );
         let first = |step: &&Step| matches!(step.event, Some(SlipEvent::Slip { first: true, .. }));
         steps.iter().filter(first).map(|step| step.t.as_seconds()).collect()
@@ -149,7 +151,7 @@ fn arrays_alone_tell_slips_and_neither_touches_nor_closing_fingers() {
     let touches = total("taxels_dos");
     println!("{touches:?}");
     assert!(touches.steady >= 150 && touches.rest_s > 60.0, "{touches:?}");
-    assert!(100 * touches.steady_missed <= 15 * touches.steady, "{touches:?}");
+    assert!(100 * touches.steady_missed <= 6 * touches.steady, "{touches:?}");
     assert!(touches.rest_alarms <= 1, "{touches:?}");
     let grasps = total("papillarray");
     assert!(grasps.rest_s > 60.0 && grasps.rest_alarms == 0, "{grasps:?}");

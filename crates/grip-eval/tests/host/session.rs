@@ -6,9 +6,9 @@ use grip_record::{Channel, ChannelSet, CsvOptions, CsvWriter, StylusKind, parse_
 use grip_session::{
     HostConfig, News, Session, SessionOptions, model, replay,
     report::{EventLine, EventLog},
-    session::ClientCommand,
 };
 use grip_sim::{Scene, VirtualMcu};
+use slip_core::ClientCommand;
 use slip_core::{Sample, grip::GripState, units::Micros};
 use std::{collections::VecDeque, path::Path};
 
@@ -217,7 +217,7 @@ fn a_stop_leaves_nothing_that_leaps_when_it_is_cleared() {
             1500 => assert!(session.obey(now.0, ClientCommand::Stop)),
             1700 => assert!(!session.obey(now.0, ClientCommand::AtLeast(20.0))),
             1701 => assert!(!session.obey(now.0, ClientCommand::Grasp)),
-            2000 => assert!(session.obey(now.0, ClientCommand::ClearFault(FaultCode::ESTOP.0))),
+            2000 => assert!(session.obey(now.0, ClientCommand::ClearFault(FaultCode::ESTOP))),
             _ => {}
         }
         while let Some(len) = session.poll_transmit(now.0, &mut out) {

@@ -3,17 +3,15 @@
 use super::{Args, now_us, pause, tape};
 use anyhow::Context as _;
 use core::time::Duration;
-use grip_daemon::clients::convert;
+
 use grip_fleet::net::{Announced, Network, Session};
 use grip_fleet::{EventId, EventLog as KeptEvents, Member, Spool, Topic, Uid};
 use grip_link::frame::{self, Direction, Header, MAX_PAYLOAD, MAX_WIRE};
 use grip_link::message::Kind;
-use grip_link::message::daemon::{Gripper as Identity, Health, Slip};
-use grip_session::report::{EventLine, EventLog};
-use grip_session::{HostConfig, HostEstimator, model};
-use slip_core::Signal;
+use grip_link::message::daemon::{Gripper as Identity, Health, SlipReport};
 use slip_core::units::Hertz;
 use slip_core::{Pipeline, PipelineConfig, Sample};
+use slip_core::{Signal, units::Micros};
 use std::sync::Arc;
 
 /// Samples of a frame, as a gripper sends them: ten milliseconds.
@@ -125,9 +123,9 @@ impl Gripper {
     /// Keeps a slip, then tells it. Its time is that of the sample that showed it: waiting for the frame, and for the other grippers of this
     /// thread, is a part of the delay.
     fn tell(&mut self, sampled_us: u64, line: &EventLine) -> anyhow::Result<()> {
-        let Some(slip) = convert::slip(sampled_us, line) else { return Ok(()) };
+        let EventLine::Slip(slip) = line else { return Ok(()) };
         self.slips += 1;
-        let slip = Slip { number: self.slips, ..slip };
+        let slip = SlipReport { number: self.slips, host: Micros(sampled_us), ..*slip };
         let wire = message(Kind::SLIP, |out| slip.write(out).ok())?;
         let id = self.spool.append(wire.clone());
         self.publish(Topic::Events, id, &wire);

@@ -1,11 +1,11 @@
 //! Messages of a daemon in, records of a live view out.
 
 use grip_link::message::daemon::{
-    GripState, Gripper, Health, Method, Notice, Phase, RowOfSample, RowSet, Sensor, SensorHealth,
-    Slip, State, Welcome,
+    Gripper, Health, Notice, RowOfSample, RowSet, Sensor, SensorHealth, Welcome,
 };
-use grip_record::mcap::{EventRecord, HealthRecord, StateRecord};
+use grip_record::mcap::{EventRecord, HealthRecord};
 use serde_json::{Value, json};
+
 use slip_core::{Sample, units::Micros};
 
 /// The sample of a row; NaN is no reading.
@@ -23,59 +23,6 @@ pub(super) fn sample(row: &RowOfSample<'_>) -> Sample {
         pressure: value(RowSet::PRESSURE),
         motion: value(RowSet::MOTION),
         ..Sample::default()
-    }
-}
-
-/// The state.
-pub(super) fn state(state: &State) -> StateRecord {
-    let [stylus, travel, pressure, reference] = state.sensors;
-    StateRecord {
-        t: Micros(state.device_us),
-        scene: state.scene,
-        grip: Some(state.grip).filter(|grip| *grip != GripState::Observing),
-        health: stylus,
-        reference_health: reference,
-        travel_health: travel,
-        pressure_health: pressure,
-        statistic: short(state.statistic),
-        command_n: state.command_n,
-        applied_n: state.applied_n,
-        esc_w: state.esc.value.map(f64::from),
-        esc_informative: state.notes & Slip::INFORMATIVE != 0,
-        estimate_n: state.estimate_n,
-        extrapolated: state.notes & Slip::EXTRAPOLATED != 0,
-        lost: state.lost,
-        late_ms: state.late_ms,
-        rate_hz: state.rate_hz,
-    }
-}
-
-/// The event; the line that gripd prints does not travel.
-pub(super) fn slip(slip: &Slip) -> EventRecord<'static> {
-    let (kind, phase) = match slip.phase {
-        Phase::Ended => ("slip_end", ""),
-        phase => ("slip", phase.name()),
-    };
-    let method = if slip.method == Method::None { "" } else { slip.method.name() };
-    #[expect(clippy::cast_precision_loss, reason = "a count for plots")]
-    let irregularities = slip.irregularities.map(|count| count as f32);
-    EventRecord {
-        t_s: seconds(slip.device_us),
-        kind,
-        phase,
-        method,
-        duration_s: long(slip.duration_s),
-        esc_w: long(slip.esc_w),
-        esc_value: long(slip.esc_chosen),
-        statistic: short(slip.statistic),
-        confidence: short(slip.confidence),
-        speed_m_s: short(slip.speed_m_s),
-        speed_sigma_m_s: short(slip.sigma_m_s),
-        moved_m: short(slip.moved_m),
-        irregularities: short(irregularities),
-        estimate_n: short(slip.estimate_n),
-        command_n: short(slip.command_n),
-        ..EventRecord::default()
     }
 }
 
@@ -146,13 +93,4 @@ const fn short(value: Option<f32>) -> f32 {
         Some(value) => value,
         None => f32::NAN,
     }
-}
-
-fn long(value: Option<f32>) -> f64 {
-    value.map_or(f64::NAN, f64::from)
-}
-
-#[expect(clippy::cast_precision_loss, reason = "exact for 285 years of microseconds")]
-fn seconds(us: u64) -> f64 {
-    us as f64 / 1e6
 }

@@ -2,8 +2,8 @@
 
 use super::time::{Clocks, Source};
 use super::{Topic, Wanted, convert};
-use grip_link::message::daemon::{Notice, NoticeKind, Rows, Slip, ToClient};
-use grip_record::mcap::{LinkRecord, Record, SampleRecord};
+use grip_link::message::daemon::{Notice, NoticeKind, Rows, SlipReport, ToClient};
+use grip_record::mcap::{EventRecord, LinkRecord, Record, SampleRecord};
 use serde_json::{Value, json};
 
 /// Takes what a message becomes: its topic, its log time (ns since 1970), and its bytes.
@@ -45,11 +45,10 @@ impl Translator {
             }
             ToClient::Rows(rows) => self.rows(rows, now_ns, out),
             ToClient::State(state) => {
-                let offset_us =
-                    state.host_us.cast_signed().wrapping_sub(state.device_us.cast_signed());
+                let offset_us = state.host.0.cast_signed().wrapping_sub(state.t.0.cast_signed());
                 self.clocks.learn(offset_us, Source::Frame);
-                let at_ns = self.clocks.host_ns(state.host_us, now_ns);
-                self.record(&Record::State(convert::state(state)), (at_ns, now_ns), out);
+                let at_ns = self.clocks.host_ns(state.host.0, now_ns);
+                self.record(&Record::State(*state), (at_ns, now_ns), out);
             }
             ToClient::Slip(slip) => self.slip(slip, now_ns, out),
             ToClient::Health(health) => {
@@ -86,11 +85,11 @@ impl Translator {
         self.taxels = taxels;
     }
 
-    fn slip(&mut self, slip: &Slip, now_ns: u64, out: &mut Out<'_>) {
+    fn slip(&mut self, slip: &SlipReport, now_ns: u64, out: &mut Out<'_>) {
         if slip.number > self.last_slip && self.wanted.has(Topic::Event) {
             self.last_slip = slip.number;
-            let at_ns = self.clocks.host_ns(slip.host_us, now_ns);
-            self.record(&Record::Event(convert::slip(slip)), (at_ns, now_ns), out);
+            let at_ns = self.clocks.host_ns(slip.host.0, now_ns);
+            self.record(&Record::Event(EventRecord::of_slip(slip)), (at_ns, now_ns), out);
         }
     }
 

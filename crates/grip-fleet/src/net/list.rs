@@ -6,7 +6,7 @@ use crate::{
     key::{Member, Part, Selector},
     message::Message,
 };
-use grip_link::message::daemon::{Gripper, Health, State, ToClient};
+use grip_link::message::daemon::{Gripper, Health, PipelineState, ToClient};
 use std::{
     collections::{BTreeMap, BTreeSet},
     sync::mpsc::channel,
@@ -23,7 +23,7 @@ pub struct Listed {
     /// What it is; absent where it did not answer.
     pub gripper: Option<Gripper>,
     /// What its pipeline thinks.
-    pub state: Option<State>,
+    pub state: Option<PipelineState>,
     /// Figures of its daemon.
     pub health: Option<Health>,
     /// What it is made of.

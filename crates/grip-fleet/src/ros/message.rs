@@ -2,7 +2,7 @@
 
 use super::topic::RosTopic;
 use crate::{id::EventId, message::Message};
-use grip_link::message::daemon::{Slip, State, ToClient};
+use grip_link::message::daemon::{PipelineState, SlipReport, ToClient};
 use grip_record::mcap::CdrWriter;
 
 /// The one joint of a gripper: what its fingers press with.
@@ -19,14 +19,14 @@ pub fn messages(message: &Message, id: EventId, start_ns: u64) -> Vec<(RosTopic,
     let stamp = |host_us: u64| Stamp(start_ns.saturating_add(host_us.saturating_mul(1000)));
     match message.read() {
         Ok(ToClient::State(state)) => {
-            let stamp = stamp(state.host_us);
+            let stamp = stamp(state.host.0);
             vec![
                 (RosTopic::JointStates, joint_state(&state, stamp)),
                 (RosTopic::State, grip_state(&state, stamp)),
             ]
         }
         Ok(ToClient::Slip(slip)) => {
-            vec![(RosTopic::Slip, slip_event(&slip, id, stamp(slip.host_us)))]
+            vec![(RosTopic::Slip, slip_event(&slip, id, stamp(slip.host.0)))]
         }
         // Of what cannot be read nothing can be said.
         Ok(_) | Err(_) => Vec::new(),
@@ -36,7 +36,7 @@ pub fn messages(message: &Message, id: EventId, start_ns: u64) -> Vec<(RosTopic,
 /// `sensor_msgs/msg/JointState`: the measured normal force (N) as the effort of the joint `fingers`, empty where it is not known. Position and
 /// velocity are empty: no daemon is told where the fingers are, and what the travel channel measures is the object.
 #[must_use]
-pub fn joint_state(state: &State, stamp: Stamp) -> Vec<u8> {
+pub fn joint_state(state: &PipelineState, stamp: Stamp) -> Vec<u8> {
     let mut out = Vec::with_capacity(64);
     let mut w = header(&mut out, stamp);
     w.u32(1).text(JOINT).u32(0).u32(0);
@@ -49,38 +49,38 @@ pub fn joint_state(state: &State, stamp: Stamp) -> Vec<u8> {
 
 /// `grip_msgs/msg/GripState`.
 #[must_use]
-pub fn grip_state(state: &State, stamp: Stamp) -> Vec<u8> {
+pub fn grip_state(state: &PipelineState, stamp: Stamp) -> Vec<u8> {
     let mut out = Vec::with_capacity(88);
     let mut w = header(&mut out, stamp);
-    w.u64(state.device_us).u8(state.scene.code()).u8(state.grip.code());
+    w.u64(state.t.0).u8(state.scene.code()).u8(state.grip.code());
     let [stylus, travel, pressure, reference] = state.sensors.map(|health| health.code());
     w.u8(stylus).u8(travel).u8(pressure).u8(reference);
     w.u8(state.device.code()).u16(state.fault.0);
     maybe(&mut w, &[state.statistic, state.command_n, state.applied_n, state.estimate_n]);
-    w.bool(state.notes & Slip::EXTRAPOLATED != 0).u8(state.esc.kind.code());
-    maybe(&mut w, &[state.esc.value]);
-    w.bool(state.notes & Slip::INFORMATIVE != 0).u8(state.esc.flags);
+    w.bool(state.is_extrapolated()).u8(state.esc_kind.code());
+    maybe(&mut w, &[state.esc]);
+    w.bool(state.is_informative()).u8(state.esc_flags);
     w.u32(state.rate_hz).u64(state.lost);
     out
 }
 
 /// `grip_msgs/msg/SlipEvent`; `id` is its number among the events of the fleet.
 #[must_use]
-pub fn slip_event(slip: &Slip, id: EventId, stamp: Stamp) -> Vec<u8> {
+pub fn slip_event(slip: &SlipReport, id: EventId, stamp: Stamp) -> Vec<u8> {
     let mut out = Vec::with_capacity(128);
     let mut w = header(&mut out, stamp);
-    w.u32(id.run).u64(id.seq).u32(slip.number).u64(slip.device_us);
+    w.u32(id.run).u64(id.seq).u32(slip.number).u64(slip.t.0);
     w.u8(slip.phase.code()).u8(slip.method.code()).u8(slip.speed_source.code());
     maybe(&mut w, &[slip.statistic, slip.confidence]);
-    maybe(&mut w, &[slip.speed_m_s, slip.sigma_m_s, slip.moved_m]);
+    maybe(&mut w, &[slip.speed_m_s, slip.speed_sigma_m_s, slip.moved_m]);
     w.u32(slip.irregularities.unwrap_or(u32::MAX));
-    maybe(&mut w, &[slip.esc_w]);
+    maybe(&mut w, &[slip.esc_w.map(single)]);
     w.u8(slip.esc_kind.code());
-    maybe(&mut w, &[slip.esc_chosen]);
-    w.bool(slip.notes & Slip::INFORMATIVE != 0).u8(slip.esc_flags);
+    maybe(&mut w, &[slip.esc.map(single)]);
+    w.bool(slip.is_informative()).u8(slip.esc_flags);
     maybe(&mut w, &[slip.estimate_n]);
-    w.bool(slip.notes & Slip::EXTRAPOLATED != 0);
-    maybe(&mut w, &[slip.command_n, slip.duration_s]);
+    w.bool(slip.is_extrapolated());
+    maybe(&mut w, &[slip.command_n, slip.duration_s.map(single)]);
     out
 }
 
@@ -89,6 +89,12 @@ fn header(out: &mut Vec<u8>, stamp: Stamp) -> CdrWriter<'_> {
     let mut w = CdrWriter::new(out);
     w.time(stamp.0).text("");
     w
+}
+
+/// As it travelled.
+#[expect(clippy::cast_possible_truncation, reason = "it came with seven digits")]
+const fn single(value: f64) -> f32 {
+    value as f32
 }
 
 /// Values that may not be known.
@@ -100,14 +106,14 @@ fn maybe(w: &mut CdrWriter<'_>, values: &[Option<f32>]) {
 
 #[cfg(test)]
 mod tests {
-    use super::{EventId, Message, RosTopic, Slip, Stamp, State, messages};
+    use super::{EventId, Message, PipelineState, RosTopic, SlipReport, Stamp, messages};
     use crate::message::wire;
+    use grip_link::message::daemon::EXTRAPOLATED;
     use grip_link::message::{
         DeviceState, FaultCode, Kind,
-        daemon::{
-            EscValue, GripState, Health, Method, Phase, Reading, Scene, SensorHealth, SpeedSource,
-        },
+        daemon::{GripState, Health, Method, Phase, Reading, Scene, SensorHealth, SpeedSource},
     };
+    use slip_core::units::Micros;
 
     const START_NS: u64 = 1_763_766_000_000_000_000;
     const ID: EventId = EventId { run: 0x0102_0304, seq: 9 };
@@ -118,10 +124,10 @@ mod tests {
         Message::from_wire(&wire(kind, &payload[..len]).unwrap()).unwrap()
     }
 
-    fn state(applied_n: Option<f32>) -> State {
-        State {
-            device_us: 7,
-            host_us: 1_500_000,
+    fn state(applied_n: Option<f32>) -> PipelineState {
+        PipelineState {
+            t: Micros(7),
+            host: Micros(1_500_000),
             scene: Scene::Holding,
             grip: GripState::Slipping,
             sensors: [
@@ -131,9 +137,11 @@ mod tests {
                 SensorHealth::Lost,
             ],
             device: DeviceState::Active,
-            notes: Slip::EXTRAPOLATED,
+            notes: EXTRAPOLATED,
             fault: FaultCode(0x0202),
-            esc: EscValue { kind: Reading::LiftWork, value: None, flags: 4 },
+            esc_kind: Reading::LiftWork,
+            esc: None,
+            esc_flags: 4,
             statistic: Some(0.5),
             command_n: Some(2.0),
             applied_n,
@@ -174,27 +182,15 @@ mod tests {
 
     #[test]
     fn a_slip_bears_its_number_and_other_news_are_nothing_to_ros() {
-        let slip = Slip {
+        let slip = SlipReport {
             number: 4,
-            device_us: 5,
-            host_us: u64::MAX,
+            t: Micros(5),
+            host: Micros(u64::MAX),
             phase: Phase::Ended,
             method: Method::None,
             speed_source: SpeedSource::TwoStyli,
             esc_kind: Reading::Literal,
-            statistic: None,
-            confidence: None,
-            speed_m_s: None,
-            sigma_m_s: None,
-            moved_m: None,
-            irregularities: None,
-            esc_w: None,
-            esc_chosen: None,
-            esc_flags: 0,
-            notes: 0,
-            estimate_n: None,
-            command_n: None,
-            duration_s: None,
+            ..SlipReport::UNKNOWN
         };
         let told = messages(&frame(Kind::SLIP, |out| slip.write(out).unwrap()), ID, START_NS);
         let [(RosTopic::Slip, bytes)] = told.as_slice() else { panic!("{told:?}") };

@@ -4,35 +4,11 @@ use super::link::HostEvent;
 use super::loss::{Loss, RowCount};
 use super::request::Request;
 use super::{CloseReason, HostConfig, LinkState};
-use crate::clock::{ClockSync, PongVerdict};
 use crate::decoder::{Counters, Decoder};
 use crate::frame::Direction;
-use crate::message::{Clamped, Config, Event, Grip, Ident, Kind, Layout, Nack, Stats, Status};
+use crate::message::{Config, Grip, Ident, Layout};
 use crate::sender::Sender;
-
-/// An event without borrowed parts, waiting to be fetched.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Notice {
-    Identified { rebooted: bool },
-    Rebooted { before: u32, now: u32 },
-    Configured { clamped: Clamped },
-    Done(Kind),
-    Refused(Nack),
-    Closed(CloseReason),
-}
-
-impl Notice {
-    const fn event(self) -> HostEvent<'static> {
-        match self {
-            Self::Identified { rebooted } => HostEvent::Identified { rebooted },
-            Self::Rebooted { before, now } => HostEvent::Rebooted { before, now },
-            Self::Configured { clamped } => HostEvent::Configured { clamped },
-            Self::Done(kind) => HostEvent::Done(kind),
-            Self::Refused(nack) => HostEvent::Refused(nack),
-            Self::Closed(reason) => HostEvent::Closed(reason),
-        }
-    }
-}
+use crate::{clock::ClockSync, message::SamplesHeader};
 
 #[derive(Debug, Clone)]
 pub(super) struct Conversation {
@@ -40,7 +16,8 @@ pub(super) struct Conversation {
     pub(super) sender: Sender,
     pub(super) state: LinkState,
     pub(super) announced: LinkState,
-    pub(super) notice: Option<Notice>,
+    /// An event that waits for the caller.
+    pub(super) notice: Option<HostEvent<'static>>,
     pub(super) session: u16,
     pub(super) greet_again: bool,
     pub(super) hello_since_us: u64,
@@ -67,14 +44,11 @@ pub(super) struct Conversation {
     pub(super) failures: u8,
 }
 
-/// What a frame asks the caller to be told, when it is more than a notice.
-pub(super) enum Passing {
-    Samples(Loss),
-    Status(Status),
-    Stats(Stats),
-    Event(Event),
+/// What a frame is to the caller; rows and texts stay in the decoder until it asks for them.
+pub(super) enum Heard {
+    Event(HostEvent<'static>),
+    Samples(SamplesHeader, Loss),
     Log,
-    Clock(PongVerdict),
 }
 
 impl Conversation {
@@ -135,7 +109,7 @@ impl Conversation {
         if reason != CloseReason::Requested {
             self.failures = self.failures.saturating_add(1);
         }
-        self.notice = Some(Notice::Closed(reason));
+        self.notice = Some(HostEvent::Closed(reason));
     }
 
     pub(super) const fn is_linked(&self) -> bool {
@@ -148,7 +122,7 @@ impl Conversation {
 
     pub(super) fn pending<'s>(&mut self) -> Option<HostEvent<'s>> {
         if let Some(notice) = self.notice.take() {
-            return Some(notice.event());
+            return Some(notice);
         }
         let (from, to) = (self.announced, self.state);
         self.announced = to;

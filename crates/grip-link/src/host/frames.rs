@@ -1,6 +1,7 @@
 //! Good frames in, notices and events to pass on out.
 
-use super::conversation::{Conversation, Notice, Passing};
+use super::conversation::{Conversation, Heard};
+use super::link::HostEvent;
 use super::request::Request;
 use super::timing::QUICK_PING_US;
 use super::{CloseReason, LinkState};
@@ -14,7 +15,7 @@ use crate::message::{
 
 impl Conversation {
     /// Acts on a frame; what is to be passed on with its contents is returned, the rest becomes a notice.
-    pub(super) fn on_frame(&mut self, now_us: u64, frame: &Frame<'_>) -> Option<Passing> {
+    pub(super) fn on_frame(&mut self, now_us: u64, frame: &Frame<'_>) -> Option<Heard> {
         self.take_frame(now_us, frame).unwrap_or_else(|_short| {
             self.malformed = self.malformed.saturating_add(1);
             None
@@ -25,7 +26,7 @@ impl Conversation {
         &mut self,
         now_us: u64,
         frame: &Frame<'_>,
-    ) -> Result<Option<Passing>, PayloadError> {
+    ) -> Result<Option<Heard>, PayloadError> {
         let payload = frame.payload;
         match frame.header.kind {
             Kind::IDENT if frame.header.session == 0 => self.on_announcement(payload)?,
@@ -39,13 +40,13 @@ impl Conversation {
                 if verdict == Some(PongVerdict::Outlier) {
                     self.ping_quickly(self.ping_due_us.min(now_us.saturating_add(QUICK_PING_US)));
                 }
-                return Ok(verdict.map(Passing::Clock));
+                return Ok(verdict.map(|verdict| Heard::Event(HostEvent::Clock(verdict))));
             }
             Kind::SAMPLES => return self.on_samples(now_us, payload),
             Kind::STATUS => return self.on_status(now_us, payload),
-            Kind::STATS => return Ok(Some(Passing::Stats(Stats::parse(payload)?))),
-            Kind::EVENT => return Ok(Some(Passing::Event(Event::parse(payload)?))),
-            Kind::LOG => return Log::parse(payload).map(|_| Some(Passing::Log)),
+            Kind::STATS => return Ok(Some(Heard::Event(HostEvent::Stats(Stats::parse(payload)?)))),
+            Kind::EVENT => return Ok(Some(Heard::Event(HostEvent::Event(Event::parse(payload)?)))),
+            Kind::LOG => return Log::parse(payload).map(|_| Some(Heard::Log)),
             _ => {}
         }
         Ok(None)
@@ -57,7 +58,7 @@ impl Conversation {
         if self.is_linked() && !self.greet_again {
             self.greet_again = true;
             let before = self.ident.map_or(0, |ident| ident.boot_id);
-            self.notice = Some(Notice::Rebooted { before, now });
+            self.notice = Some(HostEvent::Rebooted { before, now });
         }
         Ok(())
     }
@@ -87,7 +88,7 @@ impl Conversation {
         }
         self.ident = Some(ident);
         self.ping_quickly(now_us);
-        self.notice = Some(Notice::Identified { rebooted });
+        self.notice = Some(HostEvent::Identified { rebooted });
         self.configure(now_us);
         Ok(())
     }
@@ -104,12 +105,12 @@ impl Conversation {
     }
 
     /// A gripper that streamed and says LINKED has lost its CONFIG, as a repeated HELLO of this session makes it.
-    fn on_status(&mut self, now_us: u64, payload: &[u8]) -> Result<Option<Passing>, PayloadError> {
+    fn on_status(&mut self, now_us: u64, payload: &[u8]) -> Result<Option<Heard>, PayloadError> {
         let status = Status::parse(payload)?;
         if self.is_streaming() && self.request.is_none() && status.state == DeviceState::Linked {
             self.configure(now_us);
         }
-        Ok(Some(Passing::Status(status)))
+        Ok(Some(Heard::Event(HostEvent::Status(status))))
     }
 
     fn answered(&mut self, kind: Kind, seq: u16) -> bool {
@@ -130,7 +131,7 @@ impl Conversation {
                 ack.config.channel_mask,
             );
             self.rows.restart();
-            self.notice = Some(Notice::Configured { clamped: ack.clamped });
+            self.notice = Some(HostEvent::Configured { clamped: ack.clamped });
             self.request = Some(Request::new(Kind::START, 0, now_us));
         }
     }
@@ -139,7 +140,7 @@ impl Conversation {
         if ack.kind != Kind::ESTOP && !self.answered(ack.kind, ack.seq) {
             return;
         }
-        self.notice = Some(Notice::Done(ack.kind));
+        self.notice = Some(HostEvent::Done(ack.kind));
         match ack.kind {
             Kind::START => self.stream(now_us),
             Kind::STOP => self.state = LinkState::Config,
@@ -164,11 +165,11 @@ impl Conversation {
         if vital {
             self.close(CloseReason::Refused { kind: nack.kind.0, reason: nack.reason });
         } else {
-            self.notice = Some(Notice::Refused(nack));
+            self.notice = Some(HostEvent::Refused(nack));
         }
     }
 
-    fn on_samples(&mut self, now_us: u64, payload: &[u8]) -> Result<Option<Passing>, PayloadError> {
+    fn on_samples(&mut self, now_us: u64, payload: &[u8]) -> Result<Option<Heard>, PayloadError> {
         // CONFIG stopped the sampling before: samples now mean that START arrived and its ACK did not.
         if self
             .request
@@ -176,7 +177,7 @@ impl Conversation {
             .is_some_and(|request| request.kind == Kind::START && request.was_sent())
         {
             self.request = None;
-            self.notice = Some(Notice::Done(Kind::START));
+            self.notice = Some(HostEvent::Done(Kind::START));
             self.stream(now_us);
         }
         if !self.is_streaming() {
@@ -187,7 +188,7 @@ impl Conversation {
         let loss = self.rows.take(&header);
         self.samples_us = now_us;
         self.state = if loss.is_contiguous() { LinkState::Stream } else { LinkState::Degraded };
-        Ok(Some(Passing::Samples(loss)))
+        Ok(Some(Heard::Samples(header, loss)))
     }
 
     /// Opens another session after the gripper started anew; takes no more of this one after closing, whatever else came

@@ -1,6 +1,6 @@
 //! The state machine of the computer's side.
 
-use super::conversation::{Conversation, Passing};
+use super::conversation::{Conversation, Heard};
 use super::loss::{Loss, LossCount};
 use super::request::Request;
 use super::{CloseReason, HostConfig, HostConfigError, LinkState};
@@ -158,7 +158,7 @@ impl HostLink {
     ///
     /// Call it until `None`, with no bytes too when only time went on.
     pub fn receive<'s>(&'s mut self, now_us: u64, input: &mut &[u8]) -> Option<HostEvent<'s>> {
-        let passing = loop {
+        let heard = loop {
             if let Some(event) = self.talk.pending() {
                 return Some(event);
             }
@@ -173,26 +173,24 @@ impl HostLink {
                 Some(Err(_)) => {}
                 Some(Ok(())) if self.talk.state == LinkState::Closed => {}
                 Some(Ok(())) => {
-                    let frame = self.decoder.frame()?;
                     self.talk.frame_us = now_us;
-                    if let Some(passing) = self.talk.on_frame(now_us, &frame) {
-                        break passing;
+                    if let Some(heard) = self.talk.on_frame(now_us, &self.decoder.frame()?) {
+                        break heard;
                     }
                     self.talk.after_frame(now_us, &mut self.decoder);
                 }
             }
         };
-        Some(match passing {
-            Passing::Samples(loss) => {
-                let samples =
-                    Samples::parse(self.decoder.frame()?.payload, &self.talk.layout).ok()?;
-                HostEvent::Samples { samples, loss }
+        Some(match heard {
+            Heard::Event(event) => event,
+            Heard::Samples(header, loss) => {
+                let payload = self.decoder.frame()?.payload;
+                HostEvent::Samples {
+                    samples: Samples::of(header, &self.talk.layout, payload)?,
+                    loss,
+                }
             }
-            Passing::Log => HostEvent::Log(Log::parse(self.decoder.frame()?.payload).ok()?),
-            Passing::Status(status) => HostEvent::Status(status),
-            Passing::Stats(stats) => HostEvent::Stats(stats),
-            Passing::Event(event) => HostEvent::Event(event),
-            Passing::Clock(verdict) => HostEvent::Clock(verdict),
+            Heard::Log => HostEvent::Log(Log::parse(self.decoder.frame()?.payload).ok()?),
         })
     }
 

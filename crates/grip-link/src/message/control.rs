@@ -1,6 +1,6 @@
 //! The short messages: PING, PONG, HEARTBEAT, CLEAR_FAULT, ACK, NACK.
 
-use super::fault::FaultCode;
+use super::FaultCode;
 use super::wire::{PayloadError, Reader, Writer};
 use super::{Kind, NackReason};
 

@@ -1,7 +1,7 @@
 //! GRIP and STATUS: the force wanted and the force that is.
 
 use super::DeviceState;
-use super::fault::FaultCode;
+use super::FaultCode;
 use super::wire::{PayloadError, Reader, Writer};
 
 /// GRIP (10), host to MCU: an absolute set point, sent every cycle. Not acknowledged: STATUS.last_cmd_id says what

@@ -1,7 +1,7 @@
 //! HELLO and IDENT: who is there, what it can do, and whether it is the same boot as before.
 
+use super::FaultCode;
 use super::channel::{Channel, MAX_CHANNELS};
-use super::fault::FaultCode;
 use super::wire::{PayloadError, Reader, Writer};
 use super::{ChannelKind, Unit};
 use super::{DeviceState, ResetReason};

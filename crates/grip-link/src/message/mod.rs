@@ -30,26 +30,23 @@ mod channel;
 mod config;
 mod control;
 pub mod daemon;
-mod fault;
 mod grip;
 mod ident;
 mod report;
 mod samples;
-mod wire;
 
 pub use channel::{Channel, Column, Layout, MAX_CHANNELS};
 pub use config::{Clamped, Config, ConfigAck};
 pub use control::{Ack, ClearFault, Heartbeat, Nack, Ping, Pong};
-pub use fault::{FaultCode, Reaction};
 pub use grip::{ForceClamp, Grip, Status, StatusFlags};
 pub use ident::{Firmware, Hello, Ident, Limits, Versions};
 pub use report::{Event, Log, Stats};
 pub use samples::{Row, Rows, SAMPLES_HEADER, Samples, SamplesHeader};
+pub(crate) use slip_msg::wire;
 pub use slip_msg::{
-    ChannelKind, DeviceState, EventKind, GripMode, LogLevel, LossAction, NackReason, ResetReason,
-    SampleFormat, Unit,
+    ChannelKind, DeviceState, EventKind, FaultCode, GripMode, LogLevel, LossAction, NackReason,
+    PayloadError, Reaction, ResetReason, SampleFormat, Unit,
 };
-pub use wire::PayloadError;
 
 pub use crate::kind::Kind;
 

@@ -1,6 +1,6 @@
 //! STATS, EVENT and LOG: what the microcontroller has to tell.
 
-use super::fault::FaultCode;
+use super::FaultCode;
 use super::wire::{PayloadError, Reader, Writer};
 use super::{EventKind, LogLevel};
 use crate::decoder::Counters;

@@ -77,13 +77,19 @@ impl<'a> Samples<'a> {
     /// [`PayloadError`]: too short for its rows, no rows, no columns, or an unknown format.
     pub fn parse(payload: &'a [u8], layout: &'a Layout) -> Result<Self, PayloadError> {
         let header = SamplesHeader::parse(payload)?;
-        let row = layout.row_bytes(header.format);
-        if row == 0 {
+        if layout.row_bytes(header.format) == 0 {
             return Err(PayloadError::Value { at: SAMPLES_HEADER, value: 0 });
         }
-        let rows =
-            Reader::at_offset(payload, SAMPLES_HEADER).slice(row * usize::from(header.rows))?;
-        Ok(Self { header, layout, rows })
+        let need = SAMPLES_HEADER + layout.row_bytes(header.format) * usize::from(header.rows);
+        let short = PayloadError::Short { need, have: payload.len() };
+        Self::of(header, layout, payload).ok_or(short)
+    }
+
+    /// The rows of a payload whose header was read before; `None` where it is too short for them.
+    pub(crate) fn of(header: SamplesHeader, layout: &'a Layout, payload: &'a [u8]) -> Option<Self> {
+        let bytes = layout.row_bytes(header.format) * usize::from(header.rows);
+        let rows = payload.get(SAMPLES_HEADER..SAMPLES_HEADER + bytes)?;
+        Some(Self { header, layout, rows })
     }
 
     /// Number of rows.

@@ -89,7 +89,7 @@ fn faults_and_their_reactions() {
     let code = |row: &[String]| u16::from_str_radix(&row[0], 16).unwrap();
     let written: BTreeMap<String, u64> =
         rows.iter().map(|row| (row[1].clone(), u64::from(code(row)))).collect();
-    assert_eq!(written, source::codes("message/fault.rs", "FaultCode"));
+    assert_eq!(written, source::codes("../../slip-msg/src/fault.rs", "FaultCode"));
     assert_eq!(rows.len(), written.len());
     let mut holds = vec![FaultCode::ESTOP.0];
     for row in rows.iter().filter(|row| code(row) > 1) {

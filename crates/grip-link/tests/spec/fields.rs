@@ -5,7 +5,7 @@ use crate::table::rows;
 use crate::targets::words::{hex, unhex};
 use grip_link::crc::crc32c;
 use grip_link::decoder::{Decoder, Role, Verdict};
-use grip_link::message::daemon::{Appended, Health, State};
+use grip_link::message::daemon::{Appended, Health, PipelineState, SlipReport};
 use std::collections::BTreeMap;
 
 /// A frame of valid.tsv.
@@ -65,7 +65,8 @@ fn fixed(name: &str, table: &[Row]) -> Vec<(usize, usize, Row)> {
         .collect();
     let mut end = match name {
         "HEALTH appended" => Health::SIZE,
-        "STATE appended" => State::SIZE,
+        "SLIP appended" => SlipReport::SIZE,
+        "STATE appended" => PipelineState::SIZE,
         _ => 0,
     };
     for (at, size, row) in &fixed {
@@ -170,7 +171,10 @@ fn vectors_read_by_the_tables_give_their_fields() {
             "HEALTH" if payload.len() > Health::SIZE => {
                 compare_as("HEALTH appended", &vector, (&found[1], payload), &mut left);
             }
-            "STATE" if payload.len() > State::SIZE => {
+            "SLIP" if payload.len() > SlipReport::SIZE => {
+                compare_as("SLIP appended", &vector, (&found[1], payload), &mut left);
+            }
+            "STATE" if payload.len() > PipelineState::SIZE => {
                 compare_as("STATE appended", &vector, (&found[1], payload), &mut left);
             }
             "WELCOME" => assert_eq!(left.remove("text"), Some(hex(&vector.payload[26..]))),
@@ -199,7 +203,7 @@ fn tables_end_where_the_screen_says() {
             let appended = fixed(&format!("{} appended", row[1]), &found[1]);
             let end = appended.last().map_or(0, |(at, size, _)| at + size);
             assert_eq!(end, grown.parse::<usize>().unwrap(), "{}", row[1]);
-            let whole = [State::WHOLE, Health::SIZE + Appended::SIZE];
+            let whole = [SlipReport::WHOLE, PipelineState::WHOLE, Health::SIZE + Appended::SIZE];
             assert!(whole.contains(&end), "{}", row[1]);
         }
     }

@@ -4,7 +4,7 @@ use crate::fields::frames;
 use crate::markdown::{Row, headings, table};
 use crate::source;
 use grip_link::message::daemon::{
-    Command, Gripper, Health, Notice, ROWS_HEADER, Slip, State, Subscribe, Welcome,
+    Command, Gripper, Health, Notice, PipelineState, ROWS_HEADER, SlipReport, Subscribe, Welcome,
 };
 use grip_link::message::{
     Ack, ClearFault, Config, ConfigAck, Event, Grip, Heartbeat, Hello, Ident, Kind, Nack, Ping,
@@ -41,8 +41,8 @@ fn size(kind: Kind) -> usize {
         Kind::EVENT => Event::SIZE,
         Kind::LOG => 10,
         Kind::WELCOME => Welcome::HEADER,
-        Kind::SLIP => Slip::SIZE,
-        Kind::STATE => State::SIZE,
+        Kind::SLIP => SlipReport::SIZE,
+        Kind::STATE => PipelineState::SIZE,
         Kind::HEALTH => Health::SIZE,
         Kind::GRIPPER => Gripper::SIZE,
         Kind::ROWS => ROWS_HEADER,

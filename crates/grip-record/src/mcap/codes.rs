@@ -11,8 +11,13 @@ pub(super) const STYLUS: [SensorHealth; 6] = [
     SensorHealth::Doubted,
 ];
 
-pub(super) const REFERENCE: [SensorHealth; 3] =
-    [SensorHealth::Good, SensorHealth::Frozen, SensorHealth::Lost];
+pub(super) const REFERENCE: [SensorHealth; 5] = [
+    SensorHealth::Good,
+    SensorHealth::Frozen,
+    SensorHealth::Lost,
+    SensorHealth::Late,
+    SensorHealth::Uncoupled,
+];
 
 pub(super) const TRAVEL: [SensorHealth; 6] = [
     SensorHealth::Good,

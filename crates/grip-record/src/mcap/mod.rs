@@ -25,9 +25,9 @@ pub use index::{ChunkPlace, McapIndex};
 pub use raw::Unpack;
 pub use read::{Entry, McapReader};
 pub use record::{
-    ClientRecord, CommandRecord, EventRecord, LinkRecord, PipelineRecord, Record, SampleRecord,
-    StateRecord, WireRecord,
+    CommandRecord, EventRecord, LinkRecord, PipelineRecord, Record, SampleRecord, WireRecord,
 };
 pub use recover::{RecoverError, Recovered, recover};
 pub use schema::{MESSAGE_ENCODING, SCHEMA_ENCODING, Topic};
+pub use slip_core::PipelineState;
 pub use write::{Attached, McapWriter, Written};

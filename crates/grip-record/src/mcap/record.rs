@@ -1,7 +1,9 @@
 //! What a recording holds, one kind for each topic, as the bytes of its message and back.
 
-use slip_core::{
-    Arrival, Sample, grip::GripState, health::SensorHealth, scene::Scene, units::Micros,
+use slip_core::{Arrival, PipelineState, Sample, units::Micros};
+use slip_msg::{
+    ClientCommand, EXTRAPOLATED, FaultCode, GripState, INFORMATIVE, Method, Operation, Phase,
+    Reading, Scene, SlipReport,
 };
 
 use super::cdr::{CdrError, CdrReader, CdrWriter};
@@ -9,19 +11,22 @@ use super::codes::{self, PRESSURE, REFERENCE, STYLUS, TRAVEL};
 use super::schema::Topic;
 use crate::channels::Channel;
 
+/// Bit of `esc_flags`: E_sc says nothing at this noise.
+const NO_INFORMATION: u8 = 1 << 2;
+
 /// One message of a recording.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Record<'a> {
     /// Sensor readings.
     Sample(SampleRecord<'a>),
     /// What the pipeline thinks.
-    State(StateRecord),
+    State(PipelineState),
     /// A line worth reading.
     Event(EventRecord<'a>),
     /// A force command.
     Command(CommandRecord),
     /// A client's command.
-    Client(ClientRecord),
+    Client(ClientCommand),
     /// News of the link.
     Link(LinkRecord<'a>),
     /// Bytes of the line.
@@ -39,45 +44,6 @@ pub struct SampleRecord<'a> {
     pub sample: Sample,
     /// The frame of the taxel array that came with it, empty where none did.
     pub taxels: &'a [f32],
-}
-
-/// The pipeline after a frame; see the State message for units.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct StateRecord {
-    /// Device time of the last sample.
-    pub t: Micros,
-    /// Scene.
-    pub scene: Scene,
-    /// What the force controller does; `None` where the pipeline only observes.
-    pub grip: Option<GripState>,
-    /// State of the stylus.
-    pub health: SensorHealth,
-    /// State of the motion reference.
-    pub reference_health: SensorHealth,
-    /// State of the travel channel.
-    pub travel_health: SensorHealth,
-    /// State of the taxel array.
-    pub pressure_health: SensorHealth,
-    /// Slip statistic over its threshold.
-    pub statistic: f32,
-    /// Commanded force (N).
-    pub command_n: Option<f32>,
-    /// Measured normal force (N).
-    pub applied_n: Option<f32>,
-    /// The last E_sc as printed (W).
-    pub esc_w: Option<f64>,
-    /// Whether it depends on the surface at the assumed noise.
-    pub esc_informative: bool,
-    /// The last estimate (N).
-    pub estimate_n: Option<f32>,
-    /// Whether it lies outside what the network was trained on.
-    pub extrapolated: bool,
-    /// Rows lost so far.
-    pub lost: u64,
-    /// Sample rate in force (Hz).
-    pub rate_hz: u32,
-    /// Age of the newest usable row at the last command (ms).
-    pub late_ms: Option<f32>,
 }
 
 /// A line worth reading; NaN or an empty string where a field has no meaning.
@@ -151,21 +117,6 @@ pub struct CommandRecord {
     pub cause_sample: u32,
 }
 
-/// A client's command.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum ClientRecord {
-    /// Hold with at least this force (N).
-    AtLeast(f32),
-    /// Let go.
-    Release,
-    /// Close again.
-    Grasp,
-    /// Stop in software.
-    Stop,
-    /// Clear the fault with this code.
-    ClearFault(u16),
-}
-
 /// News of the link.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LinkRecord<'a> {
@@ -227,10 +178,10 @@ impl Record<'_> {
         w.time(stamp_ns);
         match self {
             Self::Sample(record) => record.encode(&mut w),
-            Self::State(record) => record.encode(&mut w),
+            Self::State(state) => encode_state(state, &mut w),
             Self::Event(record) => record.encode(&mut w),
             Self::Command(record) => record.encode(&mut w),
-            Self::Client(record) => record.encode(&mut w),
+            Self::Client(command) => encode_command(*command, &mut w),
             Self::Link(record) => {
                 w.text(record.kind).text(record.detail);
             }
@@ -256,10 +207,10 @@ impl<'a> Record<'a> {
         r.time()?;
         Ok(match topic {
             Topic::Sample => Self::Sample(SampleRecord::decode(&mut r, taxels)?),
-            Topic::State => Self::State(StateRecord::decode(&mut r)?),
+            Topic::State => Self::State(decode_state(&mut r)?),
             Topic::Event => Self::Event(EventRecord::decode(&mut r)?),
             Topic::Command => Self::Command(CommandRecord::decode(&mut r)?),
-            Topic::Client => Self::Client(ClientRecord::decode(&mut r)?),
+            Topic::Client => Self::Client(decode_command(&mut r)?),
             Topic::Link => Self::Link(LinkRecord { kind: r.text()?, detail: r.text()? }),
             Topic::Wire => Self::Wire(WireRecord { to_device: r.bool()?, bytes: r.bytes()? }),
             Topic::Pipeline => Self::Pipeline(PipelineRecord::decode(&mut r)?),
@@ -309,44 +260,114 @@ impl<'a> SampleRecord<'a> {
     }
 }
 
-impl StateRecord {
-    fn encode(&self, w: &mut CdrWriter<'_>) {
-        w.u64(self.t.0).u8(self.scene.code()).u8(self.grip.unwrap_or_default().code());
-        w.u8(codes::code(&STYLUS, self.health));
-        w.u8(codes::code(&REFERENCE, self.reference_health));
-        w.u8(codes::code(&TRAVEL, self.travel_health));
-        w.u8(codes::code(&PRESSURE, self.pressure_health));
-        w.f32(self.statistic).f32(short(self.command_n)).f32(short(self.applied_n));
-        w.f64(self.esc_w.unwrap_or(f64::NAN)).bool(self.esc_informative);
-        w.f32(short(self.estimate_n)).bool(self.extrapolated).u64(self.lost).u32(self.rate_hz);
-        w.f32(short(self.late_ms));
-    }
+fn encode_state(state: &PipelineState, w: &mut CdrWriter<'_>) {
+    let [stylus, travel, pressure, reference] = state.sensors;
+    w.u64(state.t.0).u8(state.scene.code()).u8(state.grip.code());
+    w.u8(codes::code(&STYLUS, stylus)).u8(codes::code(&REFERENCE, reference));
+    w.u8(codes::code(&TRAVEL, travel)).u8(codes::code(&PRESSURE, pressure));
+    w.f32(short(state.statistic)).f32(short(state.command_n)).f32(short(state.applied_n));
+    w.f64(short(state.esc).into()).bool(state.is_informative());
+    w.f32(short(state.estimate_n)).bool(state.is_extrapolated());
+    w.u64(state.lost).u32(state.rate_hz).f32(short(state.late_ms));
+}
 
-    fn decode(r: &mut CdrReader<'_>) -> Result<Self, CdrError> {
-        Ok(Self {
-            t: Micros(r.u64()?),
-            scene: Scene::from_code(r.u8()?),
-            grip: Some(GripState::from_code(r.u8()?)).filter(|grip| *grip != GripState::Observing),
-            health: codes::health(&STYLUS, r.u8()?),
-            reference_health: codes::health(&REFERENCE, r.u8()?),
-            travel_health: codes::health(&TRAVEL, r.u8()?),
-            pressure_health: codes::health(&PRESSURE, r.u8()?),
-            statistic: r.f32()?,
-            command_n: known(r.f32()?),
-            applied_n: known(r.f32()?),
-            esc_w: Some(r.f64()?).filter(|value| !value.is_nan()),
-            esc_informative: r.bool()?,
-            estimate_n: known(r.f32()?),
-            extrapolated: r.bool()?,
-            lost: r.u64()?,
-            rate_hz: r.u32()?,
-            // Recordings of before 2026-11-23 end here.
-            late_ms: if r.is_at_end() { None } else { known(r.f32()?) },
-        })
+/// What the gripper said of itself is not in the message; an E_sc is that as printed.
+fn decode_state(r: &mut CdrReader<'_>) -> Result<PipelineState, CdrError> {
+    let (t, scene, grip) = (Micros(r.u64()?), r.u8()?, r.u8()?);
+    let stylus = codes::health(&STYLUS, r.u8()?);
+    let reference = codes::health(&REFERENCE, r.u8()?);
+    let travel = codes::health(&TRAVEL, r.u8()?);
+    let pressure = codes::health(&PRESSURE, r.u8()?);
+    let (statistic, command_n, applied_n) = (known(r.f32()?), known(r.f32()?), known(r.f32()?));
+    #[expect(
+        clippy::cast_possible_truncation,
+        reason = "files of before 2026-11-25 have more digits"
+    )]
+    let esc = known(r.f64()? as f32);
+    let informative = if r.bool()? { INFORMATIVE } else { 0 };
+    let estimate_n = known(r.f32()?);
+    let extrapolated = if r.bool()? { EXTRAPOLATED } else { 0 };
+    Ok(PipelineState {
+        t,
+        scene: Scene::from_code(scene),
+        grip: GripState::from_code(grip),
+        sensors: [stylus, travel, pressure, reference],
+        notes: informative | extrapolated,
+        esc_kind: if esc.is_some() { Reading::Literal } else { Reading::None },
+        esc_flags: if esc.is_some() && informative == 0 { NO_INFORMATION } else { 0 },
+        statistic,
+        command_n,
+        applied_n,
+        esc,
+        estimate_n,
+        lost: r.u64()?,
+        rate_hz: r.u32()?,
+        // Recordings of before 2026-11-23 end here.
+        late_ms: if r.is_at_end() { None } else { known(r.f32()?) },
+        ..PipelineState::UNKNOWN
+    })
+}
+
+impl EventRecord<'static> {
+    /// The record of a slip, without its line.
+    #[must_use]
+    pub fn of_slip(slip: &SlipReport) -> Self {
+        let ended = slip.phase == Phase::Ended;
+        #[expect(clippy::cast_precision_loss, reason = "a count for plots")]
+        let irregularities = slip.irregularities.map(|count| count as f32);
+        let long = |value: Option<f64>| value.unwrap_or(f64::NAN);
+        Self {
+            t_s: slip.t.as_seconds(),
+            kind: if ended { "slip_end" } else { "slip" },
+            phase: if ended { "" } else { slip.phase.name() },
+            method: if slip.method == Method::None { "" } else { slip.method.name() },
+            duration_s: long(slip.duration_s),
+            esc_w: long(slip.esc_w),
+            esc_value: long(slip.esc),
+            statistic: short(slip.statistic),
+            confidence: short(slip.confidence),
+            speed_m_s: short(slip.speed_m_s),
+            speed_sigma_m_s: short(slip.speed_sigma_m_s),
+            moved_m: short(slip.moved_m),
+            irregularities: short(irregularities),
+            estimate_n: short(slip.estimate_n),
+            command_n: short(slip.command_n),
+            ..Self::default()
+        }
     }
 }
 
 impl<'a> EventRecord<'a> {
+    /// The slip that it tells of; `None` where it is another event.
+    #[must_use]
+    pub fn slip(&self) -> Option<SlipReport> {
+        let phase = match self.kind {
+            "slip" => Phase::from_name(self.phase)?,
+            "slip_end" => Phase::Ended,
+            _ => return None,
+        };
+        let long = |value: f64| Some(value).filter(|value| !value.is_nan());
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturates")]
+        let irregularities = known(self.irregularities).map(|count| count as u32);
+        Some(SlipReport {
+            t: Micros::from_seconds(self.t_s),
+            phase,
+            method: Method::from_name(self.method).unwrap_or(Method::None),
+            statistic: known(self.statistic),
+            confidence: known(self.confidence),
+            speed_m_s: known(self.speed_m_s),
+            speed_sigma_m_s: known(self.speed_sigma_m_s),
+            moved_m: known(self.moved_m),
+            irregularities,
+            esc_w: long(self.esc_w),
+            esc: long(self.esc_value),
+            estimate_n: known(self.estimate_n),
+            command_n: known(self.command_n),
+            duration_s: long(self.duration_s),
+            ..SlipReport::UNKNOWN
+        })
+    }
+
     fn encode(&self, w: &mut CdrWriter<'_>) {
         w.f64(self.t_s).text(self.kind).text(self.phase).text(self.method);
         w.text(self.channel).text(self.health);
@@ -399,28 +420,21 @@ impl CommandRecord {
     }
 }
 
-impl ClientRecord {
-    fn encode(&self, w: &mut CdrWriter<'_>) {
-        let (kind, force_n, fault) = match *self {
-            Self::AtLeast(force_n) => (0, force_n, 0),
-            Self::Release => (1, f32::NAN, 0),
-            Self::Grasp => (2, f32::NAN, 0),
-            Self::Stop => (3, f32::NAN, 0),
-            Self::ClearFault(fault) => (4, f32::NAN, fault),
-        };
-        w.u8(kind).f32(force_n).u16(fault);
-    }
+/// The code of a command in a file is one less than that of its operation.
+fn encode_command(command: ClientCommand, w: &mut CdrWriter<'_>) {
+    let force_n = if let ClientCommand::AtLeast(force_n) = command { force_n } else { f32::NAN };
+    w.u8(command.operation().code() - 1).f32(force_n).u16(command.fault().0);
+}
 
-    fn decode(r: &mut CdrReader<'_>) -> Result<Self, CdrError> {
-        let (code, force_n, fault) = (r.u8()?, r.f32()?, r.u16()?);
-        match code {
-            0 => Ok(Self::AtLeast(force_n)),
-            1 => Ok(Self::Release),
-            2 => Ok(Self::Grasp),
-            3 => Ok(Self::Stop),
-            4 => Ok(Self::ClearFault(fault)),
-            code => Err(CdrError::Code { code, at: r.position() }),
-        }
+fn decode_command(r: &mut CdrReader<'_>) -> Result<ClientCommand, CdrError> {
+    let (code, force_n, fault) = (r.u8()?, r.f32()?, r.u16()?);
+    match code.checked_add(1).and_then(Operation::from_code) {
+        Some(Operation::AtLeast) => Ok(ClientCommand::AtLeast(force_n)),
+        Some(Operation::Release) => Ok(ClientCommand::Release),
+        Some(Operation::Grasp) => Ok(ClientCommand::Grasp),
+        Some(Operation::Stop) => Ok(ClientCommand::Stop),
+        Some(Operation::ClearFault) => Ok(ClientCommand::ClearFault(FaultCode(fault))),
+        None => Err(CdrError::Code { code, at: r.position() }),
     }
 }
 

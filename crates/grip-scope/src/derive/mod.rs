@@ -8,9 +8,9 @@ mod fft;
 mod spectrum;
 
 use crate::feed::{BandPoint, DerivedBlock, EscPoint, EvidencePoint, Turn};
-use grip_daemon::clients::convert;
-use grip_link::message::daemon::EscValue;
+
 use grip_session::HostEstimator;
+
 use slip_core::detector::BANDS;
 use slip_core::esc::Esc;
 use slip_core::features::Features;
@@ -230,7 +230,7 @@ fn thresholds(config: &PipelineConfig, moving: bool) -> [f32; BANDS] {
 
 /// E_sc as the scope shows it.
 pub(crate) fn esc_point(esc: &Esc) -> EscPoint {
-    let EscValue { kind, flags, .. } = convert::esc(*esc);
+    let (kind, flags) = (esc.reading, esc.flags.bits());
     #[expect(clippy::cast_possible_truncation, reason = "shown with seven digits")]
     let [value, low, high] = [esc.value as f32, esc.lo as f32, esc.hi as f32];
     // Rounding must not put the value outside its own enclosure.

@@ -1,6 +1,6 @@
 //! What happens: its kind, its time, and what is known of a slip.
 
-use grip_link::message::daemon::{Method, SpeedSource};
+use slip_core::{Phase, SlipReport, methods::Method};
 
 /// Kinds of events.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -79,10 +79,22 @@ pub struct EventMark {
     /// A line for people.
     pub text: String,
     /// What is known of a slip.
-    pub slip: Option<SlipFacts>,
+    pub slip: Option<SlipReport>,
 }
 
 impl EventMark {
+    /// A slip.
+    #[must_use]
+    pub fn slip(slip: &SlipReport) -> Self {
+        let kind = match slip.phase {
+            Phase::Gross => EventKind::Gross,
+            Phase::Ended => EventKind::Ended,
+            _ => EventKind::Incipient,
+        };
+        let (t_s, text) = (slip.t.as_seconds(), slip_text(kind, slip));
+        Self { t_s, kind, text, slip: Some(*slip) }
+    }
+
     /// An event that is no slip.
     #[must_use]
     pub fn plain(t_s: f64, kind: EventKind, text: impl Into<String>) -> Self {
@@ -90,42 +102,33 @@ impl EventMark {
     }
 }
 
-/// What an event tells of a slip.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct SlipFacts {
-    /// Which method noticed it.
-    pub method: Option<Method>,
-    /// Statistic over its threshold.
-    pub statistic: Option<f32>,
-    /// Probability that noise alone would not reach it (0 to 1).
-    pub confidence: Option<f32>,
-    /// Slip speed (m/s).
-    pub speed_m_s: Option<f32>,
-    /// Its standard deviation (m/s).
-    pub speed_sigma_m_s: Option<f32>,
-    /// Where the speed comes from.
-    pub speed_source: Option<SpeedSource>,
-    /// Distance moved (m).
-    pub moved_m: Option<f32>,
-    /// Irregularities passed.
-    pub irregularities: Option<u32>,
-    /// E_sc as printed (W).
-    pub esc_w: Option<f32>,
-    /// Estimate (N).
-    pub estimate_n: Option<f32>,
-    /// Commanded force (N).
-    pub command_n: Option<f32>,
-    /// How long it lasted (s).
-    pub duration_s: Option<f32>,
+/// A confidence for people (`confidence 76 %`), never rounded up to certainty.
+#[must_use]
+pub fn confidence_text(confidence: f32) -> String {
+    match confidence {
+        0.999.. => "confidence > 99.9 %".to_owned(),
+        _ => format!("confidence {:.0} %", (100.0 * confidence).floor()),
+    }
 }
 
-impl SlipFacts {
-    /// The confidence for people (`confidence 76 %`), never rounded up to certainty.
-    #[must_use]
-    pub fn sure(&self) -> Option<String> {
-        self.confidence.map(|sure| match sure {
-            0.999.. => "confidence > 99.9 %".to_owned(),
-            _ => format!("confidence {:.0} %", (100.0 * sure).floor()),
-        })
-    }
+/// A line for people.
+fn slip_text(kind: EventKind, slip: &SlipReport) -> String {
+    let mut text = kind.name().to_owned();
+    let mut add = |part: Option<String>| {
+        if let Some(part) = part {
+            text.push_str(&part);
+        }
+    };
+    add(Some(slip.method)
+        .filter(|method| *method != Method::None)
+        .map(|method| format!(" by {}", method.name())));
+    add(slip.duration_s.map(|time_s| format!(" after {:.1} ms", 1e3 * time_s)));
+    add(slip.statistic.map(|statistic| format!(", statistic {statistic:.1}")));
+    add(slip.confidence.map(|sure| format!(", {}", confidence_text(sure))));
+    add(slip.speed_m_s.map(|speed| format!(", {:.1} mm/s", 1e3 * speed)));
+    add(slip.moved_m.map(|moved| format!(", moved {:.2} mm", 1e3 * moved)));
+    add(slip.esc_w.map(|esc| format!(", E_sc {esc:.3} W")));
+    add(slip.estimate_n.map(|force| format!(", estimate {force:.2} N")));
+    add(slip.command_n.map(|force| format!(", command {force:.2} N")));
+    text
 }

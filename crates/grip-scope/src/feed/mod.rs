@@ -6,11 +6,11 @@ mod state;
 mod status;
 mod study;
 
-pub use event::{EventKind, EventMark, SlipFacts};
+pub use event::{EventKind, EventMark, confidence_text};
 pub use health::{HealthPoint, LatencyFigures};
+pub use slip_core::PipelineState;
 pub use state::{
-    BandPoint, DerivedBlock, EscPoint, EvidencePoint, ObserverSettings, SpectrumColumn, StatePoint,
-    Turn,
+    BandPoint, DerivedBlock, EscPoint, EvidencePoint, ObserverSettings, SpectrumColumn, Turn,
 };
 pub use status::{DaemonInfo, Level, NoticeLine, SourceStatus};
 pub use study::{StudyCurve, StudyCurves, StudyPlot};
@@ -33,7 +33,7 @@ pub enum Feed {
     /// Samples from somewhere later in a recording that is still being loaded, for a first picture.
     Preview(RowBlock),
     /// What the pipeline thinks.
-    State(StatePoint),
+    State(PipelineState),
     /// Whose settings the scope's own observer has from now on.
     Observes(ObserverSettings),
     /// What the scope's own observer makes of the samples.

@@ -1,45 +1,7 @@
 //! What a pipeline thinks of the samples: that of the source, and the scope's own observer.
 
-use grip_link::message::DeviceState;
-use grip_link::message::daemon::{GripState, Reading, Scene, SensorHealth};
+use grip_link::message::daemon::Reading;
 use slip_core::detector::BANDS;
-
-/// The pipeline after a frame of samples.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct StatePoint {
-    /// Device time (s).
-    pub t_s: f64,
-    /// What the grasp is doing.
-    pub scene: Scene,
-    /// What the force controller does.
-    pub grip: GripState,
-    /// Stylus, travel, pressure, reference.
-    pub sensors: [SensorHealth; 4],
-    /// State of the gripper, where it is known.
-    pub device: Option<DeviceState>,
-    /// Its latched fault; 0 where there is none.
-    pub fault: u16,
-    /// Statistic over its threshold.
-    pub statistic: Option<f32>,
-    /// Commanded force (N).
-    pub command_n: Option<f32>,
-    /// Measured force (N).
-    pub applied_n: Option<f32>,
-    /// Estimate of the adequate force (N).
-    pub estimate_n: Option<f32>,
-    /// Whether it lies outside what the network was trained on.
-    pub extrapolated: bool,
-    /// The last E_sc.
-    pub esc: Option<EscPoint>,
-    /// Largest force of the controller (N).
-    pub limit_n: Option<f32>,
-    /// Sample rate in force (Hz).
-    pub rate_hz: u32,
-    /// Rows lost so far.
-    pub lost: u64,
-    /// Age of the newest usable row at the last command (ms), where it is known.
-    pub late_ms: Option<f32>,
-}
 
 /// A value of E_sc.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -4,7 +4,7 @@ use super::minute::Minute;
 use super::spark::Spark;
 use super::{Heard, Member};
 use grip_link::message::daemon::{
-    GripState, Health, LinkState, Phase, Scene, SensorHealth, Slip, State, ToClient,
+    GripState, Health, LinkState, Phase, PipelineState, Scene, SensorHealth, SlipReport, ToClient,
 };
 
 /// STATE comes five times a second: a gripper that is there and tells none for so long is silent (s).
@@ -64,7 +64,7 @@ pub struct Row {
     /// Which.
     pub member: Member,
     /// The last STATE.
-    pub state: Option<State>,
+    pub state: Option<PipelineState>,
     /// Of the last HEALTH.
     pub figures: Option<Figures>,
     /// Version of its firmware, where it has told one.
@@ -141,7 +141,7 @@ impl Row {
         }
     }
 
-    fn take_state(&mut self, at_s: f64, state: &State) {
+    fn take_state(&mut self, at_s: f64, state: &PipelineState) {
         self.heard_s = at_s;
         if let Some(force_n) = state.applied_n.or(state.command_n) {
             self.force.push(at_s, force_n);
@@ -153,7 +153,7 @@ impl Row {
     }
 
     /// A slip is told when it begins, when it becomes gross and when it ends: it counts once.
-    fn take_slip(&mut self, at_s: f64, slip: &Slip) {
+    fn take_slip(&mut self, at_s: f64, slip: &SlipReport) {
         let on = slip.phase != Phase::Ended;
         if on && !self.slips_on {
             self.slips.count(at_s);
@@ -246,7 +246,11 @@ const fn severity(health: SensorHealth) -> u8 {
     match health {
         SensorHealth::Good => 0,
         SensorHealth::Other(_) => 1,
-        SensorHealth::Drifting | SensorHealth::Doubted | SensorHealth::Coarse => 2,
+        SensorHealth::Drifting
+        | SensorHealth::Doubted
+        | SensorHealth::Coarse
+        | SensorHealth::Late
+        | SensorHealth::Uncoupled => 2,
         SensorHealth::Jumped => 3,
         SensorHealth::Backwards => 4,
         SensorHealth::Saturated => 5,

@@ -7,8 +7,8 @@ use crate::feed::SourceStatus;
 use grip_fleet::Uid;
 use grip_link::frame::{self, Direction, Header, MAX_WIRE};
 use grip_link::message::daemon::{
-    EscValue, GripState, Health, LinkState, Method, Phase, Reading, Scene, SensorHealth, Slip,
-    SpeedSource, State,
+    GripState, Health, LinkState, Method, Phase, PipelineState, Reading, Scene, SensorHealth,
+    SlipReport, SpeedSource,
 };
 use grip_link::message::{DeviceState, FaultCode, Kind};
 
@@ -24,17 +24,19 @@ fn message(kind: Kind, write: impl FnOnce(&mut [u8]) -> usize) -> Heard {
     Heard::Message(Message::from_wire(&wire[..len]).unwrap())
 }
 
-fn state() -> State {
-    State {
-        device_us: 1_000_000,
-        host_us: 0,
+fn state() -> PipelineState {
+    PipelineState {
+        t: Micros(1_000_000),
+        host: Micros(0),
         scene: Scene::Holding,
         grip: GripState::Holding,
         sensors: [SensorHealth::Good; 4],
         device: DeviceState::from_code(2),
         notes: 0,
         fault: FaultCode(0),
-        esc: EscValue { kind: Reading::None, value: None, flags: 0 },
+        esc_kind: Reading::None,
+        esc: None,
+        esc_flags: 0,
         statistic: Some(0.25),
         command_n: Some(5.0),
         applied_n: Some(4.875),
@@ -45,7 +47,7 @@ fn state() -> State {
     }
 }
 
-fn told(state: &State) -> Heard {
+fn told(state: &PipelineState) -> Heard {
     message(Kind::STATE, |out| state.write(out).unwrap())
 }
 
@@ -55,27 +57,15 @@ fn health(slips: u32, lost: u64) -> Heard {
 }
 
 fn slip(number: u32, phase: Phase) -> Heard {
-    let slip = Slip {
+    let slip = SlipReport {
         number,
-        device_us: 0,
-        host_us: 0,
+        t: Micros(0),
+        host: Micros(0),
         phase,
         method: Method::Stylus,
         speed_source: SpeedSource::None,
         esc_kind: Reading::None,
-        statistic: None,
-        confidence: None,
-        speed_m_s: None,
-        sigma_m_s: None,
-        moved_m: None,
-        irregularities: None,
-        esc_w: None,
-        esc_chosen: None,
-        esc_flags: 0,
-        notes: 0,
-        estimate_n: None,
-        command_n: None,
-        duration_s: None,
+        ..SlipReport::UNKNOWN
     };
     message(Kind::SLIP, |out| slip.write(out).unwrap())
 }
@@ -108,7 +98,7 @@ fn a_row_says_what_its_messages_told() {
     let row = says(&roster, &one);
     assert_eq!(row[3..9], ["here", "stream", "holding", "holding", "5.00", "4.88"]);
     assert_eq!(row[9..], ["4.88", "0.25", "12", "0", "9", "good", "-", "-", "-"]);
-    let worse = State {
+    let worse = PipelineState {
         scene: Scene::Slipping,
         grip: GripState::Slipping,
         sensors: [
@@ -135,7 +125,7 @@ fn a_row_says_what_its_messages_told() {
         (row[0].as_str(), row[4].as_str(), roster.summary().links),
         ("no link", "degraded", 1)
     );
-    let fault = State { fault: FaultCode(0x12), grip: GripState::Fault, ..state() };
+    let fault = PipelineState { fault: FaultCode(0x12), grip: GripState::Fault, ..state() };
     hear(&mut roster, &one, (2.0, told(&fault)));
     let row = says(&roster, &one);
     assert_eq!((row[0].as_str(), row[15].as_str()), ("fault", "0012"));
@@ -206,8 +196,8 @@ fn three() -> Roster {
     for (at_s, member) in [(0.0, &one), (0.1, &two), (0.2, &three)] {
         hear(&mut roster, member, (at_s, Heard::Came));
     }
-    hear(&mut roster, &one, (1.0, told(&State { applied_n: Some(2.0), ..state() })));
-    let fault = State { applied_n: Some(9.0), fault: FaultCode(0x21), ..state() };
+    hear(&mut roster, &one, (1.0, told(&PipelineState { applied_n: Some(2.0), ..state() })));
+    let fault = PipelineState { applied_n: Some(9.0), fault: FaultCode(0x21), ..state() };
     hear(&mut roster, &three, (1.0, told(&fault)));
     hear(&mut roster, &two, (1.1, Heard::Gone));
     roster
@@ -260,7 +250,7 @@ fn counts_of_all_and_the_common_scale() {
     hear(&mut roster, &member("b", 1), (1.2, Heard::Missing(4)));
     assert_eq!(roster.missing(), 4);
     // A force that no gripper has does not flatten all curves.
-    let huge = State { applied_n: Some(1e30), ..state() };
+    let huge = PipelineState { applied_n: Some(1e30), ..state() };
     hear(&mut roster, &member("b", 1), (4.0, told(&huge)));
     assert_eq!(roster.top_n(), 9.0);
     let strange = message(Kind(0x7f), |_| 3);

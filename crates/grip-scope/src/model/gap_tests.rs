@@ -4,7 +4,7 @@ use super::Model;
 use super::tests::{rows, state};
 use crate::feed::{BandPoint, DerivedBlock, EscPoint, EventKind, EvidencePoint, Feed, RowBlock};
 use crate::{Channel, Span};
-use grip_link::message::daemon::Reading;
+use grip_link::message::daemon::{Gripper, Reading};
 
 fn model(feeds: impl IntoIterator<Item = Feed>) -> Model {
     let mut model = Model::new(1 << 24);
@@ -32,6 +32,7 @@ fn states(times: &[f64]) -> Vec<Feed> {
 #[test]
 fn curves_of_states_open_behind_the_gap_though_older_states_come_behind_its_rows() {
     let mut feeds = vec![
+        Feed::Gripper(Gripper { force_max_n: Some(30.0), ..Gripper::NONE }),
         Feed::Rows(rows(900_000, 1000, &[1.0; 90])),
         Feed::State(state(0.98)),
         Feed::Rows(rows(1_000_000, 1000, &[1.0; 11])),

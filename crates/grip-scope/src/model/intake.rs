@@ -5,11 +5,13 @@ use super::events::note;
 use super::series::Series;
 use super::{MOST_TURNS, Model};
 use crate::channel::Channel;
-use crate::feed::{
-    BandPoint, DerivedBlock, EventKind, EventMark, EvidencePoint, Feed, RowBlock, StatePoint,
-};
+use crate::feed::{BandPoint, DerivedBlock, EventKind, EventMark, EvidencePoint, Feed, RowBlock};
 use crate::span::Span;
-use grip_link::message::daemon::{GripState, SensorHealth};
+use grip_link::message::{
+    FaultCode,
+    daemon::{GripState, SensorHealth},
+};
+use slip_core::PipelineState;
 use std::collections::BTreeMap;
 
 impl Model {
@@ -149,9 +151,9 @@ impl Model {
         }
     }
 
-    fn take_state(&mut self, state: StatePoint) {
+    fn take_state(&mut self, state: PipelineState) {
         let before = self.info.state.replace(state);
-        let Some(t_s) = self.axis.state(state.t_s) else {
+        let Some(t_s) = self.axis.state(state.t.as_seconds()) else {
             self.health.stray_state();
             return;
         };
@@ -161,15 +163,15 @@ impl Model {
             self.events.push(mark);
         }
         self.events.state(t_s, state.scene, !restarted);
-        let limit_n = state.limit_n.or_else(|| self.info.gripper.and_then(|g| g.force_max_n));
+        let limit_n = self.info.gripper.and_then(|gripper| gripper.force_max_n);
         let values = [
             (Channel::Statistic, state.statistic),
             (Channel::Command, state.command_n),
             (Channel::Applied, state.applied_n),
             (Channel::Estimate, state.estimate_n),
             (Channel::ForceLimit, limit_n),
-            (Channel::Esc, state.esc.map(|esc| esc.value)),
-            (Channel::EscFlags, state.esc.map(|esc| f32::from(esc.flags))),
+            (Channel::Esc, state.esc),
+            (Channel::EscFlags, state.esc.map(|_| f32::from(state.esc_flags))),
         ];
         for (channel, value) in values {
             self.put(channel, t_s, (value, from_s));
@@ -253,7 +255,7 @@ impl Model {
 }
 
 /// What a state tells that the one before it did not: sensors that fail and recover, faults, and the answer to a slip.
-fn changes(before: Option<&StatePoint>, now: &StatePoint, t_s: f64) -> Vec<EventMark> {
+fn changes(before: Option<&PipelineState>, now: &PipelineState, t_s: f64) -> Vec<EventMark> {
     let mut marks = Vec::new();
     let healthy = [SensorHealth::Good; 4];
     let sensors = before.map_or(healthy, |before| before.sensors);
@@ -263,18 +265,18 @@ fn changes(before: Option<&StatePoint>, now: &StatePoint, t_s: f64) -> Vec<Event
             marks.push(EventMark::plain(t_s, EventKind::Fault, text));
         }
     }
-    let fault = before.map_or(0, |before| before.fault);
-    if now.fault != fault && now.fault != 0 {
-        let text = format!("the gripper has stopped with fault {:04x}", now.fault);
+    let fault = before.map_or(FaultCode::NONE, |before| before.fault);
+    if now.fault != fault && now.fault.is_fault() {
+        let text = format!("the gripper has stopped with fault {:04x}", now.fault.0);
         marks.push(EventMark::plain(t_s, EventKind::Fault, text));
     }
-    let ailed = sensors != healthy || fault != 0;
-    if ailed && now.sensors == healthy && now.fault == 0 {
+    let ailed = sensors != healthy || fault.is_fault();
+    if ailed && now.sensors == healthy && now.fault == FaultCode::NONE {
         marks.push(EventMark::plain(t_s, EventKind::Recovered, "sensors and gripper are well"));
     }
-    let answers = |state: &StatePoint| state.grip == GripState::Slipping;
+    let answers = |state: &PipelineState| state.grip == GripState::Slipping;
     if answers(now) && before.is_some_and(|before| !answers(before)) {
-        let force = |state: &StatePoint| state.command_n.unwrap_or(f32::NAN);
+        let force = |state: &PipelineState| state.command_n.unwrap_or(f32::NAN);
         let from_n = before.map_or(f32::NAN, force);
         let text = format!("force raised from {from_n:.2} N to {:.2} N", force(now));
         marks.push(EventMark::plain(t_s, EventKind::Reflex, text));
@@ -282,7 +284,7 @@ fn changes(before: Option<&StatePoint>, now: &StatePoint, t_s: f64) -> Vec<Event
     marks
 }
 
-/// Names of the sensors, in the order of [`StatePoint::sensors`].
+/// Names of the sensors, in the order of [`PipelineState::sensors`].
 const SENSORS: [&str; 4] = ["stylus", "travel", "pressure", "reference"];
 
 fn entry(series: &mut BTreeMap<Channel, Series>, channel: Channel) -> &mut Series {

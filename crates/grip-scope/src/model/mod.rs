@@ -34,12 +34,12 @@ pub use taxels::TaxelFrame;
 
 use crate::channel::Channel;
 use crate::feed::{
-    DaemonInfo, EventKind, EventMark, NoticeLine, ObserverSettings, SourceStatus, StatePoint,
-    StudyCurves, Turn,
+    DaemonInfo, EventKind, EventMark, NoticeLine, ObserverSettings, SourceStatus, StudyCurves, Turn,
 };
 use crate::span::Span;
 use gaps::Gaps;
 use grip_link::message::daemon::Gripper;
+use slip_core::PipelineState;
 use std::collections::{BTreeMap, VecDeque};
 use std::path::PathBuf;
 use taxels::Taxels;
@@ -57,7 +57,7 @@ pub struct Info {
     /// The gripper.
     pub gripper: Option<Gripper>,
     /// The last state of the pipeline.
-    pub state: Option<StatePoint>,
+    pub state: Option<PipelineState>,
     /// Whose settings the scope's own observer has.
     pub observer: Option<ObserverSettings>,
     /// The recording, and where it begins and ends once it is loaded.
@@ -68,11 +68,7 @@ impl Info {
     /// Unit of the last E_sc.
     #[must_use]
     pub fn esc_unit(&self) -> &'static str {
-        use grip_link::message::daemon::Reading;
-        match self.state.and_then(|state| state.esc).map(|esc| esc.kind) {
-            Some(Reading::LiftWork | Reading::ViscousWork) => "J",
-            _ => "W",
-        }
+        self.state.map_or("W", |state| state.esc_kind.unit())
     }
 }
 

@@ -2,12 +2,13 @@
 
 use super::series::Series;
 use super::{Bucket, Model};
-use crate::feed::{EventKind, EventMark, Feed, RowBlock, SourceStatus, StatePoint};
+use crate::feed::{EventKind, EventMark, Feed, RowBlock, SourceStatus};
 use crate::{Channel, Span};
 use grip_link::message::daemon::{GripState, Scene, SensorHealth};
 use proptest::prelude::{
     Just, Strategy, TestCaseError, any, prop_assert, prop_assert_eq, prop_oneof, proptest,
 };
+use slip_core::{PipelineState, units::Micros};
 
 /// Times (us) and values: mostly even, sometimes not, sometimes with gaps.
 fn samples() -> impl Strategy<Value = Vec<(u64, f32, bool)>> {
@@ -131,24 +132,15 @@ pub(super) fn rows(from_us: u64, step_us: u64, values: &[f32]) -> RowBlock {
     RowBlock { times_us, columns, ..RowBlock::default() }
 }
 
-pub(super) fn state(t_s: f64) -> StatePoint {
-    StatePoint {
-        t_s,
+pub(super) fn state(t_s: f64) -> PipelineState {
+    PipelineState {
+        t: Micros::from_seconds(t_s),
         scene: Scene::Holding,
         grip: GripState::Holding,
-        sensors: [SensorHealth::Good; 4],
-        device: None,
-        fault: 0,
         statistic: Some(0.5),
         command_n: Some(2.0),
-        applied_n: None,
-        estimate_n: None,
-        extrapolated: false,
-        esc: None,
-        limit_n: Some(30.0),
         rate_hz: 1000,
-        lost: 0,
-        late_ms: None,
+        ..PipelineState::UNKNOWN
     }
 }
 
@@ -305,7 +297,7 @@ fn lost_rows_are_a_gap_in_the_curve_and_among_the_events() {
 fn faults_reflexes_and_scenes_come_from_the_states() {
     let mut model = Model::new(1 << 24);
     model.take(Feed::State(state(1.0)));
-    let slipping = StatePoint {
+    let slipping = PipelineState {
         scene: Scene::Slipping,
         grip: GripState::Slipping,
         command_n: Some(2.2),
@@ -315,7 +307,7 @@ fn faults_reflexes_and_scenes_come_from_the_states() {
     let mut ill = state(1.2);
     ill.sensors[0] = SensorHealth::Frozen;
     model.take(Feed::State(ill));
-    model.take(Feed::State(StatePoint { t_s: 1.25, ..ill }));
+    model.take(Feed::State(PipelineState { t: Micros(1_250_000), ..ill }));
     model.take(Feed::State(state(1.3)));
     assert_eq!(kinds(&model), [EventKind::Reflex, EventKind::Fault, EventKind::Recovered]);
     let all = Span::new(0.0, 9.0);

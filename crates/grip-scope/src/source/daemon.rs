@@ -1,6 +1,5 @@
 //! The address of a daemon in; what it tells out, for as long as the scope looks, however often the daemon goes and comes.
 
-use super::ClientAction;
 use super::hearing::Hearing;
 use super::outlet::Outlet;
 use super::told;
@@ -8,10 +7,11 @@ use crate::feed::{Feed, Level, SourceStatus};
 use core::time::Duration;
 use grip_daemon::client::{Client, ClientError};
 use grip_daemon::clients::Listen;
+use grip_link::message::Versions;
 use grip_link::message::daemon::{Command, Operation, Subscribe, Topics};
-use grip_link::message::{FaultCode, Versions};
 use grip_port::Backoff;
 use rtrb::Consumer;
+use slip_core::ClientCommand;
 use std::io::ErrorKind;
 
 /// How long a connection may take.
@@ -39,7 +39,7 @@ pub(super) fn run(
     listen: &Listen,
     every_nth: u16,
     outlet: &mut Outlet,
-    orders: &mut Consumer<ClientAction>,
+    orders: &mut Consumer<ClientCommand>,
 ) {
     let mut backoff = Backoff::new(FIRST, LONGEST);
     let mut attempt = 0_u32;
@@ -88,7 +88,7 @@ pub(super) fn pause(outlet: &mut Outlet, reason: &str, time: Duration) {
 struct Talk<'a> {
     client: Client,
     hearing: Hearing,
-    orders: &'a mut Consumer<ClientAction>,
+    orders: &'a mut Consumer<ClientCommand>,
 }
 
 impl Talk<'_> {
@@ -160,19 +160,19 @@ impl Talk<'_> {
 }
 
 /// The command as the daemon takes it.
-fn command(action: ClientAction, token: u32) -> Command {
+fn command(action: ClientCommand, token: u32) -> Command {
     let plain = Command::new;
     match action {
-        ClientAction::AtLeast(force_n) => {
+        ClientCommand::AtLeast(force_n) => {
             #[expect(clippy::cast_possible_truncation, reason = "the cast saturates")]
             let force_mn = (1e3 * force_n).round() as i32;
             Command { force_mn: force_mn.max(0), ..plain(Operation::AtLeast) }
         }
-        ClientAction::Release => Command { token, ..plain(Operation::Release) },
-        ClientAction::Grasp => plain(Operation::Grasp),
-        ClientAction::Stop => plain(Operation::Stop),
-        ClientAction::ClearFault(code) => {
-            Command { fault: FaultCode(code), ..plain(Operation::ClearFault) }
+        ClientCommand::Release => Command { token, ..plain(Operation::Release) },
+        ClientCommand::Grasp => plain(Operation::Grasp),
+        ClientCommand::Stop => plain(Operation::Stop),
+        ClientCommand::ClearFault(fault) => {
+            Command { fault: fault, ..plain(Operation::ClearFault) }
         }
     }
 }

@@ -1,6 +1,5 @@
 //! Messages of one connection to a daemon in, items for the model out.
 
-use super::ClientAction;
 use super::outlet::Outlet;
 use super::stream::Stream;
 use super::told;
@@ -16,6 +15,7 @@ use grip_link::message::daemon::{
 };
 use grip_link::message::{Kind, NackReason, Versions};
 use grip_session::{HostConfig, model};
+use slip_core::ClientCommand;
 use slip_core::{Signal, units::Hertz};
 
 /// Without rows for so long the stream has stalled.
@@ -37,7 +37,7 @@ pub(super) struct Hearing {
     rate_hz: u32,
     /// The rate that the observer was made for, or could not be.
     observed_hz: u32,
-    asked: Option<(u16, ClientAction)>,
+    asked: Option<(u16, ClientCommand)>,
     rows_at: Option<Duration>,
     rows_since: bool,
 }
@@ -86,7 +86,7 @@ impl Hearing {
         self.refusal.take()
     }
 
-    pub(super) fn asked(&mut self, seq: u16, action: ClientAction) {
+    pub(super) fn asked(&mut self, seq: u16, action: ClientCommand) {
         self.asked = Some((seq, action));
     }
 
@@ -94,10 +94,10 @@ impl Hearing {
     pub(super) fn take(&mut self, message: &ToClient<'_>) {
         match message {
             ToClient::Welcome(welcome) => self.greet(welcome),
-            ToClient::Slip(slip) => self.news.push(Feed::Event(told::slip(slip))),
+            ToClient::Slip(slip) => self.news.push(Feed::Event(EventMark::slip(slip))),
             ToClient::State(state) => {
                 self.set_rate(state.rate_hz);
-                self.news.push(Feed::State(told::state(state)));
+                self.news.push(Feed::State(*state));
             }
             ToClient::Health(health) => {
                 self.news.push(Feed::Health(Box::new(told::health(health))));
@@ -302,15 +302,9 @@ impl Hearing {
         }
     }
 
-    fn what(&self, seq: u16) -> &'static str {
-        match self.asked.filter(|(asked, _)| *asked == seq).map(|(_, action)| action) {
-            Some(ClientAction::AtLeast(_)) => "hold with at least",
-            Some(ClientAction::Release) => "release",
-            Some(ClientAction::Grasp) => "grasp",
-            Some(ClientAction::Stop) => "stop",
-            Some(ClientAction::ClearFault(_)) => "clear fault",
-            None => "the command",
-        }
+    fn what(&self, seq: u16) -> String {
+        let asked = self.asked.filter(|(asked, _)| *asked == seq);
+        asked.map_or_else(|| "the command".to_owned(), |(_, command)| command.to_string())
     }
 }
 
@@ -350,15 +344,16 @@ const fn refused(reason: NackReason) -> &'static str {
 
 #[cfg(test)]
 mod tests {
-    use super::{ClientAction, Hearing};
+    use super::Hearing;
     use crate::feed::{EventKind, Feed};
     use grip_link::message::daemon::ToClient;
     use grip_link::message::{Kind, Nack, NackReason};
+    use slip_core::ClientCommand;
 
     #[test]
     fn a_refused_command_is_told_and_stands_among_the_events() {
         let mut hearing = Hearing::new("unix:socket".to_owned(), 1);
-        hearing.asked(7, ClientAction::Grasp);
+        hearing.asked(7, ClientCommand::Grasp);
         let nack = Nack { kind: Kind::COMMAND, reason: NackReason::Latched, seq: 7 };
         hearing.take(&ToClient::Nack(nack));
         let told = "grasp: refused, a fault or a stop is latched";

@@ -27,27 +27,13 @@ use core::panic::AssertUnwindSafe;
 use core::sync::atomic::Ordering;
 use outlet::{FILE_RING, LIVE_RING, Outlet, Shared};
 use rtrb::{Consumer, Producer, RingBuffer};
+use slip_core::ClientCommand;
 use std::panic;
 use std::sync::Arc;
 use std::thread::{self, JoinHandle};
 
 /// Commands that wait for the source's thread.
 const COMMANDS: usize = 64;
-
-/// What a person may ask of the gripper.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum ClientAction {
-    /// Hold with at least this force (N); 0 takes it back.
-    AtLeast(f32),
-    /// Let go.
-    Release,
-    /// Close again after a release.
-    Grasp,
-    /// Stop in software; latched by the gripper. Not a safety function.
-    Stop,
-    /// Clear the fault with this code.
-    ClearFault(u16),
-}
 
 /// Why a command was not passed on.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -68,7 +54,7 @@ pub enum Refused {
 pub struct SourceHandle {
     spec: SourceSpec,
     ring: Consumer<Feed>,
-    commands: Producer<ClientAction>,
+    commands: Producer<ClientCommand>,
     shared: Arc<Shared>,
     thread: Option<JoinHandle<()>>,
 }
@@ -144,11 +130,11 @@ impl SourceHandle {
     ///
     /// # Errors
     /// Where the source takes none.
-    pub fn command(&mut self, action: ClientAction) -> Result<(), Refused> {
+    pub fn command(&mut self, action: ClientCommand) -> Result<(), Refused> {
         if !self.spec.is_live() {
             return Err(Refused::NotLive);
         }
-        if let ClientAction::AtLeast(force_n) = action
+        if let ClientCommand::AtLeast(force_n) = action
             && !(force_n >= 0.0 && force_n.is_finite())
         {
             return Err(Refused::NoForce(force_n.to_string()));
@@ -193,7 +179,7 @@ fn run(
     (spec, every_nth): (&SourceSpec, u16),
     grippers: Grippers,
     outlet: &mut Outlet,
-    orders: &mut Consumer<ClientAction>,
+    orders: &mut Consumer<ClientCommand>,
 ) {
     match spec {
         SourceSpec::Daemon(listen) => daemon::run(listen, every_nth, outlet, orders),

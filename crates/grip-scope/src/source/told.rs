@@ -2,89 +2,14 @@
 
 use crate::channel::Channel;
 use crate::feed::{
-    EscPoint, EventKind, EventMark, Feed, HealthPoint, LatencyFigures, Level, NoticeLine, RowBlock,
-    SlipFacts, StatePoint, TaxelBlock,
+    EventKind, EventMark, Feed, HealthPoint, LatencyFigures, Level, NoticeLine, RowBlock,
+    TaxelBlock,
 };
 use grip_link::message::daemon::{
-    Appended, ClockOffset, Health, Method, Notice, NoticeKind, Phase, Reading, RowOfSample, RowSet,
-    Slip, SpeedSource, State,
+    Appended, ClockOffset, Health, Notice, NoticeKind, RowOfSample, RowSet,
 };
+
 use slip_core::{Sample, units::Micros};
-
-/// Bit of STATE's notes: the estimate is extrapolated.
-const EXTRAPOLATED: u8 = Slip::EXTRAPOLATED;
-
-pub(super) fn state(state: &State) -> StatePoint {
-    let esc = state.esc.value.filter(|_| state.esc.kind != Reading::None);
-    let (low, high) = (f32::NAN, f32::NAN);
-    let kind = state.esc.kind;
-    StatePoint {
-        t_s: seconds(state.device_us),
-        scene: state.scene,
-        grip: state.grip,
-        sensors: state.sensors,
-        device: Some(state.device),
-        fault: state.fault.0,
-        statistic: state.statistic,
-        command_n: state.command_n,
-        applied_n: state.applied_n,
-        estimate_n: state.estimate_n,
-        extrapolated: state.notes & EXTRAPOLATED != 0,
-        esc: esc.map(|value| EscPoint { kind, value, low, high, flags: state.esc.flags }),
-        limit_n: None,
-        rate_hz: state.rate_hz,
-        lost: state.lost,
-        late_ms: state.late_ms,
-    }
-}
-
-pub(super) fn slip(slip: &Slip) -> EventMark {
-    let kind = match slip.phase {
-        Phase::Gross => EventKind::Gross,
-        Phase::Ended => EventKind::Ended,
-        _ => EventKind::Incipient,
-    };
-    let facts = SlipFacts {
-        method: Some(slip.method).filter(|method| *method != Method::None),
-        statistic: slip.statistic,
-        confidence: slip.confidence,
-        speed_m_s: slip.speed_m_s,
-        speed_sigma_m_s: slip.sigma_m_s,
-        speed_source: Some(slip.speed_source).filter(|source| *source != SpeedSource::None),
-        moved_m: slip.moved_m,
-        irregularities: slip.irregularities,
-        esc_w: slip.esc_w,
-        estimate_n: slip.estimate_n,
-        command_n: slip.command_n,
-        duration_s: slip.duration_s,
-    };
-    EventMark {
-        t_s: seconds(slip.device_us),
-        kind,
-        text: slip_text(kind, &facts),
-        slip: Some(facts),
-    }
-}
-
-/// A line for people.
-pub(super) fn slip_text(kind: EventKind, facts: &SlipFacts) -> String {
-    let mut text = kind.name().to_owned();
-    let mut add = |part: Option<String>| {
-        if let Some(part) = part {
-            text.push_str(&part);
-        }
-    };
-    add(facts.method.map(|method| format!(" by {}", method.name())));
-    add(facts.duration_s.map(|time_s| format!(" after {:.1} ms", 1e3 * time_s)));
-    add(facts.statistic.map(|statistic| format!(", statistic {statistic:.1}")));
-    add(facts.sure().map(|sure| format!(", {sure}")));
-    add(facts.speed_m_s.map(|speed| format!(", {:.1} mm/s", 1e3 * speed)));
-    add(facts.moved_m.map(|moved| format!(", moved {:.2} mm", 1e3 * moved)));
-    add(facts.esc_w.map(|esc| format!(", E_sc {esc:.3} W")));
-    add(facts.estimate_n.map(|force| format!(", estimate {force:.2} N")));
-    add(facts.command_n.map(|force| format!(", command {force:.2} N")));
-    text
-}
 
 /// What became of a command: a line for people, and the same among the events.
 pub(super) fn answer(level: Level, text: String) -> [Feed; 2] {

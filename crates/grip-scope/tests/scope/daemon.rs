@@ -2,14 +2,16 @@
 
 use crate::rig::{Watch, pause};
 use core::time::Duration;
+use grip_daemon::Item;
 use grip_daemon::clients::{About, Clients, ClientsConfig, Listen};
-use grip_daemon::{Item, State};
 use grip_link::decoder::{Decoder, Role, Verdict};
 use grip_link::frame::{Direction, Header, MAX_PAYLOAD, MAX_WIRE, encode};
 use grip_link::message::daemon::{Appended, ClockOffset, Health, RealTime, Welcome, WelcomeFlags};
 use grip_link::message::{Kind, Versions};
-use grip_scope::{Channel, ClientAction, EventKind, SourceSpec, SourceStatus};
-use slip_core::{Sample, grip::GripState, health::SensorHealth, scene::Scene, units::Micros};
+use grip_scope::{Channel, EventKind, SourceSpec, SourceStatus};
+use slip_core::ClientCommand;
+use slip_core::PipelineState;
+use slip_core::{Sample, grip::GripState, scene::Scene, units::Micros};
 use std::io::{Read as _, Write as _};
 use std::net::TcpListener;
 use std::path::Path;
@@ -52,24 +54,17 @@ impl Daemon {
             self.index += 1;
             self.clients.take(&Item::Sample { host_us, index, sample: &sample, taxels: &[] });
         }
-        let state = State {
+        let state = PipelineState {
             t: Micros(u64::from(self.index - 1) * 100),
+            host: Micros(self.now_us),
             scene: Scene::Holding,
-            grip: Some(GripState::Holding),
-            statistic: 0.25,
-            command: None,
+            grip: GripState::Holding,
+            statistic: Some(0.25),
             applied_n: Some(3.5),
-            esc: None,
-            estimate: None,
-            health: SensorHealth::Good,
-            reference_health: SensorHealth::Good,
-            travel_health: SensorHealth::Good,
-            pressure_health: SensorHealth::Good,
-            lost: 0,
             rate_hz: 10_000,
-            late_ms: None,
+            ..PipelineState::UNKNOWN
         };
-        self.clients.take(&Item::State { host_us: self.now_us, state: &state });
+        self.clients.take(&Item::State(&state));
         self.turn();
     }
 }
@@ -109,7 +104,7 @@ fn what_a_daemon_tells_is_shown_and_derived_from() {
     assert_eq!(health.latency.histogram[23], (f32::INFINITY, 1));
     assert!(watch.samples(Channel::Stylus) > 1000);
     assert!(watch.model.events().iter().all(|mark| mark.kind != EventKind::Gap));
-    watch.handle.command(ClientAction::Release).unwrap();
+    watch.handle.command(ClientCommand::Release).unwrap();
     watch.until(
         || daemon.samples(),
         |model| model.notices().any(|line| line.text.contains("allows no commands")),
@@ -237,8 +232,8 @@ fn commands_reach_a_daemon_that_allows_them() {
     let mut watch = watch(&path);
     watch.until(|| daemon.samples(), |model| model.info().daemon.is_some());
     assert!(watch.model.info().daemon.as_ref().unwrap().may_command);
-    watch.handle.command(ClientAction::AtLeast(4.5)).unwrap();
-    watch.handle.command(ClientAction::Release).unwrap();
+    watch.handle.command(ClientCommand::AtLeast(4.5)).unwrap();
+    watch.handle.command(ClientCommand::Release).unwrap();
     let mut asked = Vec::new();
     for _ in 0..60_000 {
         daemon.turn();

@@ -5,8 +5,8 @@ use grip_fleet::net::{Announced, NetError, Session, router};
 use grip_fleet::{About, EventId, EventLog, Part, Topic};
 use grip_link::frame::{self, Direction, Header, MAX_WIRE};
 use grip_link::message::daemon::{
-    EscValue, GripState, Gripper, Health, LinkState, Notice, NoticeKind, Reading, Scene,
-    SensorHealth, State,
+    GripState, Gripper, Health, LinkState, Notice, NoticeKind, PipelineState, Reading, Scene,
+    SensorHealth,
 };
 use grip_link::message::{DeviceState, FaultCode, Kind};
 use grip_scope::fleet::{Column, Member, Roster, Uid};
@@ -52,16 +52,18 @@ impl Daemon {
 
     fn turn(&mut self) {
         self.turns += 1;
-        let state = State {
-            device_us: self.turns * 10_000,
-            host_us: 0,
+        let state = PipelineState {
+            t: Micros(self.turns * 10_000),
+            host: Micros(0),
             scene: Scene::Holding,
             grip: GripState::Holding,
             sensors: [SensorHealth::Good; 4],
             device: DeviceState::from_code(2),
             notes: 0,
             fault: FaultCode(0),
-            esc: EscValue { kind: Reading::None, value: None, flags: 0 },
+            esc_kind: Reading::None,
+            esc: None,
+            esc_flags: 0,
             statistic: Some(0.5),
             command_n: Some(5.0),
             applied_n: Some(4.5),
@@ -205,7 +207,7 @@ fn one_gripper_of_a_network_is_a_source_without_samples() {
         || daemon.turn(),
         |model| model.events().iter().any(|mark| mark.text == "the line was opened again"),
     );
-    assert!(watch.handle.command(grip_scope::ClientAction::Stop).is_ok());
+    assert!(watch.handle.command(slip_core::ClientCommand::Stop).is_ok());
     watch.until(
         || daemon.turn(),
         |model| model.notices().any(|line| line.text.contains("sends no command")),

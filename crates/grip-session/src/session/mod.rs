@@ -14,7 +14,6 @@ mod wishes;
 pub use begin::Beginning;
 pub use explain::explain;
 pub use time_base::ClockHealth;
-pub use wishes::ClientCommand;
 
 use crate::{
     config::HostConfig,
@@ -32,7 +31,7 @@ use limits::device_config;
 use pace::{SlewLimiter, Transit, Wanted};
 use path::Path;
 use slip_core::{
-    ConfigError, Pipeline, Sample, Step,
+    ClientCommand, ConfigError, Pipeline, Sample, Step,
     grip::{GripState, Trials},
     health::HealthCounters,
     pressure::MAX_TAXELS,
@@ -410,8 +409,8 @@ impl Session {
 
     /// Carries out what a client asks for, between two frames. `false` where it cannot be: nothing is held yet, or nothing is commanded.
     pub fn obey(&mut self, now_us: u64, command: ClientCommand) -> bool {
-        if let ClientCommand::ClearFault(code) = command {
-            self.link.clear_fault(now_us, grip_link::message::FaultCode(code));
+        if let ClientCommand::ClearFault(fault) = command {
+            self.link.clear_fault(now_us, fault);
             return true;
         }
         if command == ClientCommand::Stop {

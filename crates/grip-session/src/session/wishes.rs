@@ -1,35 +1,7 @@
 //! What clients ask for in; what of it stands, and when a stop is sent again, out.
 
 use grip_link::message::DeviceState;
-use slip_core::Pipeline;
-
-/// What a client may ask for where the configuration allows it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum ClientCommand {
-    /// Hold with at least this force (N), within the limits in force; the answer to a slip stays free to press harder. 0 takes it back.
-    AtLeast(f32),
-    /// Let go: the fingers open until [`ClientCommand::Grasp`].
-    Release,
-    /// Close again after a release.
-    Grasp,
-    /// Stop in software; latched by the gripper. Not a safety function.
-    Stop,
-    /// Clear the fault with this code.
-    ClearFault(u16),
-}
-
-impl ClientCommand {
-    /// Carries out what concerns the controller; `false` where the command is none of that or its force is no force.
-    pub fn apply<W: AsRef<[f32]>>(self, pipeline: &mut Pipeline<W>) -> bool {
-        match self {
-            Self::AtLeast(force_n) if force_n >= 0.0 => pipeline.at_least(force_n),
-            Self::Release => pipeline.release(),
-            Self::Grasp => pipeline.close_again(),
-            Self::AtLeast(_) | Self::Stop | Self::ClearFault(_) => return false,
-        }
-        true
-    }
-}
+use slip_core::{ClientCommand, Pipeline};
 
 /// A stop is sent this often until the gripper says that it has stopped (us).
 const STOP_EVERY_US: u64 = 20_000;
@@ -49,7 +21,7 @@ impl Wishes {
         command: ClientCommand,
         pipeline: &mut Pipeline<W>,
     ) -> bool {
-        let done = command.apply(pipeline);
+        let done = pipeline.obey(command);
         match command {
             ClientCommand::AtLeast(force_n) if done => self.least_n = force_n,
             ClientCommand::Release => self.released = true,

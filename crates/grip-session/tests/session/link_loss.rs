@@ -191,7 +191,7 @@ impl Bench {
         prop_assert!(force_mn as f32 <= 1000.0 * F_MAX_N, "{force_mn} mN");
         let mode = GripMode::from_code(command.mode);
         prop_assert_eq!(mode, Some(GripMode::Force), "{:?}", command);
-        let now_is = Last { force_mn, at: now, healthy: step.health == SensorHealth::Good };
+        let now_is = Last { force_mn, at: now, healthy: step.sensors[0] == SensorHealth::Good };
         let Some(last) = self.last.replace(now_is) else { return Ok(()) };
         // Fingers that have lost their object start anew.
         let holds = !self.mcu.truth().dropped() && last.force_mn > 0;
@@ -208,7 +208,7 @@ impl Bench {
         prop_assert!(
             now_is.healthy || last.healthy || usable,
             "raised by {rise_mn} mN on {:?}",
-            step.health
+            step.sensors[0]
         );
         // The gripper counts from its start, which was at 0: a sample that is older than 60 ms, by more than the clocks may be off, raises
         // nothing.

@@ -38,9 +38,21 @@ pub fn load(name: &str) -> Result<Scene, SceneError> {
         let known = BUILT_IN.map(|(known, _)| known).join(", ");
         return Err(SceneError::Unknown { name: name.to_owned(), known });
     }
-    let text = std::fs::read_to_string(path)
-        .map_err(|source| SceneError::Read { path: path.to_owned(), source })?;
+    let text = read(path).map_err(|source| SceneError::Read { path: path.to_owned(), source })?;
     Scene::from_toml(&text)
+}
+
+/// Most bytes of a scene file.
+const MOST_BYTES: u64 = 1 << 20;
+
+fn read(path: &Path) -> std::io::Result<String> {
+    // Asked before opening: to open a FIFO waits for its writer, and a device never ends.
+    let about = std::fs::metadata(path)?;
+    if !about.is_file() || about.len() > MOST_BYTES {
+        let text = format!("it is no regular file of at most {MOST_BYTES} bytes");
+        return Err(std::io::Error::new(std::io::ErrorKind::InvalidInput, text));
+    }
+    std::fs::read_to_string(path)
 }
 
 #[cfg(test)]

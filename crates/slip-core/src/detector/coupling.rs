@@ -22,7 +22,7 @@ const MOST: f32 = 4.0;
 const STRETCH_MS: f32 = 150.0;
 /// An alarm of at most this length (ms, without the time of its release) and this statistic is no slip.
 const SHORT_MS: f32 = 60.0;
-const WEAK: f32 = 2.5;
+pub(super) const WEAK: f32 = 2.5;
 /// So many weak alarms in a row are motion, however long they last: what slides becomes fast.
 const MANY: u32 = 12;
 /// After an alarm nothing is learned for this long (ms).

@@ -2,6 +2,7 @@
 
 mod axes;
 mod config;
+mod correlation;
 mod coupling;
 mod cusum;
 mod decision;

@@ -35,6 +35,8 @@ const SLOW_S: f32 = 1.5e-3;
 const COLOURED: f32 = 4.0;
 /// Time without another reading after which the reference cannot be believed (ms): coarse converters repeat a value for some time.
 const DEAD_MS: f32 = 250.0;
+/// Time for which the reference does not show a motion that goes on, at most (ms).
+const PAUSE_MS: f32 = 20.0;
 /// Blocks in a part of its floor: the median of fewer readings lies far below their mean.
 const PART_BLOCKS: u32 = 4;
 /// Smallest noise of a reference that is believed (own unit, rms): one that stands still at rest, to the last bit,
@@ -59,6 +61,10 @@ pub(super) struct Reference {
     doubtful: bool,
     hold_len: u32,
     hold: u32,
+    /// What the command says of the motion, and samples for which its end is not long ago.
+    commanded: bool,
+    stopped: u32,
+    pause_len: u32,
     live: bool,
     last: f32,
     /// Samples since the reading last changed, and since there was one.
@@ -95,6 +101,9 @@ impl Reference {
             doubtful: false,
             hold_len: samples(gate.hold_ms, rate_hz),
             hold: 0,
+            commanded: false,
+            stopped: 0,
+            pause_len: samples(PAUSE_MS, rate_hz),
             live: false,
             last: 0.0,
             unchanged: 0,
@@ -137,7 +146,7 @@ impl Reference {
             self.hold = self.hold_len;
         }
         self.hold = self.hold.saturating_sub(1);
-        self.hold > 0 || self.doubtful || self.health != SensorHealth::Good
+        self.hold > 0 || (self.doubtful && self.health == SensorHealth::Good)
     }
 
     /// Whether the channel still says anything, once its noise is known.
@@ -167,6 +176,36 @@ impl Reference {
     #[inline]
     pub(super) fn health(&self) -> SensorHealth {
         self.health
+    }
+
+    /// Takes the commanded motion while the robot moves.
+    #[inline]
+    pub(super) fn follow_command(&mut self, commanded: bool) {
+        self.commanded = commanded;
+        self.stopped = if commanded { self.hold_len } else { self.stopped.saturating_sub(1) };
+    }
+
+    /// Whether motion is commanded, or was not long ago.
+    #[inline]
+    pub(super) fn is_commanded(&self) -> bool {
+        self.stopped > 0
+    }
+
+    /// Whether a motion goes on that has not just stopped; `None` where that cannot be told.
+    pub(super) fn is_going_on(&self, command_known: bool) -> Option<bool> {
+        let quiet_for = self.hold_len.saturating_sub(self.hold);
+        if self.commanded {
+            Some(true)
+        } else if self.stopped > 0 || (self.hold > 0 && quiet_for > self.pause_len) {
+            Some(false)
+        } else {
+            command_known.then_some(true)
+        }
+    }
+
+    /// Whether its noise is known, it can be believed and the last sample had a usable reading.
+    pub(super) fn is_sound(&self) -> bool {
+        self.live && self.floor.energy().is_some() && !self.doubtful
     }
 
     /// Whether the last sample had a usable reading.
@@ -199,6 +238,7 @@ impl Reference {
         self.absent = 0;
         self.health = SensorHealth::Good;
         self.hold = 0;
+        (self.commanded, self.stopped) = (false, 0);
         self.slow = 0.0;
         self.sums = [0.0; 2];
         self.floor.interrupt();

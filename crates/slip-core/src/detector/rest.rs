@@ -65,6 +65,14 @@ impl RestMeter {
         self.samples += u64::from(used);
     }
 
+    /// Mean energy of the bands since the last call (signal unit squared), if there were samples; what was measured up to
+    /// now counts no more, and the stretch goes on.
+    pub fn take(&mut self) -> Option<[f32; BANDS]> {
+        let energy = self.energy();
+        (self.sum, self.samples) = ([0.0; BANDS], 0);
+        energy
+    }
+
     /// Samples that were used.
     #[must_use]
     pub fn samples(&self) -> u64 {

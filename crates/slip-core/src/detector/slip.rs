@@ -12,7 +12,8 @@
 use super::{
     axes::Axes,
     config::{BANDS, DetectorConfig, TestKind, VIBRATION},
-    coupling::Coupling,
+    correlation::{Correlation, Relation},
+    coupling::{Coupling, WEAK},
     cusum::Cusum,
     decision::Decision,
     doubt::{Doubt, FloorHealth},
@@ -28,6 +29,7 @@ use super::{
 };
 use crate::health::SensorHealth;
 use crate::{
+    causes::{Cause, Causes},
     error::ConfigError,
     floor::{Floor, FloorConfig},
     resolution::Resolution,
@@ -81,6 +83,7 @@ pub struct SlipDetector {
     reference: Reference,
     gate: Gate,
     coupling: Coupling,
+    correlation: Correlation,
     blind_margin: f32,
     moving: bool,
     no_skip: bool,
@@ -137,6 +140,7 @@ impl SlipDetector {
             reference,
             gate,
             coupling: Coupling::new(lanes.thresholds, config.release_ms, lanes.block_s),
+            correlation: Correlation::new(lanes.block_s),
             blind_margin: config.gate.blind_margin,
             moving: false,
             no_skip: false,
@@ -220,12 +224,16 @@ impl SlipDetector {
         self.floor.lowered()
     }
 
-    /// State of the motion reference. Where it is not good, the robot is taken to move, and the floor of every band is raised by
-    /// `blind_margin`.
+    /// State of the motion reference. One that is frozen, lost or uncoupled counts as none: only a command says that the
+    /// robot moves, and then the floor of every band is raised by `blind_margin`.
     #[must_use]
     #[inline]
     pub fn reference_health(&self) -> SensorHealth {
-        self.reference.health()
+        match (self.reference.health(), self.correlation.relation()) {
+            (SensorHealth::Good, Relation::Shifted) => SensorHealth::Late,
+            (SensorHealth::Good, Relation::None) => SensorHealth::Uncoupled,
+            (health, _) => health,
+        }
     }
 
     /// Whether the robot moves, by command or by its reference.
@@ -264,6 +272,30 @@ impl SlipDetector {
     #[must_use]
     pub fn has_bands(&self) -> [bool; BANDS] {
         self.energy.has_bands()
+    }
+
+    /// Adds to `causes` what is known of knock, motion and stop of the arm at an alarm: the statistic of the stylus (0 where another method
+    /// spoke), whether it is `certified`, and whether the command of the motion is known at all.
+    #[must_use]
+    pub(crate) fn add_causes(
+        &self,
+        causes: Causes,
+        statistic: f32,
+        certified: bool,
+        command_known: bool,
+    ) -> Causes {
+        let sound = self.reference.is_sound() && self.correlation.relation() == Relation::Near;
+        let knock = sound.then_some(!(self.moving && self.gate.rings()));
+        let motion = match self.moving {
+            false => Some(true),
+            true => Some((sound && statistic >= WEAK) || certified),
+        };
+        let stop = if self.moving { self.reference.is_going_on(command_known) } else { Some(true) };
+        let known = sound || command_known;
+        causes
+            .with(Cause::Knock, knock)
+            .with(Cause::Motion, motion.filter(|_| known))
+            .with(Cause::ArmStop, stop.filter(|_| known))
     }
 
     /// Length of the base blocks of the evidence (s); `None` without a certificate.
@@ -312,6 +344,7 @@ impl SlipDetector {
         self.moving = false;
         self.gate.start();
         self.coupling.start();
+        self.correlation.interrupt();
         self.pending.clear();
         self.decision.reset();
         self.restart_evidence();
@@ -337,6 +370,9 @@ impl SlipDetector {
         }
         if moving != self.moving {
             self.turn(moving);
+        }
+        if self.moving {
+            self.reference.follow_command(motion.commanded);
         }
         let gated = self.moving || self.no_skip;
         let u = if gated { self.reference.off_mean(motion.reference) } else { 0.0 };
@@ -379,6 +415,7 @@ impl SlipDetector {
         self.pending.clear();
         self.gate.start();
         self.coupling.start();
+        self.correlation.interrupt();
         self.reference.start();
         self.restart_evidence();
     }
@@ -402,8 +439,7 @@ impl SlipDetector {
                 self.coupling.factors(),
             );
             if self.moving {
-                let blind = [self.blind_margin; BANDS];
-                block.floor = if self.reference.is_live() { floor } else { blind };
+                self.gate_block(&mut block, floor);
             }
         }
         self.pending.clear();
@@ -423,6 +459,44 @@ impl SlipDetector {
         }
         if let Some(stretch) = self.floor.take_stretch() {
             self.doubt.judge(&stretch);
+        }
+    }
+
+    /// Takes a decision into the evidence.
+    #[inline(never)]
+    fn weigh(&mut self, block: &Block) {
+        // Without its reference motion is not what the calibration saw.
+        let health = self.reference_health();
+        let unseen = !matches!(health, SensorHealth::Good | SensorHealth::Late)
+            || (block.moving && !self.reference.is_live());
+        let Some(evidence) = &mut self.evidence else { return };
+        if unseen {
+            evidence.restart();
+        } else if evidence.step(block) {
+            self.decision.certify();
+        }
+    }
+
+    /// Raises the floor of a block of motion by what is known of that: the reference, the command, or nothing.
+    #[inline]
+    fn gate_block(&mut self, block: &mut Block, floor: [f32; BANDS]) {
+        let live = self.reference.is_live();
+        let coupled = self.correlation.relation() != Relation::None;
+        if live && !self.learning {
+            // What slides teaches nothing of motion, unless all that moves seems to.
+            if coupled && self.decision.state != SlipState::Quiet {
+                self.correlation.interrupt();
+            } else {
+                self.correlation.step(&block.energy, &floor);
+            }
+        }
+        let misses_one = !live && self.reference.health() == SensorHealth::Good;
+        if live && coupled {
+            block.floor = floor;
+        } else if self.reference.is_commanded() || misses_one {
+            block.floor = [self.blind_margin; BANDS];
+        } else {
+            block.moving = false;
         }
     }
 
@@ -485,13 +559,8 @@ impl SlipDetector {
         };
         let over_floor = self.energy.over_floor();
         self.decision.step(statistic, over_floor[VIBRATION]);
-        if let Some(evidence) = &mut self.evidence {
-            // Without its reference motion is not what the calibration saw.
-            if block.moving && !self.reference.is_live() {
-                evidence.restart();
-            } else if evidence.step(block) {
-                self.decision.certify();
-            }
+        if self.evidence.is_some() {
+            self.weigh(block);
         }
         if block.moving && self.reference.is_live() && !self.gate.rings() {
             let decided = (self.decision.statistic, self.decision.state);

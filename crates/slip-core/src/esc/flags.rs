@@ -45,6 +45,18 @@ impl Flags {
         Self(self.0 | if applies { flag.bit() } else { 0 })
     }
 
+    /// The flags as bits: b0 pole inside, b1 sign unknown, b2 no information, b3 degenerate.
+    #[must_use]
+    pub const fn bits(self) -> u8 {
+        self.0
+    }
+
+    /// The flags of these bits.
+    #[must_use]
+    pub const fn from_bits(bits: u8) -> Self {
+        Self(bits)
+    }
+
     /// Whether `flag` is set.
     #[must_use]
     pub fn contains(self, flag: Flag) -> bool {

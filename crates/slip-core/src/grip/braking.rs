@@ -61,8 +61,8 @@ const CONTRADICTED_S: f32 = 0.012;
 const FOLLOWS_M: f32 = 8e-3;
 /// ... where the force follows within this time (s); later, in proportion.
 const FOLLOWS_S: f32 = 0.02;
-/// A slip that only one of stylus and travel shows raises the force by this factor at most; the travel one that the stylus felt before, or
-/// that is slower than [`SLIDES_M_S`].
+/// A slip that only one of stylus and travel shows raises the force by this factor at most, the travel one that is slower than
+/// [`SLIDES_M_S`].
 const UNDECIDED: f32 = 2.0;
 /// What is faster than this (m/s) slides; pads that shear and swing are slower.
 const SLIDES_M_S: f32 = 0.012;
@@ -267,8 +267,8 @@ impl Braking {
             return;
         }
         let creeps = input.motion.is_none_or(|motion| motion.speed_m_s < SLIDES_M_S);
-        let alone = input.alone_n.filter(|(_, felt)| *felt || creeps);
-        self.most_n = alone.map_or(f32::INFINITY, |(force_n, _)| UNDECIDED * force_n);
+        let alone_n = input.alone_n.filter(|_| creeps);
+        self.most_n = alone_n.map_or(f32::INFINITY, |force_n| UNDECIDED * force_n);
         if let (None, Some(felt)) = (input.moved_m, &input.felt) {
             self.confirmed |= felt.moves;
             let forces = (self.target_n, input.applied_n.unwrap_or(command_n), self.hold_before_n);

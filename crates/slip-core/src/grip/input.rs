@@ -56,9 +56,8 @@ pub struct GripInput {
     pub travel_sigma_m: f32,
     /// Whether the stylus shows a slip that the moved distance, good so far, does not confirm.
     pub undecided: bool,
-    /// Force (N) from which on only the moved distance shows the slip, until it is known whether that answers to the force; and whether the stylus
-    /// has felt the slip before.
-    pub alone_n: Option<(f32, bool)>,
+    /// Force (N) from which on only the moved distance shows the slip, until it is known whether that answers to the force.
+    pub alone_n: Option<f32>,
     /// Whether it did not: what it shows is no movement.
     pub drifts: bool,
     /// Time for which the force may rise (s), by the clock of the computer; `None` where that is `dt_s`.

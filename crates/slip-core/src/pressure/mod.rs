@@ -13,8 +13,12 @@
 //! single broken taxel is limited to 36/n. sigma is learned at rest or given. A second, fast u tells whether the pattern
 //! still changes: the slip ends when it no longer does, and the pattern found then becomes u.
 //!
+//! A slow slip hardly leaves the shape that follows it. Where the range at rest is known, a second statistic ([`range`]) takes
+//! its way instead of its place: the mean over taxels of the range of r in the last seconds, over that at rest.
+//!
 //! Frames may come more slowly than samples; a frame that repeats the one before bit by bit is no news.
 
+mod range;
 mod rest;
 mod shape;
 mod standing;
@@ -29,7 +33,8 @@ use crate::{
     resolution::Resolution,
     units::Micros,
 };
-use shape::{Shape, Spread};
+use range::Range;
+use shape::{Departure, Shape, Spread};
 
 /// Most taxels of an array: what one channel of the link can carry.
 pub const MAX_TAXELS: usize = 64;
@@ -57,6 +62,9 @@ pub struct PressureConfig {
     pub min_rms: f32,
     /// Noise that is known already (unit of the taxels, rms).
     pub known_rms: Option<f32>,
+    /// Mean range of a taxel beside the shape (unit of the taxels) that an object held still does not exceed, where it is
+    /// known: `gripctl score` prints that of the labelled rest. A larger one is a slip. It is not learned by itself.
+    pub known_range: Option<f32>,
     /// The array counts as frozen when not one bit changed for this long (ms), if it had been noisy before.
     pub frozen_ms: f32,
 }
@@ -71,6 +79,7 @@ impl Default for PressureConfig {
             learn_frames: 20,
             min_rms: 0.0,
             known_rms: None,
+            known_range: None,
             frozen_ms: 1000.0,
         }
     }
@@ -87,8 +96,11 @@ impl PressureConfig {
         ConfigError::within("pressure.learn_frames", f32::from(self.learn_frames), 4.0, 10_000.0)?;
         ConfigError::within("pressure.min_rms", self.min_rms, 0.0, 1e12)?;
         ConfigError::within("pressure.frozen_ms", self.frozen_ms, 1.0, 1e6)?;
-        self.known_rms
-            .map_or(Ok(()), |rms| ConfigError::within("pressure.known_rms", rms, 1e-12, 1e12))
+        let known =
+            [("pressure.known_rms", self.known_rms), ("pressure.known_range", self.known_range)];
+        known.into_iter().try_for_each(|(name, value)| {
+            value.map_or(Ok(()), |value| ConfigError::within(name, value, 1e-12, 1e12))
+        })
     }
 }
 
@@ -108,6 +120,9 @@ pub struct PressurePattern<const N: usize> {
     last_t: Option<Micros>,
     slow: Shape<N>,
     fast: Shape<N>,
+    range: Range<N>,
+    /// The mean range over the known one, as of the last frame.
+    ranged: f32,
     spread: Spread,
     resolution: Resolution,
     /// Noise (rms), once it is known.
@@ -135,6 +150,8 @@ impl<const N: usize> PressurePattern<N> {
             last_t: None,
             slow: Shape::new(),
             fast: Shape::new(),
+            range: Range::new(),
+            ranged: 0.0,
             spread: Spread::default(),
             resolution: Resolution::default(),
             rms: config.known_rms,
@@ -151,6 +168,7 @@ impl<const N: usize> PressurePattern<N> {
         self.last_t = None;
         self.slow = Shape::new();
         self.fast = Shape::new();
+        self.range = Range::new();
         self.stand();
         self.frozen_now = false;
         self.failed = false;
@@ -224,20 +242,27 @@ impl<const N: usize> PressurePattern<N> {
         #[expect(clippy::cast_possible_truncation, reason = "a step of time")]
         let dt_ms = self.last_t.map_or(0.0, |last| t.since(last).as_seconds() * 1e3) as f32;
         self.last_t = Some(t);
-        let (slow, fast) = (self.slow, self.fast);
         let seen = self.slow.step(&frame, self.len, dt_ms / self.config.follow_ms);
         let seen_fast = self.fast.step(&frame, self.len, dt_ms / FAST_MS);
-        let (Some(change), Some(_)) = (seen, seen_fast) else { return };
+        let (Some(change), Some(now)) = (seen, seen_fast) else { return };
         let Some(rms) = self.rms else {
             if learning {
-                self.learn(change.mean_square);
+                self.learn(change.mean_square());
             }
             return;
         };
         let per_variance = 1.0 / (rms * rms);
-        let energy = slow.energy(&frame, self.len, per_variance);
-        let now = fast.energy(&frame, self.len, per_variance);
-        self.decide(t, energy, now);
+        let widens = self.widen(&change, dt_ms);
+        self.decide(t, change.energy(per_variance), now.energy(per_variance), widens);
+    }
+
+    /// Follows the range; whether it is beyond that of an object held still and does not shrink.
+    fn widen(&mut self, change: &Departure<N>, dt_ms: f32) -> bool {
+        let Some(known) = self.config.known_range else { return false };
+        self.range.step(&change.residual, dt_ms);
+        let before = self.ranged;
+        self.ranged = self.range.mean(self.len, range::CLIP * known) / known;
+        self.ranged > before.max(1.0)
     }
 
     /// Whether the frame tells nothing new; follows whether the array is alive.
@@ -296,18 +321,20 @@ impl<const N: usize> PressurePattern<N> {
         if self.config.min_rms > 0.0 { self.config.min_rms } else { self.resolution.rms() }
     }
 
-    fn decide(&mut self, t: Micros, energy: f32, now: f32) {
-        self.statistic = energy / self.config.threshold;
-        if now > STANDING * self.config.threshold || self.state == SlipState::Quiet {
+    fn decide(&mut self, t: Micros, energy: f32, now: f32, widens: bool) {
+        self.statistic = (energy / self.config.threshold).max(self.ranged);
+        let changes = widens || now > STANDING * self.config.threshold;
+        if changes || self.state == SlipState::Quiet {
             self.changing_at = t;
         }
         if self.state != SlipState::Quiet && t.since(self.changing_at) > self.release {
             // What the pattern has become is the new rest; the end of the slip is told.
             self.slow = self.fast;
+            self.range = Range::new();
             self.stand();
         } else if energy > self.config.gross {
             self.state = SlipState::Gross;
-        } else if energy > self.config.threshold && self.state == SlipState::Quiet {
+        } else if self.statistic > 1.0 && self.state == SlipState::Quiet {
             self.state = SlipState::Incipient;
         }
     }
@@ -315,6 +342,7 @@ impl<const N: usize> PressurePattern<N> {
     fn stand(&mut self) {
         self.state = SlipState::Quiet;
         self.statistic = 0.0;
+        self.ranged = 0.0;
     }
 }
 

@@ -2,14 +2,22 @@
 //!
 //! For recordings whose rest is known beforehand; a running gripper learns the noise in the first grasp.
 
-use super::shape::Shape;
+use super::{range::Range, shape::Shape};
 use crate::units::Micros;
+
+/// A range of a shorter stretch than half of its time constant is none: it has only begun to grow.
+const SHORTEST: Micros = Micros(2_000_000);
 
 /// Pools the noise of several stretches of at most `N` taxels.
 #[derive(Clone, Copy, Debug)]
 pub struct PatternRest<const N: usize> {
     follow_ms: f32,
     shape: Shape<N>,
+    range: Range<N>,
+    /// Largest range of this stretch, and of all stretches that are long enough for one.
+    widest: f32,
+    largest_range: f32,
+    since: Option<Micros>,
     last_t: Option<Micros>,
     sum: f64,
     /// Largest mean square of the residuals over all taxels.
@@ -21,12 +29,26 @@ impl<const N: usize> PatternRest<N> {
     /// A meter for a method that follows creep with `follow_ms`.
     #[must_use]
     pub fn new(follow_ms: f32) -> Self {
-        Self { follow_ms, shape: Shape::new(), last_t: None, sum: 0.0, largest: 0.0, frames: 0 }
+        Self {
+            follow_ms,
+            shape: Shape::new(),
+            range: Range::new(),
+            widest: 0.0,
+            largest_range: 0.0,
+            since: None,
+            last_t: None,
+            sum: 0.0,
+            largest: 0.0,
+            frames: 0,
+        }
     }
 
     /// Begins another stretch of rest.
     pub fn start(&mut self) {
         self.shape = Shape::new();
+        self.range = Range::new();
+        self.widest = 0.0;
+        self.since = None;
         self.last_t = None;
     }
 
@@ -43,9 +65,16 @@ impl<const N: usize> PatternRest<N> {
         let dt_ms = self.last_t.map_or(0.0, |last| t.since(last).as_seconds() * 1e3) as f32;
         self.last_t = Some(t);
         let seen = self.shape.step(&values, frame.len().min(N), dt_ms / self.follow_ms);
+        let since = *self.since.get_or_insert(t);
         if let Some(departure) = seen {
-            self.sum += f64::from(departure.mean_square);
-            self.largest = self.largest.max(departure.over_all);
+            self.sum += f64::from(departure.mean_square());
+            self.largest = self.largest.max(departure.over_all());
+            self.range.step(&departure.residual, dt_ms);
+            let range = self.range.mean(frame.len().min(N), f32::INFINITY);
+            self.widest = self.widest.max(range);
+            if t.since(since) >= SHORTEST {
+                self.largest_range = self.largest_range.max(self.widest);
+            }
             self.frames += 1;
         }
     }
@@ -67,5 +96,12 @@ impl<const N: usize> PatternRest<N> {
     pub fn rms(&self, threshold: f32) -> Option<f32> {
         let variance = (self.sum / self.frames as f64) as f32;
         (self.frames > 0).then(|| libm::sqrtf(variance.max(self.largest / threshold)))
+    }
+
+    /// Largest mean range of a taxel (unit of the taxels), with which nothing of that rest is a slip. `None` where no stretch
+    /// lasted for half the time constant of the range, or nothing changed.
+    #[must_use]
+    pub fn range(&self) -> Option<f32> {
+        (self.largest_range > 0.0).then_some(self.largest_range)
     }
 }

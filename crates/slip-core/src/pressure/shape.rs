@@ -13,12 +13,33 @@ pub(super) struct Shape<const N: usize> {
     frames: f32,
 }
 
-/// What a frame showed beside the shape.
+/// What a frame shows beside the shape: a residual for each taxel (unit of the taxels), places beyond the array zero.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Departure {
-    /// Mean square of the residual (unit of the taxels squared): over the taxels that are free, and over all of them.
-    pub(super) mean_square: f32,
-    pub(super) over_all: f32,
+pub(super) struct Departure<const N: usize> {
+    pub(super) residual: [f32; N],
+    len: usize,
+}
+
+impl<const N: usize> Departure<N> {
+    fn squares(&self) -> f32 {
+        self.residual.iter().map(|r| r * r).sum()
+    }
+
+    /// Mean square over the taxels that are free.
+    pub(super) fn mean_square(&self) -> f32 {
+        self.squares() / (count(self.len) - 2.0).max(1.0)
+    }
+
+    /// Mean square over all taxels.
+    pub(super) fn over_all(&self) -> f32 {
+        self.squares() / count(self.len)
+    }
+
+    /// Mean of the squares over the variance, each limited to [`CLIP`].
+    pub(super) fn energy(&self, per_variance: f32) -> f32 {
+        let sum: f32 = self.residual.iter().map(|r| (r * r * per_variance).min(CLIP)).sum();
+        sum / count(self.len)
+    }
 }
 
 impl<const N: usize> Shape<N> {
@@ -32,7 +53,7 @@ impl<const N: usize> Shape<N> {
         frame: &[f32; N],
         n: usize,
         dt_over_tau: f32,
-    ) -> Option<Departure> {
+    ) -> Option<Departure<N>> {
         let (p, norm) = centred(frame, n);
         if norm <= 0.0 {
             return None;
@@ -46,21 +67,7 @@ impl<const N: usize> Shape<N> {
             *u += weight * (p * scale - *u);
         }
         self.uu = self.u.iter().map(|u| u * u).sum();
-        let free = count(n) - 2.0;
-        before.map(|r| {
-            let squares: f32 = r.iter().map(|r| r * r).sum();
-            Departure { mean_square: squares / free.max(1.0), over_all: squares / count(n) }
-        })
-    }
-
-    /// Mean of the squared residuals over the variance, each limited to [`CLIP`]; 0 before the first frame.
-    pub(super) fn energy(&self, frame: &[f32; N], n: usize, per_variance: f32) -> f32 {
-        if self.frames <= 0.0 {
-            return 0.0;
-        }
-        let (p, _) = centred(frame, n);
-        let sum: f32 = self.residual(&p).iter().map(|r| (r * r * per_variance).min(CLIP)).sum();
-        sum / count(n)
+        before.map(|residual| Departure { residual, len: n })
     }
 
     /// The frame without its share of the shape. Places beyond the array stay zero.
@@ -83,7 +90,7 @@ fn centred<const N: usize>(frame: &[f32; N], n: usize) -> ([f32; N], f32) {
 }
 
 #[expect(clippy::cast_precision_loss, reason = "at most some hundred taxels")]
-fn count(n: usize) -> f32 {
+pub(super) fn count(n: usize) -> f32 {
     n.max(1) as f32
 }
 

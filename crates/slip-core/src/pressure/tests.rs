@@ -1,5 +1,5 @@
 extern crate std;
-use super::{PressureConfig, PressurePattern};
+use super::{PatternRest, PressureConfig, PressurePattern};
 use crate::health::SensorHealth;
 use crate::{detector::SlipState, error::ConfigError, units::Micros};
 use std::{vec, vec::Vec};
@@ -174,4 +174,85 @@ fn a_threshold_that_a_broken_taxel_could_pass_is_refused() {
     let config = PressureConfig { threshold: 40.0, ..PressureConfig::default() };
     let Err(ConfigError::Range { name, .. }) = Method::new(config) else { panic!("accepted") };
     assert_eq!(name, "pressure.threshold");
+}
+
+/// Seconds of a pad at `rate` frames a second whose hill moves by `speed` taxels a second from 4 s on, all times `unit`;
+/// a tremor of 10 Hz shifts it all the time.
+fn slide(rate: u32, speed: f32, unit: f32) -> Vec<(Micros, Vec<f32>)> {
+    let mut pad = Pad::new();
+    let frames = 8 * rate;
+    let frame = |i: u32| {
+        let t_s = f64::from(i) / f64::from(rate);
+        #[expect(clippy::cast_possible_truncation, reason = "test signal")]
+        let (t, tremor) = (t_s as f32, (62.8 * t_s).sin() as f32);
+        let moved = 0.02 * tremor + speed * (t - 4.0).max(0.0);
+        let values = pad.frame(moved, 1.0, 0.0).1;
+        (
+            Micros(u64::from(i) * 1_000_000 / u64::from(rate)),
+            values.iter().map(|v| v * unit).collect(),
+        )
+    };
+    (0..frames).map(frame).collect()
+}
+
+/// What the rest of such a pad shows, with a tenth of room.
+fn rested(rate: u32, unit: f32) -> PressureConfig {
+    let config = PressureConfig::default();
+    let mut meter = PatternRest::<64>::new(config.follow_ms);
+    slide(rate, 0.0, unit).iter().for_each(|(t, frame)| meter.push(*t, frame));
+    let known_range = meter.range().map(|range| 1.1 * range);
+    PressureConfig { known_rms: meter.rms(config.threshold), known_range, ..config }
+}
+
+/// Times (s) at which slips begin.
+fn begins(config: PressureConfig, frames: &[(Micros, Vec<f32>)]) -> Vec<f64> {
+    let mut method = Method::new(config).unwrap();
+    let mut before = SlipState::Quiet;
+    let mut out = Vec::new();
+    for (t, frame) in frames {
+        method.step(*t, frame, false);
+        if before == SlipState::Quiet && method.state() != SlipState::Quiet {
+            out.push(t.as_seconds());
+        }
+        before = method.state();
+    }
+    out
+}
+
+#[test]
+fn a_slow_slide_is_found_by_its_range_at_any_rate_and_a_hold_is_none() {
+    for rate in [20, 50, 100, 290, 1000] {
+        let config = rested(rate, 1.0);
+        assert!(begins(config, &slide(rate, 0.0, 1.0)).is_empty(), "{rate}");
+        let slow = slide(rate, 0.1, 1.0);
+        let found = begins(config, &slow);
+        assert!(found.first().is_some_and(|t| (4.0..6.5).contains(t)), "{rate}: {found:?}");
+        let blind = PressureConfig { known_range: None, ..config };
+        let without = begins(blind, &slow);
+        assert!(without.first().is_none_or(|t| *t > found[0]), "{rate}: {without:?}");
+    }
+}
+
+#[test]
+fn the_range_is_the_same_in_any_unit() {
+    let (config, slow) = (rested(100, 1.0), slide(100, 0.1, 1.0));
+    let expected = begins(config, &slow);
+    assert!(!expected.is_empty());
+    for unit in [2.0_f32.powi(-30), 2.0_f32.powi(30), 1e-9, 1e9] {
+        let found = begins(rested(100, unit), &slide(100, 0.1, unit));
+        let apart = found.iter().zip(&expected).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        let most = if unit.log2().fract() == 0.0 { 0.0 } else { 0.011 };
+        assert!(found.len() == expected.len() && apart <= most, "{unit}: {found:?} {expected:?}");
+    }
+}
+
+#[test]
+fn a_stretch_too_short_for_a_range_gives_none() {
+    let mut meter = PatternRest::<64>::new(1000.0);
+    for part in slide(100, 0.0, 1.0).chunks(150) {
+        meter.start();
+        part.iter().for_each(|(t, frame)| meter.push(*t, frame));
+    }
+    assert_eq!(meter.range(), None);
+    assert!(meter.rms(6.0).is_some());
 }

@@ -58,8 +58,8 @@ fn a_fault_while_holding_is_told_and_moves_nothing() {
         let mut worst = SensorHealth::Good;
         for i in 0..LENGTH {
             let step = grip.step(broken(fault, i));
-            if step.health != SensorHealth::Good {
-                worst = step.health;
+            if step.sensors[0] != SensorHealth::Good {
+                worst = step.sensors[0];
             }
             assert!(step.event.is_none() && step.command.unwrap().0 <= held, "{name}: {step:?}");
         }
@@ -75,7 +75,7 @@ fn a_fault_while_holding_is_told_and_moves_nothing() {
         let events = grip.run_until(1.25);
         let first = events.first().unwrap_or_else(|| panic!("{name}: the slip was not found"));
         assert!(
-            is_first_slip(first.event) && first.health == SensorHealth::Good,
+            is_first_slip(first.event) && first.sensors[0] == SensorHealth::Good,
             "{name}: {first:?}"
         );
         assert!(first.t.as_seconds() < 1.22, "{name}: {first:?}");
@@ -117,9 +117,9 @@ fn a_fault_in_a_slip_stops_the_rise_and_the_next_slip_is_found() {
         for i in 0..LENGTH {
             let before = grip.command_n;
             let step = grip.step(|sample| broken(fault, i)(alone(sample)));
-            told |= Some(step.health) == health;
+            told |= Some(step.sensors[0]) == health;
             assert!(
-                step.health == SensorHealth::Good || step.command.unwrap().0 <= before,
+                step.sensors[0] == SensorHealth::Good || step.command.unwrap().0 <= before,
                 "{name}: {step:?}"
             );
             // Held up from below meanwhile: this is about the sensor, not about the fall.
@@ -230,12 +230,12 @@ fn a_drifting_stylus_moves_nothing_and_comes_back_after_three_calm_seconds() {
         let drift = 5e-5 * if t < 1.0 { 0.5 * t * t } else { t - 0.5 };
         let step = grip.step(|sample| Sample { stylus: sample.stylus + drift, ..sample });
         assert!(step.event.is_none() && step.command.unwrap().0 <= held, "{step:?}");
-        if step.health == SensorHealth::Drifting {
+        if step.sensors[0] == SensorHealth::Drifting {
             told_s = told_s.or(Some(step.t.as_seconds()));
         }
     }
     assert!((2.6..5.5).contains(&told_s.unwrap()), "100 um are passed after 2.6 s: {told_s:?}");
-    let good = |grip: &mut Loop| grip.step(|sample| sample).health == SensorHealth::Good;
+    let good = |grip: &mut Loop| grip.step(|sample| sample).sensors[0] == SensorHealth::Good;
     assert!(grip.run_until(7.5).is_empty() && !good(&mut grip), "not yet calm");
     assert!(grip.run_until(11.0).is_empty() && good(&mut grip));
     assert_eq!(grip.pipeline.health_counters().failures, 1);
@@ -258,7 +258,7 @@ fn a_change_of_grip_is_no_drift() {
             normal_force_n: sample.normal_force_n.map(|force| force + more),
             ..sample
         });
-        assert!(step.health == SensorHealth::Good && step.event.is_none(), "{step:?}");
+        assert!(step.sensors[0] == SensorHealth::Good && step.event.is_none(), "{step:?}");
     }
 }
 
@@ -294,7 +294,7 @@ fn broken_other_sensors_are_left_out() {
         let mut found = None;
         while grip.object.t_s() < 1.05 {
             let step = grip.step(spoil);
-            assert_eq!(step.health, SensorHealth::Good);
+            assert_eq!(step.sensors[0], SensorHealth::Good);
             if grip.object.t_s() < 1.0 {
                 assert!(step.event.is_none() && step.command.unwrap().0 <= held, "{bad}: {step:?}");
             }
@@ -322,7 +322,7 @@ fn a_second_stylus_carries_on_where_the_first_is_lost() {
             let mut i = 0;
             while grip.object.t_s() < 1.5 {
                 let step = grip.step(|sample| broken(fault, i)(shown(sample)));
-                assert!(i < 1000 || Some(step.health) == health, "{name}: {step:?}");
+                assert!(i < 1000 || Some(step.sensors[0]) == health, "{name}: {step:?}");
                 i += 1;
             }
             let Object { applied_n, needed_n, travel_m, speed_m_s, .. } = grip.object;
@@ -393,11 +393,11 @@ fn shown(seen: fn(u32, Sample) -> Sample) -> (Vec<SensorHealth>, Vec<SensorHealt
             let travel_m = sample.travel_m.map(|travel_m| travel_m + flicker_m);
             seen(i, Sample { travel_m, ..sample })
         });
-        if stylus.last() != Some(&step.health) {
-            stylus.push(step.health);
+        if stylus.last() != Some(&step.sensors[0]) {
+            stylus.push(step.sensors[0]);
         }
-        if travel.last() != Some(&step.travel_health) {
-            travel.push(step.travel_health);
+        if travel.last() != Some(&step.sensors[1]) {
+            travel.push(step.sensors[1]);
         }
     }
     (stylus, travel)

@@ -7,7 +7,9 @@
     reason = "test code"
 )]
 
+mod causes;
 mod faults;
 mod no_rest;
 mod object;
+mod reference;
 mod timing;

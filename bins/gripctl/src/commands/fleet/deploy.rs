@@ -14,6 +14,7 @@ use grip_fleet::{
     net::{Deployer, Happening, Session, members},
     rollout::{Counts, JudgeConfig, Progress, Report, RolloutConfig},
 };
+use grip_record::files;
 use grip_session::exit::{Exit, WrongArgument};
 use serde::Serialize;
 use signal_hook::{
@@ -68,7 +69,7 @@ fn micros(name: &str, seconds: f64) -> Result<u64, WrongArgument> {
 
 /// The file, unless it is none for any gripper.
 fn model(file: &Path, force: bool) -> anyhow::Result<(String, Vec<u8>)> {
-    let bytes = std::fs::read(file).map_err(|error| {
+    let bytes = files::read(file, files::MOST_MODEL).map_err(|error| {
         WrongArgument(format!("{}: the model cannot be read: {error}", file.display()))
     })?;
     let name = file.file_name().context("a model is a file")?.to_string_lossy().into_owned();

@@ -2,9 +2,10 @@
 
 use grip_link::message::Versions;
 use grip_link::message::daemon::{
-    Gripper, Health, NoticeKind, Phase, Slip, State, ToClient, Welcome, WelcomeFlags,
+    Gripper, Health, NoticeKind, Phase, PipelineState, SlipReport, ToClient, Welcome, WelcomeFlags,
 };
 use serde::Serialize;
+use slip_core::{Cause, CauseSet};
 
 /// Everything that QUERY tells.
 #[derive(Debug, Default, Serialize)]
@@ -113,6 +114,9 @@ pub(crate) enum EventReport {
         method: &'static str,
         statistic: Option<f32>,
         confidence: Option<f32>,
+        certified_interval_s: Option<f32>,
+        ruled_out: Vec<&'static str>,
+        possible: Vec<&'static str>,
         speed_m_s: Option<f32>,
         speed_sigma_m_s: Option<f32>,
         moved_m: Option<f32>,
@@ -196,20 +200,20 @@ impl GripperReport {
 }
 
 impl StateReport {
-    fn of(state: &State) -> Self {
+    fn of(state: &PipelineState) -> Self {
         let [stylus, travel, pressure, reference] = state.sensors.map(|sensor| sensor.name());
         Self {
-            t_s: seconds(state.device_us),
+            t_s: state.t.as_seconds(),
             scene: state.scene.name(),
             grip: state.grip.name(),
-            device: format!("{:?}", state.device).to_lowercase(),
+            device: state.device.name().to_owned(),
             fault: state.fault.0,
             statistic: state.statistic,
             command_n: state.command_n,
             applied_n: state.applied_n,
             estimate_n: state.estimate_n,
-            esc: state.esc.value,
-            esc_reading: state.esc.kind.name(),
+            esc: state.esc,
+            esc_reading: state.esc_kind.name(),
             stylus,
             travel,
             pressure,
@@ -272,27 +276,40 @@ impl EventReport {
         })
     }
 
-    fn slip(slip: &Slip) -> Self {
+    fn slip(slip: &SlipReport) -> Self {
         let method = if slip.phase == Phase::Ended { "none" } else { slip.method.name() };
         Self::Slip {
             number: slip.number,
-            t_s: seconds(slip.device_us),
-            host_s: seconds(slip.host_us),
+            t_s: slip.t.as_seconds(),
+            host_s: slip.host.as_seconds(),
             phase: slip.phase.name(),
             method,
             statistic: slip.statistic,
             confidence: slip.confidence,
+            certified_interval_s: slip.certified_s,
+            ruled_out: names(slip.ruled_out),
+            possible: names(slip.possible),
             speed_m_s: slip.speed_m_s,
-            speed_sigma_m_s: slip.sigma_m_s,
+            speed_sigma_m_s: slip.speed_sigma_m_s,
             moved_m: slip.moved_m,
             irregularities: slip.irregularities,
-            esc_w: slip.esc_w,
+            esc_w: slip.esc_w.map(single),
             estimate_n: slip.estimate_n,
-            extrapolated: slip.notes & Slip::EXTRAPOLATED != 0,
+            extrapolated: slip.is_extrapolated(),
             command_n: slip.command_n,
-            duration_s: slip.duration_s,
+            duration_s: slip.duration_s.map(single),
         }
     }
+}
+
+/// As it travelled.
+#[expect(clippy::cast_possible_truncation, reason = "it came with seven digits")]
+const fn single(value: f64) -> f32 {
+    value as f32
+}
+
+fn names(causes: u8) -> Vec<&'static str> {
+    CauseSet::from_bits(causes).iter().map(Cause::name).collect()
 }
 
 #[expect(clippy::cast_precision_loss, reason = "exact for 285 years of microseconds")]

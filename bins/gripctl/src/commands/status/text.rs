@@ -150,6 +150,9 @@ pub(crate) fn event(event: &EventReport) -> String {
             phase,
             method,
             confidence,
+            certified_interval_s,
+            ruled_out,
+            possible,
             speed_m_s,
             moved_m,
             estimate_n,
@@ -164,6 +167,14 @@ pub(crate) fn event(event: &EventReport) -> String {
                     with_unit(confidence.map(percent), 1.0, 0, "%")
                 ),
             };
+            if let Some(interval_s) = certified_interval_s {
+                text += &format!(", certified: one false alarm in {interval_s:.0} s or more");
+            }
+            for (what, causes) in [("ruled out", ruled_out), ("possible", possible)] {
+                if !causes.is_empty() {
+                    text += &format!(", {what}: {}", causes.join(" "));
+                }
+            }
             let values = [
                 ("", *speed_m_s, 1e3, "mm/s"),
                 ("moved ", *moved_m, 1e3, "mm"),

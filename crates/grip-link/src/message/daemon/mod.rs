@@ -3,8 +3,8 @@
 //! | type | name | direction | size | ACK_REQ | type in Rust |
 //! |---|---|---|---|---|---|
 //! | A0 | WELCOME | to client | 26 + text | | [`Welcome`] |
-//! | A1 | SLIP | to client | 72 | | [`Slip`] |
-//! | A2 | STATE | to client | 60 | | [`State`] |
+//! | A1 | SLIP | to client | 72 | | [`SlipReport`] |
+//! | A2 | STATE | to client | 60 | | [`PipelineState`] |
 //! | A3 | HEALTH | to client | 144 or 352 | | [`Health`] |
 //! | A4 | GRIPPER | to client | 32 | | [`Gripper`] |
 //! | A5 | ROWS | to client | 20 + rows | | [`Rows`] |
@@ -23,8 +23,6 @@ mod gripper;
 mod health;
 mod notice;
 mod rows;
-mod slip;
-mod state;
 
 pub use command::Command;
 pub use greet::{Subscribe, Topics, Welcome, WelcomeFlags};
@@ -32,12 +30,11 @@ pub use gripper::Gripper;
 pub use health::{Appended, BadFrames, ClockOffset, Dropped, Health, Latency};
 pub use notice::Notice;
 pub use rows::{ROWS_HEADER, RowOfSample, RowSet, Rows, RowsHeader};
-pub use slip::Slip;
 pub use slip_msg::{
-    DroppedClass, Goodbye, GripState, LinkState, Method, NoticeKind, Operation, Phase, Reading,
-    RealTime, Recording, Scene, Sensor, SensorHealth, SpeedSource,
+    DroppedClass, EXTRAPOLATED, Goodbye, GripState, INFORMATIVE, LinkState, Method, NoticeKind,
+    Operation, Phase, PipelineState, Reading, RealTime, Recording, Scene, Sensor, SensorHealth,
+    SlipReport, SpeedSource,
 };
-pub use state::{EscValue, State};
 
 use super::{Ack, Kind, Nack, PayloadError};
 use crate::frame::Frame;
@@ -49,9 +46,9 @@ pub enum ToClient<'a> {
     /// A0
     Welcome(Welcome<'a>),
     /// A1
-    Slip(Slip),
+    Slip(SlipReport),
     /// A2
-    State(State),
+    State(PipelineState),
     /// A3
     Health(Health),
     /// A4
@@ -75,8 +72,8 @@ impl<'a> ToClient<'a> {
         let payload = frame.payload;
         Ok(match frame.header.kind {
             Kind::WELCOME => Self::Welcome(Welcome::parse(payload)?),
-            Kind::SLIP => Self::Slip(Slip::parse(payload)?),
-            Kind::STATE => Self::State(State::parse(payload)?),
+            Kind::SLIP => Self::Slip(SlipReport::parse(payload)?),
+            Kind::STATE => Self::State(PipelineState::parse(payload)?),
             Kind::HEALTH => Self::Health(Health::parse(payload)?),
             Kind::GRIPPER => Self::Gripper(Gripper::parse(payload)?),
             Kind::ROWS => Self::Rows(Rows::parse(payload)?),

@@ -1,19 +1,16 @@
 //! A simulated object and time in; what sensors, pipeline and controller do with it out.
 
-use super::super::told;
 use super::{BETWEEN_US, GRASP_US, World};
-use crate::feed::{Feed, Level, StatePoint};
-use crate::source::ClientAction;
+use crate::feed::{EventMark, Feed, Level};
 use crate::source::outlet::Outlet;
-use grip_daemon::State;
-use grip_daemon::clients::convert;
 use grip_link::device::Peer;
 use grip_link::frame::MAX_WIRE;
-use grip_link::message::daemon::{Gripper, Slip};
+use grip_link::message::daemon::{Gripper, SlipReport};
 use grip_session::model::default_estimator;
 use grip_session::report::EventLine;
-use grip_session::session::ClientCommand;
 use grip_session::{HostConfig, News, Session, SessionOptions};
+use slip_core::ClientCommand;
+use slip_core::PipelineState;
 use slip_core::{Sample, units::Micros};
 
 /// States come at most this often (us), and on change.
@@ -36,7 +33,7 @@ pub(super) struct Grasp {
     released: bool,
     stopped: Stopped,
     next_index: Option<u32>,
-    told: Option<StatePoint>,
+    told: Option<PipelineState>,
 }
 
 impl Grasp {
@@ -76,28 +73,21 @@ impl Grasp {
     }
 
     /// Carries out what a person asks for: what became of it.
-    pub(super) fn obey(&mut self, action: ClientAction) -> (Level, String) {
-        let (what, command) = match action {
-            ClientAction::AtLeast(force_n) => ("hold", ClientCommand::AtLeast(force_n)),
-            ClientAction::Release => ("release", ClientCommand::Release),
-            ClientAction::Grasp => ("grasp", ClientCommand::Grasp),
-            ClientAction::Stop => ("stop", ClientCommand::Stop),
-            ClientAction::ClearFault(code) => ("clear fault", ClientCommand::ClearFault(code)),
-        };
-        if self.stopped != Stopped::No && action == ClientAction::Grasp {
+    pub(super) fn obey(&mut self, command: ClientCommand) -> (Level, String) {
+        if self.stopped != Stopped::No && command == ClientCommand::Grasp {
             self.stopped = Stopped::Over;
             return (Level::Info, "grasp: the stop is over, the next object comes".to_owned());
         }
         let done = self.session.obey(self.now_us(), command);
-        if action == ClientAction::Stop {
+        if command == ClientCommand::Stop {
             self.stopped = Stopped::Yes;
             let text = "stop: the simulated gripper keeps its force and waits for grasp";
             return (Level::Info, text.to_owned());
         }
         match (done, self.stopped) {
-            (true, _) => (Level::Info, format!("{what}: carried out by the simulated gripper")),
-            (false, Stopped::No) => (Level::Warning, format!("{what}: not possible now")),
-            (false, _) => (Level::Warning, format!("{what}: not possible while it is stopped")),
+            (true, _) => (Level::Info, format!("{command}: carried out by the simulated gripper")),
+            (false, Stopped::No) => (Level::Warning, format!("{command}: not possible now")),
+            (false, _) => (Level::Warning, format!("{command}: not possible while it is stopped")),
         }
     }
 
@@ -186,47 +176,39 @@ impl Grasp {
     fn tell_state(&mut self, start_us: u64, outlet: &mut Outlet) {
         let Some(state) = self.state(start_us) else { return };
         let news = self.told.is_none_or(|told| {
-            let due_s = told.t_s + told::seconds(STATE_US);
+            let due = told.t.plus(Micros(STATE_US));
             let changed =
                 (told.scene, told.grip, told.sensors) != (state.scene, state.grip, state.sensors);
-            changed || state.t_s >= due_s
+            changed || state.t >= due
         });
+        if self.told.is_none() {
+            outlet.offer(Feed::Gripper(self.about()));
+        }
         if news {
             self.told = Some(state);
             outlet.offer(Feed::State(state));
         }
     }
 
-    fn state(&self, start_us: u64) -> Option<StatePoint> {
-        let step = self.session.latest()?;
+    fn state(&self, start_us: u64) -> Option<PipelineState> {
         let (features, estimate) = self.session.log().evidence();
-        let in_force = self.session.link().in_force();
-        let state = State {
-            t: step.t.plus(Micros(start_us)),
-            scene: step.scene,
-            grip: self.session.grip_state(),
-            statistic: step.statistic,
-            command: step.command,
+        let esc = features.and_then(|features| features.esc_chosen);
+        let state = self.session.latest()?.state(self.session.grip_state(), esc, estimate);
+        Some(PipelineState {
+            t: state.t.plus(Micros(start_us)),
+            device: self.gripper.link().state(),
+            fault: self.gripper.link().fault(),
             applied_n: self.session.applied_n(),
-            esc: features.and_then(|features| features.esc_chosen),
-            estimate,
-            health: step.health,
-            reference_health: step.reference_health,
-            travel_health: step.travel_health,
-            pressure_health: step.pressure_health,
             lost: self.session.lost(),
-            rate_hz: in_force.map_or(0, |config| config.sample_rate_hz),
-            late_ms: None,
-        };
-        let message =
-            convert::state(0, &state, self.gripper.link().state(), self.gripper.link().fault());
-        Some(StatePoint { limit_n: self.about().force_max_n, ..told::state(&message) })
+            rate_hz: self.session.link().in_force().map_or(0, |config| config.sample_rate_hz),
+            ..state
+        })
     }
 }
 
 /// The mark of a slip whose times begin at `start_us`.
 fn slip_event(line: &EventLine, start_us: u64) -> Option<Feed> {
-    let slip = convert::slip(0, line)?;
-    let slip = Slip { device_us: slip.device_us + start_us, ..slip };
-    Some(Feed::Event(told::slip(&slip)))
+    let EventLine::Slip(slip) = line else { return None };
+    let slip = SlipReport { t: slip.t.plus(Micros(start_us)), ..*slip };
+    Some(Feed::Event(EventMark::slip(&slip)))
 }

@@ -9,7 +9,7 @@ mod tally;
 use super::hearing::observer;
 use super::outlet::Outlet;
 use super::stream::Stream;
-use super::{ClientAction, told};
+use super::told;
 use crate::feed::{DaemonInfo, EventKind, EventMark, Feed, ObserverSettings, SourceStatus};
 use core::time::Duration;
 use grasp::Grasp;
@@ -17,6 +17,7 @@ use grip_link::device::Peer;
 use grip_link::message::daemon::RealTime;
 use grip_session::HostConfig;
 use rtrb::Consumer;
+use slip_core::ClientCommand;
 use tally::Tally;
 
 /// How long each object is held (us), unless the gripper is stopped.
@@ -36,7 +37,7 @@ pub type Grippers = fn(&str, u64, u32) -> Result<(Box<dyn Peer>, String), String
 pub(super) fn run(
     (grippers, scene, seed): (Grippers, &str, u64),
     outlet: &mut Outlet,
-    orders: &mut Consumer<ClientAction>,
+    orders: &mut Consumer<ClientCommand>,
 ) {
     if let Err(sentence) = grasps((grippers, scene, seed), outlet, orders) {
         outlet.status(SourceStatus::Failed { sentence });
@@ -55,7 +56,7 @@ struct World {
 fn grasps(
     (grippers, name, seed): (Grippers, &str, u64),
     outlet: &mut Outlet,
-    orders: &mut Consumer<ClientAction>,
+    orders: &mut Consumer<ClientCommand>,
 ) -> Result<(), String> {
     let config = HostConfig::default();
     let mut stream = Stream::default();
@@ -115,7 +116,7 @@ fn deliver(world: &mut World, grasp: &Grasp, outlet: &mut Outlet) {
 }
 
 /// Carries out what a person asks for.
-fn obey(grasp: &mut Grasp, orders: &mut Consumer<ClientAction>, outlet: &mut Outlet) {
+fn obey(grasp: &mut Grasp, orders: &mut Consumer<ClientCommand>, outlet: &mut Outlet) {
     while let Ok(action) = orders.pop() {
         let (level, text) = grasp.obey(action);
         told::answer(level, text).into_iter().for_each(|feed| outlet.offer(feed));

@@ -3,7 +3,6 @@
 use super::life::{Life, Standing};
 use super::{FIRST, GripperAt, LONGEST, LOOK, may_mend};
 use crate::feed::{EventKind, EventMark, Feed, SourceStatus};
-use crate::source::ClientAction;
 use crate::source::daemon::{pause, unsent};
 use crate::source::hearing::Hearing;
 use crate::source::outlet::Outlet;
@@ -13,6 +12,7 @@ use grip_fleet::{Message, Selector, Since, Topic};
 use grip_link::message::daemon::ToClient;
 use grip_port::Backoff;
 use rtrb::Consumer;
+use slip_core::ClientCommand;
 
 /// How long one look for messages waits.
 const TURN: Duration = Duration::from_millis(10);
@@ -22,7 +22,7 @@ const READS: usize = 256;
 pub(in crate::source) fn run(
     at: &GripperAt,
     outlet: &mut Outlet,
-    orders: &mut Consumer<ClientAction>,
+    orders: &mut Consumer<ClientCommand>,
 ) {
     let mut backoff = Backoff::new(FIRST, LONGEST);
     let mut before = String::new();
@@ -57,7 +57,7 @@ impl<'a> Talk<'a> {
     fn run(
         at: &'a GripperAt,
         outlet: &mut Outlet,
-        orders: &mut Consumer<ClientAction>,
+        orders: &mut Consumer<ClientCommand>,
     ) -> Result<(), NetError> {
         let session = at.network.open()?;
         let telemetry = [Topic::State, Topic::Health, Topic::Samples];

@@ -2,18 +2,18 @@
 
 use super::{Stop, deliver};
 use crate::derive::Observer;
-use crate::feed::{EventMark, Feed, Level, NoticeLine, ObserverSettings, StatePoint};
+use crate::feed::{EventMark, Feed, Level, NoticeLine, ObserverSettings};
 use crate::source::outlet::Outlet;
 use crate::source::stream::Stream;
-use crate::source::told;
-use grip_daemon::State;
-use grip_daemon::clients::convert;
-use grip_link::message::{DeviceState, FaultCode};
-use grip_record::{CsvError, CsvOptions, Recording, files, parse_csv};
-use grip_session::HostConfig;
+
 use grip_session::model::default_estimator;
 use grip_session::replay::pipeline_config;
 use grip_session::report::EventLog;
+use grip_session::{HostConfig, report::EventLine};
+
+use grip_record::{CsvError, CsvOptions, Recording, files, parse_csv};
+use slip_core::{PipelineState, units::Micros};
+
 use slip_core::{Sample, Step};
 use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
@@ -162,7 +162,7 @@ struct Tape {
     /// The median step of the first piece (us), by which gaps are told.
     step_us: u64,
     last_us: Option<u64>,
-    told: Option<StatePoint>,
+    told: Option<PipelineState>,
     rate_hz: u32,
 }
 
@@ -240,12 +240,18 @@ impl Tape {
         self.waiting += 1;
         let Some(step) = self.stream.push(sample, taxels) else { return };
         let lines = self.log.lines(&step);
-        let slips = lines.iter().flatten().filter_map(|line| convert::slip(0, line));
-        let marks: Vec<EventMark> = slips.map(|slip| told::slip(&slip)).collect();
+        let marks: Vec<EventMark> = lines
+            .iter()
+            .flatten()
+            .filter_map(|line| match line {
+                EventLine::Slip(slip) => Some(EventMark::slip(slip)),
+                EventLine::Grip { .. } | EventLine::Health { .. } => None,
+            })
+            .collect();
         let state = self.state(sample, &step);
         let news_of_it = self.told.is_none_or(|told| {
             let changed = (told.scene, told.sensors) != (state.scene, state.sensors);
-            changed || state.t_s >= told.t_s + told::seconds(STATE_US)
+            changed || state.t >= told.t.plus(Micros(STATE_US))
         });
         if news_of_it {
             self.told = Some(state);
@@ -254,27 +260,11 @@ impl Tape {
         self.news.extend(marks.into_iter().map(Feed::Event));
     }
 
-    fn state(&self, sample: &Sample, step: &Step) -> StatePoint {
+    fn state(&self, sample: &Sample, step: &Step) -> PipelineState {
         let (features, estimate) = self.log.evidence();
-        let state = State {
-            t: step.t,
-            scene: step.scene,
-            grip: None,
-            statistic: step.statistic,
-            command: None,
-            applied_n: sample.normal_force_n,
-            esc: features.and_then(|features| features.esc_chosen),
-            estimate,
-            health: step.health,
-            reference_health: step.reference_health,
-            travel_health: step.travel_health,
-            pressure_health: step.pressure_health,
-            lost: 0,
-            rate_hz: self.rate_hz,
-            late_ms: None,
-        };
-        let message = convert::state(0, &state, DeviceState::Active, FaultCode::NONE);
-        StatePoint { device: None, ..told::state(&message) }
+        let esc = features.and_then(|features| features.esc_chosen);
+        let state = step.state(None, esc, estimate);
+        PipelineState { applied_n: sample.normal_force_n, rate_hz: self.rate_hz, ..state }
     }
 }
 

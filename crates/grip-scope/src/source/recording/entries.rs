@@ -1,23 +1,15 @@
 //! What an MCAP recording holds in, items for the model out.
 
 use crate::derive::Observer;
-use crate::feed::{
-    EscPoint, EventKind, EventMark, Feed, Level, NoticeLine, ObserverSettings, SlipFacts,
-    StatePoint,
-};
+use crate::feed::{EventKind, EventMark, Feed, Level, NoticeLine, ObserverSettings};
 use crate::source::stream::Stream;
 use crate::source::told;
-use grip_daemon::State;
-use grip_daemon::clients::convert;
-use grip_link::message::daemon::{Method, Reading};
-use grip_link::message::{DeviceState, FaultCode};
-use grip_record::mcap::{
-    ClientRecord, Entry, EventRecord, LinkRecord, PipelineRecord, Record, SampleRecord, StateRecord,
-};
+
 use grip_session::HostEstimator;
 use grip_session::model::{default_estimator, parse_estimator};
 use grip_session::recording::{MODEL_NAME, UNRECORDED, beginning};
-use slip_core::units::Newtons;
+
+use grip_record::mcap::{Entry, LinkRecord, PipelineRecord, Record, SampleRecord};
 
 /// Rows of a block.
 const BLOCK: usize = 2048;
@@ -54,9 +46,14 @@ impl Entries {
     fn record(&mut self, record: &Record<'_>) {
         match record {
             Record::Sample(row) => self.sample(row),
-            Record::State(state) => self.news.push(Feed::State(state_point(state))),
-            Record::Event(event) => self.news.extend(event_mark(event).map(Feed::Event)),
-            Record::Client(command) => self.mark(EventKind::Client, client_text(command)),
+            Record::State(state) => self.news.push(Feed::State(*state)),
+            Record::Event(event) => {
+                // What sensors do is seen in the states.
+                self.news.extend(event.slip().map(|slip| Feed::Event(EventMark::slip(&slip))));
+            }
+            Record::Client(command) => {
+                self.mark(EventKind::Client, format!("a client asks: {command}"))
+            }
             Record::Link(link) => self.link(link),
             Record::Pipeline(pipeline) => self.begin(pipeline),
             Record::Command(_) | Record::Wire(_) => {}
@@ -166,90 +163,13 @@ impl Entries {
     }
 }
 
-fn state_point(record: &StateRecord) -> StatePoint {
-    let state = State {
-        t: record.t,
-        scene: record.scene,
-        grip: record.grip,
-        statistic: record.statistic,
-        command: record.command_n.map(Newtons),
-        applied_n: record.applied_n,
-        esc: None,
-        estimate: None,
-        health: record.health,
-        reference_health: record.reference_health,
-        travel_health: record.travel_health,
-        pressure_health: record.pressure_health,
-        lost: record.lost,
-        rate_hz: record.rate_hz,
-        late_ms: record.late_ms,
-    };
-    let message = convert::state(0, &state, DeviceState::Active, FaultCode::NONE);
-    #[expect(clippy::cast_possible_truncation, reason = "shown with seven digits")]
-    let esc = record.esc_w.map(|value| EscPoint {
-        kind: Reading::Literal,
-        value: value as f32,
-        low: f32::NAN,
-        high: f32::NAN,
-        flags: if record.esc_informative { 0 } else { 1 << 2 },
-    });
-    StatePoint {
-        device: None,
-        estimate_n: record.estimate_n,
-        extrapolated: record.extrapolated,
-        esc,
-        ..told::state(&message)
-    }
-}
-
-/// The mark of a slip; what sensors do is seen in the states.
-fn event_mark(record: &EventRecord<'_>) -> Option<EventMark> {
-    let kind = match (record.kind, record.phase) {
-        ("slip", "gross") => EventKind::Gross,
-        ("slip", _) => EventKind::Incipient,
-        ("slip_end", _) => EventKind::Ended,
-        _ => return None,
-    };
-    let known = |value: f32| Some(value).filter(|value| !value.is_nan());
-    #[expect(clippy::cast_possible_truncation, reason = "shown with seven digits")]
-    let known_long = |value: f64| known(value as f32);
-    let method = (1..=3).map(Method::from_code).find(|method| method.name() == record.method);
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturates")]
-    let count = known(record.irregularities).map(|count| count as u32);
-    let facts = SlipFacts {
-        method,
-        statistic: known(record.statistic),
-        confidence: known(record.confidence),
-        speed_m_s: known(record.speed_m_s),
-        speed_sigma_m_s: known(record.speed_sigma_m_s),
-        speed_source: None,
-        moved_m: known(record.moved_m),
-        irregularities: count,
-        esc_w: known_long(record.esc_w),
-        estimate_n: known(record.estimate_n),
-        command_n: known(record.command_n),
-        duration_s: known_long(record.duration_s),
-    };
-    let text = told::slip_text(kind, &facts);
-    Some(EventMark { t_s: record.t_s, kind, text, slip: Some(facts) })
-}
-
-fn client_text(command: &ClientRecord) -> String {
-    match command {
-        ClientRecord::AtLeast(force_n) => format!("a client asks for at least {force_n} N"),
-        ClientRecord::Release => "a client lets go".to_owned(),
-        ClientRecord::Grasp => "a client lets the fingers close".to_owned(),
-        ClientRecord::Stop => "a client stops the gripper".to_owned(),
-        ClientRecord::ClearFault(code) => format!("a client clears fault {code:04x}"),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::Entries;
     use crate::feed::Feed;
-    use grip_record::mcap::{ClientRecord, Record, SampleRecord};
-    use slip_core::{Sample, units::Micros};
+    use grip_record::mcap::{Record, SampleRecord};
+
+    use slip_core::{ClientCommand, Sample, units::Micros};
 
     #[test]
     fn what_happened_before_a_long_gap_or_another_start_is_told_before_the_rows_behind_it() {
@@ -258,7 +178,7 @@ mod tests {
             for (index, time_us) in [(0, 5), (1, next_us)] {
                 let sample = Sample::stylus(Micros(time_us), 1e-6);
                 entries.record(&Record::Sample(SampleRecord { index, sample, taxels: &[] }));
-                entries.record(&Record::Client(ClientRecord::Release));
+                entries.record(&Record::Client(ClientCommand::Release));
             }
             let kinds: Vec<&str> = entries
                 .take()

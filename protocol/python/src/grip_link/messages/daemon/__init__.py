@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from .codes import (
+    Causes,
     DroppedClass,
     EscKind,
     Goodbye,
@@ -28,7 +29,7 @@ from .rows import Row, Rows
 from .texts import Notice, Welcome
 
 __all__ = [
-    "Command", "DroppedClass", "EscKind", "Goodbye", "GripStage", "Gripper", "Health", "LinkState", "Method", "Notice",
+    "Causes", "Command", "DroppedClass", "EscKind", "Goodbye", "GripStage", "Gripper", "Health", "LinkState", "Method", "Notice",
     "NoticeKind", "Operation", "Phase", "RealTime", "Recording", "Row", "RowSet", "Rows", "Scene", "Sensor", "SensorHealth",
     "Slip", "SpeedSource", "State", "Subscribe", "Topics", "Welcome", "WelcomeFlags",
 ]  # fmt: skip

@@ -90,6 +90,8 @@ class SensorHealth(OpenCode):
     LOST = 7
     DOUBTED = 8
     COARSE = 9
+    LATE = 10
+    UNCOUPLED = 11
 
 
 class LinkState(OpenCode):
@@ -157,6 +159,16 @@ class Operation(IntEnum):
     GRASP = 3
     STOP = 4
     CLEAR_FAULT = 5
+
+
+class Causes(IntFlag):
+    """Causes of an alarm other than a slip."""
+
+    KNOCK = 1
+    MOTION = 2
+    GRIP_CHANGE = 4
+    CLOSING = 8
+    ARM_STOP = 16
 
 
 class Topics(IntFlag):

@@ -9,10 +9,11 @@ from typing import Any
 
 from ..codes import DeviceState
 from ..wire import BadValue, pack, unpack
-from .codes import EscKind, GripStage, LinkState, Method, Phase, Recording, Scene, SensorHealth, SpeedSource
+from .codes import Causes, EscKind, GripStage, LinkState, Method, Phase, Recording, Scene, SensorHealth, SpeedSource
 
 NOT_KNOWN = 0xFFFFFFFF
-_SLIP = struct.Struct("<IQQBBBBfffffIffBBHfff")
+_SLIP = struct.Struct("<IQQBBBBfffffIffBBBBfff")
+_CERTIFIED = struct.Struct("<f")
 _STATE = struct.Struct("<QQBBBBBBBBHBBfffffIQ")
 _LATE = struct.Struct("<f")
 _HEALTH = struct.Struct("<QfQQIIIIIIQQIHBBfffQQQQQIIQ")
@@ -37,7 +38,7 @@ def _finite(layout: struct.Struct, payload: bytes, start: int = 0) -> tuple[Any,
 
 @dataclass(frozen=True)
 class Slip:
-    """SLIP (A1), 72 bytes: a slip was noticed, became gross, or ended."""
+    """SLIP (A1), 76 bytes, 72 where it is not certified: a slip was noticed, became gross, or ended."""
 
     number: int
     device_us: int
@@ -63,24 +64,32 @@ class Slip:
     esc_flags: int
     notes: int
     """b0 E_sc depends on the surface, b1 the estimate is extrapolated."""
+    ruled_out: Causes
+    """Causes other than a slip that were ruled out ..."""
+    possible: Causes
+    """... and those that were not; one in neither could not be judged."""
     estimate: float
     """N"""
     command: float
     """N"""
     duration: float
     """s"""
+    certified: float | None = None
+    """s, interval that the slip is certified with; None where it is not."""
 
     @classmethod
     def parse(cls, payload: bytes) -> Slip:
         """Reads a payload; raises PayloadError."""
         v = _finite(_SLIP, payload)
-        values: list[Any] = [*v[:3], Phase(v[3]), Method(v[4]), SpeedSource(v[5]), EscKind(v[6]), *v[7:17], *v[18:]]
+        values: list[Any] = [*v[:3], Phase(v[3]), Method(v[4]), SpeedSource(v[5]), EscKind(v[6]), *v[7:17], Causes(v[17]), Causes(v[18]), *v[19:]]
+        if len(payload) >= _SLIP.size + _CERTIFIED.size:
+            values += _finite(_CERTIFIED, payload, _SLIP.size)
         return cls(*values)
 
     def pack(self) -> bytes:
         """The payload; raises PayloadError."""
-        v = astuple(self)
-        return pack(_SLIP, *v[:17], 0, *v[17:])
+        *first, certified = astuple(self)
+        return pack(_SLIP, *first) + (b"" if certified is None else pack(_CERTIFIED, certified))
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-//! Fields in order in, payload bytes out, and back: the two cursors that all messages use.
+//! The two cursors that all messages use: fields in order, little-endian.
 
 use thiserror::Error;
 
@@ -37,64 +37,107 @@ pub enum PayloadError {
 
 /// Reads fields one after the other.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Reader<'a> {
+pub struct Reader<'a> {
     bytes: &'a [u8],
     at: usize,
 }
 
 impl<'a> Reader<'a> {
-    pub(crate) const fn new(bytes: &'a [u8]) -> Self {
+    /// From the first byte.
+    #[must_use]
+    pub const fn new(bytes: &'a [u8]) -> Self {
         Self { bytes, at: 0 }
     }
 
-    pub(crate) const fn at_offset(bytes: &'a [u8], at: usize) -> Self {
+    /// From byte `at`.
+    #[must_use]
+    pub const fn at_offset(bytes: &'a [u8], at: usize) -> Self {
         Self { bytes, at }
     }
 
-    pub(crate) fn take<const N: usize>(&mut self) -> Result<[u8; N], PayloadError> {
+    /// The next `N` bytes.
+    ///
+    /// # Errors
+    /// [`PayloadError::Short`].
+    pub fn take<const N: usize>(&mut self) -> Result<[u8; N], PayloadError> {
         let need = self.at.saturating_add(N);
         let found = self.bytes.get(self.at..).and_then(|rest| rest.first_chunk::<N>());
         self.at = need;
         found.copied().ok_or(PayloadError::Short { need, have: self.bytes.len() })
     }
 
-    pub(crate) fn slice(&mut self, len: usize) -> Result<&'a [u8], PayloadError> {
+    /// The next `len` bytes.
+    ///
+    /// # Errors
+    /// [`PayloadError::Short`].
+    pub fn slice(&mut self, len: usize) -> Result<&'a [u8], PayloadError> {
         let need = self.at.saturating_add(len);
         let found = self.bytes.get(self.at..need);
         self.at = need;
         found.ok_or(PayloadError::Short { need, have: self.bytes.len() })
     }
 
-    pub(crate) fn u8(&mut self) -> Result<u8, PayloadError> {
+    /// The next byte.
+    ///
+    /// # Errors
+    /// [`PayloadError::Short`].
+    pub fn u8(&mut self) -> Result<u8, PayloadError> {
         self.take::<1>().map(|[byte]| byte)
     }
 
-    pub(crate) fn u16(&mut self) -> Result<u16, PayloadError> {
+    /// A u16.
+    ///
+    /// # Errors
+    /// [`PayloadError::Short`].
+    pub fn u16(&mut self) -> Result<u16, PayloadError> {
         self.take().map(u16::from_le_bytes)
     }
 
-    pub(crate) fn u32(&mut self) -> Result<u32, PayloadError> {
+    /// A u32.
+    ///
+    /// # Errors
+    /// [`PayloadError::Short`].
+    pub fn u32(&mut self) -> Result<u32, PayloadError> {
         self.take().map(u32::from_le_bytes)
     }
 
-    pub(crate) fn u64(&mut self) -> Result<u64, PayloadError> {
+    /// A u64.
+    ///
+    /// # Errors
+    /// [`PayloadError::Short`].
+    pub fn u64(&mut self) -> Result<u64, PayloadError> {
         self.take().map(u64::from_le_bytes)
     }
 
-    pub(crate) fn i64(&mut self) -> Result<i64, PayloadError> {
+    /// An i64.
+    ///
+    /// # Errors
+    /// [`PayloadError::Short`].
+    pub fn i64(&mut self) -> Result<i64, PayloadError> {
         self.take().map(i64::from_le_bytes)
     }
 
-    pub(crate) fn i32(&mut self) -> Result<i32, PayloadError> {
+    /// An i32.
+    ///
+    /// # Errors
+    /// [`PayloadError::Short`].
+    pub fn i32(&mut self) -> Result<i32, PayloadError> {
         self.take().map(i32::from_le_bytes)
     }
 
-    pub(crate) fn f32(&mut self) -> Result<f32, PayloadError> {
+    /// An f32.
+    ///
+    /// # Errors
+    /// [`PayloadError::Short`].
+    pub fn f32(&mut self) -> Result<f32, PayloadError> {
         self.take().map(f32::from_le_bytes)
     }
 
     /// Reads a number where NaN stands for none; an infinite one is refused.
-    pub(crate) fn maybe(&mut self) -> Result<Option<f32>, PayloadError> {
+    ///
+    /// # Errors
+    /// [`PayloadError::Short`] or [`PayloadError::Value`].
+    pub fn maybe(&mut self) -> Result<Option<f32>, PayloadError> {
         let at = self.at;
         let value = self.f32()?;
         if value.is_infinite() {
@@ -104,16 +147,25 @@ impl<'a> Reader<'a> {
     }
 
     /// Reads a count of bytes, then as many of text.
-    pub(crate) fn text(&mut self) -> Result<&'a [u8], PayloadError> {
+    ///
+    /// # Errors
+    /// [`PayloadError::Short`].
+    pub fn text(&mut self) -> Result<&'a [u8], PayloadError> {
         let len = self.u8()?;
         self.slice(usize::from(len))
     }
 
+    /// Bytes that are left.
+    #[must_use]
+    pub const fn rest(&self) -> usize {
+        self.bytes.len().saturating_sub(self.at)
+    }
+
     /// Reads a byte that `meaning` understands.
-    pub(crate) fn coded<T>(
-        &mut self,
-        meaning: impl Fn(u8) -> Option<T>,
-    ) -> Result<T, PayloadError> {
+    ///
+    /// # Errors
+    /// [`PayloadError::Short`] or [`PayloadError::Value`].
+    pub fn coded<T>(&mut self, meaning: impl Fn(u8) -> Option<T>) -> Result<T, PayloadError> {
         let at = self.at;
         let value = self.u8()?;
         meaning(value).ok_or(PayloadError::Value { at, value: i64::from(value) })
@@ -122,17 +174,21 @@ impl<'a> Reader<'a> {
 
 /// Writes fields one after the other.
 #[derive(Debug)]
-pub(crate) struct Writer<'a> {
+pub struct Writer<'a> {
     out: &'a mut [u8],
     at: usize,
 }
 
 impl<'a> Writer<'a> {
-    pub(crate) const fn new(out: &'a mut [u8]) -> Self {
+    /// Writes from the first byte of `out`.
+    #[must_use]
+    pub const fn new(out: &'a mut [u8]) -> Self {
         Self { out, at: 0 }
     }
 
-    pub(crate) fn put(mut self, bytes: &[u8]) -> Self {
+    /// Appends bytes.
+    #[must_use]
+    pub fn put(mut self, bytes: &[u8]) -> Self {
         let room = self.out.get_mut(self.at..).and_then(|free| free.get_mut(..bytes.len()));
         if let Some(room) = room {
             room.copy_from_slice(bytes);
@@ -141,46 +197,66 @@ impl<'a> Writer<'a> {
         self
     }
 
-    pub(crate) fn u8(self, value: u8) -> Self {
+    /// Appends a byte.
+    #[must_use]
+    pub fn u8(self, value: u8) -> Self {
         self.put(&[value])
     }
 
-    pub(crate) fn u16(self, value: u16) -> Self {
+    /// Appends a u16.
+    #[must_use]
+    pub fn u16(self, value: u16) -> Self {
         self.put(&value.to_le_bytes())
     }
 
-    pub(crate) fn u32(self, value: u32) -> Self {
+    /// Appends a u32.
+    #[must_use]
+    pub fn u32(self, value: u32) -> Self {
         self.put(&value.to_le_bytes())
     }
 
-    pub(crate) fn u64(self, value: u64) -> Self {
+    /// Appends a u64.
+    #[must_use]
+    pub fn u64(self, value: u64) -> Self {
         self.put(&value.to_le_bytes())
     }
 
-    pub(crate) fn i32(self, value: i32) -> Self {
+    /// Appends an i32.
+    #[must_use]
+    pub fn i32(self, value: i32) -> Self {
         self.put(&value.to_le_bytes())
     }
 
-    pub(crate) fn i64(self, value: i64) -> Self {
+    /// Appends an i64.
+    #[must_use]
+    pub fn i64(self, value: i64) -> Self {
         self.put(&value.to_le_bytes())
     }
 
-    pub(crate) fn f32(self, value: f32) -> Self {
+    /// Appends an f32.
+    #[must_use]
+    pub fn f32(self, value: f32) -> Self {
         self.put(&value.to_le_bytes())
     }
 
     /// A number, NaN where there is none or it is not finite.
-    pub(crate) fn maybe(self, value: Option<f32>) -> Self {
+    #[must_use]
+    pub fn maybe(self, value: Option<f32>) -> Self {
         self.f32(value.filter(|value| value.is_finite()).unwrap_or(f32::NAN))
     }
 
     /// A count of bytes and the text: at most 255 bytes, cut where it is longer.
-    pub(crate) fn text(self, text: &[u8]) -> Self {
+    #[must_use]
+    pub fn text(self, text: &[u8]) -> Self {
         let text = text.get(..usize::from(u8::MAX)).unwrap_or(text);
         self.u8(u8::try_from(text.len()).unwrap_or(u8::MAX)).put(text)
     }
 
-    pub(crate) fn finish(self) -> Result<usize, PayloadError> {
+    /// How many bytes were written.
+    ///
+    /// # Errors
+    /// [`PayloadError::Full`].
+    pub fn finish(self) -> Result<usize, PayloadError> {
         if self.at <= self.out.len() {
             Ok(self.at)
         } else {

@@ -1,0 +1,180 @@
+//! Energies of stylus and reference in motion in; whether the stylus follows the reference, and how late one of them is, out.
+//!
+//! ```text
+//! x = ln(1 + energy of the stylus over its quiet floor)      y = ln(1 + floor that the gate adds for the reference)
+//! rho_k = mean(x_t y_(t-k)) / sqrt(mean(x^2) mean(y^2))      each less its mean of 0.2 s, over blocks of 5 ms, |k| <= 20, forgotten by e in 30 s of motion
+//! ```
+//!
+//! Motion comes and goes, and resonances beat: the two logarithms rise and fall together where both sensors are on one
+//! robot. The highest rho_k within [`NEAR`] blocks is a reference in time, elsewhere one that is late or early, and
+//! where no rho_k is high it shows another robot's motion, or what the stylus does not feel. Blocks at rest and in
+//! alarms are left out, so that holding costs nothing and slips teach nothing. It takes [`LEAST_S`] of motion.
+
+use super::{
+    config::{BANDS, FIRST_OCTAVE},
+    lanes::samples,
+};
+
+/// Length of a block (ms).
+const BLOCK_MS: f32 = 5.0;
+/// Largest shift that is looked at (blocks).
+const MOST: usize = 20;
+const SHIFTS: usize = 2 * MOST + 1;
+/// Shifts that the gate allows for (blocks).
+const NEAR: usize = 1;
+/// Time in which what was seen is forgotten by e (s), and motion before anything is said (s).
+const MEMORY_S: f32 = 30.0;
+const LEAST_S: f32 = 10.0;
+/// Time constant of the means (s): motion that comes and goes by turns of seconds would need minutes to be told from another robot's.
+const MEAN_S: f32 = 0.2;
+/// A correlation that shows one robot, and one below which there is none.
+const FOLLOWS: f32 = 0.4;
+const NONE: f32 = 0.3;
+/// Time for which another relation must show (s).
+const AGREED_S: f32 = 2.5;
+/// Least variance of the logarithm of the reference that says anything.
+const LEAST_VARIANCE: f32 = 0.3;
+
+/// What the stylus shows of the motion that the reference shows.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) enum Relation {
+    /// It follows in time, or too little was seen.
+    #[default]
+    Near,
+    /// It follows late or early.
+    Shifted,
+    /// It does not follow.
+    None,
+}
+
+/// The correlations and their memory.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Correlation {
+    block_len: u32,
+    share: f32,
+    mean_share: f32,
+    least: u32,
+    /// The block that is being filled.
+    filled: u32,
+    sums: [f32; 2],
+    /// Blocks so far, saturating at `least`, and in this stretch of motion.
+    seen: u32,
+    in_stretch: u32,
+    means: [f32; 2],
+    variances: [f32; 2],
+    /// The last blocks of stylus and reference, less their means, the newest first.
+    past: [[f32; MOST + 1]; 2],
+    products: [f32; SHIFTS],
+    relation: Relation,
+    /// Blocks for which another relation has shown.
+    agreed: u32,
+    agreed_len: u32,
+}
+
+impl Correlation {
+    /// Nothing is known yet; energies come every `block_s` (s).
+    pub(super) fn new(block_s: f32) -> Self {
+        let block_len = samples(BLOCK_MS, 1.0 / block_s).max(1);
+        #[expect(clippy::cast_precision_loss, reason = "at most 100")]
+        let block_s = block_s * block_len as f32;
+        Self {
+            block_len,
+            share: block_s / MEMORY_S,
+            mean_share: -libm::expm1f(-block_s / MEAN_S),
+            least: samples(1e3 * LEAST_S, 1.0 / block_s),
+            filled: 0,
+            sums: [0.0; 2],
+            seen: 0,
+            in_stretch: 0,
+            means: [0.0; 2],
+            variances: [0.0; 2],
+            past: [[0.0; MOST + 1]; 2],
+            products: [0.0; SHIFTS],
+            relation: Relation::Near,
+            agreed: 0,
+            agreed_len: samples(1e3 * AGREED_S, 1.0 / block_s),
+        }
+    }
+
+    /// What is known of the two.
+    #[inline]
+    pub(super) fn relation(&self) -> Relation {
+        self.relation
+    }
+
+    /// The next block does not follow the last one.
+    pub(super) fn interrupt(&mut self) {
+        (self.filled, self.in_stretch, self.sums) = (0, 0, [0.0; 2]);
+    }
+
+    /// Takes the energy of each band over its quiet floor and the floor that the gate makes of the reference.
+    #[inline]
+    pub(super) fn step(&mut self, energy: &[f32; BANDS], floor: &[f32; BANDS]) {
+        for b in FIRST_OCTAVE..BANDS {
+            self.sums[0] += energy[b];
+            self.sums[1] += floor[b] - 1.0;
+        }
+        self.filled += 1;
+        if self.filled >= self.block_len {
+            self.end_block();
+        }
+    }
+
+    #[inline(never)]
+    fn end_block(&mut self) {
+        #[expect(clippy::cast_precision_loss, reason = "at most 100")]
+        let per_block = 1.0 / self.filled as f32;
+        let logs = self.sums.map(|sum| libm::logf(1.0 + (sum * per_block).clamp(0.0, 1e30)));
+        (self.filled, self.sums) = (0, [0.0; 2]);
+        self.seen = self.seen.saturating_add(1).min(self.least);
+        self.in_stretch = self.in_stretch.saturating_add(1);
+        #[expect(clippy::cast_precision_loss, reason = "at most some thousand")]
+        let share = self.share.max(1.0 / self.seen as f32);
+        for (i, log) in logs.into_iter().enumerate() {
+            self.means[i] += self.mean_share * (log - self.means[i]);
+            let off = log - self.means[i];
+            self.variances[i] += share * (off * off - self.variances[i]);
+            self.past[i].rotate_right(1);
+            self.past[i][0] = off;
+        }
+        if self.in_stretch as usize <= MOST {
+            return;
+        }
+        let [x, y] = &self.past;
+        for (k, product) in self.products.iter_mut().enumerate() {
+            // k = 0: the reference is MOST blocks late.
+            let (x, y) = if k < MOST { (x[MOST - k], y[0]) } else { (x[0], y[k - MOST]) };
+            *product += share * (x * y - *product);
+        }
+        if self.seen >= self.least {
+            self.judge();
+        }
+    }
+
+    fn judge(&mut self) {
+        let [x, y] = self.variances;
+        if y < LEAST_VARIANCE {
+            return;
+        }
+        let (mut best, mut shift) = (f32::MIN, 0);
+        for (k, product) in self.products.iter().enumerate() {
+            if *product > best {
+                (best, shift) = (*product, k.abs_diff(MOST));
+            }
+        }
+        let correlation = best / libm::sqrtf(x * y).max(f32::MIN_POSITIVE);
+        let seems = if correlation < NONE {
+            Relation::None
+        } else if correlation < FOLLOWS {
+            self.relation
+        } else if shift <= NEAR {
+            Relation::Near
+        } else {
+            Relation::Shifted
+        };
+        self.agreed = if seems == self.relation { 0 } else { self.agreed + 1 };
+        if self.agreed >= self.agreed_len {
+            (self.relation, self.agreed) = (seems, 0);
+        }
+    }
+}

@@ -1,0 +1,158 @@
+//! References that are dead, late, or another robot's: noticed, and not worse than none.
+
+use slip_core::{
+    Pipeline, PipelineConfig, Sample, Signal, SlipEvent,
+    health::SensorHealth,
+    units::{Hertz, Micros},
+};
+
+const RATE_HZ: f32 = 2000.0;
+
+fn noise(seed: u32) -> impl FnMut() -> f32 {
+    let mut state = seed;
+    move || {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        3.46 * (f64::from(state) / f64::from(u32::MAX) - 0.5) as f32
+    }
+}
+
+/// The motion of a robot: two resonances, on and off by turns of 0.3 to 2 s; deviation 30 while it moves.
+fn robot(seed: u32, len: usize) -> Vec<f32> {
+    let (mut drive, mut turns) = (noise(seed), noise(seed ^ 0x5555));
+    let modes = [(60.0, 0.05), (310.0, 0.03)].map(|(hz, damping)| {
+        let w = core::f32::consts::TAU * hz / RATE_HZ;
+        let pole = (-damping * w).exp();
+        (2.0 * pole * w.cos(), pole * pole, damping * w)
+    });
+    let (mut past, mut level, mut aim, mut left) = ([[0.0_f32; 2]; 2], 0.0_f32, 0.0, 0_u32);
+    // The first second is rest.
+    (0..len)
+        .map(|i| {
+            if left == 0 && i > RATE_HZ as usize {
+                left = ((1.1 + 0.5 * turns()) * RATE_HZ).max(0.3 * RATE_HZ) as u32;
+                aim = if aim > 0.0 { 0.0 } else { 30.0 };
+            }
+            left = left.saturating_sub(1);
+            level += (aim - level) / (0.03 * RATE_HZ);
+            let mut sum = 0.0;
+            for ((a, b, gain), past) in modes.iter().zip(&mut past) {
+                let x = a * past[0] - b * past[1] + drive();
+                *past = [x, past[0]];
+                sum += 1.4 * gain.sqrt() * x;
+            }
+            level * sum
+        })
+        .collect()
+}
+
+struct Seen {
+    /// Samples in alarm.
+    alarmed: usize,
+    alarms: Vec<usize>,
+    healths: Vec<(f32, SensorHealth)>,
+}
+
+/// Alarms and changes of health of 100 s; a slip of 0.1 s with 5 times the noise begins every 5 s. `reference` makes the channel of the motion.
+fn play(motion: &[f32], reference: impl Fn(usize) -> Option<f32>) -> Seen {
+    let config = PipelineConfig::observing(Signal::Vibration, Hertz(RATE_HZ));
+    let mut pipeline = Pipeline::<&[f32]>::new(config, None).unwrap();
+    let (mut own, mut slip, mut beside) = (noise(1), noise(2), noise(3));
+    let mut seen = Seen { alarmed: 0, alarms: Vec::new(), healths: Vec::new() };
+    let (mut health, mut slips) = (SensorHealth::Good, false);
+    for (i, moves) in motion.iter().enumerate() {
+        let (slides, noise) = (i > 10_000 && i % 10_000 < 200, beside());
+        let stylus = own() + moves + if slides { 5.0 * slip() } else { 0.0 };
+        let step = pipeline.handle(&Sample {
+            reference: reference(i).map(|r| if r == 0.0 { 0.0 } else { r + noise }),
+            ..Sample::stylus(Micros(500 * (i as u64 + 1)), stylus)
+        });
+        match step.event {
+            Some(SlipEvent::Slip { first: true, .. }) => (slips, _) = (true, seen.alarms.push(i)),
+            Some(SlipEvent::Ended { .. }) => slips = false,
+            _ => {}
+        }
+        seen.alarmed += usize::from(slips);
+        if step.sensors[3] != health {
+            health = step.sensors[3];
+            seen.healths.push((i as f32 / RATE_HZ, health));
+        }
+    }
+    seen
+}
+
+const LEN: usize = 200_000;
+
+fn shifted(motion: &[f32], i: usize, ms: isize) -> Option<f32> {
+    let at = i.saturating_add_signed(-2 * ms).min(motion.len() - 1);
+    Some(1.2 * motion[at] + 1e-3)
+}
+
+#[test]
+fn a_sound_reference_stays_good() {
+    for seed in [1, 2, 3] {
+        let motion = robot(seed, LEN);
+        let (sound, none) = (play(&motion, |i| shifted(&motion, i, 0)), play(&motion, |_| None));
+        assert_eq!(sound.healths, []);
+        assert!(4 * sound.alarmed < none.alarmed, "{} of {}", sound.alarmed, none.alarmed);
+    }
+}
+
+#[test]
+fn a_constant_or_missing_reference_is_told_and_is_as_none() {
+    let motion = robot(1, LEN);
+    let none = play(&motion, |_| None);
+    assert!(none.healths.is_empty(), "there has never been one");
+    let constant = play(&motion, |_| Some(0.0));
+    assert_eq!(constant.alarms, none.alarms);
+    assert_eq!(constant.healths.len(), 1);
+    assert_eq!(constant.healths[0].1, SensorHealth::Frozen);
+    for dies in [Some(0.0), None] {
+        let seen = play(&motion, |i| if i < 40_000 { shifted(&motion, i, 0) } else { dies });
+        let after = |alarms: &[usize]| alarms.iter().filter(|i| **i > 42_000).count();
+        assert_eq!(after(&seen.alarms), after(&none.alarms));
+        let [(at_s, health)] = seen.healths[..] else { panic!("{:?}", seen.healths) };
+        let wanted = if dies.is_some() { SensorHealth::Frozen } else { SensorHealth::Lost };
+        assert!(health == wanted && at_s < 20.3, "{at_s}");
+    }
+}
+
+#[test]
+fn a_late_or_early_reference_is_told_and_blinds_less_than_it_helps() {
+    let motion = robot(2, LEN);
+    let none = play(&motion, |_| None).alarmed;
+    for ms in [15, 20, 50, 90, -15, -50] {
+        let seen = play(&motion, |i| shifted(&motion, i, ms));
+        let [(at_s, SensorHealth::Late)] = seen.healths[..] else {
+            panic!("{ms} ms: {:?}", seen.healths)
+        };
+        assert!(at_s < 80.0, "{ms} ms: told after {at_s} s");
+        assert!(seen.alarmed < none, "{ms} ms: {} of {none}", seen.alarmed);
+    }
+    let mends = play(&motion, |i| shifted(&motion, i, if i < 60_000 { 40 } else { 0 }));
+    let healths: Vec<_> = mends.healths.iter().map(|(_, health)| *health).collect();
+    assert_eq!(healths, [SensorHealth::Late, SensorHealth::Good]);
+}
+
+#[test]
+fn the_reference_of_another_robot_is_told_and_is_then_as_none() {
+    for seed in [3, 4, 5] {
+        let (motion, other) = (robot(seed, LEN), robot(seed + 50, LEN));
+        let none = play(&motion, |_| None);
+        let seen = play(&motion, |i| shifted(&other, i, 0));
+        let [(at_s, SensorHealth::Uncoupled)] = seen.healths[..] else {
+            panic!("{:?}", seen.healths)
+        };
+        assert!(at_s < 60.0, "told after {at_s} s");
+        let from = ((at_s + 1.0) * RATE_HZ) as usize;
+        let after = |alarms: &[usize]| alarms.iter().filter(|i| **i > from).count();
+        assert_eq!(after(&seen.alarms), after(&none.alarms));
+    }
+    // A stylus that feels nothing of what the reference shows: the slips are those of a robot at rest.
+    let (still, other) = (vec![0.0; LEN], robot(7, LEN));
+    let seen = play(&still, |i| shifted(&other, i, 0));
+    let [(at_s, SensorHealth::Uncoupled)] = seen.healths[..] else { panic!("{:?}", seen.healths) };
+    let from = ((at_s + 1.0) * RATE_HZ) as usize;
+    let after = |alarms: &[usize]| alarms.iter().filter(|i| **i > from).count();
+    assert_eq!(after(&seen.alarms), after(&play(&still, |_| None).alarms));
+    assert!(at_s < 60.0 && after(&seen.alarms) >= 8, "{at_s} s, {:?}", seen.alarms);
+}
