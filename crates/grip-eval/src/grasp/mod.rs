@@ -94,8 +94,10 @@ impl Bench {
         let truth = outcome.truth;
         let config = scene.config();
         let lift_s = 1e-3 * config.drive.approach_ms + config.lift_at_s;
+        // An object that was never gripped has not been held.
+        let dropped = truth.dropped() || !truth.lifted();
         // What fell early would have needed what was still to come.
-        let needed_n = if truth.dropped() {
+        let needed_n = if dropped {
             let hold_s = (self.duration.as_seconds() - lift_s).max(0.0);
             scene.force_needed_n(hold_s).max(truth.force_needed_n)
         } else {
@@ -103,7 +105,7 @@ impl Bench {
         };
         let limit_n = config.drive.force_max_n.min(f64::from(self.config.grip.f_max_n));
         let holdable =
-            truth.dropped().then(|| could_be_held(scene, &way.sensors.settings(&self.config)));
+            dropped.then(|| could_be_held(scene, &way.sensors.settings(&self.config)));
         GraspResult {
             kind: "grasp",
             scene: config.name.clone(),
@@ -112,7 +114,7 @@ impl Bench {
             stress: way.stress.name,
             seed: config.seed,
             held: outcome.held(),
-            dropped: truth.dropped(),
+            dropped,
             crushed: truth.crushed,
             holdable,
             roomy: needed_n <= 0.7 * scene.object().crush_n && 1.2 * needed_n <= limit_n,

@@ -171,9 +171,7 @@ fn command(action: ClientCommand, token: u32) -> Command {
         ClientCommand::Release => Command { token, ..plain(Operation::Release) },
         ClientCommand::Grasp => plain(Operation::Grasp),
         ClientCommand::Stop => plain(Operation::Stop),
-        ClientCommand::ClearFault(fault) => {
-            Command { fault: fault, ..plain(Operation::ClearFault) }
-        }
+        ClientCommand::ClearFault(fault) => Command { fault, ..plain(Operation::ClearFault) },
     }
 }
 
