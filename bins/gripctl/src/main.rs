@@ -10,6 +10,7 @@ use grip_eval::{
     calibrate::CalibrationError, collect::CollectError, profile::ProfileError, score::ScoreError,
 };
 use grip_port::PortError;
+use grip_record::NpzError;
 use grip_session::exit::{self, Exit};
 use grip_sim::port::is_scene_error;
 use mlp::train::DataSetError;
@@ -59,6 +60,7 @@ fn is_argument(error: &(dyn core::error::Error + 'static)) -> bool {
     is_scene_error(error)
         || matches!(error.downcast_ref(), Some(PortError::Argument(_)))
         || error.is::<DataSetError>()
+        || error.is::<NpzError>()
         || error.is::<ScoreError>()
         || error.is::<CollectError>()
         || error.is::<ProfileError>()

@@ -296,21 +296,6 @@ pub enum CsvError {
     },
 }
 
-impl CsvError {
-    /// Whether the mistake is in `--map` or `--rate`, which are checked where the file is read, and so is whether one is missing.
-    #[must_use]
-    pub fn is_argument(&self) -> bool {
-        matches!(
-            self,
-            Self::UnknownMapName { .. }
-                | Self::MapColumnAbsent { .. }
-                | Self::MapRepeated { .. }
-                | Self::BadRate { .. }
-                | Self::TooManyAxes { .. }
-        )
-    }
-}
-
 fn list(names: &[String]) -> String {
     names.join(", ")
 }

@@ -3,7 +3,7 @@
 use crate::{config::HostConfigError, model::ModelError, tape::TapeError};
 use core::error::Error;
 use grip_record::{
-    CsvError, LabelError, NpzError, PhaseError,
+    CsvError, LabelError, PhaseError,
     mcap::{McapError, RecoverError},
 };
 use slip_core::ConfigError;
@@ -60,7 +60,6 @@ impl Exit {
 /// Recordings, labels and rows that cannot be read or used.
 fn is_input(error: &(dyn Error + 'static)) -> bool {
     error.is::<CsvError>()
-        || error.is::<NpzError>()
         || error.is::<McapError>()
         || error.is::<TapeError>()
         || error.is::<LabelError>()

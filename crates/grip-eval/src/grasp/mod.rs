@@ -104,8 +104,7 @@ impl Bench {
             truth.force_needed_n
         };
         let limit_n = config.drive.force_max_n.min(f64::from(self.config.grip.f_max_n));
-        let holdable =
-            dropped.then(|| could_be_held(scene, &way.sensors.settings(&self.config)));
+        let holdable = dropped.then(|| could_be_held(scene, &way.sensors.settings(&self.config)));
         GraspResult {
             kind: "grasp",
             scene: config.name.clone(),

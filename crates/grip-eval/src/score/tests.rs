@@ -154,8 +154,8 @@ fn chance_finds_nothing_where_alarms_are_few_and_recordings_long() {
 }
 
 #[test]
-fn a_recording_that_cannot_be_used_is_for_the_caller_to_correct() {
-    let exit = |error| Exit::of(&ScoreError::Recording(error));
-    assert_eq!(exit(CsvError::BadRate { rate_hz: 0.0 }), Exit::WrongArguments);
-    assert_eq!(exit(CsvError::Empty { file: "x".into() }), Exit::WrongArguments);
+fn a_recording_that_cannot_be_used_is_the_callers_to_correct() {
+    for error in [CsvError::BadRate { rate_hz: 0.0 }, CsvError::Empty { file: "x".into() }] {
+        assert_eq!(Exit::of(&ScoreError::Recording(error)), Exit::WrongArguments);
+    }
 }
