@@ -4,8 +4,6 @@ mod command;
 mod deploy;
 mod recordings;
 
-pub(crate) use deploy::Selection;
-
 use super::{
     checked, clock,
     status::{

@@ -11,7 +11,6 @@ use grip_fleet::live::Topic;
 use grip_link::message::daemon::RealTime;
 use grip_record::mcap::Record;
 use grip_session::report::EventLine;
-use grip_session::report::{EventLine, EvidenceFields};
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::{Value, json};
 use slip_core::{Sample, SlipReport, units::Micros};

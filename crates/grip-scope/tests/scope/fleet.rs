@@ -14,6 +14,7 @@ use grip_scope::{
     Channel, EventKind, FleetHandle, FleetPlace, GripperAt, Model, Network, SourceSpec,
     SourceStatus,
 };
+use slip_core::units::Micros;
 use std::net::TcpListener;
 use std::path::Path;
 

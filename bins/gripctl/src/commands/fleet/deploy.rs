@@ -9,7 +9,7 @@ use crate::{
 use anyhow::{Context as _, anyhow};
 use core::time::Duration;
 use grip_fleet::{
-    Member, Selector, Site, Uid,
+    Member,
     deploy::{digest, examine},
     net::{Deployer, Happening, Session, members},
     rollout::{Counts, JudgeConfig, Progress, Report, RolloutConfig},
