@@ -59,7 +59,6 @@ pub fn widest_gap(heights_m: &[f32], low_m: f32, high_m: f32) -> f32 {
 
 #[cfg(test)]
 mod tests {
-    extern crate std;
     use super::{irregularities, turns, widest_gap};
     use slip_core::irregularity::{SpatialLowPass, TurnKind};
 

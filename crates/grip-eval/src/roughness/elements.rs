@@ -96,7 +96,6 @@ impl Elements {
 
 #[cfg(test)]
 mod tests {
-    extern crate std;
     use super::Elements;
 
     fn width(heights: &[f64], threshold: f64, narrowest: f64) -> Option<(f64, u32)> {

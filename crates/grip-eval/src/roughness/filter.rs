@@ -173,7 +173,6 @@ fn add<'a, 'b>(
 
 #[cfg(test)]
 mod tests {
-    extern crate std;
     use super::{ALPHA, BOX, FilterKind, ProfileFilter};
     use core::f64::consts::{PI, TAU};
 

@@ -18,7 +18,6 @@ pub fn noise_deviation(heights: &[f64], scratch: &mut [f64]) -> Option<f64> {
 
 #[cfg(test)]
 mod tests {
-    extern crate std;
     use super::noise_deviation;
 
     #[test]

@@ -78,7 +78,6 @@ fn mean_range(heights: &[f64], steps: f64) -> (f64, u32) {
 
 #[cfg(test)]
 mod tests {
-    extern crate std;
     use super::Roughness;
     use core::f64::consts::{PI, TAU};
 

@@ -88,7 +88,6 @@ impl Iterator for Hann {
 
 #[cfg(test)]
 mod tests {
-    extern crate std;
     use super::dominant_wavelength;
     use core::f64::consts::TAU;
 
