@@ -85,6 +85,7 @@ pub struct Seen {
 
 /// The slip that goes on.
 #[derive(Clone, Copy, Debug, Default)]
+#[expect(clippy::struct_excessive_bools, reason = "verdicts, each reached by itself")]
 struct Slip {
     from_m: Option<f32>,
     low_m: f32,
@@ -145,6 +146,7 @@ struct Window {
 
 /// What is known of both sensors.
 #[derive(Clone, Copy, Debug, Default)]
+#[expect(clippy::struct_excessive_bools, reason = "verdicts, each reached by itself")]
 pub struct CrossCheck {
     slip: Slip,
     /// Whether the travel has followed a slip of this object.

@@ -6,6 +6,7 @@ use grip_link::message::daemon::{
 };
 use grip_link::message::{DeviceState, FaultCode, Kind};
 use grip_scope::fleet::{FleetFeed, Heard, Member, Message, Roster, Uid};
+use slip_core::units::Micros;
 
 /// A gripper of a hall.
 #[expect(clippy::unwrap_used, reason = "part of a test")]
