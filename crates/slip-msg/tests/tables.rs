@@ -1,5 +1,7 @@
 //! The constants of Python, C and the message definitions are those of the tables: each of them, and no other.
 
+#![expect(clippy::unwrap_used, clippy::panic, reason = "a test")]
+
 #[expect(dead_code, reason = "its `main` prints")]
 #[path = "../examples/tables.rs"]
 mod printed;

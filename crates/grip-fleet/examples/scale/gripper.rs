@@ -9,6 +9,8 @@ use grip_fleet::{EventId, EventLog as KeptEvents, Member, Spool, Topic, Uid};
 use grip_link::frame::{self, Direction, Header, MAX_PAYLOAD, MAX_WIRE};
 use grip_link::message::Kind;
 use grip_link::message::daemon::{Gripper as Identity, Health, SlipReport};
+use grip_session::report::{EventLine, EventLog};
+use grip_session::{HostConfig, HostEstimator, model};
 use slip_core::units::Hertz;
 use slip_core::{Pipeline, PipelineConfig, Sample};
 use slip_core::{Signal, units::Micros};

@@ -177,8 +177,8 @@ impl Got {
         self.missing += missing;
         self.ids.entry(member.uid).or_default().push(id);
         let Ok(ToClient::Slip(slip)) = message.read() else { return };
-        let delay_us = now_us().saturating_sub(slip.host_us);
-        if let Some(delays_us) = self.delays_us.get_mut(times.when(slip.host_us)) {
+        let delay_us = now_us().saturating_sub(slip.host.0);
+        if let Some(delays_us) = self.delays_us.get_mut(times.when(slip.host.0)) {
             delays_us.push(delay_us);
         }
     }

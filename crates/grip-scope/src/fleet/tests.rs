@@ -11,6 +11,7 @@ use grip_link::message::daemon::{
     SlipReport, SpeedSource,
 };
 use grip_link::message::{DeviceState, FaultCode, Kind};
+use slip_core::units::Micros;
 
 fn member(site: &str, uid: u8) -> Member {
     Member { site: site.parse().unwrap(), uid: Uid([uid; 16]) }
