@@ -130,21 +130,24 @@ impl Correlation {
         self.in_stretch = self.in_stretch.saturating_add(1);
         #[expect(clippy::cast_precision_loss, reason = "at most some thousand")]
         let share = self.share.max(1.0 / self.seen as f32);
-        for (i, log) in logs.into_iter().enumerate() {
-            self.means[i] += self.mean_share * (log - self.means[i]);
-            let off = log - self.means[i];
-            self.variances[i] += share * (off * off - self.variances[i]);
-            self.past[i].rotate_right(1);
-            self.past[i][0] = off;
+        let kept = self.means.iter_mut().zip(&mut self.variances).zip(&mut self.past);
+        for (log, ((mean, variance), past)) in logs.into_iter().zip(kept) {
+            *mean += self.mean_share * (log - *mean);
+            let off = log - *mean;
+            *variance += share * (off * off - *variance);
+            past.rotate_right(1);
+            let [newest, ..] = past;
+            *newest = off;
         }
         if self.in_stretch as usize <= MOST {
             return;
         }
-        let [x, y] = &self.past;
-        for (k, product) in self.products.iter_mut().enumerate() {
-            // k = 0: the reference is MOST blocks late.
-            let (x, y) = if k < MOST { (x[MOST - k], y[0]) } else { (x[0], y[k - MOST]) };
-            *product += share * (x * y - *product);
+        let [[x, older @ ..], ys @ [y, ..]] = &self.past;
+        // From a reference that is MOST blocks late to one that is as early.
+        let late = older.iter().rev().map(|x| x * y);
+        let pairs = late.chain(ys.iter().map(|y| x * y));
+        for (product, pair) in self.products.iter_mut().zip(pairs) {
+            *product += share * (pair - *product);
         }
         if self.seen >= self.least {
             self.judge();
