@@ -1,7 +1,7 @@
 //! A recording without any slip in; the noise floor, the motion gate and the thresholds for a wanted false-alarm interval out.
 //!
 //! 1. Floor: mean energy of each band while the reference shows no motion (all of it, where there is no reference).
-//!    Where that is not stationary, the edges of motions and what is loud are left out ([`quiet`]); what is loud counts
+//!    Where that is not stationary, the edges of motions and what is loud are left out (`quiet`); what is loud counts
 //!    as unexplained, for the thresholds too, and may be a tenth of the rest at most; none of it that is longer than a
 //!    knock may go on in motion, where it cannot be told from motion.
 //! 2. Gate: mean energy of each band in motion, floor taken off, over that of the reference, times one half.
