@@ -29,7 +29,7 @@
 //! ```
 //!
 //!
-//! With the feature `file` (std) the modules [`file`] and [`ensemble_file`] read and write model files. Trainers are in the crate
+//! With the feature `file` (std) the modules [`mod@file`] and [`ensemble_file`] read and write model files. Trainers are in the crate
 //! `mlp`, which exports all of this again.
 #![cfg_attr(not(any(test, feature = "file")), no_std)]
 

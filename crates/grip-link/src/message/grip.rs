@@ -10,7 +10,7 @@ use super::wire::{PayloadError, Reader, Writer};
 /// | offset | size | type | field | unit, range |
 /// |---|---|---|---|---|
 /// | 0 | 4 | u32 | cmd_id | +1 a command, wraps; older or equal is ignored |
-/// | 4 | 1 | u8 | mode | [`GripMode`] code; others are rejected |
+/// | 4 | 1 | u8 | mode | `GripMode` code; others are rejected |
 /// | 5 | 1 | u8 | flags | b0 the command answers a slip, others 0 |
 /// | 6 | 2 | u16 | ttl | ms, 0 = that of CONFIG, else clamped to 20..=100 |
 /// | 8 | 4 | i32 | force | mN, 0..= F_max; above is clamped, negative is rejected |
@@ -20,7 +20,7 @@ use super::wire::{PayloadError, Reader, Writer};
 pub struct Grip {
     /// Command number.
     pub cmd_id: u32,
-    /// Mode code as on the wire; the MCU rejects what [`GripMode::from_code`] does not know.
+    /// Mode code as on the wire; the MCU rejects what `GripMode::from_code` does not know.
     pub mode: u8,
     /// b0 answers a slip.
     pub flags: u8,

@@ -13,7 +13,7 @@
 //! single broken taxel is limited to 36/n. sigma is learned at rest or given. A second, fast u tells whether the pattern
 //! still changes: the slip ends when it no longer does, and the pattern found then becomes u.
 //!
-//! A slow slip hardly leaves the shape that follows it. Where the range at rest is known, a second statistic ([`range`]) takes
+//! A slow slip hardly leaves the shape that follows it. Where the range at rest is known, a second statistic (`range`) takes
 //! its way instead of its place: the mean over taxels of the range of r in the last seconds, over that at rest.
 //!
 //! Frames may come more slowly than samples; a frame that repeats the one before bit by bit is no news.
