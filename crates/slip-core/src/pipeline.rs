@@ -258,7 +258,10 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
                 let statistic =
                     |(statistic, _)| if self.detector.is_fresh() { statistic } else { 0.0 };
                 let noise = (self.observation.travel_sigma_m(), self.detector.noise_rms());
-                self.fusion.compare(sample, dt, noise, felt.map(statistic));
+                // Behind the motion gate a stylus may be silent in a slip: nothing is weighed against the force then.
+                let normal_force_n = sample.normal_force_n.filter(|_| !self.detector.is_moving());
+                let seen = Sample { normal_force_n, ..*sample };
+                self.fusion.compare(&seen, dt, noise, felt.map(statistic));
             }
             let travel_m = self.travel_of(sample, event);
             let step = Step { statistic, event, ..self.unchanged(sample.t) };
