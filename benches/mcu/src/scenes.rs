@@ -83,7 +83,7 @@ fn learning(board: &Board) -> Option<()> {
 fn in_scene(board: &Board, scene: Scene) -> Option<()> {
     let (mut pipeline, mut signal) = (pipeline()?, Signal::new());
     let (force_n, speed_m_s) = match scene {
-        Scene::Idle | Scene::Moving => (0.0, 0.0),
+        Scene::Idle | Scene::Moving | Scene::Other(_) => (0.0, 0.0),
         Scene::Holding => (HELD_N, 0.0),
         Scene::Slipping => (HELD_N, SLIP_M_S),
     };
