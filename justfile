@@ -10,9 +10,10 @@ monitor:
 test:
     cargo test --workspace
 
-# Formatting, lints and documentation, as CI checks them.
+# Formatting, pages, lints and documentation, as CI checks them.
 check:
     cargo fmt --all --check
+    scripts/doc-links.py
     cargo clippy --workspace --all-targets --features mlp/export,mlp-core/file,grip-link/small-table,slip-core/serde,grip-fleet/zenoh,grip-fleet/foxglove,grip-scope/zenoh,gripd/fleet,gripctl/fleet,gripctl/foxglove,gripmon/fleet,stories/fleet -- -D warnings
     RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps
 

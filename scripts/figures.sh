@@ -1,5 +1,5 @@
 #!/bin/sh
-# The pictures of docs/figures.md: one of each command that draws, into docs/images (that of `profile` is docs/profile.svg, which the README shows too).
+# The pictures of docs/figures.md: one of each command that draws, into docs/images (that of `profile` is docs/profile.svg, which docs/commands.md shows too).
 # GRIP_BIN names a folder that holds gripctl and accuracy already; without it a release build is made. The recordings for `gripctl score`
 # stand beside the project or in the folder named by GRIP_DATA (CONTRIBUTING.md).
 set -eu
