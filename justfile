@@ -6,6 +6,10 @@ run:
 monitor:
     cargo run --release -p gripmon -- --demo
 
+# Formatting, lints and tests of what differs from HEAD, and the tests of the heart.
+quick:
+    scripts/quick.sh
+
 # All tests.
 test:
     cargo test --workspace
@@ -14,8 +18,8 @@ test:
 check:
     cargo fmt --all --check
     scripts/doc-links.py
-    cargo clippy --workspace --all-targets --features mlp/export,mlp-core/file,grip-link/small-table,slip-core/serde,grip-fleet/zenoh,grip-fleet/foxglove,grip-scope/zenoh,gripd/fleet,gripctl/fleet,gripctl/foxglove,gripmon/fleet,stories/fleet -- -D warnings
-    RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps
+    cargo clippy --workspace --all-targets --all-features -- -D warnings
+    RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps --all-features
 
 # Benches and the latency check.
 bench:
