@@ -26,7 +26,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         dt: Micros,
         step: &Step,
     ) -> (Option<Newtons>, Option<GripEvent>) {
-        let (slip, passing) = (self.slip_now(sample, step), self.passing());
+        let passing = self.passing();
         let Some(grip) = self.grip.as_mut() else { return (None, None) };
         let stylus = self.fusion.uses(Method::Stylus);
         if !(stylus && self.detector.is_learning()) {
@@ -44,7 +44,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             dt.as_seconds() as f32,
             sample.arrival.map_or(0.0, |arrival| arrival.age.as_seconds() as f32),
         );
-        let command = grip.step(&GripInput {
+        let mut input = GripInput {
             dt_s,
             passing,
             undecided: self.fusion.is_undecided(),
@@ -60,34 +60,29 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             healthy,
             loaded_n,
             impaired,
-            ..slip
-        });
-        (Some(Newtons(command)), grip.event())
+            ..GripInput::default()
+        };
+        if self.slip.is_some() {
+            self.add_slip(sample, step, &mut input);
+        }
+        let Some(grip) = self.grip.as_mut() else { return (None, None) };
+        (Some(Newtons(grip.step(&input))), grip.event())
     }
 
-    /// The part of the controller's input that tells of a slip.
-    fn slip_now(&self, sample: &Sample, step: &Step) -> GripInput {
-        if self.slip.is_none() {
-            return GripInput::default();
-        }
-        let motion = sample.travel_m.and_then(|_| self.course.motion(sample.t));
+    /// What the controller has to know of the slip.
+    fn add_slip(&self, sample: &Sample, step: &Step, input: &mut GripInput) {
+        input.motion = sample.travel_m.and_then(|_| self.course.motion(sample.t));
         let sigma_m = self.observation.travel_sigma_m();
-        let slides = motion.is_some_and(|motion| motion.slides(sigma_m));
+        let slides = input.motion.is_some_and(|motion| motion.slides(sigma_m));
         let stands = self.observation.advancing() == Some(false) && !self.fusion.is_undecided();
         let goes_on = self.is_fresh(sample.t) && !stands;
-        GripInput {
-            felt: self.felt(),
-            motion,
-            slip: if goes_on || slides { SlipNow::Evident } else { SlipNow::Fading },
-            // Without estimates the controller must not wait for one.
-            moved_m: self
-                .observation
-                .moved_m(sample)
-                .filter(|_| self.estimator.as_ref().is_none_or(Estimator::is_trustworthy)),
-            evidence: evidence_of(step),
-            sliding: step.features.as_ref().and_then(sliding_of),
-            ..GripInput::default()
-        }
+        input.slip = if goes_on || slides { SlipNow::Evident } else { SlipNow::Fading };
+        input.felt = self.felt();
+        // Without estimates the controller must not wait for one.
+        let waits = self.estimator.as_ref().is_none_or(Estimator::is_trustworthy);
+        input.moved_m = self.observation.moved_m(sample).filter(|_| waits);
+        input.evidence = evidence_of(step);
+        input.sliding = step.features.as_ref().and_then(sliding_of);
     }
 
     fn felt(&self) -> Option<Felt> {

@@ -2,11 +2,11 @@
 
 use super::Pipeline;
 use crate::{
-    Phase, Signal,
+    Phase, Signal, SlipReport,
     causes::{Cause, Causes},
     confidence::confidence,
     detector::SlipState,
-    event::{SlipEvent, Step},
+    event::Step,
     fusion::Detection,
     methods::Method,
     need::Alarm,
@@ -71,7 +71,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         sample: &Sample,
         stylus: Option<(f32, SlipState)>,
         detection: Option<Detection>,
-    ) -> Option<SlipEvent> {
+    ) -> Option<SlipReport> {
         let heard = stylus.filter(|_| !self.fusion.doubts_stylus());
         let certified_s = heard.and_then(|_| self.detector.certified_s());
         let state = detection.map_or(SlipState::Quiet, |detection| detection.state);
@@ -120,9 +120,19 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             _ => return None,
         };
         let causes = self.causes(sample, detection, (first, certified_s.is_some()));
-        let confidence =
-            confidence(detection.map_or(0.0, |d| d.statistic), self.config.detector.tail);
-        Some(SlipEvent::Slip { phase, first, method, confidence, certified_s, causes })
+        let statistic = detection.map_or(0.0, |detection| detection.statistic);
+        Some(SlipReport {
+            t: sample.t,
+            phase,
+            method,
+            statistic: Some(statistic),
+            confidence: Some(confidence(statistic, self.config.detector.tail)),
+            certified_s,
+            ruled_out: causes.ruled_out.bits(),
+            possible: causes.possible.bits(),
+            first,
+            ..SlipReport::UNKNOWN
+        })
     }
 
     /// Whether nothing has been touched for [`LET_GO`] while a slip goes on: the object is gone, whatever the sensors still show.
@@ -132,12 +142,13 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
     }
 
     #[cold]
-    fn end_slip(&mut self, t: Micros) -> Option<SlipEvent> {
+    fn end_slip(&mut self, t: Micros) -> Option<SlipReport> {
         let slip = self.slip.take()?;
         self.ended = Some(t);
         self.fusion.slip_ended();
         self.untouched = None;
-        Some(SlipEvent::Ended { duration: t.since(slip.since), certified_s: slip.certified_s })
+        let duration_s = Some(t.since(slip.since).as_seconds());
+        Some(SlipReport { t, duration_s, certified_s: slip.certified_s, ..SlipReport::UNKNOWN })
     }
 
     /// The measured grip force (N), or the commanded one.
@@ -179,7 +190,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         sample: &Sample,
         dt: Micros,
         stylus: Option<(f32, SlipState)>,
-        event: Option<SlipEvent>,
+        event: Option<SlipReport>,
     ) -> Sample {
         if let Some(slip) = &mut self.slip {
             slip.felt = stylus.is_some_and(|(_, state)| state != SlipState::Quiet);
@@ -210,10 +221,10 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
     }
 
     /// The travel (m) to measure a slip with: as far as it is believed, and not where it is so coarse that the stylus alone knows better.
-    pub(super) fn travel_of(&mut self, sample: &Sample, event: Option<SlipEvent>) -> Option<f32> {
+    pub(super) fn travel_of(&mut self, sample: &Sample, event: Option<SlipReport>) -> Option<f32> {
         let travel_m = self.fusion.believed_travel(sample.travel_m)?;
         let Some(slip) = self.slip else { return Some(travel_m) };
-        if matches!(event, Some(SlipEvent::Slip { first: true, .. })) {
+        if event.is_some_and(|slip| slip.first) {
             self.travel_quality.begin();
         }
         let step_m = self.fusion.travel_step_m();
@@ -297,8 +308,8 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
     }
 
     /// Finds the needed force by the stylus alone, where that is the only sensor of the slip; else keeps what that takes, should the others fail.
-    pub(super) fn weigh_need(&mut self, sample: &Sample, event: Option<SlipEvent>) {
-        let begins = matches!(event, Some(SlipEvent::Slip { first: true, .. }));
+    pub(super) fn weigh_need(&mut self, sample: &Sample, event: Option<SlipReport>) {
+        let begins = event.is_some_and(|slip| slip.first);
         let force_n = sample.normal_force_n.unwrap_or(0.0);
         if begins {
             self.begin_need(sample, force_n);
