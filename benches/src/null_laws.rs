@@ -8,7 +8,7 @@ use grip_sim::disturbance::Disturbance;
 use rand_chacha::ChaCha8Rng;
 use rand_core::SeedableRng;
 use rand_distr::{Distribution, Exp1, StandardNormal, StandardUniform, StudentT};
-use slip_core::{ConfigError, Pipeline, PipelineConfig, Sample, SlipEvent, units::Micros};
+use slip_core::{ConfigError, Phase, Pipeline, PipelineConfig, Sample, SlipReport, units::Micros};
 
 /// Samples per second (Hz).
 pub const RATE_HZ: f64 = 2000.0;
@@ -181,9 +181,9 @@ pub struct Alarms {
 }
 
 /// Whether a step begins an alarm of the fast trigger, and whether it certifies one.
-fn alarms_of(event: Option<SlipEvent>, statistic: f32) -> (bool, bool) {
+fn alarms_of(event: Option<SlipReport>, statistic: f32) -> (bool, bool) {
     match event {
-        Some(SlipEvent::Slip { first, phase: _, certified_s, .. }) => {
+        Some(SlipReport { first, phase, certified_s, .. }) if phase != Phase::Ended => {
             (first && statistic > 1.0, certified_s.is_some())
         }
         _ => (false, false),
@@ -211,7 +211,7 @@ pub fn null_run(
         // A slip that has been certified turns gross: one alarm.
         alarms.certified += u64::from(now && !certified);
         certified = match step.event {
-            Some(SlipEvent::Ended { .. }) => false,
+            Some(SlipReport { phase: Phase::Ended, .. }) => false,
             _ => certified || now,
         };
     }
@@ -244,8 +244,7 @@ pub fn slips(
         let jitter: f64 = StandardUniform.sample(&mut noise.random);
         for _ in 0..(PAUSE_S * (0.5 + jitter) * RATE_HZ) as u64 {
             under_alarm = match pipeline.handle(&noise.sample(0.0)).event {
-                Some(SlipEvent::Slip { .. }) => true,
-                Some(SlipEvent::Ended { .. }) => false,
+                Some(SlipReport { phase, .. }) => phase != Phase::Ended,
                 None => under_alarm,
             };
         }
@@ -262,8 +261,7 @@ pub fn slips(
                 seen.certified_ms = seen.certified_ms.or(Some(at_ms));
             }
             under_alarm = match step.event {
-                Some(SlipEvent::Slip { .. }) => true,
-                Some(SlipEvent::Ended { .. }) => false,
+                Some(SlipReport { phase, .. }) => phase != Phase::Ended,
                 None => under_alarm,
             };
         }

@@ -11,7 +11,7 @@ use grip_sim::{VirtualMcu, scene};
 use mlp::Q15;
 use slip_benches::{frames, networks, scenes, signals::Signals};
 use slip_core::{
-    Sample, SlipEvent, Step,
+    Phase, Sample, Step,
     health::SensorHealth,
     scene::Scene,
     units::{Micros, Newtons},
@@ -50,8 +50,8 @@ impl Seen {
     fn note(&mut self, step: &Step) {
         let scene = scenes::SCENES.iter().position(|scene| *scene == step.scene).unwrap();
         self.scenes[scene] = true;
-        self.first |= matches!(step.event, Some(SlipEvent::Slip { first: true, .. }));
-        self.ended |= matches!(step.event, Some(SlipEvent::Ended { .. }));
+        self.first |= step.event.is_some_and(|slip| slip.first);
+        self.ended |= step.event.is_some_and(|slip| slip.phase == Phase::Ended);
         self.estimates += u32::from(step.estimate.is_some());
         let healths = [
             SensorHealth::Good,
@@ -251,13 +251,14 @@ fn grasp(seed: u64) -> (u64, u32, [bool; 4]) {
         mcu.transmit(now, &mut bytes);
         let steady = session.latest().is_some_and(|step| step.command > Some(Newtons(0.0)));
         let mut command = None;
-        let mut tell = |news: News<'_>| {
-            if let News::Step { step, .. } = news {
-                seen.note(step);
-            }
-        };
         let used = heap_calls(|| {
-            command = session.receive(now.0, &bytes, &mut out, &mut tell).unwrap();
+            let mut left = bytes.as_slice();
+            while let Some(news) = session.receive(now.0, &mut left).unwrap() {
+                if let News::Step { step, .. } = news {
+                    seen.note(step);
+                }
+            }
+            command = session.command(now.0, &mut out);
         });
         if steady {
             heap += used;

@@ -23,7 +23,7 @@ pub(crate) fn pair(seed: u64) -> Result<(VirtualMcu, Session), Box<dyn Error>> {
     Ok((VirtualMcu::new(&scene, 1)?, session))
 }
 
-/// Times of the calls of `Session::receive` that answer samples with a command, over `count` grasps in lockstep.
+/// Times of the calls of `Session::answer` that answer samples with a command, over `count` grasps in lockstep.
 pub(crate) fn grasps(count: u64) -> Result<Histogram<u64>, Box<dyn Error>> {
     let mut times = histogram()?;
     for seed in 0..count {
@@ -44,7 +44,7 @@ fn grasp(seed: u64, times: &mut Histogram<u64>) -> Result<(), Box<dyn Error>> {
         bytes.clear();
         mcu.transmit(t, &mut bytes);
         let start = now();
-        let command = session.receive(t.0, &bytes, &mut out, &mut |_| {})?;
+        let command = session.answer(t.0, &bytes, &mut out)?;
         let time = start.elapsed();
         if let Some(len) = command {
             record(times, time);

@@ -93,8 +93,7 @@ fn answer(session: &mut Session, mut socket: UnixStream, shared: &Shared) -> io:
             Some(received) => received,
         };
         let now_us = shared.now_us.load(Ordering::Acquire);
-        let command =
-            session.receive(now_us, received, &mut out, &mut |_| {}).map_err(io::Error::other)?;
+        let command = session.answer(now_us, received, &mut out).map_err(io::Error::other)?;
         reply.clear();
         reply.extend(out.iter().take(command.unwrap_or(0)));
         while let Some(len) = session.poll_transmit(now_us, &mut out) {

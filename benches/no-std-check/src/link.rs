@@ -70,7 +70,9 @@ pub fn host_new(config: HostConfig) -> Result<HostLink, HostConfigError> {
 pub fn host_receive(link: &mut HostLink, now_us: u64, mut bytes: &[u8]) -> f32 {
     let mut sum = 0.0;
     while let Some(event) = link.receive(now_us, &mut bytes) {
-        if let HostEvent::Samples { samples, .. } = event {
+        if let HostEvent::Samples { header, .. } = event
+            && let Some(samples) = link.samples(header)
+        {
             for row in &samples {
                 sum +=
                     samples.layout().columns().iter().filter_map(|c| row.read(c.kind)).sum::<f32>();

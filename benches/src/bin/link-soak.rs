@@ -10,7 +10,7 @@ use core::error::Error;
 use core::sync::atomic::{AtomicBool, Ordering};
 use grip_link::frame::MAX_WIRE;
 use grip_link::host::{GripCommand, HostConfig, HostEvent, HostLink, LossCount};
-use grip_link::message::{Config, LossAction, SampleFormat};
+use grip_link::message::{Config, LossAction, SampleFormat, Samples};
 use grip_sim::{Pty, VirtualMcu, port, scene};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use slip_core::units::Micros;
@@ -196,9 +196,9 @@ fn take(
 ) -> Result<(), Failure> {
     while let Some(event) = host.receive(now_us, &mut bytes) {
         match event {
-            HostEvent::Samples { samples, .. } => {
+            HostEvent::Samples { header, .. } => {
                 seen.batches += 1;
-                for row in samples.rows() {
+                for row in host.samples(header).iter().flat_map(Samples::rows) {
                     seen.row(row.index);
                 }
                 let silence = now_us.saturating_sub(seen.last_us.unwrap_or(now_us));

@@ -5,7 +5,7 @@
 
 use slip_benches::exact::{angle::tan, cot, exact, relative_error};
 use slip_core::{
-    Pipeline, PipelineConfig, Sample, SlipEvent,
+    Phase, Pipeline, PipelineConfig, Sample,
     esc::{LiteralSum, Trial},
     filter::{Band, Envelope, FilterBank},
     units::{Hertz, Micros},
@@ -106,7 +106,7 @@ fn timestamps(steps: u64) -> bool {
         let noise = 1e-7 * ((k.wrapping_mul(2_654_435_761) >> 7) % 101) as f32 / 50.0 - 1e-7;
         let sample = Sample { normal_force_n: Some(2.0), ..Sample::stylus(Micros(t), noise) };
         let step = pipeline.handle(&sample);
-        slips += f64::from(u8::from(matches!(step.event, Some(SlipEvent::Slip { .. }))));
+        slips += f64::from(u8::from(step.event.is_some_and(|slip| slip.phase != Phase::Ended)));
         t = t.saturating_add(100);
     }
     #[expect(clippy::cast_precision_loss, reason = "a count")]

@@ -1,7 +1,7 @@
 //! The pipeline as a detector among others.
 
 use super::trials::Alarm;
-use slip_core::{ConfigError, Pipeline, PipelineConfig, Sample, SlipEvent};
+use slip_core::{ConfigError, Phase, Pipeline, PipelineConfig, Sample};
 
 /// The shipped pipeline, observing only.
 #[derive(Clone, Debug)]
@@ -23,10 +23,8 @@ impl Alarm for Ours {
     fn step(&mut self, sample: &Sample) -> bool {
         let step = self.pipeline.handle(sample);
         self.statistic = f64::from(step.statistic);
-        match step.event {
-            Some(SlipEvent::Slip { .. }) => self.slips = true,
-            Some(SlipEvent::Ended { .. }) => self.slips = false,
-            None => {}
+        if let Some(slip) = step.event {
+            self.slips = slip.phase != Phase::Ended;
         }
         self.slips
     }

@@ -10,7 +10,10 @@ use grip_link::{
     host::{CloseReason, LinkState},
     message::{Clamped, EventKind, FaultCode},
 };
-use grip_session::{report::EventLine, session::explain};
+use grip_session::{
+    report::{ClockHealth, Condition, Event},
+    session::explain,
+};
 use slip_core::PipelineState;
 use std::io::{self, IsTerminal as _, Write as _};
 
@@ -59,10 +62,10 @@ impl Console {
     /// Prints what is worth it.
     pub(crate) fn take(&mut self, item: &Item<'_>) {
         match item {
-            Item::Event { line, .. } => {
-                self.event(line);
-                if let EventLine::Health { channel: "clock", health, .. } = line {
-                    self.say(clock_level(health), clock_words(health));
+            Item::Event { event, .. } => {
+                self.event(event);
+                if let Event::Health { condition: Condition::Clock(health), .. } = event {
+                    self.say(clock_level(*health), clock_words(*health));
                 }
             }
             Item::State(state) => self.show(state),
@@ -83,7 +86,7 @@ impl Console {
         self.log.set_level(level);
     }
 
-    fn event(&mut self, line: &EventLine) {
+    fn event(&mut self, line: &Event) {
         self.clear_status();
         match write_event(line, self.json) {
             // Nobody reads any more: the object is held and recorded all the same.
@@ -233,7 +236,7 @@ impl Console {
 /// A standard error that is closed or full is no reason to let go of the object, and there is nobody left to tell.
 fn unheard(_: io::Result<()>) {}
 
-fn write_event(line: &EventLine, json: bool) -> io::Result<()> {
+fn write_event(line: &Event, json: bool) -> io::Result<()> {
     let mut out = io::stdout().lock();
     if json {
         serde_json::to_writer(&mut out, line)?;
@@ -245,19 +248,23 @@ fn write_event(line: &EventLine, json: bool) -> io::Result<()> {
 }
 
 /// How grave a state of the gripper's clock is.
-fn clock_level(health: &str) -> LogLevel {
-    if health == "good" { LogLevel::Info } else { LogLevel::Warn }
+fn clock_level(health: ClockHealth) -> LogLevel {
+    if health == ClockHealth::Good { LogLevel::Info } else { LogLevel::Warn }
 }
 
 /// A state of the gripper's clock as a sentence.
-fn clock_words(health: &str) -> &'static str {
+fn clock_words(health: ClockHealth) -> &'static str {
     match health {
-        "good" => "the clock of the gripper is good again",
-        "stopped" => "the clock of the gripper has stopped; its rows are timed by their numbers",
-        "back" => "the clock of the gripper went back; time goes on from where it was",
-        "forward" => "the clock of the gripper jumped forward; time goes on from where it was",
-        "fast" => "the clock of the gripper runs more than 1 % fast",
-        _ => "the clock of the gripper runs more than 1 % slow",
+        ClockHealth::Good => "the clock of the gripper is good again",
+        ClockHealth::Stopped => {
+            "the clock of the gripper has stopped; its rows are timed by their numbers"
+        }
+        ClockHealth::Back => "the clock of the gripper went back; time goes on from where it was",
+        ClockHealth::Forward => {
+            "the clock of the gripper jumped forward; time goes on from where it was"
+        }
+        ClockHealth::Fast => "the clock of the gripper runs more than 1 % fast",
+        ClockHealth::Slow => "the clock of the gripper runs more than 1 % slow",
     }
 }
 

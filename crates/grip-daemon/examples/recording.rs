@@ -9,7 +9,7 @@ use grip_daemon::{
 };
 use grip_eval::trial;
 use grip_record::mcap::Attached;
-use grip_session::{HostConfig, News, model, recording, report::EventLine, session::Beginning};
+use grip_session::{HostConfig, News, model, recording, report::Event, session::Beginning};
 use rustix::time::{ClockId, clock_gettime};
 use slip_core::PipelineState;
 use slip_core::{Sample, Step, units::Micros};
@@ -21,7 +21,7 @@ const FRAME: usize = 10;
 enum Kept {
     Began(Box<Beginning>),
     Sample(u32, Sample, Vec<f32>),
-    Event(EventLine),
+    Event(Event),
     State(PipelineState),
 }
 
@@ -119,7 +119,7 @@ fn record(file: &Path, items: &[(u64, Kept)]) -> Result<u64, Box<dyn Error>> {
             Kept::Sample(index, sample, taxels) => {
                 Item::Sample { host_us, index: *index, sample, taxels }
             }
-            Kept::Event(line) => Item::Event { host_us, line },
+            Kept::Event(event) => Item::Event { host_us, event },
             Kept::State(state) => Item::State(state),
         };
         recorder.take(&item, host_us);

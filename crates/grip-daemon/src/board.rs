@@ -8,7 +8,7 @@ use grip_link::{
     host::{CloseReason, LinkState},
     message::{FaultCode, Firmware, Status as DeviceStatus},
 };
-use grip_session::report::EventLine;
+use grip_session::report::Event;
 use slip_core::{Phase, PipelineState, methods::Method};
 use std::{collections::VecDeque, path::PathBuf};
 
@@ -145,7 +145,7 @@ pub struct Board {
     /// Host time (us) and samples of the last counts, the oldest first.
     counts: VecDeque<(u64, u64)>,
     state: Option<PipelineState>,
-    events: VecDeque<(u64, EventLine)>,
+    events: VecDeque<(u64, Event)>,
     event_counts: EventCounts,
     pipelines: u64,
     client_commands: u64,
@@ -163,7 +163,7 @@ impl Board {
         match *item {
             Item::Began { .. } => self.pipelines += 1,
             Item::State(state) => self.state = Some(*state),
-            Item::Event { host_us, line } => self.event(host_us, *line),
+            Item::Event { host_us, event } => self.event(host_us, *event),
             Item::Client { .. } => self.client_commands += 1,
             Item::Link { host_us, note } => self.note(host_us, note),
             // Counted by the hot thread.
@@ -183,14 +183,14 @@ impl Board {
         self.counts.push_back((counters.host_us, counters.samples));
     }
 
-    fn event(&mut self, host_us: u64, line: EventLine) {
+    fn event(&mut self, host_us: u64, event: Event) {
         if self.events.len() == EVENTS {
             self.events.pop_front();
         }
-        self.events.push_back((host_us, line));
-        match line {
-            EventLine::Slip(slip) if slip.phase == Phase::Ended => self.event_counts.ended += 1,
-            EventLine::Slip(slip) => {
+        self.events.push_back((host_us, event));
+        match event {
+            Event::Slip(slip) if slip.phase == Phase::Ended => self.event_counts.ended += 1,
+            Event::Slip(slip) => {
                 let counts = &mut self.event_counts;
                 let gross = slip.phase == Phase::Gross;
                 let counts = if gross { &mut counts.gross } else { &mut counts.incipient };
@@ -199,8 +199,8 @@ impl Board {
                     *count += 1;
                 }
             }
-            EventLine::Health { .. } => self.event_counts.health += 1,
-            EventLine::Grip { .. } => {}
+            Event::Health { .. } => self.event_counts.health += 1,
+            Event::Grip { .. } => {}
         }
     }
 
@@ -252,7 +252,7 @@ impl Board {
     }
 
     /// The last events with their host times (us), the oldest first.
-    pub fn events(&self) -> impl Iterator<Item = &(u64, EventLine)> {
+    pub fn events(&self) -> impl Iterator<Item = &(u64, Event)> {
         self.events.iter()
     }
 

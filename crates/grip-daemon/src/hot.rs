@@ -287,10 +287,11 @@ impl<C: Fn() -> u64> Hot<C> {
             let item = Item::Wire { host_us, to_device: false, bytes };
             put(&mut self.ends, &item);
         }
-        let Self { session, ends, .. } = self;
-        let command = session
-            .receive(host_us, bytes, &mut out, &mut |news| turn.take(ends, host_us, &news))?;
-        let Some(len) = command else { return Ok(turn) };
+        let mut left = bytes;
+        while let Some(news) = self.session.receive(host_us, &mut left)? {
+            turn.take(&mut self.ends, host_us, &news);
+        }
+        let Some(len) = self.session.command(host_us, &mut out) else { return Ok(turn) };
         let frame = out.get(..len).unwrap_or(&out);
         line.write_command(frame)?;
         let taken_ns = (self.clock)().saturating_sub(received_ns);
@@ -354,9 +355,11 @@ impl<C: Fn() -> u64> Hot<C> {
             self.asked_us = None;
             let Self { session, ends, .. } = self;
             let Settings { config, estimator, refused } = &mut *settings;
-            let mut turn = Turn::default();
-            *refused =
-                session.swap(config, estimator, &mut |news| turn.take(ends, host_us, &news)).err();
+            match session.swap(config, estimator) {
+                Ok(Some(beginning)) => put(ends, &Item::Began { host_us, beginning }),
+                Ok(None) => {}
+                Err(error) => *refused = Some(error),
+            }
             // As many came in as can go back.
             drop(self.ends.replaced.push(settings));
         }
@@ -441,7 +444,7 @@ impl Turn {
                     ends.service.put(&item);
                 }
             }
-            News::Event(line) => put(ends, &Item::Event { host_us, line: &line }),
+            News::Event(event) => put(ends, &Item::Event { host_us, event: &event }),
             News::Began(beginning) => {
                 self.configured = true;
                 put(ends, &Item::Began { host_us, beginning });
@@ -456,11 +459,11 @@ impl Turn {
                 };
                 put(ends, &Item::Link { host_us, note: &note });
             }
-            News::Link(event) => self.link(ends, host_us, event),
+            News::Link(event) => self.link(ends, host_us, &event),
         }
     }
 
-    fn link(&mut self, ends: &mut Ends, host_us: u64, event: &HostEvent<'_>) {
+    fn link(&mut self, ends: &mut Ends, host_us: u64, event: &HostEvent) {
         let note = match *event {
             HostEvent::State { to, .. } => {
                 self.degraded |= to == LinkState::Degraded;

@@ -6,7 +6,7 @@ use grip_link::{
 };
 use grip_session::{
     config::Uid,
-    report::EventLine,
+    report::Event,
     session::{Beginning, explain},
 };
 use slip_core::ClientCommand;
@@ -39,8 +39,8 @@ pub enum Item<'a> {
     Event {
         /// Host time (us).
         host_us: u64,
-        /// The line.
-        line: &'a EventLine,
+        /// What.
+        event: &'a Event,
     },
     /// A force command was written to the gripper.
     Command {

@@ -7,7 +7,7 @@
 use crate::item::{Item, LinkNote};
 use core::sync::atomic::{AtomicU64, Ordering};
 use grip_link::message::Grip;
-use grip_session::{report::EventLine, session::Beginning};
+use grip_session::{report::Event, session::Beginning};
 use rtrb::{Consumer, Producer, RingBuffer};
 use slip_core::ClientCommand;
 use slip_core::PipelineState;
@@ -77,7 +77,7 @@ macro_rules! ends {
             samples: $end<Taken>,
             taxels: $end<f32>,
             states: $end<PipelineState>,
-            events: $end<(u64, EventLine)>,
+            events: $end<(u64, Event)>,
             commands: $end<(u64, Grip)>,
             clients: $end<(u64, ClientCommand)>,
             links: $end<(u64, LinkNote)>,
@@ -244,7 +244,7 @@ impl Outbox {
                 self.put_sample(taken, taxels)
             }
             Item::State(state) => self.states.push(*state).is_ok(),
-            Item::Event { host_us, line } => self.events.push((host_us, *line)).is_ok(),
+            Item::Event { host_us, event } => self.events.push((host_us, *event)).is_ok(),
             Item::Command { host_us, grip } => self.commands.push((host_us, *grip)).is_ok(),
             Item::Client { host_us, command } => self.clients.push((host_us, command)).is_ok(),
             Item::Link { host_us, note } => self.links.push((host_us, *note)).is_ok(),
@@ -306,8 +306,8 @@ impl Inbox {
                 tell(Item::State(&state));
             }
             Token::Event => {
-                let (host_us, line) = self.events.pop().ok()?;
-                tell(Item::Event { host_us, line: &line });
+                let (host_us, event) = self.events.pop().ok()?;
+                tell(Item::Event { host_us, event: &event });
             }
             Token::Command => {
                 let (host_us, grip) = self.commands.pop().ok()?;

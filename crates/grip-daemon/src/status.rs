@@ -5,7 +5,7 @@ use crate::{
     latency::Latency,
     metrics::healths,
 };
-use grip_session::{config::Uid, report::EventLine, session::explain};
+use grip_session::{config::Uid, report::Event, session::explain};
 use serde::Serialize;
 use slip_core::{PipelineState, grip::GripState, units::Micros};
 use std::{borrow::Cow, collections::BTreeMap, path::Path};
@@ -150,7 +150,7 @@ pub struct At {
     pub host_s: f64,
     /// The event.
     #[serde(flatten)]
-    pub line: EventLine,
+    pub line: Event,
 }
 
 /// Clients.

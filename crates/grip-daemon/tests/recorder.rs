@@ -10,7 +10,7 @@ use grip_link::message::Firmware;
 use grip_record::{CsvOptions, mcap::Attached, read_csv};
 use grip_session::{
     HostConfig, News, model,
-    report::EventLine,
+    report::Event,
     session::Beginning,
     tape::{Played, Tape, TapeError, TapeOptions},
 };
@@ -24,7 +24,7 @@ use std::{
 enum Kept {
     Began(Box<Beginning>),
     Sample(u32, Sample),
-    Event(EventLine),
+    Event(Event),
 }
 
 fn grasp(scene: &str, seed: u64) -> Vec<(u64, Kept)> {
@@ -71,7 +71,7 @@ fn feed(recorder: &mut Recorder, items: &[(u64, Kept)], from_us: u64) -> u64 {
             Kept::Sample(index, sample) => {
                 Item::Sample { host_us, index: *index, sample, taxels: &[] }
             }
-            Kept::Event(line) => Item::Event { host_us, line },
+            Kept::Event(event) => Item::Event { host_us, event },
         };
         recorder.take(&item, now_us);
         if now_us >= ticked_us + 50_000 {

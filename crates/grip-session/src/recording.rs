@@ -1,6 +1,6 @@
 //! Events and beginnings in, the records of an MCAP file out, and back: what daemon and toolbox must agree on.
 
-use crate::{report::EventLine, session::Beginning, tape::TapeError};
+use crate::{report::Event, session::Beginning, tape::TapeError};
 use grip_record::{
     Channel, ChannelSet, MOST_HELD, Notes, Recording, StylusKind, Taxels,
     mcap::{Entry, EventRecord, McapReader, PipelineRecord, Record},
@@ -30,7 +30,7 @@ pub const UNRECORDED: &str = "unrecorded";
 /// # Errors
 /// Never: a line is numbers and names.
 pub fn event_record<'a>(
-    line: &EventLine,
+    line: &Event,
     json: &'a mut Vec<u8>,
 ) -> Result<EventRecord<'a>, serde_json::Error> {
     json.clear();
@@ -38,13 +38,15 @@ pub fn event_record<'a>(
     let json = core::str::from_utf8(json).map_err(serde::ser::Error::custom)?;
     let nothing = EventRecord { json, ..EventRecord::default() };
     Ok(match *line {
-        EventLine::Slip(slip) => EventRecord { json, ..EventRecord::of_slip(&slip) },
-        EventLine::Grip { t_s, event, command_n } => {
+        Event::Slip(slip) => EventRecord { json, ..EventRecord::of_slip(&slip) },
+        Event::Grip { t, event, command_n } => {
+            let (t_s, phase) = (t.as_seconds(), event.name());
             let command_n = command_n.unwrap_or(f32::NAN);
-            EventRecord { t_s, kind: "grip", phase: event, command_n, ..nothing }
+            EventRecord { t_s, kind: "grip", phase, command_n, ..nothing }
         }
-        EventLine::Health { t_s, channel, health } => {
-            EventRecord { t_s, kind: "health", channel, health, ..nothing }
+        Event::Health { t, condition } => {
+            let (channel, health) = (condition.channel(), condition.name());
+            EventRecord { t_s: t.as_seconds(), kind: "health", channel, health, ..nothing }
         }
     })
 }
@@ -151,7 +153,7 @@ fn empty(file: &Path, begun: &Beginning) -> Recording {
 #[cfg(test)]
 mod tests {
     use super::{beginning, event_record, pipeline_record};
-    use crate::{report::EventLine, session::Beginning};
+    use crate::{report::Event, session::Beginning};
     use slip_core::{
         PipelineConfig, Signal, SlipReport,
         units::{Hertz, Micros},
@@ -176,7 +178,7 @@ mod tests {
 
     #[test]
     fn an_event_has_its_numbers_and_its_line() {
-        let line = EventLine::Slip(SlipReport {
+        let line = Event::Slip(SlipReport {
             t: Micros(1_250_000),
             duration_s: Some(0.5),
             estimate_n: Some(3.5),

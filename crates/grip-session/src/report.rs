@@ -1,60 +1,137 @@
-//! Pipeline steps in, the lines for people and machines out. Names and units of the JSON fields are a contract.
+//! Pipeline steps in, events out; an event in, its line for people or machines out. Names and units of the JSON fields are a contract.
+//!
+//! An event holds codes and numbers; its words are made where it is shown.
 
 use core::fmt;
 use serde::{Serialize, Serializer, ser::SerializeMap};
 use slip_core::{
-    Cause, CauseSet, Phase, SlipEvent, SlipReport, Step,
+    Cause, CauseSet, Phase, SlipReport, Step,
     detector::FloorHealth,
     esc::{Flag, Flags, Reading},
     estimate::ForceEstimate,
     features::Features,
+    grip::GripEvent,
     health::{Sensor, SensorHealth},
+    units::Micros,
     velocity::{SpeedSource, Velocity},
 };
 
-/// One event, as it is printed.
+/// Something worth a line.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum EventLine {
+pub enum Event {
     /// A slip has been noticed, has become gross, has been certified, or has ended.
     Slip(SlipReport),
     /// The fingers lost the object, touch it again, or closed on nothing.
     Grip {
-        /// Device time (s).
-        t_s: f64,
-        /// `empty`, `lost`, `regrasped` or `persistent`.
-        event: &'static str,
+        /// Device time.
+        t: Micros,
+        /// What the controller found out.
+        event: GripEvent,
         /// Commanded force (N).
         command_n: Option<f32>,
     },
-    /// The state of a sensor or of the device's clock has changed.
+    /// The state of a sensor, of the noise floor or of the device's clock has changed.
     Health {
-        /// Device time (s).
-        t_s: f64,
-        /// `stylus`, `travel`, `pressure` or `reference`; `floor` for the noise floor of the stylus, `clock` for that of the device.
-        channel: &'static str,
-        /// `good`, or what is wrong: `frozen`, `saturated`, `failed`, `jumped`, `backwards`, `doubted`, `coarse`, `lost`; of
-        /// the reference also `late`, `uncoupled`; of the floor `doubtful`: no rest was seen yet; of the clock `stopped`, `back`, `forward`,
-        /// `fast`, `slow`.
-        health: &'static str,
+        /// Device time.
+        t: Micros,
+        /// What is in which state now.
+        condition: Condition,
     },
 }
 
-impl Serialize for EventLine {
+impl Event {
+    /// Events that a step leads to, at most.
+    pub const MOST: usize = 7;
+}
+
+/// What can be good or bad, with its state.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Condition {
+    /// A sensor.
+    Sensor(Sensor, SensorHealth),
+    /// The noise floor of the stylus.
+    Floor(FloorHealth),
+    /// The device's clock.
+    Clock(ClockHealth),
+}
+
+impl Condition {
+    /// `stylus`, `travel`, `pressure` or `reference`; `floor` for the noise floor of the stylus, `clock` for that of the device.
+    #[must_use]
+    pub fn channel(self) -> &'static str {
+        match self {
+            Self::Sensor(sensor, _) => sensor.name(),
+            Self::Floor(_) => "floor",
+            Self::Clock(_) => "clock",
+        }
+    }
+
+    /// `good`, or what is wrong: `frozen`, `saturated`, `failed`, `jumped`, `backwards`, `doubted`, `coarse`, `lost`; of
+    /// the reference also `late`, `uncoupled`; of the floor `doubtful`: no rest was seen yet; of the clock `stopped`, `back`, `forward`,
+    /// `fast`, `slow`.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Sensor(_, health) => health.name(),
+            Self::Floor(health) => health.name(),
+            Self::Clock(health) => health.name(),
+        }
+    }
+}
+
+/// State of the device's clock.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ClockHealth {
+    /// Ticks run at the nominal rate.
+    #[default]
+    Good,
+    /// Ticks do not advance; rows are timed by their numbers.
+    Stopped,
+    /// Ticks went back.
+    Back,
+    /// Ticks jumped ahead of row numbers and host.
+    Forward,
+    /// Ticks run more than 1 % fast.
+    Fast,
+    /// Ticks run more than 1 % slow.
+    Slow,
+}
+
+impl ClockHealth {
+    /// All states.
+    pub const ALL: [Self; 6] =
+        [Self::Good, Self::Stopped, Self::Back, Self::Forward, Self::Fast, Self::Slow];
+
+    /// The name used in output lines.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Good => "good",
+            Self::Stopped => "stopped",
+            Self::Back => "back",
+            Self::Forward => "forward",
+            Self::Fast => "fast",
+            Self::Slow => "slow",
+        }
+    }
+}
+
+impl Serialize for Event {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let mut line = serializer.serialize_map(None)?;
         match self {
             Self::Slip(slip) => slip_entries(slip, &mut line)?,
-            Self::Grip { t_s, event, command_n } => {
+            Self::Grip { t, event, command_n } => {
                 line.serialize_entry("type", "grip")?;
-                line.serialize_entry("t_s", t_s)?;
-                line.serialize_entry("event", event)?;
+                line.serialize_entry("t_s", &t.as_seconds())?;
+                line.serialize_entry("event", event.name())?;
                 line.serialize_entry("command_n", command_n)?;
             }
-            Self::Health { t_s, channel, health } => {
+            Self::Health { t, condition } => {
                 line.serialize_entry("type", "health")?;
-                line.serialize_entry("t_s", t_s)?;
-                line.serialize_entry("channel", channel)?;
-                line.serialize_entry("health", health)?;
+                line.serialize_entry("t_s", &t.as_seconds())?;
+                line.serialize_entry("channel", condition.channel())?;
+                line.serialize_entry("health", condition.name())?;
             }
         }
         line.end()
@@ -126,10 +203,18 @@ impl EventLog {
         (self.features, self.estimate)
     }
 
-    /// The lines a step leads to: at most one on the health of each sensor and of the noise floor, one on slip and one
-    /// on the object in hand.
+    /// Whether [`EventLog::events`] has anything to do with a step.
+    #[must_use]
     #[inline]
-    pub fn lines(&mut self, step: &Step) -> [Option<EventLine>; 7] {
+    pub fn follows(&self, step: &Step) -> bool {
+        let changed = step.sensors != self.sensors || step.floor_health != self.floor_health;
+        let happened = step.event.is_some() || step.grip.is_some();
+        changed || happened || step.features.is_some() || step.velocity.is_some()
+    }
+
+    /// The events of a step: at most one on the health of each sensor and of the noise floor, one on slip and one
+    /// on the object in hand.
+    pub fn events(&mut self, step: &Step) -> [Option<Event>; Event::MOST] {
         if step.features.is_some() {
             self.features = step.features;
             self.estimate = step.estimate;
@@ -139,64 +224,42 @@ impl EventLog {
         {
             self.velocity = Some(now);
         }
-        let t_s = step.t.as_seconds();
-        let mut lines = [None; 7];
-        if step.sensors != self.sensors {
-            let before = core::mem::replace(&mut self.sensors, step.sensors);
-            let sensors = Sensor::ALL.into_iter().zip(before.into_iter().zip(step.sensors));
-            for (line, (sensor, (before, now))) in lines.iter_mut().zip(sensors) {
-                let health = EventLine::Health { t_s, channel: sensor.name(), health: now.name() };
-                *line = (now != before).then_some(health);
-            }
-        }
-        lines[4] = step.event.map(|event| EventLine::Slip(self.slip_report(event, step)));
-        let command_n = step.command.map(|c| c.0);
-        if step.floor_health != self.floor_health {
-            self.floor_health = step.floor_health;
-            let health = step.floor_health.name();
-            lines[6] = Some(EventLine::Health { t_s, channel: "floor", health });
-        }
-        lines[5] = step.grip.map(|e| EventLine::Grip { t_s, event: e.name(), command_n });
-        lines
+        let t = step.t;
+        let before = core::mem::replace(&mut self.sensors, step.sensors);
+        let floor_before = core::mem::replace(&mut self.floor_health, step.floor_health);
+        let health = |changed: bool, condition| changed.then_some(Event::Health { t, condition });
+        let sensor =
+            |(sensor, (before, now))| health(now != before, Condition::Sensor(sensor, now));
+        let mut sensors =
+            Sensor::ALL.into_iter().zip(before.into_iter().zip(step.sensors)).map(sensor);
+        let mut sensor = || sensors.next().flatten();
+        let command_n = step.command.map(|command| command.0);
+        [
+            sensor(),
+            sensor(),
+            sensor(),
+            sensor(),
+            step.event.map(|report| Event::Slip(self.complete(report, step))),
+            step.grip.map(|event| Event::Grip { t, event, command_n }),
+            health(step.floor_health != floor_before, Condition::Floor(step.floor_health)),
+        ]
     }
 
-    fn slip_report(&mut self, event: SlipEvent, step: &Step) -> SlipReport {
-        match event {
-            SlipEvent::Slip { phase, first, method, confidence, certified_s, causes } => {
-                if first {
-                    self.slips += 1;
-                    self.features = None;
-                    self.velocity = None;
-                    self.estimate = None;
-                }
-                SlipReport {
-                    phase,
-                    method,
-                    statistic: Some(step.statistic),
-                    confidence: Some(confidence),
-                    certified_s,
-                    ruled_out: causes.ruled_out.bits(),
-                    possible: causes.possible.bits(),
-                    ..self.known(step)
-                }
-            }
-            SlipEvent::Ended { duration, certified_s } => {
-                // The model of a free fall knows nothing of the end of one.
-                self.velocity = self.velocity.filter(is_measured);
-                let duration_s = Some(duration.as_seconds());
-                SlipReport { duration_s, certified_s, ..self.known(step) }
-            }
+    /// The report of a slip with all that is known at this step.
+    fn complete(&mut self, report: SlipReport, step: &Step) -> SlipReport {
+        if report.first {
+            self.slips += 1;
+            (self.features, self.velocity, self.estimate) = (None, None, None);
         }
-    }
-
-    /// What is known of the slip at this step.
-    fn known(&self, step: &Step) -> SlipReport {
+        if report.phase == Phase::Ended {
+            // The model of a free fall knows nothing of the end of one.
+            self.velocity = self.velocity.filter(is_measured);
+        }
         let Self { features, velocity, estimate, .. } = *self;
         let esc = features.and_then(|f| f.esc);
         let chosen = features.and_then(|f| f.esc_chosen);
         let state = step.state(None, esc, estimate);
         SlipReport {
-            t: step.t,
             speed_source: velocity.map_or(SpeedSource::None, |v| v.source),
             esc_kind: chosen.map_or(Reading::None, |esc| esc.reading),
             speed_m_s: velocity.map(|v| v.speed_m_s),
@@ -210,42 +273,38 @@ impl EventLog {
             estimate_n: state.estimate_n,
             command_n: state.command_n,
             estimate_sigma_n: estimate.map(|e| e.sigma_n),
-            ..SlipReport::UNKNOWN
+            ..report
         }
     }
 }
 
-impl fmt::Display for EventLine {
+impl fmt::Display for Event {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Slip(slip) => write_slip(f, slip),
-            Self::Grip { t_s, event, command_n } => {
-                let event = match *event {
-                    "empty" => "nothing between the fingers",
-                    "lost" => "the object is lost",
-                    "persistent" => "the slip does not end",
-                    _ => "the object is touched again",
+            Self::Grip { t, event, command_n } => {
+                let event = match event {
+                    GripEvent::Empty => "nothing between the fingers",
+                    GripEvent::Lost => "the object is lost",
+                    GripEvent::Persistent => "the slip does not end",
+                    GripEvent::Regrasped => "the object is touched again",
                 };
-                write!(f, "{t_s:10.4} s  {event}")?;
+                write!(f, "{:10.4} s  {event}", t.as_seconds())?;
                 command_n.map_or(Ok(()), |force| write!(f, ", command {force:.2} N"))
             }
-            Self::Health { t_s, channel: "floor", health: "doubtful" } => {
-                write!(f, "{t_s:10.4} s  floor doubtful: no rest seen yet")
-            }
-            Self::Health { t_s, channel: "reference", health: "late" } => {
-                write!(
-                    f,
-                    "{t_s:10.4} s  reference late: the stylus shows its motion at another time"
-                )
-            }
-            Self::Health { t_s, channel: "reference", health: "uncoupled" } => {
-                write!(
-                    f,
-                    "{t_s:10.4} s  reference uncoupled: the stylus shows nothing of its motion, it is not used"
-                )
-            }
-            Self::Health { t_s, channel, health } => {
-                write!(f, "{t_s:10.4} s  {channel} {health}")
+            Self::Health { t, condition } => {
+                let (channel, state) = (condition.channel(), condition.name());
+                write!(f, "{:10.4} s  {channel} {state}", t.as_seconds())?;
+                f.write_str(match condition {
+                    Condition::Floor(FloorHealth::Doubtful) => ": no rest seen yet",
+                    Condition::Sensor(Sensor::Reference, SensorHealth::Late) => {
+                        ": the stylus shows its motion at another time"
+                    }
+                    Condition::Sensor(Sensor::Reference, SensorHealth::Uncoupled) => {
+                        ": the stylus shows nothing of its motion, it is not used"
+                    }
+                    _ => "",
+                })
             }
         }
     }
@@ -312,12 +371,12 @@ fn write_confidence(f: &mut fmt::Formatter<'_>, confidence: f32) -> fmt::Result 
 
 #[cfg(test)]
 mod tests {
-    use super::{EventLine, EventLog};
+    use super::{Condition, Event, EventLog};
     use slip_core::{
-        CauseSet, Causes, Phase, SlipEvent, Step,
+        CauseSet, Phase, SlipReport, Step,
         detector::FloorHealth,
         grip::GripEvent,
-        health::SensorHealth,
+        health::{Sensor, SensorHealth},
         methods::Method,
         scene::Scene,
         units::{Micros, Newtons},
@@ -327,7 +386,7 @@ mod tests {
     const G: SensorHealth = SensorHealth::Good;
     const F: SensorHealth = SensorHealth::Frozen;
 
-    fn step(t: u64, event: Option<SlipEvent>) -> Step {
+    fn step(t: u64, event: Option<SlipReport>) -> Step {
         Step {
             t: Micros(t),
             scene: Scene::Holding,
@@ -347,30 +406,34 @@ mod tests {
     fn a_floor_that_never_saw_rest_is_said_once() {
         let mut log = EventLog::default();
         let doubted = Step { floor_health: FloorHealth::Doubtful, ..step(3, None) };
-        let [None, None, None, None, None, None, Some(line)] = log.lines(&doubted) else {
+        let [None, None, None, None, None, None, Some(line)] = log.events(&doubted) else {
             panic!()
         };
-        assert_eq!(line, EventLine::Health { t_s: 3e-6, channel: "floor", health: "doubtful" });
+        assert_eq!(
+            line,
+            Event::Health { t: Micros(3), condition: Condition::Floor(FloorHealth::Doubtful) }
+        );
         assert!(line.to_string().ends_with("floor doubtful: no rest seen yet"), "{line}");
-        assert_eq!(log.lines(&doubted), [None; 7]);
+        assert_eq!(log.events(&doubted), [None; 7]);
     }
 
     #[test]
     fn json_has_the_names_of_the_contract() {
         let mut log = EventLog::default();
-        let event = SlipEvent::Slip {
+        let event = SlipReport {
+            t: Micros(1_500_000),
             phase: Phase::Incipient,
             first: true,
             method: Method::Travel,
-            confidence: 0.5,
+            statistic: Some(1.5),
+            confidence: Some(0.5),
             certified_s: Some(600.0),
-            causes: Causes {
-                ruled_out: CauseSet::from_bits(0b1_0001),
-                possible: CauseSet::from_bits(0b00110),
-            },
+            ruled_out: CauseSet::from_bits(0b1_0001).bits(),
+            possible: CauseSet::from_bits(0b00110).bits(),
+            ..SlipReport::UNKNOWN
         };
         let [None, None, None, None, Some(line), None, None] =
-            log.lines(&step(1_500_000, Some(event)))
+            log.events(&step(1_500_000, Some(event)))
         else {
             panic!()
         };
@@ -396,43 +459,56 @@ mod tests {
     #[test]
     fn a_slip_that_turns_gross_counts_once_and_health_is_told_on_change() {
         let mut log = EventLog::default();
-        let slip = |phase, first| SlipEvent::Slip {
-            phase,
-            first,
-            method: Method::Stylus,
-            confidence: 0.5,
-            certified_s: None,
-            causes: Causes::default(),
-        };
-        log.lines(&step(1, Some(slip(Phase::Incipient, true))));
-        log.lines(&step(2, Some(slip(Phase::Gross, false))));
+        let slip = |phase, first| SlipReport { phase, first, ..SlipReport::UNKNOWN };
+        log.events(&step(1, Some(slip(Phase::Incipient, true))));
+        log.events(&step(2, Some(slip(Phase::Gross, false))));
         assert_eq!(log.slips(), 1);
         let frozen = Step { sensors: [F, G, G, G], ..step(3, None) };
-        let [line, None, None, None, None, None, None] = log.lines(&frozen) else { panic!() };
+        let [line, None, None, None, None, None, None] = log.events(&frozen) else { panic!() };
         assert_eq!(
             line,
-            Some(EventLine::Health { t_s: 3e-6, channel: "stylus", health: "frozen" })
+            Some(Event::Health {
+                t: Micros(3),
+                condition: Condition::Sensor(Sensor::Stylus, SensorHealth::Frozen)
+            })
         );
-        assert_eq!(log.lines(&frozen), [None; 7]);
+        assert_eq!(log.events(&frozen), [None; 7]);
         let jumped = Step { sensors: [F, SensorHealth::Jumped, G, G], ..frozen };
-        let [None, Some(line), None, None, None, None, None] = log.lines(&jumped) else { panic!() };
-        assert_eq!(line, EventLine::Health { t_s: 3e-6, channel: "travel", health: "jumped" });
+        let [None, Some(line), None, None, None, None, None] = log.events(&jumped) else {
+            panic!()
+        };
+        assert_eq!(
+            line,
+            Event::Health {
+                t: Micros(3),
+                condition: Condition::Sensor(Sensor::Travel, SensorHealth::Jumped)
+            }
+        );
         let lost = Step { sensors: [F, SensorHealth::Jumped, G, SensorHealth::Lost], ..jumped };
-        let [None, None, None, Some(line), None, None, None] = log.lines(&lost) else { panic!() };
-        assert_eq!(line, EventLine::Health { t_s: 3e-6, channel: "reference", health: "lost" });
+        let [None, None, None, Some(line), None, None, None] = log.events(&lost) else { panic!() };
+        assert_eq!(
+            line,
+            Event::Health {
+                t: Micros(3),
+                condition: Condition::Sensor(Sensor::Reference, SensorHealth::Lost)
+            }
+        );
     }
 
     #[test]
     fn the_speed_of_a_slip_that_has_ended_is_the_last_measured_one() {
         let velocity = |source, speed_m_s| Some(Velocity { speed_m_s, sigma_m_s: 1e-3, source });
-        let ended = step(9, Some(SlipEvent::Ended { duration: Micros(5), certified_s: None }));
+        let ended = step(9, Some(SlipReport { duration_s: Some(5e-6), ..SlipReport::UNKNOWN }));
         for (measured, wanted) in [(true, Some(0.02)), (false, None)] {
             let mut log = EventLog::default();
             if measured {
-                log.lines(&Step { velocity: velocity(SpeedSource::Travel, 0.02), ..step(1, None) });
+                log.events(&Step {
+                    velocity: velocity(SpeedSource::Travel, 0.02),
+                    ..step(1, None)
+                });
             }
-            log.lines(&Step { velocity: velocity(SpeedSource::Gravity, 0.3), ..step(2, None) });
-            let Some(EventLine::Slip(slip)) = log.lines(&ended)[4] else { panic!() };
+            log.events(&Step { velocity: velocity(SpeedSource::Gravity, 0.3), ..step(2, None) });
+            let Some(Event::Slip(slip)) = log.events(&ended)[4] else { panic!() };
             assert_eq!((slip.phase, slip.speed_m_s), (Phase::Ended, wanted));
         }
     }
@@ -440,7 +516,7 @@ mod tests {
     #[test]
     fn what_becomes_of_the_object_is_told() {
         let gone = Step { grip: Some(GripEvent::Lost), ..step(2_000_000, None) };
-        let [None, None, None, None, None, Some(line), None] = EventLog::default().lines(&gone)
+        let [None, None, None, None, None, Some(line), None] = EventLog::default().events(&gone)
         else {
             panic!()
         };

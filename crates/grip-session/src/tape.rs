@@ -3,8 +3,8 @@
 use crate::{
     model::{HostEstimator, ModelError, default_estimator, parse_estimator},
     recording::{ABOUT, MODEL_NAME, PART, RUN, UNRECORDED, beginning},
-    report::{EventLine, EventLog},
-    session::{Beginning, ClockHealth},
+    report::{ClockHealth, Condition, Event, EventLog},
+    session::Beginning,
 };
 use grip_record::mcap::{Entry, EventRecord, McapError, McapReader, PipelineRecord, Record};
 use serde::Deserialize;
@@ -32,7 +32,7 @@ pub struct TapeOptions {
 #[derive(Debug)]
 pub enum Played<'a> {
     /// The pipeline says so now.
-    Line(&'a EventLine),
+    Line(&'a Event),
     /// The recording says so: the line as JSON.
     Recorded(&'a str),
     /// Something a person should know of the recording.
@@ -318,7 +318,7 @@ impl Tape {
         run.first = run.first.or(Some(sample.t));
         (run.last, run.index) = (sample.t, index);
         let step = run.pipeline.handle_with(sample, taxels);
-        for line in self.log.lines(&step).into_iter().flatten() {
+        for line in self.log.events(&step).into_iter().flatten() {
             tell(Played::Line(&line));
         }
         tell(Played::Step { sample, step: &step });
@@ -351,8 +351,9 @@ fn model(file: &Path, data: &[u8]) -> Result<HostEstimator, TapeError> {
         .map_err(|source| TapeError::Model { file: file.to_owned(), source })
 }
 /// The line on the device's clock that `event` is, if it is one.
-fn clock_line(event: &EventRecord<'_>) -> Option<EventLine> {
+fn clock_line(event: &EventRecord<'_>) -> Option<Event> {
     let health = ClockHealth::ALL.into_iter().find(|health| health.name() == event.health)?;
-    let line = EventLine::Health { t_s: event.t_s, channel: "clock", health: health.name() };
+    let t = Micros::from_seconds(event.t_s);
+    let line = Event::Health { t, condition: Condition::Clock(health) };
     (event.kind == "health" && event.channel == "clock").then_some(line)
 }

@@ -126,7 +126,7 @@ mod tests {
             let mut input = &buffer[..count];
             while let Some(event) = host.receive(now, &mut input) {
                 match event {
-                    HostEvent::Samples { samples, .. } => rows += samples.len(),
+                    HostEvent::Samples { header, .. } => rows += usize::from(header.rows),
                     HostEvent::Status(status) => applied = status.applied_mn,
                     HostEvent::Closed(reason) => panic!("{reason:?}"),
                     _ => {}

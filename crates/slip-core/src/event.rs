@@ -1,7 +1,6 @@
 //! What the pipeline has to say about a sample.
 
 use crate::{
-    causes::Causes,
     detector::FloorHealth,
     esc::Esc,
     estimate::ForceEstimate,
@@ -11,38 +10,8 @@ use crate::{
     velocity::Velocity,
 };
 use slip_msg::{
-    EXTRAPOLATED, GripState, INFORMATIVE, Method, Phase, PipelineState, Reading, Scene,
-    SensorHealth,
+    EXTRAPOLATED, GripState, INFORMATIVE, PipelineState, Reading, Scene, SensorHealth, SlipReport,
 };
-
-/// A change in the slip state.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum SlipEvent {
-    /// A slip has been noticed, has become gross, or has been certified.
-    Slip {
-        /// How far it has gone.
-        phase: Phase,
-        /// Whether this is the first notice of the slip, not its turn from incipient to gross or its certificate.
-        first: bool,
-        /// Which method spoke.
-        method: Method,
-        /// Probability that noise alone would not reach this statistic within the stated false-alarm interval; see
-        /// [`confidence`](crate::confidence).
-        confidence: f32,
-        /// The interval (s) that the slip is certified with: false alarms of that kind are at least so far apart on
-        /// average, at 95 % confidence over the calibration. `None` where only the fast trigger has spoken so far.
-        certified_s: Option<f32>,
-        /// Which causes other than a slip were ruled out.
-        causes: Causes,
-    },
-    /// The slip has ended.
-    Ended {
-        /// How long it lasted.
-        duration: Micros,
-        /// The interval (s) that it was certified with, where it was.
-        certified_s: Option<f32>,
-    },
-}
 
 /// Everything one sample led to.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -53,8 +22,8 @@ pub struct Step {
     pub scene: Scene,
     /// Slip statistic over its threshold: 1 and above is a slip. 0 where the bands were not needed.
     pub statistic: f32,
-    /// A change in the slip state.
-    pub event: Option<SlipEvent>,
+    /// A change in the slip state: what is known of it at once. Features, velocity and estimate come with the steps of the slip.
+    pub event: Option<SlipReport>,
     /// Features of the slip, when there is new evidence.
     pub features: Option<Features>,
     /// Slip speed with its uncertainty, when there is new evidence.

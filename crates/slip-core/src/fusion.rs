@@ -16,9 +16,9 @@ use crate::{
     units::Micros,
 };
 
-/// What the methods say together.
+/// What the methods detect together.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Told {
+pub struct Detection {
     /// The highest statistic over its threshold: 1 and above is a slip.
     pub statistic: f32,
     /// The highest slip state.
@@ -288,26 +288,26 @@ impl Fusion {
 
     /// What the methods say together, with the statistic and state of the `stylus`, where it is heard.
     #[inline]
-    pub fn tell(&mut self, stylus: Option<(f32, SlipState)>) -> Option<Told> {
+    pub fn detect(&mut self, stylus: Option<(f32, SlipState)>) -> Option<Detection> {
         self.healths = (self.travel.health(), self.pressure.health());
         self.join(stylus.filter(|_| !self.check.doubts_stylus()))
     }
 
     #[inline]
-    fn join(&self, stylus: Option<(f32, SlipState)>) -> Option<Told> {
-        let mut told = None;
+    fn join(&self, stylus: Option<(f32, SlipState)>) -> Option<Detection> {
+        let mut joined = None;
         if let Some((statistic, state)) = stylus.filter(|_| self.uses(Method::Stylus)) {
-            told = Some(Told { statistic, state, method: Method::Stylus });
+            joined = Some(Detection { statistic, state, method: Method::Stylus });
         }
         if self.uses(Method::Travel) && self.trusts_travel() {
             let (statistic, state) = (self.travel.statistic(), self.travel.state());
-            told = higher(told, Told { statistic, state, method: Method::Travel });
+            joined = higher(joined, Detection { statistic, state, method: Method::Travel });
         }
         if self.uses(Method::Pressure) {
             let (statistic, state) = (self.pressure.statistic(), self.pressure.state());
-            told = higher(told, Told { statistic, state, method: Method::Pressure });
+            joined = higher(joined, Detection { statistic, state, method: Method::Pressure });
         }
-        told
+        joined
     }
 }
 
@@ -322,17 +322,17 @@ pub(crate) fn check(methods: Methods) -> Result<(), ConfigError> {
 
 /// What two methods say together: the higher statistic, and the higher state with the method it is of.
 #[inline]
-fn higher(told: Option<Told>, said: Told) -> Option<Told> {
-    let Some(before) = told else { return Some(said) };
+fn higher(joined: Option<Detection>, said: Detection) -> Option<Detection> {
+    let Some(before) = joined else { return Some(said) };
     let of = if said.state > before.state { said } else { before };
     let louder = said.statistic > before.statistic;
     let statistic = if louder { said.statistic } else { before.statistic };
-    Some(Told { statistic, ..of })
+    Some(Detection { statistic, ..of })
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{Channels, Fusion, Told};
+    use super::{Channels, Detection, Fusion};
     use crate::{
         detector::SlipState,
         distance::{DistanceConfig, Fingers},
@@ -346,7 +346,7 @@ mod tests {
     }
 
     /// 10 kHz: the stylus quiet up to sample 200, then gross; travel 10 mm/s from sample 100 on.
-    fn said(fusion: &mut Fusion, i: u16) -> Option<Told> {
+    fn said(fusion: &mut Fusion, i: u16) -> Option<Detection> {
         let moved = 1e-6 * f32::from(i.saturating_sub(100));
         let stylus = if i < 200 { (0.1, SlipState::Quiet) } else { (2.0, SlipState::Gross) };
         let seen = Channels {
@@ -358,15 +358,17 @@ mod tests {
             stylus: Some(stylus),
         };
         fusion.watch(&seen, true);
-        fusion.tell(seen.stylus)
+        fusion.detect(seen.stylus)
     }
 
     fn first(methods: Methods) -> (u16, Method) {
         let mut fusion = fusion(methods);
-        let quiet = |told: &Told| told.state == SlipState::Quiet;
+        let quiet = |joined: &Detection| joined.state == SlipState::Quiet;
         (0..2000)
             .find_map(|i| {
-                said(&mut fusion, i).filter(|told| !quiet(told)).map(|told| (i, told.method))
+                said(&mut fusion, i)
+                    .filter(|joined| !quiet(joined))
+                    .map(|joined| (i, joined.method))
             })
             .unwrap()
     }

@@ -40,7 +40,7 @@ pub mod velocity;
 pub use causes::{Cause, CauseSet, Causes};
 pub use config::PipelineConfig;
 pub use error::ConfigError;
-pub use event::{SlipEvent, Step};
+pub use event::Step;
 pub use pipeline::Pipeline;
 pub use sample::{Arrival, Sample, Signal};
 pub use slip_msg::{ClientCommand, Phase, PipelineState, SlipReport, units};

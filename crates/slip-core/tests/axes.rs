@@ -2,7 +2,7 @@
 #![expect(clippy::unwrap_used, clippy::cast_precision_loss, reason = "test code")]
 
 use slip_core::{
-    Pipeline, PipelineConfig, Sample, Signal, SlipEvent,
+    Phase, Pipeline, PipelineConfig, Sample, Signal, SlipReport,
     sample::Vector,
     units::{Hertz, Micros},
 };
@@ -87,8 +87,8 @@ fn events(samples: &[Sample]) -> Vec<(u64, String)> {
     let config = PipelineConfig::observing(Signal::Vibration, Hertz(RATE_HZ));
     let mut pipeline = Pipeline::<&[f32]>::new(config, None).unwrap();
     let name = |event| match event {
-        SlipEvent::Slip { phase, method, .. } => format!("{phase:?} {method:?}"),
-        SlipEvent::Ended { .. } => "end".to_owned(),
+        SlipReport { phase: Phase::Ended, .. } => "end".to_owned(),
+        SlipReport { phase, method, .. } => format!("{phase:?} {method:?}"),
     };
     let steps = samples.iter().map(|sample| pipeline.handle(sample));
     steps.filter_map(|step| Some((step.t.0, name(step.event?)))).collect()

@@ -2,7 +2,7 @@
 #![expect(clippy::unwrap_used, clippy::cast_precision_loss, reason = "test code")]
 
 use slip_core::{
-    Pipeline, PipelineConfig, Sample, Signal, SlipEvent,
+    Phase, Pipeline, PipelineConfig, Sample, Signal, SlipReport,
     units::{Hertz, Micros},
 };
 
@@ -46,8 +46,8 @@ fn events(unit: f32, coarse: bool) -> Vec<(u64, String)> {
         let step = pipeline.handle_with(&sample, frame);
         if let Some(event) = step.event {
             let name = match event {
-                SlipEvent::Slip { phase, method, .. } => format!("{phase:?} {method:?}"),
-                SlipEvent::Ended { .. } => "end".to_owned(),
+                SlipReport { phase: Phase::Ended, .. } => "end".to_owned(),
+                SlipReport { phase, method, .. } => format!("{phase:?} {method:?}"),
             };
             out.push((step.t.0, name));
         }

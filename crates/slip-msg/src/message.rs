@@ -59,6 +59,7 @@ macro_rules! wires {
 
 wires! {
     u8, "u8", 1, 0, |r| r.u8(), |value, w| w.u8(value);
+    bool, "u8", 1, false, |r| Ok(r.u8()? != 0), |value, w| w.u8(value.into());
     u16, "u16", 2, 0, |r| r.u16(), |value, w| w.u16(value);
     u32, "u32", 4, 0, |r| r.u32(), |value, w| w.u32(value);
     u64, "u64", 8, 0, |r| r.u64(), |value, w| w.u64(value);

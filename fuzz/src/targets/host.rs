@@ -133,7 +133,8 @@ impl Line {
         while let Some(event) = self.host.receive(self.now_us, &mut input) {
             events += 1;
             assert!(events <= 2 * bytes.len() + 8, "events without end");
-            if let HostEvent::Samples { samples, .. } = event {
+            if let HostEvent::Samples { header, .. } = event {
+                let samples = self.host.samples(header).unwrap();
                 assert_eq!(samples.rows().count(), samples.len());
             }
         }

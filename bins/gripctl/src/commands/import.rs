@@ -138,7 +138,7 @@ fn write_mcap(recording: &Recording, output: &Path) -> anyhow::Result<()> {
         let record = SampleRecord { index, sample: *sample, taxels };
         writer.write(sample.t.0, &Record::Sample(record))?;
         let Some(step) = events.next() else { continue };
-        for line in log.lines(&step).into_iter().flatten() {
+        for line in log.events(&step).into_iter().flatten() {
             writer.write(sample.t.0, &Record::Event(event_record(&line, &mut json)?))?;
         }
     }

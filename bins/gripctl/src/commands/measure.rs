@@ -143,14 +143,16 @@ impl Meter {
         let mut input = [0; 4096];
         let count = line.read(&mut input, READ_TIMEOUT)?;
         let mut closed: Option<CloseReason> = None;
-        let bytes = input.get(..count).unwrap_or(&[]);
-        session.receive(clock.now_us(), bytes, &mut out, &mut |news| match news {
-            News::Step { sample, .. } => {
-                samples.push(Sample { motion: motion.or(sample.motion), ..*sample });
+        let (now_us, mut bytes) = (clock.now_us(), input.get(..count).unwrap_or(&[]));
+        while let Some(news) = session.receive(now_us, &mut bytes)? {
+            match news {
+                News::Step { sample, .. } => {
+                    samples.push(Sample { motion: motion.or(sample.motion), ..*sample });
+                }
+                News::Link(HostEvent::Closed(reason)) => closed = Some(reason),
+                _ => {}
             }
-            News::Link(HostEvent::Closed(reason)) => closed = Some(*reason),
-            _ => {}
-        })?;
+        }
         closed.map_or(Ok(()), |reason| Err(anyhow!(explain(&reason))))
     }
 

@@ -138,7 +138,7 @@ fn table(args: &ReplayArgs, file: &Path) -> anyhow::Result<Exit> {
     source.run(&recording, |sample, taxels| {
         span = Some([span.map_or(sample.t, |[first, _]| first), sample.t]);
         let step = replay.handle_with(sample, taxels);
-        for line in log.lines(&step).into_iter().flatten() {
+        for line in log.events(&step).into_iter().flatten() {
             if args.json {
                 output::json(&line)?;
             } else {

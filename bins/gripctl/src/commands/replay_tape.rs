@@ -5,7 +5,7 @@ use grip_record::mcap::McapError;
 use grip_session::{
     exit::{Exit, WrongArgument},
     model,
-    report::EventLine,
+    report::Event,
     tape::{Played, Tape, TapeError, TapeOptions, TapeSummary},
 };
 use serde::Serialize;
@@ -157,7 +157,7 @@ impl Listener {
         self.failure = heard.err();
     }
 
-    fn show(&self, line: &EventLine) -> anyhow::Result<()> {
+    fn show(&self, line: &Event) -> anyhow::Result<()> {
         if self.json { output::json(line) } else { Ok(output::line(&line.to_string())?) }
     }
 }

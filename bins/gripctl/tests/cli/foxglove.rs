@@ -10,7 +10,7 @@ use grip_daemon::clients::{About, Clients, ClientsConfig};
 use grip_fleet::live::Topic;
 use grip_link::message::daemon::RealTime;
 use grip_record::mcap::Record;
-use grip_session::report::EventLine;
+use grip_session::report::Event;
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::{Value, json};
 use slip_core::{Sample, SlipReport, units::Micros};
@@ -44,13 +44,13 @@ impl Daemon {
         let about = About { name, run_id, dry_run: false, records: false, real_time };
         let config = ClientsConfig { listen, ..ClientsConfig::default() };
         let mut clients = Clients::listen(config, about).unwrap();
-        let line = EventLine::Slip(SlipReport {
+        let line = Event::Slip(SlipReport {
             t: Micros(1_500_000),
             duration_s: Some(0.25),
             command_n: Some(4.5),
             ..SlipReport::UNKNOWN
         });
-        clients.take(&Item::Event { host_us: 2_000_000, line: &line });
+        clients.take(&Item::Event { host_us: 2_000_000, event: &line });
         let end = Arc::new(AtomicBool::new(false));
         let wants_samples = Arc::new(AtomicBool::new(false));
         let count = Arc::new(AtomicU32::new(0));

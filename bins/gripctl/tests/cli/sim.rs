@@ -38,13 +38,13 @@ fn grip(port: &Path, seconds: f64) -> Session {
             }
             Err(error) => panic!("{error}"),
         };
-        let mut tell = |news: News<'_>| {
+        let (now, mut left) = (now_us(), &input[..count]);
+        while let Some(news) = session.receive(now, &mut left).unwrap() {
             if let News::Link(HostEvent::Closed(reason)) = news {
                 panic!("{reason:?}");
             }
-        };
-        let command = session.receive(now_us(), &input[..count], &mut out, &mut tell).unwrap();
-        if let Some(len) = command {
+        }
+        if let Some(len) = session.command(now, &mut out) {
             line.write_all(&out[..len]).unwrap();
         }
     }

@@ -10,7 +10,7 @@ use grip_daemon::{Item, LinkNote};
 use grip_link::host::LinkState;
 use grip_link::message::Firmware;
 use grip_link::message::daemon::{Health, RealTime};
-use grip_session::report::EventLine;
+use grip_session::report::Event;
 use slip_core::{SlipReport, units::Micros};
 use std::io::{Read as _, Write as _};
 use std::net::TcpListener;
@@ -47,13 +47,13 @@ impl Served {
         let note = LinkNote::Identified { uid, boot_id, firmware, rebooted };
         clients.take(&Item::Link { host_us: 1, note: &note });
         clients.take(&Item::Link { host_us: 1, note: &LinkNote::State(LinkState::Stream) });
-        let line = EventLine::Slip(SlipReport {
+        let line = Event::Slip(SlipReport {
             t: Micros(1_500_000),
             duration_s: Some(0.02),
             command_n: Some(4.5),
             ..SlipReport::UNKNOWN
         });
-        clients.take(&Item::Event { host_us: 2_000_000, line: &line });
+        clients.take(&Item::Event { host_us: 2_000_000, event: &line });
         clients.health(&Health { samples: 1234, ..Health::default() });
         let ended = Arc::new(AtomicBool::new(false));
         let stop = Arc::clone(&ended);

@@ -22,7 +22,7 @@ fn replayed(recording: &Recording, config: &HostConfig, no_skip: bool) -> Vec<St
     let steps = replay::Replay::new(recording, config, Some(estimator)).unwrap();
     let mut log = EventLog::default();
     steps
-        .flat_map(|step| log.lines(&step).into_iter().flatten())
+        .flat_map(|step| log.events(&step).into_iter().flatten())
         .map(|line| serde_json::to_string(&line).unwrap())
         .collect()
 }

@@ -292,7 +292,7 @@ impl Clients {
                 self.roster.row(&Row { host_us, index, sample, taxels });
             }
             Item::State(state) => self.known.state(state, &mut self.roster),
-            Item::Event { host_us, line } => self.known.event(host_us, line, &mut self.roster),
+            Item::Event { host_us, event } => self.known.event(host_us, event, &mut self.roster),
             Item::Began { host_us, beginning } => {
                 self.roster.begin();
                 self.known.began(host_us, beginning, &mut self.roster);

@@ -3,15 +3,12 @@
 use super::batch::{Batch, Row};
 use super::{Class, Client, ClientSession};
 use crate::{Beginning, LinkNote};
+use grip_link::frame::MAX_PAYLOAD;
 use grip_link::message::daemon::{
     Dropped, Gripper, Health, LinkState, Notice, NoticeKind, PipelineState, SlipReport, Topics,
 };
 use grip_link::message::{DeviceState, EventKind, FaultCode, Kind, PayloadError};
-use grip_link::{
-    frame::MAX_PAYLOAD,
-    message::daemon::{Sensor, SensorHealth},
-};
-use grip_session::report::EventLine;
+use grip_session::report::{Condition, Event};
 use slip_core::ClientCommand;
 use slip_core::units::Micros;
 
@@ -155,24 +152,26 @@ impl Known {
         }
     }
 
-    pub(super) fn event(&mut self, host_us: u64, line: &EventLine, roster: &mut Roster) {
-        if let EventLine::Health { channel, health, .. } = line
-            && let Some(sensor) = Sensor::from_name(channel)
-            && let Some(state) = SensorHealth::from_name(health)
-        {
-            let text = format!("{channel} {health}");
-            let notice = Notice {
-                value: state.code().into(),
-                ..notice(NoticeKind::Sensor, sensor.code(), host_us, &text)
-            };
-            roster.tell(Class::News, Topics::NEWS, Kind::NOTICE, |out| notice.write(out));
-        }
-        if let EventLine::Health { channel: "clock", health, .. } = line {
-            let text = format!("clock of the gripper: {health}");
-            let notice = notice(NoticeKind::Link, self.gripper.link.code(), host_us, &text);
-            roster.tell(Class::News, Topics::NEWS, Kind::NOTICE, |out| notice.write(out));
-        }
-        let EventLine::Slip(slip) = line else { return };
+    pub(super) fn event(&mut self, host_us: u64, event: &Event, roster: &mut Roster) {
+        let slip = match event {
+            Event::Slip(slip) => slip,
+            Event::Health { condition: Condition::Sensor(sensor, health), .. } => {
+                let text = format!("{sensor} {health}");
+                let notice = Notice {
+                    value: health.code().into(),
+                    ..notice(NoticeKind::Sensor, sensor.code(), host_us, &text)
+                };
+                return roster
+                    .tell(Class::News, Topics::NEWS, Kind::NOTICE, |out| notice.write(out));
+            }
+            Event::Health { condition: Condition::Clock(health), .. } => {
+                let text = format!("clock of the gripper: {}", health.name());
+                let notice = notice(NoticeKind::Link, self.gripper.link.code(), host_us, &text);
+                return roster
+                    .tell(Class::News, Topics::NEWS, Kind::NOTICE, |out| notice.write(out));
+            }
+            Event::Health { condition: Condition::Floor(_), .. } | Event::Grip { .. } => return,
+        };
         self.number = self.number.saturating_add(1);
         let slip = SlipReport { number: self.number, host: Micros(host_us), ..*slip };
         if self.slips.len() == RECENT {

@@ -127,8 +127,8 @@ impl Tape {
                 self.writer.write(host_us, &Record::Sample(record))
             }
             Item::State(state) => self.state(state),
-            Item::Event { host_us, line } => {
-                let record = event_record(line, &mut self.json).map_err(io::Error::from)?;
+            Item::Event { host_us, event } => {
+                let record = event_record(event, &mut self.json).map_err(io::Error::from)?;
                 self.writer.write(host_us, &Record::Event(record))
             }
             Item::Command { host_us, grip } => {

@@ -3,8 +3,8 @@
 use crate::rig::{Rig, tcp, wanted};
 use grip_daemon::Item;
 use grip_daemon::clients::{ClientsConfig, Listen};
-use grip_link::message::daemon::{Health, Subscribe, Topics};
-use grip_session::report::EventLine;
+use grip_link::message::daemon::{Health, Sensor, SensorHealth, Subscribe, Topics};
+use grip_session::report::{Condition, Event};
 use slip_core::{SlipReport, units::Micros};
 
 #[test]
@@ -55,13 +55,13 @@ fn a_query_tells_everything_and_then_answers() {
     rig.state();
     rig.clients.health(&Health::default());
     for _ in 0..20 {
-        let line = EventLine::Slip(SlipReport {
+        let line = Event::Slip(SlipReport {
             t: Micros(500_000),
             duration_s: Some(0.01),
 
             ..SlipReport::UNKNOWN
         });
-        rig.clients.take(&Item::Event { host_us: 5, line: &line });
+        rig.clients.take(&Item::Event { host_us: 5, event: &line });
     }
     let mut viewer = rig.viewer(7, wanted(Topics::default(), 0));
     viewer.client.query().unwrap();
@@ -77,8 +77,9 @@ fn news_of_link_sensors_and_commands_come_in_words() {
     let mut rig = Rig::new(tcp());
     let mut viewer = rig.viewer(7, wanted(Topics::NEWS, 0));
     rig.news();
-    let line = EventLine::Health { t_s: 1.0, channel: "travel", health: "backwards" };
-    rig.clients.take(&Item::Event { host_us: 9, line: &line });
+    let condition = Condition::Sensor(Sensor::Travel, SensorHealth::Backwards);
+    let line = Event::Health { t: Micros(1_000_000), condition };
+    rig.clients.take(&Item::Event { host_us: 9, event: &line });
     let command = slip_core::ClientCommand::AtLeast(4.0);
     rig.clients.take(&Item::Client { host_us: 9, command });
     rig.until(&mut viewer, |seen| seen.texts.len() == 2);

@@ -10,7 +10,7 @@ use grip_link::{
         DeviceState, Event, EventKind, FaultCode, Firmware, ForceClamp, Status, StatusFlags,
     },
 };
-use grip_session::report::EventLine;
+use grip_session::report::Event as Happened;
 use slip_core::{
     Phase, PipelineState, SlipReport, grip::GripState, health::SensorHealth, methods::Method,
     scene::Scene, units::Micros,
@@ -46,8 +46,8 @@ pub(crate) const STATUS: Status = Status {
     rejected: 0,
 };
 
-pub(crate) const fn slip(phase: Phase, method: Method) -> EventLine {
-    EventLine::Slip(SlipReport {
+pub(crate) const fn slip(phase: Phase, method: Method) -> Happened {
+    Happened::Slip(SlipReport {
         t: Micros(500_000),
         phase,
         method,
@@ -113,7 +113,7 @@ pub(crate) fn board() -> Board {
         (Phase::Gross, Method::Stylus),
         (Phase::Gross, Method::Travel),
     ] {
-        board.take(&Item::Event { host_us: 20, line: &slip(phase, method) });
+        board.take(&Item::Event { host_us: 20, event: &slip(phase, method) });
     }
     board.take(&Item::State(&STATE));
     board.count(&counters(1_000_000, 10_000));

@@ -169,7 +169,7 @@ fn a_link_that_closed_is_told_with_its_reason() {
     assert_eq!(status["link"]["closed"], "the gripper fell silent (500 ms without a frame)");
     assert_eq!((&status["link"]["state"], board.is_healthy()), (&"closed".into(), false));
     for n in 0..1000 {
-        board.take(&Item::Event { host_us: n, line: &made::slip(Phase::Gross, Method::Pressure) });
+        board.take(&Item::Event { host_us: n, event: &made::slip(Phase::Gross, Method::Pressure) });
     }
     assert_eq!(board.events().count(), 32, "memory stays small");
     assert_eq!(board.event_counts().gross, [1, 1, 1000]);

@@ -1,7 +1,7 @@
 //! Samples with what the pipeline made of them in, slips whose force is known from both sides out.
 
 use slip_core::{
-    Sample, SlipEvent, Step,
+    Phase, Sample, SlipReport, Step,
     features::Features,
     grip::GripEvent,
     health::SensorHealth,
@@ -162,7 +162,7 @@ impl SlipWatch {
             return;
         }
         match step.event {
-            Some(SlipEvent::Slip { first: true, .. }) => {
+            Some(SlipReport { first: true, .. }) => {
                 match core::mem::take(&mut self.state) {
                     State::Quiet => {}
                     State::Sliding(_) => tell(Err(Fate::Unfinished)),
@@ -172,12 +172,12 @@ impl SlipWatch {
                 self.state =
                     State::Sliding(Sliding { t: step.t, slipped_n: self.force_n, features });
             }
-            Some(SlipEvent::Ended { .. }) => {
+            Some(SlipReport { phase: Phase::Ended, .. }) => {
                 if let State::Sliding(slip) = core::mem::take(&mut self.state) {
                     self.state = State::Staying(slip, step.t, None);
                 }
             }
-            Some(SlipEvent::Slip { .. }) | None => {}
+            _ => {}
         }
         self.follow(step, tell);
     }
@@ -259,19 +259,13 @@ fn judge(slip: &Sliding, stayed_n: Option<f32>, widest: f32) -> Result<MeasuredS
 mod tests {
     use super::{Fate, MeasuredSlip, SlipWatch, WatchConfig};
     use slip_core::{
-        CauseSet, Causes, Phase, Sample, SlipEvent, Step, features::Features, grip::GripEvent,
-        health::SensorHealth, methods::Method, scene::Scene, units::Micros,
+        Phase, Sample, SlipReport, Step, features::Features, grip::GripEvent, health::SensorHealth,
+        scene::Scene, units::Micros,
     };
 
-    const FIRST: SlipEvent = SlipEvent::Slip {
-        phase: Phase::Gross,
-        first: true,
-        method: Method::Stylus,
-        confidence: 1.0,
-        certified_s: None,
-        causes: Causes { ruled_out: CauseSet::from_bits(0), possible: CauseSet::from_bits(0) },
-    };
-    const ENDED: SlipEvent = SlipEvent::Ended { duration: Micros(0), certified_s: None };
+    const FIRST: SlipReport =
+        SlipReport { phase: Phase::Gross, first: true, ..SlipReport::UNKNOWN };
+    const ENDED: SlipReport = SlipReport::UNKNOWN;
 
     fn features(trial_force_n: f32) -> Features {
         Features {

@@ -75,8 +75,11 @@ impl Hand for Own<'_> {
         bytes: &[u8],
         send: &mut dyn FnMut(&[u8]),
     ) -> Result<(), SessionError> {
-        let mut out = [0; MAX_WIRE];
-        if let Some(len) = self.session.receive(now_us, bytes, &mut out, self.tell)? {
+        let (mut left, mut out) = (bytes, [0; MAX_WIRE]);
+        while let Some(news) = self.session.receive(now_us, &mut left)? {
+            (self.tell)(news);
+        }
+        if let Some(len) = self.session.command(now_us, &mut out) {
             send(out.get(..len).unwrap_or(&out));
         }
         while let Some(len) = self.session.poll_transmit(now_us, &mut out) {

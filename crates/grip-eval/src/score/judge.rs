@@ -9,7 +9,7 @@ use super::{
 use grip_record::{LabelKind, Recording};
 use grip_session::replay::Replay;
 use slip_core::{
-    PipelineConfig, SlipEvent, detector::FloorHealth, pressure::Standing, scene::Scene,
+    Phase, PipelineConfig, SlipReport, detector::FloorHealth, pressure::Standing, scene::Scene,
     units::Micros,
 };
 
@@ -151,14 +151,14 @@ fn play(
             played.causes.add_time(cause, dt_s);
         }
         match (step.event, played.spans.last_mut()) {
-            (Some(SlipEvent::Slip { first: true, .. }), _) => {
+            (Some(SlipReport { first: true, .. }), _) => {
                 if t_s < until_s {
                     played.causes.add_alarm(cause);
                 }
                 let cause = cause.to_owned();
                 played.spans.push(Span { from: step.t, to: None, cause });
             }
-            (Some(SlipEvent::Ended { .. }), Some(span)) => span.to = Some(step.t),
+            (Some(SlipReport { phase: Phase::Ended, .. }), Some(span)) => span.to = Some(step.t),
             _ => {}
         }
     }

@@ -3,7 +3,7 @@
 
 use grip_session::{HostConfig, model};
 use slip_core::{
-    Pipeline, Sample, Signal, SlipEvent,
+    Pipeline, Sample, Signal,
     units::{Hertz, Micros},
 };
 
@@ -65,7 +65,7 @@ fn hold(rate_hz: f64, needed_n: f64) -> Held {
         command_n = f64::from(step.command.unwrap().0);
         let used = step.estimate.filter(|estimate| !estimate.extrapolated);
         held.ratios.extend(used.map(|estimate| f64::from(estimate.force_n) / (SAFETY * needed_n)));
-        held.ended |= matches!(step.event, Some(SlipEvent::Ended { .. }));
+        held.ended |= step.event.is_some_and(|slip| slip.phase == slip_core::Phase::Ended);
     }
     held
 }

@@ -8,7 +8,7 @@ use grip_session::{
     replay::{self, Replay},
 };
 use slip_core::{
-    SlipEvent, Step,
+    Step,
     detector::{DetectorConfig, KnownFloors, MotionInput, SlipDetector, SlipState},
     floor::FloorConfig,
     health::SensorHealth,
@@ -54,7 +54,7 @@ fn an_array_without_a_stylus_tells_slips_and_not_the_closing_of_the_fingers() {
                 .iter()
                 .all(|step| step.sensors[0] == SensorHealth::Good && step.command.is_none())
         );
-        let first = |step: &&Step| matches!(step.event, Some(SlipEvent::Slip { first: true, .. }));
+        let first = |step: &&Step| step.event.is_some_and(|slip| slip.first);
         steps.iter().filter(first).map(|step| step.t.as_seconds()).collect()
     };
     assert!(slips(10.0).is_empty());

@@ -5,7 +5,7 @@ use grip_link::{frame::MAX_WIRE, message::FaultCode};
 use grip_record::{Channel, ChannelSet, CsvOptions, CsvWriter, StylusKind, parse_csv};
 use grip_session::{
     HostConfig, News, Session, SessionOptions, model, replay,
-    report::{EventLine, EventLog},
+    report::{Event, EventLog},
 };
 use grip_sim::{Scene, VirtualMcu};
 use slip_core::ClientCommand;
@@ -45,7 +45,7 @@ fn replayed(recording: &[u8], config: &HostConfig) -> Vec<String> {
     let estimator = model::default_estimator().unwrap();
     let steps = replay::Replay::new(&recording, pipeline, Some(estimator)).unwrap();
     let mut log = EventLog::default();
-    let lines = steps.flat_map(|step| log.lines(&step).into_iter().flatten());
+    let lines = steps.flat_map(|step| log.events(&step).into_iter().flatten());
     lines.map(|line| serde_json::to_string(&line).unwrap()).collect()
 }
 
@@ -98,7 +98,7 @@ fn holding_is_no_drift() {
     let estimator = model::default_estimator().unwrap();
     let mut told = Vec::new();
     let mut tell = |news: News<'_>| {
-        if let News::Event(line @ EventLine::Health { .. }) = news {
+        if let News::Event(line @ Event::Health { .. }) = news {
             told.push(line);
         }
     };
@@ -142,7 +142,7 @@ fn late_samples_do_not_raise_the_force() {
         held_back.push_back((if late { now.plus(Micros(80_000)) } else { now }, bytes));
         while held_back.front().is_some_and(|(due, _)| *due <= now) {
             let (_, bytes) = held_back.pop_front().unwrap();
-            if let Some(len) = session.receive(now.0, &bytes, &mut out, &mut |_| {}).unwrap() {
+            if let Some(len) = session.answer(now.0, &bytes, &mut out).unwrap() {
                 mcu.receive(now, &out[..len]);
                 let sent_mn = session.link().last_grip().unwrap().force_mn;
                 assert!(!late || sent_mn <= before_mn, "{sent_mn} mN at {now:?}");
@@ -172,14 +172,14 @@ fn settings_wait_for_the_end_of_a_slip_but_not_for_ever() {
         let slipping = session.grip_state() == Some(GripState::Slipping);
         assert_eq!(session.can_swap(1_999_999), !slipping);
         assert!(session.can_swap(2_000_000));
-        if let Some(len) = session.receive(now.0, &bytes, &mut out, &mut |_| {}).unwrap() {
+        if let Some(len) = session.answer(now.0, &bytes, &mut out).unwrap() {
             mcu.receive(now, &out[..len]);
             let force_mn = session.link().last_grip().unwrap().force_mn;
             assert!(swapped_mn.is_none_or(|before| force_mn >= before), "{force_mn} mN at {now:?}");
             if slipping && swapped_mn.is_none() {
                 let mut config = HostConfig::default();
                 let mut estimator = model::default_estimator().unwrap();
-                session.swap(&mut config, &mut estimator, &mut |_| {}).unwrap();
+                session.swap(&mut config, &mut estimator).unwrap();
                 swapped_mn = Some(force_mn);
             }
         }
@@ -203,7 +203,7 @@ fn a_stop_leaves_nothing_that_leaps_when_it_is_cleared() {
         let mut bytes = Vec::new();
         mcu.transmit(now, &mut bytes);
         let latched = (1_550_000..2_000_000).contains(&now.0);
-        if let Some(len) = session.receive(now.0, &bytes, &mut out, &mut |_| {}).unwrap() {
+        if let Some(len) = session.answer(now.0, &bytes, &mut out).unwrap() {
             assert!(!latched, "a command in a stop, at {now:?}");
             mcu.receive(now, &out[..len]);
             let force_mn = session.link().last_grip().unwrap().force_mn;

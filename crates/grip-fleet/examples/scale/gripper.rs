@@ -9,7 +9,7 @@ use grip_fleet::{EventId, EventLog as KeptEvents, Member, Spool, Topic, Uid};
 use grip_link::frame::{self, Direction, Header, MAX_PAYLOAD, MAX_WIRE};
 use grip_link::message::Kind;
 use grip_link::message::daemon::{Gripper as Identity, Health, SlipReport};
-use grip_session::report::{EventLine, EventLog};
+use grip_session::report::{Event, EventLog};
 use grip_session::{HostConfig, HostEstimator, model};
 use slip_core::units::Hertz;
 use slip_core::{Pipeline, PipelineConfig, Sample};
@@ -114,7 +114,7 @@ impl Gripper {
         for number in frame * BATCH..(frame + 1) * BATCH {
             let sample = tape::sample(&self.tape, self.offset + number).context("an empty tape")?;
             let step = self.pipeline.handle(&sample);
-            for line in self.log.lines(&step).into_iter().flatten() {
+            for line in self.log.events(&step).into_iter().flatten() {
                 self.tell(start_us + sample_us(number + 1), &line)?;
             }
         }
@@ -124,8 +124,8 @@ impl Gripper {
 
     /// Keeps a slip, then tells it. Its time is that of the sample that showed it: waiting for the frame, and for the other grippers of this
     /// thread, is a part of the delay.
-    fn tell(&mut self, sampled_us: u64, line: &EventLine) -> anyhow::Result<()> {
-        let EventLine::Slip(slip) = line else { return Ok(()) };
+    fn tell(&mut self, sampled_us: u64, line: &Event) -> anyhow::Result<()> {
+        let Event::Slip(slip) = line else { return Ok(()) };
         self.slips += 1;
         let slip = SlipReport { number: self.slips, host: Micros(sampled_us), ..*slip };
         let wire = message(Kind::SLIP, |out| slip.write(out).ok())?;

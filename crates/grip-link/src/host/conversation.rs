@@ -1,14 +1,14 @@
 //! What the host's side remembers of one link, and the notices that wait for the caller.
 
 use super::link::HostEvent;
-use super::loss::{Loss, RowCount};
+use super::loss::RowCount;
 use super::request::Request;
 use super::{CloseReason, HostConfig, LinkState};
+use crate::clock::ClockSync;
 use crate::decoder::{Counters, Decoder};
 use crate::frame::Direction;
 use crate::message::{Config, Grip, Ident, Layout};
 use crate::sender::Sender;
-use crate::{clock::ClockSync, message::SamplesHeader};
 
 #[derive(Debug, Clone)]
 pub(super) struct Conversation {
@@ -17,7 +17,7 @@ pub(super) struct Conversation {
     pub(super) state: LinkState,
     pub(super) announced: LinkState,
     /// An event that waits for the caller.
-    pub(super) notice: Option<HostEvent<'static>>,
+    pub(super) notice: Option<HostEvent>,
     pub(super) session: u16,
     pub(super) greet_again: bool,
     pub(super) hello_since_us: u64,
@@ -42,13 +42,6 @@ pub(super) struct Conversation {
     pub(super) malformed: u32,
     pub(super) unexpected: u32,
     pub(super) failures: u8,
-}
-
-/// What a frame is to the caller; rows and texts stay in the decoder until it asks for them.
-pub(super) enum Heard {
-    Event(HostEvent<'static>),
-    Samples(SamplesHeader, Loss),
-    Log,
 }
 
 impl Conversation {
@@ -120,7 +113,7 @@ impl Conversation {
         matches!(self.state, LinkState::Stream | LinkState::Degraded)
     }
 
-    pub(super) fn pending<'s>(&mut self) -> Option<HostEvent<'s>> {
+    pub(super) fn pending(&mut self) -> Option<HostEvent> {
         if let Some(notice) = self.notice.take() {
             return Some(notice);
         }

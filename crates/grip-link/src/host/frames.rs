@@ -1,6 +1,6 @@
 //! Good frames in, notices and events to pass on out.
 
-use super::conversation::{Conversation, Heard};
+use super::conversation::Conversation;
 use super::link::HostEvent;
 use super::request::Request;
 use super::timing::QUICK_PING_US;
@@ -15,7 +15,7 @@ use crate::message::{
 
 impl Conversation {
     /// Acts on a frame; what is to be passed on with its contents is returned, the rest becomes a notice.
-    pub(super) fn on_frame(&mut self, now_us: u64, frame: &Frame<'_>) -> Option<Heard> {
+    pub(super) fn on_frame(&mut self, now_us: u64, frame: &Frame<'_>) -> Option<HostEvent> {
         self.take_frame(now_us, frame).unwrap_or_else(|_short| {
             self.malformed = self.malformed.saturating_add(1);
             None
@@ -26,7 +26,7 @@ impl Conversation {
         &mut self,
         now_us: u64,
         frame: &Frame<'_>,
-    ) -> Result<Option<Heard>, PayloadError> {
+    ) -> Result<Option<HostEvent>, PayloadError> {
         let payload = frame.payload;
         match frame.header.kind {
             Kind::IDENT if frame.header.session == 0 => self.on_announcement(payload)?,
@@ -40,13 +40,13 @@ impl Conversation {
                 if verdict == Some(PongVerdict::Outlier) {
                     self.ping_quickly(self.ping_due_us.min(now_us.saturating_add(QUICK_PING_US)));
                 }
-                return Ok(verdict.map(|verdict| Heard::Event(HostEvent::Clock(verdict))));
+                return Ok(verdict.map(|verdict| HostEvent::Clock(verdict)));
             }
             Kind::SAMPLES => return self.on_samples(now_us, payload),
             Kind::STATUS => return self.on_status(now_us, payload),
-            Kind::STATS => return Ok(Some(Heard::Event(HostEvent::Stats(Stats::parse(payload)?)))),
-            Kind::EVENT => return Ok(Some(Heard::Event(HostEvent::Event(Event::parse(payload)?)))),
-            Kind::LOG => return Log::parse(payload).map(|_| Some(Heard::Log)),
+            Kind::STATS => return Ok(Some(HostEvent::Stats(Stats::parse(payload)?))),
+            Kind::EVENT => return Ok(Some(HostEvent::Event(Event::parse(payload)?))),
+            Kind::LOG => return Log::parse(payload).map(|_| Some(HostEvent::Log)),
             _ => {}
         }
         Ok(None)
@@ -105,12 +105,16 @@ impl Conversation {
     }
 
     /// A gripper that streamed and says LINKED has lost its CONFIG, as a repeated HELLO of this session makes it.
-    fn on_status(&mut self, now_us: u64, payload: &[u8]) -> Result<Option<Heard>, PayloadError> {
+    fn on_status(
+        &mut self,
+        now_us: u64,
+        payload: &[u8],
+    ) -> Result<Option<HostEvent>, PayloadError> {
         let status = Status::parse(payload)?;
         if self.is_streaming() && self.request.is_none() && status.state == DeviceState::Linked {
             self.configure(now_us);
         }
-        Ok(Some(Heard::Event(HostEvent::Status(status))))
+        Ok(Some(HostEvent::Status(status)))
     }
 
     fn answered(&mut self, kind: Kind, seq: u16) -> bool {
@@ -169,7 +173,11 @@ impl Conversation {
         }
     }
 
-    fn on_samples(&mut self, now_us: u64, payload: &[u8]) -> Result<Option<Heard>, PayloadError> {
+    fn on_samples(
+        &mut self,
+        now_us: u64,
+        payload: &[u8],
+    ) -> Result<Option<HostEvent>, PayloadError> {
         // CONFIG stopped the sampling before: samples now mean that START arrived and its ACK did not.
         if self
             .request
@@ -188,7 +196,7 @@ impl Conversation {
         let loss = self.rows.take(&header);
         self.samples_us = now_us;
         self.state = if loss.is_contiguous() { LinkState::Stream } else { LinkState::Degraded };
-        Ok(Some(Heard::Samples(header, loss)))
+        Ok(Some(HostEvent::Samples { header, loss }))
     }
 
     /// Opens another session after the gripper started anew; takes no more of this one after closing, whatever else came

@@ -1,6 +1,6 @@
 //! The state machine of the computer's side.
 
-use super::conversation::{Conversation, Heard};
+use super::conversation::Conversation;
 use super::loss::{Loss, LossCount};
 use super::request::Request;
 use super::{CloseReason, HostConfig, HostConfigError, LinkState};
@@ -9,12 +9,12 @@ use crate::decoder::{Counters, Decoder, Role};
 use crate::frame::MAX_WIRE;
 use crate::message::{
     Clamped, Config, Event, FaultCode, Grip, GripMode, Heartbeat, Ident, Kind, Layout, Log, Nack,
-    Samples, Stats, Status,
+    Samples, SamplesHeader, Stats, Status,
 };
 
 /// What came out of received bytes or of time going on.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum HostEvent<'a> {
+pub enum HostEvent {
     /// The state changed.
     State {
         /// State before.
@@ -39,10 +39,10 @@ pub enum HostEvent<'a> {
         /// Fields that the gripper changed.
         clamped: Clamped,
     },
-    /// A batch of samples.
+    /// A batch of samples: see [`HostLink::samples`].
     Samples {
-        /// The rows.
-        samples: Samples<'a>,
+        /// What stands before the rows.
+        header: SamplesHeader,
         /// What is missing before them.
         loss: Loss,
     },
@@ -52,8 +52,8 @@ pub enum HostEvent<'a> {
     Stats(Stats),
     /// Fault or change of state of the gripper.
     Event(Event),
-    /// Text of the gripper.
-    Log(Log<'a>),
+    /// Text of the gripper: see [`HostLink::log`].
+    Log,
     /// A PONG went into the clock estimate.
     Clock(PongVerdict),
     /// A request was carried out.
@@ -157,8 +157,8 @@ impl HostLink {
     /// Takes bytes off `input` up to the next event; `None` when they are used up and no event waits.
     ///
     /// Call it until `None`, with no bytes too when only time went on.
-    pub fn receive<'s>(&'s mut self, now_us: u64, input: &mut &[u8]) -> Option<HostEvent<'s>> {
-        let heard = loop {
+    pub fn receive(&mut self, now_us: u64, input: &mut &[u8]) -> Option<HostEvent> {
+        loop {
             if let Some(event) = self.talk.pending() {
                 return Some(event);
             }
@@ -174,24 +174,27 @@ impl HostLink {
                 Some(Ok(())) if self.talk.state == LinkState::Closed => {}
                 Some(Ok(())) => {
                     self.talk.frame_us = now_us;
-                    if let Some(heard) = self.talk.on_frame(now_us, &self.decoder.frame()?) {
-                        break heard;
+                    if let Some(event) = self.talk.on_frame(now_us, &self.decoder.frame()?) {
+                        return Some(event);
                     }
                     self.talk.after_frame(now_us, &mut self.decoder);
                 }
             }
-        };
-        Some(match heard {
-            Heard::Event(event) => event,
-            Heard::Samples(header, loss) => {
-                let payload = self.decoder.frame()?.payload;
-                HostEvent::Samples {
-                    samples: Samples::of(header, &self.talk.layout, payload)?,
-                    loss,
-                }
-            }
-            Heard::Log => HostEvent::Log(Log::parse(self.decoder.frame()?.payload).ok()?),
-        })
+        }
+    }
+
+    /// The rows of the [`HostEvent::Samples`] that was told last; `None` once more bytes were taken.
+    #[must_use]
+    pub fn samples(&self, header: SamplesHeader) -> Option<Samples<'_>> {
+        let frame = self.decoder.frame().filter(|frame| frame.header.kind == Kind::SAMPLES)?;
+        Samples::of(header, &self.talk.layout, frame.payload)
+    }
+
+    /// The text of the [`HostEvent::Log`] that was told last; `None` once more bytes were taken.
+    #[must_use]
+    pub fn log(&self) -> Option<Log<'_>> {
+        let frame = self.decoder.frame().filter(|frame| frame.header.kind == Kind::LOG)?;
+        Log::parse(frame.payload).ok()
     }
 
     /// Writes the next bytes that are due: the preamble, HELLO, a request or a PING. One write for each.

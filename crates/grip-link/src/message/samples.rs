@@ -110,16 +110,26 @@ impl<'a> Samples<'a> {
         self.layout
     }
 
+    /// Row `n`, from 0 on.
+    #[must_use]
+    #[inline]
+    pub fn row(&self, n: u8) -> Option<Row<'a>> {
+        let SamplesHeader { first_index, t0_tick, dt_ticks, format, .. } = self.header;
+        let size = self.layout.row_bytes(format);
+        let bytes = self.rows.get(size * usize::from(n)..)?.get(..size)?;
+        Some(Row {
+            index: first_index.wrapping_add(u32::from(n)),
+            tick: t0_tick.wrapping_add(u64::from(dt_ticks) * u64::from(n)),
+            format,
+            layout: self.layout,
+            bytes,
+        })
+    }
+
     /// The rows in order.
     #[must_use]
     pub fn rows(&self) -> Rows<'a> {
-        let size = self.layout.row_bytes(self.header.format).max(1);
-        Rows {
-            header: self.header,
-            layout: self.layout,
-            bytes: self.rows.chunks_exact(size),
-            done: 0,
-        }
+        Rows { samples: *self, done: 0 }
     }
 }
 
@@ -135,9 +145,7 @@ impl<'a> IntoIterator for &Samples<'a> {
 /// Iterator over the rows of a batch.
 #[derive(Debug, Clone)]
 pub struct Rows<'a> {
-    header: SamplesHeader,
-    layout: &'a Layout,
-    bytes: core::slice::ChunksExact<'a, u8>,
+    samples: Samples<'a>,
     done: u8,
 }
 
@@ -145,16 +153,14 @@ impl<'a> Iterator for Rows<'a> {
     type Item = Row<'a>;
 
     fn next(&mut self) -> Option<Row<'a>> {
-        let bytes = self.bytes.next()?;
-        let SamplesHeader { first_index, t0_tick, dt_ticks, format, .. } = self.header;
-        let index = first_index.wrapping_add(u32::from(self.done));
-        let tick = t0_tick.wrapping_add(u64::from(dt_ticks) * u64::from(self.done));
+        let row = self.samples.row(self.done).filter(|_| self.done < self.samples.header.rows)?;
         self.done = self.done.saturating_add(1);
-        Some(Row { index, tick, format, layout: self.layout, bytes })
+        Some(row)
     }
 
     fn size_hint(&self) -> (usize, Option<usize>) {
-        self.bytes.size_hint()
+        let left = usize::from(self.samples.header.rows.saturating_sub(self.done));
+        (left, Some(left))
     }
 }
 
@@ -173,6 +179,13 @@ pub struct Row<'a> {
 }
 
 impl Row<'_> {
+    /// Its columns in order.
+    #[must_use]
+    #[inline]
+    pub fn columns(&self) -> &[Column] {
+        self.layout.columns()
+    }
+
     /// Raw value of an element when the format is i16.
     #[must_use]
     pub fn raw(&self, element: usize) -> Option<i16> {
@@ -185,6 +198,7 @@ impl Row<'_> {
 
     /// Value of element `k` of a column in its unit; NaN when the channel had no reading, `None` outside the column.
     #[must_use]
+    #[inline]
     pub fn value(&self, column: &Column, k: u8) -> Option<f32> {
         if k >= column.count {
             return None;

@@ -20,13 +20,14 @@ pub(crate) enum Told {
     Other(String),
 }
 
-fn told(event: &HostEvent<'_>) -> Told {
+fn told(host: &HostLink, event: &HostEvent) -> Told {
     match event {
         HostEvent::State { to, .. } => Told::State(*to),
         HostEvent::Identified { rebooted } => Told::Identified(*rebooted),
         HostEvent::Rebooted { before, now } => Told::Rebooted(*before, *now),
         HostEvent::Configured { clamped } => Told::Configured(clamped.0),
-        HostEvent::Samples { samples, loss } => {
+        HostEvent::Samples { header, loss } => {
+            let samples = host.samples(*header).unwrap();
             let rows =
                 samples.rows().map(|row| (row.index, row.tick, row.raw(0).unwrap())).collect();
             Told::Rows(rows, *loss)
@@ -143,7 +144,8 @@ impl Line {
             if self.host_runs {
                 let mut input = &to_host[..];
                 while let Some(event) = self.host.receive(self.now_us, &mut input) {
-                    self.told.push(told(&event));
+                    let told = told(&self.host, &event);
+                    self.told.push(told);
                 }
             }
             self.now_us += STEP_US;

@@ -82,7 +82,8 @@ impl Player {
                 let bytes = unhex(words.first().unwrap_or(&""));
                 let mut input = &bytes[..];
                 while let Some(event) = self.host.receive(now_us, &mut input) {
-                    self.said.push(event_words(&event));
+                    let words = event_words(&self.host, &event);
+                    self.said.push(words);
                 }
             }
             "tx" => {

@@ -9,15 +9,15 @@ use grip_link::host::{CloseReason, HostEvent, HostLink};
 use grip_link::message::{Event, Samples, Stats, Status};
 
 /// An event; what the Python peer hands over with it and this one shows elsewhere stands in [`state_words`].
-pub(crate) fn event_words(event: &HostEvent<'_>) -> String {
+pub(crate) fn event_words(host: &HostLink, event: &HostEvent) -> String {
     match event {
         HostEvent::State { from, to } => format!("state {} {}", from, to),
         HostEvent::Identified { rebooted } => format!("identified {}", u8::from(*rebooted)),
         HostEvent::Rebooted { before, now } => format!("rebooted {before} {now}"),
         HostEvent::Configured { clamped } => format!("configured {}", clamped.0),
-        HostEvent::Samples { samples, loss } => format!(
+        HostEvent::Samples { header, loss } => format!(
             "samples {} lost {} {} {}",
-            samples_words(samples),
+            samples_words(&host.samples(*header).unwrap()),
             loss.rows,
             loss.dropped_by_mcu,
             u8::from(loss.restarted)
@@ -25,7 +25,10 @@ pub(crate) fn event_words(event: &HostEvent<'_>) -> String {
         HostEvent::Status(status) => status_words(status),
         HostEvent::Stats(stats) => stats_words(stats),
         HostEvent::Event(event) => event_message_words(event),
-        HostEvent::Log(log) => format!("log {} {} {}", log.tick, log.level.code(), hex(log.text)),
+        HostEvent::Log => {
+            let log = host.log().unwrap();
+            format!("log {} {} {}", log.tick, log.level.code(), hex(log.text))
+        }
         HostEvent::Clock(verdict) => format!("clock {}", verdict_name(*verdict)),
         HostEvent::Done(kind) => format!("done {:02x}", kind.0),
         HostEvent::Refused(nack) => {

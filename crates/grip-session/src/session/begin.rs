@@ -1,6 +1,6 @@
 //! What a pipeline knows in; the beginning of the one that follows it out.
 
-use super::{News, Session, SessionError, limits::limited, pace::SlewLimiter};
+use super::{Session, SessionError, limits::limited, pace::SlewLimiter};
 use grip_link::message::{ChannelKind, Unit};
 use slip_core::{
     Pipeline, PipelineConfig, Signal, detector::DetectorConfig, floor::FloorConfig,
@@ -126,11 +126,7 @@ impl Session {
     }
 
     /// Begins a pipeline with the settings and limits in force.
-    pub(super) fn begin(
-        &mut self,
-        carried: Carried,
-        tell: &mut dyn FnMut(News<'_>),
-    ) -> Result<(), SessionError> {
+    pub(super) fn begin(&mut self, carried: Carried) -> Result<(), SessionError> {
         let sample_rate_hz = self.link.in_force().map_or(0, |config| config.sample_rate_hz);
         #[expect(clippy::cast_precision_loss, reason = "rates are below 2^24")]
         let rate = Hertz(sample_rate_hz as f32);
@@ -154,7 +150,6 @@ impl Session {
         self.begun = Some(beginning);
         self.latched_n = None;
         self.limiter = SlewLimiter::begin(carried.force_n);
-        tell(News::Began(&beginning));
         Ok(())
     }
 }

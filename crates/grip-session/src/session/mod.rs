@@ -11,15 +11,15 @@ mod path;
 mod time_base;
 mod wishes;
 
+pub use crate::report::ClockHealth;
 pub use begin::Beginning;
 pub use explain::explain;
-pub use time_base::ClockHealth;
 
 use crate::{
     config::HostConfig,
     model::HostEstimator,
     motion::OwnMotion,
-    report::{EventLine, EventLog},
+    report::{Condition, Event, EventLog},
 };
 use grip_link::{
     clock::ClockSync,
@@ -36,6 +36,7 @@ use slip_core::{
     health::HealthCounters,
     pressure::MAX_TAXELS,
     stages::StageCounters,
+    units::Micros,
 };
 use std::sync::Arc;
 use time_base::TimeBase;
@@ -76,8 +77,8 @@ pub enum SessionError {
     Link(#[from] grip_link::host::HostConfigError),
 }
 
-/// What happened, told while bytes are taken.
-#[derive(Debug)]
+/// What happened.
+#[derive(Clone, Copy, Debug)]
 pub enum News<'a> {
     /// A pipeline begins: the next samples go through it.
     Began(&'a Beginning),
@@ -101,10 +102,10 @@ pub enum News<'a> {
         /// What it led to.
         step: &'a Step,
     },
-    /// Something worth a line.
-    Event(EventLine),
+    /// Something worth a line; what a sample led to comes before its [`News::Step`].
+    Event(Event),
     /// Something about the link; never [`HostEvent::Samples`].
-    Link(&'a HostEvent<'a>),
+    Link(HostEvent),
 }
 
 /// Counts of a session.
@@ -139,16 +140,14 @@ pub struct Session {
     refusal: Option<SessionError>,
     motion: OwnMotion,
     log: EventLog,
-    latest: Option<Step>,
+    path: Path,
+    due: Due,
     /// Force (N) that the gripper has while a stop or a fault is latched: no command is sent meanwhile.
     latched_n: Option<f32>,
     /// Least time between two commands (us), and when the last one was made.
     interval_us: u64,
     commanded_us: u64,
     limiter: SlewLimiter,
-    /// The last measured normal force (N).
-    applied_n: Option<f32>,
-    cause_sample: u32,
     counters: SessionCounters,
     /// Rows lost before the link was opened last.
     lost_before: u64,
@@ -193,13 +192,12 @@ impl Session {
             refusal: None,
             motion: OwnMotion::new(!options.dry_run),
             log: EventLog::default(),
-            latest: None,
+            path: Path::default(),
+            due: Due::default(),
             latched_n: None,
             interval_us: 0,
             commanded_us: 0,
             limiter: SlewLimiter::default(),
-            applied_n: None,
-            cause_sample: 0,
             counters: SessionCounters::default(),
             lost_before: 0,
         })
@@ -231,41 +229,77 @@ impl Session {
         self.link.close();
     }
 
-    /// Takes received bytes (none, to let time go on) and writes the next force command to `out`, if there is one: its length. A gripper that
-    /// puts in force what the settings cannot work with closes the link, with [`CloseReason::BadConfig`]: see [`Session::refusal`].
+    /// Takes received bytes (none, to let time go on) off `input` up to the next thing that happened; `None` when they are used up and
+    /// nothing waits: then [`Session::command`] has what they lead to. A gripper that puts in force what the settings cannot work with
+    /// closes the link, with [`CloseReason::BadConfig`]: see [`Session::refusal`].
     ///
     /// # Errors
     /// Where the configuration does not give a possible CONFIG.
     pub fn receive(
         &mut self,
         now_us: u64,
-        bytes: &[u8],
-        out: &mut [u8; MAX_WIRE],
-        tell: &mut dyn FnMut(News<'_>),
-    ) -> Result<Option<usize>, SessionError> {
-        let due = self.take(now_us, bytes, tell);
-        if let Some(rebooted) = due.identified {
-            self.meet(rebooted, tell);
-        }
-        if due.configured {
-            self.time_rows(now_us);
-        }
-        if due.configured || (due.unlatched && self.link.in_force().is_some()) {
-            let carried = self.carried();
-            if let Err(error) = self.begin(carried, tell) {
-                self.refuse(now_us, error, tell);
+        input: &mut &[u8],
+    ) -> Result<Option<News<'_>>, SessionError> {
+        loop {
+            if self.path.has_news() || self.handle_row(now_us) {
+                return Ok(self.path.news());
+            }
+            match self.link.receive(now_us, input) {
+                None => return self.settle(now_us),
+                Some(HostEvent::Samples { header, .. }) => self.begin_frame(now_us, header),
+                Some(event) => {
+                    self.take(&event);
+                    return Ok(Some(News::Link(event)));
+                }
             }
         }
-        if due.lost {
+    }
+
+    /// What is due once the bytes are used up.
+    fn settle(&mut self, now_us: u64) -> Result<Option<News<'_>>, SessionError> {
+        if let Some(rebooted) = self.due.identified.take()
+            && let Some(uid) = self.link.ident().map(|ident| ident.uid)
+        {
+            // Another gripper than this session is for is left alone.
+            let other = *self.uid.get_or_insert(uid) != uid;
+            if other {
+                self.link.close();
+            }
+            return Ok(self.link.ident().map(|ident| News::Gripper { ident, rebooted, other }));
+        }
+        let configured = core::mem::take(&mut self.due.configured);
+        if configured {
+            self.time_rows(now_us);
+        }
+        let unlatched = core::mem::take(&mut self.due.unlatched);
+        if configured || (unlatched && self.link.in_force().is_some()) {
+            let carried = self.carried();
+            return match self.begin(carried) {
+                Ok(()) => Ok(self.begun.as_ref().map(News::Began)),
+                Err(error) => {
+                    self.refuse(error);
+                    self.receive(now_us, &mut &[][..])
+                }
+            };
+        }
+        if core::mem::take(&mut self.due.lost) {
             self.arm_again(now_us)?;
         }
-        self.watch_clock(now_us, tell);
-        if due.fresh
-            && let Some((_, t, _)) = self.time.newest()
-        {
-            self.transit.learn(now_us, t.0, self.evidence_age_us(now_us));
-        }
-        Ok(if due.fresh { self.command(now_us, out) } else { None })
+        Ok(self.watch_clock(now_us).map(News::Event))
+    }
+
+    /// Takes everything in `bytes`, whatever happens, and writes the next force command to `out`, if there is one: its length.
+    ///
+    /// # Errors
+    /// As [`Session::receive`].
+    pub fn answer(
+        &mut self,
+        now_us: u64,
+        mut bytes: &[u8],
+        out: &mut [u8; MAX_WIRE],
+    ) -> Result<Option<usize>, SessionError> {
+        while self.receive(now_us, &mut bytes)?.is_some() {}
+        Ok(self.command(now_us, out))
     }
 
     /// The device took the settings: its rows are timed at the rate in force, from where they were if it has not restarted.
@@ -282,7 +316,7 @@ impl Session {
     }
 
     /// Closes the link to a gripper whose limits or rate cannot be worked with.
-    fn refuse(&mut self, now_us: u64, error: SessionError, tell: &mut dyn FnMut(News<'_>)) {
+    fn refuse(&mut self, error: SessionError) {
         let Some(&config) = self.link.in_force() else { return };
         self.refusal = Some(error);
         self.link.refuse(CloseReason::BadConfig {
@@ -290,77 +324,46 @@ impl Session {
             force_max_mn: config.force_max_mn,
             slew_mn_s: config.slew_mn_s,
         });
-        while let Some(event) = self.link.receive(now_us, &mut &[][..]) {
-            tell(News::Link(&event));
-        }
     }
 
-    /// Reports a change of the device's clock, and has the clocks related anew where it jumped.
-    fn watch_clock(&mut self, now_us: u64, tell: &mut dyn FnMut(News<'_>)) {
+    /// The change of the device's clock, if there is one; has the clocks related anew where it jumped.
+    fn watch_clock(&mut self, now_us: u64) -> Option<Event> {
         if self.time.take_resync() {
             self.link.resync(now_us);
             self.transit.forget();
         }
         self.time.set_rate_error(self.link.clock().and_then(ClockSync::rate_error));
         let health = self.time.health();
-        if core::mem::replace(&mut self.clock_health, health) != health {
-            let t_s = self.time.newest().map_or(0.0, |(_, t, _)| t.as_seconds());
-            tell(News::Event(EventLine::Health { t_s, channel: "clock", health: health.name() }));
+        let changed = core::mem::replace(&mut self.clock_health, health) != health;
+        let t = self.time.newest().map_or(Micros(0), |(_, t, _)| t);
+        changed.then_some(Event::Health { t, condition: Condition::Clock(health) })
+    }
+
+    /// What an event of the link means to the session.
+    fn take(&mut self, event: &HostEvent) {
+        match event {
+            HostEvent::Configured { .. } => self.due.configured = true,
+            HostEvent::Status(status) => {
+                self.due.lost = status.state == DeviceState::LossAction;
+                self.wishes.hear(status.state);
+                self.due.unlatched = latch(&mut self.latched_n, status);
+                self.motion.hear(status);
+            }
+            HostEvent::Rebooted { .. } => self.forget_boot(),
+            HostEvent::Identified { rebooted } => {
+                self.due.identified = Some(*rebooted);
+                if *rebooted {
+                    self.forget_boot();
+                }
+            }
+            _ => {}
         }
     }
 
-    /// Runs the bytes through link and pipeline.
-    fn take(&mut self, now_us: u64, mut bytes: &[u8], tell: &mut dyn FnMut(News<'_>)) -> Due {
-        let mut due = Due::default();
-        let Self { link, pipeline, log, latest, applied_n, .. } = self;
-        let Self { counters, time, cause_sample, motion, .. } = self;
-        let mut clock = link.clock().and_then(ClockSync::relation);
-        while let Some(event) = link.receive(now_us, &mut bytes) {
-            match &event {
-                HostEvent::Samples { samples, .. } => {
-                    let Some(pipeline) = pipeline else { continue };
-                    let motion = *motion;
-                    let mut path =
-                        Path { pipeline, log, latest, applied_n, time, motion, now_us, clock };
-                    *cause_sample = path.batch(samples, counters, tell);
-                    due.fresh = true;
-                }
-                HostEvent::Configured { .. } => due.configured = true,
-                HostEvent::Status(status) => {
-                    due.lost = status.state == DeviceState::LossAction;
-                    self.wishes.hear(status.state);
-                    due.unlatched = latch(&mut self.latched_n, status);
-                    motion.hear(status);
-                }
-                HostEvent::Rebooted { .. } => {
-                    *pipeline = None;
-                    motion.forget();
-                }
-                HostEvent::Identified { rebooted } => {
-                    due.identified = Some(*rebooted);
-                    if *rebooted {
-                        *pipeline = None;
-                        motion.forget();
-                    }
-                }
-                _ => {}
-            }
-            if !matches!(event, HostEvent::Samples { .. }) {
-                tell(News::Link(&event));
-                clock = link.clock().and_then(ClockSync::relation);
-            }
-        }
-        due
-    }
-
-    /// A gripper told who it is. Another one than this session is for is left alone.
-    fn meet(&mut self, rebooted: bool, tell: &mut dyn FnMut(News<'_>)) {
-        let Some(ident) = self.link.ident() else { return };
-        let other = *self.uid.get_or_insert(ident.uid) != ident.uid;
-        tell(News::Gripper { ident, rebooted, other });
-        if other {
-            self.link.close();
-        }
+    /// The gripper has restarted.
+    fn forget_boot(&mut self) {
+        self.pipeline = None;
+        self.motion.forget();
     }
 
     /// This program stalled so long that the gripper took the loss action, which is to hold: a new CONFIG lets it
@@ -381,7 +384,8 @@ impl Session {
     }
 
     /// Puts other settings in force, between two frames; what they replace is left in `config` and `estimator`. What is asked of the
-    /// gripper itself changes when it is attached next. The object stays held: the new pipeline goes on where the old one was.
+    /// gripper itself changes when it is attached next. The object stays held: the new pipeline goes on where the old one was. Gives what it
+    /// begins with; `None` where there is none yet.
     ///
     /// # Errors
     /// Where they do not fit the rate the gripper works at, or did when it was there last; then the old ones stay in force.
@@ -389,22 +393,21 @@ impl Session {
         &mut self,
         config: &mut HostConfig,
         estimator: &mut HostEstimator,
-        tell: &mut dyn FnMut(News<'_>),
-    ) -> Result<(), SessionError> {
+    ) -> Result<Option<&Beginning>, SessionError> {
         let carried = self.carried();
         core::mem::swap(&mut self.config, config);
         core::mem::swap(&mut self.estimator, estimator);
         if self.pipeline.is_none() {
-            return Ok(());
+            return Ok(None);
         }
         // Without a gripper there is nothing to begin: its next CONFIG does that.
-        let begun =
-            if self.link.in_force().is_some() { self.begin(carried, tell) } else { self.fits() };
-        if begun.is_err() {
+        let begins = self.link.in_force().is_some();
+        if let Err(error) = if begins { self.begin(carried) } else { self.fits() } {
             core::mem::swap(&mut self.config, config);
             core::mem::swap(&mut self.estimator, estimator);
+            return Err(error);
         }
-        begun
+        Ok(self.begun.as_ref().filter(|_| begins))
     }
 
     /// Carries out what a client asks for, between two frames. `false` where it cannot be: nothing is held yet, or nothing is commanded.
@@ -425,9 +428,20 @@ impl Session {
         }
     }
 
+    /// Writes the next force command to `out`, if the bytes that were taken last lead to one: its length.
+    pub fn command(&mut self, now_us: u64, out: &mut [u8; MAX_WIRE]) -> Option<usize> {
+        if !core::mem::take(&mut self.due.fresh) {
+            return None;
+        }
+        if let Some((_, t, _)) = self.time.newest() {
+            self.transit.learn(now_us, t.0, self.evidence_age_us(now_us));
+        }
+        self.set_point(now_us, out)
+    }
+
     /// Encodes the set point. Nothing is sent before the controller has closed the fingers: a command of
     /// 0 N would drop what a gripper already holds. While samples are stale the link itself keeps the force from rising.
-    fn command(&mut self, now_us: u64, out: &mut [u8; MAX_WIRE]) -> Option<usize> {
+    fn set_point(&mut self, now_us: u64, out: &mut [u8; MAX_WIRE]) -> Option<usize> {
         let pipeline = self.pipeline.as_ref()?;
         let state = pipeline.grip_state()?;
         let latched = self.latched_n.is_some();
@@ -444,7 +458,7 @@ impl Session {
         let command = GripCommand {
             mode,
             answers_slip: state == GripState::Slipping,
-            cause_sample: self.cause_sample,
+            cause_sample: self.path.index,
             ..GripCommand::newtons(force_n)?
         };
         let len = self.link.grip(now_us, &command, out)?;
@@ -460,8 +474,8 @@ impl Session {
     fn paced(&mut self, now_us: u64) -> Option<f32> {
         let begun = self.begun.as_ref()?;
         let wanted = Wanted {
-            force_n: self.latest?.command?.0,
-            applied_n: self.applied_n,
+            force_n: self.path.step?.command?.0,
+            applied_n: self.applied_n(),
             now_us,
             row_us: self.time.newest()?.1.0,
             aged: self.is_late(now_us),
@@ -556,13 +570,13 @@ impl Session {
     /// The last step.
     #[must_use]
     pub fn latest(&self) -> Option<&Step> {
-        self.latest.as_ref()
+        self.path.step.as_ref()
     }
 
     /// The normal force (N) that was measured with the last sample; `None` where no sensor tells.
     #[must_use]
     pub fn applied_n(&self) -> Option<f32> {
-        self.applied_n
+        self.path.sample.normal_force_n
     }
 
     /// What was printed so far.

@@ -1,81 +1,141 @@
-//! Rows of a frame in, steps of the pipeline out.
+//! Rows of a frame in, steps of the pipeline out, one at a time.
 
-use super::{News, SessionCounters, time_base::TimeBase};
-use crate::{motion::OwnMotion, report::EventLog};
+use super::{News, Session};
+use crate::report::Event;
 use grip_link::{
-    clock::ClockRelation,
-    message::{ChannelKind, Row, Samples},
+    clock::{ClockRelation, ClockSync},
+    message::{ChannelKind, Row, SamplesHeader},
 };
-use slip_core::{Arrival, Pipeline, Sample, Step, pressure::MAX_TAXELS, units::Micros};
-use std::sync::Arc;
+use slip_core::{Arrival, Sample, Step, pressure::MAX_TAXELS, units::Micros};
 
-/// The part of a session that samples run through.
-pub(super) struct Path<'a> {
-    pub(super) pipeline: &'a mut Pipeline<Arc<[f32]>>,
-    pub(super) log: &'a mut EventLog,
-    pub(super) latest: &'a mut Option<Step>,
-    pub(super) applied_n: &'a mut Option<f32>,
-    pub(super) time: &'a mut TimeBase,
-    pub(super) motion: OwnMotion,
-    /// Host time at which the frame was complete (us), and the relation of the clocks, where it is known.
-    pub(super) now_us: u64,
-    pub(super) clock: Option<ClockRelation>,
+/// The frame whose rows go through the pipeline, and what the last of them led to.
+#[derive(Debug)]
+pub(super) struct Path {
+    /// The frame, while rows of it are left, and the number of the next one.
+    frame: Option<SamplesHeader>,
+    next: u8,
+    /// The relation of the clocks at that frame, where it is known.
+    clock: Option<ClockRelation>,
+    /// The last row: its number on the device, its sample, its taxels, as many as there are, and what it led to.
+    pub(super) index: u32,
+    pub(super) sample: Sample,
+    taxels: ([f32; MAX_TAXELS], usize),
+    pub(super) step: Option<Step>,
+    /// Events of that step, and how many of them were told.
+    events: [Option<Event>; Event::MOST],
+    events_told: usize,
+    /// Whether the step is still to be told.
+    waits: bool,
 }
 
-impl Path<'_> {
-    /// Handles a batch; gives the number of its last row.
-    pub(super) fn batch(
-        &mut self,
-        samples: &Samples<'_>,
-        counters: &mut SessionCounters,
-        tell: &mut dyn FnMut(News<'_>),
-    ) -> u32 {
-        let mut last = 0;
-        self.time.frame(self.now_us);
-        for row in samples {
-            let motion = self.motion.now(self.pipeline.grip_state());
-            // A row that is not usable has the time of the last one, which the pipeline counts and ignores.
-            let t = self.time.row(row.index, row.tick).t;
-            let arrival = Some(self.arrival(row.tick));
-            let sample = Sample { motion, arrival, ..sample_of(&row, t) };
-            let mut frame = [f32::NAN; MAX_TAXELS];
-            let taxels = taxels_of(&row, &mut frame);
-            let step = self.pipeline.handle_with(&sample, taxels);
-            counters.samples += 1;
-            for line in self.log.lines(&step).into_iter().flatten() {
-                tell(News::Event(line));
-            }
-            tell(News::Step { index: row.index, sample: &sample, taxels, step: &step });
-            *self.latest = Some(step);
-            *self.applied_n = sample.normal_force_n;
-            last = row.index;
+impl Default for Path {
+    fn default() -> Self {
+        Self {
+            frame: None,
+            next: 0,
+            clock: None,
+            index: 0,
+            sample: Sample::default(),
+            taxels: ([f32::NAN; MAX_TAXELS], 0),
+            step: None,
+            events: [None; Event::MOST],
+            events_told: Event::MOST,
+            waits: false,
         }
-        last
+    }
+}
+
+impl Path {
+    #[inline]
+    pub(super) fn has_news(&self) -> bool {
+        self.waits
     }
 
-    /// When a row of this device time was taken in, and how old it was; 0 where its clock is not related to the host's.
-    fn arrival(&self, tick: u64) -> Arrival {
-        let clock = self.clock.filter(|_| self.time.follows_ticks());
-        let taken_us = clock.and_then(|clock| clock.host_us(tick)).unwrap_or(self.now_us);
-        Arrival { at: Micros(self.now_us), age: Micros(self.now_us.saturating_sub(taken_us)) }
+    /// What the last row led to and was not told yet: its events, then its step.
+    #[inline]
+    pub(super) fn news(&mut self) -> Option<News<'_>> {
+        while let Some(event) = self.events.get(self.events_told) {
+            self.events_told += 1;
+            if let Some(event) = *event {
+                return Some(News::Event(event));
+            }
+        }
+        if !core::mem::take(&mut self.waits) {
+            return None;
+        }
+        let taxels = self.taxels.0.get(..self.taxels.1).unwrap_or(&[]);
+        Some(News::Step {
+            index: self.index,
+            sample: &self.sample,
+            taxels,
+            step: self.step.as_ref()?,
+        })
+    }
+}
+
+impl Session {
+    /// A frame of rows is there.
+    pub(super) fn begin_frame(&mut self, now_us: u64, header: SamplesHeader) {
+        if self.pipeline.is_none() {
+            return;
+        }
+        self.time.frame(now_us);
+        self.path.clock = self.link.clock().and_then(ClockSync::relation);
+        (self.path.frame, self.path.next) = (Some(header), 0);
+        self.due.fresh = true;
+    }
+
+    /// Handles the next row of the frame; `false` where there is none.
+    pub(super) fn handle_row(&mut self, now_us: u64) -> bool {
+        let Self { path, pipeline: Some(pipeline), link, time, .. } = self else { return false };
+        let Some(header) = path.frame else { return false };
+        let samples = link.samples(header).filter(|_| path.next < header.rows);
+        let Some(row) = samples.and_then(|samples| samples.row(path.next)) else {
+            path.frame = None;
+            return false;
+        };
+        path.next = path.next.saturating_add(1);
+        let motion = self.motion.now(pipeline.grip_state());
+        // A row that is not usable has the time of the last one, which the pipeline counts and ignores.
+        let t = time.row(row.index, row.tick).t;
+        // When the row was taken in, and how old it was; 0 where its clock is not related to the host's.
+        let clock = path.clock.filter(|_| time.follows_ticks());
+        let taken_us = clock.and_then(|clock| clock.host_us(row.tick)).unwrap_or(now_us);
+        let arrival =
+            Some(Arrival { at: Micros(now_us), age: Micros(now_us.saturating_sub(taken_us)) });
+        path.index = row.index;
+        path.sample = Sample { motion, arrival, ..sample_of(&row, t) };
+        let taxels = taxels_of(&row, &mut path.taxels.0);
+        let step = pipeline.handle_with(&path.sample, taxels);
+        path.taxels.1 = taxels.len();
+        self.counters.samples += 1;
+        if self.log.follows(&step) {
+            (path.events, path.events_told) = (self.log.events(&step), 0);
+        }
+        (path.step, path.waits) = (Some(step), true);
+        true
     }
 }
 
 /// The sample of a row; `NaN` in an optional channel means that there is no reading.
 fn sample_of(row: &Row<'_>, t: Micros) -> Sample {
-    let channel = |kind| row.read(kind).filter(|value| !value.is_nan());
-    Sample {
-        t,
-        stylus: row.read(ChannelKind::Stylus).unwrap_or(f32::NAN),
-        normal_force_n: channel(ChannelKind::NormalForce),
-        tangential_n: channel(ChannelKind::TangentialForce),
-        travel_m: channel(ChannelKind::Travel),
-        velocity_m_s: channel(ChannelKind::Velocity),
-        second_stylus: channel(ChannelKind::SecondStylus),
-        reference: channel(ChannelKind::Reference),
-        pressure: channel(ChannelKind::Pressure),
-        ..Sample::default()
+    let mut sample = Sample { t, stylus: f32::NAN, ..Sample::default() };
+    // The first column of a kind counts: it comes last.
+    for column in row.columns().iter().rev() {
+        let reading = row.value(column, 0).filter(|value| !value.is_nan());
+        match column.kind {
+            ChannelKind::Stylus => sample.stylus = reading.unwrap_or(f32::NAN),
+            ChannelKind::NormalForce => sample.normal_force_n = reading,
+            ChannelKind::TangentialForce => sample.tangential_n = reading,
+            ChannelKind::Travel => sample.travel_m = reading,
+            ChannelKind::Velocity => sample.velocity_m_s = reading,
+            ChannelKind::SecondStylus => sample.second_stylus = reading,
+            ChannelKind::Reference => sample.reference = reading,
+            ChannelKind::Pressure => sample.pressure = reading,
+            _ => {}
+        }
     }
+    sample
 }
 
 /// The frame of the taxel array in a row; empty where there is none, or where no taxel has a reading.

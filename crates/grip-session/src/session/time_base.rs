@@ -4,6 +4,7 @@
 //! its number does, is timed by its number at the configured rate; ticks are followed again once they have run for [`RUN_US`]. A row
 //! whose number does not follow either may be an old one that came again and is refused, for at most [`REFUSE_US`] in a row.
 
+use crate::report::ClockHealth;
 use slip_core::units::Micros;
 
 /// Ticks have to run for so long (us of pipeline time) before they are followed again.
@@ -23,43 +24,6 @@ const HORIZON_US: u64 = 1 << 62;
 /// Rate error beyond which it is reported, and below which it is over.
 const RATE_OFF: f64 = 0.01;
 const RATE_GOOD: f64 = 0.008;
-
-/// State of the device's clock.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum ClockHealth {
-    /// Ticks run at the nominal rate.
-    #[default]
-    Good,
-    /// Ticks do not advance; rows are timed by their numbers.
-    Stopped,
-    /// Ticks went back.
-    Back,
-    /// Ticks jumped ahead of row numbers and host.
-    Forward,
-    /// Ticks run more than 1 % fast.
-    Fast,
-    /// Ticks run more than 1 % slow.
-    Slow,
-}
-
-impl ClockHealth {
-    /// All states.
-    pub const ALL: [Self; 6] =
-        [Self::Good, Self::Stopped, Self::Back, Self::Forward, Self::Fast, Self::Slow];
-
-    /// The name used in output lines.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Good => "good",
-            Self::Stopped => "stopped",
-            Self::Back => "back",
-            Self::Forward => "forward",
-            Self::Fast => "fast",
-            Self::Slow => "slow",
-        }
-    }
-}
 
 /// The time of a row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

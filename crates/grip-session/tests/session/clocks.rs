@@ -6,7 +6,10 @@ use grip_link::{
     host::{CloseReason, HostEvent, LinkState},
     message::Kind,
 };
-use grip_session::{HostConfig, News, Session, SessionOptions, model, report::EventLine};
+use grip_session::{
+    HostConfig, News, Session, SessionOptions, model,
+    report::{Condition, Event},
+};
 use grip_sim::{Scene, VirtualMcu};
 
 /// The clock of the gripper: what its ticks are at host time `t_us`.
@@ -101,22 +104,26 @@ impl Bench {
             self.mcu.transmit(now, &mut bytes);
             let bytes = self.altered(&bytes, clock);
             let Self { session, lines, closed, longest_us, last_us, oldest_us, .. } = self;
-            let mut tell = |news: News<'_>| match news {
-                News::Event(EventLine::Health { channel: "clock", health, .. }) => {
-                    lines.push((now.0, health))
-                }
-                News::Link(HostEvent::Closed(reason)) => closed.push(*reason),
-                News::Step { sample, .. } => {
-                    let last = last_us.replace(sample.t.0).unwrap_or(sample.t.0);
-                    assert!(sample.t.0 >= last, "back to {:?}", sample.t);
-                    *longest_us = (*longest_us).max(sample.t.0 - last);
-                    if now.0 + 1_000_000 > until_us {
-                        *oldest_us = (*oldest_us).max(sample.arrival.unwrap().age.0);
+            let mut left = bytes.as_slice();
+            while let Some(news) = session.receive(now.0, &mut left).unwrap() {
+                match news {
+                    News::Event(Event::Health {
+                        condition: condition @ Condition::Clock(_),
+                        ..
+                    }) => lines.push((now.0, condition.name())),
+                    News::Link(HostEvent::Closed(reason)) => closed.push(reason),
+                    News::Step { sample, .. } => {
+                        let last = last_us.replace(sample.t.0).unwrap_or(sample.t.0);
+                        assert!(sample.t.0 >= last, "back to {:?}", sample.t);
+                        *longest_us = (*longest_us).max(sample.t.0 - last);
+                        if now.0 + 1_000_000 > until_us {
+                            *oldest_us = (*oldest_us).max(sample.arrival.unwrap().age.0);
+                        }
                     }
+                    _ => {}
                 }
-                _ => {}
-            };
-            if let Some(len) = session.receive(now.0, &bytes, &mut out, &mut tell).unwrap() {
+            }
+            if let Some(len) = session.command(now.0, &mut out) {
                 self.mcu.receive(now, &out[..len]);
             }
             self.blind += u32::from(self.session.is_blind(now.0));

@@ -131,7 +131,7 @@ impl Bench {
             arrived.extend(bytes);
         }
         let mut out = [0; MAX_WIRE];
-        if let Some(len) = self.session.receive(now.0, &arrived, &mut out, &mut |_| {}).unwrap() {
+        if let Some(len) = self.session.answer(now.0, &arrived, &mut out).unwrap() {
             prop_assert!(!arrived.is_empty(), "a command without a sample");
             self.judge(now)?;
             if self.give(now, &out[..len]) {

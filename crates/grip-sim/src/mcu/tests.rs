@@ -72,10 +72,13 @@ impl Bench {
         let mut input = from_device.as_slice();
         while let Some(event) = self.host.receive(self.now.0, &mut input) {
             match event {
-                HostEvent::Samples { samples, .. } => self.rows.extend(samples.rows().map(|row| {
-                    let force = row.read(ChannelKind::NormalForce).unwrap_or(f32::NAN);
-                    (row.tick, row.read(ChannelKind::Stylus).unwrap(), force)
-                })),
+                HostEvent::Samples { header, .. } => {
+                    let samples = self.host.samples(header).unwrap();
+                    self.rows.extend(samples.rows().map(|row| {
+                        let force = row.read(ChannelKind::NormalForce).unwrap_or(f32::NAN);
+                        (row.tick, row.read(ChannelKind::Stylus).unwrap(), force)
+                    }));
+                }
                 HostEvent::Status(status) => self.status = Some(status),
                 HostEvent::Rebooted { .. } | HostEvent::Identified { rebooted: true } => {
                     self.rebooted += 1

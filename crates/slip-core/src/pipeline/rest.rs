@@ -7,8 +7,8 @@
 
 use super::Pipeline;
 use crate::{
-    detector::SlipState, drift::Hold, event::Step, fusion::Told, health::SensorHealth,
-    methods::Method, sample::Sample, scene::Scene, units::Micros,
+    detector::SlipState, drift::Hold, fusion::Detection, health::SensorHealth, methods::Method,
+    sample::Sample, scene::Scene, units::Micros,
 };
 
 /// What a sample like the last one needs.
@@ -21,6 +21,27 @@ pub(super) enum Rest {
     Holding,
     /// No stage: nothing is touched.
     Idle,
+}
+
+/// What the guard found.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Rested {
+    /// Every stage has to look at the sample.
+    Not,
+    /// Nothing happens; the statistic of the methods.
+    Quiet {
+        /// Slip statistic over its threshold.
+        statistic: f32,
+    },
+    /// The rest ends: the stages up to the detection have looked at the sample.
+    Ended {
+        /// Time since the sample before.
+        dt: Micros,
+        /// Statistic and state of the stylus, where it is heard.
+        stylus: Option<(f32, SlipState)>,
+        /// What the methods detect together.
+        detection: Option<Detection>,
+    },
 }
 
 impl<W: AsRef<[f32]>> Pipeline<W> {
@@ -42,9 +63,22 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         }
     }
 
-    /// What this sample, found plain by the health check, needs: [`Rest::Awake`] where it may end the rest.
+    /// The guard: what the few stages find that have to look at this `sample`, which the health check found plain.
     #[inline]
-    pub(super) fn rest_of(&self, sample: &Sample) -> Rest {
+    pub(super) fn rested(&mut self, sample: &Sample, taxels: &[f32]) -> Rested {
+        match self.rest_of(sample) {
+            Rest::Idle => {
+                self.last_t = Some(sample.t);
+                Rested::Quiet { statistic: 0.0 }
+            }
+            Rest::Holding if taxels.is_empty() => self.hold(sample),
+            Rest::Holding | Rest::Awake => Rested::Not,
+        }
+    }
+
+    /// What this sample needs: [`Rest::Awake`] where it may end the rest.
+    #[inline]
+    fn rest_of(&self, sample: &Sample) -> Rest {
         let held = self.rest == Rest::Holding;
         let soon = self.last_t.is_some_and(|last| sample.t.since(last) <= self.gap);
         let news = sample.travel_m.is_some() && self.grip.is_some_and(|grip| grip.awaits_travel());
@@ -55,42 +89,37 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         }
     }
 
-    /// The step of a sample without taxels at which the object is still held.
-    pub(super) fn hold(&mut self, sample: &Sample) -> Step {
+    /// A sample without taxels at which the object is still held.
+    #[inline]
+    fn hold(&mut self, sample: &Sample) -> Rested {
         let dt = self.since_last(sample.t);
         self.health.watch_drift(sample, Hold::Still);
         self.compare_force(sample);
         if self.health.health() != SensorHealth::Good {
-            self.rest = Rest::Awake;
-            return self.examine(sample, &[], dt);
+            let stylus = self.detect(sample);
+            return Rested::Ended { dt, stylus, detection: self.fuse(sample, &[], stylus) };
         }
-        let felt = self.feel_for_slip(sample);
+        let stylus = self.step_detector(sample);
         if self.detector.is_moving() {
             self.rest = Rest::Awake;
         }
-        if !(felt.is_some() && self.detector.in_block()) {
-            return self.ask(sample, dt, felt);
+        if !(stylus.is_some() && self.detector.in_block()) {
+            return self.ask(sample, dt, stylus);
         }
         if let Some(travel_m) = sample.travel_m {
             self.counters.methods += 1;
             self.fusion.put_by(sample.t, travel_m);
         }
-        let statistic = self.told.map_or(0.0, |told| told.statistic);
-        Step { statistic, ..self.unchanged(sample.t) }
+        Rested::Quiet { statistic: self.detection.map_or(0.0, |detection| detection.statistic) }
     }
 
     /// The same where the stylus has news.
     #[inline(never)]
-    fn ask(&mut self, sample: &Sample, dt: Micros, felt: Option<(f32, SlipState)>) -> Step {
-        let told = self.join(sample, &[], felt);
-        match told {
-            Some(Told { state: SlipState::Incipient | SlipState::Gross, .. }) => {
-                self.conclude(sample, dt, felt, told)
-            }
-            _ => Step {
-                statistic: told.map_or(0.0, |told| told.statistic),
-                ..self.unchanged(sample.t)
-            },
+    fn ask(&mut self, sample: &Sample, dt: Micros, stylus: Option<(f32, SlipState)>) -> Rested {
+        let detection = self.fuse(sample, &[], stylus);
+        if detection.is_some_and(|detection| detection.state != SlipState::Quiet) {
+            return Rested::Ended { dt, stylus, detection };
         }
+        Rested::Quiet { statistic: detection.map_or(0.0, |detection| detection.statistic) }
     }
 }

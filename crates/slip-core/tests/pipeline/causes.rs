@@ -2,7 +2,7 @@
 
 use slip_core::{
     Cause::{self, ArmStop, Closing, GripChange, Knock, Motion},
-    Causes, Pipeline, PipelineConfig, Sample, Signal, SlipEvent,
+    CauseSet, Causes, Phase, Pipeline, PipelineConfig, Sample, Signal,
     units::{Hertz, Micros},
 };
 
@@ -59,9 +59,11 @@ fn alarms(world: World) -> Vec<(f64, bool, Causes)> {
             ..Sample::stylus(Micros(100 * u64::from(i)), stylus)
         })
     });
-    let causes = steps.filter_map(|step| match step.event {
-        Some(SlipEvent::Slip { causes, first, .. }) => Some((step.t.as_seconds(), first, causes)),
-        _ => None,
+    let causes = steps.filter_map(|step| {
+        let slip = step.event.filter(|slip| slip.phase != Phase::Ended)?;
+        let (ruled_out, possible) =
+            (CauseSet::from_bits(slip.ruled_out), CauseSet::from_bits(slip.possible));
+        Some((step.t.as_seconds(), slip.first, Causes { ruled_out, possible }))
     });
     causes.collect()
 }
@@ -75,7 +77,7 @@ fn first(world: World) -> Causes {
 
 /// Causes possible, ruled out, and not judged.
 fn expect(causes: Causes, possible: &[Cause], ruled_out: &[Cause]) {
-    let named = |set: slip_core::CauseSet| set.iter().collect::<Vec<_>>();
+    let named = |set: CauseSet| set.iter().collect::<Vec<_>>();
     assert_eq!(named(causes.possible), possible, "{causes:?}");
     assert_eq!(named(causes.ruled_out), ruled_out, "{causes:?}");
 }

@@ -3,7 +3,7 @@
 
 use crate::object::{Loop, Object};
 use slip_core::{
-    Sample, SlipEvent,
+    Sample, SlipReport,
     grip::GripState,
     health::{HealthCounters, SensorHealth},
     scene::Scene,
@@ -46,8 +46,8 @@ fn holding(lifted_s: f64) -> Loop {
     grip
 }
 
-fn is_first_slip(event: Option<SlipEvent>) -> bool {
-    matches!(event, Some(SlipEvent::Slip { first: true, .. }))
+fn is_first_slip(event: Option<SlipReport>) -> bool {
+    event.is_some_and(|slip| slip.first)
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! Streams that begin in the middle of a slip or of motion, and rates that carry nothing but motion.
 
 use slip_core::{
-    Pipeline, PipelineConfig, Sample, Signal, SlipEvent, Step,
+    Pipeline, PipelineConfig, Sample, Signal, SlipReport, Step,
     detector::FloorHealth,
     methods::Method,
     units::{Hertz, Micros},
@@ -42,7 +42,7 @@ fn play(
 
 fn slips(steps: &[Step]) -> Vec<(f64, Method)> {
     let first = |step: &Step| match step.event {
-        Some(SlipEvent::Slip { first: true, method, .. }) => Some((step.t.as_seconds(), method)),
+        Some(SlipReport { first: true, method, .. }) => Some((step.t.as_seconds(), method)),
         _ => None,
     };
     steps.iter().filter_map(first).collect()

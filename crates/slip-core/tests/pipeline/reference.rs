@@ -1,7 +1,7 @@
 //! References that are dead, late, or another robot's: noticed, and not worse than none.
 
 use slip_core::{
-    Pipeline, PipelineConfig, Sample, Signal, SlipEvent,
+    Phase, Pipeline, PipelineConfig, Sample, Signal, SlipReport,
     health::SensorHealth,
     units::{Hertz, Micros},
 };
@@ -67,8 +67,8 @@ fn play(motion: &[f32], reference: impl Fn(usize) -> Option<f32>) -> Seen {
             ..Sample::stylus(Micros(500 * (i as u64 + 1)), stylus)
         });
         match step.event {
-            Some(SlipEvent::Slip { first: true, .. }) => (slips, _) = (true, seen.alarms.push(i)),
-            Some(SlipEvent::Ended { .. }) => slips = false,
+            Some(SlipReport { first: true, .. }) => (slips, _) = (true, seen.alarms.push(i)),
+            Some(SlipReport { phase: Phase::Ended, .. }) => slips = false,
             _ => {}
         }
         seen.alarmed += usize::from(slips);

@@ -7,11 +7,10 @@ use super::{
 };
 use crate::cli::DoctorArgs;
 use anyhow::anyhow;
-use core::cell::Cell;
 use grip_daemon::supply::usb_filter;
 use grip_link::{
     frame::MAX_WIRE,
-    host::{CloseReason, HostEvent, HostLink},
+    host::{HostEvent, HostLink},
 };
 use grip_port::{DEFAULT_BAUD, Line, READ_TIMEOUT, Source, nonce};
 use grip_session::{
@@ -84,7 +83,7 @@ impl Heard {
             }
             let count = line.read(&mut input, READ_TIMEOUT)?;
             let now_us = clock.now_us();
-            self.take(now_us, input.get(..count).unwrap_or(&[]), &mut out)?;
+            self.take(now_us, input.get(..count).unwrap_or(&[]))?;
             if self.arrivals.rate_hz().is_none() && now_us > PATIENCE_US {
                 return Err(anyhow!("no samples came for {} s", PATIENCE_US / 1_000_000));
             }
@@ -92,16 +91,17 @@ impl Heard {
         Ok(())
     }
 
-    fn take(&mut self, now_us: u64, bytes: &[u8], out: &mut [u8; MAX_WIRE]) -> anyhow::Result<()> {
-        let closed: Cell<Option<CloseReason>> = Cell::new(None);
-        let mut samples = 0;
-        self.session.receive(now_us, bytes, out, &mut |news| match news {
-            News::Step { .. } => samples += 1,
-            News::Link(HostEvent::Closed(reason)) => closed.set(Some(*reason)),
-            _ => {}
-        })?;
+    fn take(&mut self, now_us: u64, mut bytes: &[u8]) -> anyhow::Result<()> {
+        let (mut closed, mut samples) = (None, 0);
+        while let Some(news) = self.session.receive(now_us, &mut bytes)? {
+            match news {
+                News::Step { .. } => samples += 1,
+                News::Link(HostEvent::Closed(reason)) => closed = Some(reason),
+                _ => {}
+            }
+        }
         self.arrivals.push(now_us, samples);
-        closed.get().map_or(Ok(()), |reason| Err(anyhow!(explain(&reason))))
+        closed.map_or(Ok(()), |reason| Err(anyhow!(explain(&reason))))
     }
 }
 

@@ -5,7 +5,7 @@ use crate::grasp::hand::Hand;
 use grip_link::{
     frame::MAX_WIRE,
     host::{GripCommand, HostConfig as LinkSettings, HostEvent, HostLink},
-    message::{ChannelKind, Config, LossAction, Row, SampleFormat},
+    message::{ChannelKind, Config, LossAction, Row, SampleFormat, Samples},
 };
 use grip_session::{config::HostConfig, session::SessionError};
 use grip_sim::Truth;
@@ -36,8 +36,8 @@ impl Baseline {
         let mut fresh = false;
         let Self { link, law, f_max_n, begun, command_n, samples } = self;
         while let Some(event) = link.receive(now_us, &mut bytes) {
-            let HostEvent::Samples { samples: rows, .. } = &event else { continue };
-            for row in rows {
+            let HostEvent::Samples { header, .. } = event else { continue };
+            for row in link.samples(header).iter().flat_map(Samples::rows) {
                 let sample = sample_of(&row);
                 let first = *begun.get_or_insert(sample.t);
                 *samples += 1;

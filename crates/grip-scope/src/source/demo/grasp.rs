@@ -7,7 +7,7 @@ use grip_link::device::Peer;
 use grip_link::frame::MAX_WIRE;
 use grip_link::message::daemon::{Gripper, SlipReport};
 use grip_session::model::default_estimator;
-use grip_session::report::EventLine;
+use grip_session::report::Event;
 use grip_session::{HostConfig, News, Session, SessionOptions};
 use slip_core::ClientCommand;
 use slip_core::PipelineState;
@@ -145,22 +145,24 @@ impl Grasp {
         let mut events = Vec::new();
         let World { tally, stream, start_us, .. } = world;
         let next = &mut self.next_index;
-        let mut tell = |news: News<'_>| match news {
-            News::Step { index, sample, taxels, .. } => {
-                if let Some(expected) = next.replace(index.wrapping_add(1)).filter(|n| *n != index)
-                {
-                    stream.broken(index.wrapping_sub(expected));
-                }
-                stream.push(&Sample { t: sample.t.plus(Micros(*start_us)), ..*sample }, taxels);
-            }
-            News::Event(line) => events.extend(slip_event(&line, *start_us)),
-            _ => {}
-        };
         let began_ns = outlet.clock.now_ns();
-        let answer = self
-            .session
-            .receive(now_us, bytes, &mut out, &mut tell)
-            .map_err(|error| error.to_string())?;
+        let mut left = bytes;
+        while let Some(news) =
+            self.session.receive(now_us, &mut left).map_err(|error| error.to_string())?
+        {
+            match news {
+                News::Step { index, sample, taxels, .. } => {
+                    let expected = next.replace(index.wrapping_add(1));
+                    if let Some(expected) = expected.filter(|n| *n != index) {
+                        stream.broken(index.wrapping_sub(expected));
+                    }
+                    stream.push(&Sample { t: sample.t.plus(Micros(*start_us)), ..*sample }, taxels);
+                }
+                News::Event(event) => events.extend(slip_event(&event, *start_us)),
+                _ => {}
+            }
+        }
+        let answer = self.session.command(now_us, &mut out);
         if !bytes.is_empty() {
             tally.latency.record(outlet.clock.now_ns().saturating_sub(began_ns));
         }
@@ -207,8 +209,8 @@ impl Grasp {
 }
 
 /// The mark of a slip whose times begin at `start_us`.
-fn slip_event(line: &EventLine, start_us: u64) -> Option<Feed> {
-    let EventLine::Slip(slip) = line else { return None };
+fn slip_event(line: &Event, start_us: u64) -> Option<Feed> {
+    let Event::Slip(slip) = line else { return None };
     let slip = SlipReport { t: slip.t.plus(Micros(start_us)), ..*slip };
     Some(Feed::Event(EventMark::slip(&slip)))
 }

@@ -9,7 +9,7 @@ use crate::source::stream::Stream;
 use grip_session::model::default_estimator;
 use grip_session::replay::pipeline_config;
 use grip_session::report::EventLog;
-use grip_session::{HostConfig, report::EventLine};
+use grip_session::{HostConfig, report::Event};
 
 use grip_record::{CsvError, CsvOptions, Recording, files, parse_csv};
 use slip_core::{PipelineState, units::Micros};
@@ -239,13 +239,13 @@ impl Tape {
         self.first_us.get_or_insert(sample.t.0);
         self.waiting += 1;
         let Some(step) = self.stream.push(sample, taxels) else { return };
-        let lines = self.log.lines(&step);
+        let lines = self.log.events(&step);
         let marks: Vec<EventMark> = lines
             .iter()
             .flatten()
             .filter_map(|line| match line {
-                EventLine::Slip(slip) => Some(EventMark::slip(slip)),
-                EventLine::Grip { .. } | EventLine::Health { .. } => None,
+                Event::Slip(slip) => Some(EventMark::slip(slip)),
+                Event::Grip { .. } | Event::Health { .. } => None,
             })
             .collect();
         let state = self.state(sample, &step);

@@ -1,0 +1,106 @@
+//! Settings in, a pipeline before its first sample out.
+
+use super::{
+    Pipeline, coarse::TravelQuality, grip_force::GripForce, host_time::HostTime, rest::Rest,
+    slip::Grasp,
+};
+use crate::{
+    Signal,
+    config::PipelineConfig,
+    course::Course,
+    crosscheck::Whiteness,
+    detector::{KnownFloors, SlipDetector},
+    error::ConfigError,
+    estimate::{Estimator, friction::FrictionMeter},
+    fusion::Fusion,
+    grip::GripController,
+    health::HealthCheck,
+    need::Need,
+    observation::SlipObservation,
+    pressure::Standing,
+    scene::{Contact, Scene},
+    stages::StageCounters,
+    turns::Turns,
+    units::Micros,
+    velocity::VelocityMeter,
+};
+
+impl<W: AsRef<[f32]>> Pipeline<W> {
+    /// A pipeline that commands the grip force, or only observes where the configuration has no `grip`.
+    ///
+    /// # Errors
+    /// Where a value of the configuration is outside its range; the error names it.
+    pub fn new(
+        config: PipelineConfig,
+        estimator: Option<Estimator<W>>,
+    ) -> Result<Self, ConfigError> {
+        config.check()?;
+        let rate_hz = config.sample_rate.0;
+        let contact_n = config.grip.unwrap_or_default().contact_n;
+        let period_us = (1e6 / rate_hz).max(1.0);
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "1 to 1e6, checked"
+        )]
+        let period_us = period_us as u64;
+        Ok(Self {
+            health: match config.signal {
+                Signal::Displacement => HealthCheck::new(config.health),
+                Signal::Vibration => HealthCheck::uncalibrated(config.health),
+            },
+            contact: Contact::new(contact_n),
+            detector: SlipDetector::new(
+                &config.detector,
+                config.floor,
+                KnownFloors { stylus: config.known_floor, reference: config.known_reference },
+                rate_hz,
+            )?
+            .with_no_skip(config.no_skip)
+            .with_certificate(config.certificate.as_ref()),
+            fusion: Fusion::new(config.methods, config.travel, config.pressure)?,
+            standing: Standing::default(),
+            grasp: Grasp::default(),
+            observation: SlipObservation::new(config.observation, rate_hz)
+                .with_travel_sigma(config.velocity.travel_sigma_m(config.travel.resolution_m)),
+            course: Course::default(),
+            velocity: VelocityMeter::new(config.velocity, rate_hz)?,
+            friction: FrictionMeter::new(rate_hz),
+            grip_force: GripForce::new(rate_hz),
+            host_time: HostTime::new(config.sample_rate),
+            whiteness: Whiteness::default(),
+            turns: Turns::default(),
+            need: Need::default(),
+            travel_quality: TravelQuality::default(),
+            ended: None,
+            estimator,
+            grip: config.grip.map(GripController::new),
+            last_t: None,
+            slip: None,
+            detection: None,
+            scene: Scene::Idle,
+            decides: false,
+            rest: Rest::Awake,
+            gap: Micros((period_us * 5).max(10_000)),
+            evidence_every: Micros(1000),
+            untouched: None,
+            counters: StageCounters::default(),
+            config,
+        })
+    }
+
+    /// The same where another pipeline has held the object before: the controller goes on with `carried_n` (N), where that is a force above 0.
+    ///
+    /// # Errors
+    /// As [`Pipeline::new`].
+    pub fn resumed(
+        config: PipelineConfig,
+        estimator: Option<Estimator<W>>,
+        carried_n: Option<f32>,
+    ) -> Result<Self, ConfigError> {
+        let mut pipeline = Self::new(config, estimator)?;
+        pipeline.grip =
+            config.grip.map(|config| GripController::holding(config, carried_n.unwrap_or(0.0)));
+        Ok(pipeline)
+    }
+}
