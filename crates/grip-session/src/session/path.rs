@@ -4,9 +4,9 @@ use super::{News, SessionCounters, time_base::TimeBase};
 use crate::{motion::OwnMotion, report::EventLog};
 use grip_link::{
     clock::ClockRelation,
-    message::{ChannelKind, Row, Samples},
+    message::{ChannelKind, MAX_ELEMENTS, Row, Samples},
 };
-use slip_core::{Arrival, Pipeline, Sample, Step, pressure::MAX_TAXELS, units::Micros};
+use slip_core::{Arrival, Pipeline, Sample, Step, units::Micros};
 use std::sync::Arc;
 
 /// The part of a session that samples run through.
@@ -38,7 +38,7 @@ impl Path<'_> {
             let t = self.time.row(row.index, row.tick).t;
             let arrival = Some(self.arrival(row.tick));
             let sample = Sample { motion, arrival, ..sample_of(&row, t) };
-            let mut frame = [f32::NAN; MAX_TAXELS];
+            let mut frame = [f32::NAN; MAX_ELEMENTS as usize];
             let taxels = taxels_of(&row, &mut frame);
             let step = self.pipeline.handle_with(&sample, taxels);
             counters.samples += 1;
@@ -79,7 +79,7 @@ fn sample_of(row: &Row<'_>, t: Micros) -> Sample {
 }
 
 /// The frame of the taxel array in a row; empty where there is none, or where no taxel has a reading.
-fn taxels_of<'a>(row: &Row<'_>, frame: &'a mut [f32; MAX_TAXELS]) -> &'a [f32] {
+fn taxels_of<'a>(row: &Row<'_>, frame: &'a mut [f32]) -> &'a [f32] {
     let taxels = row.read_all(ChannelKind::PressureArray, frame);
     if taxels.iter().all(|value| value.is_nan()) { &[] } else { taxels }
 }

@@ -36,8 +36,9 @@ use crate::{
 use range::Range;
 use shape::{Departure, Shape, Spread};
 
-/// Most taxels of an array: what one channel of the link can carry.
-pub const MAX_TAXELS: usize = 64;
+/// Most taxels of an array: 256 with the feature `wide-arrays`, which recordings have, else what one channel of the link can
+/// carry.
+pub const MAX_TAXELS: usize = if cfg!(feature = "wide-arrays") { 256 } else { 64 };
 
 /// Thresholds and times of the pressure-distribution method.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -259,7 +260,7 @@ impl<const N: usize> PressurePattern<N> {
     /// Follows the range; whether it is beyond that of an object held still and does not shrink.
     fn widen(&mut self, change: &Departure<N>, dt_ms: f32) -> bool {
         let Some(known) = self.config.known_range else { return false };
-        self.range.step(&change.residual, dt_ms);
+        self.range.step(change.residual(), dt_ms);
         let before = self.ranged;
         self.ranged = self.range.mean(self.len, range::CLIP * known) / known;
         self.ranged > before.max(1.0)

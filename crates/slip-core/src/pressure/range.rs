@@ -35,9 +35,12 @@ impl<const N: usize> Range<N> {
     }
 
     /// Takes the residuals of the next frame, `dt_ms` (ms) after the one before.
-    pub(super) fn step(&mut self, residual: &[f32; N], dt_ms: f32) {
+    pub(super) fn step(&mut self, residual: &[f32], dt_ms: f32) {
         if !self.begun {
-            *self = Self { mean: *residual, high: *residual, low: *residual, begun: true };
+            self.begun = true;
+            for ends in [&mut self.mean, &mut self.high, &mut self.low] {
+                ends.iter_mut().zip(residual).for_each(|(end, r)| *end = *r);
+            }
             return;
         }
         let follow = 1.0 - libm::expf(-dt_ms / SMOOTH_MS);
@@ -53,7 +56,8 @@ impl<const N: usize> Range<N> {
 
     /// Mean range of the first `n` taxels, each limited to `most` (unit of the taxels).
     pub(super) fn mean(&self, n: usize, most: f32) -> f32 {
-        let ranges = self.high.iter().zip(&self.low).map(|(high, low)| (high - low).min(most));
+        let ends = self.high.iter().zip(&self.low).take(n);
+        let ranges = ends.map(|(high, low)| (high - low).min(most));
         ranges.sum::<f32>() / count(n)
     }
 }

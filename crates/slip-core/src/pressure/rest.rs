@@ -69,7 +69,7 @@ impl<const N: usize> PatternRest<N> {
         if let Some(departure) = seen {
             self.sum += f64::from(departure.mean_square());
             self.largest = self.largest.max(departure.over_all());
-            self.range.step(&departure.residual, dt_ms);
+            self.range.step(departure.residual(), dt_ms);
             let range = self.range.mean(frame.len().min(N), f32::INFINITY);
             self.widest = self.widest.max(range);
             if t.since(since) >= SHORTEST {
