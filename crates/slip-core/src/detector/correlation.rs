@@ -1,7 +1,7 @@
 //! Energies of stylus and reference in motion in; whether the stylus follows the reference, and how late one of them is, out.
 //!
 //! ```text
-//! x = ln(1 + energy of the stylus over its quiet floor)      y = ln(1 + floor that the gate adds for the reference)
+//! x = ln(1 + energy of the stylus over its quiet floor)      y = ln(1 + floor that the gate adds for this block of the reference)
 //! rho_k = mean(x_t y_(t-k)) / sqrt(mean(x^2) mean(y^2))      each less its mean of 0.2 s, over blocks of 5 ms, |k| <= 20, forgotten by e in 30 s of motion
 //! ```
 //!
@@ -10,7 +10,7 @@
 //! where no rho_k is high it shows another robot's motion, or what the stylus does not feel. Blocks at rest and in
 //! alarms are left out, so that holding costs nothing and slips teach nothing. It takes [`LEAST_S`] of motion.
 //!
-//! A parabola through the highest rho_k and its neighbours tells how late to half a millisecond. From [`LATE_S`] to
+//! A parabola through the highest rho_k and its neighbours tells how late to a millisecond. From [`LATE_S`] to
 //! [`LATEST_S`] on the stylus is made to wait as long and [`MARGIN_S`] more, since the gate looks back but not ahead.
 
 use super::{
@@ -37,9 +37,9 @@ const NONE: f32 = 0.3;
 /// Time for which another relation must show (s).
 const AGREED_S: f32 = 2.5;
 /// The least and the most that a reference is late for the stylus to wait (s), and what it waits more.
-const LATE_S: f32 = 0.75e-3;
+const LATE_S: f32 = 1e-3;
 const LATEST_S: f32 = 22e-3;
-const MARGIN_S: f32 = 2e-3;
+const MARGIN_S: f32 = 2.5e-3;
 /// Delays that far apart are the same (s).
 const SAME_S: f32 = 1e-3;
 /// Least variance of the logarithm of the reference that says anything.

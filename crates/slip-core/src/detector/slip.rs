@@ -240,7 +240,7 @@ impl SlipDetector {
         }
     }
 
-    /// How long decisions wait for a motion reference that is late (s); 0 for one in time. It is late by 2 ms less.
+    /// How long decisions wait for a motion reference that is late (s); 0 for one in time. It is late by 2.5 ms less.
     #[must_use]
     pub fn waits_s(&self) -> f32 {
         #[expect(clippy::cast_precision_loss, reason = "at most 50")]
@@ -503,11 +503,7 @@ impl SlipDetector {
     /// Raises the floor of a block of motion by what is known of that: the reference, the command, or nothing. `now` are
     /// the energies of the block that does not wait.
     #[inline]
-    fn gate_block(
-        &mut self,
-        block: &mut Block,
-        (now, floor): (&[f32; BANDS], [f32; BANDS]),
-    ) {
+    fn gate_block(&mut self, block: &mut Block, (now, floor): (&[f32; BANDS], [f32; BANDS])) {
         let live = self.reference.is_live();
         let coupled = self.correlation.relation() != Relation::None;
         if live && !self.learning {
@@ -515,10 +511,12 @@ impl SlipDetector {
             if coupled && self.decision.state != SlipState::Quiet {
                 self.correlation.interrupt();
             } else {
-                self.correlation.step(now, &floor);
+                self.correlation.step(now, self.gate.instant());
                 let wait = self.correlation.wait();
                 if wait != self.delay.blocks() {
                     self.delay.set(wait);
+                    // What was learned of fronts that the reference showed too late is no gain.
+                    self.coupling.forget();
                 }
             }
         }
