@@ -163,6 +163,9 @@ def wait(what: str, is_so, gripd: subprocess.Popen) -> None:
         time.sleep(0.02)
 
 
+CAUSES = ["knock", "motion", "grip_change", "closing", "arm_stop"]
+
+
 def check_slips(messages: list, printed: list[dict]) -> None:
     """Each slip is the one that gripd printed."""
     phases = {"incipient": 1, "gross": 2}
@@ -177,6 +180,9 @@ def check_slips(messages: list, printed: list[dict]) -> None:
             value = None if value == 0xFFFF_FFFF else value
             same = value is wanted if wanted is None else numpy.float32(wanted) == numpy.float32(value)
             assert same, (name, value, wanted)
+        for name in ["ruled_out", "possible"]:
+            causes = [cause for bit, cause in enumerate(CAUSES) if getattr(message, name) >> bit & 1]
+            assert causes == line.get(name, []), (name, causes, line)
 
 
 def check_tokens(store, found: set[str], topics: list[Topic]) -> list[str]:

@@ -6,12 +6,12 @@
 
 use crate::item::{Item, LinkNote};
 use core::sync::atomic::{AtomicU64, Ordering};
-use grip_link::message::Grip;
+use grip_link::message::{Grip, MAX_ELEMENTS};
 use grip_session::{report::Event, session::Beginning};
 use rtrb::{Consumer, Producer, RingBuffer};
 use slip_core::ClientCommand;
 use slip_core::PipelineState;
-use slip_core::{Sample, pressure::MAX_TAXELS};
+use slip_core::Sample;
 use std::sync::Arc;
 
 /// How many items of each kind fit.
@@ -264,7 +264,7 @@ impl Outbox {
         (host_us, index, sample): (u64, u32, &Sample),
         taxels: &[f32],
     ) -> bool {
-        let taxels = taxels.get(..MAX_TAXELS).unwrap_or(taxels);
+        let taxels = taxels.get(..usize::from(MAX_ELEMENTS)).unwrap_or(taxels);
         let Ok(len) = u16::try_from(taxels.len()) else { return false };
         !self.samples.is_full()
             && put_all(&mut self.taxels, taxels)
@@ -294,7 +294,7 @@ impl Inbox {
             }
             Token::Sample => {
                 let Taken { host_us, sample, index, taxels } = self.samples.pop().ok()?;
-                let mut frame = [0.0; MAX_TAXELS];
+                let mut frame = [0.0; MAX_ELEMENTS as usize];
                 let taxels = frame.get_mut(..usize::from(taxels))?;
                 for place in taxels.iter_mut() {
                     *place = self.taxels.pop().ok()?;

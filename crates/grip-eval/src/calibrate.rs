@@ -17,6 +17,7 @@ use crate::{
     certify::{NotCertified, Stretch, certify},
     poisson,
     tail::Tail,
+    taxels,
 };
 use grip_record::{Channel, Recording, StylusKind};
 use grip_session::{
@@ -168,6 +169,7 @@ pub fn calibrate(
         },
         certificate: None,
         certified: None,
+        taxels: taxels::at_rest(recording, &pipeline.pressure, &moving),
     };
     let heard = listen(recording, calibration.apply(pipeline), interval_s, &unexplained)?;
     let seconds = heard.seconds;

@@ -12,5 +12,6 @@ pub mod profile;
 pub mod roughness;
 pub mod score;
 pub mod tail;
+mod taxels;
 
 pub use grasp::trial;

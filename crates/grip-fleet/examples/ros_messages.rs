@@ -98,6 +98,9 @@ fn slip(known: bool) -> SlipReport {
         estimate_n: maybe(18.5),
         command_n: maybe(19.5),
         duration_s: known.then_some(20.5),
+        ruled_out: 0b1_0001,
+        possible: 0b0_0110,
+        certified_s: maybe(600.0),
         ..SlipReport::UNKNOWN
     }
 }
@@ -112,7 +115,7 @@ fn shown_slip(known: bool) -> Value {
         "irregularities": if known { 0x7172_7374 } else { u32::MAX }, "esc_w": maybe(-16.5),
         "esc_kind": 4, "esc": maybe(17.5), "esc_informative": !known, "esc_flags": 6,
         "estimate_n": maybe(18.5), "extrapolated": known, "command_n": maybe(19.5),
-        "duration_s": maybe(20.5),
+        "duration_s": maybe(20.5), "ruled_out": 17, "possible": 6, "certified_s": maybe(600.0),
     })
 }
 

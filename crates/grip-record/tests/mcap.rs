@@ -298,6 +298,22 @@ fn reading() -> impl Strategy<Value = f32> {
     prop_oneof![any::<f32>(), any::<u32>().prop_map(f32::from_bits), Just(f32::NAN), Just(-0.0)]
 }
 
+#[test]
+fn more_taxels_than_an_array_has_are_refused() {
+    let frame = [1.0; 257];
+    let sample = Sample::stylus(Micros(1), 0.0);
+    let records = [
+        Record::Pipeline(PipelineRecord { taxels: u32::MAX, ..PIPELINE }),
+        Record::Sample(SampleRecord { index: 0, sample, taxels: &frame }),
+    ];
+    for (record, count) in records.iter().zip(["4294967295", "257"]) {
+        let bytes = file_of(|writer| writer.write(1, record).unwrap());
+        let mut reader = McapReader::new(Path::new("x"), Cursor::new(&bytes)).unwrap();
+        let told = reader.next_entry().unwrap_err().to_string();
+        assert!(told.ends_with(&format!("{count} taxels; an array has 1 to 256")), "{told}");
+    }
+}
+
 proptest! {
     #[test]
     fn any_sample_comes_back_bit_by_bit(

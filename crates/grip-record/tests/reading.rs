@@ -270,3 +270,20 @@ proptest! {
         }
     }
 }
+
+/// A recording of an array with `taxels`, two frames.
+fn array(taxels: usize) -> String {
+    let names: Vec<_> = (0..taxels).map(|taxel| format!("pressure_{taxel}")).collect();
+    let row = |value: usize| vec![value.to_string(); taxels].join(",");
+    format!("t_s,{}\n0,{}\n0.01,{}\n", names.join(","), row(1), row(2))
+}
+
+#[test]
+fn an_array_has_1_to_256_taxels() {
+    for taxels in [1, 64, 65, 256] {
+        let recording = read(&array(taxels));
+        assert_eq!(recording.taxels.unwrap().frame(1), vec![2.0; taxels]);
+    }
+    let told = refused(&array(257)).to_string();
+    assert_eq!(told, "dir/rec.csv: 257 taxels; an array has 1 to 256");
+}

@@ -41,6 +41,21 @@ pub struct Calibration {
     /// What the certificate stands on.
     #[serde(default)]
     pub certified: Option<Certified>,
+    /// What the taxels show while an object is held. Absent without an array or a grip force, and in files of older
+    /// versions.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub taxels: Option<TaxelRest>,
+}
+
+/// What the taxels show at rest.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TaxelRest {
+    /// Noise (unit of the taxels, rms).
+    pub rms: f32,
+    /// Largest mean range of a taxel beside the shape (unit of the taxels); absent where no stretch lasted for 2 s.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub range: Option<f32>,
 }
 
 /// What a calibration stands on.
@@ -130,8 +145,14 @@ impl Calibration {
         detector.cusum_threshold = self.cusum_threshold;
         detector.tail = self.tail.unwrap_or(detector.tail);
         detector.gate.gain = self.gain.unwrap_or(detector.gate.gain);
+        let mut pressure = config.pressure;
+        let (rms, range) =
+            self.taxels.map_or((None, None), |taxels| (Some(taxels.rms), taxels.range));
+        pressure.known_rms = pressure.known_rms.or(rms);
+        pressure.known_range = pressure.known_range.or(range);
         PipelineConfig {
             detector,
+            pressure,
             known_floor: Some(self.floor),
             known_reference: self.reference_floor,
             certificate: self.certificate,

@@ -8,7 +8,7 @@ use crate::{cli::CalibrateArgs, output};
 use anyhow::Context as _;
 use grip_eval::calibrate::{Calibrated, calibrate, check_interval};
 use grip_session::{
-    calibration::{Calibration, LawEvidence},
+    calibration::{Calibration, LawEvidence, TaxelRest},
     exit::{Exit, WrongArgument},
 };
 use serde::Serialize;
@@ -84,6 +84,10 @@ fn tell(calibration: &Calibration) -> anyhow::Result<()> {
         output::line(&format!(
             "the fast trigger finds a slip at rest from {rest:.2e}{unit} of vibration (rms, 100-400 Hz) on{motion}"
         ))?;
+    }
+    if let Some(TaxelRest { rms, range }) = calibration.taxels {
+        let range = range.map_or_else(String::new, |range| format!(", range {range:.3e}"));
+        output::line(&format!("taxels at rest: noise {rms:.3e} (rms){range}"))?;
     }
     let high = evidence
         .interval_high_s

@@ -4,7 +4,10 @@ use super::{Seen, heading, lane, sentence};
 use crate::action::Action;
 use crate::format;
 use eframe::egui::{Button, Label, RichText, Ui};
-use grip_scope::{EventMark, feed::confidence_text};
+use grip_scope::{
+    EventMark,
+    feed::{causes_text, confidence_text},
+};
 use slip_core::methods::Method;
 
 /// Up to so many events are listed.
@@ -59,6 +62,7 @@ fn facts(mark: &EventMark) -> String {
     let number = |name: &str, value: Option<f64>, unit: &str| {
         value.map(|v| format!("{name} {}", format::with_unit(v, unit)))
     };
+    let [ruled_out, possible] = causes_text(slip);
     let parts = [
         Some(slip.method)
             .filter(|method| *method != Method::None)
@@ -70,6 +74,8 @@ fn facts(mark: &EventMark) -> String {
         number("commanded", slip.command_n.map(f64::from), "N"),
         number("E_sc", slip.esc_w, "W"),
         number("lasted", slip.duration_s, "s"),
+        ruled_out,
+        possible,
     ];
     let known: Vec<String> = parts.into_iter().flatten().collect();
     if known.is_empty() { mark.text.clone() } else { known.join(", ") }

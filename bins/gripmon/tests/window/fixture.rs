@@ -155,6 +155,8 @@ fn events(model: &mut Model) {
         statistic: Some(8.0),
         confidence: Some(0.9998),
         speed_m_s: Some(0.05),
+        ruled_out: 0b1_0001,
+        possible: 0b0_0010,
         ..SlipReport::UNKNOWN
     };
     let mark = |t_s, kind, text: &str, slip| {

@@ -1,13 +1,12 @@
 //! Samples in, payloads of ROWS out: built once for all clients that want every n-th sample.
 
 use grip_link::frame::MAX_PAYLOAD;
+use grip_link::message::MAX_ELEMENTS;
 use grip_link::message::daemon::{ROWS_HEADER, RowSet, RowsHeader};
 use slip_core::Sample;
 
 /// Rows wait at most so long for the batch to fill (us).
 pub(super) const AGE_US: u64 = 10_000;
-/// Taxels that a row takes at most.
-pub(super) const MOST_TAXELS: u8 = 64;
 
 /// A sample as it came.
 #[derive(Clone, Copy, Debug)]
@@ -142,7 +141,7 @@ impl Batch {
 }
 
 fn taxels(row: &Row<'_>) -> u8 {
-    u8::try_from(row.taxels.len()).unwrap_or(u8::MAX).min(MOST_TAXELS)
+    u8::try_from(row.taxels.len()).unwrap_or(u8::MAX).min(MAX_ELEMENTS)
 }
 
 /// The channels that a sample has; [`RowSet`] has the order of its readings.

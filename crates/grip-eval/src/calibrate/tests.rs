@@ -49,6 +49,7 @@ fn lower_thresholds_leave_the_release_level_above_the_noise() {
             evidence,
             certificate: None,
             certified: None,
+            taxels: None,
         };
         calibration.apply(config).detector.release
     };

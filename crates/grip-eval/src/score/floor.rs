@@ -7,12 +7,13 @@ use super::{
     Detector, ScoreError,
     labelled::{Labelled, rest_until},
 };
+use crate::taxels;
 use grip_record::Channel;
 use slip_core::{
     PipelineConfig,
     detector::{BANDS, KnownFloors, MotionInput, RestMeter, SlipDetector},
     methods::Method,
-    pressure::{MAX_TAXELS, PatternRest, Standing},
+    pressure::{MAX_TAXELS, PatternRest},
 };
 
 /// Noise at rest.
@@ -144,18 +145,9 @@ fn pooled_taxels<'a>(
     let mut meter = PatternRest::<MAX_TAXELS>::new(config.pressure.follow_ms);
     for one in all {
         let recording = one.recording(detector.companions);
-        let Some(taxels) = &recording.taxels else { continue };
         let until = rest_until(&one.label, guard_ms);
-        meter.start();
-        let rest = recording.samples.iter().take_while(|s| s.t.as_seconds() < until);
-        let mut standing = Standing::default();
-        for (index, sample) in rest.enumerate() {
-            if standing.step(sample.t, sample.normal_force_n) {
-                meter.push(sample.t, taxels.frame(index));
-            } else {
-                meter.start();
-            }
-        }
+        let rest = recording.samples.partition_point(|s| s.t.as_seconds() < until);
+        taxels::push_rest(&mut meter, recording, |index| index < rest);
     }
     meter
 }

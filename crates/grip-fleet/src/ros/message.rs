@@ -81,6 +81,8 @@ pub fn slip_event(slip: &SlipReport, id: EventId, stamp: Stamp) -> Vec<u8> {
     maybe(&mut w, &[slip.estimate_n]);
     w.bool(slip.is_extrapolated());
     maybe(&mut w, &[slip.command_n, slip.duration_s.map(single)]);
+    w.u8(slip.ruled_out).u8(slip.possible);
+    maybe(&mut w, &[slip.certified_s]);
     out
 }
 

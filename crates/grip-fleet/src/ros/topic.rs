@@ -59,7 +59,7 @@ impl RosTopic {
             Self::State => {
                 "RIHS01_207a131cce02a3ba53a806e635a48b92c3f87f761583168b8d96f293d9da3389"
             }
-            Self::Slip => "RIHS01_ebd8847b570376a181087c1e2c2272784707b736941ca6b11dda38f55ea718d3",
+            Self::Slip => "RIHS01_211c6ae58e973937edde81c0b2761708c129e379ce3a41b985869d20e6cdb1a2",
         }
     }
 }

@@ -6,6 +6,9 @@ use super::{ChannelKind, SampleFormat, Unit};
 /// Most channels a gripper describes.
 pub const MAX_CHANNELS: usize = 16;
 
+/// Most elements of a channel, the taxels of an array.
+pub const MAX_ELEMENTS: u8 = 64;
+
 /// One channel of IDENT.
 ///
 /// | offset | size | type | field | range |
@@ -52,7 +55,7 @@ impl Channel {
     }
 
     pub(crate) fn count_is_possible(&self) -> bool {
-        (1..=64).contains(&self.count)
+        (1..=MAX_ELEMENTS).contains(&self.count)
     }
 
     pub(crate) fn scale_is_possible(&self) -> bool {

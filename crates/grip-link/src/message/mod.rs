@@ -35,7 +35,7 @@ mod ident;
 mod report;
 mod samples;
 
-pub use channel::{Channel, Column, Layout, MAX_CHANNELS};
+pub use channel::{Channel, Column, Layout, MAX_CHANNELS, MAX_ELEMENTS};
 pub use config::{Clamped, Config, ConfigAck};
 pub use control::{Ack, ClearFault, Heartbeat, Nack, Ping, Pong};
 pub use grip::{ForceClamp, Grip, Status, StatusFlags};

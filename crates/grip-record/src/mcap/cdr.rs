@@ -4,6 +4,8 @@
 //! after these four. A string is its length with the closing zero, its bytes, a zero; a sequence its count and its elements.
 //! Source: OMG DDSI-RTPS 2.5, chapter 10; ROS 2 writes messages so.
 
+use slip_core::pressure::MAX_TAXELS;
+
 /// Little-endian plain CDR.
 const HEADER: [u8; 4] = [0, 1, 0, 0];
 
@@ -32,6 +34,12 @@ pub enum CdrError {
         code: u8,
         /// Where the reading stopped.
         at: usize,
+    },
+    /// An array with too many taxels.
+    #[error("{count} taxels; an array has 1 to {MAX_TAXELS}")]
+    Taxels {
+        /// Its taxels.
+        count: usize,
     },
 }
 

@@ -1,6 +1,6 @@
 //! What a recording holds, one kind for each topic, as the bytes of its message and back.
 
-use slip_core::{Arrival, PipelineState, Sample, units::Micros};
+use slip_core::{Arrival, PipelineState, Sample, pressure::MAX_TAXELS, units::Micros};
 use slip_msg::{
     ClientCommand, EXTRAPOLATED, FaultCode, GripState, INFORMATIVE, Method, Operation, Phase,
     Reading, Scene, SlipReport,
@@ -251,6 +251,7 @@ impl<'a> SampleRecord<'a> {
         }
         taxels.clear();
         r.floats(taxels)?;
+        check_count(taxels.len())?;
         // Recordings of before 2026-11-23 end here.
         if !r.is_at_end() {
             let arrival = Arrival { at: Micros(r.u64()?), age: Micros(r.u32()?.into()) };
@@ -447,17 +448,25 @@ impl<'a> PipelineRecord<'a> {
 
     fn decode(r: &mut CdrReader<'a>) -> Result<Self, CdrError> {
         let (continued, carries, carried_n) = (r.bool()?, r.bool()?, r.f32()?);
+        let (least_n, released, taxels) = (r.f32()?, r.bool()?, r.u32()?);
+        check_count(usize::try_from(taxels).unwrap_or(usize::MAX))?;
         Ok(Self {
             continued,
             carried_n: carries.then_some(carried_n),
-            least_n: r.f32()?,
-            released: r.bool()?,
-            taxels: r.u32()?,
+            least_n,
+            released,
+            taxels,
             rate_hz: r.f32()?,
             grips: r.bool()?,
             config: r.text()?,
         })
     }
+}
+
+/// # Errors
+/// Where an array has more taxels than any that is read.
+fn check_count(count: usize) -> Result<(), CdrError> {
+    if count > MAX_TAXELS { Err(CdrError::Taxels { count }) } else { Ok(()) }
 }
 
 fn short(value: Option<f32>) -> f32 {

@@ -1,6 +1,6 @@
 //! What happens: its kind, its time, and what is known of a slip.
 
-use slip_core::{Phase, SlipReport, methods::Method};
+use slip_core::{Cause, CauseSet, Phase, SlipReport, methods::Method};
 
 /// Kinds of events.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -111,6 +111,16 @@ pub fn confidence_text(confidence: f32) -> String {
     }
 }
 
+/// What is known of the causes of a slip other than a slip (`ruled out: knock motion`, `possible: closing`); `None` for a set
+/// that is empty.
+#[must_use]
+pub fn causes_text(slip: &SlipReport) -> [Option<String>; 2] {
+    [("ruled out", slip.ruled_out), ("possible", slip.possible)].map(|(what, bits)| {
+        let names: Vec<_> = CauseSet::from_bits(bits).iter().map(Cause::name).collect();
+        (!names.is_empty()).then(|| format!("{what}: {}", names.join(" ")))
+    })
+}
+
 /// A line for people.
 fn slip_text(kind: EventKind, slip: &SlipReport) -> String {
     let mut text = kind.name().to_owned();
@@ -130,5 +140,8 @@ fn slip_text(kind: EventKind, slip: &SlipReport) -> String {
     add(slip.esc_w.map(|esc| format!(", E_sc {esc:.3} W")));
     add(slip.estimate_n.map(|force| format!(", estimate {force:.2} N")));
     add(slip.command_n.map(|force| format!(", command {force:.2} N")));
+    for known in causes_text(slip) {
+        add(known.map(|known| format!(", {known}")));
+    }
     text
 }

@@ -6,7 +6,7 @@ mod state;
 mod status;
 mod study;
 
-pub use event::{EventKind, EventMark, confidence_text};
+pub use event::{EventKind, EventMark, causes_text, confidence_text};
 pub use health::{HealthPoint, LatencyFigures};
 pub use slip_core::PipelineState;
 pub use state::{

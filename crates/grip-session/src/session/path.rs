@@ -4,9 +4,9 @@ use super::{News, Session};
 use crate::report::Event;
 use grip_link::{
     clock::{ClockRelation, ClockSync},
-    message::{ChannelKind, Row, SamplesHeader},
+    message::{ChannelKind, MAX_ELEMENTS, Row, SamplesHeader},
 };
-use slip_core::{Arrival, Sample, Step, pressure::MAX_TAXELS, units::Micros};
+use slip_core::{Arrival, Sample, Step, units::Micros};
 
 /// The frame whose rows go through the pipeline, and what the last of them led to.
 #[derive(Debug)]
@@ -19,7 +19,7 @@ pub(super) struct Path {
     /// The last row: its number on the device, its sample, its taxels, as many as there are, and what it led to.
     pub(super) index: u32,
     pub(super) sample: Sample,
-    taxels: ([f32; MAX_TAXELS], usize),
+    taxels: ([f32; MAX_ELEMENTS as usize], usize),
     pub(super) step: Option<Step>,
     /// Events of that step, and how many of them were told.
     events: [Option<Event>; Event::MOST],
@@ -36,7 +36,7 @@ impl Default for Path {
             clock: None,
             index: 0,
             sample: Sample::default(),
-            taxels: ([f32::NAN; MAX_TAXELS], 0),
+            taxels: ([f32::NAN; MAX_ELEMENTS as usize], 0),
             step: None,
             events: [None; Event::MOST],
             events_told: Event::MOST,
@@ -139,7 +139,7 @@ fn sample_of(row: &Row<'_>, t: Micros) -> Sample {
 }
 
 /// The frame of the taxel array in a row; empty where there is none, or where no taxel has a reading.
-fn taxels_of<'a>(row: &Row<'_>, frame: &'a mut [f32; MAX_TAXELS]) -> &'a [f32] {
+fn taxels_of<'a>(row: &Row<'_>, frame: &'a mut [f32]) -> &'a [f32] {
     let taxels = row.read_all(ChannelKind::PressureArray, frame);
     if taxels.iter().all(|value| value.is_nan()) { &[] } else { taxels }
 }

@@ -1,7 +1,7 @@
 //! Energies of stylus and reference in motion in; whether the stylus follows the reference, and how late one of them is, out.
 //!
 //! ```text
-//! x = ln(1 + energy of the stylus over its quiet floor)      y = ln(1 + floor that the gate adds for the reference)
+//! x = ln(1 + energy of the stylus over its quiet floor)      y = ln(1 + floor that the gate adds for this block of the reference)
 //! rho_k = mean(x_t y_(t-k)) / sqrt(mean(x^2) mean(y^2))      each less its mean of 0.2 s, over blocks of 5 ms, |k| <= 20, forgotten by e in 30 s of motion
 //! ```
 //!
@@ -9,9 +9,13 @@
 //! robot. The highest rho_k within [`NEAR`] blocks is a reference in time, elsewhere one that is late or early, and
 //! where no rho_k is high it shows another robot's motion, or what the stylus does not feel. Blocks at rest and in
 //! alarms are left out, so that holding costs nothing and slips teach nothing. It takes [`LEAST_S`] of motion.
+//!
+//! A parabola through the highest rho_k and its neighbours tells how late to a millisecond. From [`LATE_S`] to
+//! [`LATEST_S`] on the stylus is made to wait as long and [`MARGIN_S`] more, since the gate looks back but not ahead.
 
 use super::{
     config::{BANDS, FIRST_OCTAVE},
+    delay,
     lanes::samples,
 };
 
@@ -32,6 +36,12 @@ const FOLLOWS: f32 = 0.4;
 const NONE: f32 = 0.3;
 /// Time for which another relation must show (s).
 const AGREED_S: f32 = 2.5;
+/// The least and the most that a reference is late for the stylus to wait (s), and what it waits more.
+const LATE_S: f32 = 1e-3;
+const LATEST_S: f32 = 22e-3;
+const MARGIN_S: f32 = 2.5e-3;
+/// Delays that far apart are the same (s).
+const SAME_S: f32 = 1e-3;
 /// Least variance of the logarithm of the reference that says anything.
 const LEAST_VARIANCE: f32 = 0.3;
 
@@ -66,17 +76,22 @@ pub(super) struct Correlation {
     past: [[f32; MOST + 1]; 2],
     products: [f32; SHIFTS],
     relation: Relation,
+    /// How long the stylus waits (s).
+    wait_s: f32,
+    /// Length of a block and of one that waits (s).
+    block_s: f32,
+    part_s: f32,
     /// Blocks for which another relation has shown.
     agreed: u32,
     agreed_len: u32,
 }
 
 impl Correlation {
-    /// Nothing is known yet; energies come every `block_s` (s).
-    pub(super) fn new(block_s: f32) -> Self {
-        let block_len = samples(BLOCK_MS, 1.0 / block_s).max(1);
+    /// Nothing is known yet; energies come every `part_s` (s).
+    pub(super) fn new(part_s: f32) -> Self {
+        let block_len = samples(BLOCK_MS, 1.0 / part_s).max(1);
         #[expect(clippy::cast_precision_loss, reason = "at most 100")]
-        let block_s = block_s * block_len as f32;
+        let block_s = part_s * block_len as f32;
         Self {
             block_len,
             share: block_s / MEMORY_S,
@@ -91,6 +106,9 @@ impl Correlation {
             past: [[0.0; MOST + 1]; 2],
             products: [0.0; SHIFTS],
             relation: Relation::Near,
+            wait_s: 0.0,
+            block_s,
+            part_s,
             agreed: 0,
             agreed_len: samples(1e3 * AGREED_S, 1.0 / block_s),
         }
@@ -100,6 +118,14 @@ impl Correlation {
     #[inline]
     pub(super) fn relation(&self) -> Relation {
         self.relation
+    }
+
+    /// How long the stylus waits for the reference (blocks, at most [`delay::MOST`]).
+    #[inline]
+    pub(super) fn wait(&self) -> usize {
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 50")]
+        let blocks = libm::ceilf(self.wait_s / self.part_s) as usize;
+        blocks.min(delay::MOST)
     }
 
     /// The next block does not follow the last one.
@@ -159,10 +185,10 @@ impl Correlation {
         if y < LEAST_VARIANCE {
             return;
         }
-        let (mut best, mut shift) = (f32::MIN, 0);
+        let (mut best, mut at) = (f32::MIN, MOST);
         for (k, product) in self.products.iter().enumerate() {
             if *product > best {
-                (best, shift) = (*product, k.abs_diff(MOST));
+                (best, at) = (*product, k);
             }
         }
         let correlation = best / libm::sqrtf(x * y).max(f32::MIN_POSITIVE);
@@ -170,14 +196,33 @@ impl Correlation {
             Relation::None
         } else if correlation < FOLLOWS {
             self.relation
-        } else if shift <= NEAR {
+        } else if at.abs_diff(MOST) <= NEAR {
             Relation::Near
         } else {
             Relation::Shifted
         };
-        self.agreed = if seems == self.relation { 0 } else { self.agreed + 1 };
+        let late_s = self.late_s(at);
+        let wait_s = match seems {
+            _ if correlation < FOLLOWS => self.wait_s,
+            Relation::None => 0.0,
+            _ if (LATE_S..=LATEST_S).contains(&late_s) => late_s + MARGIN_S,
+            _ => 0.0,
+        };
+        let same = seems == self.relation && (wait_s - self.wait_s).abs() < SAME_S;
+        self.agreed = if same { 0 } else { self.agreed + 1 };
         if self.agreed >= self.agreed_len {
-            (self.relation, self.agreed) = (seems, 0);
+            (self.relation, self.wait_s, self.agreed) = (seems, wait_s, 0);
         }
+    }
+
+    /// How late the reference is (s) whose highest product is that `at` a place: the top of a parabola.
+    fn late_s(&self, at: usize) -> f32 {
+        let three = at.checked_sub(1).and_then(|from| self.products.get(from..from + 3));
+        let Some([before, top, after]) = three else { return f32::INFINITY };
+        let bend = 2.0 * top - before - after;
+        let off = if bend > 0.0 { 0.5 * (after - before) / bend } else { 0.0 };
+        #[expect(clippy::cast_precision_loss, reason = "at most 40")]
+        let blocks = MOST as f32 - at as f32 - off;
+        blocks * self.block_s
     }
 }

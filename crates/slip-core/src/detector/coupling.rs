@@ -90,6 +90,13 @@ impl Coupling {
         }
     }
 
+    /// Nothing is learned yet.
+    pub(super) fn forget(&mut self) {
+        self.factors = [1.0; BANDS];
+        (self.weak, self.alone) = (0, None);
+        self.start();
+    }
+
     /// Factors on the gains of the bands, 1 and above.
     #[inline]
     pub(super) fn factors(&self) -> &[f32; BANDS] {

@@ -79,6 +79,8 @@ pub(super) struct Gate {
     faded_len: u32,
     /// The highest peak since the knock, in the bands that it shows in.
     struck: f32,
+    /// The floor that the last block alone gives, without knock and peak.
+    instant: [f32; BANDS],
 }
 
 impl Gate {
@@ -95,6 +97,7 @@ impl Gate {
             rings_len: samples(1e3 * RINGS_S, 1.0 / block_s),
             faded_len: samples(1e3 * (RINGS_S - FADED_S), 1.0 / block_s),
             struck: 0.0,
+            instant: [1.0; BANDS],
         }
     }
 
@@ -117,6 +120,12 @@ impl Gate {
         self.rings > 0
     }
 
+    /// The floor of each band that the last block alone gives: what is held longer would show the reference late.
+    #[inline]
+    pub(super) fn instant(&self) -> &[f32; BANDS] {
+        &self.instant
+    }
+
     /// Takes the sum of squares of each band of the reference (unit squared) over a block of `1 / per_sample` samples: the floor
     /// of each band over its quiet floor.
     #[inline]
@@ -128,7 +137,9 @@ impl Gate {
     ) -> [f32; BANDS] {
         let (mut knocks, mut level) = (false, 0.0);
         for (b, sum) in sums.iter().enumerate().take(BANDS) {
-            self.peak[b] = (sum * per_sample).max(self.peak[b] * self.peak_decay);
+            let energy = sum * per_sample;
+            self.instant[b] = 1.0 + learned[b] * self.gain[b] * energy;
+            self.peak[b] = energy.max(self.peak[b] * self.peak_decay);
             if b >= FIRST_OCTAVE + 2 {
                 knocks |= self.peak[b] > KNOCK * self.mean[b];
                 level += self.peak[b];

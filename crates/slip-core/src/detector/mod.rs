@@ -6,6 +6,7 @@ mod correlation;
 mod coupling;
 mod cusum;
 mod decision;
+mod delay;
 mod doubt;
 mod evidence;
 mod gate;

@@ -16,6 +16,7 @@ use super::{
     coupling::{Coupling, WEAK},
     cusum::Cusum,
     decision::Decision,
+    delay::Delay,
     doubt::{Doubt, FloorHealth},
     evidence::{Certificate, Evidence, Scores},
     gate::Gate,
@@ -84,6 +85,8 @@ pub struct SlipDetector {
     gate: Gate,
     coupling: Coupling,
     correlation: Correlation,
+    /// Blocks of the stylus that wait for a late reference.
+    delay: Delay,
     blind_margin: f32,
     moving: bool,
     no_skip: bool,
@@ -141,6 +144,7 @@ impl SlipDetector {
             gate,
             coupling: Coupling::new(lanes.thresholds, config.release_ms, lanes.block_s),
             correlation: Correlation::new(lanes.block_s),
+            delay: Delay::new(),
             blind_margin: config.gate.blind_margin,
             moving: false,
             no_skip: false,
@@ -236,6 +240,16 @@ impl SlipDetector {
         }
     }
 
+    /// How long decisions wait for a motion reference that is late (s); 0 for one in time. It is late by 2.5 ms less.
+    #[must_use]
+    pub fn waits_s(&self) -> f32 {
+        #[expect(clippy::cast_precision_loss, reason = "at most 50")]
+        let blocks = self.delay.blocks() as f32;
+        #[expect(clippy::cast_precision_loss, reason = "at most 25")]
+        let block_s = self.block_len as f32 / self.rate_hz;
+        blocks * block_s
+    }
+
     /// Whether the robot moves, by command or by its reference.
     #[must_use]
     #[inline]
@@ -284,7 +298,8 @@ impl SlipDetector {
         certified: bool,
         command_known: bool,
     ) -> Causes {
-        let sound = self.reference.is_sound() && self.correlation.relation() == Relation::Near;
+        let in_time = self.delay.blocks() > 0 || self.correlation.relation() == Relation::Near;
+        let sound = self.reference.is_sound() && in_time;
         let knock = sound.then_some(!(self.moving && self.gate.rings()));
         let motion = match self.moving {
             false => Some(true),
@@ -345,6 +360,7 @@ impl SlipDetector {
         self.gate.start();
         self.coupling.start();
         self.correlation.interrupt();
+        self.delay.clear();
         self.pending.clear();
         self.decision.reset();
         self.restart_evidence();
@@ -431,6 +447,9 @@ impl SlipDetector {
         if self.learning {
             self.resolve();
         }
+        let now = energy;
+        let waited = self.delay.pass(now);
+        let energy = waited.unwrap_or(now);
         let mut block = Block { energy, floor: [1.0; BANDS], moving: self.moving };
         if self.moving || self.no_skip {
             let floor = self.gate.block(
@@ -439,10 +458,14 @@ impl SlipDetector {
                 self.coupling.factors(),
             );
             if self.moving {
-                self.gate_block(&mut block, floor);
+                self.gate_block(&mut block, (&now, floor));
             }
         }
         self.pending.clear();
+        if waited.is_none() {
+            self.reference.end_block(self.per_sample);
+            return;
+        }
         if !self.learning {
             self.decide(&block);
         }
@@ -477,9 +500,10 @@ impl SlipDetector {
         }
     }
 
-    /// Raises the floor of a block of motion by what is known of that: the reference, the command, or nothing.
+    /// Raises the floor of a block of motion by what is known of that: the reference, the command, or nothing. `now` are
+    /// the energies of the block that does not wait.
     #[inline]
-    fn gate_block(&mut self, block: &mut Block, floor: [f32; BANDS]) {
+    fn gate_block(&mut self, block: &mut Block, (now, floor): (&[f32; BANDS], [f32; BANDS])) {
         let live = self.reference.is_live();
         let coupled = self.correlation.relation() != Relation::None;
         if live && !self.learning {
@@ -487,7 +511,13 @@ impl SlipDetector {
             if coupled && self.decision.state != SlipState::Quiet {
                 self.correlation.interrupt();
             } else {
-                self.correlation.step(&block.energy, &floor);
+                self.correlation.step(now, self.gate.instant());
+                let wait = self.correlation.wait();
+                if wait != self.delay.blocks() {
+                    self.delay.set(wait);
+                    // What was learned of fronts that the reference showed too late is no gain.
+                    self.coupling.forget();
+                }
             }
         }
         let misses_one = !live && self.reference.health() == SensorHealth::Good;
@@ -527,7 +557,9 @@ impl SlipDetector {
     #[cold]
     fn rescale(&mut self) {
         let Some(floor) = self.floor.energy() else { return };
-        self.scale = reciprocal_rms(floor);
+        let before = of_bands(&core::mem::replace(&mut self.scale, reciprocal_rms(floor)));
+        let now = of_bands(&self.scale);
+        self.delay.rescale(core::array::from_fn(|b| (now[b] / before[b]) * (now[b] / before[b])));
         self.learning = false;
         self.gate.rescale(&floor);
         if let Some(evidence) = &mut self.evidence {

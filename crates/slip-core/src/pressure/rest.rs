@@ -2,11 +2,11 @@
 //!
 //! For recordings whose rest is known beforehand; a running gripper learns the noise in the first grasp.
 
-use super::{range::Range, shape::Shape};
+use super::{
+    range::{Range, Widest},
+    shape::Shape,
+};
 use crate::units::Micros;
-
-/// A range of a shorter stretch than half of its time constant is none: it has only begun to grow.
-const SHORTEST: Micros = Micros(2_000_000);
 
 /// Pools the noise of several stretches of at most `N` taxels.
 #[derive(Clone, Copy, Debug)]
@@ -14,10 +14,7 @@ pub struct PatternRest<const N: usize> {
     follow_ms: f32,
     shape: Shape<N>,
     range: Range<N>,
-    /// Largest range of this stretch, and of all stretches that are long enough for one.
-    widest: f32,
-    largest_range: f32,
-    since: Option<Micros>,
+    widest: Widest,
     last_t: Option<Micros>,
     sum: f64,
     /// Largest mean square of the residuals over all taxels.
@@ -33,9 +30,7 @@ impl<const N: usize> PatternRest<N> {
             follow_ms,
             shape: Shape::new(),
             range: Range::new(),
-            widest: 0.0,
-            largest_range: 0.0,
-            since: None,
+            widest: Widest::default(),
             last_t: None,
             sum: 0.0,
             largest: 0.0,
@@ -47,8 +42,7 @@ impl<const N: usize> PatternRest<N> {
     pub fn start(&mut self) {
         self.shape = Shape::new();
         self.range = Range::new();
-        self.widest = 0.0;
-        self.since = None;
+        self.widest.start();
         self.last_t = None;
     }
 
@@ -65,16 +59,12 @@ impl<const N: usize> PatternRest<N> {
         let dt_ms = self.last_t.map_or(0.0, |last| t.since(last).as_seconds() * 1e3) as f32;
         self.last_t = Some(t);
         let seen = self.shape.step(&values, frame.len().min(N), dt_ms / self.follow_ms);
-        let since = *self.since.get_or_insert(t);
         if let Some(departure) = seen {
             self.sum += f64::from(departure.mean_square());
             self.largest = self.largest.max(departure.over_all());
-            self.range.step(&departure.residual, dt_ms);
+            self.range.step(departure.residual(), dt_ms);
             let range = self.range.mean(frame.len().min(N), f32::INFINITY);
-            self.widest = self.widest.max(range);
-            if t.since(since) >= SHORTEST {
-                self.largest_range = self.largest_range.max(self.widest);
-            }
+            self.widest.push(t, range);
             self.frames += 1;
         }
     }
@@ -102,6 +92,6 @@ impl<const N: usize> PatternRest<N> {
     /// lasted for half the time constant of the range, or nothing changed.
     #[must_use]
     pub fn range(&self) -> Option<f32> {
-        (self.largest_range > 0.0).then_some(self.largest_range)
+        self.widest.largest()
     }
 }

@@ -13,16 +13,21 @@ pub(super) struct Shape<const N: usize> {
     frames: f32,
 }
 
-/// What a frame shows beside the shape: a residual for each taxel (unit of the taxels), places beyond the array zero.
+/// What a frame shows beside the shape.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Departure<const N: usize> {
-    pub(super) residual: [f32; N],
+    residual: [f32; N],
     len: usize,
 }
 
 impl<const N: usize> Departure<N> {
+    /// A residual for each taxel (unit of the taxels).
+    pub(super) fn residual(&self) -> &[f32] {
+        self.residual.get(..self.len).unwrap_or(&self.residual)
+    }
+
     fn squares(&self) -> f32 {
-        self.residual.iter().map(|r| r * r).sum()
+        self.residual().iter().map(|r| r * r).sum()
     }
 
     /// Mean square over the taxels that are free.
@@ -37,7 +42,7 @@ impl<const N: usize> Departure<N> {
 
     /// Mean of the squares over the variance, each limited to [`CLIP`].
     pub(super) fn energy(&self, per_variance: f32) -> f32 {
-        let sum: f32 = self.residual.iter().map(|r| (r * r * per_variance).min(CLIP)).sum();
+        let sum: f32 = self.residual().iter().map(|r| (r * r * per_variance).min(CLIP)).sum();
         sum / count(self.len)
     }
 }
@@ -58,23 +63,27 @@ impl<const N: usize> Shape<N> {
         if norm <= 0.0 {
             return None;
         }
-        let before = (self.frames > 0.0).then(|| self.residual(&p));
+        let before = (self.frames > 0.0).then(|| self.residual(&p, n));
         self.frames = (self.frames + 1.0).min(FIRST + 1.0);
         let follow = 1.0 - libm::expf(-dt_over_tau);
         let weight = if self.frames <= FIRST { 1.0 / self.frames } else { follow };
         let scale = 1.0 / norm;
-        for (u, p) in self.u.iter_mut().zip(&p) {
+        for (u, p) in self.u.iter_mut().zip(&p).take(n) {
             *u += weight * (p * scale - *u);
         }
-        self.uu = self.u.iter().map(|u| u * u).sum();
+        self.uu = self.u.iter().take(n).map(|u| u * u).sum();
         before.map(|residual| Departure { residual, len: n })
     }
 
-    /// The frame without its share of the shape. Places beyond the array stay zero.
-    fn residual(&self, p: &[f32; N]) -> [f32; N] {
-        let dot: f32 = p.iter().zip(&self.u).map(|(p, u)| p * u).sum();
+    /// The frame of `n` taxels without its share of the shape.
+    fn residual(&self, p: &[f32; N], n: usize) -> [f32; N] {
+        let dot: f32 = p.iter().zip(&self.u).take(n).map(|(p, u)| p * u).sum();
         let share = if self.uu > 0.0 { dot / self.uu } else { 0.0 };
-        core::array::from_fn(|i| p[i] - share * self.u[i])
+        let mut out = [0.0; N];
+        for (r, (p, u)) in out.iter_mut().zip(p.iter().zip(&self.u)).take(n) {
+            *r = p - share * u;
+        }
+        out
     }
 }
 
@@ -85,7 +94,7 @@ fn centred<const N: usize>(frame: &[f32; N], n: usize) -> ([f32; N], f32) {
     for (p, value) in p.iter_mut().zip(frame).take(n) {
         *p = value - mean;
     }
-    let norm = libm::sqrtf(p.iter().map(|p| p * p).sum());
+    let norm = libm::sqrtf(p.iter().take(n).map(|p| p * p).sum());
     (p, norm)
 }
 

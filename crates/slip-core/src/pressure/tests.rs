@@ -256,3 +256,54 @@ fn a_stretch_too_short_for_a_range_gives_none() {
     assert_eq!(meter.range(), None);
     assert!(meter.rms(6.0).is_some());
 }
+
+/// A pad that is held for 12 s in stretches of `stretch` s, from which the range is learned, and what it has learned.
+fn learned(stretch: usize, unit: f32) -> (Method, Option<f32>) {
+    let mut method = Method::new(PressureConfig::default()).unwrap();
+    let mut pad = Pad::new();
+    for i in 0..1200 {
+        if i % (100 * stretch) == 0 {
+            pad.t += 1_000_000;
+            method.prime();
+        }
+        let (t, frame) = pad.frame(0.0, 1.0, 0.0);
+        let frame: Vec<f32> = frame.iter().map(|value| value * unit).collect();
+        assert_eq!(give(&mut method, (t, frame)), SlipState::Quiet);
+    }
+    (method, method.known_range())
+}
+
+#[test]
+fn the_range_is_learned_while_an_object_is_held() {
+    let (_, whole) = learned(12, 1.0);
+    let (_, parts) = learned(3, 1.0);
+    let (_, small) = learned(12, 1e-6);
+    assert!(whole.unwrap() < 1.5 * parts.unwrap() && parts.unwrap() < 1.5 * whole.unwrap());
+    assert!((small.unwrap() / whole.unwrap() - 1e-6).abs() < 1e-8);
+    assert_eq!(learned(1, 1.0).1, None, "too short for a range");
+}
+
+/// The first frame, of 100 a second, with a slip of an object that slides by `speed` taxels a second from frame 6000 on.
+fn first_slip(method: &mut Method, speed: f32, learning: bool) -> Option<u16> {
+    let mut pad = Pad { seed: 10, t: 20_000_000 };
+    method.prime();
+    (0..7500_u16).find(|i| {
+        let moved = 0.01 * speed * f32::from(i.saturating_sub(6000));
+        let (t, frame) = pad.frame(moved, 1.0, 0.0);
+        method.step(t, &frame, learning);
+        method.state() != SlipState::Quiet
+    })
+}
+
+#[test]
+fn a_slow_slide_is_found_sooner_by_the_range_that_was_learned_and_a_hold_is_none() {
+    let (method, _) = learned(12, 1.0);
+    let config = PressureConfig { known_rms: method.rms(), ..PressureConfig::default() };
+    let blind = Method::new(config).unwrap();
+    assert_eq!(first_slip(&mut method.clone(), 0.0, true), None);
+    for speed in [0.14, 0.2] {
+        let sooner = first_slip(&mut method.clone(), speed, true).unwrap();
+        let later = first_slip(&mut blind.clone(), speed, false).unwrap();
+        assert!(sooner > 6000 && sooner + 40 < later, "{speed}: {sooner} and {later}");
+    }
+}

@@ -133,6 +133,35 @@ fn a_late_or_early_reference_is_told_and_blinds_less_than_it_helps() {
     assert_eq!(healths, [SensorHealth::Late, SensorHealth::Good]);
 }
 
+/// From 40 s on the alarms are those of a reference in time, later by as much as that is late and some milliseconds.
+#[test]
+fn the_stylus_waits_for_a_reference_that_is_late() {
+    for seed in [2, 3, 4] {
+        let motion = robot(seed, LEN);
+        let alarms = |ms| -> Vec<usize> {
+            let seen = play(&motion, |i| shifted(&motion, i, ms));
+            seen.alarms.into_iter().filter(|i| *i > 80_000).collect()
+        };
+        let sound = alarms(0);
+        assert!(!sound.is_empty());
+        for ms in [5, 10, 20] {
+            let late = alarms(ms);
+            assert!(late.len() <= sound.len() + 2, "{ms} ms: {late:?}, in time {sound:?}");
+            let begun = |i: usize| (80_000 + 10_000 * i)..(80_200 + 10_000 * i);
+            let told = |alarms: &[usize], by: usize| {
+                (1..12)
+                    .filter(|i| {
+                        let slides = begun(*i);
+                        alarms.iter().any(|at| (slides.start..slides.end + by).contains(at))
+                    })
+                    .count()
+            };
+            let by = 2 * (ms as usize + 5);
+            assert!(told(&late, by) + 1 >= told(&sound, 0), "{ms} ms: {late:?}, in time {sound:?}");
+        }
+    }
+}
+
 #[test]
 fn the_reference_of_another_robot_is_told_and_is_then_as_none() {
     for seed in [3, 4, 5] {
