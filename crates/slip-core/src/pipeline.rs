@@ -4,7 +4,6 @@
 //! clock; the same samples give the same steps everywhere.
 
 mod build;
-mod coarse;
 mod control;
 mod detect;
 mod grip_force;
@@ -29,11 +28,11 @@ use crate::{
     sample::Sample,
     scene::{Contact, Scene},
     stages::StageCounters,
+    travel_noise::TravelQuality,
     turns::Turns,
     units::Micros,
     velocity::VelocityMeter,
 };
-use coarse::TravelQuality;
 use grip_force::GripForce;
 use host_time::HostTime;
 use rest::{Rest, Rested};
