@@ -208,6 +208,8 @@ impl Session {
     /// Where `nonce` is 0.
     pub fn open(&mut self, now_us: u64, nonce: u16) -> Result<(), SessionError> {
         self.lost_before += self.link.loss().lost;
+        self.path.forget_frame();
+        self.due = Due::default();
         Ok(self.link.open(now_us, nonce)?)
     }
 

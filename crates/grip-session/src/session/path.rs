@@ -46,6 +46,12 @@ impl Default for Path {
 }
 
 impl Path {
+    /// Rows that were not handled, and what was not told, are gone with the line.
+    pub(super) fn forget_frame(&mut self) {
+        (self.frame, self.events_told, self.waits) = (None, Event::MOST, false);
+    }
+
+    /// Whether the last row led to something that was not told yet.
     #[inline]
     pub(super) fn has_news(&self) -> bool {
         self.waits
