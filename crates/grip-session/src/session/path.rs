@@ -112,13 +112,13 @@ impl Session {
         path.index = row.index;
         path.sample = Sample { motion, arrival, ..sample_of(&row, t) };
         let taxels = taxels_of(&row, &mut path.taxels.0);
-        let step = pipeline.handle_with(&path.sample, taxels);
         path.taxels.1 = taxels.len();
+        let step = path.step.insert(pipeline.handle_with(&path.sample, taxels));
         self.counters.samples += 1;
-        if self.log.follows(&step) {
-            (path.events, path.events_told) = (self.log.events(&step), 0);
+        if self.log.follows(step) {
+            (path.events, path.events_told) = (self.log.events(step), 0);
         }
-        (path.step, path.waits) = (Some(step), true);
+        path.waits = true;
         true
     }
 }
