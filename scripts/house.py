@@ -37,17 +37,16 @@ PATH_FILES = {
         line linux/wire
     """,
     "grip-session": """
-        session/mod session/path session/pace session/time_base session/wishes session/limits motion report
+        session/mod session/path session/pace session/time_base session/wishes motion report
     """,
     "grip-link": """
-        host/link host/conversation host/frames host/loss host/timing decoder cobs crc frame sender message/grip
-        message/samples message/channel
+        host/link host/conversation host/timing decoder cobs crc frame sender message/grip message/samples
     """,
     "slip-msg": """
         wire message slip
     """,
     "slip-core": """
-        pipeline pipeline/rest pipeline/evidence pipeline/force pipeline/coarse pipeline/grip_force pipeline/host_time
+        pipeline pipeline/rest pipeline/detect pipeline/slip pipeline/control pipeline/grip_force pipeline/host_time
         sample health drift scene stages event methods fusion distance course crosscheck turns travel_noise resolution
         floor confidence filter/bank filter/svf filter/envelope detector/slip detector/axes detector/coupling
         detector/cusum detector/decision detector/doubt detector/evidence detector/gate detector/lanes detector/level
@@ -63,8 +62,8 @@ PATH_FILES = {
 }
 # Types that carry a sample's content from one of these files to the next, by hand: their values are made for each sample or frame.
 PATH_TYPES = """
-Header Frame HostEvent Samples Rows Row Sample MotionInput Block Channels SlipState Told SlipEvent Features Velocity
-ForceEstimate Evidence Sliding SlipNews GripInput Newtons Step SlipReport EventLine News Item GripCommand Grip
+Header Frame HostEvent SamplesHeader Samples Row Sample MotionInput SlipState Rested Detection Features Velocity ForceEstimate Evidence Sliding
+GripInput Newtons Step SlipReport Event News Item GripCommand Grip
 """.split()
 
 

@@ -27,23 +27,6 @@ pub struct Detection {
     pub method: Method,
 }
 
-/// The channels beside the stylus, as of one sample.
-#[derive(Clone, Copy, Debug)]
-pub struct Channels<'a> {
-    /// Time of the sample.
-    pub t: Micros,
-    /// Moved distance (m), finite, where there is a reading.
-    pub travel_m: Option<f32>,
-    /// A frame of the taxel array, empty where there is none.
-    pub taxels: &'a [f32],
-    /// What the fingers do.
-    pub fingers: Fingers,
-    /// Whether the grip force stands, so that a change of the pattern is a slip.
-    pub force_stands: bool,
-    /// Statistic and state of the stylus, where it is heard.
-    pub stylus: Option<(f32, SlipState)>,
-}
-
 /// An object that was seen to move within this time moves now.
 const ADVANCED_WITHIN: Micros = Micros(3000);
 /// Travel without a reading for this long is gone, ...
@@ -262,26 +245,32 @@ impl Fusion {
         self.put_by.len = 0;
     }
 
-    /// Takes the channels of the next sample. `decides` says whether an object is held; what is seen otherwise only costs
-    /// time, and [`Fusion::prime`] forgets it.
+    /// Takes the travel of the next sample, which is finite where there is one, and the frame of the taxel array that came with it, empty
+    /// where none did. `stylus` is statistic and state of the stylus, where it is heard; the pattern of the taxels waits until the grip
+    /// force stands. `decides` says whether an object is held; what is seen otherwise only costs time, and [`Fusion::prime`] forgets it.
     #[inline]
-    pub fn watch(&mut self, seen: &Channels<'_>, decides: bool) {
+    pub fn watch(
+        &mut self,
+        sample: &Sample,
+        taxels: &[f32],
+        stylus: Option<(f32, SlipState)>,
+        force_stands: bool,
+        decides: bool,
+    ) {
         self.catch_up();
-        if let Some(travel_m) = seen.travel_m {
-            let stylus_gross = seen.stylus.is_some_and(|(_, state)| state == SlipState::Gross);
-            self.travel.step(TravelReading {
-                t: seen.t,
-                travel_m,
-                fingers: seen.fingers,
-                others_gross: stylus_gross,
-            });
+        let t = sample.t;
+        if let Some(travel_m) = sample.travel_m {
+            // An arm that moves carries fingers and object alike.
+            let fingers = if decides { Fingers::Still } else { Fingers::Moving };
+            let others_gross = stylus.is_some_and(|(_, state)| state == SlipState::Gross);
+            self.travel.step(TravelReading { t, travel_m, fingers, others_gross });
         }
-        if !seen.taxels.is_empty() {
-            if !seen.force_stands {
+        if !taxels.is_empty() {
+            if !force_stands {
                 self.pressure.wait();
             }
-            if seen.force_stands || self.pressure.state() != SlipState::Quiet {
-                self.pressure.step(seen.t, seen.taxels, decides);
+            if force_stands || self.pressure.state() != SlipState::Quiet {
+                self.pressure.step(t, taxels, decides);
             }
         }
     }
@@ -332,12 +321,13 @@ fn higher(joined: Option<Detection>, said: Detection) -> Option<Detection> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Channels, Detection, Fusion};
+    use super::{Detection, Fusion};
     use crate::{
         detector::SlipState,
-        distance::{DistanceConfig, Fingers},
+        distance::DistanceConfig,
         methods::{Method, Methods},
         pressure::PressureConfig,
+        sample::Sample,
         units::Micros,
     };
 
@@ -345,20 +335,17 @@ mod tests {
         Fusion::new(methods, DistanceConfig::default(), PressureConfig::default()).unwrap()
     }
 
+    fn moved_to(i: u16, travel_m: f32) -> Sample {
+        let t = Micros(100 * u64::from(i));
+        Sample { travel_m: Some(travel_m), ..Sample::stylus(t, 0.0) }
+    }
+
     /// 10 kHz: the stylus quiet up to sample 200, then gross; travel 10 mm/s from sample 100 on.
     fn said(fusion: &mut Fusion, i: u16) -> Option<Detection> {
         let moved = 1e-6 * f32::from(i.saturating_sub(100));
         let stylus = if i < 200 { (0.1, SlipState::Quiet) } else { (2.0, SlipState::Gross) };
-        let seen = Channels {
-            t: Micros(100 * u64::from(i)),
-            travel_m: Some(moved),
-            taxels: &[],
-            fingers: Fingers::Still,
-            force_stands: true,
-            stylus: Some(stylus),
-        };
-        fusion.watch(&seen, true);
-        fusion.detect(seen.stylus)
+        fusion.watch(&moved_to(i, moved), &[], Some(stylus), true, true);
+        fusion.detect(Some(stylus))
     }
 
     fn first(methods: Methods) -> (u16, Method) {
@@ -393,15 +380,7 @@ mod tests {
     fn what_is_watched_where_no_object_is_held_is_forgotten() {
         let mut fusion = fusion(Methods::ALL);
         for i in 0..500_u16 {
-            let seen = Channels {
-                t: Micros(100 * u64::from(i)),
-                travel_m: Some(1e-5 * f32::from(i)),
-                taxels: &[],
-                fingers: Fingers::Moving,
-                force_stands: true,
-                stylus: None,
-            };
-            fusion.watch(&seen, false);
+            fusion.watch(&moved_to(i, 1e-5 * f32::from(i)), &[], None, true, false);
         }
         fusion.prime();
         assert_eq!(said(&mut fusion, 501).unwrap().method, Method::Stylus);

@@ -4,7 +4,6 @@
 //! clock; the same samples give the same steps everywhere.
 
 mod build;
-mod coarse;
 mod control;
 mod detect;
 mod grip_force;
@@ -29,11 +28,11 @@ use crate::{
     sample::Sample,
     scene::{Contact, Scene},
     stages::StageCounters,
+    travel_noise::TravelQuality,
     turns::Turns,
     units::Micros,
     velocity::VelocityMeter,
 };
-use coarse::TravelQuality;
 use grip_force::GripForce;
 use host_time::HostTime;
 use rest::{Rest, Rested};
@@ -121,24 +120,28 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             }
         };
         let event = self.slip_event(sample, stylus, detection);
+        let begins = event.as_ref().is_some_and(|slip| slip.first);
 
         // Evidence, while the object slips: force and travel only as far as they are believed.
         let slips = self.slip.is_some() || self.config.no_skip;
         let believed;
         let sample = if slips {
-            believed = self.believe(sample, dt, stylus, event);
+            believed = self.believe(sample, dt, stylus, begins);
             &believed
         } else {
             sample
         };
-        let statistic = detection.map_or(0.0, |detection| detection.statistic);
-        let mut step = Step { statistic, event, ..self.unchanged(sample.t) };
+        let mut step = self.unchanged(sample.t);
+        step.statistic = detection.map_or(0.0, |detection| detection.statistic);
+        // A report is large, and rare.
+        if event.is_some() {
+            step.event = event;
+        }
         if slips {
             self.observe(sample);
             self.estimate(sample, &mut step);
-            self.weigh_need(sample, event);
+            self.weigh_need(sample, begins);
         }
-
         (step.command, step.grip) = self.control(sample, dt, &step);
         self.rest = self.rest_after();
         step

@@ -1,4 +1,10 @@
-//! Readings of the moved distance of an object that slides in, the deviation of one reading out.
+//! Readings of the moved distance of an object that slides in; the deviation of one reading, and whether they say less of the needed force
+//! than the stylus alone does, out.
+//!
+//! Third differences of readings that differ show the noise, since sliding leaves next to nothing of them; the smallest step shows the
+//! resolution. The acceleration over 3 to 4 ms, on which the estimate rests, drowns in more than some micrometres of either.
+
+use crate::resolution::rounding;
 
 /// Readings before a square can be told from the others, and the least mean of them (m2).
 const ENOUGH: u16 = 16;
@@ -40,5 +46,117 @@ impl TravelNoise {
     /// Deviation of one reading (m): that of a third difference is sqrt(20) times as large.
     pub(crate) fn sigma_m(&self) -> f32 {
         libm::sqrtf(self.mean_square / 20.0)
+    }
+}
+
+/// A deviation of a reading (m) beyond which the sensor is coarse, and below which it no longer is.
+const COARSE_M: f32 = 4e-6;
+const FINE_M: f32 = 2.5e-6;
+/// Readings of a slip that differ before the smallest step between them is judged ...
+const STEPS: u16 = 4;
+/// ... and before their noise is, as a mean over four times as many at most.
+const READINGS: u16 = 48;
+/// What is further off than the root of so many times the mean of the squares is a leap, or samples were lost: no noise.
+const LEAP: f32 = 16.0;
+/// Readings that are rounded to a step, and left out where they repeat, look noisier by up to this factor.
+const ROUNDED: f32 = 2.5;
+
+/// What is known of the travel sensor.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct TravelQuality {
+    noise: TravelNoise,
+    /// Readings that did not differ from the one before.
+    repeated: u16,
+    coarse: bool,
+}
+
+impl TravelQuality {
+    /// Another slip begins: the noise is measured anew. What was found stays until then.
+    pub(crate) fn begin(&mut self) {
+        (self.noise, self.repeated) = (TravelNoise::default(), 0);
+    }
+
+    /// Takes a reading (m) while the object slips, with the deviation that is configured and the smallest step seen
+    /// since the object was taken (m).
+    pub(crate) fn read(&mut self, travel_m: f32, configured_m: f32, step_m: f32) {
+        if !self.noise.push(travel_m, 4 * READINGS, LEAP) {
+            self.repeated = self.repeated.saturating_add(1);
+            return;
+        }
+        let seen = self.noise.seen();
+        if seen <= STEPS {
+            return;
+        }
+        // Between the steps of a coarse sensor readings repeat; those of a fast object do not.
+        let rounding_m = if self.repeated >= seen { rounding(step_m) } else { 0.0 };
+        let noise_m = self.noise.sigma_m();
+        let noisy = seen > READINGS && noise_m > ROUNDED * rounding_m;
+        let sigma_m = if noisy { noise_m } else { rounding_m }.max(configured_m);
+        if seen > READINGS || sigma_m > COARSE_M {
+            self.coarse = sigma_m > if self.coarse { FINE_M } else { COARSE_M };
+        }
+    }
+
+    pub(crate) fn is_coarse(&self) -> bool {
+        self.coarse
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::TravelQuality;
+
+    /// An object that becomes faster from `speed_m_s` on, sampled at 10 kHz, rounded to `step_m` with every third
+    /// reading off by `noise_m` (m).
+    fn slid(quality: &mut TravelQuality, step_m: f32, noise_m: f32, speed_m_s: f32) -> bool {
+        quality.begin();
+        let (mut last_m, mut smallest_m) = (0.0_f32, f32::INFINITY);
+        for i in 0..1000_u16 {
+            let t_s = 1e-4 * f32::from(i);
+            let off_m = if i % 3 == 0 { noise_m } else { 0.0 };
+            let shown_m = (((speed_m_s + 2.0 * t_s) * t_s + off_m) / step_m).floor() * step_m;
+            if shown_m != last_m {
+                smallest_m = smallest_m.min((shown_m - last_m).abs());
+            }
+            last_m = shown_m;
+            quality.read(shown_m, 0.0, smallest_m);
+        }
+        quality.is_coarse()
+    }
+
+    /// Readings at 10 kHz of an object that is accelerated at 4 m/s2, with a leap of the reading by `leap_m` once, and each
+    /// time after `lost` samples of 200.
+    #[test]
+    fn lost_samples_and_a_leap_are_no_noise() {
+        for (leap_m, lost) in [(2.5e-4_f32, 0), (0.0, 10), (2.5e-4, 10)] {
+            let mut quality = TravelQuality::default();
+            quality.begin();
+            for i in (0..2000_u16).filter(|i| i % 200 >= lost) {
+                let t_s = 1e-4 * f32::from(i);
+                let flicker_m = 1e-6 * f32::from(i * 7 % 3);
+                let shown_m = 2.0 * t_s * t_s + flicker_m + if i > 700 { leap_m } else { 0.0 };
+                quality.read(shown_m, 0.0, 1e-6);
+                assert!(!quality.is_coarse(), "{leap_m} m, {lost} lost: sample {i}");
+            }
+        }
+    }
+
+    #[test]
+    fn coarse_steps_and_noise_are_found_and_forgotten() {
+        assert!(
+            slid(&mut TravelQuality::default(), 2e-5, 0.0, 0.0),
+            "an encoder with steps of 20 um"
+        );
+        let mut quality = TravelQuality::default();
+        assert!(!slid(&mut quality, 1e-6, 1e-6, 0.0));
+        assert!(
+            !slid(&mut quality, 1e-6, 0.0, 0.3),
+            "an object that is fast from the first reading on"
+        );
+        assert!(slid(&mut quality, 1e-6, 2e-5, 0.0), "noise");
+        quality.begin();
+        quality.read(0.0, 0.0, 1e-6);
+        assert!(quality.is_coarse(), "until it is measured again");
+        assert!(!slid(&mut quality, 1e-6, 1e-6, 0.0), "the noise is gone");
     }
 }

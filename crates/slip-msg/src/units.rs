@@ -71,6 +71,24 @@ pub struct Hertz(pub f32);
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(transparent))]
 pub struct Newtons(pub f32);
 
+impl Newtons {
+    /// From millinewtons, as forces travel.
+    #[must_use]
+    #[expect(clippy::cast_possible_truncation, reason = "rounded to 24 bits")]
+    pub const fn from_mn(force_mn: i32) -> Self {
+        Self((force_mn as f64 / 1000.0) as f32)
+    }
+
+    /// In millinewtons, rounded; `None` for NaN, a negative force or one over 2.1 MN.
+    #[must_use]
+    #[expect(clippy::cast_possible_truncation, reason = "within 0..=i32::MAX")]
+    pub const fn to_mn(self) -> Option<i32> {
+        // Exact: a force has 24 bits.
+        let rounded = self.0 as f64 * 1000.0 + 0.5;
+        if self.0 >= 0.0 && rounded < i32::MAX as f64 + 1.0 { Some(rounded as i32) } else { None }
+    }
+}
+
 /// A length in metres.
 #[derive(Clone, Copy, Debug, Default, PartialEq, PartialOrd)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(transparent))]

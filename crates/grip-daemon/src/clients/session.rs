@@ -7,7 +7,7 @@ use grip_link::message::daemon::{
     Command, Goodbye, Notice, NoticeKind, Operation, Subscribe, ToDaemon, Topics, Welcome,
 };
 use grip_link::message::{Ack, Kind, Nack, NackReason, PayloadError, Versions};
-use slip_core::ClientCommand;
+use slip_core::{ClientCommand, units::Newtons};
 
 /// A client that has not said SUBSCRIBE after this time is sent away (us).
 pub const SILENCE_US: u64 = 5_000_000;
@@ -371,18 +371,13 @@ fn judge(command: &Command, terms: &Terms<'_>) -> Result<ClientCommand, NackReas
         return Err(NackReason::Busy);
     }
     Ok(match command.operation {
-        Operation::AtLeast => ClientCommand::AtLeast(newtons(command.force_mn)),
+        Operation::AtLeast => ClientCommand::AtLeast(Newtons::from_mn(command.force_mn).0),
         Operation::Release if command.token == terms.token => ClientCommand::Release,
         Operation::Release => return Err(NackReason::Token),
         Operation::Grasp => ClientCommand::Grasp,
         Operation::Stop => ClientCommand::Stop,
         Operation::ClearFault => ClientCommand::ClearFault(command.fault),
     })
-}
-
-#[expect(clippy::cast_possible_truncation, reason = "whole mN up to 2^31 as N: rounded to 24 bits")]
-fn newtons(force_mn: i32) -> f32 {
-    (f64::from(force_mn) / 1e3) as f32
 }
 
 const fn farewell(reason: Goodbye) -> &'static str {

@@ -1,7 +1,6 @@
 //! The state machine of the computer's side.
 
-use super::conversation::Conversation;
-use super::loss::{Loss, LossCount};
+use super::conversation::{Conversation, Loss, LossCount};
 use super::request::Request;
 use super::{CloseReason, HostConfig, HostConfigError, LinkState};
 use crate::clock::{ClockSync, PongVerdict};
@@ -11,6 +10,7 @@ use crate::message::{
     Clamped, Config, Event, FaultCode, Grip, GripMode, Heartbeat, Ident, Kind, Layout, Log, Nack,
     Samples, SamplesHeader, Stats, Status,
 };
+use slip_msg::units::Newtons;
 
 /// What came out of received bytes or of time going on.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -85,12 +85,7 @@ impl GripCommand {
     /// A force in newtons, rounded to mN; `None` for NaN, a negative force or one over 2.1 MN.
     #[must_use]
     pub fn newtons(force_n: f32) -> Option<Self> {
-        let milli = libm::round(f64::from(force_n) * 1000.0);
-        if !(force_n >= 0.0 && milli <= f64::from(i32::MAX)) {
-            return None;
-        }
-        #[expect(clippy::cast_possible_truncation, reason = "a whole number within 0..=i32::MAX")]
-        let force_mn = milli as i32;
+        let force_mn = Newtons(force_n).to_mn()?;
         Some(Self {
             mode: GripMode::Force,
             answers_slip: false,

@@ -8,14 +8,12 @@
 //! [`HostLink::grip`]. Time is a monotonic host time in microseconds.
 
 mod conversation;
-mod frames;
 mod link;
-mod loss;
 mod request;
 mod timing;
 
+pub use conversation::{Loss, LossCount};
 pub use link::{GripCommand, HostEvent, HostLink};
-pub use loss::{Loss, LossCount};
 pub use slip_msg::LinkState;
 
 use crate::message::{Config, NackReason};

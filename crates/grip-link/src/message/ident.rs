@@ -1,11 +1,89 @@
 //! HELLO and IDENT: who is there, what it can do, and whether it is the same boot as before.
 
 use super::FaultCode;
-use super::channel::{Channel, MAX_CHANNELS};
 use super::wire::{PayloadError, Reader, Writer};
-use super::{ChannelKind, Unit};
+use super::{ChannelKind, SampleFormat, Unit};
 use super::{DeviceState, ResetReason};
 use core::fmt;
+
+/// Most channels a gripper describes.
+pub const MAX_CHANNELS: usize = 16;
+
+/// Most elements of a channel, the taxels of an array.
+pub const MAX_ELEMENTS: u8 = 64;
+
+/// One channel of IDENT.
+///
+/// | offset | size | type | field | range |
+/// |---|---|---|---|---|
+/// | 0 | 1 | u8 | kind | [`ChannelKind`] code |
+/// | 1 | 1 | u8 | unit | [`Unit`] code |
+/// | 2 | 1 | u8 | formats | b0 i16, b1 f32; the formats in which it can be sent |
+/// | 3 | 1 | u8 | count | elements a row, 1..=64; 1 except for an array |
+/// | 4 | 4 | f32 | scale | unit per i16 step, finite and > 0 |
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Channel {
+    /// What it measures.
+    pub kind: ChannelKind,
+    /// Unit after scaling.
+    pub unit: Unit,
+    /// b0 i16, b1 f32.
+    pub formats: u8,
+    /// Elements a row.
+    pub count: u8,
+    /// Unit per i16 step.
+    pub scale: f32,
+}
+
+impl Channel {
+    /// Bytes of an entry.
+    pub const SIZE: usize = 8;
+
+    /// A channel of one element in its own unit that can be sent in both formats.
+    #[must_use]
+    pub const fn single(kind: ChannelKind, scale: f32) -> Self {
+        Self { kind, unit: kind.unit(), formats: 3, count: 1, scale }
+    }
+
+    /// Whether it can be sent in `format`.
+    #[must_use]
+    pub const fn offers(&self, format: SampleFormat) -> bool {
+        self.formats & (1 << format.code()) != 0
+    }
+
+    /// Whether count and scale are in their ranges: a host refuses any other.
+    #[must_use]
+    pub fn is_possible(&self) -> bool {
+        self.count_is_possible() && self.scale_is_possible()
+    }
+
+    pub(crate) fn count_is_possible(&self) -> bool {
+        (1..=MAX_ELEMENTS).contains(&self.count)
+    }
+
+    pub(crate) fn scale_is_possible(&self) -> bool {
+        self.scale.is_finite() && self.scale > 0.0
+    }
+
+    pub(crate) fn read(reader: &mut Reader<'_>) -> Result<Self, PayloadError> {
+        Ok(Self {
+            kind: ChannelKind::from_code(reader.u8()?),
+            unit: Unit::from_code(reader.u8()?),
+            formats: reader.u8()?,
+            count: reader.u8()?,
+            scale: reader.f32()?,
+        })
+    }
+
+    pub(crate) fn write<'a>(&self, writer: Writer<'a>) -> Writer<'a> {
+        writer
+            .u8(self.kind.code())
+            .u8(self.unit.code())
+            .u8(self.formats)
+            .u8(self.count)
+            .f32(self.scale)
+    }
+}
 
 /// A range of protocol versions: payload bytes 0 and 1 of HELLO and IDENT, SUBSCRIBE and WELCOME, in every version.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -196,7 +274,7 @@ impl Ident {
 
     /// Mask of the channels that can be sent in a format.
     #[must_use]
-    pub fn available(&self, format: super::SampleFormat) -> u32 {
+    pub fn available(&self, format: SampleFormat) -> u32 {
         let bits = self.channels().iter().enumerate().filter(|(_, channel)| channel.offers(format));
         bits.fold(0, |mask, (bit, _)| mask | (1 << bit))
     }

@@ -26,7 +26,6 @@
 //! Payloads grow only by appending: a reader takes the bytes it knows and ignores what follows. A payload
 //! shorter than its size is malformed: it is counted, and answered with NACK `Malformed` when ACK_REQ is set.
 
-mod channel;
 mod config;
 mod control;
 pub mod daemon;
@@ -35,13 +34,12 @@ mod ident;
 mod report;
 mod samples;
 
-pub use channel::{Channel, Column, Layout, MAX_CHANNELS, MAX_ELEMENTS};
 pub use config::{Clamped, Config, ConfigAck};
 pub use control::{Ack, ClearFault, Heartbeat, Nack, Ping, Pong};
 pub use grip::{ForceClamp, Grip, Status, StatusFlags};
-pub use ident::{Firmware, Hello, Ident, Limits, Versions};
+pub use ident::{Channel, Firmware, Hello, Ident, Limits, MAX_CHANNELS, MAX_ELEMENTS, Versions};
 pub use report::{Event, Log, Stats};
-pub use samples::{Row, Rows, SAMPLES_HEADER, Samples, SamplesHeader};
+pub use samples::{Column, Layout, Row, Rows, SAMPLES_HEADER, Samples, SamplesHeader};
 pub(crate) use slip_msg::wire;
 pub use slip_msg::{
     ChannelKind, DeviceState, EventKind, FaultCode, GripMode, LogLevel, LossAction, NackReason,

@@ -1,8 +1,81 @@
-//! SAMPLES: a batch of rows, read in place.
+//! SAMPLES: a batch of rows, read in place, and the columns of its rows.
 
-use super::channel::{Column, Layout};
+use super::ident::{Channel, MAX_CHANNELS};
 use super::wire::{PayloadError, Reader, Writer};
 use super::{ChannelKind, SampleFormat};
+
+/// Place of one channel in a row.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Column {
+    /// What it measures.
+    pub kind: ChannelKind,
+    /// Unit per i16 step.
+    pub scale: f32,
+    /// Its first element in the row.
+    pub first: u16,
+    /// Its elements.
+    pub count: u8,
+}
+
+/// The columns of a row: the channels of the mask, in the order of IDENT.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Layout {
+    columns: [Column; MAX_CHANNELS],
+    used: usize,
+    elements: u16,
+}
+
+impl Layout {
+    /// No columns.
+    pub const EMPTY: Self = Self {
+        columns: [Column { kind: ChannelKind::Other(0), scale: 1.0, first: 0, count: 0 };
+            MAX_CHANNELS],
+        used: 0,
+        elements: 0,
+    };
+
+    /// The layout of rows with those `channels` whose bit is set in `mask` (bit 0 = first channel).
+    #[must_use]
+    pub fn new(channels: &[Channel], mask: u32) -> Self {
+        let mut layout = Self::EMPTY;
+        let chosen = channels
+            .iter()
+            .take(MAX_CHANNELS)
+            .enumerate()
+            .filter(|(bit, _)| mask & (1 << bit) != 0);
+        for (slot, (_, channel)) in layout.columns.iter_mut().zip(chosen) {
+            let Channel { kind, scale, count, .. } = *channel;
+            *slot = Column { kind, scale, first: layout.elements, count };
+            layout.elements += u16::from(count);
+            layout.used += 1;
+        }
+        layout
+    }
+
+    /// The columns in row order.
+    #[must_use]
+    pub fn columns(&self) -> &[Column] {
+        self.columns.get(..self.used).unwrap_or(&[])
+    }
+
+    /// The first column of a kind.
+    #[must_use]
+    pub fn column(&self, kind: ChannelKind) -> Option<Column> {
+        self.columns().iter().copied().find(|column| column.kind == kind)
+    }
+
+    /// Elements of a row.
+    #[must_use]
+    pub const fn elements(&self) -> u16 {
+        self.elements
+    }
+
+    /// Bytes of a row.
+    #[must_use]
+    pub fn row_bytes(&self, format: SampleFormat) -> usize {
+        usize::from(self.elements) * format.size()
+    }
+}
 
 /// Bytes before the rows.
 pub const SAMPLES_HEADER: usize = 20;

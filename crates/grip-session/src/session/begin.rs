@@ -1,10 +1,14 @@
-//! What a pipeline knows in; the beginning of the one that follows it out.
+//! What a pipeline knows in; the beginning of the one that follows it, and what is asked of the gripper for it, out.
 
-use super::{Session, SessionError, limits::limited, pace::SlewLimiter};
-use grip_link::message::{ChannelKind, Unit};
+use super::{Session, SessionError, pace::SlewLimiter};
+use crate::config::HostConfig;
+use grip_link::message::{ChannelKind, Config, LossAction, SampleFormat, Unit};
 use slip_core::{
-    Pipeline, PipelineConfig, Signal, detector::DetectorConfig, floor::FloorConfig,
-    grip::GripState, units::Hertz,
+    Pipeline, PipelineConfig, Signal,
+    detector::DetectorConfig,
+    floor::FloorConfig,
+    grip::{GripConfig, GripState},
+    units::{Hertz, Newtons},
 };
 
 /// What a pipeline begins with: enough to repeat it.
@@ -151,5 +155,42 @@ impl Session {
         self.latched_n = None;
         self.limiter = SlewLimiter::begin(carried.force_n);
         Ok(())
+    }
+}
+
+/// The controller within the limits that the gripper has put in force.
+pub(super) fn limited(grip: GripConfig, given: &Config) -> GripConfig {
+    let slew_mn_s = i32::try_from(given.slew_mn_s).unwrap_or(i32::MAX);
+    let (Newtons(f_max_n), Newtons(slew_n_s)) =
+        (Newtons::from_mn(given.force_max_mn), Newtons::from_mn(slew_mn_s));
+    let slew_n_s = grip.slew_n_s.min(slew_n_s);
+    let f_max_n = grip.f_max_n.min(f_max_n);
+    GripConfig {
+        f_max_n,
+        slew_n_s,
+        trial_force_n: grip.trial_force_n.min(f_max_n),
+        least_force_n: grip.least_force_n.min(f_max_n),
+        contact_n: grip.contact_n.min(0.5 * grip.least_force_n.min(f_max_n)),
+        close_rate_n_s: grip.close_rate_n_s.min(slew_n_s),
+        backoff_n_s: grip.backoff_n_s.min(slew_n_s),
+        ..grip
+    }
+}
+
+/// The CONFIG that asks a gripper for these settings.
+pub(super) fn device_config(config: &HostConfig) -> Config {
+    // Checked: at most 1e9.
+    let milli = |newtons| Newtons(newtons).to_mn().unwrap_or(i32::MAX);
+    Config {
+        sample_rate_hz: config.link.sample_rate_hz,
+        batch: config.link.batch,
+        format: SampleFormat::F32,
+        ttl_ms: config.link.ttl_ms,
+        channel_mask: u32::MAX,
+        force_max_mn: milli(config.grip.f_max_n),
+        slew_mn_s: u32::try_from(milli(config.grip.slew_n_s)).unwrap_or(1),
+        hold_cap_mn: milli(config.grip.f_max_n),
+        loss_after_ms: 1000,
+        loss_action: LossAction::Hold,
     }
 }

@@ -5,7 +5,6 @@
 
 mod begin;
 mod explain;
-mod limits;
 mod pace;
 mod path;
 mod time_base;
@@ -21,13 +20,13 @@ use crate::{
     motion::OwnMotion,
     report::{Condition, Event, EventLog},
 };
+use begin::device_config;
 use grip_link::{
     clock::ClockSync,
     frame::MAX_WIRE,
     host::{CloseReason, GripCommand, HostConfig as LinkSettings, HostEvent, HostLink, LinkState},
     message::{ChannelKind, DeviceState, GripMode, Ident, Layout, Status},
 };
-use limits::device_config;
 use pace::{SlewLimiter, Transit, Wanted};
 use path::Path;
 use slip_core::{
@@ -36,7 +35,7 @@ use slip_core::{
     health::HealthCounters,
     pressure::MAX_TAXELS,
     stages::StageCounters,
-    units::Micros,
+    units::{Micros, Newtons},
 };
 use std::sync::Arc;
 use time_base::TimeBase;
@@ -209,6 +208,8 @@ impl Session {
     /// Where `nonce` is 0.
     pub fn open(&mut self, now_us: u64, nonce: u16) -> Result<(), SessionError> {
         self.lost_before += self.link.loss().lost;
+        self.path.forget_frame();
+        self.due = Due::default();
         Ok(self.link.open(now_us, nonce)?)
     }
 
@@ -521,8 +522,7 @@ impl Session {
 
     /// The force that was sent last (N).
     fn sent_n(&self) -> Option<f32> {
-        #[expect(clippy::cast_precision_loss, reason = "below 2^24 mN in any gripper")]
-        self.link.last_grip().map(|grip| grip.force_mn as f32 / 1000.0)
+        self.link.last_grip().map(|grip| Newtons::from_mn(grip.force_mn).0)
     }
 
     /// The link, for its state, identity, clock and counters.
@@ -603,9 +603,7 @@ impl Session {
 /// Remembers the force a gripper has while a stop or a fault is latched; whether that is over now.
 fn latch(latched_n: &mut Option<f32>, status: &Status) -> bool {
     if matches!(status.state, DeviceState::Estop | DeviceState::Fault) {
-        #[expect(clippy::cast_precision_loss, reason = "below 2^24 mN in any gripper")]
-        let applied_n = status.applied_mn as f32 / 1000.0;
-        *latched_n = Some(applied_n);
+        *latched_n = Some(Newtons::from_mn(status.applied_mn).0);
         return false;
     }
     latched_n.is_some()

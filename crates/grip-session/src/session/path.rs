@@ -46,6 +46,12 @@ impl Default for Path {
 }
 
 impl Path {
+    /// Rows that were not handled, and what was not told, are gone with the line.
+    pub(super) fn forget_frame(&mut self) {
+        (self.frame, self.events_told, self.waits) = (None, Event::MOST, false);
+    }
+
+    /// Whether the last row led to something that was not told yet.
     #[inline]
     pub(super) fn has_news(&self) -> bool {
         self.waits
@@ -106,13 +112,13 @@ impl Session {
         path.index = row.index;
         path.sample = Sample { motion, arrival, ..sample_of(&row, t) };
         let taxels = taxels_of(&row, &mut path.taxels.0);
-        let step = pipeline.handle_with(&path.sample, taxels);
         path.taxels.1 = taxels.len();
+        let step = path.step.insert(pipeline.handle_with(&path.sample, taxels));
         self.counters.samples += 1;
-        if self.log.follows(&step) {
-            (path.events, path.events_told) = (self.log.events(&step), 0);
+        if self.log.follows(step) {
+            (path.events, path.events_told) = (self.log.events(step), 0);
         }
-        (path.step, path.waits) = (Some(step), true);
+        path.waits = true;
         true
     }
 }

@@ -1,9 +1,6 @@
 //! Settings in, a pipeline before its first sample out.
 
-use super::{
-    Pipeline, coarse::TravelQuality, grip_force::GripForce, host_time::HostTime, rest::Rest,
-    slip::Grasp,
-};
+use super::{Pipeline, grip_force::GripForce, host_time::HostTime, rest::Rest, slip::Grasp};
 use crate::{
     Signal,
     config::PipelineConfig,
@@ -20,6 +17,7 @@ use crate::{
     pressure::Standing,
     scene::{Contact, Scene},
     stages::StageCounters,
+    travel_noise::TravelQuality,
     turns::Turns,
     units::Micros,
     velocity::VelocityMeter,

@@ -4,10 +4,9 @@ use super::Pipeline;
 use crate::{
     Signal,
     detector::{MotionInput, SlipState},
-    distance::Fingers,
     drift::Hold,
     event::Step,
-    fusion::{Channels, Detection},
+    fusion::Detection,
     grip::GripState,
     health::SensorHealth,
     methods::Method,
@@ -156,15 +155,11 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         }
         self.counters.methods +=
             u64::from(sample.travel_m.is_some()) + u64::from(!taxels.is_empty());
-        // An arm that moves carries fingers and object alike.
-        let fingers = if self.decides { Fingers::Still } else { Fingers::Moving };
         // A controller knows when it closes, and what it does to the force in a slip is no reason to wait.
         let force_stands = self.grip.is_some()
             || taxels.is_empty()
             || self.standing.step(sample.t, sample.normal_force_n);
-        let (t, travel_m) = (sample.t, sample.travel_m);
-        let seen = Channels { t, travel_m, taxels, fingers, force_stands, stylus };
-        self.fusion.watch(&seen, self.decides);
+        self.fusion.watch(sample, taxels, stylus, force_stands, self.decides);
         if !self.decides {
             return None;
         }

@@ -190,7 +190,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         sample: &Sample,
         dt: Micros,
         stylus: Option<(f32, SlipState)>,
-        event: Option<SlipReport>,
+        begins: bool,
     ) -> Sample {
         if let Some(slip) = &mut self.slip {
             slip.felt = stylus.is_some_and(|(_, state)| state != SlipState::Quiet);
@@ -206,7 +206,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             let seen = Sample { normal_force_n, ..sample };
             self.fusion.compare(&seen, dt, noise, stylus.map(statistic));
         }
-        Sample { travel_m: self.travel_of(&sample, event), ..sample }
+        Sample { travel_m: self.travel_of(&sample, begins), ..sample }
     }
 
     /// The force of a finger in a slip (N): measured, or where the sensor has failed by the command; `None` where nothing is commanded and
@@ -221,10 +221,10 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
     }
 
     /// The travel (m) to measure a slip with: as far as it is believed, and not where it is so coarse that the stylus alone knows better.
-    pub(super) fn travel_of(&mut self, sample: &Sample, event: Option<SlipReport>) -> Option<f32> {
+    pub(super) fn travel_of(&mut self, sample: &Sample, begins: bool) -> Option<f32> {
         let travel_m = self.fusion.believed_travel(sample.travel_m)?;
         let Some(slip) = self.slip else { return Some(travel_m) };
-        if event.is_some_and(|slip| slip.first) {
+        if begins {
             self.travel_quality.begin();
         }
         let step_m = self.fusion.travel_step_m();
@@ -308,8 +308,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
     }
 
     /// Finds the needed force by the stylus alone, where that is the only sensor of the slip; else keeps what that takes, should the others fail.
-    pub(super) fn weigh_need(&mut self, sample: &Sample, event: Option<SlipReport>) {
-        let begins = event.is_some_and(|slip| slip.first);
+    pub(super) fn weigh_need(&mut self, sample: &Sample, begins: bool) {
         let force_n = sample.normal_force_n.unwrap_or(0.0);
         if begins {
             self.begin_need(sample, force_n);
