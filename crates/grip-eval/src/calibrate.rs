@@ -72,6 +72,11 @@ pub struct Calibrated {
 /// Why a recording does not give a calibration.
 #[derive(Debug, thiserror::Error)]
 pub enum CalibrationError {
+    /// There is no stylus.
+    #[error(
+        "no stylus or vibration to calibrate; `gripctl score` prints noise and range of an array alone, for pressure.known_rms and pressure.known_range"
+    )]
+    NoStylus,
     /// Too little rest.
     #[error(
         "{rest_s:.1} s of rest is too short for a floor; record at least {REST_S} s without slip and without motion"
@@ -133,6 +138,9 @@ pub fn calibrate(
     interval_s: f64,
 ) -> Result<Calibrated, CalibrationError> {
     check_interval(interval_s)?;
+    if recording.channels.stylus == StylusKind::Absent {
+        return Err(CalibrationError::NoStylus);
+    }
     let pipeline = replay::pipeline_config(recording, config, true);
     let moving = motion(recording, pipeline)?;
     let Rest { floor, rest_s, unexplained } = rest_floor(recording, pipeline, &moving)?;

@@ -37,3 +37,50 @@ pub(crate) fn at_rest(
     let rms = meter.rms(config.threshold).filter(|rms| *rms > 0.0)?;
     Some(TaxelRest { rms, range: meter.range() })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::at_rest;
+    use grip_record::{CsvOptions, parse_csv};
+    use slip_core::pressure::PressureConfig;
+    use std::fmt::Write as _;
+
+    /// 100 frames a second of four taxels: 3 s open, 1 s in which the fingers close, 6 s held.
+    fn grasp(force: bool) -> String {
+        let mut text = format!(
+            "t_s,stylus{},pressure_0,pressure_1,pressure_2,pressure_3\n",
+            if force { ",force_n" } else { "" }
+        );
+        let mut state = 7_u32;
+        for i in 0..1000_u32 {
+            let closed = (f64::from(i) / 100.0 - 3.0).clamp(0.0, 1.0);
+            let mut noise = || {
+                state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+                f64::from(state) / f64::from(u32::MAX) - 0.5
+            };
+            write!(text, "{},0", f64::from(i) / 100.0).unwrap();
+            if force {
+                write!(text, ",{}", 5.0 * closed).unwrap();
+            }
+            for taxel in [1.0, 4.0, 2.0, 0.5] {
+                write!(text, ",{}", 20.0 + 50.0 * taxel * closed * closed + noise()).unwrap();
+            }
+            text.push('\n');
+        }
+        text
+    }
+
+    #[test]
+    fn what_closing_fingers_show_is_no_rest() {
+        let read = |force| {
+            parse_csv("a.csv".as_ref(), grasp(force).as_bytes(), &CsvOptions::default()).unwrap()
+        };
+        let config = PressureConfig::default();
+        let still = vec![false; 1000];
+        let rest = at_rest(&read(true), &config, &still).unwrap();
+        let range = rest.range.unwrap();
+        assert!((0.1..1.0).contains(&rest.rms) && (0.2..2.0).contains(&range), "{rest:?}");
+        assert_eq!(at_rest(&read(false), &config, &still), None, "nobody knows when they close");
+        assert_eq!(at_rest(&read(true), &config, &[true; 1000]), None, "all of it is motion");
+    }
+}

@@ -69,9 +69,10 @@ impl TimeUnit {
     /// # Errors
     /// What is wrong, as the end of a sentence about the times.
     pub(crate) fn of_numbers(times: &[f64]) -> Result<Self, String> {
-        let last = times.last().copied().unwrap_or(0.0);
+        let ends = [times.first(), times.last()].map(|time| time.copied().unwrap_or(0.0));
         for (unit, scale) in Self::ALL.into_iter().zip([1.0, 1e3, 1e6, 1e9]) {
-            if last >= EPOCH_S * scale && last < EPOCH_S * scale * 20.0 {
+            // Ten seconds of nanoseconds end where seconds since 1970 lie, but do not begin there.
+            if ends.iter().all(|t| (EPOCH_S * scale..EPOCH_S * scale * 20.0).contains(t)) {
                 return Ok(unit);
             }
         }
@@ -163,6 +164,8 @@ mod tests {
         assert_eq!(of(5.0, 1.0), Ok(TimeUnit::Millis));
         assert_eq!(of(0.0, 500.0), Ok(TimeUnit::Micros));
         assert_eq!(of(0.0, 500_000.0), Ok(TimeUnit::Nanos));
+        let ten_seconds: Vec<_> = (0..10_000).map(|i| 1e6 * f64::from(i)).collect();
+        assert_eq!(TimeUnit::of_numbers(&ten_seconds), Ok(TimeUnit::Nanos));
         assert_eq!(of(1.7e9, 0.028), Ok(TimeUnit::Seconds));
         assert_eq!(of(1.7e12, 28.0), Ok(TimeUnit::Millis));
         assert_eq!(of(1.7e18, 28.0e6), Ok(TimeUnit::Nanos));

@@ -80,7 +80,7 @@ pub enum CsvError {
     /// There is neither a time column nor a rate.
     #[error(
         "{}: no column t_s and no rate; give --rate HZ or name the time column in seconds with --map \
-         t_s=NAME; the file has: {}",
+         t_s=NAME; `gripctl import` takes other units; the file has: {}",
         file.display(), list(found)
     )]
     NoTime {

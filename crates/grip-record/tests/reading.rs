@@ -161,7 +161,7 @@ fn messages_name_line_column_text_and_remedy() {
         (
             "stylus,x\n1,2\n",
             "dir/rec.csv: no column t_s and no rate; give --rate HZ or name the time column in seconds with \
-             --map t_s=NAME; the file has: stylus, x",
+             --map t_s=NAME; `gripctl import` takes other units; the file has: stylus, x",
         ),
         (
             "\nt_s,stylus,x,stylus\n",

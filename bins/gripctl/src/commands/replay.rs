@@ -3,7 +3,9 @@
 use super::{calibrated_config, csv_options, estimator, import, replay_tape};
 use crate::{cli::ReplayArgs, output};
 use anyhow::Context as _;
-use grip_record::{CsvOptions, CsvSamples, Recording, StylusKind, is_npz, read_recording};
+use grip_record::{
+    ChannelSet, CsvOptions, CsvSamples, Recording, StylusKind, is_npz, read_recording,
+};
 use grip_session::{
     exit::{Exit, WrongArgument},
     replay,
@@ -48,11 +50,14 @@ pub(super) fn is_mcap(file: &Path) -> bool {
 }
 
 /// What a recording of such signals cannot tell.
-const fn limits_of(stylus: StylusKind) -> Option<&'static str> {
-    match stylus {
+const fn limits_of(channels: &ChannelSet) -> Option<&'static str> {
+    match channels.stylus {
         StylusKind::Displacement => None,
         StylusKind::Vibration => Some(
             "a vibration signal (signed or rectified): slips are found, heights and E_sc are not known",
+        ),
+        StylusKind::Absent if matches!(channels.taxels, 1 | 2) => Some(
+            "no stylus, and fewer than 3 taxels, whose distribution shows nothing: slips are found by a travel alone",
         ),
         StylusKind::Absent => {
             Some("no stylus: slips are found by taxels and travel, heights and E_sc are not known")
@@ -119,7 +124,7 @@ fn table(args: &ReplayArgs, file: &Path) -> anyhow::Result<Exit> {
     if !notes.is_empty() {
         eprintln!("{}: {notes}", file.display());
     }
-    if let Some(limits) = limits_of(recording.channels.stylus) {
+    if let Some(limits) = limits_of(&recording.channels) {
         eprintln!("{}: {limits}", file.display());
     }
     let pipeline = replay::pipeline_config(&recording, &config, args.observe);

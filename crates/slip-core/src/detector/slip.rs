@@ -443,11 +443,10 @@ impl SlipDetector {
     }
 
     fn end_block(&mut self) {
-        let energy = self.block_energy();
+        let now = self.block_energy();
         if self.learning {
             self.resolve();
         }
-        let now = energy;
         let waited = self.delay.pass(now);
         let energy = waited.unwrap_or(now);
         let mut block = Block { energy, floor: [1.0; BANDS], moving: self.moving };

@@ -50,6 +50,8 @@ struct Seen {
     alarmed: usize,
     alarms: Vec<usize>,
     healths: Vec<(f32, SensorHealth)>,
+    /// How long the stylus waits for the reference at the end (ms).
+    waits_ms: f32,
 }
 
 /// Alarms and changes of health of 100 s; a slip of 0.1 s with 5 times the noise begins every 5 s. `reference` makes the channel of the motion.
@@ -57,7 +59,7 @@ fn play(motion: &[f32], reference: impl Fn(usize) -> Option<f32>) -> Seen {
     let config = PipelineConfig::observing(Signal::Vibration, Hertz(RATE_HZ));
     let mut pipeline = Pipeline::<&[f32]>::new(config, None).unwrap();
     let (mut own, mut slip, mut beside) = (noise(1), noise(2), noise(3));
-    let mut seen = Seen { alarmed: 0, alarms: Vec::new(), healths: Vec::new() };
+    let mut seen = Seen { alarmed: 0, alarms: Vec::new(), healths: Vec::new(), waits_ms: 0.0 };
     let (mut health, mut slips) = (SensorHealth::Good, false);
     for (i, moves) in motion.iter().enumerate() {
         let (slides, noise) = (i > 10_000 && i % 10_000 < 200, beside());
@@ -77,6 +79,7 @@ fn play(motion: &[f32], reference: impl Fn(usize) -> Option<f32>) -> Seen {
             seen.healths.push((i as f32 / RATE_HZ, health));
         }
     }
+    seen.waits_ms = 1e3 * pipeline.detector().waits_s();
     seen
 }
 
@@ -92,7 +95,7 @@ fn a_sound_reference_stays_good() {
     for seed in [1, 2, 3] {
         let motion = robot(seed, LEN);
         let (sound, none) = (play(&motion, |i| shifted(&motion, i, 0)), play(&motion, |_| None));
-        assert_eq!(sound.healths, []);
+        assert_eq!((&sound.healths[..], sound.waits_ms), (&[][..], 0.0));
         assert!(4 * sound.alarmed < none.alarmed, "{} of {}", sound.alarmed, none.alarmed);
     }
 }
@@ -140,6 +143,8 @@ fn the_stylus_waits_for_a_reference_that_is_late() {
         let motion = robot(seed, LEN);
         let alarms = |ms| -> Vec<usize> {
             let seen = play(&motion, |i| shifted(&motion, i, ms));
+            let waits_ms = if ms > 0 { ms as f32 + 2.5 } else { 0.0 };
+            assert!((seen.waits_ms - waits_ms).abs() < 1.5, "{ms} ms: waits {}", seen.waits_ms);
             seen.alarms.into_iter().filter(|i| *i > 80_000).collect()
         };
         let sound = alarms(0);
