@@ -245,33 +245,27 @@ impl Fusion {
         self.put_by.len = 0;
     }
 
-    /// Takes the travel of the next sample, which is finite where there is one, and the frame of the taxel array that came with it, empty
-    /// where none did. `stylus` is statistic and state of the stylus, where it is heard; the pattern of the taxels waits until the grip
-    /// force stands. `decides` says whether an object is held; what is seen otherwise only costs time, and [`Fusion::prime`] forgets it.
+    /// Takes the travel of the next sample, finite where there is one; `stylus` is statistic and state of the stylus, where it is heard.
+    /// `decides` says whether an object is held; what is seen otherwise only costs time, and [`Fusion::prime`] forgets it.
     #[inline]
-    pub fn watch(
-        &mut self,
-        sample: &Sample,
-        taxels: &[f32],
-        stylus: Option<(f32, SlipState)>,
-        force_stands: bool,
-        decides: bool,
-    ) {
+    pub fn watch(&mut self, sample: &Sample, stylus: Option<(f32, SlipState)>, decides: bool) {
         self.catch_up();
-        let t = sample.t;
         if let Some(travel_m) = sample.travel_m {
             // An arm that moves carries fingers and object alike.
             let fingers = if decides { Fingers::Still } else { Fingers::Moving };
             let others_gross = stylus.is_some_and(|(_, state)| state == SlipState::Gross);
-            self.travel.step(TravelReading { t, travel_m, fingers, others_gross });
+            self.travel.step(TravelReading { t: sample.t, travel_m, fingers, others_gross });
         }
-        if !taxels.is_empty() {
-            if !force_stands {
-                self.pressure.wait();
-            }
-            if force_stands || self.pressure.state() != SlipState::Quiet {
-                self.pressure.step(t, taxels, decides);
-            }
+    }
+
+    /// The same for a frame of the taxel array. While the grip force does not stand its pattern changes by itself.
+    #[inline]
+    pub fn watch_taxels(&mut self, t: Micros, taxels: &[f32], force_stands: bool, decides: bool) {
+        if !force_stands {
+            self.pressure.wait();
+        }
+        if force_stands || self.pressure.state() != SlipState::Quiet {
+            self.pressure.step(t, taxels, decides);
         }
     }
 
@@ -344,7 +338,7 @@ mod tests {
     fn said(fusion: &mut Fusion, i: u16) -> Option<Detection> {
         let moved = 1e-6 * f32::from(i.saturating_sub(100));
         let stylus = if i < 200 { (0.1, SlipState::Quiet) } else { (2.0, SlipState::Gross) };
-        fusion.watch(&moved_to(i, moved), &[], Some(stylus), true, true);
+        fusion.watch(&moved_to(i, moved), Some(stylus), true);
         fusion.detect(Some(stylus))
     }
 
@@ -380,7 +374,7 @@ mod tests {
     fn what_is_watched_where_no_object_is_held_is_forgotten() {
         let mut fusion = fusion(Methods::ALL);
         for i in 0..500_u16 {
-            fusion.watch(&moved_to(i, 1e-5 * f32::from(i)), &[], None, true, false);
+            fusion.watch(&moved_to(i, 1e-5 * f32::from(i)), None, false);
         }
         fusion.prime();
         assert_eq!(said(&mut fusion, 501).unwrap().method, Method::Stylus);

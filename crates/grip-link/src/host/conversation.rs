@@ -150,7 +150,7 @@ impl Conversation {
                 if verdict == Some(PongVerdict::Outlier) {
                     self.ping_quickly(self.ping_due_us.min(now_us.saturating_add(QUICK_PING_US)));
                 }
-                return Ok(verdict.map(|verdict| HostEvent::Clock(verdict)));
+                return Ok(verdict.map(HostEvent::Clock));
             }
             Kind::SAMPLES => return self.on_samples(now_us, payload),
             Kind::STATUS => return self.on_status(now_us, payload),

@@ -60,7 +60,12 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             healthy,
             loaded_n,
             impaired,
-            ..GripInput::default()
+            slip: SlipNow::No,
+            moved_m: None,
+            evidence: None,
+            sliding: None,
+            motion: None,
+            felt: None,
         };
         if self.slip.is_some() {
             self.add_slip(sample, step, &mut input);

@@ -155,11 +155,13 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         }
         self.counters.methods +=
             u64::from(sample.travel_m.is_some()) + u64::from(!taxels.is_empty());
-        // A controller knows when it closes, and what it does to the force in a slip is no reason to wait.
-        let force_stands = self.grip.is_some()
-            || taxels.is_empty()
-            || self.standing.step(sample.t, sample.normal_force_n);
-        self.fusion.watch(sample, taxels, stylus, force_stands, self.decides);
+        self.fusion.watch(sample, stylus, self.decides);
+        if !taxels.is_empty() {
+            // A controller knows when it closes, and what it does to the force in a slip is no reason to wait.
+            let force_stands =
+                self.grip.is_some() || self.standing.step(sample.t, sample.normal_force_n);
+            self.fusion.watch_taxels(sample.t, taxels, force_stands, self.decides);
+        }
         if !self.decides {
             return None;
         }
@@ -173,11 +175,11 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
     }
 
     #[inline]
-    pub(super) fn unchanged(&self, t: Micros) -> Step {
+    pub(super) fn unchanged(&self, t: Micros, statistic: f32) -> Step {
         Step {
             t,
             scene: self.scene,
-            statistic: 0.0,
+            statistic,
             event: None,
             features: None,
             velocity: None,

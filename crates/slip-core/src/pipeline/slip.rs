@@ -83,26 +83,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         let (phase, first, certified_s) = match (&mut self.slip, state) {
             (None, SlipState::Incipient | SlipState::Gross) => {
                 let gross = state == SlipState::Gross;
-                let heights = self.config.signal == Signal::Displacement;
-                self.observation.begin(heights.then(|| self.detector.noise_rms()));
-                self.course.reset();
-                self.fusion.slip_began();
-                self.whiteness.begin();
-                self.turns = Turns::default();
-                self.velocity.begin();
-                self.friction.begin();
-                let command_n = self.grip.map_or(0.0, |grip| grip.command_n());
-                self.grip_force.begin(command_n, sample.normal_force_n);
-                self.slip = Some(Slip {
-                    since: sample.t,
-                    gross,
-                    felt: false,
-                    feels: false,
-                    alone: false,
-                    next_evidence: sample.t.plus(self.evidence_every),
-                    certified_s,
-                    grip_causes: Causes::default(),
-                });
+                self.begin_slip(sample, gross, certified_s);
                 (phase(gross), true, certified_s)
             }
             (Some(slip), SlipState::Gross) if !slip.gross => {
@@ -133,6 +114,30 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             first,
             ..SlipReport::UNKNOWN
         })
+    }
+
+    /// A slip has been noticed.
+    fn begin_slip(&mut self, sample: &Sample, gross: bool, certified_s: Option<f32>) {
+        let heights = self.config.signal == Signal::Displacement;
+        self.observation.begin(heights.then(|| self.detector.noise_rms()));
+        self.course.reset();
+        self.fusion.slip_began();
+        self.whiteness.begin();
+        self.turns = Turns::default();
+        self.velocity.begin();
+        self.friction.begin();
+        let command_n = self.grip.map_or(0.0, |grip| grip.command_n());
+        self.grip_force.begin(command_n, sample.normal_force_n);
+        self.slip = Some(Slip {
+            since: sample.t,
+            gross,
+            felt: false,
+            feels: false,
+            alone: false,
+            next_evidence: sample.t.plus(self.evidence_every),
+            certified_s,
+            grip_causes: Causes::default(),
+        });
     }
 
     /// Whether nothing has been touched for [`LET_GO`] while a slip goes on: the object is gone, whatever the sensors still show.
