@@ -89,13 +89,13 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
     pub fn handle_with(&mut self, sample: &Sample, taxels: &[f32]) -> Step {
         self.counters.samples += 1;
         self.host_time.arrive(sample.arrival, self.last_t);
-        let before = self.health.health();
+        let (t, before) = (sample.t, self.health.health());
         let plain = self.health.passes(sample);
 
         // The guard: where nothing happens, few stages look at a sample.
         let rested = if plain { self.rested(sample, taxels) } else { Rested::Not };
         if let Rested::Quiet { statistic } = rested {
-            return self.unchanged(sample.t, statistic);
+            return self.unchanged(t, statistic);
         }
 
         // Health: from here on `sample` is safe to compute with.
@@ -103,9 +103,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         let sample = if plain {
             sample
         } else {
-            let Some(safe) = self.health.check(sample) else {
-                return self.unchanged(sample.t, 0.0);
-            };
+            let Some(safe) = self.health.check(sample) else { return self.unchanged(t, 0.0) };
             mended = safe;
             &mended
         };
@@ -114,7 +112,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         let (dt, stylus, detection) = match rested {
             Rested::Ended { dt, stylus, detection } => (dt, stylus, detection),
             Rested::Not | Rested::Quiet { .. } => {
-                let dt = self.since_last(sample.t);
+                let dt = self.since_last(t);
                 self.enter_scene(sample, dt);
                 self.watch_sensors(sample, before);
                 let stylus = self.detect(sample);
