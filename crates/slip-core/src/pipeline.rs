@@ -89,30 +89,30 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
     pub fn handle_with(&mut self, sample: &Sample, taxels: &[f32]) -> Step {
         self.counters.samples += 1;
         self.host_time.arrive(sample.arrival, self.last_t);
-        let before = self.health.health();
+        let (t, before) = (sample.t, self.health.health());
         let plain = self.health.passes(sample);
 
-        // Every way out gives this one, so that it is made where the caller wants it.
-        let mut step;
         // The guard: where nothing happens, few stages look at a sample.
         let rested = if plain { self.rested(sample, taxels) } else { Rested::Not };
         if let Rested::Quiet { statistic } = rested {
-            step = self.unchanged(sample.t, statistic);
-            return step;
+            return self.unchanged(t, statistic);
         }
 
         // Health: from here on `sample` is safe to compute with.
-        let mended = if plain { None } else { self.health.check(sample) };
-        let Some(sample) = (if plain { Some(sample) } else { mended.as_ref() }) else {
-            step = self.unchanged(sample.t, 0.0);
-            return step;
+        let mended;
+        let sample = if plain {
+            sample
+        } else {
+            let Some(safe) = self.health.check(sample) else { return self.unchanged(t, 0.0) };
+            mended = safe;
+            &mended
         };
 
         // Scene and detection, where the rest has not just ended with one.
         let (dt, stylus, detection) = match rested {
             Rested::Ended { dt, stylus, detection } => (dt, stylus, detection),
             Rested::Not | Rested::Quiet { .. } => {
-                let dt = self.since_last(sample.t);
+                let dt = self.since_last(t);
                 self.enter_scene(sample, dt);
                 self.watch_sensors(sample, before);
                 let stylus = self.detect(sample);
@@ -124,9 +124,15 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
 
         // Evidence, while the object slips: force and travel only as far as they are believed.
         let slips = self.slip.is_some() || self.config.no_skip;
-        let believed = slips.then(|| self.believe(sample, dt, stylus, begins));
-        let sample = believed.as_ref().unwrap_or(sample);
-        step = self.unchanged(sample.t, detection.map_or(0.0, |detection| detection.statistic));
+        let believed;
+        let sample = if slips {
+            believed = self.believe(sample, dt, stylus, begins);
+            &believed
+        } else {
+            sample
+        };
+        let mut step =
+            self.unchanged(sample.t, detection.map_or(0.0, |detection| detection.statistic));
         // A report is large, and rare.
         if event.is_some() {
             step.event = event;
