@@ -21,7 +21,7 @@ use crate::{
     event::Step,
     fusion::{Detection, Fusion},
     grip::{GripController, GripState, Trials},
-    health::{HealthCheck, HealthCounters},
+    health::{HealthCheck, HealthCounters, SensorHealth},
     need::Need,
     observation::SlipObservation,
     pressure::Standing,
@@ -89,30 +89,37 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
     pub fn handle_with(&mut self, sample: &Sample, taxels: &[f32]) -> Step {
         self.counters.samples += 1;
         self.host_time.arrive(sample.arrival, self.last_t);
-        let (t, before) = (sample.t, self.health.health());
+        let before = self.health.health();
         let plain = self.health.passes(sample);
 
         // The guard: where nothing happens, few stages look at a sample.
         let rested = if plain { self.rested(sample, taxels) } else { Rested::Not };
         if let Rested::Quiet { statistic } = rested {
-            return self.unchanged(t, statistic);
+            return self.unchanged(sample.t, statistic);
         }
+        if plain {
+            return self.stages(sample, taxels, before, rested);
+        }
+        match self.health.check(sample) {
+            Some(safe) => self.stages(&safe, taxels, before, rested),
+            None => self.unchanged(sample.t, 0.0),
+        }
+    }
 
-        // Health: from here on `sample` is safe to compute with.
-        let mended;
-        let sample = if plain {
-            sample
-        } else {
-            let Some(safe) = self.health.check(sample) else { return self.unchanged(t, 0.0) };
-            mended = safe;
-            &mended
-        };
-
+    /// Every stage after the sensor's health, which was `before`: `sample` is safe to compute with.
+    #[inline]
+    fn stages(
+        &mut self,
+        sample: &Sample,
+        taxels: &[f32],
+        before: SensorHealth,
+        rested: Rested,
+    ) -> Step {
         // Scene and detection, where the rest has not just ended with one.
         let (dt, stylus, detection) = match rested {
             Rested::Ended { dt, stylus, detection } => (dt, stylus, detection),
             Rested::Not | Rested::Quiet { .. } => {
-                let dt = self.since_last(t);
+                let dt = self.since_last(sample.t);
                 self.enter_scene(sample, dt);
                 self.watch_sensors(sample, before);
                 let stylus = self.detect(sample);
@@ -122,27 +129,20 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         let event = self.slip_event(sample, stylus, detection);
         let begins = event.as_ref().is_some_and(|slip| slip.first);
 
+        let statistic = detection.map_or(0.0, |detection| detection.statistic);
+        if self.slip.is_none() && !self.config.no_skip {
+            let (command, grip) = self.control(sample, dt, None);
+            self.rest = self.rest_after();
+            return Step { event, command, grip, ..self.unchanged(sample.t, statistic) };
+        }
+
         // Evidence, while the object slips: force and travel only as far as they are believed.
-        let slips = self.slip.is_some() || self.config.no_skip;
-        let believed;
-        let sample = if slips {
-            believed = self.believe(sample, dt, stylus, begins);
-            &believed
-        } else {
-            sample
-        };
-        let mut step =
-            self.unchanged(sample.t, detection.map_or(0.0, |detection| detection.statistic));
-        // A report is large, and rare.
-        if event.is_some() {
-            step.event = event;
-        }
-        if slips {
-            self.observe(sample);
-            self.estimate(sample, &mut step);
-            self.weigh_need(sample, begins);
-        }
-        (step.command, step.grip) = self.control(sample, dt, &step);
+        let sample = &self.believe(sample, dt, stylus, begins);
+        let mut step = Step { event, ..self.unchanged(sample.t, statistic) };
+        self.observe(sample);
+        self.estimate(sample, &mut step);
+        self.weigh_need(sample, begins);
+        (step.command, step.grip) = self.control(sample, dt, Some(&step));
         self.rest = self.rest_after();
         step
     }

@@ -18,13 +18,13 @@ use crate::{
 const LATELY_S: f32 = 0.01;
 
 impl<W: AsRef<[f32]>> Pipeline<W> {
-    /// The command after this sample; `None` in a pipeline that only observes.
+    /// The command after this sample, of which `slip` is the step where one may be going on; `None` in a pipeline that only observes.
     #[inline]
     pub(super) fn control(
         &mut self,
         sample: &Sample,
         dt: Micros,
-        step: &Step,
+        slip: Option<&Step>,
     ) -> (Option<Newtons>, Option<GripEvent>) {
         let passing = self.passing();
         let Some(grip) = self.grip.as_mut() else { return (None, None) };
@@ -67,7 +67,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             motion: None,
             felt: None,
         };
-        if self.slip.is_some() {
+        if let Some(step) = slip.filter(|_| self.slip.is_some()) {
             self.add_slip(sample, step, &mut input);
         }
         let Some(grip) = self.grip.as_mut() else { return (None, None) };
