@@ -3,7 +3,9 @@
 use super::{calibrated_config, csv_options, estimator, import, replay_tape};
 use crate::{cli::ReplayArgs, output};
 use anyhow::Context as _;
-use grip_record::{ChannelSet, CsvOptions, CsvSamples, Recording, StylusKind, is_npz, read_recording};
+use grip_record::{
+    ChannelSet, CsvOptions, CsvSamples, Recording, StylusKind, is_npz, read_recording,
+};
 use grip_session::{
     exit::{Exit, WrongArgument},
     replay,

@@ -4,7 +4,10 @@ use super::{Seen, heading, lane, sentence};
 use crate::action::Action;
 use crate::format;
 use eframe::egui::{Button, Label, RichText, Ui};
-use grip_scope::{EventMark, feed::{causes_text, confidence_text}};
+use grip_scope::{
+    EventMark,
+    feed::{causes_text, confidence_text},
+};
 use slip_core::methods::Method;
 
 /// Up to so many events are listed.
