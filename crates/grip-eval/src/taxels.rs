@@ -41,9 +41,9 @@ pub(crate) fn at_rest(
 #[cfg(test)]
 mod tests {
     use super::at_rest;
+    use core::fmt::Write as _;
     use grip_record::{CsvOptions, parse_csv};
     use slip_core::pressure::PressureConfig;
-    use std::fmt::Write as _;
 
     /// 100 frames a second of four taxels: 3 s open, 1 s in which the fingers close, 6 s held.
     fn grasp(force: bool) -> String {

@@ -10,7 +10,7 @@
 //! where no rho_k is high it shows another robot's motion, or what the stylus does not feel. Blocks at rest and in
 //! alarms are left out, so that holding costs nothing and slips teach nothing. It takes [`LEAST_S`] of motion.
 //!
-//! A parabola through the highest rho_k and its neighbours tells how late to a millisecond. From [`LATE_S`] to
+//! A parabola through the highest rho_k and its neighbours tells how late to 1.5 ms. From [`LATE_S`] to
 //! [`LATEST_S`] on the stylus is made to wait as long and [`MARGIN_S`] more, since the gate looks back but not ahead.
 
 use super::{

@@ -67,17 +67,16 @@ mod tests {
 
     #[test]
     fn a_block_comes_out_as_many_blocks_later_in_the_floors_of_then() {
-        let energy = |i: u8| [f32::from(i); BANDS];
+        let energy = |i: u16| [f32::from(i); BANDS];
         let mut delay = Delay::new();
         assert_eq!(delay.pass(energy(7)), Some(energy(7)));
-        for blocks in [1, 3, MOST] {
-            delay.set(blocks);
-            for i in 0..200_u8 {
-                let before = usize::from(i).checked_sub(blocks).map(|_| i - blocks as u8);
-                assert_eq!(delay.pass(energy(i)), before.map(energy), "{blocks}");
+        for blocks in [1_u16, 3, 50] {
+            delay.set(blocks.into());
+            for i in 0..200 {
+                assert_eq!(delay.pass(energy(i)), i.checked_sub(blocks).map(energy), "{blocks}");
             }
             delay.rescale([2.0; BANDS]);
-            assert_eq!(delay.pass(energy(0)), Some([2.0 * (200.0 - blocks as f32); BANDS]));
+            assert_eq!(delay.pass(energy(0)), Some(energy(2 * (200 - blocks))));
         }
         delay.set(MOST + 1);
         assert_eq!(delay.blocks(), MOST);
