@@ -27,6 +27,9 @@ const EXCESS: f32 = 0.05;
 const SLOWER_S: f32 = 0.01;
 /// ... by at most this multiple of the target.
 const MOST: f32 = 1.0;
+/// Where the stylus alone tells what is needed, that is known only as the force rises: a drive that is later than this (s) is led so that it rises
+/// as one of that lag does.
+const PROMPT_S: f32 = 0.005;
 
 /// How the measured force answers the command in a slip.
 #[derive(Clone, Copy, Debug, Default)]
@@ -69,15 +72,16 @@ impl Response {
         }
     }
 
-    /// How far the command may lead the target while `applied_n` is measured (N).
-    pub(super) fn lead_n(&self, target_n: f32, applied_n: f32) -> f32 {
-        let slower = ((self.delay_s - LATE_S) / SLOWER_S).clamp(0.0, 1.0);
+    /// How far the command may lead the target while `applied_n` is measured (N); `alone` says whether the stylus alone tells the target.
+    pub(super) fn lead_n(&self, target_n: f32, applied_n: f32, alone: bool) -> f32 {
+        let (late_s, known_s) = if alone { (PROMPT_S, PROMPT_S) } else { (LATE_S, KNOWN_S) };
+        let slower = ((self.delay_s - late_s) / SLOWER_S).clamp(0.0, 1.0);
         if !self.answered || self.level_s > LEVEL_S || slower <= 0.0 {
             return 0.0;
         }
         let lag_s = (self.delay_s - self.dead_s).max(0.0);
         let missing_n = (1.0 + EXCESS) * target_n - applied_n;
-        let driven_n = applied_n + missing_n * lag_s / (self.dead_s + KNOWN_S);
+        let driven_n = applied_n + missing_n * lag_s / (self.dead_s + known_s);
         (driven_n - target_n).min(MOST * slower * target_n).max(0.0)
     }
 }
@@ -98,7 +102,7 @@ mod tests {
         let (mut applied_n, mut command_n, mut most_n, mut reached_ms) = (1.0_f32, 1.0, 0.0, 0);
         for ms in 0..400 {
             response.follow(command_n, Some(applied_n), DT_S);
-            command_n = 6.0 + if leads { response.lead_n(6.0, applied_n) } else { 0.0 };
+            command_n = 6.0 + if leads { response.lead_n(6.0, applied_n, false) } else { 0.0 };
             line.push_back(command_n);
             let arrives_n = line.pop_front().unwrap();
             applied_n += (arrives_n - applied_n) * 1.0 / (1.0 + lag_ms);
@@ -127,15 +131,15 @@ mod tests {
         for _ in 0..200 {
             response.follow(6.0, Some(1.0), DT_S);
         }
-        assert_eq!(response.lead_n(6.0, 1.0), 0.0, "stuck from the start");
+        assert_eq!(response.lead_n(6.0, 1.0, false), 0.0, "stuck from the start");
         let mut response = Response::begin(0.04);
         for ms in 0..10_u8 {
             response.follow(6.0, Some(1.0 + 0.1 * f32::from(ms)), DT_S);
         }
-        assert!(response.lead_n(6.0, 1.9) > 1.0);
+        assert!(response.lead_n(6.0, 1.9, false) > 1.0);
         for _ in 0..12 {
             response.follow(6.0, Some(1.9), DT_S);
         }
-        assert_eq!(response.lead_n(6.0, 1.9), 0.0, "stuck on the way");
+        assert_eq!(response.lead_n(6.0, 1.9, false), 0.0, "stuck on the way");
     }
 }
