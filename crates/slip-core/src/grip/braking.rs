@@ -451,6 +451,10 @@ impl Braking {
     fn as_it_comes(&mut self, with_margin: f32, sliding: Option<Sliding>) -> f32 {
         let faster = sliding.is_none_or(|sliding| sliding.acceleration_g >= BALANCED_G);
         let seen_n_s = with_margin / (self.slip_s + CAME_S);
+        if self.load_seen == 0.0 && self.slip_s > ESTIMATED_BY_S {
+            // A load that comes slowly shears no pad fast enough for an estimate.
+            return f32::INFINITY;
+        }
         if faster || self.load_seen < LEAST_SEEN {
             self.load_seen = (self.load_seen + 1.0).min(MEAN_OF);
             self.load_n_s += (seen_n_s - self.load_n_s) / self.load_seen;
