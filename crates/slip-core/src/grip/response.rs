@@ -94,15 +94,24 @@ mod tests {
 
     const DT_S: f32 = 1e-3;
 
+    #[derive(PartialEq)]
+    enum Leads {
+        Not,
+        Measured,
+        Alone,
+    }
+
     /// A gripper that is late by a dead time and a lag (ms) goes from 1 N to a target of 6 N: until 5.4 N are measured (ms),
     /// and the greatest force (N); with or without the lead.
-    fn reached(dead_ms: usize, lag_ms: f32, leads: bool) -> (u32, f32) {
+    fn reached(dead_ms: usize, lag_ms: f32, leads: Leads) -> (u32, f32) {
         let mut response = Response::begin(1e-3 * (dead_ms as f32 + lag_ms));
         let mut line: VecDeque<f32> = core::iter::repeat_n(1.0, dead_ms).collect();
         let (mut applied_n, mut command_n, mut most_n, mut reached_ms) = (1.0_f32, 1.0, 0.0, 0);
         for ms in 0..400 {
             response.follow(command_n, Some(applied_n), DT_S);
-            command_n = 6.0 + if leads { response.lead_n(6.0, applied_n, false) } else { 0.0 };
+            let alone = leads == Leads::Alone;
+            let lead_n = response.lead_n(6.0, applied_n, alone);
+            command_n = 6.0 + if leads == Leads::Not { 0.0 } else { lead_n };
             line.push_back(command_n);
             let arrives_n = line.pop_front().unwrap();
             applied_n += (arrives_n - applied_n) * 1.0 / (1.0 + lag_ms);
@@ -114,15 +123,28 @@ mod tests {
 
     #[test]
     fn a_slow_drive_is_led_and_what_is_late_by_dead_time_is_not_pressed_harder() {
-        let (plain, led) = (reached(0, 40.0, false), reached(0, 40.0, true));
+        let (plain, led) = (reached(0, 40.0, Leads::Not), reached(0, 40.0, Leads::Measured));
         assert!(2 * led.0 <= plain.0 && led.1 <= 6.3, "{plain:?} {led:?}");
-        let (plain, led) = (reached(10, 30.0, false), reached(10, 30.0, true));
+        let (plain, led) = (reached(10, 30.0, Leads::Not), reached(10, 30.0, Leads::Measured));
         assert!(led.0 < plain.0 && led.1 <= 6.6, "{plain:?} {led:?}");
         for dead_ms in [30, 40, 60] {
-            let (ms, most_n) = reached(dead_ms, 1.0, true);
+            let (ms, most_n) = reached(dead_ms, 1.0, Leads::Measured);
             assert!(most_n <= 6.3, "dead time of {dead_ms} ms: {most_n} N after {ms} ms");
         }
-        assert_eq!(reached(0, 15.0, true), reached(0, 15.0, false), "not late");
+        assert_eq!(reached(0, 15.0, Leads::Measured), reached(0, 15.0, Leads::Not), "not late");
+    }
+
+    #[test]
+    fn where_the_stylus_alone_tells_a_slow_drive_is_made_prompt() {
+        for lag_ms in [10.0, 15.0, 20.0] {
+            let (plain, led) = (reached(0, lag_ms, Leads::Not), reached(0, lag_ms, Leads::Alone));
+            assert!(3 * led.0 <= 2 * plain.0 && led.1 <= 6.3, "{lag_ms} ms: {plain:?} {led:?}");
+        }
+        for dead_ms in [10, 15, 20] {
+            let (ms, most_n) = reached(dead_ms, 1.0, Leads::Alone);
+            assert!(most_n <= 6.3, "dead time of {dead_ms} ms: {most_n} N after {ms} ms");
+        }
+        assert_eq!(reached(0, 5.0, Leads::Alone), reached(0, 5.0, Leads::Not), "prompt");
     }
 
     #[test]
