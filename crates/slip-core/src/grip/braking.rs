@@ -38,15 +38,6 @@ const FIRST: f32 = 1.25;
 const UNSEEN_S: f32 = 0.005;
 /// An object that comes back further than this (m) does not swing: no pad is that soft, the sensor has jumped.
 const MOST_SWING_M: f32 = 2e-4;
-/// An object whose acceleration is below this (g) is balanced by the force that is there: by friction, or by pads that shear.
-const BALANCED_G: f32 = 0.05;
-/// A load begins to come this long (s) before its estimate counts from the alarm on, and is answered this long after it.
-const CAME_S: f32 = 0.006;
-const COMES_S: f32 = 0.014;
-/// Estimates that say how fast the load comes at least.
-const LEAST_SEEN: f32 = 3.0;
-/// Load over one that comes evenly.
-const EVENLY: f32 = 1.35;
 /// Estimates over which the growth of the load is judged.
 const GROWTH_OF: usize = 4;
 /// An estimate that is older than this (s) has no say.
@@ -151,9 +142,6 @@ pub(super) struct Braking {
     estimates: f32,
     /// The last estimates, oldest first (N).
     last_n: Option<[f32; GROWTH_OF]>,
-    /// How fast the load comes (N/s), as a mean of so many estimates.
-    load_n_s: f32,
-    load_seen: f32,
     /// What the measured force should become (N); never falls.
     target_n: f32,
     /// What it is at least while the object slides on (N).
@@ -323,8 +311,7 @@ impl Braking {
             let (agreed_n, growth_n) = self.learn(with_margin);
             // The estimate is some milliseconds old, and a load that has grown goes on growing.
             let noise_n = core::f32::consts::SQRT_2 * evidence.sigma_n;
-            let grown_n = self.reach.beyond(agreed_n, config.ahead * (growth_n - noise_n));
-            (agreed_n + grown_n).min(self.as_it_comes(with_margin, input.sliding))
+            agreed_n + self.reach.beyond(agreed_n, config.ahead * (growth_n - noise_n))
         });
         let load_n = input.sliding.and_then(|sliding| self.load_n(&sliding));
         let load_n = load_n.map(|load_n| {
@@ -443,26 +430,6 @@ impl Braking {
         let weight_n = self.weight_n.filter(|_| self.falling_s <= BELIEVED_S)?;
         let load_n = KAPPA * sliding.force_n + weight_n * sliding.acceleration_g;
         (load_n.is_finite() && load_n > 0.0).then_some(load_n)
-    }
-
-    /// The most that an estimate may ask for (N). While soft pads shear under a load that comes, the object moves evenly whatever the force: each
-    /// estimate is that force with the margin, and a force that follows grows exponentially. A load grows in proportion to time: how fast is
-    /// learned while the object gets faster, since the load exceeds the force then, and bounds the answer while it does not.
-    fn as_it_comes(&mut self, with_margin: f32, sliding: Option<Sliding>) -> f32 {
-        let faster = sliding.is_none_or(|sliding| sliding.acceleration_g >= BALANCED_G);
-        let seen_n_s = with_margin / (self.slip_s + CAME_S);
-        if self.load_seen == 0.0 && self.slip_s > ESTIMATED_BY_S {
-            // A load that comes slowly shears no pad fast enough for an estimate.
-            return f32::INFINITY;
-        }
-        if faster || self.load_seen < LEAST_SEEN {
-            self.load_seen = (self.load_seen + 1.0).min(MEAN_OF);
-            self.load_n_s += (seen_n_s - self.load_n_s) / self.load_seen;
-        }
-        if faster {
-            return f32::INFINITY;
-        }
-        (EVENLY * self.load_n_s * (self.slip_s + COMES_S)).max(self.step_n)
     }
 
     /// Takes an estimate with its margin. What it and the one before say at least, since a single one may be noise and the target never falls; and how
