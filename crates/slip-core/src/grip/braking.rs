@@ -153,8 +153,9 @@ pub(super) struct Braking {
     slip_s: f32,
     /// How the measured force answers.
     response: Response,
-    /// What the stylus alone has said.
+    /// What the stylus alone has said, and whether it is what answers now.
     feeling: Feeling,
+    alone: bool,
     /// Whether the object slides on without slowing down, and since where (m).
     slides: bool,
     slid_from_m: f32,
@@ -269,6 +270,7 @@ impl Braking {
         let creeps = input.motion.is_none_or(|motion| motion.speed_m_s < SLIDES_M_S);
         let alone_n = input.alone_n.filter(|_| creeps);
         self.most_n = alone_n.map_or(f32::INFINITY, |force_n| UNDECIDED * force_n);
+        self.alone = input.moved_m.is_none() && input.felt.is_some();
         if let (None, Some(felt)) = (input.moved_m, &input.felt) {
             self.confirmed |= felt.moves;
             let forces = (self.target_n, input.applied_n.unwrap_or(command_n), self.hold_before_n);
@@ -301,7 +303,10 @@ impl Braking {
     /// What estimate and load ask for (N).
     fn wanted_n(&mut self, config: &GripConfig, input: &GripInput) -> Option<f32> {
         let estimate_n = input.evidence.filter(Evidence::is_usable).map(|evidence| {
-            self.unconfirmed_s = 0.0;
+            if core::mem::take(&mut self.unconfirmed_s) > ESTIMATE_LASTS_S {
+                // The object has stood since: nothing has grown between that estimate and this one.
+                self.last_n = None;
+            }
             let with_margin = evidence.with_margin(config);
             let (agreed_n, growth_n) = self.learn(with_margin);
             // The estimate is some milliseconds old, and a load that has grown goes on growing.
@@ -442,7 +447,7 @@ impl Braking {
         }
         self.last_n = Some(now);
         let [first, .., last] = before;
-        let last = if known { last } else { FIRST * self.step_n };
+        let last = if known { last } else { FIRST * self.step_n.max(self.target_n) };
         (with_margin.min(last), with_margin - first)
     }
 
@@ -458,7 +463,7 @@ impl Braking {
         let lead_n = applied_n.map_or(0.0, |applied_n| {
             let missing_n = self.target_n - applied_n;
             let lead_n = self.reach.beyond(self.target_n, config.lead * missing_n);
-            lead_n.max(self.response.lead_n(self.target_n, applied_n))
+            lead_n.max(self.response.lead_n(self.target_n, applied_n, self.alone))
         });
         (self.target_n + lead_n).min(config.ceiling_n())
     }

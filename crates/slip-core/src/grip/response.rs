@@ -27,6 +27,9 @@ const EXCESS: f32 = 0.05;
 const SLOWER_S: f32 = 0.01;
 /// ... by at most this multiple of the target.
 const MOST: f32 = 1.0;
+/// Where the stylus alone tells what is needed, that is known only as the force rises: a drive that is later than this (s) is led so that it rises
+/// as one of that lag does.
+const PROMPT_S: f32 = 0.005;
 
 /// How the measured force answers the command in a slip.
 #[derive(Clone, Copy, Debug, Default)]
@@ -69,15 +72,16 @@ impl Response {
         }
     }
 
-    /// How far the command may lead the target while `applied_n` is measured (N).
-    pub(super) fn lead_n(&self, target_n: f32, applied_n: f32) -> f32 {
-        let slower = ((self.delay_s - LATE_S) / SLOWER_S).clamp(0.0, 1.0);
+    /// How far the command may lead the target while `applied_n` is measured (N); `alone` says whether the stylus alone tells the target.
+    pub(super) fn lead_n(&self, target_n: f32, applied_n: f32, alone: bool) -> f32 {
+        let (late_s, known_s) = if alone { (PROMPT_S, PROMPT_S) } else { (LATE_S, KNOWN_S) };
+        let slower = ((self.delay_s - late_s) / SLOWER_S).clamp(0.0, 1.0);
         if !self.answered || self.level_s > LEVEL_S || slower <= 0.0 {
             return 0.0;
         }
         let lag_s = (self.delay_s - self.dead_s).max(0.0);
         let missing_n = (1.0 + EXCESS) * target_n - applied_n;
-        let driven_n = applied_n + missing_n * lag_s / (self.dead_s + KNOWN_S);
+        let driven_n = applied_n + missing_n * lag_s / (self.dead_s + known_s);
         (driven_n - target_n).min(MOST * slower * target_n).max(0.0)
     }
 }
@@ -90,15 +94,24 @@ mod tests {
 
     const DT_S: f32 = 1e-3;
 
+    #[derive(PartialEq)]
+    enum Leads {
+        Not,
+        Measured,
+        Alone,
+    }
+
     /// A gripper that is late by a dead time and a lag (ms) goes from 1 N to a target of 6 N: until 5.4 N are measured (ms),
     /// and the greatest force (N); with or without the lead.
-    fn reached(dead_ms: usize, lag_ms: f32, leads: bool) -> (u32, f32) {
+    fn reached(dead_ms: usize, lag_ms: f32, leads: Leads) -> (u32, f32) {
         let mut response = Response::begin(1e-3 * (dead_ms as f32 + lag_ms));
         let mut line: VecDeque<f32> = core::iter::repeat_n(1.0, dead_ms).collect();
         let (mut applied_n, mut command_n, mut most_n, mut reached_ms) = (1.0_f32, 1.0, 0.0, 0);
         for ms in 0..400 {
             response.follow(command_n, Some(applied_n), DT_S);
-            command_n = 6.0 + if leads { response.lead_n(6.0, applied_n) } else { 0.0 };
+            let alone = leads == Leads::Alone;
+            let lead_n = response.lead_n(6.0, applied_n, alone);
+            command_n = 6.0 + if leads == Leads::Not { 0.0 } else { lead_n };
             line.push_back(command_n);
             let arrives_n = line.pop_front().unwrap();
             applied_n += (arrives_n - applied_n) * 1.0 / (1.0 + lag_ms);
@@ -110,15 +123,28 @@ mod tests {
 
     #[test]
     fn a_slow_drive_is_led_and_what_is_late_by_dead_time_is_not_pressed_harder() {
-        let (plain, led) = (reached(0, 40.0, false), reached(0, 40.0, true));
+        let (plain, led) = (reached(0, 40.0, Leads::Not), reached(0, 40.0, Leads::Measured));
         assert!(2 * led.0 <= plain.0 && led.1 <= 6.3, "{plain:?} {led:?}");
-        let (plain, led) = (reached(10, 30.0, false), reached(10, 30.0, true));
+        let (plain, led) = (reached(10, 30.0, Leads::Not), reached(10, 30.0, Leads::Measured));
         assert!(led.0 < plain.0 && led.1 <= 6.6, "{plain:?} {led:?}");
         for dead_ms in [30, 40, 60] {
-            let (ms, most_n) = reached(dead_ms, 1.0, true);
+            let (ms, most_n) = reached(dead_ms, 1.0, Leads::Measured);
             assert!(most_n <= 6.3, "dead time of {dead_ms} ms: {most_n} N after {ms} ms");
         }
-        assert_eq!(reached(0, 15.0, true), reached(0, 15.0, false), "not late");
+        assert_eq!(reached(0, 15.0, Leads::Measured), reached(0, 15.0, Leads::Not), "not late");
+    }
+
+    #[test]
+    fn where_the_stylus_alone_tells_a_slow_drive_is_made_prompt() {
+        for lag_ms in [10.0, 15.0, 20.0] {
+            let (plain, led) = (reached(0, lag_ms, Leads::Not), reached(0, lag_ms, Leads::Alone));
+            assert!(3 * led.0 <= 2 * plain.0 && led.1 <= 6.3, "{lag_ms} ms: {plain:?} {led:?}");
+        }
+        for dead_ms in [10, 15, 20] {
+            let (ms, most_n) = reached(dead_ms, 1.0, Leads::Alone);
+            assert!(most_n <= 6.3, "dead time of {dead_ms} ms: {most_n} N after {ms} ms");
+        }
+        assert_eq!(reached(0, 5.0, Leads::Alone), reached(0, 5.0, Leads::Not), "prompt");
     }
 
     #[test]
@@ -127,15 +153,15 @@ mod tests {
         for _ in 0..200 {
             response.follow(6.0, Some(1.0), DT_S);
         }
-        assert_eq!(response.lead_n(6.0, 1.0), 0.0, "stuck from the start");
+        assert_eq!(response.lead_n(6.0, 1.0, false), 0.0, "stuck from the start");
         let mut response = Response::begin(0.04);
         for ms in 0..10_u8 {
             response.follow(6.0, Some(1.0 + 0.1 * f32::from(ms)), DT_S);
         }
-        assert!(response.lead_n(6.0, 1.9) > 1.0);
+        assert!(response.lead_n(6.0, 1.9, false) > 1.0);
         for _ in 0..12 {
             response.follow(6.0, Some(1.9), DT_S);
         }
-        assert_eq!(response.lead_n(6.0, 1.9), 0.0, "stuck on the way");
+        assert_eq!(response.lead_n(6.0, 1.9, false), 0.0, "stuck on the way");
     }
 }
