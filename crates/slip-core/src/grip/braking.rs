@@ -42,6 +42,8 @@ const MOST_SWING_M: f32 = 2e-4;
 const GROWTH_OF: usize = 4;
 /// An estimate that is older than this (s) has no say.
 const ESTIMATE_LASTS_S: f32 = 0.01;
+/// An object that stands for this long (s) has nothing to do with the growth of the load before.
+const STOOD_S: f32 = 0.05;
 /// A target that has not risen for this long (s) is what the estimates ask for.
 const STANDS_S: f32 = 0.01;
 /// Where the moved distance is lost, one that is not older than this (s) still slows the growth.
@@ -303,7 +305,7 @@ impl Braking {
     /// What estimate and load ask for (N).
     fn wanted_n(&mut self, config: &GripConfig, input: &GripInput) -> Option<f32> {
         let estimate_n = input.evidence.filter(Evidence::is_usable).map(|evidence| {
-            if core::mem::take(&mut self.unconfirmed_s) > ESTIMATE_LASTS_S {
+            if core::mem::take(&mut self.unconfirmed_s) > STOOD_S {
                 // The object has stood since: nothing has grown between that estimate and this one.
                 self.last_n = None;
             }

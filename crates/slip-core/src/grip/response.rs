@@ -94,7 +94,7 @@ mod tests {
 
     const DT_S: f32 = 1e-3;
 
-    #[derive(PartialEq)]
+    #[derive(Clone, Copy, PartialEq)]
     enum Leads {
         Not,
         Measured,
