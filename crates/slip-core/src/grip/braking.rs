@@ -42,8 +42,9 @@ const MOST_SWING_M: f32 = 2e-4;
 const GROWTH_OF: usize = 4;
 /// An estimate that is older than this (s) has no say.
 const ESTIMATE_LASTS_S: f32 = 0.01;
-/// An object that stands for this long (s) has nothing to do with the growth of the load before.
+/// An object that stands for this long (s), which is to move no further than this (m), has nothing to do with the growth of the load before.
 const STOOD_S: f32 = 0.05;
+const STOOD_M: f32 = 2e-5;
 /// A target that has not risen for this long (s) is what the estimates ask for.
 const STANDS_S: f32 = 0.01;
 /// Where the moved distance is lost, one that is not older than this (s) still slows the growth.
@@ -151,6 +152,8 @@ pub(super) struct Braking {
     /// Since the target last rose, and since the last estimate (s).
     standing_s: f32,
     unconfirmed_s: f32,
+    /// Where the object was at the last estimate (m).
+    estimated_m: f32,
     /// Since the slip began (s).
     slip_s: f32,
     /// How the measured force answers.
@@ -305,8 +308,11 @@ impl Braking {
     /// What estimate and load ask for (N).
     fn wanted_n(&mut self, config: &GripConfig, input: &GripInput) -> Option<f32> {
         let estimate_n = input.evidence.filter(Evidence::is_usable).map(|evidence| {
-            if core::mem::take(&mut self.unconfirmed_s) > STOOD_S {
-                // The object has stood since: nothing has grown between that estimate and this one.
+            let moved_m = input.moved_m.unwrap_or(self.estimated_m);
+            let stood =
+                (moved_m - core::mem::replace(&mut self.estimated_m, moved_m)).abs() < STOOD_M;
+            if core::mem::take(&mut self.unconfirmed_s) > STOOD_S && stood {
+                // Nothing has grown between that estimate and this one.
                 self.last_n = None;
             }
             let with_margin = evidence.with_margin(config);
