@@ -63,7 +63,7 @@ const CONTRADICTED_S: f32 = 0.012;
 /// Estimates that follow a load have stopped the object within this distance (m).
 const FOLLOWS_M: f32 = 5e-3;
 /// ... where the force follows within this time (s); later, in proportion.
-const FOLLOWS_S: f32 = 0.02;
+const FOLLOWS_S: f32 = 0.0125;
 /// A slip that only one of stylus and travel shows raises the force by this factor at most, the travel one that is slower than
 /// [`SLIDES_M_S`].
 const UNDECIDED: f32 = 2.0;

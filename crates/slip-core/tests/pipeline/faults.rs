@@ -8,6 +8,7 @@ use slip_core::{
     health::{HealthCounters, SensorHealth},
     scene::Scene,
 };
+use std::collections::VecDeque;
 
 /// What happens to the stylus, sample by sample of the fault.
 type Fault = fn(u32, f32) -> f32;
@@ -163,7 +164,6 @@ fn a_stylus_that_is_lost_in_a_slip_leaves_the_answer_to_the_travel() {
     }
 }
 
-/// It reads as if nothing were touched. But what slides on between the fingers is there.
 /// Invariant (g): nothing that friction holds goes on as fast when it is pressed twice as hard. A drift that looks as fast as a fall (12 mm/s) is not bounded.
 #[test]
 fn a_travel_that_drifts_raises_nothing_for_good() {
@@ -193,6 +193,25 @@ fn a_travel_that_drifts_raises_nothing_for_good() {
     }
 }
 
+/// What it shows when the travel has long stood is the slip of before.
+#[test]
+fn a_stylus_that_is_late_neither_drops_nor_crushes() {
+    for needed_n in [5.0, 8.0] {
+        let mut grip = Loop::new(Object::new(10_000.0, needed_n, 0.7));
+        let mut past = VecDeque::from([0.0; 3000]);
+        while grip.object.t_s() < 3.0 {
+            grip.step(|sample| {
+                past.push_back(sample.stylus);
+                Sample { stylus: past.pop_front().unwrap_or_default(), ..sample }
+            });
+        }
+        let Object { applied_n, needed_n, travel_m, speed_m_s, .. } = grip.object;
+        assert!(speed_m_s == 0.0 && travel_m < 0.03, "{needed_n} N: {:?}", grip.object);
+        assert!(applied_n >= needed_n && applied_n < 2.5 * needed_n, "{needed_n} N: {applied_n} N");
+    }
+}
+
+/// It reads as if nothing were touched. But what slides on between the fingers is there.
 #[test]
 fn a_force_sensor_that_falls_to_zero_in_a_slip_does_not_let_the_object_go() {
     for lost_at_m_s in [0.03, 0.06, 0.1] {
