@@ -42,9 +42,6 @@ const MOST_SWING_M: f32 = 2e-4;
 const GROWTH_OF: usize = 4;
 /// An estimate that is older than this (s) has no say.
 const ESTIMATE_LASTS_S: f32 = 0.01;
-/// An object that stands for this long (s), which is to move no further than this (m), has nothing to do with the growth of the load before.
-const STOOD_S: f32 = 0.05;
-const STOOD_M: f32 = 2e-5;
 /// A target that has not risen for this long (s) is what the estimates ask for.
 const STANDS_S: f32 = 0.01;
 /// Where the moved distance is lost, one that is not older than this (s) still slows the growth.
@@ -152,8 +149,6 @@ pub(super) struct Braking {
     /// Since the target last rose, and since the last estimate (s).
     standing_s: f32,
     unconfirmed_s: f32,
-    /// Where the object was at the last estimate (m).
-    estimated_m: f32,
     /// Since the slip began (s).
     slip_s: f32,
     /// How the measured force answers.
@@ -308,13 +303,7 @@ impl Braking {
     /// What estimate and load ask for (N).
     fn wanted_n(&mut self, config: &GripConfig, input: &GripInput) -> Option<f32> {
         let estimate_n = input.evidence.filter(Evidence::is_usable).map(|evidence| {
-            let moved_m = input.moved_m.unwrap_or(self.estimated_m);
-            let stood =
-                (moved_m - core::mem::replace(&mut self.estimated_m, moved_m)).abs() < STOOD_M;
-            if core::mem::take(&mut self.unconfirmed_s) > STOOD_S && stood {
-                // Nothing has grown between that estimate and this one.
-                self.last_n = None;
-            }
+            self.unconfirmed_s = 0.0;
             let with_margin = evidence.with_margin(config);
             let (agreed_n, growth_n) = self.learn(with_margin);
             // The estimate is some milliseconds old, and a load that has grown goes on growing.
@@ -455,7 +444,7 @@ impl Braking {
         }
         self.last_n = Some(now);
         let [first, .., last] = before;
-        let last = if known { last } else { FIRST * self.step_n.max(self.target_n) };
+        let last = if known { last } else { FIRST * self.step_n };
         (with_margin.min(last), with_margin - first)
     }
 

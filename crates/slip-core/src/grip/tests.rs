@@ -193,17 +193,6 @@ fn the_target_follows_a_load_that_grows_and_an_estimate_that_is_unsure_adds_its_
 }
 
 #[test]
-fn an_estimate_after_a_stand_has_not_grown_since_the_one_before() {
-    let mut grip = holding();
-    for i in 0..90 {
-        // It stands from 9 ms to 80 ms, and a pull makes it slip once more.
-        let estimate_n = if i < 9 { Some(4.0) } else { Some(6.0).filter(|_| i >= 80) };
-        grip.step(&slipping(1e-3, estimate_n));
-    }
-    assert_eq!(grip.braking.target_n(), 6.0);
-}
-
-#[test]
 fn without_an_estimate_the_reflex_grows_only_while_the_slip_shows() {
     let (mut grip, mut applied_n) = (holding(), 2.0);
     press(&mut grip, &GripInput { moved_m: None, ..slipping(0.0, None) }, &mut applied_n, 20);
