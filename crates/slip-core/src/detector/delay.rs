@@ -44,7 +44,7 @@ impl Delay {
             return Some(energy);
         }
         let before = core::mem::replace(self.past.get_mut(self.at)?, energy);
-        self.at = (self.at + 1) % self.len;
+        self.at = if self.at + 1 < self.len { self.at + 1 } else { 0 };
         if self.filled < self.len {
             self.filled += 1;
             return None;

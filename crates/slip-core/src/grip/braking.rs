@@ -58,9 +58,9 @@ const UNCOUNTED_S: f32 = 0.005;
 /// For this long (s) an object slides on under the force that the estimates asked for before it contradicts them: how late its course is known.
 const CONTRADICTED_S: f32 = 0.012;
 /// Estimates that follow a load have stopped the object within this distance (m).
-const FOLLOWS_M: f32 = 5e-3;
+const FOLLOWS_M: f32 = 8e-3;
 /// ... where the force follows within this time (s); later, in proportion.
-const FOLLOWS_S: f32 = 0.0125;
+const FOLLOWS_S: f32 = 0.02;
 /// A slip that only one of stylus and travel shows raises the force by this factor at most, the travel one that is slower than
 /// [`SLIDES_M_S`].
 const UNDECIDED: f32 = 2.0;
