@@ -4,7 +4,7 @@ use grip_record::{Channel, Recording};
 use grip_session::calibration::TaxelRest;
 use slip_core::pressure::{MAX_TAXELS, PatternRest, PressureConfig, Standing};
 
-/// Takes the frames of `recording` for whose samples `rests` says so and the grip force stands.
+/// Takes the frames of `recording` whose samples rest by `rests` while the grip force stands.
 pub(crate) fn push_rest(
     meter: &mut PatternRest<MAX_TAXELS>,
     recording: &Recording,
@@ -22,7 +22,7 @@ pub(crate) fn push_rest(
     }
 }
 
-/// What the taxels of `recording` show where it does not move; `None` without taxels, and without a grip force, which tells
+/// What the taxels of `recording` show where it does not move; `None` without taxels, and without a grip force, which shows
 /// fingers that close from an object that is held.
 pub(crate) fn at_rest(
     recording: &Recording,

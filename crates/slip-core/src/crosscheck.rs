@@ -47,7 +47,8 @@ const UNFELT_M: f32 = 3e-4;
 /// Length of a window in which a travel that went [`DEAD_M`] (m) in the one before the last cannot stand: that takes 15 m/s^2.
 const WINDOW: Micros = Micros(3000);
 const DEAD_M: f32 = 2e-4;
-/// An undecided alarm is explained by a travel that moves alone within this time, and an alarm of the stylus by a movement that it did not feel.
+/// An undecided alarm is explained by a travel that moves alone within this time, and an alarm of the stylus by a movement
+/// that it did not feel.
 const LATE: Micros = Micros(1_000_000);
 /// A movement of this length (m), and of this many times the least, is one that the stylus did not feel.
 const MISSED_M: f32 = 1e-4;
@@ -131,8 +132,9 @@ struct Alone {
     from_m: f32,
     /// Its speed while the force stood (m/s).
     speed_m_s: f32,
-    /// Time and travel (m) when the force had doubled, and again when it was as fast since.
+    /// Time and travel (m) when the force had doubled, or when the first window since then ended.
     doubled: Option<(Micros, f32)>,
+    /// Whether it was as fast as before in that window.
     as_fast: bool,
 }
 
@@ -177,7 +179,7 @@ struct Missed {
     moved: Option<Micros>,
     alone: Option<Micros>,
     /// Whether the stylus feels something now, and whether that is a movement of before.
-    speaks: bool,
+    feels: bool,
     late: bool,
 }
 
@@ -196,12 +198,12 @@ impl Missed {
         let since = |then: Option<Micros>| then.map(|then| seen.t.since(then));
         if seen.stylus.is_some_and(|statistic| statistic >= 1.0) {
             self.silent_m = None;
-            if !core::mem::replace(&mut self.speaks, true) {
+            if !core::mem::replace(&mut self.feels, true) {
                 let ended = since(self.moved).is_none_or(|passed| passed >= ENDED);
                 self.late = ended && since(self.alone).is_some_and(|passed| passed < LATE);
             }
         } else {
-            self.speaks = false;
+            self.feels = false;
             let silent_m = *self.silent_m.get_or_insert(travel_m);
             if (travel_m - silent_m).abs() >= MISSED_M.max(MISSED_LEAST * least_m) {
                 self.alone = Some(seen.t);

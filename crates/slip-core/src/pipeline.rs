@@ -77,7 +77,7 @@ pub struct Pipeline<W> {
 }
 
 impl<W: AsRef<[f32]>> Pipeline<W> {
-    /// Takes one sample and says what it led to. A sample that is not later than the one before is counted and changes nothing.
+    /// Takes one sample and gives what it led to. A sample that is not later than the one before is counted and changes nothing.
     #[inline]
     pub fn handle(&mut self, sample: &Sample) -> Step {
         self.handle_with(sample, &[])

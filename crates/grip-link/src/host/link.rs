@@ -178,14 +178,14 @@ impl HostLink {
         }
     }
 
-    /// The rows of the [`HostEvent::Samples`] that was told last; `None` once more bytes were taken.
+    /// The rows of the [`HostEvent::Samples`] that was returned last; `None` once more bytes were taken.
     #[must_use]
     pub fn samples(&self, header: SamplesHeader) -> Option<Samples<'_>> {
         let frame = self.decoder.frame().filter(|frame| frame.header.kind == Kind::SAMPLES)?;
         Samples::of(header, &self.talk.layout, frame.payload)
     }
 
-    /// The text of the [`HostEvent::Log`] that was told last; `None` once more bytes were taken.
+    /// The text of the [`HostEvent::Log`] that was returned last; `None` once more bytes were taken.
     #[must_use]
     pub fn log(&self) -> Option<Log<'_>> {
         let frame = self.decoder.frame().filter(|frame| frame.header.kind == Kind::LOG)?;

@@ -178,7 +178,8 @@ pub(super) fn limited(grip: GripConfig, given: &Config) -> GripConfig {
 }
 
 /// The CONFIG that asks a gripper for these settings.
-pub(super) fn device_config(config: &HostConfig) -> Config {
+#[must_use]
+pub fn device_config(config: &HostConfig) -> Config {
     // Checked: at most 1e9.
     let milli = |newtons| Newtons(newtons).to_mn().unwrap_or(i32::MAX);
     Config {

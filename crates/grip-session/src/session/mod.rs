@@ -11,7 +11,7 @@ mod time_base;
 mod wishes;
 
 pub use crate::report::ClockHealth;
-pub use begin::Beginning;
+pub use begin::{Beginning, device_config};
 pub use explain::explain;
 
 use crate::{
@@ -20,7 +20,6 @@ use crate::{
     motion::OwnMotion,
     report::{Condition, Event, EventLog},
 };
-use begin::device_config;
 use grip_link::{
     clock::ClockSync,
     frame::MAX_WIRE,

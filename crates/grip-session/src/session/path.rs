@@ -21,10 +21,10 @@ pub(super) struct Path {
     pub(super) sample: Sample,
     taxels: ([f32; MAX_ELEMENTS as usize], usize),
     pub(super) step: Option<Step>,
-    /// Events of that step, and how many of them were told.
+    /// Events of that step, and how many of them were returned.
     events: [Option<Event>; Event::MOST],
-    events_told: usize,
-    /// Whether the step is still to be told.
+    events_returned: usize,
+    /// Whether the step is still to be returned.
     waits: bool,
 }
 
@@ -39,29 +39,29 @@ impl Default for Path {
             taxels: ([f32::NAN; MAX_ELEMENTS as usize], 0),
             step: None,
             events: [None; Event::MOST],
-            events_told: Event::MOST,
+            events_returned: Event::MOST,
             waits: false,
         }
     }
 }
 
 impl Path {
-    /// Rows that were not handled, and what was not told, are gone with the line.
+    /// Rows that were not handled, and what was not returned, are gone with the line.
     pub(super) fn forget_frame(&mut self) {
-        (self.frame, self.events_told, self.waits) = (None, Event::MOST, false);
+        (self.frame, self.events_returned, self.waits) = (None, Event::MOST, false);
     }
 
-    /// Whether the last row led to something that was not told yet.
+    /// Whether the last row led to something that was not returned yet.
     #[inline]
     pub(super) fn has_news(&self) -> bool {
         self.waits
     }
 
-    /// What the last row led to and was not told yet: its events, then its step.
+    /// What the last row led to and was not returned yet: its events, then its step.
     #[inline]
     pub(super) fn news(&mut self) -> Option<News<'_>> {
-        while let Some(event) = self.events.get(self.events_told) {
-            self.events_told += 1;
+        while let Some(event) = self.events.get(self.events_returned) {
+            self.events_returned += 1;
             if let Some(event) = *event {
                 return Some(News::Event(event));
             }
@@ -116,7 +116,7 @@ impl Session {
         let step = path.step.insert(pipeline.handle_with(&path.sample, taxels));
         self.counters.samples += 1;
         if self.log.follows(step) {
-            (path.events, path.events_told) = (self.log.events(step), 0);
+            (path.events, path.events_returned) = (self.log.events(step), 0);
         }
         path.waits = true;
         true

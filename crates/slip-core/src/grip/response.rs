@@ -27,8 +27,8 @@ const EXCESS: f32 = 0.05;
 const SLOWER_S: f32 = 0.01;
 /// ... by at most this multiple of the target.
 const MOST: f32 = 1.0;
-/// Where the stylus alone tells what is needed, that is known only as the force rises: a drive that is later than this (s) is led so that it rises
-/// as one of that lag does.
+/// Where the stylus alone shows what is needed, that is known only as the force rises: a drive that is later than this (s)
+/// is led so that it rises as one of that lag does.
 const PROMPT_S: f32 = 0.005;
 
 /// How the measured force answers the command in a slip.
@@ -72,7 +72,7 @@ impl Response {
         }
     }
 
-    /// How far the command may lead the target while `applied_n` is measured (N); `alone` says whether the stylus alone tells the target.
+    /// How far the command may lead the target while `applied_n` is measured (N); `alone`: only the stylus gives the target.
     pub(super) fn lead_n(&self, target_n: f32, applied_n: f32, alone: bool) -> f32 {
         let (late_s, known_s) = if alone { (PROMPT_S, PROMPT_S) } else { (LATE_S, KNOWN_S) };
         let slower = ((self.delay_s - late_s) / SLOWER_S).clamp(0.0, 1.0);
@@ -135,7 +135,7 @@ mod tests {
     }
 
     #[test]
-    fn where_the_stylus_alone_tells_a_slow_drive_is_made_prompt() {
+    fn for_the_stylus_alone_a_slow_drive_is_made_prompt() {
         for lag_ms in [10.0, 15.0, 20.0] {
             let (plain, led) = (reached(0, lag_ms, Leads::Not), reached(0, lag_ms, Leads::Alone));
             assert!(3 * led.0 <= 2 * plain.0 && led.1 <= 6.3, "{lag_ms} ms: {plain:?} {led:?}");

@@ -87,7 +87,8 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         })
     }
 
-    /// The same where another pipeline has held the object before: the controller goes on with `carried_n` (N), where that is a force above 0.
+    /// The same where another pipeline has held the object before: the controller goes on with `carried_n` (N), where
+    /// that is a force above 0.
     ///
     /// # Errors
     /// As [`Pipeline::new`].

@@ -312,7 +312,8 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         }
     }
 
-    /// Finds the needed force by the stylus alone, where that is the only sensor of the slip; else keeps what that takes, should the others fail.
+    /// Finds the needed force by the stylus alone, where that is the only sensor of the slip; else keeps what that takes,
+    /// should the others fail.
     pub(super) fn weigh_need(&mut self, sample: &Sample, begins: bool) {
         let force_n = sample.normal_force_n.unwrap_or(0.0);
         if begins {

@@ -5,9 +5,12 @@ use crate::grasp::hand::Hand;
 use grip_link::{
     frame::MAX_WIRE,
     host::{GripCommand, HostConfig as LinkSettings, HostEvent, HostLink},
-    message::{ChannelKind, Config, LossAction, Row, SampleFormat, Samples},
+    message::{ChannelKind, Row, Samples},
 };
-use grip_session::{config::HostConfig, session::SessionError};
+use grip_session::{
+    config::HostConfig,
+    session::{SessionError, device_config},
+};
 use grip_sim::Truth;
 use slip_core::{Sample, units::Micros};
 
@@ -26,7 +29,7 @@ pub(crate) struct Baseline {
 
 impl Baseline {
     pub(crate) fn new(config: &HostConfig, law: Box<dyn ForceLaw>) -> Result<Self, SessionError> {
-        let mut link = HostLink::new(LinkSettings::new(asked_of_the_gripper(config)))?;
+        let mut link = HostLink::new(LinkSettings::new(device_config(config)))?;
         link.open(0, 1)?;
         let f_max_n = f64::from(config.grip.f_max_n);
         Ok(Self { link, law, f_max_n, begun: None, command_n: None, samples: 0 })
@@ -91,24 +94,6 @@ impl Hand for Baseline {
 
     fn samples(&self) -> (u64, u64) {
         (self.samples, self.link.loss().lost)
-    }
-}
-
-/// What a session of these settings would ask for.
-fn asked_of_the_gripper(config: &HostConfig) -> Config {
-    #[expect(clippy::cast_possible_truncation, reason = "checked settings: at most 1e9")]
-    let milli = |newtons: f32| (f64::from(newtons) * 1000.0).round() as i32;
-    Config {
-        sample_rate_hz: config.link.sample_rate_hz,
-        batch: config.link.batch,
-        format: SampleFormat::F32,
-        ttl_ms: config.link.ttl_ms,
-        channel_mask: u32::MAX,
-        force_max_mn: milli(config.grip.f_max_n),
-        slew_mn_s: milli(config.grip.slew_n_s).unsigned_abs(),
-        hold_cap_mn: milli(config.grip.f_max_n),
-        loss_after_ms: 1000,
-        loss_action: LossAction::Hold,
     }
 }
 
