@@ -21,7 +21,7 @@ use crate::{
 };
 use grip_record::{Channel, Recording, StylusKind};
 use grip_session::{
-    calibration::{Calibration, Certified, Evidence},
+    calibration::{ArrayCalibration, Calibration, Certified, Evidence, StylusCalibration},
     config::HostConfig,
     replay,
 };
@@ -36,7 +36,7 @@ use slip_core::{
 /// Times the mean ratio of motion at stylus and reference that the gate takes for granted; the thresholds stand on top of it.
 const MARGIN: f32 = 0.5;
 /// Rest that is needed (s).
-const REST_S: f64 = 5.0;
+pub(crate) const REST_S: f64 = 5.0;
 /// Motion that is needed to set the gate (s).
 const MOTION_S: f64 = 5.0;
 /// Parts of the rest that have to agree in energy, and the factor within which they have to.
@@ -72,11 +72,24 @@ pub struct Calibrated {
 /// Why a recording does not give a calibration.
 #[derive(Debug, thiserror::Error)]
 pub enum CalibrationError {
-    /// There is no stylus.
+    /// There is neither a stylus nor a taxel array.
+    #[error("no stylus, vibration or taxels to calibrate")]
+    NoSensor,
+    /// Nobody knows when the fingers close on a taxel array that is alone.
     #[error(
-        "no stylus or vibration to calibrate; `gripctl score` prints noise and range of an array alone, for pressure.known_rms and pressure.known_range"
+        "taxels alone need `force_n`, which shows fingers that close from an object that is held; without it `gripctl score` prints noise and range of labelled rest, for pressure.known_rms and pressure.known_range"
     )]
-    NoStylus,
+    NoForce,
+    /// The taxels show too little of a grip force that stands, or always the same.
+    #[error(
+        "{held_s:.1} s in which the grip force stands and nothing moves, with a noise of {rms} (rms) of the taxels; record at least {REST_S} s of an object that is held, with taxels that are alive"
+    )]
+    ShortArray {
+        /// Time (s) in which the force stands and nothing moves.
+        held_s: f64,
+        /// Noise of the taxels in it (their unit, rms).
+        rms: f32,
+    },
     /// Too little rest.
     #[error(
         "{rest_s:.1} s of rest is too short for a floor; record at least {REST_S} s without slip and without motion"
@@ -138,15 +151,19 @@ pub fn calibrate(
     interval_s: f64,
 ) -> Result<Calibrated, CalibrationError> {
     check_interval(interval_s)?;
-    if recording.channels.stylus == StylusKind::Absent {
-        return Err(CalibrationError::NoStylus);
-    }
     let pipeline = replay::pipeline_config(recording, config, true);
     let moving = motion(recording, pipeline)?;
+    if recording.channels.stylus == StylusKind::Absent {
+        let array = ArrayCalibration {
+            sample_rate_hz: pipeline.sample_rate.0,
+            taxels: taxels::alone(recording, &pipeline, &moving)?,
+        };
+        return Ok(Calibrated { calibration: Calibration::Array(array), certified: Ok(()) });
+    }
     let Rest { floor, rest_s, unexplained } = rest_floor(recording, pipeline, &moving)?;
     let Motion { gain, seconds: motion_s, reference } =
         gate(recording, pipeline, (&moving, &floor))?;
-    let mut calibration = Calibration {
+    let mut calibration = StylusCalibration {
         sample_rate_hz: pipeline.sample_rate.0,
         vibration: recording.channels.stylus == StylusKind::Vibration,
         floor,
@@ -179,13 +196,15 @@ pub fn calibrate(
         certified: None,
         taxels: taxels::at_rest(recording, &pipeline.pressure, &moving),
     };
-    let heard = listen(recording, calibration.apply(pipeline), interval_s, &unexplained)?;
+    let known = Calibration::Stylus(calibration).apply(pipeline);
+    let heard = listen(recording, known, interval_s, &unexplained)?;
     let seconds = heard.seconds;
     let defaults = thresholds_of(&pipeline.detector);
     set_thresholds(&mut calibration, &seconds, &defaults);
     calibration.set_smallest(&reference);
     let certified = heard.certified;
     (calibration.certificate, calibration.certified) = certified.as_ref().ok().copied().unzip();
+    let calibration = Calibration::Stylus(calibration);
     Ok(Calibrated { calibration, certified: certified.map(|_| ()) })
 }
 
@@ -195,7 +214,7 @@ fn heard(sample: &Sample) -> Sample {
     Sample { normal_force_n: None, ..*sample }
 }
 
-/// Which samples lie in motion. Checks the health of the stylus on the way.
+/// Which samples lie in motion. Checks the health of the stylus, where there is one, on the way.
 fn motion(recording: &Recording, config: PipelineConfig) -> Result<Vec<bool>, CalibrationError> {
     let mut pipeline = Bare::new(config, None)?;
     let mut worst = SensorHealth::Good;
@@ -214,7 +233,8 @@ fn motion(recording: &Recording, config: PipelineConfig) -> Result<Vec<bool>, Ca
     let samples = recording.samples.len() as u64;
     #[expect(clippy::cast_precision_loss, reason = "a count")]
     let share = counters.unusable() as f64 / samples.max(1) as f64;
-    if worst != SensorHealth::Good || share > UNUSABLE {
+    let stylus = recording.channels.stylus != StylusKind::Absent;
+    if stylus && (worst != SensorHealth::Good || share > UNUSABLE) {
         let unusable = counters.unusable();
         return Err(CalibrationError::Unhealthy { unusable, samples, health: worst.name() });
     }
@@ -222,7 +242,7 @@ fn motion(recording: &Recording, config: PipelineConfig) -> Result<Vec<bool>, Ca
 }
 
 #[expect(clippy::cast_precision_loss, reason = "a count of samples")]
-fn seconds_of(samples: u64, config: &PipelineConfig) -> f64 {
+pub(crate) fn seconds_of(samples: u64, config: &PipelineConfig) -> f64 {
     samples as f64 / f64::from(config.sample_rate.0)
 }
 
@@ -471,7 +491,7 @@ fn thresholds_of(detector: &DetectorConfig) -> [f32; TESTS] {
 }
 
 fn set_thresholds(
-    calibration: &mut Calibration,
+    calibration: &mut StylusCalibration,
     seconds: &[[f32; TESTS]],
     defaults: &[f32; TESTS],
 ) {

@@ -1,25 +1,32 @@
 //! Frames of rest in, what the taxels show there out.
 
+use crate::calibrate::{CalibrationError, REST_S, seconds_of};
 use grip_record::{Channel, Recording};
 use grip_session::calibration::TaxelRest;
-use slip_core::pressure::{MAX_TAXELS, PatternRest, PressureConfig, Standing};
+use slip_core::{
+    PipelineConfig,
+    pressure::{MAX_TAXELS, PatternRest, PressureConfig, Standing},
+};
 
-/// Takes the frames of `recording` whose samples rest by `rests` while the grip force stands.
+/// Takes the frames of `recording` whose samples rest by `rests` while the grip force stands, and counts their samples.
 pub(crate) fn push_rest(
     meter: &mut PatternRest<MAX_TAXELS>,
     recording: &Recording,
     rests: impl Fn(usize) -> bool,
-) {
-    let Some(taxels) = &recording.taxels else { return };
+) -> u64 {
+    let Some(taxels) = &recording.taxels else { return 0 };
     let mut standing = Standing::default();
+    let mut samples = 0;
     meter.start();
     for (index, sample) in recording.samples.iter().enumerate() {
         if standing.step(sample.t, sample.normal_force_n) && rests(index) {
             meter.push(sample.t, taxels.frame(index));
+            samples += 1;
         } else {
             meter.start();
         }
     }
+    samples
 }
 
 /// What the taxels of `recording` show where it does not move; `None` without taxels, and without a grip force, which shows
@@ -29,13 +36,43 @@ pub(crate) fn at_rest(
     config: &PressureConfig,
     moving: &[bool],
 ) -> Option<TaxelRest> {
-    if !recording.channels.has(Channel::NormalForce) {
+    Some(held(recording, config, moving)?.0).filter(|taxels| taxels.rms > 0.0)
+}
+
+/// The same for an array that is the only sensor, whose calibration is this alone.
+///
+/// # Errors
+/// Where there are no taxels, no grip force, or too little rest.
+pub(crate) fn alone(
+    recording: &Recording,
+    config: &PipelineConfig,
+    moving: &[bool],
+) -> Result<TaxelRest, CalibrationError> {
+    if recording.taxels.is_none() {
+        return Err(CalibrationError::NoSensor);
+    }
+    let held = held(recording, &config.pressure, moving);
+    let (taxels, samples) = held.ok_or(CalibrationError::NoForce)?;
+    let held_s = seconds_of(samples, config);
+    if held_s < REST_S || taxels.rms <= 0.0 {
+        return Err(CalibrationError::ShortArray { held_s, rms: taxels.rms });
+    }
+    Ok(taxels)
+}
+
+/// What the taxels show while the grip force stands and nothing moves, and in how many samples. `None` without a grip force.
+fn held(
+    recording: &Recording,
+    config: &PressureConfig,
+    moving: &[bool],
+) -> Option<(TaxelRest, u64)> {
+    if recording.taxels.is_none() || !recording.channels.has(Channel::NormalForce) {
         return None;
     }
     let mut meter = PatternRest::new(config.follow_ms);
-    push_rest(&mut meter, recording, |index| moving.get(index) == Some(&false));
-    let rms = meter.rms(config.threshold).filter(|rms| *rms > 0.0)?;
-    Some(TaxelRest { rms, range: meter.range() })
+    let samples = push_rest(&mut meter, recording, |index| moving.get(index) == Some(&false));
+    let rms = meter.rms(config.threshold).unwrap_or(0.0);
+    Some((TaxelRest { rms, range: meter.range() }, samples))
 }
 
 #[cfg(test)]

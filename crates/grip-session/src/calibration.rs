@@ -11,9 +11,30 @@ use slip_core::{
 const MOST_RELEASE: f32 = 0.8;
 
 /// What `gripctl calibrate` writes and `--calibration` reads.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[serde(untagged)]
+#[expect(clippy::large_enum_variant, reason = "there is one of it")]
+pub enum Calibration {
+    /// Of a stylus or vibration, and of taxels where there are any.
+    Stylus(StylusCalibration),
+    /// Of a taxel array alone.
+    Array(ArrayCalibration),
+}
+
+/// What a recording without slip shows of a taxel array alone.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Calibration {
+pub struct ArrayCalibration {
+    /// Samples per second it holds for.
+    pub sample_rate_hz: f32,
+    /// What the taxels show while an object is held.
+    pub taxels: TaxelRest,
+}
+
+/// What a recording without slip shows of a stylus or vibration.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct StylusCalibration {
     /// Samples per second it holds for.
     pub sample_rate_hz: f32,
     /// Whether the stylus was uncalibrated vibration, not displacement.
@@ -131,9 +152,59 @@ pub struct LawEvidence {
 }
 
 impl Calibration {
+    /// From the text of its file. One that has `taxels` and no `floor` is that of an array alone.
+    ///
+    /// # Errors
+    /// Where the text is no TOML, or a key is missing, unknown or of another type.
+    pub fn parse(text: &str) -> Result<Self, toml::de::Error> {
+        let keys: toml::Table = toml::from_str(text)?;
+        if keys.contains_key("taxels") && !keys.contains_key("floor") {
+            return toml::from_str(text).map(Self::Array);
+        }
+        toml::from_str(text).map(Self::Stylus)
+    }
+
     /// The settings with this calibration in force.
     #[must_use]
     pub fn apply(&self, config: PipelineConfig) -> PipelineConfig {
+        let (config, taxels) = match self {
+            Self::Stylus(stylus) => (stylus.apply(config), stylus.taxels),
+            Self::Array(array) => (config, Some(array.taxels)),
+        };
+        let mut pressure = config.pressure;
+        pressure.known_rms = pressure.known_rms.or(taxels.map(|taxels| taxels.rms));
+        pressure.known_range = pressure.known_range.or(taxels.and_then(|taxels| taxels.range));
+        PipelineConfig { pressure, ..config }
+    }
+
+    /// What it knows of a stylus.
+    #[must_use]
+    pub fn stylus(&self) -> Option<&StylusCalibration> {
+        match self {
+            Self::Stylus(stylus) => Some(stylus),
+            Self::Array(_) => None,
+        }
+    }
+
+    /// Samples per second it holds for.
+    #[must_use]
+    pub fn sample_rate(&self) -> Hertz {
+        Hertz(match self {
+            Self::Stylus(stylus) => stylus.sample_rate_hz,
+            Self::Array(array) => array.sample_rate_hz,
+        })
+    }
+
+    /// Whether it was made at `rate` (within 1 %) and, where it knows a stylus, for the same kind.
+    #[must_use]
+    pub fn fits(&self, rate: Hertz, vibration: bool) -> bool {
+        (rate.0 / self.sample_rate().0 - 1.0).abs() < 0.01
+            && self.stylus().is_none_or(|stylus| stylus.vibration == vibration)
+    }
+}
+
+impl StylusCalibration {
+    fn apply(&self, config: PipelineConfig) -> PipelineConfig {
         let mut detector = config.detector;
         detector.release = self.release(&detector);
         let [shear, vibration, a, b, c, d] = self.thresholds;
@@ -145,14 +216,8 @@ impl Calibration {
         detector.cusum_threshold = self.cusum_threshold;
         detector.tail = self.tail.unwrap_or(detector.tail);
         detector.gate.gain = self.gain.unwrap_or(detector.gate.gain);
-        let mut pressure = config.pressure;
-        let (rms, range) =
-            self.taxels.map_or((None, None), |taxels| (Some(taxels.rms), taxels.range));
-        pressure.known_rms = pressure.known_rms.or(rms);
-        pressure.known_range = pressure.known_range.or(range);
         PipelineConfig {
             detector,
-            pressure,
             known_floor: Some(self.floor),
             known_reference: self.reference_floor,
             certificate: self.certificate,
@@ -180,11 +245,5 @@ impl Calibration {
             .max(detector.vibration.threshold / vibration)
             .max(1.0);
         (detector.release * lowered).min(MOST_RELEASE.max(detector.release))
-    }
-
-    /// Whether it was made at `rate` (within 1 %) and for the same kind of stylus.
-    #[must_use]
-    pub fn fits(&self, rate: Hertz, vibration: bool) -> bool {
-        (rate.0 / self.sample_rate_hz - 1.0).abs() < 0.01 && vibration == self.vibration
     }
 }

@@ -8,10 +8,11 @@ use crate::{cli::CalibrateArgs, output};
 use anyhow::Context as _;
 use grip_eval::calibrate::{Calibrated, calibrate, check_interval};
 use grip_session::{
-    calibration::{Calibration, LawEvidence, TaxelRest},
+    calibration::{Calibration, LawEvidence, StylusCalibration, TaxelRest},
     exit::{Exit, WrongArgument},
 };
 use serde::Serialize;
+use slip_core::pressure::PressureConfig;
 use std::path::Path;
 
 #[derive(Serialize)]
@@ -40,7 +41,7 @@ pub(crate) fn run(args: &CalibrateArgs) -> anyhow::Result<Exit> {
     if args.json {
         output::json(&Line { calibration: &calibration })?;
     } else {
-        tell(&calibration)?;
+        tell(&calibration, &config.pressure)?;
     }
     if let Err(why) = certified {
         eprintln!("gripctl: no slip will be certified: {why}");
@@ -54,8 +55,12 @@ pub(crate) fn run(args: &CalibrateArgs) -> anyhow::Result<Exit> {
     Ok(Exit::Done)
 }
 
-fn tell(calibration: &Calibration) -> anyhow::Result<()> {
-    let Calibration { thresholds, cusum_threshold, evidence, .. } = calibration;
+fn tell(calibration: &Calibration, pressure: &PressureConfig) -> anyhow::Result<()> {
+    let calibration = match calibration {
+        Calibration::Stylus(calibration) => calibration,
+        Calibration::Array(array) => return tell_taxels(&array.taxels, pressure),
+    };
+    let StylusCalibration { thresholds, cusum_threshold, evidence, .. } = calibration;
     output::line(&format!(
         "floor from {:.1} s of rest, gate from {:.1} s of motion{}",
         evidence.rest_s,
@@ -85,9 +90,8 @@ fn tell(calibration: &Calibration) -> anyhow::Result<()> {
             "the fast trigger finds a slip at rest from {rest:.2e}{unit} of vibration (rms, 100-400 Hz) on{motion}"
         ))?;
     }
-    if let Some(TaxelRest { rms, range }) = calibration.taxels {
-        let range = range.map_or_else(String::new, |range| format!(", range {range:.3e}"));
-        output::line(&format!("taxels at rest: noise {rms:.3e} (rms){range}"))?;
+    if let Some(taxels) = &calibration.taxels {
+        tell_taxels(taxels, pressure)?;
     }
     let high = evidence
         .interval_high_s
@@ -107,7 +111,20 @@ fn tell(calibration: &Calibration) -> anyhow::Result<()> {
     certificate(calibration)
 }
 
-fn certificate(calibration: &Calibration) -> anyhow::Result<()> {
+/// Noise and range, and the smallest change of the pattern that is a slip.
+fn tell_taxels(taxels: &TaxelRest, pressure: &PressureConfig) -> anyhow::Result<()> {
+    let TaxelRest { rms, range } = *taxels;
+    let range = range.map_or_else(
+        || ", no range: no stretch of rest was 2 s long, so slow slips are judged by what the first grasps show".to_owned(),
+        |range| format!(", range {range:.3e}; a slow slip is found from that range on"),
+    );
+    let smallest = rms * pressure.threshold.sqrt();
+    Ok(output::line(&format!(
+        "taxels at rest: noise {rms:.3e} (rms){range}. A slip is found from a change of the pattern by {smallest:.3e} (rms over the taxels) on"
+    ))?)
+}
+
+fn certificate(calibration: &StylusCalibration) -> anyhow::Result<()> {
     let Some(certified) = &calibration.certified else { return Ok(()) };
     output::line(&format!(
         "certified alarm: one false alarm in {:.0} s or more, whatever the law of the noise (95 %); limits from halves gave {} in {:.0} s of the other, so one in {:.0} s or more",

@@ -130,7 +130,7 @@ fn table(args: &ReplayArgs, file: &Path) -> anyhow::Result<Exit> {
     let pipeline = replay::pipeline_config(&recording, &config, args.observe);
     let vibration = recording.channels.stylus == StylusKind::Vibration;
     config.check_signal(pipeline.sample_rate, vibration)?;
-    if config.calibrated.is_some_and(|calibration| calibration.certificate.is_none()) {
+    if config.stylus_calibration().is_some_and(|made| made.certificate.is_none()) {
         eprintln!(
             "gripctl: the calibration has no certified false-alarm interval, so no slip is certified; `gripctl calibrate` of this version makes one"
         );

@@ -307,3 +307,53 @@ fn a_measurement_that_cannot_be_trusted_leaves_no_file() {
     refuse(&["--port", "sim", "x.csv"], 2, &["cannot be used with"]);
     refuse(&[], 2, &["required", "--port <PORT>"]);
 }
+
+/// Frames of four taxels, `hz` of them a second: open, then held from 1 s on; from `slips_s` on the pattern moves on.
+fn array(seconds: u32, hz: u32, head: &str, slips_s: f64) -> String {
+    let mut state = 7_u32;
+    let mut text = format!("{head}pressure_0,pressure_1,pressure_2,pressure_3\n");
+    for i in 0..seconds * hz {
+        let t = f64::from(i) / f64::from(hz);
+        write!(text, "{t:.6}").unwrap();
+        let force = if t < 1.0 { 0.0 } else { 5.0 };
+        if head.contains("force_n") {
+            write!(text, ",{force}").unwrap();
+        }
+        for taxel in 0..4_u32 {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            let noise = f64::from(state >> 8) / f64::from(1 << 24) - 0.5;
+            let moved = (t - slips_s).max(0.0) * 40.0;
+            let pattern = (f64::from(taxel) * 1.3 + moved).sin();
+            write!(text, ",{}", 20.0 + force * (4.0 + pattern) + noise).unwrap();
+        }
+        text.push('\n');
+    }
+    text
+}
+
+#[test]
+fn an_array_alone_is_calibrated_on_an_object_that_is_held() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    put(path, "held.csv", &array(12, 100, "t_s,force_n,", 1e9));
+    put(path, "slips.csv", &array(12, 100, "t_s,force_n,", 8.0));
+    put(path, "bare.csv", &array(12, 100, "t_s,", 1e9));
+    put(path, "short.csv", &array(4, 100, "t_s,force_n,", 1e9));
+    let line = gripctl(path, &["calibrate", "held.csv", "-o", "cal.toml", "--json"]).done().json();
+    // Uniform noise of 1 has an rms of 0.289; the shape takes a part of it.
+    let taxels = &line[0]["taxels"];
+    assert!((0.2..0.5).contains(&number(taxels, "rms")), "{line:?}");
+    assert!(number(taxels, "range") > 0.0, "{line:?}");
+    let text = gripctl(path, &["calibrate", "held.csv", "-o", "cal.toml"]).done().out;
+    assert!(text.starts_with("taxels at rest: noise") && text.contains("A slip is found from"));
+    for (file, slips) in [("held.csv", 0.0), ("slips.csv", 1.0)] {
+        let args = ["replay", file, "--calibration", "cal.toml", "--json"];
+        let summary = gripctl(path, &args).done().json().pop().unwrap();
+        assert_eq!(number(&summary, "slips"), slips, "{file}: {summary}");
+    }
+    gripctl(path, &["calibrate", "bare.csv", "-o", "x.toml"]).refused(1, &["force_n"]);
+    gripctl(path, &["calibrate", "short.csv", "-o", "x.toml"]).refused(1, &["at least 5 s"]);
+    put(path, "broken.toml", "sample_rate_hz = 100.0\n[taxels]\nrms = 1.0\nsize = 3\n");
+    gripctl(path, &["replay", "held.csv", "--calibration", "broken.toml"]).refused(2, &["size"]);
+    assert!(!path.join("x.toml").exists());
+}

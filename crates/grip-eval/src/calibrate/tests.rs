@@ -1,4 +1,4 @@
-use super::{Calibration, Evidence, LEAST, TESTS, thresholds, thresholds_of};
+use super::{Calibration, Evidence, LEAST, StylusCalibration, TESTS, thresholds, thresholds_of};
 use slip_core::{
     PipelineConfig, Signal,
     detector::{BANDS, DetectorConfig},
@@ -37,7 +37,7 @@ fn lower_thresholds_leave_the_release_level_above_the_noise() {
             smallest_rest: None,
             smallest_motion: None,
         };
-        let calibration = Calibration {
+        let calibration = StylusCalibration {
             sample_rate_hz: 10_000.0,
             vibration: false,
             floor: [1.0; BANDS],
@@ -51,7 +51,7 @@ fn lower_thresholds_leave_the_release_level_above_the_noise() {
             certified: None,
             taxels: None,
         };
-        calibration.apply(config).detector.release
+        Calibration::Stylus(calibration).apply(config).detector.release
     };
     let detector = config.detector;
     let unchanged = detector.bands().map(|band| band.threshold);

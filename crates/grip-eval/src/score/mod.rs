@@ -118,7 +118,7 @@ fn score_with(
     let vibration = first.recording.channels.stylus == StylusKind::Vibration;
     config.check_signal(configured.sample_rate, vibration)?;
     let pipeline = (detector.change)(configured);
-    let pooled = match (pipeline.known_floor, config.calibrated, floors) {
+    let pooled = match (pipeline.known_floor, config.stylus_calibration(), floors) {
         (Some(floor), Some(made), _) => {
             AtRest { floor: Some(floor), floor_s: made.evidence.rest_s, ..AtRest::default() }
         }

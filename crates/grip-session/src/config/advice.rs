@@ -51,7 +51,7 @@ pub fn warnings(config: &HostConfig, set: &[Setting]) -> Vec<String> {
             .into_iter()
             .chain(["detector.cusum_threshold", "detector.release"])
             .find(|key| is_set(key));
-    if let (Some(_), Some(key)) = (config.calibrated, calibrated) {
+    if let (Some(_), Some(key)) = (config.stylus_calibration(), calibrated) {
         warn(true, &format!("{key} is set, but the calibration decides it"));
     }
     warnings

@@ -19,7 +19,7 @@ pub use keys::{
 pub use layers::{Layers, Setting};
 pub use template::{RecordTemplate, TemplateError};
 
-use crate::calibration::Calibration;
+use crate::calibration::{Calibration, StylusCalibration};
 use core::net::SocketAddr;
 use serde::{Deserialize, Serialize};
 use slip_core::{
@@ -174,13 +174,10 @@ impl HostConfig {
     pub fn with_calibration(self, file: &Path) -> Result<Self, HostConfigError> {
         let text = layers::read(file, "calibration")?;
         let name = file.display().to_string();
-        let calibrated: Calibration = toml::from_str(&text)
+        let calibrated = Calibration::parse(&text)
             .map_err(|error| HostConfigError::of_toml(&name, &text, &error))?;
         calibrated
-            .apply(PipelineConfig::observing(
-                Signal::Displacement,
-                Hertz(calibrated.sample_rate_hz),
-            ))
+            .apply(PipelineConfig::observing(Signal::Displacement, calibrated.sample_rate()))
             .check()
             .map_err(|source| HostConfigError::Value {
                 place: Place { source: name, at: None },
@@ -190,6 +187,12 @@ impl HostConfig {
         Ok(Self { calibrated: Some(calibrated), ..self })
     }
 
+    /// What the calibration, where there is one, knows of a stylus.
+    #[must_use]
+    pub fn stylus_calibration(&self) -> Option<&StylusCalibration> {
+        self.calibrated.as_ref().and_then(Calibration::stylus)
+    }
+
     /// Whether the calibration, where there is one, was made for such a signal.
     ///
     /// # Errors
@@ -197,8 +200,8 @@ impl HostConfig {
     pub fn check_signal(&self, rate: Hertz, vibration: bool) -> Result<(), HostConfigError> {
         match self.calibrated {
             Some(made) if !made.fits(rate, vibration) => Err(HostConfigError::OtherSignal {
-                made_hz: made.sample_rate_hz,
-                made_vibration: made.vibration,
+                made_hz: made.sample_rate().0,
+                made_vibration: made.stylus().map_or(vibration, |stylus| stylus.vibration),
                 rate_hz: rate.0,
                 vibration,
             }),

@@ -27,7 +27,8 @@ pub struct GripConfig {
     pub close_rate_n_s: f32,
     /// Fall towards the estimate after a slip (N/s).
     pub backoff_n_s: f32,
-    /// Measured force that counts as touch (N); at most half of `least_force_n`, or the fingers would stop before they touch.
+    /// Measured force that counts as touch (N); at most half of `least_force_n`, or the fingers would stop before they touch. Six times the noise of
+    /// the force counts where it is more.
     pub contact_n: f32,
     /// Wait between reaching the trial force and watching for slip (ms).
     pub settle_ms: f32,

@@ -26,6 +26,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
     /// The scene of this sample; where it differs from the last one, the stages that start afresh do so.
     pub(super) fn enter_scene(&mut self, sample: &Sample, dt: Micros) {
         self.fusion.catch_up();
+        self.contact.learn(sample.normal_force_n);
         let touches = self.contact.would_touch(sample.normal_force_n);
         let slides = !touches && self.slides_on(sample.t);
         let force_n = self.grip_force.touch(sample.normal_force_n, touches, slides);

@@ -54,6 +54,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             && self.slip.is_none()
             && self.health.health() == SensorHealth::Good
             && !doubted
+            && !self.contact.is_learning()
             && !(stylus && self.detector.is_learning())
             && self.grip.is_none_or(|grip| grip.is_steady());
         match self.scene {
