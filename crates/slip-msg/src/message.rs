@@ -179,7 +179,7 @@ macro_rules! message {
             /// Reads a payload.
             ///
             /// # Errors
-            /// [`PayloadError`](crate::PayloadError): too short, an infinite number, or a value outside its range.
+            /// `PayloadError`: too short, an infinite number, or a value outside its range.
             pub fn parse(payload: & $($life)? [u8]) -> Result<Self, $crate::PayloadError> {
                 <Self as $crate::Wire<'_>>::read(&mut $crate::wire::Reader::new(payload))
             }
@@ -187,7 +187,7 @@ macro_rules! message {
             /// Writes the payload; its length.
             ///
             /// # Errors
-            /// [`PayloadError::Full`](crate::PayloadError).
+            /// `PayloadError::Full`.
             pub fn write(&self, out: &mut [u8]) -> Result<usize, $crate::PayloadError> {
                 $crate::Wire::append(*self, $crate::wire::Writer::new(out)).finish()
             }
