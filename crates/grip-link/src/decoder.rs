@@ -13,6 +13,7 @@ use crate::cobs;
 use crate::frame::{BodyError, Direction, Frame, Header, MAX_BLOCK};
 use crate::kind::Kind;
 use crate::{PROTOCOL, frame::HEADER};
+use slip_msg::message;
 
 /// A frame whose seq lies this far or less behind the newest one is a duplicate; anything else is a gap.
 pub const DUPLICATE_WINDOW: u16 = 256;
@@ -91,33 +92,23 @@ pub enum Fault {
     UnknownKind(Header),
 }
 
-/// Counts since the decoder was made; all saturate.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Counters {
-    /// Good frames handed out.
-    pub ok: u32,
-    /// Blocks longer than any frame.
-    pub too_long: u32,
-    /// Blocks that are not COBS.
-    pub cobs: u32,
-    /// Blocks whose length field disagrees.
-    pub length: u32,
-    /// Blocks with a wrong checksum.
-    pub crc: u32,
-    /// Frames with the listener's own direction bit.
-    pub echo: u32,
-    /// Frames of another protocol version.
-    pub version: u32,
-    /// Frames of another session.
-    pub stale: u32,
-    /// Frames with a sequence number seen before.
-    pub duplicate: u32,
-    /// Good frames of an unknown type.
-    pub unknown: u32,
-    /// Frames missing according to the sequence numbers.
-    pub gap: u32,
-    /// Bytes in blocks that failed length, COBS or CRC.
-    pub garbage_bytes: u32,
+message! {
+    /// Counts since the decoder was made; all saturate. A part of STATS.
+    #[derive(Eq, Default)]
+    Counters {
+        0 ok: u32, "", "Good frames handed out.";
+        4 too_long: u32, "", "Blocks longer than any frame.";
+        8 cobs: u32, "", "Blocks that are not COBS.";
+        12 length: u32, "", "Blocks whose length field disagrees.";
+        16 crc: u32, "", "Blocks with a wrong checksum.";
+        20 echo: u32, "", "Frames with the listener's own direction bit.";
+        24 version: u32, "", "Frames of another protocol version.";
+        28 stale: u32, "", "Frames of another session.";
+        32 duplicate: u32, "", "Frames with a sequence number seen before.";
+        36 unknown: u32, "", "Good frames of an unknown type.";
+        40 gap: u32, "", "Frames missing according to the sequence numbers.";
+        44 garbage_bytes: u32, "", "Bytes in blocks that failed length, COBS or CRC.";
+    }
 }
 
 impl Counters {

@@ -1,126 +1,101 @@
 //! The type byte of a message, which frames carry.
 
+use slip_msg::wire::{Reader, Writer};
+use slip_msg::{PayloadError, Wire};
+
 /// A message type byte; the known ones are constants.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Kind(pub u8);
 
+macro_rules! kinds {
+    ($($code:literal $name:ident: $($to:ident)+, $doc:literal;)+) => {
+        impl Kind {
+            $(#[doc = $doc] pub const $name: Self = Self($code);)+
+            /// Every type, by its name.
+            pub const ALL: &[(&str, Self)] = &[$((stringify!($name), Self::$name)),+];
+
+            /// Who knows it, as bits.
+            const fn to(self) -> u8 {
+                match self {
+                    $(Self::$name => 0 $(| Self::$to)+,)+
+                    _ => 0,
+                }
+            }
+        }
+    };
+}
+
+kinds! {
+    0x01 HELLO: DEVICE, "Host asks who is there.";
+    0x81 IDENT: HOST, "The gripper describes itself.";
+    0x03 CONFIG: DEVICE, "Sampling and limits wanted.";
+    0x83 CONFIG_ACK: HOST, "Sampling and limits in force.";
+    0x04 START: DEVICE, "Send samples.";
+    0x05 STOP: DEVICE, "Send no more samples; the force rules go on.";
+    0x06 PING: DEVICE, "Clock question.";
+    0x86 PONG: HOST, "Clock answer.";
+    0x10 GRIP: DEVICE, "Force set point.";
+    0x11 HEARTBEAT: DEVICE, "Health of the host's loop.";
+    0x12 ESTOP: DEVICE, "Software stop, latched.";
+    0x13 CLEAR_FAULT: DEVICE, "Releases one latched fault.";
+    0x8E ACK: HOST CLIENT, "Request carried out.";
+    0x8F NACK: HOST CLIENT, "Request refused.";
+    0x90 SAMPLES: HOST, "A batch of samples.";
+    0x91 STATUS: HOST, "State of the gripper.";
+    0x92 STATS: HOST, "Link counters of the microcontroller.";
+    0x93 EVENT: HOST, "Fault or change of state.";
+    0x94 LOG: HOST, "Text.";
+    0xA0 WELCOME: CLIENT, "The daemon introduces itself to a client.";
+    0xA1 SLIP: CLIENT, "A slip was noticed, became gross, or ended.";
+    0xA2 STATE: CLIENT, "What the pipeline thinks.";
+    0xA3 HEALTH: CLIENT, "Figures of the daemon.";
+    0xA4 GRIPPER: CLIENT, "Which gripper is there.";
+    0xA5 ROWS: CLIENT, "Samples as the pipeline got them.";
+    0xA6 NOTICE: CLIENT, "Something a client should know: dropped frames, sensors, link, the end.";
+    0xA8 SUBSCRIBE: DAEMON, "A client says what it wants to hear.";
+    0xA9 COMMAND: DAEMON, "A client wants the gripper to do something.";
+    0xAA QUERY: DAEMON, "A client asks for everything known now.";
+}
+
 impl Kind {
-    /// Host asks who is there.
-    pub const HELLO: Self = Self(0x01);
-    /// The gripper describes itself.
-    pub const IDENT: Self = Self(0x81);
-    /// Sampling and limits wanted.
-    pub const CONFIG: Self = Self(0x03);
-    /// Sampling and limits in force.
-    pub const CONFIG_ACK: Self = Self(0x83);
-    /// Send samples.
-    pub const START: Self = Self(0x04);
-    /// Send no more samples; the force rules go on.
-    pub const STOP: Self = Self(0x05);
-    /// Clock question.
-    pub const PING: Self = Self(0x06);
-    /// Clock answer.
-    pub const PONG: Self = Self(0x86);
-    /// Force set point.
-    pub const GRIP: Self = Self(0x10);
-    /// Health of the host's loop.
-    pub const HEARTBEAT: Self = Self(0x11);
-    /// Software stop, latched.
-    pub const ESTOP: Self = Self(0x12);
-    /// Releases one latched fault.
-    pub const CLEAR_FAULT: Self = Self(0x13);
-    /// Request carried out.
-    pub const ACK: Self = Self(0x8E);
-    /// Request refused.
-    pub const NACK: Self = Self(0x8F);
-    /// A batch of samples.
-    pub const SAMPLES: Self = Self(0x90);
-    /// State of the gripper.
-    pub const STATUS: Self = Self(0x91);
-    /// Link counters of the microcontroller.
-    pub const STATS: Self = Self(0x92);
-    /// Fault or change of state.
-    pub const EVENT: Self = Self(0x93);
-    /// Text.
-    pub const LOG: Self = Self(0x94);
-    /// First of the types between daemon and clients.
-    pub const CLIENT_FIRST: Self = Self(0xA0);
-    /// The daemon introduces itself to a client.
-    pub const WELCOME: Self = Self(0xA0);
-    /// A slip was noticed, became gross, or ended.
-    pub const SLIP: Self = Self(0xA1);
-    /// What the pipeline thinks.
-    pub const STATE: Self = Self(0xA2);
-    /// Figures of the daemon.
-    pub const HEALTH: Self = Self(0xA3);
-    /// Which gripper is there.
-    pub const GRIPPER: Self = Self(0xA4);
-    /// Samples as the pipeline got them.
-    pub const ROWS: Self = Self(0xA5);
-    /// Something a client should know: dropped frames, sensors, link, the end.
-    pub const NOTICE: Self = Self(0xA6);
-    /// A client says what it wants to hear.
-    pub const SUBSCRIBE: Self = Self(0xA8);
-    /// A client wants the gripper to do something.
-    pub const COMMAND: Self = Self(0xA9);
-    /// A client asks for everything known now.
-    pub const QUERY: Self = Self(0xAA);
+    const DEVICE: u8 = 1;
+    const HOST: u8 = 2;
+    const DAEMON: u8 = 4;
+    const CLIENT: u8 = 8;
 
     /// Whether a microcontroller knows this type.
     #[must_use]
     pub const fn is_to_device(self) -> bool {
-        matches!(
-            self,
-            Self::HELLO
-                | Self::CONFIG
-                | Self::START
-                | Self::STOP
-                | Self::PING
-                | Self::GRIP
-                | Self::HEARTBEAT
-                | Self::ESTOP
-                | Self::CLEAR_FAULT
-        )
+        self.to() & Self::DEVICE != 0
     }
 
     /// Whether a daemon knows this type from its clients.
     #[must_use]
     pub const fn is_to_daemon(self) -> bool {
-        matches!(self, Self::SUBSCRIBE | Self::COMMAND | Self::QUERY)
+        self.to() & Self::DAEMON != 0
     }
 
     /// Whether a client of the daemon knows this type.
     #[must_use]
     pub const fn is_to_client(self) -> bool {
-        matches!(
-            self,
-            Self::WELCOME
-                | Self::SLIP
-                | Self::STATE
-                | Self::HEALTH
-                | Self::GRIPPER
-                | Self::ROWS
-                | Self::NOTICE
-                | Self::ACK
-                | Self::NACK
-        )
+        self.to() & Self::CLIENT != 0
     }
 
     /// Whether a host knows this type.
     #[must_use]
     pub const fn is_to_host(self) -> bool {
-        matches!(
-            self,
-            Self::IDENT
-                | Self::CONFIG_ACK
-                | Self::PONG
-                | Self::ACK
-                | Self::NACK
-                | Self::SAMPLES
-                | Self::STATUS
-                | Self::STATS
-                | Self::EVENT
-                | Self::LOG
-        )
+        self.to() & Self::HOST != 0
+    }
+}
+
+impl<'a> Wire<'a> for Kind {
+    const SIZE: usize = 1;
+
+    fn read(r: &mut Reader<'a>) -> Result<Self, PayloadError> {
+        r.u8().map(Self)
+    }
+
+    fn append(self, w: Writer<'_>) -> Writer<'_> {
+        w.u8(self.0)
     }
 }

@@ -106,7 +106,9 @@ codes! {
     }
 
     /// State of the recording.
+    #[derive(Default)]
     open Recording {
+        #[default]
         0 => Off "off" "nothing is recorded.",
         1 => Running "running" "it grows.",
         2 => Stopped "stopped" "it was stopped by a failure; what was written stays.",

@@ -7,6 +7,7 @@
 pub mod codes;
 mod command;
 mod fault;
+mod health;
 mod message;
 mod slip;
 mod state;
@@ -17,7 +18,8 @@ pub mod wire;
 pub use codes::*;
 pub use command::ClientCommand;
 pub use fault::{FaultCode, Reaction};
-pub use message::{Field, Wire};
+pub use health::{Appended, BadFrames, ClockOffset, Dropped, Health, Latency};
+pub use message::{Absent, Wire};
 pub use slip::SlipReport;
 pub use state::{EXTRAPOLATED, INFORMATIVE, PipelineState};
 pub use table::Row;

@@ -1,7 +1,7 @@
 //! What is known of a slip when it is noticed, becomes gross, is certified, or ends.
 
 use crate::{
-    EXTRAPOLATED, INFORMATIVE, Method, Phase, Reading, SpeedSource, message::message, units::Micros,
+    EXTRAPOLATED, INFORMATIVE, Method, Phase, Reading, SpeedSource, message, units::Micros,
 };
 
 message! {

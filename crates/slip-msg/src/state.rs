@@ -1,8 +1,7 @@
 //! The pipeline after a frame of samples.
 
 use crate::{
-    DeviceState, FaultCode, GripState, Reading, Scene, SensorHealth, message::message,
-    units::Micros,
+    DeviceState, FaultCode, GripState, Reading, Scene, SensorHealth, message, units::Micros,
 };
 
 /// E_sc depends on the surface: bit of `notes`.

@@ -72,6 +72,7 @@ macro_rules! codes {
                 }
             }
         }
+        codes!(@wire $name, |r| r.u8().map(Self::from_code));
         codes!(@common $name { $(absent $zero => $none $zero_name $zero_doc,)? $($code => $variant $text $doc,)+ });
     )+ };
     ($($(#[$about:meta])* closed $name:ident {
@@ -109,8 +110,20 @@ macro_rules! codes {
                 }
             }
         }
+        codes!(@wire $name, |r| r.coded(Self::from_code));
         codes!(@common $name { $($code => $variant $text $doc,)+ });
     )+ };
+    (@wire $name:ident, |$r:ident| $read:expr) => {
+        impl<'a> $crate::Wire<'a> for $name {
+            const SIZE: usize = 1;
+            fn read($r: &mut $crate::wire::Reader<'a>) -> Result<Self, $crate::PayloadError> {
+                $read
+            }
+            fn append(self, w: $crate::wire::Writer<'_>) -> $crate::wire::Writer<'_> {
+                w.u8(self.code())
+            }
+        }
+    };
     (@common $name:ident {
         $(absent $zero:literal => $none:ident $zero_name:literal $zero_doc:literal,)?
         $($code:literal => $variant:ident $text:literal $doc:literal,)+

@@ -88,13 +88,3 @@ impl Newtons {
         if self.0 >= 0.0 && rounded < i32::MAX as f64 + 1.0 { Some(rounded as i32) } else { None }
     }
 }
-
-/// A length in metres.
-#[derive(Clone, Copy, Debug, Default, PartialEq, PartialOrd)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(transparent))]
-pub struct Metres(pub f32);
-
-/// A speed in metres per second.
-#[derive(Clone, Copy, Debug, Default, PartialEq, PartialOrd)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(transparent))]
-pub struct MetresPerSecond(pub f32);

@@ -1,5 +1,7 @@
 //! The two cursors that all messages use: fields in order, little-endian.
 
+use crate::Wire;
+use core::ops::RangeBounds;
 use thiserror::Error;
 
 /// Why a payload cannot be read or written.
@@ -159,6 +161,23 @@ impl<'a> Reader<'a> {
     #[must_use]
     pub const fn rest(&self) -> usize {
         self.bytes.len().saturating_sub(self.at)
+    }
+
+    /// Reads a field that is refused outside `range`.
+    ///
+    /// # Errors
+    /// [`PayloadError::Short`] or [`PayloadError::Value`].
+    pub fn within<T: Wire<'a> + PartialOrd + Into<i64>>(
+        &mut self,
+        range: impl RangeBounds<T>,
+    ) -> Result<T, PayloadError> {
+        let at = self.at;
+        let value = T::read(self)?;
+        if range.contains(&value) {
+            Ok(value)
+        } else {
+            Err(PayloadError::Value { at, value: value.into() })
+        }
     }
 
     /// Reads a byte that `meaning` understands.

@@ -3,100 +3,31 @@
 use super::wire::{PayloadError, Reader, Writer};
 use super::{LossAction, SampleFormat};
 use crate::crc::crc32c;
+use slip_msg::message;
 
-/// CONFIG (03), host to MCU, ACK_REQ; answered by CONFIG_ACK or NACK. It stops sampling and ends in state ARMED.
-///
-/// | offset | size | type | field | unit, range |
-/// |---|---|---|---|---|
-/// | 0 | 4 | u32 | sample rate | Hz, 1..= IDENT's fastest |
-/// | 4 | 1 | u8 | samples a batch n | 1..=255; a batch also ends after 1 ms |
-/// | 5 | 1 | u8 | format | [`SampleFormat`] code |
-/// | 6 | 2 | u16 | ttl | ms, 20..=100 |
-/// | 8 | 4 | u32 | channel mask | bit 0 = first channel of IDENT |
-/// | 12 | 4 | i32 | F_max | mN, 0..= IDENT's largest; negative = NACK |
-/// | 16 | 4 | u32 | slew | mN/s, 1..= IDENT's fastest |
-/// | 20 | 4 | i32 | hold cap | mN, 0..= F_max; negative = NACK |
-/// | 24 | 2 | u16 | loss action after | ms of HOLD, 100..=60000; usually 1000 |
-/// | 26 | 1 | u8 | loss action | [`LossAction`] code |
-/// | 27 | 1 | | reserved | 0 |
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Config {
-    /// Sampling \[Hz\].
-    pub sample_rate_hz: u32,
-    /// Samples a batch.
-    pub batch: u8,
-    /// Format of the rows.
-    pub format: SampleFormat,
-    /// Life of a GRIP command \[ms\].
-    pub ttl_ms: u16,
-    /// Channels to send.
-    pub channel_mask: u32,
-    /// Largest force \[mN\].
-    pub force_max_mn: i32,
-    /// Fastest change of force \[mN/s\].
-    pub slew_mn_s: u32,
-    /// Largest force held without commands \[mN\].
-    pub hold_cap_mn: i32,
-    /// Time in HOLD before the loss action \[ms\].
-    pub loss_after_ms: u16,
-    /// The loss action.
-    pub loss_action: LossAction,
+message! {
+    /// CONFIG (03), host to MCU, ACK_REQ; answered by CONFIG_ACK or NACK. It stops sampling and ends in state ARMED. A value outside its
+    /// range is malformed, but for the life of commands and what lies above the limits of IDENT: these are clamped.
+    #[derive(Eq)]
+    Config {
+        0 sample_rate_hz: u32, "Hz, 1..= IDENT's fastest", "Sampling.", in 1..;
+        4 batch: u8, "1..=255; a batch also ends after 1 ms", "Samples a batch.", in 1..;
+        5 format: SampleFormat, "", "Format of the rows.";
+        6 ttl_ms: u16, "ms, 20..=100", "Life of a GRIP command.";
+        8 channel_mask: u32, "bit 0 = first channel of IDENT", "Channels to send.";
+        12 force_max_mn: i32, "mN, 0..= IDENT's largest", "Largest force.", in 0..;
+        16 slew_mn_s: u32, "mN/s, 1..= IDENT's fastest", "Fastest change of force.", in 1..;
+        20 hold_cap_mn: i32, "mN, 0..= F_max", "Largest force held without commands.", in 0..;
+        24 loss_after_ms: u16, "ms, 100..=60000; usually 1000", "Time in HOLD before the loss action.";
+        26 loss_action: LossAction, "", "The loss action.", reserved 1;
+    }
 }
 
 impl Config {
-    /// Bytes of the payload.
-    pub const SIZE: usize = 28;
     /// Shortest life of a command \[ms\].
     pub const TTL_MIN_MS: u16 = 20;
     /// Longest life of a command \[ms\].
     pub const TTL_MAX_MS: u16 = 100;
-
-    /// Reads a payload.
-    ///
-    /// # Errors
-    /// [`PayloadError`]: too short, an unknown format or loss action, a negative force, or zero for rate, batch or slew.
-    pub fn parse(payload: &[u8]) -> Result<Self, PayloadError> {
-        let mut r = Reader::new(payload);
-        let config = Self {
-            sample_rate_hz: r.u32()?,
-            batch: r.coded(|n| (n > 0).then_some(n))?,
-            format: r.coded(SampleFormat::from_code)?,
-            ttl_ms: r.u16()?,
-            channel_mask: r.u32()?,
-            force_max_mn: r.i32()?,
-            slew_mn_s: r.u32()?,
-            hold_cap_mn: r.i32()?,
-            loss_after_ms: r.u16()?,
-            loss_action: r.coded(LossAction::from_code)?,
-        };
-        let _reserved = r.u8()?;
-        let refuse = |at, value| Err(PayloadError::Value { at, value });
-        match config {
-            Self { sample_rate_hz: 0, .. } => refuse(0, 0),
-            Self { force_max_mn: ..0, .. } => refuse(12, i64::from(config.force_max_mn)),
-            Self { slew_mn_s: 0, .. } => refuse(16, 0),
-            Self { hold_cap_mn: ..0, .. } => refuse(20, i64::from(config.hold_cap_mn)),
-            _ => Ok(config),
-        }
-    }
-
-    /// Writes the payload; its length.
-    ///
-    /// # Errors
-    /// [`PayloadError::Full`].
-    pub fn write(&self, out: &mut [u8]) -> Result<usize, PayloadError> {
-        let w = Writer::new(out)
-            .u32(self.sample_rate_hz)
-            .u8(self.batch)
-            .u8(self.format.code())
-            .u16(self.ttl_ms);
-        let w = w
-            .u32(self.channel_mask)
-            .i32(self.force_max_mn)
-            .u32(self.slew_mn_s)
-            .i32(self.hold_cap_mn);
-        w.u16(self.loss_after_ms).u8(self.loss_action.code()).u8(0).finish()
-    }
 
     /// The 28 payload bytes.
     #[must_use]

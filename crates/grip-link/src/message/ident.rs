@@ -5,6 +5,7 @@ use super::wire::{PayloadError, Reader, Writer};
 use super::{ChannelKind, SampleFormat, Unit};
 use super::{DeviceState, ResetReason};
 use core::fmt;
+use slip_msg::{Wire, message};
 
 /// Most channels a gripper describes.
 pub const MAX_CHANNELS: usize = 16;
@@ -12,33 +13,18 @@ pub const MAX_CHANNELS: usize = 16;
 /// Most elements of a channel, the taxels of an array.
 pub const MAX_ELEMENTS: u8 = 64;
 
-/// One channel of IDENT.
-///
-/// | offset | size | type | field | range |
-/// |---|---|---|---|---|
-/// | 0 | 1 | u8 | kind | [`ChannelKind`] code |
-/// | 1 | 1 | u8 | unit | [`Unit`] code |
-/// | 2 | 1 | u8 | formats | b0 i16, b1 f32; the formats in which it can be sent |
-/// | 3 | 1 | u8 | count | elements a row, 1..=64; 1 except for an array |
-/// | 4 | 4 | f32 | scale | unit per i16 step, finite and > 0 |
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Channel {
-    /// What it measures.
-    pub kind: ChannelKind,
-    /// Unit after scaling.
-    pub unit: Unit,
-    /// b0 i16, b1 f32.
-    pub formats: u8,
-    /// Elements a row.
-    pub count: u8,
-    /// Unit per i16 step.
-    pub scale: f32,
+message! {
+    /// One channel of IDENT.
+    Channel {
+        0 kind: ChannelKind, "", "What it measures.";
+        1 unit: Unit, "", "Unit after scaling.";
+        2 formats: u8, "b0 i16, b1 f32", "The formats in which it can be sent.";
+        3 count: u8, "1..=64; 1 except for an array", "Elements a row.";
+        4 scale: f32, "finite and > 0", "Unit per i16 step.";
+    }
 }
 
 impl Channel {
-    /// Bytes of an entry.
-    pub const SIZE: usize = 8;
-
     /// A channel of one element in its own unit that can be sent in both formats.
     #[must_use]
     pub const fn single(kind: ChannelKind, scale: f32) -> Self {
@@ -64,34 +50,15 @@ impl Channel {
     pub(crate) fn scale_is_possible(&self) -> bool {
         self.scale.is_finite() && self.scale > 0.0
     }
-
-    pub(crate) fn read(reader: &mut Reader<'_>) -> Result<Self, PayloadError> {
-        Ok(Self {
-            kind: ChannelKind::from_code(reader.u8()?),
-            unit: Unit::from_code(reader.u8()?),
-            formats: reader.u8()?,
-            count: reader.u8()?,
-            scale: reader.f32()?,
-        })
-    }
-
-    pub(crate) fn write<'a>(&self, writer: Writer<'a>) -> Writer<'a> {
-        writer
-            .u8(self.kind.code())
-            .u8(self.unit.code())
-            .u8(self.formats)
-            .u8(self.count)
-            .f32(self.scale)
-    }
 }
 
-/// A range of protocol versions: payload bytes 0 and 1 of HELLO and IDENT, SUBSCRIBE and WELCOME, in every version.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Versions {
-    /// Lowest version spoken.
-    pub min: u8,
-    /// Highest version spoken.
-    pub max: u8,
+message! {
+    /// A range of protocol versions: payload bytes 0 and 1 of HELLO and IDENT, SUBSCRIBE and WELCOME, in every version.
+    #[derive(Eq)]
+    Versions {
+        0 min: u8, "0..=15", "Lowest version spoken.";
+        1 max: u8, "0..=15", "Highest version spoken.";
+    }
 }
 
 impl Versions {
@@ -104,92 +71,41 @@ impl Versions {
         let best = self.max.min(peer.max);
         (best >= self.min && best >= peer.min).then_some(best)
     }
-
-    /// Reads the first two bytes of a HELLO or IDENT of any version.
-    ///
-    /// # Errors
-    /// [`PayloadError::Short`].
-    pub fn parse(payload: &[u8]) -> Result<Self, PayloadError> {
-        Self::read(&mut Reader::new(payload))
-    }
-
-    pub(crate) fn read(reader: &mut Reader<'_>) -> Result<Self, PayloadError> {
-        Ok(Self { min: reader.u8()?, max: reader.u8()? })
-    }
 }
 
-/// HELLO (01), host to MCU, ACK_REQ; the header carries the new session nonce, 1..=65535. Answered by IDENT. The MCU
-/// forgets the CONFIG before, holds the force it has, and is LINKED.
-///
-/// | offset | size | type | field | unit, range |
-/// |---|---|---|---|---|
-/// | 0 | 1 | u8 | lowest protocol version | 0..=15 |
-/// | 1 | 1 | u8 | highest protocol version | 0..=15 |
-/// | 2 | 2 | u16 | longest payload the host takes | bytes, 480 |
-/// | 4 | 4 | u32 | capabilities | no bit defined: 0 |
-/// | 8 | 8 | u64 | host time | us, monotonic, for the log |
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Hello {
-    /// Protocol range.
-    pub versions: Versions,
-    /// Longest payload the host takes.
-    pub max_rx: u16,
-    /// Capability bits.
-    pub caps: u32,
-    /// Host time \[us\].
-    pub time_us: u64,
-}
-
-impl Hello {
-    /// Bytes of the payload.
-    pub const SIZE: usize = 16;
-
-    /// Reads a payload.
-    ///
-    /// # Errors
-    /// [`PayloadError::Short`].
-    pub fn parse(payload: &[u8]) -> Result<Self, PayloadError> {
-        let versions = Versions::parse(payload)?;
-        let mut r = Reader::at_offset(payload, 2);
-        Ok(Self { versions, max_rx: r.u16()?, caps: r.u32()?, time_us: r.u64()? })
-    }
-
-    /// Writes the payload; its length.
-    ///
-    /// # Errors
-    /// [`PayloadError::Full`].
-    pub fn write(&self, out: &mut [u8]) -> Result<usize, PayloadError> {
-        let w = Writer::new(out).u8(self.versions.min).u8(self.versions.max);
-        w.u16(self.max_rx).u32(self.caps).u64(self.time_us).finish()
+message! {
+    /// HELLO (01), host to MCU, ACK_REQ; the header carries the new session nonce, 1..=65535. Answered by IDENT. The MCU
+    /// forgets the CONFIG before, holds the force it has, and is LINKED.
+    #[derive(Eq)]
+    Hello {
+        0 versions: Versions, "0..=15", "Protocol range.";
+        2 max_rx: u16, "bytes, 480", "Longest payload the host takes.";
+        4 caps: u32, "no bit defined: 0", "Capability bits.";
+        8 time_us: u64, "us, monotonic, for the log", "Host time.";
     }
 }
 
-/// What the hardware allows; CONFIG is clamped to it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Limits {
-    /// Fastest sampling \[Hz\], >= 1.
-    pub rate_max_hz: u32,
-    /// Largest force \[mN\], > 0.
-    pub force_max_mn: i32,
-    /// Fastest change of force \[mN/s\], > 0.
-    pub slew_max_mn_s: u32,
-    /// Largest force held without commands \[mN\], 0..=force_max.
-    pub hold_cap_mn: i32,
-    /// Travel of the fingers: lower end \[um\].
-    pub travel_min_um: i32,
-    /// Travel of the fingers: upper end \[um\].
-    pub travel_max_um: i32,
+message! {
+    /// What the hardware allows; CONFIG is clamped to it.
+    #[derive(Eq)]
+    Limits {
+        0 rate_max_hz: u32, "Hz, >= 1", "Fastest sampling.";
+        4 force_max_mn: i32, "mN, > 0", "Largest force.";
+        8 slew_max_mn_s: u32, "mN/s, > 0", "Fastest change of force.";
+        12 hold_cap_mn: i32, "mN, 0..= largest force", "Largest force held without commands.";
+        16 travel_min_um: i32, "um", "Travel of the fingers: lower end.";
+        20 travel_max_um: i32, "um", "Travel of the fingers: upper end.";
+    }
 }
 
-/// Firmware version.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Firmware {
-    /// Major.
-    pub major: u8,
-    /// Minor.
-    pub minor: u8,
-    /// Patch.
-    pub patch: u16,
+message! {
+    /// Firmware version.
+    #[derive(Eq)]
+    Firmware {
+        0 major: u8, "", "Major.";
+        1 minor: u8, "", "Minor.";
+        2 patch: u16, "", "Patch.";
+    }
 }
 
 impl fmt::Display for Firmware {
@@ -285,27 +201,19 @@ impl Ident {
     /// [`PayloadError`]: too short; more than 16 channels, entries under 8 bytes, tick_hz under 1000, or a scale or
     /// element count that cannot be.
     pub fn parse(payload: &[u8]) -> Result<Self, PayloadError> {
-        let versions = Versions::parse(payload)?;
-        let mut r = Reader::at_offset(payload, 2);
+        let mut r = Reader::new(payload);
         let mut ident = Self {
-            versions,
+            versions: Wire::read(&mut r)?,
             max_rx: r.u16()?,
             caps: r.u32()?,
             uid: r.take()?,
             boot_id: r.u32()?,
             tick_hz: r.u32()?,
-            limits: Limits {
-                rate_max_hz: r.u32()?,
-                force_max_mn: r.i32()?,
-                slew_max_mn_s: r.u32()?,
-                hold_cap_mn: r.i32()?,
-                travel_min_um: r.i32()?,
-                travel_max_um: r.i32()?,
-            },
-            firmware: Firmware { major: r.u8()?, minor: r.u8()?, patch: r.u16()? },
-            reset: ResetReason::from_code(r.u8()?),
-            state: DeviceState::from_code(r.u8()?),
-            fault: FaultCode(r.u16()?),
+            limits: Wire::read(&mut r)?,
+            firmware: Wire::read(&mut r)?,
+            reset: Wire::read(&mut r)?,
+            state: Wire::read(&mut r)?,
+            fault: Wire::read(&mut r)?,
             channels: [Self::NO_CHANNEL; MAX_CHANNELS],
             channel_count: r.coded(|n| (usize::from(n) <= MAX_CHANNELS).then_some(n))?,
         };
@@ -322,7 +230,7 @@ impl Ident {
         let mut at = usize::from(r.u16()?);
         let _reserved: [u8; 4] = r.take()?;
         for slot in self.channels.iter_mut().take(usize::from(self.channel_count)) {
-            let channel = Channel::read(&mut Reader::at_offset(payload, at))?;
+            let channel: Channel = Wire::read(&mut Reader::at_offset(payload, at))?;
             if !channel.count_is_possible() {
                 return Err(PayloadError::Value { at: at + 3, value: i64::from(channel.count) });
             }
@@ -343,25 +251,11 @@ impl Ident {
     /// # Errors
     /// [`PayloadError::Full`].
     pub fn write(&self, out: &mut [u8]) -> Result<usize, PayloadError> {
-        let Limits {
-            rate_max_hz,
-            force_max_mn,
-            slew_max_mn_s,
-            hold_cap_mn,
-            travel_min_um,
-            travel_max_um,
-        } = self.limits;
-        let w = Writer::new(out)
-            .u8(self.versions.min)
-            .u8(self.versions.max)
-            .u16(self.max_rx)
-            .u32(self.caps);
+        let w = self.versions.append(Writer::new(out)).u16(self.max_rx).u32(self.caps);
         let w = w.put(&self.uid).u32(self.boot_id).u32(self.tick_hz);
-        let w = w.u32(rate_max_hz).i32(force_max_mn).u32(slew_max_mn_s).i32(hold_cap_mn);
-        let w = w.i32(travel_min_um).i32(travel_max_um);
-        let w = w.u8(self.firmware.major).u8(self.firmware.minor).u16(self.firmware.patch);
-        let w = w.u8(self.reset.code()).u8(self.state.code()).u16(self.fault.0);
+        let w = self.firmware.append(self.limits.append(w));
+        let w = self.fault.append(self.state.append(self.reset.append(w)));
         let w = w.u8(self.channel_count).u8(8).u16(72).u32(0);
-        self.channels().iter().fold(w, |w, channel| channel.write(w)).finish()
+        self.channels().iter().fold(w, |w, channel| channel.append(w)).finish()
     }
 }

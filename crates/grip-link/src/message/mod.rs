@@ -26,6 +26,7 @@
 //! Payloads grow only by appending: a reader takes the bytes it knows and ignores what follows. A payload
 //! shorter than its size is malformed: it is counted, and answered with NACK `Malformed` when ACK_REQ is set.
 
+mod bits;
 mod config;
 mod control;
 pub mod daemon;

@@ -1,8 +1,9 @@
 //! SAMPLES: a batch of rows, read in place, and the columns of its rows.
 
 use super::ident::{Channel, MAX_CHANNELS};
-use super::wire::{PayloadError, Reader, Writer};
+use super::wire::PayloadError;
 use super::{ChannelKind, SampleFormat};
+use slip_msg::message;
 
 /// Place of one channel in a row.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -78,59 +79,19 @@ impl Layout {
 }
 
 /// Bytes before the rows.
-pub const SAMPLES_HEADER: usize = 20;
+pub const SAMPLES_HEADER: usize = SamplesHeader::SIZE;
 
-/// The first 20 bytes of SAMPLES (90), MCU to host.
-///
-/// | offset | size | type | field | unit, range |
-/// |---|---|---|---|---|
-/// | 0 | 4 | u32 | first_index: number of the first row | +1 a row since the MCU started, wraps |
-/// | 4 | 8 | u64 | t0_tick: time of the first row | ticks |
-/// | 12 | 2 | u16 | dt: time from row to row | ticks |
-/// | 14 | 1 | u8 | n: rows | 1..=255 |
-/// | 15 | 1 | u8 | format | [`SampleFormat`] code |
-/// | 16 | 4 | u32 | dropped_total: rows the MCU dropped since it started | wraps |
-/// | 20 | n * row | | rows | channels of the mask in the order of IDENT; an array takes `count` elements |
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct SamplesHeader {
-    /// Number of the first row.
-    pub first_index: u32,
-    /// Tick of the first row.
-    pub t0_tick: u64,
-    /// Ticks from row to row.
-    pub dt_ticks: u16,
-    /// Rows.
-    pub rows: u8,
-    /// Format of the elements.
-    pub format: SampleFormat,
-    /// Rows the MCU dropped in all.
-    pub dropped_total: u32,
-}
-
-impl SamplesHeader {
-    /// Reads the start of a payload.
-    ///
-    /// # Errors
-    /// [`PayloadError`]: too short, no rows, or an unknown format.
-    pub fn parse(payload: &[u8]) -> Result<Self, PayloadError> {
-        let mut r = Reader::new(payload);
-        Ok(Self {
-            first_index: r.u32()?,
-            t0_tick: r.u64()?,
-            dt_ticks: r.u16()?,
-            rows: r.coded(|n| (n > 0).then_some(n))?,
-            format: r.coded(SampleFormat::from_code)?,
-            dropped_total: r.u32()?,
-        })
-    }
-
-    /// Writes the 20 bytes.
-    ///
-    /// # Errors
-    /// [`PayloadError::Full`].
-    pub fn write(&self, out: &mut [u8]) -> Result<usize, PayloadError> {
-        let w = Writer::new(out).u32(self.first_index).u64(self.t0_tick).u16(self.dt_ticks);
-        w.u8(self.rows).u8(self.format.code()).u32(self.dropped_total).finish()
+message! {
+    /// The first 20 bytes of SAMPLES (90), MCU to host. The rows follow: channels of the mask in the order of IDENT; an array takes `count`
+    /// elements.
+    #[derive(Eq)]
+    SamplesHeader {
+        0 first_index: u32, "+1 a row since the MCU started, wraps", "Number of the first row.";
+        4 t0_tick: u64, "ticks", "Time of the first row.";
+        12 dt_ticks: u16, "ticks", "Time from row to row.";
+        14 rows: u8, "1..=255", "Rows.", in 1..;
+        15 format: SampleFormat, "", "Format of the elements.";
+        16 dropped_total: u32, "wraps", "Rows the MCU dropped since it started.";
     }
 }
 

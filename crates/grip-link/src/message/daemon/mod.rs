@@ -20,20 +20,18 @@
 mod command;
 mod greet;
 mod gripper;
-mod health;
 mod notice;
 mod rows;
 
 pub use command::Command;
 pub use greet::{Subscribe, Topics, Welcome, WelcomeFlags};
 pub use gripper::Gripper;
-pub use health::{Appended, BadFrames, ClockOffset, Dropped, Health, Latency};
 pub use notice::Notice;
 pub use rows::{ROWS_HEADER, RowOfSample, RowSet, Rows, RowsHeader};
 pub use slip_msg::{
-    DroppedClass, EXTRAPOLATED, Goodbye, GripState, INFORMATIVE, LinkState, Method, NoticeKind,
-    Operation, Phase, PipelineState, Reading, RealTime, Recording, Scene, Sensor, SensorHealth,
-    SlipReport, SpeedSource,
+    Appended, BadFrames, ClockOffset, Dropped, DroppedClass, EXTRAPOLATED, Goodbye, GripState,
+    Health, INFORMATIVE, Latency, LinkState, Method, NoticeKind, Operation, Phase, PipelineState,
+    Reading, RealTime, Recording, Scene, Sensor, SensorHealth, SlipReport, SpeedSource,
 };
 
 use super::{Ack, Kind, Nack, PayloadError};

@@ -5,34 +5,29 @@
 //! holds, so that a client can begin anywhere.
 
 use crate::frame::MAX_PAYLOAD;
+use crate::message::bits::bits;
 use crate::message::wire::{PayloadError, Reader, Writer};
+use slip_msg::message;
 
 /// Bytes before the rows.
-pub const ROWS_HEADER: usize = 20;
+pub const ROWS_HEADER: usize = RowsHeader::SIZE;
 
-/// The channels of a row, as bits in the order in which their values stand.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct RowSet(pub u16);
+bits! {
+    /// The channels of a row, as bits in the order in which their values stand.
+    RowSet(u16) {
+        0 STYLUS "stylus (m).",
+        1 NORMAL_FORCE "normal force (N).",
+        2 TANGENTIAL_FORCE "tangential force (N).",
+        3 TRAVEL "moved distance (m).",
+        4 VELOCITY "slip speed (m/s).",
+        5 SECOND_STYLUS "second stylus (m).",
+        6 REFERENCE "motion reference (own unit).",
+        7 PRESSURE "pressure (own unit).",
+        8 MOTION "commanded motion: 0 stands still.",
+    }
+}
 
 impl RowSet {
-    /// Stylus (m).
-    pub const STYLUS: Self = Self(1);
-    /// Normal force (N).
-    pub const NORMAL_FORCE: Self = Self(2);
-    /// Tangential force (N).
-    pub const TANGENTIAL_FORCE: Self = Self(4);
-    /// Moved distance (m).
-    pub const TRAVEL: Self = Self(8);
-    /// Slip speed (m/s).
-    pub const VELOCITY: Self = Self(16);
-    /// Second stylus (m).
-    pub const SECOND_STYLUS: Self = Self(32);
-    /// Motion reference (own unit).
-    pub const REFERENCE: Self = Self(64);
-    /// Pressure (own unit).
-    pub const PRESSURE: Self = Self(128);
-    /// Commanded motion: 0 stands still.
-    pub const MOTION: Self = Self(256);
     /// Channels there can be.
     pub const MOST: usize = 9;
 
@@ -58,33 +53,19 @@ impl RowSet {
     }
 }
 
-/// The first 20 bytes of ROWS (A5), daemon to client.
-///
-/// | offset | size | type | field | unit, range |
-/// |---|---|---|---|---|
-/// | 0 | 4 | u32 | number of the first row | as in SAMPLES, wraps |
-/// | 4 | 8 | u64 | device time of the first row | us |
-/// | 12 | 2 | u16 | step from number to number | >= 1 |
-/// | 14 | 2 | u16 | [`RowSet`] | not empty |
-/// | 16 | 1 | u8 | rows | 1..=255 |
-/// | 17 | 1 | u8 | taxels after the channels of each row | |
-/// | 18 | 2 | | reserved, 0 | |
-///
-/// A row is a u32, its time after the first one (us), and an f32 for each channel and taxel; NaN = no reading.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct RowsHeader {
-    /// Number of the first row.
-    pub first_index: u32,
-    /// Its device time (us).
-    pub t0_us: u64,
-    /// Step from number to number.
-    pub every_nth: u16,
-    /// The channels.
-    pub channels: RowSet,
-    /// Rows.
-    pub rows: u8,
-    /// Taxels of each row.
-    pub taxels: u8,
+message! {
+    /// The first 20 bytes of ROWS (A5), daemon to client.
+    ///
+    /// A row is a u32, its time after the first one (us), and an f32 for each channel and taxel; NaN = no reading.
+    #[derive(Eq)]
+    RowsHeader {
+        0 first_index: u32, "as in SAMPLES, wraps", "Number of the first row.";
+        4 t0_us: u64, "us", "Its device time.";
+        12 every_nth: u16, ">= 1", "Step from number to number.", in 1..;
+        14 channels: RowSet, "not empty", "The channels.", in RowSet(1)..;
+        16 rows: u8, "1..=255", "Rows.", in 1..;
+        17 taxels: u8, "", "Taxels after the channels of each row.", reserved 2;
+    }
 }
 
 impl RowsHeader {
@@ -98,33 +79,6 @@ impl RowsHeader {
     #[must_use]
     pub const fn room(&self) -> usize {
         (MAX_PAYLOAD - ROWS_HEADER) / self.row_bytes()
-    }
-
-    /// Reads the start of a payload.
-    ///
-    /// # Errors
-    /// [`PayloadError`]: too short, a step of 0, no channels, or no rows.
-    pub fn parse(payload: &[u8]) -> Result<Self, PayloadError> {
-        let mut r = Reader::new(payload);
-        let (first_index, t0_us) = (r.u32()?, r.u64()?);
-        let (every_nth, channels) = (r.u16()?, r.u16()?);
-        for (at, value) in [(12, every_nth), (14, channels)] {
-            if value == 0 {
-                return Err(PayloadError::Value { at, value: 0 });
-            }
-        }
-        let rows = r.coded(|n| (n > 0).then_some(n))?;
-        let [taxels, _, _] = r.take()?;
-        Ok(Self { first_index, t0_us, every_nth, channels: RowSet(channels), rows, taxels })
-    }
-
-    /// Writes the 20 bytes.
-    ///
-    /// # Errors
-    /// [`PayloadError::Full`].
-    pub fn write(&self, out: &mut [u8]) -> Result<usize, PayloadError> {
-        let w = Writer::new(out).u32(self.first_index).u64(self.t0_us).u16(self.every_nth);
-        w.u16(self.channels.0).u8(self.rows).u8(self.taxels).u16(0).finish()
     }
 }
 
