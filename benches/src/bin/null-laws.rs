@@ -90,8 +90,8 @@ fn judge(args: &Args, law: Law, seed: u64) -> Result<Judged, String> {
     let hours = args.hours / f64::from(args.calibrations);
     let refused = |error: slip_core::ConfigError| error.to_string();
     let count = args.slips.div_ceil(args.calibrations) as usize;
-    let certified = made.calibration.certified;
-    let laws = certified.map_or([None; 2], |certified| [certified.rest, certified.motion]);
+    let stylus = made.calibration.stylus().ok_or("the noise is that of a stylus")?;
+    let laws = stylus.certified.map_or([None; 2], |certified| [certified.rest, certified.motion]);
     let laws = || laws.into_iter().flatten();
     if let Err(why) = made.certified {
         eprintln!("{} {seed}: {why}", law.name());
@@ -104,7 +104,7 @@ fn judge(args: &Args, law: Law, seed: u64) -> Result<Judged, String> {
             laws().map(|law| law.blocks_ms[1]).fold(0.0, f64::max),
         ],
         clusters: laws().map(|law| law.clusters).fold(0.0, f64::max),
-        claimed_s: made.calibration.evidence.claimed_s.unwrap_or(0.0),
+        claimed_s: stylus.evidence.claimed_s.unwrap_or(0.0),
         delays: SLIPS_DB
             .map(|db| slips(&mut noise, (count, 10.0_f64.powf(0.1 * db)), config).map_err(refused))
             .into_iter()

@@ -32,7 +32,8 @@ fn ten_objects_are_held_the_same_way_every_time() {
 #[test]
 fn a_noisy_force_sensor_grips() {
     let folder = tempfile::tempdir().unwrap();
-    std::fs::write(folder.path().join("noisy.toml"), "[noise]\nforce_mn = 40\n").unwrap();
+    std::fs::write(folder.path().join("noisy.toml"), "name = \"noisy\"\n[noise]\nforce_mn = 40\n")
+        .unwrap();
     let args = ["grasp", "noisy.toml", "--trials", "6", "--seed", "3000", "--json"];
     let line = gripctl(folder.path(), &args).done().json().remove(0);
     assert_eq!((&line["dropped"], &line["crushed"]), (&0.into(), &0.into()), "{line}");

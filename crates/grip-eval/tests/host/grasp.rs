@@ -42,7 +42,7 @@ fn without_trouble_it_is_the_trial_of_one_session() {
 
 #[test]
 fn an_object_that_was_never_gripped_counts_as_dropped() {
-    let deaf = Scene::from_toml("name = \"deaf\"\n[noise]\nforce_mn = 40\n").unwrap();
+    let deaf = Scene::from_toml("name = \"deaf\"\n[noise]\nforce_mn = 1000\n").unwrap();
     let result = bench(2.0).grasp(&deaf, 1, &Way::default()).unwrap();
     assert!(result.dropped && !result.held && result.peak_command_n < 1.0, "{result:?}");
 }
