@@ -21,7 +21,9 @@ use crate::{
 };
 use grip_record::{Channel, Recording, StylusKind};
 use grip_session::{
-    calibration::{ArrayCalibration, Calibration, Certified, Evidence, StylusCalibration},
+    calibration::{
+        ArrayCalibration, Calibration, Certified, Evidence, StylusCalibration, TaxelRest,
+    },
     config::HostConfig,
     replay,
 };
@@ -36,7 +38,7 @@ use slip_core::{
 /// Times the mean ratio of motion at stylus and reference that the gate takes for granted; the thresholds stand on top of it.
 const MARGIN: f32 = 0.5;
 /// Rest that is needed (s).
-pub(crate) const REST_S: f64 = 5.0;
+const REST_S: f64 = 5.0;
 /// Motion that is needed to set the gate (s).
 const MOTION_S: f64 = 5.0;
 /// Parts of the rest that have to agree in energy, and the factor within which they have to.
@@ -156,7 +158,7 @@ pub fn calibrate(
     if recording.channels.stylus == StylusKind::Absent {
         let array = ArrayCalibration {
             sample_rate_hz: pipeline.sample_rate.0,
-            taxels: taxels::alone(recording, &pipeline, &moving)?,
+            taxels: taxels_alone(recording, &pipeline, &moving)?,
         };
         return Ok(Calibrated { calibration: Calibration::Array(array), certified: Ok(()) });
     }
@@ -208,6 +210,24 @@ pub fn calibrate(
     Ok(Calibrated { calibration, certified: certified.map(|_| ()) })
 }
 
+/// What the taxels show where they are the only sensor, whose calibration is this alone.
+fn taxels_alone(
+    recording: &Recording,
+    config: &PipelineConfig,
+    moving: &[bool],
+) -> Result<TaxelRest, CalibrationError> {
+    if recording.taxels.is_none() {
+        return Err(CalibrationError::NoSensor);
+    }
+    let held = taxels::held(recording, &config.pressure, moving);
+    let (taxels, samples) = held.ok_or(CalibrationError::NoForce)?;
+    let held_s = seconds_of(samples, config);
+    if held_s < REST_S || taxels.rms <= 0.0 {
+        return Err(CalibrationError::ShortArray { held_s, rms: taxels.rms });
+    }
+    Ok(taxels)
+}
+
 /// A sample as of a held object, whatever is between the fingers: an open hand has the same noise, and a detector does not listen to
 /// it otherwise.
 fn heard(sample: &Sample) -> Sample {
@@ -242,7 +262,7 @@ fn motion(recording: &Recording, config: PipelineConfig) -> Result<Vec<bool>, Ca
 }
 
 #[expect(clippy::cast_precision_loss, reason = "a count of samples")]
-pub(crate) fn seconds_of(samples: u64, config: &PipelineConfig) -> f64 {
+fn seconds_of(samples: u64, config: &PipelineConfig) -> f64 {
     samples as f64 / f64::from(config.sample_rate.0)
 }
 

@@ -1,12 +1,8 @@
 //! Frames of rest in, what the taxels show there out.
 
-use crate::calibrate::{CalibrationError, REST_S, seconds_of};
 use grip_record::{Channel, Recording};
 use grip_session::calibration::TaxelRest;
-use slip_core::{
-    PipelineConfig,
-    pressure::{MAX_TAXELS, PatternRest, PressureConfig, Standing},
-};
+use slip_core::pressure::{MAX_TAXELS, PatternRest, PressureConfig, Standing};
 
 /// Takes the frames of `recording` whose samples rest by `rests` while the grip force stands, and counts their samples.
 pub(crate) fn push_rest(
@@ -39,29 +35,8 @@ pub(crate) fn at_rest(
     Some(held(recording, config, moving)?.0).filter(|taxels| taxels.rms > 0.0)
 }
 
-/// The same for an array that is the only sensor, whose calibration is this alone.
-///
-/// # Errors
-/// Where there are no taxels, no grip force, or too little rest.
-pub(crate) fn alone(
-    recording: &Recording,
-    config: &PipelineConfig,
-    moving: &[bool],
-) -> Result<TaxelRest, CalibrationError> {
-    if recording.taxels.is_none() {
-        return Err(CalibrationError::NoSensor);
-    }
-    let held = held(recording, &config.pressure, moving);
-    let (taxels, samples) = held.ok_or(CalibrationError::NoForce)?;
-    let held_s = seconds_of(samples, config);
-    if held_s < REST_S || taxels.rms <= 0.0 {
-        return Err(CalibrationError::ShortArray { held_s, rms: taxels.rms });
-    }
-    Ok(taxels)
-}
-
 /// What the taxels show while the grip force stands and nothing moves, and in how many samples. `None` without a grip force.
-fn held(
+pub(crate) fn held(
     recording: &Recording,
     config: &PressureConfig,
     moving: &[bool],
