@@ -50,12 +50,12 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
     pub(super) fn rest_after(&self) -> Rest {
         let stylus = self.fusion.uses(Method::Stylus);
         let doubted = self.whiteness.is_noisy() || self.grip_force.is_numb();
+        let learning = self.contact.is_learning() || stylus && self.detector.is_learning();
         let steady = !self.config.no_skip
             && self.slip.is_none()
             && self.health.health() == SensorHealth::Good
             && !doubted
-            && !self.contact.is_learning()
-            && !(stylus && self.detector.is_learning())
+            && !learning
             && self.grip.is_none_or(|grip| grip.is_steady());
         match self.scene {
             Scene::Idle if steady => Rest::Idle,
