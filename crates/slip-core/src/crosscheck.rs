@@ -16,7 +16,7 @@
 //! | the vibration of the stylus is white and far above its noise floor: no surface shakes a stylus at half the sample rate | stylus |
 //!
 //! Where the travel gets faster while a stylus that was loud fades, the travel may show what is over: from then on the force rises to twice
-//! what it was at most, for [`FADES_S`] of a slip.
+//! what it was at most, for 60 ms of a slip.
 //!
 //! A doubted sensor has no say while the other one is usable. The stylus is believed again when it feels a slip in time; the travel with the
 //! next object, or, unless it drifts, when it follows the stylus from the beginning of a slip.

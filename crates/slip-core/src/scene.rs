@@ -2,8 +2,8 @@
 
 pub use slip_msg::Scene;
 
-/// Contact with hysteresis: on above `contact_n` or [`SIGMAS`] of the noise of the force, whichever is more, off below half
-/// of it. Without a force sensor there is always contact, so that nothing is missed.
+/// Contact with hysteresis: on above `contact_n` or six times the noise of the force, whichever is more, off below half of
+/// it. Without a force sensor there is always contact, so that nothing is missed.
 #[derive(Clone, Copy, Debug)]
 pub struct Contact {
     contact_n: f32,
