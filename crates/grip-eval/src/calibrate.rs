@@ -160,7 +160,10 @@ pub fn calibrate(
             sample_rate_hz: pipeline.sample_rate.0,
             taxels: taxels_alone(recording, &pipeline, &moving)?,
         };
-        return Ok(Calibrated { calibration: Calibration::Array(array), certified: Ok(()) });
+        return Ok(Calibrated {
+            calibration: Calibration::Array(array),
+            certified: Err(NotCertified::Array),
+        });
     }
     let Rest { floor, rest_s, unexplained } = rest_floor(recording, pipeline, &moving)?;
     let Motion { gain, seconds: motion_s, reference } =

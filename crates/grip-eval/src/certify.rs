@@ -59,6 +59,9 @@ pub struct Stretch {
 /// Why nothing is certified.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum NotCertified {
+    /// Only bands of a stylus or vibration are certified.
+    #[error("a taxel array has no certified alarm")]
+    Array,
     /// Too little signal for the interval.
     #[error(
         "{seconds:.0} s of signal are too short; {LEAST_S} s of rest or of motion and more are needed"

@@ -52,7 +52,7 @@ kinds! {
     0xA4 GRIPPER: CLIENT, "Which gripper is there.";
     0xA5 ROWS: CLIENT, "Samples as the pipeline got them.";
     0xA6 NOTICE: CLIENT, "Something a client should know: dropped frames, sensors, link, the end.";
-    0xA8 SUBSCRIBE: DAEMON, "A client says what it wants to hear.";
+    0xA8 SUBSCRIBE: DAEMON, "A client asks for topics.";
     0xA9 COMMAND: DAEMON, "A client wants the gripper to do something.";
     0xAA QUERY: DAEMON, "A client asks for everything known now.";
 }

@@ -552,7 +552,7 @@ mod tests {
 
     #[test]
     fn a_travel_that_gets_faster_while_the_stylus_fades_is_believed_up_to_a_force() {
-        // 3 um a ms while the stylus is loud, then what it was 50 ms ago.
+        // Faster with each sample, while the stylus is loud for 30 ms only.
         let fading = |i: u16| (if i < 30 { 1000.0 } else { 100.0 }, 0.1 * f32::from(i).powi(2));
         let mut check = CrossCheck::default();
         slip(&mut check, 0, 24, fading);

@@ -108,8 +108,8 @@ const fn single(value: f64) -> f32 {
 }
 
 /// A message, or a part of one: its fields in the order of the payload, from what offset on, the range that others are refused outside of, and
-/// reserved bytes behind one of them. Fields after `appended` are missing in payloads of older programs, and left out where none of them has
-/// anything to say. `local` ones stay in the program.
+/// reserved bytes behind one of them. Fields after `appended` are missing in payloads of older programs, and left out where all of
+/// them are `Absent::MISSING`. `local` ones stay in the program.
 ///
 /// ```
 /// slip_msg::message! {

@@ -41,7 +41,7 @@ pub(crate) fn run(args: &CalibrateArgs) -> anyhow::Result<Exit> {
     if args.json {
         output::json(&Line { calibration: &calibration })?;
     } else {
-        tell(&calibration, &config.pressure)?;
+        report(&calibration, &config.pressure)?;
     }
     if let Err(why) = certified {
         eprintln!("gripctl: no slip will be certified: {why}");
@@ -55,10 +55,10 @@ pub(crate) fn run(args: &CalibrateArgs) -> anyhow::Result<Exit> {
     Ok(Exit::Done)
 }
 
-fn tell(calibration: &Calibration, pressure: &PressureConfig) -> anyhow::Result<()> {
+fn report(calibration: &Calibration, pressure: &PressureConfig) -> anyhow::Result<()> {
     let calibration = match calibration {
         Calibration::Stylus(calibration) => calibration,
-        Calibration::Array(array) => return tell_taxels(&array.taxels, pressure),
+        Calibration::Array(array) => return report_taxels(&array.taxels, pressure),
     };
     let StylusCalibration { thresholds, cusum_threshold, evidence, .. } = calibration;
     output::line(&format!(
@@ -91,7 +91,7 @@ fn tell(calibration: &Calibration, pressure: &PressureConfig) -> anyhow::Result<
         ))?;
     }
     if let Some(taxels) = &calibration.taxels {
-        tell_taxels(taxels, pressure)?;
+        report_taxels(taxels, pressure)?;
     }
     let high = evidence
         .interval_high_s
@@ -112,7 +112,7 @@ fn tell(calibration: &Calibration, pressure: &PressureConfig) -> anyhow::Result<
 }
 
 /// Noise and range, and the smallest change of the pattern that is a slip.
-fn tell_taxels(taxels: &TaxelRest, pressure: &PressureConfig) -> anyhow::Result<()> {
+fn report_taxels(taxels: &TaxelRest, pressure: &PressureConfig) -> anyhow::Result<()> {
     let TaxelRest { rms, range } = *taxels;
     let range = range.map_or_else(
         || ", no range: no stretch of rest was 2 s long, so slow slips are judged by what the first grasps show".to_owned(),

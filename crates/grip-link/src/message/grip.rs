@@ -45,7 +45,7 @@ bits! {
         2 PASSIVE "the torque is off.",
         3 OPEN "opening or open.",
         4 NO_COMMAND "no command was accepted since CONFIG; `last_cmd_id` and `age` mean nothing.",
-        5 MOTION "the gripper tells its motion, so that a missing `MOVING` means standing still.",
+        5 MOTION "the gripper reports its motion, so that a missing `MOVING` means standing still.",
         6 MOVING "the fingers travel without pressing on anything, or the gripper knows that the arm moves.",
     }
 }

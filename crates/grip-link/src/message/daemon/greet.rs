@@ -5,7 +5,7 @@ use crate::message::{Versions, bits::bits};
 use slip_msg::message;
 
 bits! {
-    /// What a client wants to hear, as bits.
+    /// Topics that a client asks for, as bits.
     Topics(u16) {
         0 SLIP "SLIP.",
         1 STATE "STATE.",
@@ -20,11 +20,11 @@ impl Topics {
 }
 
 message! {
-    /// SUBSCRIBE (A8), client to daemon: opens the session whose nonce (1..=65535) stands in the header, or changes what it hears.
+    /// SUBSCRIBE (A8), client to daemon: opens the session whose nonce (1..=65535) stands in the header, or changes its topics.
     #[derive(Eq)]
     Subscribe {
         0 versions: Versions, "0..=15", "Protocol versions the client speaks.";
-        2 topics: Topics, "unknown bits are ignored", "What it wants to hear.";
+        2 topics: Topics, "unknown bits are ignored", "Topics that it asks for.";
         4 every_nth: u16, "0 = none", "Samples whose number is a multiple of this come as ROWS.";
         6 state_ms: u16, "ms, 0 = all", "Least time between two STATE.";
     }
