@@ -8,6 +8,7 @@
 //! | the stylus passes 24 peaks and valleys while the readings of the travel are equal to the last bit | travel |
 //! | as the first, but the travel has followed an earlier slip of this object | undecided: the answer is bounded |
 //! | the travel is back by 30 um and more with the next reading, and then as the first | travel |
+//! | the stylus has passed four peaks and valleys and more within less than 10 um of travel each: no surface is that fine | the stylus answers in this slip |
 //! | the travel stops dead: over 0.2 mm in 3 ms, then within as much time nothing for 3 ms, while the stylus vibrates | travel |
 //! | the travel moves alone within a second of an undecided alarm | travel: it is late |
 //! | the travel has moved 0.3 mm and the stylus has felt nothing | stylus |
@@ -31,6 +32,9 @@ const BACK_M_S: f32 = 0.1;
 /// For so long (s), and for so many turns, one that has never followed is waited for.
 const SUSPECTED_S: f32 = 0.006;
 const SUSPECTED: u32 = 2;
+/// Least distance of two turns on a surface (m), from so many turns on; a travel that shows less is late.
+const CLOSE_M: f32 = 1e-5;
+const CLOSE: u32 = 4;
 /// After the travel has followed in this slip, ringing of the stylus may outlast the movement by this (s).
 const RINGING_S: f32 = 0.06;
 /// Turns of a stylus that passes peaks and valleys; what only shakes makes fewer in that time. At rates too low for the stylus to hold alone, more.
@@ -100,6 +104,8 @@ pub struct Seen {
     pub reading: f32,
     /// Deviation of its noise in the vibration band (signal unit).
     pub noise: f32,
+    /// Whether it can give the force alone.
+    pub holds_alone: bool,
 }
 
 /// The slip that goes on.
@@ -118,8 +124,9 @@ struct Slip {
     /// The last reading of the travel (m), and the turns when it last changed.
     last_m: Option<f32>,
     changed: u32,
-    /// Whether it has leapt back in this slip.
+    /// Whether it has leapt back in this slip, and whether the turns were closer than those of any surface.
     leapt_back: bool,
+    close: bool,
     /// Whether the travel stood for longer than it may before it followed, and whether it followed in time.
     unanswered: bool,
     in_time: bool,
@@ -308,15 +315,15 @@ impl CrossCheck {
     }
 
     /// Whether a travel that has never followed a slip of this object, or has leapt back in this one, stands where the stylus clearly slides: the
-    /// stylus answers meanwhile.
+    /// stylus answers meanwhile. Where the turns are closer than those of any surface it answers in the whole slip.
     #[must_use]
     #[inline]
     pub fn suspects_travel(&self) -> bool {
         let never = !self.proven && self.slip.moved_m < FOLLOWED_M;
-        (never || self.slip.leapt_back)
-            && !self.stylus_doubted
+        let stands = (never || self.slip.leapt_back)
             && self.slip.strong_s >= SUSPECTED_S
-            && self.slip.turns.count() >= SUSPECTED
+            && self.slip.turns.count() >= SUSPECTED;
+        (stands || self.slip.close) && !self.stylus_doubted
     }
 
     /// Takes the next sample of the slip.
@@ -341,7 +348,16 @@ impl CrossCheck {
         } else {
             slip.strong_s += seen.dt_s * (statistic / STRONG).min(1.0);
         }
+        let before = slip.turns.count();
         slip.turns.step(seen.reading, seen.noise, seen.dt_s);
+        let turns = slip.turns.count();
+        // Noise turns too, until it is found to be noise.
+        slip.close &= seen.holds_alone;
+        if turns > before && turns >= CLOSE && seen.holds_alone {
+            #[expect(clippy::cast_precision_loss, reason = "turns of one slip")]
+            let least_m = CLOSE_M * turns as f32;
+            slip.close |= slip.moved_m < least_m;
+        }
         if !slip.felt && statistic >= 1.0 {
             slip.felt = true;
             // In time: this stylus feels.
@@ -542,6 +558,7 @@ mod tests {
                 stylus: Some(statistic),
                 reading: if i % 2 == 0 { 1e-5 } else { 0.0 },
                 noise: 1e-8,
+                holds_alone: true,
             });
         }
     }
@@ -565,6 +582,21 @@ mod tests {
         assert!(!check.fades(), "the stylus feels it as well");
         slip(&mut check, 4000, 48, |i| (fading(i).0, 6.0 * f32::from(i.min(40))));
         assert!(!check.fades(), "the object slows down");
+    }
+
+    #[test]
+    fn turns_closer_than_those_of_any_surface_leave_the_slip_to_the_stylus() {
+        let mut check = CrossCheck::default();
+        slip(&mut check, 0, 30, |ms| (100.0, 20.0 * f32::from(ms)));
+        assert!(!check.suspects_travel(), "20 um a turn");
+        // It falls, and the travel shows the beginning of that.
+        let late = |ms: u16| (100.0, 0.05 * f32::from(ms).powi(2));
+        slip(&mut check, 1000, 8, late);
+        assert!(check.suspects_travel());
+        slip(&mut check, 1000, 300, late);
+        assert!(check.suspects_travel(), "late up to the end");
+        slip(&mut check, 2000, 30, |ms| (100.0, 20.0 * f32::from(ms)));
+        assert!(!check.suspects_travel(), "each slip by itself");
     }
 
     #[test]

@@ -97,13 +97,14 @@ impl Fusion {
         self.check.begin();
     }
 
-    /// Compares stylus and travel in a slip: statistic of the stylus, 0 where it is quiet now and `None` where it is not usable.
+    /// Compares stylus and travel in a slip: statistic of the stylus, 0 where it is quiet now and `None` where it is not usable, and whether
+    /// it can give the force alone.
     pub fn compare(
         &mut self,
         sample: &Sample,
         dt: Micros,
         (sigma_m, noise): (f32, f32),
-        stylus: Option<f32>,
+        (stylus, holds_alone): (Option<f32>, bool),
     ) {
         let force_n = sample.normal_force_n;
         if !(self.uses(Method::Travel) && self.uses(Method::Stylus)) {
@@ -124,6 +125,7 @@ impl Fusion {
             stylus,
             reading,
             noise,
+            holds_alone,
         });
     }
 

@@ -11,6 +11,12 @@ const RISE_S: f32 = 0.003;
 /// ... and not further over the measured force than by this share and this much (N).
 const AHEAD: f32 = 1.7;
 const AHEAD_N: f32 = 0.3;
+/// Soon after a stop it rises at once by this much only: pads swing. Then by this logarithm with each peak that passes, the first two left out,
+/// and by e in this time (s), for surfaces too smooth to count peaks.
+const AGAIN: f32 = 1.3;
+const AGAIN_TURN: f32 = 0.15;
+const AGAIN_TURNS: f32 = 2.0;
+const AGAIN_S: f32 = 0.1;
 /// It falls by e in this time (s).
 const FALL_S: f32 = 0.03;
 /// An object that has not stopped under this much more than the median, so long (s) after the alarm, is heavier than thought ...
@@ -80,6 +86,7 @@ impl Feeling {
         let wanted_n = heavier * (OVER_MEDIAN * felt.median_n).min(OVER_LOW * felt.low_n);
         let quickly_n = (target_n * (1.0 + rise_s / RISE_S)).max(felt.first * felt.from_n);
         let most_n = quickly_n.min((AHEAD * applied_n + AHEAD_N).max(target_n));
+        let most_n = most_n.min(again_most_n(felt).max(target_n));
         let least_n = target_n * (1.0 - (dt_s / FALL_S).min(1.0));
         // The least answer to an object that slides on, whatever is believed of it.
         let on = self.moved_s / (1e-3 * LEAST_TAUS * config.measured_tau_ms);
@@ -87,6 +94,15 @@ impl Feeling {
         let slides_n = felt.from_n * libm::expf(on);
         wanted_n.min(most_n).max(least_n).max(slides_n).min(config.ceiling_n())
     }
+}
+
+/// The most (N) that is answered to what moves soon after a stop; it may be the pads.
+fn again_most_n(felt: &Felt) -> f32 {
+    if !felt.again {
+        return f32::INFINITY;
+    }
+    let passed = (felt.turns - AGAIN_TURNS).max(0.0);
+    AGAIN * felt.from_n * libm::expf(AGAIN_TURN * passed + felt.since_s / AGAIN_S)
 }
 
 #[cfg(test)]
@@ -139,6 +155,24 @@ mod tests {
         let slipped = Felt { from_n: 9.6, ..stopped };
         let again_n = feeling.target_n(&config, &slipped, (11.0, 11.0, 9.6), STEP);
         assert!((again_n - 10.08).abs() < 1e-5, "{again_n}");
+    }
+
+    #[test]
+    fn what_moves_soon_after_a_stop_is_answered_by_peaks_and_time() {
+        let config = GripConfig::default();
+        let target_n = |again, turns, since_s| {
+            let felt = Felt { from_n: 8.0, again, turns, since_s, ..moving(40.0, 60.0) };
+            let (mut feeling, mut target_n) = (Feeling::default(), 8.0);
+            for _ in 0..300 {
+                let forces = (target_n, target_n, 8.0);
+                target_n = feeling.target_n(&config, &felt, forces, STEP);
+            }
+            target_n
+        };
+        assert!((target_n(false, 0.0, 0.003) - 58.0).abs() < 0.1, "the first slip");
+        assert!((target_n(true, 2.0, 0.003) - 10.7).abs() < 0.1, "pads that swing");
+        assert!((target_n(true, 10.0, 0.003) - 35.6).abs() < 0.2, "it slides");
+        assert!((target_n(true, 0.0, 0.2) - 58.0).abs() < 0.1, "a surface without peaks");
     }
 
     #[test]

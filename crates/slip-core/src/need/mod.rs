@@ -108,6 +108,8 @@ pub struct Felt {
     pub from_n: f32,
     /// First answer over that force.
     pub first: f32,
+    /// Whether it began soon after a stop.
+    pub again: bool,
     /// Time since it began to move (s).
     pub since_s: f32,
     /// 10 % quantile of the force that is needed within the next milliseconds (N).
@@ -372,6 +374,7 @@ impl Need {
             moves: true,
             from_n: force_n,
             first,
+            again: self.again,
             low_n,
             median_n,
             vibrates: true,

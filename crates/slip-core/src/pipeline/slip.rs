@@ -32,9 +32,10 @@ pub(super) struct Slip {
     pub(super) gross: bool,
     /// Whether the stylus sees it now.
     pub(super) felt: bool,
-    /// Whether the stylus can tell the needed force, and whether it is the only sensor that does.
+    /// Whether the stylus can tell the needed force, whether it is the only sensor that does, and whether it has been in this slip.
     pub(super) feels: bool,
     pub(super) alone: bool,
+    followed: bool,
     pub(super) next_evidence: Micros,
     /// The interval it is certified with (s).
     pub(super) certified_s: Option<f32>,
@@ -134,6 +135,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             felt: false,
             feels: false,
             alone: false,
+            followed: false,
             next_evidence: sample.t.plus(self.evidence_every),
             certified_s,
             grip_causes: Causes::default(),
@@ -209,9 +211,16 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             // Behind the motion gate a stylus may be silent in a slip: nothing is weighed against the force then.
             let normal_force_n = sample.normal_force_n.filter(|_| !self.detector.is_moving());
             let seen = Sample { normal_force_n, ..sample };
-            self.fusion.compare(&seen, dt, noise, stylus.map(statistic));
+            let holds_alone = self.holds_alone(sample.t);
+            self.fusion.compare(&seen, dt, noise, (stylus.map(statistic), holds_alone));
         }
         Sample { travel_m: self.travel_of(&sample, begins), ..sample }
+    }
+
+    /// Whether the stylus alone can give the force from here on: nothing of the slip has been lost, and what it feels is the surface.
+    fn holds_alone(&self, t: Micros) -> bool {
+        let kept = |slip: Slip| slip.feels && (slip.followed || t.since(slip.since) < CAUGHT_UP);
+        self.slip.is_some_and(kept) && !self.detector.is_moving() && !self.whiteness.is_noisy()
     }
 
     /// The force of a finger in a slip (N): measured, or where the sensor has failed by the command; `None` where nothing is commanded and
@@ -321,11 +330,10 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         }
         let sound = self.health.feels() && !self.whiteness.is_noisy();
         let Some(slip) = self.slip.as_mut().filter(|slip| slip.feels) else { return };
-        let measured = sample.travel_m.is_some();
-        // What comes back in the middle of a slip has not been kept.
-        slip.feels = sound && !(measured && slip.alone);
-        slip.alone = !measured;
-        if measured {
+        (slip.feels, slip.alone) = (sound, sample.travel_m.is_none());
+        // Once begun it goes on: a travel that comes back in the middle of a slip may go again.
+        slip.followed |= slip.alone;
+        if !slip.followed {
             self.need.keep(sample.stylus, force_n);
         } else {
             self.need.push(sample.stylus, force_n);
@@ -343,7 +351,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             && self.fusion.uses(Method::Stylus)
             && !self.detector.is_moving();
         if let Some(slip) = self.slip.as_mut().filter(|_| feels) {
-            (slip.feels, slip.alone) = (true, sample.travel_m.is_none());
+            (slip.feels, slip.alone, slip.followed) = (true, sample.travel_m.is_none(), false);
             let rested_s = self.ended.map_or(f64::INFINITY, |t| sample.t.since(t).as_seconds());
             #[expect(clippy::cast_possible_truncation, reason = "a time between two slips")]
             let rested_s = rested_s as f32;
