@@ -87,7 +87,7 @@ fn read(kind: &str, bytes: &[u8]) -> String {
         "u32" | "i32" => 32,
         "f32" => return hex(&bytes.iter().rev().copied().collect::<Vec<_>>()),
         "u64" => 64,
-        "u8[16]" => return hex(bytes),
+        "u8[16]" | "u8[32]" => return hex(bytes),
         "u64[24]" => return counts(bytes),
         "i64" => 64,
         other => panic!("no type {other}"),
@@ -131,6 +131,7 @@ fn compare_as(
             "table_at" => "72".to_owned(),
             "channel_count" => vector.fields["channels"].split(',').count().to_string(),
             "text_len" => (vector.fields["text"].len() / 2).to_string(),
+            "bytes_len" => (vector.fields["bytes"].len() / 2).to_string(),
             "crc" if vector.name == "CONFIG_ACK" => crc32c(&payload[8..36]).to_string(),
             _ => left.remove(field).unwrap_or_else(|| panic!("{}: no field {field}", vector.case)),
         };
@@ -179,6 +180,8 @@ fn vectors_read_by_the_tables_give_their_fields() {
             }
             "WELCOME" => assert_eq!(left.remove("text"), Some(hex(&vector.payload[26..]))),
             "NOTICE" => assert_eq!(left.remove("text"), Some(hex(&vector.payload[17..]))),
+            "SETUP" => assert_eq!(left.remove("text"), Some(hex(&vector.payload[73..]))),
+            "LOAD" => assert_eq!(left.remove("bytes"), Some(hex(&vector.payload[41..]))),
             "SAMPLES" | "ROWS" => assert!(left.remove("rows").is_some()),
             "LOG" => assert_eq!(left.remove("text"), Some(hex(&vector.payload[10..]))),
             _ => {}
