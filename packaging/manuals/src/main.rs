@@ -8,7 +8,6 @@ mod gripctl;
 #[path = "../../../bins/gripd/src/cli.rs"]
 mod gripd;
 #[path = "../../../bins/gripfleet/src/cli.rs"]
-#[expect(dead_code, reason = "of the command line only the names are wanted here")]
 mod gripfleet;
 #[path = "../../../bins/gripmon/src/cli.rs"]
 #[expect(dead_code, unreachable_pub, reason = "of the command line only the names are wanted here")]
