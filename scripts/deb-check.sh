@@ -32,6 +32,10 @@ cargo build --quiet --workspace --bin grip-manuals
 mkdir -p "$target/deb-check"
 deb=$target/deb-check/gripd.deb
 cargo deb --package gripd --profile "$profile" --no-build --no-strip --quiet --output "$deb"
+# That of gripfleet holds the program as the tests have built it: an optimised network takes minutes, and is looked at by nobody here.
+cargo build --quiet --workspace --bin gripfleet
+fleet=$target/deb-check/gripfleet.deb
+cargo deb --package gripfleet --profile dev --no-build --no-strip --quiet --output "$fleet"
 
 echo "deb-check: looking into it"
 listing=$(dpkg-deb --contents "$deb" | awk '{sub("^0/0$", "root/root", $2); print $1, $2, $6}')
@@ -48,14 +52,20 @@ expect -rw-r--r-- usr/share/bash-completion/completions/gripctl
 expect -rw-r--r-- usr/share/zsh/vendor-completions/_gripd
 expect -rw-r--r-- usr/share/fish/vendor_completions.d/gripd.fish
 expect -rw-r--r-- usr/share/doc/gripd/copyright
-# gripmon needs a display and is no part of it.
-if grep -q gripmon <<<"$listing"; then fail "parts of gripmon in the package"; fi
+# gripmon needs a display and is no part of it; gripfleet has a package of its own.
+if grep -qE "gripmon|gripfleet" <<<"$listing"; then fail "parts of gripmon or gripfleet in the package"; fi
 if grep -vE '^([-d]rw[-x]r-[-x]r-[-x]|lrwxrwxrwx) root/root ' <<<"$listing"; then fail "odd owners or rights"; fi
 control=$(dpkg-deb --info "$deb")
 for word in "Package: gripd" "Depends: libc6" "conffiles" "postinst" "prerm" "postrm"; do
     grep -qF "$word" <<<"$control" || fail "no '$word' in its control data: $control"
 done
 if command -v lintian >/dev/null; then lintian --fail-on error "$deb"; else missing lintian lintian; fi
+
+listing=$(dpkg-deb --contents "$fleet" | awk '{sub("^0/0$", "root/root", $2); print $1, $2, $6}')
+expect -rwxr-xr-x usr/bin/gripfleet
+expect -rw-r--r-- usr/lib/systemd/system/gripfleet.service
+expect -rw-r--r-- usr/share/man/man1/gripfleet.1.gz
+dpkg-deb --info "$fleet" | grep -q "Depends: .*gripd" || fail "gripfleet does not depend on gripd"
 
 echo "deb-check: installing and removing it"
 enter() { if [ "$(id -u)" = 0 ]; then "$@"; else unshare --map-root-user "$@"; fi; }
@@ -79,15 +89,20 @@ grep -q '^gripd:.*:/var/lib/gripd:/usr/sbin/nologin$' "$root/etc/passwd" || fail
 grep -q '^dialout:.*[:,]gripd$' "$root/etc/group" || fail "gripd is not in dialout"
 gzip -t "$root/usr/share/man/man1/gripd.1.gz"
 do_dpkg --install "$deb" # again, as an upgrade does
+do_dpkg --install "$fleet"
+"$root/usr/bin/gripfleet" --version | grep -qx 'gripfleet [0-9.]*' || fail "the installed gripfleet does not run"
 if command -v systemd-analyze >/dev/null; then
-    unit=$target/deb-check/gripd.service
-    sed "s|^ExecStart=/usr/bin/|ExecStart=$root/usr/bin/|; /^Documentation/d" "$root/usr/lib/systemd/system/gripd.service" >"$unit"
-    said=$(systemd-analyze verify "$unit" 2>&1) || fail "systemd-analyze verify: $said"
-    [ -z "$said" ] || fail "systemd-analyze verify: $said"
-    # Exposure in tenths: 0 is none.
-    systemd-analyze security --offline=true --threshold=20 --no-pager "$unit" >"$target/deb-check/exposure" ||
-        fail "the unit is more exposed than 2.0: $(tail -n 1 "$target/deb-check/exposure")"
-    tail -n 1 "$target/deb-check/exposure"
+    for name in gripd gripfleet; do
+        unit=$target/deb-check/$name.service
+        sed "s|^ExecStart=/usr/bin/|ExecStart=$root/usr/bin/|; /^Documentation/d" \
+            "$root/usr/lib/systemd/system/$name.service" >"$unit"
+        said=$(systemd-analyze verify "$unit" 2>&1) || fail "systemd-analyze verify: $said"
+        [ -z "$said" ] || fail "systemd-analyze verify: $said"
+        # Exposure in tenths: 0 is none.
+        systemd-analyze security --offline=true --threshold=20 --no-pager "$unit" >"$target/deb-check/exposure" ||
+            fail "$name is more exposed than 2.0: $(tail -n 1 "$target/deb-check/exposure")"
+        tail -n 1 "$target/deb-check/exposure"
+    done
 else
     missing systemd "systemd-analyze: the unit is not checked"
 fi
@@ -96,6 +111,7 @@ if udevadm verify --help >/dev/null 2>&1; then
 else
     missing udevadm "udevadm verify: the udev rule is not checked"
 fi
+do_dpkg --remove gripfleet
 do_dpkg --remove gripd
 left=$(comm -13 <(echo "$before") <(here))
 [ "$left" = "/etc/gripd/gripd.toml" ] || fail "removal leaves more than its configuration: $left"

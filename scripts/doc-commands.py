@@ -4,7 +4,7 @@ exit code 1 where there is one.
 
   doc-commands.py target/debug
 
-A fault is a subcommand of gripctl, or a flag of gripd, gripctl or gripmon, that `--help` of the program does not list.
+A fault is a subcommand of gripctl, or a flag of a program, that `--help` of the program does not list.
 Commands that a program was built without (fleet, foxglove) are left out and counted."""
 
 import functools
@@ -14,7 +14,7 @@ import sys
 from pathlib import Path
 
 OPTIONAL = {"fleet", "foxglove"}
-COMMAND = re.compile(r"(?<![\w/.-])(gripd|gripctl|gripmon) ([^;&#`]*)")
+COMMAND = re.compile(r"(?<![\w/.-])(gripd|gripctl|gripfleet|gripmon) ([^;&#`]*)")
 CARGO = re.compile(r"cargo run .*?-p (grip\w+)[^#`]*? -- ")
 
 

@@ -1,7 +1,7 @@
 #!/bin/sh
-# What no default build contains: the fleet with a real router, gripd and gripctl beside one and together, the node of ROS 2 and the live view of
-# Foxglove held against programs of others; what gripmon hears of a router; and that the default programs know nothing of it. Some 220 more
-# crates are compiled, once: every call names the same packages and features. The table in gripmon's window has scripts/fleet-window-check.sh.
+# The fleet with a real router, gripfleet and gripctl beside one and together, the node of ROS 2 and the live view of Foxglove held against
+# programs of others; what gripmon hears of a router; that gripd knows nothing of it, and neither do gripctl and gripmon without their
+# features. Every call names the same packages and features, so that what they share is compiled once. The table in gripmon's window has scripts/fleet-window-check.sh.
 set -eu
 cd "$(dirname "$0")/.."
 
@@ -11,8 +11,8 @@ if echo "$tree" | grep -E "^(zenoh|foxglove|grip-fleet|tokio) "; then
     exit 1
 fi
 # The story of a fleet builds its programs with the same choice.
-STORIES_BUILD="-p grip-fleet -p grip-scope -p gripd -p gripctl -p stories \
-    --features grip-fleet/zenoh,grip-fleet/foxglove,grip-scope/zenoh,gripd/fleet,gripctl/fleet,gripctl/foxglove,stories/fleet"
+STORIES_BUILD="-p grip-fleet -p grip-scope -p gripd -p gripctl -p gripfleet -p stories \
+    --features grip-fleet/zenoh,grip-fleet/foxglove,grip-scope/zenoh,gripctl/fleet,gripctl/foxglove,stories/fleet"
 export STORIES_BUILD
 opted() {
     command=$1
@@ -20,11 +20,11 @@ opted() {
     # Unquoted: these are words.
     cargo "$command" --locked $STORIES_BUILD "$@"
 }
-# Also models (fleet_models) and copies of recordings (fleet_collect).
+# Also copies of recordings (fleet_collect).
 opted test --lib --test router --test tls --test deploy --test ros --test ros_types
-opted test --test daemon --test cli --test scope -- fleet foxglove
-opted test --test fleet
+opted test --test cli --test scope -- fleet foxglove
+opted test --test alone --test network --test fleet
 opted build --bins --example ros_messages
 built=$(cd "${CARGO_TARGET_DIR:-target}/debug" && pwd)
-MESSAGES=$built/examples/ros_messages GRIPD=$built/gripd scripts/ros-check.sh
+MESSAGES=$built/examples/ros_messages GRIPD=$built/gripd GRIPFLEET=$built/gripfleet scripts/ros-check.sh
 GRIPD=$built/gripd GRIPCTL=$built/gripctl scripts/foxglove-check.sh

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""gripd's time from frame to command beside a fleet and without one, for docs/results.md.
+"""gripd's time from frame to command beside gripfleet and without it, for docs/results.md.
 
-Usage: scripts/fleet-latency.py GRIPD GRIPCTL [ROUNDS] [strict]: two programs with the feature `fleet`, runs of 15 s in turn.
+Usage: scripts/fleet-latency.py GRIPD GRIPFLEET GRIPCTL [ROUNDS] [strict]: gripctl with the feature `fleet`, runs of 15 s in turn.
 "strict" asks for SCHED_FIFO. Everything is on loopback and ends by itself.
 """
 
@@ -54,11 +54,11 @@ def run(gripd, config, folder):
     return counts
 
 
-def main(gripd, gripctl, rounds="12", mode="off"):
+def main(gripd, gripfleet, gripctl, rounds="12", mode="off"):
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
         router = f"tcp/127.0.0.1:{free_port()}"
-        base = f'[link]\nsample_rate_hz = 10000\n[realtime]\nmode = "{mode}"\n'
+        base = f'listen = "unix:{folder}/gripd.sock"\n[link]\nsample_rate_hz = 10000\n[realtime]\nmode = "{mode}"\n'
         fleet = f'[fleet]\nsite = "hall"\nrouter = "{router}"\n'
         (folder / "off.toml").write_text(base)
         (folder / "on.toml").write_text(base + fleet)
@@ -67,10 +67,15 @@ def main(gripd, gripctl, rounds="12", mode="off"):
             time.sleep(1)
             events = [gripctl, "fleet", "events", "--router", router, "--all", "--json"]
             beside.append(subprocess.Popen(events, stdout=subprocess.DEVNULL))
+            beside_gripd = [gripfleet, "--config", folder / "on.toml", "--log-level", "error"]
             runs = {"off": [], "on": []}
             for turn in range(int(rounds)):
                 for which in ["off", "on"] if turn % 2 == 0 else ["on", "off"]:
+                    fleet = subprocess.Popen(beside_gripd) if which == "on" else None
                     runs[which].append(run(gripd, folder / f"{which}.toml", folder))
+                    if fleet:
+                        fleet.terminate()
+                        fleet.wait()
         finally:
             for process in beside:
                 process.terminate()
@@ -87,6 +92,6 @@ def main(gripd, gripctl, rounds="12", mode="off"):
 
 
 if __name__ == "__main__":
-    if not 3 <= len(sys.argv) <= 5:
+    if not 4 <= len(sys.argv) <= 6:
         raise SystemExit(__doc__)
     main(*sys.argv[1:])

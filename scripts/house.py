@@ -20,7 +20,7 @@ FLOORS = [
     ["grip-eval", "grip-study"],
     ["grip-fleet"],
     ["grip-scope"],
-    ["gripd", "gripctl", "gripmon"],
+    ["gripd", "gripctl", "gripfleet", "gripmon"],
     ["grip-manuals", "stories"],
     ["slip-benches"],
 ]

@@ -1,7 +1,7 @@
 #!/bin/sh
 # The ROS 2 node of a gripper as other implementations see it, without ROS: the Python packages rosbags (messages, hashes of types), xxhash
 # (names of publishers) and eclipse-zenoh (a router, and a subscriber beside a real gripd on its simulator).
-# MESSAGES (the example ros_messages of grip-fleet) and GRIPD (with the feature fleet) name built programs.
+# MESSAGES (the example ros_messages of grip-fleet), GRIPD and GRIPFLEET name built programs.
 set -eu
 root=$(cd "$(dirname "$0")/.." && pwd)
 target=${CARGO_TARGET_DIR:-$root/target}
@@ -15,7 +15,7 @@ if [ -z "${MESSAGES:-}" ]; then
     MESSAGES=$target/debug/examples/ros_messages
 fi
 if [ -z "${GRIPD:-}" ]; then
-    (cd "$root" && CARGO_TARGET_DIR="$target" cargo build --locked -p gripd --features fleet)
-    GRIPD=$target/debug/gripd
+    (cd "$root" && CARGO_TARGET_DIR="$target" cargo build --locked -p gripd -p gripfleet)
+    GRIPD=$target/debug/gripd GRIPFLEET=$target/debug/gripfleet
 fi
-"$python" "$root/scripts/peers/ros_check.py" "$MESSAGES" "$root/ros/grip_msgs/msg" "$GRIPD"
+"$python" "$root/scripts/peers/ros_check.py" "$MESSAGES" "$root/ros/grip_msgs/msg" "$GRIPD" "$GRIPFLEET"

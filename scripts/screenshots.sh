@@ -1,7 +1,7 @@
 #!/bin/sh
 # Makes the pictures of gripmon in docs/images from the real window of the release binary, on a display of its own.
 # GRIP_BIN names a folder that holds gripmon and gripd already; without it a release build is made.
-# GRIP_FLEET_BIN names a folder with a gripmon, gripd and gripctl that were built with the fleet: then the table of many is made too.
+# GRIP_FLEET_BIN names a folder with gripd, gripfleet, and a gripmon and gripctl that were built with the fleet: then the table of many is made too.
 # Needs: apt-get install -y --no-install-recommends xvfb
 # Live pictures differ from run to run in what the simulator was just doing; what is looked at stands in docs/views.
 set -eu
@@ -66,8 +66,11 @@ for scene in default shaken tug light_rough moving_arm glass_bottle_full oily_st
     site=hall-$((1 + seed / 5))
     seconds=300
     [ "$seed" -ne 6 ] || seconds=100
-    printf '[link]\nsample_rate_hz = 1000\n[fleet]\nsite = "%s"\nrouter = "%s"\n' "$site" "$router" >"$work/$seed.toml"
-    "$binaries/gripd" --port "sim:$scene" --seed "$seed" --config "$work/$seed.toml" --listen off --duration "$seconds" >"$work/$seed.log" 2>&1 &
+    printf 'listen = "unix:%s"\n[link]\nsample_rate_hz = 1000\n[fleet]\nsite = "%s"\nrouter = "%s"\n' \
+        "$work/$seed.sock" "$site" "$router" >"$work/$seed.toml"
+    "$binaries/gripd" --port "sim:$scene" --seed "$seed" --config "$work/$seed.toml" --duration "$seconds" >"$work/$seed.log" 2>&1 &
+    fleet="$fleet $!"
+    "$binaries/gripfleet" --config "$work/$seed.toml" >>"$work/$seed.log" 2>&1 &
     fleet="$fleet $!"
 done
 picture fleet "fleet:$router"

@@ -1,9 +1,9 @@
 //! A fleet. Two grippers of a hall are on one network, and somebody looks after both from one place.
 //!
-//! A router runs; two gripds announce themselves. gripctl lists both, shows the slips of both, each event once, and tells one of them to hold firmer:
+//! A router runs; two gripfleets announce their gripds. gripctl lists both, shows the slips of both, each event once, and tells one of them to hold firmer:
 //! only that one does. One computer fails: everybody who watches learns that its gripper is gone, and the other one holds on.
 //!
-//! It needs programs with the feature `fleet`: `scripts/fleet-check.sh` runs it.
+//! It needs a gripctl with the feature `fleet`: `scripts/fleet-check.sh` runs it.
 #![expect(clippy::unwrap_used, reason = "test code")]
 
 use serde_json::Value;
@@ -16,20 +16,21 @@ fn endpoint() -> String {
     format!("tcp/127.0.0.1:{port}")
 }
 
-/// A gripd of the hall with a gripper of its own, and the gripper's name.
-fn gripper(folder: &Path, endpoint: &str, seed: &str) -> (Program, String) {
+/// A gripd of the hall with a gripper of its own, its gripfleet, and the gripper's name.
+fn gripper(folder: &Path, endpoint: &str, seed: &str) -> (Program, Program, String) {
     fs::create_dir(folder).unwrap();
     let settings = format!(
-        "listen = \"off\"\nallow_commands = true\n[fleet]\nsite = \"hall\"\nrouter = \"{endpoint}\"\nspool = \"spool\"\ncommands = true\n"
+        "listen = \"unix:gripd.sock\"\nallow_commands = true\n[fleet]\nsite = \"hall\"\nrouter = \"{endpoint}\"\nspool = \"spool\"\ncommands = true\n"
     );
     fs::write(folder.join("gripd.toml"), settings).unwrap();
     let gripd = Program::gripd(folder, &["--port", "sim", "--seed", seed, "--json"]);
-    gripd.until_told("this gripper is there as hall/");
-    let told = gripd.told();
+    let fleet = Program::gripfleet(folder, &[]);
+    fleet.until_told("this gripper is there as hall/");
+    let told = fleet.told();
     let (_, name) = told.split_once("this gripper is there as ").unwrap();
     let is_of_it = |c: char| c == '/' || c.is_ascii_alphanumeric();
     let name: String = name.chars().take_while(|c| is_of_it(*c)).collect();
-    (gripd, name)
+    (gripd, fleet, name)
 }
 
 /// What somebody sees who looks after the hall.
@@ -71,8 +72,8 @@ fn looked_after() -> Result<(), String> {
     let (here, endpoint) = (folder.path(), endpoint());
     let router = Program::gripctl(here, &["fleet", "router", "--listen", &endpoint]);
     router.until_printed("a router listens at");
-    let (first, first_name) = gripper(&here.join("first"), &endpoint, "1");
-    let (second, second_name) = gripper(&here.join("second"), &endpoint, "2");
+    let (first, _fleet, first_name) = gripper(&here.join("first"), &endpoint, "1");
+    let (second, _other, second_name) = gripper(&here.join("second"), &endpoint, "2");
     let both = HashSet::from([first_name.clone(), second_name.clone()]);
     assert_eq!(both.len(), 2, "{first_name}");
     assert_eq!(listed(here, &endpoint), both);

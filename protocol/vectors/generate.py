@@ -51,10 +51,10 @@ FIELDS = {
 
 DAEMON_KINDS = {
     "WELCOME": 0xA0, "SLIP": 0xA1, "STATE": 0xA2, "HEALTH": 0xA3, "GRIPPER": 0xA4, "ROWS": 0xA5, "NOTICE": 0xA6,
-    "SUBSCRIBE": 0xA8, "COMMAND": 0xA9, "QUERY": 0xAA,
+    "SETUP": 0xA7, "SUBSCRIBE": 0xA8, "COMMAND": 0xA9, "QUERY": 0xAA, "LOAD": 0xAB,
 }  # fmt: skip
 KINDS.update(DAEMON_KINDS)
-TO_DAEMON = {"SUBSCRIBE", "COMMAND", "QUERY"}
+TO_DAEMON = {"SUBSCRIBE", "COMMAND", "QUERY", "LOAD"}
 ACK_REQ |= TO_DAEMON
 FIELDS.update({
     "WELCOME": [
@@ -93,6 +93,10 @@ FIELDS.update({
     "SUBSCRIBE": [("min", "B"), ("max", "B"), ("topics", "H"), ("every_nth", "H"), ("state_ms", "H")],
     "COMMAND": [("operation", "B"), (None, "B"), ("fault", "H"), ("force_mn", "i"), ("token", "I")],
     "QUERY": [],
+    "SETUP": [
+        ("settings", "I"), ("fw_major", "B"), ("fw_minor", "B"), ("fw_patch", "H"), ("in_force", "32s"), ("configured", "32s"),
+    ],
+    "LOAD": [("sha256", "32s"), ("size", "I"), ("offset", "I")],
 })  # fmt: skip
 
 
@@ -143,8 +147,10 @@ def payload(kind, v):
     if kind == "LOG":
         return struct.pack("<QBB", v["tick"], v["level"], len(v["text"])) + v["text"]
     data = pack(table_of(kind, v), v)
-    if kind in ("WELCOME", "NOTICE"):
+    if kind in ("WELCOME", "NOTICE", "SETUP"):
         data += bytes([len(v["text"])]) + v["text"]
+    if kind == "LOAD":
+        data += bytes([len(v["bytes"])]) + v["bytes"]
     if kind == "ROWS":
         data += b"".join(struct.pack("<I" + "f" * (len(row) - 1), *row) for row in v["rows"])
     if kind == "IDENT":
@@ -175,7 +181,7 @@ def frame(kind, data, **header):
 def show(kind, v):
     table = CONFIG if kind == "CONFIG_ACK" else table_of(kind, v)
     names = {"CONFIG_ACK": ["config_seq", "clamped"], "LOG": ["tick", "level", "text"]}.get(kind, [])
-    names = names + [name for name, _ in table if name] + ["text"] * (kind in ("WELCOME", "NOTICE"))
+    names = names + [name for name, _ in table if name] + ["text"] * (kind in ("WELCOME", "NOTICE", "SETUP")) + ["bytes"] * (kind == "LOAD")
     words = []
     for name in names:
         value = v[name]
@@ -302,10 +308,13 @@ rows = dict(first_index=1000, t0_us=5000000, every_nth=10, channels=3, n=2, taxe
 notice = dict(kind=1, code=1, value=0, count=42, host_us=5000321, text=b"42 frames of rows dropped: you read too slowly")
 subscribe = dict(min=1, max=1, topics=15, every_nth=10, state_ms=100)
 command = dict(operation=1, fault=0, force_mn=4250, token=0)
+setup = dict(settings=2, fw_major=1, fw_minor=2, fw_patch=345, in_force=bytes(range(32)), configured=bytes(range(32, 64)), text=b"default")
+load = dict(sha256=bytes(range(64, 96)), size=261, offset=255, bytes=b"tail\n}")
 for kind, values in (
     ("WELCOME", welcome), ("SLIP", slip), ("STATE", state), ("HEALTH", health),
     ("GRIPPER", dict(uid=b"grip-link-test-1", boot_id=0xB007, rate_hz=10000, force_max=20.0, link=4, taxels=16)),
     ("ROWS", rows), ("NOTICE", notice), ("SUBSCRIBE", subscribe), ("COMMAND", command), ("QUERY", {}),
+    ("SETUP", setup), ("LOAD", load),
 ):  # fmt: skip
     valid(kind.lower(), kind, values, rows=CLIENTS)
 valid("welcome_no_text", "WELCOME", dict(welcome, flags=0, token=0, text=b""), rows=CLIENTS, seq=0)
@@ -332,6 +341,9 @@ valid("notice_unknown_kind", "NOTICE", dict(notice, kind=99, code=255, value=655
 valid("subscribe_nothing", "SUBSCRIBE", dict(min=0, max=15, topics=65535, every_nth=0, state_ms=65535), rows=CLIENTS, seq=65535, session=65535)
 valid("command_release", "COMMAND", dict(operation=2, fault=0, force_mn=0, token=0x01020304), rows=CLIENTS)
 valid("command_clear_fault", "COMMAND", dict(operation=5, fault=0x0201, force_mn=2**31 - 1, token=2**32 - 1), rows=CLIENTS, ack=False)
+valid("setup_nothing_known", "SETUP", dict(setup, settings=0, fw_major=0, fw_minor=0, fw_patch=0, in_force=bytes(32), configured=bytes(32), text=b""), rows=CLIENTS)
+valid("load_the_model_of_the_configuration", "LOAD", dict(sha256=bytes(32), size=0, offset=0, bytes=b""), rows=CLIENTS)
+valid("load_full_piece", "LOAD", dict(load, size=1 << 20, offset=0, bytes=bytes(range(255))), rows=CLIENTS, ack=False)
 valid("command_grown", "COMMAND", command, use="decode", extra=b"\x01\x02\x03\x00", rows=CLIENTS)
 
 BAD_CLIENTS = []
@@ -417,6 +429,8 @@ invalid("daemon_command_short", "daemon", frame("COMMAND", COMMAND[:11], **DOWN)
 invalid("daemon_operation_0", "daemon", frame("COMMAND", b"\0" + COMMAND[1:], **DOWN), "ok", "value@0", "malformed")
 invalid("daemon_operation_6", "daemon", frame("COMMAND", b"\x06" + COMMAND[1:], **DOWN), "ok", "value@0", "malformed")
 invalid("daemon_negative_force", "daemon", frame("COMMAND", payload("COMMAND", dict(command, force_mn=-1)), **DOWN), "ok", "value@4", "malformed")
+invalid("daemon_load_short", "daemon", frame("LOAD", payload("LOAD", load)[:-1], **DOWN), "ok", "short", "malformed")
+invalid("daemon_load_too_long", "daemon", frame("LOAD", payload("LOAD", dict(load, size=(1 << 20) + 1)), **DOWN), "ok", "value@32", "malformed")
 invalid("client_status_of_the_line", "client", frame("STATUS", STATUS, **UP), "unknown")
 invalid("client_samples_of_the_line", "client", frame("SAMPLES", payload("SAMPLES", samples), **UP), "unknown")
 invalid("client_stale_state", "client", frame("STATE", STATE, session=0x1234, **UP), "stale")

@@ -1,7 +1,7 @@
 """A gripper's ROS 2 node as other implementations see it: rosbags (CDR, hashes of types), xxhash and the Python API of Zenoh.
 
-Usage: ros_check.py MESSAGES DEFINITIONS [GRIPD]. MESSAGES is the program ros_messages, DEFINITIONS the folder of the definitions of grip_msgs, GRIPD
-a gripd with the feature fleet, which is run on its simulator beside a router in this process. Names and tokens are put together here
+Usage: ros_check.py MESSAGES DEFINITIONS [GRIPD GRIPFLEET]. MESSAGES is the program ros_messages, DEFINITIONS the folder of the definitions of
+grip_msgs; gripd is run on its simulator, with gripfleet, beside a router in this process. Names and tokens are put together here
 once more, from docs/design.md of rmw_zenoh.
 """
 
@@ -212,17 +212,18 @@ def check_heard(topics: list[Topic], places: list[str], printed: list[dict]) -> 
     print(f"ros-check: {len(joints)} joint states, {len(states)} states, {len(slips)} slips heard of gripd beside a router")
 
 
-def check_live(store, program: str) -> None:
-    """gripd on its simulator, found and heard as by a computer with rmw_zenoh, and gone when it ends."""
+def check_live(store, program: str, fleet: str) -> None:
+    """gripd on its simulator and gripfleet, found and heard as by a computer with rmw_zenoh, and gone when it ends."""
     with socket.create_server(("127.0.0.1", 0)) as free:
         endpoint = f"tcp/127.0.0.1:{free.getsockname()[1]}"
     router, folder = session("router", listen=endpoint), tempfile.TemporaryDirectory()
     peer, place = session("peer", connect=endpoint), Path(folder.name)
     topics = [Topic(store, peer, name, kind) for name, kind in TOPICS]
-    (place / "gripd.toml").write_text(f'[fleet]\nsite = "{SITE}"\nrouter = "{endpoint}"\nros_domain = {DOMAIN}\n')
-    command = [program, "--port", "sim", "--json", "--config", "gripd.toml", "--listen", "off"]
+    (place / "gripd.toml").write_text(f'listen = "unix:{place}/gripd.sock"\n[fleet]\nsite = "{SITE}"\nrouter = "{endpoint}"\nros_domain = {DOMAIN}\n')
+    command = [program, "--port", "sim", "--json", "--config", "gripd.toml"]
     with (place / "out").open("wb") as out, (place / "err").open("wb") as err:
         gripd = subprocess.Popen(command, cwd=place, stdout=out, stderr=err)
+        other = subprocess.Popen([fleet, "--config", "gripd.toml"], cwd=place, stderr=err)
     try:
         wait("a node", lambda: len(tokens(peer)) == 4, gripd)
         places = check_tokens(store, tokens(peer), topics)
@@ -235,6 +236,7 @@ def check_live(store, program: str) -> None:
             assert time.monotonic() < until, f"tokens stay: {tokens(peer)}"
         check_heard(topics, places, [json.loads(line) for line in (place / "out").read_text().splitlines()])
     finally:
+        other.kill()
         gripd.kill()
         peer.close()
         router.close()
@@ -244,8 +246,8 @@ def check_live(store, program: str) -> None:
 def main() -> None:
     store = types(Path(sys.argv[2]))
     check_printed(store, sys.argv[1])
-    if len(sys.argv) > 3:
-        check_live(store, sys.argv[3])
+    if len(sys.argv) > 4:
+        check_live(store, *sys.argv[3:])
 
 
 if __name__ == "__main__":

@@ -31,7 +31,7 @@ impl Build {
     #[must_use]
     pub fn beside_tests(names: &[&str]) -> Self {
         let usual = if cfg!(feature = "fleet") {
-            "--workspace --features gripd/fleet,gripctl/fleet"
+            "--workspace --features gripctl/fleet"
         } else {
             "--workspace"
         };
@@ -93,13 +93,20 @@ fn programs(messages: &str) -> BTreeMap<String, PathBuf> {
         .collect()
 }
 
+/// The programs, and the tests of their packages with which cargo builds them.
+const PROGRAMS: [(&str, &str); 3] =
+    [("gripd", "daemon"), ("gripctl", "cli"), ("gripfleet", "alone")];
+
 /// Where the program of that name is, built from the sources as they are.
 ///
 /// # Panics
 /// Where it cannot be built.
 pub(crate) fn program(name: &str) -> &'static Path {
-    static PROGRAMS: OnceLock<Result<BTreeMap<String, PathBuf>, String>> = OnceLock::new();
-    let programs = PROGRAMS.get_or_init(|| Build::beside_tests(&["daemon", "cli"]).programs());
+    static BUILT: [OnceLock<Result<BTreeMap<String, PathBuf>, String>>; 3] =
+        [const { OnceLock::new() }; 3];
+    let known = PROGRAMS.iter().zip(&BUILT).find(|((known, _), _)| *known == name);
+    let ((_, test), built) = known.unwrap_or_else(|| panic!("{name} is no program of ours"));
+    let programs = built.get_or_init(|| Build::beside_tests(&[test]).programs());
     let programs = programs.as_ref().unwrap_or_else(|why| panic!("{why}"));
     programs.get(name).unwrap_or_else(|| panic!("cargo has built {programs:?}, but no {name}"))
 }

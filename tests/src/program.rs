@@ -42,6 +42,12 @@ impl Program {
         Self::start("gripctl", folder, args)
     }
 
+    /// Starts gripfleet in `folder`.
+    #[must_use]
+    pub fn gripfleet(folder: &Path, args: &[&str]) -> Self {
+        Self::start("gripfleet", folder, args)
+    }
+
     fn start(name: &str, folder: &Path, args: &[&str]) -> Self {
         let output = tempfile::tempdir().unwrap();
         let file = |name: &str| File::create(output.path().join(name)).unwrap();

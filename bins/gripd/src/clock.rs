@@ -32,12 +32,6 @@ impl Clock {
         u64::try_from((self.wall + self.start.elapsed()).as_nanos()).unwrap_or(u64::MAX)
     }
 
-    /// What the wall clock showed at the start (ns since 1970), from which [`Clock::now_us`] counts.
-    #[cfg(feature = "fleet")]
-    pub(crate) fn wall_at_start_ns(&self) -> u64 {
-        u64::try_from(self.wall.as_nanos()).unwrap_or(u64::MAX)
-    }
-
     /// [`Clock::wall_ns`] in whole seconds.
     pub(crate) fn wall_s(&self) -> u64 {
         (self.wall + self.start.elapsed()).as_secs()

@@ -46,7 +46,7 @@ impl Console {
     pub(crate) fn new(json: bool, level: LogLevel, clock: Clock) -> Self {
         let err = io::stderr();
         Self {
-            log: Log::new(LogStyle::of_stderr(), level),
+            log: Log::new("gripd", LogStyle::of_stderr(), level),
             clock,
             json,
             live: !json && err.is_terminal(),

@@ -15,7 +15,7 @@ use anyhow::{Context as _, anyhow};
 use core::sync::atomic::Ordering;
 use grip_daemon::{
     HotCounters,
-    clients::{Clients, ClientsConfig, Listen},
+    clients::Clients,
     hot::{Ends, Hot, HotOptions, Shared},
     http::HttpServer,
     log::LogLevel,
@@ -47,14 +47,8 @@ const PULSES: usize = 8;
 /// Commands of clients on their way.
 const COMMANDS: usize = 64;
 
-/// The models that come over the network, where some are taken; a gripd without the fleet has none.
-#[cfg(feature = "fleet")]
-pub(crate) type Models = Option<grip_fleet::deploy::Models>;
-#[cfg(not(feature = "fleet"))]
-pub(crate) type Models = Option<core::convert::Infallible>;
-
 /// Runs until a signal, the end of the duration or a failure.
-pub(crate) fn run(cli: &Cli, settings: Settings, models: Models) -> anyhow::Result<Exit> {
+pub(crate) fn run(cli: &Cli, settings: Settings) -> anyhow::Result<Exit> {
     let clock = Clock::start();
     let shared = shared()?;
     let options =
@@ -63,13 +57,14 @@ pub(crate) fn run(cli: &Cli, settings: Settings, models: Models) -> anyhow::Resu
     let weakness = settings.weakness()?;
     let (simulator, source) = source(cli, &settings, clock)?;
     // Opened before anything moves: an address or a file that cannot be had is told at once.
-    let (servers, complaint) = servers(&settings, models, clock)?;
+    let (servers, complaint) = servers(&settings, clock)?;
     let started = Recording::start(&settings, clock)?;
     let (recorder, recording, recorded) = started
         .map_or((None, None, None), |(ring, thread, recorded)| {
             (Some(ring), Some(thread), Some(recorded))
         });
     let wanted = settings.realtime();
+    let fleet = settings.config.fleet.site.is_some();
     let (outbox, inbox) = rings(Sizes::SERVICE);
     let (line_in, line_out) = RingBuffer::new(LINES);
     let (lost_in, lost_out) = RingBuffer::new(LINES);
@@ -95,6 +90,9 @@ pub(crate) fn run(cli: &Cli, settings: Settings, models: Models) -> anyhow::Resu
     )?;
     for complaint in complaint.into_iter().chain(weakness) {
         service.say(LogLevel::Warn, &complaint);
+    }
+    if fleet {
+        service.say(LogLevel::Info, "fleet.site is set: gripfleet publishes it, where that runs");
     }
     let ends = Ends {
         lines: line_out,
@@ -157,43 +155,26 @@ fn session(cli: &Cli, settings: &Settings) -> anyhow::Result<Session> {
 }
 
 /// The sockets; what there is to complain about them where that is no reason to stop.
-fn servers(
-    settings: &Settings,
-    models: Models,
-    clock: Clock,
-) -> anyhow::Result<(Servers, Option<String>)> {
+fn servers(settings: &Settings, clock: Clock) -> anyhow::Result<(Servers, Option<String>)> {
     let (config, asked) = settings.clients()?;
     let about = settings.client_about(clock.run_id());
-    let nowhere = ClientsConfig { listen: Listen::Off, ..config.clone() };
-    let (clients, complaint) = match Clients::listen(config, about.clone()) {
+    let (mut clients, complaint) = match Clients::listen(config, about) {
         Ok(clients) => {
             let warning = clients.warning().map(str::to_owned);
             (Some(clients), warning)
         }
         Err(error) if asked => return Err(error.into()),
-        Err(error) => {
-            // The fleet is a client that needs no address.
-            let fleet = settings.config.fleet.site.is_some();
-            let clients = fleet.then(|| Clients::listen(nowhere, about)).transpose()?;
-            (clients, Some(format!("{}; going on without clients", message(&error))))
-        }
+        Err(error) => (None, Some(format!("{}; going on without clients", message(&error)))),
     };
     let http = settings
         .config
         .metrics
         .map(|address| HttpServer::bind(address, settings.config.allow_remote))
         .transpose()?;
-    #[cfg(feature = "fleet")]
-    let (clients, fleet) = crate::fleet::Fleet::start(settings, models, clients, clock)?;
-    #[cfg(not(feature = "fleet"))]
-    let None = models;
-    let servers = Servers {
-        clients,
-        http,
-        #[cfg(feature = "fleet")]
-        fleet,
-    };
-    Ok((servers, complaint))
+    if let Some(clients) = &mut clients {
+        clients.set_setup(settings.setup(0)?);
+    }
+    Ok((Servers { clients, http }, complaint))
 }
 
 /// The time at which the loop ends (us).

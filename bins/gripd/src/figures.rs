@@ -1,10 +1,6 @@
 //! What is known of the daemon in; what clients are told when they come, and what their sockets tell the board, out.
 
-#[cfg(feature = "fleet")]
-use crate::settings::PROGRAM;
 use crate::settings::Settings;
-#[cfg(feature = "fleet")]
-use grip_daemon::Board;
 use grip_daemon::{
     board::ClientCounts,
     clients::{About, Clients},
@@ -33,21 +29,5 @@ pub(crate) fn clients(clients: &Clients, commands_lost: u64) -> ClientCounts {
         refused: counters.refused,
         dropped: counters.dropped,
         bad_commands: counters.bad_commands.saturating_add(commands_lost),
-    }
-}
-
-/// What the gripper is made of, for those who see many.
-#[cfg(feature = "fleet")]
-pub(crate) fn of_gripper(
-    settings: &Settings,
-    board: &Board,
-    clients: Option<&Clients>,
-) -> grip_fleet::About {
-    let commands = settings.config.fleet.commands;
-    grip_fleet::About {
-        program: PROGRAM.to_owned(),
-        firmware: board.link().firmware.map(|firmware| firmware.to_string()),
-        model: Some(settings.model_name().into_owned()),
-        token: clients.and_then(Clients::token).filter(|_| commands),
     }
 }

@@ -5,8 +5,6 @@ mod clock;
 mod console;
 mod daemon;
 mod figures;
-#[cfg(feature = "fleet")]
-mod fleet;
 mod notify;
 mod recording;
 mod service;
@@ -46,9 +44,5 @@ fn run(cli: &Cli) -> anyhow::Result<Exit> {
         eprintln!("{}", settings.origin()?);
         return Ok(Exit::Done);
     }
-    #[cfg(feature = "fleet")]
-    let (settings, models) = fleet::open_models(settings)?;
-    #[cfg(not(feature = "fleet"))]
-    let models = None;
-    daemon::run(cli, settings, models)
+    daemon::run(cli, settings)
 }

@@ -1,6 +1,5 @@
 //! Items of the hot thread in; lines, answers to clients, figures and dumps out: everything that people and programs see.
 
-#[cfg(feature = "fleet")]
 mod models;
 
 use crate::{
@@ -9,7 +8,7 @@ use crate::{
     figures,
     notify::Notify,
     recording::{Recorded, Told},
-    settings::Settings,
+    settings::{Loaded, Settings},
 };
 use anyhow::anyhow;
 use core::{
@@ -19,7 +18,7 @@ use core::{
 use grip_daemon::{
     Board, HotCounters,
     board::Grant,
-    clients::{Clients, health},
+    clients::{Clients, Loading, health},
     dump::{Cause, Dumped, FlightRecorder},
     exposition::Exposition,
     hot::{self, Shared},
@@ -74,9 +73,6 @@ pub(crate) struct Servers {
     pub(crate) clients: Option<Clients>,
     /// The server of figures.
     pub(crate) http: Option<HttpServer>,
-    /// The thread that tells the fleet, where there is one.
-    #[cfg(feature = "fleet")]
-    pub(crate) fleet: Option<crate::fleet::Fleet>,
 }
 
 /// Settings that were sent and not yet answered.
@@ -84,9 +80,8 @@ pub(crate) struct Servers {
 enum Pending {
     /// Those of the files, and what they change, for people.
     Files(Box<Settings>, Vec<String>),
-    /// Those in force with another model.
-    #[cfg(feature = "fleet")]
-    Model(Box<crate::fleet::Wanted>),
+    /// Those in force with another model: of this client's file, or of the configuration.
+    Model(Box<(Loading, Option<Loaded>)>),
 }
 
 /// The service thread.
@@ -185,12 +180,6 @@ impl Service {
         if let Some(clients) = &mut self.servers.clients {
             clients.close(self.clock.now_us());
         }
-        #[cfg(feature = "fleet")]
-        for (level, text) in
-            self.servers.fleet.take().map_or(Vec::new(), crate::fleet::Fleet::finish)
-        {
-            self.console.say(level, &text);
-        }
         self.ends.inbox.drops().now()
     }
 
@@ -205,23 +194,14 @@ impl Service {
         self.drain();
         while let Ok(counters) = self.ends.pulses.pop() {
             self.board.count(&counters);
-            #[cfg(feature = "fleet")]
-            self.count_for_models(&counters);
             self.notify.alive(counters.turns, self.clock.now_us());
         }
         while let Ok(news) = self.ends.ports.try_recv() {
             self.console.port(&news);
         }
         self.hear_recorder();
-        #[cfg(feature = "fleet")]
-        for (level, text) in
-            self.servers.fleet.as_mut().map_or(Vec::new(), crate::fleet::Fleet::told)
-        {
-            self.console.say(level, &text);
-        }
         self.pass_commands();
         self.hear_settings();
-        #[cfg(feature = "fleet")]
         self.serve_models();
         let now_us = self.clock.now_us();
         if now_us >= self.figures_us {
@@ -234,7 +214,7 @@ impl Service {
     /// Waits for sockets and time, and serves the sockets.
     fn wait(&mut self) {
         let now_us = self.clock.now_us();
-        let connected = self.servers.clients.as_ref().is_some_and(Clients::is_connected);
+        let connected = self.servers.clients.as_ref().is_some_and(|clients| clients.count() > 0);
         let pause = if connected { PAUSE } else { LONG_PAUSE };
         match &mut self.servers.clients {
             Some(clients) => {
@@ -335,20 +315,20 @@ impl Service {
     /// Reads the settings again where that was asked for, and hears what became of those that were sent.
     fn hear_settings(&mut self) {
         while let Ok(replaced) = self.ends.replaced.pop() {
+            // What happened before is told before.
+            self.drain();
             match self.pending.pop_front() {
                 None => {}
                 Some(Pending::Files(settings, changes)) => {
                     self.reloaded(*settings, &changes, replaced.refused.as_ref());
                 }
-                #[cfg(feature = "fleet")]
                 Some(Pending::Model(wanted)) => {
                     self.model_swapped(*wanted, replaced.refused.as_ref());
                 }
             }
         }
         // Settings are read beside the model in force: which one that is must be known.
-        #[cfg(feature = "fleet")]
-        if self.pending.iter().any(|pending| matches!(pending, Pending::Model(_))) {
+        if self.pending.iter().any(|pending| matches!(pending, Pending::Model(..))) {
             return;
         }
         if self.reload.swap(false, Ordering::Relaxed) {
@@ -381,7 +361,6 @@ impl Service {
             (LogLevel::Info, format!("the new settings are in force: {}", changes.join(", ")))
         };
         self.console.say(level, &text);
-        #[cfg(feature = "fleet")]
         if refused.is_none() {
             self.settings_changed(changes.iter().any(|change| change.starts_with("model: ")));
         }
@@ -426,11 +405,6 @@ impl Service {
 
     /// Figures of the last second.
     fn tell_figures(&mut self) {
-        #[cfg(feature = "fleet")]
-        if let Some(fleet) = &self.servers.fleet {
-            let clients = self.servers.clients.as_ref();
-            fleet.set_about(&figures::of_gripper(&self.settings, &self.board, clients));
-        }
         let Some(clients) = &mut self.servers.clients else { return };
         self.board.clients = figures::clients(clients, self.commands_lost);
         clients.health(&health(&self.board, self.clock.now_us()));

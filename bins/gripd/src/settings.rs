@@ -4,7 +4,7 @@ use crate::cli::Cli;
 use anyhow::Context as _;
 use grip_daemon::{
     board,
-    clients::{self, ClientsConfig},
+    clients::{self, Brought, ClientsConfig, Setup},
     dump,
 };
 use grip_link::message::daemon::RealTime;
@@ -13,7 +13,7 @@ use grip_record::{files, mcap::Attached};
 use grip_session::{
     HostConfig, HostConfigError, HostEstimator, ModelError,
     config::{Change, Layers, RealtimeConfig, Setting, advice, needs_restart},
-    exit::WrongArgument,
+    exit::{WrongArgument, message},
     model,
     recording::{CALIBRATION_NAME, CONFIG_NAME, MODEL_NAME},
 };
@@ -37,12 +37,33 @@ pub(crate) struct Settings {
     /// The flags, which stand over every file that is read again.
     cli: Cli,
     layers: Layers,
-    /// The model that came over the network, where one is in force.
-    #[cfg(feature = "fleet")]
-    pub(crate) deployed: Option<grip_fleet::deploy::Examined>,
-    /// Why the models that came over the network cannot be used.
-    #[cfg(feature = "fleet")]
-    pub(crate) models_trouble: Option<String>,
+    /// The model that a client has brought, where it is in force.
+    pub(crate) loaded: Option<Loaded>,
+}
+
+/// A model that a client has brought.
+#[derive(Clone, Debug)]
+pub(crate) struct Loaded {
+    sha256: [u8; 32],
+    text: String,
+    estimator: HostEstimator,
+}
+
+impl Loaded {
+    /// Reads it; or the reason why it is none for this gripper.
+    pub(crate) fn new(Brought { sha256, bytes }: Brought) -> Result<Self, String> {
+        if model::digest(&bytes) != sha256 {
+            return Err("what came is not what was announced: it has another SHA-256".to_owned());
+        }
+        let text = String::from_utf8(bytes).map_err(|error| error.to_string())?;
+        let estimator = model::parse_estimator(&client_model(&sha256), &text);
+        Ok(Self { sha256, text, estimator: estimator.map_err(|error| message(&error))? })
+    }
+}
+
+/// How people know a model of a client.
+fn client_model([a, b, c, d, ..]: &[u8; 32]) -> String {
+    format!("{a:02x}{b:02x}{c:02x}{d:02x} of a client")
 }
 
 /// Settings that a running daemon can take over, and what became of the rest.
@@ -63,7 +84,6 @@ impl Settings {
     pub(crate) fn new(cli: &Cli) -> anyhow::Result<Self> {
         let layers = layers(cli)?;
         let settings = Self::of(layers.resolve()?, layers, cli.clone());
-        settings.check_fleet()?;
         if cli.check_config {
             settings.estimator()?;
         } else if settings.port.is_empty() {
@@ -81,10 +101,7 @@ impl Settings {
             cli,
             layers,
             config,
-            #[cfg(feature = "fleet")]
-            deployed: None,
-            #[cfg(feature = "fleet")]
-            models_trouble: None,
+            loaded: None,
         }
     }
 
@@ -94,38 +111,42 @@ impl Settings {
         let new = layers.resolve()?;
         let config = self.config.taking(&new)?;
         let (changes, restart) = (self.config.diff(&new), needs_restart(&self.config, &new));
-        #[cfg_attr(not(feature = "fleet"), expect(unused_mut, reason = "no model comes there"))]
         let mut settings = Self::of(config, layers, self.cli.clone());
         // Also where another model is in force: it is what that one gives way to.
-        #[cfg_attr(not(feature = "fleet"), expect(unused_mut, reason = "no model comes there"))]
-        let mut estimator = settings.estimator()?;
-        #[cfg(feature = "fleet")]
-        if let Some(model) = &self.deployed {
-            estimator = model.estimator.clone();
-            settings.deployed = Some(model.clone());
-        }
-        Ok(Reload { estimator, settings, changes, restart })
+        settings.estimator()?;
+        settings.loaded.clone_from(&self.loaded);
+        Ok(Reload { estimator: settings.estimator()?, settings, changes, restart })
     }
 
-    /// What keeps this program from telling the fleet that the configuration names.
-    fn check_fleet(&self) -> anyhow::Result<()> {
-        if self.config.fleet.site.is_none() {
-            return Ok(());
-        }
-        let Some((key, trouble)) = fleet_trouble(&self.config) else { return Ok(()) };
-        let set = self.layers.settings()?;
-        let place = set.iter().find(|setting| setting.key == key);
-        let place = place.map_or_else(String::new, |setting| format!("{}: ", setting.place));
-        Err(WrongArgument(format!("{place}{trouble}")).into())
-    }
-
-    /// The network in force: one that came over the network, or that of the configuration.
+    /// The network in force: one of a client, or that of the configuration.
     pub(crate) fn estimator(&self) -> Result<HostEstimator, ModelError> {
-        #[cfg(feature = "fleet")]
-        if let Some(model) = &self.deployed {
-            return Ok(model.estimator.clone());
-        }
-        self.config.model.as_deref().map_or_else(model::default_estimator, model::read_estimator)
+        self.estimator_with(self.loaded.as_ref())
+    }
+
+    /// The network with this model of a client, or that of the configuration.
+    pub(crate) fn estimator_with(
+        &self,
+        loaded: Option<&Loaded>,
+    ) -> Result<HostEstimator, ModelError> {
+        let configured = || {
+            self.config
+                .model
+                .as_deref()
+                .map_or_else(model::default_estimator, model::read_estimator)
+        };
+        loaded.map_or_else(configured, |loaded| Ok(loaded.estimator.clone()))
+    }
+
+    /// What clients are told of models and settings; `reloads` is the number of reloads so far.
+    pub(crate) fn setup(&self, reloads: u64) -> Result<Setup, ModelError> {
+        let configured = model::digest(&self.model_text(None)?);
+        let name = self.config.model.as_deref().and_then(Path::file_name);
+        Ok(Setup {
+            settings: u32::try_from(reloads).unwrap_or(u32::MAX),
+            in_force: self.loaded.as_ref().map_or(configured, |loaded| loaded.sha256),
+            configured,
+            name: name.unwrap_or("default".as_ref()).to_string_lossy().into_owned(),
+        })
     }
 
     /// What a user should know of the model.
@@ -134,28 +155,9 @@ impl Settings {
         Ok(weakness.map(|text| format!("model {}: {text}", self.model_name())))
     }
 
-    /// The model that the configuration names, and what stands in its file.
-    #[cfg(feature = "fleet")]
-    pub(crate) fn configured_model(&self) -> Result<grip_fleet::deploy::Examined, ModelError> {
-        let file = self.config.model.as_deref();
-        let name = file.and_then(Path::file_name).unwrap_or("default".as_ref()).to_string_lossy();
-        let text = file.map_or_else(|| Ok(model::default_text().into()), model::read_text)?;
-        let estimator = model::parse_estimator(&name, &text)?;
-        let sha256 = grip_fleet::deploy::digest(text.as_bytes());
-        let id = grip_fleet::deploy::ModelId { name: name.into_owned(), sha256 };
-        Ok(grip_fleet::deploy::Examined { id, text: text.into_owned(), estimator })
-    }
-
-    /// Whether a flag names the model: no other one is taken then.
-    #[cfg(feature = "fleet")]
-    pub(crate) const fn model_is_fixed(&self) -> bool {
-        self.cli.model.is_some()
-    }
-
     pub(crate) fn model_name(&self) -> Cow<'_, str> {
-        #[cfg(feature = "fleet")]
-        if let Some(model) = &self.deployed {
-            return format!("{} of the fleet", model.id.name).into();
+        if let Some(loaded) = &self.loaded {
+            return client_model(&loaded.sha256).into();
         }
         self.config.model.as_deref().map_or("embedded model".into(), Path::to_string_lossy)
     }
@@ -207,6 +209,8 @@ impl Settings {
             listen: self.config.listen.clone(),
             allow_remote: self.config.allow_remote,
             allow_commands: self.config.allow_commands,
+            // A flag stands over every client.
+            allow_models: self.config.allow_models && self.cli.model.is_none(),
             most: usize::from(self.config.max_clients),
             ..ClientsConfig::default()
         };
@@ -240,23 +244,20 @@ impl Settings {
         let config =
             toml::to_string(&self.config).context("the configuration cannot be written")?;
         let mut files = vec![file(CONFIG_NAME, "application/toml", config.into_bytes())];
-        files.push(model_file(self.model_text()?));
+        files.push(model_file(self.model_text(self.loaded.as_ref())?));
         if let Some(calibration) = &self.config.calibration {
             files.push(file(CALIBRATION_NAME, "application/toml", read(calibration)?));
         }
         Ok(files)
     }
 
-    /// The file of the model in force.
-    fn model_text(&self) -> Result<Vec<u8>, ModelError> {
-        #[cfg(feature = "fleet")]
-        if let Some(model) = &self.deployed {
-            return Ok(model.text.clone().into_bytes());
-        }
+    /// The file of this model of a client, or that of the configuration.
+    pub(crate) fn model_text(&self, loaded: Option<&Loaded>) -> Result<Vec<u8>, ModelError> {
         // Also the embedded one: a later gripctl may have another.
-        match &self.config.model {
-            Some(model) => Ok(model::read_text(model)?.into_owned().into_bytes()),
-            None => Ok(model::default_text().as_bytes().to_vec()),
+        match (loaded, &self.config.model) {
+            (Some(loaded), _) => Ok(loaded.text.clone().into_bytes()),
+            (None, Some(model)) => Ok(model::read_text(model)?.into_owned().into_bytes()),
+            (None, None) => Ok(model::default_text().as_bytes().to_vec()),
         }
     }
 }
@@ -267,35 +268,13 @@ pub(crate) fn model_file(data: Vec<u8>) -> Attached {
     Attached { name, media_type, data }
 }
 
-/// The network that the configuration names.
-#[cfg(feature = "fleet")]
-pub(crate) fn network(config: &grip_session::config::FleetConfig) -> grip_fleet::net::Network {
-    grip_fleet::net::Network { router: config.router.clone(), file: config.network.clone() }
-}
-
-/// The key at fault and what is wrong with it.
-#[cfg(feature = "fleet")]
-fn fleet_trouble(config: &HostConfig) -> Option<(&'static str, String)> {
-    let key = if config.fleet.router.is_some() { "fleet.router" } else { "fleet.network" };
-    network(&config.fleet).check().err().map(|error| (key, error.to_string()))
-}
-
-#[cfg(not(feature = "fleet"))]
-fn fleet_trouble(_config: &HostConfig) -> Option<(&'static str, String)> {
-    let text = "fleet.site is set, but this gripd was built without the fleet; build it with `cargo build --release -p gripd --features fleet`";
-    Some(("fleet.site", text.to_owned()))
-}
-
 fn read(file: &Path) -> anyhow::Result<Vec<u8>> {
     files::read(file, files::MOST_MODEL).with_context(|| format!("cannot read {}", file.display()))
 }
 
 /// The files, and the flags and variables on top of them.
 fn layers(cli: &Cli) -> Result<Layers, HostConfigError> {
-    let mut layers = match &cli.config {
-        Some(file) => Layers::file(file)?,
-        None => Layers::search(user_directory().as_deref())?,
-    };
+    let mut layers = Layers::of_user(cli.config.as_deref())?;
     let text = |path: &Path| path.to_string_lossy().into_owned();
     let given: [(&str, &str, Option<toml::Value>); 9] = [
         ("--port or GRIPD_PORT", "port", cli.port.clone().map(Into::into)),
@@ -314,13 +293,6 @@ fn layers(cli: &Cli) -> Result<Layers, HostConfigError> {
         }
     }
     Ok(layers)
-}
-
-fn user_directory() -> Option<PathBuf> {
-    std::env::var_os("XDG_CONFIG_HOME")
-        .filter(|folder| !folder.is_empty())
-        .map(PathBuf::from)
-        .or_else(|| Some(PathBuf::from(std::env::var_os("HOME")?).join(".config")))
 }
 
 /// A line for each value that is set: what it is, where it stands, what it replaces.

@@ -6,7 +6,7 @@ use crate::clients::{Listen, Stream};
 use core::time::Duration;
 use grip_link::decoder::{Counters, Decoder, Role, Verdict};
 use grip_link::frame::{self, Direction, Header, MAX_PAYLOAD, MAX_WIRE};
-use grip_link::message::daemon::{Command, Subscribe, ToClient};
+use grip_link::message::daemon::{Command, Load, Subscribe, ToClient};
 use grip_link::message::{Kind, PayloadError, Versions};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::io::Errno;
@@ -76,6 +76,11 @@ impl ClientLink {
     /// Bytes of QUERY.
     pub fn query(&mut self) -> Vec<u8> {
         self.request(Kind::QUERY, |_| Ok(0))
+    }
+
+    /// Bytes of LOAD, a piece of a model.
+    pub fn load(&mut self, piece: &Load<'_>) -> Vec<u8> {
+        self.request(Kind::LOAD, |out| piece.write(out))
     }
 
     /// Number of the last request, as ACK and NACK name it.
@@ -185,6 +190,15 @@ impl Client {
     /// [`ClientError`].
     pub fn command(&mut self, command: &Command) -> Result<(), ClientError> {
         let bytes = self.link.command(command);
+        self.send(&bytes)
+    }
+
+    /// Brings a piece of a model; ACK of the last one says that the model is in force.
+    ///
+    /// # Errors
+    /// [`ClientError`].
+    pub fn load(&mut self, piece: &Load<'_>) -> Result<(), ClientError> {
+        let bytes = self.link.load(piece);
         self.send(&bytes)
     }
 

@@ -17,8 +17,6 @@ pub struct HotCounters {
     pub samples: u64,
     /// Slips.
     pub slips: u64,
-    /// Samples in each scene: idle, moving, holding, slipping.
-    pub scenes: [u64; 4],
     /// Rows lost, over all openings of the port.
     pub lost: u64,
     /// Force commands written.

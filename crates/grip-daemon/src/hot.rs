@@ -154,8 +154,6 @@ pub struct Hot<C> {
 /// What a turn found out.
 #[derive(Clone, Copy, Debug, Default)]
 struct Turn {
-    /// Samples in each scene.
-    scenes: [u64; 4],
     closed: Option<CloseReason>,
     degraded: bool,
     /// A pipeline has begun with the settings that a gripper took.
@@ -257,9 +255,6 @@ impl<C: Fn() -> u64> Hot<C> {
         self.attached |= turn.configured;
         self.other |= turn.other;
         self.counters.degraded += u64::from(turn.degraded);
-        for (all, these) in self.counters.scenes.iter_mut().zip(turn.scenes) {
-            *all += these;
-        }
         let now_us = received_ns / 1000;
         if turn.stepped {
             self.tell_state(now_us);
@@ -431,11 +426,8 @@ impl Turn {
     #[inline]
     fn take(&mut self, ends: &mut Ends, host_us: u64, news: &News<'_>) {
         match *news {
-            News::Step { index, sample, taxels, step } => {
+            News::Step { index, sample, taxels, .. } => {
                 self.stepped = true;
-                if let Some(count) = self.scenes.get_mut(usize::from(step.scene.code())) {
-                    *count += 1;
-                }
                 let item = Item::Sample { host_us, index, sample, taxels };
                 if let Some(recorder) = &mut ends.recorder {
                     recorder.put(&item);

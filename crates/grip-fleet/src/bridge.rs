@@ -1,6 +1,7 @@
 //! Bytes of a daemon's socket in, what is to be published of them out. No socket and no clock.
 
 use crate::{
+    deploy::{ModelId, hex},
     key::Topic,
     message::{self, Message},
 };
@@ -9,7 +10,10 @@ use grip_link::{
     frame::{self, Direction, Header, MAX_PAYLOAD, MAX_WIRE},
     message::{
         Ack, Kind, Nack, NackReason, PayloadError, Versions,
-        daemon::{Command, DroppedClass, Gripper, Notice, NoticeKind, Subscribe, Topics},
+        daemon::{
+            self, Command, DroppedClass, Gripper, Load, Notice, NoticeKind, PipelineState,
+            SlipReport, Subscribe, Topics, Welcome, WelcomeFlags,
+        },
     },
 };
 use grip_session::config::Uid;
@@ -27,14 +31,57 @@ pub struct Publication {
 }
 
 /// What is heard of a daemon.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Heard {
     /// Something to be published.
     Publication(Publication),
     /// The daemon had no room for so many events: this end has read too slowly.
     Missed(u32),
-    /// The daemon answers the command of this number.
+    /// The daemon answers the command or the model of this number.
     Answer(u16, Result<(), NackReason>),
+    /// The daemon introduces itself.
+    Welcome(Greeting),
+    /// What the daemon works with.
+    Setup(Setup),
+    /// What the pipeline thinks; it is published too.
+    State(PipelineState),
+    /// A slip that was not heard before; it is published too.
+    Slip(SlipReport),
+    /// The daemon closes this connection, for this reason.
+    Goodbye(String),
+}
+
+/// What a daemon says of itself.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Greeting {
+    /// Name and version.
+    pub program: String,
+    /// Time since its start (us).
+    pub host_us: u64,
+    /// What a RELEASE must bear; none where commands are not allowed.
+    pub token: Option<u32>,
+    /// Whether it takes models of clients.
+    pub takes_models: bool,
+}
+
+/// What a daemon works with.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Setup {
+    /// Reloads since its start.
+    pub settings: u32,
+    /// Firmware of the gripper, as soon as one was seen.
+    pub firmware: Option<String>,
+    /// SHA-256 of the model in force, in hexadecimal digits.
+    pub in_force: String,
+    /// The model that the configuration names.
+    pub configured: ModelId,
+}
+
+/// Where a daemon was when it was last heard: its start, and the number of its last slip. By default nothing was heard yet.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct HeardUntil {
+    run_id: u32,
+    slip: u32,
 }
 
 /// One connection to a daemon, as a client that hears everything but samples.
@@ -48,44 +95,89 @@ pub struct Bridge {
     nameless: u64,
     /// Number of the last request.
     seq: u16,
+    slips: Slips,
+}
+
+/// Which slips were heard.
+#[derive(Debug)]
+struct Slips {
+    /// Where the daemon was when it was last heard, before this connection and now.
+    before: Option<HeardUntil>,
+    now: Option<HeardUntil>,
+    /// The slips that come were before this connection: QUERY tells the last ones again.
+    old: bool,
 }
 
 impl Bridge {
-    /// A session of this nonce; 0 becomes 1.
+    /// A session of this nonce; 0 becomes 1. Slips since `before` that the daemon still knows are heard; without it, none that were before.
     #[must_use]
-    pub fn new(nonce: u16) -> Self {
+    pub fn new(nonce: u16, before: Option<HeardUntil>) -> Self {
         let session = nonce.max(1);
         let mut decoder = Decoder::new(Role::Client);
         decoder.open_session(session, None);
-        Self { decoder, session, uid: None, known: [None, None, None], nameless: 0, seq: 0 }
+        Self {
+            decoder,
+            session,
+            uid: None,
+            known: [None, None, None],
+            nameless: 0,
+            seq: 0,
+            slips: Slips { before, now: None, old: true },
+        }
     }
 
-    /// What the daemon is told first; every n-th sample is wanted, none for 0.
+    /// Where the daemon is now, for the next connection.
     #[must_use]
-    pub fn subscribe(&self, every_nth: u16) -> Vec<u8> {
+    pub fn heard_until(&self) -> Option<HeardUntil> {
+        self.slips.now.or(self.slips.before)
+    }
+
+    /// What the daemon is told first; every n-th sample is wanted, none for 0. It answers with everything known.
+    pub fn subscribe(&mut self, every_nth: u16) -> Vec<u8> {
         let (versions, topics) = (Versions::OURS, Topics::ALL);
         let wanted = Subscribe { versions, topics, every_nth, state_ms: STATE_MS };
-        self.request(Kind::SUBSCRIBE, 0, |out| wanted.write(out))
+        let subscribe = self.request(Kind::SUBSCRIBE, true, |out| wanted.write(out)).1;
+        [subscribe, self.request(Kind::QUERY, true, |_| Ok(0)).1].concat()
     }
 
     /// A command for the fingers, and its number in [`Heard::Answer`].
     pub fn command(&mut self, command: &Command) -> (u16, Vec<u8>) {
-        self.seq = self.seq.wrapping_add(1);
-        (self.seq, self.request(Kind::COMMAND, self.seq, |out| command.write(out)))
+        self.request(Kind::COMMAND, true, |out| command.write(out))
+    }
+
+    /// A model file, or that of the configuration, to be put in force, and the number of its answer in [`Heard::Answer`].
+    pub fn load(&mut self, file: Option<(&[u8; 32], &[u8])>) -> (u16, Vec<u8>) {
+        let (sha256, file) = file.unwrap_or((&[0; 32], &[]));
+        let size = u32::try_from(file.len()).unwrap_or(u32::MAX);
+        let mut wire = Vec::new();
+        let mut pieces = file.chunks(Load::PIECE).peekable();
+        let mut offset = 0;
+        loop {
+            let bytes = pieces.next().unwrap_or_default();
+            let load = Load { sha256: *sha256, size, offset, bytes };
+            let is_last = pieces.peek().is_none();
+            let (seq, piece) = self.request(Kind::LOAD, is_last, |out| load.write(out));
+            wire.extend_from_slice(&piece);
+            if is_last {
+                return (seq, wire);
+            }
+            offset += u32::try_from(bytes.len()).unwrap_or(0);
+        }
     }
 
     fn request(
-        &self,
+        &mut self,
         kind: Kind,
-        seq: u16,
+        ack_req: bool,
         write: impl FnOnce(&mut [u8]) -> Result<usize, PayloadError>,
-    ) -> Vec<u8> {
+    ) -> (u16, Vec<u8>) {
         let (mut payload, mut wire) = ([0; MAX_PAYLOAD], [0; MAX_WIRE]);
-        let header = Header::new(Direction::ToDevice, kind, seq, self.session);
-        let header = Header { ack_req: true, ..header };
+        self.seq = self.seq.wrapping_add(1);
+        let header = Header::new(Direction::ToDevice, kind, self.seq, self.session);
+        let header = Header { ack_req, ..header };
         let payload = write(&mut payload).ok().and_then(|len| payload.get(..len));
         let len = frame::encode(&header, payload.unwrap_or_default(), &mut wire).unwrap_or(0);
-        wire.get(..len).unwrap_or_default().to_vec()
+        (self.seq, wire.get(..len).unwrap_or_default().to_vec())
     }
 
     /// Takes bytes and hands out what they complete; what the daemon says of this connection is for nobody else. News of a gripper that has not said who it is have no name and are counted.
@@ -95,6 +187,17 @@ impl Bridge {
             let (kind, payload) = (frame.header.kind, frame.payload);
             if let Some((seq, answer)) = answer(kind, payload) {
                 on(Heard::Answer(seq, answer));
+            }
+            if let Some(heard) = told(kind, payload) {
+                on(heard);
+            }
+            match self.slips.missed(kind, payload) {
+                None => continue,
+                Some(0) => {}
+                Some(missed) => on(Heard::Missed(missed)),
+            }
+            if let (Kind::SLIP, Ok(slip)) = (kind, SlipReport::parse(payload)) {
+                on(Heard::Slip(slip));
             }
             let Some(topic) = topic(kind) else { continue };
             if kind == Kind::GRIPPER
@@ -141,6 +244,28 @@ impl Bridge {
     }
 }
 
+impl Slips {
+    /// How many slips before this message nobody knows any more; `None` for a slip that was heard, or that nobody has missed.
+    fn missed(&mut self, kind: Kind, payload: &[u8]) -> Option<u32> {
+        if let (Kind::WELCOME, Ok(welcome)) = (kind, Welcome::parse(payload)) {
+            let run_id = welcome.run_id;
+            let same = self.before.filter(|before| before.run_id == run_id);
+            self.now = Some(HeardUntil { run_id, slip: same.map_or(0, |before| before.slip) });
+        }
+        if kind == Kind::ACK && Ack::parse(payload).is_ok_and(|ack| ack.kind == Kind::QUERY) {
+            self.old = false;
+        }
+        let Some(now) = self.now.as_mut().filter(|_| kind == Kind::SLIP) else { return Some(0) };
+        let Ok(slip) = SlipReport::parse(payload) else { return Some(0) };
+        let last = now.slip;
+        now.slip = last.max(slip.number);
+        let is_new = slip.number > last && !(self.old && self.before.is_none());
+        // What is dropped later gripd counts itself.
+        let missed = if self.old { slip.number.saturating_sub(last).saturating_sub(1) } else { 0 };
+        is_new.then_some(missed)
+    }
+}
+
 /// Which command is answered, and how.
 fn answer(kind: Kind, payload: &[u8]) -> Option<(u16, Result<(), NackReason>)> {
     let (of, answer) = match kind {
@@ -148,7 +273,39 @@ fn answer(kind: Kind, payload: &[u8]) -> Option<(u16, Result<(), NackReason>)> {
         Kind::NACK => Nack::parse(payload).ok().map(|no| (no.kind, (no.seq, Err(no.reason))))?,
         _ => return None,
     };
-    Some(answer).filter(|_| of == Kind::COMMAND)
+    Some(answer).filter(|_| of == Kind::COMMAND || of == Kind::LOAD)
+}
+
+/// What is of use here, beside what is published.
+fn told(kind: Kind, payload: &[u8]) -> Option<Heard> {
+    Some(match kind {
+        Kind::WELCOME => {
+            let welcome = Welcome::parse(payload).ok()?;
+            Heard::Welcome(Greeting {
+                program: welcome.daemon().to_owned(),
+                host_us: welcome.host_us,
+                token: welcome.flags.has(WelcomeFlags::COMMANDS).then_some(welcome.token),
+                takes_models: welcome.flags.has(WelcomeFlags::MODELS),
+            })
+        }
+        Kind::SETUP => {
+            let setup = daemon::Setup::parse(payload).ok()?;
+            let firmware = Some(setup.firmware.to_string()).filter(|text| text != "0.0.0");
+            let (name, sha256) = (setup.configured_name().to_owned(), hex(&setup.configured));
+            let (settings, in_force) = (setup.settings, hex(&setup.in_force));
+            let configured = ModelId { name, sha256 };
+            Heard::Setup(Setup { settings, firmware, in_force, configured })
+        }
+        Kind::STATE => Heard::State(PipelineState::parse(payload).ok()?),
+        Kind::NOTICE => {
+            let notice = Notice::parse(payload).ok()?;
+            if notice.kind != NoticeKind::Goodbye {
+                return None;
+            }
+            Heard::Goodbye(notice.as_str().to_owned())
+        }
+        _ => return None,
+    })
 }
 
 /// How many events were dropped, of what the daemon says of this connection alone; `None` for everything else.
@@ -194,15 +351,15 @@ impl Publication {
 
 #[cfg(test)]
 mod tests {
-    use super::{Bridge, Heard, Publication, Topic};
+    use super::{Bridge, Heard, HeardUntil, Publication, Topic};
     use grip_link::{
         decoder::{Decoder, Role, Verdict},
         frame::{self, Direction, Header, MAX_PAYLOAD, MAX_WIRE},
         message::{
-            Ack, Kind, Nack, NackReason,
+            Ack, Kind, Nack, NackReason, Versions,
             daemon::{
-                Command, DroppedClass, Gripper, Health, Notice, NoticeKind, Operation, ToClient,
-                ToDaemon,
+                Command, DroppedClass, Gripper, Health, Notice, NoticeKind, Operation, RealTime,
+                SlipReport, ToClient, ToDaemon, Welcome, WelcomeFlags,
             },
         },
     };
@@ -246,6 +403,7 @@ mod tests {
         let mut taken = Vec::new();
         bridge.receive(bytes, &mut |heard| match heard {
             Heard::Publication(publication) => taken.push(publication),
+            Heard::State(_) | Heard::Slip(_) => {}
             other => panic!("{other:?}"),
         });
         taken
@@ -253,7 +411,7 @@ mod tests {
 
     #[test]
     fn it_greets_as_a_client_that_hears_everything() {
-        let bridge = Bridge::new(7);
+        let mut bridge = Bridge::new(7, None);
         let mut decoder = Decoder::new(Role::Daemon);
         let wire = bridge.subscribe(3);
         let Some(Verdict::Frame(frame)) = decoder.next(&mut wire.as_slice()) else { panic!() };
@@ -273,7 +431,7 @@ mod tests {
         daemon.health(2);
         let wanted = [Topic::Events, Topic::Events, Topic::Health, Topic::Health];
         for size in [1, 7, 64, 4096] {
-            let mut bridge = Bridge::new(7);
+            let mut bridge = Bridge::new(7, None);
             let chunks = daemon.wire.chunks(size);
             let taken: Vec<_> = chunks.flat_map(|chunk| take(&mut bridge, chunk)).collect();
             let topics: Vec<Topic> = taken.iter().map(|taken| taken.topic).collect();
@@ -305,22 +463,23 @@ mod tests {
         daemon.say(Kind::NOTICE, |out| dropped(DroppedClass::News, 3).write(out).unwrap());
         let goodbye = Notice { kind: NoticeKind::Goodbye, ..dropped(DroppedClass::Rows, 0) };
         daemon.say(Kind::NOTICE, |out| goodbye.write(out).unwrap());
-        let (mut bridge, mut heard) = (Bridge::new(7), Vec::new());
+        let (mut bridge, mut heard) = (Bridge::new(7, None), Vec::new());
         bridge.receive(&daemon.wire, &mut |one| heard.push(one));
-        assert_eq!(heard.len(), 2, "{heard:?}");
+        assert_eq!(heard.len(), 3, "{heard:?}");
         assert_eq!(heard[1], Heard::Missed(3));
+        assert_eq!(heard[2], Heard::Goodbye("you read too slowly".to_owned()));
     }
 
     #[test]
     fn a_command_reaches_the_daemon_and_its_answer_comes_back() {
-        let mut bridge = Bridge::new(7);
+        let mut bridge = Bridge::new(7, None);
         let mut decoder = Decoder::new(Role::Daemon);
         let greeting = bridge.subscribe(0);
         assert!(decoder.next(&mut greeting.as_slice()).is_some());
-        decoder.open_session(7, Some(0));
+        decoder.open_session(7, Some(2));
         let command = Command { force_mn: 1500, ..Command::new(Operation::AtLeast) };
         let mut daemon = Daemon { session: 7, seq: 0, wire: Vec::new() };
-        for (number, reason) in [(1, None), (2, Some(NackReason::Forbidden))] {
+        for (number, reason) in [(3, None), (4, Some(NackReason::Forbidden))] {
             let (seq, wire) = bridge.command(&command);
             let Some(Verdict::Frame(frame)) = decoder.next(&mut wire.as_slice()) else { panic!() };
             assert_eq!((frame.header.seq, frame.header.ack_req, seq), (number, true, number));
@@ -338,8 +497,81 @@ mod tests {
         daemon.say(Kind::ACK, |out| Ack { kind: Kind::QUERY, seq: 3 }.write(out).unwrap());
         let mut heard = Vec::new();
         bridge.receive(&daemon.wire, &mut |one| heard.push(one));
-        let refused = Heard::Answer(2, Err(NackReason::Forbidden));
-        assert_eq!(heard, [Heard::Answer(1, Ok(())), refused]);
+        let refused = Heard::Answer(4, Err(NackReason::Forbidden));
+        assert_eq!(heard, [Heard::Answer(3, Ok(())), refused]);
+    }
+
+    /// Which slips are heard of a start of the daemon that still knows three, with one more that comes live; 100 stands for one that is missed.
+    fn slips(bridge: &mut Bridge, run_id: u32) -> Vec<u32> {
+        let mut daemon = Daemon { session: 7, seq: 0, wire: Vec::new() };
+        let welcome = Welcome {
+            versions: Versions::OURS,
+            max_rx: 480,
+            flags: WelcomeFlags::MODELS,
+            token: 0,
+            run_id,
+            host_us: 5,
+            real_time: RealTime::NotAsked,
+            text: b"gripd x",
+        };
+        daemon.say(Kind::WELCOME, |out| welcome.write(out).unwrap());
+        daemon.gripper(5);
+        for number in [3, 4, 5, 6] {
+            if number == 6 {
+                daemon.say(Kind::ACK, |out| Ack { kind: Kind::QUERY, seq: 2 }.write(out).unwrap());
+            }
+            let slip = SlipReport { number, ..SlipReport::UNKNOWN };
+            daemon.say(Kind::SLIP, |out| slip.write(out).unwrap());
+        }
+        let mut numbers = Vec::new();
+        bridge.receive(&daemon.wire, &mut |heard| match heard {
+            Heard::Slip(slip) => numbers.push(slip.number),
+            Heard::Missed(missed) => numbers.push(100 * missed),
+            Heard::Welcome(greeting) => assert!(greeting.takes_models && greeting.token.is_none()),
+            _ => {}
+        });
+        numbers
+    }
+
+    #[test]
+    fn slips_are_heard_once_also_over_another_connection() {
+        let mut first = Bridge::new(7, None);
+        assert_eq!(slips(&mut first, 9), [6], "what was before it came");
+        let mut second = Bridge::new(7, Some(HeardUntil { run_id: 9, slip: 4 }));
+        assert_eq!(slips(&mut second, 9), [5, 6]);
+        let mut late = Bridge::new(7, Some(HeardUntil { run_id: 9, slip: 1 }));
+        assert_eq!(slips(&mut late, 9), [100, 3, 4, 5, 6]);
+        let mut third = Bridge::new(7, second.heard_until());
+        assert_eq!(slips(&mut third, 9), [0; 0]);
+        let mut restarted = Bridge::new(7, third.heard_until());
+        assert_eq!(slips(&mut restarted, 10), [200, 3, 4, 5, 6]);
+        assert_eq!(Bridge::new(7, restarted.heard_until()).heard_until(), restarted.heard_until());
+    }
+
+    #[test]
+    fn a_model_goes_in_pieces_and_asks_for_one_answer() {
+        let file: Vec<u8> = (0..600_u32).map(|at| at.to_le_bytes()[0]).collect();
+        for (file, pieces) in [(Some((&[7; 32], &file[..])), 3), (None, 1)] {
+            let mut bridge = Bridge::new(7, None);
+            let mut decoder = Decoder::new(Role::Daemon);
+            decoder.open_session(7, Some(0));
+            let (number, wire) = bridge.load(file);
+            let (mut wire, mut came) = (wire.as_slice(), Vec::new());
+            let mut asked = Vec::new();
+            while let Some(Verdict::Frame(frame)) = decoder.next(&mut wire) {
+                let Ok(ToDaemon::Load(load)) = ToDaemon::parse(&frame) else { panic!() };
+                assert_eq!(usize::try_from(load.offset), Ok(came.len()));
+                assert_eq!(usize::try_from(load.size), Ok(file.map_or(0, |file| file.1.len())));
+                came.extend_from_slice(load.bytes);
+                asked.push((frame.header.ack_req, frame.header.seq));
+            }
+            assert_eq!(
+                (came.as_slice(), asked.len()),
+                (file.map_or(&[][..], |file| file.1), pieces)
+            );
+            assert_eq!(asked.iter().filter(|(asks, _)| *asks).count(), 1);
+            assert_eq!(asked.last(), Some(&(true, number)));
+        }
     }
 
     #[test]

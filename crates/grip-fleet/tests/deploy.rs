@@ -14,11 +14,15 @@ use core::{
 use grip_eval::grasp::{Bench, Way};
 use grip_fleet::{
     EventLog, Member, Part, Uid,
-    deploy::{Examined, Models, Offer, Order, digest, examine},
+    deploy::{Examined, ModelId, Models, Offer, Order, digest},
     net::{self, Announced, Deployer, Happening, NetError, Network, Question, Session, standing},
     rollout::{Counts, JudgeConfig, Progress, Report, RolloutConfig, Stop, Worse},
 };
-use grip_session::{HostConfig, HostEstimator, config::LinkConfig, model::default_text};
+use grip_session::{
+    HostConfig, HostEstimator,
+    config::LinkConfig,
+    model::{default_estimator, default_text},
+};
 use grip_sim::Scene;
 use slip_core::units::Micros;
 use std::{
@@ -54,21 +58,17 @@ fn member(number: u8) -> Member {
     Member { site: "hall".parse().unwrap(), uid: Uid([number; 16]) }
 }
 
-fn model(text: &str) -> Examined {
-    examine("model.json", &digest(text.as_bytes()), text.as_bytes()).unwrap()
-}
-
 impl Hand {
     fn new(folder: &Path, network: &Network, number: u8, had: &Arc<Had>) -> Self {
         let (session, member) = (network.open().unwrap(), member(number));
-        let configured = model(default_text());
-        let estimator = configured.estimator.clone();
+        let sha256 = digest(default_text().as_bytes());
+        let configured = ModelId { name: "default".to_owned(), sha256 };
         let folder = folder.join(member.uid.to_string());
         Self {
             announced: Announced::new(&session, &member, &[Part::Model]).unwrap(),
             _session: session,
-            models: Models::open(&folder, configured).unwrap().0,
-            estimator,
+            models: Models::open(&folder, configured).unwrap(),
+            estimator: default_estimator().unwrap(),
             total: Counts::default(),
             seed: 1000 * u64::from(number),
             scene: Scene::from_toml(SCENE).unwrap(),
@@ -90,9 +90,10 @@ impl Hand {
         let result = bench.grasp(&self.scene, self.seed, &Way::default()).unwrap();
         self.total.seconds += GRASP_S;
         self.total.slips += result.slips;
+        self.total.grasps += 1;
         self.total.faults += u64::from(result.dropped);
         let Self { models, estimator, total, had, member, .. } = self;
-        models.count(*total, &mut |model, _| {
+        models.count(*total, &mut |model| {
             put(model, estimator, (had, member));
             Ok(*total)
         });
@@ -109,7 +110,7 @@ impl Hand {
     fn obey(&mut self, question: &Question) {
         let order = Order::read(|name| question.parameter(name), question.payload()).unwrap();
         let Self { models, estimator, had, member, total, .. } = self;
-        let obeyed = models.obey(order, &mut |model, _| {
+        let obeyed = models.obey(order, &mut |model| {
             put(model, estimator, (had, member));
             Ok(*total)
         });
@@ -120,9 +121,11 @@ impl Hand {
     }
 }
 
-fn put(model: &Examined, estimator: &mut HostEstimator, (had, member): (&Had, &Member)) {
-    *estimator = model.estimator.clone();
-    had.lock().unwrap().insert((member.clone(), model.id.sha256.clone()));
+fn put(model: Option<&Examined>, estimator: &mut HostEstimator, (had, member): (&Had, &Member)) {
+    *estimator = model.map_or_else(|| default_estimator().unwrap(), |new| new.estimator.clone());
+    if let Some(model) = model {
+        had.lock().unwrap().insert((member.clone(), model.id.sha256.clone()));
+    }
 }
 
 /// The default model with another range of its target: all of its forces are `share` of what they were.

@@ -52,9 +52,11 @@ kinds! {
     0xA4 GRIPPER: CLIENT, "Which gripper is there.";
     0xA5 ROWS: CLIENT, "Samples as the pipeline got them.";
     0xA6 NOTICE: CLIENT, "Something a client should know: dropped frames, sensors, link, the end.";
+    0xA7 SETUP: CLIENT, "What the daemon works with: firmware, models, settings.";
     0xA8 SUBSCRIBE: DAEMON, "A client asks for topics.";
     0xA9 COMMAND: DAEMON, "A client wants the gripper to do something.";
     0xAA QUERY: DAEMON, "A client asks for everything known now.";
+    0xAB LOAD: DAEMON, "A client brings a piece of a model.";
 }
 
 impl Kind {

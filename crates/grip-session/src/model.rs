@@ -14,6 +14,7 @@ use mlp_core::{
     ensemble_file::{EnsembleFile, is_ensemble},
     file::{self, Deviation, FileError, ModelFile},
 };
+use sha2::{Digest as _, Sha256};
 use slip_core::{
     estimate::{Estimator, EstimatorError},
     features::Feature,
@@ -133,6 +134,12 @@ pub fn read_text(file: &Path) -> Result<Cow<'static, str>, ModelError> {
 /// Where the file cannot be read, is no model, or does not estimate a force from features of a slip.
 pub fn read_estimator(file: &Path) -> Result<HostEstimator, ModelError> {
     parse_estimator(&file.display().to_string(), &read_text(file)?)
+}
+
+/// SHA-256 of a model file.
+#[must_use]
+pub fn digest(bytes: &[u8]) -> [u8; 32] {
+    Sha256::digest(bytes).into()
 }
 
 /// The text of the embedded model.

@@ -6,8 +6,8 @@ use super::gripper::ident;
 use core::fmt::Debug;
 use grip_link::frame::{Direction, Frame, Header, MAX_PAYLOAD};
 use grip_link::message::daemon::{
-    Appended, Command, Gripper, Health, Notice, PipelineState, RowSet, Rows, SlipReport, Subscribe,
-    ToClient, ToDaemon, Welcome,
+    Appended, Command, Gripper, Health, Load, Notice, PipelineState, RowSet, Rows, Setup,
+    SlipReport, Subscribe, ToClient, ToDaemon, Welcome,
 };
 use grip_link::message::{
     Ack, ClearFault, Config, ConfigAck, Event, Grip, Heartbeat, Hello, Ident, Kind, Layout, Log,
@@ -59,6 +59,14 @@ macro_rules! rounds {
             Kind::NOTICE => {
                 let mut out = [0; MAX_PAYLOAD];
                 round($payload, &mut out, Notice::parse, |notice, out| notice.write(out));
+            }
+            Kind::SETUP => {
+                let mut out = [0; MAX_PAYLOAD];
+                round($payload, &mut out, Setup::parse, |setup, out| setup.write(out));
+            }
+            Kind::LOAD => {
+                let mut out = [0; MAX_PAYLOAD];
+                round($payload, &mut out, Load::parse, |load, out| load.write(out));
             }
             Kind::HEALTH => health($payload),
             Kind::SLIP => grown(

@@ -1,4 +1,4 @@
-//! The command lines of gripd, gripctl and gripmon in; their man pages and shell completions, in a folder, out.
+//! The command lines of gripd, gripctl, gripfleet and gripmon in; their man pages and shell completions, in a folder, out.
 //!
 //! A program of its own, so that what is installed carries neither the generators nor a hidden command.
 
@@ -7,6 +7,8 @@
 mod gripctl;
 #[path = "../../../bins/gripd/src/cli.rs"]
 mod gripd;
+#[path = "../../../bins/gripfleet/src/cli.rs"]
+mod gripfleet;
 #[path = "../../../bins/gripmon/src/cli.rs"]
 #[expect(dead_code, unreachable_pub, reason = "of the command line only the names are wanted here")]
 mod gripmon;
@@ -22,7 +24,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// Writes man pages and shell completions of gripd, gripctl and gripmon.
+/// Writes man pages and shell completions of gripd, gripctl, gripfleet and gripmon.
 #[derive(Debug, Parser)]
 #[command(name = "grip-manuals", version)]
 struct Cli {
@@ -32,10 +34,13 @@ struct Cli {
 
 fn main() -> anyhow::Result<()> {
     let out = Cli::parse().out;
-    for command in [gripd::Cli::command(), gripctl::Cli::command(), gripmon::Cli::command()] {
-        write_all(&out, command)?;
-    }
-    Ok(())
+    commands().into_iter().try_for_each(|command| write_all(&out, command))
+}
+
+/// gripctl, which has subcommands, stands last.
+fn commands() -> [Command; 4] {
+    let (gripd, gripfleet) = (gripd::Cli::command(), gripfleet::Cli::command());
+    [gripd, gripfleet, gripmon::Cli::command(), gripctl::Cli::command()]
 }
 
 fn write_all(out: &Path, mut command: Command) -> anyhow::Result<()> {
@@ -56,18 +61,18 @@ fn write_all(out: &Path, mut command: Command) -> anyhow::Result<()> {
 
 #[cfg(test)]
 mod tests {
-    use super::{gripctl, gripd, gripmon, write_all};
+    use super::{commands, gripctl, write_all};
     use clap::CommandFactory as _;
     use std::fs::read_to_string;
 
     #[test]
     fn every_flag_and_command_is_in_its_manual() {
         let folder = tempfile::tempdir().unwrap();
-        for command in [gripd::Cli::command(), gripctl::Cli::command(), gripmon::Cli::command()] {
+        for command in commands() {
             write_all(folder.path(), command).unwrap();
         }
         let read = |file: &str| read_to_string(folder.path().join(file)).unwrap();
-        for command in [gripd::Cli::command(), gripmon::Cli::command()] {
+        for command in &commands()[..3] {
             let name = command.get_name();
             let (manual, bash) = (read(&format!("man/{name}.1")), read(&format!("bash/{name}")));
             for argument in command.get_arguments() {

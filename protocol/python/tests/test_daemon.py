@@ -21,11 +21,13 @@ from grip_link.messages.daemon import (
     Command,
     Gripper,
     Health,
+    Load,
     Notice,
     Operation,
     RealTime,
     Rows,
     RowSet,
+    Setup,
     Slip,
     State,
     Subscribe,
@@ -40,6 +42,7 @@ from vectors import BAD_CLIENTS, CLIENTS, Invalid, Valid, words
 MESSAGES: dict[int, Any] = {
     Kind.WELCOME: Welcome, Kind.SLIP: Slip, Kind.STATE: State, Kind.HEALTH: Health, Kind.GRIPPER: Gripper,
     Kind.ROWS: Rows, Kind.NOTICE: Notice, Kind.SUBSCRIBE: Subscribe, Kind.COMMAND: Command,
+    Kind.SETUP: Setup, Kind.LOAD: Load,
 }  # fmt: skip
 LISTEN = Path(__file__).resolve().parents[1] / "examples" / "listen.py"
 

@@ -31,6 +31,11 @@ pub(crate) enum FleetCommand {
     ///
     /// Exit codes: 0 all have it, 1 stopped and rolled back, 2 wrong arguments.
     Deploy(DeployArgs),
+    /// Give back the model that came over the network: the one before it is in force again.
+    ///
+    /// On trial or accepted, whatever was counted with it. Once more leads to the one before that, and at last to the model of the
+    /// configuration. Exit codes: 0 done, 1 somebody did not answer, 2 wrong arguments.
+    Back(BackArgs),
     /// Tell one gripper what to do, where its gripd takes commands from the network.
     ///
     /// Its own limits hold, and it goes on to answer slips by itself. Events tell when it was carried out; while a stop is latched it is
@@ -130,6 +135,15 @@ pub(crate) struct DeployArgs {
     /// Send a model that is broken or made for something else: each gripper should refuse it.
     #[arg(long)]
     pub(crate) force: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct BackArgs {
+    /// Whose: all, a site, a gripper, SITE/GRIPPER, or several of these with commas between.
+    #[arg(long, value_name = "SELECTOR")]
+    pub(crate) to: Selection,
+    #[command(flatten)]
+    pub(crate) place: PlaceArgs,
 }
 
 #[derive(Debug, Args)]

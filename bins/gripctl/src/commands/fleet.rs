@@ -1,5 +1,6 @@
 //! `gripctl fleet`: a router in; who is there, and what happens to them, out.
 
+mod back;
 mod command;
 mod deploy;
 mod recordings;
@@ -46,6 +47,7 @@ pub(crate) fn run(args: &FleetArgs) -> anyhow::Result<Exit> {
             watch(&args.place, Some(args.uid), Since::Now, &[Topic::State], seconds)
         }
         FleetCommand::Deploy(args) => deploy::run(args),
+        FleetCommand::Back(args) => back::run(args),
         FleetCommand::Command(args) => command::run(args),
         FleetCommand::Recordings(args) => recordings::show(args),
         FleetCommand::Collect(args) => recordings::collect(args),

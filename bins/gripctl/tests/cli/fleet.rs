@@ -196,22 +196,23 @@ fn try_models(endpoint: &str, folder: &Path, often: u64, (end, there): (&AtomicB
     let member = Member { site: "hall".parse().unwrap(), uid: Uid([0xAB; 16]) };
     let text = default_text();
     let own = examine("own", &digest(text.as_bytes()), text.as_bytes()).unwrap();
-    let (mut models, _) = Models::open(folder, own).unwrap();
+    let mut models = Models::open(folder, own.id).unwrap();
     let mut announced = Announced::new(&session, &member, &[Part::Model]).unwrap();
-    let (mut total, mut slips) = (Counts { seconds: 100.0, slips: 100, faults: 0 }, 0.0);
+    let (mut total, mut slips) = (Counts { seconds: 100.0, slips: 100, faults: 0, grasps: 1 }, 0.0);
     there.store(true, Ordering::SeqCst);
     while !end.load(Ordering::SeqCst) {
         thread::park_timeout(core::time::Duration::from_millis(10));
         let is_own = models.standing().in_force.name == "own";
         slips += if is_own { 0.2 } else { 0.2 * f64::from(u32::try_from(often).unwrap()) };
         let new = (total.seconds - 100.0, slips);
-        total = Counts { seconds: 100.2 + new.0, slips: 100 + whole(new.1), faults: 0 };
-        models.count(total, &mut |_, _| Ok(total));
+        let (slips, grasps) = (100 + whole(new.1), total.grasps + 1);
+        total = Counts { seconds: 100.2 + new.0, slips, faults: 0, grasps };
+        models.count(total, &mut |_| Ok(total));
         let log = EventLog::new(1, 1 << 16);
         announced.answer(&|use_it| use_it(&log), &[[0; 0]; 0], "");
         while let Some(question) = announced.question() {
             let order = Order::read(|name| question.parameter(name), question.payload()).unwrap();
-            match models.obey(order, &mut |_, _| Ok(total)) {
+            match models.obey(order, &mut |_| Ok(total)) {
                 Ok(standing) => question.reply(&serde_json::to_vec(&standing).unwrap()).unwrap(),
                 Err(fault) => question.refuse(&fault.to_string()).unwrap(),
             }
@@ -226,6 +227,11 @@ fn whole(count: f64) -> u64 {
 
 /// What `gripctl fleet deploy` says where a gripper slips so often with the new model.
 fn deployed(often: u64, text: &str, args: &[&str]) -> Ran {
+    told(often, text, &[&["deploy", "new.json"], args].concat())
+}
+
+/// The same of any command for the grippers of the hall.
+fn told(often: u64, text: &str, args: &[&str]) -> Ran {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("new.json"), text).unwrap();
     let endpoint = endpoint();
@@ -238,8 +244,8 @@ fn deployed(often: u64, text: &str, args: &[&str]) -> Ran {
         while !there.load(Ordering::SeqCst) {
             thread::yield_now();
         }
-        let fixed = ["fleet", "deploy", "new.json", "--to", "hall", "--router", &endpoint];
-        let ran = gripctl(folder.path(), &[&fixed[..], args].concat());
+        let fixed = ["--to", "hall", "--router", &endpoint];
+        let ran = gripctl(folder.path(), &[&["fleet"], args, &fixed].concat());
         end.store(true, Ordering::SeqCst);
         router.kill().unwrap();
         router.wait().unwrap();
@@ -283,6 +289,15 @@ fn a_model_that_is_worse_is_taken_back_and_a_broken_one_is_not_even_sent() {
     let ran = deployed(1, "{}", &["--force"]);
     let told = ["refuses it: new.json: this is no model file", "went to nobody: "];
     assert!(ran.code == 1 && told.iter().all(|words| ran.out.contains(words)), "{ran:?}");
+}
+
+#[test]
+fn the_way_back_is_one_command() {
+    let ran = told(1, "{}", &["back"]);
+    assert!(ran.code == 0 && ran.out.starts_with(&format!("{MEMBER}  model own (")), "{ran:?}");
+    let ran = told(1, "{}", &["back", "--json"]);
+    let line: Value = serde_json::from_str(&ran.out).unwrap();
+    assert_eq!((&line["in_force"]["name"], &line["reason"]), (&"own".into(), &Value::Null));
 }
 
 #[test]

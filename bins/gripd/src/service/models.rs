@@ -1,73 +1,82 @@
-//! Models that came over the network in; put in force by the hot thread, in the recording and in the settings, out.
+//! Models that clients bring in; put in force by the hot thread, in the recording and in the settings, out.
 
 use super::{Pending, Service};
-use crate::fleet::{Desk, Wanted};
-use grip_daemon::{HotCounters, hot, log::LogLevel};
+use crate::settings::{Loaded, model_file};
+use grip_daemon::{clients::Loading, hot, log::LogLevel};
+use grip_link::message::NackReason;
 use grip_session::{SessionError, exit::message};
 
 impl Service {
-    fn desk(&mut self) -> Option<&mut Desk> {
-        self.servers.fleet.as_mut()?.desk.as_mut()
-    }
-
     /// Sends the next model to the hot thread, as soon as it has answered whatever was sent before.
     pub(super) fn serve_models(&mut self) {
         if !self.pending.is_empty() || self.ends.settings.is_full() {
             return;
         }
-        let Some(wanted) = self.desk().and_then(|desk| desk.wanted()) else { return };
+        let clients = self.servers.clients.as_mut();
+        let Some(mut load) = clients.and_then(|clients| clients.next_load()) else { return };
+        if let Err(reason) = self.send_model(&mut load) {
+            self.refuse_model(&load, NackReason::Malformed, &reason);
+        }
+    }
+
+    fn send_model(&mut self, load: &mut Loading) -> Result<(), String> {
+        let model = load.model.take().map(Loaded::new).transpose()?;
+        let words = |error| message(&error);
+        let estimator = self.settings.estimator_with(model.as_ref()).map_err(words)?;
+        let text = self.settings.model_text(model.as_ref()).map_err(words)?;
+        self.attach(&Ok(vec![model_file(text)]));
         let config = self.settings.config.clone();
-        let estimator = wanted.model.estimator.clone();
-        self.attach(&Ok(vec![crate::settings::model_file(wanted.model.text.clone().into_bytes())]));
         let settings = hot::Settings { config, estimator, refused: None };
         // There is room: nobody else sends settings.
         let _sent = self.ends.settings.push(Box::new(settings));
-        self.pending.push_back(Pending::Model(Box::new(wanted)));
+        self.pending.push_back(Pending::Model(Box::new((load.clone(), model))));
+        Ok(())
     }
 
     /// The hot thread has taken a model, or has not.
-    pub(super) fn model_swapped(&mut self, wanted: Wanted, refused: Option<&SessionError>) {
-        let outcome = match refused {
-            None => {
-                self.settings.deployed = wanted.deployed.then_some(wanted.model);
-                Ok(())
-            }
-            Some(error) => {
-                self.attach(&self.settings.attachments());
-                Err(message(error))
-            }
-        };
-        let now_us = self.clock.now_us();
-        if let Some(desk) = self.desk() {
-            desk.swapped(outcome, now_us);
+    pub(super) fn model_swapped(
+        &mut self,
+        (load, model): (Loading, Option<Loaded>),
+        refused: Option<&SessionError>,
+    ) {
+        if let Some(error) = refused {
+            self.attach(&self.settings.attachments());
+            return self.refuse_model(&load, NackReason::WrongState, &message(error));
+        }
+        self.settings.loaded = model;
+        let text = format!("a client asked: model {} is in force", self.settings.model_name());
+        self.console.say(LogLevel::Info, &text);
+        self.tell_setup();
+        if let Some(clients) = &mut self.servers.clients {
+            clients.loaded(&load, Ok(()));
+        }
+    }
+
+    fn refuse_model(&mut self, load: &Loading, reason: NackReason, text: &str) {
+        let text = format!("the model that a client asked for is not put in force: {text}");
+        self.console.say(LogLevel::Warn, &text);
+        if let Some(clients) = &mut self.servers.clients {
+            clients.loaded(load, Err(reason));
         }
     }
 
     /// Other settings are in force; `model` says that the configuration names another model.
     pub(super) fn settings_changed(&mut self, model: bool) {
-        if model && self.settings.deployed.is_some() {
-            let text = "the model that came over the network stays in force; that of the configuration is what it gives way to";
+        if model && self.settings.loaded.is_some() {
+            let text = "the model that a client brought stays in force; that of the configuration is what it gives way to";
             self.console.say(LogLevel::Warn, text);
         }
-        if self.desk().is_none() {
-            return;
-        }
-        match self.settings.configured_model() {
-            Ok(model) => {
-                if let Some(desk) = self.desk() {
-                    desk.reloaded(model);
+        self.tell_setup();
+    }
+
+    fn tell_setup(&mut self) {
+        match self.settings.setup(self.board.about.reloads.0) {
+            Ok(setup) => {
+                if let Some(clients) = &mut self.servers.clients {
+                    clients.set_setup(setup);
                 }
             }
             Err(error) => self.console.say(LogLevel::Error, &message(&error)),
-        }
-    }
-
-    /// What there was to slip, and what slipped.
-    pub(super) fn count_for_models(&mut self, counters: &HotCounters) {
-        let rate_hz = self.board.state().map_or(0, |state| state.rate_hz);
-        let faults = self.board.link().faults.0;
-        if let Some(desk) = self.desk() {
-            desk.count(counters, rate_hz, faults);
         }
     }
 }

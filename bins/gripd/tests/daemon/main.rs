@@ -1,10 +1,6 @@
 //! gripd as a person or a script meets it: its arguments in, its output, recording and exit code out.
 #![expect(clippy::unwrap_used, clippy::panic, reason = "test code")]
 
-#[cfg(feature = "fleet")]
-mod fleet;
-#[cfg(feature = "fleet")]
-mod fleet_models;
 mod live;
 mod ports;
 mod recording;

@@ -177,23 +177,9 @@ fn scenes() {
 fn a_fleet_that_cannot_be() {
     let folder = tempfile::tempdir().unwrap();
     let site = "[fleet]\nsite = \"hall\"\n";
-    #[cfg(not(feature = "fleet"))]
-    let cases: [(String, &[&str]); 3] = [
-        (
-            format!("{site}router = \"tcp/127.0.0.1:1\"\n"),
-            &[":2:1: ", "without the fleet", "--features fleet"],
-        ),
+    let cases: [(String, &[&str]); 2] = [
         (site.to_owned(), &[":2:1: fleet.site is set, but neither"]),
         ("[fleet]\nsite = \"a/b\"\n".to_owned(), &[":2:8: `a/b` is no name of a site"]),
-    ];
-    #[cfg(feature = "fleet")]
-    let cases: [(String, &[&str]); 3] = [
-        (format!("{site}router = \"somewhere\"\n"), &[":3:1: router = somewhere: "]),
-        (
-            format!("{site}network = \"none.json5\"\n"),
-            &[":3:1: ", "none.json5: no Zenoh configuration: "],
-        ),
-        (site.to_owned(), &[":2:1: fleet.site is set, but neither"]),
     ];
     for (text, words) in cases {
         fs::write(folder.path().join("gripd.toml"), text).unwrap();

@@ -140,14 +140,19 @@ fn clear(path: &Path, listen: &Listen) -> Result<(), ListenError> {
 
 /// A connection, of either kind.
 #[derive(Debug)]
-pub(crate) enum Stream {
+pub enum Stream {
+    /// TCP.
     Tcp(TcpStream),
+    /// A socket file.
     Unix(UnixStream),
 }
 
 impl Stream {
     /// Connects to a daemon and waits for it at most so long.
-    pub(crate) fn connect(listen: &Listen, patience: Duration) -> io::Result<Self> {
+    ///
+    /// # Errors
+    /// What the system says.
+    pub fn connect(listen: &Listen, patience: Duration) -> io::Result<Self> {
         match listen {
             Listen::Off => Err(io::Error::new(io::ErrorKind::InvalidInput, "off is no address")),
             Listen::Tcp(address) => {
@@ -159,11 +164,15 @@ impl Stream {
         }
     }
 
-    /// One end of a pair in this program.
-    pub(super) fn inside(stream: UnixStream) -> io::Result<Self> {
-        let stream = Self::Unix(stream);
-        stream.prepare()?;
-        Ok(stream)
+    /// A read waits at most so long.
+    ///
+    /// # Errors
+    /// What the system says.
+    pub fn set_read_timeout(&self, timeout: Duration) -> io::Result<()> {
+        match self {
+            Self::Tcp(stream) => stream.set_read_timeout(Some(timeout)),
+            Self::Unix(stream) => stream.set_read_timeout(Some(timeout)),
+        }
     }
 
     /// Never waits from now on; small frames leave at once, and a peer that is gone is noticed.

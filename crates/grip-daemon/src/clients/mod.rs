@@ -14,16 +14,18 @@ mod session;
 
 pub use figures::health;
 pub use grip_session::config::Listen;
-pub(crate) use listen::Stream;
-pub use listen::{ListenError, REMOTE_WARNING};
+pub use listen::{ListenError, REMOTE_WARNING, Stream};
 pub use outbox::Class;
-pub use session::{Asked, ClientSession, MOST_BAD_FRAMES, MOST_GARBAGE_BYTES, SILENCE_US, Terms};
+pub use roster::Setup;
+pub use session::{
+    Asked, Brought, ClientSession, MOST_BAD_FRAMES, MOST_GARBAGE_BYTES, SILENCE_US, Terms,
+};
 
 use crate::Item;
 use batch::Row;
 use core::time::Duration;
-use grip_link::message::Versions;
 use grip_link::message::daemon::{Goodbye, Health, RealTime, Welcome, WelcomeFlags};
+use grip_link::message::{Kind, NackReason, Versions};
 use listen::Listener;
 use roster::{Known, Roster};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
@@ -31,7 +33,6 @@ use rustix::io::Errno;
 use slip_core::ClientCommand;
 use std::collections::VecDeque;
 use std::io::{self, Read as _, Write as _};
-use std::os::unix::net::UnixStream;
 
 /// Commands that may wait for the hot thread.
 const MOST_COMMANDS: usize = 64;
@@ -51,6 +52,8 @@ pub struct ClientsConfig {
     pub allow_remote: bool,
     /// Whether they may command the gripper.
     pub allow_commands: bool,
+    /// Whether they may bring a model.
+    pub allow_models: bool,
     /// Most clients at one time.
     pub most: usize,
     /// Bytes that may wait for a client.
@@ -66,6 +69,7 @@ impl Default for ClientsConfig {
             listen: Listen::default(),
             allow_remote: false,
             allow_commands: false,
+            allow_models: false,
             most: 32,
             buffer_bytes: 256 * 1024,
             stall_us: 10_000_000,
@@ -89,8 +93,9 @@ pub struct About {
 }
 
 impl About {
-    fn welcome(&self, allow_commands: bool) -> Welcome<'_> {
-        let flags = WelcomeFlags::default().with(WelcomeFlags::COMMANDS, allow_commands);
+    fn welcome(&self, config: &ClientsConfig) -> Welcome<'_> {
+        let flags = WelcomeFlags::default().with(WelcomeFlags::COMMANDS, config.allow_commands);
+        let flags = flags.with(WelcomeFlags::MODELS, config.allow_models);
         let flags = flags.with(WelcomeFlags::DRY_RUN, self.dry_run);
         Welcome {
             versions: Versions::OURS,
@@ -136,15 +141,21 @@ struct Client {
     stream: Stream,
     session: ClientSession,
     gone: bool,
-    /// It may take nothing for so long (us); without end for a thread of this program, which nobody would connect again.
-    stall_us: u64,
+    /// No other client has had it.
+    id: u64,
+}
+
+/// A model that a client wants in force; it is answered when that is so.
+#[derive(Clone, Debug)]
+pub struct Loading {
+    /// The client, and the number of its request where it wants an answer.
+    client: u64,
+    ack: Option<u16>,
+    /// The whole file; none is the model of the configuration.
+    pub model: Option<Brought>,
 }
 
 impl Client {
-    const fn is_inside(&self) -> bool {
-        self.stall_us == u64::MAX
-    }
-
     /// Writes what the socket takes.
     fn write(&mut self, now_us: u64) {
         while !self.gone && !self.session.outgoing().is_empty() {
@@ -169,6 +180,8 @@ pub struct Clients {
     roster: Roster,
     known: Known,
     commands: VecDeque<ClientCommand>,
+    /// A model that waits to be fetched.
+    load: Option<Loading>,
     counters: ClientCounters,
     of_gone: Blame,
 }
@@ -207,6 +220,7 @@ impl Clients {
             roster: Roster::default(),
             known: Known::default(),
             commands: VecDeque::with_capacity(MOST_COMMANDS),
+            load: None,
             counters: ClientCounters::default(),
             of_gone: Blame::default(),
         })
@@ -226,32 +240,16 @@ impl Clients {
         self.config.listen.is_remote().then_some(REMOTE_WARNING)
     }
 
-    /// Clients connected, subscribed or not; without threads of this program.
+    /// Clients connected, subscribed or not.
     #[must_use]
     pub fn count(&self) -> usize {
-        self.roster.clients.iter().filter(|client| !client.is_inside()).count()
-    }
-
-    /// Whether anybody is connected, be it a thread of this program.
-    #[must_use]
-    pub fn is_connected(&self) -> bool {
-        !self.roster.clients.is_empty()
+        self.roster.clients.len()
     }
 
     /// Clients that have a session.
     #[must_use]
     pub fn subscribed(&self) -> usize {
         self.roster.clients.iter().filter(|client| client.session.is_subscribed()).count()
-    }
-
-    /// Connects a thread of this program, as any client, but takes nobody's place: the other end of the connection, which it must read and greet.
-    ///
-    /// # Errors
-    /// What the system says.
-    pub fn connect_inside(&mut self, now_us: u64) -> io::Result<UnixStream> {
-        let (ours, theirs) = UnixStream::pair()?;
-        self.admit(Stream::inside(ours)?, now_us, u64::MAX);
-        Ok(theirs)
     }
 
     /// Whether somebody wants samples.
@@ -265,6 +263,26 @@ impl Clients {
         self.commands.pop_front()
     }
 
+    /// The model that a client wants in force, if one does; [`Clients::loaded`] answers it.
+    pub fn next_load(&mut self) -> Option<Loading> {
+        self.load.take()
+    }
+
+    /// Answers [`Clients::next_load`], unless the client has gone.
+    pub fn loaded(&mut self, load: &Loading, outcome: Result<(), NackReason>) {
+        let client = self.roster.clients.iter_mut().find(|client| client.id == load.client);
+        let Some(Client { session, .. }) = client else { return };
+        match outcome {
+            Ok(()) => session.accept(load.ack, Kind::LOAD),
+            Err(reason) => session.decline(load.ack, Kind::LOAD, reason),
+        }
+    }
+
+    /// What SETUP says from now on.
+    pub fn set_setup(&mut self, setup: Setup) {
+        self.known.set_setup(setup, &mut self.roster);
+    }
+
     /// What happened so far.
     #[must_use]
     pub fn counters(&self) -> ClientCounters {
@@ -272,12 +290,6 @@ impl Clients {
         let Blame { dropped, bad_commands } =
             here.fold(self.of_gone, |sum, client| sum.and(&client.session));
         ClientCounters { dropped, bad_commands, ..self.counters }
-    }
-
-    /// What a RELEASE must bear; `None` where commands are not allowed.
-    #[must_use]
-    pub fn token(&self) -> Option<u32> {
-        self.config.allow_commands.then(|| self.about.token())
     }
 
     /// WELCOME says so from now on; clients that are here already are not told.
@@ -346,7 +358,7 @@ impl Clients {
     fn tick(&mut self, now_us: u64) {
         self.roster.flush_old(now_us);
         for client in &mut self.roster.clients {
-            client.session.tick(now_us, client.stall_us);
+            client.session.tick(now_us, self.config.stall_us);
         }
     }
 
@@ -387,7 +399,7 @@ impl Clients {
         for _ in 0..MOST_ACCEPTED {
             let Some(listener) = &self.listener else { return };
             match listener.accept() {
-                Ok(stream) => self.admit(stream, now_us, self.config.stall_us),
+                Ok(stream) => self.admit(stream, now_us),
                 Err(error) if error.kind() == io::ErrorKind::WouldBlock => return,
                 Err(error) if error.kind() == io::ErrorKind::ConnectionAborted => {}
                 Err(_) => {
@@ -399,10 +411,11 @@ impl Clients {
         }
     }
 
-    fn admit(&mut self, stream: Stream, now_us: u64, stall_us: u64) {
+    fn admit(&mut self, stream: Stream, now_us: u64) {
         let session = ClientSession::new(now_us, self.config.buffer_bytes);
-        let mut client = Client { stream, session, gone: false, stall_us };
-        if client.is_inside() || self.count() < self.config.most {
+        let id = self.counters.accepted;
+        let mut client = Client { stream, session, gone: false, id };
+        if self.count() < self.config.most {
             self.counters.accepted = self.counters.accepted.saturating_add(1);
             self.roster.clients.push(client);
         } else {
@@ -429,8 +442,9 @@ impl Clients {
             }
         };
         let terms = Terms {
-            welcome: self.about.welcome(self.config.allow_commands),
+            welcome: self.about.welcome(&self.config),
             allow_commands: self.config.allow_commands,
+            allow_models: self.config.allow_models,
             token: self.about.token(),
             room: MOST_COMMANDS.saturating_sub(self.commands.len()),
         };
@@ -445,6 +459,12 @@ impl Clients {
                 Asked::Command(command) => {
                     self.counters.commands = self.counters.commands.saturating_add(1);
                     self.commands.push_back(command);
+                }
+                Asked::Load { ack, .. } if self.load.is_some() => {
+                    client.session.decline(ack, Kind::LOAD, NackReason::Busy);
+                }
+                Asked::Load { ack, model } => {
+                    self.load = Some(Loading { client: client.id, ack, model });
                 }
             }
         }

@@ -5,9 +5,10 @@ use super::{Class, Client, ClientSession};
 use crate::{Beginning, LinkNote};
 use grip_link::frame::MAX_PAYLOAD;
 use grip_link::message::daemon::{
-    Dropped, Gripper, Health, LinkState, Notice, NoticeKind, PipelineState, SlipReport, Topics,
+    self, Dropped, Gripper, Health, LinkState, Notice, NoticeKind, PipelineState, SlipReport,
+    Topics,
 };
-use grip_link::message::{DeviceState, EventKind, FaultCode, Kind, PayloadError};
+use grip_link::message::{DeviceState, EventKind, FaultCode, Firmware, Kind, PayloadError};
 use grip_session::report::{Condition, Event};
 use slip_core::ClientCommand;
 use slip_core::units::Micros;
@@ -93,10 +94,25 @@ fn hand_out(clients: &mut [Client], every_nth: u16, payload: &[u8]) {
     }
 }
 
+/// What SETUP says of models and settings.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Setup {
+    /// Reloads so far.
+    pub settings: u32,
+    /// SHA-256 of the file of the model in force.
+    pub in_force: [u8; 32],
+    /// That of the model that the configuration names.
+    pub configured: [u8; 32],
+    /// Its name.
+    pub name: String,
+}
+
 /// What was told last: for QUERY.
 #[derive(Debug)]
 pub(super) struct Known {
     gripper: Gripper,
+    firmware: Firmware,
+    setup: Option<Setup>,
     device: DeviceState,
     fault: FaultCode,
     state: Option<PipelineState>,
@@ -111,6 +127,8 @@ impl Default for Known {
     fn default() -> Self {
         Self {
             gripper: Gripper::NONE,
+            firmware: Firmware { major: 0, minor: 0, patch: 0 },
+            setup: None,
             device: DeviceState::Boot,
             fault: FaultCode::NONE,
             state: None,
@@ -126,6 +144,9 @@ impl Known {
     /// Everything, then the answer.
     pub(super) fn answer(&self, session: &mut ClientSession, ack: Option<u16>) {
         session.message(Class::Answers, Kind::GRIPPER, |out| self.gripper.write(out));
+        if let Some(setup) = self.setup() {
+            session.message(Class::Answers, Kind::SETUP, |out| setup.write(out));
+        }
         if let Some(state) = &self.state {
             session.message(Class::Answers, Kind::STATE, |out| state.write(out));
         }
@@ -193,16 +214,40 @@ impl Known {
         roster.tell(Class::News, Topics::NEWS, Kind::GRIPPER, |out| gripper.write(out));
     }
 
+    fn setup(&self) -> Option<daemon::Setup<'_>> {
+        let firmware = self.firmware;
+        self.setup.as_ref().map(|Setup { settings, in_force, configured, name }| daemon::Setup {
+            settings: *settings,
+            firmware,
+            in_force: *in_force,
+            configured: *configured,
+            text: name.as_bytes(),
+        })
+    }
+
+    fn tell_setup(&self, roster: &mut Roster) {
+        if let Some(setup) = self.setup() {
+            roster.tell(Class::News, Topics::NEWS, Kind::SETUP, |out| setup.write(out));
+        }
+    }
+
+    pub(super) fn set_setup(&mut self, setup: Setup, roster: &mut Roster) {
+        self.setup = Some(setup);
+        self.tell_setup(roster);
+    }
+
     pub(super) fn link(&mut self, host_us: u64, note: &LinkNote, roster: &mut Roster) {
         match note {
             LinkNote::Status(status) => {
                 self.device = status.state;
                 self.fault = status.fault;
             }
-            LinkNote::Identified { uid, boot_id, .. } => {
+            LinkNote::Identified { uid, boot_id, firmware, .. } => {
                 self.gripper.uid = *uid;
                 self.gripper.boot_id = *boot_id;
+                self.firmware = *firmware;
                 self.tell_gripper(roster);
+                self.tell_setup(roster);
             }
             LinkNote::State(state) => {
                 self.gripper.link = *state;

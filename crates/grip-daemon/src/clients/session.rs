@@ -1,10 +1,11 @@
 //! Bytes of one client in, what it asks for out; messages in, bytes for it out. No socket and no clock.
 
 use super::outbox::{Class, Outbox, TOLD};
+use core::cmp::Ordering;
 use grip_link::decoder::{Counters, Decoder, Fault, Role, Verdict};
 use grip_link::frame::{Direction, Frame, Header, MAX_PAYLOAD};
 use grip_link::message::daemon::{
-    Command, Goodbye, Notice, NoticeKind, Operation, Subscribe, ToDaemon, Topics, Welcome,
+    Command, Goodbye, Load, Notice, NoticeKind, Operation, Subscribe, ToDaemon, Topics, Welcome,
 };
 use grip_link::message::{Ack, Kind, Nack, NackReason, PayloadError, Versions};
 use slip_core::{ClientCommand, units::Newtons};
@@ -25,14 +26,25 @@ pub struct Terms<'a> {
     pub welcome: Welcome<'a>,
     /// Whether commands are carried out.
     pub allow_commands: bool,
+    /// Whether models are taken.
+    pub allow_models: bool,
     /// What RELEASE must bear.
     pub token: u32,
     /// Commands that may still be taken before the hot thread has fetched them.
     pub room: usize,
 }
 
+/// The file of a model that a client has brought.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Brought {
+    /// What it should be.
+    pub sha256: [u8; 32],
+    /// What came.
+    pub bytes: Vec<u8>,
+}
+
 /// What a client asked for, as far as others must act on it.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Asked {
     /// It opened a session or changed what it hears.
     Subscribed,
@@ -43,6 +55,13 @@ pub enum Asked {
     },
     /// It wants the gripper to do something, and may.
     Command(ClientCommand),
+    /// It wants this model in force, and may; none is that of the configuration.
+    Load {
+        /// Number of the request, where it wants an answer.
+        ack: Option<u16>,
+        /// The whole file.
+        model: Option<Brought>,
+    },
 }
 
 /// One client.
@@ -61,6 +80,50 @@ pub struct ClientSession {
     told_us: u64,
     next_state_us: u64,
     dropped: u32,
+    loading: Pieces,
+}
+
+/// A model of which pieces have come, and the bytes that it will have.
+#[derive(Debug, Default)]
+struct Pieces(Option<(Brought, u32)>);
+
+impl Pieces {
+    /// Takes a piece; the whole file with the last one, and at once the wish for the model of the configuration.
+    fn take(&mut self, load: &Load<'_>, terms: &Terms<'_>) -> Result<Whole, NackReason> {
+        let begun = self.0.take();
+        if load.size == 0 {
+            return Ok(Some(None));
+        }
+        if !terms.allow_models {
+            return Err(NackReason::Forbidden);
+        }
+        let first = || Some((Brought { sha256: load.sha256, bytes: Vec::new() }, load.size));
+        let begun = if load.offset == 0 { first() } else { begun };
+        let (mut model, size) = begun.ok_or(NackReason::Malformed)?;
+        let here = (model.sha256, size, model.bytes.len());
+        let at = usize::try_from(load.offset).unwrap_or(usize::MAX);
+        model.bytes.extend_from_slice(load.bytes);
+        if here != (load.sha256, load.size, at) || load.bytes.is_empty() {
+            return Err(NackReason::Malformed);
+        }
+        match model.bytes.len().cmp(&usize::try_from(size).unwrap_or(usize::MAX)) {
+            Ordering::Less => self.0 = Some((model, size)),
+            Ordering::Equal => return Ok(Some(Some(model))),
+            Ordering::Greater => return Err(NackReason::Malformed),
+        }
+        Ok(None)
+    }
+}
+
+/// A model, or that of the configuration, where nothing of it is missing.
+type Whole = Option<Option<Brought>>;
+
+/// What a frame asks for.
+enum Request {
+    Subscribe(Subscribe),
+    Command(Command),
+    Query,
+    Load(Result<Whole, NackReason>),
 }
 
 impl ClientSession {
@@ -81,6 +144,7 @@ impl ClientSession {
             told_us: now_us,
             next_state_us: 0,
             dropped: 0,
+            loading: Pieces::default(),
         }
     }
 
@@ -103,7 +167,16 @@ impl ClientSession {
                     self.judge(now_us);
                     continue;
                 }
-                Some(Verdict::Frame(frame)) => (frame.header, read(&frame)),
+                Some(Verdict::Frame(frame)) => {
+                    let loading = &mut self.loading;
+                    let request = read(&frame).map(|message| match message {
+                        ToDaemon::Subscribe(subscribe) => Request::Subscribe(subscribe),
+                        ToDaemon::Command(command) => Request::Command(command),
+                        ToDaemon::Query => Request::Query,
+                        ToDaemon::Load(load) => Request::Load(loading.take(&load, terms)),
+                    });
+                    (frame.header, request)
+                }
             };
             let Some(request) = self.request(now_us, &header, parsed, &Terms { room, ..*terms })
             else {
@@ -119,7 +192,7 @@ impl ClientSession {
         &mut self,
         now_us: u64,
         header: &Header,
-        parsed: Result<ToDaemon, PayloadError>,
+        parsed: Result<Request, PayloadError>,
         terms: &Terms<'_>,
     ) -> Option<Asked> {
         match parsed {
@@ -131,11 +204,11 @@ impl ClientSession {
                 }
                 None
             }
-            Ok(ToDaemon::Subscribe(subscribe)) => {
+            Ok(Request::Subscribe(subscribe)) => {
                 self.subscribe(now_us, header, subscribe, terms).then_some(Asked::Subscribed)
             }
-            Ok(ToDaemon::Query) => Some(Asked::Query { ack: header.ack_req.then_some(header.seq) }),
-            Ok(ToDaemon::Command(command)) => match judge(&command, terms) {
+            Ok(Request::Query) => Some(Asked::Query { ack: header.ack_req.then_some(header.seq) }),
+            Ok(Request::Command(command)) => match judge(&command, terms) {
                 Ok(command) => {
                     self.accept(header.ack_req.then_some(header.seq), header.kind);
                     Some(Asked::Command(command))
@@ -146,6 +219,15 @@ impl ClientSession {
                     None
                 }
             },
+            Ok(Request::Load(piece)) => {
+                let ack = header.ack_req.then_some(header.seq);
+                match piece {
+                    Ok(Some(model)) => return Some(Asked::Load { ack, model }),
+                    Ok(None) => self.accept(ack, header.kind),
+                    Err(reason) => self.refuse(header, reason),
+                }
+                None
+            }
         }
     }
 
@@ -184,8 +266,13 @@ impl ClientSession {
     }
 
     fn refuse(&mut self, header: &Header, reason: NackReason) {
-        if header.ack_req {
-            let nack = Nack { kind: header.kind, reason, seq: header.seq };
+        self.decline(header.ack_req.then_some(header.seq), header.kind, reason);
+    }
+
+    /// Answers a request with NACK; nothing for one that wants no answer.
+    pub fn decline(&mut self, request: Option<u16>, kind: Kind, reason: NackReason) {
+        if let Some(seq) = request {
+            let nack = Nack { kind, reason, seq };
             self.message(Class::Answers, Kind::NACK, |out| nack.write(out));
         }
     }
@@ -355,7 +442,7 @@ impl ClientSession {
 }
 
 /// The session must have a nonce, whatever the payload says.
-fn read(frame: &Frame<'_>) -> Result<ToDaemon, PayloadError> {
+fn read<'a>(frame: &Frame<'a>) -> Result<ToDaemon<'a>, PayloadError> {
     if frame.header.session == 0 {
         return Err(PayloadError::Kind { kind: frame.header.kind.0 });
     }

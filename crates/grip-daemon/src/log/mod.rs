@@ -20,7 +20,7 @@ const REMEMBERED: usize = 64;
 /// What standard error is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LogStyle {
-    /// A person looks: `gripd: sentence`.
+    /// A person looks: `gripd: sentence`, with the name of the program.
     Terminal,
     /// The journal of systemd, which knows the time: `<6>sentence key=value`.
     Journal,
@@ -95,16 +95,17 @@ struct Told {
 /// Writes lines and remembers what it told.
 #[derive(Clone, Debug)]
 pub struct Log {
+    program: &'static str,
     style: LogStyle,
     level: LogLevel,
     told: Vec<Told>,
 }
 
 impl Log {
-    /// Tells entries of `level` and heavier ones.
+    /// Tells entries of `level` and heavier ones of the program of that name.
     #[must_use]
-    pub fn new(style: LogStyle, level: LogLevel) -> Self {
-        Self { style, level, told: Vec::with_capacity(REMEMBERED) }
+    pub fn new(program: &'static str, style: LogStyle, level: LogLevel) -> Self {
+        Self { program, style, level, told: Vec::with_capacity(REMEMBERED) }
     }
 
     /// From now on tells entries of `level` and heavier ones.
@@ -177,7 +178,7 @@ impl Log {
     fn line(&self, now: Clocks, entry: &Entry<'_>, out: &mut dyn Write) -> io::Result<()> {
         let Entry { level, text, fields } = *entry;
         match self.style {
-            LogStyle::Terminal => writeln!(out, "gripd: {text}"),
+            LogStyle::Terminal => writeln!(out, "{}: {text}", self.program),
             LogStyle::Journal => {
                 let priority = priority(level);
                 // Every line of the journal needs its own prefix.

@@ -14,7 +14,7 @@ fn entry(level: LogLevel, text: &str) -> Entry<'_> {
 }
 
 fn lines(style: LogStyle, level: LogLevel, tell: impl FnOnce(&mut Log, &mut Vec<u8>)) -> String {
-    let (mut log, mut out) = (Log::new(style, level), Vec::new());
+    let (mut log, mut out) = (Log::new("gripd", style, level), Vec::new());
     tell(&mut log, &mut out);
     String::from_utf8(out).unwrap()
 }

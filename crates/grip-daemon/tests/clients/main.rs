@@ -3,6 +3,7 @@
 
 mod abuse;
 mod commands;
+mod models;
 mod rig;
 mod session;
 mod stream;

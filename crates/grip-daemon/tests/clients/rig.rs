@@ -130,6 +130,7 @@ pub(crate) struct Seen {
     pub(crate) dropped: u32,
     pub(crate) acks: Vec<u16>,
     pub(crate) nacks: Vec<(u16, String)>,
+    pub(crate) setups: Vec<[u8; 32]>,
     pub(crate) goodbye: Option<Goodbye>,
     pub(crate) texts: Vec<String>,
     pub(crate) closed: bool,
@@ -163,6 +164,7 @@ impl Seen {
                 }
                 self.texts.push(notice.as_str().to_owned());
             }
+            ToClient::Setup(setup) => self.setups.push(setup.in_force),
             ToClient::Ack(ack) => self.acks.push(ack.seq),
             ToClient::Nack(nack) => self.nacks.push((nack.seq, format!("{:?}", nack.reason))),
         }

@@ -9,7 +9,6 @@
 use super::ModelId;
 use core::fmt::Write as _;
 use grip_session::{HostEstimator, ModelError, model};
-use sha2::{Digest as _, Sha256};
 use slip_core::{
     esc::{Esc, Flags, Reading},
     features::Features,
@@ -98,7 +97,13 @@ pub struct Examined {
 /// SHA-256 of bytes, 64 hexadecimal digits.
 #[must_use]
 pub fn digest(bytes: &[u8]) -> String {
-    Sha256::digest(bytes).iter().fold(String::new(), |mut text, byte| {
+    hex(&model::digest(bytes))
+}
+
+/// Bytes as hexadecimal digits.
+#[must_use]
+pub fn hex(bytes: &[u8]) -> String {
+    bytes.iter().fold(String::new(), |mut text, byte| {
         // Writing to a string cannot fail.
         let _written = write!(text, "{byte:02x}");
         text

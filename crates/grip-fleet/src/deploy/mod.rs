@@ -11,7 +11,7 @@ mod order;
 mod shelf;
 mod standing;
 
-pub use examine::{Examined, Fault, MOST_BYTES, digest, examine};
+pub use examine::{Examined, Fault, MOST_BYTES, digest, examine, hex};
 pub use models::{Models, News, OrderFault, Swap};
 pub use order::{Offer, Order, OrderError};
 pub use shelf::{Shelf, ShelfError};
@@ -152,12 +152,13 @@ impl Deployment {
         self.earlier = core::mem::take(&mut self.resumed);
     }
 
-    /// An order to give a model back. Of one that is not in force there is nothing to give back.
-    pub fn back(&mut self, sha256: &str) -> Step {
-        if self.trial.as_ref().is_some_and(|trial| trial.model.sha256 == sha256) {
+    /// An order to give this model back, or the one in force, whatever was counted with it. Of one that is not in force there is nothing to give back.
+    pub fn back(&mut self, sha256: Option<&str>) -> Step {
+        let is_meant = |model: &ModelId| sha256.is_none_or(|sha256| model.sha256 == sha256);
+        if self.trial.as_ref().is_some_and(|trial| is_meant(&trial.model)) {
             return self.end(How::Told);
         }
-        match self.lasting.accepted.take_if(|model| model.sha256 == sha256) {
+        match self.lasting.accepted.take_if(|model| is_meant(model)) {
             Some(model) => {
                 self.lasting.accepted = self.lasting.before.take();
                 self.lasting.last = Some(Ended { model, how: How::Told });
@@ -175,6 +176,7 @@ impl Deployment {
         match judged {
             None | Some(Judgement::Open) => Step::Stay,
             Some(Judgement::Worse(worse)) => self.end(How::Worse(worse)),
+            Some(Judgement::Idle) => self.end(How::Idle),
             Some(Judgement::Good) => {
                 self.keep();
                 Step::Stay
@@ -218,6 +220,7 @@ impl Deployment {
             seconds: now.seconds + earlier.seconds,
             slips: now.slips + earlier.slips,
             faults: now.faults + earlier.faults,
+            grasps: now.grasps + earlier.grasps,
         }
     }
 
@@ -225,7 +228,7 @@ impl Deployment {
     fn end(&mut self, how: How) -> Step {
         let Some(Trial { model, before, .. }) = self.trial.take() else { return Step::Stay };
         self.resumed = match how {
-            How::Worse(_) | How::Told => before,
+            How::Worse(_) | How::Idle | How::Told => before,
             _ => Counts::default(),
         };
         self.lasting.trial = None;

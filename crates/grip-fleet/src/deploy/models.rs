@@ -8,8 +8,8 @@ use crate::rollout::Counts;
 use grip_session::exit::message;
 use std::path::Path;
 
-/// Puts a model in force and waits until it is; whether it came over the network. All counts of this run since then.
-pub type Swap<'a> = dyn FnMut(&Examined, bool) -> Result<Counts, String> + 'a;
+/// Puts a model in force and waits until it is; none is that of the configuration. All counts of this run since then.
+pub type Swap<'a> = dyn FnMut(Option<&Examined>) -> Result<Counts, String> + 'a;
 
 /// Something that a person should know.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -42,34 +42,35 @@ pub enum OrderFault {
 pub struct Models {
     deployment: Deployment,
     shelf: Shelf,
-    /// The model of the configuration.
-    configured: Examined,
     /// The model that is wanted could not be put in force yet.
     due: bool,
     news: Vec<News>,
 }
 
 impl Models {
-    /// Opens what an earlier run has left in `folder`, and what it had accepted; none where the model of the configuration is in force.
+    /// Opens what an earlier run has left in `folder`.
     ///
     /// # Errors
     /// [`ShelfError`]: then it is not known which model should be in force.
-    pub fn open(
-        folder: &Path,
-        configured: Examined,
-    ) -> Result<(Self, Option<Examined>), ShelfError> {
+    pub fn open(folder: &Path, configured: ModelId) -> Result<Self, ShelfError> {
         let (shelf, lasting) = Shelf::open(folder)?;
-        let deployment = Deployment::new(configured.id.clone(), lasting);
-        let mut models = Self { deployment, shelf, configured, due: false, news: Vec::new() };
+        let deployment = Deployment::new(configured, lasting);
+        let mut models = Self { deployment, shelf, due: false, news: Vec::new() };
         if let Some(last) = &models.deployment.lasting().last {
             models.news.push(News::Done(format!("the last {}: {}", last.model, last.how)));
         }
-        let accepted = match models.deployment.wanted().cloned() {
-            Some(model) => Some(models.fetch(&model)?),
-            None => None,
-        };
+        if let Some(model) = models.deployment.wanted().cloned() {
+            models.fetch(&model)?;
+        }
         models.note();
-        Ok((models, accepted))
+        Ok(models)
+    }
+
+    /// Puts the model in force that was accepted, where that of this SHA-256 is.
+    pub fn resume(&mut self, in_force: &str, swap: &mut Swap<'_>) {
+        if self.standing().in_force.sha256 != in_force {
+            self.restore(swap);
+        }
     }
 
     /// Obeys an order.
@@ -92,7 +93,7 @@ impl Models {
                 }
             }
             Order::Back { sha256 } => {
-                let step = self.deployment.back(&sha256);
+                let step = self.deployment.back(sha256.as_deref());
                 self.follow(&step, swap);
                 if self.due {
                     return Err(OrderFault::Swap("it is tried again".to_owned()));
@@ -117,9 +118,8 @@ impl Models {
     }
 
     /// Other settings are in force, with that model where none came over the network.
-    pub fn reloaded(&mut self, configured: Examined, swap: &mut Swap<'_>) {
-        let step = self.deployment.reloaded(configured.id.clone());
-        self.configured = configured;
+    pub fn reloaded(&mut self, configured: ModelId, swap: &mut Swap<'_>) {
+        let step = self.deployment.reloaded(configured);
         self.follow(&step, swap);
     }
 
@@ -140,7 +140,7 @@ impl Models {
         let begun = kept
             .and_then(|()| self.shelf.note(self.deployment.lasting()))
             .map_err(OrderFault::Shelf)
-            .and_then(|()| swap(model, true).map_err(OrderFault::Swap));
+            .and_then(|()| swap(Some(model)).map_err(OrderFault::Swap));
         match begun {
             Ok(total) => {
                 self.deployment.swapped(total);
@@ -164,13 +164,9 @@ impl Models {
 
     /// Puts the model in force that is wanted; what fails is tried again with the next counts.
     fn restore(&mut self, swap: &mut Swap<'_>) {
-        let lasting = self.deployment.wanted().cloned();
-        let model = match &lasting {
-            None => Ok(self.configured.clone()),
-            Some(model) => self.fetch(model).map_err(|error| message(&error)),
-        };
-        let swapped = model.and_then(|model| swap(&model, lasting.is_some()));
-        match swapped {
+        let wanted = self.deployment.wanted();
+        let model = wanted.map(|model| self.fetch(model).map_err(|error| message(&error)));
+        match model.transpose().and_then(|model| swap(model.as_ref())) {
             Ok(total) => {
                 self.due = false;
                 self.deployment.swapped(total);
@@ -212,16 +208,16 @@ impl Models {
 
 #[cfg(test)]
 mod tests {
-    use super::{Examined, Models, News, Offer, Order};
+    use super::{Models, News, Offer, Order};
     use crate::{
-        deploy::{How, digest, examine},
+        deploy::{Examined, How, ModelId, digest},
         rollout::{Counts, JudgeConfig},
     };
     use grip_session::model::default_text;
     use std::{path::Path, sync::Arc};
 
-    fn model(name: &str, text: &str) -> Examined {
-        examine(name, &digest(text.as_bytes()), text.as_bytes()).unwrap()
+    fn model(name: &str, text: &str) -> ModelId {
+        ModelId { name: name.to_owned(), sha256: digest(text.as_bytes()) }
     }
 
     fn take(name: &str, text: &str) -> Order {
@@ -230,13 +226,13 @@ mod tests {
         Order::Take(Offer { name: name.to_owned(), sha256: digest(&bytes), judge, bytes })
     }
 
-    fn open(folder: &Path) -> (Models, Option<String>) {
-        let (models, accepted) = Models::open(folder, model("file", default_text())).unwrap();
-        (models, accepted.map(|model| model.id.name))
+    fn open(folder: &Path) -> Models {
+        Models::open(folder, model("file", default_text())).unwrap()
     }
 
+    /// A grasp with each slip.
     fn counts(seconds: f64, slips: u64) -> Counts {
-        Counts { seconds, slips, faults: 0 }
+        Counts { seconds, slips, faults: 0, grasps: slips }
     }
 
     #[test]
@@ -245,14 +241,14 @@ mod tests {
         let other = format!("{} ", default_text());
         let third = format!("{}  ", default_text());
         let mut in_force = Vec::new();
-        let mut totals = [counts(100.0, 11), counts(161.0, 16), Counts::default()].into_iter();
-        let mut swap = |model: &Examined, own: bool| {
-            in_force.push((model.id.name.clone(), own));
+        let totals = [(100.0, 11), (161.0, 16), (0.0, 0), (0.0, 0)];
+        let mut totals = totals.into_iter().map(|(seconds, slips)| counts(seconds, slips));
+        let mut swap = |model: Option<&Examined>| {
+            in_force.push(model.map(|model| model.id.name.clone()));
             Ok(totals.next().unwrap())
         };
         {
-            let (mut models, none) = open(folder.path());
-            assert_eq!(none, None);
+            let mut models = open(folder.path());
             let swap = &mut swap;
             models.count(counts(100.0, 10), swap);
             models.obey(take("a", &other), swap).unwrap();
@@ -263,25 +259,27 @@ mod tests {
             models.obey(take("b", &third), swap).unwrap();
             assert!(models.standing().trial.is_some());
         }
-        let (mut models, accepted) = open(folder.path());
-        assert_eq!(accepted.as_deref(), Some("a"));
+        let mut models = open(folder.path());
+        models.resume(&digest(default_text().as_bytes()), &mut swap);
+        models.resume(&digest(other.as_bytes()), &mut swap);
         assert_eq!(models.standing().last.unwrap().how, How::Restarted);
-        assert!(matches!(&models.news()[..], [News::Done(text)] if text.contains("started again")));
+        assert!(
+            matches!(&models.news()[..], [News::Done(text), _] if text.contains("started again"))
+        );
         let sha256 = digest(other.as_bytes());
-        models.obey(Order::Back { sha256 }, &mut swap).unwrap();
-        let [a, b, file] = ["a", "b", "file"].map(str::to_owned);
-        assert_eq!(in_force, [(a, true), (b, true), (file, false)]);
-        drop(models);
-        assert_eq!(open(folder.path()).1, None);
+        models.obey(Order::Back { sha256: Some(sha256) }, &mut swap).unwrap();
+        assert_eq!(models.standing().in_force.name, "file");
+        let [a, b] = ["a", "b"].map(|name| Some(name.to_owned()));
+        assert_eq!(in_force, [a.clone(), b, a, None]);
     }
 
     #[test]
     fn what_cannot_be_put_in_force_changes_nothing_and_the_way_back_is_tried_again() {
         let folder = tempfile::tempdir().unwrap();
-        let (mut models, _) = open(folder.path());
+        let mut models = open(folder.path());
         let other = format!("{} ", default_text());
-        let no = &mut |_: &Examined, _| Err("no".to_owned());
-        let yes = &mut |_: &Examined, _| Ok(counts(100.0, 10));
+        let no = &mut |_: Option<&Examined>| Err("no".to_owned());
+        let yes = &mut |_: Option<&Examined>| Ok(counts(100.0, 10));
         models.count(counts(100.0, 10), yes);
         let told = models.obey(take("a", &other), no).unwrap_err().to_string();
         assert_eq!(told, "the model cannot be put in force: no");
@@ -295,7 +293,7 @@ mod tests {
         models.count(counts(122.0, 90), yes);
         assert_eq!(
             models.news(),
-            [News::Done(format!("{} is in force", model("file", default_text()).id))]
+            [News::Done(format!("{} is in force", model("file", default_text())))]
         );
     }
 }

@@ -25,10 +25,10 @@ pub enum Order {
     Check(Offer),
     /// Take this one and try it.
     Take(Offer),
-    /// Give this one back.
+    /// Give this one back, or whichever is in force.
     Back {
         /// SHA-256 of its file.
-        sha256: String,
+        sha256: Option<String>,
     },
 }
 
@@ -56,7 +56,10 @@ impl Order {
     pub fn parameters(&self) -> Vec<(&'static str, String)> {
         match self {
             Self::Tell => Vec::new(),
-            Self::Back { sha256 } => vec![("order", "back".to_owned()), ("sha256", sha256.clone())],
+            Self::Back { sha256 } => {
+                let sha256 = sha256.clone().map(|sha256| ("sha256", sha256));
+                [("order", "back".to_owned())].into_iter().chain(sha256).collect()
+            }
             Self::Check(offer) => offer.parameters("check"),
             Self::Take(offer) => offer.parameters("take"),
         }
@@ -82,7 +85,7 @@ impl Order {
         let order = parameter("order").unwrap_or_default();
         match order.as_str() {
             "" => Ok(Self::Tell),
-            "back" => Ok(Self::Back { sha256: text(&parameter, "give back", "sha256")? }),
+            "back" => Ok(Self::Back { sha256: parameter("sha256") }),
             "check" => Ok(Self::Check(Offer::read(&parameter, "check", bytes)?)),
             "take" => Ok(Self::Take(Offer::read(&parameter, "take", bytes)?)),
             other => Err(OrderError::Unknown(other.chars().take(20).collect())),
@@ -149,7 +152,8 @@ mod tests {
         let (name, sha256) = ("m.json".to_owned(), "ab".to_owned());
         let offer = Offer { name, sha256: sha256.clone(), judge, bytes: [1, 2].into() };
         let offers = [Order::Check(offer.clone()), Order::Take(offer)];
-        for order in [Order::Tell, Order::Back { sha256 }].into_iter().chain(offers) {
+        let backs = [None, Some(sha256)].map(|sha256| Order::Back { sha256 });
+        for order in [Order::Tell].into_iter().chain(backs).chain(offers) {
             assert_eq!(read(&order.parameters(), order.payload()).as_ref(), Ok(&order));
         }
     }
@@ -173,6 +177,5 @@ mod tests {
             told(&[parameter("order", "drop")]),
             "order=drop is not known; there are check, take and back"
         );
-        assert!(told(&[parameter("order", "back")]).contains("needs sha256="));
     }
 }

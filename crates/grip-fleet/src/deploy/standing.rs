@@ -28,6 +28,8 @@ pub enum How {
     Accepted,
     /// There were more slips or faults than before.
     Worse(Worse),
+    /// Nothing was grasped with it.
+    Idle,
     /// Somebody asked for the model of before.
     Told,
     /// The daemon ended during the trial.
@@ -44,8 +46,9 @@ impl fmt::Display for How {
             Self::Accepted => "it was watched long enough, and stays",
             Self::Worse(Worse::Slips) => "there were more slips",
             Self::Worse(Worse::Faults) => "there were more faults",
+            Self::Idle => "nothing was grasped with it",
             Self::Told => "it was asked to",
-            Self::Restarted => "gripd has started again during the trial",
+            Self::Restarted => "gripd or gripfleet has started again during the trial",
             Self::Reloaded => "its settings were changed during the trial",
             Self::Failed => "it could not be put in force",
         })

@@ -10,8 +10,9 @@ fn model(name: &str) -> ModelId {
     ModelId { name: name.to_owned(), sha256: digest(name.as_bytes()) }
 }
 
+/// A grasp with each slip.
 fn counts(seconds: f64, slips: u64) -> Counts {
-    Counts { seconds, slips, faults: 0 }
+    Counts { seconds, slips, faults: 0, grasps: slips }
 }
 
 /// A gripper that has run for two minutes with 12 slips, and a model on trial there.
@@ -43,17 +44,17 @@ fn a_model_that_is_as_good_stays_and_gives_way_when_somebody_asks() {
     assert_eq!(deployment.lasting().accepted, Some(model("a")));
     // What comes later is no trial any more.
     assert_eq!(deployment.count(counts(200.0, 500)), Step::Stay);
-    assert_eq!(deployment.back(&model("other").sha256), Step::Stay);
-    assert_eq!(deployment.back(&model("a").sha256), Step::Swap(None));
+    assert_eq!(deployment.back(Some(&model("other").sha256)), Step::Stay);
+    assert_eq!(deployment.back(Some(&model("a").sha256)), Step::Swap(None));
     assert_eq!(last(&deployment), Some(("a".to_owned(), How::Told)));
-    assert_eq!(deployment.back(&model("a").sha256), Step::Stay, "told twice");
+    assert_eq!(deployment.back(Some(&model("a").sha256)), Step::Stay, "told twice");
 }
 
 #[test]
 fn a_model_that_is_worse_goes_by_itself() {
     for (now, worse) in [
         (counts(140.0, 40), Worse::Slips),
-        (Counts { seconds: 140.0, slips: 13, faults: 9 }, Worse::Faults),
+        (Counts { seconds: 140.0, slips: 13, faults: 9, grasps: 13 }, Worse::Faults),
     ] {
         let mut deployment = on_trial(Lasting::default(), "a");
         assert_eq!(deployment.count(now), Step::Swap(None));
@@ -64,6 +65,26 @@ fn a_model_that_is_worse_goes_by_itself() {
         assert_eq!(last(&deployment), Some(("a".to_owned(), How::Worse(worse))));
         assert_eq!(*deployment.lasting(), Lasting { last: standing.last, ..Lasting::default() });
     }
+}
+
+#[test]
+fn a_model_with_which_nothing_was_grasped_goes_back() {
+    let mut deployment = on_trial(Lasting::default(), "a");
+    let held = Counts { seconds: 181.0, ..counts(120.0, 12) };
+    assert_eq!(deployment.count(held), Step::Swap(None));
+    assert_eq!(last(&deployment), Some(("a".to_owned(), How::Idle)));
+    assert_eq!(deployment.lasting().accepted, None);
+}
+
+/// In the first seconds of a trial, with nothing counted, and when the trial is over: each time to the model before.
+#[test]
+fn the_way_back_is_always_open() {
+    let mut deployment = on_trial(Lasting::default(), "a");
+    deployment.count(counts(181.0, 18));
+    deployment.take(model("b"), JUDGE).unwrap();
+    assert_eq!(deployment.back(None), Step::Swap(Some(model("a"))));
+    assert_eq!(deployment.back(None), Step::Swap(None));
+    assert_eq!(deployment.back(None), Step::Stay, "this is the model of the configuration");
 }
 
 #[test]
@@ -85,7 +106,7 @@ fn a_daemon_that_starts_again_during_the_trial_has_the_model_of_before() {
 #[test]
 fn an_order_to_give_back_ends_the_trial() {
     let mut deployment = on_trial(Lasting::default(), "a");
-    assert_eq!(deployment.back(&model("a").sha256), Step::Swap(None));
+    assert_eq!(deployment.back(Some(&model("a").sha256)), Step::Swap(None));
     deployment.swapped(counts(120.0, 12));
     assert_eq!(last(&deployment), Some(("a".to_owned(), How::Told)));
     assert_eq!(deployment.count(counts(130.0, 100)), Step::Stay, "no trial");

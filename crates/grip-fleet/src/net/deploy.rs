@@ -81,7 +81,7 @@ impl Deployer {
             self.checking.clear();
         }
         let mut orders: Vec<(Member, Order)> = Vec::new();
-        let back = Order::Back { sha256: self.offer.sha256.clone() };
+        let back = Order::Back { sha256: Some(self.offer.sha256.clone()) };
         orders.extend(self.returning.iter().map(|who| (who.clone(), back.clone())));
         let check = self.checking.iter().map(|who| (who, Order::Check(self.offer.clone())));
         let take = self.taking.iter().map(|who| (who, Order::Take(self.offer.clone())));

@@ -56,7 +56,7 @@ mod tests {
         let (mut before, mut bursts) = (Counts::default(), Bursts::default());
         (0..36_000).for_each(|tenth| count(&mut before, &mut bursts, tenth));
         assert_eq!(before.slips, 60);
-        let mut now = Counts::default();
+        let mut now = Counts { grasps: 1, ..Counts::default() };
         let looks: Vec<Judgement> = (0..36_001)
             .map(|tenth| {
                 count(&mut now, &mut bursts, tenth);
@@ -67,7 +67,7 @@ mod tests {
         assert_eq!(worse, None);
         assert_eq!(looks.last(), Some(&Judgement::Good));
         // With each slip for itself, the first lift would have ended it.
-        let lift = Counts { seconds: 0.5, slips: 2, faults: 0 };
+        let lift = Counts { seconds: 0.5, slips: 2, faults: 0, grasps: 1 };
         let each = Counts { slips: 120, ..before };
         assert!(matches!(judge.judge(&each, &lift), Judgement::Worse(_)));
     }

@@ -17,11 +17,14 @@ pub struct Counts {
     pub slips: u64,
     /// Faults that the gripper has reported, such as an object that was lost.
     pub faults: u64,
+    /// Times something came between the fingers.
+    #[serde(default)]
+    pub grasps: u64,
 }
 
 impl fmt::Display for Counts {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { seconds, slips, faults } = self;
+        let Self { seconds, slips, faults, .. } = self;
         write!(f, "{slips} slips and {faults} faults in {seconds:.0} s")
     }
 }
@@ -32,7 +35,7 @@ impl Counts {
     #[must_use]
     pub fn is_sane(&self) -> bool {
         (0.0..=1e9).contains(&self.seconds)
-            && self.slips.max(self.faults) <= 10_000_000
+            && self.slips.max(self.faults).max(self.grasps) <= 10_000_000
             && float(self.slips) <= 100.0 + 10.0 * self.seconds
     }
 
@@ -43,6 +46,7 @@ impl Counts {
             seconds: (self.seconds - earlier.seconds).max(0.0),
             slips: self.slips.saturating_sub(earlier.slips),
             faults: self.faults.saturating_sub(earlier.faults),
+            grasps: self.grasps.saturating_sub(earlier.grasps),
         }
     }
 }
@@ -82,6 +86,8 @@ pub enum Judgement {
     Open,
     /// It has been watched long enough.
     Good,
+    /// It has been watched long enough, and nothing was grasped with it.
+    Idle,
     /// It has to go.
     Worse(Worse),
 }
@@ -99,7 +105,7 @@ impl JudgeConfig {
         } else if worse(before.faults, now.faults) {
             Judgement::Worse(Worse::Faults)
         } else if now.seconds >= self.watch_s {
-            Judgement::Good
+            if now.grasps > 0 { Judgement::Good } else { Judgement::Idle }
         } else {
             Judgement::Open
         }
@@ -252,7 +258,7 @@ mod tests {
     use super::{Counts, JudgeConfig, Judgement, Worse, at_least, ln_choose};
 
     fn counts(seconds: f64, slips: u64) -> Counts {
-        Counts { seconds, slips, faults: 0 }
+        Counts { seconds, slips, faults: 0, grasps: 1 }
     }
 
     #[test]
@@ -281,7 +287,7 @@ mod tests {
         let judge = JudgeConfig { watch_s: 28_800.0, ..JudgeConfig::default() };
         let ratio = judge.noticed(0.2).unwrap();
         assert!((1.5..1.8).contains(&ratio), "{ratio}");
-        let most = Counts { seconds: 1e9, slips: 10_000_000, faults: 0 };
+        let most = Counts { seconds: 1e9, slips: 10_000_000, faults: 0, grasps: 1 };
         assert!(most.is_sane());
         assert_eq!(judge.judge(&most, &most), Judgement::Good);
         assert_eq!(
@@ -293,7 +299,7 @@ mod tests {
             Counts { seconds: -1.0, ..most },
             Counts { slips: u64::MAX, ..most },
             Counts { faults: 10_000_001, ..most },
-            Counts { seconds: 10.0, slips: 201, faults: 0 },
+            Counts { seconds: 10.0, slips: 201, faults: 0, grasps: 1 },
         ] {
             assert!(!counts.is_sane(), "{counts:?}");
         }
@@ -307,7 +313,7 @@ mod tests {
         assert_eq!(judge.judge(&before, &counts(600.0, 60)), Judgement::Good);
         assert_eq!(judge.judge(&before, &counts(600.0, 80)), Judgement::Good, "chance");
         assert_eq!(judge.judge(&before, &counts(60.0, 25)), Judgement::Worse(Worse::Slips));
-        let faults = Counts { seconds: 60.0, slips: 0, faults: 10 };
+        let faults = Counts { seconds: 60.0, slips: 0, faults: 10, grasps: 1 };
         assert_eq!(judge.judge(&before, &faults), Judgement::Worse(Worse::Faults));
     }
 

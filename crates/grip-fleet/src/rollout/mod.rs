@@ -5,9 +5,11 @@
 //! who has taken the model gives it back.
 
 mod bursts;
+mod counting;
 mod judge;
 
 pub use bursts::Bursts;
+pub use counting::Counting;
 pub use judge::{Counts, JudgeConfig, Judgement, Worse};
 
 use crate::key::Member;
@@ -240,6 +242,10 @@ impl Rollout {
                         *phase = Phase::Running(Running { before, watched_s, held_us, idle_us });
                     }
                     Judgement::Good => *phase = Phase::Good,
+                    Judgement::Idle => {
+                        let reason = "nothing was grasped with it".to_owned();
+                        self.stop(Stop::Left { member: member.clone(), reason });
+                    }
                     Judgement::Worse(what) => {
                         self.stop(Stop::Worse { member: member.clone(), what });
                     }

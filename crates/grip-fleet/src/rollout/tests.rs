@@ -32,7 +32,7 @@ impl Plant {
             match order {
                 Order::Check(member) => self.rollout.hear(&member, Report::Fit, self.now_us),
                 Order::Take(member) => {
-                    let before = Counts { seconds: 3600.0, slips: 360, faults: 2 };
+                    let before = Counts { seconds: 3600.0, slips: 360, faults: 2, grasps: 1 };
                     self.rollout.hear(&member, Report::Taken(before), self.now_us);
                     self.new.insert(member);
                 }
@@ -56,8 +56,12 @@ impl Plant {
         }
         self.now_us += 10 * SECOND;
         let slips = self.per_minute * minute / 6;
-        let counts =
-            Counts { seconds: 10.0 * f64::from(u32::try_from(minute).unwrap()), slips, faults: 0 };
+        let counts = Counts {
+            seconds: 10.0 * f64::from(u32::try_from(minute).unwrap()),
+            slips,
+            faults: 0,
+            grasps: 1,
+        };
         for member in self.new.clone() {
             self.rollout.hear(&member, Report::Counted(counts), self.now_us);
         }

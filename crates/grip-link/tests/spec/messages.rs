@@ -3,7 +3,8 @@
 use crate::fields::frames;
 use crate::markdown::{Row, headings, table};
 use grip_link::message::daemon::{
-    Command, Gripper, Health, Notice, PipelineState, ROWS_HEADER, SlipReport, Subscribe, Welcome,
+    Command, Gripper, Health, Load, Notice, PipelineState, ROWS_HEADER, Setup, SlipReport,
+    Subscribe, Welcome,
 };
 use grip_link::message::{
     Ack, ClearFault, Config, ConfigAck, Event, Grip, Heartbeat, Hello, Ident, Kind, Nack, Ping,
@@ -46,9 +47,11 @@ fn size(kind: Kind) -> usize {
         Kind::GRIPPER => Gripper::SIZE,
         Kind::ROWS => ROWS_HEADER,
         Kind::NOTICE => Notice::SIZE,
+        Kind::SETUP => Setup::SIZE,
         Kind::SUBSCRIBE => Subscribe::SIZE,
         Kind::COMMAND => Command::SIZE,
         Kind::QUERY => 0,
+        Kind::LOAD => Load::SIZE,
         Kind(other) => panic!("type {other:02x} has no size here"),
     }
 }

@@ -18,6 +18,7 @@ fn again(role: Role, frame: &Frame<'_>) -> Result<Vec<u8>, PayloadError> {
             ToDaemon::Subscribe(message) => message.write(out)?,
             ToDaemon::Command(message) => message.write(out)?,
             ToDaemon::Query => 0,
+            ToDaemon::Load(message) => message.write(out)?,
         }
     } else {
         match ToClient::parse(frame)? {
@@ -28,6 +29,7 @@ fn again(role: Role, frame: &Frame<'_>) -> Result<Vec<u8>, PayloadError> {
             ToClient::Gripper(message) => message.write(out)?,
             ToClient::Rows(message) => message.write(out)?,
             ToClient::Notice(message) => message.write(out)?,
+            ToClient::Setup(message) => message.write(out)?,
             ToClient::Ack(message) => message.write(out)?,
             ToClient::Nack(message) => message.write(out)?,
         }

@@ -121,7 +121,7 @@ impl Hearing {
             ToClient::Nack(nack) if nack.reason == NackReason::Version => {
                 self.refusal = Some(self.misfit(None));
             }
-            ToClient::Nack(_) | ToClient::Ack(_) => {}
+            ToClient::Nack(_) | ToClient::Ack(_) | ToClient::Setup(_) => {}
         }
     }
 

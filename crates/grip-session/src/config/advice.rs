@@ -46,6 +46,14 @@ pub fn warnings(config: &HostConfig, set: &[Setting]) -> Vec<String> {
         config.fleet.commands && !config.allow_commands,
         "fleet.commands is set, but nobody may command the gripper: allow_commands is not set",
     );
+    warn(
+        config.fleet.models.is_some() && !config.allow_models,
+        "fleet.models is set, but nobody may bring a model: allow_models is not set",
+    );
+    warn(
+        config.fleet.site.is_some() && config.listen == Listen::Off,
+        "fleet.site is set, but gripfleet cannot connect: listen is \"off\"",
+    );
     let calibrated =
         ["detector.shear.threshold", "detector.vibration.threshold", "detector.octaves"]
             .into_iter()
@@ -63,7 +71,7 @@ fn sockets(config: &HostConfig, warn: &mut dyn FnMut(bool, &str)) {
         "every computer of the network may command the gripper: allow_commands and allow_remote are both set, and nothing is encrypted",
     );
     warn(
-        config.allow_commands && config.listen == Listen::Off && !config.fleet.commands,
+        config.allow_commands && config.listen == Listen::Off,
         "allow_commands is set, but no client can connect: listen is \"off\"",
     );
     let remote_metrics = config.metrics.is_some_and(|metrics| !metrics.ip().is_loopback());

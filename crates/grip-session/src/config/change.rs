@@ -9,13 +9,14 @@ use std::{
 
 /// Keys and tables that a running gripd does not change: they name ports, sockets and files that are open, privileges that
 /// were asked for once, and what the gripper was asked for when it was attached.
-pub const NEEDS_RESTART: [&str; 15] = [
+pub const NEEDS_RESTART: [&str; 16] = [
     "port",
     "baud",
     "uid",
     "usb",
     "listen",
     "allow_commands",
+    "allow_models",
     "allow_remote",
     "max_clients",
     "metrics",
@@ -93,6 +94,7 @@ impl HostConfig {
             usb: old.usb,
             listen: old.listen,
             allow_commands: old.allow_commands,
+            allow_models: old.allow_models,
             allow_remote: old.allow_remote,
             max_clients: old.max_clients,
             metrics: old.metrics,
@@ -178,6 +180,7 @@ mod tests {
             uid = "00112233445566778899aabbccddeeff"
             listen = "tcp:0.0.0.0:1"
             allow_commands = true
+            allow_models = true
             allow_remote = true
             max_clients = 3
             metrics = "127.0.0.1:2"

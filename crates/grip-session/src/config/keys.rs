@@ -89,7 +89,7 @@ impl Default for RealtimeConfig {
     }
 }
 
-/// Where and how the gripper is seen beside many others; only a gripd that was built with the feature `fleet` has that.
+/// Where and how the gripper is seen beside many others; gripfleet reads that, which runs beside gripd.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct FleetConfig {
@@ -99,11 +99,11 @@ pub struct FleetConfig {
     pub router: Option<String>,
     /// Zenoh configuration file, for names, retries and the rest.
     pub network: Option<PathBuf>,
-    /// The folder that keeps events until they were fetched, also over an end of gripd; memory, where absent.
+    /// The folder that keeps events until they were fetched, also over an end of gripfleet; memory, where absent.
     pub spool: Option<PathBuf>,
     /// Room for events (MiB), 1 to 1024; the oldest go first.
     pub spool_mib: u16,
-    /// The folder that keeps models which come over the network; none is taken, where absent.
+    /// The folder that keeps models which come over the network, where `allow_models` lets clients bring one; none is taken, where absent.
     pub models: Option<PathBuf>,
     /// Every n-th sample is told, 0 to 65,535; none for 0.
     pub samples_every: u16,

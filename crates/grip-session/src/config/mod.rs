@@ -52,6 +52,8 @@ pub struct HostConfig {
     pub listen: Listen,
     /// Whether clients may command the gripper.
     pub allow_commands: bool,
+    /// Whether clients may bring a model, which is then in force until gripd ends.
+    pub allow_models: bool,
     /// Whether addresses may be open to other computers.
     pub allow_remote: bool,
     /// Clients at a time, 1 to 1024.
@@ -110,6 +112,7 @@ impl Default for HostConfig {
             uid: None,
             listen: Listen::default(),
             allow_commands: false,
+            allow_models: false,
             allow_remote: false,
             max_clients: 32,
             metrics: None,

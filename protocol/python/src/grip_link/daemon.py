@@ -17,6 +17,7 @@ from .messages.daemon import (
     Notice,
     NoticeKind,
     Rows,
+    Setup,
     Slip,
     State,
     Subscribe,
@@ -26,10 +27,10 @@ from .sender import Sender
 from .stream import ByteStream, StreamClosed, open_stream
 
 DEFAULT_URL = "socket://127.0.0.1:7747"
-Message = Union[Welcome, Slip, State, Health, Gripper, Rows, Notice, Ack, Nack]
+Message = Union[Welcome, Slip, State, Health, Gripper, Rows, Notice, Setup, Ack, Nack]
 _MESSAGES: dict[int, Any] = {
     Kind.WELCOME: Welcome, Kind.SLIP: Slip, Kind.STATE: State, Kind.HEALTH: Health, Kind.GRIPPER: Gripper,
-    Kind.ROWS: Rows, Kind.NOTICE: Notice, Kind.ACK: Ack, Kind.NACK: Nack,
+    Kind.ROWS: Rows, Kind.NOTICE: Notice, Kind.SETUP: Setup, Kind.ACK: Ack, Kind.NACK: Nack,
 }  # fmt: skip
 
 

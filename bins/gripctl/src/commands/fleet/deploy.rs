@@ -28,7 +28,7 @@ use std::{
 };
 
 /// How long an answer may take: a model waits until nothing slips.
-const PATIENCE: Duration = Duration::from_secs(15);
+pub(super) const PATIENCE: Duration = Duration::from_secs(15);
 /// A line about where it is, for people, this often (us).
 const SUMMARY_US: u64 = 5_000_000;
 /// How long grippers that do not answer are asked to give the model back (us).
@@ -82,7 +82,11 @@ fn model(file: &Path, force: bool) -> anyhow::Result<(String, Vec<u8>)> {
 }
 
 /// Everybody who is meant; who is named and not there is an error.
-fn meant(session: &Session, place: &PlaceArgs, to: &Selection) -> anyhow::Result<BTreeSet<Member>> {
+pub(super) fn meant(
+    session: &Session,
+    place: &PlaceArgs,
+    to: &Selection,
+) -> anyhow::Result<BTreeSet<Member>> {
     let mut meant = BTreeSet::new();
     for selector in &to.0 {
         let here = |member: &Member| place.site.as_ref().is_none_or(|site| member.site == *site);

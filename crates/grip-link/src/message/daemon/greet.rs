@@ -10,7 +10,7 @@ bits! {
         0 SLIP "SLIP.",
         1 STATE "STATE.",
         2 HEALTH "HEALTH.",
-        3 NEWS "GRIPPER, and NOTICE about link, sensors and clients' commands.",
+        3 NEWS "GRIPPER, SETUP, and NOTICE about link, sensors and clients' commands.",
     }
 }
 
@@ -36,6 +36,7 @@ bits! {
         0 COMMANDS "commands of clients are allowed.",
         1 DRY_RUN "the pipeline only observes: the daemon never commands a force.",
         2 RECORDS "a recording was asked for.",
+        3 MODELS "models of clients are taken.",
     }
 }
 

@@ -9,9 +9,11 @@
 //! | A4 | GRIPPER | to client | 32 | | [`Gripper`] |
 //! | A5 | ROWS | to client | 20 + rows | | [`Rows`] |
 //! | A6 | NOTICE | to client | 17 + text | | [`Notice`] |
+//! | A7 | SETUP | to client | 73 + text | | [`Setup`] |
 //! | A8 | SUBSCRIBE | to daemon | 8 | yes: WELCOME | [`Subscribe`] |
 //! | A9 | COMMAND | to daemon | 12 | yes | [`Command`] |
 //! | AA | QUERY | to daemon | 0 | yes | |
+//! | AB | LOAD | to daemon | 41 + bytes | yes | [`Load`] |
 //!
 //! Direction bit, session, seq, ACK and NACK are those of the line, with the client in the place of the host's line partner: frames
 //! of the daemon bear the bit "to host". Values of the pipeline are f32 in SI units, NaN for what is not known; forces that a
@@ -20,12 +22,14 @@
 mod command;
 mod greet;
 mod gripper;
+mod model;
 mod notice;
 mod rows;
 
 pub use command::Command;
 pub use greet::{Subscribe, Topics, Welcome, WelcomeFlags};
 pub use gripper::Gripper;
+pub use model::{Load, Setup};
 pub use notice::Notice;
 pub use rows::{ROWS_HEADER, RowOfSample, RowSet, Rows, RowsHeader};
 pub use slip_msg::{
@@ -55,6 +59,8 @@ pub enum ToClient<'a> {
     Rows(Rows<'a>),
     /// A6
     Notice(Notice<'a>),
+    /// A7
+    Setup(Setup<'a>),
     /// 8E
     Ack(Ack),
     /// 8F
@@ -76,6 +82,7 @@ impl<'a> ToClient<'a> {
             Kind::GRIPPER => Self::Gripper(Gripper::parse(payload)?),
             Kind::ROWS => Self::Rows(Rows::parse(payload)?),
             Kind::NOTICE => Self::Notice(Notice::parse(payload)?),
+            Kind::SETUP => Self::Setup(Setup::parse(payload)?),
             Kind::ACK => Self::Ack(Ack::parse(payload)?),
             Kind::NACK => Self::Nack(Nack::parse(payload)?),
             Kind(kind) => return Err(PayloadError::Kind { kind }),
@@ -85,25 +92,28 @@ impl<'a> ToClient<'a> {
 
 /// Every message to the daemon.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum ToDaemon {
+pub enum ToDaemon<'a> {
     /// A8
     Subscribe(Subscribe),
     /// A9
     Command(Command),
     /// AA
     Query,
+    /// AB
+    Load(Load<'a>),
 }
 
-impl ToDaemon {
+impl<'a> ToDaemon<'a> {
     /// Reads the payload of a frame.
     ///
     /// # Errors
     /// [`PayloadError`] when the payload is too short, holds a value outside its range, or the type is unknown.
-    pub fn parse(frame: &Frame<'_>) -> Result<Self, PayloadError> {
+    pub fn parse(frame: &Frame<'a>) -> Result<Self, PayloadError> {
         Ok(match frame.header.kind {
             Kind::SUBSCRIBE => Self::Subscribe(Subscribe::parse(frame.payload)?),
             Kind::COMMAND => Self::Command(Command::parse(frame.payload)?),
             Kind::QUERY => Self::Query,
+            Kind::LOAD => Self::Load(Load::parse(frame.payload)?),
             Kind(kind) => return Err(PayloadError::Kind { kind }),
         })
     }

@@ -77,6 +77,17 @@ impl Layers {
         Ok(layers)
     }
 
+    /// Only what `file` says; without one, what [`Layers::search`] finds for the user of this program.
+    ///
+    /// # Errors
+    /// As these.
+    pub fn of_user(file: Option<&Path>) -> Result<Self, HostConfigError> {
+        let folder = |name| std::env::var_os(name).filter(|folder| !folder.is_empty());
+        let user = folder("XDG_CONFIG_HOME").map(PathBuf::from);
+        let user = user.or_else(|| Some(PathBuf::from(std::env::var_os("HOME")?).join(".config")));
+        file.map_or_else(|| Self::search(user.as_deref()), Self::file)
+    }
+
     /// Only what `file` says.
     ///
     /// # Errors

@@ -47,9 +47,11 @@ class Kind(OpenCode):
     GRIPPER = 0xA4
     ROWS = 0xA5
     NOTICE = 0xA6
+    SETUP = 0xA7
     SUBSCRIBE = 0xA8
     COMMAND = 0xA9
     QUERY = 0xAA
+    LOAD = 0xAB
 
 
 class DeviceState(OpenCode):

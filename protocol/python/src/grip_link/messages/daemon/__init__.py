@@ -24,12 +24,12 @@ from .codes import (
     WelcomeFlags,
 )
 from .reports import Gripper, Health, Slip, State
-from .requests import Command, Subscribe
+from .requests import Command, Load, Subscribe
 from .rows import Row, Rows
-from .texts import Notice, Welcome
+from .texts import Notice, Setup, Welcome
 
 __all__ = [
-    "Causes", "Command", "DroppedClass", "EscKind", "Goodbye", "GripStage", "Gripper", "Health", "LinkState", "Method", "Notice",
-    "NoticeKind", "Operation", "Phase", "RealTime", "Recording", "Row", "RowSet", "Rows", "Scene", "Sensor", "SensorHealth",
-    "Slip", "SpeedSource", "State", "Subscribe", "Topics", "Welcome", "WelcomeFlags",
+    "Causes", "Command", "DroppedClass", "EscKind", "Goodbye", "GripStage", "Gripper", "Health", "LinkState", "Load", "Method",
+    "Notice", "NoticeKind", "Operation", "Phase", "RealTime", "Recording", "Row", "RowSet", "Rows", "Scene", "Sensor",
+    "SensorHealth", "Setup", "Slip", "SpeedSource", "State", "Subscribe", "Topics", "Welcome", "WelcomeFlags",
 ]  # fmt: skip

@@ -186,6 +186,7 @@ class WelcomeFlags(IntFlag):
     COMMANDS = 1
     DRY_RUN = 2
     RECORDS = 4
+    MODELS = 8
 
 
 class RowSet(IntFlag):

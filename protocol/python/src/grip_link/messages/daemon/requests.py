@@ -1,15 +1,16 @@
-"""SUBSCRIBE and COMMAND: what a client sends."""
+"""SUBSCRIBE, COMMAND and LOAD: what a client sends."""
 
 from __future__ import annotations
 
 import struct
 from dataclasses import dataclass
 
-from ..wire import BadValue, closed, pack, unpack
+from ..wire import BadValue, PayloadError, ShortPayload, closed, pack, unpack
 from .codes import Operation, Topics
 
 _SUBSCRIBE = struct.Struct("<BBHHH")
 _COMMAND = struct.Struct("<BBHiI")
+_LOAD = struct.Struct("<32sIIB")
 
 
 @dataclass(frozen=True)
@@ -56,3 +57,30 @@ class Command:
     def pack(self) -> bytes:
         """The payload; raises PayloadError."""
         return pack(_COMMAND, self.operation, 0, self.fault, self.force_mn, self.token)
+
+
+@dataclass(frozen=True)
+class Load:
+    """LOAD (AB), 41 bytes and a piece: a part of a model file; size 0 stands for the model of the configuration."""
+
+    sha256: bytes
+    size: int
+    offset: int
+    bytes: bytes
+
+    @classmethod
+    def parse(cls, payload: bytes) -> Load:
+        """Reads a payload; raises PayloadError, also for a file of more than 1 MiB."""
+        sha256, size, offset, length = unpack(_LOAD, payload)
+        if size > 1 << 20:
+            raise BadValue(32, size)
+        end = _LOAD.size + length
+        if len(payload) < end:
+            raise ShortPayload(end, len(payload))
+        return cls(sha256, size, offset, payload[_LOAD.size : end])
+
+    def pack(self) -> bytes:
+        """The payload; raises PayloadError."""
+        if len(self.bytes) > 255:
+            raise PayloadError(f"piece of {len(self.bytes)} bytes, at most 255 fit")
+        return pack(_LOAD, self.sha256, self.size, self.offset, len(self.bytes)) + self.bytes

@@ -1,4 +1,4 @@
-"""WELCOME and NOTICE: who the daemon is, and what a client should know."""
+"""WELCOME, NOTICE and SETUP: who the daemon is, what a client should know, and what it works with."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from .codes import NoticeKind, RealTime, WelcomeFlags
 
 _WELCOME = struct.Struct("<BBHIIIQBB")
 _NOTICE = struct.Struct("<BBHIQB")
+_SETUP = struct.Struct("<IBBH32s32sB")
 
 
 def _text(layout: struct.Struct, payload: bytes, length: int) -> bytes:
@@ -84,3 +85,28 @@ class Notice:
         """The payload; raises PayloadError."""
         head = (self.kind, self.code, self.value, self.count, self.host_us)
         return pack(_NOTICE, *head, _length(self.text)) + self.text
+
+
+@dataclass(frozen=True)
+class Setup:
+    """SETUP (A7), 73 bytes and a text: firmware of the gripper, SHA-256 of the models, name of the configured one."""
+
+    settings: int
+    """Reloads since the daemon's start."""
+    fw_major: int
+    fw_minor: int
+    fw_patch: int
+    in_force: bytes
+    configured: bytes
+    text: bytes
+
+    @classmethod
+    def parse(cls, payload: bytes) -> Setup:
+        """Reads a payload; raises PayloadError."""
+        *head, length = unpack(_SETUP, payload)
+        return cls(*head, _text(_SETUP, payload, length))
+
+    def pack(self) -> bytes:
+        """The payload; raises PayloadError."""
+        head = (self.settings, self.fw_major, self.fw_minor, self.fw_patch, self.in_force, self.configured)
+        return pack(_SETUP, *head, _length(self.text)) + self.text

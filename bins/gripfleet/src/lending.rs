@@ -10,7 +10,7 @@ use std::collections::VecDeque;
 /// Answers that are under way at once; who asks for more is told to ask again.
 const MOST_READINGS: usize = 8;
 
-/// The recordings of this daemon, as far as the configuration gives them away.
+/// The recordings of gripd, as far as the configuration gives them away.
 #[derive(Debug)]
 pub(super) struct Lending {
     /// Or why there are none.

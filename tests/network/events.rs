@@ -1,6 +1,6 @@
-//! gripd beside a router in the test: whoever watches the fleet gets each slip once, whatever becomes of router and daemon.
+//! gripfleet beside a router in the test: whoever watches the fleet gets each slip once, whatever becomes of router, daemon and gripfleet.
 
-use crate::running::{Running, until};
+use crate::pair::{Pair, configure, endpoint};
 use core::time::Duration;
 use grip_fleet::{
     About, EventId, Member, Part, Selector, Since,
@@ -8,22 +8,19 @@ use grip_fleet::{
     recordings::{FetchError, Fetched, Recording, fetch},
 };
 use grip_link::message::daemon::{Command, NoticeKind, Operation, ToClient};
-use std::{collections::HashSet, fs, net::TcpListener, path::Path};
+use std::{collections::HashSet, fs, path::Path};
+use stories::{Program, until};
 
 /// Looks of 20 ms.
 const LOOK: Duration = Duration::from_millis(20);
 
 /// A router's address, and a folder with a configuration that names it.
 fn place(folder: &Path) -> (String, Network) {
-    let port = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
-    let router = format!("tcp/127.0.0.1:{port}");
+    let router = endpoint();
     let retry = "{ connect: { retry: { period_init_ms: 200, period_max_ms: 200 } } }";
     let file = folder.join("zenoh.json5");
     fs::write(&file, retry).unwrap();
-    let text = format!(
-        "[fleet]\nsite = \"hall\"\nrouter = \"{router}\"\nnetwork = \"zenoh.json5\"\nspool = \"spool\"\n"
-    );
-    fs::write(folder.join("gripd.toml"), text).unwrap();
+    configure(folder, &router, "", "network = \"zenoh.json5\"\nspool = \"spool\"");
     (router.clone(), Network { router: Some(router), file: Some(file) })
 }
 
@@ -43,17 +40,17 @@ fn slips(watch: &mut Watch, into: &mut Vec<(EventId, u32)>) {
 }
 
 /// Lines about slips that were printed.
-fn printed(running: &Running) -> usize {
-    running.printed().lines().filter(|line| line.contains("\"type\":\"slip")).count()
+fn printed(gripd: &Program) -> usize {
+    gripd.printed().lines().filter(|line| line.contains("\"type\":\"slip")).count()
 }
 
 #[test]
-fn every_slip_is_told_once_though_router_and_daemon_end() {
+fn every_slip_is_told_once_though_router_daemon_and_gripfleet_end() {
     let folder = tempfile::tempdir().unwrap();
     let (endpoint, network) = place(folder.path());
     let here = router(&endpoint);
-    let first = Running::holding(folder.path(), &[]);
-    first.wait_for("this gripper is there as hall/");
+    let Pair { gripd: first, fleet } = Pair::holding(folder.path(), &[]);
+    fleet.until_told("this gripper is there as hall/");
     let session = network.open().unwrap();
     let mut watch = Watch::new(session, &Selector::default(), Since::Start, &[]).unwrap();
     let mut got = Vec::new();
@@ -63,23 +60,30 @@ fn every_slip_is_told_once_though_router_and_daemon_end() {
     }));
     drop(here);
     let before = printed(&first);
-    // Killed without a goodbye.
-    drop(first);
+    // Killed without a goodbye, while gripfleet stays.
+    first.kill();
+    fleet.until_told("gripd has closed the connection");
     let _router = router(&endpoint);
-    let second = Running::holding(folder.path(), &[]);
-    let told = || second.told();
+    let second = Pair::holding_beside(folder.path(), fleet);
+    let told = || second.fleet.told();
     assert!(
         until(|| {
             slips(&mut watch, &mut got);
-            got.len() >= before + printed(&second)
+            got.len() >= before + printed(&second.gripd)
         }),
         "{}",
         told()
     );
-    second.stop();
+    // Another gripfleet goes on with the same spool, and says nothing twice.
+    let Pair { gripd, fleet } = second;
+    fleet.kill();
+    let fleet = Program::gripfleet(folder.path(), &[]);
+    fleet.until_told("this gripper is there as hall/");
+    slips(&mut watch, &mut got);
+    Pair { gripd, fleet }.stop();
     let ids: HashSet<EventId> = got.iter().map(|(id, _)| *id).collect();
     assert_eq!(ids.len(), got.len(), "one came twice");
-    for numbers in got.chunk_by(|a, b| a.0.run == b.0.run) {
+    for numbers in got.chunk_by(|a, b| a.0.run == b.0.run).take(2) {
         let numbers: Vec<u32> = numbers.iter().map(|(_, number)| *number).collect();
         let wanted: Vec<u32> = (1..).take(numbers.len()).collect();
         assert_eq!(numbers, wanted);
@@ -120,21 +124,19 @@ fn the_fleet_may_command_only_where_both_keys_say_so_and_with_the_token() {
     let _router = router(&endpoint);
     let session = network.open().unwrap();
     let grasp = Command { force_mn: 5000, ..Command::new(Operation::AtLeast) };
-    let file = folder.path().join("gripd.toml");
-    let text = fs::read_to_string(&file).unwrap();
-    for (above, below) in [("allow_commands = true\n", ""), ("", "commands = true\n")] {
-        fs::write(&file, format!("{above}{text}{below}")).unwrap();
+    for (above, below) in [("allow_commands = true", ""), ("", "commands = true")] {
+        configure(folder.path(), &endpoint, above, below);
         let selector = Selector::default();
         let mut watch = Watch::new(session.clone(), &selector, Since::Now, &[]).unwrap();
-        let running = Running::start(folder.path(), &[]);
+        let running = Pair::start(folder.path(), &[]);
         let member = member(&mut watch);
         let refused = command(&session, &member, &grasp).unwrap_err();
         assert!(refused.contains("allow_commands and fleet.commands"), "{refused}");
         running.stop();
     }
-    fs::write(&file, format!("allow_commands = true\n{text}commands = true\n")).unwrap();
+    configure(folder.path(), &endpoint, "allow_commands = true", "commands = true");
     let mut watch = Watch::new(session.clone(), &Selector::default(), Since::Now, &[]).unwrap();
-    let running = Running::holding(folder.path(), &[]);
+    let running = Pair::holding(folder.path(), &[]);
     let member = member(&mut watch);
     let mut about = About::default();
     assert!(until(|| {
@@ -201,23 +203,22 @@ fn finished_recordings_are_given_away_where_that_is_allowed_and_nothing_else_is(
     let (endpoint, network) = place(folder.path());
     let _router = router(&endpoint);
     let run = folder.path().join("run.mcap");
-    let record = ["--record", run.to_str().unwrap()];
-    let there = |running: &Running| {
-        running.wait_for("this gripper is there as hall/");
+    let record = format!("record = {run:?}");
+    configure(folder.path(), &endpoint, &record, "");
+    let there = |running: &Pair| {
+        running.fleet.until_told("this gripper is there as hall/");
         let session = network.open().unwrap();
         let member = list(&session, &Selector::default()).unwrap().into_keys().next().unwrap();
         (session, member)
     };
-    let first = Running::holding(folder.path(), &record);
+    let first = Pair::holding(folder.path(), &[]);
     let (session, member) = there(&first);
     let refused = lent(&session, &member, &[]).unwrap_err().to_string();
     assert!(refused.contains("recordings are not given away here"), "{refused}");
     first.stop();
 
-    let config = folder.path().join("gripd.toml");
-    let allowed = fs::read_to_string(&config).unwrap() + "recordings = true\n";
-    fs::write(&config, allowed).unwrap();
-    let second = Running::holding(folder.path(), &record);
+    configure(folder.path(), &endpoint, &record, "recordings = true");
+    let second = Pair::holding(folder.path(), &[]);
     let (session, member) = there(&second);
     let mut told = Vec::new();
     assert!(until(|| {
@@ -249,16 +250,14 @@ fn finished_recordings_are_given_away_where_that_is_allowed_and_nothing_else_is(
 fn who_waits_for_the_spool_of_another_is_there_when_that_one_has_ended() {
     let (one, two) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
     let (endpoint, _) = place(one.path());
-    fs::copy(one.path().join("zenoh.json5"), two.path().join("zenoh.json5")).unwrap();
-    let text = fs::read_to_string(one.path().join("gripd.toml")).unwrap();
     let spool = format!("spool = {:?}", one.path().join("spool"));
-    fs::write(two.path().join("gripd.toml"), text.replace("spool = \"spool\"", &spool)).unwrap();
+    configure(two.path(), &endpoint, "", &spool);
     let _router = router(&endpoint);
-    let first = Running::start(one.path(), &[]);
-    first.wait_for("this gripper is there as hall/");
-    let second = Running::start(two.path(), &[]);
-    second.wait_for("is told to nobody until that one ends");
+    let first = Pair::start(one.path(), &[]);
+    first.fleet.until_told("this gripper is there as hall/");
+    let second = Pair::start(two.path(), &[]);
+    second.fleet.until_told("is told to nobody until that one ends");
     first.stop();
-    second.wait_for("this gripper is there as hall/");
+    second.fleet.until_told("this gripper is there as hall/");
     second.stop();
 }

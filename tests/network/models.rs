@@ -1,30 +1,24 @@
-//! Models over the network to gripd beside a router in the test: taken, tried, kept over a start, given back; and refused.
+//! Models over the network to gripfleet, and from there to gripd, beside a router in the test: taken, tried, kept over a start, given back; and refused.
 
-use crate::running::{Running, until};
+use crate::pair::{Pair, configure, endpoint};
 use core::time::Duration;
 use grip_fleet::{
-    Member, Uid,
+    About, Member, Part, Selector,
     deploy::{How, Offer, Order, Standing, digest},
-    net::{self, NetError, Network, Session, standing},
+    net::{self, Ask, NetError, Network, Session, list, standing},
     rollout::JudgeConfig,
 };
+use grip_link::message::daemon::{Command, GripState, Operation};
 use grip_session::model::default_text;
-use rustix::process::Signal;
-use std::{collections::BTreeSet, fs, net::TcpListener, path::Path};
+use std::{collections::BTreeSet, fs, path::Path};
+use stories::{Program, until};
 
 const PATIENCE: Duration = Duration::from_secs(30);
 
-/// A router's address, and a folder with a configuration that names it.
+/// Models are taken, commands too; `rest` goes behind [fleet].
 fn place(folder: &Path, endpoint: &str, rest: &str) {
-    let text = format!(
-        "[link]\nsample_rate_hz = 1000\n[fleet]\nsite = \"hall\"\nrouter = \"{endpoint}\"\n{rest}\n"
-    );
-    fs::write(folder.join("gripd.toml"), text).unwrap();
-}
-
-fn endpoint() -> String {
-    let port = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
-    format!("tcp/127.0.0.1:{port}")
+    let top = "allow_models = true\nallow_commands = true\nlink.sample_rate_hz = 1000";
+    configure(folder, endpoint, top, &format!("commands = true\n{rest}"));
 }
 
 fn network(endpoint: &str) -> Network {
@@ -39,12 +33,30 @@ fn session(endpoint: &str) -> Session {
     network(endpoint).open().unwrap()
 }
 
-/// The gripper that a running gripd has told of.
-fn member(running: &Running) -> Member {
-    running.wait_for("this gripper is there as hall/");
-    let told = running.told();
-    let uid = told.split("is there as hall/").nth(1).unwrap().split('"').next().unwrap();
-    Member { site: "hall".parse().unwrap(), uid: uid.parse::<Uid>().unwrap() }
+/// The gripper that a running gripfleet has told of.
+fn member(pair: &Pair) -> Member {
+    pair.name().parse().unwrap()
+}
+
+/// What `gripctl fleet command` sends.
+fn command(session: &Session, member: &Member, operation: Operation) {
+    let about =
+        Ask { member, part: Part::About, parameters: &[], payload: &[], patience: PATIENCE };
+    let about = About::from_json(&net::ask(session, &about).unwrap().concat()).unwrap();
+    let command = Command { token: about.token.unwrap(), ..Command::new(operation) };
+    let mut payload = [0; Command::SIZE];
+    command.write(&mut payload).unwrap();
+    let (part, payload) = (Part::Command, &payload[..]);
+    net::ask(session, &Ask { member, part, parameters: &[], payload, patience: PATIENCE }).unwrap();
+}
+
+/// Lets go, and grasps once more.
+fn regrasp(session: &Session, member: &Member) {
+    let grip =
+        || list(session, &Selector::default()).unwrap().remove(member)?.state.map(|it| it.grip);
+    command(session, member, Operation::Release);
+    assert!(until(|| grip() == Some(GripState::Released)));
+    command(session, member, Operation::Grasp);
 }
 
 fn take(text: &str, watch_s: f64) -> Order {
@@ -88,32 +100,66 @@ fn a_model_is_tried_kept_over_a_start_and_given_back() {
     let _router = router(&endpoint);
     place(folder.path(), &endpoint, "models = \"models\"");
     let session = session(&endpoint);
-    let first = Running::holding(folder.path(), &[]);
+    // An object that can be let go, since it stands on a table.
+    fs::write(folder.path().join("table.toml"), "name = \"table\"\nlift_at_s = 60.0\n").unwrap();
+    let first = Pair::start(folder.path(), &["--port", "sim:table.toml"]);
     let who = member(&first);
-    let standing = taken(&session, &who, &same(1), 2.0);
+    let standing = taken(&session, &who, &same(1), 4.0);
     assert_eq!(
         (standing.in_force.name.as_str(), standing.before.unwrap().name),
         ("new.json", "default".to_owned())
     );
-    assert!(standing.trial.unwrap().before.slips > 0, "slips are counted");
-    first.wait_for("it was watched long enough, and stays");
+    first.gripd.until_told("of a client is in force");
+    regrasp(&session, &who);
+    first.fleet.until_told("it was watched long enough, and stays");
     // To ask whether it would take another one changes nothing.
     let would = ask(&session, &who, &Order::Check(offer(&same(3), 2.0))).unwrap();
     assert_eq!((would.in_force.sha256, would.trial), (digest(same(1).as_bytes()), None));
     let early = ask(&session, &who, &Order::Check(offer(&same(3), 1e6))).unwrap_err();
     assert!(early.starts_with("there are only"), "{early}");
-    // The second model is on trial when the daemon is killed.
-    assert!(taken(&session, &who, &same(2), 2.0).trial.is_some());
-    drop(first);
-    let second = Running::holding(folder.path(), &[]);
-    let who = member(&second);
-    let standing = ask(&session, &who, &Order::Tell).unwrap();
+    // The second model is on trial when gripd is killed, and gripfleet stays.
+    assert!(taken(&session, &who, &same(2), 4.0).trial.is_some());
+    let Pair { gripd, fleet } = first;
+    gripd.kill();
+    let second = Pair::holding_beside(folder.path(), fleet);
+    let mut standing = None;
+    assert!(until(|| {
+        standing = ask(&session, &who, &Order::Tell).ok();
+        standing.is_some()
+    }));
+    let standing = standing.unwrap();
     assert_eq!(standing.in_force.sha256, digest(same(1).as_bytes()));
     assert_eq!(standing.last.unwrap().how, How::Restarted);
-    let sha256 = digest(same(1).as_bytes());
-    let standing = ask(&session, &who, &Order::Back { sha256 }).unwrap();
+    second.gripd.until_told("of a client is in force");
+    // Also where gripfleet starts again, what was accepted is there. One word leads to the model before.
+    let Pair { gripd, fleet } = second;
+    fleet.kill();
+    let third = Pair { gripd, fleet: Program::gripfleet(folder.path(), &[]) };
+    assert_eq!(member(&third), who);
+    let back = || ask(&session, &who, &Order::Back { sha256: None });
+    let standing = back().unwrap();
     assert_eq!((standing.in_force.name.as_str(), standing.before), ("default", None));
-    assert!(second.stop().err.contains("model default"));
+    assert_eq!(back().unwrap().in_force.name, "default", "there is none before");
+    third.gripd.until_told("model embedded model is in force");
+    third.stop();
+}
+
+#[test]
+fn a_model_with_which_nothing_is_grasped_goes_back() {
+    let folder = tempfile::tempdir().unwrap();
+    let endpoint = endpoint();
+    let _router = router(&endpoint);
+    place(folder.path(), &endpoint, "models = \"models\"");
+    let session = session(&endpoint);
+    let pair = Pair::holding(folder.path(), &[]);
+    let who = member(&pair);
+    let trial = taken(&session, &who, &same(1), 2.0).trial.unwrap();
+    assert!(trial.before.slips > 0 && trial.before.grasps > 0, "{trial:?}");
+    pair.fleet.until_told("nothing was grasped with it");
+    let standing = ask(&session, &who, &Order::Tell).unwrap();
+    assert_eq!((standing.in_force.name.as_str(), standing.trial), ("default", None));
+    assert_eq!(standing.last.unwrap().how, How::Idle);
+    pair.stop();
 }
 
 /// The object is pulled out of the fingers during the trial. One loss is too little for the judge of everyday, which is asked to be quick here.
@@ -128,7 +174,7 @@ fn gripd_goes_back_by_itself_when_it_holds_worse() {
     place(folder.path(), &endpoint, rest);
     fs::write(folder.path().join("pulled.toml"), PULLED).unwrap();
     let session = session(&endpoint);
-    let running = Running::start(folder.path(), &["--port", "sim:pulled.toml"]);
+    let running = Pair::start(folder.path(), &["--port", "sim:pulled.toml"]);
     let who = member(&running);
     let judge = JudgeConfig { factor: 1.0, alpha: 0.5, watch_s: 10.0 };
     let order = Order::Take(Offer { judge, ..offer(&same(1), 10.0) });
@@ -139,8 +185,8 @@ fn gripd_goes_back_by_itself_when_it_holds_worse() {
     }));
     let taken = answer.unwrap();
     assert_eq!((taken.in_force.name.as_str(), taken.trial.is_some()), ("new.json", true));
-    running.wait_for("the object is gone");
-    running.wait_for("there were more");
+    running.gripd.until_told("the object is gone");
+    running.fleet.until_told("there were more");
     let mut standing = taken;
     assert!(until(|| {
         standing = ask(&session, &who, &Order::Tell).unwrap();
@@ -160,17 +206,17 @@ fn settings_that_change_during_a_trial_end_it() {
     let _router = router(&endpoint);
     place(folder.path(), &endpoint, "models = \"models\"");
     let session = session(&endpoint);
-    let running = Running::holding(folder.path(), &[]);
+    let running = Pair::holding(folder.path(), &[]);
     let who = member(&running);
     let trial = taken(&session, &who, &same(1), 3.0);
     assert!(trial.trial.is_some());
     place(folder.path(), &endpoint, "models = \"models\"\n[detector.shear]\nthreshold = 30.0");
-    running.signal(Signal::HUP);
-    running.wait_for("its settings were changed during the trial");
-    running.wait_for("model default");
+    running.reload();
+    running.fleet.until_told("its settings were changed during the trial");
+    running.fleet.until_told("model default");
     let standing = ask(&session, &who, &Order::Tell).unwrap();
     assert_eq!((standing.in_force.name.as_str(), standing.trial), ("default", None));
-    let told = running.stop().err;
+    let told = running.stop();
     assert!(told.contains("are in force: detector.shear.threshold"), "{told}");
 }
 
@@ -182,9 +228,9 @@ fn twenty_of_them_refuse_what_is_no_model_for_them() {
     let folders: Vec<_> = (0..20).map(|_| tempfile::tempdir().unwrap()).collect();
     let start = |(seed, folder): (usize, &tempfile::TempDir)| {
         place(folder.path(), &endpoint, "models = \"models\"");
-        Running::start(folder.path(), &["--dry-run", "--seed", &seed.to_string()])
+        Pair::start(folder.path(), &["--dry-run", "--seed", &seed.to_string()])
     };
-    let running: Vec<Running> = folders.iter().enumerate().map(start).collect();
+    let running: Vec<Pair> = folders.iter().enumerate().map(start).collect();
     let members: BTreeSet<Member> = running.iter().map(member).collect();
     assert_eq!(members.len(), 20);
     let text = default_text();
@@ -221,7 +267,7 @@ fn whoever_wants_no_model_says_so() {
     ] {
         let folder = tempfile::tempdir().unwrap();
         place(folder.path(), &endpoint, rest);
-        let running = Running::start(folder.path(), args);
+        let running = Pair::start(folder.path(), args);
         let who = member(&running);
         let told = ask(&session, &who, &take(&same(1), 1.0)).unwrap_err();
         assert!(told.contains(words), "{told}");
@@ -239,8 +285,8 @@ fn a_damaged_folder_of_models_keeps_nobody_from_holding() {
     place(folder.path(), &endpoint, "models = \"models\"");
     fs::create_dir(folder.path().join("models")).unwrap();
     fs::write(folder.path().join("models/standing.json"), "{").unwrap();
-    let running = Running::holding(folder.path(), &[]);
-    running.wait_for("the model of the configuration is in force");
+    let running = Pair::holding(folder.path(), &[]);
+    running.fleet.until_told("the model of the configuration is in force");
     let who = member(&running);
     let told = ask(&session, &who, &take(&same(1), 1.0)).unwrap_err();
     assert!(told.contains("the folder of models cannot be used"), "{told}");

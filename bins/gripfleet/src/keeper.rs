@@ -1,16 +1,25 @@
-//! Bytes of the daemon in; events kept, and what is to be published on its way to the network. It waits for nothing but the daemon and the disk.
+//! Bytes of gripd in; events kept, and what is to be published on its way to the network. It waits for nothing but gripd and the disk.
 
-use super::{Answered, Common, Order, Outgoing};
-use core::{mem, sync::atomic::Ordering};
-use grip_daemon::log::LogLevel;
-use grip_fleet::{Bridge, Heard, Publication, Spool, SpoolError, Topic, Uid};
+use crate::{
+    clock::Clock,
+    common::{Answered, Common, Order, Outgoing},
+    curator::Desk,
+};
+use core::mem;
+use grip_daemon::{clients::Stream, log::LogLevel};
+use grip_fleet::{
+    About, Bridge, Greeting, Heard, Publication, Setup, Spool, SpoolError, Topic, Uid,
+    deploy::Examined, rollout::Counting,
+};
 use grip_link::message::NackReason;
-use grip_session::{config::FleetConfig, exit::message};
+use grip_session::{config::FleetConfig, exit::message, model::digest};
 use std::{
     collections::VecDeque,
     io::{self, Read as _, Write as _},
-    os::unix::net::UnixStream,
-    sync::mpsc::{Receiver, Sender, SyncSender},
+    sync::{
+        PoisonError,
+        mpsc::{Receiver, Sender, SyncSender},
+    },
 };
 
 /// Bytes read at once.
@@ -24,6 +33,9 @@ pub(super) struct KeeperEnds {
     /// Commands from the network, and what became of them.
     pub(super) orders: Receiver<Order>,
     pub(super) answer: Sender<Answered>,
+    /// What leads to the models.
+    pub(super) desk: Desk,
+    pub(super) clock: Clock,
 }
 
 pub(super) struct Keeper {
@@ -34,8 +46,16 @@ pub(super) struct Keeper {
     sender: SyncSender<Outgoing>,
     orders: Receiver<Order>,
     answer: Sender<Answered>,
-    /// Commands that the daemon has not answered yet: their numbers here and on the network.
+    /// Commands that gripd has not answered yet: their numbers here and on the network.
     open: VecDeque<(u16, u64)>,
+    desk: Desk,
+    clock: Clock,
+    counting: Counting,
+    /// A model on its way: the number of its answer.
+    loading: Option<(u16, Option<Examined>)>,
+    /// The last model that came over the network.
+    loaded: Option<Examined>,
+    greeting: Option<Greeting>,
     /// Events cannot be put on disk now.
     troubled: bool,
     /// Another daemon keeps the events of this gripper.
@@ -44,7 +64,7 @@ pub(super) struct Keeper {
 
 impl Keeper {
     pub(super) fn new(bridge: Bridge, config: FleetConfig, run: u32, ends: KeeperEnds) -> Self {
-        let KeeperEnds { common, sender, orders, answer } = ends;
+        let KeeperEnds { common, sender, orders, answer, desk, clock } = ends;
         let open = VecDeque::new();
         Self {
             bridge,
@@ -55,36 +75,42 @@ impl Keeper {
             orders,
             answer,
             open,
+            desk,
+            clock,
+            counting: Counting::default(),
+            loading: None,
+            loaded: None,
+            greeting: None,
             troubled: false,
             locked: false,
         }
     }
 
-    /// Runs until the daemon closes the connection.
-    pub(super) fn run(mut self, mut stream: UnixStream) {
+    /// Runs until gripd closes the connection, or the program ends.
+    pub(super) fn run(mut self, mut stream: Stream) {
         let mut bytes = [0; CHUNK];
-        loop {
+        while !self.common.has_ended() {
             match stream.read(&mut bytes) {
                 Ok(0) => break,
                 Ok(count) => self.receive(bytes.get(..count).unwrap_or_default()),
                 Err(error) if is_pause(&error) => {}
                 Err(error) => {
-                    let text = format!("cannot listen to the daemon: {error}");
+                    let text = format!("cannot listen to gripd: {error}");
                     self.common.tell(LogLevel::Error, &text);
                     break;
                 }
             }
-            if let Err(error) = self.order(&mut stream) {
-                let text = format!("cannot hand commands to the daemon: {error}");
+            if let Err(error) = self.order(&mut stream).and_then(|()| self.load(&mut stream)) {
+                let text = format!("cannot hand commands and models to gripd: {error}");
                 self.common.tell(LogLevel::Error, &text);
                 break;
             }
         }
-        self.common.ended.store(true, Ordering::Relaxed);
+        self.common.end();
     }
 
     /// Hands commands on, as any other client would.
-    fn order(&mut self, stream: &mut UnixStream) -> io::Result<()> {
+    fn order(&mut self, stream: &mut Stream) -> io::Result<()> {
         while let Ok((number, command)) = self.orders.try_recv() {
             let (seq, wire) = self.bridge.command(&command);
             self.open.push_back((seq, number));
@@ -93,8 +119,30 @@ impl Keeper {
         Ok(())
     }
 
-    /// The daemon answers in the order in which it is asked; what it had no room to answer is passed over.
+    /// Hands the next model on, when the last one was answered.
+    fn load(&mut self, stream: &mut Stream) -> io::Result<()> {
+        if self.loading.is_some() {
+            return Ok(());
+        }
+        let Ok(model) = self.desk.wanted.try_recv() else { return Ok(()) };
+        let text = model.as_ref().map(|model| model.text.as_bytes());
+        let sha256 = text.map(digest);
+        let (seq, wire) = self.bridge.load(sha256.as_ref().zip(text));
+        self.loading = Some((seq, model));
+        stream.write_all(&wire)
+    }
+
+    /// gripd answers in the order in which it is asked, but for models; what it had no room to answer is passed over.
     fn answer(&mut self, seq: u16, answer: Result<(), NackReason>) {
+        if let Some((_, model)) = self.loading.take_if(|(asked, _)| *asked == seq) {
+            let swapped = answer.map_err(|reason| format!("gripd has refused it: {reason}"));
+            if swapped.is_ok() {
+                self.loaded = model;
+            }
+            // A thread that is gone waits for nothing.
+            let _gone = self.desk.swapped.send(swapped.map(|()| self.counting.counts()));
+            return;
+        }
         while let Some((asked, number)) = self.open.pop_front() {
             if asked == seq {
                 // Whoever asked may have gone.
@@ -112,8 +160,45 @@ impl Keeper {
                 Heard::Publication(publication) => self.keep(publication),
                 Heard::Missed(count) => self.miss(count),
                 Heard::Answer(seq, answer) => self.answer(seq, answer),
+                Heard::Welcome(greeting) => {
+                    let since_ns = greeting.host_us.saturating_mul(1000);
+                    self.common.kept().start_ns = self.clock.wall_ns().saturating_sub(since_ns);
+                    self.greeting = Some(greeting);
+                }
+                Heard::Setup(setup) => self.meet(setup),
+                Heard::State(state) => self.counting.state(&state),
+                Heard::Slip(slip) => self.counting.slip(&slip),
+                Heard::Goodbye(text) => {
+                    self.common.tell(LogLevel::Warn, &format!("gripd says goodbye: {text}"));
+                }
             }
         }
+        self.common.kept().heard = self.bridge.heard_until();
+        let counts = self.counting.counts();
+        *self.desk.counts.lock().unwrap_or_else(PoisonError::into_inner) = counts;
+    }
+
+    /// What the gripper is made of, for those who ask.
+    fn meet(&mut self, setup: Setup) {
+        let Some(greeting) = &self.greeting else { return };
+        let coming = self.loading.as_ref().and_then(|(_, model)| model.as_ref());
+        let ours = coming.into_iter().chain(&self.loaded);
+        let ours = ours.map(|model| &model.id).find(|id| id.sha256 == setup.in_force);
+        let model = if setup.in_force == setup.configured.sha256 {
+            setup.configured.name.clone()
+        } else {
+            let name = ours.map_or(setup.in_force.get(..12), |id| Some(id.name.as_str()));
+            format!("{} of the fleet", name.unwrap_or_default())
+        };
+        let about = About {
+            program: greeting.program.clone(),
+            firmware: setup.firmware.clone(),
+            model: Some(model),
+            token: greeting.token.filter(|_| self.config.commands),
+        };
+        // What cannot be written, which no value makes, is not told.
+        self.common.kept().about = about.to_json().unwrap_or_default();
+        let _gone = self.desk.setups.send((setup, greeting.takes_models));
     }
 
     /// First kept, then told: what is told can be asked for again.
@@ -147,7 +232,7 @@ impl Keeper {
         let _full = self.sender.try_send((topic, id, wire));
     }
 
-    /// The daemon had no room for events: whoever asks learns that they are missing.
+    /// gripd had no room for events: whoever asks learns that they are missing.
     fn miss(&self, count: u32) {
         if let Some((_, spool)) = &mut self.common.kept().gripper {
             spool.skip(count.into());

@@ -1,7 +1,10 @@
 //! What is to be published in, a gripper on the network out. This thread may wait for the network; nobody waits for it.
 
-use super::{
-    Answered, Common, Order, Outgoing, PAUSE, curator::Line, lending::Lending, pause, ros::Ros,
+use crate::{
+    common::{Answered, Common, Order, Outgoing, PAUSE, pause},
+    curator::Line,
+    lending::Lending,
+    ros::Ros,
 };
 use core::{mem, time::Duration};
 use grip_daemon::log::LogLevel;
@@ -45,8 +48,8 @@ pub(super) struct SpeakerEnds {
     /// Commands, and what became of them.
     pub(super) order: Sender<Order>,
     pub(super) answers: Receiver<Answered>,
-    /// The way to the models, or why there is none.
-    pub(super) models: Result<Line, &'static str>,
+    /// The way to the models.
+    pub(super) models: Line,
 }
 
 pub(super) struct Speaker {
@@ -60,8 +63,8 @@ pub(super) struct Speaker {
     open: VecDeque<(u64, Question)>,
     /// Number of the last command.
     ordered: u64,
-    /// The way to the models, or why there is none.
-    models: Result<Line, &'static str>,
+    /// The way to the models.
+    models: Line,
     /// The last complaint was told.
     complained: bool,
 }
@@ -130,7 +133,7 @@ impl Speaker {
         None
     }
 
-    /// Tries until it works; `None` at the end of the daemon.
+    /// Tries until it works; `None` at the end of the connection.
     fn retry<T>(&mut self, attempt: impl Fn(&Network) -> Result<T, NetError>) -> Option<T> {
         let mut wait = Duration::ZERO;
         while !self.common.has_ended() {
@@ -165,7 +168,7 @@ impl Speaker {
                 Ok((topic, id, wire)) => {
                     announced.publish(topic, id, &wire);
                     if let Some((ros, node)) = &mut node {
-                        ros.publish(node, id, &wire);
+                        ros.publish(node, id, &wire, self.common.kept().start_ns);
                     }
                 }
                 Err(RecvTimeoutError::Timeout) => {}
@@ -185,8 +188,7 @@ impl Speaker {
             while let Ok((number, answer)) = self.answers.try_recv() {
                 self.answered(number, answer);
             }
-            while let Some((question, answer)) = self.models.as_mut().ok().and_then(Line::answered)
-            {
+            while let Some((question, answer)) = self.models.answered() {
                 self.tell(match answer {
                     Ok(standing) => question.reply(standing.as_bytes()),
                     Err(reason) => question.refuse(&reason),
@@ -201,7 +203,7 @@ impl Speaker {
     fn question(&mut self, question: Question) {
         match question.part() {
             Part::About => {
-                let about = self.common.about().clone();
+                let about = self.common.kept().about.clone();
                 self.tell(question.reply(about.as_bytes()));
             }
             Part::Command => self.command(question),
@@ -210,10 +212,7 @@ impl Speaker {
                 self.tell(taken);
             }
             Part::Model => {
-                let asked = match &mut self.models {
-                    Ok(line) => line.ask(question),
-                    Err(reason) => question.refuse(reason),
-                };
+                let asked = self.models.ask(question);
                 self.tell(asked);
             }
             _ => self.tell(question.refuse("this is not asked here")),

@@ -26,9 +26,8 @@ impl Ros {
         RosAnnounced::new(session, member, self.domain)
     }
 
-    pub(super) fn publish(&self, node: &mut RosAnnounced, id: EventId, wire: &[u8]) {
-        let times =
-            RosTimes { start_ns: self.clock.wall_at_start_ns(), now_ns: self.clock.wall_ns() };
-        node.publish(id, wire, times);
+    /// `start_ns` is what the wall clock showed at the start of gripd.
+    pub(super) fn publish(&self, node: &mut RosAnnounced, id: EventId, wire: &[u8], start_ns: u64) {
+        node.publish(id, wire, RosTimes { start_ns, now_ns: self.clock.wall_ns() });
     }
 }

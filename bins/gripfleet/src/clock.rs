@@ -1,0 +1,33 @@
+//! The clocks of gripfleet: the monotonic one, and one look at the wall clock, which may jump.
+
+use core::time::Duration;
+use grip_daemon::log::Clocks;
+use std::time::{Instant, SystemTime, UNIX_EPOCH};
+
+/// Time since the start.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Clock {
+    start: Instant,
+    /// Wall clock at the start, since 1970.
+    wall: Duration,
+}
+
+impl Clock {
+    #[expect(clippy::disallowed_methods, reason = "the driver reads the clock")]
+    pub(crate) fn start() -> Self {
+        // A wall clock before 1970 is not set; times then count from 1970.
+        let wall = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+        Self { start: Instant::now(), wall }
+    }
+
+    /// What the wall clock would show if it had not been touched since the start (ns since 1970).
+    pub(crate) fn wall_ns(&self) -> u64 {
+        u64::try_from((self.wall + self.start.elapsed()).as_nanos()).unwrap_or(u64::MAX)
+    }
+
+    /// Both, for the log.
+    pub(crate) fn now(&self) -> Clocks {
+        let host_us = u64::try_from(self.start.elapsed().as_micros()).unwrap_or(u64::MAX);
+        Clocks { host_us, wall_us: self.wall_ns() / 1000 }
+    }
+}

@@ -1,0 +1,199 @@
+//! Orders from the network, and counts and settings of gripd, in; answers and models for gripd out: the thread that may wait for a disk and for
+//! gripd. It watches a trial also where nobody asks any more.
+
+use crate::common::{Common, PAUSE};
+use grip_daemon::log::LogLevel;
+use grip_fleet::{
+    Setup,
+    deploy::{Examined, MOST_BYTES, Models, News, Order},
+    net::{NetError, Question},
+    rollout::Counts,
+};
+use grip_session::exit::message;
+use std::{
+    collections::HashMap,
+    path::PathBuf,
+    sync::{
+        Arc, Mutex, PoisonError,
+        mpsc::{self, Receiver, RecvTimeoutError, Sender},
+    },
+};
+
+/// An order, with a number that the answer has too.
+type Asked = (u64, Order);
+/// An answer: JSON, or the reason why there is none.
+type Answered = (u64, Result<String, String>);
+
+/// Orders that may wait; one waits for a disk and for the border of a frame.
+const MOST_ORDERS: usize = 16;
+
+/// What the thread that talks to gripd has to do with models.
+#[derive(Debug)]
+pub(crate) struct Desk {
+    /// Models to be put in force; none is that of the configuration.
+    pub(crate) wanted: Receiver<Option<Examined>>,
+    /// What became of them: all counts then.
+    pub(crate) swapped: Sender<Result<Counts, String>>,
+    /// What gripd works with, and whether it takes models.
+    pub(crate) setups: Sender<(Setup, bool)>,
+    /// All counts so far.
+    pub(crate) counts: Arc<Mutex<Counts>>,
+}
+
+/// The thread.
+pub(crate) struct Curator {
+    folder: Option<PathBuf>,
+    common: Common,
+    asked: Receiver<Asked>,
+    answered: Sender<Answered>,
+    wanted: Sender<Option<Examined>>,
+    swapped: Receiver<Result<Counts, String>>,
+    setups: Receiver<(Setup, bool)>,
+    counts: Arc<Mutex<Counts>>,
+}
+
+/// What the thread of the network has of it.
+#[derive(Debug)]
+pub(crate) struct Line {
+    asked: Sender<Asked>,
+    answered: Receiver<Answered>,
+    /// Questions that are not answered yet, by number; and the last number.
+    waiting: HashMap<u64, Question>,
+    ticket: u64,
+}
+
+impl Line {
+    /// Hands an order on; the answer comes when it is obeyed. What is no order is refused at once.
+    pub(crate) fn ask(&mut self, question: Question) -> Result<(), NetError> {
+        if self.waiting.len() >= MOST_ORDERS {
+            return question.refuse("too many orders wait");
+        }
+        // Before they are copied.
+        if question.payload_len() > MOST_BYTES {
+            return question.refuse(&format!("a model has at most {MOST_BYTES} bytes"));
+        }
+        match Order::read(|name| question.parameter(name), question.payload()) {
+            Ok(order) => {
+                self.ticket += 1;
+                if self.asked.send((self.ticket, order)).is_err() {
+                    return question.refuse("the thread of the models has ended");
+                }
+                self.waiting.insert(self.ticket, question);
+                Ok(())
+            }
+            Err(error) => question.refuse(&error.to_string()),
+        }
+    }
+
+    /// The next question that is answered.
+    pub(crate) fn answered(&mut self) -> Option<(Question, Result<String, String>)> {
+        let (ticket, answer) = self.answered.try_recv().ok()?;
+        Some((self.waiting.remove(&ticket)?, answer))
+    }
+}
+
+impl Curator {
+    /// The thread's body, and the ends of its neighbours.
+    pub(crate) fn new(folder: Option<PathBuf>, common: Common) -> (Self, Line, Desk) {
+        let (asked_in, asked) = mpsc::channel();
+        let (answered, answered_out) = mpsc::channel();
+        let (wanted, wanted_out) = mpsc::channel();
+        let (swapped_in, swapped) = mpsc::channel();
+        let (setups_in, setups) = mpsc::channel();
+        let counts = Arc::<Mutex<Counts>>::default();
+        let desk = Desk {
+            wanted: wanted_out,
+            swapped: swapped_in,
+            setups: setups_in,
+            counts: Arc::clone(&counts),
+        };
+        let line =
+            Line { asked: asked_in, answered: answered_out, waiting: HashMap::new(), ticket: 0 };
+        (Self { folder, common, asked, answered, wanted, swapped, setups, counts }, line, desk)
+    }
+
+    /// Runs until one of the other threads has ended.
+    pub(crate) fn run(mut self) {
+        let Ok((mut setup, takes_models)) = self.setups.recv() else { return };
+        let mut models = self.open(&setup, takes_models);
+        while !self.common.has_ended() {
+            let asked = match self.asked.recv_timeout(PAUSE) {
+                Ok(asked) => Some(asked),
+                Err(RecvTimeoutError::Timeout) => None,
+                Err(RecvTimeoutError::Disconnected) => return,
+            };
+            let total = *self.counts.lock().unwrap_or_else(PoisonError::into_inner);
+            let swap = &mut |model: Option<&Examined>| self.swap(model);
+            let latest = self.setups.try_iter().last();
+            let before = setup.settings;
+            if let Some((latest, _)) = latest {
+                setup = latest;
+            }
+            if let Ok(models) = &mut models {
+                if setup.settings != before {
+                    models.reloaded(setup.configured.clone(), swap);
+                }
+                models.count(total, swap);
+            }
+            if let Some((ticket, order)) = asked {
+                let answer = match &mut models {
+                    Ok(models) => models.obey(order, swap).map_err(|fault| message(&fault)),
+                    Err(reason) => Err((*reason).to_owned()),
+                };
+                let answer = answer.and_then(|standing| {
+                    serde_json::to_string(&standing).map_err(|error| error.to_string())
+                });
+                let _gone = self.answered.send((ticket, answer));
+            }
+            if let Ok(models) = &mut models {
+                self.tell(models);
+            }
+        }
+    }
+
+    /// The models of this gripper, and the accepted one in force; or why none is taken from the network. That of the configuration is in force then.
+    fn open(&mut self, setup: &Setup, takes_models: bool) -> Result<Models, &'static str> {
+        let opened = match self.folder.as_deref() {
+            None => Err("this gripper takes no model from the network: models is not set in [fleet]"),
+            Some(_) if !takes_models => Err(
+                "gripd takes no model: allow_models is not set, or the model was named with --model or GRIPD_MODEL, and stays",
+            ),
+            Some(folder) => Models::open(folder, setup.configured.clone()).map_err(|error| {
+                let text = format!(
+                    "{}; the model of the configuration is in force, and none is taken from the network",
+                    message(&error)
+                );
+                self.common.tell(LogLevel::Error, &text);
+                "the folder of models cannot be used: see what gripfleet has said at its start"
+            }),
+        };
+        opened
+            .map(|mut models| {
+                models.resume(&setup.in_force, &mut |model| self.swap(model));
+                models
+            })
+            .inspect_err(|_| {
+                if setup.in_force != setup.configured.sha256
+                    && let Err(reason) = self.swap(None)
+                {
+                    self.common.tell(LogLevel::Error, &reason);
+                }
+            })
+    }
+
+    /// Puts a model in force; waits for the border of a frame, for two seconds for one at which nothing slips.
+    fn swap(&self, model: Option<&Examined>) -> Result<Counts, String> {
+        let ending = |_| "the connection to gripd has ended".to_owned();
+        self.wanted.send(model.cloned()).map_err(|_| ending(()))?;
+        self.swapped.recv().map_err(|_| ending(()))?
+    }
+
+    fn tell(&self, models: &mut Models) {
+        for news in models.news() {
+            match news {
+                News::Done(text) => self.common.tell(LogLevel::Info, &text),
+                News::Trouble(text) => self.common.tell(LogLevel::Error, &text),
+            }
+        }
+    }
+}

@@ -1,0 +1,123 @@
+//! The program that makes the gripper of a gripd one of many, as a client of it.
+
+mod cli;
+mod clock;
+mod common;
+mod connection;
+mod curator;
+mod keeper;
+mod lending;
+mod network;
+mod ros;
+mod settings;
+
+use anyhow::Context as _;
+use clap::Parser as _;
+use cli::Cli;
+use clock::Clock;
+use common::{Told, pause};
+use connection::Connection;
+use core::{
+    sync::atomic::{AtomicBool, Ordering},
+    time::Duration,
+};
+use grip_daemon::{
+    clients::Stream,
+    log::{Entry, Log, LogLevel, LogStyle},
+};
+use grip_fleet::HeardUntil;
+use grip_session::exit::{self, Exit};
+use settings::Settings;
+use signal_hook::consts::{SIGINT, SIGTERM};
+use std::{
+    io::{self, Write as _},
+    process::ExitCode,
+    sync::Arc,
+};
+
+/// Pause between two looks at what the threads say, and between two attempts to reach gripd.
+const LOOK: Duration = Duration::from_millis(20);
+const RETRY: Duration = Duration::from_millis(100);
+/// gripd answers a connection within this time.
+const PATIENCE: Duration = Duration::from_secs(2);
+
+fn main() -> ExitCode {
+    match run(&Cli::parse()) {
+        Ok(exit) => exit.into(),
+        Err(error) => {
+            // A standard error that takes nothing must not turn the reason into a panic; the exit code tells it too.
+            let _told = writeln!(io::stderr(), "gripfleet: {}", exit::message(error.as_ref()));
+            Exit::of(error.as_ref()).into()
+        }
+    }
+}
+
+fn run(cli: &Cli) -> anyhow::Result<Exit> {
+    let settings = Settings::new(cli)?;
+    if cli.check_config {
+        eprintln!("the configuration is valid; this gripper is published at {}", settings.site);
+        return Ok(Exit::Done);
+    }
+    let stop = Arc::new(AtomicBool::new(false));
+    for signal in [SIGINT, SIGTERM] {
+        signal_hook::flag::register(signal, Arc::clone(&stop))
+            .context("cannot take over Ctrl-C")?;
+    }
+    let mut console = Console::new(&settings);
+    let listen = settings.config.listen.clone();
+    let mut heard = None;
+    let mut complained = false;
+    while !stop.load(Ordering::Relaxed) {
+        match Stream::connect(&listen, PATIENCE) {
+            Ok(stream) => {
+                complained = false;
+                let connection = Connection::start(&settings, stream, heard, console.clock)?;
+                heard = console.follow(connection, &stop).or(heard);
+            }
+            Err(error) if !complained => {
+                complained = true;
+                // Of a gripd that comes later nothing was heard yet.
+                heard = heard.or(Some(HeardUntil::default()));
+                let text = format!("no gripd answers at {listen}: {error}; waiting for it");
+                console.say(&(LogLevel::Warn, text));
+            }
+            Err(_) => pause(RETRY),
+        }
+    }
+    Ok(Exit::Done)
+}
+
+/// Prints sentences on standard error.
+struct Console {
+    log: Log,
+    clock: Clock,
+}
+
+impl Console {
+    fn new(settings: &Settings) -> Self {
+        let log = Log::new("gripfleet", LogStyle::of_stderr(), settings.config.log_level);
+        Self { log, clock: Clock::start() }
+    }
+
+    fn say(&mut self, (level, text): &Told) {
+        let entry = Entry { level: *level, text, fields: &[] };
+        // Nobody reads any more: the gripper is published all the same.
+        let _told = self.log.tell(self.clock.now(), &entry, &mut io::stderr().lock());
+    }
+
+    /// Tells what the threads of a connection say, until it or the program ends; where gripd was then.
+    fn follow(&mut self, connection: Connection, stop: &AtomicBool) -> Option<HeardUntil> {
+        while !stop.load(Ordering::Relaxed) && !connection.is_over() {
+            connection.told().for_each(|told| self.say(&told));
+            pause(LOOK);
+        }
+        let (told, heard) = connection.finish();
+        told.iter().for_each(|told| self.say(told));
+        if !stop.load(Ordering::Relaxed) {
+            let text = "gripd has closed the connection; waiting for it".to_owned();
+            self.say(&(LogLevel::Warn, text));
+            pause(RETRY);
+        }
+        heard
+    }
+}

@@ -1,0 +1,67 @@
+//! Who may bring a model, and what becomes of its pieces.
+
+use crate::rig::{Rig, Viewer, tcp, wanted};
+use grip_daemon::clients::{Brought, ClientsConfig, Setup};
+use grip_link::message::NackReason;
+use grip_link::message::daemon::{Load, Topics};
+
+const FILE: [u8; 600] = [b'x'; 600];
+const SHA256: [u8; 32] = [7; 32];
+
+fn pieces(viewer: &mut Viewer, file: &[u8], from: usize) {
+    for (at, bytes) in file.chunks(Load::PIECE).enumerate().skip(from) {
+        let offset = u32::try_from(at * Load::PIECE).unwrap();
+        let size = u32::try_from(file.len()).unwrap();
+        viewer.client.load(&Load { sha256: SHA256, size, offset, bytes }).unwrap();
+    }
+}
+
+fn back(viewer: &mut Viewer) {
+    viewer.client.load(&Load { sha256: [0; 32], size: 0, offset: 0, bytes: &[] }).unwrap();
+}
+
+fn reasons(viewer: &Viewer) -> Vec<&str> {
+    viewer.seen.nacks.iter().map(|(_, why)| why.as_str()).collect()
+}
+
+#[test]
+fn no_model_is_taken_unless_it_is_allowed_but_the_way_back_is_open() {
+    let mut rig = Rig::new(tcp());
+    let mut viewer = rig.viewer(1, wanted(Topics::default(), 0));
+    pieces(&mut viewer, &FILE, 0);
+    rig.until(&mut viewer, |seen| seen.nacks.len() == 3);
+    assert_eq!(reasons(&viewer), ["Forbidden"; 3]);
+    assert!(rig.clients.next_load().is_none());
+    back(&mut viewer);
+    let load = loop {
+        rig.turn();
+        if let Some(load) = rig.clients.next_load() {
+            break load;
+        }
+    };
+    assert_eq!(load.model, None);
+    rig.clients.loaded(&load, Ok(()));
+    rig.until(&mut viewer, |seen| seen.acks.len() == 1);
+}
+
+#[test]
+fn a_whole_model_is_answered_when_it_is_in_force() {
+    let mut rig = Rig::new(ClientsConfig { allow_models: true, ..tcp() });
+    let mut viewer = rig.viewer(1, wanted(Topics::NEWS, 0));
+    pieces(&mut viewer, &FILE, 1);
+    rig.until(&mut viewer, |seen| seen.nacks.len() == 2);
+    assert_eq!(reasons(&viewer), ["Malformed"; 2], "it has no beginning");
+    pieces(&mut viewer, &FILE, 0);
+    rig.until(&mut viewer, |seen| seen.acks.len() == 2);
+    // Another one comes before the first was fetched.
+    back(&mut viewer);
+    rig.until(&mut viewer, |seen| seen.nacks.len() == 3);
+    assert_eq!(reasons(&viewer)[2], "Busy");
+    let load = rig.clients.next_load().unwrap();
+    assert_eq!(load.model, Some(Brought { sha256: SHA256, bytes: FILE.to_vec() }));
+    let name = "default".to_owned();
+    rig.clients.set_setup(Setup { settings: 0, in_force: SHA256, configured: [1; 32], name });
+    rig.clients.loaded(&load, Err(NackReason::WrongState));
+    rig.until(&mut viewer, |seen| seen.nacks.len() == 4 && seen.setups == [SHA256]);
+    assert_eq!(reasons(&viewer)[3], "WrongState");
+}
