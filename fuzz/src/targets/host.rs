@@ -16,6 +16,12 @@ const MOST_TURNS: usize = 200;
 /// Frames that a host may have ready at one time: preamble, HELLO, a request, PING.
 const MOST_FRAMES: usize = 4;
 
+/// What a byte says that happens; the next bytes say how.
+pub const TURNS: [&str; 12] = [
+    "micros", "millis", "exchange", "write", "hear", "forge", "grip", "damage", "rows", "trouble",
+    "call", "lose",
+];
+
 struct Line {
     host: HostLink,
     device: DeviceLink,
@@ -76,18 +82,18 @@ fn live(data: &[u8], notes: Notes) -> Notes {
 
 impl Line {
     fn turn(&mut self, input: &mut Input<'_>) {
-        match input.u8() % 12 {
-            0 => self.now_us += u64::from(input.u16()),
-            1 => self.now_us += 1000 * u64::from(input.u16()),
-            2 => self.exchange(),
-            3 => self.write(),
-            4 => self.hear(input.bytes()),
-            5 => self.forge(input),
-            6 => self.grip(input),
-            7 => self.damage(input),
-            8 => self.rows(input),
-            9 => self.gripper_trouble(input),
-            10 => self.call(input),
+        match TURNS[usize::from(input.u8()) % TURNS.len()] {
+            "micros" => self.now_us += u64::from(input.u16()),
+            "millis" => self.now_us += 1000 * u64::from(input.u16()),
+            "exchange" => self.exchange(),
+            "write" => self.write(),
+            "hear" => self.hear(input.bytes()),
+            "forge" => self.forge(input),
+            "grip" => self.grip(input),
+            "damage" => self.damage(input),
+            "rows" => self.rows(input),
+            "trouble" => self.gripper_trouble(input),
+            "call" => self.call(input),
             _ => {
                 let lost = [&mut self.to_device, &mut self.to_host];
                 lost[usize::from(input.u8() & 1)].clear();
