@@ -1,6 +1,7 @@
 //! A program, a folder and flags in; a running gripd that can be killed, stopped and asked what it said, out.
 
-use super::{RunError, time};
+use crate::time;
+use anyhow::{Context as _, Result, bail};
 use rustix::process::{Pid, Resource, Rlimit, Signal, kill_process, prlimit};
 use std::{
     fs::{self, File},
@@ -20,14 +21,14 @@ impl Daemon {
     ///
     /// # Errors
     /// Where it cannot be started.
-    pub(super) fn start(program: &Path, folder: &Path, args: &[&str]) -> Result<Self, RunError> {
+    pub(super) fn start(program: &Path, folder: &Path, args: &[&str]) -> Result<Self> {
         let said = folder.join("said.txt");
-        let file = File::create(&said).map_err(RunError::io(&said))?;
+        let file = File::create(&said).with_context(|| said.display().to_string())?;
         let mut command = Command::new(program);
         command.current_dir(folder).env_clear().env("HOME", folder);
         command.args(["--config", "gripd.toml", "--port", "./gripper", "--wait"]).args(args);
         command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(file);
-        let child = command.spawn().map_err(RunError::io(program))?;
+        let child = command.spawn().with_context(|| program.display().to_string())?;
         Ok(Self { child, said })
     }
 
@@ -35,7 +36,7 @@ impl Daemon {
     ///
     /// # Errors
     /// Where it is gone.
-    pub(super) fn signal(&self, signal: Signal) -> Result<(), RunError> {
+    pub(super) fn signal(&self, signal: Signal) -> Result<()> {
         Ok(kill_process(Pid::from_child(&self.child), signal)?)
     }
 
@@ -43,7 +44,7 @@ impl Daemon {
     ///
     /// # Errors
     /// Where the system does not allow that.
-    pub(super) fn limit_files(&self, bytes: u64) -> Result<(), RunError> {
+    pub(super) fn limit_files(&self, bytes: u64) -> Result<()> {
         let limit = Rlimit { current: Some(bytes), maximum: Some(bytes) };
         prlimit(Some(Pid::from_child(&self.child)), Resource::Fsize, limit)?;
         Ok(())
@@ -53,9 +54,12 @@ impl Daemon {
     ///
     /// # Errors
     /// Where it had ended before, which it must not.
-    pub(super) fn kill(&mut self) -> Result<(), RunError> {
+    pub(super) fn kill(&mut self) -> Result<()> {
         self.must_run()?;
-        self.child.kill().and_then(|()| self.child.wait()).map_err(RunError::io(&self.said))?;
+        self.child
+            .kill()
+            .and_then(|()| self.child.wait())
+            .with_context(|| self.said.display().to_string())?;
         Ok(())
     }
 
@@ -68,9 +72,9 @@ impl Daemon {
     ///
     /// # Errors
     /// How it ended, and what it said.
-    pub(super) fn must_run(&mut self) -> Result<(), RunError> {
-        match self.child.try_wait().map_err(RunError::io(&self.said))? {
-            Some(status) => Err(RunError::Ended { status, said: self.said() }),
+    pub(super) fn must_run(&mut self) -> Result<()> {
+        match self.child.try_wait().with_context(|| self.said.display().to_string())? {
+            Some(status) => bail!("gripd ended by itself ({status}): {}", self.said()),
             None => Ok(()),
         }
     }
@@ -79,7 +83,7 @@ impl Daemon {
     ///
     /// # Errors
     /// Where it does not end.
-    pub(super) fn end(&mut self) -> Result<ExitStatus, RunError> {
+    pub(super) fn end(&mut self) -> Result<ExitStatus> {
         self.must_run()?;
         self.signal(Signal::TERM)?;
         let mut ended = None;
@@ -87,7 +91,7 @@ impl Daemon {
             ended = self.child.try_wait().ok().flatten();
             ended.is_some()
         });
-        ended.ok_or_else(|| RunError::Stuck { said: self.said() })
+        ended.with_context(|| format!("gripd does not end: {}", self.said()))
     }
 
     /// All that it said on standard error.
