@@ -1,17 +1,11 @@
 //! What the bytes of messages mean; their layout, byte by byte, stands in the vectors.
 
-use crate::targets::gripper::ident;
+use crate::targets::gripper::{ident, written};
 use grip_link::frame::MAX_PAYLOAD;
 use grip_link::message::{
     Channel, ChannelKind, DeviceState, EventKind, Ident, Layout, Log, LogLevel, NackReason,
     PayloadError, SampleFormat, Samples, SamplesHeader, Unit, Versions,
 };
-
-fn payload(write: impl FnOnce(&mut [u8]) -> Result<usize, PayloadError>) -> Vec<u8> {
-    let mut bytes = [0xAA; MAX_PAYLOAD];
-    let len = write(&mut bytes).unwrap();
-    bytes[..len].to_vec()
-}
 
 fn samples() -> Vec<u8> {
     let header = SamplesHeader {
@@ -22,7 +16,7 @@ fn samples() -> Vec<u8> {
         format: SampleFormat::I16,
         dropped_total: 9,
     };
-    let mut bytes = payload(|p| header.write(p));
+    let mut bytes = written(|p| header.write(p));
     for value in [100_i16, -200, 101, i16::MIN, 102, 0] {
         bytes.extend(value.to_le_bytes());
     }
@@ -62,7 +56,7 @@ fn array_and_float_rows() {
         format: SampleFormat::F32,
         dropped_total: 0,
     };
-    let mut bytes = payload(|p| header.write(p));
+    let mut bytes = written(|p| header.write(p));
     for i in 0..10_u8 {
         bytes.extend(f32::from(i).to_le_bytes());
     }
@@ -77,7 +71,7 @@ fn array_and_float_rows() {
 
 #[test]
 fn ident_tables_may_grow_and_must_make_sense() {
-    let bytes = payload(|p| ident(1).write(p));
+    let bytes = written(|p| ident(1).write(p));
     let mut grown = bytes[..68].to_vec();
     grown[65] = 10;
     grown[66] = 76;

@@ -2,46 +2,21 @@
 
 use crate::fields::{Given, channels, row_bytes, row_text};
 use crate::table::rows;
+use crate::targets::gripper::written;
 use crate::targets::words::{hex, unhex};
 use grip_link::cobs;
 use grip_link::decoder::{Decoder, Role, Verdict};
-use grip_link::frame::{Direction, Frame, Header, MAX_PAYLOAD, MAX_WIRE, encode};
+use grip_link::frame::{Direction, Frame, Header, MAX_WIRE, encode};
 use grip_link::message::{
     Ack, Channel, ChannelKind, Clamped, ClearFault, Config, ConfigAck, DeviceState, Event,
     EventKind, FaultCode, Firmware, ForceClamp, Grip, Heartbeat, Hello, Ident, Kind, Layout,
-    Limits, Log, LogLevel, LossAction, Nack, NackReason, PayloadError, Ping, Pong, ResetReason,
-    SampleFormat, Samples, SamplesHeader, Stats, Status, StatusFlags, Versions,
+    Limits, Log, LogLevel, LossAction, Nack, NackReason, Ping, Pong, ResetReason, SampleFormat,
+    Samples, SamplesHeader, Stats, Status, StatusFlags, Versions,
 };
 
 fn kind(name: &str) -> Kind {
-    match name {
-        "HELLO" => Kind::HELLO,
-        "IDENT" => Kind::IDENT,
-        "CONFIG" => Kind::CONFIG,
-        "CONFIG_ACK" => Kind::CONFIG_ACK,
-        "START" => Kind::START,
-        "STOP" => Kind::STOP,
-        "PING" => Kind::PING,
-        "PONG" => Kind::PONG,
-        "GRIP" => Kind::GRIP,
-        "HEARTBEAT" => Kind::HEARTBEAT,
-        "ESTOP" => Kind::ESTOP,
-        "CLEAR_FAULT" => Kind::CLEAR_FAULT,
-        "ACK" => Kind::ACK,
-        "NACK" => Kind::NACK,
-        "SAMPLES" => Kind::SAMPLES,
-        "STATUS" => Kind::STATUS,
-        "STATS" => Kind::STATS,
-        "EVENT" => Kind::EVENT,
-        "LOG" => Kind::LOG,
-        other => panic!("no message {other}"),
-    }
-}
-
-fn written(write: impl FnOnce(&mut [u8]) -> Result<usize, PayloadError>) -> Vec<u8> {
-    let mut bytes = [0xAA; MAX_PAYLOAD];
-    let len = write(&mut bytes).unwrap();
-    bytes[..len].to_vec()
+    let found = Kind::ALL.iter().find(|(known, _)| *known == name);
+    found.unwrap_or_else(|| panic!("no message {name}")).1
 }
 
 /// A message, the payload it writes, and whether a payload reads back as it.
