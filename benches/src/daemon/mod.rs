@@ -3,6 +3,7 @@
 //! Nothing here reads a clock of its own: the programs hand one in.
 
 pub mod gripper;
+pub mod process;
 pub mod rig;
 pub mod soak;
 pub mod usage;

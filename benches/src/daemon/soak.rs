@@ -4,7 +4,7 @@
 //! At the end the gripper samples no more and sends what it still has; then gripd is asked to end. These counts must agree: rows that the
 //! gripper sampled; samples that gripd handled and those it counted as lost; samples recorded; rows that each client got.
 
-use super::{gripper::Gripper, usage::Usage};
+use super::{gripper::Gripper, process::Daemon, usage::Usage};
 use crate::time;
 use anyhow::{Context as _, Result, anyhow, bail};
 use core::{
@@ -17,15 +17,13 @@ use grip_link::message::{
     daemon::{Subscribe, ToClient, Topics},
 };
 use grip_sim::{Pty, VirtualMcu, scene};
-use rustix::process::{Pid, Signal, kill_process};
 use serde::Serialize;
 use serde_json::Value;
 use slip_core::units::Micros;
 use std::{
-    fs::{self, File},
+    fs,
     os::fd::AsFd as _,
     path::{Path, PathBuf},
-    process::{Child, Command},
     thread,
 };
 
@@ -169,7 +167,7 @@ pub fn run(
     let pty = Pty::open(None)?;
     let scene = scene::load("default")?;
     let mut device = Gripper::new(VirtualMcu::new(&scene, 1)?);
-    let child = Guard(start(soak, pty.port())?);
+    let mut daemon = start(soak, pty.port())?;
     let shared = Shared::default();
     let (device, looks) = thread::scope(|threads| {
         let gripping = threads.spawn(|| {
@@ -181,7 +179,7 @@ pub fn run(
             let shared = &shared;
             threads.spawn(move || listen(&soak.socket(), nonce, shared));
         }
-        let looks = watch(soak, child.0.id(), clock, told);
+        let looks = watch(soak, daemon.id(), clock, told);
         shared.stop.store(true, Ordering::Relaxed);
         let device = gripping.join();
         shared.settle();
@@ -190,19 +188,8 @@ pub fn run(
         anyhow::Ok((device.context("the line")?, looks))
     })?;
     // Also where the process is gone already: its output says why.
-    let summary = end(child, &soak.folder)?;
+    let summary = end(&mut daemon)?;
     report(soak, &device, looks?, (&summary, &shared))
-}
-
-/// A child that does not outlive this program's interest in it.
-struct Guard(Child);
-
-impl Drop for Guard {
-    fn drop(&mut self) {
-        // Ended already, as a rule.
-        let _ended = self.0.kill();
-        let _waited = self.0.wait();
-    }
 }
 
 impl Soak {
@@ -211,23 +198,15 @@ impl Soak {
     }
 }
 
-fn start(soak: &Soak, port: &Path) -> Result<Child> {
+fn start(soak: &Soak, port: &Path) -> Result<Daemon> {
     let config = soak.folder.join("gripd.toml");
     let batch = soak.rate_hz.div_ceil(1000);
     let text = format!("[link]\nsample_rate_hz = {}\nbatch = {batch}\n", soak.rate_hz);
     fs::write(&config, text).context("the configuration")?;
-    let create = |name| File::create(soak.folder.join(name)).context("the output of gripd");
-    Command::new(&soak.gripd)
-        .current_dir(&soak.folder)
-        .env_clear()
-        .args(["--json", "--config", "gripd.toml", "--record", "run.mcap", "--log-level", "error"])
-        .args(["--listen", &soak.socket().to_string(), "--port"])
-        .arg(port)
-        // Files, because a pipe that nobody empties would stop gripd.
-        .stdout(create("out.json")?)
-        .stderr(create("err.txt")?)
-        .spawn()
-        .context("cannot start gripd")
+    let (socket, port) = (soak.socket().to_string(), port.display().to_string());
+    let recorded = ["--json", "--config", "gripd.toml", "--record", "run.mcap"];
+    let places = ["--log-level", "error", "--listen", &socket, "--port", &port];
+    Daemon::start(&soak.gripd, &soak.folder, &[&recorded[..], &places].concat())
 }
 
 /// A client that wants every sample and every state, until the soak is over or gripd gone.
@@ -301,18 +280,13 @@ struct Looks {
 }
 
 /// Asks gripd to end: its last line.
-fn end(mut child: Guard, folder: &Path) -> Result<Value> {
-    let id = i32::try_from(child.0.id()).ok().and_then(Pid::from_raw);
-    let id = id.context("gripd: no process")?;
-    // Where it is gone already, its output says why.
-    let _told = kill_process(id, Signal::TERM);
-    let status = child.0.wait().context("gripd")?;
-    let read = |name| fs::read_to_string(folder.join(name)).context("the output of gripd");
-    let (out, err) = (read("out.json")?, read("err.txt")?);
-    let last = out.lines().next_back().unwrap_or_default();
+fn end(daemon: &mut Daemon) -> Result<Value> {
+    let status = daemon.end()?;
+    let printed = daemon.printed();
+    let last = printed.lines().next_back().unwrap_or_default();
     match serde_json::from_str::<Value>(last) {
         Ok(summary) if summary["type"] == "summary" => Ok(summary),
-        _ => bail!("gripd: {status}, no summary; it said: {}", err.trim()),
+        _ => bail!("gripd: {status}, no summary; it said: {}", daemon.said().trim()),
     }
 }
 

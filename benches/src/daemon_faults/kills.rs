@@ -1,12 +1,11 @@
 //! kill -9 at random moments: the gripper holds by itself, the recording lacks its last moment only, the next daemon takes over.
 
 use super::{
-    daemon::Daemon,
     outcome::Outcome,
     recordings,
     rig::{Object, Rig, Setup},
 };
-use crate::time;
+use crate::{daemon::process::Daemon, time};
 use anyhow::Result;
 use rand_chacha::ChaCha8Rng;
 use rand_core::{Rng as _, SeedableRng as _};

@@ -1,11 +1,10 @@
 //! A gripper that restarts, a line full of noise, a daemon that stands still, settings that change.
 
 use super::{
-    daemon::Daemon,
     outcome::Outcome,
     rig::{Object, Rig, Setup},
 };
-use crate::time;
+use crate::{daemon::process::Daemon, time};
 use anyhow::Result;
 use rustix::process::Signal;
 

@@ -8,7 +8,6 @@
 //! - the daemon does not end by itself, and says no word of a panic;
 //! - every recording can be read or recovered, and lacks at most [`kills::LOST_MS`] at its end.
 
-mod daemon;
 pub mod gripper;
 pub mod judge;
 pub mod kills;

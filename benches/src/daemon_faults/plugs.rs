@@ -4,7 +4,7 @@ use super::{
     outcome::Outcome,
     rig::{Object, Rig, Setup},
 };
-use crate::time;
+use crate::{daemon::process::Daemon, time};
 use anyhow::Result;
 use rand_chacha::ChaCha8Rng;
 use rand_core::{Rng as _, SeedableRng as _};
@@ -38,7 +38,7 @@ pub(super) fn again(setup: &Setup<'_>, times: u64) -> Result<Outcome> {
 }
 
 /// Waits until commands reach the gripper again.
-fn commanded_again(rig: &Rig<'_>, daemon: &super::daemon::Daemon) -> Result<()> {
+fn commanded_again(rig: &Rig<'_>, daemon: &Daemon) -> Result<()> {
     let before = rig.gripper.bench().judge.commands;
     let found = time::until(FOUND_S, || {
         let bench = rig.gripper.bench();

@@ -1,13 +1,12 @@
 //! A kind of object in; a folder with a gripper, its configuration and a gripd in it, out.
 
 use super::{
-    daemon::Daemon,
     gripper::Gripper,
     judge::Limits,
     outcome::Outcome,
     recordings::{self, Found},
 };
-use crate::time;
+use crate::{daemon::process::Daemon, time};
 use anyhow::{Context as _, Result, bail};
 use core::net::SocketAddr;
 use grip_sim::Scene;
@@ -103,7 +102,8 @@ impl<'a> Rig<'a> {
 
     /// gripd with these flags beside those of the rig.
     pub(super) fn daemon(&self, args: &[&str]) -> Result<Daemon> {
-        Daemon::start(self.setup.gripd, self.folder.path(), args)
+        let fixed = ["--config", "gripd.toml", "--port", "./gripper", "--wait"];
+        Daemon::start(self.setup.gripd, self.folder.path(), &[&fixed[..], args].concat())
     }
 
     /// gripd that has closed the fingers and lifted what is to be lifted; from now on the force must not fall.

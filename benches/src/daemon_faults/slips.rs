@@ -4,11 +4,10 @@
 //! never goes beyond [`MOST_RATIO`] times what is needed.
 
 use super::{
-    daemon::Daemon,
     outcome::Outcome,
     rig::{Rig, Setup},
 };
-use crate::time;
+use crate::{daemon::process::Daemon, time};
 use anyhow::Result;
 use grip_sim::Truth;
 use rustix::process::Signal;

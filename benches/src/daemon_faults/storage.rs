@@ -1,11 +1,10 @@
 //! Disks that are full: the recording stops, is told once and counted, and the grip goes on.
 
 use super::{
-    daemon::Daemon,
     outcome::Outcome,
     rig::{Object, Rig, Setup},
 };
-use crate::time;
+use crate::{daemon::process::Daemon, time};
 use anyhow::Result;
 use std::process::Command;
 
