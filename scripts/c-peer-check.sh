@@ -12,7 +12,7 @@ export ASAN_OPTIONS=${ASAN_OPTIONS:-detect_leaks=0}
 
 make -s -C protocol/c/test BUILD="$build" check
 printf 'device beef:0 41542b474341500d00\n' | "$build/peer" decode | grep -qx 'cobs gap=0 garbage=8'
-GRIP_C_FLAGS='-O1 -g -fsanitize=address,undefined -fno-sanitize-recover=all' cargo test -q -p grip-link --test c_peer
+GRIP_C_FLAGS='-O1 -g -fsanitize=address,undefined -fno-sanitize-recover=all' cargo test -q -p grip-link --test peers
 
 warnings='-std=c99 -Wall -Wextra -Wpedantic -Wconversion -Wsign-conversion -Wshadow -Werror'
 for option in -DGL_KEPT_BATCHES=1 '-DGL_BATCH_BYTES=64 -DGL_CHANNELS=3 -DGL_KEPT_BATCHES=2'; do

@@ -1,8 +1,9 @@
 //! A count in, wire bytes of that many SAMPLES frames out; one GRIP.
 
 use crate::signals::Signals;
+use anyhow::Result;
 use grip_link::{
-    frame::{self, Direction, EncodeError, Header, MAX_PAYLOAD, MAX_WIRE},
+    frame::{self, Direction, Header, MAX_PAYLOAD, MAX_WIRE},
     message::{Grip, GripMode, Kind, PayloadError, SAMPLES_HEADER, SampleFormat, SamplesHeader},
 };
 
@@ -13,27 +14,16 @@ pub const ROWS: u8 = 18;
 
 const CHANNELS: usize = 3;
 
-/// Why a frame cannot be written.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum FrameError {
-    /// The payload.
-    #[error(transparent)]
-    Payload(#[from] PayloadError),
-    /// The frame around it.
-    #[error(transparent)]
-    Encode(#[from] EncodeError),
-}
-
 /// `count` SAMPLES frames with `rows` rows of stylus, force and travel each, numbered from 0.
 ///
 /// # Errors
 /// Where the rows do not fit a frame.
-pub fn samples(count: u16, rows: u8) -> Result<Vec<Vec<u8>>, FrameError> {
+pub fn samples(count: u16, rows: u8) -> Result<Vec<Vec<u8>>> {
     let mut signals = Signals::new(4);
     (0..count).map(|seq| samples_frame(&mut signals, seq, rows)).collect()
 }
 
-fn samples_frame(signals: &mut Signals, seq: u16, rows: u8) -> Result<Vec<u8>, FrameError> {
+fn samples_frame(signals: &mut Signals, seq: u16, rows: u8) -> Result<Vec<u8>> {
     let batch = signals.stretch(usize::from(rows), 3.0, 0.05);
     let first = u32::from(seq) * u32::from(rows);
     let mut payload = [0; MAX_PAYLOAD];
@@ -67,7 +57,7 @@ fn samples_frame(signals: &mut Signals, seq: u16, rows: u8) -> Result<Vec<u8>, F
 ///
 /// # Errors
 /// Never: the frame fits.
-pub fn grip(seq: u16, force_mn: i32, out: &mut [u8; MAX_WIRE]) -> Result<usize, FrameError> {
+pub fn grip(seq: u16, force_mn: i32, out: &mut [u8; MAX_WIRE]) -> Result<usize> {
     let command = Grip {
         cmd_id: u32::from(seq),
         mode: GripMode::Force.code(),

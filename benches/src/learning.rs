@@ -1,14 +1,12 @@
 //! A folder of real data in, or none; the regression sets on which trainers are compared out.
 
-use std::{fs, io, path::Path};
+use anyhow::{Context as _, Result};
+use std::{fs, path::Path};
 
-use mlp::{
-    ShapeError,
-    train::{ColumnSpec, ColumnSpecError, DataSet, DataSetError, Topology},
-};
+use mlp::train::{ColumnSpec, ColumnSpecError, DataSet, Topology};
 use ndarray::Array2;
 use rand_chacha::{ChaCha8Rng, rand_core::SeedableRng as _};
-use rand_distr::{Distribution as _, Normal, NormalError, Uniform, uniform};
+use rand_distr::{Distribution as _, Normal, Uniform};
 
 /// A network, rows to train it on, and rows it never sees.
 #[derive(Clone, Debug)]
@@ -27,40 +25,12 @@ pub struct Parts {
     pub test: [Array2<f64>; 2],
 }
 
-/// Why there is no set.
-#[derive(Debug, thiserror::Error)]
-pub enum LearningError {
-    /// A file that cannot be read.
-    #[error("{file}: {source}")]
-    Read {
-        /// The file.
-        file: String,
-        /// What the system said.
-        source: io::Error,
-    },
-    /// A file that is no data set.
-    #[error(transparent)]
-    Data(#[from] DataSetError),
-    /// A name that is no column.
-    #[error(transparent)]
-    Column(#[from] ColumnSpecError),
-    /// A shape that is none.
-    #[error(transparent)]
-    Shape(#[from] ShapeError),
-    /// Noise that cannot be drawn.
-    #[error(transparent)]
-    Noise(#[from] NormalError),
-    /// A range that cannot be drawn from.
-    #[error(transparent)]
-    Range(#[from] uniform::Error),
-}
-
 /// The surface of two inputs, 2-10-1: the rows in `data/learning`, or rows drawn from the same formula. Targets are scaled
 /// to [-1, 1] over the training rows.
 ///
 /// # Errors
-/// [`LearningError`] where a file is missing or broken.
-pub fn surface2(data: Option<&Path>) -> Result<Parts, LearningError> {
+/// Where a file is missing or broken.
+pub fn surface2(data: Option<&Path>) -> Result<Parts> {
     let (inputs, targets) = (specs(&["x1", "x2"])?, specs(&["y"])?);
     let read = |part: &str, seed: u64, rows: usize| match data {
         Some(folder) => read(folder, &format!("surface2_{part}.csv"), (&inputs, &targets)),
@@ -86,14 +56,14 @@ pub fn surface2(data: Option<&Path>) -> Result<Parts, LearningError> {
 /// The real set building1 of Proben1, 14-16-3, its own partition, values as they are.
 ///
 /// # Errors
-/// [`LearningError`] where a file is missing or broken.
-pub fn building1(data: &Path) -> Result<Parts, LearningError> {
+/// Where a file is missing or broken.
+pub fn building1(data: &Path) -> Result<Parts> {
     let names: Vec<String> = (1..=14).map(|at| format!("x{at}")).collect();
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
     let (inputs, targets) = (specs(&names)?, specs(&["energy", "hot_water", "cold_water"])?);
     let part = |name: &str| {
         let rows = read(data, &format!("building1_{name}.csv"), (&inputs, &targets))?;
-        Ok::<_, LearningError>([rows.input_values().to_owned(), rows.target_values().to_owned()])
+        anyhow::Ok([rows.input_values().to_owned(), rows.target_values().to_owned()])
     };
     Ok(Parts {
         name: "building1",
@@ -113,15 +83,14 @@ fn read(
     data: &Path,
     name: &str,
     (inputs, targets): (&[ColumnSpec], &[ColumnSpec]),
-) -> Result<DataSet, LearningError> {
+) -> Result<DataSet> {
     let file = data.join("learning").join(name);
-    let bytes = fs::read(&file)
-        .map_err(|source| LearningError::Read { file: file.display().to_string(), source })?;
+    let bytes = fs::read(&file).with_context(|| file.display().to_string())?;
     Ok(DataSet::from_csv(name, &bytes, inputs, targets)?)
 }
 
 /// y = 0.6 sin(pi x1) x2 + 0.4 cos(2.5 x2) + 0.3 x1 + N(0, 0.05), inputs evenly from [-1, 1).
-fn surface_rows(rows: usize, seed: u64) -> Result<String, LearningError> {
+fn surface_rows(rows: usize, seed: u64) -> Result<String> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let (place, noise) = (Uniform::new(-1.0, 1.0)?, Normal::new(0.0, 0.05)?);
     let mut csv = String::from("x1,x2,y\n");
@@ -135,7 +104,7 @@ fn surface_rows(rows: usize, seed: u64) -> Result<String, LearningError> {
 
 #[cfg(test)]
 mod tests {
-    use super::{LearningError, building1, surface2};
+    use super::{building1, surface2};
     use std::path::Path;
 
     #[test]
@@ -146,7 +115,7 @@ mod tests {
             .iter()
             .fold((1.0_f64, -1.0_f64), |(low, high), &y| (low.min(y), high.max(y)));
         assert!((range.0 + 1.0).abs() < 1e-12 && (range.1 - 1.0).abs() < 1e-12, "{range:?}");
-        let missing = building1(Path::new("no such folder"));
-        assert!(matches!(missing, Err(LearningError::Read { .. })), "{missing:?}");
+        let missing = building1(Path::new("no such folder")).unwrap_err().to_string();
+        assert!(missing.contains("no such folder/learning/building1_train.csv"), "{missing}");
     }
 }

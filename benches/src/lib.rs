@@ -36,3 +36,4 @@ pub mod null_laws;
 pub mod peers;
 pub mod scenes;
 pub mod signals;
+pub mod time;

@@ -1,8 +1,7 @@
 //! Layer sizes in, networks with repeatable weights out.
 
 use mlp::{
-    Activation, Column, DeepMlp, Mlp, Model, Network, ScaleError, Scaler, ShapeError, Transform,
-    weight_count,
+    Activation, Column, DeepMlp, Mlp, Model, Network, Scaler, ShapeError, Transform, weight_count,
 };
 use rand_chacha::ChaCha8Rng;
 use rand_core::SeedableRng;
@@ -13,17 +12,6 @@ pub type Small = Mlp<2, 10, 1>;
 
 /// The larger shape of the comparisons.
 pub type Deep = DeepMlp<16, 32, 16, 1>;
-
-/// Why a network cannot be built.
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-pub enum NetworkError {
-    /// Sizes and weights disagree.
-    #[error(transparent)]
-    Shape(#[from] ShapeError),
-    /// A range cannot be scaled.
-    #[error(transparent)]
-    Scale(#[from] ScaleError),
-}
 
 /// `count` weights from N(0, 1/4).
 #[must_use]
@@ -64,7 +52,7 @@ pub fn network(sizes: &[usize]) -> Result<Network<Box<[f32]>>, ShapeError> {
 ///
 /// # Errors
 /// Never: the shape and the ranges fit.
-pub fn model() -> Result<Model<Box<[f32]>>, NetworkError> {
+pub fn model() -> anyhow::Result<Model<Box<[f32]>>> {
     let acceleration = Column { transform: Transform::Identity, min: -12.0, max: 9.5 };
     let force = Column { transform: Transform::Ln, min: 0.1, max: 50.0 };
     let (inputs, targets) = (Scaler::new(&[acceleration, force])?, Scaler::new(&[force])?);

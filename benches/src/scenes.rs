@@ -1,9 +1,10 @@
 //! A scene in; a pipeline that stands in it and samples that keep it there, or a whole grasp, out.
 
 use crate::signals::{RATE_HZ, Signals};
-use grip_session::model::{self, ModelError};
+use anyhow::{Result, bail};
+use grip_session::model;
 use slip_core::{
-    ConfigError, Pipeline, PipelineConfig, Sample,
+    Pipeline, PipelineConfig, Sample,
     detector::{BANDS, Certificate, ScoreLaw},
     scene::Scene,
     stages::StageCounters,
@@ -30,27 +31,6 @@ const SLIP_M_S: f64 = 0.05;
 /// Every scene, cheapest first.
 pub const SCENES: [Scene; 4] = [Scene::Idle, Scene::Moving, Scene::Holding, Scene::Slipping];
 
-/// Why a scene cannot be set up.
-#[derive(Debug, thiserror::Error)]
-pub enum SceneError {
-    /// The embedded model is unusable.
-    #[error(transparent)]
-    Model(#[from] ModelError),
-    /// The settings are refused.
-    #[error(transparent)]
-    Config(#[from] ConfigError),
-    /// A sample was handled in another scene than the one to be measured.
-    #[error("sample {at} was handled in the scene {seen}, not in {wanted}", seen = seen.name(), wanted = wanted.name())]
-    Left {
-        /// Number of the sample.
-        at: usize,
-        /// The scene to be measured.
-        wanted: Scene,
-        /// The scene it was handled in.
-        seen: Scene,
-    },
-}
-
 /// A pipeline in the middle of a scene.
 #[derive(Clone, Debug)]
 pub struct SceneRun {
@@ -67,7 +47,7 @@ impl SceneRun {
     ///
     /// # Errors
     /// Where the pipeline cannot be made or does not stay in the scene.
-    pub fn new(scene: Scene, no_skip: bool) -> Result<Self, SceneError> {
+    pub fn new(scene: Scene, no_skip: bool) -> Result<Self> {
         Self::with(pipeline(no_skip)?, scene, |sample| sample)
     }
 
@@ -75,7 +55,7 @@ impl SceneRun {
     ///
     /// # Errors
     /// As [`SceneRun::new`].
-    pub fn certifying(scene: Scene) -> Result<Self, SceneError> {
+    pub fn certifying(scene: Scene) -> Result<Self> {
         let mut learns = pipeline(false)?;
         for sample in Signals::new(1).stretch(LEARN, OPEN_N, 0.0) {
             learns.handle(&sample);
@@ -99,7 +79,7 @@ impl SceneRun {
     ///
     /// # Errors
     /// As [`SceneRun::new`].
-    pub fn stylus_alone() -> Result<Self, SceneError> {
+    pub fn stylus_alone() -> Result<Self> {
         Self::with(pipeline(false)?, Scene::Slipping, |sample| Sample { travel_m: None, ..sample })
     }
 
@@ -107,7 +87,7 @@ impl SceneRun {
         mut pipeline: HostPipeline,
         scene: Scene,
         seen: impl Fn(Sample) -> Sample,
-    ) -> Result<Self, SceneError> {
+    ) -> Result<Self> {
         let mut signals = Signals::new(1);
         let mut before = signals.stretch(LEARN, OPEN_N, 0.0);
         if scene != Scene::Moving {
@@ -133,7 +113,7 @@ impl SceneRun {
 ///
 /// # Errors
 /// Where settings or model are refused.
-pub fn pipeline(no_skip: bool) -> Result<HostPipeline, SceneError> {
+pub fn pipeline(no_skip: bool) -> Result<HostPipeline> {
     let config = PipelineConfig { no_skip, ..PipelineConfig::gripping(Hertz(RATE_HZ)) };
     Ok(Pipeline::new(config, Some(model::default_estimator()?))?)
 }
@@ -158,12 +138,12 @@ fn stages_in(
     wanted: Scene,
     mut pipeline: HostPipeline,
     samples: &[Sample],
-) -> Result<StageCounters, SceneError> {
+) -> Result<StageCounters> {
     let start = pipeline.stage_counters();
     for (at, sample) in samples.iter().enumerate() {
         let seen = pipeline.handle(sample).scene;
         if seen != wanted {
-            return Err(SceneError::Left { at, wanted, seen });
+            bail!("sample {at} was handled in the scene {}, not in {}", seen.name(), wanted.name());
         }
     }
     let end = pipeline.stage_counters();

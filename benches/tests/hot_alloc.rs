@@ -11,10 +11,12 @@ use grip_link::host::LinkState;
 use grip_port::Line;
 use grip_session::{HostConfig, model};
 use grip_sim::{VirtualMcu, mcu::SensorFault, scene};
-use rustix::event::{Timespec, poll};
-use slip_benches::daemon::{
-    gripper::Gripper,
-    rig::{Far, rig},
+use slip_benches::{
+    daemon::{
+        gripper::Gripper,
+        rig::{Far, rig},
+    },
+    time,
 };
 use slip_core::ClientCommand;
 use std::{
@@ -23,7 +25,6 @@ use std::{
         unix::net::UnixStream,
     },
     thread,
-    time::Instant,
 };
 
 /// Looks of 2 ms until something must have happened, however busy the machine: a minute.
@@ -33,16 +34,6 @@ const PATIENCE: u32 = 30_000;
 fn heap_calls(work: impl FnOnce()) -> u64 {
     let seen = allocation_counter::measure(work);
     seen.count_total + seen.count_current.unsigned_abs()
-}
-
-#[expect(clippy::disallowed_methods, reason = "a test in real time")]
-fn clock() -> impl Fn() -> u64 + Sync {
-    let start = Instant::now();
-    move || u64::try_from(start.elapsed().as_nanos()).unwrap()
-}
-
-fn pause() {
-    let _ended = poll(&mut [], Some(&Timespec { tv_sec: 0, tv_nsec: 2_000_000 }));
 }
 
 /// What the other threads have been told.
@@ -106,7 +97,7 @@ impl World {
         thread::scope(|threads| {
             threads.spawn(|| gripper.live(device.as_fd(), &unplug, clock, &mut |_| {}).unwrap());
             let looks = (0..PATIENCE).find(|_| {
-                pause();
+                time::wait_ms(2);
                 look(far, told);
                 enough(told, far)
             });
@@ -116,7 +107,7 @@ impl World {
         let lost_before = self.told.lost_lines;
         drop(device);
         let noticed = (0..PATIENCE).find(|_| {
-            pause();
+            time::wait_ms(2);
             look(&mut self.far, &mut self.told);
             self.told.lost_lines > lost_before
         });
@@ -134,7 +125,7 @@ fn look(far: &mut Far, told: &mut Told) {
 
 #[test]
 fn a_whole_life_of_the_hot_thread_calls_no_heap() {
-    let clock = clock();
+    let clock = time::clock();
     let (mut hot, far) = rig(HostConfig::default(), &clock).unwrap();
     let shared = far.shared.clone();
     shared.wants_samples.store(true, Ordering::Relaxed);

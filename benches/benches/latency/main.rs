@@ -8,7 +8,7 @@ mod socket;
 mod table;
 
 use core::error::Error;
-use std::time::Instant;
+use slip_benches::time::now;
 use table::{Limits, Table};
 
 /// One sample through the pipeline.
@@ -23,11 +23,6 @@ struct Extent {
     seconds: u32,
     /// Simulated grasps of two seconds.
     grasps: u64,
-}
-
-#[expect(clippy::disallowed_methods, reason = "a latency check reads the clock")]
-fn now() -> Instant {
-    Instant::now()
 }
 
 fn main() -> Result<(), Box<dyn Error>> {

@@ -5,43 +5,28 @@
 //! without it the trainers run on drawn rows alone. Times are processor time, so that other programs do not count.
 #![expect(clippy::print_stdout, clippy::print_stderr, reason = "a program that prints tables")]
 
+use clap::Parser;
 use core::error::Error;
 use rustix::time::{ClockId, clock_gettime};
 use slip_benches::accuracy::{self, GROUPS, Panel};
 use std::{path::PathBuf, process::ExitCode};
 
-const USAGE: &str = "usage: accuracy [--json] [--plots DIR] [--only esc|filters|networks|trainers]";
-
-/// What the command line asks for.
-#[derive(Default)]
+/// Run time against error of everything that has more than one way to be computed.
+#[derive(Parser)]
 struct Wanted {
+    /// One JSON object a line
+    #[arg(long)]
     json: bool,
+    /// Folder for the charts
+    #[arg(long, value_name = "DIR")]
     plots: Option<PathBuf>,
+    /// Only one group of questions
+    #[arg(long, value_parser = GROUPS)]
     only: Option<String>,
 }
 
-fn wanted() -> Option<Wanted> {
-    let mut arguments = std::env::args().skip(1);
-    let mut wanted = Wanted::default();
-    while let Some(argument) = arguments.next() {
-        match argument.as_str() {
-            "--json" => wanted.json = true,
-            "--plots" => wanted.plots = Some(PathBuf::from(arguments.next()?)),
-            "--only" => {
-                wanted.only =
-                    Some(arguments.next().filter(|name| GROUPS.contains(&name.as_str()))?);
-            }
-            _ => return None,
-        }
-    }
-    Some(wanted)
-}
-
 fn main() -> ExitCode {
-    let Some(wanted) = wanted() else {
-        eprintln!("{USAGE}");
-        return ExitCode::from(2);
-    };
+    let wanted = Wanted::parse();
     let data = std::env::var_os("GRIP_DATA").map(PathBuf::from);
     let groups =
         GROUPS.iter().filter(|name| wanted.only.as_deref().is_none_or(|only| only == **name));

@@ -1,14 +1,15 @@
 //! A gripd program in, a table of what faults of nine kinds do to it out; exit code 1 when a promise is broken.
 //!
 //! See [`slip_benches::daemon_faults`] for what is promised and how it is checked.
+#![expect(clippy::print_stdout, reason = "the result of the program")]
 
 use clap::Parser;
 use serde_json::json;
-use slip_benches::daemon_faults::{self, Counts, Outcome, Setup};
-use std::{
-    path::{Path, PathBuf},
-    process::ExitCode,
+use slip_benches::{
+    daemon::program,
+    daemon_faults::{self, Counts, Outcome, Setup},
 };
+use std::{path::PathBuf, process::ExitCode};
 
 /// Kills, unplugs, disturbs and starves a real gripd, and checks every command that it sends meanwhile.
 #[derive(Debug, Parser)]
@@ -88,7 +89,7 @@ fn main() -> ExitCode {
 
 /// Whether every promise was kept.
 fn run(cli: &Cli) -> Result<bool, String> {
-    let gripd = program(cli.gripd.as_deref())?;
+    let gripd = program(cli.gripd.clone()).map_err(|error| error.to_string())?;
     let names: Vec<_> = daemon_faults::names().filter(|name| cli.wants(name)).collect();
     if names.is_empty() {
         let all: Vec<_> = daemon_faults::names().collect();
@@ -108,22 +109,6 @@ fn run(cli: &Cli) -> Result<bool, String> {
     Ok(kept)
 }
 
-/// The daemon that is asked for, or the one beside this program.
-fn program(given: Option<&Path>) -> Result<PathBuf, String> {
-    let beside =
-        || -> std::io::Result<PathBuf> { Ok(std::env::current_exe()?.with_file_name("gripd")) };
-    let file = given.map_or_else(beside, |file| Ok(file.to_owned()));
-    let file = file.and_then(std::path::absolute).map_err(|error| error.to_string())?;
-    if file.is_file() {
-        return Ok(file);
-    }
-    Err(format!(
-        "no program at {}; build it (cargo build -p gripd) or name it with --gripd",
-        file.display()
-    ))
-}
-
-#[expect(clippy::print_stdout, reason = "the result of the program")]
 fn print_head() {
     println!(
         "{:28} {:>6} {:>9} {:>11} {:>7}  figures",
@@ -131,7 +116,6 @@ fn print_head() {
     );
 }
 
-#[expect(clippy::print_stdout, reason = "the result of the program")]
 fn print_row(outcome: &Outcome) {
     let Outcome { name, times, commands, recordings, broken, .. } = outcome;
     let figures = outcome.figures.join("; ");
@@ -141,12 +125,10 @@ fn print_row(outcome: &Outcome) {
     }
 }
 
-#[expect(clippy::print_stdout, reason = "the result of the program")]
 fn print_json(outcome: &Outcome) {
     println!("{}", json!({"type": "fault", "outcome": outcome}));
 }
 
-#[expect(clippy::print_stdout, reason = "the result of the program")]
 fn print_end(json: bool, kept: bool) {
     if json {
         println!("{}", json!({"type": "total", "kept": kept}));

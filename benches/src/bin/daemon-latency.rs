@@ -4,11 +4,11 @@
 //! The loop runs with all its rings, which a third thread empties as the service thread and the recorder of gripd do. The gripper is
 //! simulated in real time: 1000 frames of 10 samples a second. Limits that are not kept are printed as `over` and never fail: the machine
 //! may be busy with something else.
+#![expect(clippy::print_stdout, reason = "the result of the program")]
 
 use clap::{Parser, ValueEnum};
 use core::{
     error::Error,
-    fmt,
     sync::atomic::{AtomicBool, Ordering},
 };
 use grip_daemon::{
@@ -19,23 +19,24 @@ use grip_port::{DEFAULT_BAUD, Line, UsbFilter};
 use grip_session::HostConfig;
 use grip_sim::{Pty, VirtualMcu, scene};
 use hdrhistogram::Histogram;
-use rustix::event::{Timespec, poll};
-use slip_benches::daemon::{
-    gripper::Gripper,
-    rig::{Far, rig},
+use slip_benches::{
+    daemon::{
+        gripper::Gripper,
+        rig::{Far, rig},
+    },
+    time,
 };
 use std::{
-    fs, io,
+    io,
     os::{
         fd::{AsFd as _, BorrowedFd, OwnedFd},
         unix::net::UnixStream,
     },
     thread,
-    time::Instant,
 };
 
-/// The rings are emptied this often (ns), as gripd does with clients.
-const DRAIN_NS: i64 = 5_000_000;
+/// The rings are emptied this often (us), as gripd does with clients.
+const DRAIN_US: u64 = 5_000;
 /// The longest bar (characters).
 const BAR: u64 = 50;
 
@@ -75,7 +76,7 @@ struct Times {
 
 fn main() -> Result<(), Box<dyn Error>> {
     let cli = Cli::parse();
-    println(&format_args!("machine {}, {} s each", machine(), cli.seconds));
+    println!("machine {}, {} s each", time::machine(), cli.seconds);
     for kind in [Kind::Socket, Kind::Pty] {
         if cli.line.is_none_or(|wanted| wanted == kind) {
             let times = measure(kind, &cli)?;
@@ -103,7 +104,7 @@ fn measure(kind: Kind, cli: &Cli) -> Result<Times, Box<dyn Error>> {
 }
 
 fn run(line: Line, device: BorrowedFd<'_>, cli: &Cli) -> Result<Times, Box<dyn Error>> {
-    let clock = clock();
+    let clock = time::clock();
     let (mut hot, mut far) = rig(HostConfig::default(), &clock)?;
     let mut gripper = Gripper::new(VirtualMcu::new(&scene::load("default")?, 1)?);
     far.shared.wants_samples.store(true, Ordering::Relaxed);
@@ -124,7 +125,7 @@ fn run(line: Line, device: BorrowedFd<'_>, cli: &Cli) -> Result<Times, Box<dyn E
             gripper.live(device, &shared.stop, &clock, &mut note)
         });
         while !ends() && !looping.is_finished() {
-            pause();
+            time::wait_us(DRAIN_US);
         }
         shared.stop.store(true, Ordering::Relaxed);
         let (looped, lived) = (looping.join(), living.join());
@@ -144,13 +145,8 @@ fn drain(far: &mut Far, over: &AtomicBool) {
         far.service.drain(&mut |_| {});
         far.recorder.drain(&mut |_| {});
         while far.pulses.pop().is_ok() {}
-        pause();
+        time::wait_us(DRAIN_US);
     }
-}
-
-fn pause() {
-    let timeout = Timespec { tv_sec: 0, tv_nsec: DRAIN_NS };
-    let _ended = poll(&mut [], Some(&timeout));
 }
 
 /// Asks for them, and tells what was refused.
@@ -158,15 +154,8 @@ fn privileges(wanted: bool, priority: u8) {
     let mode = if wanted { RealtimeMode::Warn } else { RealtimeMode::Off };
     let granted = enter(&RealtimeConfig { mode, priority, cpu: None });
     for refused in granted.refused() {
-        println(&format_args!("{refused}"));
+        println!("{refused}");
     }
-}
-
-/// Nanoseconds since now.
-#[expect(clippy::disallowed_methods, reason = "the program that measures time; its only clock")]
-fn clock() -> impl Fn() -> u64 + Sync {
-    let start = Instant::now();
-    move || u64::try_from(start.elapsed().as_nanos()).unwrap_or(u64::MAX)
 }
 
 #[expect(
@@ -183,11 +172,6 @@ fn us(ns: u64) -> f64 {
     ns as f64 / 1000.0
 }
 
-#[expect(clippy::print_stdout, reason = "the result of the program")]
-fn println(text: &dyn fmt::Display) {
-    println!("{text}");
-}
-
 /// Percentiles beside the limits, then the histogram by doublings.
 fn print(kind: Kind, times: &Times) {
     let Times { there_and_back, inside, samples, dropped } = times;
@@ -195,9 +179,9 @@ fn print(kind: Kind, times: &Times) {
         Kind::Socket => "socket pair",
         Kind::Pty => "pseudo-terminal",
     };
-    println(&format_args!("\n{name}: {samples} samples, {dropped} items dropped from the rings"));
-    println(&"| (us) | commands | p50 | p90 | p99 | p99.9 | max | limits p50 25, p99.9 250 |");
-    println(&"|---|---|---|---|---|---|---|---|");
+    println!("\n{name}: {samples} samples, {dropped} items dropped from the rings");
+    println!("| (us) | commands | p50 | p90 | p99 | p99.9 | max | limits p50 25, p99.9 250 |");
+    println!("|---|---|---|---|---|---|---|---|");
     let hdr = |q| there_and_back.value_at_quantile(q);
     let loops = |q| inside.quantile_ns(q).unwrap_or(0);
     let rows: [(&str, u64, [u64; 5]); 2] = [
@@ -214,7 +198,7 @@ fn print(kind: Kind, times: &Times) {
     ];
     for (what, count, [p50, p90, p99, p99_9, max]) in rows {
         let verdict = |ns, limit_us| if us(ns) <= limit_us { "PASS" } else { "over" };
-        println(&format_args!(
+        println!(
             "| {what} | {count} | {:.1} | {:.1} | {:.1} | {:.1} | {:.0} | {} {} |",
             us(p50),
             us(p90),
@@ -223,7 +207,7 @@ fn print(kind: Kind, times: &Times) {
             us(max),
             verdict(p50, 25.0),
             verdict(p99_9, 250.0)
-        ));
+        );
     }
     bars(there_and_back);
 }
@@ -237,18 +221,8 @@ fn bars(times: &Histogram<u64>) {
         if count > 0 {
             let bar = (count * BAR).div_ceil(times.len());
             let bar = "#".repeat(usize::try_from(bar).unwrap_or(0));
-            println(&format_args!("{:>8.0} us {count:>8} {bar}", us(bound)));
+            println!("{:>8.0} us {count:>8} {bar}", us(bound));
         }
         below = bound;
     }
-}
-
-/// The processor's name and how busy the machine is.
-fn machine() -> String {
-    let text = |file| fs::read_to_string(file).unwrap_or_default();
-    let (processors, load) = (text("/proc/cpuinfo"), text("/proc/loadavg"));
-    let name =
-        processors.lines().find_map(|line| line.strip_prefix("model name")?.split_once(": "));
-    let name = name.map_or("unknown", |(_, name)| name);
-    format!("{name}, load {}", load.split_whitespace().take(3).collect::<Vec<_>>().join(" "))
 }

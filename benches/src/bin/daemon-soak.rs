@@ -1,16 +1,18 @@
 //! The program gripd and minutes in; a table of samples, processor time and memory out; exit code 1 where samples are not accounted for.
 //!
 //! See [`slip_benches::daemon::soak`] for what runs and which counts must agree.
+#![expect(clippy::print_stdout, reason = "the result of the program")]
 
 use clap::Parser;
 use core::error::Error;
-use slip_benches::daemon::soak::{self, Look, Report, Soak};
-use std::{
-    fs,
-    path::{Path, PathBuf},
-    process::ExitCode,
-    time::Instant,
+use slip_benches::{
+    daemon::{
+        program,
+        soak::{self, Look, Report, Soak},
+    },
+    time,
 };
+use std::{fs, path::PathBuf, process::ExitCode};
 
 /// Memory in use does not grow by more after the first minute (kB).
 const FLAT_KB: u64 = 1024;
@@ -37,21 +39,13 @@ struct Cli {
 
 fn main() -> Result<ExitCode, Box<dyn Error>> {
     let cli = Cli::parse();
-    let beside = || Ok::<_, std::io::Error>(std::env::current_exe()?.with_file_name("gripd"));
-    let gripd = cli.gripd.clone().map_or_else(beside, fs::canonicalize)?;
-    if !gripd.is_file() {
-        return Err(format!(
-            "{}: no such program; build it with `cargo build --release -p gripd`, or name it with --gripd",
-            gripd.display()
-        )
-        .into());
-    }
+    let gripd = program(cli.gripd.clone())?;
     let name = format!("daemon-soak-{}", std::process::id());
     let folder = cli.keep.clone().unwrap_or_else(|| std::env::temp_dir().join(name));
     fs::create_dir_all(&folder)?;
     let seconds = cli.minutes * 60.0;
     let soak = Soak { gripd, folder, rate_hz: cli.rate, seconds, look_s: seconds.min(60.0) };
-    let reported = soak::run(&soak, &clock(), &mut progress);
+    let reported = soak::run(&soak, &time::clock(), &mut progress);
     if cli.keep.is_none() {
         fs::remove_dir_all(&soak.folder)?;
     }
@@ -64,29 +58,20 @@ fn main() -> Result<ExitCode, Box<dyn Error>> {
     Ok(if report.fine() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
-/// Nanoseconds since now.
-#[expect(clippy::disallowed_methods, reason = "a soak lives in real time; this is its only clock")]
-fn clock() -> impl Fn() -> u64 + Sync {
-    let start = Instant::now();
-    move || u64::try_from(start.elapsed().as_nanos()).unwrap_or(u64::MAX)
-}
-
 #[expect(clippy::print_stderr, reason = "how far it is, for whoever waits")]
 fn progress(look: &Look) {
     let Look { t_s, resident_kb, cpu_percent, .. } = look;
     eprintln!("{t_s:6.0} s: {resident_kb} kB in use, {cpu_percent:.2} % of a processor");
 }
 
-#[expect(clippy::print_stdout, reason = "the result of the program")]
 fn print_json(report: &Report) -> Result<(), serde_json::Error> {
     println!("{}", serde_json::to_string(report)?);
     Ok(())
 }
 
-#[expect(clippy::print_stdout, reason = "the result of the program")]
 fn print_table(cli: &Cli, report: &Report) {
     let row = |name: &str, value: String| println!("| {name} | {value} |");
-    println!("| {} minutes at {} Hz, machine {} | |", cli.minutes, cli.rate, machine());
+    println!("| {} minutes at {} Hz, machine {} | |", cli.minutes, cli.rate, time::machine());
     println!("|---|---|");
     row("rows the gripper sampled", report.given.to_string());
     row("samples handled", report.samples.to_string());
@@ -125,14 +110,4 @@ fn print_table(cli: &Cli, report: &Report) {
             "SAMPLES ARE NOT ACCOUNTED FOR"
         }
     );
-}
-
-/// The processor's name and how busy the machine is.
-fn machine() -> String {
-    let text = |file: &str| fs::read_to_string(Path::new(file)).unwrap_or_default();
-    let (processors, load) = (text("/proc/cpuinfo"), text("/proc/loadavg"));
-    let name =
-        processors.lines().find_map(|line| line.strip_prefix("model name")?.split_once(": "));
-    let name = name.map_or("unknown", |(_, name)| name);
-    format!("{name}, load {}", load.split_whitespace().take(3).collect::<Vec<_>>().join(" "))
 }

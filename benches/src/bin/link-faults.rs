@@ -1,6 +1,7 @@
 //! A count of frames in, a table of what nine kinds of line faults do to the link out; exit code 1 when a promise is broken.
 //!
 //! See [`slip_benches::link_faults`] for what is counted and how the truth is known.
+#![expect(clippy::print_stdout, reason = "the result of the program")]
 
 use clap::Parser;
 use core::error::Error;
@@ -57,7 +58,6 @@ fn run(kinds: &[LineFault], cli: &Cli) -> Result<Vec<(LineFault, Tally)>, Box<dy
     })
 }
 
-#[expect(clippy::print_stdout, reason = "the result of the program")]
 fn print_json(tallies: &[(LineFault, Tally)], kept: bool) {
     for (kind, tally) in tallies {
         let line = json!({
@@ -72,7 +72,6 @@ fn print_json(tallies: &[(LineFault, Tally)], kept: bool) {
     println!("{}", json!({"type": "total", "frames": frames, "kept": kept}));
 }
 
-#[expect(clippy::print_stdout, reason = "the result of the program")]
 fn print_table(tallies: &[(LineFault, Tally)], kept: bool) {
     println!(
         "{:20} {:>9} {:>10} {:>9} {:>9} {:>8} | {:>10} {:>10} {:>6} | {:>16}",

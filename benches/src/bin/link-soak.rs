@@ -11,14 +11,15 @@ use core::sync::atomic::{AtomicBool, Ordering};
 use grip_link::frame::MAX_WIRE;
 use grip_link::host::{GripCommand, HostConfig, HostEvent, HostLink, LossCount};
 use grip_link::message::{Config, LossAction, SampleFormat, Samples};
-use grip_sim::{Pty, VirtualMcu, port, scene};
+use grip_sim::{Pty, VirtualMcu, scene};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use slip_benches::{daemon::gripper::Gripper, time::clock};
 use slip_core::units::Micros;
 use std::fs::{File, OpenOptions};
 use std::io::{Read, Write};
+use std::os::fd::AsFd as _;
 use std::process::ExitCode;
 use std::thread;
-use std::time::Instant;
 
 type Failure = Box<dyn Error + Send + Sync>;
 
@@ -82,6 +83,7 @@ fn main() -> Result<ExitCode, Failure> {
     )]
     let end_us = (minutes * 60e6) as u64;
     let clock = clock();
+    let clock_us = || clock() / 1000;
     let pty = Pty::open(None)?;
     let line = OpenOptions::new().read(true).write(true).open(pty.port())?;
     let (stop, over) = (AtomicBool::new(false), AtomicBool::new(false));
@@ -92,7 +94,7 @@ fn main() -> Result<ExitCode, Failure> {
             over.store(true, Ordering::Release);
             given
         });
-        let seen = listen(line, &mut host, &clock, |now_us| {
+        let seen = listen(line, &mut host, &clock_us, |now_us| {
             if now_us >= end_us {
                 stop.store(true, Ordering::Relaxed);
             }
@@ -106,31 +108,14 @@ fn main() -> Result<ExitCode, Failure> {
     Ok(if fine { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
-/// Microseconds since now.
-#[expect(clippy::disallowed_methods, reason = "a soak lives in real time; this is its only clock")]
-fn clock() -> impl Fn() -> u64 + Sync {
-    let start = Instant::now();
-    move || u64::try_from(start.elapsed().as_micros()).unwrap_or(u64::MAX)
-}
-
 /// The gripper in real time until `stop`; then it samples no more and sends the rest.
 fn gripper(pty: &Pty, stop: &AtomicBool, clock: &impl Fn() -> u64) -> Result<Given, Failure> {
-    let mut mcu = VirtualMcu::new(&scene::load("default")?, 1)?;
-    let first_boot = mcu.boot_id();
-    port::run(&mut mcu, pty, stop, clock)?;
-    let mut out = [0; MAX_WIRE];
+    let mut gripper = Gripper::new(VirtualMcu::new(&scene::load("default")?, 1)?);
+    let first_boot = gripper.mcu.boot_id();
+    gripper.live(pty.as_fd(), stop, clock, &mut |_| {})?;
     // Ten milliseconds later by the gripper's own clock, so that the batch under way is over too.
-    let later = Micros(clock()).plus(Micros(10_000));
-    while let Some(len) = mcu.poll_transmit(later, &mut out) {
-        let mut rest = out.get(..len).unwrap_or(&out);
-        while !rest.is_empty() {
-            let written = pty.write(rest)?;
-            rest = rest.get(written..).unwrap_or(&[]);
-            if !rest.is_empty() {
-                pty.wait(100_000, true)?;
-            }
-        }
-    }
+    gripper.empty(pty.as_fd(), Micros(clock() / 1000 + 10_000))?;
+    let mcu = gripper.mcu;
     Ok(Given {
         rows: mcu.rows(),
         dropped: mcu.link().dropped_rows(),

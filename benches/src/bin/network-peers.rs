@@ -3,7 +3,7 @@
 //! because the machine may be busy.
 
 use core::{error::Error, hint::black_box};
-use std::{env, fs, path::Path, time::Instant};
+use std::{env, fs, path::Path};
 
 use mlp::train::{
     Algorithm, Isa, NetworkObjective, Objective as _, Real,
@@ -12,17 +12,13 @@ use mlp::train::{
 use slip_benches::{
     networks,
     peers::{Case, building, surface},
+    time,
 };
-
-#[expect(clippy::disallowed_methods, reason = "a bench reads the clock")]
-fn now() -> Instant {
-    Instant::now()
-}
 
 /// Least time of a call in `rounds` rounds of `calls` (s).
 fn least(rounds: usize, calls: u32, mut call: impl FnMut()) -> f64 {
     let round = |call: &mut dyn FnMut()| {
-        let start = now();
+        let start = time::now();
         for _ in 0..calls {
             call();
         }

@@ -58,34 +58,27 @@ fn main() -> Result<(), Box<dyn core::error::Error>> {
     for (seed, t_s) in run.places.iter().take(20) {
         println!("  false alarm of the robot with seed {seed} at {t_s:.4} s");
     }
-    let mut peaks = run.peaks;
-    peaks.sort_by(f64::total_cmp);
-    let at =
-        |q: f64| peaks.get(((peaks.len() - 1) as f64 * q).round() as usize).copied().unwrap_or(0.0);
-    println!(
-        "highest statistic of a minute: median {:.2}, 90 % {:.2}, 99 % {:.2}, highest {:.2}",
+    println!("highest statistic of a minute: {}", spread(run.peaks));
+    let names = ["shear", "vibration", "octave 1", "octave 2", "octave 3", "octave 4", "cusum"];
+    for (place, name) in names.into_iter().enumerate() {
+        let levels = run.levels.iter().filter_map(|l| l.get(place).copied()).collect();
+        println!("{name:9} highest of a minute: {}", spread(levels));
+    }
+    Ok(())
+}
+
+fn spread(mut values: Vec<f64>) -> String {
+    values.sort_by(f64::total_cmp);
+    let at = |q: f64| {
+        values.get(((values.len() - 1) as f64 * q).round() as usize).copied().unwrap_or(0.0)
+    };
+    format!(
+        "median {:.2}, 90 % {:.2}, 99 % {:.2}, highest {:.2}",
         at(0.5),
         at(0.9),
         at(0.99),
         at(1.0)
-    );
-    let names = ["shear", "vibration", "octave 1", "octave 2", "octave 3", "octave 4", "cusum"];
-    for (place, name) in names.into_iter().enumerate() {
-        let mut levels: Vec<f64> =
-            run.levels.iter().filter_map(|l| l.get(place).copied()).collect();
-        levels.sort_by(f64::total_cmp);
-        let at = |q: f64| {
-            levels.get(((levels.len() - 1) as f64 * q).round() as usize).copied().unwrap_or(0.0)
-        };
-        println!(
-            "{name:9} highest of a minute: median {:.2}, 90 % {:.2}, 99 % {:.2}, highest {:.2}",
-            at(0.5),
-            at(0.9),
-            at(0.99),
-            at(1.0)
-        );
-    }
-    Ok(())
+    )
 }
 
 fn pipeline(file: Option<&std::path::Path>) -> Result<PipelineConfig, Box<dyn core::error::Error>> {

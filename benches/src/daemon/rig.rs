@@ -6,7 +6,7 @@ use grip_daemon::{
     rings::{Inbox, Sizes, rings},
 };
 use grip_port::Line;
-use grip_session::{HostConfig, Session, SessionError, SessionOptions, model};
+use grip_session::{HostConfig, Session, SessionOptions, model};
 use rtrb::{Consumer, Producer, RingBuffer};
 use slip_core::ClientCommand;
 use std::sync::Arc;
@@ -37,22 +37,11 @@ pub struct Far {
     pub shared: Arc<Shared>,
 }
 
-/// Why there is no rig.
-#[derive(Debug, thiserror::Error)]
-pub enum RigError {
-    /// The settings.
-    #[error(transparent)]
-    Session(#[from] SessionError),
-    /// The network inside the program.
-    #[error(transparent)]
-    Model(#[from] model::ModelError),
-}
-
 /// A loop that waits for a line, as gripd makes it: for a patient daemon that records. `clock` gives nanoseconds since the start.
 ///
 /// # Errors
-/// [`RigError`].
-pub fn rig<C: Fn() -> u64>(config: HostConfig, clock: C) -> Result<(Hot<C>, Far), RigError> {
+/// Where settings or model are refused.
+pub fn rig<C: Fn() -> u64>(config: HostConfig, clock: C) -> anyhow::Result<(Hot<C>, Far)> {
     let estimator = model::default_estimator()?;
     let session = Session::new(config, estimator, SessionOptions::default())?;
     let shared = Arc::new(Shared::default());

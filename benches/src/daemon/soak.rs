@@ -4,7 +4,9 @@
 //! At the end the gripper samples no more and sends what it still has; then gripd is asked to end. These counts must agree: rows that the
 //! gripper sampled; samples that gripd handled and those it counted as lost; samples recorded; rows that each client got.
 
-use super::{gripper::Gripper, usage::Usage};
+use super::{gripper::Gripper, process::Daemon, usage::Usage};
+use crate::time;
+use anyhow::{Context as _, Result, anyhow, bail};
 use core::{
     sync::atomic::{AtomicBool, AtomicU64, Ordering},
     time::Duration,
@@ -15,19 +17,13 @@ use grip_link::message::{
     daemon::{Subscribe, ToClient, Topics},
 };
 use grip_sim::{Pty, VirtualMcu, scene};
-use rustix::{
-    event::{Timespec, poll},
-    process::{Pid, Signal, kill_process},
-};
 use serde::Serialize;
 use serde_json::Value;
 use slip_core::units::Micros;
 use std::{
-    fs::{self, File},
-    io,
+    fs,
     os::fd::AsFd as _,
     path::{Path, PathBuf},
-    process::{Child, Command},
     thread,
 };
 
@@ -135,34 +131,6 @@ impl Report {
     }
 }
 
-/// Why a soak did not come to its end.
-#[derive(Debug, thiserror::Error)]
-pub enum SoakError {
-    /// A file, a line or the process.
-    #[error("{what}: {source}")]
-    System {
-        /// What was tried.
-        what: &'static str,
-        /// What the system said.
-        source: io::Error,
-    },
-    /// The gripper.
-    #[error("the virtual gripper: {0}")]
-    Gripper(String),
-    /// gripd ended otherwise than asked.
-    #[error("gripd: {0}")]
-    Daemon(String),
-}
-
-fn system(what: &'static str) -> impl Fn(io::Error) -> SoakError {
-    move |source| SoakError::System { what, source }
-}
-
-#[expect(clippy::needless_pass_by_value, reason = "for map_err")]
-fn gripper<E: ToString>(error: E) -> SoakError {
-    SoakError::Gripper(error.to_string())
-}
-
 /// What the threads share.
 #[derive(Debug, Default)]
 struct Shared {
@@ -179,7 +147,7 @@ impl Shared {
         let arrived = || self.rows.iter().map(|rows| rows.load(Ordering::Relaxed)).sum::<u64>();
         for _ in 0..QUIET_LOOKS {
             let before = arrived();
-            pause(QUIET_US);
+            time::wait_us(QUIET_US);
             if arrived() == before {
                 return;
             }
@@ -190,16 +158,16 @@ impl Shared {
 /// Runs it. `clock` gives nanoseconds since its first call or before; `told` gets each look as it is taken.
 ///
 /// # Errors
-/// [`SoakError`] where something else failed than the counts.
+/// Where something else failed than the counts.
 pub fn run(
     soak: &Soak,
     clock: &(dyn Fn() -> u64 + Sync),
     told: &mut dyn FnMut(&Look),
-) -> Result<Report, SoakError> {
-    let pty = Pty::open(None).map_err(gripper)?;
-    let scene = scene::load("default").map_err(gripper)?;
-    let mut device = Gripper::new(VirtualMcu::new(&scene, 1).map_err(gripper)?);
-    let child = Guard(start(soak, pty.port())?);
+) -> Result<Report> {
+    let pty = Pty::open(None)?;
+    let scene = scene::load("default")?;
+    let mut device = Gripper::new(VirtualMcu::new(&scene, 1)?);
+    let mut daemon = start(soak, pty.port())?;
     let shared = Shared::default();
     let (device, looks) = thread::scope(|threads| {
         let gripping = threads.spawn(|| {
@@ -211,28 +179,17 @@ pub fn run(
             let shared = &shared;
             threads.spawn(move || listen(&soak.socket(), nonce, shared));
         }
-        let looks = watch(soak, child.0.id(), clock, told);
+        let looks = watch(soak, daemon.id(), clock, told);
         shared.stop.store(true, Ordering::Relaxed);
         let device = gripping.join();
         shared.settle();
         shared.over.store(true, Ordering::Relaxed);
-        let device = device.map_err(|_| gripper("its thread failed"))?;
-        Ok::<_, SoakError>((device.map_err(system("the line"))?, looks))
+        let device = device.map_err(|_| anyhow!("the thread of the gripper failed"))?;
+        anyhow::Ok((device.context("the line")?, looks))
     })?;
     // Also where the process is gone already: its output says why.
-    let summary = end(child, &soak.folder)?;
+    let summary = end(&mut daemon)?;
     report(soak, &device, looks?, (&summary, &shared))
-}
-
-/// A child that does not outlive this program's interest in it.
-struct Guard(Child);
-
-impl Drop for Guard {
-    fn drop(&mut self) {
-        // Ended already, as a rule.
-        let _ended = self.0.kill();
-        let _waited = self.0.wait();
-    }
 }
 
 impl Soak {
@@ -241,23 +198,15 @@ impl Soak {
     }
 }
 
-fn start(soak: &Soak, port: &Path) -> Result<Child, SoakError> {
+fn start(soak: &Soak, port: &Path) -> Result<Daemon> {
     let config = soak.folder.join("gripd.toml");
     let batch = soak.rate_hz.div_ceil(1000);
     let text = format!("[link]\nsample_rate_hz = {}\nbatch = {batch}\n", soak.rate_hz);
-    fs::write(&config, text).map_err(system("the configuration"))?;
-    let create = |name| File::create(soak.folder.join(name)).map_err(system("the output of gripd"));
-    Command::new(&soak.gripd)
-        .current_dir(&soak.folder)
-        .env_clear()
-        .args(["--json", "--config", "gripd.toml", "--record", "run.mcap", "--log-level", "error"])
-        .args(["--listen", &soak.socket().to_string(), "--port"])
-        .arg(port)
-        // Files, because a pipe that nobody empties would stop gripd.
-        .stdout(create("out.json")?)
-        .stderr(create("err.txt")?)
-        .spawn()
-        .map_err(system("cannot start gripd"))
+    fs::write(&config, text).context("the configuration")?;
+    let (socket, port) = (soak.socket().to_string(), port.display().to_string());
+    let recorded = ["--json", "--config", "gripd.toml", "--record", "run.mcap"];
+    let places = ["--log-level", "error", "--listen", &socket, "--port", &port];
+    Daemon::start(&soak.gripd, &soak.folder, &[&recorded[..], &places].concat())
 }
 
 /// A client that wants every sample and every state, until the soak is over or gripd gone.
@@ -277,7 +226,7 @@ fn listen(place: &Listen, nonce: u16, shared: &Shared) {
             None => {
                 client = Client::connect(place, nonce + 1, wanted, patience).ok();
                 if client.is_none() {
-                    pause(10_000);
+                    time::wait_us(10_000);
                 }
             }
             Some(connected) => {
@@ -295,10 +244,10 @@ fn watch(
     id: u32,
     clock: &dyn Fn() -> u64,
     told: &mut dyn FnMut(&Look),
-) -> Result<Looks, SoakError> {
-    let gone = system("gripd is gone");
-    pause(SETTLED_US);
-    let (start_ns, first) = (clock(), Usage::of(id).map_err(&gone)?);
+) -> Result<Looks> {
+    let gone = "gripd is gone";
+    time::wait_us(SETTLED_US);
+    let (start_ns, first) = (clock(), Usage::of(id).context(gone)?);
     let (mut looks, mut last, mut last_ns) = (Vec::new(), first.clone(), start_ns);
     loop {
         let t_s = seconds(last_ns - start_ns);
@@ -307,8 +256,8 @@ fn watch(
             let usage = last;
             return Ok(Looks { first, usage, seconds: t_s, looks });
         }
-        pause(micros(left_s.min(soak.look_s)));
-        let (now_ns, usage) = (clock(), Usage::of(id).map_err(&gone)?);
+        time::wait_us(micros(left_s.min(soak.look_s)));
+        let (now_ns, usage) = (clock(), Usage::of(id).context(gone)?);
         let cpu_ns = usage.since(&last).values().sum::<u64>();
         let look = Look {
             t_s: seconds(now_ns - start_ns),
@@ -331,18 +280,13 @@ struct Looks {
 }
 
 /// Asks gripd to end: its last line.
-fn end(mut child: Guard, folder: &Path) -> Result<Value, SoakError> {
-    let id = i32::try_from(child.0.id()).ok().and_then(Pid::from_raw);
-    let id = id.ok_or_else(|| SoakError::Daemon("no process".to_owned()))?;
-    // Where it is gone already, its output says why.
-    let _told = kill_process(id, Signal::TERM);
-    let status = child.0.wait().map_err(system("gripd"))?;
-    let read = |name| fs::read_to_string(folder.join(name)).map_err(system("the output of gripd"));
-    let (out, err) = (read("out.json")?, read("err.txt")?);
-    let last = out.lines().next_back().unwrap_or_default();
+fn end(daemon: &mut Daemon) -> Result<Value> {
+    let status = daemon.end()?;
+    let printed = daemon.printed();
+    let last = printed.lines().next_back().unwrap_or_default();
     match serde_json::from_str::<Value>(last) {
         Ok(summary) if summary["type"] == "summary" => Ok(summary),
-        _ => Err(SoakError::Daemon(format!("{status}, no summary; it said: {}", err.trim()))),
+        _ => bail!("gripd: {status}, no summary; it said: {}", daemon.said().trim()),
     }
 }
 
@@ -351,16 +295,15 @@ fn report(
     device: &Gripper,
     watched: Looks,
     (summary, shared): (&Value, &Shared),
-) -> Result<Report, SoakError> {
-    let number = |name: &str| {
-        summary[name].as_u64().ok_or_else(|| SoakError::Daemon(format!("no {name} in {summary}")))
-    };
+) -> Result<Report> {
+    let number =
+        |name: &str| summary[name].as_u64().with_context(|| format!("no {name} in {summary}"));
     let percent = |ns: u64| 100.0 * seconds(ns) / watched.seconds;
     let threads = watched.usage.since(&watched.first);
     let cpu_percent = percent(threads.values().sum());
     #[expect(clippy::cast_precision_loss, reason = "a count of wake-ups")]
     let wakes = watched.usage.waits.saturating_sub(watched.first.waits) as f64;
-    let recording = fs::metadata(soak.folder.join("run.mcap")).map_err(system("the recording"))?;
+    let recording = fs::metadata(soak.folder.join("run.mcap")).context("the recording")?;
     Ok(Report {
         given: device.rows(),
         discarded: device.discarded(),
@@ -392,13 +335,4 @@ fn seconds(ns: u64) -> f64 {
 )]
 fn micros(seconds: f64) -> u64 {
     (seconds * 1e6) as u64
-}
-
-fn pause(us: u64) {
-    let timeout = Timespec {
-        tv_sec: i64::try_from(us / 1_000_000).unwrap_or(i64::MAX),
-        tv_nsec: i64::try_from(us % 1_000_000 * 1000).unwrap_or_default(),
-    };
-    // Ended early by a signal: whoever waits looks at the clock.
-    let _ended = poll(&mut [], Some(&timeout));
 }

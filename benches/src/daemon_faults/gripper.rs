@@ -1,14 +1,11 @@
 //! A scene in; a gripper that lives in real time behind a name, and can be unplugged, exchanged, restarted and disturbed, out.
 
-use super::{
-    RunError,
-    judge::{Judge, Limits, Present},
-    time,
-};
+use super::judge::{Judge, Limits, Present};
+use crate::time;
+use anyhow::{Context as _, Result};
 use core::sync::atomic::{AtomicBool, Ordering};
 use grip_link::{
     decoder::{Decoder, Role, Verdict},
-    device::DeviceConfigError,
     message::{DeviceState, Kind, SamplesHeader},
 };
 use grip_sim::{Pty, Scene, VirtualMcu, pty::PtyError};
@@ -175,7 +172,7 @@ impl Bench {
     ///
     /// # Errors
     /// Where the system has none.
-    pub fn plug(&mut self) -> Result<(), RunError> {
+    pub fn plug(&mut self) -> Result<()> {
         self.pty = Some(Pty::open(Some(&self.link))?);
         Ok(())
     }
@@ -184,7 +181,7 @@ impl Bench {
     ///
     /// # Errors
     /// Where the scene makes none.
-    pub fn exchange_for(&mut self, other: &Scene) -> Result<(), RunError> {
+    pub fn exchange_for(&mut self, other: &Scene) -> Result<()> {
         let stranger = VirtualMcu::new(other, 77)?;
         let right = core::mem::replace(&mut self.mcu, stranger);
         let judge = core::mem::replace(&mut self.judge, Judge::new(self.limits, true));
@@ -197,7 +194,7 @@ impl Bench {
     ///
     /// # Errors
     /// Where the system has no port.
-    pub fn bring_back(&mut self) -> Result<Option<(VirtualMcu, Judge)>, RunError> {
+    pub fn bring_back(&mut self) -> Result<Option<(VirtualMcu, Judge)>> {
         self.unplug();
         self.sent = Sent::new();
         let stranger = self.away.take().map(|(mcu, judge)| {
@@ -285,8 +282,8 @@ impl Gripper {
     ///
     /// # Errors
     /// Where the scene makes no gripper or the system has no port.
-    pub fn start(scene: &Scene, link: &Path, limits: Limits) -> Result<Self, RunError> {
-        let mcu = VirtualMcu::new(scene, 1).map_err(|error: DeviceConfigError| error)?;
+    pub fn start(scene: &Scene, link: &Path, limits: Limits) -> Result<Self> {
+        let mcu = VirtualMcu::new(scene, 1)?;
         let bench = Arc::new(Mutex::new(Bench {
             mcu,
             away: None,
@@ -309,7 +306,7 @@ impl Gripper {
         let thread = thread::Builder::new()
             .name("gripper".to_owned())
             .spawn(move || live(&inside, &over))
-            .map_err(|source| RunError::Io { what: "start the gripper".to_owned(), source })?;
+            .context("start the gripper")?;
         Ok(Self { bench, stop, thread: Some(thread) })
     }
 

@@ -1,13 +1,12 @@
 //! kill -9 at random moments: the gripper holds by itself, the recording lacks its last moment only, the next daemon takes over.
 
 use super::{
-    RunError,
-    daemon::Daemon,
     outcome::Outcome,
     recordings,
     rig::{Object, Rig, Setup},
-    time,
 };
+use crate::{daemon::process::Daemon, time};
+use anyhow::Result;
 use rand_chacha::ChaCha8Rng;
 use rand_core::{Rng as _, SeedableRng as _};
 
@@ -24,7 +23,7 @@ const RUN_OUT_MS: u64 = 120;
 ///
 /// # Errors
 /// Where the run cannot go on.
-pub fn run(setup: &Setup<'_>, times: u64) -> Result<Outcome, RunError> {
+pub fn run(setup: &Setup<'_>, times: u64) -> Result<Outcome> {
     let mut outcome = Outcome { times, ..Outcome::default() };
     let rig = Rig::new(setup, Object::Lifted)?;
     // The object is in the air before the first kill.
@@ -92,7 +91,7 @@ impl Sent {
 }
 
 /// Kills while the gripper's time stands still: what it had sent to this daemon, if anything.
-fn kill(rig: &Rig<'_>, daemon: &mut Daemon, configs: u64) -> Result<Option<Sent>, RunError> {
+fn kill(rig: &Rig<'_>, daemon: &mut Daemon, configs: u64) -> Result<Option<Sent>> {
     let mut bench = rig.gripper.bench();
     daemon.kill()?;
     let stall_ms = bench.take_stall_us() / 1000;

@@ -1,12 +1,11 @@
 //! A gripper that restarts, a line full of noise, a daemon that stands still, settings that change.
 
 use super::{
-    RunError,
-    daemon::Daemon,
     outcome::Outcome,
     rig::{Object, Rig, Setup},
-    time,
 };
+use crate::{daemon::process::Daemon, time};
+use anyhow::Result;
 use rustix::process::Signal;
 
 /// A daemon stands still for this long (ms).
@@ -15,7 +14,7 @@ const PAUSE_MS: u64 = 300;
 const PATIENCE_S: u64 = 30;
 
 /// The gripper restarts while it grips: passive until it is armed again, then gripped again.
-pub(super) fn reboots(setup: &Setup<'_>, times: u64) -> Result<Outcome, RunError> {
+pub(super) fn reboots(setup: &Setup<'_>, times: u64) -> Result<Outcome> {
     let mut outcome = Outcome { times, ..Outcome::default() };
     let rig = Rig::new(setup, Object::Supported)?;
     let mut daemon = rig.gripping(&["--record", "reboots.mcap"])?;
@@ -51,7 +50,7 @@ pub(super) fn reboots(setup: &Setup<'_>, times: u64) -> Result<Outcome, RunError
 }
 
 /// Noise both ways, then a daemon that stands still again and again.
-pub(super) fn noise(setup: &Setup<'_>, noise_s: u64, pauses: u64) -> Result<Outcome, RunError> {
+pub(super) fn noise(setup: &Setup<'_>, noise_s: u64, pauses: u64) -> Result<Outcome> {
     let mut outcome = Outcome { times: 1 + pauses, ..Outcome::default() };
     let rig = Rig::new(setup, Object::Lifted)?;
     let mut daemon = rig.daemon(&["--record", "noise.mcap"])?;
@@ -67,11 +66,11 @@ pub(super) fn noise(setup: &Setup<'_>, noise_s: u64, pauses: u64) -> Result<Outc
     outcome.figure(format!(
         "{noise_s} s of noise: {bad} bad blocks refused by the gripper, {commands} commands got through"
     ));
-    commands_again(&rig, &daemon)?;
+    rig.commands_again(&daemon)?;
     let mut rises_n = 0.0_f64;
     for _ in 0..pauses {
         rises_n = rises_n.max(pause(&rig, &daemon)?);
-        commands_again(&rig, &daemon)?;
+        rig.commands_again(&daemon)?;
     }
     outcome.require(rises_n <= 0.1, || format!("the force rose by {rises_n} N in a pause"));
     outcome.figure(format!(
@@ -88,24 +87,15 @@ pub(super) fn noise(setup: &Setup<'_>, noise_s: u64, pauses: u64) -> Result<Outc
 }
 
 /// Stops the daemon while it closes the fingers, where it has reason to raise the force when it goes on: the judge sees on what samples.
-fn pause_while_closing(rig: &Rig<'_>, daemon: &Daemon) -> Result<(), RunError> {
+fn pause_while_closing(rig: &Rig<'_>, daemon: &Daemon) -> Result<()> {
     let closing = time::until(PATIENCE_S, || rig.gripper.bench().mcu.commanded_n() > 0.5);
     rig.missed(closing, "the fingers do not close", daemon)?;
     pause(rig, daemon)?;
     Ok(())
 }
 
-fn commands_again(rig: &Rig<'_>, daemon: &Daemon) -> Result<(), RunError> {
-    let before = rig.gripper.bench().judge.commands;
-    let again = time::until(PATIENCE_S, || {
-        let bench = rig.gripper.bench();
-        bench.judge.commands > before + 20 && bench.is_active()
-    });
-    rig.missed(again, "the daemon does not command any more", daemon)
-}
-
 /// SIGSTOP and SIGCONT; by how much the force was higher in between than before (N).
-fn pause(rig: &Rig<'_>, daemon: &Daemon) -> Result<f64, RunError> {
+fn pause(rig: &Rig<'_>, daemon: &Daemon) -> Result<f64> {
     daemon.signal(Signal::STOP)?;
     let before_n = rig.gripper.bench().mcu.commanded_n();
     time::wait_ms(PAUSE_MS);
@@ -115,7 +105,7 @@ fn pause(rig: &Rig<'_>, daemon: &Daemon) -> Result<f64, RunError> {
 }
 
 /// SIGHUP with a broken file, then with a good one.
-pub(super) fn reloads(setup: &Setup<'_>, times: u64) -> Result<Outcome, RunError> {
+pub(super) fn reloads(setup: &Setup<'_>, times: u64) -> Result<Outcome> {
     let mut outcome = Outcome { times: 2 * times, ..Outcome::default() };
     let rig = Rig::new(setup, Object::Lifted)?;
     let mut daemon = rig.gripping(&["--record", "reload.mcap"])?;
@@ -124,7 +114,7 @@ pub(super) fn reloads(setup: &Setup<'_>, times: u64) -> Result<Outcome, RunError
         reload(&rig, &daemon, "the settings in force stay")?;
         rig.configure(&format!("backoff_n_s = {}.0", 5 + index % 2))?;
         reload(&rig, &daemon, "the new settings are in force")?;
-        commands_again(&rig, &daemon)?;
+        rig.commands_again(&daemon)?;
     }
     outcome.figure(
         "broken files told with their place, good ones in force, the object held".to_owned(),
@@ -135,7 +125,7 @@ pub(super) fn reloads(setup: &Setup<'_>, times: u64) -> Result<Outcome, RunError
     Ok(outcome)
 }
 
-fn reload(rig: &Rig<'_>, daemon: &Daemon, told: &str) -> Result<(), RunError> {
+fn reload(rig: &Rig<'_>, daemon: &Daemon, told: &str) -> Result<()> {
     let before = daemon.times_said(told);
     daemon.signal(Signal::HUP)?;
     let heard = time::until(PATIENCE_S, || daemon.times_said(told) > before);

@@ -8,7 +8,6 @@
 //! - the daemon does not end by itself, and says no word of a panic;
 //! - every recording can be read or recovered, and lacks at most [`kills::LOST_MS`] at its end.
 
-mod daemon;
 pub mod gripper;
 pub mod judge;
 pub mod kills;
@@ -20,80 +19,11 @@ pub mod recordings;
 mod rig;
 mod slips;
 mod storage;
-mod time;
 
 pub use outcome::Outcome;
 pub use rig::Setup;
 
-use grip_daemon::client::ClientError;
-use grip_link::device::DeviceConfigError;
-use grip_sim::{SceneError, pty::PtyError};
-use rustix::io::Errno;
-use std::{io, path::Path, path::PathBuf, process::ExitStatus};
-
-/// Why a run could not go on; a promise of the daemon that is broken is no error but a violation, unless nothing can follow it.
-#[derive(Debug, thiserror::Error)]
-pub enum RunError {
-    /// A file or a program.
-    #[error("{what}: {source}")]
-    Io {
-        /// Which.
-        what: String,
-        /// Why.
-        source: io::Error,
-    },
-    /// A system call.
-    #[error(transparent)]
-    Call(#[from] Errno),
-    /// A port.
-    #[error(transparent)]
-    Port(#[from] PtyError),
-    /// A scene of this program.
-    #[error(transparent)]
-    Scene(#[from] SceneError),
-    /// A gripper of this program.
-    #[error(transparent)]
-    Gripper(#[from] DeviceConfigError),
-    /// A client of this program.
-    #[error(transparent)]
-    Client(#[from] ClientError),
-    /// The daemon ended by itself.
-    #[error("gripd ended by itself ({status}): {said}")]
-    Ended {
-        /// How.
-        status: ExitStatus,
-        /// What it said.
-        said: String,
-    },
-    /// The daemon did not end when it was told to.
-    #[error("gripd does not end: {said}")]
-    Stuck {
-        /// What it said.
-        said: String,
-    },
-    /// Something that must happen did not.
-    #[error("{what}; gripd said: {said}")]
-    Missed {
-        /// What.
-        what: &'static str,
-        /// What the daemon said.
-        said: String,
-    },
-    /// A recording can be neither read nor recovered.
-    #[error("{}: {what}", file.display())]
-    Recording {
-        /// The file.
-        file: PathBuf,
-        /// What is wrong.
-        what: String,
-    },
-}
-
-impl RunError {
-    fn io(path: &Path) -> impl Fn(io::Error) -> Self {
-        move |source| Self::Io { what: path.display().to_string(), source }
-    }
-}
+use anyhow::Result;
 
 /// How much of each fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -142,7 +72,7 @@ impl Counts {
 }
 
 /// A kind of fault: its name and what it does.
-type Kind = (&'static str, fn(&Setup<'_>, Counts) -> Result<Outcome, RunError>);
+type Kind = (&'static str, fn(&Setup<'_>, Counts) -> Result<Outcome>);
 
 const KINDS: [Kind; 10] = [
     ("kill -9", |setup, counts| kills::run(setup, counts.kills)),
@@ -166,6 +96,6 @@ pub fn names() -> impl Iterator<Item = &'static str> {
 #[must_use]
 pub fn run(name: &str, setup: &Setup<'_>, counts: Counts) -> Option<Outcome> {
     let (name, kind) = KINDS.iter().find(|(kind, _)| *kind == name)?;
-    let outcome = kind(setup, counts).unwrap_or_else(|error| Outcome::failed(error.to_string()));
+    let outcome = kind(setup, counts).unwrap_or_else(|error| Outcome::failed(format!("{error:#}")));
     Some(Outcome { name, ..outcome })
 }

@@ -1,11 +1,11 @@
 //! A port that goes and comes back, with the right gripper behind it or with another one.
 
 use super::{
-    RunError,
     outcome::Outcome,
     rig::{Object, Rig, Setup},
-    time,
 };
+use crate::{daemon::process::Daemon, time};
+use anyhow::Result;
 use rand_chacha::ChaCha8Rng;
 use rand_core::{Rng as _, SeedableRng as _};
 
@@ -17,7 +17,7 @@ const FOUND_S: u64 = 20;
 const STRANGER_MS: u64 = 3_000;
 
 /// Unplugs and replugs the same gripper.
-pub(super) fn again(setup: &Setup<'_>, times: u64) -> Result<Outcome, RunError> {
+pub(super) fn again(setup: &Setup<'_>, times: u64) -> Result<Outcome> {
     let mut outcome = Outcome { times, ..Outcome::default() };
     let rig = Rig::new(setup, Object::Lifted)?;
     let mut daemon = rig.gripping(&["--record", "plug.mcap"])?;
@@ -38,7 +38,7 @@ pub(super) fn again(setup: &Setup<'_>, times: u64) -> Result<Outcome, RunError> 
 }
 
 /// Waits until commands reach the gripper again.
-fn commanded_again(rig: &Rig<'_>, daemon: &super::daemon::Daemon) -> Result<(), RunError> {
+fn commanded_again(rig: &Rig<'_>, daemon: &Daemon) -> Result<()> {
     let before = rig.gripper.bench().judge.commands;
     let found = time::until(FOUND_S, || {
         let bench = rig.gripper.bench();
@@ -48,7 +48,7 @@ fn commanded_again(rig: &Rig<'_>, daemon: &super::daemon::Daemon) -> Result<(), 
 }
 
 /// Puts another gripper at the port for a while.
-pub(super) fn stranger(setup: &Setup<'_>) -> Result<Outcome, RunError> {
+pub(super) fn stranger(setup: &Setup<'_>) -> Result<Outcome> {
     const TOLD: &str = "another gripper answered and was left alone";
     let mut outcome = Outcome { times: 1, ..Outcome::default() };
     let rig = Rig::new(setup, Object::Lifted)?;

@@ -1,12 +1,11 @@
 //! Clients that stall, babble, come by the hundred and stay silent; and one that asks for a release.
 
 use super::{
-    RunError,
-    daemon::Daemon,
     outcome::Outcome,
     rig::{Object, Rig, Setup},
-    time,
 };
+use crate::time;
+use anyhow::{Context as _, Result};
 use core::{net::SocketAddr, time::Duration};
 use grip_daemon::{client::Client, clients::Listen};
 use grip_link::message::{
@@ -34,14 +33,14 @@ const LITTLE: Subscribe =
     Subscribe { versions: Versions::OURS, topics: Topics::ALL, every_nth: 0, state_ms: 50 };
 
 /// All kinds of bad clients at once, beside a good one.
-pub(super) fn run(setup: &Setup<'_>, connects: u64) -> Result<Outcome, RunError> {
+pub(super) fn run(setup: &Setup<'_>, connects: u64) -> Result<Outcome> {
     let mut outcome = Outcome::default();
     let rig = Rig::new(setup, Object::Lifted)?;
     let mut daemon = rig.gripping(&["--record", "clients.mcap"])?;
     let mut good = Client::connect(&Listen::Tcp(rig.address), 1, LITTLE, PATIENCE)?;
     let stalled = (0..STALLED).map(|_| stall(rig.address)).collect::<Result<Vec<_>, _>>()?;
     let silent = (0..SILENT).map(|_| connect(rig.address)).collect::<io::Result<Vec<_>>>();
-    let silent = silent.map_err(RunError::io(rig.folder.path()))?;
+    let silent = silent.context("connect")?;
     let mut random = ChaCha8Rng::seed_from_u64(setup.seed);
     let refused = (0..BABBLERS).filter(|_| babble(rig.address, &mut random).is_err()).count();
     let states = hurry(&rig, connects, &mut good, &mut random)?;
@@ -52,18 +51,11 @@ pub(super) fn run(setup: &Setup<'_>, connects: u64) -> Result<Outcome, RunError>
     outcome.figure(format!(
         "{STALLED} stalled, {SILENT} silent, {BABBLERS} babbling ({refused} of them cut off), {connects} connects; a good one heard {states} states"
     ));
-    still_commands(&rig, &mut daemon)?;
+    daemon.must_run()?;
+    rig.commands_again(&daemon)?;
     drop((stalled, silent));
     rig.finish(&mut daemon, &mut outcome)?;
     Ok(outcome)
-}
-
-/// The gripper is held and commanded after all that.
-fn still_commands(rig: &Rig<'_>, daemon: &mut Daemon) -> Result<(), RunError> {
-    let before = rig.gripper.bench().judge.commands;
-    let goes_on = time::until(20, || rig.gripper.bench().judge.commands > before + 100);
-    daemon.must_run()?;
-    rig.missed(goes_on, "the daemon does not command any more", daemon)
 }
 
 fn connect(address: SocketAddr) -> io::Result<TcpStream> {
@@ -73,7 +65,7 @@ fn connect(address: SocketAddr) -> io::Result<TcpStream> {
 }
 
 /// Asks for everything; nobody will ever read it.
-fn stall(address: SocketAddr) -> Result<Client, RunError> {
+fn stall(address: SocketAddr) -> Result<Client> {
     Ok(Client::connect(&Listen::Tcp(address), 2, EVERYTHING, PATIENCE)?)
 }
 
@@ -90,15 +82,10 @@ fn babble(address: SocketAddr, random: &mut ChaCha8Rng) -> io::Result<()> {
 }
 
 /// Connects again and again; some say half a word first. Gives how many states the good client heard meanwhile.
-fn hurry(
-    rig: &Rig<'_>,
-    connects: u64,
-    good: &mut Client,
-    random: &mut ChaCha8Rng,
-) -> Result<u64, RunError> {
+fn hurry(rig: &Rig<'_>, connects: u64, good: &mut Client, random: &mut ChaCha8Rng) -> Result<u64> {
     let mut states = 0;
     for _ in 0..connects {
-        let mut stream = connect(rig.address).map_err(RunError::io(rig.folder.path()))?;
+        let mut stream = connect(rig.address).context("connect")?;
         if random.next_u32().is_multiple_of(2) {
             // Half a frame; a daemon that has closed already is right too.
             drop(stream.write_all(&[0, 9, 0x11, 0xA8, 1]));
@@ -113,24 +100,14 @@ fn hurry(
 }
 
 /// Whether a QUERY is answered.
-fn asks(client: &mut Client) -> Result<bool, RunError> {
+fn asks(client: &mut Client) -> Result<bool> {
     client.query()?;
     let request = client.link().last_request();
-    let end = time::now() + PATIENCE;
-    let mut answered = false;
-    while !answered && time::now() < end {
-        client.wait(Duration::from_millis(100), &mut |message| {
-            answered |= matches!(message, ToClient::Ack(ack) if ack.seq == request);
-        })?;
-    }
-    Ok(answered)
+    listen(client, |message| matches!(message, ToClient::Ack(ack) if ack.seq == request))
 }
 
 /// Listens until `done` says so of a message.
-fn listen(
-    client: &mut Client,
-    mut done: impl FnMut(&ToClient<'_>) -> bool,
-) -> Result<bool, RunError> {
+fn listen(client: &mut Client, mut done: impl FnMut(&ToClient<'_>) -> bool) -> Result<bool> {
     let end = time::now() + PATIENCE;
     let mut heard = false;
     while !heard && time::now() < end {
@@ -140,7 +117,7 @@ fn listen(
 }
 
 /// A client lets go and closes again; in between nothing may press.
-pub(super) fn release(setup: &Setup<'_>) -> Result<Outcome, RunError> {
+pub(super) fn release(setup: &Setup<'_>) -> Result<Outcome> {
     let mut outcome = Outcome { times: 1, ..Outcome::default() };
     let rig = Rig::new(setup, Object::Supported)?;
     let mut daemon = rig.gripping(&["--record", "release.mcap"])?;

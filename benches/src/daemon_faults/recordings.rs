@@ -1,6 +1,6 @@
 //! Recordings that a fault left behind in; whether they can be read or recovered, and where their samples end, out.
 
-use super::RunError;
+use anyhow::{Context as _, Result, ensure};
 use grip_record::mcap::{Entry, McapError, McapReader, Record, recover};
 use std::{
     fs, io,
@@ -24,10 +24,10 @@ pub struct Found {
 ///
 /// # Errors
 /// Where it can be neither read nor recovered, a log time goes back, or rows of a pipeline are not in their order.
-pub fn read(file: &Path) -> Result<Found, RunError> {
+pub fn read(file: &Path) -> Result<Found> {
     let bytes = fs::read(file).or_else(|error| match error.kind() {
         io::ErrorKind::NotFound => Ok(Vec::new()),
-        _ => Err(RunError::io(file)(error)),
+        _ => Err(error).with_context(|| file.display().to_string()),
     })?;
     if bytes.is_empty() {
         return Ok(Found { empty: true, ..Found::default() });
@@ -35,14 +35,12 @@ pub fn read(file: &Path) -> Result<Found, RunError> {
     if let Ok(found) = walk(file, &bytes) {
         return Ok(Found { whole: true, ..found });
     }
-    let bad = |what: String| RunError::Recording { file: file.to_owned(), what };
     let mut saved = Vec::new();
     let recovered = recover(file, bytes.as_slice(), &mut saved, "daemon-faults");
-    let recovered = recovered.map_err(|error| bad(error.to_string()))?;
-    if !recovered.holes.is_empty() {
-        return Err(bad(format!("damaged in the middle: {:?}", recovered.holes)));
-    }
-    walk(file, &saved).map_err(|error| bad(format!("after its recovery: {error}")))
+    let recovered = recovered.with_context(|| file.display().to_string())?;
+    let holes = recovered.holes;
+    ensure!(holes.is_empty(), "{}: damaged in the middle: {holes:?}", file.display());
+    walk(file, &saved).with_context(|| format!("{}: after its recovery", file.display()))
 }
 
 fn walk(file: &Path, bytes: &[u8]) -> Result<Found, McapError> {
@@ -74,10 +72,10 @@ fn walk(file: &Path, bytes: &[u8]) -> Result<Found, McapError> {
 ///
 /// # Errors
 /// As [`read`].
-pub fn read_all(folder: &Path) -> Result<Vec<(PathBuf, Found)>, RunError> {
+pub fn read_all(folder: &Path) -> Result<Vec<(PathBuf, Found)>> {
     let mut all = Vec::new();
-    for entry in fs::read_dir(folder).map_err(RunError::io(folder))? {
-        let file = entry.map_err(RunError::io(folder))?.path();
+    for entry in fs::read_dir(folder).with_context(|| folder.display().to_string())? {
+        let file = entry.with_context(|| folder.display().to_string())?.path();
         if file.extension().is_some_and(|end| end == "mcap") {
             let found = read(&file)?;
             all.push((file, found));

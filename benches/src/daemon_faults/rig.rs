@@ -1,13 +1,13 @@
 //! A kind of object in; a folder with a gripper, its configuration and a gripd in it, out.
 
 use super::{
-    RunError,
-    daemon::Daemon,
     gripper::Gripper,
     judge::Limits,
     outcome::Outcome,
     recordings::{self, Found},
 };
+use crate::{daemon::process::Daemon, time};
+use anyhow::{Context as _, Result, bail};
 use core::net::SocketAddr;
 use grip_sim::Scene;
 use std::{
@@ -44,7 +44,7 @@ pub(super) enum Object {
 }
 
 impl Object {
-    pub(super) fn scene(self, seed: u64) -> Result<Scene, RunError> {
+    pub(super) fn scene(self, seed: u64) -> Result<Scene> {
         let lift_s = if self == Self::Slipping { 0.3 } else { 60.0 };
         let (mass_kg, friction) = if self == Self::Slipping { (0.4, 0.35) } else { (0.04, 0.4) };
         let text = format!(
@@ -67,17 +67,17 @@ pub(super) struct Rig<'a> {
 
 impl<'a> Rig<'a> {
     /// A gripper with `object`, and no daemon yet.
-    pub(super) fn new(setup: &Setup<'a>, object: Object) -> Result<Self, RunError> {
+    pub(super) fn new(setup: &Setup<'a>, object: Object) -> Result<Self> {
         Self::with(setup, object, 1, 2.0)
     }
 
     /// A gripper with an object that slips when its load comes.
-    pub(super) fn slipping(setup: &Setup<'a>, seed: u64) -> Result<Self, RunError> {
+    pub(super) fn slipping(setup: &Setup<'a>, seed: u64) -> Result<Self> {
         Self::with(setup, Object::Slipping, seed, 1.2)
     }
 
-    fn with(setup: &Setup<'a>, object: Object, seed: u64, trial_n: f64) -> Result<Self, RunError> {
-        let folder = tempfile::tempdir().map_err(RunError::io(&std::env::temp_dir()))?;
+    fn with(setup: &Setup<'a>, object: Object, seed: u64, trial_n: f64) -> Result<Self> {
+        let folder = tempfile::tempdir().context("a folder")?;
         let scene = object.scene(seed)?;
         let gripper = Gripper::start(&scene, &folder.path().join("gripper"), LIMITS)?;
         let address = free_address()?;
@@ -87,7 +87,7 @@ impl<'a> Rig<'a> {
     }
 
     /// Writes the configuration, with one more line about the grip. Nothing is searched, so a force that falls is a fault.
-    pub(super) fn configure(&self, grip: &str) -> Result<(), RunError> {
+    pub(super) fn configure(&self, grip: &str) -> Result<()> {
         let file = self.folder.path().join("gripd.toml");
         let Limits { force_max_mn, slew_mn_s } = LIMITS;
         let text = format!(
@@ -97,53 +97,55 @@ impl<'a> Rig<'a> {
             f64::from(slew_mn_s) / 1e3,
             self.trial_n
         );
-        fs::write(&file, text).map_err(RunError::io(&file))
+        fs::write(&file, text).with_context(|| file.display().to_string())
     }
 
     /// gripd with these flags beside those of the rig.
-    pub(super) fn daemon(&self, args: &[&str]) -> Result<Daemon, RunError> {
-        Daemon::start(self.setup.gripd, self.folder.path(), args)
+    pub(super) fn daemon(&self, args: &[&str]) -> Result<Daemon> {
+        let fixed = ["--config", "gripd.toml", "--port", "./gripper", "--wait"];
+        Daemon::start(self.setup.gripd, self.folder.path(), &[&fixed[..], args].concat())
     }
 
     /// gripd that has closed the fingers and lifted what is to be lifted; from now on the force must not fall.
-    pub(super) fn gripping(&self, args: &[&str]) -> Result<Daemon, RunError> {
+    pub(super) fn gripping(&self, args: &[&str]) -> Result<Daemon> {
         let daemon = self.daemon(args)?;
         self.until_held(&daemon)?;
         Ok(daemon)
     }
 
-    pub(super) fn until_held(&self, daemon: &Daemon) -> Result<(), RunError> {
+    pub(super) fn until_held(&self, daemon: &Daemon) -> Result<()> {
         let gripped = self.gripper.until_gripped();
         self.missed(gripped, "the object is not gripped", daemon)?;
         if self.object == Object::Lifted {
             self.gripper.bench().mcu.lift();
         }
-        super::time::wait_ms(600 + self.setup.slack_ms);
+        time::wait_ms(600 + self.setup.slack_ms);
         self.gripper.bench().must_hold(true);
         Ok(())
     }
 
     /// An error unless `happened`.
-    pub(super) fn missed(
-        &self,
-        happened: bool,
-        what: &'static str,
-        daemon: &Daemon,
-    ) -> Result<(), RunError> {
+    pub(super) fn missed(&self, happened: bool, what: &'static str, daemon: &Daemon) -> Result<()> {
         if happened {
             return Ok(());
         }
         let bench = self.gripper.bench();
         let state = format!("{:?} at {} N", bench.mcu.link().state(), bench.mcu.commanded_n());
-        Err(RunError::Missed { what, said: format!("{} (gripper: {state})", daemon.said()) })
+        bail!("{what}; gripd said: {} (gripper: {state})", daemon.said())
+    }
+
+    /// The daemon goes on commanding a gripper that follows it.
+    pub(super) fn commands_again(&self, daemon: &Daemon) -> Result<()> {
+        let before = self.gripper.bench().judge.commands;
+        let again = time::until(30, || {
+            let bench = self.gripper.bench();
+            bench.judge.commands > before + 200 && bench.is_active()
+        });
+        self.missed(again, "the daemon does not command any more", daemon)
     }
 
     /// Ends gripd as a service manager does; all promises are judged.
-    pub(super) fn finish(
-        &self,
-        daemon: &mut Daemon,
-        outcome: &mut Outcome,
-    ) -> Result<(), RunError> {
+    pub(super) fn finish(&self, daemon: &mut Daemon, outcome: &mut Outcome) -> Result<()> {
         let status = daemon.end()?;
         outcome.require(is_orderly(status), || format!("gripd ended with {status}"));
         outcome.require(!daemon.said().contains("panicked"), || daemon.said());
@@ -153,7 +155,7 @@ impl<'a> Rig<'a> {
     }
 
     /// All recordings of the rig, read or recovered.
-    pub(super) fn recordings(&self) -> Result<Vec<(PathBuf, Found)>, RunError> {
+    pub(super) fn recordings(&self) -> Result<Vec<(PathBuf, Found)>> {
         recordings::read_all(self.folder.path())
     }
 }
@@ -164,7 +166,7 @@ fn is_orderly(status: ExitStatus) -> bool {
 }
 
 /// A port of the loopback that nobody uses.
-fn free_address() -> Result<SocketAddr, RunError> {
-    let failed = |source| RunError::Io { what: "a free port".to_owned(), source };
-    TcpListener::bind("127.0.0.1:0").and_then(|listener| listener.local_addr()).map_err(failed)
+fn free_address() -> Result<SocketAddr> {
+    let listening = TcpListener::bind("127.0.0.1:0");
+    listening.and_then(|listener| listener.local_addr()).context("a free port")
 }

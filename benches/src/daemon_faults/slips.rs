@@ -4,12 +4,11 @@
 //! never goes beyond [`MOST_RATIO`] times what is needed.
 
 use super::{
-    RunError,
-    daemon::Daemon,
     outcome::Outcome,
     rig::{Rig, Setup},
-    time,
 };
+use crate::{daemon::process::Daemon, time};
+use anyhow::Result;
 use grip_sim::Truth;
 use rustix::process::Signal;
 
@@ -62,7 +61,7 @@ struct Fates {
 }
 
 /// Each fault in `times` slips.
-pub(super) fn run(setup: &Setup<'_>, times: u64) -> Result<Outcome, RunError> {
+pub(super) fn run(setup: &Setup<'_>, times: u64) -> Result<Outcome> {
     let mut outcome = Outcome { times: times * FAULTS.len() as u64, ..Outcome::default() };
     for fault in FAULTS {
         let mut fates = Fates::default();
@@ -83,7 +82,7 @@ fn slip(
     seed: u64,
     fates: &mut Fates,
     outcome: &mut Outcome,
-) -> Result<(), RunError> {
+) -> Result<()> {
     let rig = Rig::slipping(setup, seed)?;
     let mut daemon = rig.daemon(&["--record", "slip.mcap"])?;
     let truth = || rig.gripper.bench().mcu.truth();
@@ -145,7 +144,7 @@ fn slid_mm(now: &Truth) -> f64 {
 }
 
 /// Lets `fault` happen: the truth when it is over.
-fn strike(rig: &Rig<'_>, daemon: &mut Daemon, fault: Fault) -> Result<Truth, RunError> {
+fn strike(rig: &Rig<'_>, daemon: &mut Daemon, fault: Fault) -> Result<Truth> {
     match fault {
         Fault::Kill => {
             daemon.kill()?;

@@ -1,12 +1,11 @@
 //! Disks that are full: the recording stops, is told once and counted, and the grip goes on.
 
 use super::{
-    RunError,
-    daemon::Daemon,
     outcome::Outcome,
     rig::{Object, Rig, Setup},
-    time,
 };
+use crate::{daemon::process::Daemon, time};
+use anyhow::Result;
 use std::process::Command;
 
 /// Room for a recording (bytes): about a second of it.
@@ -15,7 +14,7 @@ const ROOM: u64 = 1 << 20;
 const TOLD: &str = "the object is held without a recording";
 
 /// A disk that is full where one may be mounted, and files that may not grow.
-pub(super) fn run(setup: &Setup<'_>) -> Result<Outcome, RunError> {
+pub(super) fn run(setup: &Setup<'_>) -> Result<Outcome> {
     let mut outcome = Outcome::default();
     match Disk::mount() {
         Some(disk) => {
@@ -36,8 +35,8 @@ fn one(
     setup: &Setup<'_>,
     outcome: &mut Outcome,
     file: &str,
-    limit: impl FnOnce(&Daemon) -> Result<(), RunError>,
-) -> Result<(), RunError> {
+    limit: impl FnOnce(&Daemon) -> Result<()>,
+) -> Result<()> {
     outcome.times += 1;
     let rig = Rig::new(setup, Object::Lifted)?;
     let mut daemon = rig.daemon(&["--record", file])?;
@@ -46,9 +45,7 @@ fn one(
     let stopped = time::until(60, || !daemon.is_running() || daemon.times_said(TOLD) > 0);
     daemon.must_run()?;
     rig.missed(stopped, "the recording does not stop", &daemon)?;
-    let before = rig.gripper.bench().judge.commands;
-    let goes_on = time::until(20, || rig.gripper.bench().judge.commands > before + 200);
-    rig.missed(goes_on, "the daemon does not command any more", &daemon)?;
+    rig.commands_again(&daemon)?;
     let status = daemon.end()?;
     outcome.require(status.code() == Some(3), || {
         format!("lost samples are not told at the end: {status}, {}", daemon.said())

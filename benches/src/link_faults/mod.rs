@@ -14,7 +14,7 @@ mod traffic;
 
 pub use traffic::{Sent, Stream, Traffic};
 
-use crate::frames::FrameError;
+use anyhow::Result;
 use grip_link::decoder::{Decoder, Role, Verdict};
 use grip_link::frame::Direction;
 use grip_sim::line_fault::{Faulty, LineFault};
@@ -63,7 +63,7 @@ impl Tally {
 ///
 /// # Errors
 /// Never: every frame fits.
-pub fn run(fault: LineFault, frames: u64, seed: u64) -> Result<Tally, FrameError> {
+pub fn run(fault: LineFault, frames: u64, seed: u64) -> Result<Tally> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let mut traffic = Traffic::new(rng.next_u64());
     let mut tally = Tally::default();

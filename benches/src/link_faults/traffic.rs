@@ -1,6 +1,6 @@
 //! A seed in, streams of the frames that host and gripper really exchange out.
 
-use crate::frames::FrameError;
+use anyhow::Result;
 use core::ops::Range;
 use grip_link::frame::{self, Direction, Frame, Header, MAX_PAYLOAD, MAX_WIRE};
 use grip_link::message::{
@@ -69,7 +69,7 @@ impl Traffic {
     ///
     /// # Errors
     /// Never: every frame fits.
-    pub fn stream(&mut self, direction: Direction, count: usize) -> Result<Stream, FrameError> {
+    pub fn stream(&mut self, direction: Direction, count: usize) -> Result<Stream> {
         let [s0, s1, q0, q1, ..] = self.rng.next_u64().to_le_bytes();
         let session = u16::from_le_bytes([s0, s1]).max(1);
         let first_seq = u16::from_le_bytes([q0, q1]);

@@ -39,24 +39,34 @@ mod tests {
     }
 
     fn train<T: Real>(algorithm: Algorithm, patterns: &Rows, weights: &[f64]) -> Run {
-        let mut objective = objective::<T>(&topology(), patterns);
+        train_net::<T>((&topology(), weights), algorithm, patterns, 200)
+    }
+
+    fn train_net<T: Real>(
+        (topology, weights): (&Topology, &[f64]),
+        algorithm: Algorithm,
+        patterns: &Rows,
+        epochs: usize,
+    ) -> Run {
+        let mut objective = objective::<T>(topology, patterns);
         let mut trainer = algorithm.trainer(weights.len());
         let weights = weights.iter().map(|&w| T::of(w)).collect();
-        let config = RunConfig { epochs: 200, ..RunConfig::default() };
+        let config = RunConfig { epochs, ..RunConfig::default() };
         run(Training::new(trainer.as_mut(), &mut objective), weights, &config)
+    }
+
+    fn both(algorithm: Algorithm, patterns: &Rows, weights: &[f64]) -> [Run; 2] {
+        [train::<f32>(algorithm, patterns, weights), train::<f64>(algorithm, patterns, weights)]
     }
 
     /// Every rule in both precisions; weights must be finite where the start was.
     fn each(patterns: &Rows, weights: &[f64], check: impl Fn(&str, &Run)) {
         for algorithm in Algorithm::all() {
-            for outcome in [
-                ("f32", train::<f32>(algorithm, patterns, weights)),
-                ("f64", train::<f64>(algorithm, patterns, weights)),
-            ] {
-                let name = format!("{} {}: {}", algorithm.name(), outcome.0, outcome.1.stop);
-                let finite = outcome.1.weights.iter().all(|w| w.is_finite());
+            for (precision, run) in ["f32", "f64"].iter().zip(both(algorithm, patterns, weights)) {
+                let name = format!("{} {precision}: {}", algorithm.name(), run.stop);
+                let finite = run.weights.iter().all(|w| w.is_finite());
                 assert!(finite, "{name}: weights that are not finite");
-                check(&name, &outcome.1);
+                check(&name, &run);
             }
         }
     }
@@ -89,12 +99,8 @@ mod tests {
         let once = rows(30);
         let twice = repeated(&once, 2);
         for algorithm in Algorithm::all() {
-            let errors = [&once, &twice].map(|rows| {
-                let config = RunConfig { epochs: 5, ..RunConfig::default() };
-                let mut objective = objective::<f64>(&topology(), rows);
-                let mut trainer = algorithm.trainer(start().len());
-                run(Training::new(trainer.as_mut(), &mut objective), start(), &config).mse
-            });
+            let errors = [&once, &twice]
+                .map(|rows| train_net::<f64>((&topology(), &start()), algorithm, rows, 5).mse);
             // The damping of lm counts against sums, which are twice as large.
             let bound = if algorithm.name() == "lm" { 0.5 } else { 1e-6 };
             assert!(
@@ -144,9 +150,7 @@ mod tests {
         for wild in
             [Algorithm::Scg(config), Algorithm::Scg(ScgConfig { lambda: f64::MAX, ..config })]
         {
-            for run in
-                [train::<f32>(wild, &rows(50), &start()), train::<f64>(wild, &rows(50), &start())]
-            {
+            for run in both(wild, &rows(50), &start()) {
                 assert!(run.mse.is_finite() && run.weights.iter().all(|w| w.is_finite()));
                 assert!(run.mse <= run.history[0]);
             }
@@ -185,20 +189,15 @@ mod tests {
         }
     }
 
-    fn million<T: Real>(algorithm: Algorithm, patterns: &Rows) -> Run {
-        let mut objective = objective::<T>(&topology(), patterns);
-        let mut trainer = algorithm.trainer(start().len());
-        let weights = start().into_iter().map(T::of).collect();
-        let config = RunConfig { epochs: 2, ..RunConfig::default() };
-        run(Training::new(trainer.as_mut(), &mut objective), weights, &config)
-    }
-
     #[test]
     fn a_million_rows() {
         let patterns = rows(1_000_000);
         for algorithm in Algorithm::all() {
-            for run in [million::<f32>(algorithm, &patterns), million::<f64>(algorithm, &patterns)]
-            {
+            let from = (&topology(), &start()[..]);
+            for run in [
+                train_net::<f32>(from, algorithm, &patterns, 2),
+                train_net::<f64>(from, algorithm, &patterns, 2),
+            ] {
                 let name = algorithm.name();
                 assert_eq!((run.stop, run.history.len()), (Stop::Epochs, 3), "{name}");
                 assert!(run.mse.is_finite() && run.mse < run.history[0], "{name}: {}", run.mse);
@@ -223,26 +222,17 @@ mod tests {
         patterns[0].column_mut(0).mapv_inplace(|x| x * 1e30);
         let topology = Topology::with_hidden(2, (&[4], Activation::Relu), 1).unwrap();
         for algorithm in Algorithm::all() {
-            for stop in [
-                relu::<f32>(&topology, algorithm, &patterns),
-                relu::<f64>(&topology, algorithm, &patterns),
+            let from = (&topology, &nguyen_widrow(&topology, 3)[..]);
+            for run in [
+                train_net::<f32>(from, algorithm, &patterns, 200),
+                train_net::<f64>(from, algorithm, &patterns, 200),
             ] {
-                let (run, finite) = stop;
+                let finite = run.weights.iter().all(|w| w.is_finite());
                 assert!(finite, "{} {}: weights that are not finite", algorithm.name(), run.stop);
                 let told = run.mse.is_finite() || matches!(run.stop, Stop::Diverged { .. });
                 assert!(told, "{}: {} {}", algorithm.name(), run.mse, run.stop);
             }
         }
-    }
-
-    fn relu<T: Real>(topology: &Topology, algorithm: Algorithm, rows: &Rows) -> (Run, bool) {
-        let mut objective = objective::<T>(topology, rows);
-        let weights: Vec<T> = nguyen_widrow(topology, 3).into_iter().map(T::of).collect();
-        let mut trainer = algorithm.trainer(weights.len());
-        let config = RunConfig { epochs: 200, ..RunConfig::default() };
-        let run = run(Training::new(trainer.as_mut(), &mut objective), weights, &config);
-        let finite = run.weights.iter().all(|w| w.is_finite());
-        (run, finite)
     }
 
     /// Damping that starts at its limit or leaps over it.
@@ -256,10 +246,7 @@ mod tests {
                 LevenbergMarquardtConfig { damping, mu: f64::MIN_POSITIVE, ..usual },
             ] {
                 let wild = Algorithm::Lm(config);
-                for run in [
-                    train::<f32>(wild, &rows(50), &start()),
-                    train::<f64>(wild, &rows(50), &start()),
-                ] {
+                for run in both(wild, &rows(50), &start()) {
                     assert!(run.mse.is_finite() && run.mse <= run.history[0], "{config:?}");
                     assert!(run.weights.iter().all(|w| w.is_finite()), "{config:?}");
                 }

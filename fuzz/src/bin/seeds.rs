@@ -1,7 +1,7 @@
-//! The vectors of protocol/vectors and some lives of a gripper in, the files under `fuzz/seeds` out. Run it from anywhere:
+//! The vectors of protocol/vectors and lives.txt in, the files under `fuzz/seeds` out. Run it from anywhere:
 //! `cargo run --manifest-path fuzz/Cargo.toml --bin seeds`. Files that start with `found-` are kept.
 
-use grip_link_fuzz::targets::words::unhex;
+use grip_link_fuzz::targets::{host, script, words::unhex};
 use std::collections::BTreeMap;
 use std::fs;
 use std::io;
@@ -17,8 +17,7 @@ fn main() -> io::Result<()> {
     invalid(&fs::read_to_string(here.join("../protocol/vectors/invalid.tsv"))?, &mut seeds);
     clients(&fs::read_to_string(here.join("../protocol/vectors/clients.tsv"))?, &mut seeds);
     refused(&fs::read_to_string(here.join("../protocol/vectors/clients-invalid.tsv"))?, &mut seeds);
-    lives(&mut seeds);
-    conversations(&mut seeds);
+    lives(include_str!("../../lives.txt"), &mut seeds);
     let folder = here.join("seeds");
     for ((target, name), bytes) in &seeds {
         fs::create_dir_all(folder.join(target))?;
@@ -138,261 +137,49 @@ fn uncobs(block: &[u8]) -> Vec<u8> {
     data
 }
 
-/// Turns of `script`, by their numbers there.
-mod turn {
-    pub(super) const MICROS: u8 = 0;
-    pub(super) const MILLIS: u8 = 1;
-    pub(super) const READY: u8 = 2;
-    pub(super) const NOISE: u8 = 3;
-    pub(super) const FRAME: u8 = 4;
-    pub(super) const HELLO: u8 = 5;
-    pub(super) const CONFIG: u8 = 6;
-    pub(super) const START: u8 = 7;
-    pub(super) const GRIP: u8 = 8;
-    pub(super) const DRIVE: u8 = 9;
-    pub(super) const SEND: u8 = 10;
-    pub(super) const ROW: u8 = 11;
-    pub(super) const FLOATS: u8 = 12;
-    pub(super) const FAULT: u8 = 13;
-    pub(super) const CLEAR: u8 = 14;
-    pub(super) const ESTOP: u8 = 15;
-    pub(super) const MEASURED: u8 = 16;
-    pub(super) const ALIVE: u8 = 17;
-    pub(super) const LOG: u8 = 18;
-    pub(super) const SHORT: u8 = 19;
+/// The lives and conversations of a text.
+fn lives(text: &'static str, seeds: &mut Seeds) {
+    let mut parts = BTreeMap::new();
+    for line in text.lines().filter(|line| !line.is_empty() && !line.starts_with('#')) {
+        let (head, words) = line.split_once(": ").unwrap_or_else(|| panic!("{line}"));
+        let (target, name) = head.split_once(' ').unwrap_or_else(|| panic!("{line}"));
+        let (target, turns) = match target {
+            "device" => ("device", &script::TURNS[..]),
+            "host" => ("host", &host::TURNS[..]),
+            _ => {
+                parts.insert(name, words);
+                continue;
+            }
+        };
+        let Some((name, count)) = name.split_once("0..") else {
+            seeds.insert((target, name.to_owned()), bytes(words, &parts, turns, 0));
+            continue;
+        };
+        for time in 0..count.parse().unwrap() {
+            seeds.insert((target, format!("{name}{time}")), bytes(words, &parts, turns, time));
+        }
+    }
 }
 
-/// Lives of a gripper for `device`.
-fn lives(seeds: &mut Seeds) {
-    use turn::{
-        ALIVE, CLEAR, CONFIG, DRIVE, ESTOP, FAULT, FLOATS, FRAME, GRIP, HELLO, LOG, MEASURED,
-        MICROS, MILLIS, NOISE, READY, ROW, SEND, SHORT, START,
+/// What the words say, for the `time`-th time.
+fn bytes(words: &str, parts: &BTreeMap<&str, &str>, turns: &[&str], time: u8) -> Vec<u8> {
+    let again = |words: &str, time| bytes(words, parts, turns, time);
+    let word = |word: &str| {
+        if let Some((count, part)) = word.split_once('*') {
+            (0..count.parse().unwrap()).flat_map(|time| again(part, time)).collect()
+        } else if let Some(part) = parts.get(word) {
+            again(part, time)
+        } else if let Some(place) = turns.iter().position(|turn| *turn == word) {
+            vec![u8::try_from(place).unwrap()]
+        } else if let Some(text) = word.strip_prefix('"') {
+            text.trim_end_matches('"').as_bytes().to_vec()
+        } else if let Some(hex) = word.strip_prefix("0x") {
+            unhex(hex)
+        } else if let Some(number) = word.strip_suffix("u16") {
+            number.parse::<u16>().unwrap().to_le_bytes().to_vec()
+        } else {
+            vec![if word == "@" { time } else { word.parse().unwrap_or_else(|_| panic!("{word}")) }]
+        }
     };
-    let link: &[u8] = &[1, READY, HELLO, 0, SEND, 7, CONFIG, 0, SEND, 7, START, SEND, 7];
-    let wait = |ms: u16| [&[MILLIS][..], &ms.to_le_bytes()].concat();
-    let press = |force_mn: u16| [&[GRIP, 0][..], &force_mn.to_le_bytes()].concat();
-    let grasp: Vec<u8> =
-        (0..20).flat_map(|_| [press(5000), wait(4), vec![DRIVE]].concat()).collect();
-    let rows: Vec<u8> = (0..25_u8).flat_map(|i| [MICROS, 200, 0, ROW, 0, i, 0, SEND, 3]).collect();
-    let mut life = |name: &str, parts: &[&[u8]]| {
-        seeds.insert(("device", name.to_owned()), [link, &parts.concat()].concat());
-    };
-    life("grasp", &[&grasp, &[SEND, 7, ALIVE]]);
-    life("stream", &[&rows, &grasp]);
-    life(
-        "ttl-expires",
-        &[&press(9000), &wait(10), &[DRIVE], &wait(60), &[DRIVE], &wait(2000), &[DRIVE, SEND, 7]],
-    );
-    life(
-        "lost-then-armed",
-        &[
-            &grasp,
-            &wait(2000),
-            &[DRIVE],
-            &press(9000),
-            &[CONFIG, 0],
-            &press(9000),
-            &wait(5),
-            &[DRIVE],
-        ],
-    );
-    for action in 0..3 {
-        let config = [CONFIG, 2, 50, 0, 200, 0, action];
-        life(
-            &format!("loss-action-{action}"),
-            &[&config, &grasp, &wait(60), &[DRIVE], &wait(300), &[DRIVE, SEND, 7]],
-        );
-    }
-    for fault in 0..7 {
-        life(
-            &format!("fault-{fault}"),
-            &[
-                &grasp,
-                &[FAULT, fault, DRIVE],
-                &grasp,
-                &[HELLO, 0, CLEAR, 6, CLEAR, fault, SEND, 7, CONFIG, 0],
-                &grasp,
-            ],
-        );
-    }
-    life("estop", &[&grasp, &[ESTOP, DRIVE], &grasp, &[CLEAR, 4, SEND, 7, CONFIG, 0], &grasp]);
-    life("estop-frame", &[&grasp, &[FRAME, 0x12, 0b0100_0010, 0, 0, DRIVE], &grasp]);
-    life(
-        "negative-force",
-        &[
-            &grasp,
-            &[GRIP, 64, 0xFF, 0xFF, 0xFF, 0xFF, DRIVE],
-            &[GRIP, 64, 0, 0, 0, 0x80, DRIVE, SEND, 7],
-        ],
-    );
-    life(
-        "force-over-all-limits",
-        &[
-            &[GRIP, 0b1110_0000, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0x7F, 0xFF, 0xFF, 0xFF, 0xFF],
-            &wait(50),
-            &[DRIVE],
-            &grasp,
-        ],
-    );
-    life("old-commands", &[&grasp, &[GRIP, 2, 0xFF, 0x7F, DRIVE, GRIP, 3, 0xFF, 0x7F, DRIVE]]);
-    life(
-        "open-and-passive",
-        &[&grasp, &[GRIP, 16, 0, 0, DRIVE], &wait(1200), &[DRIVE, GRIP, 20, 0, 0, DRIVE], &grasp],
-    );
-    life("unknown-modes", &[&grasp, &[GRIP, 24, 0, 40, DRIVE, GRIP, 28, 0, 40, DRIVE]]);
-    life(
-        "any-config",
-        &[
-            &[
-                CONFIG, 3, 1, 0, 0, 0, 9, 1, 7, 0, 0, 0, 0, 9, 0, 0, 0, 9, 9, 0, 0, 9, 0, 0, START,
-                FLOATS, 3, 0, 1, 2, 3, 4, 0,
-            ],
-            &grasp,
-        ],
-    );
-    life(
-        "negative-limits",
-        &[
-            &[CONFIG, 3, 1, 0, 0, 0, 9, 1, 7, 0, 0, 0, 0, 0, 0, 0x80, 0, 9, 9, 0, 0, 9, 0, 0x80],
-            &grasp,
-        ],
-    );
-    life(
-        "travel-end",
-        &[
-            &grasp,
-            &[MEASURED, 0, 0, 0, 0x7F],
-            &press(9000),
-            &wait(5),
-            &[DRIVE, MEASURED, 0, 0, 0, 0],
-            &press(9000),
-            &wait(5),
-            &[DRIVE],
-        ],
-    );
-    life(
-        "sequence-wraps",
-        &[
-            &[FRAME, 0x06, 1, 8, 1, 2, 3, 4, 5, 6, 7, 8, 2],
-            &[FRAME, 0x06, 1, 8, 1, 2, 3, 4, 5, 6, 7, 8, 2],
-            &[FRAME, 0x06, 1, 8, 1, 2, 3, 4, 5, 6, 7, 8, 2],
-            &grasp,
-        ],
-    );
-    life(
-        "other-sessions",
-        &[
-            &grasp,
-            &[FRAME, 0x10, 2, 20],
-            &[0xFF; 20],
-            &[1, DRIVE],
-            &[FRAME, 0x01, 2, 16],
-            &[1; 16],
-            &[2, SEND, 7],
-            &grasp,
-        ],
-    );
-    life(
-        "other-versions",
-        &[&[HELLO, 2, HELLO, 3, SEND, 7, FRAME, 0x06, 0x70, 8], &[1; 8], &grasp],
-    );
-    life("echoes", &[&[FRAME, 0x91, 0x0C, 24], &[0; 24], &[SEND, 7], &grasp]);
-    life(
-        "unknown-types",
-        &[&[FRAME, 0x7E, 0x40, 3, 1, 2, 3, SEND, 7, FRAME, 0xA0, 0x40, 0, SEND, 7]],
-    );
-    life("modem-commands", &[&[NOISE, 8], b"AT+GCAP\r", &grasp, &[NOISE, 5], b"\0ATE1", &grasp]);
-    life(
-        "texts-and-beats",
-        &[
-            &[LOG, 1, 5],
-            b"hello",
-            &[SHORT, 0, 1, 2, 3, 4, SHORT, 1, 1, 0, 0, 0, SEND, 7, ALIVE, DRIVE, ALIVE],
-        ],
-    );
-    seeds.insert(
-        ("device", "no-host".to_owned()),
-        vec![0, DRIVE, ROW, 0, 1, 0, SEND, 7, READY, DRIVE, SEND, 7, ALIVE],
-    );
-    seeds.insert(
-        ("device", "commands-before-hello".to_owned()),
-        [&[2, READY][..], &grasp, &[SEND, 7]].concat(),
-    );
-}
-
-/// Conversations for `host`: numbers as in its `turn`.
-fn conversations(seeds: &mut Seeds) {
-    const TURN: &[u8] = &[0, 200, 0, 2];
-    let attach: Vec<u8> = TURN.repeat(8);
-    let stream: Vec<u8> = [8, 10, 2].repeat(6);
-    let grip: Vec<u8> = [&[6, 0, 0x88, 0x13, 0, 0, 0, 0, 2][..], TURN].concat();
-    let mut talk = |name: &str, parts: &[&[u8]]| {
-        seeds.insert(("host", name.to_owned()), parts.concat());
-    };
-    talk("attach", &[&attach]);
-    talk("grip", &[&attach, &stream, &grip, &stream, &grip]);
-    talk(
-        "degraded",
-        &[&attach, &stream, &grip, &[0, 0, 40], &[6, 0, 0xFF, 0xFF, 0, 0, 0, 0], &stream, &grip],
-    );
-    talk("negative", &[&attach, &stream, &[6, 8, 0, 0, 0, 0x80, 0, 0, 0, 0], &grip]);
-    talk("silence", &[&attach, &stream, &[1, 0, 8, 4, 0, 10, 7, 1, 2], &attach, &stream, &grip]);
-    talk("nobody", &[&[11, 0, 1, 0, 1, 11, 0, 1, 0, 16, 2, 4, 0]]);
-    talk("reboot", &[&attach, &stream, &grip, &[9, 3], &grip, &attach, &attach, &stream, &grip]);
-    talk(
-        "damage",
-        &[
-            &attach,
-            &stream,
-            &[8, 10, 3, 7, 1, 9, 0, 1, 2],
-            &stream,
-            &[6, 0, 1, 1, 0, 0, 0, 0, 7, 0, 5, 0, 64, 2],
-        ],
-    );
-    talk("lost", &[&attach, &stream, &[8, 31, 3, 11, 1], &stream, &grip]);
-    talk("start-unacknowledged", &[&TURN.repeat(5), &[2, 3, 11, 1], &stream, &grip]);
-    let nothing_arrives = [3, 11, 0, 11, 1, 1, 50, 0];
-    talk("config-unanswered", &[&TURN.repeat(2), &nothing_arrives.repeat(5), &attach]);
-    for (name, trouble) in [("fault-and-clear", &[9, 0, 1, 2][..]), ("estop-and-clear", &[10, 5])] {
-        let (told, cleared) = (TURN.repeat(4), TURN.repeat(6));
-        talk(name, &[&attach, &stream, &grip, trouble, &told, &[10, 2], &cleared, &stream, &grip]);
-    }
-    talk(
-        "stop-and-start",
-        &[
-            &attach,
-            &stream,
-            &[10, 0],
-            &TURN.repeat(3),
-            &[10, 1],
-            &TURN.repeat(3),
-            &stream,
-            &[10, 4, 10, 6],
-        ],
-    );
-    talk(
-        "reconfigure",
-        &[
-            &attach,
-            &stream,
-            &[10, 3, 0x88, 0x13, 0, 0, 0xE8, 3, 0, 0, 1, 0, 0, 0],
-            &TURN.repeat(4),
-            &stream,
-            &grip,
-        ],
-    );
-    talk(
-        "forged",
-        &[
-            &attach,
-            &stream,
-            &[5, 0, 1 << 6, 7, 0, 4, 1, 2, 3, 4],
-            &[5, 5, 1 << 6, 8, 0, 24],
-            &[9; 24],
-            &[5, 10, 1 | 1 << 6, 0, 0, 0, 200],
-            &[1; 100],
-            &grip,
-        ],
-    );
-    talk("modem-commands", &[&[4, 8], b"AT+GCAP\r", &attach, &[4, 5], b"\0ATE1", &stream, &grip]);
+    words.split_whitespace().flat_map(word).collect()
 }

@@ -1,6 +1,6 @@
 //! Lives of a gripper that chance hardly finds, for the mode `device` of the peers, and what must come of each.
 
-use super::gripper::{CONFIG, SESSION, hello, wire};
+use super::gripper::{CONFIG, SESSION, hello, press, wire, written};
 use super::words::hex;
 use grip_link::frame::{Direction, Header};
 use grip_link::message::{ClearFault, FaultCode, Grip, Kind, Ping, Versions};
@@ -39,30 +39,18 @@ impl Author {
     }
 
     fn clear(&mut self, tick: u64, fault: u16) -> &mut Self {
-        let mut payload = [0; ClearFault::SIZE];
-        ClearFault { fault: FaultCode(fault) }.write(&mut payload).unwrap();
+        let payload = written(|p| ClearFault { fault: FaultCode(fault) }.write(p));
         self.send(tick, Kind::CLEAR_FAULT, &payload).say(&format!("tx {tick} 20"))
     }
 
     fn ping(&mut self, tick: u64) -> &mut Self {
-        let mut payload = [0; Ping::SIZE];
-        Ping { t1_us: tick }.write(&mut payload).unwrap();
+        let payload = written(|p| Ping { t1_us: tick }.write(p));
         self.send(tick, Kind::PING, &payload).say(&format!("tx {tick} 20"))
     }
 
     /// HELLO, CONFIG and 5 N until the force has come.
     fn press(&mut self) -> &mut Self {
-        let mut payload = [0; Grip::SIZE];
-        let grip = Grip {
-            cmd_id: 1,
-            mode: 1,
-            flags: 0,
-            ttl_ms: 100,
-            force_mn: 1000,
-            slew_mn_s: 0,
-            cause_sample: 0,
-        };
-        grip.write(&mut payload).unwrap();
+        let payload = written(|p| Grip { ttl_ms: 100, ..press(1, 1000) }.write(p));
         self.send(0, Kind::HELLO, &hello(Versions::OURS, 0));
         self.send(0, Kind::CONFIG, &CONFIG.to_bytes());
         self.send(0, Kind::GRIP, &payload).say("tx 0 20").say("drive 9000")

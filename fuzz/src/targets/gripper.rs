@@ -2,10 +2,11 @@
 
 use grip_link::cobs;
 use grip_link::device::{DeviceConfig, DeviceLink};
-use grip_link::frame::{Direction, Frame, Header, MAX_WIRE, encode};
+use grip_link::frame::{Direction, Frame, Header, MAX_PAYLOAD, MAX_WIRE, encode};
 use grip_link::message::{
-    Channel, ChannelKind, Config, DeviceState, FaultCode, Firmware, Hello, Ident, Kind, Limits,
-    LossAction, MAX_CHANNELS, Reaction, ResetReason, SampleFormat, Versions,
+    Channel, ChannelKind, Config, DeviceState, FaultCode, Firmware, Grip, GripMode, Hello, Ident,
+    Kind, Limits, LossAction, MAX_CHANNELS, PayloadError, Reaction, ResetReason, SampleFormat,
+    Versions,
 };
 
 /// Session of the targets.
@@ -93,6 +94,19 @@ pub fn hello(versions: Versions, time_us: u64) -> [u8; Hello::SIZE] {
     let mut payload = [0; Hello::SIZE];
     Hello { versions, max_rx: 480, caps: 0, time_us }.write(&mut payload).unwrap();
     payload
+}
+
+/// A command of this force, for as long and as fast as CONFIG says.
+pub const fn press(cmd_id: u32, force_mn: i32) -> Grip {
+    let mode = GripMode::Force.code();
+    Grip { cmd_id, mode, flags: 0, ttl_ms: 0, force_mn, slew_mn_s: 0, cause_sample: 0 }
+}
+
+/// The payload that a message writes.
+pub fn written(write: impl FnOnce(&mut [u8]) -> Result<usize, PayloadError>) -> Vec<u8> {
+    let mut bytes = [0xAA; MAX_PAYLOAD];
+    let len = write(&mut bytes).unwrap();
+    bytes[..len].to_vec()
 }
 
 /// HELLO, CONFIG and START with the sequence numbers 65533 to 65535.

@@ -3,7 +3,8 @@
 //! The gripper is the real device, so that the input reaches every state; frames can be forged, damaged, lost and late.
 
 use super::gripper::{CONFIG, SESSION, device, wire};
-use super::host_script::{Call, Notes};
+use super::host_script::{Call, Notes, Talk};
+use super::host_words::event_words;
 use super::input::Input;
 use grip_link::decoder::{Decoder, Role, Verdict};
 use grip_link::device::DeviceLink;
@@ -14,6 +15,12 @@ use grip_link::message::{Config, FaultCode, Grip, GripMode, Heartbeat, Kind, Sta
 const MOST_TURNS: usize = 200;
 /// Frames that a host may have ready at one time: preamble, HELLO, a request, PING.
 const MOST_FRAMES: usize = 4;
+
+/// What a byte says that happens; the next bytes say how.
+pub const TURNS: [&str; 12] = [
+    "micros", "millis", "exchange", "write", "hear", "forge", "grip", "damage", "rows", "trouble",
+    "call", "lose",
+];
 
 struct Line {
     host: HostLink,
@@ -34,12 +41,12 @@ struct Line {
 
 /// The target.
 pub fn check(data: &[u8]) {
-    let _none = live(data, Notes::none());
+    let _none = live(data, Notes(None));
 }
 
-/// All that the host of this life is asked, for the mode `host` of the peers.
-pub fn script(data: &[u8]) -> Vec<String> {
-    live(data, Notes::kept()).lines()
+/// All that the host of this life is asked, for the mode `host` of the peers, and what it says.
+pub fn talk(data: &[u8]) -> Talk {
+    live(data, Notes(Some(Talk::default()))).0.unwrap()
 }
 
 fn live(data: &[u8], notes: Notes) -> Notes {
@@ -58,8 +65,8 @@ fn live(data: &[u8], notes: Notes) -> Notes {
         notes,
     };
     line.device.ready(0);
-    line.notes.take(line.now_us, &Call::New);
-    line.notes.take(line.now_us, &Call::Open(SESSION));
+    line.notes.take(&line.host, line.now_us, &Call::New);
+    line.notes.take(&line.host, line.now_us, &Call::Open(SESSION));
     line.host.open(line.now_us, SESSION).unwrap();
     let mut input = Input(data);
     for _ in 0..MOST_TURNS {
@@ -69,23 +76,24 @@ fn live(data: &[u8], notes: Notes) -> Notes {
         line.turn(&mut input);
         line.look();
     }
+    line.notes.stands(&line.host);
     line.notes
 }
 
 impl Line {
     fn turn(&mut self, input: &mut Input<'_>) {
-        match input.u8() % 12 {
-            0 => self.now_us += u64::from(input.u16()),
-            1 => self.now_us += 1000 * u64::from(input.u16()),
-            2 => self.exchange(),
-            3 => self.write(),
-            4 => self.hear(input.bytes()),
-            5 => self.forge(input),
-            6 => self.grip(input),
-            7 => self.damage(input),
-            8 => self.rows(input),
-            9 => self.gripper_trouble(input),
-            10 => self.call(input),
+        match TURNS[usize::from(input.u8()) % TURNS.len()] {
+            "micros" => self.now_us += u64::from(input.u16()),
+            "millis" => self.now_us += 1000 * u64::from(input.u16()),
+            "exchange" => self.exchange(),
+            "write" => self.write(),
+            "hear" => self.hear(input.bytes()),
+            "forge" => self.forge(input),
+            "grip" => self.grip(input),
+            "damage" => self.damage(input),
+            "rows" => self.rows(input),
+            "trouble" => self.gripper_trouble(input),
+            "call" => self.call(input),
             _ => {
                 let lost = [&mut self.to_device, &mut self.to_host];
                 lost[usize::from(input.u8() & 1)].clear();
@@ -112,10 +120,11 @@ impl Line {
     fn write(&mut self) {
         let mut out = [0; MAX_WIRE];
         let mut frames = 0;
-        self.notes.take(self.now_us, &Call::Transmit);
+        self.notes.take(&self.host, self.now_us, &Call::Transmit);
         while let Some(len) = self.host.poll_transmit(self.now_us, &mut out) {
             frames += 1;
             assert!(frames <= MOST_FRAMES, "{frames} frames at one time");
+            self.notes.wrote(Some(len), &out);
             self.look_at(&out[..len]);
             self.to_device.extend_from_slice(&out[..len]);
         }
@@ -129,10 +138,11 @@ impl Line {
     fn hear(&mut self, bytes: &[u8]) {
         let mut input = bytes;
         let mut events = 0;
-        self.notes.take(self.now_us, &Call::Receive(bytes));
+        self.notes.take(&self.host, self.now_us, &Call::Receive(bytes));
         while let Some(event) = self.host.receive(self.now_us, &mut input) {
             events += 1;
             assert!(events <= 2 * bytes.len() + 8, "events without end");
+            self.notes.say(|| event_words(&self.host, &event));
             if let HostEvent::Samples { header, .. } = event {
                 let samples = self.host.samples(header).unwrap();
                 assert_eq!(samples.rows().count(), samples.len());
@@ -181,8 +191,9 @@ impl Line {
             cause_sample: 1,
         };
         let mut out = [0; MAX_WIRE];
-        self.notes.take(self.now_us, &Call::Grip(command));
+        self.notes.take(&self.host, self.now_us, &Call::Grip(command));
         let written = self.host.grip(self.now_us, &command, &mut out);
+        self.notes.wrote(written, &out);
         let state = self.host.state();
         let session = self.host.session();
         let before_mn = self.sent.and_then(|(of, force_mn)| (of == session).then_some(force_mn));
@@ -251,16 +262,16 @@ impl Line {
         let mut out = [0; MAX_WIRE];
         match input.u8() % 8 {
             0 => {
-                self.notes.take(now_us, &Call::Stop);
+                self.notes.take(&self.host, now_us, &Call::Stop);
                 self.host.stop(now_us);
             }
             1 => {
-                self.notes.take(now_us, &Call::Start);
+                self.notes.take(&self.host, now_us, &Call::Start);
                 self.host.start(now_us);
             }
             2 => {
                 let fault = self.device.fault();
-                self.notes.take(now_us, &Call::ClearFault(fault));
+                self.notes.take(&self.host, now_us, &Call::ClearFault(fault));
                 self.host.clear_fault(now_us, fault);
             }
             3 => {
@@ -270,31 +281,39 @@ impl Line {
                     channel_mask: input.u32(),
                     ..CONFIG
                 };
-                self.notes.take(now_us, &Call::Reconfigure(config));
+                self.notes.take(&self.host, now_us, &Call::Reconfigure(config));
                 let refused = self.host.reconfigure(now_us, config).is_err();
+                if refused {
+                    self.notes.say(|| "refused".to_owned());
+                }
                 assert_eq!(refused, config.force_max_mn < 0 || config.sample_rate_hz == 0);
             }
             4 => {
                 let beat = Heartbeat { turns: 1, longest_us: 2, late: 3, flags: 0 };
-                self.notes.take(now_us, &Call::Heartbeat(beat));
-                if let Some(len) = self.host.heartbeat(&beat, &mut out) {
+                self.notes.take(&self.host, now_us, &Call::Heartbeat(beat));
+                let written = self.host.heartbeat(&beat, &mut out);
+                self.notes.wrote(written, &out);
+                if let Some(len) = written {
                     self.look_at(&out[..len]);
                 }
             }
             5 => {
-                self.notes.take(now_us, &Call::Estop);
+                self.notes.take(&self.host, now_us, &Call::Estop);
                 let len = self.host.estop(&mut out).unwrap();
+                self.notes.wrote(Some(len), &out);
                 self.to_device.extend_from_slice(&out[..len]);
             }
             6 => {
-                self.notes.take(now_us, &Call::Close);
+                self.notes.take(&self.host, now_us, &Call::Close);
                 self.host.close();
             }
             _ => {
                 let session = input.u16();
-                self.notes.take(now_us, &Call::Open(session));
+                self.notes.take(&self.host, now_us, &Call::Open(session));
                 assert_eq!(self.host.open(now_us, session).is_err(), session == 0);
-                if session != 0 {
+                if session == 0 {
+                    self.notes.say(|| "refused".to_owned());
+                } else {
                     (self.sent, self.received) = (None, 0);
                 }
             }

@@ -2,8 +2,9 @@
 //! `grip T MODE FLAGS TTL FORCE SLEW CAUSE`, `beat T TURNS LONGEST LATE FLAGS`, `estop T`, `config T` with the fields of
 //! CONFIG, `start T`, `stop T`, `clear T FAULT`.
 
+use super::host_words::state_words;
 use super::words::hex;
-use grip_link::host::GripCommand;
+use grip_link::host::{GripCommand, HostLink};
 use grip_link::message::{Config, FaultCode, Heartbeat};
 
 /// One call of a host.
@@ -82,30 +83,44 @@ pub fn config_words(c: &Config) -> String {
     )
 }
 
-/// The calls of a life, where somebody wants them.
+/// The calls of a life, and all that the host says to them, each with how it stands afterwards.
+#[derive(Debug, Default)]
+pub struct Talk {
+    /// The calls in the language of the peer.
+    pub lines: Vec<String>,
+    /// What the peer has to answer.
+    pub said: Vec<String>,
+}
+
+/// Keeps a [`Talk`], where somebody wants it.
 #[derive(Debug)]
-pub struct Notes(Option<Vec<String>>);
+pub struct Notes(pub Option<Talk>);
 
 impl Notes {
-    /// Nobody wants them.
-    pub const fn none() -> Self {
-        Self(None)
-    }
-
-    /// They are kept.
-    pub const fn kept() -> Self {
-        Self(Some(Vec::new()))
-    }
-
-    /// One more call.
-    pub fn take(&mut self, now_us: u64, call: &Call<'_>) {
-        if let Some(lines) = &mut self.0 {
-            lines.push(call.line(now_us));
+    /// One more call; nothing has happened to `host` since the one before.
+    pub fn take(&mut self, host: &HostLink, now_us: u64, call: &Call<'_>) {
+        self.stands(host);
+        if let Some(talk) = &mut self.0 {
+            talk.lines.push(call.line(now_us));
         }
     }
 
-    /// All calls.
-    pub fn lines(self) -> Vec<String> {
-        self.0.unwrap_or_default()
+    /// An answer to the call.
+    pub fn say(&mut self, words: impl FnOnce() -> String) {
+        if let Some(talk) = &mut self.0 {
+            talk.said.push(words());
+        }
+    }
+
+    /// A frame that was asked for.
+    pub fn wrote(&mut self, len: Option<usize>, out: &[u8]) {
+        self.say(|| len.map_or("none".to_owned(), |len| format!("frame {}", hex(&out[..len]))));
+    }
+
+    /// How `host` stands after the last call.
+    pub fn stands(&mut self, host: &HostLink) {
+        if let Some(talk) = self.0.as_mut().filter(|talk| !talk.lines.is_empty()) {
+            talk.said.push(state_words(host));
+        }
     }
 }

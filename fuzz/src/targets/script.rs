@@ -15,6 +15,12 @@ use grip_link::message::{
 /// Most steps of a life.
 const MOST_STEPS: usize = 200;
 
+/// What a byte says that happens; the next bytes say how.
+pub const TURNS: [&str; 20] = [
+    "micros", "millis", "ready", "noise", "frame", "hello", "config", "start", "grip", "drive",
+    "send", "row", "floats", "fault", "clear", "estop", "measured", "alive", "log", "short",
+];
+
 /// What happens.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Action {
@@ -105,33 +111,34 @@ impl Author<'_> {
 
     /// One turn: a byte says what, the next ones how.
     fn turn(&mut self) {
-        let what = self.input.u8();
-        match what % 20 {
-            0 => self.tick += u64::from(self.input.u16()),
-            1 => self.tick += 1000 * u64::from(self.input.u16()),
-            2 => self.happens(Action::Ready),
-            3 => self.noise(),
-            4 => self.any_frame(),
-            5 => self.hello(),
-            6 => self.config(),
-            7 => self.request(Kind::START, &[]),
-            8 => self.grip(),
-            9 => self.happens(Action::Drive),
-            10 => {
+        let what = usize::from(self.input.u8()) % TURNS.len();
+        match TURNS[what] {
+            "micros" => self.tick += u64::from(self.input.u16()),
+            "millis" => self.tick += 1000 * u64::from(self.input.u16()),
+            "ready" => self.happens(Action::Ready),
+            "noise" => self.noise(),
+            "frame" => self.any_frame(),
+            "hello" => self.hello(),
+            "config" => self.config(),
+            "start" => self.request(Kind::START, &[]),
+            "grip" => self.grip(),
+            "drive" => self.happens(Action::Drive),
+            "send" => {
                 let most = self.input.u8() % 8;
                 self.happens(Action::Transmit(most));
             }
-            11 | 12 => self.row(what % 20 == 12),
-            13 => {
+            "row" => self.row(false),
+            "floats" => self.row(true),
+            "fault" => {
                 let fault =
                     FaultCode(self.input.pick(&[0x0101, 0x0104, 0x0201, 0x0105, 0, 1, 0x7777]));
                 self.happens(Action::Fault(fault));
             }
-            14 => self.clear(),
-            15 => self.happens(Action::Estop),
-            16 => self.measured(),
-            17 => self.happens(Action::Alive),
-            18 => self.text(),
+            "clear" => self.clear(),
+            "estop" => self.happens(Action::Estop),
+            "measured" => self.measured(),
+            "alive" => self.happens(Action::Alive),
+            "log" => self.text(),
             _ => self.short(),
         }
     }

@@ -292,20 +292,10 @@ fn a_gripper_is_calibrated_where_it_is() {
 #[test]
 fn a_measurement_that_cannot_be_trusted_leaves_no_file() {
     let folder = tempfile::tempdir().unwrap();
-    let refuse = |args: &[&str], code: i32, words: &[&str]| {
-        gripctl(folder.path(), &[&["calibrate", "-o", "cal.toml"], args].concat())
-            .refused(code, words);
-        assert!(!folder.path().join("cal.toml").exists());
-    };
     let args = ["calibrate", "--port", "sim", "--rest-s", "2", "-o", "cal.toml"];
     not_interrupted(|| gripctl(folder.path(), &args))
         .refused(1, &["sim: ", "too short", "at least 5 s"]);
-    refuse(&["--port", "sim:nope"], 2, &["--port sim:nope", "built in are"]);
-    refuse(&["--port", "./none"], 1, &["./none: there is no such port"]);
-    refuse(&["--port", "sim", "--rest-s", "0"], 2, &["--rest-s 0"]);
-    refuse(&["--port", "sim", "--interval", "0"], 2, &["--interval 0"]);
-    refuse(&["--port", "sim", "x.csv"], 2, &["cannot be used with"]);
-    refuse(&[], 2, &["required", "--port <PORT>"]);
+    assert!(!folder.path().join("cal.toml").exists());
 }
 
 /// Frames of four taxels, `hz` of them a second: open, then held from 1 s on; from `slips_s` on the pattern moves on.

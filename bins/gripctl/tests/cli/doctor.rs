@@ -78,11 +78,8 @@ fn ports_that_are_no_gripper_are_faults_with_a_remedy() {
 }
 
 #[test]
-fn arguments_and_configurations_that_are_wrong() {
+fn a_configuration_that_is_wrong_is_a_fault() {
     let folder = tempfile::tempdir().unwrap();
-    gripctl(folder.path(), &["doctor", "sim", "--seconds", "-1"]).refused(2, &["--seconds", "-1"]);
-    gripctl(folder.path(), &["doctor", "sim", "--baud", "1200"])
-        .refused(2, &["1200", "boot loader"]);
     fs::write(folder.path().join("bad.toml"), "[grip]\nf_max_n = -3\n").unwrap();
     let lines = checked(&doctor(folder.path(), &["./none", "--config", "bad.toml"]));
     let found = finding(&lines, "configuration");

@@ -26,18 +26,6 @@ fn the_built_in_models_stand_side_by_side() {
     assert!(text.lines().count() == 3 && text.contains("within 10 %"), "{text}");
 }
 
-#[test]
-fn what_cannot_be_asked_is_refused() {
-    let folder = tempfile::tempdir().unwrap();
-    let refused = |args: &[&str], words: &[&str]| {
-        gripctl(folder.path(), &[&["estimate"], args].concat()).refused(2, words);
-    };
-    refused(&["--seed", "1"], &["--seed 1", "trained on these objects"]);
-    refused(&["--speed-noise", "2"], &["speed_noise = 2 is outside 0 to 0.5"]);
-    refused(&["gone.json"], &["gone.json: the model cannot be read"]);
-    refused(&["./paper"], &["./paper: the model cannot be read"]);
-}
-
 /// Its weakness is told, and it runs all the same.
 #[test]
 fn the_model_of_the_study_runs_and_says_what_it_is() {

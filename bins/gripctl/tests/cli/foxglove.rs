@@ -1,19 +1,19 @@
 //! `gripctl foxglove` between a daemon that the test plays and an app that the test plays: what is asked for, shown, dropped, refused.
 
-use crate::run::gripctl;
+use crate::{
+    daemon::{Daemon, listening},
+    run::gripctl,
+};
 use core::{
     sync::atomic::{AtomicBool, AtomicU32, Ordering},
     time::Duration,
 };
 use grip_daemon::Item;
-use grip_daemon::clients::{About, Clients, ClientsConfig};
 use grip_fleet::live::Topic;
-use grip_link::message::daemon::RealTime;
 use grip_record::mcap::Record;
-use grip_session::report::Event;
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::{Value, json};
-use slip_core::{Sample, SlipReport, units::Micros};
+use slip_core::{Sample, units::Micros};
 use std::{
     fs::{self, File},
     io::{BufRead as _, BufReader, Read as _, Write as _},
@@ -21,71 +21,44 @@ use std::{
     path::Path,
     process::{Child, Command, Stdio},
     sync::Arc,
-    thread::{self, JoinHandle},
+    thread,
 };
 
 /// Longer than anything takes, however busy the machine.
 const PATIENCE: Duration = Duration::from_secs(120);
 
 /// A daemon whose sample of number n has the height n um and the force n / 1000 N.
-struct Daemon {
-    end: Arc<AtomicBool>,
+struct Sampled {
     wants_samples: Arc<AtomicBool>,
     clients: Arc<AtomicU32>,
-    thread: Option<JoinHandle<()>>,
+    _daemon: Daemon,
 }
 
-impl Daemon {
+impl Sampled {
     /// Listens in `folder` and makes `rate` samples a millisecond, each with so many taxels.
     fn start(folder: &Path, run_id: u32, rate: u32, taxels: usize) -> Self {
-        let listen = format!("unix:{}", folder.join("gripd.sock").display()).parse().unwrap();
-        let name = "gripd 9.9.9".into();
-        let real_time = RealTime::NotAsked;
-        let about = About { name, run_id, dry_run: false, records: false, real_time };
-        let config = ClientsConfig { listen, ..ClientsConfig::default() };
-        let mut clients = Clients::listen(config, about).unwrap();
-        let line = Event::Slip(SlipReport {
-            t: Micros(1_500_000),
-            duration_s: Some(0.25),
-            command_n: Some(4.5),
-            ..SlipReport::UNKNOWN
-        });
-        clients.take(&Item::Event { host_us: 2_000_000, event: &line });
-        let end = Arc::new(AtomicBool::new(false));
+        let listen = format!("unix:{}", folder.join("gripd.sock").display());
+        let clients = listening(&listen, run_id, 0.25);
         let wants_samples = Arc::new(AtomicBool::new(false));
         let count = Arc::new(AtomicU32::new(0));
-        let (ended, wanted, counted) = (end.clone(), wants_samples.clone(), count.clone());
-        let thread = thread::spawn(move || {
-            let (mut now_us, mut index, taxels) = (5_000_000, 0, vec![0.5; taxels]);
-            while !ended.load(Ordering::Relaxed) {
-                now_us += 1_000;
-                for _ in 0..rate {
-                    let t = Micros(u64::from(index) * 100);
-                    let normal_force_n = Some(index as f32 / 1e3);
-                    let sample =
-                        Sample { normal_force_n, ..Sample::stylus(t, index as f32 * 1e-6) };
-                    let (host_us, sample, taxels) = (now_us, &sample, taxels.as_slice());
-                    clients.take(&Item::Sample { host_us, index, sample, taxels });
-                    index += 1;
-                }
-                clients.poll(now_us, Duration::from_millis(1)).unwrap();
-                wanted.store(clients.wants_samples(), Ordering::Relaxed);
-                counted.store(u32::try_from(clients.subscribed()).unwrap(), Ordering::Relaxed);
+        let (wanted, counted) = (wants_samples.clone(), count.clone());
+        let (mut index, taxels) = (0, vec![0.5; taxels]);
+        let daemon = Daemon::start(clients, move |clients, host_us| {
+            for _ in 0..rate {
+                let t = Micros(u64::from(index) * 100);
+                let normal_force_n = Some(index as f32 / 1e3);
+                let sample = Sample { normal_force_n, ..Sample::stylus(t, index as f32 * 1e-6) };
+                clients.take(&Item::Sample { host_us, index, sample: &sample, taxels: &taxels });
+                index += 1;
             }
-            clients.close(now_us);
+            wanted.store(clients.wants_samples(), Ordering::Relaxed);
+            counted.store(u32::try_from(clients.subscribed()).unwrap(), Ordering::Relaxed);
         });
-        Self { end, wants_samples, clients: count, thread: Some(thread) }
+        Self { wants_samples, clients: count, _daemon: daemon }
     }
 
     fn wants_samples(&self) -> bool {
         self.wants_samples.load(Ordering::Relaxed)
-    }
-}
-
-impl Drop for Daemon {
-    fn drop(&mut self) {
-        self.end.store(true, Ordering::Relaxed);
-        self.thread.take().unwrap().join().unwrap();
     }
 }
 
@@ -277,7 +250,7 @@ fn until(what: &str, mut is_so: impl FnMut() -> bool) {
 #[test]
 fn an_app_is_shown_what_it_looks_at_and_nothing_else_is_asked_for() {
     let folder = tempfile::tempdir().unwrap();
-    let daemon = Daemon::start(folder.path(), 1, 2, 2);
+    let daemon = Sampled::start(folder.path(), 1, 2, 2);
     let server = Server::start(folder.path(), &["--every", "2"]);
     let mut app = App::connect(&server);
     let channels = app.channels();
@@ -317,7 +290,7 @@ fn a_daemon_may_go_and_come_back() {
     let folder = tempfile::tempdir().unwrap();
     let server = Server::start(folder.path(), &["--every", "2"]);
     until("the sentence", || server.told().contains("no daemon answers"));
-    let daemon = Daemon::start(folder.path(), 1, 2, 2);
+    let daemon = Sampled::start(folder.path(), 1, 2, 2);
     let (mut app, mut other) = (App::connect(&server), App::connect(&server));
     let channels = app.channels();
     assert_eq!(other.channels(), channels);
@@ -327,7 +300,7 @@ fn a_daemon_may_go_and_come_back() {
     other.samples(100);
     drop(daemon);
     until("the sentence", || server.told().contains("the daemon ends; trying again"));
-    let _second = Daemon::start(folder.path(), 2, 2, 2);
+    let _second = Sampled::start(folder.path(), 2, 2, 2);
     other.subscribe(&channels, Topic::Link);
     until("the connection", || server.told().matches("connected to gripd 9.9.9").count() == 2);
     let (link_ns, _) = other.next(Topic::Link);
@@ -342,7 +315,7 @@ fn a_daemon_may_go_and_come_back() {
 #[test]
 fn what_is_dropped_for_a_slow_app_is_told() {
     let folder = tempfile::tempdir().unwrap();
-    let _daemon = Daemon::start(folder.path(), 1, 20, 64);
+    let _daemon = Sampled::start(folder.path(), 1, 20, 64);
     let server = Server::start(folder.path(), &["--every", "1"]);
     let mut app = App::connect(&server);
     let channels = app.channels();

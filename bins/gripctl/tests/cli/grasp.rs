@@ -161,26 +161,3 @@ fn stalls_stand_in_a_table() {
     assert_eq!((cells, lines.len()), (60, 80));
     assert!(lines.iter().all(|line| line["oracle_dropped"] == 0));
 }
-
-#[test]
-fn wrong_names_are_told_with_the_right_ones() {
-    let folder = tempfile::tempdir().unwrap();
-    for (args, expected) in [
-        (vec!["--baseline", "pr3"], "fixed, pr2, fft, oracle, gripd, all"),
-        (vec!["--sensors", "camera"], "two-styli"),
-        (vec!["--stress=luck"], "dead-stylus"),
-        (vec!["--faults", "--phase", "later"], "before, first, middle, end, holding, all"),
-        (vec!["--faults", "--fault", "late"], "late300"),
-        (vec!["--faults", "--all"], "cannot be used with"),
-        (vec!["--friction", "coulomb"], "--faults"),
-        (vec!["--plot", "a.gif"], ".svg or .png"),
-        (vec!["nowhere"], "glass_bottle_full"),
-        (vec!["--all", "default"], "cannot be used with"),
-        (vec!["--compare", "--sensors", "travel"], "cannot be used with"),
-    ] {
-        let args: Vec<&str> = ["grasp"].into_iter().chain(args).collect();
-        let ran = gripctl(folder.path(), &args);
-        assert_eq!(ran.code, 2, "{args:?}");
-        assert!(ran.err.contains(expected), "{args:?}: {}", ran.err);
-    }
-}

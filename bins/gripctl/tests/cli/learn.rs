@@ -129,33 +129,6 @@ fn a_search_tells_its_best_networks_and_writes_the_first() {
 }
 
 #[test]
-fn impossible_searches_and_learners_are_refused() {
-    let folder = folder_with_rows();
-    let refused = |args: &[&str], code: i32, words: &[&str]| {
-        gripctl(folder.path(), &[args, &COLUMNS].concat()).refused(code, words);
-        assert!(!folder.path().join("n.json").exists(), "a model of {words:?}");
-    };
-    let search = |more: &[&str], words: &[&str]| {
-        refused(&[&["search", "rows.csv", "-o", "n.json"], more].concat(), 2, words);
-    };
-    search(&["--population", "2"], &["2 genomes in a population", "4 or more"]);
-    search(&["--generations", "0"], &["0 generations"]);
-    search(&["--holdout", "1"], &["--holdout", "between 0 and 1"]);
-    search(&["--size-cost", "-1"], &["size_cost", "-1"]);
-    search(&["--compare"], &["--test"]);
-    let train = |more: &[&str], words: &[&str]| {
-        refused(&[&["train", "rows.csv", "-o", "n.json"], more].concat(), 2, words);
-    };
-    train(&["--model", "tree"], &["--model tree", "mlp, ensemble or svr"]);
-    train(&["--model", "ensemble", "--members", "1"], &["members is 1", "2 to 100"]);
-    train(&["--model", "svr", "--svr-c", "0"], &["c is 0", "positive"]);
-    train(&["--model", "svr", "--svr-epsilon", "nan"], &["epsilon", "NaN"]);
-    train(&["--bagging"], &["--bagging", "--model ensemble"]);
-    train(&["--svr-gamma", "1"], &["--svr-gamma", "--model svr"]);
-    train(&["--activation", "linear"], &["--activation linear", "tanh, logistic or relu"]);
-}
-
-#[test]
 fn a_trained_model_serves_the_pipeline() {
     let folder = folder_with_rows();
     let more = ["--algorithm", "lm", "--epochs", "60", "--repeats", "3"];
@@ -165,59 +138,6 @@ fn a_trained_model_serves_the_pipeline() {
     let args = ["grasp", "--trials", "2", "--duration", "1.5", "--json", "--model", "force.json"];
     let total = gripctl(folder.path(), &args).done().json().pop().unwrap();
     assert_eq!((&total["trials"], &total["dropped"]), (&2.into(), &0.into()), "{total}");
-}
-
-#[test]
-fn broken_rows_and_options_are_refused() {
-    let folder = tempfile::tempdir().unwrap();
-    let train = |rows: &str, more: &[&str], code: i32, words: &[&str]| {
-        fs::write(folder.path().join("d.csv"), rows).unwrap();
-        let args = [&["train", "d.csv", "-o", "m.json"], more].concat();
-        gripctl(folder.path(), &args).refused(code, words);
-        assert!(!folder.path().join("m.json").exists(), "a model of {words:?}");
-    };
-    let columns = ["--inputs", "x", "--target", "y"];
-    let rows = |rows: &str, words: &[&str]| train(rows, &columns, 2, words);
-    rows("", &["d.csv", "no header row"]);
-    rows("x,y\n", &["d.csv", "no rows"]);
-    rows("x,z\n1,2\n", &["d.csv", "no column \"y\"", "x, z"]);
-    rows("x,y\n1,2\n2,abc\n", &["d.csv, line 3, column \"y\"", "\"abc\" is not a finite number"]);
-    rows("x,y\n1,NaN\n", &["d.csv, line 2, column \"y\"", "\"NaN\""]);
-    rows("x,y\n1,1e39\n", &["d.csv, line 2, column \"y\"", "\"1e39\""]);
-    rows("x,y\n1,2,\n", &["d.csv, line 2", "3 fields where the header has 2"]);
-    let good = "x,y\n1,2\n2,3\n3,5\n";
-    let options = |more: &[&str], words: &[&str]| train(good, more, 2, words);
-    options(&["--inputs", "x", "--target", "x"], &["\"x\" is used twice"]);
-    options(&["--inputs", "x:log", "--target", "y"], &["x:log", "identity, ln"]);
-    options(&["--inputs", "x"], &["--target"]);
-    let with = |more: &[&str], words: &[&str]| options(&[&columns[..], more].concat(), words);
-    with(&["--algorithm", "adam"], &["--algorithm adam", "gd, gdm, rprop, scg, lm"]);
-    with(&["--hidden", "0"], &["0 neurons", "1 to 64"]);
-    with(&["--hidden", "1000"], &["1000 neurons", "1 to 64"]);
-    with(&["--repeats", "0"], &["0 repeats"]);
-    with(&["--goal", "nan"], &["goal", "NaN"]);
-    with(&["--goal", "-1"], &["goal", "-1"]);
-    train(
-        good,
-        &[&columns[..], &["--test", "gone.csv"]].concat(),
-        2,
-        &["gone.csv: cannot be read"],
-    );
-    gripctl(folder.path(), &["eval", "gone.json", "d.csv"])
-        .refused(2, &["gone.json", "No such file"]);
-    for args in [
-        &["--rows", "0"][..],
-        &["--source", "guess"],
-        &["--speed-noise", "nan"],
-        &["--force-noise", "-1"],
-    ] {
-        let name = args[0].trim_start_matches('-').replace('-', "_");
-        let ran = gripctl(folder.path(), &[&["generate", "-o", "g.csv"], args].concat());
-        assert!(ran.err.replace('-', "_").contains(&name), "{}", ran.err);
-        ran.refused(2, &[args[1]].map(|value| if value == "nan" { "NaN" } else { value }));
-    }
-    gripctl(folder.path(), &["generate", "-o", "gone/g.csv"])
-        .refused(1, &["cannot write gone/g.csv"]);
 }
 
 /// The same rows as CSV and as arrays: the same model, the same split by a column, the same evaluation.

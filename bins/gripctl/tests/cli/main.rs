@@ -5,6 +5,7 @@
 mod axes;
 mod calibrate;
 mod collect;
+mod daemon;
 mod doctor;
 mod estimate;
 mod export;

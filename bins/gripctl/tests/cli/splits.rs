@@ -74,32 +74,3 @@ fn folds_test_every_row_once_and_the_model_still_comes() {
     let out = gripctl(folder.path(), &text.concat()).done().out;
     assert!(out.contains("fold 3 of 3") && out.contains("120 rows each tested once"), "{out}");
 }
-
-#[test]
-fn what_cannot_be_split_is_refused() {
-    let folder = folder();
-    let refuse = |more: &[&str], code: i32, words: &[&str]| {
-        train(folder.path(), more).refused(code, words);
-    };
-    refuse(&["--holdout", "1.5"], 2, &["--holdout 1.5", "between 0 and 1"]);
-    refuse(&["--validation", "nan"], 2, &["--validation NaN", "between 0 and 1"]);
-    refuse(&["--folds", "1"], 2, &["--folds 1", "at least 2"]);
-    refuse(&["--folds", "31", "--split-by", "object"], 2, &["--folds 31", "30 groups", "31 parts"]);
-    refuse(&["--split-by", "object"], 2, &["--split-by goes with"]);
-    refuse(
-        &["--holdout", "0.2", "--split-by", "grasp"],
-        2,
-        &["no column \"grasp\"", "object, x, y"],
-    );
-    fs::write(folder.path().join("d.csv"), "object,x,y\na,1,2\n,2,3\n").unwrap();
-    refuse(
-        &["--holdout", "0.5", "--split-by", "object"],
-        2,
-        &["line 3, column \"object\"", "a label"],
-    );
-    for more in [&["--holdout", "0.2", "--test", "d.csv"][..], &["--patience", "3"]] {
-        let ran = train(folder.path(), more);
-        assert_eq!(ran.code, 2, "{ran:?}");
-        assert!(ran.err.contains("--holdout") || ran.err.contains("--validation"), "{ran:?}");
-    }
-}

@@ -1,84 +1,38 @@
 //! `gripctl status` at a daemon's socket, at somebody else's, and at none.
 
+use crate::daemon::{Daemon, listening};
 use crate::run::gripctl;
-use core::{
-    sync::atomic::{AtomicBool, Ordering},
-    time::Duration,
-};
-use grip_daemon::clients::{About, Clients, ClientsConfig, Listen};
+use grip_daemon::clients::Listen;
 use grip_daemon::{Item, LinkNote};
 use grip_link::host::LinkState;
 use grip_link::message::Firmware;
-use grip_link::message::daemon::{Health, RealTime};
-use grip_session::report::Event;
-use slip_core::{SlipReport, units::Micros};
+use grip_link::message::daemon::Health;
 use std::io::{Read as _, Write as _};
 use std::net::TcpListener;
 use std::path::Path;
-use std::sync::Arc;
 use std::thread;
 
 fn here() -> &'static Path {
     Path::new(".")
 }
 
-/// A daemon without a gripper that has seen a slip; serves until it is dropped.
-struct Served {
-    place: Listen,
-    ended: Arc<AtomicBool>,
-    thread: Option<thread::JoinHandle<()>>,
-}
-
-impl Served {
-    fn new() -> Self {
-        let listen = "tcp:127.0.0.1:0".parse().unwrap();
-        let about = About {
-            name: "gripd 9.9.9".into(),
-            run_id: 3,
-            dry_run: false,
-            records: false,
-            real_time: RealTime::Partly,
-        };
-        let config = ClientsConfig { listen, ..ClientsConfig::default() };
-        let mut clients = Clients::listen(config, about).unwrap();
-        let place = clients.place().unwrap();
-        let firmware = Firmware { major: 1, minor: 2, patch: 3 };
-        let (uid, boot_id, rebooted) = ([0xAB; 16], 7, false);
-        let note = LinkNote::Identified { uid, boot_id, firmware, rebooted };
-        clients.take(&Item::Link { host_us: 1, note: &note });
-        clients.take(&Item::Link { host_us: 1, note: &LinkNote::State(LinkState::Stream) });
-        let line = Event::Slip(SlipReport {
-            t: Micros(1_500_000),
-            duration_s: Some(0.02),
-            command_n: Some(4.5),
-            ..SlipReport::UNKNOWN
-        });
-        clients.take(&Item::Event { host_us: 2_000_000, event: &line });
-        clients.health(&Health { samples: 1234, ..Health::default() });
-        let ended = Arc::new(AtomicBool::new(false));
-        let stop = Arc::clone(&ended);
-        let thread = thread::spawn(move || {
-            let mut now_us = 5_000_000;
-            while !stop.load(Ordering::Relaxed) {
-                now_us += 1_000;
-                clients.poll(now_us, Duration::from_millis(1)).unwrap();
-            }
-        });
-        Self { place, ended, thread: Some(thread) }
-    }
-}
-
-impl Drop for Served {
-    fn drop(&mut self) {
-        self.ended.store(true, Ordering::Relaxed);
-        self.thread.take().unwrap().join().unwrap();
-    }
+/// A daemon whose gripper was identified.
+fn served() -> (Daemon, Listen) {
+    let mut clients = listening("tcp:127.0.0.1:0", 3, 0.02);
+    let place = clients.place().unwrap();
+    let firmware = Firmware { major: 1, minor: 2, patch: 3 };
+    let (uid, boot_id, rebooted) = ([0xAB; 16], 7, false);
+    let note = LinkNote::Identified { uid, boot_id, firmware, rebooted };
+    clients.take(&Item::Link { host_us: 1, note: &note });
+    clients.take(&Item::Link { host_us: 1, note: &LinkNote::State(LinkState::Stream) });
+    clients.health(&Health { samples: 1234, ..Health::default() });
+    (Daemon::start(clients, |_, _| {}), place)
 }
 
 #[test]
 fn a_daemon_is_described_for_people_and_for_machines() {
-    let served = Served::new();
-    let place = served.place.to_string();
+    let (_daemon, place) = served();
+    let place = place.to_string();
     let told = gripctl(here(), &["status", &place]).done().out;
     for word in [
         "gripd 9.9.9",

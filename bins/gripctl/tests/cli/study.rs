@@ -55,12 +55,3 @@ fn a_quick_study_writes_a_page_its_numbers_and_its_figures() {
     assert_eq!(numbers(folder.path()), json);
     assert!(text.out.contains("report s/report.html") && text.err.is_empty(), "{text:?}");
 }
-
-#[test]
-fn what_cannot_be_written_is_said_before_the_work() {
-    let folder = tempfile::tempdir().unwrap();
-    fs::write(folder.path().join("file"), "mine").unwrap();
-    gripctl(folder.path(), &["study", "--out", "file"]).refused(1, &["cannot make file"]);
-    assert_eq!(read(folder.path(), "file"), "mine");
-    gripctl(folder.path(), &["study"]).refused(2, &["--out"]);
-}

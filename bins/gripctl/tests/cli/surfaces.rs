@@ -114,55 +114,6 @@ fn every_reading_of_a_list() {
     );
 }
 
-#[test]
-fn bad_files_and_arguments_are_refused() {
-    let folder = tempfile::tempdir().unwrap();
-    let wrong = |command: &[&str], bytes: &[u8], words: &[&str]| {
-        fs::write(folder.path().join("f.csv"), bytes).unwrap();
-        let words: Vec<&str> = words.iter().copied().chain(["f.csv"]).collect();
-        gripctl(folder.path(), command).refused(2, &words);
-    };
-    let profile = ["profile", "f.csv", "--speed", "1"];
-    wrong(&profile, b"", &["is empty", "x_mm,height_um"]);
-    wrong(&profile, b"x_mm,h\n0,1\n", &["no column height_um", "x_mm, h"]);
-    wrong(&profile, b"x_mm,height_um\n0,1\n1,2\n", &["2 rows", "at least 3"]);
-    wrong(&profile, b"x_mm,height_um\n0,1\n1,2\n2,x\n", &["line 4, column height_um", "\"x\""]);
-    wrong(
-        &profile,
-        b"x_mm,height_um\n0,1\n1,2\n2,inf\n",
-        &["line 4, column height_um", "not finite"],
-    );
-    wrong(
-        &profile,
-        b"x_mm,height_um\n0,1\n1,2\n4,3\n5,3\n",
-        &["line 4, column x_mm", "step of 3 mm"],
-    );
-    wrong(&profile, b"x_mm,height_um\n0,1\n1,2\n2,3\n", &["cutoff of 2.5 mm on steps of 1 mm"]);
-    let esc = ["esc", "f.csv", "--speed", "1", "--force", "1"];
-    wrong(&esc, b"delta_m,s_m\n", &["no rows"]);
-    wrong(&esc, b"delta_m,s_m\n1,2\n1,two\n", &["line 3, column s_m", "\"two\""]);
-    wrong(&esc, b"delta_m\n1\n", &["no column s_m"]);
-    write_sine(folder.path());
-    let refuse = |args: &[&str], words: &[&str]| gripctl(folder.path(), args).refused(2, words);
-    for bad in ["0", "-1", "nan", "inf"] {
-        refuse(&["profile", "sine.csv", "--speed", bad], &["--speed", "more than 0"]);
-        refuse(&["profile", "sine.csv", "--speed", "1", "--cutoff-mm", bad], &["--cutoff-mm"]);
-        refuse(&["profile", "sine.csv", "--speed", "1", "--step-um", bad], &["--step-um"]);
-        refuse(&["esc", "f.csv", "--speed", "1", "--force", bad], &["--force", "more than 0"]);
-    }
-    refuse(
-        &["esc", "f.csv", "--speed", "1", "--force", "1", "--noise", "-1"],
-        &["--noise", "0 or more"],
-    );
-    refuse(&["profile", "sine.csv"], &["--speed"]);
-    refuse(&["profile", "sine.csv", "--speed", "1", "--plot", "p.pdf"], &["p.pdf", ".svg or .png"]);
-    refuse(&["profile", "sine.csv", "--speed", "1", "--filter", "box"], &["box", "gaussian"]);
-    let to = ["profile", "sine.csv", "--speed", "1", "--plot", "gone/p.svg"];
-    gripctl(folder.path(), &to).refused(2, &["gone/p.svg", "no such folder"]);
-    let other = ["profile", "sine.csv", "--speed", "1", "--reference", "f.csv"];
-    gripctl(folder.path(), &other).refused(2, &["f.csv", "no column height_um"]);
-}
-
 /// The roughness profile of every trace is the instrument's. The step is the instrument's too: the `x_mm` of the shorter
 /// traces is stretched to 10 mm.
 #[test]

@@ -14,9 +14,14 @@ use std::{
     path::Path,
 };
 
-/// Grasps and records as the daemon does, with a flush every `flush` samples; gives the lines of the session.
-fn record(file: &Path, scene_name: &str, flush: u32) -> Vec<String> {
-    let scene = scene::load(scene_name).unwrap();
+/// Grasps and records as the daemon does; gives the lines of the session.
+fn record(file: &Path) -> Vec<String> {
+    record_events(file, None)
+}
+
+/// The same with another text in place of that of each event.
+fn record_events(file: &Path, tampered: Option<&'static str>) -> Vec<String> {
+    let scene = scene::load("default").unwrap();
     let out = File::create(file).unwrap();
     let mut writer = McapWriter::new(out, "test 1", 1_763_766_000_000_000_000).unwrap();
     let data = model::default_text().as_bytes().to_vec();
@@ -32,13 +37,14 @@ fn record(file: &Path, scene_name: &str, flush: u32) -> Vec<String> {
             now_us = sample.t.0;
             let record = SampleRecord { index, sample: *sample, taxels };
             writer.write(now_us, &Record::Sample(record)).unwrap();
-            if index % flush == 0 {
+            if index % 2500 == 0 {
                 writer.flush().unwrap();
             }
         }
         News::Event(line) => {
-            let record = event_record(&line, &mut json).unwrap();
+            let mut record = event_record(&line, &mut json).unwrap();
             lines.push(record.json.to_owned());
+            record.json = tampered.unwrap_or(record.json);
             writer.write(now_us, &Record::Event(record)).unwrap();
         }
         News::Gripper { .. } | News::Link(_) => {}
@@ -52,7 +58,7 @@ fn record(file: &Path, scene_name: &str, flush: u32) -> Vec<String> {
 #[test]
 fn recordings_replay_to_the_recorded_lines_and_so_does_their_csv() {
     let folder = tempfile::tempdir().unwrap();
-    let lines = record(&folder.path().join("run.mcap"), "default", 2500);
+    let lines = record(&folder.path().join("run.mcap"));
     assert!(lines.iter().any(|line| line.contains("\"slip\"")), "{lines:?}");
     for args in
         [&["replay", "run.mcap", "--json"][..], &["replay", "run.mcap", "--json", "--no-skip"]]
@@ -76,32 +82,8 @@ fn recordings_replay_to_the_recorded_lines_and_so_does_their_csv() {
 #[test]
 fn a_difference_is_shown_and_fails() {
     let folder = tempfile::tempdir().unwrap();
-    let file = folder.path().join("run.mcap");
-    record(&file, "default", 2500);
-    // A second recording whose first event was tampered with: the chunk is written anew, so nothing is damaged.
-    let scene = scene::load("default").unwrap();
-    let out = File::create(folder.path().join("other.mcap")).unwrap();
-    let mut writer = McapWriter::new(out, "test 1", 0).unwrap();
-    let mut json = Vec::new();
-    let mut tell = |news: News<'_>| match news {
-        News::Began(beginning) => {
-            let record = pipeline_record(beginning, &mut json).unwrap();
-            writer.write(0, &Record::Pipeline(record)).unwrap();
-        }
-        News::Step { index, sample, taxels, .. } => {
-            let record = SampleRecord { index, sample: *sample, taxels };
-            writer.write(0, &Record::Sample(record)).unwrap();
-        }
-        News::Event(line) => {
-            let mut record = event_record(&line, &mut json).unwrap();
-            record.json = "{\"type\":\"slip\"}";
-            writer.write(0, &Record::Event(record)).unwrap();
-        }
-        News::Gripper { .. } | News::Link(_) => {}
-    };
-    let estimator = model::default_estimator().unwrap();
-    trial::grasp(&scene, &HostConfig::default(), estimator, Micros(1_500_000), &mut tell).unwrap();
-    writer.finish().unwrap();
+    // Its events were tampered with: the chunks are written anew, so nothing is damaged.
+    record_events(&folder.path().join("other.mcap"), Some("{\"type\":\"slip\"}"));
     let ran = gripctl(folder.path(), &["replay", "other.mcap", "--check"]);
     assert_eq!(ran.code, 1, "{ran:?}");
     assert!(
@@ -115,7 +97,7 @@ fn a_difference_is_shown_and_fails() {
 fn a_cut_recording_is_recovered_in_place() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("run.mcap");
-    let lines = record(&file, "default", 2500);
+    let lines = record(&file);
     let whole = fs::read(&file).unwrap();
     let ran = gripctl(folder.path(), &["recover", "run.mcap"]).done();
     assert!(
@@ -162,7 +144,7 @@ const MESSAGE_INDEX: u8 = 0x07;
 fn a_damaged_index_is_made_anew_and_no_message_is_lost() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("run.mcap");
-    record(&file, "default", 2500);
+    record(&file);
     let whole = fs::read(&file).unwrap();
     let &(at, len) = records(&whole, MESSAGE_INDEX).iter().max_by_key(|(_, len)| *len).unwrap();
     let mut bytes = whole.clone();
@@ -180,7 +162,7 @@ fn a_damaged_index_is_made_anew_and_no_message_is_lost() {
 fn a_damaged_recording_is_recovered_beside_it() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("run.mcap");
-    record(&file, "default", 2500);
+    record(&file);
     let mut bytes = fs::read(&file).unwrap();
     let chunks = records(&bytes, CHUNK);
     let &(at, len) = chunks.get(chunks.len() / 2).unwrap();
@@ -201,7 +183,7 @@ fn a_damaged_recording_is_recovered_beside_it() {
 #[test]
 fn what_cannot_be_replayed_says_why() {
     let folder = tempfile::tempdir().unwrap();
-    record(&folder.path().join("run.mcap"), "default", 2500);
+    record(&folder.path().join("run.mcap"));
     fs::write(folder.path().join("no.mcap"), "t_s,stylus\n").unwrap();
     fs::write(folder.path().join("a.csv"), "t_s,stylus\n0,1\n").unwrap();
     for (args, code, words) in [

@@ -1,8 +1,7 @@
 //! The fuzz targets of `fuzz/`, run on a stable compiler over the committed seeds and over what one fault makes of them.
+#![cfg(test)]
 
-#[cfg(test)]
 mod seeds;
-#[cfg(test)]
 #[expect(unreachable_pub, dead_code, reason = "shared with the fuzz workspace and other tests")]
 #[path = "../../../../fuzz/src/targets/mod.rs"]
 mod targets;

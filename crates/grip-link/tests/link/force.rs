@@ -1,6 +1,6 @@
 //! The failsafe rules of the device, one by one and as properties.
 
-use crate::targets::gripper::{CONFIG, hello, ident, idle, wire};
+use crate::targets::gripper::{CONFIG, hello, ident, idle, press, wire, written};
 use grip_link::device::{
     DeviceConfig, DeviceConfigError, DeviceEvent, DeviceLink, Drive, RowError,
 };
@@ -45,15 +45,12 @@ impl Rig {
     }
 
     fn grip(&mut self, grip: &Grip) -> Option<DeviceEvent> {
-        let mut payload = [0; Grip::SIZE];
-        grip.write(&mut payload).unwrap();
-        self.send(Kind::GRIP, &payload)
+        self.send(Kind::GRIP, &written(|p| grip.write(p)))
     }
 
     fn press(&mut self, force_mn: i32) -> Option<DeviceEvent> {
         self.cmd_id = self.cmd_id.wrapping_add(1);
-        let grip = Grip { cmd_id: self.cmd_id, force_mn, ..press() };
-        self.grip(&grip)
+        self.grip(&press(self.cmd_id, force_mn))
     }
 
     /// Advances in steps of 1 ms, keeping the command fresh when `force_mn` is given.
@@ -66,18 +63,6 @@ impl Rig {
             self.device.drive(self.tick);
         }
         self.device.drive(self.tick)
-    }
-}
-
-const fn press() -> Grip {
-    Grip {
-        cmd_id: 1,
-        mode: GripMode::Force.code(),
-        flags: 0,
-        ttl_ms: 0,
-        force_mn: 1000,
-        slew_mn_s: 0,
-        cause_sample: 0,
     }
 }
 
@@ -129,7 +114,7 @@ fn a_late_control_task_does_not_jump() {
 #[test]
 fn out_of_range_is_clamped_and_told() {
     let mut rig = Rig::new(&CONFIG);
-    let grip = Grip { force_mn: 12_000, slew_mn_s: 999_999, ttl_ms: 500, ..press() };
+    let grip = Grip { slew_mn_s: 999_999, ttl_ms: 500, ..press(1, 12_000) };
     assert!(matches!(rig.grip(&grip), Some(DeviceEvent::Command(_))));
     let status = rig.device.status(rig.tick);
     assert_eq!(status.target_mn, 10_000);
@@ -149,7 +134,7 @@ fn negative_force_and_unknown_modes_are_rejected() {
     rig.run(30, None);
     for (force_mn, mode) in [(-1, 1), (i32::MIN, 1), (1000, 0), (1000, 4), (1000, 255)] {
         rig.cmd_id += 1;
-        let event = rig.grip(&Grip { cmd_id: rig.cmd_id, force_mn, mode, ..press() });
+        let event = rig.grip(&Grip { mode, ..press(rig.cmd_id, force_mn) });
         assert!(matches!(event, Some(DeviceEvent::Rejected(_))));
         let status = rig.device.status(rig.tick);
         assert!(status.clamp.has(ForceClamp::REJECTED));
@@ -168,10 +153,10 @@ fn older_and_equal_commands_are_ignored() {
     rig.press(4000);
     assert_eq!(rig.cmd_id, 0, "numbers wrap");
     for cmd_id in [0, u32::MAX, u32::MAX - 1, 0x8000_0000] {
-        assert_eq!(rig.grip(&Grip { cmd_id, force_mn: 9000, ..press() }), None);
+        assert_eq!(rig.grip(&press(cmd_id, 9000)), None);
     }
     assert_eq!(rig.device.status(rig.tick).target_mn, 4000);
-    assert!(rig.grip(&Grip { cmd_id: 7, force_mn: 5000, ..press() }).is_some());
+    assert!(rig.grip(&press(7, 5000)).is_some());
 }
 
 #[test]
@@ -241,7 +226,7 @@ fn explicit_open_and_passive() {
     let mut rig = Rig::new(&CONFIG);
     rig.run(50, Some(5000));
     rig.cmd_id += 1;
-    rig.grip(&Grip { cmd_id: rig.cmd_id, mode: GripMode::Open.code(), ..press() });
+    rig.grip(&Grip { mode: GripMode::Open.code(), ..press(rig.cmd_id, 1000) });
     assert_eq!(rig.run(1, None), Drive::Open);
     assert_eq!(
         rig.run(1200, None),
@@ -250,7 +235,7 @@ fn explicit_open_and_passive() {
     );
     rig.configure(&CONFIG);
     rig.cmd_id += 1;
-    rig.grip(&Grip { cmd_id: rig.cmd_id, mode: GripMode::Passive.code(), ..press() });
+    rig.grip(&Grip { mode: GripMode::Passive.code(), ..press(rig.cmd_id, 1000) });
     assert_eq!(rig.run(1, None), Drive::Passive);
     rig.press(1000);
     assert_eq!(rig.run(1, None), Drive::Force(200), "rises from zero");

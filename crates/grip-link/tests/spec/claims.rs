@@ -1,12 +1,12 @@
 //! Sentences of SPEC.md that no table holds and no other test of the crate asks.
 
-use crate::rig::{device, hello, tell, written};
-use crate::targets::gripper::{CONFIG, SESSION, sent, wire};
+use crate::rig::{device, hello, tell};
+use crate::targets::gripper::{self, CONFIG, SESSION, sent, wire, written};
 use grip_link::device::{DeviceLink, Drive};
 use grip_link::frame::{Direction, Header};
 use grip_link::message::{
-    ClearFault, Config, DeviceState, Event, EventKind, FaultCode, Grip, GripMode, Kind, Nack,
-    NackReason, SamplesHeader, Stats, Status,
+    ClearFault, Config, DeviceState, Event, EventKind, FaultCode, Grip, Kind, Nack, NackReason,
+    SamplesHeader, Stats, Status,
 };
 
 fn armed(config: &Config) -> DeviceLink {
@@ -18,10 +18,7 @@ fn armed(config: &Config) -> DeviceLink {
 }
 
 fn press(cmd_id: u32, force_mn: i32) -> Vec<u8> {
-    let mode = GripMode::Force.code();
-    let grip =
-        Grip { cmd_id, mode, flags: 0, ttl_ms: 100, force_mn, slew_mn_s: 0, cause_sample: 0 };
-    written(|p| grip.write(p))
+    written(|p| Grip { ttl_ms: 100, ..gripper::press(cmd_id, force_mn) }.write(p))
 }
 
 /// Presses until the force is there; the tick then.
@@ -159,17 +156,13 @@ fn a_fault_beneath_an_estop_is_told_and_shows_when_the_stop_is_cleared() {
 fn a_lower_target_is_still_reached_in_hold() {
     let mut device = armed(&CONFIG);
     let tick = pressing(&mut device, 6_000);
-    let slow = Grip { cmd_id: 2, ttl_ms: 20, slew_mn_s: 10_000, ..grip_of(1_000) };
+    let slow = Grip { ttl_ms: 20, slew_mn_s: 10_000, ..gripper::press(2, 1_000) };
     tell(&mut device, tick, Kind::GRIP, 3, &written(|p| slow.write(p)));
     for ms in 1..600 {
         device.drive(tick + ms * 1000);
     }
     assert_eq!(device.state(), DeviceState::Hold);
     assert_eq!(device.drive(tick + 600_000), Drive::Force(1_000));
-}
-
-fn grip_of(force_mn: i32) -> Grip {
-    Grip::parse(&press(2, force_mn)).unwrap()
 }
 
 #[test]

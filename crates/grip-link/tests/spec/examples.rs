@@ -1,14 +1,14 @@
 //! Each worked example is what the encoder writes, and its annotation covers each byte once.
 
 use crate::markdown::{fence, headings, table};
-use crate::rig::{hello, ident, written};
-use crate::targets::gripper::{CONFIG, SESSION, wire};
+use crate::rig::{hello, ident};
+use crate::targets::gripper::{CONFIG, SESSION, press, wire, written};
 use crate::targets::words::unhex;
 use grip_link::cobs;
 use grip_link::frame::{Direction, Frame, Header};
 use grip_link::message::{
-    Ack, Clamped, ConfigAck, DeviceState, FaultCode, ForceClamp, Grip, GripMode, Kind, Nack,
-    NackReason, Ping, Pong, SampleFormat, SamplesHeader, Status, StatusFlags,
+    Ack, Clamped, ConfigAck, DeviceState, FaultCode, ForceClamp, Grip, Kind, Nack, NackReason,
+    Ping, Pong, SampleFormat, SamplesHeader, Status, StatusFlags,
 };
 
 fn bytes(text: &str) -> Vec<u8> {
@@ -48,15 +48,7 @@ fn rows_f32() -> Vec<u8> {
 }
 
 fn grip() -> Grip {
-    Grip {
-        cmd_id: 42,
-        mode: GripMode::Force.code(),
-        flags: 0,
-        ttl_ms: 50,
-        force_mn: 5_000,
-        slew_mn_s: 200_000,
-        cause_sample: 123_456,
-    }
+    Grip { ttl_ms: 50, slew_mn_s: 200_000, cause_sample: 123_456, ..press(42, 5_000) }
 }
 
 fn status() -> Status {

@@ -2,8 +2,8 @@
 
 use crate::targets::gripper::{self, SESSION, wire};
 use grip_link::device::{DeviceConfig, DeviceLink};
-use grip_link::frame::{Direction, Header, MAX_PAYLOAD};
-use grip_link::message::{DeviceState, Ident, Kind, PayloadError, Reaction, Versions};
+use grip_link::frame::{Direction, Header};
+use grip_link::message::{DeviceState, Ident, Kind, Reaction, Versions};
 
 /// The gripper of the examples: as that of the other tests, but without its pressure array, and linked.
 pub(crate) fn ident() -> Ident {
@@ -15,13 +15,6 @@ pub(crate) fn ident() -> Ident {
 /// The payload of a HELLO.
 pub(crate) fn hello() -> Vec<u8> {
     gripper::hello(Versions::OURS, 0).to_vec()
-}
-
-/// The payload that a message writes.
-pub(crate) fn written(write: impl FnOnce(&mut [u8]) -> Result<usize, PayloadError>) -> Vec<u8> {
-    let mut bytes = [0; MAX_PAYLOAD];
-    let len = write(&mut bytes).unwrap();
-    bytes[..len].to_vec()
 }
 
 /// A device in IDLE.

@@ -1,14 +1,14 @@
 //! The timing and count tables against constants where there are any, and against what the machines do.
 
 use crate::markdown::pairs;
-use crate::rig::{device, hello, tell, written};
+use crate::rig::{device, hello, tell};
 use crate::source::constant;
-use crate::targets::gripper::{CONFIG, SESSION, sent};
+use crate::targets::gripper::{CONFIG, SESSION, press, sent, written};
 use grip_link::decoder::DUPLICATE_WINDOW;
 use grip_link::device::{DeviceLink, KEPT_BATCHES};
 use grip_link::frame::{Direction, Header, MAX_WIRE};
 use grip_link::host::{HostConfig, HostLink, LinkState};
-use grip_link::message::{Config, ConfigAck, Grip, GripMode, Kind, MAX_CHANNELS, SamplesHeader};
+use grip_link::message::{Config, ConfigAck, Grip, Kind, MAX_CHANNELS, SamplesHeader};
 use std::collections::BTreeMap;
 
 /// Ticks a millisecond of the device, and microseconds of the host.
@@ -66,15 +66,7 @@ fn batch_age_ms() -> u64 {
 /// Time for which a force step after a long pause moves the force.
 fn longest_step_ms() -> u64 {
     let (mut device, given) = configured(&CONFIG);
-    let grip = Grip {
-        cmd_id: 1,
-        mode: GripMode::Force.code(),
-        flags: 0,
-        ttl_ms: 100,
-        force_mn: given.force_max_mn,
-        slew_mn_s: given.slew_mn_s,
-        cause_sample: 0,
-    };
+    let grip = Grip { ttl_ms: 100, slew_mn_s: given.slew_mn_s, ..press(1, given.force_max_mn) };
     device.drive(MS);
     tell(&mut device, MS, Kind::GRIP, 2, &written(|p| grip.write(p)));
     let force_mn = u64::try_from(device.drive(90 * MS).force_mn()).unwrap();

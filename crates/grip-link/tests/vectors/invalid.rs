@@ -3,11 +3,12 @@
 use crate::table::rows;
 use crate::targets::gripper::{SESSION, hello, idle, sent, wire};
 use crate::targets::words::{fault_word, unhex};
+use grip_link::cobs::decode_in_place;
 use grip_link::decoder::{Decoder, Role, Verdict};
 use grip_link::device::DeviceLink;
 use grip_link::frame::{Direction, Frame, Header};
 use grip_link::message::{
-    Channel, ChannelKind, ConfigAck, Event, Ident, Kind, Layout, Log, Nack, NackReason,
+    Ack, Channel, ChannelKind, ConfigAck, Event, Ident, Kind, Layout, Log, Nack, NackReason,
     PayloadError, Pong, Samples, Stats, Status, ToDevice, Versions,
 };
 
@@ -17,6 +18,8 @@ fn to_host(frame: &Frame<'_>) -> Result<(), PayloadError> {
         Kind::IDENT => Ident::parse(payload).map(drop),
         Kind::CONFIG_ACK => ConfigAck::parse(payload).map(drop),
         Kind::PONG => Pong::parse(payload).map(drop),
+        Kind::ACK => Ack::parse(payload).map(drop),
+        Kind::NACK => Nack::parse(payload).map(drop),
         Kind::SAMPLES => {
             let two = Channel { count: 2, ..Channel::single(ChannelKind::PressureArray, 1.0) };
             Samples::parse(payload, &Layout::new(&[two], 1)).map(drop)
@@ -40,6 +43,26 @@ fn error(role: Role, frame: &Frame<'_>) -> String {
         Err(PayloadError::Short { .. }) => "short".into(),
         Err(PayloadError::Value { at, .. }) => format!("value@{at}"),
         Err(other) => panic!("{other}"),
+    }
+}
+
+/// What is appended is ignored, but a byte less is none of the message.
+#[test]
+fn a_payload_cut_anywhere_is_refused_and_a_longer_one_is_not() {
+    for [name, usage, direction, kind, _, _, bytes] in rows::<7>("valid.tsv") {
+        // How much SAMPLES have to hold depends on the channels.
+        if usage != "both" || direction == "cobs" || kind == "SAMPLES" {
+            continue;
+        }
+        let role = if direction == "to_device" { Role::Device } else { Role::Host };
+        let mut block = unhex(bytes.strip_prefix("00").unwrap().strip_suffix("00").unwrap());
+        let frame = Frame::from_body(decode_in_place(&mut block).unwrap()).unwrap();
+        let longer = [frame.payload, &[0xEE; 9]].concat();
+        for len in 0..=longer.len() {
+            let (payload, whole) = (&longer[..len], frame.payload.len());
+            let told = error(role, &Frame { payload, ..frame });
+            assert_eq!(told != "short", len >= whole, "{name} of {len} bytes: {told}");
+        }
     }
 }
 

@@ -1,6 +1,7 @@
 //! A program, a folder and flags in; a running gripd that can be killed, stopped and asked what it said, out.
 
-use super::{RunError, time};
+use crate::time;
+use anyhow::{Context as _, Result, bail};
 use rustix::process::{Pid, Resource, Rlimit, Signal, kill_process, prlimit};
 use std::{
     fs::{self, File},
@@ -8,34 +9,43 @@ use std::{
     process::{Child, Command, ExitStatus, Stdio},
 };
 
+/// Names of its outputs.
+const PRINTED: &str = "out.json";
+const SAID: &str = "said.txt";
+
 /// A gripd of our own; killed and reaped when it goes out of scope.
 #[derive(Debug)]
-pub(super) struct Daemon {
+pub struct Daemon {
     child: Child,
-    said: PathBuf,
+    folder: PathBuf,
 }
 
 impl Daemon {
-    /// Starts `program` in `folder` with the configuration `gripd.toml` there.
+    /// Starts `program` in `folder`, where what it prints and says stays.
     ///
     /// # Errors
     /// Where it cannot be started.
-    pub(super) fn start(program: &Path, folder: &Path, args: &[&str]) -> Result<Self, RunError> {
-        let said = folder.join("said.txt");
-        let file = File::create(&said).map_err(RunError::io(&said))?;
+    pub fn start(program: &Path, folder: &Path, args: &[&str]) -> Result<Self> {
+        // Files, because a pipe that nobody empties would stop it.
+        let create = |name| File::create(folder.join(name)).context("the output of gripd");
         let mut command = Command::new(program);
-        command.current_dir(folder).env_clear().env("HOME", folder);
-        command.args(["--config", "gripd.toml", "--port", "./gripper", "--wait"]).args(args);
-        command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(file);
-        let child = command.spawn().map_err(RunError::io(program))?;
-        Ok(Self { child, said })
+        command.current_dir(folder).env_clear().env("HOME", folder).args(args);
+        command.stdin(Stdio::null()).stdout(create(PRINTED)?).stderr(create(SAID)?);
+        let child = command.spawn().with_context(|| program.display().to_string())?;
+        Ok(Self { child, folder: folder.to_owned() })
+    }
+
+    /// Its number.
+    #[must_use]
+    pub fn id(&self) -> u32 {
+        self.child.id()
     }
 
     /// Sends a signal to our own child.
     ///
     /// # Errors
     /// Where it is gone.
-    pub(super) fn signal(&self, signal: Signal) -> Result<(), RunError> {
+    pub fn signal(&self, signal: Signal) -> Result<()> {
         Ok(kill_process(Pid::from_child(&self.child), signal)?)
     }
 
@@ -43,7 +53,7 @@ impl Daemon {
     ///
     /// # Errors
     /// Where the system does not allow that.
-    pub(super) fn limit_files(&self, bytes: u64) -> Result<(), RunError> {
+    pub fn limit_files(&self, bytes: u64) -> Result<()> {
         let limit = Rlimit { current: Some(bytes), maximum: Some(bytes) };
         prlimit(Some(Pid::from_child(&self.child)), Resource::Fsize, limit)?;
         Ok(())
@@ -53,14 +63,14 @@ impl Daemon {
     ///
     /// # Errors
     /// Where it had ended before, which it must not.
-    pub(super) fn kill(&mut self) -> Result<(), RunError> {
+    pub fn kill(&mut self) -> Result<()> {
         self.must_run()?;
-        self.child.kill().and_then(|()| self.child.wait()).map_err(RunError::io(&self.said))?;
+        self.child.kill().and_then(|()| self.child.wait()).context("gripd")?;
         Ok(())
     }
 
     /// Whether it still runs.
-    pub(super) fn is_running(&mut self) -> bool {
+    pub fn is_running(&mut self) -> bool {
         matches!(self.child.try_wait(), Ok(None))
     }
 
@@ -68,9 +78,9 @@ impl Daemon {
     ///
     /// # Errors
     /// How it ended, and what it said.
-    pub(super) fn must_run(&mut self) -> Result<(), RunError> {
-        match self.child.try_wait().map_err(RunError::io(&self.said))? {
-            Some(status) => Err(RunError::Ended { status, said: self.said() }),
+    pub fn must_run(&mut self) -> Result<()> {
+        match self.child.try_wait().context("gripd")? {
+            Some(status) => bail!("gripd ended by itself ({status}): {}", self.said()),
             None => Ok(()),
         }
     }
@@ -79,7 +89,7 @@ impl Daemon {
     ///
     /// # Errors
     /// Where it does not end.
-    pub(super) fn end(&mut self) -> Result<ExitStatus, RunError> {
+    pub fn end(&mut self) -> Result<ExitStatus> {
         self.must_run()?;
         self.signal(Signal::TERM)?;
         let mut ended = None;
@@ -87,20 +97,29 @@ impl Daemon {
             ended = self.child.try_wait().ok().flatten();
             ended.is_some()
         });
-        ended.ok_or_else(|| RunError::Stuck { said: self.said() })
+        ended.with_context(|| format!("gripd does not end: {}", self.said()))
     }
 
     /// All that it said on standard error.
     #[must_use]
-    pub(super) fn said(&self) -> String {
-        fs::read(&self.said)
-            .map(|bytes| String::from_utf8_lossy(&bytes).into_owned())
-            .unwrap_or_default()
+    pub fn said(&self) -> String {
+        self.read(SAID)
+    }
+
+    /// All that it printed.
+    #[must_use]
+    pub fn printed(&self) -> String {
+        self.read(PRINTED)
+    }
+
+    fn read(&self, name: &str) -> String {
+        let bytes = fs::read(self.folder.join(name)).unwrap_or_default();
+        String::from_utf8_lossy(&bytes).into_owned()
     }
 
     /// How often it said this.
     #[must_use]
-    pub(super) fn times_said(&self, text: &str) -> usize {
+    pub fn times_said(&self, text: &str) -> usize {
         self.said().matches(text).count()
     }
 }

@@ -1,15 +1,15 @@
 //! Events and the standing of a host in words.
 
-use crate::targets::host_script::config_words;
-use crate::targets::player::grip_words;
-use crate::targets::words::hex;
+use super::host_script::config_words;
+use super::player::grip_words;
+use super::words::hex;
 use grip_link::clock::PongVerdict;
 use grip_link::decoder::Counters;
 use grip_link::host::{CloseReason, HostEvent, HostLink};
 use grip_link::message::{Event, Samples, Stats, Status};
 
 /// An event; what the Python peer hands over with it and this one shows elsewhere stands in [`state_words`].
-pub(crate) fn event_words(host: &HostLink, event: &HostEvent) -> String {
+pub fn event_words(host: &HostLink, event: &HostEvent) -> String {
     match event {
         HostEvent::State { from, to } => format!("state {} {}", from, to),
         HostEvent::Identified { rebooted } => format!("identified {}", u8::from(*rebooted)),
@@ -141,7 +141,7 @@ fn counter_words(c: &Counters) -> String {
 }
 
 /// How the host stands: state, session, back-off, rows, counters, gripper, CONFIG in force, last GRIP, clock.
-pub(crate) fn state_words(host: &HostLink) -> String {
+pub fn state_words(host: &HostLink) -> String {
     let dash = || "-".to_owned();
     let loss = host.loss();
     let gripper = host.ident().map_or_else(dash, |i| format!("{} {}", hex(&i.uid), i.boot_id));

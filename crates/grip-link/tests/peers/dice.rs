@@ -14,6 +14,10 @@ impl Dice {
         self.0.next_u64()
     }
 
+    pub(crate) fn byte(&mut self) -> u8 {
+        self.any().to_le_bytes()[0]
+    }
+
     pub(crate) fn below(&mut self, end: usize) -> usize {
         usize::try_from(self.any() % u64::try_from(end).unwrap()).unwrap()
     }
@@ -32,15 +36,24 @@ impl Dice {
         bytes
     }
 
-    /// One bit of `bytes` changed, or a few bytes deleted, inserted or repeated.
+    /// One bit or some bytes of `bytes` changed, or some deleted, inserted or repeated.
     pub(crate) fn damage(&mut self, bytes: &mut Vec<u8>) {
-        let (at, few) = (self.below(bytes.len()), self.below(8) + 1);
-        let end = (at + few).min(bytes.len());
-        match self.below(4) {
+        if bytes.is_empty() {
+            return;
+        }
+        let (at, span) = (self.below(bytes.len()), self.below(64) + 1);
+        let end = (at + span).min(bytes.len());
+        match self.below(7) {
             0 => bytes[at] ^= 1 << self.below(8),
-            1 => drop(bytes.drain(at..end)),
-            2 => drop(bytes.splice(at..at, self.bytes(few))),
-            _ => bytes.extend_from_within(at..end),
+            1 => bytes[at] = self.byte(),
+            2 => drop(bytes.drain(at..end.min(at + 8))),
+            3 => drop(bytes.splice(at..at, self.bytes(span % 8 + 1))),
+            4 => bytes[at..end].iter_mut().for_each(|byte| *byte ^= 0x5A),
+            5 => drop(bytes.drain(at..end)),
+            _ => {
+                let copy = bytes[at..end].to_vec();
+                bytes.splice(at..at, copy);
+            }
         }
     }
 }

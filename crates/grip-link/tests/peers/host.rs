@@ -1,24 +1,19 @@
 //! The host of the Python peer does what this crate's does: on random lives and on the seeds of the fuzz target.
 
 use crate::host_lives::Life;
-use crate::host_player::play;
-use crate::python::answers;
-use crate::targets::host::script;
-use crate::targets::peers::host_scripts;
+use crate::peer::Peer;
+use crate::targets::host::talk;
+use crate::targets::host_script::Talk;
+use crate::targets::peers::host_talks;
 use std::path::Path;
 
-/// Both play the scripts; what was said.
-fn same(name: &str, scripts: &[Vec<String>]) -> Vec<String> {
-    let lines = scripts.concat();
-    let expected = play(&lines);
-    let found = answers(name, "host", &lines);
-    for (number, (rust, python)) in expected.iter().zip(&found).enumerate() {
-        let before = &expected[number.saturating_sub(6)..number];
-        let asked = expected[..number].iter().filter(|line| line.starts_with('=')).count();
-        assert_eq!(rust, python, "answer {number} to {}, after {before:#?}", lines[asked]);
-    }
-    assert_eq!(expected.len(), found.len());
-    expected
+/// Both have these talks; what was said.
+fn same(talks: Vec<Talk>) -> Vec<String> {
+    let (lines, said): (Vec<_>, Vec<_>) =
+        talks.into_iter().map(|talk| (talk.lines, talk.said)).unzip();
+    let said = said.concat();
+    Peer::Python.must_say("host", &lines.concat(), &said);
+    said
 }
 
 fn assert_all(said: &[String], words: &[&str]) {
@@ -31,8 +26,7 @@ fn assert_all(said: &[String], words: &[&str]) {
 #[test]
 #[ignore = "needs Python 3.9 (CONTRIBUTING.md)"]
 fn the_hosts_agree_on_random_lives() {
-    let lives: Vec<Vec<String>> = (0..100).map(|seed| script(&Life::new(seed).bytes())).collect();
-    let said = same("host", &lives);
+    let said = same((0..100).map(|seed| talk(&Life::new(seed).bytes())).collect());
     assert!(said.len() > 30_000, "{}", said.len());
     assert_all(
         &said,
@@ -78,9 +72,9 @@ fn the_hosts_agree_on_random_lives() {
 #[ignore = "needs Python 3.9 (CONTRIBUTING.md)"]
 fn the_hosts_agree_on_every_seed() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fuzz/seeds");
-    let scripts = host_scripts(&folder);
-    assert!(scripts.len() > 100, "{}", scripts.len());
-    let said = same("host-seeds", &scripts);
+    let talks = host_talks(&folder);
+    assert!(talks.len() > 100, "{}", talks.len());
+    let said = same(talks);
     assert_all(
         &said,
         &["= stream", "= degraded", "rebooted", "closed lost", "closed unanswered", "done 13"],

@@ -1,0 +1,14 @@
+//! The device in C (protocol/c) and device and host in Python (protocol/python) against this crate: the same scripts and
+//! bytes in, the same lines out. Their own tests: scripts/c-peer-check.sh, scripts/python-peer-check.sh.
+#![cfg(test)]
+
+mod device;
+mod dice;
+mod host;
+mod host_lives;
+mod lives;
+mod peer;
+mod streams;
+#[expect(unreachable_pub, dead_code, reason = "shared with the fuzz workspace and other tests")]
+#[path = "../../../../fuzz/src/targets/mod.rs"]
+mod targets;
