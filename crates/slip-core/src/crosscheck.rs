@@ -517,6 +517,13 @@ impl Whiteness {
         self.noisy
     }
 
+    /// Whether enough of this slip was seen for a verdict.
+    #[must_use]
+    #[inline]
+    pub fn is_known(&self) -> bool {
+        self.seen >= Self::READINGS
+    }
+
     /// Takes the next reading; `noise` is the noise of a sound stylus in its vibration band (rms).
     pub fn step(&mut self, x: f32, noise: f32) {
         let Some([one, two]) = self.last.replace([x, self.last.map_or(x, |[one, _]| one)]) else {

@@ -220,7 +220,8 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
     /// Whether the stylus alone can give the force from here on: nothing of the slip has been lost, and what it feels is the surface.
     fn holds_alone(&self, t: Micros) -> bool {
         let kept = |slip: Slip| slip.feels && (slip.followed || t.since(slip.since) < CAUGHT_UP);
-        self.slip.is_some_and(kept) && !self.detector.is_moving() && !self.whiteness.is_noisy()
+        let surface = self.whiteness.is_known() && !self.whiteness.is_noisy();
+        self.slip.is_some_and(kept) && surface && !self.detector.is_moving()
     }
 
     /// The force of a finger in a slip (N): measured, or where the sensor has failed by the command; `None` where nothing is commanded and
