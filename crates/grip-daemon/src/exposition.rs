@@ -1,8 +1,6 @@
 //! Numbers in, the text format 0.0.4 of Prometheus out.
 //!
-//! Source: the exposition formats page of the Prometheus documentation. Written by hand: our numbers are snapshots that another
-//! thread has counted, while the registries of client libraries own atomics, look their labels up under a lock and pull in a
-//! handful of crates for what is a page of text.
+//! Source: the exposition formats page of the Prometheus documentation. By hand: docs/decisions/0056-watching.md.
 
 use crate::latency::Latency;
 use core::fmt::{self, Display, Write as _};

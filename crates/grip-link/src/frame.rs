@@ -15,7 +15,7 @@
 
 use crate::PROTOCOL;
 use crate::cobs;
-use crate::crc::Crc32c;
+use crate::crc;
 use crate::kind::Kind;
 use thiserror::Error;
 
@@ -128,7 +128,7 @@ impl<'a> Frame<'a> {
             return Err(short);
         }
         let got = u32::from_le_bytes(*crc);
-        let computed = Crc32c::new().update(covered).value();
+        let computed = crc::crc32c(covered);
         if got == computed {
             Ok(Self { header, payload })
         } else {
@@ -175,7 +175,7 @@ pub fn encode(header: &Header, payload: &[u8], out: &mut [u8]) -> Result<usize, 
     }
     let count = u16::try_from(len).map_err(|_| EncodeError::Payload { len })?;
     let head = header.to_bytes(count);
-    let crc = Crc32c::new().update(&head).update(payload).value();
+    let crc = crc::of_parts([&head, payload]);
     let (open, rest) = out.split_first_mut().ok_or(short)?;
     let mut block = cobs::Encoder::new(rest);
     block.push(&head);

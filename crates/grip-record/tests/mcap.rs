@@ -190,7 +190,7 @@ fn every_kind_of_record_comes_back() {
     });
     let mut reader = McapReader::new(Path::new("x.mcap"), Cursor::new(&bytes)).unwrap();
     let first = reader.next_entry().unwrap();
-    assert_eq!(first, Some(Entry::Metadata { name: "gripper", values: title }));
+    assert_eq!(first, Some(Entry::Metadata { name: "gripper".to_owned(), values: title }));
     for (host_us, record) in (10..).zip(records) {
         let log_ns = ZERO_NS + host_us * 1000;
         assert_eq!(reader.next_entry().unwrap(), Some(Entry::Message { log_ns, record }));
@@ -272,6 +272,22 @@ fn damage_in_one_chunk_costs_that_chunk() {
         lost += u32::from(!saved.was_whole());
     }
     assert!(lost > 0, "none of the damage was seen");
+}
+
+/// `mcap::parse_record` of 0.26 alone panics at an attachment without room for its checksum.
+#[test]
+fn an_attachment_that_ends_too_early_is_damage() {
+    let whole = samples(0, 1);
+    let record = |from: &[u8]| 9 + u64::from_le_bytes(*from[1..].first_chunk().unwrap()) as usize;
+    let at = 8 + record(&whole[8..]);
+    let end = at + record(&whole[at..]);
+    let first = |len: usize| {
+        let (start, body) = (&whole[..=at], &whole[at + 9..end]);
+        let bytes = [start, &(len as u64).to_le_bytes(), &body[..len], &whole[end..]].concat();
+        McapReader::new(Path::new("x"), Cursor::new(&bytes)).unwrap().next_entry().is_ok()
+    };
+    let len = end - at - 9;
+    assert!((0..len).all(|len| !first(len)) && first(len));
 }
 
 #[test]

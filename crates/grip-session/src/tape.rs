@@ -197,15 +197,15 @@ impl Tape {
                 Entry::Message { record, .. } => self.record(&mut place, &record)?,
                 Entry::Attachment { name, data, .. } => {
                     if name == MODEL_NAME {
-                        self.model = Some(model(file, data)?);
+                        self.model = Some(model(file, &data)?);
                     }
-                    (place.tell)(Played::Attached { name, data });
+                    (place.tell)(Played::Attached { name: &name, data: &data });
                 }
                 Entry::Metadata { name, values } => {
                     if name == ABOUT {
                         self.follow(file, &values)?;
                     }
-                    (place.tell)(Played::Metadata { name, values: &values });
+                    (place.tell)(Played::Metadata { name: &name, values: &values });
                 }
             }
         }

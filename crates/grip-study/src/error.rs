@@ -35,7 +35,7 @@ pub enum StudyError {
         /// What is possible.
         range: &'static str,
     },
-    /// A chart could not be drawn.
+    /// The page of a report could not be made, because a chart of it could not be drawn.
     #[error(transparent)]
-    Plot(#[from] grip_plot::PlotError),
+    Page(#[from] askama::Error),
 }

@@ -177,7 +177,7 @@ fn place(file: &Path) -> Option<Place> {
     let mut reader = McapReader::open(file).ok()?;
     while let Ok(Some(entry)) = reader.next_entry() {
         match entry {
-            Entry::Metadata { name: ABOUT, values } => {
+            Entry::Metadata { name, values } if name == ABOUT => {
                 let run = values.get(RUN).filter(|run| !run.is_empty())?.clone();
                 let part = values.get(PART)?.parse().ok()?;
                 return Some(Place { folder: file.parent()?.to_owned(), run, part });

@@ -5,6 +5,7 @@
 //! where there are at least five of them; the interval then speaks of other materials too.
 
 use super::quantiles::{Quantiles, quantile};
+use crate::poisson::{self, chance_to_pass};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -77,10 +78,11 @@ pub fn share(hits: usize, trials: usize) -> Interval {
     if trials == 0 {
         return None;
     }
-    let (k, n) = (count(hits), count(trials));
-    let low = if hits == 0 { 0.0 } else { solve(|p| 1.0 - binomial_at_most(k - 1.0, n, p) - TAIL) };
-    let high = if hits == trials { 1.0 } else { solve(|p| TAIL - binomial_at_most(k, n, p)) };
-    Some([low, high])
+    let most = |hits: usize| match (u64::try_from(hits), u64::try_from(trials)) {
+        (Ok(hits), Ok(trials)) => chance_to_pass(hits + 1, trials, 1.0 - TAIL),
+        _ => 1.0,
+    };
+    Some([1.0 - most(trials.saturating_sub(hits)), most(hits)])
 }
 
 /// Interval of a rate (1/s) at which `events` were seen in `seconds`.
@@ -89,39 +91,8 @@ pub fn rate(events: u32, seconds: f64) -> Interval {
     if seconds <= 0.0 {
         return None;
     }
-    let (low, high) = crate::poisson::interval(events.into(), 1.0 - 2.0 * TAIL);
+    let (low, high) = poisson::interval(events.into(), 1.0 - 2.0 * TAIL);
     Some([low / seconds, high / seconds])
-}
-
-#[expect(clippy::cast_precision_loss, reason = "a count of recordings")]
-fn count(n: usize) -> f64 {
-    n as f64
-}
-
-/// Where the rising `f` crosses 0 between 0 and 1.
-fn solve(f: impl Fn(f64) -> f64) -> f64 {
-    let (mut low, mut high) = (0.0, 1.0);
-    for _ in 0..60 {
-        let middle = 0.5 * (low + high);
-        if f(middle) < 0.0 {
-            low = middle;
-        } else {
-            high = middle;
-        }
-    }
-    0.5 * (low + high)
-}
-
-fn binomial_at_most(k: f64, n: f64, p: f64) -> f64 {
-    let mut term = n * (-p).ln_1p();
-    let mut sum = term.exp();
-    let mut i = 0.0;
-    while i < k {
-        term += ((n - i) / (i + 1.0) * p / (1.0 - p)).ln();
-        sum += term.exp();
-        i += 1.0;
-    }
-    sum
 }
 
 #[cfg(test)]

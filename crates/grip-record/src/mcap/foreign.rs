@@ -6,9 +6,11 @@ use std::io::{self, BufReader, Read};
 use std::path::{Path, PathBuf};
 
 use super::error::McapError;
-use super::raw::{RawReader, RawRecord, Unpack};
+use super::raw::{RawReader, Unpack};
 use super::read::told;
 use crate::files;
+use mcap::records::Record as RawRecord;
+use std::borrow::Cow;
 
 /// A channel as its file announces it.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -88,14 +90,15 @@ impl<R: Read> ForeignReader<R> {
                 return Ok(None);
             };
             match self.raw.record(&place).map_err(|error| told(&self.file, error))? {
-                RawRecord::Schema { id, name, encoding, data } => {
-                    let schema = (name.to_owned(), encoding.to_owned(), data.to_owned());
-                    self.schemas.insert(id, schema);
+                RawRecord::Schema { header, data } => {
+                    let schema = (header.name, header.encoding, data.into_owned());
+                    self.schemas.insert(header.id, schema);
                 }
-                RawRecord::Channel { id, schema, topic, encoding, .. } => {
+                RawRecord::Channel(channel) => {
                     let (schema, schema_encoding, definition) =
-                        self.schemas.get(&schema).cloned().unwrap_or_default();
-                    let (topic, encoding) = (topic.to_owned(), encoding.to_owned());
+                        self.schemas.get(&channel.schema_id).cloned().unwrap_or_default();
+                    let (id, topic, encoding) =
+                        (channel.id, channel.topic, channel.message_encoding);
                     let channel =
                         ForeignChannel { topic, encoding, schema, schema_encoding, definition };
                     return Ok(Some(Foreign::Channel { id, channel }));
@@ -106,9 +109,10 @@ impl<R: Read> ForeignReader<R> {
             // Taken again, because what is returned borrows the reader.
             if place.is_message() {
                 let record = self.raw.record(&place).map_err(|error| told(&self.file, error))?;
-                let RawRecord::Message { channel, log_ns, data, .. } = record else {
+                let RawRecord::Message { header, data: Cow::Borrowed(data) } = record else {
                     return Ok(None);
                 };
+                let (channel, log_ns) = (header.channel_id, header.log_time);
                 return Ok(Some(Foreign::Message { channel, log_ns, data }));
             }
         }

@@ -1,6 +1,7 @@
 //! The end of an MCAP file in; where its chunks stand, and when, out: what is needed to look into the middle of a large recording.
 
-use super::raw::{ChunkIndex, LONGEST, footer, summary_chunks};
+use super::raw::{LONGEST, footer, summary_chunks};
+use mcap::records::ChunkIndex;
 use std::io::{self, Read, Seek, SeekFrom};
 
 /// Bytes at the end of a file that hold its footer.
@@ -43,18 +44,18 @@ impl McapIndex {
         }
         let summary = read_at(&mut input, start, len - start)?;
         let believable = |chunk: &ChunkIndex| {
-            chunk.offset.checked_add(chunk.len).is_some_and(|end| end <= start)
+            chunk.chunk_start_offset.checked_add(chunk.chunk_length).is_some_and(|end| end <= start)
         };
         let Some(mut chunks) = summary_chunks(&summary) else { return Ok(None) };
         if !chunks.iter().all(believable) {
             return Ok(None);
         }
-        chunks.sort_by_key(|chunk| chunk.offset);
+        chunks.sort_by_key(|chunk| chunk.chunk_start_offset);
         let place = |chunk: &ChunkIndex| ChunkPlace {
-            offset: chunk.offset,
-            len: chunk.len,
-            from_ns: chunk.from_ns,
-            to_ns: chunk.to_ns,
+            offset: chunk.chunk_start_offset,
+            len: chunk.chunk_length,
+            from_ns: chunk.message_start_time,
+            to_ns: chunk.message_end_time,
         };
         Ok(Some(Self { chunks: chunks.iter().map(place).collect() }))
     }

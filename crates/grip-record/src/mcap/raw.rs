@@ -2,67 +2,17 @@
 //! [`LONGEST`] bytes at once.
 //!
 //! Layout of the format: mcap.dev/spec. A file is magic, records (one byte of opcode, eight of length, a body), magic. A chunk
-//! is a record that holds records, compressed.
+//! is a record that holds records, compressed. What a record holds is read by the crate `mcap`.
 
-use std::collections::BTreeMap;
+use mcap::MAGIC;
+use mcap::records::{ChunkIndex, Record as RawRecord, op};
 use std::io::{self, Read, Seek, SeekFrom};
 
 /// The longest record, and the longest chunk after decompression, that is believed (bytes); far above what any recorder writes.
 pub(super) const LONGEST: u64 = 64 << 20;
 
-const MAGIC: [u8; 8] = *b"\x89MCAP0\r\n";
-
-/// Opcodes of the format.
-mod op {
-    pub(super) const FOOTER: u8 = 0x02;
-    pub(super) const SCHEMA: u8 = 0x03;
-    pub(super) const CHANNEL: u8 = 0x04;
-    pub(super) const MESSAGE: u8 = 0x05;
-    pub(super) const CHUNK: u8 = 0x06;
-    pub(super) const CHUNK_INDEX: u8 = 0x08;
-    pub(super) const ATTACHMENT: u8 = 0x09;
-    pub(super) const METADATA: u8 = 0x0c;
-    pub(super) const DATA_END: u8 = 0x0f;
-}
-
 /// Decompresses a chunk: the name of the compression, its bytes and the size that they must unpack to in, those bytes out.
 pub type Unpack = fn(&str, &[u8], u64) -> io::Result<Vec<u8>>;
-
-/// One record of the data section, what is no longer needed at the end left out.
-#[derive(Debug, PartialEq, Eq)]
-pub(super) enum RawRecord<'a> {
-    Schema {
-        id: u16,
-        name: &'a str,
-        encoding: &'a str,
-        data: &'a [u8],
-    },
-    Channel {
-        id: u16,
-        schema: u16,
-        topic: &'a str,
-        encoding: &'a str,
-        metadata: BTreeMap<String, String>,
-    },
-    Message {
-        channel: u16,
-        sequence: u32,
-        log_ns: u64,
-        publish_ns: u64,
-        data: &'a [u8],
-    },
-    Attachment {
-        log_ns: u64,
-        create_ns: u64,
-        name: &'a str,
-        media_type: &'a str,
-        data: &'a [u8],
-    },
-    Metadata {
-        name: &'a str,
-        values: BTreeMap<String, String>,
-    },
-}
 
 /// Where reading stopped.
 #[derive(Debug)]
@@ -138,8 +88,8 @@ impl<R: Read> RawReader<R> {
     /// [`RawError::NoMcap`], [`RawError::Io`].
     pub(super) fn new(mut input: R) -> Result<Self, RawError> {
         let mut magic = [0; MAGIC.len()];
-        let read = fill(&mut input, &mut magic).map_err(RawError::Io)?;
-        if magic != MAGIC || read < MAGIC.len() {
+        fill(&mut input, &mut magic).map_err(RawError::Io)?;
+        if magic != MAGIC {
             return Err(RawError::NoMcap);
         }
         let next = MAGIC.len() as u64;
@@ -296,24 +246,24 @@ impl<R: Read> RawReader<R> {
         self.chunk.clear();
         self.at = 0;
         let damage = |what: &str| damaged(offset, what);
-        let mut fields = Fields(&self.body);
-        let header =
-            fields.chunk_header().ok_or_else(|| damage("the chunk ends inside its header"))?;
-        if header.size > LONGEST {
+        let Some(RawRecord::Chunk { header, data }) = parse(op::CHUNK, &self.body) else {
+            return Err(damage("the chunk has not the form of one"));
+        };
+        let size = header.uncompressed_size;
+        if size > LONGEST {
             return Err(damage("the chunk says it is longer than any chunk"));
         }
-        match header.compression {
-            "" => self.chunk.extend_from_slice(header.data),
+        match header.compression.as_str() {
+            "" => self.chunk.extend_from_slice(&data),
             "lz4" => {
-                let decoder = lz4::Decoder::new(header.data).map_err(RawError::Io)?;
-                if decoder.take(header.size + 1).read_to_end(&mut self.chunk).is_err() {
+                let decoder = lz4::Decoder::new(&*data).map_err(RawError::Io)?;
+                if decoder.take(size + 1).read_to_end(&mut self.chunk).is_err() {
                     self.chunk.clear();
                     return Err(damage("the chunk cannot be decompressed"));
                 }
             }
             other if self.unpack.is_some() => {
-                let unpacked =
-                    self.unpack.map(|unpack| unpack(other, header.data, header.size)).transpose();
+                let unpacked = self.unpack.map(|unpack| unpack(other, &data, size)).transpose();
                 self.chunk =
                     unpacked.map_err(|error| damage(&error.to_string()))?.unwrap_or_default();
             }
@@ -322,8 +272,8 @@ impl<R: Read> RawReader<R> {
                 return Err(RawError::Damaged { offset, what, skippable: true });
             }
         }
-        let whole = self.chunk.len() as u64 == header.size;
-        if !whole || (header.crc != 0 && crc32fast::hash(&self.chunk) != header.crc) {
+        let (whole, crc) = (self.chunk.len() as u64 == size, header.uncompressed_crc);
+        if !whole || (crc != 0 && crc32fast::hash(&self.chunk) != crc) {
             self.chunk.clear();
             return Err(damage("the chunk has not the checksum that it says"));
         }
@@ -349,22 +299,14 @@ fn fill(input: &mut impl Read, out: &mut [u8]) -> io::Result<usize> {
     Ok(filled)
 }
 
-/// One entry of a file's index.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct ChunkIndex {
-    pub(super) from_ns: u64,
-    pub(super) to_ns: u64,
-    pub(super) offset: u64,
-    pub(super) len: u64,
-}
-
 /// Where the index begins, by the last bytes of a file; `None` where they are no end of a file or there is no index.
 pub(super) fn footer(tail: &[u8]) -> Option<u64> {
-    let rest = tail.strip_suffix(&MAGIC)?;
-    let mut fields = Fields(rest.get(rest.len().checked_sub(FOOTER)?..)?);
-    let opcode = fields.take::<1>()?;
-    let (_len, start) = (fields.u64()?, fields.u64()?);
-    (opcode == [op::FOOTER] && start > 0).then_some(start)
+    let rest = tail.strip_suffix(MAGIC)?;
+    let (&opcode, record) = rest.get(rest.len().checked_sub(FOOTER)?..)?.split_first()?;
+    match parse(opcode, record.get(8..)?)? {
+        RawRecord::Footer(footer) => Some(footer.summary_start).filter(|start| *start > 0),
+        _ => None,
+    }
 }
 
 /// The chunks that the bytes from the index on tell of; `None` where a record is not whole.
@@ -378,9 +320,10 @@ pub(super) fn summary_chunks(summary: &[u8]) -> Option<Vec<ChunkIndex>> {
         let (opcode, body) = inner_record(summary, at)?;
         at = body.end;
         if opcode == op::CHUNK_INDEX {
-            let mut f = Fields(summary.get(body)?);
-            let (from_ns, to_ns) = (f.u64()?, f.u64()?);
-            chunks.push(ChunkIndex { from_ns, to_ns, offset: f.u64()?, len: f.u64()? });
+            let RawRecord::ChunkIndex(chunk) = parse(opcode, summary.get(body)?)? else {
+                return None;
+            };
+            chunks.push(chunk);
         }
     }
     Some(chunks)
@@ -392,7 +335,7 @@ const FOOTER: usize = 9 + 8 + 8 + 4;
 /// Whether the bytes after the data are an index with its checksum, the footer and the magic.
 fn is_end(bytes: &[u8]) -> bool {
     let whole = || {
-        let rest = bytes.strip_suffix(&MAGIC)?;
+        let rest = bytes.strip_suffix(MAGIC)?;
         let footer = rest.get(rest.len().checked_sub(FOOTER)?..)?;
         let (checked, crc) = rest.split_last_chunk::<4>()?;
         let crc = u32::from_le_bytes(*crc);
@@ -413,101 +356,19 @@ fn inner_record(chunk: &[u8], from: usize) -> Option<(u8, core::ops::Range<usize
 
 /// The record in `body`; `None` where it has not the form of its kind.
 fn parse(opcode: u8, body: &[u8]) -> Option<RawRecord<'_>> {
-    let mut f = Fields(body);
-    Some(match opcode {
-        op::SCHEMA => RawRecord::Schema {
-            id: f.u16()?,
-            name: f.text()?,
-            encoding: f.text()?,
-            data: f.sized()?,
-        },
-        op::CHANNEL => RawRecord::Channel {
-            id: f.u16()?,
-            schema: f.u16()?,
-            topic: f.text()?,
-            encoding: f.text()?,
-            metadata: f.map()?,
-        },
-        op::MESSAGE => RawRecord::Message {
-            channel: f.u16()?,
-            sequence: f.u32()?,
-            log_ns: f.u64()?,
-            publish_ns: f.u64()?,
-            data: f.0,
-        },
-        op::ATTACHMENT => f.attachment(body)?,
-        op::METADATA => RawRecord::Metadata { name: f.text()?, values: f.map()? },
-        _ => return None,
-    })
+    if opcode == op::ATTACHMENT && !may_be_attachment(body) {
+        return None;
+    }
+    mcap::parse_record(opcode, body).ok()
 }
 
-/// What stands before the records of a chunk.
-struct ChunkHeader<'a> {
-    size: u64,
-    crc: u32,
-    compression: &'a str,
-    data: &'a [u8],
+/// Whether an attachment has room for its checksum behind times and names, without which `mcap` 0.26 panics.
+fn may_be_attachment(body: &[u8]) -> bool {
+    let behind_names = body.get(16..).and_then(behind_text).and_then(behind_text);
+    behind_names.is_some_and(|rest| rest.len() >= 8 + 4)
 }
 
-/// Takes field after field from the front.
-struct Fields<'a>(&'a [u8]);
-
-impl<'a> Fields<'a> {
-    fn slice(&mut self, len: usize) -> Option<&'a [u8]> {
-        let (taken, rest) = self.0.split_at_checked(len)?;
-        self.0 = rest;
-        Some(taken)
-    }
-
-    fn take<const N: usize>(&mut self) -> Option<[u8; N]> {
-        self.slice(N)?.first_chunk().copied()
-    }
-
-    fn u16(&mut self) -> Option<u16> {
-        self.take().map(u16::from_le_bytes)
-    }
-
-    fn u32(&mut self) -> Option<u32> {
-        self.take().map(u32::from_le_bytes)
-    }
-
-    fn u64(&mut self) -> Option<u64> {
-        self.take().map(u64::from_le_bytes)
-    }
-
-    fn sized(&mut self) -> Option<&'a [u8]> {
-        let len = usize::try_from(self.u32()?).ok()?;
-        self.slice(len)
-    }
-
-    fn text(&mut self) -> Option<&'a str> {
-        core::str::from_utf8(self.sized()?).ok()
-    }
-
-    fn map(&mut self) -> Option<BTreeMap<String, String>> {
-        let mut inner = Fields(self.sized()?);
-        let mut map = BTreeMap::new();
-        while !inner.0.is_empty() {
-            map.insert(inner.text()?.to_owned(), inner.text()?.to_owned());
-        }
-        Some(map)
-    }
-
-    fn attachment(&mut self, body: &[u8]) -> Option<RawRecord<'a>> {
-        let (log_ns, create_ns) = (self.u64()?, self.u64()?);
-        let (name, media_type) = (self.text()?, self.text()?);
-        let len = usize::try_from(self.u64()?).ok()?;
-        let data = self.slice(len)?;
-        let crc = self.u32()?;
-        let checked = body.get(..body.len().checked_sub(4 + self.0.len())?)?;
-        let good = crc == 0 || crc32fast::hash(checked) == crc;
-        good.then_some(RawRecord::Attachment { log_ns, create_ns, name, media_type, data })
-    }
-
-    fn chunk_header(&mut self) -> Option<ChunkHeader<'a>> {
-        let (_start, _end) = (self.u64()?, self.u64()?);
-        let (size, crc, compression) = (self.u64()?, self.u32()?, self.text()?);
-        let len = usize::try_from(self.u64()?).ok()?;
-        Some(ChunkHeader { size, crc, compression, data: self.slice(len)? })
-    }
+fn behind_text(from: &[u8]) -> Option<&[u8]> {
+    let (len, text) = from.split_first_chunk()?;
+    text.get(usize::try_from(u32::from_le_bytes(*len)).ok()?..)
 }

@@ -6,10 +6,12 @@ use std::io::{BufReader, Read, Seek};
 use std::path::{Path, PathBuf};
 
 use super::error::McapError;
-use super::raw::{Place, RawError, RawReader, RawRecord};
+use super::raw::{Place, RawError, RawReader};
 use super::record::Record;
 use super::schema::{MESSAGE_ENCODING, SCHEMA_ENCODING, Topic, fields};
 use crate::files;
+use mcap::records::Record as RawRecord;
+use std::borrow::Cow;
 
 /// One thing that a recording holds.
 #[derive(Debug, PartialEq)]
@@ -24,16 +26,16 @@ pub enum Entry<'a> {
     /// A file inside the recording.
     Attachment {
         /// Its name.
-        name: &'a str,
+        name: String,
         /// Its media type.
-        media_type: &'a str,
+        media_type: String,
         /// Its bytes.
-        data: &'a [u8],
+        data: Cow<'a, [u8]>,
     },
     /// Names and values under a title.
     Metadata {
         /// The title.
-        name: &'a str,
+        name: String,
         /// The values.
         values: BTreeMap<String, String>,
     },
@@ -123,16 +125,17 @@ impl<R: Read> McapReader<R> {
     fn announce(&mut self, place: &Place) -> Result<(), McapError> {
         let foreign = |what: String| McapError::Foreign { file: self.file.clone(), what };
         match self.raw.record(place).map_err(|error| told(&self.file, error))? {
-            RawRecord::Schema { id, name, encoding, data } => {
-                let topic = own_schema(name, encoding, data).map_err(foreign)?;
-                self.schemas.insert(id, topic);
+            RawRecord::Schema { header, data } => {
+                let topic = own_schema(&header.name, &header.encoding, &data).map_err(foreign)?;
+                self.schemas.insert(header.id, topic);
             }
-            RawRecord::Channel { id, schema, topic, encoding, .. } => {
-                let described = self.schemas.get(&schema).copied();
-                let own = Topic::from_name(topic)
+            RawRecord::Channel(channel) => {
+                let described = self.schemas.get(&channel.schema_id).copied();
+                let (topic, encoding) = (channel.topic, channel.message_encoding);
+                let own = Topic::from_name(&topic)
                     .filter(|own| described == Some(*own) && encoding == MESSAGE_ENCODING)
                     .ok_or_else(|| foreign(format!("it has the topic {topic:?} ({encoding})")))?;
-                self.channels.insert(id, own);
+                self.channels.insert(channel.id, own);
             }
             _ => {}
         }
@@ -144,7 +147,8 @@ impl<R: Read> McapReader<R> {
         let offset = raw.offset();
         let damaged = |what| McapError::Damaged { file: file.clone(), offset, what };
         Ok(match raw.record(place).map_err(|error| told(file, error))? {
-            RawRecord::Message { channel, log_ns, data, .. } => {
+            RawRecord::Message { header, data: Cow::Borrowed(data) } => {
+                let (channel, log_ns) = (header.channel_id, header.log_time);
                 let topic = *channels.get(&channel).ok_or_else(|| {
                     damaged(format!("a message of channel {channel}, which was not announced"))
                 })?;
@@ -153,13 +157,13 @@ impl<R: Read> McapReader<R> {
                 })?;
                 Entry::Message { log_ns, record }
             }
-            RawRecord::Attachment { name, media_type, data, .. } => {
-                Entry::Attachment { name, media_type, data }
+            RawRecord::Attachment { header, data, .. } => {
+                Entry::Attachment { name: header.name, media_type: header.media_type, data }
             }
-            RawRecord::Metadata { name, values } => Entry::Metadata { name, values },
-            RawRecord::Schema { .. } | RawRecord::Channel { .. } => {
-                return Err(damaged("a schema where a message should be".to_owned()));
+            RawRecord::Metadata(metadata) => {
+                Entry::Metadata { name: metadata.name, values: metadata.metadata }
             }
+            _ => return Err(damaged("no message where one should be".to_owned())),
         })
     }
 }

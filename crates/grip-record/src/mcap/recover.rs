@@ -1,16 +1,15 @@
 //! A recording that was cut off or damaged in, a finished one with all that is whole out.
 
-use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::io::{Read, Write};
 use std::path::Path;
 
-use mcap::records::{MessageHeader, Metadata};
+use mcap::records::{MessageHeader, Record as RawRecord};
 use mcap::write::NoSeek;
 use mcap::{Attachment, Writer};
 
 use super::error::{McapError, McapWriteError};
-use super::raw::{RawError, RawReader, RawRecord};
+use super::raw::{RawError, RawReader};
 use super::read::told;
 use super::write::options;
 
@@ -103,45 +102,40 @@ struct Copy<W: Write> {
 impl<W: Write> Copy<W> {
     fn take(&mut self, record: RawRecord<'_>, offset: u64) -> mcap::McapResult<()> {
         match record {
-            RawRecord::Schema { id, name, encoding, data } => {
-                let ours = self.out.add_schema(name, encoding, data)?;
-                self.schemas.insert(id, ours);
+            RawRecord::Schema { header, data } => {
+                let ours = self.out.add_schema(&header.name, &header.encoding, &data)?;
+                self.schemas.insert(header.id, ours);
             }
-            RawRecord::Channel { id, schema, topic, encoding, metadata } => {
-                let schema = self.schemas.get(&schema).copied().unwrap_or(0);
-                let ours = self.out.add_channel(schema, topic, encoding, &metadata)?;
-                self.channels.insert(id, ours);
+            RawRecord::Channel(channel) => {
+                let schema = self.schemas.get(&channel.schema_id).copied().unwrap_or(0);
+                let (topic, encoding) = (&channel.topic, &channel.message_encoding);
+                let ours = self.out.add_channel(schema, topic, encoding, &channel.metadata)?;
+                self.channels.insert(channel.id, ours);
             }
-            RawRecord::Message { channel, sequence, log_ns, publish_ns, data } => {
-                let Some(&channel_id) = self.channels.get(&channel) else {
+            RawRecord::Message { header, data } => {
+                let Some(&channel_id) = self.channels.get(&header.channel_id) else {
+                    let channel = header.channel_id;
                     let what = format!("a message of channel {channel}, which was not announced");
                     self.saved.holes.push((offset, what));
                     return Ok(());
                 };
-                let header = MessageHeader {
-                    channel_id,
-                    sequence,
-                    log_time: log_ns,
-                    publish_time: publish_ns,
-                };
-                self.out.write_to_known_channel(&header, data)?;
+                self.out.write_to_known_channel(&MessageHeader { channel_id, ..header }, &data)?;
                 self.saved.messages += 1;
-                let first = self.saved.span_ns.map_or(log_ns, |(first, _)| first);
-                self.saved.span_ns = Some((first, log_ns));
+                let first = self.saved.span_ns.map_or(header.log_time, |(first, _)| first);
+                self.saved.span_ns = Some((first, header.log_time));
             }
-            RawRecord::Attachment { log_ns, create_ns, name, media_type, data } => {
+            RawRecord::Attachment { header, data, .. } => {
                 self.out.attach(&Attachment {
-                    log_time: log_ns,
-                    create_time: create_ns,
-                    name: name.to_owned(),
-                    media_type: media_type.to_owned(),
-                    data: Cow::Borrowed(data),
+                    log_time: header.log_time,
+                    create_time: header.create_time,
+                    name: header.name,
+                    media_type: header.media_type,
+                    data,
                 })?;
                 self.saved.attachments += 1;
             }
-            RawRecord::Metadata { name, values } => {
-                self.out.write_metadata(&Metadata { name: name.to_owned(), metadata: values })?;
-            }
+            RawRecord::Metadata(metadata) => self.out.write_metadata(&metadata)?,
+            _ => {}
         }
         Ok(())
     }

@@ -4,7 +4,6 @@
 //! The observer runs the pipeline with every stage on and without a controller, at a fixed cost a sample. It has the settings that the
 //! recording tells, or the shipped ones.
 
-mod fft;
 mod spectrum;
 
 use crate::feed::{BandPoint, DerivedBlock, EscPoint, EvidencePoint, Turn};

@@ -1,9 +1,11 @@
 //! Samples of the stylus in, spectra of some milliseconds each out.
 
-use super::fft::Fft;
 use crate::feed::SpectrumColumn;
 use crate::model::{DB_BASE, DB_STEP};
 use core::f32::consts::TAU;
+use core::fmt;
+use realfft::{RealFftPlanner, RealToComplex, num_complex::Complex};
+use std::sync::Arc;
 
 /// A spectrum covers about this time (s), within the lengths below.
 const WINDOW_S: f32 = 0.025;
@@ -11,15 +13,24 @@ const LEAST: usize = 64;
 const MOST: usize = 512;
 
 /// Spectra with a Hann window, each half a window after the one before.
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 pub(super) struct Spectra {
-    fft: Fft,
+    fft: Arc<dyn RealToComplex<f32>>,
     window: Vec<f32>,
     rate_hz: f32,
     samples: Vec<f32>,
     times: Vec<f64>,
-    values: Vec<[f32; 2]>,
+    weighed: Vec<f32>,
+    values: Vec<Complex<f32>>,
+    scratch: Vec<Complex<f32>>,
     held: f32,
+}
+
+/// A plan cannot be printed.
+impl fmt::Debug for Spectra {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Spectra").field("rate_hz", &self.rate_hz).finish_non_exhaustive()
+    }
 }
 
 impl Spectra {
@@ -27,13 +38,16 @@ impl Spectra {
         let len = length(rate_hz);
         #[expect(clippy::cast_precision_loss, reason = "at most 512")]
         let window = |k: usize| 0.5 - 0.5 * (TAU * k as f32 / len as f32).cos();
+        let fft = RealFftPlanner::new().plan_fft_forward(len);
         Self {
-            fft: Fft::new(len),
             window: (0..len).map(window).collect(),
             rate_hz,
             samples: Vec::with_capacity(len),
             times: Vec::with_capacity(len),
-            values: Vec::with_capacity(len),
+            weighed: fft.make_input_vec(),
+            values: fft.make_output_vec(),
+            scratch: fft.make_scratch_vec(),
+            fft,
             held: 0.0,
         }
     }
@@ -67,14 +81,18 @@ impl Spectra {
         #[expect(clippy::cast_precision_loss, reason = "at most 512")]
         let len = self.samples.len() as f32;
         let mean = self.samples.iter().sum::<f32>() / len;
-        let weighed = self.samples.iter().zip(&self.window).map(|(x, w)| [(x - mean) * w, 0.0]);
-        self.values.clear();
-        self.values.extend(weighed);
-        self.fft.run(&mut self.values);
+        for (weighed, (x, w)) in self.weighed.iter_mut().zip(self.samples.iter().zip(&self.window))
+        {
+            *weighed = (x - mean) * w;
+        }
+        // The buffers are those that the plan has made, so it has nothing to refuse.
+        let done =
+            self.fft.process_with_scratch(&mut self.weighed, &mut self.values, &mut self.scratch);
+        debug_assert!(done.is_ok(), "{done:?}");
         // A Hann window halves amplitudes; a real signal shows each half at either sign of the frequency.
         let per_amplitude = 4.0 / len;
         let half = self.values.iter().take(self.window.len() / 2);
-        half.map(|[re, im]| byte(0.5 * (re.hypot(*im) * per_amplitude).powi(2))).collect()
+        half.map(|bin| byte(0.5 * (bin.norm() * per_amplitude).powi(2))).collect()
     }
 }
 

@@ -83,7 +83,7 @@ impl<'a> Slice<'a> {
         match entry {
             Entry::Message { log_ns, record } => return self.message(log_ns / 1000, record),
             Entry::Attachment { name, media_type, data } => {
-                let [name, media_type] = [name, media_type].map(|text| (*text).to_owned());
+                let [name, media_type] = [name, media_type].map(String::clone);
                 let file = Attached { name, media_type, data: data.to_vec() };
                 let attached = self.out.attach(0, &file);
                 self.told(attached)?;

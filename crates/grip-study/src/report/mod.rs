@@ -7,7 +7,9 @@ mod table;
 
 pub use table::{Cell, Table};
 
-use grip_plot::{Chart, PlotError};
+use crate::StudyError;
+use askama::Template as _;
+use grip_plot::Chart;
 use serde_json::{Value, json};
 
 /// A chart with its place in the report.
@@ -134,9 +136,9 @@ impl Report {
     /// One page that needs nothing from elsewhere: styles and charts stand in it.
     ///
     /// # Errors
-    /// [`PlotError`] where a chart has nothing to show or a number without a place.
-    pub fn html(&self) -> Result<String, PlotError> {
-        html::page(self)
+    /// [`StudyError::Page`] where a chart has nothing to show or a number without a place.
+    pub fn html(&self) -> Result<String, StudyError> {
+        Ok(html::Page { report: self }.render()?)
     }
 
     /// Every number of the page, and more digits of it.

@@ -33,7 +33,7 @@ impl Entries {
     pub(super) fn take_entry(&mut self, entry: &Entry<'_>) {
         match entry {
             Entry::Message { record, .. } => self.record(record),
-            Entry::Attachment { name: MODEL_NAME, data, .. } => {
+            Entry::Attachment { name, data, .. } if name == MODEL_NAME => {
                 match parse_estimator(MODEL_NAME, &String::from_utf8_lossy(data)) {
                     Ok(model) => self.model = Some(model),
                     Err(error) => self.note(Level::Warning, error.to_string()),
