@@ -2,7 +2,7 @@
 
 use super::{
     Evidence, GripConfig, GripInput, Sliding, SlipNow, feeling::Feeling, lag::Reach,
-    response::Response,
+    response::Response, yielding::Yielding,
 };
 use crate::{
     estimate::{G_M_S2, KAPPA},
@@ -135,6 +135,8 @@ pub(super) struct Braking {
     swing_m: f32,
     /// Whether more than the weight had to be held.
     overloaded: bool,
+    /// Whether pads may be giving way.
+    yielding: Yielding,
     /// What the load needed by the last reading of it (N).
     last_load_n: Option<f32>,
     /// Mean of the last estimates, with their margin (N).
@@ -315,6 +317,10 @@ impl Braking {
             let noise_n = core::f32::consts::SQRT_2 * evidence.sigma_n;
             agreed_n + self.reach.beyond(agreed_n, config.ahead * (growth_n - noise_n))
         });
+        let most_n = input
+            .moved_m
+            .map_or(f32::INFINITY, |moved_m| self.yielding.most_n(input.sliding.as_ref(), moved_m));
+        let estimate_n = estimate_n.map(|estimate_n| estimate_n.min(most_n));
         let load_n = input.sliding.and_then(|sliding| self.load_n(&sliding));
         let load_n = load_n.map(|load_n| {
             load_n.min(self.last_load_n.replace(load_n).unwrap_or(FIRST * self.step_n))
