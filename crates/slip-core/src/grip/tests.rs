@@ -316,6 +316,18 @@ fn pads_that_give_way_are_not_taken_for_a_load_that_grows() {
 }
 
 #[test]
+fn what_grew_in_a_pause_does_not_go_on_growing_that_fast() {
+    let mut grip = holding();
+    for (steps, estimate_n) in [(10, Some(5.0)), (15, None), (3, Some(9.0))] {
+        for _ in 0..steps {
+            grip.step(&slipping(5e-5, estimate_n));
+        }
+    }
+    let target_n = grip.braking.target_n();
+    assert!((9.0..11.0).contains(&target_n), "{target_n}");
+}
+
+#[test]
 fn faults_in_alarms_do_not_add_up() {
     let mut grip = holding();
     for _ in 0..50 {
