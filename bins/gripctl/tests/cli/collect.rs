@@ -146,10 +146,10 @@ const TRAIN: [&str; 10] = [
 fn recordings_of_many_grippers_become_rows_whose_target_is_near_the_truth() {
     let folder = tempfile::tempdir().unwrap();
     let here = folder.path();
-    let truth = fleet(here, 12);
+    let truth = fleet(here, 24);
     let collect = ["collect", ".", "-o", "train.csv", "--test-share", "0.25", "--json"];
     let told = gripctl(here, &collect).done().json().pop().unwrap();
-    assert_eq!((&told["recordings"], &told["lossy"]), (&48.into(), &0.into()), "{told}");
+    assert_eq!((&told["recordings"], &told["lossy"]), (&96.into(), &0.into()), "{told}");
     let (train, test) =
         (Rows::read(&here.join("train.csv")), Rows::read(&here.join("train-test.csv")));
     let (rows, tested) = (train.0.len(), test.0.len());

@@ -2,7 +2,7 @@
 
 use super::{
     Evidence, GripConfig, GripInput, Sliding, SlipNow, feeling::Feeling, lag::Reach,
-    response::Response,
+    response::Response, yielding::Yielding,
 };
 use crate::{
     estimate::{G_M_S2, KAPPA},
@@ -40,6 +40,8 @@ const UNSEEN_S: f32 = 0.005;
 const MOST_SWING_M: f32 = 2e-4;
 /// Estimates over which the growth of the load is judged.
 const GROWTH_OF: usize = 4;
+/// Time from one estimate to the next (s).
+const ESTIMATES_EVERY_S: f32 = 1e-3;
 /// An estimate that is older than this (s) has no say.
 const ESTIMATE_LASTS_S: f32 = 0.01;
 /// A target that has not risen for this long (s) is what the estimates ask for.
@@ -135,6 +137,8 @@ pub(super) struct Braking {
     swing_m: f32,
     /// Whether more than the weight had to be held.
     overloaded: bool,
+    /// Whether pads may be giving way.
+    yielding: Yielding,
     /// What the load needed by the last reading of it (N).
     last_load_n: Option<f32>,
     /// Mean of the last estimates, with their margin (N).
@@ -308,13 +312,17 @@ impl Braking {
     /// What estimate and load ask for (N).
     fn wanted_n(&mut self, config: &GripConfig, input: &GripInput) -> Option<f32> {
         let estimate_n = input.evidence.filter(Evidence::is_usable).map(|evidence| {
-            self.unconfirmed_s = 0.0;
             let with_margin = evidence.with_margin(config);
             let (agreed_n, growth_n) = self.learn(with_margin);
+            self.unconfirmed_s = 0.0;
             // The estimate is some milliseconds old, and a load that has grown goes on growing.
             let noise_n = core::f32::consts::SQRT_2 * evidence.sigma_n;
             agreed_n + self.reach.beyond(agreed_n, config.ahead * (growth_n - noise_n))
         });
+        let most_n = input
+            .moved_m
+            .map_or(f32::INFINITY, |moved_m| self.yielding.most_n(input.sliding.as_ref(), moved_m));
+        let estimate_n = estimate_n.map(|estimate_n| estimate_n.min(most_n));
         let load_n = input.sliding.and_then(|sliding| self.load_n(&sliding));
         let load_n = load_n.map(|load_n| {
             load_n.min(self.last_load_n.replace(load_n).unwrap_or(FIRST * self.step_n))
@@ -441,14 +449,24 @@ impl Braking {
         let mean = self.mean_n.unwrap_or(with_margin);
         self.mean_n = Some(mean + (with_margin - mean) / self.estimates);
         let known = self.last_n.is_some();
-        let before = self.last_n.unwrap_or([with_margin; GROWTH_OF]);
+        let mut before = self.last_n.unwrap_or([with_margin; GROWTH_OF]);
+        let [.., last] = before;
+        if self.unconfirmed_s > ESTIMATE_LASTS_S {
+            // What has grown in a pause has not done so in the time of a few estimates.
+            let step_n = (with_margin - last) * ESTIMATES_EVERY_S / self.unconfirmed_s;
+            let mut past_n = with_margin;
+            for place in before.iter_mut().rev() {
+                past_n -= step_n;
+                *place = past_n;
+            }
+        }
         let [_, kept @ ..] = before;
         let mut now = [with_margin; GROWTH_OF];
         for (place, value) in now.iter_mut().zip(kept) {
             *place = value;
         }
         self.last_n = Some(now);
-        let [first, .., last] = before;
+        let [first, ..] = before;
         let last = if known { last } else { FIRST * self.step_n };
         (with_margin.min(last), with_margin - first)
     }

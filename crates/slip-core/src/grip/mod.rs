@@ -26,6 +26,7 @@ mod lag;
 mod response;
 mod search;
 mod touch;
+mod yielding;
 
 pub use config::GripConfig;
 pub use input::{Evidence, GripInput, Sliding, SlipNow, Trials};

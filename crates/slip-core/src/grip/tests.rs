@@ -1,7 +1,7 @@
 //! The controller on hand-made evidence.
 
 use super::{
-    Evidence, GripConfig, GripController, GripEvent, GripInput, GripState, SlipNow, Trials,
+    Evidence, GripConfig, GripController, GripEvent, GripInput, GripState, Sliding, SlipNow, Trials,
 };
 
 mod search;
@@ -288,6 +288,43 @@ fn an_object_that_swings_on_its_pads_is_not_held_with_more_and_more() {
         }
     }
     assert!(first < 4.0 && grip.command_n() == first, "{first} {}", grip.command_n());
+}
+
+/// The command (N) after 40 ms of a slip at 5 mm/s in which the acceleration (g) follows from the force.
+fn slipped(mut acceleration_g: impl FnMut(f32) -> f32) -> f32 {
+    let (mut grip, mut applied_n) = (holding(), 2.0);
+    for step in 0..40_u16 {
+        applied_n += 0.2 * (grip.command_n() - applied_n);
+        let acceleration_g = acceleration_g(applied_n);
+        let estimate_n = 1.2 * applied_n / (1.0 - acceleration_g);
+        let sliding = Some(Sliding { force_n: applied_n, acceleration_g });
+        let slip = slipping(5e-5 + 5e-6 * f32::from(step), Some(estimate_n));
+        grip.step(&GripInput { sliding, applied_n: Some(applied_n), ..slip });
+    }
+    grip.command_n()
+}
+
+#[test]
+fn pads_that_give_way_are_not_taken_for_a_load_that_grows() {
+    let even_n = slipped(|_| -0.02);
+    assert!(even_n < 8.0, "{even_n} N where 2 N slow it down");
+    let grows_n = slipped(|_| 0.05);
+    assert!(grows_n > 15.0, "{grows_n} N where it gets faster and faster");
+    // A load of 8 N of an object that needs 10 N.
+    let loaded_n = slipped(|force_n| 0.1 * (8.0 - force_n));
+    assert!((9.0..12.0).contains(&loaded_n), "{loaded_n}");
+}
+
+#[test]
+fn what_grew_in_a_pause_does_not_go_on_growing_that_fast() {
+    let mut grip = holding();
+    for (steps, estimate_n) in [(10, Some(5.0)), (15, None), (3, Some(9.0))] {
+        for _ in 0..steps {
+            grip.step(&slipping(5e-5, estimate_n));
+        }
+    }
+    let target_n = grip.braking.target_n();
+    assert!((9.0..11.0).contains(&target_n), "{target_n}");
 }
 
 #[test]
