@@ -25,7 +25,6 @@ const SLOWS_G: f32 = 0.16;
 const SLOWING: f32 = 0.7;
 /// What the shear of soft pads adds with the distance (N/m): 5 N/mm over a friction of 0.4.
 const SHEARS_N_M: f32 = 12e3;
-
 /// ... and so much there is by then.
 const SHEARED_N_M: f32 = 25e3;
 
