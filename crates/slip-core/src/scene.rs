@@ -75,6 +75,13 @@ impl Contact {
         self.touching
     }
 
+    /// Normal force that counts as touch (N).
+    #[must_use]
+    #[inline]
+    pub fn touch_n(&self) -> f32 {
+        self.contact_n
+    }
+
     /// What [`Contact::update`] has said last.
     #[must_use]
     #[inline]

@@ -74,6 +74,8 @@ pub struct GripInput {
     pub applied_n: Option<f32>,
     /// Whether the fingers touch anything, as far as that is measured; always where it is not.
     pub touching: bool,
+    /// Measured normal force that counts as touch (N), for the noise of this sensor; 0 where it is not measured.
+    pub touch_n: f32,
     /// Whether any slip sensor is usable.
     pub healthy: bool,
     /// The force that the load on the fingers needs (N), where no slip sensor is usable and the tangential force tells it.

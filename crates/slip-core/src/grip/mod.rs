@@ -73,6 +73,8 @@ pub struct GripController {
     touch: Touch,
 }
 
+/// A light touch is so many times what counts as touch at least, as `least_force_n` is of `contact_n`.
+const FELT: f32 = 2.0;
 /// Fingers that touch have the trial force after this long (s), whatever is measured.
 const REACHED_S: f32 = 0.3;
 /// Without a reading of the moved distance for this long (s) it is not measured.
@@ -347,7 +349,9 @@ impl GripController {
     /// A light touch first, then up to the trial force.
     fn close(&mut self, dt_s: f32, input: &GripInput) {
         let trial_n = self.config.trial_force_n.min(self.config.ceiling_n());
-        let goal_n = if input.touching { trial_n } else { self.config.least_force_n.min(trial_n) };
+        // A noisy sensor feels no less.
+        let light_n = self.config.least_force_n.max(FELT * input.touch_n);
+        let goal_n = if input.touching { trial_n } else { light_n.min(trial_n) };
         let rises = self.command_n < trial_n;
         self.raise_towards(goal_n, self.config.close_rate_n_s);
         if self.command_n < trial_n {

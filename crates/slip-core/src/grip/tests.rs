@@ -119,6 +119,19 @@ fn an_object_that_is_held_already_stays_held() {
 }
 
 #[test]
+fn a_light_touch_is_one_that_a_noisy_sensor_feels() {
+    let light_n = |touch_n| {
+        let mut grip = GripController::new(config());
+        grip.grasp(None);
+        let open = GripInput { applied_n: Some(0.0), touching: false, touch_n, ..calm() };
+        (0..500).map(|_| grip.step(&open)).fold(0.0, f32::max)
+    };
+    let least_n = config().least_force_n;
+    assert_eq!([0.0, 0.05, 0.3].map(light_n), [least_n, least_n, 0.6]);
+    assert_eq!(light_n(5.0), config().trial_force_n, "no more than the trial force");
+}
+
+#[test]
 fn closing_waits_for_the_measured_force() {
     let mut grip = GripController::new(config());
     grip.grasp(None);

@@ -58,6 +58,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             travel: travel.is_some(),
             applied_n: sample.normal_force_n,
             touching: self.contact.is_touching(),
+            touch_n: self.contact.touch_n(),
             healthy,
             loaded_n,
             impaired,
