@@ -101,6 +101,7 @@ const FIRST_M_S: f32 = 0.02;
 
 /// What the slip says.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[expect(clippy::struct_excessive_bools, reason = "what is seen, each by itself")]
 pub struct Felt {
     /// Whether the object moves; in a slip that has not ended it may have stopped.
     pub moves: bool,

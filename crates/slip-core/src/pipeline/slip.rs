@@ -27,6 +27,7 @@ const VIBRATION_HZ: f32 = 2000.0;
 
 /// The slip that goes on.
 #[derive(Clone, Copy, Debug)]
+#[expect(clippy::struct_excessive_bools, reason = "what is seen, each by itself")]
 pub(super) struct Slip {
     pub(super) since: Micros,
     pub(super) gross: bool,
