@@ -5,7 +5,7 @@ use crate::common::{Common, PAUSE};
 use grip_daemon::log::LogLevel;
 use grip_fleet::{
     Setup,
-    deploy::{Examined, MOST_BYTES, Models, News, Order},
+    deploy::{Examined, MOST_BYTES, Models, News, Order, Standing},
     net::{NetError, Question},
     rollout::Counts,
 };
@@ -17,6 +17,7 @@ use std::{
         Arc, Mutex, PoisonError,
         mpsc::{self, Receiver, RecvTimeoutError, Sender},
     },
+    time::{Duration, Instant},
 };
 
 /// An order, with a number that the answer has too.
@@ -26,6 +27,11 @@ type Answered = (u64, Result<String, String>);
 
 /// Orders that may wait; one waits for a disk and for the border of a frame.
 const MOST_ORDERS: usize = 16;
+
+/// A trial is looked at so often, and a way back that failed is tried again.
+const COUNTED: Duration = Duration::from_millis(250);
+/// gripd answers a model within two seconds; a connection on which it does not has ended.
+const ANSWERED: Duration = Duration::from_secs(10);
 
 /// What the thread that talks to gripd has to do with models.
 #[derive(Debug)]
@@ -116,6 +122,7 @@ impl Curator {
     pub(crate) fn run(mut self) {
         let Ok((mut setup, takes_models)) = self.setups.recv() else { return };
         let mut models = self.open(&setup, takes_models);
+        let mut counted = Instant::now();
         while !self.common.has_ended() {
             let asked = match self.asked.recv_timeout(PAUSE) {
                 Ok(asked) => Some(asked),
@@ -133,12 +140,21 @@ impl Curator {
                 if setup.settings != before {
                     models.reloaded(setup.configured.clone(), swap);
                 }
-                models.count(total, swap);
+                if counted.elapsed() >= COUNTED {
+                    counted = Instant::now();
+                    models.count(total, swap);
+                }
             }
             if let Some((ticket, order)) = asked {
-                let answer = match &mut models {
-                    Ok(models) => models.obey(order, swap).map_err(|fault| message(&fault)),
-                    Err(reason) => Err((*reason).to_owned()),
+                let answer = match (&mut models, order) {
+                    (Ok(models), order) => {
+                        models.obey(order, swap).map_err(|fault| message(&fault))
+                    }
+                    // The way back is always open.
+                    (Err(_), Order::Back { .. }) => {
+                        swap(None).map(|counted| Standing::configured(&setup.configured, counted))
+                    }
+                    (Err(reason), _) => Err((*reason).to_owned()),
                 };
                 let answer = answer.and_then(|standing| {
                     serde_json::to_string(&standing).map_err(|error| error.to_string())
@@ -172,7 +188,10 @@ impl Curator {
                 models.resume(&setup.in_force, &mut |model| self.swap(model));
                 models
             })
-            .inspect_err(|_| {
+            .inspect_err(|reason| {
+                if self.folder.is_some() && !takes_models {
+                    self.common.tell(LogLevel::Warn, reason);
+                }
                 if setup.in_force != setup.configured.sha256
                     && let Err(reason) = self.swap(None)
                 {
@@ -185,7 +204,10 @@ impl Curator {
     fn swap(&self, model: Option<&Examined>) -> Result<Counts, String> {
         let ending = |_| "the connection to gripd has ended".to_owned();
         self.wanted.send(model.cloned()).map_err(|_| ending(()))?;
-        self.swapped.recv().map_err(|_| ending(()))?
+        self.swapped.recv_timeout(ANSWERED).unwrap_or_else(|_| {
+            self.common.end();
+            Err(ending(()))
+        })
     }
 
     fn tell(&self, models: &mut Models) {

@@ -8,7 +8,7 @@
 //! | the stylus passes 24 peaks and valleys while the readings of the travel are equal to the last bit | travel |
 //! | as the first, but the travel has followed an earlier slip of this object | undecided: the answer is bounded |
 //! | the travel is back by 30 um and more with the next reading, and then as the first | travel |
-//! | the stylus has passed four peaks and valleys and more within less than 10 um of travel each: no surface is that fine | the stylus answers in this slip |
+//! | the stylus has passed four peaks and valleys and more within less than 10 um of travel each, but for one with each turn of the travel: hardly a surface is that fine | the stylus answers in this slip |
 //! | the travel stops dead: over 0.2 mm in 3 ms, then within as much time nothing for 3 ms, while the stylus vibrates | travel |
 //! | the travel moves alone within a second of an undecided alarm | travel: it is late |
 //! | the travel has moved 0.3 mm and the stylus has felt nothing | stylus |
@@ -116,6 +116,10 @@ struct Slip {
     low_m: f32,
     high_m: f32,
     moved_m: f32,
+    /// Where the travel last turned or went on to (m), whether it goes up, and how often it has turned.
+    extreme_m: f32,
+    rises: bool,
+    turned: u32,
     strong_s: f32,
     /// Turns of the stylus, and how many there were when the travel last moved.
     turns: Turns,
@@ -333,7 +337,13 @@ impl CrossCheck {
         let statistic = seen.stylus.unwrap_or(0.0);
         let slip = &mut self.slip;
         if slip.from_m.is_none() {
-            *slip = Slip { low_m: travel_m, high_m: travel_m, leaps: seen.leaps, ..*slip };
+            *slip = Slip {
+                low_m: travel_m,
+                high_m: travel_m,
+                extreme_m: travel_m,
+                leaps: seen.leaps,
+                ..*slip
+            };
         }
         let from_m = *slip.from_m.get_or_insert(travel_m);
         let moved_m = (travel_m - from_m).abs();
@@ -342,6 +352,14 @@ impl CrossCheck {
         slip.moved_m = slip.moved_m.max(moved_m);
         slip.low_m = slip.low_m.min(travel_m);
         slip.high_m = slip.high_m.max(travel_m);
+        let ahead_m =
+            if slip.rises { travel_m - slip.extreme_m } else { slip.extreme_m - travel_m };
+        if ahead_m <= -least_m {
+            (slip.rises, slip.turned) = (!slip.rises, slip.turned.saturating_add(1));
+        }
+        if ahead_m >= 0.0 || ahead_m <= -least_m {
+            slip.extreme_m = travel_m;
+        }
         if slip.high_m - slip.low_m >= least_m {
             (slip.low_m, slip.high_m, slip.strong_s) = (travel_m, travel_m, 0.0);
             slip.passed = slip.turns.count();
@@ -353,9 +371,11 @@ impl CrossCheck {
         let turns = slip.turns.count();
         // Noise turns too, until it is found to be noise.
         slip.close &= seen.holds_alone;
-        if turns > before && turns >= CLOSE && seen.holds_alone {
+        // On pads that swing the stylus turns where the travel does.
+        let once = turns.saturating_sub(slip.turned);
+        if turns > before && once >= CLOSE && seen.holds_alone {
             #[expect(clippy::cast_precision_loss, reason = "turns of one slip")]
-            let least_m = CLOSE_M * turns as f32;
+            let least_m = CLOSE_M * once as f32;
             slip.close |= slip.moved_m < least_m;
         }
         if !slip.felt && statistic >= 1.0 {
@@ -604,6 +624,9 @@ mod tests {
         assert!(check.suspects_travel(), "late up to the end");
         slip(&mut check, 2000, 30, |ms| (100.0, 20.0 * f32::from(ms)));
         assert!(!check.suspects_travel(), "each slip by itself");
+        // Pads swing by 12 um, and the stylus turns where they do.
+        slip(&mut check, 3000, 48, |ms| (100.0, if ms % 2 == 0 { 0.0 } else { 24.0 }));
+        assert!(!check.suspects_travel(), "forth and back");
     }
 
     #[test]

@@ -20,6 +20,13 @@ impl Service {
     }
 
     fn send_model(&mut self, load: &mut Loading) -> Result<(), String> {
+        if load.model.is_none() && self.settings.loaded.is_none() {
+            // It is in force: a swap would make the detector learn anew.
+            if let Some(clients) = &mut self.servers.clients {
+                clients.loaded(load, Ok(false));
+            }
+            return Ok(());
+        }
         let model = load.model.take().map(Loaded::new).transpose()?;
         let words = |error| message(&error);
         let estimator = self.settings.estimator_with(model.as_ref()).map_err(words)?;
@@ -44,11 +51,11 @@ impl Service {
             return self.refuse_model(&load, NackReason::WrongState, &message(error));
         }
         self.settings.loaded = model;
-        let text = format!("a client asked: model {} is in force", self.settings.model_name());
+        let text = format!("by a client: model {} is in force", self.settings.model_name());
         self.console.say(LogLevel::Info, &text);
         self.tell_setup();
         if let Some(clients) = &mut self.servers.clients {
-            clients.loaded(&load, Ok(()));
+            clients.loaded(&load, Ok(self.settings.loaded.is_some()));
         }
     }
 

@@ -180,8 +180,9 @@ pub struct Clients {
     roster: Roster,
     known: Known,
     commands: VecDeque<ClientCommand>,
-    /// A model that waits to be fetched.
+    /// A model that waits to be fetched, and the client whose model is in force.
     load: Option<Loading>,
+    bearer: Option<u64>,
     counters: ClientCounters,
     of_gone: Blame,
 }
@@ -221,6 +222,7 @@ impl Clients {
             known: Known::default(),
             commands: VecDeque::with_capacity(MOST_COMMANDS),
             load: None,
+            bearer: None,
             counters: ClientCounters::default(),
             of_gone: Blame::default(),
         })
@@ -263,17 +265,24 @@ impl Clients {
         self.commands.pop_front()
     }
 
-    /// The model that a client wants in force, if one does; [`Clients::loaded`] answers it.
+    /// The model that a client wants in force, if one does; that of the configuration once the client that brought another has gone.
+    /// [`Clients::loaded`] answers it.
     pub fn next_load(&mut self) -> Option<Loading> {
-        self.load.take()
+        let here = |id: u64| self.roster.clients.iter().any(|client| client.id == id);
+        let left = self.bearer.filter(|id| !here(*id));
+        let give_back = || left.map(|client| Loading { client, ack: None, model: None });
+        self.load.take().or_else(give_back)
     }
 
-    /// Answers [`Clients::next_load`], unless the client has gone.
-    pub fn loaded(&mut self, load: &Loading, outcome: Result<(), NackReason>) {
+    /// Answers [`Clients::next_load`], unless the client has gone: whether a model of its own is in force now, or why nothing has changed.
+    pub fn loaded(&mut self, load: &Loading, outcome: Result<bool, NackReason>) {
+        if let Ok(own) = outcome {
+            self.bearer = own.then_some(load.client);
+        }
         let client = self.roster.clients.iter_mut().find(|client| client.id == load.client);
         let Some(Client { session, .. }) = client else { return };
         match outcome {
-            Ok(()) => session.accept(load.ack, Kind::LOAD),
+            Ok(_) => session.accept(load.ack, Kind::LOAD),
             Err(reason) => session.decline(load.ack, Kind::LOAD, reason),
         }
     }

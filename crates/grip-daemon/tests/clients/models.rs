@@ -40,7 +40,7 @@ fn no_model_is_taken_unless_it_is_allowed_but_the_way_back_is_open() {
         }
     };
     assert_eq!(load.model, None);
-    rig.clients.loaded(&load, Ok(()));
+    rig.clients.loaded(&load, Ok(false));
     rig.until(&mut viewer, |seen| seen.acks.len() == 1);
 }
 
@@ -64,4 +64,28 @@ fn a_whole_model_is_answered_when_it_is_in_force() {
     rig.clients.loaded(&load, Err(NackReason::WrongState));
     rig.until(&mut viewer, |seen| seen.nacks.len() == 4 && seen.setups == [SHA256]);
     assert_eq!(reasons(&viewer)[3], "WrongState");
+}
+
+#[test]
+fn a_model_goes_with_the_client_that_brought_it() {
+    let mut rig = Rig::new(ClientsConfig { allow_models: true, ..tcp() });
+    let mut viewer = rig.viewer(1, wanted(Topics::default(), 0));
+    pieces(&mut viewer, &FILE, 0);
+    let next = |rig: &mut Rig| {
+        (0..1000).find_map(|_| {
+            rig.turn();
+            rig.clients.next_load()
+        })
+    };
+    let load = next(&mut rig).unwrap();
+    assert!(load.model.is_some());
+    rig.clients.loaded(&load, Ok(true));
+    assert!(next(&mut rig).is_none(), "it is here");
+    drop(viewer);
+    let back = next(&mut rig).unwrap();
+    assert_eq!(back.model, None);
+    rig.clients.loaded(&back, Err(NackReason::WrongState));
+    let again = next(&mut rig).unwrap();
+    rig.clients.loaded(&again, Ok(false));
+    assert!(next(&mut rig).is_none());
 }

@@ -3,7 +3,7 @@
 //!
 //! A model that is taken is on trial: it stays when it has been watched long enough, and has to go when slips or faults become more
 //! ([`JudgeConfig`]). [`Lasting`] is what survives an end of the daemon: it names a model on trial, but a daemon that starts is on no trial. So
-//! whatever ends the daemon also ends the trial, with the model of before in force.
+//! whatever ends the daemon, or the connection to it, also ends the trial, with the model of before in force.
 
 mod examine;
 mod models;

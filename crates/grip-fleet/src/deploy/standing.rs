@@ -87,6 +87,14 @@ pub struct TrialReport {
     pub before: Counts,
 }
 
+impl Standing {
+    /// The model of the configuration is in force, and no other one was taken.
+    #[must_use]
+    pub fn configured(model: &ModelId, counted: Counts) -> Self {
+        Self { in_force: model.clone(), before: None, trial: None, counted, last: None }
+    }
+}
+
 /// How the models of a gripper stand.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Standing {

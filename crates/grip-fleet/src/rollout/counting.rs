@@ -12,6 +12,8 @@ pub struct Counting {
     counts: Counts,
     bursts: Bursts,
     last: Option<PipelineState>,
+    /// Whether the fingers were open since the last grasp. Another model closes them on what they hold.
+    open: bool,
 }
 
 impl Counting {
@@ -20,9 +22,12 @@ impl Counting {
         let Some(last) = self.last.replace(*state) else { return };
         let Counts { seconds, faults, grasps, .. } = &mut self.counts;
         let passed_us = state.host.0.saturating_sub(last.host.0);
-        if !has_object(&last) {
-            *grasps += u64::from(has_object(state));
-        } else if passed_us <= LONGEST_US {
+        if matches!(state.grip, GripState::Open | GripState::Released) {
+            self.open = true;
+        } else if has_object(state) && state.grip != GripState::Observing {
+            *grasps += u64::from(core::mem::take(&mut self.open));
+        }
+        if has_object(&last) && passed_us <= LONGEST_US {
             #[expect(clippy::cast_precision_loss, reason = "a second at most")]
             let passed_us = passed_us as f64;
             *seconds += 1e-6 * passed_us;

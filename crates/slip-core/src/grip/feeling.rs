@@ -12,7 +12,7 @@ const RISE_S: f32 = 0.003;
 const AHEAD: f32 = 1.7;
 const AHEAD_N: f32 = 0.3;
 /// Soon after a stop it rises at once by this much only: pads swing. Then by this logarithm with each peak that passes, the first two left out,
-/// and by e in this time (s), for surfaces too smooth to count peaks.
+/// and by e in this time (s), since a surface may be too smooth to count peaks.
 const AGAIN: f32 = 1.3;
 const AGAIN_TURN: f32 = 0.15;
 const AGAIN_TURNS: f32 = 2.0;

@@ -238,6 +238,7 @@ impl GripController {
         self.rise_s =
             input.rise_s.map_or(dt_s, |rise_s| if rise_s >= 0.0 { rise_s.min(dt_s) } else { 0.0 });
         self.touch.begin(input.touching);
+        self.search.feel(input.touch_n);
         self.persists = false;
         self.unmeasured_s = if input.travel { 0.0 } else { self.unmeasured_s + dt_s };
         if !input.healthy {

@@ -24,22 +24,28 @@ enum Mode {
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Search {
     mode: Mode,
+    /// Force below which no touch is felt (N).
+    touch_n: f32,
 }
 
 impl Search {
     /// An object of which nothing is known.
     pub(super) fn begin() -> Self {
-        Self { mode: Mode::Untried }
+        Self { mode: Mode::Untried, touch_n: 0.0 }
+    }
+
+    /// What counts as touch now (N): with less the object would seem lost.
+    pub(super) fn feel(&mut self, touch_n: f32) {
+        self.touch_n = touch_n;
     }
 
     /// The least force that is to be tried (N), and the share by which the force falls in a second.
     fn fall(&self, config: &GripConfig) -> (f32, f32) {
+        let floor_n = config.least_force_n.max(self.touch_n);
         match self.mode {
             Mode::Found => (f32::INFINITY, 0.0),
-            Mode::Untried => (config.least_force_n, config.relax_per_s),
-            Mode::Above(least_n) => {
-                (least_n.max(config.least_force_n), SLOWLY * config.relax_per_s)
-            }
+            Mode::Untried => (floor_n, config.relax_per_s),
+            Mode::Above(least_n) => (least_n.max(floor_n), SLOWLY * config.relax_per_s),
         }
     }
 

@@ -47,6 +47,17 @@ fn slip(grip: &mut GripController, moved_m: f32, estimate_n: Option<f32>) {
     assert_eq!(grip.state(), GripState::Holding);
 }
 
+#[test]
+fn the_search_ends_where_touch_would() {
+    for (touch_n, least_n) in [(0.05, searching().least_force_n), (0.7, 0.7)] {
+        let mut grip = held(searching());
+        for _ in 0..20_000 {
+            grip.step(&GripInput { touch_n, ..watched() });
+        }
+        assert!((grip.command_n() - least_n).abs() < 1e-3, "{} N", grip.command_n());
+    }
+}
+
 /// What a client asked for and an alarm have raised moves the pads on its way back, and the search waits for a slip, moved or not.
 #[test]
 fn an_alarm_on_the_way_back_from_an_alarm_does_not_end_the_search() {
