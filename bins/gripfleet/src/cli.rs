@@ -6,7 +6,7 @@ use std::path::PathBuf;
 /// Makes the gripper of a gripd one of many: events, models, commands and recordings over a Zenoh network, and a node of
 /// ROS 2.
 ///
-/// It reads gripd's configuration, of which [fleet] is for it, and connects to gripd as any other client. It waits for a
+/// It reads gripd's configuration, of which the table `fleet` is for it, and connects to gripd as any other client. It waits for a
 /// gripd that is not there yet, or starts again. `gripctl fleet` is the other end.
 ///
 /// Exit codes: 0 done, 1 failed, 2 wrong arguments or configuration.

@@ -2,6 +2,7 @@
 //! gripd. It watches a trial also where nobody asks any more.
 
 use crate::common::{Common, PAUSE};
+use core::time::Duration;
 use grip_daemon::log::LogLevel;
 use grip_fleet::{
     Setup,
@@ -17,7 +18,6 @@ use std::{
         Arc, Mutex, PoisonError,
         mpsc::{self, Receiver, RecvTimeoutError, Sender},
     },
-    time::{Duration, Instant},
 };
 
 /// An order, with a number that the answer has too.
@@ -28,8 +28,8 @@ type Answered = (u64, Result<String, String>);
 /// Orders that may wait; one waits for a disk and for the border of a frame.
 const MOST_ORDERS: usize = 16;
 
-/// A trial is looked at so often, and a way back that failed is tried again.
-const COUNTED: Duration = Duration::from_millis(250);
+/// A trial is looked at after so many turns, and a way back that failed is tried again.
+const COUNTED: u32 = 25;
 /// gripd answers a model within two seconds; a connection on which it does not has ended.
 const ANSWERED: Duration = Duration::from_secs(10);
 
@@ -122,7 +122,7 @@ impl Curator {
     pub(crate) fn run(mut self) {
         let Ok((mut setup, takes_models)) = self.setups.recv() else { return };
         let mut models = self.open(&setup, takes_models);
-        let mut counted = Instant::now();
+        let mut turns = 0;
         while !self.common.has_ended() {
             let asked = match self.asked.recv_timeout(PAUSE) {
                 Ok(asked) => Some(asked),
@@ -140,8 +140,9 @@ impl Curator {
                 if setup.settings != before {
                     models.reloaded(setup.configured.clone(), swap);
                 }
-                if counted.elapsed() >= COUNTED {
-                    counted = Instant::now();
+                turns += 1;
+                if turns >= COUNTED {
+                    turns = 0;
                     models.count(total, swap);
                 }
             }

@@ -453,7 +453,7 @@ fn two_of_one_name_are_not_there_together() {
     let refused = || {
         let second = Announced::new(&session, &first.member, &[]);
         second.err().or_else(|| {
-            thread::sleep(Duration::from_millis(100));
+            thread::park_timeout(Duration::from_millis(100));
             None
         })
     };
