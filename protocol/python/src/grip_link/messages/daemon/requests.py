@@ -11,6 +11,8 @@ from .codes import Operation, Topics
 _SUBSCRIBE = struct.Struct("<BBHHH")
 _COMMAND = struct.Struct("<BBHiI")
 _LOAD = struct.Struct("<32sIIB")
+# Load has a field of that name.
+_Bytes = bytes
 
 
 @dataclass(frozen=True)
@@ -63,13 +65,13 @@ class Command:
 class Load:
     """LOAD (AB), 41 bytes and a piece: a part of a model file; size 0 stands for the model of the configuration."""
 
-    sha256: bytes
+    sha256: _Bytes
     size: int
     offset: int
-    bytes: bytes
+    bytes: _Bytes
 
     @classmethod
-    def parse(cls, payload: bytes) -> Load:
+    def parse(cls, payload: _Bytes) -> Load:
         """Reads a payload; raises PayloadError, also for a file of more than 1 MiB."""
         sha256, size, offset, length = unpack(_LOAD, payload)
         if size > 1 << 20:
@@ -79,7 +81,7 @@ class Load:
             raise ShortPayload(end, len(payload))
         return cls(sha256, size, offset, payload[_LOAD.size : end])
 
-    def pack(self) -> bytes:
+    def pack(self) -> _Bytes:
         """The payload; raises PayloadError."""
         if len(self.bytes) > 255:
             raise PayloadError(f"piece of {len(self.bytes)} bytes, at most 255 fit")

@@ -103,8 +103,8 @@ class Setup:
     @classmethod
     def parse(cls, payload: bytes) -> Setup:
         """Reads a payload; raises PayloadError."""
-        *head, length = unpack(_SETUP, payload)
-        return cls(*head, _text(_SETUP, payload, length))
+        settings, major, minor, patch, in_force, configured, length = unpack(_SETUP, payload)
+        return cls(settings, major, minor, patch, in_force, configured, _text(_SETUP, payload, length))
 
     def pack(self) -> bytes:
         """The payload; raises PayloadError."""
