@@ -166,7 +166,7 @@ fn a_model_with_which_nothing_is_grasped_goes_back() {
 #[test]
 fn gripd_goes_back_by_itself_when_it_holds_worse() {
     const PULLED: &str =
-        "name = \"pulled\"\n[tug]\nforce_n = 400.0\nstart_s = 17.5\nhold_ms = 1000.0\n";
+        "name = \"pulled\"\n[tug]\nforce_n = 400.0\nstart_s = 13.2\nhold_ms = 1000.0\n";
     let folder = tempfile::tempdir().unwrap();
     let endpoint = endpoint();
     let _router = router(&endpoint);
