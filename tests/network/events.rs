@@ -256,7 +256,7 @@ fn who_waits_for_the_spool_of_another_is_there_when_that_one_has_ended() {
     let first = Pair::start(one.path(), &[]);
     first.fleet.until_told("this gripper is there as hall/");
     let second = Pair::start(two.path(), &[]);
-    second.fleet.until_told("is told to nobody until that one ends");
+    second.fleet.until_told("is not published until that one ends");
     first.stop();
     second.fleet.until_told("this gripper is there as hall/");
     second.stop();

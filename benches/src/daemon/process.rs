@@ -1,4 +1,4 @@
-//! A program, a folder and flags in; a running gripd that can be killed, stopped and asked what it said, out.
+//! A program, a folder and flags in; a running gripd that can be killed, stopped and read, out.
 
 use crate::time;
 use anyhow::{Context as _, Result, bail};
@@ -11,7 +11,7 @@ use std::{
 
 /// Names of its outputs.
 const PRINTED: &str = "out.json";
-const SAID: &str = "said.txt";
+const LOG: &str = "log.txt";
 
 /// A gripd of our own; killed and reaped when it goes out of scope.
 #[derive(Debug)]
@@ -21,7 +21,7 @@ pub struct Daemon {
 }
 
 impl Daemon {
-    /// Starts `program` in `folder`, where what it prints and says stays.
+    /// Starts `program` in `folder`, where its outputs stay.
     ///
     /// # Errors
     /// Where it cannot be started.
@@ -30,7 +30,7 @@ impl Daemon {
         let create = |name| File::create(folder.join(name)).context("the output of gripd");
         let mut command = Command::new(program);
         command.current_dir(folder).env_clear().env("HOME", folder).args(args);
-        command.stdin(Stdio::null()).stdout(create(PRINTED)?).stderr(create(SAID)?);
+        command.stdin(Stdio::null()).stdout(create(PRINTED)?).stderr(create(LOG)?);
         let child = command.spawn().with_context(|| program.display().to_string())?;
         Ok(Self { child, folder: folder.to_owned() })
     }
@@ -77,10 +77,10 @@ impl Daemon {
     /// An error where it has ended by itself.
     ///
     /// # Errors
-    /// How it ended, and what it said.
+    /// How it ended, and its log.
     pub fn must_run(&mut self) -> Result<()> {
         match self.child.try_wait().context("gripd")? {
-            Some(status) => bail!("gripd ended by itself ({status}): {}", self.said()),
+            Some(status) => bail!("gripd ended by itself ({status}): {}", self.log()),
             None => Ok(()),
         }
     }
@@ -97,13 +97,13 @@ impl Daemon {
             ended = self.child.try_wait().ok().flatten();
             ended.is_some()
         });
-        ended.with_context(|| format!("gripd does not end: {}", self.said()))
+        ended.with_context(|| format!("gripd does not end: {}", self.log()))
     }
 
     /// All that it said on standard error.
     #[must_use]
-    pub fn said(&self) -> String {
-        self.read(SAID)
+    pub fn log(&self) -> String {
+        self.read(LOG)
     }
 
     /// All that it printed.
@@ -120,7 +120,7 @@ impl Daemon {
     /// How often it said this.
     #[must_use]
     pub fn times_said(&self, text: &str) -> usize {
-        self.said().matches(text).count()
+        self.log().matches(text).count()
     }
 }
 

@@ -286,7 +286,7 @@ fn end(daemon: &mut Daemon) -> Result<Value> {
     let last = printed.lines().next_back().unwrap_or_default();
     match serde_json::from_str::<Value>(last) {
         Ok(summary) if summary["type"] == "summary" => Ok(summary),
-        _ => bail!("gripd: {status}, no summary; it said: {}", daemon.said().trim()),
+        _ => bail!("gripd: {status}, no summary; it said: {}", daemon.log().trim()),
     }
 }
 

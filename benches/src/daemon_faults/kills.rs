@@ -42,7 +42,7 @@ pub fn run(setup: &Setup<'_>, times: u64) -> Result<Outcome> {
         let sent = kill(&rig, &mut daemon, configs)?;
         taken_over += u64::from(counted(&rig).1 > commands);
         rests(&rig, &mut outcome);
-        outcome.require(!daemon.said().contains("panicked"), || daemon.said());
+        outcome.require(!daemon.log().contains("panicked"), || daemon.log());
         let found = recordings::read(&rig.folder.path().join(&name))?;
         let Some(sent) = sent else { continue };
         recorded += u64::from(found.samples > 0);

@@ -43,7 +43,7 @@ pub(super) fn reboots(setup: &Setup<'_>, times: u64) -> Result<Outcome> {
         again_ms.push(u64::try_from(from.elapsed().as_millis()).unwrap_or(u64::MAX));
     }
     let told = daemon.times_said("the gripper has restarted");
-    outcome.require(told > 0, || format!("nobody was told of a restart: {}", daemon.said()));
+    outcome.require(told > 0, || format!("nobody was told of a restart: {}", daemon.log()));
     outcome.spread("from the restart to the grip", again_ms, "ms");
     rig.finish(&mut daemon, &mut outcome)?;
     Ok(outcome)
@@ -120,7 +120,7 @@ pub(super) fn reloads(setup: &Setup<'_>, times: u64) -> Result<Outcome> {
         "broken files told with their place, good ones in force, the object held".to_owned(),
     );
     let placed = daemon.times_said("gripd.toml");
-    outcome.require(placed >= usize::try_from(times).unwrap_or(usize::MAX), || daemon.said());
+    outcome.require(placed >= usize::try_from(times).unwrap_or(usize::MAX), || daemon.log());
     rig.finish(&mut daemon, &mut outcome)?;
     Ok(outcome)
 }

@@ -131,7 +131,7 @@ impl<'a> Rig<'a> {
         }
         let bench = self.gripper.bench();
         let state = format!("{:?} at {} N", bench.mcu.link().state(), bench.mcu.commanded_n());
-        bail!("{what}; gripd said: {} (gripper: {state})", daemon.said())
+        bail!("{what}; gripd said: {} (gripper: {state})", daemon.log())
     }
 
     /// The daemon goes on commanding a gripper that follows it.
@@ -148,7 +148,7 @@ impl<'a> Rig<'a> {
     pub(super) fn finish(&self, daemon: &mut Daemon, outcome: &mut Outcome) -> Result<()> {
         let status = daemon.end()?;
         outcome.require(is_orderly(status), || format!("gripd ended with {status}"));
-        outcome.require(!daemon.said().contains("panicked"), || daemon.said());
+        outcome.require(!daemon.log().contains("panicked"), || daemon.log());
         outcome.hear(&self.gripper);
         outcome.recordings += self.recordings()?.len() as u64;
         Ok(())

@@ -48,11 +48,11 @@ fn one(
     rig.commands_again(&daemon)?;
     let status = daemon.end()?;
     outcome.require(status.code() == Some(3), || {
-        format!("lost samples are not told at the end: {status}, {}", daemon.said())
+        format!("lost samples are not told at the end: {status}, {}", daemon.log())
     });
     let told = daemon.times_said(TOLD);
-    outcome.require(told == 1, || format!("told {told} times: {}", daemon.said()));
-    outcome.require(!daemon.said().contains("panicked"), || daemon.said());
+    outcome.require(told == 1, || format!("told {told} times: {}", daemon.log()));
+    outcome.require(!daemon.log().contains("panicked"), || daemon.log());
     outcome.hear(&rig.gripper);
     outcome.recordings += rig.recordings()?.len() as u64;
     Ok(())

@@ -1,11 +1,11 @@
-//! What the threads of a connection share: what is known of the gripper, and sentences for the console.
+//! What the threads of a connection share: what is known of the gripper, and lines of the log.
 
 use core::{
     sync::atomic::{AtomicBool, Ordering},
     time::Duration,
 };
 use grip_daemon::log::LogLevel;
-use grip_fleet::{EventId, HeardUntil, Spool, Topic, Uid};
+use grip_fleet::{EventId, LastReceived, Spool, Topic, Uid};
 use grip_link::message::{NackReason, daemon::Command};
 use std::{
     sync::{Arc, Mutex, MutexGuard, PoisonError, mpsc::Sender},
@@ -14,8 +14,8 @@ use std::{
 
 /// Pause between two looks at what was asked.
 pub(crate) const PAUSE: Duration = Duration::from_millis(10);
-/// A sentence for the console.
-pub(crate) type Told = (LogLevel, String);
+/// A line of the log.
+pub(crate) type Message = (LogLevel, String);
 
 /// A publication on its way.
 pub(crate) type Outgoing = (Topic, EventId, Vec<u8>);
@@ -28,7 +28,7 @@ pub(crate) type Answered = (u64, Result<(), NackReason>);
 /// What is known of the gripper, for all threads.
 #[derive(Debug, Default)]
 pub(crate) struct Kept {
-    /// Which one it is, and its events, as soon as it has said so.
+    /// Which one it is, and its events, as soon as it is known.
     pub(crate) gripper: Option<(Uid, Spool)>,
     /// The last frames of what does not go into the log.
     pub(crate) status: Vec<Vec<u8>>,
@@ -36,8 +36,8 @@ pub(crate) struct Kept {
     pub(crate) about: String,
     /// Wall clock at the start of gripd (ns since 1970).
     pub(crate) start_ns: u64,
-    /// Where gripd was when it was last heard.
-    pub(crate) heard: Option<HeardUntil>,
+    /// Where gripd was when it was last received from.
+    pub(crate) received: Option<LastReceived>,
 }
 
 /// What the threads share.
@@ -45,12 +45,12 @@ pub(crate) struct Kept {
 pub(crate) struct Common {
     kept: Arc<Mutex<Kept>>,
     ended: Arc<AtomicBool>,
-    say: Sender<Told>,
+    messages: Sender<Message>,
 }
 
 impl Common {
-    pub(crate) fn new(say: Sender<Told>) -> Self {
-        Self { kept: Arc::default(), ended: Arc::default(), say }
+    pub(crate) fn new(messages: Sender<Message>) -> Self {
+        Self { kept: Arc::default(), ended: Arc::default(), messages }
     }
 
     /// What a thread that has panicked left is still data.
@@ -58,9 +58,9 @@ impl Common {
         self.kept.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    pub(crate) fn tell(&self, level: LogLevel, text: &str) {
+    pub(crate) fn report(&self, level: LogLevel, text: &str) {
         // A console that is gone reads nothing.
-        let _gone = self.say.send((level, text.to_owned()));
+        let _gone = self.messages.send((level, text.to_owned()));
     }
 
     pub(crate) fn has_ended(&self) -> bool {

@@ -3,7 +3,7 @@
 
 use crate::{
     clock::Clock,
-    common::{Common, PAUSE, Told, pause},
+    common::{Common, Message, PAUSE, pause},
     curator::Curator,
     keeper::{Keeper, KeeperEnds},
     lending::Lending,
@@ -14,7 +14,7 @@ use crate::{
 use anyhow::Context as _;
 use core::{hash::BuildHasher as _, time::Duration};
 use grip_daemon::{clients::Stream, log::LogLevel};
-use grip_fleet::{Bridge, HeardUntil};
+use grip_fleet::{Bridge, LastReceived};
 use std::{
     hash::RandomState,
     io::Write as _,
@@ -31,26 +31,26 @@ const END: Duration = Duration::from_millis(1500);
 #[derive(Debug)]
 pub(crate) struct Connection {
     threads: Vec<JoinHandle<()>>,
-    /// What they have to say.
-    told: Receiver<Told>,
+    /// Their log lines.
+    messages: Receiver<Message>,
     common: Common,
 }
 
 impl Connection {
-    /// Begins to publish what gripd says at the other end of `stream`; `heard` is where it was when it was last heard.
+    /// Begins to publish what gripd sends at the other end of `stream`; `received` is where it was when it was last received.
     pub(crate) fn start(
         settings: &Settings,
         mut stream: Stream,
-        heard: Option<HeardUntil>,
+        received: Option<LastReceived>,
         clock: Clock,
     ) -> anyhow::Result<Self> {
         let (config, fleet) = (&settings.config, &settings.config.fleet);
-        let mut bridge = Bridge::new(nonce(), heard);
+        let mut bridge = Bridge::new(nonce(), received);
         stream.set_read_timeout(PAUSE)?;
         // A connection that breaks now is one that is over.
         let _broken = stream.write_all(&bridge.subscribe(fleet.samples_every));
         let shown = toml::to_string(config).context("the configuration cannot be written")?;
-        let (say, told) = mpsc::channel();
+        let (say, messages) = mpsc::channel();
         let common = Common::new(say);
         let (sender, outgoing) = mpsc::sync_channel(ON_THE_WAY);
         let (order, orders) = mpsc::channel();
@@ -60,7 +60,7 @@ impl Connection {
         let keeper = Keeper::new(bridge, fleet.clone(), run(), ends);
         let lending = Lending::new(config);
         if let Some(trouble) = lending.trouble(config) {
-            common.tell(LogLevel::Warn, trouble);
+            common.report(LogLevel::Warn, trouble);
         }
         let commands = config.allow_commands && fleet.commands;
         let ends = SpeakerEnds { common: common.clone(), outgoing, order, answers, models };
@@ -75,12 +75,12 @@ impl Connection {
             spawn("network", Box::new(move || speaker.run()))?,
             spawn("models", Box::new(move || curator.run()))?,
         ];
-        Ok(Self { threads, told, common })
+        Ok(Self { threads, messages, common })
     }
 
-    /// What they have said meanwhile.
-    pub(crate) fn told(&self) -> impl Iterator<Item = Told> {
-        self.told.try_iter()
+    /// The log lines since the last call.
+    pub(crate) fn messages(&self) -> impl Iterator<Item = Message> {
+        self.messages.try_iter()
     }
 
     /// Whether one of them has ended.
@@ -88,8 +88,8 @@ impl Connection {
         self.threads.iter().any(JoinHandle::is_finished)
     }
 
-    /// Waits a little for their end: what they said last, and where gripd was.
-    pub(crate) fn finish(self) -> (Vec<Told>, Option<HeardUntil>) {
+    /// Waits a little for their end: the last log lines, and where gripd was.
+    pub(crate) fn finish(self) -> (Vec<Message>, Option<LastReceived>) {
         self.common.end();
         let steps = END.as_millis() / PAUSE.as_millis();
         for _ in 0..steps {
@@ -101,9 +101,9 @@ impl Connection {
         let mut kept = self.common.kept();
         // A session that takes longer to close must not keep the spool from the next connection.
         kept.gripper = None;
-        let heard = kept.heard;
+        let received = kept.received;
         drop(kept);
-        (self.told.try_iter().collect(), heard)
+        (self.messages.try_iter().collect(), received)
     }
 }
 

@@ -6,7 +6,7 @@ use core::time::Duration;
 use grip_daemon::log::LogLevel;
 use grip_fleet::{
     Setup,
-    deploy::{Examined, MOST_BYTES, Models, News, Order, Standing},
+    deploy::{Examined, MOST_BYTES, Models, Notice, Order, Standing},
     net::{NetError, Question},
     rollout::Counts,
 };
@@ -163,7 +163,7 @@ impl Curator {
                 let _gone = self.answered.send((ticket, answer));
             }
             if let Ok(models) = &mut models {
-                self.tell(models);
+                self.report(models);
             }
         }
     }
@@ -180,8 +180,8 @@ impl Curator {
                     "{}; the model of the configuration is in force, and none is taken from the network",
                     message(&error)
                 );
-                self.common.tell(LogLevel::Error, &text);
-                "the folder of models cannot be used: see what gripfleet has said at its start"
+                self.common.report(LogLevel::Error, &text);
+                "the folder of models cannot be used: see the log of gripfleet"
             }),
         };
         opened
@@ -191,12 +191,12 @@ impl Curator {
             })
             .inspect_err(|reason| {
                 if self.folder.is_some() && !takes_models {
-                    self.common.tell(LogLevel::Warn, reason);
+                    self.common.report(LogLevel::Warn, reason);
                 }
                 if setup.in_force != setup.configured.sha256
                     && let Err(reason) = self.swap(None)
                 {
-                    self.common.tell(LogLevel::Error, &reason);
+                    self.common.report(LogLevel::Error, &reason);
                 }
             })
     }
@@ -211,11 +211,11 @@ impl Curator {
         })
     }
 
-    fn tell(&self, models: &mut Models) {
-        for news in models.news() {
-            match news {
-                News::Done(text) => self.common.tell(LogLevel::Info, &text),
-                News::Trouble(text) => self.common.tell(LogLevel::Error, &text),
+    fn report(&self, models: &mut Models) {
+        for notice in models.notices() {
+            match notice {
+                Notice::Done(text) => self.common.report(LogLevel::Info, &text),
+                Notice::Trouble(text) => self.common.report(LogLevel::Error, &text),
             }
         }
     }

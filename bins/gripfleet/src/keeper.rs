@@ -8,7 +8,7 @@ use crate::{
 use core::mem;
 use grip_daemon::{clients::Stream, log::LogLevel};
 use grip_fleet::{
-    About, Bridge, Greeting, Heard, Publication, Setup, Spool, SpoolError, Topic, Uid,
+    About, Bridge, Greeting, Incoming, Publication, Setup, Spool, SpoolError, Topic, Uid,
     deploy::Examined, rollout::Counting,
 };
 use grip_link::message::NackReason;
@@ -96,13 +96,13 @@ impl Keeper {
                 Err(error) if is_pause(&error) => {}
                 Err(error) => {
                     let text = format!("cannot listen to gripd: {error}");
-                    self.common.tell(LogLevel::Error, &text);
+                    self.common.report(LogLevel::Error, &text);
                     break;
                 }
             }
             if let Err(error) = self.order(&mut stream).and_then(|()| self.load(&mut stream)) {
                 let text = format!("cannot hand commands and models to gripd: {error}");
-                self.common.tell(LogLevel::Error, &text);
+                self.common.report(LogLevel::Error, &text);
                 break;
             }
         }
@@ -154,26 +154,26 @@ impl Keeper {
 
     fn receive(&mut self, bytes: &[u8]) {
         let mut all = Vec::new();
-        self.bridge.receive(bytes, &mut |heard| all.push(heard));
-        for heard in all {
-            match heard {
-                Heard::Publication(publication) => self.keep(publication),
-                Heard::Missed(count) => self.miss(count),
-                Heard::Answer(seq, answer) => self.answer(seq, answer),
-                Heard::Welcome(greeting) => {
+        self.bridge.receive(bytes, &mut |received| all.push(received));
+        for received in all {
+            match received {
+                Incoming::Publication(publication) => self.keep(publication),
+                Incoming::Missed(count) => self.miss(count),
+                Incoming::Answer(seq, answer) => self.answer(seq, answer),
+                Incoming::Welcome(greeting) => {
                     let since_ns = greeting.host_us.saturating_mul(1000);
                     self.common.kept().start_ns = self.clock.wall_ns().saturating_sub(since_ns);
                     self.greeting = Some(greeting);
                 }
-                Heard::Setup(setup) => self.meet(setup),
-                Heard::State(state) => self.counting.state(&state),
-                Heard::Slip(slip) => self.counting.slip(&slip),
-                Heard::Goodbye(text) => {
-                    self.common.tell(LogLevel::Warn, &format!("gripd says goodbye: {text}"));
+                Incoming::Setup(setup) => self.meet(setup),
+                Incoming::State(state) => self.counting.state(&state),
+                Incoming::Slip(slip) => self.counting.slip(&slip),
+                Incoming::Goodbye(text) => {
+                    self.common.report(LogLevel::Warn, &format!("gripd says goodbye: {text}"));
                 }
             }
         }
-        self.common.kept().heard = self.bridge.heard_until();
+        self.common.kept().received = self.bridge.last_received();
         let counts = self.counting.counts();
         *self.desk.counts.lock().unwrap_or_else(PoisonError::into_inner) = counts;
     }
@@ -196,12 +196,12 @@ impl Keeper {
             model: Some(model),
             token: greeting.token.filter(|_| self.config.commands),
         };
-        // What cannot be written, which no value makes, is not told.
+        // What cannot be written, which no value makes, is left out.
         self.common.kept().about = about.to_json().unwrap_or_default();
         let _gone = self.desk.setups.send((setup, greeting.takes_models));
     }
 
-    /// First kept, then told: what is told can be asked for again.
+    /// First kept, then published: what is published can be asked for again.
     fn keep(&mut self, Publication { topic, wire }: Publication) {
         let Some(uid) = self.bridge.uid() else { return };
         if self.common.kept().gripper.is_none() {
@@ -237,19 +237,19 @@ impl Keeper {
         if let Some((_, spool)) = &mut self.common.kept().gripper {
             spool.skip(count.into());
         }
-        let text = format!("{count} events are lost: the disk was too slow for them");
-        self.common.tell(LogLevel::Warn, &text);
+        let text = format!("{count} events are lost: gripd no longer had them");
+        self.common.report(LogLevel::Warn, &text);
     }
 
-    /// Tells when the disk begins to refuse events, and when it takes them again.
+    /// Reports when the disk begins to refuse events, and when it takes them again.
     fn disk(&mut self, trouble: Option<SpoolError>) {
         let was = mem::replace(&mut self.troubled, trouble.is_some());
         match trouble {
             Some(trouble) if !was => {
                 let text = format!("events are kept in memory only: {}", message(&trouble));
-                self.common.tell(LogLevel::Warn, &text);
+                self.common.report(LogLevel::Warn, &text);
             }
-            None if was => self.common.tell(LogLevel::Info, "events are kept on disk again"),
+            None if was => self.common.report(LogLevel::Info, "events are kept on disk again"),
             _ => {}
         }
     }
@@ -264,16 +264,16 @@ impl Keeper {
             Err(error @ SpoolError::Locked { .. }) => {
                 if !mem::replace(&mut self.locked, true) {
                     let text = format!(
-                        "this gripper is told to nobody until that one ends: {}",
+                        "this gripper is not published until that one ends: {}",
                         message(&error)
                     );
-                    self.common.tell(LogLevel::Error, &text);
+                    self.common.report(LogLevel::Error, &text);
                 }
                 None
             }
             Err(error) => {
                 let text = format!("events are kept in memory only: {}", message(&error));
-                self.common.tell(LogLevel::Error, &text);
+                self.common.report(LogLevel::Error, &text);
                 Some(memory())
             }
         }

@@ -7,7 +7,7 @@ use grip_fleet::{
 use grip_session::{HostConfig, exit::message};
 use std::collections::VecDeque;
 
-/// Answers that are under way at once; who asks for more is told to ask again.
+/// Answers that are under way at once; who asks for more has to ask again.
 const MOST_READINGS: usize = 8;
 
 /// The recordings of gripd, as far as the configuration gives them away.

@@ -15,7 +15,7 @@ use anyhow::Context as _;
 use clap::Parser as _;
 use cli::Cli;
 use clock::Clock;
-use common::{Told, pause};
+use common::{Message, pause};
 use connection::Connection;
 use core::{
     sync::atomic::{AtomicBool, Ordering},
@@ -25,7 +25,7 @@ use grip_daemon::{
     clients::Stream,
     log::{Entry, Log, LogLevel, LogStyle},
 };
-use grip_fleet::HeardUntil;
+use grip_fleet::LastReceived;
 use grip_session::exit::{self, Exit};
 use settings::Settings;
 use signal_hook::consts::{SIGINT, SIGTERM};
@@ -35,7 +35,7 @@ use std::{
     sync::Arc,
 };
 
-/// Pause between two looks at what the threads say, and between two attempts to reach gripd.
+/// Pause between two looks at the log lines of the threads, and between two attempts to reach gripd.
 const LOOK: Duration = Duration::from_millis(20);
 const RETRY: Duration = Duration::from_millis(100);
 /// gripd answers a connection within this time.
@@ -45,8 +45,8 @@ fn main() -> ExitCode {
     match run(&Cli::parse()) {
         Ok(exit) => exit.into(),
         Err(error) => {
-            // A standard error that takes nothing must not turn the reason into a panic; the exit code tells it too.
-            let _told = writeln!(io::stderr(), "gripfleet: {}", exit::message(error.as_ref()));
+            // A standard error that takes nothing must not turn the reason into a panic; the exit code shows it too.
+            let _printed = writeln!(io::stderr(), "gripfleet: {}", exit::message(error.as_ref()));
             Exit::of(error.as_ref()).into()
         }
     }
@@ -65,21 +65,21 @@ fn run(cli: &Cli) -> anyhow::Result<Exit> {
     }
     let mut console = Console::new(&settings);
     let listen = settings.config.listen.clone();
-    let mut heard = None;
+    let mut received = None;
     let mut complained = false;
     while !stop.load(Ordering::Relaxed) {
         match Stream::connect(&listen, PATIENCE) {
             Ok(stream) => {
                 complained = false;
-                let connection = Connection::start(&settings, stream, heard, console.clock)?;
-                heard = console.follow(connection, &stop).or(heard);
+                let connection = Connection::start(&settings, stream, received, console.clock)?;
+                received = console.follow(connection, &stop).or(received);
             }
             Err(error) if !complained => {
                 complained = true;
-                // Of a gripd that comes later nothing was heard yet.
-                heard = heard.or(Some(HeardUntil::default()));
+                // Of a gripd that comes later nothing was received yet.
+                received = received.or(Some(LastReceived::default()));
                 let text = format!("no gripd answers at {listen}: {error}; waiting for it");
-                console.say(&(LogLevel::Warn, text));
+                console.print(&(LogLevel::Warn, text));
             }
             Err(_) => pause(RETRY),
         }
@@ -87,7 +87,7 @@ fn run(cli: &Cli) -> anyhow::Result<Exit> {
     Ok(Exit::Done)
 }
 
-/// Prints sentences on standard error.
+/// The log on standard error.
 struct Console {
     log: Log,
     clock: Clock,
@@ -99,25 +99,25 @@ impl Console {
         Self { log, clock: Clock::start() }
     }
 
-    fn say(&mut self, (level, text): &Told) {
+    fn print(&mut self, (level, text): &Message) {
         let entry = Entry { level: *level, text, fields: &[] };
         // Nobody reads any more: the gripper is published all the same.
-        let _told = self.log.tell(self.clock.now(), &entry, &mut io::stderr().lock());
+        let _printed = self.log.tell(self.clock.now(), &entry, &mut io::stderr().lock());
     }
 
-    /// Tells what the threads of a connection say, until it or the program ends; where gripd was then.
-    fn follow(&mut self, connection: Connection, stop: &AtomicBool) -> Option<HeardUntil> {
+    /// Logs for the threads of a connection, until it or the program ends; where gripd was then.
+    fn follow(&mut self, connection: Connection, stop: &AtomicBool) -> Option<LastReceived> {
         while !stop.load(Ordering::Relaxed) && !connection.is_over() {
-            connection.told().for_each(|told| self.say(&told));
+            connection.messages().for_each(|message| self.print(&message));
             pause(LOOK);
         }
-        let (told, heard) = connection.finish();
-        told.iter().for_each(|told| self.say(told));
+        let (messages, received) = connection.finish();
+        messages.iter().for_each(|message| self.print(message));
         if !stop.load(Ordering::Relaxed) {
             let text = "gripd has closed the connection; waiting for it".to_owned();
-            self.say(&(LogLevel::Warn, text));
+            self.print(&(LogLevel::Warn, text));
             pause(RETRY);
         }
-        heard
+        received
     }
 }

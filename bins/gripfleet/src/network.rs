@@ -65,7 +65,7 @@ pub(super) struct Speaker {
     ordered: u64,
     /// The way to the models.
     models: Line,
-    /// The last complaint was told.
+    /// The last complaint was logged.
     complained: bool,
 }
 
@@ -94,7 +94,7 @@ impl Speaker {
         let Some(mut announced) = self.retry(|_| Announced::new(&session, &member, &PARTS)) else {
             return;
         };
-        self.common.tell(LogLevel::Info, &format!("this gripper is there as {member}"));
+        self.common.report(LogLevel::Info, &format!("this gripper is there as {member}"));
         // What waited for a router is out of date; of events, the log has all.
         while self.outgoing.try_recv().is_ok() {}
         let mut node = self.node(&session, &member);
@@ -102,7 +102,7 @@ impl Speaker {
         let refused = announced.refused() + node.map_or(0, |(_, node)| node.refused());
         if refused > 0 {
             let text = format!("the session has refused {refused} publications");
-            self.common.tell(LogLevel::Warn, &text);
+            self.common.report(LogLevel::Warn, &text);
         }
     }
 
@@ -111,12 +111,12 @@ impl Speaker {
         let ros = self.place.ros.take()?;
         match ros.announce(session, member) {
             Ok(node) => {
-                self.common.tell(LogLevel::Info, &format!("ROS 2 has it as {}", node.name()));
+                self.common.report(LogLevel::Info, &format!("ROS 2 has it as {}", node.name()));
                 Some((ros, node))
             }
             Err(error) => {
                 let text = format!("ROS 2 does not have this gripper: {}", message(&error));
-                self.common.tell(LogLevel::Error, &text);
+                self.common.report(LogLevel::Error, &text);
                 None
             }
         }
@@ -149,8 +149,9 @@ impl Speaker {
                 }
                 Err(error) => {
                     if !mem::replace(&mut self.complained, true) {
-                        let text = format!("{}; events are kept and told later", message(&error));
-                        self.common.tell(LogLevel::Warn, &text);
+                        let text =
+                            format!("{}; events are kept and published later", message(&error));
+                        self.common.report(LogLevel::Warn, &text);
                     }
                     wait = RETRY;
                 }
@@ -189,13 +190,13 @@ impl Speaker {
                 self.answered(number, answer);
             }
             while let Some((question, answer)) = self.models.answered() {
-                self.tell(match answer {
+                self.report(match answer {
                     Ok(standing) => question.reply(standing.as_bytes()),
                     Err(reason) => question.refuse(&reason),
                 });
             }
             let sent = self.place.lending.go_on();
-            self.tell(sent);
+            self.report(sent);
         }
     }
 
@@ -204,18 +205,18 @@ impl Speaker {
         match question.part() {
             Part::About => {
                 let about = self.common.kept().about.clone();
-                self.tell(question.reply(about.as_bytes()));
+                self.report(question.reply(about.as_bytes()));
             }
             Part::Command => self.command(question),
             Part::Recordings => {
                 let taken = self.place.lending.take(question);
-                self.tell(taken);
+                self.report(taken);
             }
             Part::Model => {
                 let asked = self.models.ask(question);
-                self.tell(asked);
+                self.report(asked);
             }
-            _ => self.tell(question.refuse("this is not asked here")),
+            _ => self.report(question.refuse("this is not asked here")),
         }
     }
 
@@ -223,10 +224,10 @@ impl Speaker {
     fn command(&mut self, question: Question) {
         if !self.place.commands {
             let reason = "commands are not taken from the network: allow_commands and fleet.commands are not both set";
-            return self.tell(question.refuse(reason));
+            return self.report(question.refuse(reason));
         }
         let Ok(command) = Command::parse(&question.payload()) else {
-            return self.tell(question.refuse("this is no command"));
+            return self.report(question.refuse("this is no command"));
         };
         if self.open.len() >= MOST_ORDERS {
             // The daemon had no room to answer them.
@@ -241,16 +242,16 @@ impl Speaker {
     fn answered(&mut self, number: u64, answer: Result<(), NackReason>) {
         let Some(place) = self.open.iter().position(|(open, _)| *open == number) else { return };
         let Some((_, question)) = self.open.remove(place) else { return };
-        self.tell(match answer {
+        self.report(match answer {
             Ok(()) => question.reply(b"taken"),
             Err(reason) => question.refuse(refusal(reason)),
         });
     }
 
     /// Tells of an answer that the session did not take.
-    fn tell(&self, sent: Result<(), NetError>) {
+    fn report(&self, sent: Result<(), NetError>) {
         if let Err(error) = sent {
-            self.common.tell(LogLevel::Warn, &message(&error));
+            self.common.report(LogLevel::Warn, &message(&error));
         }
     }
 }

@@ -30,9 +30,9 @@ pub struct Publication {
     pub wire: Vec<u8>,
 }
 
-/// What is heard of a daemon.
+/// What comes from a daemon.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Heard {
+pub enum Incoming {
     /// Something to be published.
     Publication(Publication),
     /// The daemon had no room for so many events: this end has read too slowly.
@@ -45,7 +45,7 @@ pub enum Heard {
     Setup(Setup),
     /// What the pipeline thinks; it is published too.
     State(PipelineState),
-    /// A slip that was not heard before; it is published too.
+    /// A slip that was not received before; it is published too.
     Slip(SlipReport),
     /// The daemon closes this connection, for this reason.
     Goodbye(String),
@@ -77,9 +77,9 @@ pub struct Setup {
     pub configured: ModelId,
 }
 
-/// Where a daemon was when it was last heard: its start, and the number of its last slip. By default nothing was heard yet.
+/// Where a daemon was when it was last received from: its start, and the number of its last slip. By default nothing was received yet.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct HeardUntil {
+pub struct LastReceived {
     run_id: u32,
     slip: u32,
 }
@@ -98,20 +98,20 @@ pub struct Bridge {
     slips: Slips,
 }
 
-/// Which slips were heard.
+/// Which slips were received.
 #[derive(Debug)]
 struct Slips {
-    /// Where the daemon was when it was last heard, before this connection and now.
-    before: Option<HeardUntil>,
-    now: Option<HeardUntil>,
+    /// Where the daemon was when it was last received from, before this connection and now.
+    before: Option<LastReceived>,
+    now: Option<LastReceived>,
     /// The slips that come were before this connection: QUERY tells the last ones again.
     old: bool,
 }
 
 impl Bridge {
-    /// A session of this nonce; 0 becomes 1. Slips since `before` that the daemon still knows are heard; without it, none that were before.
+    /// A session of this nonce; 0 becomes 1. Slips since `before` that the daemon still knows are received; without it, none that were before.
     #[must_use]
-    pub fn new(nonce: u16, before: Option<HeardUntil>) -> Self {
+    pub fn new(nonce: u16, before: Option<LastReceived>) -> Self {
         let session = nonce.max(1);
         let mut decoder = Decoder::new(Role::Client);
         decoder.open_session(session, None);
@@ -128,11 +128,11 @@ impl Bridge {
 
     /// Where the daemon is now, for the next connection.
     #[must_use]
-    pub fn heard_until(&self) -> Option<HeardUntil> {
+    pub fn last_received(&self) -> Option<LastReceived> {
         self.slips.now.or(self.slips.before)
     }
 
-    /// What the daemon is told first; every n-th sample is wanted, none for 0. It answers with everything known.
+    /// The first request to the daemon; every n-th sample is wanted, none for 0. It answers with everything known.
     pub fn subscribe(&mut self, every_nth: u16) -> Vec<u8> {
         let (versions, topics) = (Versions::OURS, Topics::ALL);
         let wanted = Subscribe { versions, topics, every_nth, state_ms: STATE_MS };
@@ -140,12 +140,12 @@ impl Bridge {
         [subscribe, self.request(Kind::QUERY, true, |_| Ok(0)).1].concat()
     }
 
-    /// A command for the fingers, and its number in [`Heard::Answer`].
+    /// A command for the fingers, and its number in [`Incoming::Answer`].
     pub fn command(&mut self, command: &Command) -> (u16, Vec<u8>) {
         self.request(Kind::COMMAND, true, |out| command.write(out))
     }
 
-    /// A model file, or that of the configuration, to be put in force, and the number of its answer in [`Heard::Answer`].
+    /// A model file, or that of the configuration, to be put in force, and the number of its answer in [`Incoming::Answer`].
     pub fn load(&mut self, file: Option<(&[u8; 32], &[u8])>) -> (u16, Vec<u8>) {
         let (sha256, file) = file.unwrap_or((&[0; 32], &[]));
         let size = u32::try_from(file.len()).unwrap_or(u32::MAX);
@@ -181,23 +181,23 @@ impl Bridge {
     }
 
     /// Takes bytes and hands out what they complete; what the daemon says of this connection is for nobody else. News of a gripper that has not said who it is have no name and are counted.
-    pub fn receive(&mut self, mut bytes: &[u8], on: &mut dyn FnMut(Heard)) {
+    pub fn receive(&mut self, mut bytes: &[u8], on: &mut dyn FnMut(Incoming)) {
         while let Some(verdict) = self.decoder.next(&mut bytes) {
             let Verdict::Frame(frame) = verdict else { continue };
             let (kind, payload) = (frame.header.kind, frame.payload);
             if let Some((seq, answer)) = answer(kind, payload) {
-                on(Heard::Answer(seq, answer));
+                on(Incoming::Answer(seq, answer));
             }
-            if let Some(heard) = told(kind, payload) {
-                on(heard);
+            if let Some(incoming) = parse(kind, payload) {
+                on(incoming);
             }
             match self.slips.missed(kind, payload) {
                 None => continue,
                 Some(0) => {}
-                Some(missed) => on(Heard::Missed(missed)),
+                Some(missed) => on(Incoming::Missed(missed)),
             }
             if let (Kind::SLIP, Ok(slip)) = (kind, SlipReport::parse(payload)) {
-                on(Heard::Slip(slip));
+                on(Incoming::Slip(slip));
             }
             let Some(topic) = topic(kind) else { continue };
             if kind == Kind::GRIPPER
@@ -208,7 +208,7 @@ impl Bridge {
             match connection(kind, payload) {
                 Some(0) => continue,
                 Some(missed) => {
-                    on(Heard::Missed(missed));
+                    on(Incoming::Missed(missed));
                     continue;
                 }
                 None => {}
@@ -219,14 +219,14 @@ impl Bridge {
                 *place = Some(wire.clone());
             }
             if self.uid.is_some() {
-                on(Heard::Publication(Publication { topic, wire }));
+                on(Incoming::Publication(Publication { topic, wire }));
             } else {
                 self.nameless = self.nameless.saturating_add(1);
             }
         }
     }
 
-    /// Which gripper it is, as soon as it has said so.
+    /// Which gripper it is, as soon as it is known.
     #[must_use]
     pub const fn uid(&self) -> Option<Uid> {
         self.uid
@@ -245,12 +245,12 @@ impl Bridge {
 }
 
 impl Slips {
-    /// How many slips before this message nobody knows any more; `None` for a slip that was heard, or that nobody has missed.
+    /// How many slips before this message nobody knows any more; `None` for a slip that was received, or that nobody has missed.
     fn missed(&mut self, kind: Kind, payload: &[u8]) -> Option<u32> {
         if let (Kind::WELCOME, Ok(welcome)) = (kind, Welcome::parse(payload)) {
             let run_id = welcome.run_id;
             let same = self.before.filter(|before| before.run_id == run_id);
-            self.now = Some(HeardUntil { run_id, slip: same.map_or(0, |before| before.slip) });
+            self.now = Some(LastReceived { run_id, slip: same.map_or(0, |before| before.slip) });
         }
         if kind == Kind::ACK && Ack::parse(payload).is_ok_and(|ack| ack.kind == Kind::QUERY) {
             self.old = false;
@@ -277,11 +277,11 @@ fn answer(kind: Kind, payload: &[u8]) -> Option<(u16, Result<(), NackReason>)> {
 }
 
 /// What is of use here, beside what is published.
-fn told(kind: Kind, payload: &[u8]) -> Option<Heard> {
+fn parse(kind: Kind, payload: &[u8]) -> Option<Incoming> {
     Some(match kind {
         Kind::WELCOME => {
             let welcome = Welcome::parse(payload).ok()?;
-            Heard::Welcome(Greeting {
+            Incoming::Welcome(Greeting {
                 program: welcome.daemon().to_owned(),
                 host_us: welcome.host_us,
                 token: welcome.flags.has(WelcomeFlags::COMMANDS).then_some(welcome.token),
@@ -294,15 +294,15 @@ fn told(kind: Kind, payload: &[u8]) -> Option<Heard> {
             let (name, sha256) = (setup.configured_name().to_owned(), hex(&setup.configured));
             let (settings, in_force) = (setup.settings, hex(&setup.in_force));
             let configured = ModelId { name, sha256 };
-            Heard::Setup(Setup { settings, firmware, in_force, configured })
+            Incoming::Setup(Setup { settings, firmware, in_force, configured })
         }
-        Kind::STATE => Heard::State(PipelineState::parse(payload).ok()?),
+        Kind::STATE => Incoming::State(PipelineState::parse(payload).ok()?),
         Kind::NOTICE => {
             let notice = Notice::parse(payload).ok()?;
             if notice.kind != NoticeKind::Goodbye {
                 return None;
             }
-            Heard::Goodbye(notice.as_str().to_owned())
+            Incoming::Goodbye(notice.as_str().to_owned())
         }
         _ => return None,
     })
@@ -351,7 +351,7 @@ impl Publication {
 
 #[cfg(test)]
 mod tests {
-    use super::{Bridge, Heard, HeardUntil, Publication, Topic};
+    use super::{Bridge, Incoming, LastReceived, Publication, Topic};
     use grip_link::{
         decoder::{Decoder, Role, Verdict},
         frame::{self, Direction, Header, MAX_PAYLOAD, MAX_WIRE},
@@ -401,9 +401,9 @@ mod tests {
 
     fn take(bridge: &mut Bridge, bytes: &[u8]) -> Vec<Publication> {
         let mut taken = Vec::new();
-        bridge.receive(bytes, &mut |heard| match heard {
-            Heard::Publication(publication) => taken.push(publication),
-            Heard::State(_) | Heard::Slip(_) => {}
+        bridge.receive(bytes, &mut |incoming| match incoming {
+            Incoming::Publication(publication) => taken.push(publication),
+            Incoming::State(_) | Incoming::Slip(_) => {}
             other => panic!("{other:?}"),
         });
         taken
@@ -463,11 +463,11 @@ mod tests {
         daemon.say(Kind::NOTICE, |out| dropped(DroppedClass::News, 3).write(out).unwrap());
         let goodbye = Notice { kind: NoticeKind::Goodbye, ..dropped(DroppedClass::Rows, 0) };
         daemon.say(Kind::NOTICE, |out| goodbye.write(out).unwrap());
-        let (mut bridge, mut heard) = (Bridge::new(7, None), Vec::new());
-        bridge.receive(&daemon.wire, &mut |one| heard.push(one));
-        assert_eq!(heard.len(), 3, "{heard:?}");
-        assert_eq!(heard[1], Heard::Missed(3));
-        assert_eq!(heard[2], Heard::Goodbye("you read too slowly".to_owned()));
+        let (mut bridge, mut received) = (Bridge::new(7, None), Vec::new());
+        bridge.receive(&daemon.wire, &mut |one| received.push(one));
+        assert_eq!(received.len(), 3, "{received:?}");
+        assert_eq!(received[1], Incoming::Missed(3));
+        assert_eq!(received[2], Incoming::Goodbye("you read too slowly".to_owned()));
     }
 
     #[test]
@@ -495,13 +495,13 @@ mod tests {
         }
         // Answers to something else are for nobody.
         daemon.say(Kind::ACK, |out| Ack { kind: Kind::QUERY, seq: 3 }.write(out).unwrap());
-        let mut heard = Vec::new();
-        bridge.receive(&daemon.wire, &mut |one| heard.push(one));
-        let refused = Heard::Answer(4, Err(NackReason::Forbidden));
-        assert_eq!(heard, [Heard::Answer(3, Ok(())), refused]);
+        let mut received = Vec::new();
+        bridge.receive(&daemon.wire, &mut |one| received.push(one));
+        let refused = Incoming::Answer(4, Err(NackReason::Forbidden));
+        assert_eq!(received, [Incoming::Answer(3, Ok(())), refused]);
     }
 
-    /// Which slips are heard of a start of the daemon that still knows three, with one more that comes live; 100 stands for one that is missed.
+    /// Which slips are received of a start of the daemon that still knows three, with one more that comes live; 100 stands for one that is missed.
     fn slips(bridge: &mut Bridge, run_id: u32) -> Vec<u32> {
         let mut daemon = Daemon { session: 7, seq: 0, wire: Vec::new() };
         let welcome = Welcome {
@@ -524,10 +524,12 @@ mod tests {
             daemon.say(Kind::SLIP, |out| slip.write(out).unwrap());
         }
         let mut numbers = Vec::new();
-        bridge.receive(&daemon.wire, &mut |heard| match heard {
-            Heard::Slip(slip) => numbers.push(slip.number),
-            Heard::Missed(missed) => numbers.push(100 * missed),
-            Heard::Welcome(greeting) => assert!(greeting.takes_models && greeting.token.is_none()),
+        bridge.receive(&daemon.wire, &mut |incoming| match incoming {
+            Incoming::Slip(slip) => numbers.push(slip.number),
+            Incoming::Missed(missed) => numbers.push(100 * missed),
+            Incoming::Welcome(greeting) => {
+                assert!(greeting.takes_models && greeting.token.is_none())
+            }
             _ => {}
         });
         numbers
@@ -537,15 +539,18 @@ mod tests {
     fn slips_are_heard_once_also_over_another_connection() {
         let mut first = Bridge::new(7, None);
         assert_eq!(slips(&mut first, 9), [6], "what was before it came");
-        let mut second = Bridge::new(7, Some(HeardUntil { run_id: 9, slip: 4 }));
+        let mut second = Bridge::new(7, Some(LastReceived { run_id: 9, slip: 4 }));
         assert_eq!(slips(&mut second, 9), [5, 6]);
-        let mut late = Bridge::new(7, Some(HeardUntil { run_id: 9, slip: 1 }));
+        let mut late = Bridge::new(7, Some(LastReceived { run_id: 9, slip: 1 }));
         assert_eq!(slips(&mut late, 9), [100, 3, 4, 5, 6]);
-        let mut third = Bridge::new(7, second.heard_until());
+        let mut third = Bridge::new(7, second.last_received());
         assert_eq!(slips(&mut third, 9), [0; 0]);
-        let mut restarted = Bridge::new(7, third.heard_until());
+        let mut restarted = Bridge::new(7, third.last_received());
         assert_eq!(slips(&mut restarted, 10), [200, 3, 4, 5, 6]);
-        assert_eq!(Bridge::new(7, restarted.heard_until()).heard_until(), restarted.heard_until());
+        assert_eq!(
+            Bridge::new(7, restarted.last_received()).last_received(),
+            restarted.last_received()
+        );
     }
 
     #[test]

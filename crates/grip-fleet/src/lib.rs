@@ -30,7 +30,7 @@ pub mod ros;
 mod spool;
 
 pub use about::About;
-pub use bridge::{Bridge, Greeting, Heard, HeardUntil, Publication, Setup};
+pub use bridge::{Bridge, Greeting, Incoming, LastReceived, Publication, Setup};
 pub use follower::{Follower, Since, Verdict};
 pub use grip_session::config::{Site, Uid};
 pub use id::{EventId, IdError};

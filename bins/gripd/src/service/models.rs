@@ -51,7 +51,7 @@ impl Service {
             return self.refuse_model(&load, NackReason::WrongState, &message(error));
         }
         self.settings.loaded = model;
-        let text = format!("by a client: model {} is in force", self.settings.model_name());
+        let text = format!("model {} is in force", self.settings.model_name());
         self.console.say(LogLevel::Info, &text);
         self.tell_setup();
         if let Some(clients) = &mut self.servers.clients {

@@ -268,16 +268,20 @@ impl Clients {
     /// The model that a client wants in force, if one does; that of the configuration once the client that brought another has gone.
     /// [`Clients::loaded`] answers it.
     pub fn next_load(&mut self) -> Option<Loading> {
-        let here = |id: u64| self.roster.clients.iter().any(|client| client.id == id);
-        let left = self.bearer.filter(|id| !here(*id));
-        let give_back = || left.map(|client| Loading { client, ack: None, model: None });
-        self.load.take().or_else(give_back)
+        let gone = |id: &mut u64| self.roster.clients.iter().all(|client| client.id != *id);
+        self.load.take().or_else(|| {
+            let client = self.bearer.take_if(gone)?;
+            Some(Loading { client, ack: None, model: None })
+        })
     }
 
     /// Answers [`Clients::next_load`], unless the client has gone: whether a model of its own is in force now, or why nothing has changed.
     pub fn loaded(&mut self, load: &Loading, outcome: Result<bool, NackReason>) {
-        if let Ok(own) = outcome {
-            self.bearer = own.then_some(load.client);
+        match outcome {
+            Ok(own) => self.bearer = own.then_some(load.client),
+            // A slip goes on: asked for again. What fails otherwise fails again.
+            Err(NackReason::WrongState) => self.bearer = self.bearer.or(Some(load.client)),
+            Err(_) => {}
         }
         let client = self.roster.clients.iter_mut().find(|client| client.id == load.client);
         let Some(Client { session, .. }) = client else { return };

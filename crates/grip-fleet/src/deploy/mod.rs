@@ -12,7 +12,7 @@ mod shelf;
 mod standing;
 
 pub use examine::{Examined, Fault, MOST_BYTES, digest, examine, hex};
-pub use models::{Models, News, OrderFault, Swap};
+pub use models::{Models, Notice, OrderFault, Swap};
 pub use order::{Offer, Order, OrderError};
 pub use shelf::{Shelf, ShelfError};
 pub use standing::{Ended, How, Lasting, ModelId, Standing, TrialReport};

@@ -1,4 +1,4 @@
-//! Orders and counts in; answers, news for people and the models to put in force out: the rules of [`Deployment`] with a [`Shelf`] beneath them.
+//! Orders and counts in; answers, notices for people and the models to put in force out: the rules of [`Deployment`] with a [`Shelf`] beneath them.
 
 use super::{
     Declined, Deployment, Examined, Fault, ModelId, Offer, Order, Shelf, ShelfError, Standing,
@@ -13,7 +13,7 @@ pub type Swap<'a> = dyn FnMut(Option<&Examined>) -> Result<Counts, String> + 'a;
 
 /// Something that a person should know.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum News {
+pub enum Notice {
     /// As it should be.
     Done(String),
     /// As it should not.
@@ -44,7 +44,7 @@ pub struct Models {
     shelf: Shelf,
     /// The model that is wanted could not be put in force yet.
     due: bool,
-    news: Vec<News>,
+    notices: Vec<Notice>,
 }
 
 impl Models {
@@ -55,9 +55,9 @@ impl Models {
     pub fn open(folder: &Path, configured: ModelId) -> Result<Self, ShelfError> {
         let (shelf, lasting) = Shelf::open(folder)?;
         let deployment = Deployment::new(configured, lasting);
-        let mut models = Self { deployment, shelf, due: false, news: Vec::new() };
+        let mut models = Self { deployment, shelf, due: false, notices: Vec::new() };
         if let Some(last) = &models.deployment.lasting().last {
-            models.news.push(News::Done(format!("the last {}: {}", last.model, last.how)));
+            models.notices.push(Notice::Done(format!("the last {}: {}", last.model, last.how)));
         }
         if let Some(model) = models.deployment.wanted().cloned() {
             models.fetch(&model)?;
@@ -89,7 +89,7 @@ impl Models {
                 if self.deployment.take(model.id.clone(), judge)? != Step::Stay {
                     self.begin(&model, swap)?;
                     let id = &model.id;
-                    self.tell(format!("{id} is on trial for {} s with an object", judge.watch_s));
+                    self.report(format!("{id} is on trial for {} s with an object", judge.watch_s));
                 }
             }
             Order::Back { sha256 } => {
@@ -130,8 +130,8 @@ impl Models {
     }
 
     /// What has happened since it was asked last.
-    pub fn news(&mut self) -> Vec<News> {
-        core::mem::take(&mut self.news)
+    pub fn notices(&mut self) -> Vec<Notice> {
+        core::mem::take(&mut self.notices)
     }
 
     /// First on disk, so that a daemon that ends now knows of the trial; then in force.
@@ -171,11 +171,11 @@ impl Models {
                 self.due = false;
                 self.deployment.swapped(total);
                 let text = format!("{} is in force", self.deployment.standing().in_force);
-                self.tell(text);
+                self.report(text);
             }
             Err(reason) if !core::mem::replace(&mut self.due, true) => {
                 let text = format!("the model before cannot be put in force: {reason}");
-                self.news.push(News::Trouble(text));
+                self.notices.push(Notice::Trouble(text));
             }
             Err(_) => {}
         }
@@ -191,24 +191,24 @@ impl Models {
     fn note(&mut self) {
         if let Err(error) = self.shelf.note(self.deployment.lasting()) {
             let text = format!("which model is in force cannot be kept: {}", message(&error));
-            self.news.push(News::Trouble(text));
+            self.notices.push(Notice::Trouble(text));
         }
     }
 
-    fn tell(&mut self, text: String) {
-        self.news.push(News::Done(text));
+    fn report(&mut self, text: String) {
+        self.notices.push(Notice::Done(text));
     }
 
     fn tell_last(&mut self) {
         if let Some(last) = &self.deployment.lasting().last {
-            self.tell(format!("{}: {}", last.model, last.how));
+            self.report(format!("{}: {}", last.model, last.how));
         }
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{Models, News, Offer, Order};
+    use super::{Models, Notice, Offer, Order};
     use crate::{
         deploy::{Examined, How, ModelId, digest},
         rollout::{Counts, JudgeConfig},
@@ -264,7 +264,7 @@ mod tests {
         models.resume(&digest(other.as_bytes()), &mut swap);
         assert_eq!(models.standing().last.unwrap().how, How::Restarted);
         assert!(
-            matches!(&models.news()[..], [News::Done(text), _] if text.contains("started again"))
+            matches!(&models.notices()[..], [Notice::Done(text), _] if text.contains("started again"))
         );
         let sha256 = digest(other.as_bytes());
         models.obey(Order::Back { sha256: Some(sha256) }, &mut swap).unwrap();
@@ -285,15 +285,16 @@ mod tests {
         assert_eq!(told, "the model cannot be put in force: no");
         assert_eq!(models.standing().in_force.name, "file");
         models.obey(take("a", &other), yes).unwrap();
-        models.news();
+        models.notices();
         models.count(counts(120.0, 90), no);
         models.count(counts(121.0, 90), no);
-        let troubles = models.news().into_iter().filter(|news| matches!(news, News::Trouble(_)));
+        let troubles =
+            models.notices().into_iter().filter(|notice| matches!(notice, Notice::Trouble(_)));
         assert_eq!(troubles.count(), 1, "told once");
         models.count(counts(122.0, 90), yes);
         assert_eq!(
-            models.news(),
-            [News::Done(format!("{} is in force", model("file", default_text())))]
+            models.notices(),
+            [Notice::Done(format!("{} is in force", model("file", default_text())))]
         );
     }
 }
