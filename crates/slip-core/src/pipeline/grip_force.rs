@@ -6,7 +6,8 @@
 //! Where no reading comes, or the same one for [`FROZEN_S`] although the command moved on, the force is that of the command through a first-order
 //! lag, `F' = (C - F) / T` with the delay T that the gripper showed when it closed. It takes over from the last good reading. The same holds for
 //! the rest of the object's time where the readings contradict the command for [`CONTRADICTED_S`]: below [`LOW`] of what even a drive two and a half
-//! times as late would show by now, or above [`HIGH`] of the highest command of the slip. Such a sensor is late or wrong.
+//! times as late would show by now, or above [`HIGH`] of the highest command of the slip. Such a sensor is late or wrong. So is one that shows less
+//! than the known drive has made of the command while the object gets faster all the same for longer than a command takes to arrive.
 
 /// The same reading for this long (s) ...
 const FROZEN_S: f32 = 0.015;
@@ -28,6 +29,9 @@ const CONTRADICTIONS: f32 = 5.0;
 /// The latest drive that is believed, a lag of second order: each of the two lags of it over the known delay, and more (s).
 const LATER: f32 = 1.5;
 const LATER_S: f32 = 0.005;
+/// A force that was commanded this many delays ago has arrived; a delay is at least so long (s).
+const ARRIVES_AFTER: f32 = 3.0;
+const LEAST_LAG_S: f32 = 0.01;
 
 /// The force of one finger during a slip.
 #[derive(Clone, Copy, Debug, Default)]
@@ -49,6 +53,8 @@ pub(super) struct GripForce {
     late_n: [f32; 2],
     most_n: f32,
     contradicted_s: f32,
+    /// For how long the object has become faster while less was read than the command has made (s).
+    missing_s: f32,
     doubted: bool,
     /// Whether it shows no touch although there was some.
     numb: bool,
@@ -119,12 +125,14 @@ impl GripForce {
         };
     }
 
-    /// Takes the next reading (N), the command of the sample before it (N), and the delay of the gripper (s); gives the force (N).
+    /// Takes the next reading (N), the command of the sample before it (N), the delay of the gripper (s), and whether the object gets faster; gives
+    /// the force (N).
     pub(super) fn step(
         &mut self,
         reading_n: Option<f32>,
         command_n: f32,
         (dt_s, lag_s): (f32, f32),
+        speeds_up: bool,
     ) -> f32 {
         let follow = |n: &mut f32, to_n: f32, lag_s: f32| {
             let share = if lag_s > dt_s { dt_s / lag_s } else { 1.0 };
@@ -140,6 +148,9 @@ impl GripForce {
         let reading_n = reading_n.map(|force_n| force_n / self.ratio);
         if let Some(force_n) = reading_n {
             self.judge(force_n, dt_s);
+            let missing = speeds_up && force_n < (1.0 - SOUND) * self.commanded_n;
+            self.missing_s = if missing { self.missing_s + dt_s } else { 0.0 };
+            self.doubted |= self.missing_s >= ARRIVES_AFTER * lag_s.max(LEAST_LAG_S);
         }
         if self.doubted {
             return self.commanded_n;
@@ -192,11 +203,11 @@ mod tests {
         force.begin(2.0, Some(2.0));
         for i in 0..50_u8 {
             let reading = 2.0 + 0.1 * f32::from(i);
-            assert_eq!(force.step(Some(reading), 8.0, STEP), reading);
+            assert_eq!(force.step(Some(reading), 8.0, STEP, false), reading);
         }
-        let first = force.step(None, 8.0, STEP);
+        let first = force.step(None, 8.0, STEP, false);
         assert!((first - 6.9).abs() < 0.4, "{first}");
-        let last = (0..50).map(|_| force.step(None, 8.0, STEP)).last().unwrap();
+        let last = (0..50).map(|_| force.step(None, 8.0, STEP, false)).last().unwrap();
         assert!((last - 8.0).abs() < 1e-3, "{last}");
     }
 
@@ -204,12 +215,12 @@ mod tests {
     fn a_reading_that_stands_while_the_command_rises_is_none_and_one_that_may_stand_is_the_force() {
         let mut force = GripForce::new(1000.0);
         force.begin(2.0, Some(2.0));
-        let stuck: Vec<f32> = (0..60).map(|_| force.step(Some(2.0), 2.45, STEP)).collect();
+        let stuck: Vec<f32> = (0..60).map(|_| force.step(Some(2.0), 2.45, STEP, false)).collect();
         assert!(stuck[..15].iter().all(|f| *f == 2.0) && stuck[59] > 2.44, "{stuck:?}");
-        assert_eq!(force.step(Some(2.4), 2.45, STEP), 2.4, "it is back");
+        assert_eq!(force.step(Some(2.4), 2.45, STEP, false), 2.4, "it is back");
         let mut calm = GripForce::new(1000.0);
         calm.begin(2.0, Some(2.0));
-        assert!((0..500).all(|_| calm.step(Some(2.0), 2.1, STEP) == 2.0));
+        assert!((0..500).all(|_| calm.step(Some(2.0), 2.1, STEP, false) == 2.0));
     }
 
     /// The force of the fingers (N) `i` ms after the command rose from 2 N by 0.1 N a millisecond, behind a lag of 6 ms.
@@ -226,24 +237,50 @@ mod tests {
             }
             force.begin(2.0, Some(2.0 * gain));
             for i in 1..60 {
-                let told = force.step(Some(gain * driven(i)), 2.0 + 0.1 * i as f32, STEP);
+                let told = force.step(Some(gain * driven(i)), 2.0 + 0.1 * i as f32, STEP, false);
                 assert!((told / driven(i) - 1.0).abs() < 0.02, "{gain} {i}: {told}");
             }
         }
+    }
+
+    /// The command rises by a hundredth of itself a millisecond behind a load that does the same: a sensor that is late by 50 ms shows 0.6 of the
+    /// force, which a drive much later than the known one of 20 ms would show as well.
+    #[test]
+    fn a_reading_below_what_was_commanded_is_doubted_where_the_object_gets_faster_all_the_same() {
+        let told = |delay_ms: i32, speeds_up: bool| {
+            let command_n = |i: i32| 2.0 * 1.01_f32.powi(i.max(0));
+            let (mut force, mut applied) = (GripForce::new(1000.0), Vec::new());
+            force.begin(2.0, Some(2.0));
+            let mut applied_n = 2.0;
+            (0..120)
+                .map(|i| {
+                    applied_n += (command_n(i) - applied_n) / 20.0;
+                    applied.push(applied_n);
+                    let read_n = applied[usize::try_from(i - delay_ms).unwrap_or(0)];
+                    let step = (1e-3, 20e-3);
+                    force.step(Some(read_n), command_n(i), step, speeds_up) / applied_n
+                })
+                .last()
+                .unwrap()
+        };
+        assert!((told(50, true) - 1.0).abs() < 0.02, "late: {}", told(50, true));
+        assert!(told(50, false) < 0.7, "a drive may be late: {}", told(50, false));
+        assert!((told(0, true) - 1.0).abs() < 1e-6, "sound: {}", told(0, true));
     }
 
     #[test]
     fn a_late_sensor_is_doubted_for_this_object_and_a_late_drive_is_not() {
         let mut late = GripForce::new(1000.0);
         late.begin(2.0, Some(2.0));
-        let told: Vec<f32> =
-            (1..150).map(|i| late.step(Some(driven(i - 50)), 2.0 + 0.1 * i as f32, STEP)).collect();
+        let told: Vec<f32> = (1..150)
+            .map(|i| late.step(Some(driven(i - 50)), 2.0 + 0.1 * i as f32, STEP, false))
+            .collect();
         assert!(told[40] > 0.85 * driven(41) && told[140] > 0.95 * driven(141), "{told:?}");
         late.begin(8.0, Some(2.0));
-        assert_eq!(late.step(Some(2.0), 8.0, STEP), 8.0, "the same object");
+        assert_eq!(late.step(Some(2.0), 8.0, STEP, false), 8.0, "the same object");
         late.prime();
         late.begin(8.0, Some(8.0));
-        assert_eq!(late.step(Some(8.1), 8.0, STEP), 8.1, "another one");
+        assert_eq!(late.step(Some(8.1), 8.0, STEP, false), 8.1, "another one");
 
         let mut sound = GripForce::new(1000.0);
         sound.begin(2.0, Some(2.0));
@@ -252,7 +289,7 @@ mod tests {
             let command = 2.0 + 0.1 * f32::from(i);
             first += (command - first) / 12.0;
             second += (first - second) / 6.0;
-            assert_eq!(sound.step(Some(second), command, STEP), second, "{i}");
+            assert_eq!(sound.step(Some(second), command, STEP, false), second, "{i}");
         }
     }
 }

@@ -233,7 +233,9 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         };
         #[expect(clippy::cast_possible_truncation, reason = "seconds between two samples")]
         let times = (dt.as_seconds() as f32, grip.lag_s());
-        Some(self.grip_force.step(sample.normal_force_n, grip.command_n(), times))
+        let motion = self.course.motion(sample.t);
+        let speeds_up = motion.and_then(|motion| motion.acceleration_m_s2).is_some_and(|a| a > 0.0);
+        Some(self.grip_force.step(sample.normal_force_n, grip.command_n(), times, speeds_up))
     }
 
     /// The travel (m) to measure a slip with: as far as it is believed, and not where it is so coarse that the stylus alone knows better.
