@@ -14,7 +14,7 @@ const ADDRESS: &str = "unix:gripd.sock";
 #[track_caller]
 fn until_seen(figures: &Program, is: impl Fn(&Value) -> bool) {
     let seen = until(|| figures.lines().last().is_some_and(&is));
-    assert!(seen, "{}{}", figures.printed(), figures.told());
+    assert!(seen, "{}{}", figures.printed(), figures.reported());
 }
 
 /// Times of the slips in lines of gripd or gripctl.
@@ -28,19 +28,19 @@ fn watched() -> Result<(), String> {
     let folder = folder();
     let args = ["--port", "./gripper", "--wait", "--json", "--listen", ADDRESS];
     let gripd = Program::gripd(folder.path(), &args);
-    gripd.until_told("waiting for it");
+    gripd.until_reported("waiting for it");
     let gripctl = |how: &str| Program::gripctl(folder.path(), &["status", ADDRESS, how, "--json"]);
-    let (figures, news) = (gripctl("--watch"), gripctl("--events"));
+    let (figures, updates) = (gripctl("--watch"), gripctl("--events"));
     until_seen(&figures, |now| now["health"]["clients"] == 2);
 
     let gripper = Program::gripctl(folder.path(), &["sim", "--pty", "gripper"]);
-    let fallen = || gripd.told().contains("the object is gone");
-    let told = until(|| news.printed().contains("\"phase\":\"ended\"") || fallen());
-    assert!(told, "{}{}", news.printed(), gripd.told());
+    let fallen = || gripd.reported().contains("the object is gone");
+    let reported = until(|| updates.printed().contains("\"phase\":\"ended\"") || fallen());
+    assert!(reported, "{}{}", updates.printed(), gripd.reported());
     until_seen(&figures, |now| now["health"]["slips"].as_u64() >= Some(1) || fallen());
     let now = figures.lines().pop().unwrap();
     let ended = gripd.interrupted().done();
-    let heard = news.ended();
+    let received = updates.ended();
     drop(gripper);
     if ended.err.contains("the object is gone") {
         return Err(ended.err);
@@ -48,15 +48,15 @@ fn watched() -> Result<(), String> {
 
     assert!(now["gripper"]["link"] == "stream" && now["state"]["device"] == "active", "{now}");
     assert!(now["events"].as_array().unwrap().iter().any(|event| event["type"] == "slip"), "{now}");
-    let lines = heard.lines();
+    let lines = received.lines();
     assert!(lines.iter().any(|line| line["type"] == "gripper" && line["uid"].is_string()));
     let printed = slips(&ended.lines());
-    assert_eq!(slips(&lines), printed, "{heard:?}");
+    assert_eq!(slips(&lines), printed, "{received:?}");
     assert!(printed.is_sorted() && printed.len() >= 2, "{printed:?}");
     Ok(())
 }
 
 #[test]
-fn a_client_hears_of_every_slip_once_and_another_sees_the_figures() {
+fn a_client_receives_of_every_slip_once_and_another_sees_the_figures() {
     in_one_of_some_runs(watched);
 }

@@ -25,7 +25,7 @@ fn the_stylus_fails(fault: SensorFault) -> Result<String, String> {
     });
     gripper.live(500);
     if !held || gripper.mcu.truth().dropped() {
-        return Err(format!("the object fell before the fault: {}", gripd.told()));
+        return Err(format!("the object fell before the fault: {}", gripd.reported()));
     }
 
     let before_n = gripper.force_n();
@@ -35,27 +35,28 @@ fn the_stylus_fails(fault: SensorFault) -> Result<String, String> {
 
     assert!(least_n > before_n - 0.1, "the force fell from {before_n} to {least_n} N");
     assert!(!gripper.mcu.truth().dropped(), "{:?}", gripper.mcu.truth());
-    let told = stylus(&gripd).unwrap();
+    let reported = stylus(&gripd).unwrap();
     drop(gripper);
     drop(gripd);
-    Ok(told)
+    Ok(reported)
 }
 
 /// What was said of the health of the stylus.
 fn stylus(gripd: &Program) -> Option<String> {
     let lines = gripd.lines();
-    let told = lines.iter().find(|line| line["type"] == "health" && line["channel"] == "stylus")?;
-    told["health"].as_str().map(str::to_owned)
+    let reported =
+        lines.iter().find(|line| line["type"] == "health" && line["channel"] == "stylus")?;
+    reported["health"].as_str().map(str::to_owned)
 }
 
 #[test]
-fn a_broken_cable_is_told_and_the_object_stays() {
-    let told = in_one_of_some_runs(|| the_stylus_fails(SensorFault::Dead));
-    assert_eq!(told, "failed");
+fn a_broken_cable_is_reported_and_the_object_stays() {
+    let reported = in_one_of_some_runs(|| the_stylus_fails(SensorFault::Dead));
+    assert_eq!(reported, "failed");
 }
 
 #[test]
-fn a_stylus_that_sticks_is_told_and_the_object_stays() {
-    let told = in_one_of_some_runs(|| the_stylus_fails(SensorFault::Stuck));
-    assert_eq!(told, "frozen");
+fn a_stylus_that_sticks_is_reported_and_the_object_stays() {
+    let reported = in_one_of_some_runs(|| the_stylus_fails(SensorFault::Stuck));
+    assert_eq!(reported, "frozen");
 }

@@ -25,9 +25,9 @@ fn gripper(folder: &Path, endpoint: &str, seed: &str) -> (Program, Program, Stri
     fs::write(folder.join("gripd.toml"), settings).unwrap();
     let gripd = Program::gripd(folder, &["--port", "sim", "--seed", seed, "--json"]);
     let fleet = Program::gripfleet(folder, &[]);
-    fleet.until_told("this gripper is there as hall/");
-    let told = fleet.told();
-    let (_, name) = told.split_once("this gripper is there as ").unwrap();
+    fleet.until_reported("this gripper is there as hall/");
+    let reported = fleet.reported();
+    let (_, name) = reported.split_once("this gripper is there as ").unwrap();
     let is_of_it = |c: char| c == '/' || c.is_ascii_alphanumeric();
     let name: String = name.chars().take_while(|c| is_of_it(*c)).collect();
     (gripd, fleet, name)
@@ -63,7 +63,7 @@ fn is_the_command(line: &Value) -> bool {
 
 /// Whether its object fell: such a gripper waits for help and carries nothing out.
 fn fallen(gripd: &Program) -> bool {
-    gripd.told().contains("the object is gone")
+    gripd.reported().contains("the object is gone")
 }
 
 /// A morning in the hall; an error where an object fell.
@@ -88,20 +88,20 @@ fn looked_after() -> Result<(), String> {
     let obeyed = || has(&watch, &first_name, is_the_command);
     assert!(until(|| obeyed() || fell()), "{}", watch.printed());
     if fell() {
-        return Err(first.told() + &second.told());
+        return Err(first.reported() + &second.reported());
     }
 
     first.kill();
     let gone = |line: &Value| line["type"] == "alive" && line["alive"] == false;
     assert!(until(|| has(&watch, &first_name, gone)), "{}", watch.printed());
     assert_eq!(listed(here, &endpoint), HashSet::from([second_name.clone()]));
-    let told = watch.interrupted();
+    let reported = watch.interrupted();
     let of_the_second = |line: &&Value| name(line) == second_name;
-    let lines = told.lines();
+    let lines = reported.lines();
     assert!(!lines.iter().filter(of_the_second).any(|line| gone(line) || is_the_command(line)));
     let ids: Vec<String> = lines.iter().filter_map(id).collect();
     let different: HashSet<&String> = ids.iter().collect();
-    assert_eq!(different.len(), ids.len(), "an event came twice: {}", told.out);
+    assert_eq!(different.len(), ids.len(), "an event came twice: {}", reported.out);
     let summary = second.interrupted().done().summary();
     if summary["held"] == true { Ok(()) } else { Err(summary.to_string()) }
 }
@@ -112,6 +112,6 @@ fn id(line: &Value) -> Option<String> {
 }
 
 #[test]
-fn two_grippers_are_seen_and_told_from_one_place() {
+fn two_grippers_are_seen_and_reported_from_one_place() {
     in_one_of_some_runs(looked_after);
 }

@@ -13,20 +13,20 @@ fn grasp(more: &[&str]) -> Ended {
     let args = [&["--port", "sim", "--duration", "3", "--listen", "off"], more].concat();
     in_one_of_some_runs(|| {
         let ended = Program::gripd(folder.path(), &args).ended().done();
-        let says = |words: [&str; 2]| words.iter().any(|words| ended.out.contains(words));
-        let over = says(["\"slip_end\"", "slip ended after"]);
-        let held = says(["\"held\":true", "object HELD"]);
+        let states = |words: [&str; 2]| words.iter().any(|words| ended.out.contains(words));
+        let over = states(["\"slip_end\"", "slip ended after"]);
+        let held = states(["\"held\":true", "object HELD"]);
         if over && held { Ok(ended) } else { Err(ended.out) }
     })
 }
 
 #[test]
-fn a_slip_is_told_and_the_object_is_held() {
+fn a_slip_is_reported_and_the_object_is_held() {
     let ended = grasp(&["--json"]);
     let summary = ended.summary();
     let (lines, number) = (ended.lines(), |name: &str| summary[name].as_f64().unwrap());
-    let told = |what: &str| lines.iter().position(|line: &Value| line["type"] == what);
-    assert!(told("slip").unwrap() < told("slip_end").unwrap(), "{}", ended.out);
+    let reported = |what: &str| lines.iter().position(|line: &Value| line["type"] == what);
+    assert!(reported("slip").unwrap() < reported("slip_end").unwrap(), "{}", ended.out);
     assert!(number("slips") >= 1.0 && number("samples") > 1000.0, "{summary}");
     assert!(summary["dropped"] == false && summary["crushed"] == false, "{summary}");
     assert!(number("force_final_n") > number("force_needed_n"), "{summary}");

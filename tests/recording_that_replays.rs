@@ -38,8 +38,8 @@ fn every_event_is_replayed_byte_by_byte() {
     printed.pop();
 
     let check = gripctl(folder.path(), &["replay", "run.mcap", "--check"]);
-    let told = format!("{} events, byte by byte the recorded ones", printed.len());
-    assert!(check.code == 0 && check.out.contains(&told), "{check:?}");
+    let reported = format!("{} events, byte by byte the recorded ones", printed.len());
+    assert!(check.code == 0 && check.out.contains(&reported), "{check:?}");
     let replay = gripctl(folder.path(), &["replay", "run.mcap", "--json"]);
     let replayed: Vec<&str> = replay.out.lines().take(printed.len()).collect();
     assert_eq!(replayed, printed);
@@ -62,7 +62,7 @@ fn the_recording_of_a_killed_gripd_is_saved() {
     let gripd = Program::gripd(folder.path(), &args);
     // What is on the disk already can be replayed while it grows; one day the slip is there.
     let look = || Program::gripctl(folder.path(), &["replay", "run.mcap", "--json"]).ended();
-    assert!(until(|| look().out.contains(SLIP)), "{}", gripd.told());
+    assert!(until(|| look().out.contains(SLIP)), "{}", gripd.reported());
     gripd.kill();
 
     // Either nothing but the index is missing, or the last half record as well, which counts as loss.

@@ -24,14 +24,14 @@ fn a_plug_that_is_pulled_and_put_in_again_costs_no_force() {
 
     gripper.unplug();
     let alone_n = gripper.live(300);
-    gripd.until_told("the port is gone; the gripper holds by itself until it is back");
+    gripd.until_reported("the port is gone; the gripper holds by itself until it is back");
     assert!(alone_n > 0.95 * before_n, "{alone_n} of {before_n} N without the computer");
 
     gripper.plug_in();
     let mut least_n = alone_n;
     gripper.until("gripd finds it again", |mcu| {
         least_n = least_n.min(mcu.commanded_n());
-        gripd.told().contains("gripper found again")
+        gripd.reported().contains("gripper found again")
     });
     least_n = least_n.min(gripper.live(500));
     assert!(least_n > 0.95 * before_n, "{least_n} of {before_n} N in between");
@@ -41,16 +41,16 @@ fn a_plug_that_is_pulled_and_put_in_again_costs_no_force() {
 /// A gripper with another object, as a program of its own.
 fn powered(folder: &Path) -> Program {
     let gripper = Program::gripctl(folder, &["sim", "--scene", "light_rough", "--pty", "gripper"]);
-    gripper.until_told("scene light_rough is a gripper at gripper");
+    gripper.until_reported("scene light_rough is a gripper at gripper");
     gripper
 }
 
 /// Waits until gripd has answered more slips than `before`; how many it has, or that an object fell.
 fn holds(gripd: &Program, before: usize) -> Result<usize, String> {
     let answered = || gripd.printed().matches("slip_end").count();
-    let fallen = || gripd.told().contains("the object is gone");
-    assert!(until(|| answered() > before || fallen()), "{}", gripd.told());
-    if fallen() { Err(gripd.told()) } else { Ok(answered()) }
+    let fallen = || gripd.reported().contains("the object is gone");
+    assert!(until(|| answered() > before || fallen()), "{}", gripd.reported());
+    if fallen() { Err(gripd.reported()) } else { Ok(answered()) }
 }
 
 /// gripd, while the gripper loses its power and gets it back.
@@ -59,15 +59,15 @@ fn the_power_fails() -> Result<(), String> {
     // Nothing is plugged in yet: gripd is patient.
     let args = ["--port", "./gripper", "--wait", "--json", "--listen", "off"];
     let gripd = Program::gripd(folder.path(), &args);
-    gripd.until_told("waiting for it");
+    gripd.until_reported("waiting for it");
     let first = powered(folder.path());
-    gripd.until_told("gripper found");
+    gripd.until_reported("gripper found");
     let answered = holds(&gripd, 0)?;
 
     first.kill();
-    gripd.until_told("the port is gone");
+    gripd.until_reported("the port is gone");
     let second = powered(folder.path());
-    gripd.until_told("the gripper has restarted");
+    gripd.until_reported("the gripper has restarted");
     holds(&gripd, answered)?;
 
     let ended = gripd.interrupted().done();

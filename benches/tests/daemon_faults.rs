@@ -44,7 +44,7 @@ kinds! {
     unplugged "unplug, replug";
     exchanged "another gripper at the port";
     beset_by_clients "clients";
-    told_to_release "release by a client";
+    reported_to_release "release by a client";
     out_of_disk "disk full";
     rebooted "reboot of the gripper";
     disturbed_and_paused "noise, SIGSTOP";

@@ -20,7 +20,7 @@ fn every_sample_of_a_short_soak_is_accounted_for() {
     let mut looks = 0;
     let report = run(&soak, &clock(), &mut |_| looks += 1).unwrap();
     assert!(report.accounted(), "{report:?}");
-    assert!(report.samples > 20_000 && report.untold == 0, "{report:?}");
+    assert!(report.samples > 20_000 && report.unreported == 0, "{report:?}");
     // What a client is too slow for is dropped for it, never repeated.
     assert!(report.clients.iter().all(|rows| (1..=report.samples).contains(rows)), "{report:?}");
     assert!(looks >= 2 && report.looks.iter().all(|look| look.resident_kb > 1000), "{report:?}");
@@ -32,7 +32,7 @@ fn every_sample_of_a_short_soak_is_accounted_for() {
 }
 
 #[test]
-fn a_program_that_is_no_daemon_is_told() {
+fn a_program_that_is_no_daemon_is_reported() {
     let folder = tempfile::tempdir().unwrap();
     let soak = Soak {
         gripd: "/bin/false".into(),

@@ -38,7 +38,7 @@ fn heap_calls(work: impl FnOnce()) -> u64 {
 
 /// What the other threads have been told.
 #[derive(Debug, Default)]
-struct Told {
+struct Reported {
     samples: u64,
     states: u64,
     events: u64,
@@ -53,7 +53,7 @@ struct Told {
     recorded: u64,
 }
 
-impl Told {
+impl Reported {
     fn take(&mut self, item: &Item<'_>) {
         match item {
             Item::Sample { .. } => self.samples += 1,
@@ -82,43 +82,47 @@ impl Told {
 /// The threads around the hot one.
 struct World {
     far: Far,
-    told: Told,
+    reported: Reported,
     gripper: Gripper,
 }
 
 impl World {
     /// Plugs the gripper in until `enough`, then unplugs it.
-    fn until(&mut self, clock: &(dyn Fn() -> u64 + Sync), enough: impl Fn(&Told, &Far) -> bool) {
+    fn until(
+        &mut self,
+        clock: &(dyn Fn() -> u64 + Sync),
+        enough: impl Fn(&Reported, &Far) -> bool,
+    ) {
         let (near, device) = UnixStream::pair().unwrap();
         device.set_nonblocking(true).unwrap();
         self.far.lines.push(Line::from_fd(OwnedFd::from(near)).unwrap()).unwrap();
-        let Self { far, told, gripper } = self;
+        let Self { far, reported, gripper } = self;
         let unplug = AtomicBool::new(false);
         thread::scope(|threads| {
             threads.spawn(|| gripper.live(device.as_fd(), &unplug, clock, &mut |_| {}).unwrap());
             let looks = (0..PATIENCE).find(|_| {
                 time::wait_ms(2);
-                look(far, told);
-                enough(told, far)
+                look(far, reported);
+                enough(reported, far)
             });
             unplug.store(true, Ordering::Relaxed);
-            assert!(looks.is_some(), "{told:?}");
+            assert!(looks.is_some(), "{reported:?}");
         });
-        let lost_before = self.told.lost_lines;
+        let lost_before = self.reported.lost_lines;
         drop(device);
         let noticed = (0..PATIENCE).find(|_| {
             time::wait_ms(2);
-            look(&mut self.far, &mut self.told);
-            self.told.lost_lines > lost_before
+            look(&mut self.far, &mut self.reported);
+            self.reported.lost_lines > lost_before
         });
-        assert!(noticed.is_some(), "{:?}", self.told);
+        assert!(noticed.is_some(), "{:?}", self.reported);
         assert!(self.far.lost.pop().is_ok(), "the line comes back");
     }
 }
 
-fn look(far: &mut Far, told: &mut Told) {
-    far.service.drain(&mut |item| told.take(&item));
-    let recorded = &mut told.recorded;
+fn look(far: &mut Far, reported: &mut Reported) {
+    far.service.drain(&mut |item| reported.take(&item));
+    let recorded = &mut reported.recorded;
     far.recorder.drain(&mut |item| *recorded += u64::from(matches!(item, Item::Sample { .. })));
     while far.pulses.pop().is_ok() {}
 }
@@ -130,7 +134,7 @@ fn a_whole_life_of_the_hot_thread_calls_no_heap() {
     let shared = far.shared.clone();
     shared.wants_samples.store(true, Ordering::Relaxed);
     let gripper = Gripper::new(VirtualMcu::new(&scene::load("default").unwrap(), 1).unwrap());
-    let mut world = World { far, told: Told::default(), gripper };
+    let mut world = World { far, reported: Reported::default(), gripper };
     let heap = thread::scope(|threads| {
         let stop = shared.clone();
         let running = threads.spawn(|| heap_calls(|| hot.run().unwrap()));
@@ -140,18 +144,20 @@ fn a_whole_life_of_the_hot_thread_calls_no_heap() {
         drop(ends);
         running.join().unwrap()
     });
-    assert_eq!(heap, 0, "{:?}", world.told);
-    let Told { samples, recorded, .. } = world.told;
+    assert_eq!(heap, 0, "{:?}", world.reported);
+    let Reported { samples, recorded, .. } = world.reported;
     let counted = hot.counters().samples;
     let dropped = hot.counters().service_dropped + hot.counters().recorder_dropped;
-    assert!(samples <= recorded && recorded <= counted, "{:?} of {counted}", world.told);
-    assert!(dropped > 0 || recorded == counted, "{:?} of {counted}", world.told);
+    assert!(samples <= recorded && recorded <= counted, "{:?} of {counted}", world.reported);
+    assert!(dropped > 0 || recorded == counted, "{:?} of {counted}", world.reported);
 }
 
 /// Connect, learn, grip, slip, a client, other settings, unplugged and plugged in again, a restart, a broken stylus.
 fn live(world: &mut World, clock: &(dyn Fn() -> u64 + Sync)) {
-    world.until(clock, |told, _| told.slips > 0 && told.events > 0 && told.commands > 100);
-    let begun = world.told.began;
+    world.until(clock, |reported, _| {
+        reported.slips > 0 && reported.events > 0 && reported.commands > 100
+    });
+    let begun = world.reported.began;
     let estimator = model::default_estimator().unwrap();
     let mut config = HostConfig::default();
     config.grip.trial_force_n += 0.5;
@@ -160,19 +166,19 @@ fn live(world: &mut World, clock: &(dyn Fn() -> u64 + Sync)) {
     for command in [ClientCommand::AtLeast(6.0), ClientCommand::Release, ClientCommand::Grasp] {
         world.far.commands.push(command).unwrap();
     }
-    let before = world.told.samples;
-    world.until(clock, |told, far| {
-        told.obeyed == 3 && told.samples > before + 5000 && !far.replaced.is_empty()
+    let before = world.reported.samples;
+    world.until(clock, |reported, far| {
+        reported.obeyed == 3 && reported.samples > before + 5000 && !far.replaced.is_empty()
     });
-    assert!(world.told.began > begun, "{:?}", world.told);
+    assert!(world.reported.began > begun, "{:?}", world.reported);
     let replaced = world.far.replaced.pop().unwrap();
     assert!(replaced.refused.is_none(), "{:?}", replaced.refused);
     world.gripper.mcu.reset();
     world.gripper.mcu.break_stylus(Some(SensorFault::Frozen));
-    let before = world.told.events;
-    world.until(clock, |told, _| told.rebooted && told.events > before);
+    let before = world.reported.events;
+    world.until(clock, |reported, _| reported.rebooted && reported.events > before);
     world.far.commands.push(ClientCommand::Stop).unwrap();
-    world.until(clock, |told, _| told.obeyed == 4 && told.identified >= 4);
+    world.until(clock, |reported, _| reported.obeyed == 4 && reported.identified >= 4);
 }
 
 /// Calls `end` when it is dropped.
@@ -190,19 +196,19 @@ fn scopeguard(end: impl Fn()) -> impl Drop {
 fn full_rings_count_and_neither_wait_nor_allocate() {
     let (mut outbox, mut inbox) = rings(Sizes { samples: 4, frames: 4, wire: 64 });
     let sample = slip_core::Sample::stylus(slip_core::units::Micros(7), 1e-6);
-    let (mut told, mut bytes) = (0, 0);
+    let (mut reported, mut bytes) = (0, 0);
     let heap = heap_calls(|| {
         for index in 0..1000 {
             outbox.put(&Item::Sample { host_us: 1, index, sample: &sample, taxels: &[] });
             outbox.put(&Item::Wire { host_us: 1, to_device: false, bytes: &[1; 40] });
         }
         inbox.drain(&mut |item| match item {
-            Item::Sample { .. } => told += 1,
+            Item::Sample { .. } => reported += 1,
             Item::Wire { bytes: these, .. } => bytes += these.len(),
             _ => {}
         });
     });
     let dropped = inbox.drops().now();
-    assert_eq!((heap, told, bytes), (0, 4, 40));
+    assert_eq!((heap, reported, bytes), (0, 4, 40));
     assert_eq!((dropped.samples, dropped.wire, dropped.states, dropped.others), (996, 999, 0, 0));
 }

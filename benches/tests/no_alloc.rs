@@ -6,7 +6,7 @@ use grip_link::{
     decoder::{Decoder, Role, Verdict},
     frame::MAX_WIRE,
 };
-use grip_session::{HostConfig, News, Session, SessionOptions, model};
+use grip_session::{HostConfig, Session, SessionOptions, Update, model};
 use grip_sim::{VirtualMcu, scene};
 use mlp::Q15;
 use slip_benches::{frames, networks, scenes, signals::Signals};
@@ -30,10 +30,10 @@ fn the_counter_sees_what_it_has_to() {
     assert_eq!(heap_calls(|| drop(black_box(kept))), 1, "freed");
     let mut growing: Vec<u8> = Vec::with_capacity(1);
     assert_ne!(heap_calls(|| growing.resize(black_box(100), 0)), 0, "grown");
-    let mut told = 0;
-    let mut tell: Box<dyn FnMut(&str)> = Box::new(|text| told += text.len());
-    assert_ne!(heap_calls(|| tell(&format!("{}", black_box(1.5)))), 0, "formatted");
-    assert_eq!(heap_calls(|| tell("nothing")), 0);
+    let mut reported = 0;
+    let mut report: Box<dyn FnMut(&str)> = Box::new(|text| reported += text.len());
+    assert_ne!(heap_calls(|| report(&format!("{}", black_box(1.5)))), 0, "formatted");
+    assert_eq!(heap_calls(|| report("nothing")), 0);
 }
 
 /// What was seen on the way, without the heap.
@@ -253,8 +253,8 @@ fn grasp(seed: u64) -> (u64, u32, [bool; 4]) {
         let mut command = None;
         let used = heap_calls(|| {
             let mut left = bytes.as_slice();
-            while let Some(news) = session.receive(now.0, &mut left).unwrap() {
-                if let News::Step { step, .. } = news {
+            while let Some(updates) = session.receive(now.0, &mut left).unwrap() {
+                if let Update::Step { step, .. } = updates {
                     seen.note(step);
                 }
             }

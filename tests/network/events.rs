@@ -4,7 +4,7 @@ use crate::pair::{Pair, configure, endpoint};
 use core::time::Duration;
 use grip_fleet::{
     About, EventId, Member, Part, Selector, Since,
-    net::{self, Ask, NetError, Network, Session, Told, Watch, ask, list},
+    net::{self, Ask, NetError, Network, Reported, Session, Watch, ask, list},
     recordings::{FetchError, Fetched, Recording, fetch},
 };
 use grip_link::message::daemon::{Command, NoticeKind, Operation, ToClient};
@@ -30,8 +30,8 @@ fn router(endpoint: &str) -> Session {
 
 /// Slips as they came: the number of each event and that of the slip in it.
 fn slips(watch: &mut Watch, into: &mut Vec<(EventId, u32)>) {
-    while let Some(told) = watch.next(LOOK).unwrap() {
-        let Told::Event { id, message, missing, .. } = told else { continue };
+    while let Some(reported) = watch.next(LOOK).unwrap() {
+        let Reported::Event { id, message, missing, .. } = reported else { continue };
         assert_eq!(missing, 0, "{id}");
         if let Ok(ToClient::Slip(slip)) = message.read() {
             into.push((id, slip.number));
@@ -45,12 +45,12 @@ fn printed(gripd: &Program) -> usize {
 }
 
 #[test]
-fn every_slip_is_told_once_though_router_daemon_and_gripfleet_end() {
+fn every_slip_is_reported_once_though_router_daemon_and_gripfleet_end() {
     let folder = tempfile::tempdir().unwrap();
     let (endpoint, network) = place(folder.path());
     let here = router(&endpoint);
     let Pair { gripd: first, fleet } = Pair::holding(folder.path(), &[]);
-    fleet.until_told("this gripper is there as hall/");
+    fleet.until_reported("this gripper is there as hall/");
     let session = network.open().unwrap();
     let mut watch = Watch::new(session, &Selector::default(), Since::Start, &[]).unwrap();
     let mut got = Vec::new();
@@ -62,23 +62,23 @@ fn every_slip_is_told_once_though_router_daemon_and_gripfleet_end() {
     let before = printed(&first);
     // Killed without a goodbye, while gripfleet stays.
     first.kill();
-    fleet.until_told("gripd has closed the connection");
+    fleet.until_reported("gripd has closed the connection");
     let _router = router(&endpoint);
     let second = Pair::holding_beside(folder.path(), fleet);
-    let told = || second.fleet.told();
+    let reported = || second.fleet.reported();
     assert!(
         until(|| {
             slips(&mut watch, &mut got);
             got.len() >= before + printed(&second.gripd)
         }),
         "{}",
-        told()
+        reported()
     );
     // Another gripfleet goes on with the same spool, and says nothing twice.
     let Pair { gripd, fleet } = second;
     fleet.kill();
     let fleet = Program::gripfleet(folder.path(), &[]);
-    fleet.until_told("this gripper is there as hall/");
+    fleet.until_reported("this gripper is there as hall/");
     slips(&mut watch, &mut got);
     Pair { gripd, fleet }.stop();
     let ids: HashSet<EventId> = got.iter().map(|(id, _)| *id).collect();
@@ -94,7 +94,7 @@ fn every_slip_is_told_once_though_router_daemon_and_gripfleet_end() {
 fn member(watch: &mut Watch) -> Member {
     let mut member = None;
     assert!(until(|| {
-        if let Some(Told::Came(came)) = watch.next(LOOK).unwrap() {
+        if let Some(Reported::Came(came)) = watch.next(LOOK).unwrap() {
             member = Some(came);
         }
         member.is_some()
@@ -156,17 +156,17 @@ fn the_fleet_may_command_only_where_both_keys_say_so_and_with_the_token() {
     );
     let release = Command { token, ..release };
     assert_eq!(command(&session, &member, &release).as_deref(), Ok("taken"));
-    let mut told = Vec::new();
+    let mut reported = Vec::new();
     assert!(until(|| {
-        if let Some(Told::Event { message, .. }) = watch.next(LOOK).unwrap()
+        if let Some(Reported::Event { message, .. }) = watch.next(LOOK).unwrap()
             && let Ok(ToClient::Notice(notice)) = message.read()
             && notice.kind == NoticeKind::Client
         {
-            told.push(notice.as_str().to_owned());
+            reported.push(notice.as_str().to_owned());
         }
-        told.len() >= 2
+        reported.len() >= 2
     }));
-    assert!(told[0].contains("5.00 N") && told[1].contains("release"), "{told:?}");
+    assert!(reported[0].contains("5.00 N") && reported[1].contains("release"), "{reported:?}");
     running.stop();
 }
 
@@ -206,7 +206,7 @@ fn finished_recordings_are_given_away_where_that_is_allowed_and_nothing_else_is(
     let record = format!("record = {run:?}");
     configure(folder.path(), &endpoint, &record, "");
     let there = |running: &Pair| {
-        running.fleet.until_told("this gripper is there as hall/");
+        running.fleet.until_reported("this gripper is there as hall/");
         let session = network.open().unwrap();
         let member = list(&session, &Selector::default()).unwrap().into_keys().next().unwrap();
         (session, member)
@@ -220,12 +220,12 @@ fn finished_recordings_are_given_away_where_that_is_allowed_and_nothing_else_is(
     configure(folder.path(), &endpoint, &record, "recordings = true");
     let second = Pair::holding(folder.path(), &[]);
     let (session, member) = there(&second);
-    let mut told = Vec::new();
+    let mut reported = Vec::new();
     assert!(until(|| {
-        told = shelf(&session, &member);
-        told.len() == 2
+        reported = shelf(&session, &member);
+        reported.len() == 2
     }));
-    let state: Vec<(&str, bool)> = told.iter().map(|one| (&*one.name, one.growing)).collect();
+    let state: Vec<(&str, bool)> = reported.iter().map(|one| (&*one.name, one.growing)).collect();
     assert_eq!(state, [("run-0001.mcap", true), ("run.mcap", false)]);
     for name in ["../../../../etc/passwd", "/etc/passwd", "gripd.toml", "spool", "..", "other.mcap"]
     {
@@ -235,11 +235,11 @@ fn finished_recordings_are_given_away_where_that_is_allowed_and_nothing_else_is(
         assert!(refused.ends_with("no recording of that name"), "{name}: {refused}");
     }
     let here = tempfile::tempdir().unwrap();
-    let growing = fetched((&session, &member), &told[0], here.path());
+    let growing = fetched((&session, &member), &reported[0], here.path());
     assert!(matches!(growing, Err(FetchError::Growing(_))), "{growing:?}");
-    fetched((&session, &member), &told[1], here.path()).unwrap();
+    fetched((&session, &member), &reported[1], here.path()).unwrap();
     assert_eq!(fs::read(here.path().join("run.mcap")).unwrap(), fs::read(&run).unwrap());
-    let changed = Recording { modified_ns: 1, name: "run.mcap".to_owned(), ..told[1].clone() };
+    let changed = Recording { modified_ns: 1, name: "run.mcap".to_owned(), ..reported[1].clone() };
     fs::remove_file(here.path().join("run.mcap")).unwrap();
     let refused = fetched((&session, &member), &changed, here.path()).unwrap_err().to_string();
     assert!(refused.ends_with("the recording has changed"), "{refused}");
@@ -254,10 +254,10 @@ fn who_waits_for_the_spool_of_another_is_there_when_that_one_has_ended() {
     configure(two.path(), &endpoint, "", &spool);
     let _router = router(&endpoint);
     let first = Pair::start(one.path(), &[]);
-    first.fleet.until_told("this gripper is there as hall/");
+    first.fleet.until_reported("this gripper is there as hall/");
     let second = Pair::start(two.path(), &[]);
-    second.fleet.until_told("is not published until that one ends");
+    second.fleet.until_reported("is not published until that one ends");
     first.stop();
-    second.fleet.until_told("this gripper is there as hall/");
+    second.fleet.until_reported("this gripper is there as hall/");
     second.stop();
 }

@@ -80,10 +80,10 @@ fn ask(session: &Session, member: &Member, order: &Order) -> Result<Standing, St
 /// Takes a model as soon as the gripper has something to compare with.
 fn taken(session: &Session, member: &Member, text: &str, watch_s: f64) -> Standing {
     let mut answer = Err(String::new());
-    let early = |told: &str| told.starts_with("there are only");
+    let early = |reported: &str| reported.starts_with("there are only");
     assert!(until(|| {
         answer = ask(session, member, &take(text, watch_s));
-        !answer.as_ref().is_err_and(|told| early(told))
+        !answer.as_ref().is_err_and(|reported| early(reported))
     }));
     answer.unwrap()
 }
@@ -109,9 +109,9 @@ fn a_model_is_tried_kept_over_a_start_and_given_back() {
         (standing.in_force.name.as_str(), standing.before.unwrap().name),
         ("new.json", "default".to_owned())
     );
-    first.gripd.until_told("of a client is in force");
+    first.gripd.until_reported("of a client is in force");
     regrasp(&session, &who);
-    first.fleet.until_told("it was watched long enough, and stays");
+    first.fleet.until_reported("it was watched long enough, and stays");
     // To ask whether it would take another one changes nothing.
     let would = ask(&session, &who, &Order::Check(offer(&same(3), 2.0))).unwrap();
     assert_eq!((would.in_force.sha256, would.trial), (digest(same(1).as_bytes()), None));
@@ -124,13 +124,13 @@ fn a_model_is_tried_kept_over_a_start_and_given_back() {
     let second = Pair::holding_beside(folder.path(), fleet);
     let mut standing = None;
     assert!(until(|| {
-        standing = ask(&session, &who, &Order::Tell).ok();
+        standing = ask(&session, &who, &Order::Notify).ok();
         standing.is_some()
     }));
     let standing = standing.unwrap();
     assert_eq!(standing.in_force.sha256, digest(same(1).as_bytes()));
     assert_eq!(standing.last.unwrap().how, How::Restarted);
-    second.gripd.until_told("of a client is in force");
+    second.gripd.until_reported("of a client is in force");
     // Also where gripfleet starts again, what was accepted is there. One word leads to the model before.
     let Pair { gripd, fleet } = second;
     fleet.kill();
@@ -140,7 +140,7 @@ fn a_model_is_tried_kept_over_a_start_and_given_back() {
     let standing = back().unwrap();
     assert_eq!((standing.in_force.name.as_str(), standing.before), ("default", None));
     assert_eq!(back().unwrap().in_force.name, "default", "there is none before");
-    third.gripd.until_told("model embedded model is in force");
+    third.gripd.until_reported("model embedded model is in force");
     third.stop();
 }
 
@@ -155,8 +155,8 @@ fn a_model_with_which_nothing_is_grasped_goes_back() {
     let who = member(&pair);
     let trial = taken(&session, &who, &same(1), 2.0).trial.unwrap();
     assert!(trial.before.slips > 0 && trial.before.grasps > 0, "{trial:?}");
-    pair.fleet.until_told("nothing was grasped with it");
-    let standing = ask(&session, &who, &Order::Tell).unwrap();
+    pair.fleet.until_reported("nothing was grasped with it");
+    let standing = ask(&session, &who, &Order::Notify).unwrap();
     assert_eq!((standing.in_force.name.as_str(), standing.trial), ("default", None));
     assert_eq!(standing.last.unwrap().how, How::Idle);
     pair.stop();
@@ -181,15 +181,15 @@ fn gripd_goes_back_by_itself_when_it_holds_worse() {
     let mut answer = Err(String::new());
     assert!(until(|| {
         answer = ask(&session, &who, &order);
-        !answer.as_ref().is_err_and(|told| told.starts_with("there are only"))
+        !answer.as_ref().is_err_and(|reported| reported.starts_with("there are only"))
     }));
     let taken = answer.unwrap();
     assert_eq!((taken.in_force.name.as_str(), taken.trial.is_some()), ("new.json", true));
-    running.gripd.until_told("the object is gone");
-    running.fleet.until_told("there were more");
+    running.gripd.until_reported("the object is gone");
+    running.fleet.until_reported("there were more");
     let mut standing = taken;
     assert!(until(|| {
-        standing = ask(&session, &who, &Order::Tell).unwrap();
+        standing = ask(&session, &who, &Order::Notify).unwrap();
         standing.trial.is_none()
     }));
     assert_eq!((standing.in_force.name.as_str(), standing.trial), ("default", None));
@@ -212,12 +212,12 @@ fn settings_that_change_during_a_trial_end_it() {
     assert!(trial.trial.is_some());
     place(folder.path(), &endpoint, "models = \"models\"\n[detector.shear]\nthreshold = 30.0");
     running.reload();
-    running.fleet.until_told("its settings were changed during the trial");
-    running.fleet.until_told("model default");
-    let standing = ask(&session, &who, &Order::Tell).unwrap();
+    running.fleet.until_reported("its settings were changed during the trial");
+    running.fleet.until_reported("model default");
+    let standing = ask(&session, &who, &Order::Notify).unwrap();
     assert_eq!((standing.in_force.name.as_str(), standing.trial), ("default", None));
-    let told = running.stop();
-    assert!(told.contains("are in force: detector.shear.threshold"), "{told}");
+    let reported = running.stop();
+    assert!(reported.contains("are in force: detector.shear.threshold"), "{reported}");
 }
 
 #[test]
@@ -246,18 +246,18 @@ fn twenty_of_them_refuse_what_is_no_model_for_them() {
             (&nan, "new.json: "),
             (&half, "what came is not what was ordered"),
         ] {
-            let told = ask(&session, who, order).unwrap_err();
-            assert!(told.contains(words), "{told}");
+            let reported = ask(&session, who, order).unwrap_err();
+            assert!(reported.contains(words), "{reported}");
             refused += 1;
         }
-        let standing = ask(&session, who, &Order::Tell).unwrap();
+        let standing = ask(&session, who, &Order::Notify).unwrap();
         assert_eq!((standing.in_force.name.as_str(), standing.last), ("default", None));
     }
     assert_eq!(refused, 80);
 }
 
 #[test]
-fn whoever_wants_no_model_says_so() {
+fn whoever_wants_no_model_states_so() {
     let endpoint = endpoint();
     let _router = router(&endpoint);
     let session = session(&endpoint);
@@ -269,8 +269,8 @@ fn whoever_wants_no_model_says_so() {
         place(folder.path(), &endpoint, rest);
         let running = Pair::start(folder.path(), args);
         let who = member(&running);
-        let told = ask(&session, &who, &take(&same(1), 1.0)).unwrap_err();
-        assert!(told.contains(words), "{told}");
+        let reported = ask(&session, &who, &take(&same(1), 1.0)).unwrap_err();
+        assert!(reported.contains(words), "{reported}");
         assert!(!folder.path().join("models").exists());
         running.stop();
     }
@@ -286,9 +286,9 @@ fn a_damaged_folder_of_models_keeps_nobody_from_holding() {
     fs::create_dir(folder.path().join("models")).unwrap();
     fs::write(folder.path().join("models/standing.json"), "{").unwrap();
     let running = Pair::holding(folder.path(), &[]);
-    running.fleet.until_told("the model of the configuration is in force");
+    running.fleet.until_reported("the model of the configuration is in force");
     let who = member(&running);
-    let told = ask(&session, &who, &take(&same(1), 1.0)).unwrap_err();
-    assert!(told.contains("the folder of models cannot be used"), "{told}");
+    let reported = ask(&session, &who, &take(&same(1), 1.0)).unwrap_err();
+    assert!(reported.contains("the folder of models cannot be used"), "{reported}");
     running.stop();
 }

@@ -32,7 +32,7 @@ impl Pair {
     pub(crate) fn start(folder: &Path, args: &[&str]) -> Self {
         let port = if args.contains(&"--port") { &[][..] } else { &["--port", "sim"] };
         let fleet = Program::gripfleet(folder, &[]);
-        fleet.until_told("; waiting for it");
+        fleet.until_reported("; waiting for it");
         Self { gripd: Program::gripd(folder, &[port, &["--json"], args].concat()), fleet }
     }
 
@@ -61,16 +61,16 @@ impl Pair {
     /// Itself; what it is where the object has fallen, which a machine that stops gripd for longer than that takes does.
     fn until_held(self) -> Result<Self, Self> {
         let held = || self.gripd.printed().contains("\"slip_end\"");
-        let fallen = || self.gripd.told().contains("the object is gone");
-        assert!(until(|| held() || fallen()), "{}", self.gripd.told());
+        let fallen = || self.gripd.reported().contains("the object is gone");
+        assert!(until(|| held() || fallen()), "{}", self.gripd.reported());
         if fallen() { Err(self) } else { Ok(self) }
     }
 
     /// The gripper's name, as soon as it is on the network.
     pub(crate) fn name(&self) -> String {
-        self.fleet.until_told("this gripper is there as hall/");
-        let told = self.fleet.told();
-        let name = told.split("this gripper is there as ").nth(1).unwrap();
+        self.fleet.until_reported("this gripper is there as hall/");
+        let reported = self.fleet.reported();
+        let name = reported.split("this gripper is there as ").nth(1).unwrap();
         let is_of_it = |c: &char| *c == '/' || c.is_ascii_alphanumeric();
         name.chars().take_while(is_of_it).collect()
     }

@@ -62,8 +62,8 @@ impl Build {
         let output = command.current_dir(&self.folder).output();
         let output = output.map_err(|error| format!("cargo does not start: {error}"))?;
         if !output.status.success() {
-            let said = String::from_utf8_lossy(&output.stderr);
-            return Err(format!("`cargo {}` failed: {said}", self.arguments.join(" ")));
+            let stated = String::from_utf8_lossy(&output.stderr);
+            return Err(format!("`cargo {}` failed: {stated}", self.arguments.join(" ")));
         }
         Ok(programs(&String::from_utf8_lossy(&output.stdout)))
     }
@@ -72,9 +72,9 @@ impl Build {
 /// Takes away what cargo has told this test about its own package: build scripts that look at such variables would run again, and with them
 /// all that depends on them.
 fn forget_this_package(command: &mut Command) {
-    let told = ["CARGO_PKG_", "CARGO_MANIFEST_", "CARGO_CRATE_", "CARGO_BIN_", "OUT_DIR"];
+    let reported = ["CARGO_PKG_", "CARGO_MANIFEST_", "CARGO_CRATE_", "CARGO_BIN_", "OUT_DIR"];
     for (name, _) in env::vars_os() {
-        if told.iter().any(|start| name.to_string_lossy().starts_with(start)) {
+        if reported.iter().any(|start| name.to_string_lossy().starts_with(start)) {
             command.env_remove(name);
         }
     }
@@ -117,7 +117,7 @@ mod tests {
     use std::fs;
 
     /// What the program says that cargo gives.
-    fn said(build: &Build) -> Result<String, String> {
+    fn stated(build: &Build) -> Result<String, String> {
         let programs = build.programs()?;
         let output = Command::new(&programs["told"]).output().unwrap();
         Ok(String::from_utf8(output.stdout).unwrap())
@@ -137,18 +137,18 @@ mod tests {
         let build = Build { folder: package.clone(), arguments };
         for text in ["one", "two"] {
             fs::write(&source, format!("fn main() {{ print!({text:?}) }}")).unwrap();
-            assert_eq!(said(&build).as_deref(), Ok(text));
+            assert_eq!(stated(&build).as_deref(), Ok(text));
         }
         fs::write(&source, "fn main() { no_such_function() }").unwrap();
-        let why = said(&build).unwrap_err();
+        let why = stated(&build).unwrap_err();
         assert!(why.contains("`cargo build") && why.contains("no_such_function"), "{why}");
         assert!(package.join("target/debug/told").exists(), "the old one is there");
         fs::remove_file(&source).unwrap();
-        assert!(said(&build).is_err());
+        assert!(stated(&build).is_err());
     }
 
     #[test]
-    fn only_programs_are_taken_from_what_cargo_says() {
+    fn only_programs_are_taken_from_what_cargo_states() {
         let messages = [
             r#"{"reason":"compiler-artifact","target":{"kind":["lib"],"name":"a"},"executable":null}"#,
             r#"{"reason":"compiler-artifact","target":{"kind":["test"],"name":"b"},"executable":"/x y/b"}"#,

@@ -129,14 +129,14 @@ impl Gripper {
     fn exchange(&mut self) {
         let (mut input, mut out) = ([0; 4096], Vec::new());
         let count = self.pty.as_ref().map_or(0, |pty| pty.read(&mut input).unwrap());
-        let heard = input.get(..count).unwrap_or_default();
+        let received = input.get(..count).unwrap_or_default();
         if self.noisy && self.turns.is_multiple_of(10) {
             self.mcu.receive(self.now, b"AT+GCAP\r\n");
         }
-        self.mcu.receive(self.now, heard);
+        self.mcu.receive(self.now, received);
         self.mcu.transmit(self.now, &mut out);
         if self.noisy {
-            out.extend_from_slice(heard);
+            out.extend_from_slice(received);
         }
         if let Some(pty) = &self.pty {
             // What the line does not take is lost, as on a real wire.

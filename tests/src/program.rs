@@ -65,7 +65,7 @@ impl Program {
 
     /// What it said on standard error so far.
     #[must_use]
-    pub fn told(&self) -> String {
+    pub fn reported(&self) -> String {
         fs::read_to_string(self.output.path().join("err")).unwrap()
     }
 
@@ -80,13 +80,13 @@ impl Program {
     #[track_caller]
     pub fn until_printed(&self, what: &str) {
         let there = until(|| self.printed().contains(what));
-        assert!(there, "no {what:?} in {}{}", self.printed(), self.told());
+        assert!(there, "no {what:?} in {}{}", self.printed(), self.reported());
     }
 
     /// Waits until `what` stands on standard error.
     #[track_caller]
-    pub fn until_told(&self, what: &str) {
-        assert!(until(|| self.told().contains(what)), "no {what:?} in {}", self.told());
+    pub fn until_reported(&self, what: &str) {
+        assert!(until(|| self.reported().contains(what)), "no {what:?} in {}", self.reported());
     }
 
     /// kill -9; it is gone when this returns.
@@ -133,7 +133,7 @@ impl Program {
             status = self.child.try_wait().unwrap();
             status.is_some()
         });
-        let (out, err) = (self.printed(), self.told());
+        let (out, err) = (self.printed(), self.reported());
         assert!(!err.contains("panicked"), "{err}");
         let code = status.and_then(|status| status.code());
         Ended { code: code.unwrap_or_else(|| panic!("no end: {status:?} {out}{err}")), out, err }

@@ -19,16 +19,16 @@ pub fn measure(board: &Board) {
     let inputs = |i: u16| [f32::from(i % 100) * 0.02 - 1.0, f32::from(i % 37) * 0.05 - 0.9];
     let raw = |i: u16| [f32::from(i % 100) * 0.2 - 11.0, f32::from(i % 37) * 0.5 + 1.0];
     if let Some(fixed) = fixed {
-        tell("forward pass, Mlp<2, 10, 1>", board, |i| {
+        report("forward pass, Mlp<2, 10, 1>", board, |i| {
             black_box(fixed.forward(black_box(&inputs(i))));
         });
     }
-    tell("forward pass, Network 2-10-1", board, |i| {
+    report("forward pass, Network 2-10-1", board, |i| {
         let mut out = [0.0];
         let _ = black_box(network.forward(black_box(&inputs(i)), &mut out));
         black_box(out);
     });
-    tell("Model::estimate with logarithms", board, |i| {
+    report("Model::estimate with logarithms", board, |i| {
         let _ = black_box(model.estimate(black_box(&raw(i))));
     });
     stack::paint();
@@ -39,7 +39,7 @@ pub fn measure(board: &Board) {
     );
 }
 
-fn tell(name: &str, board: &Board, mut work: impl FnMut(u16)) {
+fn report(name: &str, board: &Board, mut work: impl FnMut(u16)) {
     let mut sum = 0;
     for i in 0..TIMES {
         sum += board.instructions(|| work(i));

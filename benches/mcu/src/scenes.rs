@@ -32,7 +32,7 @@ impl Cost {
         self.largest = self.largest.max(instructions);
     }
 
-    fn tell(&self, name: &str, kind: &str) {
+    fn report(&self, name: &str, kind: &str) {
         if self.count > 0 {
             let mean = u32::try_from(self.sum / i64::from(self.count)).unwrap_or(0);
             print(&["handle, ", name, kind, ": mean "], &[]);
@@ -76,7 +76,7 @@ fn learning(board: &Board) -> Option<()> {
         &mut signal,
         Plan { scene: Scene::Idle, count: 1500, force_n: 0.0, speed_m_s: 0.0 },
     )?[0]
-        .tell("learning the floor", "");
+        .report("learning the floor", "");
     Some(())
 }
 
@@ -97,15 +97,15 @@ fn in_scene(board: &Board, scene: Scene) -> Option<()> {
     }
     let plan = Plan { scene, count: STRETCH, force_n, speed_m_s };
     let [without, with] = stretch(board, &mut pipeline, &mut signal, plan)?;
-    without.tell(scene.name(), "");
-    with.tell(scene.name(), " with features and inference");
+    without.report(scene.name(), "");
+    with.report(scene.name(), " with features and inference");
     if scene == Scene::Slipping {
         let all = Cost {
             count: without.count + with.count,
             sum: without.sum + with.sum,
             largest: without.largest.max(with.largest),
         };
-        all.tell(scene.name(), ", all");
+        all.report(scene.name(), ", all");
         print(
             &["RAM: stack below the caller of handle ", " bytes\n"],
             &[deepest(&mut pipeline, &mut signal)],

@@ -87,12 +87,12 @@ impl Gripper {
                 Err(Errno::AGAIN | Errno::INTR) => continue,
                 Err(error) => return gone(error),
             };
-            let heard_ns = clock();
+            let received_ns = clock();
             self.catch_up(line, clock)?;
             let now = Micros(clock() / 1000);
             let bytes = input.get(..count).unwrap_or(&input);
             self.receive(now, bytes);
-            self.hear(bytes, heard_ns, answered);
+            self.read(bytes, received_ns, answered);
         }
         Ok(())
     }
@@ -122,7 +122,7 @@ impl Gripper {
         }
     }
 
-    fn hear(&mut self, mut bytes: &[u8], heard_ns: u64, answered: &mut dyn FnMut(u64)) {
+    fn read(&mut self, mut bytes: &[u8], received_ns: u64, answered: &mut dyn FnMut(u64)) {
         while let Some(verdict) = self.ear.next(&mut bytes) {
             let Verdict::Frame(frame) = verdict else { continue };
             let header = frame.header;
@@ -140,7 +140,7 @@ impl Gripper {
             if let Some((_, asked_ns)) = cause
                 && !first
             {
-                answered(heard_ns.saturating_sub(*asked_ns));
+                answered(received_ns.saturating_sub(*asked_ns));
             }
         }
     }

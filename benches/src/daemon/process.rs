@@ -119,7 +119,7 @@ impl Daemon {
 
     /// How often it said this.
     #[must_use]
-    pub fn times_said(&self, text: &str) -> usize {
+    pub fn times_stated(&self, text: &str) -> usize {
         self.log().matches(text).count()
     }
 }

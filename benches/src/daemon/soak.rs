@@ -80,7 +80,7 @@ pub struct Report {
     /// Samples that were handled and not recorded.
     pub unrecorded: u64,
     /// Events and notes that did not reach the service thread.
-    pub untold: u64,
+    pub unreported: u64,
     /// Rows that each client got.
     pub clients: Vec<u64>,
     /// Rows of the gripper in a second.
@@ -155,14 +155,14 @@ impl Shared {
     }
 }
 
-/// Runs it. `clock` gives nanoseconds since its first call or before; `told` gets each look as it is taken.
+/// Runs it. `clock` gives nanoseconds since its first call or before; `reported` gets each look as it is taken.
 ///
 /// # Errors
 /// Where something else failed than the counts.
 pub fn run(
     soak: &Soak,
     clock: &(dyn Fn() -> u64 + Sync),
-    told: &mut dyn FnMut(&Look),
+    reported: &mut dyn FnMut(&Look),
 ) -> Result<Report> {
     let pty = Pty::open(None)?;
     let scene = scene::load("default")?;
@@ -179,7 +179,7 @@ pub fn run(
             let shared = &shared;
             threads.spawn(move || listen(&soak.socket(), nonce, shared));
         }
-        let looks = watch(soak, daemon.id(), clock, told);
+        let looks = watch(soak, daemon.id(), clock, reported);
         shared.stop.store(true, Ordering::Relaxed);
         let device = gripping.join();
         shared.settle();
@@ -243,7 +243,7 @@ fn watch(
     soak: &Soak,
     id: u32,
     clock: &dyn Fn() -> u64,
-    told: &mut dyn FnMut(&Look),
+    reported: &mut dyn FnMut(&Look),
 ) -> Result<Looks> {
     let gone = "gripd is gone";
     time::wait_us(SETTLED_US);
@@ -265,7 +265,7 @@ fn watch(
             anonymous_kb: usage.anonymous_kb,
             cpu_percent: 100.0 * seconds(cpu_ns) / seconds(now_ns - last_ns),
         };
-        told(&look);
+        reported(&look);
         looks.push(look);
         (last, last_ns) = (usage, now_ns);
     }
@@ -311,7 +311,7 @@ fn report(
         lost: number("lost")?,
         dropped_by_gripper: device.mcu.link().dropped_rows().into(),
         unrecorded: number("unrecorded_samples")?,
-        untold: number("untold_notes")?,
+        unreported: number("untold_notes")?,
         clients: shared.rows.iter().map(|rows| rows.load(Ordering::Relaxed)).collect(),
         rate_hz: soak.rate_hz,
         restarts: u64::from(device.mcu.boot_id().saturating_sub(1)),

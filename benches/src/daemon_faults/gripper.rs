@@ -39,7 +39,7 @@ impl Sent {
         Self { tap: Decoder::new(Role::Tap), next: 0, at_config: 0 }
     }
 
-    fn hear(&mut self, mut bytes: &[u8]) {
+    fn receive(&mut self, mut bytes: &[u8]) {
         while let Some(verdict) = self.tap.next(&mut bytes) {
             let Verdict::Frame(frame) = verdict else { continue };
             if frame.header.kind == Kind::SAMPLES
@@ -101,14 +101,14 @@ impl Bench {
             hit(noise, bytes);
         }
         let (present, configs) = (self.present(), self.judge.configs);
-        self.judge.hear(bytes, &present);
+        self.judge.receive(bytes, &present);
         if self.judge.configs > configs {
             self.sent.at_config = self.sent.next;
         }
         self.mcu.receive(self.now, bytes);
         if self.unsent.is_empty() || self.held_back {
             self.mcu.transmit(self.now, &mut self.unsent);
-            self.sent.hear(&self.unsent);
+            self.sent.receive(&self.unsent);
             if let Some(noise) = &mut self.noise {
                 hit(noise, &mut self.unsent);
                 babble(noise, &mut self.unsent);

@@ -115,7 +115,7 @@ impl Judge {
     }
 
     /// Listens to what the gripper is about to get.
-    pub fn hear(&mut self, mut bytes: &[u8], present: &Present) {
+    pub fn receive(&mut self, mut bytes: &[u8], present: &Present) {
         loop {
             let (header, grip) = match self.decoder.next(&mut bytes) {
                 None => return,
@@ -147,9 +147,9 @@ impl Judge {
     fn command(&mut self, grip: Option<Grip>, present: &Present) {
         self.commands += 1;
         let Some(grip) = grip else { return self.violation("a GRIP that is too short".to_owned()) };
-        let told = self.within_limits(&grip).and_then(|()| self.mode(&grip));
-        let told = told.and_then(|()| self.rise(&grip, present));
-        if let Err(what) = told {
+        let reported = self.within_limits(&grip).and_then(|()| self.mode(&grip));
+        let reported = reported.and_then(|()| self.rise(&grip, present));
+        if let Err(what) = reported {
             let Grip { cmd_id, mode, force_mn, slew_mn_s, cause_sample, .. } = grip;
             let last = self.last.map(|last| (last.mode, last.force_mn, last.cause_sample));
             let Present { drive_mn, rows, .. } = present;
@@ -263,9 +263,9 @@ mod tests {
 
     /// What a judge says of commands (mode, mN, cause).
     fn judged(judge: &mut Judge, commands: &[(u8, i32, u32)]) -> String {
-        judge.hear(&wire(Kind::HELLO, 0, &[1, 1]), &PRESENT);
+        judge.receive(&wire(Kind::HELLO, 0, &[1, 1]), &PRESENT);
         for (seq, &(mode, force_mn, cause)) in (1..).zip(commands) {
-            judge.hear(&grip(seq, mode, force_mn, cause), &PRESENT);
+            judge.receive(&grip(seq, mode, force_mn, cause), &PRESENT);
         }
         assert_eq!((judge.commands, judge.sessions), (commands.len() as u64, 1));
         judge.violations.join("\n")
@@ -276,7 +276,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_allowed_is_not_told() {
+    fn what_is_allowed_is_not_reported() {
         assert_eq!(verdict(&[(1, 2_100, 10), (1, 3_100, 20), (1, 1_000, 20), (1, 1_000, 20)]), "");
         let mut judge = Judge::new(LIMITS, false);
         judge.allow_open();
@@ -285,8 +285,8 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_allowed_is_told() {
-        let told = [
+    fn what_is_not_allowed_is_reported() {
+        let reported = [
             (verdict(&[(1, 3_100, 10)]), "a leap at the start"),
             (verdict(&[(1, 30_001, 10)]), "beyond the limit"),
             (verdict(&[(1, -1, 10)]), "beyond the limit"),
@@ -297,19 +297,19 @@ mod tests {
             (verdict(&[(3, 0, 10)]), "no use for"),
             (judged(&mut Judge::new(LIMITS, true), &[(1, 0, 10)]), "for a stranger"),
         ];
-        for (said, wanted) in told {
-            assert!(said.contains(wanted), "{wanted}: {said}");
+        for (stated, wanted) in reported {
+            assert!(stated.contains(wanted), "{wanted}: {stated}");
         }
         let mut judge = Judge::new(LIMITS, false);
         judge.allow_open();
-        let said = judged(&mut judge, &[(2, 0, 10), (1, 100, 20)]);
-        assert!(said.contains("a force after a release"), "{said}");
+        let stated = judged(&mut judge, &[(2, 0, 10), (1, 100, 20)]);
+        assert!(stated.contains("a force after a release"), "{stated}");
         judge.violations.clear();
         judge.allow_close();
-        judge.hear(&grip(3, 2, 0, 30), &PRESENT);
-        judge.hear(&grip(4, 1, 0, 40), &PRESENT);
+        judge.receive(&grip(3, 2, 0, 30), &PRESENT);
+        judge.receive(&grip(4, 1, 0, 40), &PRESENT);
         assert!(judge.violations.is_empty(), "{:?}", judge.violations);
-        judge.hear(&grip(5, 2, 0, 50), &PRESENT);
+        judge.receive(&grip(5, 2, 0, 50), &PRESENT);
         assert!(judge.violations.concat().contains("nobody asked"), "{:?}", judge.violations);
     }
 }

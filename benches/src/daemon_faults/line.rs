@@ -42,8 +42,8 @@ pub(super) fn reboots(setup: &Setup<'_>, times: u64) -> Result<Outcome> {
         rig.missed(gripped, "the restarted gripper does not grip", &daemon)?;
         again_ms.push(u64::try_from(from.elapsed().as_millis()).unwrap_or(u64::MAX));
     }
-    let told = daemon.times_said("the gripper has restarted");
-    outcome.require(told > 0, || format!("nobody was told of a restart: {}", daemon.log()));
+    let reported = daemon.times_stated("the gripper has restarted");
+    outcome.require(reported > 0, || format!("nobody was told of a restart: {}", daemon.log()));
     outcome.spread("from the restart to the grip", again_ms, "ms");
     rig.finish(&mut daemon, &mut outcome)?;
     Ok(outcome)
@@ -119,15 +119,15 @@ pub(super) fn reloads(setup: &Setup<'_>, times: u64) -> Result<Outcome> {
     outcome.figure(
         "broken files told with their place, good ones in force, the object held".to_owned(),
     );
-    let placed = daemon.times_said("gripd.toml");
+    let placed = daemon.times_stated("gripd.toml");
     outcome.require(placed >= usize::try_from(times).unwrap_or(usize::MAX), || daemon.log());
     rig.finish(&mut daemon, &mut outcome)?;
     Ok(outcome)
 }
 
-fn reload(rig: &Rig<'_>, daemon: &Daemon, told: &str) -> Result<()> {
-    let before = daemon.times_said(told);
+fn reload(rig: &Rig<'_>, daemon: &Daemon, reported: &str) -> Result<()> {
+    let before = daemon.times_stated(reported);
     daemon.signal(Signal::HUP)?;
-    let heard = time::until(PATIENCE_S, || daemon.times_said(told) > before);
-    rig.missed(heard, "nobody was told what became of the settings", daemon)
+    let received = time::until(PATIENCE_S, || daemon.times_stated(reported) > before);
+    rig.missed(received, "nobody was told what became of the settings", daemon)
 }

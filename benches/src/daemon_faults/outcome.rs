@@ -41,7 +41,7 @@ impl Outcome {
     }
 
     /// What the judge of a gripper has counted.
-    pub(super) fn hear(&mut self, gripper: &Gripper) {
+    pub(super) fn receive(&mut self, gripper: &Gripper) {
         self.violations.extend(gripper.failure());
         self.broken += u64::from(gripper.failure().is_some());
         self.judged(&gripper.bench().judge);

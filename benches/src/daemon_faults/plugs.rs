@@ -49,7 +49,7 @@ fn commanded_again(rig: &Rig<'_>, daemon: &Daemon) -> Result<()> {
 
 /// Puts another gripper at the port for a while.
 pub(super) fn stranger(setup: &Setup<'_>) -> Result<Outcome> {
-    const TOLD: &str = "another gripper answered and was left alone";
+    const REPORTED: &str = "another gripper answered and was left alone";
     let mut outcome = Outcome { times: 1, ..Outcome::default() };
     let rig = Rig::new(setup, Object::Lifted)?;
     let mut daemon = rig.gripping(&["--record", "stranger.mcap"])?;
@@ -57,8 +57,8 @@ pub(super) fn stranger(setup: &Setup<'_>) -> Result<Outcome> {
     rig.gripper.bench().unplug();
     time::wait_ms(100);
     rig.gripper.bench().exchange_for(&other)?;
-    let told = time::until(FOUND_S, || daemon.times_said(TOLD) > 0);
-    rig.missed(told, "nobody was told of the stranger", &daemon)?;
+    let reported = time::until(FOUND_S, || daemon.times_stated(REPORTED) > 0);
+    rig.missed(reported, "nobody was told of the stranger", &daemon)?;
     time::wait_ms(STRANGER_MS);
     let Some((stranger, judge)) = rig.gripper.bench().bring_back()? else {
         return Ok(Outcome::failed("there was no stranger".to_owned()));

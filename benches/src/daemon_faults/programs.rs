@@ -109,11 +109,11 @@ fn asks(client: &mut Client) -> Result<bool> {
 /// Listens until `done` says so of a message.
 fn listen(client: &mut Client, mut done: impl FnMut(&ToClient<'_>) -> bool) -> Result<bool> {
     let end = time::now() + PATIENCE;
-    let mut heard = false;
-    while !heard && time::now() < end {
-        client.wait(Duration::from_millis(100), &mut |message| heard |= done(message))?;
+    let mut received = false;
+    while !received && time::now() < end {
+        client.wait(Duration::from_millis(100), &mut |message| received |= done(message))?;
     }
-    Ok(heard)
+    Ok(received)
 }
 
 /// A client lets go and closes again; in between nothing may press.

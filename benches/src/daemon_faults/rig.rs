@@ -149,7 +149,7 @@ impl<'a> Rig<'a> {
         let status = daemon.end()?;
         outcome.require(is_orderly(status), || format!("gripd ended with {status}"));
         outcome.require(!daemon.log().contains("panicked"), || daemon.log());
-        outcome.hear(&self.gripper);
+        outcome.receive(&self.gripper);
         outcome.recordings += self.recordings()?.len() as u64;
         Ok(())
     }

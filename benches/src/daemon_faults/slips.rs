@@ -109,23 +109,23 @@ fn slip(
         least_n = least_n.min(truth().applied_n);
         end.elapsed().as_millis() > u128::from(WATCHED_MS)
     });
-    let told = truth();
-    let ratio = told.force_peak_n / told.force_needed_n;
+    let reported = truth();
+    let ratio = reported.force_peak_n / reported.force_needed_n;
     fates.ratio = fates.ratio.max(ratio);
     outcome.require(ratio <= MOST_RATIO, || {
         format!(
             "{fault:?} in slip {seed}: {:.1} N of {:.1} N needed",
-            told.force_peak_n, told.force_needed_n
+            reported.force_peak_n, reported.force_needed_n
         )
     });
     // Fingers whose object is gone may open.
-    outcome.require(told.dropped() || least_n >= KEPT * before_n, || {
+    outcome.require(reported.dropped() || least_n >= KEPT * before_n, || {
         format!("{fault:?} in slip {seed}: lowered from {before_n:.2} to {least_n:.2} N")
     });
     let holdable = slid_mm(&after) < HOLDABLE_MM;
-    fates.held += u64::from(!told.dropped());
-    fates.lost += u64::from(told.dropped() && !holdable);
-    outcome.require(!told.dropped() || !holdable, || {
+    fates.held += u64::from(!reported.dropped());
+    fates.lost += u64::from(reported.dropped() && !holdable);
+    outcome.require(!reported.dropped() || !holdable, || {
         format!(
             "{fault:?} in slip {seed}: dropped, although it had slipped {:.1} mm at {:.0} mm/s",
             after.slip_mm(),

@@ -11,7 +11,7 @@ use std::process::Command;
 /// Room for a recording (bytes): about a second of it.
 const ROOM: u64 = 1 << 20;
 /// What the daemon says when a recording stops.
-const TOLD: &str = "the object is held without a recording";
+const REPORTED: &str = "the object is held without a recording";
 
 /// A disk that is full where one may be mounted, and files that may not grow.
 pub(super) fn run(setup: &Setup<'_>) -> Result<Outcome> {
@@ -42,7 +42,7 @@ fn one(
     let mut daemon = rig.daemon(&["--record", file])?;
     limit(&daemon)?;
     rig.until_held(&daemon)?;
-    let stopped = time::until(60, || !daemon.is_running() || daemon.times_said(TOLD) > 0);
+    let stopped = time::until(60, || !daemon.is_running() || daemon.times_stated(REPORTED) > 0);
     daemon.must_run()?;
     rig.missed(stopped, "the recording does not stop", &daemon)?;
     rig.commands_again(&daemon)?;
@@ -50,10 +50,10 @@ fn one(
     outcome.require(status.code() == Some(3), || {
         format!("lost samples are not told at the end: {status}, {}", daemon.log())
     });
-    let told = daemon.times_said(TOLD);
-    outcome.require(told == 1, || format!("told {told} times: {}", daemon.log()));
+    let reported = daemon.times_stated(REPORTED);
+    outcome.require(reported == 1, || format!("told {reported} times: {}", daemon.log()));
     outcome.require(!daemon.log().contains("panicked"), || daemon.log());
-    outcome.hear(&rig.gripper);
+    outcome.receive(&rig.gripper);
     outcome.recordings += rig.recordings()?.len() as u64;
     Ok(())
 }

@@ -137,7 +137,7 @@ fn one(hand: &mut Hand, rate_hz: f64, (noise, interval_s): (&[f64; BANDS], f64))
     let piece_s = bank.piece as f64 / rate_hz;
     let mut least =
         Least { alone_ms: [f64::INFINITY; BANDS], together_ms: f64::INFINITY, snr: [0.0; BANDS] };
-    let mut told = [0.0; BANDS];
+    let mut reported = [0.0; BANDS];
     let (mut t, mut first_pieces) = (-INCIPIENT_S, 0.0);
     while t < LATE_S {
         let energies = bank.energies(|| {
@@ -149,13 +149,13 @@ fn one(hand: &mut Hand, rate_hz: f64, (noise, interval_s): (&[f64; BANDS], f64))
         first_pieces += f64::from(u8::from(first));
         for b in 0..BANDS {
             let snr = energies[b] / noise[b];
-            told[b] += piece_s * information(widths[b], snr);
+            reported[b] += piece_s * information(widths[b], snr);
             least.snr[b] += if first { snr } else { 0.0 };
-            if widths[b] > 0.0 && told[b] >= needed(&widths[b..=b], interval_s) {
+            if widths[b] > 0.0 && reported[b] >= needed(&widths[b..=b], interval_s) {
                 least.alone_ms[b] = least.alone_ms[b].min(1e3 * t);
             }
         }
-        if told.iter().sum::<f64>() >= needed(&widths, interval_s) {
+        if reported.iter().sum::<f64>() >= needed(&widths, interval_s) {
             least.together_ms = least.together_ms.min(1e3 * t);
         }
     }

@@ -273,11 +273,11 @@ mod tests {
     fn levels_do_not_depend_on_the_threshold() {
         let mut hand = Hand::new(RobotConfig::default(), 1.6, 5);
         let mut deaf = deaf(1e4).unwrap();
-        let mut hearing: Vec<_> = CONTESTANTS.iter().map(|c| c.make(1e4, 2.0).unwrap()).collect();
+        let mut reception: Vec<_> = CONTESTANTS.iter().map(|c| c.make(1e4, 2.0).unwrap()).collect();
         let mut seen = [0.0_f64; CONTESTANTS.len()];
         for _ in 0..60_000 {
             let sample = hand.sample();
-            for ((a, b), seen) in deaf.iter_mut().zip(&mut hearing).zip(&mut seen) {
+            for ((a, b), seen) in deaf.iter_mut().zip(&mut reception).zip(&mut seen) {
                 assert!(!a.step(&sample));
                 b.step(&sample);
                 let (a, b) = (a.statistic(), b.statistic());

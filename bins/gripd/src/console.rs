@@ -4,7 +4,7 @@ use crate::clock::Clock;
 use grip_daemon::{
     Item, LinkNote,
     log::{Clocks, Entry, Log, LogLevel, LogStyle},
-    supply::PortNews,
+    supply::PortUpdate,
 };
 use grip_link::{
     host::{CloseReason, LinkState},
@@ -18,7 +18,7 @@ use slip_core::PipelineState;
 use std::io::{self, IsTerminal as _, Write as _};
 
 /// A sentence and its weight.
-type Told = (LogLevel, String);
+type Reported = (LogLevel, String);
 
 /// The live line is drawn at most this often (us).
 const LIVE_EVERY_US: u64 = 50_000;
@@ -102,13 +102,13 @@ impl Console {
         self.clear_status();
         let now = self.now();
         let entry = Entry { level, text, fields: &[] };
-        unheard(self.log.tell(now, &entry, &mut io::stderr().lock()));
+        ignored(self.log.report(now, &entry, &mut io::stderr().lock()));
     }
 
     /// Tells how often sentences came that were not repeated.
     pub(crate) fn tick(&mut self) {
         let now = self.now();
-        unheard(self.log.tick(now, &mut io::stderr().lock()));
+        ignored(self.log.tick(now, &mut io::stderr().lock()));
     }
 
     fn now(&self) -> Clocks {
@@ -116,12 +116,12 @@ impl Console {
     }
 
     /// What the search for the port told.
-    pub(crate) fn port(&mut self, news: &PortNews) {
-        match news {
-            PortNews::Waiting(reason) => {
+    pub(crate) fn port(&mut self, updates: &PortUpdate) {
+        match updates {
+            PortUpdate::Waiting(reason) => {
                 self.say(LogLevel::Warn, &format!("{reason}; waiting for it"));
             }
-            PortNews::Opened { device, latency_timer_ms } => {
+            PortUpdate::Opened { device, latency_timer_ms } => {
                 if let Some(ms @ 2..) = latency_timer_ms {
                     let text = format!(
                         "the USB adapter gathers bytes for {ms} ms before it hands them over; `gripctl doctor` says how to change that"
@@ -132,7 +132,7 @@ impl Console {
                     self.say(LogLevel::Info, &format!("port open: {device}"));
                 }
             }
-            PortNews::Other => self.say(
+            PortUpdate::Other => self.say(
                 LogLevel::Warn,
                 "another gripper answered and was left alone; looking for the one that was attached before",
             ),
@@ -140,7 +140,7 @@ impl Console {
     }
 
     /// What a person should know of the link.
-    fn sentence(&mut self, note: &LinkNote) -> Option<Told> {
+    fn sentence(&mut self, note: &LinkNote) -> Option<Reported> {
         use LogLevel::{Info, Warn};
         Some(match *note {
             LinkNote::Identified { rebooted: false, .. } => {
@@ -220,7 +220,7 @@ impl Console {
             state.lost,
         );
         self.status_shown = true;
-        unheard(shown.and_then(|()| err.flush()));
+        ignored(shown.and_then(|()| err.flush()));
     }
 
     /// Takes the live line away.
@@ -228,13 +228,13 @@ impl Console {
         if self.status_shown {
             self.status_shown = false;
             let mut err = io::stderr().lock();
-            unheard(write!(err, "\r\x1b[K").and_then(|()| err.flush()));
+            ignored(write!(err, "\r\x1b[K").and_then(|()| err.flush()));
         }
     }
 }
 
 /// A standard error that is closed or full is no reason to let go of the object, and there is nobody left to tell.
-fn unheard(_: io::Result<()>) {}
+fn ignored(_: io::Result<()>) {}
 
 fn write_event(line: &Event, json: bool) -> io::Result<()> {
     let mut out = io::stdout().lock();

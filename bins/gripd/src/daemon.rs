@@ -72,14 +72,14 @@ pub(crate) fn run(cli: &Cli, settings: Settings) -> anyhow::Result<Exit> {
     let (replaced_in, replaced_out) = RingBuffer::new(SETTINGS);
     let (command_in, command_out) = RingBuffer::new(COMMANDS);
     let (pulse_in, pulse_out) = RingBuffer::new(PULSES);
-    let (news_in, news_out) = mpsc::channel();
+    let (updates_in, updates_out) = mpsc::channel();
     let mut service = Service::new(
         settings,
         clock,
         ServiceEnds {
             inbox,
             pulses: pulse_out,
-            ports: news_out,
+            ports: updates_out,
             settings: settings_in,
             replaced: replaced_out,
             commands: command_in,
@@ -106,8 +106,12 @@ pub(crate) fn run(cli: &Cli, settings: Settings) -> anyhow::Result<Exit> {
         shared: Arc::clone(&shared),
     };
     let hot = Hot::new(session, move || clock.now_ns(), options, ends);
-    let lines =
-        SupplyEnds { lines: line_in, lost: lost_out, news: news_in, shared: Arc::clone(&shared) };
+    let lines = SupplyEnds {
+        lines: line_in,
+        lost: lost_out,
+        updates: updates_in,
+        shared: Arc::clone(&shared),
+    };
     let supply = Supply::new(source, options.patient, lines);
     let port = start_port(supply, Arc::clone(&shared))?;
     let (hot, granted) = start_hot(hot, wanted, shared)?;
@@ -233,7 +237,7 @@ fn run_hot<C: Fn() -> u64>(
     granted: &mpsc::Sender<Granted>,
 ) -> HotEnd {
     let given = realtime::enter(wanted);
-    let _told = granted.send(given);
+    let _reported = granted.send(given);
     given.check(wanted.mode)?;
     hot.run()?;
     let command_n = hot.session().latest().and_then(|step| step.command).map(|command| command.0);

@@ -27,7 +27,7 @@ fn main() -> ExitCode {
         Ok(exit) => exit.into(),
         Err(error) => {
             // A standard error that takes nothing must not turn the reason into a panic; the exit code tells it too.
-            let _told = writeln!(io::stderr(), "gripd: {}", exit::message(error.as_ref()));
+            let _reported = writeln!(io::stderr(), "gripd: {}", exit::message(error.as_ref()));
             Exit::of_any(error.as_ref(), is_argument).into()
         }
     }

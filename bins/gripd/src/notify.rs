@@ -52,5 +52,5 @@ impl Notify {
 
 /// A service manager that does not listen is no reason to stop: it will act on its own.
 fn send(state: &[NotifyState<'_>]) {
-    let _heard = sd_notify::notify(state);
+    let _received = sd_notify::notify(state);
 }

@@ -7,7 +7,7 @@ use crate::{
 use anyhow::{Context as _, anyhow};
 use core::time::Duration;
 use grip_daemon::{
-    recorder::{About, Recorder, RecorderCounters, RecorderNews, RecordingOptions},
+    recorder::{About, Recorder, RecorderCounters, RecorderUpdate, RecordingOptions},
     rings::{Inbox, Outbox, Sizes, rings},
 };
 use grip_record::mcap::Attached;
@@ -25,7 +25,7 @@ const STACK: usize = 512 * 1024;
 
 /// What the recorder tells the service thread.
 #[derive(Debug)]
-pub(crate) enum Told {
+pub(crate) enum Reported {
     /// A file was begun.
     Began(PathBuf),
     /// The recording has stopped, and why.
@@ -48,7 +48,7 @@ pub(crate) struct Recording {
 #[derive(Debug)]
 pub(crate) struct Recorded {
     /// What it tells.
-    pub(crate) told: Receiver<Told>,
+    pub(crate) reported: Receiver<Reported>,
     /// Another configuration, model or calibration.
     pub(crate) attach: Sender<Attached>,
 }
@@ -59,7 +59,7 @@ struct Thread {
     recorder: Recorder,
     inbox: Inbox,
     clock: Clock,
-    told: Sender<Told>,
+    reported: Sender<Reported>,
     attach: Receiver<Attached>,
     dropped: u64,
 }
@@ -81,16 +81,22 @@ impl Recording {
         };
         let recorder = Recorder::create(&file, options(settings), about)?;
         let (outbox, inbox) = rings(Sizes::RECORDER);
-        let (told_in, told) = mpsc::channel();
+        let (reported_in, reported) = mpsc::channel();
         let (attach, attach_out) = mpsc::channel();
-        let thread =
-            Thread { recorder, inbox, clock, told: told_in, attach: attach_out, dropped: 0 };
+        let thread = Thread {
+            recorder,
+            inbox,
+            clock,
+            reported: reported_in,
+            attach: attach_out,
+            dropped: 0,
+        };
         let thread = thread::Builder::new()
             .name("recorder".to_owned())
             .stack_size(STACK)
             .spawn(move || thread.run())
             .context("cannot start the recorder")?;
-        Ok(Some((outbox, Self { thread }, Recorded { told, attach })))
+        Ok(Some((outbox, Self { thread }, Recorded { reported, attach })))
     }
 
     /// Waits for the last file to be whole.
@@ -123,7 +129,7 @@ impl Thread {
             self.inbox.drain(&mut |item| recorder.take(&item, now_us));
             self.count_drops(now_us);
             self.recorder.tick(now_us);
-            self.tell();
+            self.report();
             if last {
                 break;
             }
@@ -141,16 +147,16 @@ impl Thread {
     }
 
     /// Nobody who listens any more is no reason not to record.
-    fn tell(&mut self) {
-        while let Some(news) = self.recorder.news() {
-            let _told = self.told.send(match news {
-                RecorderNews::Began(file) => Told::Began(file),
-                RecorderNews::Stopped(error) => Told::Stopped(message(&error)),
-                RecorderNews::Deleted(file) => Told::Deleted(file),
-                RecorderNews::Kept(file, error) => Told::Kept(file, error.to_string()),
+    fn report(&mut self) {
+        while let Some(updates) = self.recorder.updates() {
+            let _reported = self.reported.send(match updates {
+                RecorderUpdate::Began(file) => Reported::Began(file),
+                RecorderUpdate::Stopped(error) => Reported::Stopped(message(&error)),
+                RecorderUpdate::Deleted(file) => Reported::Deleted(file),
+                RecorderUpdate::Kept(file, error) => Reported::Kept(file, error.to_string()),
             });
         }
-        let _told = self.told.send(Told::Counters(self.recorder.counters()));
+        let _reported = self.reported.send(Reported::Counters(self.recorder.counters()));
     }
 }
 

@@ -7,7 +7,7 @@ use crate::{
     console::Console,
     figures,
     notify::Notify,
-    recording::{Recorded, Told},
+    recording::{Recorded, Reported},
     settings::{Loaded, Settings},
 };
 use anyhow::anyhow;
@@ -27,7 +27,7 @@ use grip_daemon::{
     pages::page,
     realtime::{Granted, Outcome},
     rings::{Dropped, Inbox},
-    supply::PortNews,
+    supply::PortUpdate,
 };
 use grip_record::mcap::Attached;
 use grip_session::exit::message;
@@ -53,7 +53,7 @@ pub(crate) struct ServiceEnds {
     /// Counters of the hot thread.
     pub(crate) pulses: Consumer<HotCounters>,
     /// News of the port.
-    pub(crate) ports: Receiver<PortNews>,
+    pub(crate) ports: Receiver<PortUpdate>,
     /// Settings to be put in force.
     pub(crate) settings: Producer<Box<hot::Settings>>,
     /// Settings that were replaced or refused.
@@ -196,17 +196,17 @@ impl Service {
             self.board.count(&counters);
             self.notify.alive(counters.turns, self.clock.now_us());
         }
-        while let Ok(news) = self.ends.ports.try_recv() {
-            self.console.port(&news);
+        while let Ok(updates) = self.ends.ports.try_recv() {
+            self.console.port(&updates);
         }
-        self.hear_recorder();
+        self.receive_recorder();
         self.pass_commands();
-        self.hear_settings();
+        self.receive_settings();
         self.serve_models();
         let now_us = self.clock.now_us();
         if now_us >= self.figures_us {
             self.figures_us = now_us + FIGURES_EVERY_US;
-            self.tell_figures();
+            self.report_figures();
         }
         self.console.tick();
     }
@@ -268,33 +268,33 @@ impl Service {
         self.console.say(level, &text);
     }
 
-    fn hear_recorder(&mut self) {
+    fn receive_recorder(&mut self) {
         let Some(recorded) = &self.ends.recorded else { return };
-        while let Ok(told) = recorded.told.try_recv() {
+        while let Ok(reported) = recorded.reported.try_recv() {
             let state = &mut self.board.recording;
-            match told {
-                Told::Began(file) => {
+            match reported {
+                Reported::Began(file) => {
                     let text = format!("recording to {}", file.display());
                     state.file = Some(file);
                     state.failure = None;
                     self.console.say(LogLevel::Info, &text);
                 }
-                Told::Stopped(reason) => {
+                Reported::Stopped(reason) => {
                     state.file = None;
                     state.failure = Some(reason.clone());
                     let text = format!("{reason}; the object is held without a recording");
                     self.console.say(LogLevel::Error, &text);
                 }
-                Told::Deleted(file) => {
+                Reported::Deleted(file) => {
                     let text =
                         format!("deleted {}: newer recordings need the room", file.display());
                     self.console.say(LogLevel::Info, &text);
                 }
-                Told::Kept(file, reason) => {
+                Reported::Kept(file, reason) => {
                     let text = format!("cannot delete {}: {reason}", file.display());
                     self.console.say(LogLevel::Warn, &text);
                 }
-                Told::Counters(counters) => {
+                Reported::Counters(counters) => {
                     state.files = u64::from(counters.files);
                     state.bytes = counters.bytes;
                     state.dropped = counters.dropped + counters.stopped;
@@ -313,7 +313,7 @@ impl Service {
     }
 
     /// Reads the settings again where that was asked for, and hears what became of those that were sent.
-    fn hear_settings(&mut self) {
+    fn receive_settings(&mut self) {
         while let Ok(replaced) = self.ends.replaced.pop() {
             // What happened before is told before.
             self.drain();
@@ -404,7 +404,7 @@ impl Service {
     }
 
     /// Figures of the last second.
-    fn tell_figures(&mut self) {
+    fn report_figures(&mut self) {
         let Some(clients) = &mut self.servers.clients else { return };
         self.board.clients = figures::clients(clients, self.commands_lost);
         clients.health(&health(&self.board, self.clock.now_us()));

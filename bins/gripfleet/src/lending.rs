@@ -42,7 +42,7 @@ impl Lending {
             Err(reason) => return question.refuse(reason),
         };
         if question.parameter("name").is_none() {
-            return match shelf.told() {
+            return match shelf.reported() {
                 Ok(parts) => parts.iter().try_for_each(|part| question.reply(part)),
                 Err(error) => question.refuse(&format!("the recordings cannot be read: {error}")),
             };

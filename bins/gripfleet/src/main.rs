@@ -102,7 +102,7 @@ impl Console {
     fn print(&mut self, (level, text): &Message) {
         let entry = Entry { level: *level, text, fields: &[] };
         // Nobody reads any more: the gripper is published all the same.
-        let _printed = self.log.tell(self.clock.now(), &entry, &mut io::stderr().lock());
+        let _printed = self.log.report(self.clock.now(), &entry, &mut io::stderr().lock());
     }
 
     /// Logs for the threads of a connection, until it or the program ends; where gripd was then.

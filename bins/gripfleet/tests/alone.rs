@@ -27,8 +27,11 @@ fn a_configuration_that_cannot_be_used_is_refused_with_a_sentence() {
     let folder = tempfile::tempdir().unwrap();
     let refused = |text: &str, args: &[&str], words: &str| {
         fs::write(folder.path().join("gripd.toml"), text).unwrap();
-        let (code, told) = ended(folder.path(), args);
-        assert!(code == Some(2) && told.contains(words), "{code:?}, no {words:?} in {told}");
+        let (code, reported) = ended(folder.path(), args);
+        assert!(
+            code == Some(2) && reported.contains(words),
+            "{code:?}, no {words:?} in {reported}"
+        );
     };
     refused("", &[], "fleet.site is not set");
     let fleet = "[fleet]\nsite = \"hall\"\n";
@@ -48,8 +51,11 @@ fn a_valid_configuration_is_named_so_and_a_gripd_that_is_not_there_is_waited_for
     let text =
         "listen = \"unix:gripd.sock\"\n[fleet]\nsite = \"hall\"\nrouter = \"tcp/127.0.0.1:1\"\n";
     fs::write(folder.path().join("gripd.toml"), text).unwrap();
-    let (code, told) = ended(folder.path(), &["--check-config"]);
-    assert!(code == Some(0) && told.contains("this gripper is published at hall"), "{told}");
+    let (code, reported) = ended(folder.path(), &["--check-config"]);
+    assert!(
+        code == Some(0) && reported.contains("this gripper is published at hall"),
+        "{reported}"
+    );
     let mut waiting = gripfleet(folder.path(), &[]).stderr(Stdio::piped()).spawn().unwrap();
     let mut lines = BufReader::new(waiting.stderr.take().unwrap()).lines();
     let line = lines.next().unwrap().unwrap();

@@ -75,7 +75,7 @@ fn curves() {
 /// The table of many grippers, each of which has told something new before each frame.
 #[cfg(feature = "fleet")]
 fn fleet() {
-    use fleet_fixture::{many, member, of, state, told};
+    use fleet_fixture::{many, member, of, reported, state};
     use gripmon::fleet::{Hall, Lobby};
     use gripmon::layout::Look;
     for count in [200, 1000] {
@@ -88,7 +88,7 @@ fn fleet() {
             let force_n = 10.0 + (i as f32 * 0.1).sin();
             let of_one = |number: u16| {
                 let site = if number.is_multiple_of(2) { "hall-1" } else { "hall-2" };
-                of(&member(site, number), 200.0 + 0.2 * i as f64, told(&state(force_n)))
+                of(&member(site, number), 200.0 + 0.2 * i as f64, reported(&state(force_n)))
             };
             let feeds: Vec<_> = (0..count).map(of_one).collect();
             let start = now();

@@ -97,7 +97,7 @@ fn search(state: &mut ViewState, engine: &mut Engine) {
             state.window.show(trigger.around(at_s));
             state.triggered += 1;
         }
-        None => state.tell(format!("The trigger finds nothing after {from_s:.4} s.")),
+        None => state.report(format!("The trigger finds nothing after {from_s:.4} s.")),
     }
 }
 
@@ -147,8 +147,8 @@ fn step(state: &mut ViewState, engine: &Engine, later: bool) {
     let found = if later { events.next_after(at_s) } else { events.before(at_s) };
     match found.map(|mark| mark.t_s) {
         Some(t_s) => jump(state, engine, t_s),
-        None if later => state.tell("No later event."),
-        None => state.tell("No earlier event."),
+        None if later => state.report("No later event."),
+        None => state.report("No earlier event."),
     }
 }
 
@@ -168,11 +168,11 @@ fn measure(state: &mut ViewState, engine: &mut Engine, action: &Action) {
         Action::ClearCursors => state.cursors = [None; 2],
         Action::ZoomToCursors => match state.between() {
             Some(span) if span.length_s() > 0.0 => state.window.show(span),
-            _ => state.tell("Set both cursors first."),
+            _ => state.report("Set both cursors first."),
         },
         Action::MarkHere => match state.hover_s.or(data.map(|data| data.to_s)) {
             Some(t_s) => engine.model.mark(t_s, "marker"),
-            None => state.tell("There is nothing to mark yet."),
+            None => state.report("There is nothing to mark yet."),
         },
         Action::Hover(at_s) => state.hover_s = at_s.filter(|_| !state.no_pointer),
         Action::Select(at_s) => state.select_s = at_s,
@@ -278,7 +278,7 @@ fn send(state: &mut ViewState, engine: &mut Engine, order: Order) {
         Ok(()) => {
             let text =
                 format!("Sent: {command}. Whether it was carried out stands among the events.");
-            state.tell_sent(text, &engine.model);
+            state.report_sent(text, &engine.model);
         }
         Err(refused) => state.complain(format!("Not sent: {refused}.")),
     }

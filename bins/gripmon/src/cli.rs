@@ -128,8 +128,11 @@ mod tests {
         assert!(source(&["notes.txt"]).is_err());
         #[cfg(not(feature = "fleet"))]
         assert!(source(&["fleet:tcp/x:1"]).unwrap_err().to_string().contains("--features fleet"));
-        let told = source(&["run.mcap", "--seed", "7"]).unwrap_err().to_string();
-        assert!(told.starts_with("--seed is for the simulator: run.mcap takes none"), "{told}");
+        let reported = source(&["run.mcap", "--seed", "7"]).unwrap_err().to_string();
+        assert!(
+            reported.starts_with("--seed is for the simulator: run.mcap takes none"),
+            "{reported}"
+        );
         assert!(source(&["--seed", "7"]).is_err());
         #[cfg(feature = "fleet")]
         assert!(source(&["run.mcap", "--site", "a"]).unwrap_err().to_string().contains("fleet:"));

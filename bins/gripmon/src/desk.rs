@@ -85,7 +85,7 @@ impl Desk {
     }
 
     fn begin(&mut self, ctx: &Context, work: Work, path: PathBuf) {
-        self.scope.state.tell(format!("Writing {} ..", path.display()));
+        self.scope.state.report(format!("Writing {} ..", path.display()));
         let (shared, ctx) = (Arc::clone(&self.scope.shared), ctx.clone());
         let begun = self.exports.begin(work, path, shared, move || ctx.request_repaint());
         if let Err(error) = begun {

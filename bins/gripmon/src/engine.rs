@@ -97,7 +97,7 @@ mod tests {
     use grip_scope::{Channel, Model, SourceStatus, Span, Trigger};
 
     #[test]
-    fn only_what_is_new_is_told() {
+    fn only_what_is_new_is_reported() {
         let mut engine = Engine::new(Model::new(1 << 20), None);
         assert_eq!(engine.take_in(10), Brought::default());
         engine.model.mark(1.0, "here");

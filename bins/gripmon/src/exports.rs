@@ -39,15 +39,15 @@ pub struct Written {
 /// The threads that write; dropping it waits for them, so that no file is left in halves.
 #[derive(Debug)]
 pub struct Exports {
-    tell: Sender<Written>,
-    told: Receiver<Written>,
+    report: Sender<Written>,
+    reported: Receiver<Written>,
     threads: Vec<JoinHandle<()>>,
 }
 
 impl Default for Exports {
     fn default() -> Self {
-        let (tell, told) = channel();
-        Self { tell, told, threads: Vec::new() }
+        let (report, reported) = channel();
+        Self { report, reported, threads: Vec::new() }
     }
 }
 
@@ -64,12 +64,12 @@ impl Exports {
         wake: impl FnOnce() + Send + 'static,
     ) -> io::Result<()> {
         self.threads.retain(|thread| !thread.is_finished());
-        let tell = self.tell.clone();
+        let report = self.report.clone();
         let run = move || {
             let is_last = matches!(work, Work::LastPicture(_));
             let message = sentence(&path, write(work, &path, &shared));
             // Nobody listens any more where the window is closing.
-            let _sent = tell.send(Written { message, is_last });
+            let _sent = report.send(Written { message, is_last });
             wake();
         };
         self.threads.push(thread::Builder::new().name("export".to_owned()).spawn(run)?);
@@ -79,7 +79,7 @@ impl Exports {
     /// What was written since the last call.
     #[must_use]
     pub fn written(&self) -> Option<Written> {
-        self.told.try_recv().ok()
+        self.reported.try_recv().ok()
     }
 }
 
@@ -172,9 +172,10 @@ fn sentence(path: &Path, result: Result<String, ExportError>) -> Message {
             Message { text: format!("Written: {} ({what})", path.display()), is_error: false }
         }
         Err(error) => {
-            let (name, told) = (path.display().to_string(), error.to_string());
+            let (name, reported) = (path.display().to_string(), error.to_string());
             // Some errors name the file themselves.
-            let text = if told.starts_with(&name) { told } else { format!("{name}: {told}") };
+            let text =
+                if reported.starts_with(&name) { reported } else { format!("{name}: {reported}") };
             Message { text, is_error: true }
         }
     }
@@ -199,10 +200,10 @@ mod tests {
     #[test]
     fn an_error_names_its_file_once() {
         let path = Path::new("run-0001.csv");
-        let told = |error| sentence(path, Err(error)).text;
-        let there = told(ExportError::Exists { file: path.to_owned() });
+        let reported = |error| sentence(path, Err(error)).text;
+        let there = reported(ExportError::Exists { file: path.to_owned() });
         assert!(there.starts_with("run-0001.csv: is there already"), "{there}");
-        let empty = told(ExportError::Empty);
+        let empty = reported(ExportError::Empty);
         assert!(empty.starts_with("run-0001.csv: there are no samples"), "{empty}");
     }
 

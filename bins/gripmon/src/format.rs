@@ -148,7 +148,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_number_is_told() {
+    fn what_is_no_number_is_reported() {
         assert_eq!(number(f64::NAN), "-");
         assert_eq!(number(f64::INFINITY), "inf");
         assert_eq!(with_unit(f64::NAN, "N"), "- N");

@@ -103,13 +103,13 @@ mod tests {
     }
 
     #[test]
-    fn an_event_that_never_comes_is_waited_for_without_frames_and_then_told() {
+    fn an_event_that_never_comes_is_waited_for_without_frames_and_then_reported() {
         let (mut job, mut state, model) = parts();
         let step = job.step(&mut state, &model, (1, 4.0));
         assert_eq!(step, Step::Wait(Duration::from_secs(6)));
         let step = job.step(&mut state, &model, (2, 10.0));
-        let told = "the view is not there: what the view asks for did not come within 10 s";
-        assert_eq!(step, Step::Failed(told.to_owned()));
+        let reported = "the view is not there: what the view asks for did not come within 10 s";
+        assert_eq!(step, Step::Failed(reported.to_owned()));
     }
 
     #[test]

@@ -282,12 +282,12 @@ mod tests {
         }
         assert_eq!(std::fs::read_dir(at("dotfiles")).unwrap().count(), 1);
         symlink("circle.toml", at("circle.toml")).unwrap();
-        let told = Layout::default().write(&at("circle.toml")).unwrap_err().to_string();
-        assert!(told.contains("circle.toml") && told.contains("circle"), "{told}");
+        let reported = Layout::default().write(&at("circle.toml")).unwrap_err().to_string();
+        assert!(reported.contains("circle.toml") && reported.contains("circle"), "{reported}");
     }
 
     #[test]
-    fn odd_layouts_are_mended_and_wrong_ones_told() {
+    fn odd_layouts_are_mended_and_wrong_ones_reported() {
         let text = "seconds = nan\nplots = [{plot = \"force\", height = 1e9}, {plot = \"force\"}]";
         let layout = Layout::parse(text).unwrap();
         assert_eq!(layout.plots.len(), StripId::ALL.len());

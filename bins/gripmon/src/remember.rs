@@ -68,24 +68,24 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("gripmon").join("layout.toml");
         let remember = Remember::new(Some(path.clone()), Layout::default());
-        let (told, heard) = channel();
+        let (reported, received) = channel();
         let end =
-            move |signal, written: Result<(), _>| told.send((signal, written.is_ok())).unwrap();
+            move |signal, written: Result<(), _>| reported.send((signal, written.is_ok())).unwrap();
         remember.on_signals(&[SIGUSR1], end).unwrap();
         remember.note(Layout { theme: Look::Light, seconds: 0.25, ..Layout::default() });
         signal_hook::low_level::raise(SIGUSR1).unwrap();
-        assert_eq!(heard.recv().unwrap(), (SIGUSR1, true));
+        assert_eq!(received.recv().unwrap(), (SIGUSR1, true));
         let read = Layout::read(&path).unwrap();
         assert_eq!((read.theme, read.seconds), (Look::Light, 0.25));
     }
 
     #[test]
-    fn without_a_file_nothing_is_written_and_a_folder_that_cannot_be_made_is_told() {
+    fn without_a_file_nothing_is_written_and_a_folder_that_cannot_be_made_is_reported() {
         let folder = tempfile::tempdir().unwrap();
         Remember::new(None, Layout::default()).write().unwrap();
         let file = folder.path().join("file");
         std::fs::write(&file, "").unwrap();
-        let told = Remember::new(Some(file.join("layout.toml")), Layout::default()).write();
-        assert!(told.unwrap_err().to_string().contains("layout.toml"));
+        let reported = Remember::new(Some(file.join("layout.toml")), Layout::default()).write();
+        assert!(reported.unwrap_err().to_string().contains("layout.toml"));
     }
 }

@@ -147,13 +147,13 @@ impl ViewState {
     }
 
     /// Says what was done.
-    pub fn tell(&mut self, text: impl Into<String>) {
+    pub fn report(&mut self, text: impl Into<String>) {
         self.message = Some(Message { text: text.into(), is_error: false });
     }
 
     /// Says what was sent, until gripper or source are otherwise.
-    pub fn tell_sent(&mut self, text: impl Into<String>, model: &Model) {
-        self.tell(text);
+    pub fn report_sent(&mut self, text: impl Into<String>, model: &Model) {
+        self.report(text);
         self.sent = self.message.clone().map(|message| (message, Standing::now(model)));
     }
 
@@ -181,17 +181,17 @@ mod tests {
     use grip_scope::{Model, SourceStatus};
 
     #[test]
-    fn what_was_sent_is_told_until_the_status_is_another() {
+    fn what_was_sent_is_reported_until_the_status_is_another() {
         let mut model = Model::new(1 << 20);
         model.take(Feed::Status(SourceStatus::Live));
         let mut state = ViewState::new(Layout::default());
-        state.tell_sent("Sent: stop.", &model);
+        state.report_sent("Sent: stop.", &model);
         state.forget_sent(&model);
         assert!(state.message.is_some());
         model.take(Feed::Status(SourceStatus::Stalled { for_s: 1.0 }));
         state.forget_sent(&model);
         assert_eq!(state.message, None);
-        state.tell_sent("Sent: stop.", &model);
+        state.report_sent("Sent: stop.", &model);
         state.complain("Something else.");
         model.take(Feed::Status(SourceStatus::Live));
         state.forget_sent(&model);

@@ -126,15 +126,15 @@ pub struct Curve {
     /// How.
     pub style: Style,
     /// Whether it has a line of its own beside the plot.
-    pub told: bool,
+    pub reported: bool,
 }
 
 const fn curve(channel: Channel, tone: Tone) -> Curve {
-    Curve { channel, tone, style: Style::Solid, told: true }
+    Curve { channel, tone, style: Style::Solid, reported: true }
 }
 
 const fn limit(channel: Channel, tone: Tone) -> Curve {
-    Curve { channel, tone, style: Style::Dashed, told: true }
+    Curve { channel, tone, style: Style::Dashed, reported: true }
 }
 
 /// The curves of a plot that the model has data of, in the order in which they are drawn.
@@ -185,7 +185,7 @@ fn bands() -> Vec<Curve> {
     let tones = || (0..count).zip(SERIES.into_iter().cycle());
     let energy = tones().map(|(band, tone)| curve(Channel::BandEnergy(band), tone));
     let threshold = tones()
-        .map(|(band, tone)| Curve { told: false, ..limit(Channel::BandThreshold(band), tone) });
+        .map(|(band, tone)| Curve { reported: false, ..limit(Channel::BandThreshold(band), tone) });
     // The lowest band is drawn last, on top.
     threshold.chain(energy.collect::<Vec<_>>().into_iter().rev()).collect()
 }

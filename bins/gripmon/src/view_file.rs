@@ -60,9 +60,9 @@ impl ViewFile {
     pub fn read(path: &Path) -> Result<Self, LayoutError> {
         let text = fs::read_to_string(path)
             .map_err(|source| LayoutError::File { path: path.to_owned(), source })?;
-        let told = |source| LayoutError::Text { path: path.to_owned(), source };
-        let file: Self = toml::from_str(&text).map_err(|error| told(Box::new(error)))?;
-        file.kind().map_err(|message| told(Box::new(serde::de::Error::custom(message))))?;
+        let reported = |source| LayoutError::Text { path: path.to_owned(), source };
+        let file: Self = toml::from_str(&text).map_err(|error| reported(Box::new(error)))?;
+        file.kind().map_err(|message| reported(Box::new(serde::de::Error::custom(message))))?;
         Ok(Self { layout: file.layout.mended(), ..file })
     }
 
@@ -115,7 +115,7 @@ mod tests {
     use super::ViewFile;
 
     #[test]
-    fn wrong_names_are_told() {
+    fn wrong_names_are_reported() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("view.toml");
         let read = |text: &str| {

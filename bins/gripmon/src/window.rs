@@ -92,7 +92,7 @@ impl Start {
         };
         let remember = Remember::new(remembered, layout.clone());
         remember
-            .on_signals(&[SIGTERM, SIGINT, SIGHUP], told_to_end)
+            .on_signals(&[SIGTERM, SIGINT, SIGHUP], reported_to_end)
             .context("the thread that waits for signals")?;
         let job = view.map(|view| Job::new(view, cli.picture.clone()));
         let outcome = Arc::default();
@@ -117,16 +117,16 @@ fn last_part(message: &str) -> &str {
 }
 
 /// The program is told to end: it ends as it would without us, once the arrangement is written.
-fn told_to_end(signal: i32, written: Result<(), LayoutError>) {
+fn reported_to_end(signal: i32, written: Result<(), LayoutError>) {
     if let Err(error) = written {
-        told_last(&error);
+        reported_last(&error);
     }
     // It does not come back; if it does, the signal had no effect and the next one is waited for.
     let _ended = emulate_default_handler(signal);
 }
 
 #[expect(clippy::print_stderr, reason = "nobody is left to tell it")]
-fn told_last(error: &LayoutError) {
+fn reported_last(error: &LayoutError) {
     eprintln!("gripmon: the arrangement of the window is not remembered: {error}");
 }
 

@@ -9,7 +9,7 @@ use grip_daemon::{
 };
 use grip_eval::trial;
 use grip_record::mcap::Attached;
-use grip_session::{HostConfig, News, model, recording, report::Event, session::Beginning};
+use grip_session::{HostConfig, Update, model, recording, report::Event, session::Beginning};
 use rustix::time::{ClockId, clock_gettime};
 use slip_core::PipelineState;
 use slip_core::{Sample, Step, units::Micros};
@@ -72,9 +72,9 @@ fn grasp(scene: &str, seconds: f64) -> Result<Vec<(u64, Kept)>, Box<dyn Error>> 
         reason = "the cast saturates"
     )]
     let duration = Micros((seconds * 1e6) as u64);
-    let mut tell = |news: News<'_>| match news {
-        News::Began(beginning) => items.push((now_us, Kept::Began(Box::new(*beginning)))),
-        News::Step { index, sample, taxels, step } => {
+    let mut report = |updates: Update<'_>| match updates {
+        Update::Began(beginning) => items.push((now_us, Kept::Began(Box::new(*beginning)))),
+        Update::Step { index, sample, taxels, step } => {
             now_us = sample.t.0;
             items.push((now_us, Kept::Sample(index, *sample, taxels.to_vec())));
             rows += 1;
@@ -82,10 +82,16 @@ fn grasp(scene: &str, seconds: f64) -> Result<Vec<(u64, Kept)>, Box<dyn Error>> 
                 items.push((now_us, Kept::State(state(step, sample))));
             }
         }
-        News::Event(line) => items.push((now_us, Kept::Event(line))),
-        News::Gripper { .. } | News::Link(_) => {}
+        Update::Event(line) => items.push((now_us, Kept::Event(line))),
+        Update::Gripper { .. } | Update::Link(_) => {}
     };
-    trial::grasp(&scene, &HostConfig::default(), model::default_estimator()?, duration, &mut tell)?;
+    trial::grasp(
+        &scene,
+        &HostConfig::default(),
+        model::default_estimator()?,
+        duration,
+        &mut report,
+    )?;
     Ok(items)
 }
 

@@ -15,7 +15,7 @@ use grip_link::{
     message::{EventKind, Grip},
 };
 use grip_port::{Line, PortError, READ_TIMEOUT, nonce};
-use grip_session::{HostConfig, HostEstimator, News, Session, SessionError, session::explain};
+use grip_session::{HostConfig, HostEstimator, Session, SessionError, Update, session::explain};
 use rtrb::{Consumer, Producer};
 use rustix::event::{Timespec, poll};
 use slip_core::ClientCommand;
@@ -257,7 +257,7 @@ impl<C: Fn() -> u64> Hot<C> {
         self.counters.degraded += u64::from(turn.degraded);
         let now_us = received_ns / 1000;
         if turn.stepped {
-            self.tell_state(now_us);
+            self.report_state(now_us);
         }
         self.turned(now_us);
         Ok(turn.closed)
@@ -283,8 +283,8 @@ impl<C: Fn() -> u64> Hot<C> {
             put(&mut self.ends, &item);
         }
         let mut left = bytes;
-        while let Some(news) = self.session.receive(host_us, &mut left)? {
-            turn.take(&mut self.ends, host_us, &news);
+        while let Some(updates) = self.session.receive(host_us, &mut left)? {
+            turn.take(&mut self.ends, host_us, &updates);
         }
         let Some(len) = self.session.command(host_us, &mut out) else { return Ok(turn) };
         let frame = out.get(..len).unwrap_or(&out);
@@ -292,7 +292,7 @@ impl<C: Fn() -> u64> Hot<C> {
         let taken_ns = (self.clock)().saturating_sub(received_ns);
         self.counters.latency.record(taken_ns);
         self.age_evidence(host_us);
-        self.told(host_us, frame);
+        self.reported(host_us, frame);
         if let Some(grip) = self.session.link().last_grip().copied() {
             put(&mut self.ends, &Item::Command { host_us, grip: &grip });
         }
@@ -314,7 +314,7 @@ impl<C: Fn() -> u64> Hot<C> {
     }
 
     /// Bytes were written.
-    fn told(&mut self, host_us: u64, bytes: &[u8]) {
+    fn reported(&mut self, host_us: u64, bytes: &[u8]) {
         self.counters.tx_bytes += bytes.len() as u64;
         put(&mut self.ends, &Item::Wire { host_us, to_device: true, bytes });
     }
@@ -326,7 +326,7 @@ impl<C: Fn() -> u64> Hot<C> {
         while let Some(len) = self.session.poll_transmit(host_us, &mut out) {
             let frame = out.get(..len).unwrap_or(&out);
             line.write_frame(frame)?;
-            self.told(host_us, frame);
+            self.reported(host_us, frame);
         }
         Ok(())
     }
@@ -376,7 +376,7 @@ impl<C: Fn() -> u64> Hot<C> {
     }
 
     /// The state after a frame: to the recorder always, to the service thread as often as somebody looks.
-    fn tell_state(&mut self, host_us: u64) {
+    fn report_state(&mut self, host_us: u64) {
         let wanted = self.ends.shared.wants_samples.load(Ordering::Relaxed);
         let due = host_us >= self.state_us;
         if !(wanted || due || self.ends.recorder.is_some()) {
@@ -424,9 +424,9 @@ impl<C: Fn() -> u64> Hot<C> {
 impl Turn {
     /// Sends news on their way.
     #[inline]
-    fn take(&mut self, ends: &mut Ends, host_us: u64, news: &News<'_>) {
-        match *news {
-            News::Step { index, sample, taxels, .. } => {
+    fn take(&mut self, ends: &mut Ends, host_us: u64, updates: &Update<'_>) {
+        match *updates {
+            Update::Step { index, sample, taxels, .. } => {
                 self.stepped = true;
                 let item = Item::Sample { host_us, index, sample, taxels };
                 if let Some(recorder) = &mut ends.recorder {
@@ -436,12 +436,12 @@ impl Turn {
                     ends.service.put(&item);
                 }
             }
-            News::Event(event) => put(ends, &Item::Event { host_us, event: &event }),
-            News::Began(beginning) => {
+            Update::Event(event) => put(ends, &Item::Event { host_us, event: &event }),
+            Update::Began(beginning) => {
                 self.configured = true;
                 put(ends, &Item::Began { host_us, beginning });
             }
-            News::Gripper { ident, rebooted, other } => {
+            Update::Gripper { ident, rebooted, other } => {
                 self.other |= other;
                 let note = if other {
                     LinkNote::OtherGripper { uid: ident.uid }
@@ -451,7 +451,7 @@ impl Turn {
                 };
                 put(ends, &Item::Link { host_us, note: &note });
             }
-            News::Link(event) => self.link(ends, host_us, &event),
+            Update::Link(event) => self.link(ends, host_us, &event),
         }
     }
 

@@ -201,7 +201,7 @@ mod tests {
 
     /// As root all is granted, as a user some of it: either way the answer is the truth.
     #[test]
-    fn what_is_told_is_what_is_in_force() {
+    fn what_is_reported_is_what_is_in_force() {
         aside(|| {
             let allowed = sched_getaffinity(None).unwrap();
             let cpu = (0..1024).find(|cpu| allowed.is_set(*cpu)).unwrap();
@@ -224,7 +224,7 @@ mod tests {
     }
 
     #[test]
-    fn without_privileges_it_goes_on_and_says_what_is_missing() {
+    fn without_privileges_it_goes_on_and_states_what_is_missing() {
         aside(|| {
             let mut sets = capabilities(None).unwrap();
             sets.effective -= CapabilitySet::SYS_NICE | CapabilitySet::IPC_LOCK;

@@ -280,17 +280,17 @@ impl Outbox {
 
 impl Inbox {
     /// Hands out every item that is there now, in order; how many.
-    pub fn drain(&mut self, tell: &mut dyn FnMut(Item<'_>)) -> usize {
+    pub fn drain(&mut self, report: &mut dyn FnMut(Item<'_>)) -> usize {
         let count = self.tokens.slots();
-        (0..count).map_while(|_| self.next(tell)).count()
+        (0..count).map_while(|_| self.next(report)).count()
     }
 
     /// Hands out the next item.
-    fn next(&mut self, tell: &mut dyn FnMut(Item<'_>)) -> Option<()> {
+    fn next(&mut self, report: &mut dyn FnMut(Item<'_>)) -> Option<()> {
         match self.tokens.pop().ok()? {
             Token::Began => {
                 let (host_us, beginning) = self.began.pop().ok()?;
-                tell(Item::Began { host_us, beginning: &beginning });
+                report(Item::Began { host_us, beginning: &beginning });
             }
             Token::Sample => {
                 let Taken { host_us, sample, index, taxels } = self.samples.pop().ok()?;
@@ -299,40 +299,40 @@ impl Inbox {
                 for place in taxels.iter_mut() {
                     *place = self.taxels.pop().ok()?;
                 }
-                tell(Item::Sample { host_us, index, sample: &sample, taxels });
+                report(Item::Sample { host_us, index, sample: &sample, taxels });
             }
             Token::State => {
                 let state = self.states.pop().ok()?;
-                tell(Item::State(&state));
+                report(Item::State(&state));
             }
             Token::Event => {
                 let (host_us, event) = self.events.pop().ok()?;
-                tell(Item::Event { host_us, event: &event });
+                report(Item::Event { host_us, event: &event });
             }
             Token::Command => {
                 let (host_us, grip) = self.commands.pop().ok()?;
-                tell(Item::Command { host_us, grip: &grip });
+                report(Item::Command { host_us, grip: &grip });
             }
             Token::Client => {
                 let (host_us, command) = self.clients.pop().ok()?;
-                tell(Item::Client { host_us, command });
+                report(Item::Client { host_us, command });
             }
             Token::Link => {
                 let (host_us, note) = self.links.pop().ok()?;
-                tell(Item::Link { host_us, note: &note });
+                report(Item::Link { host_us, note: &note });
             }
-            Token::Wire => self.wire(tell)?,
+            Token::Wire => self.wire(report)?,
         }
         Some(())
     }
 
-    fn wire(&mut self, tell: &mut dyn FnMut(Item<'_>)) -> Option<()> {
+    fn wire(&mut self, report: &mut dyn FnMut(Item<'_>)) -> Option<()> {
         let Chunk { host_us, to_device, len } = self.chunks.pop().ok()?;
         let chunk = self.bytes.read_chunk(usize::try_from(len).ok()?).ok()?;
         let (first, second) = chunk.as_slices();
         for bytes in [first, second] {
             if !bytes.is_empty() || len == 0 {
-                tell(Item::Wire { host_us, to_device, bytes });
+                report(Item::Wire { host_us, to_device, bytes });
             }
         }
         chunk.commit_all();

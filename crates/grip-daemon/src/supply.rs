@@ -20,7 +20,7 @@ pub fn usb_filter(config: &grip_session::config::UsbFilter) -> UsbFilter {
 
 /// What a person may want to know of the search.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum PortNews {
+pub enum PortUpdate {
     /// There is no line, and why; told once for each reason.
     Waiting(String),
     /// A line is open. FTDI adapters gather bytes for so long (ms) before they hand them over; `None` for others.
@@ -42,7 +42,7 @@ pub struct SupplyEnds {
     /// Lines it has lost.
     pub lost: Consumer<Lost>,
     /// News for people.
-    pub news: Sender<PortNews>,
+    pub updates: Sender<PortUpdate>,
     /// What is shared with the loop.
     pub shared: Arc<Shared>,
 }
@@ -56,14 +56,14 @@ pub struct Supply {
     backoff: Backoff,
     attached: bool,
     /// The last reason that was told.
-    told: Option<String>,
+    reported: Option<String>,
 }
 
 impl Supply {
     /// Lines from `source`. Where it is not `patient`, the first line must be had at once.
     #[must_use]
     pub fn new(source: Source, patient: bool, ends: SupplyEnds) -> Self {
-        Self { source, patient, ends, backoff: Backoff::default(), attached: false, told: None }
+        Self { source, patient, ends, backoff: Backoff::default(), attached: false, reported: None }
     }
 
     /// Runs until it is told to stop.
@@ -75,7 +75,7 @@ impl Supply {
             match self.source.line() {
                 Ok(line) => self.lend(line),
                 Err(error) if self.waits_after(&error) => {
-                    self.tell_once(message(&error));
+                    self.report_once(message(&error));
                     let pause = self.backoff.pause();
                     self.wait(pause);
                 }
@@ -98,9 +98,9 @@ impl Supply {
 
     /// Hands a line over and waits until it comes back.
     fn lend(&mut self, line: Line) {
-        self.told = None;
+        self.reported = None;
         let device = self.source.finder().chosen().map(grip_port::describe_usb);
-        self.tell(PortNews::Opened { device, latency_timer_ms: line.latency_timer_ms() });
+        self.report(PortUpdate::Opened { device, latency_timer_ms: line.latency_timer_ms() });
         if self.ends.lines.push(line).is_err() {
             return;
         }
@@ -109,7 +109,7 @@ impl Supply {
                 drop(line);
                 self.attached |= attached;
                 if other {
-                    self.tell(PortNews::Other);
+                    self.report(PortUpdate::Other);
                 } else if attached {
                     self.backoff.reset();
                 }
@@ -121,16 +121,16 @@ impl Supply {
         }
     }
 
-    fn tell_once(&mut self, reason: String) {
-        if self.told.as_ref() != Some(&reason) {
-            self.tell(PortNews::Waiting(reason.clone()));
-            self.told = Some(reason);
+    fn report_once(&mut self, reason: String) {
+        if self.reported.as_ref() != Some(&reason) {
+            self.report(PortUpdate::Waiting(reason.clone()));
+            self.reported = Some(reason);
         }
     }
 
-    fn tell(&self, news: PortNews) {
+    fn report(&self, updates: PortUpdate) {
         // Nobody listens any more: the program ends.
-        let _told = self.ends.news.send(news);
+        let _reported = self.ends.updates.send(updates);
     }
 
     /// Waits, but not beyond the end of the program.

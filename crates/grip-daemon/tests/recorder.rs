@@ -3,13 +3,13 @@
 
 use grip_daemon::{
     Item, LinkNote,
-    recorder::{About, Recorder, RecorderNews, RecordingOptions},
+    recorder::{About, Recorder, RecorderUpdate, RecordingOptions},
 };
 use grip_eval::trial;
 use grip_link::message::Firmware;
 use grip_record::{CsvOptions, mcap::Attached, read_csv};
 use grip_session::{
-    HostConfig, News, model,
+    HostConfig, Update, model,
     report::Event,
     session::Beginning,
     tape::{Played, Tape, TapeError, TapeOptions},
@@ -30,17 +30,18 @@ enum Kept {
 fn grasp(scene: &str, seed: u64) -> Vec<(u64, Kept)> {
     let scene = grip_sim::scene::load(scene).unwrap().reseeded(seed).unwrap();
     let (mut items, mut now_us) = (Vec::new(), 0);
-    let mut tell = |news: News<'_>| match news {
-        News::Began(beginning) => items.push((now_us, Kept::Began(Box::new(*beginning)))),
-        News::Step { index, sample, .. } => {
+    let mut report = |updates: Update<'_>| match updates {
+        Update::Began(beginning) => items.push((now_us, Kept::Began(Box::new(*beginning)))),
+        Update::Step { index, sample, .. } => {
             now_us = sample.t.0;
             items.push((now_us, Kept::Sample(index, *sample)));
         }
-        News::Event(line) => items.push((now_us, Kept::Event(line))),
-        News::Gripper { .. } | News::Link(_) => {}
+        Update::Event(line) => items.push((now_us, Kept::Event(line))),
+        Update::Gripper { .. } | Update::Link(_) => {}
     };
     let estimator = model::default_estimator().unwrap();
-    trial::grasp(&scene, &HostConfig::default(), estimator, Micros(1_500_000), &mut tell).unwrap();
+    trial::grasp(&scene, &HostConfig::default(), estimator, Micros(1_500_000), &mut report)
+        .unwrap();
     items
 }
 
@@ -92,26 +93,26 @@ fn live(items: &[(u64, Kept)]) -> Vec<String> {
 
 /// Lines replayed, lines recorded and notes.
 #[derive(Default)]
-struct Heard {
+struct Received {
     replayed: Vec<String>,
     recorded: Vec<String>,
     notes: Vec<String>,
 }
 
-fn replay(files: &[PathBuf]) -> (Tape, Heard, Result<(), TapeError>) {
-    let (mut tape, mut heard) = (Tape::new(TapeOptions::default()), Heard::default());
+fn replay(files: &[PathBuf]) -> (Tape, Received, Result<(), TapeError>) {
+    let (mut tape, mut received) = (Tape::new(TapeOptions::default()), Received::default());
     let mut outcome = Ok(());
     for file in files {
         outcome = outcome.and_then(|()| {
             tape.play(file, &mut |played| match played {
-                Played::Line(line) => heard.replayed.push(serde_json::to_string(line).unwrap()),
-                Played::Recorded(line) => heard.recorded.push(line.to_owned()),
-                Played::Note(text) => heard.notes.push(text),
+                Played::Line(line) => received.replayed.push(serde_json::to_string(line).unwrap()),
+                Played::Recorded(line) => received.recorded.push(line.to_owned()),
+                Played::Note(text) => received.notes.push(text),
                 _ => {}
             })
         });
     }
-    (tape, heard, outcome)
+    (tape, received, outcome)
 }
 
 fn files(folder: &Path) -> Vec<PathBuf> {
@@ -132,14 +133,14 @@ fn a_replay_gives_the_identical_events() {
         feed(&mut recorder, &items, 1_000_000);
         let counters = recorder.finish().unwrap();
         assert_eq!((counters.stopped, counters.files, counters.failures), (0, 1, 0));
-        let (tape, heard, outcome) = replay(&[file]);
+        let (tape, received, outcome) = replay(&[file]);
         outcome.unwrap();
         let lines = live(&items);
         assert!(lines.iter().any(|line| line.contains("\"slip\"")), "{scene}: {lines:?}");
-        assert_eq!((&heard.replayed, &heard.recorded), (&lines, &lines), "{scene}");
+        assert_eq!((&received.replayed, &received.recorded), (&lines, &lines), "{scene}");
         let summary = tape.summary();
         assert_eq!((summary.samples, summary.lost), (counters.samples, 0));
-        assert!(!summary.mid_run && summary.pipelines == 1 && heard.notes.is_empty());
+        assert!(!summary.mid_run && summary.pipelines == 1 && received.notes.is_empty());
     }
 }
 
@@ -154,10 +155,10 @@ fn each_pipeline_begins_where_it_began() {
     recorder.attach(&about().attached[0], end_us);
     feed(&mut recorder, &second, end_us + 500_000);
     recorder.finish().unwrap();
-    let (tape, heard, outcome) = replay(&[file]);
+    let (tape, received, outcome) = replay(&[file]);
     outcome.unwrap();
     let lines = [live(&first), live(&second)].concat();
-    assert_eq!((&heard.replayed, &heard.recorded), (&lines, &lines));
+    assert_eq!((&received.replayed, &received.recorded), (&lines, &lines));
     assert_eq!(tape.summary().pipelines, 2);
 }
 
@@ -198,14 +199,14 @@ fn rotated_files_stand_for_themselves_and_follow_each_other() {
     let files = files(folder.path());
     assert!(files.len() >= 3 && files.len() == counters.files as usize, "{files:?}");
     assert!(files[1].ends_with("run-0001.mcap"), "{files:?}");
-    let (_, heard, outcome) = replay(&files);
+    let (_, received, outcome) = replay(&files);
     outcome.unwrap();
-    assert_eq!((&heard.replayed, &heard.notes), (&live(&items), &Vec::new()));
+    assert_eq!((&received.replayed, &received.notes), (&live(&items), &Vec::new()));
     // One alone is readable, and says what it is.
-    let (tape, heard, outcome) = replay(files.get(1..2).unwrap());
+    let (tape, received, outcome) = replay(files.get(1..2).unwrap());
     outcome.unwrap();
     assert!(tape.summary().mid_run && tape.summary().samples > 1000);
-    assert!(heard.notes[0].contains("middle of a run"), "{:?}", heard.notes);
+    assert!(received.notes[0].contains("middle of a run"), "{:?}", received.notes);
     let (_, _, outcome) = replay(&[files[0].clone(), files[2].clone()]);
     let text = outcome.unwrap_err().to_string();
     assert!(text.contains("run-0002.mcap: does not go on where"), "{text}");
@@ -229,8 +230,8 @@ fn the_oldest_files_of_the_run_make_room_and_no_others() {
     let mut recorder = Recorder::create(&folder.path().join("run.mcap"), options, about()).unwrap();
     feed(&mut recorder, &items, 0);
     let mut deleted = Vec::new();
-    while let Some(news) = recorder.news() {
-        if let RecorderNews::Deleted(file) = news {
+    while let Some(updates) = recorder.updates() {
+        if let RecorderUpdate::Deleted(file) = updates {
             deleted.push(file);
         }
     }
@@ -281,8 +282,8 @@ fn a_full_disk_stops_the_recording_and_nothing_else() {
     let mut recorder = Recorder::create(&csv, RecordingOptions::default(), about()).unwrap();
     let end_us = feed(&mut recorder, &items, 0);
     let mut stops = 0;
-    while let Some(news) = recorder.news() {
-        if let RecorderNews::Stopped(error) = news {
+    while let Some(updates) = recorder.updates() {
+        if let RecorderUpdate::Stopped(error) = updates {
             stops += 1;
             assert!(error.to_string().contains("No space"), "{error}");
         }
@@ -308,7 +309,7 @@ fn a_full_disk_stops_the_recording_and_nothing_else() {
 }
 
 #[test]
-fn what_did_not_reach_the_recorder_is_told_in_the_recording() {
+fn what_did_not_reach_the_recorder_is_reported_in_the_recording() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("run.mcap");
     let items = grasp("default", 0);
@@ -318,10 +319,10 @@ fn what_did_not_reach_the_recorder_is_told_in_the_recording() {
     recorder.dropped(12, now_us);
     feed(&mut recorder, after, 0);
     assert_eq!(recorder.finish().unwrap().dropped, 12);
-    let (tape, heard, outcome) = replay(&[file]);
+    let (tape, received, outcome) = replay(&[file]);
     outcome.unwrap();
     assert_eq!(tape.summary().unrecorded, 12);
-    assert_eq!(heard.notes, ["12 items were not recorded here"]);
+    assert_eq!(received.notes, ["12 items were not recorded here"]);
 }
 
 #[test]
@@ -357,11 +358,11 @@ fn a_killed_recording_replays_as_far_as_it_goes() {
     let cut = folder.path().join("cut.mcap");
     fs::copy(&file, &cut).unwrap();
     recorder.finish().unwrap();
-    let (tape, heard, outcome) = replay(&[cut]);
+    let (tape, received, outcome) = replay(&[cut]);
     let Err(TapeError::Mcap(error)) = outcome else { panic!("a file without its end") };
     assert!(error.to_string().contains("gripctl recover"), "{error}");
     let lines = live(&items);
-    assert_eq!(Some(heard.replayed.as_slice()), lines.get(..heard.replayed.len()));
+    assert_eq!(Some(received.replayed.as_slice()), lines.get(..received.replayed.len()));
     let lost = items.len() as u64 - tape.summary().samples;
     assert!(
         lost < 10 * 310 + lines.len() as u64 + 2,

@@ -202,12 +202,12 @@ pub fn calibrate(
         taxels: taxels::at_rest(recording, &pipeline.pressure, &moving),
     };
     let known = Calibration::Stylus(calibration).apply(pipeline);
-    let heard = listen(recording, known, interval_s, &unexplained)?;
-    let seconds = heard.seconds;
+    let received = listen(recording, known, interval_s, &unexplained)?;
+    let seconds = received.seconds;
     let defaults = thresholds_of(&pipeline.detector);
     set_thresholds(&mut calibration, &seconds, &defaults);
     calibration.set_smallest(&reference);
-    let certified = heard.certified;
+    let certified = received.certified;
     (calibration.certificate, calibration.certified) = certified.as_ref().ok().copied().unzip();
     let calibration = Calibration::Stylus(calibration);
     Ok(Calibrated { calibration, certified: certified.map(|_| ()) })
@@ -233,7 +233,7 @@ fn taxels_alone(
 
 /// A sample as of a held object, whatever is between the fingers: an open hand has the same noise, and a detector does not listen to
 /// it otherwise.
-fn heard(sample: &Sample) -> Sample {
+fn received(sample: &Sample) -> Sample {
     Sample { normal_force_n: None, ..*sample }
 }
 
@@ -245,7 +245,7 @@ fn motion(recording: &Recording, config: PipelineConfig) -> Result<Vec<bool>, Ca
         .samples
         .iter()
         .map(|sample| {
-            let step = pipeline.handle(&heard(sample));
+            let step = pipeline.handle(&received(sample));
             if step.sensors[0] != SensorHealth::Good {
                 worst = step.sensors[0];
             }
@@ -419,13 +419,13 @@ fn reference_floor(
 ) -> Result<Option<[f32; 2]>, CalibrationError> {
     let mut pipeline = Bare::new(config, None)?;
     recording.samples.iter().for_each(|sample| {
-        pipeline.handle(&heard(sample));
+        pipeline.handle(&received(sample));
     });
     Ok(pipeline.detector().reference_floor())
 }
 
 /// What the tests show in a recording without slip.
-struct Heard {
+struct Received {
     /// Highest level of each test in each second.
     seconds: Vec<[f32; TESTS]>,
     certified: Result<(Certificate, Certified), NotCertified>,
@@ -436,7 +436,7 @@ fn listen(
     config: PipelineConfig,
     interval_s: f64,
     unexplained: &[bool],
-) -> Result<Heard, CalibrationError> {
+) -> Result<Received, CalibrationError> {
     // Scores are measured, and nothing is certified.
     let nothing = Certificate { interval_s: 1e9, rest: None, motion: None };
     let config = PipelineConfig { certificate: Some(nothing), ..config };
@@ -446,7 +446,7 @@ fn listen(
     let first = recording.samples.first().map_or(0.0, |s| s.t.as_seconds());
     let mut unexplained_at = f64::NEG_INFINITY;
     for (sample, unexplained) in recording.samples.iter().zip(unexplained) {
-        pipeline.handle(&heard(sample));
+        pipeline.handle(&received(sample));
         let at = sample.t.as_seconds() - first - START_S;
         if *unexplained {
             unexplained_at = at;
@@ -477,7 +477,7 @@ fn listen(
     let detector = pipeline.detector();
     let base_s = detector.base_block_s().map_or(0.0, f64::from);
     let certified = certify(&scores.stretches, base_s, detector.has_bands(), interval_s);
-    Ok(Heard { seconds, certified })
+    Ok(Received { seconds, certified })
 }
 
 /// The base blocks of a recording, by stretch.

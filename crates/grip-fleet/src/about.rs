@@ -41,7 +41,7 @@ mod tests {
     use super::About;
 
     #[test]
-    fn what_is_told_comes_back_and_what_a_later_daemon_tells_is_left_alone() {
+    fn what_is_reported_comes_back_and_what_a_later_daemon_reports_is_left_alone() {
         let about = About {
             program: "gripd 0.1.0".to_owned(),
             firmware: Some("1.2.3".to_owned()),

@@ -312,7 +312,7 @@ fn parse(kind: Kind, payload: &[u8]) -> Option<Incoming> {
 fn connection(kind: Kind, payload: &[u8]) -> Option<u32> {
     let notice = Notice::parse(payload).ok().filter(|_| kind == Kind::NOTICE)?;
     match notice.kind {
-        NoticeKind::Dropped if notice.code == DroppedClass::News.code() => Some(notice.count),
+        NoticeKind::Dropped if notice.code == DroppedClass::Update.code() => Some(notice.count),
         NoticeKind::Dropped | NoticeKind::Goodbye => Some(0),
         _ => None,
     }
@@ -410,7 +410,7 @@ mod tests {
     }
 
     #[test]
-    fn it_greets_as_a_client_that_hears_everything() {
+    fn it_greets_as_a_client_that_receives_everything() {
         let mut bridge = Bridge::new(7, None);
         let mut decoder = Decoder::new(Role::Daemon);
         let wire = bridge.subscribe(3);
@@ -448,7 +448,7 @@ mod tests {
     }
 
     #[test]
-    fn what_the_daemon_says_of_the_connection_is_not_published_and_drops_are_counted() {
+    fn what_the_daemon_states_of_the_connection_is_not_published_and_drops_are_counted() {
         let mut daemon = Daemon { session: 7, seq: 0, wire: Vec::new() };
         daemon.gripper(5);
         let dropped = |code: DroppedClass, count| Notice {
@@ -460,7 +460,7 @@ mod tests {
             text: b"you read too slowly",
         };
         daemon.say(Kind::NOTICE, |out| dropped(DroppedClass::Rows, 9).write(out).unwrap());
-        daemon.say(Kind::NOTICE, |out| dropped(DroppedClass::News, 3).write(out).unwrap());
+        daemon.say(Kind::NOTICE, |out| dropped(DroppedClass::Update, 3).write(out).unwrap());
         let goodbye = Notice { kind: NoticeKind::Goodbye, ..dropped(DroppedClass::Rows, 0) };
         daemon.say(Kind::NOTICE, |out| goodbye.write(out).unwrap());
         let (mut bridge, mut received) = (Bridge::new(7, None), Vec::new());
@@ -536,7 +536,7 @@ mod tests {
     }
 
     #[test]
-    fn slips_are_heard_once_also_over_another_connection() {
+    fn slips_are_received_once_also_over_another_connection() {
         let mut first = Bridge::new(7, None);
         assert_eq!(slips(&mut first, 9), [6], "what was before it came");
         let mut second = Bridge::new(7, Some(LastReceived { run_id: 9, slip: 4 }));

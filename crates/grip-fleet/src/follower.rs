@@ -36,7 +36,7 @@ pub enum Verdict {
 pub struct Follower {
     since: Since,
     /// The last event of each run, the run heard last at the end.
-    heard: VecDeque<EventId>,
+    received: VecDeque<EventId>,
     asking: bool,
     /// Something came while it was asking that the answer may not hold.
     again: bool,
@@ -46,7 +46,7 @@ impl Follower {
     /// A receiver that has heard nothing.
     #[must_use]
     pub const fn new(since: Since) -> Self {
-        Self { since, heard: VecDeque::new(), asking: false, again: false }
+        Self { since, received: VecDeque::new(), asking: false, again: false }
     }
 
     /// Takes an event as it was published.
@@ -58,12 +58,12 @@ impl Follower {
             self.again = true;
             return Verdict::Early;
         }
-        let next = match self.heard.back() {
+        let next = match self.received.back() {
             Some(last) => last.run == id.run && last.seq + 1 == id.seq,
             None => self.since == Since::Now,
         };
         if next {
-            self.hear(id);
+            self.receive(id);
             Verdict::New { missing: 0 }
         } else {
             Verdict::Early
@@ -73,10 +73,10 @@ impl Follower {
     /// Takes the number of the gripper's last event, which stands beside everything else that it publishes; whether that is one to
     /// ask for.
     pub fn head(&mut self, id: EventId) -> bool {
-        if self.heard.is_empty() && self.since == Since::Now {
-            self.hear(id);
+        if self.received.is_empty() && self.since == Since::Now {
+            self.receive(id);
         }
-        let behind = !self.known(id) && (id.seq > 0 || self.heard.is_empty());
+        let behind = !self.known(id) && (id.seq > 0 || self.received.is_empty());
         self.again |= behind && self.asking;
         behind
     }
@@ -84,12 +84,12 @@ impl Follower {
     /// What to ask for: everything behind the first of these events of whose run the log knows, those of the last runs, the last one first; everything,
     /// where there are none. `None` while an answer is on its way, and where nothing before the next event is wanted.
     pub fn ask(&mut self) -> Option<Vec<EventId>> {
-        let waits = self.heard.is_empty() && self.since == Since::Now;
+        let waits = self.received.is_empty() && self.since == Since::Now;
         if waits || core::mem::replace(&mut self.asking, true) {
             return None;
         }
         self.again = false;
-        Some(self.heard.iter().rev().take(NAMED).copied().collect())
+        Some(self.received.iter().rev().take(NAMED).copied().collect())
     }
 
     /// Takes an event of the answer.
@@ -97,14 +97,14 @@ impl Follower {
         if self.known(id) {
             return Verdict::Known;
         }
-        let before = self.heard.iter().find(|last| last.run == id.run).map(|last| last.seq);
+        let before = self.received.iter().find(|last| last.run == id.run).map(|last| last.seq);
         let expected = match before {
             Some(seq) => seq + 1,
             // What a gripper no longer had when it was first heard is not missed.
-            None if self.heard.is_empty() => id.seq,
+            None if self.received.is_empty() => id.seq,
             None => 1,
         };
-        self.hear(id);
+        self.receive(id);
         Verdict::New { missing: id.seq.saturating_sub(expected) }
     }
 
@@ -123,19 +123,19 @@ impl Follower {
     /// The last event that was told.
     #[must_use]
     pub fn last(&self) -> Option<EventId> {
-        self.heard.back().copied()
+        self.received.back().copied()
     }
 
     fn known(&self, id: EventId) -> bool {
-        self.heard.iter().any(|last| last.run == id.run && id.seq <= last.seq)
+        self.received.iter().any(|last| last.run == id.run && id.seq <= last.seq)
     }
 
-    fn hear(&mut self, id: EventId) {
-        self.heard.retain(|last| last.run != id.run);
-        if self.heard.len() == RUNS {
-            self.heard.pop_front();
+    fn receive(&mut self, id: EventId) {
+        self.received.retain(|last| last.run != id.run);
+        if self.received.len() == RUNS {
+            self.received.pop_front();
         }
-        self.heard.push_back(id);
+        self.received.push_back(id);
     }
 }
 
@@ -261,7 +261,7 @@ mod tests {
         /// The computer too, and has lost the run that had just begun.
         Crash,
         /// The number of the last event is told.
-        Told,
+        Reported,
     }
 
     fn fate() -> impl Strategy<Value = Fate> {
@@ -271,7 +271,7 @@ mod tests {
             1 => Just(Fate::Twice),
             1 => Just(Fate::Restart),
             1 => Just(Fate::Crash),
-            2 => Just(Fate::Told),
+            2 => Just(Fate::Reported),
         ]
     }
 
@@ -336,7 +336,7 @@ mod tests {
                     let Self { sent, got, .. } = self;
                     sent.retain(|id| id.run != lost || got.contains(id));
                 }
-                Fate::Told => {
+                Fate::Reported => {
                     if self.follower.head(self.log.head()) {
                         self.catch_up();
                     }
@@ -360,7 +360,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn every_event_is_told_once_in_order_over_any_line(
+        fn every_event_is_reported_once_in_order_over_any_line(
             fates in prop::collection::vec(fate(), 0..60),
             cut in 0_usize..4,
         ) {

@@ -88,8 +88,8 @@ impl EventLog {
 
     /// Behind an event, also where that one has made room; none where nothing is known of its run.
     fn behind(&self, after: EventId) -> Option<usize> {
-        let told = |event: &Logged| event.id.run == after.run && event.id.seq <= after.seq;
-        let last = self.events.iter().rposition(told).map(|last| last + 1);
+        let reported = |event: &Logged| event.id.run == after.run && event.id.seq <= after.seq;
+        let last = self.events.iter().rposition(reported).map(|last| last + 1);
         let empty = (after.run == self.run).then_some(self.events.len());
         last.or_else(|| self.begins(after.run)).or(empty)
     }
@@ -145,7 +145,7 @@ mod tests {
     }
 
     #[test]
-    fn everything_behind_an_event_is_told_in_order() {
+    fn everything_behind_an_event_is_reported_in_order() {
         let log = log(5, 6, 1000);
         let behind = |seq| after(&log, &[EventId { run: 5, seq }]);
         assert_eq!(after(&log, &[]), [1, 2, 3, 4, 5, 6]);

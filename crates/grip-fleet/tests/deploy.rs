@@ -146,9 +146,9 @@ fn roll_out(session: &Session, text: &str) -> (Deployer, BTreeSet<usize>, Vec<Ha
     let file = ("model.json".to_owned(), text.as_bytes().to_vec());
     let members = (0..GRIPPERS).map(member);
     let mut deployer = Deployer::new(session.clone(), config, file, members, PATIENCE);
-    let (mut stages, mut told) = (BTreeSet::new(), Vec::new());
+    let (mut stages, mut reported) = (BTreeSet::new(), Vec::new());
     for now in 0..100_000 {
-        told.extend(deployer.turn(&|| 100_000 * now));
+        reported.extend(deployer.turn(&|| 100_000 * now));
         match deployer.progress() {
             Progress::Stage(stage) => stages.insert(stage),
             Progress::Checking | Progress::Stopped(1..) => true,
@@ -156,12 +156,12 @@ fn roll_out(session: &Session, text: &str) -> (Deployer, BTreeSet<usize>, Vec<Ha
         };
         thread::park_timeout(Duration::from_millis(50));
     }
-    (deployer, stages, told)
+    (deployer, stages, reported)
 }
 
 /// Who has which model in force.
 fn in_force(session: &Session) -> BTreeSet<String> {
-    let ask = |number| standing(session, &member(number), &Order::Tell, PATIENCE).unwrap();
+    let ask = |number| standing(session, &member(number), &Order::Notify, PATIENCE).unwrap();
     (0..GRIPPERS).map(|number| ask(number).in_force.sha256).collect()
 }
 
@@ -190,27 +190,36 @@ fn check_none(session: &Session, had: &Had) {
     let default = digest(default_text().as_bytes());
     let text = default_text();
     let corrupt = text.replacen("4.3647456", "4.3647457", 1);
-    let told = refusals(session, &corrupt, &default);
-    assert!(told.iter().all(|told| told.starts_with("what came is not what was ordered")));
+    let reported = refusals(session, &corrupt, &default);
+    assert!(
+        reported.iter().all(|reported| reported.starts_with("what came is not what was ordered"))
+    );
     let foreign = text.replacen("slip_acceleration_m_s2", "temperature_k", 1);
-    let told = refusals(session, &foreign, &digest(foreign.as_bytes()));
-    assert!(told.iter().all(|told| told.contains("`temperature_k` is no feature of a slip")));
-    assert_eq!((told.len(), in_force(session)), (20, BTreeSet::from([default])));
-    let (stopped, stages, told) = roll_out(session, &foreign);
-    assert!(matches!(stopped.stopped(), Some(Stop::Refused { .. })), "{told:?}");
+    let reported = refusals(session, &foreign, &digest(foreign.as_bytes()));
+    assert!(
+        reported
+            .iter()
+            .all(|reported| reported.contains("`temperature_k` is no feature of a slip"))
+    );
+    assert_eq!((reported.len(), in_force(session)), (20, BTreeSet::from([default])));
+    let (stopped, stages, reported) = roll_out(session, &foreign);
+    assert!(matches!(stopped.stopped(), Some(Stop::Refused { .. })), "{reported:?}");
     let refused =
-        |happening: &&Happening| matches!(happening, Happening::Told(_, Report::Refused(_)));
-    assert_eq!((told.iter().filter(refused).count(), told.len(), stages.len()), (20, 20, 0));
+        |happening: &&Happening| matches!(happening, Happening::Reported(_, Report::Refused(_)));
+    assert_eq!(
+        (reported.iter().filter(refused).count(), reported.len(), stages.len()),
+        (20, 20, 0)
+    );
     assert_eq!(stopped.progress(), Progress::Stopped(0));
     assert!(had.lock().unwrap().is_empty(), "nobody has swapped");
 }
 
 fn check_worse(session: &Session, had: &Had) {
     let worse = scaled(0.77);
-    let (stopped, stages, told) = roll_out(session, &worse);
+    let (stopped, stages, reported) = roll_out(session, &worse);
     let why = stopped.stopped();
     let first = Stop::Worse { member: member(0), what: Worse::Faults };
-    assert_eq!((why, stopped.progress()), (Some(&first), Progress::Stopped(0)), "{told:?}");
+    assert_eq!((why, stopped.progress()), (Some(&first), Progress::Stopped(0)), "{reported:?}");
     assert_eq!(stages, BTreeSet::from([1]));
     let default = digest(default_text().as_bytes());
     assert_eq!(in_force(session), BTreeSet::from([default]));
@@ -227,12 +236,13 @@ fn check_worse(session: &Session, had: &Had) {
 
 fn check_better(session: &Session) {
     let better = scaled(1.02);
-    let (done, stages, told) = roll_out(session, &better);
-    assert_eq!((done.stopped(), done.progress()), (None, Progress::Done), "{told:?}");
+    let (done, stages, reported) = roll_out(session, &better);
+    assert_eq!((done.stopped(), done.progress()), (None, Progress::Done), "{reported:?}");
     assert_eq!(stages, BTreeSet::from([1, 2, 3]));
     assert_eq!(in_force(session), BTreeSet::from([digest(better.as_bytes())]));
-    let taken = |happening: &&Happening| matches!(happening, Happening::Told(_, Report::Taken(_)));
-    assert_eq!(told.iter().filter(taken).count(), 20);
+    let taken =
+        |happening: &&Happening| matches!(happening, Happening::Reported(_, Report::Taken(_)));
+    assert_eq!(reported.iter().filter(taken).count(), 20);
 }
 
 #[test]

@@ -65,9 +65,9 @@ fn member() -> Member {
     Member { site: "hall-2".parse().unwrap(), uid: Uid([7; 16]) }
 }
 
-type Heard = Subscriber<FifoChannelHandler<Sample>>;
+type Received = Subscriber<FifoChannelHandler<Sample>>;
 
-fn subscribe(session: &Session, key: &str) -> Heard {
+fn subscribe(session: &Session, key: &str) -> Received {
     session.declare_subscriber(key.to_owned()).wait().unwrap()
 }
 
@@ -93,11 +93,11 @@ fn tokens_of(session: &Session, domain: u16, count: usize) -> BTreeSet<String> {
 }
 
 /// Publishes until a subscriber gets the last one: a subscription needs its time, and a busy network may drop a publication.
-fn next(node: &mut RosAnnounced, heard: &Heard, wire: &[u8], published: &mut i64) -> Sample {
+fn next(node: &mut RosAnnounced, received: &Received, wire: &[u8], published: &mut i64) -> Sample {
     for _ in 0..100 {
         node.publish(EventId { run: 1, seq: 1 }, wire, TIMES);
         *published += 1;
-        while let Some(sample) = heard.recv_timeout(LOOK).unwrap() {
+        while let Some(sample) = received.recv_timeout(LOOK).unwrap() {
             if attachment(&sample).0 == *published {
                 return sample;
             }
@@ -147,18 +147,18 @@ fn a_node_is_found_again_when_the_router_has_started_again() {
     let _router = net::router(&place).unwrap();
     let ros = network.open().unwrap();
     assert_eq!(tokens_of(&ros, 0, 4), before);
-    let heard = subscribe(&ros, &format!("0/{PLACE}/{JOINTS}"));
-    next(&mut node, &heard, &state(), &mut 0);
+    let received = subscribe(&ros, &format!("0/{PLACE}/{JOINTS}"));
+    next(&mut node, &received, &state(), &mut 0);
 }
 
 #[test]
-fn a_subscriber_hears_joints_under_the_name_it_asks_for_numbered_and_signed() {
+fn a_subscriber_receives_joints_under_the_name_it_asks_for_numbered_and_signed() {
     let [_router, gripper, ros] = network();
     let mut node = RosAnnounced::new(&gripper, &member(), 0).unwrap();
-    let heard = subscribe(&ros, &format!("0/{PLACE}/{JOINTS}"));
+    let received = subscribe(&ros, &format!("0/{PLACE}/{JOINTS}"));
     let elsewhere = subscribe(&ros, &format!("1/{PLACE}/{JOINTS}"));
     let mut published = 0;
-    let sample = next(&mut node, &heard, &state(), &mut published);
+    let sample = next(&mut node, &received, &state(), &mut published);
     let payload = sample.payload().to_bytes();
     assert_eq!(payload[..4], [0, 1, 0, 0]);
     assert_eq!(payload[4..8], 1_763_766_000_u32.to_le_bytes());
@@ -166,15 +166,15 @@ fn a_subscriber_hears_joints_under_the_name_it_asks_for_numbered_and_signed() {
     assert_eq!(time, 1_763_766_009_000_000_000);
     let token = tokens_of(&ros, 0, 4).into_iter().find(|token| token.contains("JointState"));
     assert_eq!(gid, Gid::of(&token.unwrap()).0);
-    next(&mut node, &heard, &state(), &mut published);
+    next(&mut node, &received, &state(), &mut published);
     assert!(elsewhere.try_recv().unwrap().is_none());
     assert_eq!(node.refused(), 0);
 }
 
 /// What comes until nothing comes any more: the last number of each topic.
-fn numbers(heard: &Heard) -> BTreeMap<String, i64> {
+fn numbers(received: &Received) -> BTreeMap<String, i64> {
     let mut numbers = BTreeMap::new();
-    while let Some(sample) = heard.recv_timeout(LOOK).unwrap() {
+    while let Some(sample) = received.recv_timeout(LOOK).unwrap() {
         let topic = sample.key_expr().as_str().split('/').nth(3).unwrap().to_owned();
         numbers.insert(topic, attachment(&sample).0);
     }
@@ -182,7 +182,7 @@ fn numbers(heard: &Heard) -> BTreeMap<String, i64> {
 }
 
 #[test]
-fn each_topic_is_counted_by_itself_and_other_news_do_not_travel() {
+fn each_topic_is_counted_by_itself_and_other_updates_do_not_travel() {
     let [_router, gripper, ros] = network();
     let mut node = RosAnnounced::new(&gripper, &member(), 0).unwrap();
     let all = subscribe(&ros, &format!("0/{PLACE}/**"));
@@ -191,16 +191,16 @@ fn each_topic_is_counted_by_itself_and_other_news_do_not_travel() {
     let mut payload = [0; 64];
     let len = notice.write(&mut payload).unwrap();
     let notice = wire(Kind::NOTICE, &payload[..len]);
-    let mut heard = BTreeMap::new();
+    let mut received = BTreeMap::new();
     for round in 1..=100 {
         for wire in [&state(), &notice, &slip(7), &notice, &slip(8)] {
             node.publish(EventId::default(), wire, TIMES);
         }
-        heard = numbers(&all);
+        received = numbers(&all);
         let published = [("joint_states", round), ("slip", 2 * round), ("state", round)];
-        if heard == published.map(|(topic, number)| (topic.to_owned(), number)).into() {
+        if received == published.map(|(topic, number)| (topic.to_owned(), number)).into() {
             return;
         }
     }
-    panic!("{heard:?}");
+    panic!("{received:?}");
 }

@@ -8,7 +8,7 @@ use core::{
 };
 use grip_fleet::{
     EventId, EventLog, Member, Part, Selector, Since, Site, Spool, Topic, Uid,
-    net::{self, Announced, Ask, NetError, Network, Session, Told, Watch, ask, list},
+    net::{self, Announced, Ask, NetError, Network, Reported, Session, Watch, ask, list},
 };
 use grip_link::{
     frame::{self, Direction, Header, MAX_WIRE},
@@ -95,7 +95,7 @@ impl Daemon {
         Self { member, spool, announced, _session: session, sent: 0 }
     }
 
-    fn tell(&mut self) {
+    fn report(&mut self) {
         self.sent += 1;
         let wire = event(self.sent);
         let id = self.spool.append(wire.clone());
@@ -141,11 +141,11 @@ impl Receiver {
 
     fn turn(&mut self, patience: Duration) {
         let mut patience = patience;
-        while let Some(told) = self.watch.next(patience).unwrap() {
+        while let Some(reported) = self.watch.next(patience).unwrap() {
             patience = Duration::ZERO;
             self.most_asked = self.most_asked.max(self.watch.asking());
-            self.figures += usize::from(matches!(told, Told::Telemetry { .. }));
-            let Told::Event { member, id, message, missing } = told else { continue };
+            self.figures += usize::from(matches!(reported, Reported::Telemetry { .. }));
+            let Reported::Event { member, id, message, missing } = reported else { continue };
             assert_eq!(missing, 0, "{member} {id}");
             let ToClient::Notice(notice) = message.read().unwrap() else { panic!("{message:?}") };
             let number = core::str::from_utf8(notice.text).unwrap().parse().unwrap();
@@ -201,7 +201,7 @@ fn a_router_that_stops_and_starts_again_costs_no_event_and_doubles_none() {
             _ => {}
         }
         if at % 3 == 0 {
-            daemons.iter_mut().for_each(Daemon::tell);
+            daemons.iter_mut().for_each(Daemon::report);
         }
         turn(&mut daemons, &mut receivers, at);
     }
@@ -287,7 +287,7 @@ fn a_line_that_is_cut_for_a_while_costs_no_event_and_doubles_none() {
             _ => {}
         }
         if at % 5 == 0 {
-            daemons[0].tell();
+            daemons[0].report();
         }
         turn(&mut daemons, &mut receivers, at);
     }
@@ -303,7 +303,7 @@ fn a_daemon_that_starts_again_costs_no_event_and_doubles_none() {
     let mut daemons = [Daemon::start(folder.path(), &network, 3, 10)];
     for run in 11..14 {
         for at in 0..60 {
-            daemons[0].tell();
+            daemons[0].report();
             turn(&mut daemons, &mut receivers, at);
         }
         // The last of them are told to nobody but the spool.
@@ -333,12 +333,12 @@ fn a_receiver_that_comes_late_and_does_not_look_for_a_while_gets_everything_once
     let new = |uid| Daemon::on(session.clone(), folder.path(), uid, 1);
     let mut daemons: Vec<Daemon> = (1..=70).map(new).collect();
     for daemon in &mut daemons {
-        (0..3).for_each(|_| daemon.tell());
+        (0..3).for_each(|_| daemon.report());
     }
     let mut receivers = [Receiver::new(&network, Since::Start)];
     settle(&mut daemons, &mut receivers);
     assert_eq!(receivers[0].most_asked, 32);
-    (0..6000).for_each(|_| daemons[0].tell());
+    (0..6000).for_each(|_| daemons[0].report());
     for at in 0..100 {
         turn(&mut daemons, &mut [], at);
         thread::park_timeout(STEP);
@@ -366,7 +366,7 @@ fn a_log_that_has_forgotten_many_runs_is_read_past_what_is_known() {
         if forgotten.contains(&run) {
             daemons[0].spool = Spool::in_memory(run, ROOM);
         }
-        (0..count).for_each(|_| daemons[0].tell());
+        (0..count).for_each(|_| daemons[0].report());
         settle(&mut daemons, &mut receivers);
         sent = daemons[0].sent;
     }
@@ -374,7 +374,7 @@ fn a_log_that_has_forgotten_many_runs_is_read_past_what_is_known() {
 }
 
 #[test]
-fn who_is_there_is_listed_with_what_it_says_of_itself() {
+fn who_is_there_is_listed_with_what_it_states_of_itself() {
     let (folder, port) = (tempfile::tempdir().unwrap(), port());
     let network = network(folder.path(), port);
     let _router = router(port);
@@ -414,11 +414,11 @@ fn three_hundred_are_listed_with_what_they_say() {
     let listing = thread::spawn(move || list(&asking, &Selector::default()).unwrap());
     let log = EventLog::new(1, ROOM);
     let about = br#"{"program":"gripd 1"}"#;
-    let mut told = 0;
+    let mut reported = 0;
     for _ in 0..MOST {
         for (number, (announced, member)) in hands.iter_mut().enumerate() {
             // The last one is slow to say anything: what the others say must not stop its words.
-            if number == 299 && told < 299 {
+            if number == 299 && reported < 299 {
                 continue;
             }
             let ident = Ident { uid: member.uid.0, boot_id: 7, ..Ident::NONE };
@@ -426,7 +426,7 @@ fn three_hundred_are_listed_with_what_they_say() {
             announced.answer(&|use_it| use_it(&log), &[&ident], "");
             while let Some(question) = announced.question() {
                 question.reply(about).unwrap();
-                told += 1;
+                reported += 1;
             }
         }
         if listing.is_finished() {
@@ -462,7 +462,7 @@ fn two_of_one_name_are_not_there_together() {
 }
 
 #[test]
-fn a_gripper_is_asked_and_answers_in_parts_or_says_why_not() {
+fn a_gripper_is_asked_and_answers_in_parts_or_states_why_not() {
     let (folder, port) = (tempfile::tempdir().unwrap(), port());
     let network = network(folder.path(), port);
     let _router = router(port);
@@ -512,7 +512,7 @@ fn a_gripper_is_asked_and_answers_in_parts_or_says_why_not() {
 }
 
 #[test]
-fn a_network_that_cannot_be_is_told_in_a_sentence() {
+fn a_network_that_cannot_be_is_reported_in_a_sentence() {
     let text = |network: Network| match network.open() {
         Ok(_) => panic!("{network:?}"),
         Err(error) => error.to_string(),
@@ -520,25 +520,31 @@ fn a_network_that_cannot_be_is_told_in_a_sentence() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("zenoh.json5");
     fs::write(&file, "{ connect: 5 }").unwrap();
-    let told = text(Network { router: None, file: Some(file.clone()) });
-    assert!(told.starts_with(&format!("{}: no Zenoh configuration: ", file.display())), "{told}");
+    let reported = text(Network { router: None, file: Some(file.clone()) });
+    assert!(
+        reported.starts_with(&format!("{}: no Zenoh configuration: ", file.display())),
+        "{reported}"
+    );
     assert!(text(Network::default()).starts_with("no router: "));
-    let told = text(Network { router: Some("somewhere".to_owned()), file: None });
-    assert!(told.starts_with("router = somewhere: ") && !told.contains(".rs"), "{told}");
-    let told = text(Network { router: Some("quic/10.0.0.1:7447".to_owned()), file: None });
-    assert!(told.contains("quic is not built in"), "{told}");
+    let reported = text(Network { router: Some("somewhere".to_owned()), file: None });
+    assert!(
+        reported.starts_with("router = somewhere: ") && !reported.contains(".rs"),
+        "{reported}"
+    );
+    let reported = text(Network { router: Some("quic/10.0.0.1:7447".to_owned()), file: None });
+    assert!(reported.contains("quic is not built in"), "{reported}");
     let router = format!("tcp/127.0.0.1:{}", port());
     let network = Network { router: Some(router.clone()), file: None };
     let Err(error @ NetError::NoRouter { .. }) = network.open() else { panic!("{network:?}") };
-    let told = error.to_string();
-    assert!(told.starts_with(&format!("no router answers at {router}: ")), "{told}");
-    assert!(!told.contains(".rs") && !told.contains("Single"), "{told}");
+    let reported = error.to_string();
+    assert!(reported.starts_with(&format!("no router answers at {router}: ")), "{reported}");
+    assert!(!reported.contains(".rs") && !reported.contains("Single"), "{reported}");
     let _router = net::router(&network).unwrap();
     let Err(error @ NetError::Listen { .. }) = net::router(&network) else { panic!("{network:?}") };
-    let told = error.to_string();
-    assert!(told.starts_with(&format!("a router cannot listen at {router}: ")), "{told}");
-    assert!(!told.contains(".rs") && !told.contains("expected an endpoint"), "{told}");
-    assert!(told.contains("in use") && !told.contains('['), "{told}");
+    let reported = error.to_string();
+    assert!(reported.starts_with(&format!("a router cannot listen at {router}: ")), "{reported}");
+    assert!(!reported.contains(".rs") && !reported.contains("expected an endpoint"), "{reported}");
+    assert!(reported.contains("in use") && !reported.contains('['), "{reported}");
 }
 
 /// A stranger under one of our names.
@@ -549,7 +555,7 @@ fn a_message_that_is_much_too_large_reaches_nobody_and_costs_no_event() {
     let _router = router(port);
     let mut daemons = [Daemon::start(folder.path(), &network, 1, 1)];
     let mut receivers = [Receiver::new(&network, Since::Start)];
-    daemons[0].tell();
+    daemons[0].report();
     settle(&mut daemons, &mut receivers);
     let mut other = zenoh::Config::default();
     for (key, value) in [
@@ -567,14 +573,14 @@ fn a_message_that_is_much_too_large_reaches_nobody_and_costs_no_event() {
     // What fits is told as something that cannot be read.
     let mut unreadable = 0;
     for _ in 0..MOST {
-        let told = receivers[0].watch.next(STEP).unwrap();
-        unreadable += usize::from(matches!(told, Some(Told::Unreadable { .. })));
+        let reported = receivers[0].watch.next(STEP).unwrap();
+        unreadable += usize::from(matches!(reported, Some(Reported::Unreadable { .. })));
         if unreadable > 0 {
             break;
         }
     }
     assert_eq!(unreadable, 1, "the large one would have come before");
     assert!((0..100).all(|_| receivers[0].watch.next(STEP).unwrap().is_none()));
-    daemons[0].tell();
+    daemons[0].report();
     settle(&mut daemons, &mut receivers);
 }

@@ -7,7 +7,7 @@ use core::{
 };
 use grip_fleet::{
     EventId, EventLog, Member, Part, Selector, Since, Topic,
-    net::{self, Announced, Ask, NetError, Network, Session, Told, Watch, ask},
+    net::{self, Announced, Ask, NetError, Network, Reported, Session, Watch, ask},
 };
 use std::{
     env, fs,
@@ -117,13 +117,13 @@ fn asked(session: &Session, member: &Member, part: Part) -> Result<String, NetEr
 }
 
 /// Whose publications come within the patience; that bytes cannot be read does not matter here.
-fn heard(session: Session) -> Vec<String> {
+fn received(session: Session) -> Vec<String> {
     let mut watch = Watch::new(session, &Selector::default(), Since::Now, &[]).unwrap();
     let mut names = Vec::new();
     for _ in 0..MOST / 10 {
         match watch.next(LOOK).unwrap() {
-            Some(Told::Came(member)) => names.push(format!("came {member}")),
-            Some(Told::Unreadable { key }) => names.push(key),
+            Some(Reported::Came(member)) => names.push(format!("came {member}")),
+            Some(Reported::Unreadable { key }) => names.push(key),
             _ => {}
         }
     }
@@ -146,7 +146,7 @@ fn each_does_what_it_is_there_for_and_nothing_else() {
         scope.spawn(|| play(&second, &false_one, &end));
         let viewer = place.session("viewer");
         let (came, key) = (format!("came {one}"), one.key(Part::Topic(Topic::Events)));
-        assert_eq!(heard(viewer.clone()), [came, key]);
+        assert_eq!(received(viewer.clone()), [came, key]);
         assert_eq!(asked(&viewer, &one, Part::About).unwrap(), "about");
         let refused = asked(&viewer, &one, Part::Command).unwrap_err();
         assert!(matches!(refused, NetError::Silent { .. }), "{refused}");

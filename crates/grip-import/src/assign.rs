@@ -424,16 +424,17 @@ fn placed((at, values): (&[i64], &[f32]), times: &[i64], once: bool) -> Vec<f32>
     let mut held: Option<(i64, f32)> = None;
     let mut out = Vec::with_capacity(times.len());
     for &t in times {
-        let mut news = false;
+        let mut updates = false;
         while let Some((&from, &value)) =
             at.get(next).zip(values.get(next)).filter(|(from, _)| **from <= t)
         {
             held = Some((from, value));
-            news = true;
+            updates = true;
             next += 1;
         }
-        let fresh =
-            |(from, _): &(i64, f32)| if once { news } else { t - from <= HELD_STEPS * step.max(1) };
+        let fresh = |(from, _): &(i64, f32)| {
+            if once { updates } else { t - from <= HELD_STEPS * step.max(1) }
+        };
         out.push(held.filter(fresh).map_or(f32::NAN, |(_, value)| value));
     }
     out

@@ -136,7 +136,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn units_are_told_by_name() {
+    fn units_are_reported_by_name() {
         use TimeUnit::{Micros, Millis, Nanos, Seconds};
         let cases = [
             ("t_s", Some(Seconds)),
@@ -156,7 +156,7 @@ mod tests {
     }
 
     #[test]
-    fn units_are_told_by_the_rate_or_the_epoch() {
+    fn units_are_reported_by_the_rate_or_the_epoch() {
         let steps =
             |from: f64, step: f64| (0..9).map(|i| from + step * f64::from(i)).collect::<Vec<_>>();
         let of = |from, step| TimeUnit::of_numbers(&steps(from, step));

@@ -212,7 +212,7 @@ fn csv_channels_by_name_unit_and_word() {
 }
 
 #[test]
-fn csv_that_cannot_be_used_says_where() {
+fn csv_that_cannot_be_used_states_where() {
     let (_kept, folder) = folder();
     let file = folder.join("x.csv");
     let none = ImportOptions::default();

@@ -34,7 +34,7 @@ pub enum Role {
 }
 
 impl Role {
-    const fn hears(self) -> Direction {
+    const fn receives(self) -> Direction {
         match self {
             Self::Device | Self::Daemon => Direction::ToDevice,
             Self::Host | Self::Tap | Self::Client => Direction::ToHost,
@@ -296,7 +296,7 @@ impl Decoder {
     }
 
     fn accept(&mut self, header: &Header) -> Result<(), Fault> {
-        if header.direction != self.role.hears() {
+        if header.direction != self.role.receives() {
             return Err(Fault::Echo);
         }
         if header.version != PROTOCOL && !self.role.is_greeting(header.kind) {

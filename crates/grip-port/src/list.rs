@@ -99,7 +99,7 @@ mod tests {
     }
 
     #[test]
-    fn what_usb_says_is_taken_over_and_empty_words_are_none() {
+    fn what_usb_states_is_taken_over_and_empty_words_are_none() {
         let usb = UsbPortInfo {
             vid: 0x2341,
             pid: 0x43,

@@ -60,7 +60,7 @@ mod tests {
     }
 
     #[test]
-    fn a_port_that_is_not_there_says_what_helps() {
+    fn a_port_that_is_not_there_states_what_helps() {
         let mut source = Source::open("/nowhere/tty", DEFAULT_BAUD, UsbFilter::default()).unwrap();
         let error = source.line().unwrap_err();
         assert!(error.is_temporary());

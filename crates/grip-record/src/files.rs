@@ -42,9 +42,9 @@ pub fn read(file: &Path, most: u64) -> io::Result<Vec<u8>> {
     let too_large =
         |bytes: u64| refused(format!("it has {bytes} bytes, more than the {most} that are read"));
     let input = open(file)?;
-    let told = input.metadata()?.len();
-    if told > most {
-        return Err(too_large(told));
+    let reported = input.metadata()?.len();
+    if reported > most {
+        return Err(too_large(reported));
     }
     let mut bytes = Vec::new();
     input.take(most + 1).read_to_end(&mut bytes)?;

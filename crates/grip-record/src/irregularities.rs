@@ -57,7 +57,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_wrong_is_told_with_its_line() {
+    fn what_is_wrong_is_reported_with_its_line() {
         for (text, words) in [
             ("delta_m\n1\n", "no column s_m"),
             ("delta_m,s_m\n", "no rows"),

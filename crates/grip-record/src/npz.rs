@@ -256,14 +256,14 @@ mod tests {
     #[test]
     fn a_bomb_is_not_unpacked() {
         let count = 1 << 20;
-        let told = |result: Result<Array1<f64>, NpzError>| {
+        let reported = |result: Result<Array1<f64>, NpzError>| {
             result.err().is_some_and(|error| error.to_string().contains("too large"))
         };
         // Unpacked, it takes a byte a value, as doubles eight.
-        assert!(told(zeros(count, 1000).numbers("a")));
-        assert!(told(zeros(count, 2 << 20).numbers("a")));
+        assert!(reported(zeros(count, 1000).numbers("a")));
+        assert!(reported(zeros(count, 2 << 20).numbers("a")));
         let mut both = zeros(count, 12 << 20);
-        assert!(!told(both.numbers("a")) && told(both.numbers("b")));
+        assert!(!reported(both.numbers("a")) && reported(both.numbers("b")));
         assert!(zeros(count, 12 << 20).texts("a").is_err());
     }
 }

@@ -111,7 +111,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_wrong_is_told_with_its_line() {
+    fn what_is_wrong_is_reported_with_its_line() {
         for (text, words) in [
             ("x_mm\n0\n", "no column height_um"),
             ("height_um\n0\n", "no column x_mm"),

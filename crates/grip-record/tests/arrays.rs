@@ -150,7 +150,7 @@ mod tests {
     }
 
     #[test]
-    fn arrays_that_are_no_column_are_told_with_their_name() {
+    fn arrays_that_are_no_column_are_reported_with_their_name() {
         assert_eq!(
             fault(raw(&head("'<f8'", "(3,)"), &[0; 16])),
             "has 16 bytes where 3 values of 8 bytes were announced"

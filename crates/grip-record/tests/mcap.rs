@@ -325,8 +325,11 @@ fn more_taxels_than_an_array_has_are_refused() {
     for (record, count) in records.iter().zip(["4294967295", "257"]) {
         let bytes = file_of(|writer| writer.write(1, record).unwrap());
         let mut reader = McapReader::new(Path::new("x"), Cursor::new(&bytes)).unwrap();
-        let told = reader.next_entry().unwrap_err().to_string();
-        assert!(told.ends_with(&format!("{count} taxels; an array has 1 to 256")), "{told}");
+        let reported = reader.next_entry().unwrap_err().to_string();
+        assert!(
+            reported.ends_with(&format!("{count} taxels; an array has 1 to 256")),
+            "{reported}"
+        );
     }
 }
 

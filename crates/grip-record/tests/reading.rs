@@ -284,6 +284,6 @@ fn an_array_has_1_to_256_taxels() {
         let recording = read(&array(taxels));
         assert_eq!(recording.taxels.unwrap().frame(1), vec![2.0; taxels]);
     }
-    let told = refused(&array(257)).to_string();
-    assert_eq!(told, "dir/rec.csv: 257 taxels; an array has 1 to 256");
+    let reported = refused(&array(257)).to_string();
+    assert_eq!(reported, "dir/rec.csv: 257 taxels; an array has 1 to 256");
 }

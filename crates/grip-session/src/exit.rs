@@ -118,7 +118,7 @@ mod tests {
     use grip_record::CsvError;
 
     #[test]
-    fn a_cause_is_told_once() {
+    fn a_cause_is_reported_once() {
         let error = parse_estimator("m.json", "{").unwrap_err();
         assert_eq!(message(&error), "m.json: line 1, column 1: EOF while parsing an object");
     }
@@ -132,7 +132,7 @@ mod tests {
     }
 
     #[test]
-    fn what_the_caller_can_correct_is_told_from_what_failed() {
+    fn what_the_caller_can_correct_is_reported_from_what_failed() {
         assert_eq!(Exit::of(&CsvError::Empty { file: "x".into() }), Exit::WrongArguments);
         assert_eq!(Exit::of(&std::io::Error::other("disk full")), Exit::Failed);
         let disk = |error: &(dyn core::error::Error + 'static)| error.is::<std::io::Error>();

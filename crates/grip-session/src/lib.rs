@@ -15,4 +15,4 @@ pub mod utc;
 
 pub use config::{HostConfig, HostConfigError, LinkConfig};
 pub use model::{HostEstimator, ModelError};
-pub use session::{News, Session, SessionError, SessionOptions};
+pub use session::{Session, SessionError, SessionOptions, Update};

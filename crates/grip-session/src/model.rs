@@ -250,11 +250,14 @@ mod tests {
     }
 
     #[test]
-    fn the_model_of_the_study_is_built_in_and_its_weakness_is_told() {
+    fn the_model_of_the_study_is_built_in_and_its_weakness_is_reported() {
         let paper = read_estimator(Path::new("paper")).unwrap();
         assert_eq!(weakness(&default_estimator().unwrap()), None);
-        let told = weakness(&paper).unwrap();
-        assert!(told.contains("54 %") && told.contains("none moves the fingers"), "{told}");
+        let reported = weakness(&paper).unwrap();
+        assert!(
+            reported.contains("54 %") && reported.contains("none moves the fingers"),
+            "{reported}"
+        );
         let inputs = ModelFile::from_json(built_in(Path::new("paper")).unwrap()).unwrap().inputs;
         assert_eq!(inputs[0].name, "slip_speed_m_s");
         assert_eq!(inputs[1].name, "esc_literal_w");

@@ -6,7 +6,7 @@ use slip_core::grip::GripState;
 /// What is known of the gripper's own motion between two STATUS.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct OwnMotion {
-    told: Option<bool>,
+    reported: Option<bool>,
     /// Commands are sent, so that the controller's state is what the fingers do.
     commands: bool,
 }
@@ -15,18 +15,18 @@ impl OwnMotion {
     /// Nothing told yet; `commands` says whether the controller's commands reach the gripper.
     #[must_use]
     pub fn new(commands: bool) -> Self {
-        Self { told: None, commands }
+        Self { reported: None, commands }
     }
 
     /// Takes a STATUS.
-    pub fn hear(&mut self, status: &Status) {
-        let told = status.flags.has(StatusFlags::MOTION);
-        self.told = told.then(|| status.flags.has(StatusFlags::MOVING));
+    pub fn receive(&mut self, status: &Status) {
+        let reported = status.flags.has(StatusFlags::MOTION);
+        self.reported = reported.then(|| status.flags.has(StatusFlags::MOVING));
     }
 
     /// The gripper has started anew: what it said before does not count.
     pub fn forget(&mut self) {
-        self.told = None;
+        self.reported = None;
     }
 
     /// The `motion` of a sample taken while the controller is in `state`: 1 while the gripper says that it moves and while it is
@@ -35,7 +35,7 @@ impl OwnMotion {
     #[must_use]
     pub fn now(&self, state: Option<GripState>) -> Option<f32> {
         let closing = self.commands && state == Some(GripState::Closing);
-        match self.told {
+        match self.reported {
             _ if closing => Some(1.0),
             Some(moving) => Some(f32::from(u8::from(moving))),
             None => None,
@@ -64,13 +64,13 @@ mod tests {
     }
 
     #[test]
-    fn a_gripper_that_tells_is_believed_and_silence_is_not_stillness() {
+    fn a_gripper_that_reports_is_believed_and_silence_is_not_stillness() {
         let mut motion = OwnMotion::new(true);
-        motion.hear(&status(StatusFlags::SAMPLING));
+        motion.receive(&status(StatusFlags::SAMPLING));
         assert_eq!(motion.now(Some(GripState::Holding)), None);
-        motion.hear(&status(StatusFlags::MOTION));
+        motion.receive(&status(StatusFlags::MOTION));
         assert_eq!(motion.now(Some(GripState::Slipping)), Some(0.0));
-        motion.hear(&status(StatusFlags::MOTION.with(StatusFlags::MOVING, true)));
+        motion.receive(&status(StatusFlags::MOTION.with(StatusFlags::MOVING, true)));
         assert_eq!(motion.now(Some(GripState::Holding)), Some(1.0));
         motion.forget();
         assert_eq!(motion.now(None), None);

@@ -403,7 +403,7 @@ mod tests {
     }
 
     #[test]
-    fn a_floor_that_never_saw_rest_is_said_once() {
+    fn a_floor_that_never_saw_rest_is_stated_once() {
         let mut log = EventLog::default();
         let doubted = Step { floor_health: FloorHealth::Doubtful, ..step(3, None) };
         let [None, None, None, None, None, None, Some(line)] = log.events(&doubted) else {
@@ -457,7 +457,7 @@ mod tests {
     }
 
     #[test]
-    fn a_slip_that_turns_gross_counts_once_and_health_is_told_on_change() {
+    fn a_slip_that_turns_gross_counts_once_and_health_is_reported_on_change() {
         let mut log = EventLog::default();
         let slip = |phase, first| SlipReport { phase, first, ..SlipReport::UNKNOWN };
         log.events(&step(1, Some(slip(Phase::Incipient, true))));
@@ -514,7 +514,7 @@ mod tests {
     }
 
     #[test]
-    fn what_becomes_of_the_object_is_told() {
+    fn what_becomes_of_the_object_is_reported() {
         let gone = Step { grip: Some(GripEvent::Lost), ..step(2_000_000, None) };
         let [None, None, None, None, None, Some(line), None] = EventLog::default().events(&gone)
         else {

@@ -189,9 +189,13 @@ impl Tape {
     /// # Errors
     /// Where it cannot be read (to its end), is no recording of gripd, or does not follow the one before. What came before the
     /// fault has been told, and [`Tape::summary`] counts it.
-    pub fn play(&mut self, file: &Path, tell: &mut dyn FnMut(Played<'_>)) -> Result<(), TapeError> {
+    pub fn play(
+        &mut self,
+        file: &Path,
+        report: &mut dyn FnMut(Played<'_>),
+    ) -> Result<(), TapeError> {
         let mut reader = McapReader::open(file)?;
-        let mut place = Place { file, tell };
+        let mut place = Place { file, report };
         while let Some(entry) = reader.next_entry()? {
             match entry {
                 Entry::Message { record, .. } => self.record(&mut place, &record)?,
@@ -199,13 +203,13 @@ impl Tape {
                     if name == MODEL_NAME {
                         self.model = Some(model(file, &data)?);
                     }
-                    (place.tell)(Played::Attached { name: &name, data: &data });
+                    (place.report)(Played::Attached { name: &name, data: &data });
                 }
                 Entry::Metadata { name, values } => {
                     if name == ABOUT {
                         self.follow(file, &values)?;
                     }
-                    (place.tell)(Played::Metadata { name: &name, values: &values });
+                    (place.report)(Played::Metadata { name: &name, values: &values });
                 }
             }
         }
@@ -240,21 +244,21 @@ impl Tape {
             Record::Pipeline(beginning) => self.begin(place, beginning)?,
             Record::Sample(sample) => {
                 let (index, taxels) = (sample.index, sample.taxels);
-                self.sample(index, &sample.sample, taxels, place.tell);
+                self.sample(index, &sample.sample, taxels, place.report);
             }
             Record::Client(command) => self.client(*command),
             Record::Event(event) => {
                 // The clock of the device is judged by the link: its lines come from the recording.
                 if let Some(line) = clock_line(event) {
-                    (place.tell)(Played::Line(&line));
+                    (place.report)(Played::Line(&line));
                 }
-                (place.tell)(Played::Recorded(event.json));
+                (place.report)(Played::Recorded(event.json));
             }
             Record::Link(link) if link.kind == UNRECORDED => {
                 let items = serde_json::from_str::<Unrecorded>(link.detail).map_or(1, |u| u.items);
                 self.summary.unrecorded += items;
                 let text = format!("{items} items were not recorded here");
-                (place.tell)(Played::Note(text));
+                (place.report)(Played::Note(text));
             }
             Record::State(_) | Record::Command(_) | Record::Link(_) | Record::Wire(_) => {}
         }
@@ -275,7 +279,7 @@ impl Tape {
         }
         if record.continued {
             self.summary.mid_run = true;
-            (place.tell)(Played::Note(
+            (place.report)(Played::Note(
                 "starts in the middle of a run: without the files before it the first events may differ".to_owned(),
             ));
         }
@@ -298,7 +302,7 @@ impl Tape {
             ended.count(&mut self.summary);
         }
         self.summary.pipelines += 1;
-        (place.tell)(Played::Began);
+        (place.report)(Played::Began);
         Ok(())
     }
 
@@ -307,7 +311,7 @@ impl Tape {
         index: u32,
         sample: &Sample,
         taxels: &[f32],
-        tell: &mut dyn FnMut(Played<'_>),
+        report: &mut dyn FnMut(Played<'_>),
     ) {
         let Some(run) = &mut self.pipeline else { return };
         self.summary.samples += 1;
@@ -319,9 +323,9 @@ impl Tape {
         (run.last, run.index) = (sample.t, index);
         let step = run.pipeline.handle_with(sample, taxels);
         for line in self.log.events(&step).into_iter().flatten() {
-            tell(Played::Line(&line));
+            report(Played::Line(&line));
         }
-        tell(Played::Step { sample, step: &step });
+        report(Played::Step { sample, step: &step });
     }
 
     /// A client's command acts on the pipeline here, between the same samples as it did live. What went to the gripper itself shows
@@ -335,7 +339,7 @@ impl Tape {
 
 struct Place<'a> {
     file: &'a Path,
-    tell: &'a mut dyn FnMut(Played<'_>),
+    report: &'a mut dyn FnMut(Played<'_>),
 }
 
 impl Run {

@@ -168,7 +168,7 @@ mod tests {
 
     /// Bytes that tell their own place: what [`Faulty::place_of`] calls whole must read the same there.
     #[test]
-    fn whole_stretches_are_where_they_are_said_to_be() {
+    fn whole_stretches_are_where_they_are_stated_to_be() {
         let old: Vec<u8> = (0..=255).chain(0..=255).collect();
         let mut rng = ChaCha8Rng::seed_from_u64(1);
         for fault in LineFault::ALL {
@@ -190,7 +190,7 @@ mod tests {
     }
 
     #[test]
-    fn each_fault_does_what_its_name_says() {
+    fn each_fault_does_what_its_name_states() {
         let old = [7_u8; 500];
         let mut rng = ChaCha8Rng::seed_from_u64(2);
         for _ in 0..500 {

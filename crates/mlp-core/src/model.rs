@@ -202,7 +202,7 @@ mod tests {
     }
 
     #[test]
-    fn extrapolation_is_told_and_not_clamped() {
+    fn extrapolation_is_reported_and_not_clamped() {
         let model = mean_model();
         let mut out = [0.0];
         let coverage = model.predict(&[0.1, 4.0], &mut out).unwrap();

@@ -158,7 +158,7 @@ mod tests {
     }
 
     #[test]
-    fn weights_that_overflow_are_told_and_the_best_ones_kept() {
+    fn weights_that_overflow_are_reported_and_the_best_ones_kept() {
         let wild = Algorithm::Gd(GradientDescentConfig { rate: 1e30 });
         let run = train::<f32>(wild, &rows(50), &start());
         assert!(matches!(run.stop, Stop::Diverged { .. }), "{}", run.stop);
@@ -229,8 +229,8 @@ mod tests {
             ] {
                 let finite = run.weights.iter().all(|w| w.is_finite());
                 assert!(finite, "{} {}: weights that are not finite", algorithm.name(), run.stop);
-                let told = run.mse.is_finite() || matches!(run.stop, Stop::Diverged { .. });
-                assert!(told, "{}: {} {}", algorithm.name(), run.mse, run.stop);
+                let reported = run.mse.is_finite() || matches!(run.stop, Stop::Diverged { .. });
+                assert!(reported, "{}: {} {}", algorithm.name(), run.mse, run.stop);
             }
         }
     }

@@ -123,11 +123,11 @@ mod tests {
     #[test]
     fn a_cause_is_ruled_out_possible_or_not_judged() {
         for cause in Cause::ALL {
-            for said in [Some(true), Some(false), None] {
-                let causes = Causes::default().with(cause, Some(true)).with(cause, said);
-                assert_eq!(causes.ruled_out(cause), said);
+            for stated in [Some(true), Some(false), None] {
+                let causes = Causes::default().with(cause, Some(true)).with(cause, stated);
+                assert_eq!(causes.ruled_out(cause), stated);
                 let known = causes.ruled_out.iter().chain(causes.possible.iter()).count();
-                assert_eq!(known, usize::from(said.is_some()));
+                assert_eq!(known, usize::from(stated.is_some()));
             }
         }
         let bit = |cause| Causes::default().with(cause, Some(true)).ruled_out.bits();

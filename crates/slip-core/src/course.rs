@@ -182,7 +182,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_is_said_too_early_or_too_late() {
+    fn nothing_is_stated_too_early_or_too_late() {
         let (early, now) = course(10_000, 7, |t| t);
         assert_eq!(early.motion(now), None);
         let (late, now) = course(10_000, 20, |t| t);

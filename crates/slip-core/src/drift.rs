@@ -167,14 +167,14 @@ mod tests {
         hold: Hold,
         signal: impl Fn(f32) -> (f32, Option<f32>),
     ) -> [bool; 64] {
-        let mut said = [false; 64];
+        let mut stated = [false; 64];
         for i in u32::from(from) * 2000..u32::from(to) * 2000 {
             #[expect(clippy::cast_precision_loss, reason = "test signal")]
             let t_s = i as f32 / 2000.0;
             let drifts = watch.step(Micros(u64::from(i) * 500), signal(t_s), hold);
-            said[i as usize / 2000] = drifts;
+            stated[i as usize / 2000] = drifts;
         }
-        said
+        stated
     }
 
     fn watch() -> DriftWatch {
@@ -183,17 +183,17 @@ mod tests {
 
     /// 20 um/s, with vibration: 100 um are passed between the 6th and the 7th second.
     #[test]
-    fn a_slow_drift_is_found_and_told_until_it_is_gone() {
+    fn a_slow_drift_is_found_and_reported_until_it_is_gone() {
         let mut watch = watch();
         let wave = |t: f32| 5e-6 * libm::sinf(900.0 * t);
-        let said =
+        let stated =
             run(&mut watch, (0, 12), Hold::Still, |t| (3e-4 + 2e-5 * t + wave(t), Some(5.0)));
-        assert!(!said[4] && said[6] && said[11], "{said:?}");
+        assert!(!stated[4] && stated[6] && stated[11], "{stated:?}");
         // It stays where it is: nothing is re-baselined.
         assert!(run(&mut watch, (12, 30), Hold::Still, |_| (5.4e-4, Some(5.0)))[29]);
         // Back at its place: three seconds of it, then good.
-        let said = run(&mut watch, (30, 40), Hold::Still, |t| (3.1e-4 + wave(t), Some(5.0)));
-        assert!(said[31] && !said[35], "{said:?}");
+        let stated = run(&mut watch, (30, 40), Hold::Still, |t| (3.1e-4 + wave(t), Some(5.0)));
+        assert!(stated[31] && !stated[35], "{stated:?}");
     }
 
     #[test]
@@ -201,13 +201,14 @@ mod tests {
         let mut watch = watch();
         // Pads that give way by 30 um/N, from 2 to 30 N and back, with 10 um of creep.
         let force = |t: f32| if t < 25.0 { 2.0 + 1.12 * t } else { 30.0 - 1.5 * (t - 25.0) };
-        let said = run(&mut watch, (0, 40), Hold::Still, |t| {
+        let stated = run(&mut watch, (0, 40), Hold::Still, |t| {
             (3e-5 * force(t) + 2.5e-7 * t, Some(force(t)))
         });
-        assert!(!said.contains(&true), "{said:?}");
+        assert!(!stated.contains(&true), "{stated:?}");
         // The same way without the force is one.
-        let said = run(&mut self::watch(), (0, 40), Hold::Still, |t| (3e-5 * force(t), Some(2.0)));
-        assert!(said[10], "{said:?}");
+        let stated =
+            run(&mut self::watch(), (0, 40), Hold::Still, |t| (3e-5 * force(t), Some(2.0)));
+        assert!(stated[10], "{stated:?}");
     }
 
     #[test]
@@ -218,8 +219,8 @@ mod tests {
         let slip = run(&mut watch, (3, 5), Hold::Slipping, at(1e-3));
         let after = run(&mut watch, (5, 9), Hold::Still, at(1e-3));
         assert!(!slip[4] && !after[8]);
-        let said = run(&mut watch, (9, 13), Hold::Still, at(2e-3));
-        assert!(said[12]);
+        let stated = run(&mut watch, (9, 13), Hold::Still, at(2e-3));
+        assert!(stated[12]);
         // The hand opens: still told. The next hold begins good and is judged by itself.
         assert!(run(&mut watch, (13, 15), Hold::None, at(0.0))[14]);
         assert!(!run(&mut watch, (15, 18), Hold::Still, at(2e-3))[17]);
@@ -229,7 +230,7 @@ mod tests {
     #[test]
     fn without_force_nothing_is_judged() {
         let mut watch = watch();
-        let said = run(&mut watch, (0, 30), Hold::Still, |t| (1e-4 * t, None));
-        assert!(!said.contains(&true), "drift cannot be told from a change of grip");
+        let stated = run(&mut watch, (0, 30), Hold::Still, |t| (1e-4 * t, None));
+        assert!(!stated.contains(&true), "drift cannot be told from a change of grip");
     }
 }

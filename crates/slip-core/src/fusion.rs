@@ -314,11 +314,11 @@ pub(crate) fn check(methods: Methods) -> Result<(), ConfigError> {
 
 /// What two methods say together: the higher statistic, and the higher state with the method it is of.
 #[inline]
-fn higher(joined: Option<Detection>, said: Detection) -> Option<Detection> {
-    let Some(before) = joined else { return Some(said) };
-    let of = if said.state > before.state { said } else { before };
-    let louder = said.statistic > before.statistic;
-    let statistic = if louder { said.statistic } else { before.statistic };
+fn higher(joined: Option<Detection>, stated: Detection) -> Option<Detection> {
+    let Some(before) = joined else { return Some(stated) };
+    let of = if stated.state > before.state { stated } else { before };
+    let louder = stated.statistic > before.statistic;
+    let statistic = if louder { stated.statistic } else { before.statistic };
     Some(Detection { statistic, ..of })
 }
 
@@ -344,7 +344,7 @@ mod tests {
     }
 
     /// 10 kHz: the stylus quiet up to sample 200, then gross; travel 10 mm/s from sample 100 on.
-    fn said(fusion: &mut Fusion, i: u16) -> Option<Detection> {
+    fn stated(fusion: &mut Fusion, i: u16) -> Option<Detection> {
         let moved = 1e-6 * f32::from(i.saturating_sub(100));
         let stylus = if i < 200 { (0.1, SlipState::Quiet) } else { (2.0, SlipState::Gross) };
         fusion.watch(&moved_to(i, moved), Some(stylus), true);
@@ -356,7 +356,7 @@ mod tests {
         let quiet = |joined: &Detection| joined.state == SlipState::Quiet;
         (0..2000)
             .find_map(|i| {
-                said(&mut fusion, i)
+                stated(&mut fusion, i)
                     .filter(|joined| !quiet(joined))
                     .map(|joined| (i, joined.method))
             })
@@ -386,6 +386,6 @@ mod tests {
             fusion.watch(&moved_to(i, 1e-5 * f32::from(i)), None, false);
         }
         fusion.prime();
-        assert_eq!(said(&mut fusion, 501).unwrap().method, Method::Stylus);
+        assert_eq!(stated(&mut fusion, 501).unwrap().method, Method::Stylus);
     }
 }

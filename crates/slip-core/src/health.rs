@@ -480,7 +480,7 @@ mod tests {
     }
 
     #[test]
-    fn frozen_saturated_and_failed_are_told_and_recover() {
+    fn frozen_saturated_and_failed_are_reported_and_recover() {
         let mut check = check();
         for i in 0..600 {
             check.check(&at(i, 1e-6));
@@ -503,7 +503,7 @@ mod tests {
 
     /// Readings of some hundredths, as of an accelerometer, with serial glitches.
     #[test]
-    fn without_a_unit_a_glitch_is_told_by_the_steps_before() {
+    fn without_a_unit_a_glitch_is_reported_by_the_steps_before() {
         let config = HealthConfig { range: 1e9, max_step: 1e9, ..HealthConfig::default() };
         let mut check = HealthCheck::uncalibrated(config);
         let wave = |i: u16| 0.06 * libm::sinf(f32::from(i) * 2.5);

@@ -28,43 +28,43 @@ fn pieces(bytes: &[u8], seed: u8) -> Vec<&[u8]> {
 }
 
 /// All that a linked device says and sends.
-fn device_says(pieces: &[&[u8]]) -> Vec<String> {
+fn device_states(pieces: &[&[u8]]) -> Vec<String> {
     let mut link = device(1);
     link.ready(0);
     let greeting = greeting();
-    let mut says = Vec::new();
+    let mut states = Vec::new();
     for piece in core::iter::once(greeting.as_slice()).chain(pieces.iter().copied()) {
         let mut input = piece;
         while let Some(event) = link.receive(NOW, &mut input) {
-            says.push(format!("{event:?}"));
+            states.push(format!("{event:?}"));
         }
     }
     let mut out = [0; MAX_WIRE];
     while let Some(len) = link.poll_transmit(NOW, &mut out) {
-        says.push(format!("{:?}", &out[..len]));
+        states.push(format!("{:?}", &out[..len]));
     }
-    says.push(format!("{:?} {:?}", link.drive(NOW), link.counters()));
-    says
+    states.push(format!("{:?} {:?}", link.drive(NOW), link.counters()));
+    states
 }
 
 /// All that a host that has just said HELLO says and sends.
-fn host_says(pieces: &[&[u8]]) -> Vec<String> {
+fn host_states(pieces: &[&[u8]]) -> Vec<String> {
     let mut link = HostLink::new(HostConfig::new(CONFIG)).unwrap();
     link.open(NOW, SESSION).unwrap();
     let mut out = [0; MAX_WIRE];
     while link.poll_transmit(NOW, &mut out).is_some() {}
-    let mut says = Vec::new();
+    let mut states = Vec::new();
     for piece in pieces {
         let mut input = *piece;
         while let Some(event) = link.receive(NOW, &mut input) {
-            says.push(format!("{event:?}"));
+            states.push(format!("{event:?}"));
         }
     }
     while let Some(len) = link.poll_transmit(NOW, &mut out) {
-        says.push(format!("{:?}", &out[..len]));
+        states.push(format!("{:?}", &out[..len]));
     }
-    says.push(format!("{:?} {:?}", link.state(), link.counters()));
-    says
+    states.push(format!("{:?} {:?}", link.state(), link.counters()));
+    states
 }
 
 /// The target.
@@ -80,7 +80,7 @@ pub fn check(data: &[u8]) {
     let expected = judged(decoder(who), whole.iter().copied());
     for cut in [&single, &pieces] {
         assert_eq!(judged(decoder(who), cut.iter().copied()), expected);
-        assert_eq!(device_says(cut), device_says(&whole));
-        assert_eq!(host_says(cut), host_says(&whole));
+        assert_eq!(device_states(cut), device_states(&whole));
+        assert_eq!(host_states(cut), host_states(&whole));
     }
 }

@@ -106,14 +106,14 @@ pub fn lives() -> Vec<Life> {
 
 /// Compares what came with what was wanted.
 pub fn judge(life: &Life, answers: &[String]) {
-    let told: Vec<String> = answers.iter().filter_map(|line| told(line)).collect();
-    let fits = told.len() == life.wanted.len()
-        && told.iter().zip(&life.wanted).all(|(told, wanted)| told.starts_with(wanted));
-    assert!(fits, "{}: {told:#?} instead of {:#?}", life.name, life.wanted);
+    let reported: Vec<String> = answers.iter().filter_map(|line| reported(line)).collect();
+    let fits = reported.len() == life.wanted.len()
+        && reported.iter().zip(&life.wanted).all(|(reported, wanted)| reported.starts_with(wanted));
+    assert!(fits, "{}: {reported:#?} instead of {:#?}", life.name, life.wanted);
 }
 
 /// A line in short; `None` for STATUS, EVENT and STATS.
-fn told(line: &str) -> Option<String> {
+fn reported(line: &str) -> Option<String> {
     let Some(frame) = line.strip_prefix("frame ") else { return Some(line.to_owned()) };
     // 00, COBS code, version and flags, type: none of the types is 0 and the first byte is not either.
     let kind = &frame[6..8];

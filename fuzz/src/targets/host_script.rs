@@ -89,7 +89,7 @@ pub struct Talk {
     /// The calls in the language of the peer.
     pub lines: Vec<String>,
     /// What the peer has to answer.
-    pub said: Vec<String>,
+    pub stated: Vec<String>,
 }
 
 /// Keeps a [`Talk`], where somebody wants it.
@@ -108,7 +108,7 @@ impl Notes {
     /// An answer to the call.
     pub fn say(&mut self, words: impl FnOnce() -> String) {
         if let Some(talk) = &mut self.0 {
-            talk.said.push(words());
+            talk.stated.push(words());
         }
     }
 
@@ -120,7 +120,7 @@ impl Notes {
     /// How `host` stands after the last call.
     pub fn stands(&mut self, host: &HostLink) {
         if let Some(talk) = self.0.as_mut().filter(|talk| !talk.lines.is_empty()) {
-            talk.said.push(state_words(host));
+            talk.stated.push(state_words(host));
         }
     }
 }

@@ -40,7 +40,7 @@ struct Summary {
     #[serde(skip_serializing_if = "Option::is_none")]
     test: Option<Side>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    split: Option<SplitTold>,
+    split: Option<SplitReported>,
 }
 
 /// One file of rows.
@@ -53,7 +53,7 @@ struct Side {
 }
 
 #[derive(Serialize)]
-struct SplitTold {
+struct SplitReported {
     by: &'static str,
     share: f64,
     seed: u64,
@@ -95,7 +95,7 @@ pub(crate) fn run(args: &CollectArgs) -> anyhow::Result<Exit> {
             split(args, &collected, (&divided, &test_file), share)?
         }
     };
-    tell(args.json, &collected, &summary)?;
+    report(args.json, &collected, &summary)?;
     let lossy = collected.lossy > 0 || collected.unusable > 0;
     Ok(if lossy { Exit::DataLost } else { Exit::Done })
 }
@@ -190,7 +190,7 @@ fn split(
     let train = write(&args.output, &collected.rows, &divided.train)?;
     let test = Some(write(test_file, &collected.rows, &divided.test)?);
     let (by, seed, on_neither_side) = (by(args.split), args.seed, divided.left_out);
-    let split = Some(SplitTold { by, share, seed, on_neither_side });
+    let split = Some(SplitReported { by, share, seed, on_neither_side });
     Ok(Summary { test, split, ..summary(collected, train) })
 }
 
@@ -225,7 +225,7 @@ fn found(collected: &Collected) -> String {
     text
 }
 
-fn tell(json: bool, collected: &Collected, summary: &Summary) -> anyhow::Result<()> {
+fn report(json: bool, collected: &Collected, summary: &Summary) -> anyhow::Result<()> {
     if let Some(split) = &summary.split {
         unknown(summary, split.by);
     }

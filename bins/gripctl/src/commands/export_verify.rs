@@ -165,11 +165,11 @@ fn check(model: &Ours, inputs: &[Vec<f32>], bytes: &[u8]) -> anyhow::Result<Card
         let answer = status(model.predict(raw, &mut out));
         let flags = (0..raw.len()).filter(|&at| !model.inputs().covers(at, raw[at]));
         let flags = flags.fold(0_u32, |flags, at| flags | 1 << at);
-        let told = [answer, flags];
+        let reported = [answer, flags];
         let theirs = [record[0], record[1]].map(u32::from_ne_bytes);
-        if told != theirs {
+        if reported != theirs {
             bail!(
-                "the C code differs at {raw:?}: status and range flags {theirs:?}, expected {told:?}"
+                "the C code differs at {raw:?}: status and range flags {theirs:?}, expected {reported:?}"
             );
         }
         if answer > 1 {

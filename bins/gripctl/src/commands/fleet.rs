@@ -22,7 +22,7 @@ use core::{
 };
 use grip_fleet::{
     About, EventId, Member, Message, Selector, Since, Topic, Uid,
-    net::{self, Listed, Network, Told, Watch, list},
+    net::{self, Listed, Network, Reported, Watch, list},
 };
 use grip_link::message::daemon::ToClient;
 use grip_session::exit::{Exit, WrongArgument};
@@ -224,25 +224,25 @@ fn watch(
             nobody = false;
             eprintln!("gripctl: nobody is there who is meant; waiting ('fleet list' shows who is)");
         }
-        if let Some(told) = watch.next(left.min(LOOK))? {
+        if let Some(reported) = watch.next(left.min(LOOK))? {
             nobody = false;
-            printer.told(&told)?;
+            printer.reported(&reported)?;
         }
     }
     Ok(if printer.lost { Exit::DataLost } else { Exit::Done })
 }
 
 impl Printer {
-    fn told(&mut self, told: &Told) -> anyhow::Result<()> {
-        match told {
-            Told::Came(member) => self.life(member, true),
-            Told::Gone(member) => self.life(member, false),
-            Told::Event { member, id, message, missing } => {
+    fn reported(&mut self, reported: &Reported) -> anyhow::Result<()> {
+        match reported {
+            Reported::Came(member) => self.life(member, true),
+            Reported::Gone(member) => self.life(member, false),
+            Reported::Event { member, id, message, missing } => {
                 self.missing(member, *missing)?;
                 self.event(member, *id, message)
             }
-            Told::Telemetry { member, message } => self.telemetry(member, message),
-            Told::Unreadable { key } => {
+            Reported::Telemetry { member, message } => self.telemetry(member, message),
+            Reported::Unreadable { key } => {
                 eprintln!("gripctl: {key}: something came that no gripd sends");
                 Ok(())
             }

@@ -36,7 +36,7 @@ pub(crate) fn run(args: &GenerateArgs) -> anyhow::Result<Exit> {
         let values = Array2::from_shape_vec((values.len() / columns.len(), columns.len()), values)?;
         write_columns(&args.output, &columns, &values)
             .with_context(|| format!("cannot write {name}"))?;
-        return told(args);
+        return reported(args);
     }
     let file = File::create(&args.output).with_context(|| format!("cannot write {name}"))?;
     let mut out = BufWriter::new(file);
@@ -45,10 +45,10 @@ pub(crate) fn run(args: &GenerateArgs) -> anyhow::Result<Exit> {
         writeln!(out, "{}", row.csv())?;
     }
     out.flush().with_context(|| format!("cannot write {name}"))?;
-    told(args)
+    reported(args)
 }
 
-fn told(args: &GenerateArgs) -> anyhow::Result<Exit> {
+fn reported(args: &GenerateArgs) -> anyhow::Result<Exit> {
     output::line(&format!("{} rows written to {}", args.rows, args.output.display()))?;
     Ok(Exit::Done)
 }

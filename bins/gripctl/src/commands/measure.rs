@@ -12,7 +12,7 @@ use grip_link::{
 use grip_port::{DEFAULT_BAUD, Line, READ_TIMEOUT, Source, nonce};
 use grip_record::{Channel, ChannelSet, Notes, Recording, StylusKind};
 use grip_session::{
-    HostConfig, News, Session, SessionOptions, exit::WrongArgument, model, session::explain,
+    HostConfig, Session, SessionOptions, Update, exit::WrongArgument, model, session::explain,
 };
 use grip_sim::port::Simulator;
 use slip_core::Sample;
@@ -88,14 +88,14 @@ impl Meter {
     /// Listens until there are `wanted_s` more of samples; `motion` overrides what the gripper says of it.
     fn run(&mut self, wanted_s: f64, motion: Option<f32>) -> anyhow::Result<()> {
         let mut first = None;
-        let mut heard_us = self.clock.now_us();
+        let mut received_us = self.clock.now_us();
         loop {
             let from = self.samples.len();
             self.turn(motion)?;
             let now_us = self.clock.now_us();
             if self.samples.len() > from {
-                heard_us = now_us;
-            } else if now_us.saturating_sub(heard_us) > PATIENCE_US {
+                received_us = now_us;
+            } else if now_us.saturating_sub(received_us) > PATIENCE_US {
                 return Err(anyhow!("no samples came for {} s", PATIENCE_US / 1_000_000));
             }
             let Some(last) = self.samples.last().map(|sample| sample.t) else { continue };
@@ -144,12 +144,12 @@ impl Meter {
         let count = line.read(&mut input, READ_TIMEOUT)?;
         let mut closed: Option<CloseReason> = None;
         let (now_us, mut bytes) = (clock.now_us(), input.get(..count).unwrap_or(&[]));
-        while let Some(news) = session.receive(now_us, &mut bytes)? {
-            match news {
-                News::Step { sample, .. } => {
+        while let Some(updates) = session.receive(now_us, &mut bytes)? {
+            match updates {
+                Update::Step { sample, .. } => {
                     samples.push(Sample { motion: motion.or(sample.motion), ..*sample });
                 }
-                News::Link(HostEvent::Closed(reason)) => closed = Some(reason),
+                Update::Link(HostEvent::Closed(reason)) => closed = Some(reason),
                 _ => {}
             }
         }

@@ -67,7 +67,7 @@ pub(crate) fn run(args: &RecoverArgs) -> anyhow::Result<Exit> {
     }
     .with_context(|| format!("cannot write {}", place.as_deref().unwrap_or(&beside).display()))?;
     let lost_bytes = saved.cut_at.map_or(0, |at| len.saturating_sub(at));
-    tell(args, &saved, lost_bytes, place.as_deref())?;
+    report(args, &saved, lost_bytes, place.as_deref())?;
     let lossy = lost_bytes > 0 || !saved.holes.is_empty();
     Ok(if lossy { Exit::DataLost } else { Exit::Done })
 }
@@ -121,7 +121,7 @@ fn with_ending(file: &Path, ending: &str) -> PathBuf {
     file.with_extension(ending)
 }
 
-fn tell(
+fn report(
     args: &RecoverArgs,
     saved: &Recovered,
     lost_bytes: u64,

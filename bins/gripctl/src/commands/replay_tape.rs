@@ -48,7 +48,7 @@ pub(super) fn run(args: &ReplayArgs) -> anyhow::Result<Exit> {
         Listener { json: args.json, check: args.check.then(Check::default), failure: None };
     let mut cut = false;
     for file in &args.files {
-        match tape.play(file, &mut |played| listener.hear(file, played)) {
+        match tape.play(file, &mut |played| listener.receive(file, played)) {
             Err(TapeError::Mcap(
                 error @ (McapError::Truncated { .. } | McapError::Damaged { .. }),
             )) if tape.summary().samples > 0 => {
@@ -129,11 +129,11 @@ struct Listener {
 }
 
 impl Listener {
-    fn hear(&mut self, file: &Path, played: Played<'_>) {
+    fn receive(&mut self, file: &Path, played: Played<'_>) {
         if self.failure.is_some() {
             return;
         }
-        let heard = match (played, &mut self.check) {
+        let received = match (played, &mut self.check) {
             (Played::Note(text), _) => {
                 eprintln!("{}: {text}", file.display());
                 Ok(())
@@ -154,7 +154,7 @@ impl Listener {
                 _,
             ) => Ok(()),
         };
-        self.failure = heard.err();
+        self.failure = received.err();
     }
 
     fn show(&self, line: &Event) -> anyhow::Result<()> {

@@ -33,7 +33,7 @@ pub(crate) fn run(args: &ScoreArgs) -> anyhow::Result<Exit> {
     let rules = Rules { guard_ms: args.guard_ms, floors };
     let scores = compare(&args.directory, &options, &config, rules, &detectors)?;
     if let Some(score) = scores.first() {
-        tell_floor(score, args);
+        report_floor(score, args);
     }
     if let Some((rms, range)) = scores.iter().find_map(|s| s.taxel_rms.zip(Some(s.taxel_range))) {
         let range = range.map_or_else(String::new, |range| format!(", range {}", any_unit(range)));
@@ -61,7 +61,7 @@ fn detectors(names: &[String]) -> anyhow::Result<Vec<Detector>> {
     found.collect()
 }
 
-fn tell_floor(score: &Score, args: &ScoreArgs) {
+fn report_floor(score: &Score, args: &ScoreArgs) {
     let Some([shear, vibration, ..]) = score.floor else { return };
     let (origin, pooled) = match &args.calibration {
         Some(file) => (format!("taken from {}, measured on", file.display()), "rest"),

@@ -71,7 +71,7 @@ pub(crate) fn run(args: &SearchArgs) -> anyhow::Result<Exit> {
     let config = config(args);
     let before = clock::processor()?;
     let bar = bar(args.generations, "generations, {msg}");
-    let told = |generation: Generation| {
+    let reported = |generation: Generation| {
         bar.set_position(generation.done as u64);
         bar.set_message(format!(
             "{} networks, least cost {:.3e}",
@@ -79,7 +79,7 @@ pub(crate) fn run(args: &SearchArgs) -> anyhow::Result<Exit> {
         ));
     };
     let found =
-        grip_study::outlook::search(&train, &validation, &config, &told).map_err(explain)?;
+        grip_study::outlook::search(&train, &validation, &config, &reported).map_err(explain)?;
     bar.finish_and_clear();
     let fit = found.train_best((&train, &validation), test.as_ref(), &config)?;
     let cpu_s = clock::processor()?.saturating_sub(before).as_secs_f64();
@@ -147,12 +147,12 @@ fn report(
         )?;
     }
     for (at, candidate) in found.candidates.iter().take(SHOWN).enumerate() {
-        told(args, at + 1, candidate)?;
+        reported(args, at + 1, candidate)?;
     }
     result(args, found, fit, ([train.rows(), validation.rows()], cpu_s))
 }
 
-fn told(args: &SearchArgs, rank: usize, candidate: &Candidate) -> anyhow::Result<()> {
+fn reported(args: &SearchArgs, rank: usize, candidate: &Candidate) -> anyhow::Result<()> {
     let Candidate { genome, weights, validation_mse, best_mse, cost, .. } = candidate;
     if args.json {
         return output::json(&Line {

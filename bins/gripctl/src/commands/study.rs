@@ -50,7 +50,7 @@ pub(crate) fn run(args: &StudyArgs) -> anyhow::Result<Exit> {
     for condition in &config.conditions {
         rows(&args.out.join("rows"), condition, args.seed)?;
     }
-    tell(args, &study, &report)?;
+    print(args, &study, &report)?;
     Ok(Exit::Done)
 }
 
@@ -109,7 +109,7 @@ fn rows(folder: &Path, condition: &Condition, seed: u64) -> anyhow::Result<()> {
     Ok(())
 }
 
-fn tell(args: &StudyArgs, study: &Study, report: &Report) -> anyhow::Result<()> {
+fn print(args: &StudyArgs, study: &Study, report: &Report) -> anyhow::Result<()> {
     let findings = Findings::of(study);
     let paper = findings
         .distances

@@ -253,7 +253,7 @@ fn a_slip_is_certified_by_a_calibration_that_carries_it_and_by_no_older_file() {
 }
 
 #[test]
-fn a_recording_too_short_for_a_certificate_says_so() {
+fn a_recording_too_short_for_a_certificate_states_so() {
     let folder = tempfile::tempdir().unwrap();
     put(folder.path(), "short.csv", &recording(25, |_| 0.1, 3));
     let ran = gripctl(folder.path(), &["calibrate", "short.csv", "-o", "cal.toml"]).done();

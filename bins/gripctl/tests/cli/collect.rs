@@ -7,7 +7,7 @@ use grip_record::{
     mcap::{Attached, McapWriter, Record, SampleRecord},
 };
 use grip_session::{
-    HostConfig, News, model,
+    HostConfig, Update, model,
     recording::{ABOUT, CONFIG_NAME, OBJECT, pipeline_record},
 };
 use grip_sim::{Scene, scene};
@@ -51,21 +51,21 @@ impl Grasp<'_> {
         let media_type = "application/toml".to_owned();
         writer.attach(0, &Attached { name, media_type, data }).unwrap();
         let (mut samples, mut json) = (Vec::new(), Vec::new());
-        let mut tell = |news: News<'_>| match news {
-            News::Began(beginning) => {
+        let mut report = |updates: Update<'_>| match updates {
+            Update::Began(beginning) => {
                 let record = pipeline_record(beginning, &mut json).unwrap();
                 writer.write(0, &Record::Pipeline(record)).unwrap();
             }
-            News::Step { index, sample, taxels, .. } => {
+            Update::Step { index, sample, taxels, .. } => {
                 samples.push(*sample);
                 let record = SampleRecord { index, sample: *sample, taxels };
                 writer.write(sample.t.0, &Record::Sample(record)).unwrap();
             }
-            News::Gripper { .. } | News::Link(_) | News::Event(_) => {}
+            Update::Gripper { .. } | Update::Link(_) | Update::Event(_) => {}
         };
         let estimator = model::default_estimator().unwrap();
         let duration = Micros(4_000_000);
-        let outcome = trial::grasp(&scene, &config, estimator, duration, &mut tell).unwrap();
+        let outcome = trial::grasp(&scene, &config, estimator, duration, &mut report).unwrap();
         assert!(outcome.held(), "{} {outcome:?}", self.object());
         writer.finish().unwrap();
         (samples, outcome.truth.needed_now_n)
@@ -148,15 +148,19 @@ fn recordings_of_many_grippers_become_rows_whose_target_is_near_the_truth() {
     let here = folder.path();
     let truth = fleet(here, 24);
     let collect = ["collect", ".", "-o", "train.csv", "--test-share", "0.25", "--json"];
-    let told = gripctl(here, &collect).done().json().pop().unwrap();
-    assert_eq!((&told["recordings"], &told["lossy"]), (&96.into(), &0.into()), "{told}");
+    let reported = gripctl(here, &collect).done().json().pop().unwrap();
+    assert_eq!(
+        (&reported["recordings"], &reported["lossy"]),
+        (&96.into(), &0.into()),
+        "{reported}"
+    );
     let (train, test) =
         (Rows::read(&here.join("train.csv")), Rows::read(&here.join("train-test.csv")));
     let (rows, tested) = (train.0.len(), test.0.len());
-    assert_eq!(told["kept"], rows + tested, "{told}");
-    let left_out = told["left_out"].as_object().unwrap().values();
+    assert_eq!(reported["kept"], rows + tested, "{reported}");
+    let left_out = reported["left_out"].as_object().unwrap().values();
     let left_out: u64 = left_out.map(|count| count.as_u64().unwrap()).sum();
-    assert_eq!(told["slips"].as_u64().unwrap(), left_out + told["kept"].as_u64().unwrap());
+    assert_eq!(reported["slips"].as_u64().unwrap(), left_out + reported["kept"].as_u64().unwrap());
     assert!(train.names("object").is_disjoint(&test.names("object")));
     assert_eq!(train.names("site"), BTreeSet::from(["hall"]));
     assert!(train.names("gripper").contains("02".repeat(16).as_str()));
@@ -168,7 +172,7 @@ fn recordings_of_many_grippers_become_rows_whose_target_is_near_the_truth() {
     let error = median(label.iter().map(|ratio| (ratio - 1.0).abs()));
     let worst = label.iter().map(|ratio| (ratio - 1.0).abs()).fold(0.0, f64::max);
     eprintln!(
-        "{} rows: target over truth: median {:.3}, error median {:.1} %, worst {:.1} %, bounds hold for {within}; {told}",
+        "{} rows: target over truth: median {:.3}, error median {:.1} %, worst {:.1} %, bounds hold for {within}; {reported}",
         label.len(),
         median(label.iter().copied()),
         100.0 * error,

@@ -28,7 +28,7 @@ fn the_built_in_models_stand_side_by_side() {
 
 /// Its weakness is told, and it runs all the same.
 #[test]
-fn the_model_of_the_study_runs_and_says_what_it_is() {
+fn the_model_of_the_study_runs_and_states_what_it_is() {
     let folder = tempfile::tempdir().unwrap();
     let args = ["grasp", "glass_bottle_empty", "--trials", "1", "--duration", "1.5"];
     let ran = gripctl(folder.path(), &[&args[..], &["--model", "paper"]].concat()).done();

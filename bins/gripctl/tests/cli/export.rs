@@ -144,8 +144,8 @@ fn code_that_no_compiler_takes_is_not_verified() {
         let args = ["export", "force.json", "--format", "c", "--verify"];
         let run =
             command.current_dir(folder.path()).args(args).env("CC", compiler).output().unwrap();
-        let said = String::from_utf8_lossy(&run.stderr).into_owned();
-        assert!(run.status.code() == Some(1) && said.contains(words), "{said}");
+        let stated = String::from_utf8_lossy(&run.stderr).into_owned();
+        assert!(run.status.code() == Some(1) && stated.contains(words), "{stated}");
     }
     let files = fs::read_dir(folder.path()).unwrap().count();
     assert_eq!(files, 3, "only the models and a folder are there");

@@ -133,10 +133,10 @@ fn who_is_there_is_listed() {
 }
 
 #[test]
-fn a_gripper_is_told_what_to_do_and_its_reasons_are_shown() {
-    let told = |what: &[&str]| beside(&[&["fleet", "command", MEMBER], what].concat());
+fn a_gripper_is_reported_what_to_do_and_its_reasons_are_shown() {
+    let reported = |what: &[&str]| beside(&[&["fleet", "command", MEMBER], what].concat());
     for what in [&["at-least", "2.5"][..], &["release"]] {
-        assert_eq!(told(what), [format!("{MEMBER}  has taken the command")]);
+        assert_eq!(reported(what), [format!("{MEMBER}  has taken the command")]);
     }
     let ran = ran_beside(&["fleet", "command", MEMBER, "grasp"]);
     assert_eq!((ran.code, ran.out.as_str()), (1, ""));
@@ -161,7 +161,7 @@ fn kept_events_are_shown_once_and_in_order() {
 }
 
 #[test]
-fn what_cannot_be_is_told_in_a_sentence() {
+fn what_cannot_be_is_reported_in_a_sentence() {
     let refuse = |code: i32, args: &[&str], words: &[&str]| {
         let ran = gripctl(Path::new("."), &[&["fleet"], args].concat());
         assert_eq!(ran.code, code, "{ran:?}");
@@ -186,8 +186,8 @@ fn what_cannot_be_is_told_in_a_sentence() {
     refuse(1, &["list", "--router", &nobody], &[&format!("no router answers at {nobody}: ")]);
     let taken = TcpListener::bind("127.0.0.1:0").unwrap();
     let place = format!("tcp/{}", taken.local_addr().unwrap());
-    let told = format!("a router cannot listen at {place}: ");
-    refuse(2, &["router", "--listen", &place], &[&told]);
+    let reported = format!("a router cannot listen at {place}: ");
+    refuse(2, &["router", "--listen", &place], &[&reported]);
 }
 
 /// A gripper that holds something for a fifth of a second each turn and slips once a second; with another model than its own so many times as often.
@@ -227,11 +227,11 @@ fn whole(count: f64) -> u64 {
 
 /// What `gripctl fleet deploy` says where a gripper slips so often with the new model.
 fn deployed(often: u64, text: &str, args: &[&str]) -> Ran {
-    told(often, text, &[&["deploy", "new.json"], args].concat())
+    reported(often, text, &[&["deploy", "new.json"], args].concat())
 }
 
 /// The same of any command for the grippers of the hall.
-fn told(often: u64, text: &str, args: &[&str]) -> Ran {
+fn reported(often: u64, text: &str, args: &[&str]) -> Ran {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("new.json"), text).unwrap();
     let endpoint = endpoint();
@@ -270,8 +270,8 @@ fn a_model_is_given_to_a_gripper_that_keeps_it() {
     let ran = deployed(1, default_text(), &["--watch", "20", "--json"]);
     let lines: Vec<Value> =
         ran.out.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
-    let says: Vec<&str> = lines.iter().filter_map(|line| line["says"].as_str()).collect();
-    assert_eq!((says, &lines[lines.len() - 1]["done"]), (vec!["had"], &true.into()));
+    let states: Vec<&str> = lines.iter().filter_map(|line| line["says"].as_str()).collect();
+    assert_eq!((states, &lines[lines.len() - 1]["done"]), (vec!["had"], &true.into()));
 }
 
 #[test]
@@ -287,21 +287,21 @@ fn a_model_that_is_worse_is_taken_back_and_a_broken_one_is_not_even_sent() {
     let end: Value = serde_json::from_str(ran.out.lines().last().unwrap()).unwrap();
     assert!(ran.code == 1 && end["reason"].as_str().unwrap().contains("no model file"), "{ran:?}");
     let ran = deployed(1, "{}", &["--force"]);
-    let told = ["refuses it: new.json: this is no model file", "went to nobody: "];
-    assert!(ran.code == 1 && told.iter().all(|words| ran.out.contains(words)), "{ran:?}");
+    let reported = ["refuses it: new.json: this is no model file", "went to nobody: "];
+    assert!(ran.code == 1 && reported.iter().all(|words| ran.out.contains(words)), "{ran:?}");
 }
 
 #[test]
 fn the_way_back_is_one_command() {
-    let ran = told(1, "{}", &["back"]);
+    let ran = reported(1, "{}", &["back"]);
     assert!(ran.code == 0 && ran.out.starts_with(&format!("{MEMBER}  model own (")), "{ran:?}");
-    let ran = told(1, "{}", &["back", "--json"]);
+    let ran = reported(1, "{}", &["back", "--json"]);
     let line: Value = serde_json::from_str(&ran.out).unwrap();
     assert_eq!((&line["in_force"]["name"], &line["reason"]), (&"own".into(), &Value::Null));
 }
 
 #[test]
-fn a_roll_out_that_cannot_be_is_told_before_anything_is_sent() {
+fn a_roll_out_that_cannot_be_is_reported_before_anything_is_sent() {
     let other = format!("{} ", default_text());
     for (args, code, words) in [
         (&["--watch", "0"][..], 2, "--watch 0: expected a number of more than 0"),

@@ -182,7 +182,7 @@ fn a_router_that_ends_costs_no_byte_and_bad_names_lead_nowhere() {
 }
 
 #[test]
-fn wrong_arguments_are_told() {
+fn wrong_arguments_are_reported() {
     let here = Path::new(".");
     let place = ["--router", "tcp/127.0.0.1:1"];
     for (args, words) in [

@@ -86,7 +86,7 @@ impl Server {
         Self { child, address, err }
     }
 
-    fn told(&self) -> String {
+    fn reported(&self) -> String {
         fs::read_to_string(&self.err).unwrap()
     }
 
@@ -94,9 +94,9 @@ impl Server {
     fn stop(mut self) -> (i32, String) {
         kill_process(Pid::from_child(&self.child), Signal::TERM).unwrap();
         let code = self.child.wait().unwrap().code().unwrap();
-        let told = self.told();
-        assert!(!told.contains("panicked"), "{told}");
-        (code, told)
+        let reported = self.reported();
+        assert!(!reported.contains("panicked"), "{reported}");
+        (code, reported)
     }
 }
 
@@ -149,7 +149,7 @@ impl App {
     }
 
     /// The next message, whole in one frame as the server sends them.
-    fn hear(&mut self) -> Came {
+    fn receive(&mut self) -> Came {
         let [first, short] = self.take();
         assert_eq!(first & 0x80, 0x80, "a frame that goes on");
         let len = match short {
@@ -186,7 +186,7 @@ impl App {
     /// The channels that the server has, in the order of their making.
     fn channels(&mut self) -> Vec<Value> {
         loop {
-            if let Came::Json(message) = self.hear()
+            if let Came::Json(message) = self.receive()
                 && message["op"] == "advertise"
             {
                 let mut channels = message["channels"].as_array().unwrap().clone();
@@ -206,7 +206,7 @@ impl App {
     /// The next message of a topic.
     fn next(&mut self, topic: Topic) -> (u64, Vec<u8>) {
         loop {
-            if let Came::Data { subscription, log_ns, bytes } = self.hear()
+            if let Came::Data { subscription, log_ns, bytes } = self.receive()
                 && subscription == topic as u32
             {
                 return (log_ns, bytes);
@@ -280,16 +280,16 @@ fn an_app_is_shown_what_it_looks_at_and_nothing_else_is_asked_for() {
     assert!(daemon.wants_samples());
     app.say(&json!({ "op": "unsubscribe", "subscriptionIds": [Topic::Sample as u32] }));
     until("that no samples are asked for", || !daemon.wants_samples());
-    let (code, told) = server.stop();
-    assert_eq!(code, 0, "{told}");
-    while !matches!(app.hear(), Came::Close) {}
+    let (code, reported) = server.stop();
+    assert_eq!(code, 0, "{reported}");
+    while !matches!(app.receive(), Came::Close) {}
 }
 
 #[test]
 fn a_daemon_may_go_and_come_back() {
     let folder = tempfile::tempdir().unwrap();
     let server = Server::start(folder.path(), &["--every", "2"]);
-    until("the sentence", || server.told().contains("no daemon answers"));
+    until("the sentence", || server.reported().contains("no daemon answers"));
     let daemon = Sampled::start(folder.path(), 1, 2, 2);
     let (mut app, mut other) = (App::connect(&server), App::connect(&server));
     let channels = app.channels();
@@ -299,21 +299,21 @@ fn a_daemon_may_go_and_come_back() {
     other.subscribe(&channels, Topic::Sample);
     other.samples(100);
     drop(daemon);
-    until("the sentence", || server.told().contains("the daemon ends; trying again"));
+    until("the sentence", || server.reported().contains("the daemon ends; trying again"));
     let _second = Sampled::start(folder.path(), 2, 2, 2);
     other.subscribe(&channels, Topic::Link);
-    until("the connection", || server.told().matches("connected to gripd 9.9.9").count() == 2);
+    until("the connection", || server.reported().matches("connected to gripd 9.9.9").count() == 2);
     let (link_ns, _) = other.next(Topic::Link);
     assert!(link_ns > before_ns);
     // What came before that is the first daemon's.
     while app.next(Topic::Sample).0 < link_ns {}
     app.samples(100);
-    let (code, told) = server.stop();
-    assert_eq!(code, 0, "{told}");
+    let (code, reported) = server.stop();
+    assert_eq!(code, 0, "{reported}");
 }
 
 #[test]
-fn what_is_dropped_for_a_slow_app_is_told() {
+fn what_is_dropped_for_a_slow_app_is_reported() {
     let folder = tempfile::tempdir().unwrap();
     let _daemon = Sampled::start(folder.path(), 1, 20, 64);
     let server = Server::start(folder.path(), &["--every", "1"]);
@@ -321,9 +321,9 @@ fn what_is_dropped_for_a_slow_app_is_told() {
     let channels = app.channels();
     app.subscribe(&channels, Topic::Sample);
     // It takes nothing more.
-    until("the sentence", || server.told().contains("an app takes less than comes"));
-    let (code, told) = server.stop();
-    assert_eq!(code, 3, "{told}");
+    until("the sentence", || server.reported().contains("an app takes less than comes"));
+    let (code, reported) = server.stop();
+    assert_eq!(code, 3, "{reported}");
 }
 
 #[test]

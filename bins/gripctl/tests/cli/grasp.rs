@@ -40,7 +40,7 @@ fn a_noisy_force_sensor_grips() {
 }
 
 #[test]
-fn every_grasp_can_be_told() {
+fn every_grasp_can_be_reported() {
     let folder = tempfile::tempdir().unwrap();
     let args = [
         "grasp",

@@ -25,7 +25,7 @@ fn folder_with_rows() -> tempfile::TempDir {
 }
 
 #[test]
-fn every_algorithm_trains_a_model_that_evaluates_as_it_said() {
+fn every_algorithm_trains_a_model_that_evaluates_as_it_stated() {
     let folder = folder_with_rows();
     let mut errors = Vec::new();
     for algorithm in ["gd", "gdm", "rprop", "scg", "lm"] {
@@ -41,8 +41,11 @@ fn every_algorithm_trains_a_model_that_evaluates_as_it_said() {
             let eval = ran.json().pop().unwrap();
             assert_eq!(eval["rows"], 200);
             assert!((0.0..=1.0).contains(&number(&eval, "within_10pct")), "{eval}");
-            let (told, found) = (number(&result, name), number(&eval, "mse"));
-            assert!(told > 0.0 && (found / told - 1.0).abs() < 1e-9, "{name}: {told} and {found}");
+            let (reported, found) = (number(&result, name), number(&eval, "mse"));
+            assert!(
+                reported > 0.0 && (found / reported - 1.0).abs() < 1e-9,
+                "{name}: {reported} and {found}"
+            );
         }
         errors.push(number(&result, "train_scaled_mse"));
         let first = fs::read(folder.path().join("m.json")).unwrap();
@@ -60,7 +63,7 @@ fn every_algorithm_trains_a_model_that_evaluates_as_it_said() {
 
 /// Ensembles and support vector regressions: the result line, the file, `eval` of it, and a place in the pipeline for the former alone.
 #[test]
-fn learners_beyond_one_network_evaluate_as_they_said() {
+fn learners_beyond_one_network_evaluate_as_they_stated() {
     let folder = folder_with_rows();
     for (model, more) in [
         ("ensemble", &["--members", "3", "--epochs", "60", "--algorithm", "scg"][..]),
@@ -73,8 +76,11 @@ fn learners_beyond_one_network_evaluate_as_they_said() {
         assert_eq!((&result["type"], &result["model"]), (&"result".into(), &model.into()));
         for (data, name) in [("rows.csv", "train_mse"), ("test.csv", "test_mse")] {
             let eval = gripctl(folder.path(), &["eval", "b.json", data, "--json"]).done();
-            let (told, found) = (number(&result, name), number(&eval.json()[0], "mse"));
-            assert!(told > 0.0 && (found / told - 1.0).abs() < 1e-6, "{name}: {told} and {found}");
+            let (reported, found) = (number(&result, name), number(&eval.json()[0], "mse"));
+            assert!(
+                reported > 0.0 && (found / reported - 1.0).abs() < 1e-6,
+                "{name}: {reported} and {found}"
+            );
         }
         assert!(number(&result, "test_within_10pct") > 0.5, "{result}");
         let first = fs::read(folder.path().join("b.json")).unwrap();
@@ -96,15 +102,15 @@ fn other_activations_train_models_that_serve() {
         let more = ["--activation", activation, "--algorithm", "scg", "--epochs", "80"];
         let result = train(folder.path(), "a.json", &more).done().json().pop().unwrap();
         let eval = gripctl(folder.path(), &["eval", "a.json", "rows.csv", "--json"]).done();
-        let (told, found) = (number(&result, "train_mse"), number(&eval.json()[0], "mse"));
-        assert!((found / told - 1.0).abs() < 1e-9, "{activation}: {told} and {found}");
+        let (reported, found) = (number(&result, "train_mse"), number(&eval.json()[0], "mse"));
+        assert!((found / reported - 1.0).abs() < 1e-9, "{activation}: {reported} and {found}");
         let text = fs::read_to_string(folder.path().join("a.json")).unwrap();
         assert!(text.contains(&format!("\"{activation}\"")), "{text}");
     }
 }
 
 #[test]
-fn a_search_tells_its_best_networks_and_writes_the_first() {
+fn a_search_reports_its_best_networks_and_writes_the_first() {
     let folder = folder_with_rows();
     let search = |seed: &str, more: &[&str]| {
         let args = ["search", "rows.csv", "-o", "s.json", "--json", "--generations", "2"];
@@ -121,8 +127,8 @@ fn a_search_tells_its_best_networks_and_writes_the_first() {
     assert_eq!((&result["type"], &result["hidden"]), (&"result".into(), &lines[0]["hidden"]));
     assert_eq!(result["rows"], serde_json::json!([150, 50]));
     let eval = gripctl(folder.path(), &["eval", "s.json", "test.csv", "--json"]).done().json();
-    let (told, found) = (number(&result, "test_mse"), number(&eval[0], "mse"));
-    assert!((found / told - 1.0).abs() < 1e-9, "{told} and {found}");
+    let (reported, found) = (number(&result, "test_mse"), number(&eval[0], "mse"));
+    assert!((found / reported - 1.0).abs() < 1e-9, "{reported} and {found}");
     let again = search("3", &["--test", "test.csv", "--group", "object"]).done();
     assert_eq!(lines, again.json()[..lines.len()]);
     assert_ne!(lines, search("4", &[]).done().json()[..lines.len().min(3)]);

@@ -61,7 +61,7 @@ fn content(folder: &Path) -> BTreeMap<String, Vec<u8>> {
 }
 
 #[test]
-fn what_is_wrong_is_said_in_a_sentence_and_leaves_nothing_behind() {
+fn what_is_wrong_is_stated_in_a_sentence_and_leaves_nothing_behind() {
     let book: Book = toml::from_str(include_str!("refusals.toml")).unwrap();
     for page in book.page {
         let folder = tempfile::tempdir().unwrap();

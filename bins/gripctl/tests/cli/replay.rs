@@ -3,7 +3,7 @@
 use crate::run::{gripctl, number, real_data};
 use grip_eval::trial;
 use grip_record::{Channel, ChannelSet, CsvWriter, StylusKind};
-use grip_session::{HostConfig, News, model};
+use grip_session::{HostConfig, Update, model};
 use grip_sim::scene;
 use slip_core::{Sample, units::Micros};
 use std::{fs, path::Path};
@@ -12,13 +12,14 @@ use std::{fs, path::Path};
 fn record_grasp(scene_name: &str, seed: u64, file: &Path) -> Vec<String> {
     let scene = scene::load(scene_name).unwrap().reseeded(seed).unwrap();
     let (mut lines, mut samples) = (Vec::new(), Vec::<Sample>::new());
-    let mut tell = |news: News<'_>| match news {
-        News::Step { sample, .. } => samples.push(*sample),
-        News::Event(line) => lines.push(serde_json::to_string(&line).unwrap()),
+    let mut report = |updates: Update<'_>| match updates {
+        Update::Step { sample, .. } => samples.push(*sample),
+        Update::Event(line) => lines.push(serde_json::to_string(&line).unwrap()),
         _ => {}
     };
     let estimator = model::default_estimator().unwrap();
-    trial::grasp(&scene, &HostConfig::default(), estimator, Micros(2_000_000), &mut tell).unwrap();
+    trial::grasp(&scene, &HostConfig::default(), estimator, Micros(2_000_000), &mut report)
+        .unwrap();
     let channels =
         Channel::ALL.into_iter().fold(ChannelSet::new(StylusKind::Displacement), ChannelSet::with);
     let mut writer = CsvWriter::new(fs::File::create(file).unwrap(), &channels).unwrap();

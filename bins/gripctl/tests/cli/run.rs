@@ -42,8 +42,8 @@ impl Ran {
             assert!(self.err.contains(word), "no {word:?} in {}", self.err);
         }
         let longest = self.err.lines().max_by_key(|line| line.len()).unwrap_or_default();
-        let told = longest.split_once(": ").map_or(longest, |(_, text)| text);
-        assert_eq!(self.err.matches(told).count(), 1, "told twice: {}", self.err);
+        let reported = longest.split_once(": ").map_or(longest, |(_, text)| text);
+        assert_eq!(self.err.matches(reported).count(), 1, "told twice: {}", self.err);
         assert!(self.out.is_empty(), "{self:?}");
         self
     }

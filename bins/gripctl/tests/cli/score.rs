@@ -188,12 +188,12 @@ fn broken_folders_are_refused() {
 fn recordings_of_numpy_are_judged_like_those_in_csv() {
     let folder = folder();
     let score = || gripctl(folder.path(), &["score", ".", "--json"]).done().out;
-    let told = score();
+    let reported = score();
     for name in ["found", "quiet", "rest"] {
         let csv = folder.path().join(format!("{name}.csv"));
         let recording = grip_record::read_csv(&csv, &grip_record::CsvOptions::default()).unwrap();
         recording.write_npz(&csv.with_extension("npz")).unwrap();
         fs::remove_file(csv).unwrap();
     }
-    assert_eq!(score(), told);
+    assert_eq!(score(), reported);
 }

@@ -5,7 +5,7 @@ use grip_link::{
     frame::MAX_WIRE,
     host::{HostEvent, LinkState},
 };
-use grip_session::{HostConfig, News, Session, SessionOptions, model};
+use grip_session::{HostConfig, Session, SessionOptions, Update, model};
 use std::{
     io::{BufRead as _, BufReader, ErrorKind, Read as _, Write as _},
     path::Path,
@@ -39,8 +39,8 @@ fn grip(port: &Path, seconds: f64) -> Session {
             Err(error) => panic!("{error}"),
         };
         let (now, mut left) = (now_us(), &input[..count]);
-        while let Some(news) = session.receive(now, &mut left).unwrap() {
-            if let News::Link(HostEvent::Closed(reason)) = news {
+        while let Some(updates) = session.receive(now, &mut left).unwrap() {
+            if let Update::Link(HostEvent::Closed(reason)) = updates {
                 panic!("{reason:?}");
             }
         }

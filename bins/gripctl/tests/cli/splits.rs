@@ -29,7 +29,7 @@ fn folder() -> tempfile::TempDir {
 }
 
 #[test]
-fn a_share_is_held_out_and_told() {
+fn a_share_is_held_out_and_reported() {
     let folder = folder();
     let more =
         ["--holdout", "0.2", "--validation", "0.25", "--split-by", "object", "--split-seed", "3"];

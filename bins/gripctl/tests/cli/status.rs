@@ -33,7 +33,7 @@ fn served() -> (Daemon, Listen) {
 fn a_daemon_is_described_for_people_and_for_machines() {
     let (_daemon, place) = served();
     let place = place.to_string();
-    let told = gripctl(here(), &["status", &place]).done().out;
+    let reported = gripctl(here(), &["status", &place]).done().out;
     for word in [
         "gripd 9.9.9",
         "read only for clients",
@@ -43,7 +43,7 @@ fn a_daemon_is_described_for_people_and_for_machines() {
         "4.50 N",
         "20.0 ms",
     ] {
-        assert!(told.contains(word), "no {word:?} in {told}");
+        assert!(reported.contains(word), "no {word:?} in {reported}");
     }
     let json = gripctl(here(), &["status", &place, "--json"]).done().json();
     assert_eq!((json.len(), &json[0]["daemon"]), (1, &"gripd 9.9.9".into()));
@@ -53,7 +53,7 @@ fn a_daemon_is_described_for_people_and_for_machines() {
 }
 
 #[test]
-fn nobody_there_and_wrong_addresses_are_told_in_a_sentence() {
+fn nobody_there_and_wrong_addresses_are_reported_in_a_sentence() {
     let port = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
     let place = format!("tcp:127.0.0.1:{port}");
     gripctl(here(), &["status", &place]).refused(1, &["no daemon answers at tcp:127.0.0.1"]);
@@ -74,9 +74,9 @@ fn of_another_program(answer: &'static [u8]) -> String {
         stream.write_all(answer).unwrap();
         while stream.read(&mut bytes).is_ok_and(|count| count > 0) {}
     });
-    let told = gripctl(here(), &["status", &place]).refused(1, &[]).err;
+    let reported = gripctl(here(), &["status", &place]).refused(1, &[]).err;
     other.join().unwrap();
-    told
+    reported
 }
 
 #[test]

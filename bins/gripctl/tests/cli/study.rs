@@ -16,8 +16,8 @@ fn numbers(folder: &Path) -> Value {
 fn a_quick_study_writes_a_page_its_numbers_and_its_figures() {
     let folder = tempfile::tempdir().unwrap();
     let args = ["study", "--quick", "--json", "--out", "s", "--seed", "3"];
-    let told = gripctl(folder.path(), &args).done().json();
-    let [summary] = told.as_slice() else { panic!("one line: {told:?}") };
+    let reported = gripctl(folder.path(), &args).done().json();
+    let [summary] = reported.as_slice() else { panic!("one line: {reported:?}") };
     assert_eq!((&summary["type"], &summary["conditions"]), (&"study".into(), &7.into()));
     let json = numbers(folder.path());
     assert_eq!((&json["type"], &json["seed"]), (&"study".into(), &3.into()));

@@ -65,17 +65,17 @@ fn a_plot_shows_peaks_and_valleys() {
 }
 
 #[test]
-fn a_user_is_told_what_spoils_the_figures() {
+fn a_user_is_reported_what_spoils_the_figures() {
     let folder = tempfile::tempdir().unwrap();
     write_sine(folder.path());
-    let said = |more: &[&str]| {
+    let stated = |more: &[&str]| {
         gripctl(folder.path(), &[&["profile", "sine.csv", "--speed", "0.05"], more].concat())
             .done()
             .err
     };
-    assert_eq!(said(&[]), "");
-    assert!(said(&["--cutoff-mm", "20"]).contains("less than one cutoff"));
-    assert!(said(&["--hysteresis-um", "50"]).contains("no irregularity higher than"));
+    assert_eq!(stated(&[]), "");
+    assert!(stated(&["--cutoff-mm", "20"]).contains("less than one cutoff"));
+    assert!(stated(&["--hysteresis-um", "50"]).contains("no irregularity higher than"));
     let tilted: String = (0..3000).map(|i| format!("{},{}\n", i, i * 5)).collect();
     fs::write(folder.path().join("tilt.csv"), format!("x_mm,height_um\n{tilted}")).unwrap();
     let args = ["profile", "tilt.csv", "--speed", "0.05", "--step-um", "1"];

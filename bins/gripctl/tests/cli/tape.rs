@@ -4,7 +4,7 @@ use crate::run::gripctl;
 use grip_eval::trial;
 use grip_record::mcap::{Attached, McapWriter, Record, SampleRecord};
 use grip_session::{
-    HostConfig, News, model,
+    HostConfig, Update, model,
     recording::{MODEL_NAME, event_record, pipeline_record},
 };
 use grip_sim::scene;
@@ -28,12 +28,12 @@ fn record_events(file: &Path, tampered: Option<&'static str>) -> Vec<String> {
     let media_type = "application/json".to_owned();
     writer.attach(0, &Attached { name: MODEL_NAME.to_owned(), media_type, data }).unwrap();
     let (mut lines, mut json, mut now_us) = (Vec::new(), Vec::new(), 0);
-    let mut tell = |news: News<'_>| match news {
-        News::Began(beginning) => {
+    let mut report = |updates: Update<'_>| match updates {
+        Update::Began(beginning) => {
             let record = pipeline_record(beginning, &mut json).unwrap();
             writer.write(now_us, &Record::Pipeline(record)).unwrap();
         }
-        News::Step { index, sample, taxels, .. } => {
+        Update::Step { index, sample, taxels, .. } => {
             now_us = sample.t.0;
             let record = SampleRecord { index, sample: *sample, taxels };
             writer.write(now_us, &Record::Sample(record)).unwrap();
@@ -41,16 +41,17 @@ fn record_events(file: &Path, tampered: Option<&'static str>) -> Vec<String> {
                 writer.flush().unwrap();
             }
         }
-        News::Event(line) => {
+        Update::Event(line) => {
             let mut record = event_record(&line, &mut json).unwrap();
             lines.push(record.json.to_owned());
             record.json = tampered.unwrap_or(record.json);
             writer.write(now_us, &Record::Event(record)).unwrap();
         }
-        News::Gripper { .. } | News::Link(_) => {}
+        Update::Gripper { .. } | Update::Link(_) => {}
     };
     let estimator = model::default_estimator().unwrap();
-    trial::grasp(&scene, &HostConfig::default(), estimator, Micros(1_500_000), &mut tell).unwrap();
+    trial::grasp(&scene, &HostConfig::default(), estimator, Micros(1_500_000), &mut report)
+        .unwrap();
     writer.finish().unwrap();
     lines
 }
@@ -181,7 +182,7 @@ fn a_damaged_recording_is_recovered_beside_it() {
 }
 
 #[test]
-fn what_cannot_be_replayed_says_why() {
+fn what_cannot_be_replayed_states_why() {
     let folder = tempfile::tempdir().unwrap();
     record(&folder.path().join("run.mcap"));
     fs::write(folder.path().join("no.mcap"), "t_s,stylus\n").unwrap();

@@ -53,7 +53,7 @@ impl Service {
         self.settings.loaded = model;
         let text = format!("model {} is in force", self.settings.model_name());
         self.console.say(LogLevel::Info, &text);
-        self.tell_setup();
+        self.report_setup();
         if let Some(clients) = &mut self.servers.clients {
             clients.loaded(&load, Ok(self.settings.loaded.is_some()));
         }
@@ -73,10 +73,10 @@ impl Service {
             let text = "the model that a client brought stays in force; that of the configuration is what it gives way to";
             self.console.say(LogLevel::Warn, text);
         }
-        self.tell_setup();
+        self.report_setup();
     }
 
-    fn tell_setup(&mut self) {
+    fn report_setup(&mut self) {
         match self.settings.setup(self.board.about.reloads.0) {
             Ok(setup) => {
                 if let Some(clients) = &mut self.servers.clients {

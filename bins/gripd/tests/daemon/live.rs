@@ -141,7 +141,7 @@ fn a_gripper_without_other_sensors_replays_identically() {
 }
 
 #[test]
-fn a_recording_that_cannot_be_written_is_told_and_the_grip_goes_on() {
+fn a_recording_that_cannot_be_written_is_reported_and_the_grip_goes_on() {
     let folder = tempfile::tempdir().unwrap();
     symlink("/dev/full", folder.path().join("full.csv")).unwrap();
     let args = ["--port", "sim", "--duration", "1.5", "--record", "full.csv"];

@@ -2,7 +2,7 @@
 
 use crate::{
     run::Ran,
-    running::{NEWS, Running, hear},
+    running::{Running, UPDATES, receive},
 };
 use grip_link::message::daemon::{Command, NoticeKind, Operation, ToClient};
 use grip_session::tape::{Played, Tape, TapeOptions, TapeSummary};
@@ -54,7 +54,7 @@ fn a_reload_in_between_is_replayed() {
 /// Asks, and hears that it was carried out.
 fn ask(client: &mut grip_daemon::client::Client, command: &Command) {
     client.command(command).unwrap();
-    hear(client, |message| {
+    receive(client, |message| {
         assert!(!matches!(message, ToClient::Nack(_)), "{message:?}");
         matches!(message, ToClient::Notice(notice) if notice.kind == NoticeKind::Client)
     });
@@ -65,9 +65,9 @@ fn what_clients_ask_for_is_replayed() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("gripd.toml"), "allow_commands = true\n").unwrap();
     let running = Running::holding(folder.path(), &["--record", "run.mcap"]);
-    let mut client = running.client(7, NEWS);
+    let mut client = running.client(7, UPDATES);
     let mut token = 0;
-    hear(&mut client, |message| {
+    receive(&mut client, |message| {
         if let ToClient::Welcome(welcome) = message {
             token = welcome.token;
         }
@@ -75,12 +75,12 @@ fn what_clients_ask_for_is_replayed() {
     });
     let at_least = Command { force_mn: 14_000, ..Command::new(Operation::AtLeast) };
     ask(&mut client, &at_least);
-    hear(
+    receive(
         &mut client,
         |message| matches!(message, ToClient::State(state) if state.command_n >= Some(14.0)),
     );
     ask(&mut client, &Command { token, ..Command::new(Operation::Release) });
-    hear(
+    receive(
         &mut client,
         |message| matches!(message, ToClient::State(state) if state.applied_n.is_some_and(|force| force < 0.5)),
     );

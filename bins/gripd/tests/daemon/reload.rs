@@ -1,6 +1,6 @@
 //! SIGHUP on a gripd that holds an object: what cannot be used changes nothing, what can be is in force, and nobody lets go.
 
-use crate::running::{NEWS, Running, hear};
+use crate::running::{Running, UPDATES, receive};
 use grip_link::message::daemon::{GripState, ToClient};
 use rustix::process::Signal;
 use serde_json::Value;
@@ -8,9 +8,9 @@ use std::fs;
 
 /// What is held, with which force.
 fn holding(running: &Running, nonce: u16) -> (GripState, f32) {
-    let mut client = running.client(nonce, NEWS);
+    let mut client = running.client(nonce, UPDATES);
     let mut held = None;
-    hear(&mut client, |message| {
+    receive(&mut client, |message| {
         if let ToClient::State(state) = message {
             held = state.command_n.map(|force| (state.grip, force));
         }
@@ -34,7 +34,7 @@ fn a_broken_file_changes_nothing_and_a_good_one_lets_nothing_fall() {
         running.signal(Signal::HUP);
         running.wait_for(words);
     }
-    assert!(!running.told().contains("are in force:"), "{}", running.told());
+    assert!(!running.reported().contains("are in force:"), "{}", running.reported());
     fs::write(&file, "listen = \"off\"\n[detector.shear]\nthreshold = 30.0\n").unwrap();
     running.signal(Signal::HUP);
     running.wait_for("are in force: detector.shear.threshold: 25.0 -> 30.0");

@@ -27,7 +27,7 @@ pub(crate) struct Running {
 }
 
 /// What the subscriber hears: everything but rows.
-pub(crate) const NEWS: Subscribe =
+pub(crate) const UPDATES: Subscribe =
     Subscribe { versions: Versions::OURS, topics: Topics::ALL, every_nth: 0, state_ms: 100 };
 
 impl Running {
@@ -50,8 +50,8 @@ impl Running {
         for _ in 0..TRIES {
             let running = Self::start(folder, args);
             let held = || running.printed().contains("\"slip_end\"");
-            let fallen = || running.told().contains("the object is gone");
-            assert!(until(|| held() || fallen()), "{}", running.told());
+            let fallen = || running.reported().contains("the object is gone");
+            assert!(until(|| held() || fallen()), "{}", running.reported());
             if !fallen() {
                 return running;
             }
@@ -66,7 +66,7 @@ impl Running {
     }
 
     /// What it said on standard error so far.
-    pub(crate) fn told(&self) -> String {
+    pub(crate) fn reported(&self) -> String {
         fs::read_to_string(self.folder.join("err.txt")).unwrap()
     }
 
@@ -78,7 +78,7 @@ impl Running {
     /// Waits until `what` stands on standard error.
     #[track_caller]
     pub(crate) fn wait_for(&self, what: &str) {
-        assert!(until(|| self.told().contains(what)), "no {what:?} in {}", self.told());
+        assert!(until(|| self.reported().contains(what)), "no {what:?} in {}", self.reported());
     }
 
     pub(crate) fn signal(&self, signal: Signal) {
@@ -93,7 +93,7 @@ impl Running {
             client = Client::connect(&place, nonce, wanted, Duration::from_secs(5)).ok();
             client.is_some()
         });
-        assert!(connected, "{}", self.told());
+        assert!(connected, "{}", self.reported());
         client.unwrap()
     }
 
@@ -101,7 +101,7 @@ impl Running {
     pub(crate) fn stop(mut self) -> Ran {
         self.signal(Signal::INT);
         let status = self.child.wait().unwrap();
-        let (out, err) = (self.printed(), self.told());
+        let (out, err) = (self.printed(), self.reported());
         assert!(!err.contains("panicked"), "{err}");
         Ran { code: status.code().unwrap(), out, err }
     }
@@ -128,7 +128,7 @@ fn pause() -> bool {
 
 /// Hears messages until `done`, told of each.
 #[track_caller]
-pub(crate) fn hear(client: &mut Client, mut done: impl FnMut(&ToClient<'_>) -> bool) {
+pub(crate) fn receive(client: &mut Client, mut done: impl FnMut(&ToClient<'_>) -> bool) {
     let mut over = false;
     for _ in 0..LOOKS {
         client.wait(Duration::from_millis(20), &mut |message| over |= done(message)).unwrap();

@@ -1,6 +1,6 @@
 //! Clients and a scraper at a real gripd: every sample arrives once, the pages answer, a fault leaves a dump.
 
-use crate::running::{NEWS, Running, hear, until};
+use crate::running::{Running, UPDATES, receive, until};
 use grip_link::message::daemon::{NoticeKind, Subscribe, ToClient};
 use rustix::process::Signal;
 use serde_json::Value;
@@ -15,9 +15,9 @@ use std::{
 fn a_client_that_wants_every_sample_gets_each_once() {
     let folder = tempfile::tempdir().unwrap();
     let running = Running::start(folder.path(), &[]);
-    let mut client = running.client(3, Subscribe { every_nth: 1, ..NEWS });
+    let mut client = running.client(3, Subscribe { every_nth: 1, ..UPDATES });
     let (mut next, mut rows, mut gaps, mut dropped) = (None, 0_u32, 0_u32, false);
-    hear(&mut client, |message| {
+    receive(&mut client, |message| {
         match message {
             ToClient::Rows(batch) => {
                 for row in batch.iter() {
@@ -60,7 +60,7 @@ fn metric(page: &str, name: &str) -> f64 {
 }
 
 #[test]
-fn the_pages_tell_what_runs() {
+fn the_pages_report_what_runs() {
     let folder = tempfile::tempdir().unwrap();
     let address = free_address();
     let args = ["--metrics", &address, "--record", "run.mcap"];

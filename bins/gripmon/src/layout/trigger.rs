@@ -184,11 +184,11 @@ mod tests {
     }
 
     #[test]
-    fn wrong_names_are_told_and_odd_numbers_mended() {
-        let told = |text: &str| Layout::parse(text).unwrap_err().to_string();
-        let event = told("[trigger]\nevent = \"earthquake\"\n");
+    fn wrong_names_are_reported_and_odd_numbers_mended() {
+        let reported = |text: &str| Layout::parse(text).unwrap_err().to_string();
+        let event = reported("[trigger]\nevent = \"earthquake\"\n");
         assert!(event.contains("line 2") && event.contains("gross slip"), "{event}");
-        let channel = told("[trigger]\nchannel = \"height\"\n");
+        let channel = reported("[trigger]\nchannel = \"height\"\n");
         assert!(channel.contains("force_n"), "{channel}");
         let odd = "[trigger]\nlevel = nan\nbefore_s = 5.0\nwindow_s = -1.0\n";
         let form = Layout::parse(odd).unwrap().trigger.form();

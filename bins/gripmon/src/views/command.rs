@@ -76,8 +76,8 @@ fn allowed(ui: &mut Ui, seen: &Seen<'_>) -> Vec<Action> {
 /// The largest force that may be entered (N).
 #[must_use]
 pub(super) fn limit_n(seen: &Seen<'_>) -> f64 {
-    let told = seen.model.info().gripper.and_then(|gripper| gripper.force_max_n);
-    told.filter(|n| n.is_finite() && *n > 0.0).map_or(MODEST_N, f64::from)
+    let reported = seen.model.info().gripper.and_then(|gripper| gripper.force_max_n);
+    reported.filter(|n| n.is_finite() && *n > 0.0).map_or(MODEST_N, f64::from)
 }
 
 fn force(ui: &mut Ui, seen: &Seen<'_>, actions: &mut Vec<Action>) {

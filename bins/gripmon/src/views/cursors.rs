@@ -54,7 +54,7 @@ fn shown(seen: &Seen<'_>) -> Vec<Channel> {
     let plots = seen.state.layout.plots.iter().filter(|plot| plot.shown);
     // The curve drawn last lies on top; it is also told first, as beside the plot.
     let curves = plots.flat_map(|plot| strip::curves(plot.plot, seen.model).into_iter().rev());
-    curves.filter(|curve| curve.told).map(|curve| curve.channel).collect()
+    curves.filter(|curve| curve.reported).map(|curve| curve.channel).collect()
 }
 
 fn between(ui: &mut Ui, channel: Channel, (a_s, b_s): (f64, f64), seen: &Seen<'_>) {
@@ -66,7 +66,7 @@ fn between(ui: &mut Ui, channel: Channel, (a_s, b_s): (f64, f64), seen: &Seen<'_
         return;
     }
     heading(ui, channel.name());
-    let told = |value: Option<f64>| {
+    let reported = |value: Option<f64>| {
         value.map_or(format::NOTHING.to_owned(), |v| format::with_unit(v, &unit))
     };
     let difference = match ends {
@@ -77,9 +77,9 @@ fn between(ui: &mut Ui, channel: Channel, (a_s, b_s): (f64, f64), seen: &Seen<'_
     let peaks = stats.map(|stats| f64::from(stats.peak_to_peak()));
     let rms = stats.map(|stats| stats.rms);
     let rows = [
-        [("A", told(ends[0])), ("B", told(ends[1]))],
-        [("B - A", told(difference)), ("peak-peak", told(peaks))],
-        [("mean", told(mean)), ("rms", told(rms))],
+        [("A", reported(ends[0])), ("B", reported(ends[1]))],
+        [("B - A", reported(difference)), ("peak-peak", reported(peaks))],
+        [("mean", reported(mean)), ("rms", reported(rms))],
     ];
     Grid::new(("between", channel)).num_columns(4).spacing([8.0, 1.0]).show(ui, |ui| {
         for cells in rows {

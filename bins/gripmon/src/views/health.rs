@@ -46,7 +46,7 @@ fn source(ui: &mut Ui, seen: &Seen<'_>) {
         row(ui, "commands", commands);
         let real_time = match daemon.real_time {
             RealTime::Other(_) => format::NOTHING,
-            told => told.name(),
+            reported => reported.name(),
         };
         row(ui, "real time", real_time);
     }

@@ -80,7 +80,7 @@ mod tests {
     }
 
     #[test]
-    fn a_hundred_thousand_are_as_few_as_the_plot_has_points_and_the_worst_is_told() {
+    fn a_hundred_thousand_are_as_few_as_the_plot_has_points_and_the_worst_is_reported() {
         let all: Vec<Stretch<u8>> = (0..100_000_u32)
             .map(|k| {
                 let from_s = 1e-4 * f64::from(k);

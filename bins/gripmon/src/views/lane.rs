@@ -82,10 +82,10 @@ pub(super) fn lane(ui: &Ui, rect: Rect, seen: &Seen<'_>) -> Vec<Action> {
     let response = ui.interact(rect, ui.scope_id().with("lane"), Sense::click_and_drag());
     let ticks = ticks(seen.model.events().in_span(frame.span), &frame);
     let count: u64 = ticks.iter().map(|tick| tick.count).sum();
-    let told =
+    let reported =
         if count == 1 { "1 event".to_owned() } else { format!("{} events", format::count(count)) };
     response.widget_info(|| WidgetInfo {
-        current_text_value: Some(told.clone()),
+        current_text_value: Some(reported.clone()),
         ..WidgetInfo::labeled(Role::Figure, true, "Scenes and events")
     });
     let painter = ui.painter();
@@ -99,7 +99,7 @@ pub(super) fn lane(ui: &Ui, rect: Rect, seen: &Seen<'_>) -> Vec<Action> {
     names(ui, rect, &seen.palette);
     let beside = pos2(rect.right() + 12.0, rect.bottom() - 12.0);
     let font = crate::palette::axis_font();
-    painter.text(beside, Align2::LEFT_CENTER, told, font, seen.palette.weak);
+    painter.text(beside, Align2::LEFT_CENTER, reported, font, seen.palette.weak);
     scenes(ui, &frame, seen);
     stretches(ui, &frame, seen);
     marks(ui, &frame, &ticks, seen);
@@ -216,7 +216,7 @@ mod tests {
     use grip_scope::{EventKind, EventMark, Span};
 
     #[test]
-    fn however_many_events_there_are_each_counts_and_the_loudest_of_a_place_is_told() {
+    fn however_many_events_there_are_each_counts_and_the_loudest_of_a_place_is_reported() {
         let rect = Rect::from_min_max(pos2(0.0, 0.0), pos2(1000.0, 48.0));
         let span = Span { from_s: 0.0, to_s: 20.0 };
         let frame = Frame { rect, span, scale: Scale::new(Kind::Linear, 0.0, 1.0) };
@@ -232,8 +232,8 @@ mod tests {
         assert!(ticks[0].x < 1.0 && ticks[ticks.len() - 1].x > 998.0);
         let loud = ticks.iter().find(|tick| tick.mark.kind == EventKind::Fault).unwrap();
         assert!((948.0..=950.0).contains(&loud.x), "{loud:?}");
-        let told = about(&nearest(&ticks, loud.x).unwrap());
-        assert!(told.starts_with("fault at 19.0000 s\n19000\nand "), "{told}");
+        let reported = about(&nearest(&ticks, loud.x).unwrap());
+        assert!(reported.starts_with("fault at 19.0000 s\n19000\nand "), "{reported}");
         assert!(nearest(&ticks, 5000.0).is_none());
     }
 }

@@ -88,7 +88,7 @@ pub(super) fn curves(
     for curve in wanted {
         let Some(series) = seen.model.series(curve.channel) else { continue };
         let colour = seen.palette.tone(curve.tone);
-        let colour = if curve.told { colour } else { colour.gamma_multiply(0.75) };
+        let colour = if curve.reported { colour } else { colour.gamma_multiply(0.75) };
         if series.points(frame.span, FEW, &mut scratch.points) {
             polyline(&inside, frame, &scratch.points, (colour, curve.style));
         } else {

@@ -228,8 +228,12 @@ mod tests {
             assert_eq!(pair, [(tone, Style::Solid), (tone, Style::Dashed)]);
         }
         let found = texts(&StudyPlot { log_y: true, curves, ..StudyPlot::default() });
-        for told in nets.iter().chain(&["train", "test"]) {
-            assert_eq!(found.iter().filter(|text| text == told).count(), 1, "{told}: {found:?}");
+        for reported in nets.iter().chain(&["train", "test"]) {
+            assert_eq!(
+                found.iter().filter(|text| text == reported).count(),
+                1,
+                "{reported}: {found:?}"
+            );
         }
     }
 

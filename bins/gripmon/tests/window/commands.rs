@@ -43,7 +43,7 @@ fn commands_are_locked_limited_and_a_release_is_asked_for() {
     harness.get_by_label("There is no connection to gripd now.");
 }
 
-fn tell(harness: &mut Harness<'_, Scope>, status: SourceStatus) {
+fn report(harness: &mut Harness<'_, Scope>, status: SourceStatus) {
     harness.state().shared.engine().model.take(Feed::Status(status));
     harness.run();
 }
@@ -52,7 +52,7 @@ fn tell(harness: &mut Harness<'_, Scope>, status: SourceStatus) {
 fn a_stream_that_stalls_can_be_stopped_and_a_lost_connection_locks() {
     let mut harness = window(fixture::grasp(), Panel::Command);
     click(&mut harness, "Arm commands");
-    tell(&mut harness, SourceStatus::Stalled { for_s: 1.0 });
+    report(&mut harness, SourceStatus::Stalled { for_s: 1.0 });
     assert!(harness.state().state.command.armed);
     click(&mut harness, "Stop");
     // It was tried: this model has no source behind it.
@@ -65,11 +65,11 @@ fn a_stream_that_stalls_can_be_stopped_and_a_lost_connection_locks() {
         SourceStatus::Failed { sentence: "gone".into() },
     ];
     for status in gone {
-        tell(&mut harness, SourceStatus::Live);
+        report(&mut harness, SourceStatus::Live);
         harness.state_mut().state.command.armed = true;
         harness.run();
         assert!(harness.state().state.command.armed, "{status:?}");
-        tell(&mut harness, status.clone());
+        report(&mut harness, status.clone());
         assert!(!harness.state().state.command.armed, "{status:?}");
         harness.get_by_label("There is no connection to gripd now.");
         assert_eq!(harness.query_all_by_label("Stop").count(), 0, "{status:?}");
@@ -77,14 +77,14 @@ fn a_stream_that_stalls_can_be_stopped_and_a_lost_connection_locks() {
 }
 
 #[test]
-fn before_the_first_contact_it_is_told_that_no_daemon_has_answered() {
+fn before_the_first_contact_it_is_reported_that_no_daemon_has_answered() {
     let mut harness = window(Model::new(1 << 20), Panel::Command);
     harness.get_by_label_contains("this source is none");
     let waiting = SourceStatus::Waiting { reason: "gone".into(), again_in_s: 1.0 };
     for status in
         [SourceStatus::Connecting { what: "tcp:x".into(), before: String::new() }, waiting]
     {
-        tell(&mut harness, status);
+        report(&mut harness, status);
         harness.get_by_label("No gripd has answered yet.");
         assert_eq!(harness.query_all_by_label("Stop").count(), 0);
     }

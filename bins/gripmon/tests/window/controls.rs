@@ -190,7 +190,7 @@ fn an_automatic_trigger_leaves_a_paused_view_and_counts_only_what_it_finds() {
 }
 
 #[test]
-fn a_trigger_searches_a_recording_from_the_left_edge_and_says_where_there_is_nothing() {
+fn a_trigger_searches_a_recording_from_the_left_edge_and_states_where_there_is_nothing() {
     let mut model = fixture::grasp();
     model.take(Feed::Status(grip_scope::SourceStatus::Complete { note: String::new() }));
     let mut harness = window(model, Panel::Trigger);

@@ -76,8 +76,8 @@ fn what_is_seen_or_lies_between_the_cursors_becomes_a_table() {
     click(&mut harness, "Samples as CSV");
     let message = written(&mut harness);
     let name = folder.path().join("run-0001.csv");
-    let said = format!("Written: {} (", name.display());
-    assert!(message.text.starts_with(&said) && !message.is_error, "{}", message.text);
+    let stated = format!("Written: {} (", name.display());
+    assert!(message.text.starts_with(&stated) && !message.is_error, "{}", message.text);
     let text = fs::read_to_string(&name).unwrap();
     let header = text.lines().next().unwrap();
     assert!(header.starts_with("t_s,stylus,") && header.contains("force_n"), "{header}");
@@ -140,7 +140,7 @@ fn a_picture_is_asked_for_written_and_replaces_nothing() {
 }
 
 #[test]
-fn what_cannot_be_written_is_told_in_a_sentence() {
+fn what_cannot_be_written_is_reported_in_a_sentence() {
     let folder = tempfile::tempdir().unwrap();
     let mut harness = window(folder.path(), fixture::grasp(), None);
     harness.state_mut().desk.scope.state.cursors = [Some(50.0), Some(60.0)];
@@ -208,8 +208,11 @@ fn the_arrangement_is_remembered_when_the_window_closes() {
     // A file that cannot be written is told at the end.
     fs::remove_file(folder.path().join("layout.toml")).unwrap();
     fs::create_dir(folder.path().join("layout.toml")).unwrap();
-    let told = harness.state_mut().desk.close().unwrap();
-    assert!(told.starts_with("the arrangement of the window is not remembered: "), "{told}");
+    let reported = harness.state_mut().desk.close().unwrap();
+    assert!(
+        reported.starts_with("the arrangement of the window is not remembered: "),
+        "{reported}"
+    );
 }
 
 #[test]
@@ -240,6 +243,6 @@ fn the_picture_of_the_command_line_closes_the_window_and_so_does_its_failure() {
     model.take(Feed::Status(SourceStatus::Failed { sentence }));
     let mut harness = window(folder.path(), model, job());
     assert_eq!(harness.state().asked.last(), Some(&Ask::Close));
-    let told = harness.state_mut().desk.close().unwrap();
-    assert_eq!(told, "no picture: x.mcap: is no recording");
+    let reported = harness.state_mut().desk.close().unwrap();
+    assert_eq!(reported, "no picture: x.mcap: is no recording");
 }

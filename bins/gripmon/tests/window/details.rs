@@ -110,7 +110,7 @@ fn a_level_may_be_typed_with_its_unit() {
 }
 
 #[test]
-fn thresholds_that_the_source_does_not_tell_are_called_the_shipped_ones() {
+fn thresholds_that_the_source_does_not_report_are_called_the_shipped_ones() {
     let mut harness = window(fixture::grasp(), Panel::Health);
     let note = "thresholds of the shipped settings";
     for (settings, noted) in [
@@ -118,8 +118,8 @@ fn thresholds_that_the_source_does_not_tell_are_called_the_shipped_ones() {
         (Some(ObserverSettings::Source), false),
         (Some(ObserverSettings::Shipped), true),
     ] {
-        let told = settings.map(Feed::Observes);
-        told.into_iter().for_each(|feed| harness.state().shared.engine().model.take(feed));
+        let reported = settings.map(Feed::Observes);
+        reported.into_iter().for_each(|feed| harness.state().shared.engine().model.take(feed));
         harness.run();
         assert_eq!(painted(&harness).iter().any(|text| text == note), noted, "{settings:?}");
         let name = format!("Band energy / floor plot {note}");
@@ -129,18 +129,18 @@ fn thresholds_that_the_source_does_not_tell_are_called_the_shipped_ones() {
 }
 
 #[test]
-fn a_limit_above_the_plot_is_told_at_its_edge() {
+fn a_limit_above_the_plot_is_reported_at_its_edge() {
     let mut harness = window(fixture::grasp(), Panel::Health);
-    let told = |text: &String| text.starts_with("limit 40.00 N");
-    assert!(painted(&harness).iter().any(told));
+    let reported = |text: &String| text.starts_with("limit 40.00 N");
+    assert!(painted(&harness).iter().any(reported));
     let scale = gripmon::plot::Scale::new(gripmon::plot::Kind::Linear, 0.0, 50.0);
     harness.state_mut().state.values = vec![(StripId::Force, scale)];
     harness.run();
-    assert!(!painted(&harness).iter().any(told));
+    assert!(!painted(&harness).iter().any(reported));
 }
 
 #[test]
-fn the_axis_says_whether_its_times_are_those_of_the_device() {
+fn the_axis_states_whether_its_times_are_those_of_the_device() {
     let mut harness = window(fixture::grasp(), Panel::Health);
     assert!(painted(&harness).iter().any(|text| text == "s, device time"));
     let again = fixture::rows(&[Channel::Stylus], 10_000, (0, 1000));
@@ -180,8 +180,8 @@ fn a_crowd_of_gaps_slips_and_events_is_drawn_with_as_few_shapes_as_can_be_told_a
     for at_s in [seen.to_s - 1.0, seen.to_s - 300.0] {
         harness.state_mut().state.window.show(Span::new(at_s - 5.0, at_s + 0.9));
         harness.run();
-        let told = harness.get_by_label("Scenes and events").value().unwrap();
-        assert!(told != "0 events", "{at_s}");
+        let reported = harness.get_by_label("Scenes and events").value().unwrap();
+        assert!(reported != "0 events", "{at_s}");
     }
 }
 

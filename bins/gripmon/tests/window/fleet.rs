@@ -1,7 +1,7 @@
 //! The table of many grippers: what it says after messages, what clicks and keys do, how one is opened and left again.
 
 use super::fixture;
-use super::fleet_fixture::{health, many, member, of, state, told};
+use super::fleet_fixture::{health, many, member, of, reported, state};
 use core::sync::atomic::{AtomicU64, Ordering};
 use core::time::Duration;
 use eframe::egui::{Context, Key, RawInput, Ui};
@@ -10,7 +10,7 @@ use egui_kittest::kittest::{NodeT as _, Queryable as _};
 use grip_link::message::FaultCode;
 use grip_link::message::daemon::{PipelineState, RealTime, Scene, SensorHealth};
 use grip_scope::feed::{DaemonInfo, Feed};
-use grip_scope::fleet::{FleetFeed, Heard, Member, Roster};
+use grip_scope::fleet::{FleetFeed, Member, Received, Roster};
 use grip_scope::{Model, SourceStatus};
 use gripmon::engine::Engine;
 use gripmon::fleet::{FleetPump, Hall, Lead, Lobby, Wish, opened};
@@ -42,7 +42,7 @@ fn window(roster: Roster) -> Harness<'static, Held> {
     harness
 }
 
-fn hear(harness: &mut Harness<'_, Held>, feeds: impl IntoIterator<Item = FleetFeed>) {
+fn receive(harness: &mut Harness<'_, Held>, feeds: impl IntoIterator<Item = FleetFeed>) {
     let hall = Arc::clone(&harness.state().lobby.hall);
     feeds.into_iter().for_each(|feed| hall.take(feed));
     harness.run_steps(2);
@@ -64,7 +64,7 @@ fn numbers(harness: &Harness<'_, Held>) -> Vec<String> {
     rows(harness).into_iter().filter_map(digits).collect()
 }
 
-fn says(harness: &Harness<'_, Held>, number: u16) -> String {
+fn states(harness: &Harness<'_, Held>, number: u16) -> String {
     let uid = format!("{number:04x}, ");
     rows(harness).into_iter().find(|row| row.contains(&uid)).unwrap_or_default()
 }
@@ -86,20 +86,20 @@ fn four() -> Roster {
         (4, "hall-2", state(2.0)),
     ] {
         let member = member(site, number);
-        roster.take(of(&member, 0.0, Heard::Came));
-        roster.take(of(&member, 1.0, told(&state)));
+        roster.take(of(&member, 0.0, Received::Came));
+        roster.take(of(&member, 1.0, reported(&state)));
         roster.take(of(&member, 1.1, health(u32::from(number) * 10)));
     }
-    roster.take(of(&member("hall-2", 4), 1.5, Heard::Gone));
+    roster.take(of(&member("hall-2", 4), 1.5, Received::Gone));
     roster.take(FleetFeed::Status(SourceStatus::Live));
     roster
 }
 
 #[test]
-fn the_table_says_what_the_messages_told() {
+fn the_table_states_what_the_messages_reported() {
     let mut harness = window(four());
     assert_eq!(rows(&harness).len(), 4);
-    let said = says(&harness, 1);
+    let stated = states(&harness, 1);
     for part in [
         "Site hall-1",
         "There here",
@@ -114,22 +114,22 @@ fn the_table_says_what_the_messages_told() {
         "Sensors good",
         "Fault -",
     ] {
-        assert!(said.contains(part), "{part}: {said}");
+        assert!(stated.contains(part), "{part}: {stated}");
     }
-    let said = says(&harness, 2);
+    let stated = states(&harness, 2);
     for part in ["Scene slipping", "Meas N 7.00", "Lost 12", "Sensors travel lost"] {
-        assert!(said.contains(part), "{part}: {said}");
+        assert!(stated.contains(part), "{part}: {stated}");
     }
-    assert!(says(&harness, 3).contains("Fault 001f"));
-    assert!(says(&harness, 4).contains("There gone"));
+    assert!(states(&harness, 3).contains("Fault 001f"));
+    assert!(states(&harness, 4).contains("There gone"));
     for label in ["4 grippers", "1 with a fault", "1 gone", "1 with a bad sensor", "0 silent"] {
         assert!(harness.query_by_label(label).is_some(), "{label}");
     }
     assert!(harness.query_by_label("connected to tcp/127.0.0.1:7447").is_some());
-    let well = told(&state(3.25));
-    hear(&mut harness, [of(&member("hall-1", 3), 2.0, well)]);
-    let said = says(&harness, 3);
-    assert!(said.contains("Fault -") && said.contains("Meas N 3.25"), "{said}");
+    let well = reported(&state(3.25));
+    receive(&mut harness, [of(&member("hall-1", 3), 2.0, well)]);
+    let stated = states(&harness, 3);
+    assert!(stated.contains("Fault -") && stated.contains("Meas N 3.25"), "{stated}");
     assert!(harness.query_by_label("0 with a fault").is_some());
 }
 
@@ -206,9 +206,9 @@ fn of_a_thousand_grippers_only_those_that_are_seen_are_drawn() {
 }
 
 #[test]
-fn what_is_wrong_with_the_way_there_is_told() {
+fn what_is_wrong_with_the_way_there_is_reported() {
     let mut harness = window(Roster::default());
-    for (status, told) in [
+    for (status, reported) in [
         (
             SourceStatus::Connecting { what: "the router at x".into(), before: String::new() },
             "connecting to the router at x",
@@ -219,15 +219,15 @@ fn what_is_wrong_with_the_way_there_is_told() {
         ),
         (SourceStatus::Failed { sentence: "no endpoint".into() }, "no endpoint"),
     ] {
-        hear(&mut harness, [FleetFeed::Status(status)]);
-        assert!(harness.query_by_label(told).is_some(), "{told}");
+        receive(&mut harness, [FleetFeed::Status(status)]);
+        assert!(harness.query_by_label(reported).is_some(), "{reported}");
     }
-    hear(&mut harness, [FleetFeed::Unreadable]);
+    receive(&mut harness, [FleetFeed::Unreadable]);
     assert!(harness.query_by_label("! 1 unreadable messages").is_some());
 }
 
 #[test]
-fn a_table_without_news_asks_for_no_further_frame() {
+fn a_table_without_updates_asks_for_no_further_frame() {
     let mut harness = window(four());
     harness.step();
     let output = &harness.output().viewport_output[&eframe::egui::ViewportId::ROOT];
@@ -270,7 +270,7 @@ fn leads(harness: &mut Harness<'_, (Scope, Vec<Lead>)>) -> bool {
 }
 
 #[test]
-fn a_gripper_without_samples_is_told_so_where_they_would_be() {
+fn a_gripper_without_samples_is_reported_so_where_they_would_be() {
     let mut model = Model::new(1 << 20);
     (0..50).for_each(|i| model.take(Feed::State(fixture::state(0.2 * f64::from(i)))));
     let harness = view(0, model);
@@ -287,7 +287,7 @@ fn a_gripper_without_samples_is_told_so_where_they_would_be() {
 fn escape_leads_back_unless_it_closes_something() {
     let mut harness = view(1, fixture::grasp());
     assert!(!leads(&mut harness));
-    harness.state_mut().0.state.tell("Something was done.");
+    harness.state_mut().0.state.report("Something was done.");
     harness.key_press(Key::Escape);
     assert!(!leads(&mut harness), "it closes the message");
     harness.key_press(Key::Escape);
@@ -304,7 +304,7 @@ fn a_gripper_that_comes_does_not_take_the_place_of_the_chosen_one() {
     harness.run_steps(2);
     let chosen: Option<Member> = Some(member("hall-2", 4));
     assert_eq!(harness.state().lobby.table.chosen, chosen);
-    hear(&mut harness, [of(&member("hall-0", 9), 2.0, Heard::Came)]);
+    receive(&mut harness, [of(&member("hall-0", 9), 2.0, Received::Came)]);
     assert_eq!(numbers(&harness)[0], "09");
     harness.key_press(Key::Enter);
     harness.run_steps(2);
@@ -312,7 +312,7 @@ fn a_gripper_that_comes_does_not_take_the_place_of_the_chosen_one() {
 }
 
 #[test]
-fn news_paint_a_table_that_is_seen_and_none_that_is_hidden() {
+fn updates_paint_a_table_that_is_seen_and_none_that_is_hidden() {
     let (ctx, requests) = (Context::default(), Arc::<AtomicU64>::default());
     let counted = Arc::clone(&requests);
     ctx.set_request_repaint_callback(move |_| {
@@ -334,7 +334,7 @@ fn news_paint_a_table_that_is_seen_and_none_that_is_hidden() {
         requests.store(0, Ordering::Relaxed);
         for turn in 0..6000 {
             let at_s = 2.0 + f64::from(turn);
-            hall.take(of(&member("hall-1", 1), at_s, told(&state(1.0))));
+            hall.take(of(&member("hall-1", 1), at_s, reported(&state(1.0))));
             pump.thread().unwrap().unpark();
             std::thread::park_timeout(Duration::from_millis(10));
             if requests.load(Ordering::Relaxed) > 0 || hidden && turn > 30 {

@@ -5,7 +5,7 @@ use grip_link::message::daemon::{
     GripState, Health, LinkState, PipelineState, Reading, Scene, SensorHealth,
 };
 use grip_link::message::{DeviceState, FaultCode, Kind};
-use grip_scope::fleet::{FleetFeed, Heard, Member, Message, Roster, Uid};
+use grip_scope::fleet::{FleetFeed, Member, Message, Received, Roster, Uid};
 use slip_core::units::Micros;
 
 /// A gripper of a hall.
@@ -17,12 +17,12 @@ pub(crate) fn member(site: &str, number: u16) -> Member {
 }
 
 #[expect(clippy::unwrap_used, reason = "part of a test")]
-fn message(kind: Kind, write: impl FnOnce(&mut [u8]) -> usize) -> Heard {
+fn message(kind: Kind, write: impl FnOnce(&mut [u8]) -> usize) -> Received {
     let (mut payload, mut wire) = ([0; 480], [0; MAX_WIRE]);
     let len = write(&mut payload);
     let header = Header::new(Direction::ToHost, kind, 0, 0);
     let len = frame::encode(&header, &payload[..len], &mut wire).unwrap();
-    Heard::Message(Message::from_wire(&wire[..len]).unwrap())
+    Received::Message(Message::from_wire(&wire[..len]).unwrap())
 }
 
 /// A gripper that holds an object with this force.
@@ -50,17 +50,17 @@ pub(crate) fn state(applied_n: f32) -> PipelineState {
 }
 
 #[expect(clippy::unwrap_used, reason = "part of a test")]
-pub(crate) fn told(state: &PipelineState) -> Heard {
+pub(crate) fn reported(state: &PipelineState) -> Received {
     message(Kind::STATE, |out| state.write(out).unwrap())
 }
 
 #[expect(clippy::unwrap_used, reason = "part of a test")]
-pub(crate) fn health(slips: u32) -> Heard {
+pub(crate) fn health(slips: u32) -> Received {
     let health = Health { link: LinkState::Stream, slips, ..Health::default() };
     message(Kind::HEALTH, |out| health.write(out).unwrap())
 }
 
-pub(crate) fn of(member: &Member, at_s: f64, what: Heard) -> FleetFeed {
+pub(crate) fn of(member: &Member, at_s: f64, what: Received) -> FleetFeed {
     FleetFeed::Of { member: member.clone(), at_s, what }
 }
 
@@ -69,12 +69,12 @@ pub(crate) fn many(count: u16) -> Roster {
     let mut roster = Roster::default();
     for number in 0..count {
         let member = member(if number.is_multiple_of(2) { "hall-1" } else { "hall-2" }, number);
-        roster.take(of(&member, 0.0, Heard::Came));
+        roster.take(of(&member, 0.0, Received::Came));
         for second in 0..200_u16 {
             let wave = (f32::from(second) * 0.1 + f32::from(number)).sin();
             let statistic = Some(10_f32.powf(wave));
             let state = PipelineState { statistic, ..state(10.0 + 5.0 * wave) };
-            roster.take(of(&member, f64::from(second), told(&state)));
+            roster.take(of(&member, f64::from(second), reported(&state)));
         }
         roster.take(of(&member, 200.0, health(u32::from(number))));
     }

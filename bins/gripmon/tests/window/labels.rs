@@ -71,7 +71,7 @@ fn markers(scope: &Scope) -> usize {
     engine.model.events().iter().filter(|mark| mark.kind == EventKind::Marker).count()
 }
 
-fn said(scope: &Scope, text: &str) -> bool {
+fn stated(scope: &Scope, text: &str) -> bool {
     scope.state.message.as_ref().is_some_and(|message| message.text.contains(text))
 }
 
@@ -113,7 +113,7 @@ fn toolbar() -> Vec<Case> {
         ),
         case(at, "?", nothing, Click, |s| s.state.help),
         case(at, "Close", |s| s.state.help = true, Click, |s| !s.state.help),
-        case(at, "Close message", |s| s.state.tell("x"), Click, |s| s.state.message.is_none()),
+        case(at, "Close message", |s| s.state.report("x"), Click, |s| s.state.message.is_none()),
     ]
 }
 
@@ -223,7 +223,7 @@ fn commands() -> Vec<Case> {
         s.shared.engine().model.take(Feed::State(state));
     };
     // This model has no source behind it: what was tried is refused, and told.
-    let tried = |s: &Scope| said(s, "Not sent: only a running daemon");
+    let tried = |s: &Scope| stated(s, "Not sent: only a running daemon");
     vec![
         case(at, "Stop", nothing, Click, tried),
         case(at, "Arm commands", nothing, Click, |s| s.state.command.armed),
@@ -315,7 +315,7 @@ fn apply(harness: &mut Harness<'_, Scope>, label: &str, used: Use) {
 }
 
 #[test]
-fn every_control_does_what_its_label_says() {
+fn every_control_does_what_its_label_states() {
     for Case { panel, label, before, used, done } in all() {
         let mut harness = window(fixture::grasp(), panel);
         before(harness.state_mut());
@@ -395,7 +395,7 @@ fn no_control_is_without_a_label_or_missing_in_the_table() {
             s.state.command.armed = true;
             s.state.command.asks_release = true;
             s.state.trigger.kind = TriggerKind::Above;
-            s.state.tell("x");
+            s.state.report("x");
             s.state.values = vec![(StripId::Force, Scale::new(Kind::Linear, 0.0, 1.0))];
         },
     ];

@@ -13,7 +13,7 @@ use std::sync::{Arc, Mutex, OnceLock};
 use std::thread::{self, Thread};
 
 #[test]
-fn a_window_without_news_asks_for_no_further_frame() {
+fn a_window_without_updates_asks_for_no_further_frame() {
     for panel in Panel::ALL {
         let mut harness = window(fixture::grasp(), panel);
         let frames = harness.state().frames();
@@ -53,9 +53,9 @@ impl Running {
     }
 
     /// Frames until the model has this much more news, however long a busy machine takes for it.
-    fn after_news(&self, news: u64) -> u64 {
+    fn after_updates(&self, updates: u64) -> u64 {
         let revision = || self.shared.engine().model.revision();
-        let (mut frames, until) = (0, revision() + news);
+        let (mut frames, until) = (0, revision() + updates);
         for _ in 0..6000 {
             if self.requests.swap(0, Ordering::Relaxed) > 0 {
                 let mut output = self.ctx.run_ui(eframe::egui::RawInput::default(), |_| {});
@@ -74,24 +74,24 @@ impl Running {
 #[test]
 fn data_paint_a_view_that_follows_and_none_that_is_paused_or_hidden() {
     let running = Running::start();
-    assert!(running.after_news(50) > 0);
-    let live = running.after_news(1);
+    assert!(running.after_updates(50) > 0);
+    let live = running.after_updates(1);
     running.pump.watch().paused.store(true, Ordering::Relaxed);
     // What was under way when the view was paused.
-    let _settling = running.after_news(5);
-    assert_eq!(running.after_news(50), 0, "paused, after {live}");
+    let _settling = running.after_updates(5);
+    assert_eq!(running.after_updates(50), 0, "paused, after {live}");
     running.pump.watch().paused.store(false, Ordering::Relaxed);
-    assert!(running.after_news(50) > 0);
+    assert!(running.after_updates(50) > 0);
     running.pump.watch().hidden.store(true, Ordering::Relaxed);
-    let _settling = running.after_news(5);
-    assert_eq!(running.after_news(50), 0, "hidden");
+    let _settling = running.after_updates(5);
+    assert_eq!(running.after_updates(50), 0, "hidden");
 }
 
 #[test]
 fn a_file_that_is_loaded_paints_a_view_that_stands_still_a_few_times_a_second() {
     let (ctx, asked) = (Context::default(), Arc::<Mutex<Option<Duration>>>::default());
-    let heard = Arc::clone(&asked);
-    ctx.set_request_repaint_callback(move |info| *heard.lock().unwrap() = Some(info.delay));
+    let received = Arc::clone(&asked);
+    ctx.set_request_repaint_callback(move |info| *received.lock().unwrap() = Some(info.delay));
     let shared = Arc::new(Shared::new(Engine::new(Model::new(1 << 20), None)));
     let pump = Pump::start(Arc::clone(&shared), ctx.clone()).unwrap();
     pump.watch().paused.store(true, Ordering::Relaxed);
@@ -99,7 +99,7 @@ fn a_file_that_is_loaded_paints_a_view_that_stands_still_a_few_times_a_second() 
         let mut output = ctx.run_ui(eframe::egui::RawInput::default(), |_| {});
         output.textures_delta.clear();
     };
-    let told = |done: f32| {
+    let reported = |done: f32| {
         frame();
         *asked.lock().unwrap() = None;
         shared.engine().model.take(Feed::Status(SourceStatus::Loading { done }));
@@ -113,7 +113,7 @@ fn a_file_that_is_loaded_paints_a_view_that_stands_still_a_few_times_a_second() 
     // The first frames of a window ask for more of them.
     (0..3).for_each(|_| frame());
     for done in [0.1, 0.11] {
-        let delay = told(done).unwrap();
+        let delay = reported(done).unwrap();
         assert!((0.1..0.5).contains(&delay.as_secs_f32()), "{done}: {delay:?}");
     }
 }

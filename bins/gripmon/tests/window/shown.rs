@@ -51,7 +51,7 @@ fn flags_of_esc_are_those_of_the_value_beside_them() {
 }
 
 #[test]
-fn the_health_panel_tells_rates_losses_clocks_latency_stages_and_sensors() {
+fn the_health_panel_reports_rates_losses_clocks_latency_stages_and_sensors() {
     let mut harness = window(fixture::grasp(), Panel::Health);
     for name in [
         "sample rate",
@@ -84,7 +84,7 @@ fn the_health_panel_tells_rates_losses_clocks_latency_stages_and_sensors() {
     }
     harness.get_by_label("Latency histogram");
     // An older daemon tells quantiles only, a young one has sent nothing yet.
-    for (histogram, said) in [
+    for (histogram, stated) in [
         (Vec::new(), "This gripd is older than gripmon and tells quantiles only."),
         (vec![(10.0, 0), (f32::INFINITY, 0)], "No command was sent yet."),
     ] {
@@ -93,7 +93,7 @@ fn the_health_panel_tells_rates_losses_clocks_latency_stages_and_sensors() {
         health.clock_us = None;
         harness.state().shared.engine().model.take(Feed::Health(Box::new(health)));
         harness.run();
-        harness.get_by_label(said);
+        harness.get_by_label(stated);
         harness.get_by_label("clock offset");
         assert_eq!(harness.query_all_by_label("Latency histogram").count(), 0);
     }
@@ -187,7 +187,7 @@ fn the_curves_of_a_study_take_the_place_of_the_plots() {
 }
 
 #[test]
-fn an_empty_window_says_why() {
+fn an_empty_window_states_why() {
     let harness = window(Model::new(1 << 20), Panel::Health);
     harness.get_by_label_contains("No stylus samples yet.");
     assert!(harness.query_all_by_label_contains("no source").count() >= 1);

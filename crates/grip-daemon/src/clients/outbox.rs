@@ -11,16 +11,16 @@ pub enum Class {
     /// State of the pipeline, figures.
     States,
     /// Slips, grippers, notices.
-    News,
+    Update,
     /// Answers to the client.
     Answers,
 }
 
 /// The classes whose losses are told.
-pub(super) const TOLD: [(Class, DroppedClass); 3] = [
+pub(super) const REPORTED: [(Class, DroppedClass); 3] = [
     (Class::Rows, DroppedClass::Rows),
     (Class::States, DroppedClass::States),
-    (Class::News, DroppedClass::News),
+    (Class::Update, DroppedClass::Update),
 ];
 
 /// Frames that wait for a client.
@@ -44,7 +44,7 @@ impl Outbox {
         match class {
             Class::Rows => self.limit / 2,
             Class::States => self.limit / 8 * 5,
-            Class::News => self.limit / 4 * 3,
+            Class::Update => self.limit / 4 * 3,
             Class::Answers => self.limit,
         }
     }
@@ -75,13 +75,13 @@ impl Outbox {
         *count = count.saturating_add(1);
     }
 
-    /// Frames of a class dropped since [`Outbox::told`].
+    /// Frames of a class dropped since [`Outbox::reported`].
     pub(super) fn dropped(&self, class: Class) -> u32 {
         self.dropped.get(class as usize).copied().unwrap_or(0)
     }
 
     /// The client knows of `count` frames of a class.
-    pub(super) fn told(&mut self, class: Class, count: u32) {
+    pub(super) fn reported(&mut self, class: Class, count: u32) {
         let Some(left) = self.dropped.get_mut(class as usize) else { return };
         *left = left.saturating_sub(count);
     }
@@ -145,12 +145,13 @@ mod tests {
         while outbox.push(Class::Rows, &header(0), &[0; 400]) {}
         assert!(outbox.push(Class::States, &header(0), &[0; 400]));
         while outbox.push(Class::States, &header(0), &[0; 400]) {}
-        assert!(outbox.push(Class::News, &header(0), &[0; 400]));
-        while outbox.push(Class::News, &header(0), &[0; 400]) {}
+        assert!(outbox.push(Class::Update, &header(0), &[0; 400]));
+        while outbox.push(Class::Update, &header(0), &[0; 400]) {}
         assert!(outbox.push(Class::Answers, &header(0), &[0; 400]));
-        let dropped = [Class::Rows, Class::States, Class::News].map(|class| outbox.dropped(class));
+        let dropped =
+            [Class::Rows, Class::States, Class::Update].map(|class| outbox.dropped(class));
         assert_eq!(dropped, [1, 1, 1]);
-        outbox.told(Class::Rows, 1);
+        outbox.reported(Class::Rows, 1);
         assert_eq!(outbox.dropped(Class::Rows), 0);
     }
 }

@@ -70,7 +70,7 @@ impl Roster {
     }
 
     /// One message for all who want to hear of its topic.
-    fn tell(
+    fn report(
         &mut self,
         class: Class,
         topic: Topics,
@@ -81,7 +81,7 @@ impl Roster {
         let Some(payload) = write(&mut payload).ok().and_then(|len| payload.get(..len)) else {
             return;
         };
-        for client in self.clients.iter_mut().filter(|client| client.session.hears(topic)) {
+        for client in self.clients.iter_mut().filter(|client| client.session.receives(topic)) {
             client.session.send(class, kind, payload);
         }
     }
@@ -166,7 +166,7 @@ impl Known {
         if state.write(&mut payload).is_err() {
             return;
         }
-        for client in roster.clients.iter_mut().filter(|c| c.session.hears(Topics::STATE)) {
+        for client in roster.clients.iter_mut().filter(|c| c.session.receives(Topics::STATE)) {
             if client.session.state_is_due(state.host.0) {
                 client.session.send(Class::States, Kind::STATE, &payload);
             }
@@ -183,13 +183,13 @@ impl Known {
                     ..notice(NoticeKind::Sensor, sensor.code(), host_us, &text)
                 };
                 return roster
-                    .tell(Class::News, Topics::NEWS, Kind::NOTICE, |out| notice.write(out));
+                    .report(Class::Update, Topics::UPDATES, Kind::NOTICE, |out| notice.write(out));
             }
             Event::Health { condition: Condition::Clock(health), .. } => {
                 let text = format!("clock of the gripper: {}", health.name());
                 let notice = notice(NoticeKind::Link, self.gripper.link.code(), host_us, &text);
                 return roster
-                    .tell(Class::News, Topics::NEWS, Kind::NOTICE, |out| notice.write(out));
+                    .report(Class::Update, Topics::UPDATES, Kind::NOTICE, |out| notice.write(out));
             }
             Event::Health { condition: Condition::Floor(_), .. } | Event::Grip { .. } => return,
         };
@@ -199,19 +199,19 @@ impl Known {
             self.slips.pop_front();
         }
         self.slips.push_back(slip);
-        roster.tell(Class::News, Topics::SLIP, Kind::SLIP, |out| slip.write(out));
+        roster.report(Class::Update, Topics::SLIP, Kind::SLIP, |out| slip.write(out));
     }
 
     pub(super) fn began(&mut self, _host_us: u64, beginning: &Beginning, roster: &mut Roster) {
         self.gripper.force_max_n = beginning.config.grip.as_ref().map(|grip| grip.f_max_n);
         self.gripper.rate_hz = hertz(beginning.config.sample_rate.0);
         self.gripper.taxels = u8::try_from(beginning.taxels).unwrap_or(u8::MAX);
-        self.tell_gripper(roster);
+        self.report_gripper(roster);
     }
 
-    fn tell_gripper(&self, roster: &mut Roster) {
+    fn report_gripper(&self, roster: &mut Roster) {
         let gripper = self.gripper;
-        roster.tell(Class::News, Topics::NEWS, Kind::GRIPPER, |out| gripper.write(out));
+        roster.report(Class::Update, Topics::UPDATES, Kind::GRIPPER, |out| gripper.write(out));
     }
 
     fn setup(&self) -> Option<daemon::Setup<'_>> {
@@ -225,15 +225,15 @@ impl Known {
         })
     }
 
-    fn tell_setup(&self, roster: &mut Roster) {
+    fn report_setup(&self, roster: &mut Roster) {
         if let Some(setup) = self.setup() {
-            roster.tell(Class::News, Topics::NEWS, Kind::SETUP, |out| setup.write(out));
+            roster.report(Class::Update, Topics::UPDATES, Kind::SETUP, |out| setup.write(out));
         }
     }
 
     pub(super) fn set_setup(&mut self, setup: Setup, roster: &mut Roster) {
         self.setup = Some(setup);
-        self.tell_setup(roster);
+        self.report_setup(roster);
     }
 
     pub(super) fn link(&mut self, host_us: u64, note: &LinkNote, roster: &mut Roster) {
@@ -246,16 +246,16 @@ impl Known {
                 self.gripper.uid = *uid;
                 self.gripper.boot_id = *boot_id;
                 self.firmware = *firmware;
-                self.tell_gripper(roster);
-                self.tell_setup(roster);
+                self.report_gripper(roster);
+                self.report_setup(roster);
             }
             LinkNote::State(state) => {
                 self.gripper.link = *state;
-                self.tell_gripper(roster);
+                self.report_gripper(roster);
             }
             LinkNote::PortLost => {
                 self.gripper.link = LinkState::Closed;
-                self.tell_gripper(roster);
+                self.report_gripper(roster);
             }
             LinkNote::Device(event) => {
                 let event = (event.kind, event.fault);
@@ -267,14 +267,14 @@ impl Known {
         }
         let Some(text) = note.text() else { return };
         let notice = notice(NoticeKind::Link, self.gripper.link.code(), host_us, &text);
-        roster.tell(Class::News, Topics::NEWS, Kind::NOTICE, |out| notice.write(out));
+        roster.report(Class::Update, Topics::UPDATES, Kind::NOTICE, |out| notice.write(out));
     }
 
     pub(super) fn client(host_us: u64, command: ClientCommand, roster: &mut Roster) {
         let text = command.to_string();
         let notice = notice(NoticeKind::Client, command.operation().code(), host_us, &text);
         let notice = Notice { value: command.fault().0, ..notice };
-        roster.tell(Class::News, Topics::NEWS, Kind::NOTICE, |out| notice.write(out));
+        roster.report(Class::Update, Topics::UPDATES, Kind::NOTICE, |out| notice.write(out));
     }
 
     pub(super) fn health(
@@ -291,7 +291,7 @@ impl Known {
             ..*health
         };
         self.health = Some(health);
-        roster.tell(Class::States, Topics::HEALTH, Kind::HEALTH, |out| health.write(out));
+        roster.report(Class::States, Topics::HEALTH, Kind::HEALTH, |out| health.write(out));
     }
 }
 

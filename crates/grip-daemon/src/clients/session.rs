@@ -1,6 +1,6 @@
 //! Bytes of one client in, what it asks for out; messages in, bytes for it out. No socket and no clock.
 
-use super::outbox::{Class, Outbox, TOLD};
+use super::outbox::{Class, Outbox, REPORTED};
 use core::cmp::Ordering;
 use grip_link::decoder::{Counters, Decoder, Fault, Role, Verdict};
 use grip_link::frame::{Direction, Frame, Header, MAX_PAYLOAD};
@@ -17,7 +17,7 @@ pub const MOST_GARBAGE_BYTES: u32 = 65_536;
 /// Frames that are of no use, after which a client is sent away.
 pub const MOST_BAD_FRAMES: u32 = 256;
 /// Least time between two NOTICE of one class of drops while a client stays slow (us).
-const TELL_US: u64 = 1_000_000;
+const REPORT_US: u64 = 1_000_000;
 
 /// What a client may and is told at its greeting; the same for all.
 #[derive(Clone, Copy, Debug)]
@@ -77,7 +77,7 @@ pub struct ClientSession {
     goodbye: Option<Goodbye>,
     since_us: u64,
     progress_us: u64,
-    told_us: u64,
+    reported_us: u64,
     next_state_us: u64,
     dropped: u32,
     loading: Pieces,
@@ -141,7 +141,7 @@ impl ClientSession {
             goodbye: None,
             since_us: now_us,
             progress_us: now_us,
-            told_us: now_us,
+            reported_us: now_us,
             next_state_us: 0,
             dropped: 0,
             loading: Pieces::default(),
@@ -303,7 +303,7 @@ impl ClientSession {
 
     /// Whether it wants to hear of a topic.
     #[must_use]
-    pub fn hears(&self, topic: Topics) -> bool {
+    pub fn receives(&self, topic: Topics) -> bool {
         self.subscription.is_some_and(|wanted| wanted.topics.has(topic))
     }
 
@@ -356,18 +356,18 @@ impl ClientSession {
         } else if self.subscription.is_none() && now_us.saturating_sub(self.since_us) > SILENCE_US {
             self.part(now_us, Goodbye::Silent);
         }
-        if self.outbox.is_calm() || now_us.saturating_sub(self.told_us) > TELL_US {
-            self.tell_drops(now_us);
+        if self.outbox.is_calm() || now_us.saturating_sub(self.reported_us) > REPORT_US {
+            self.report_drops(now_us);
         }
     }
 
-    fn tell_drops(&mut self, now_us: u64) {
-        for (class, code) in TOLD {
+    fn report_drops(&mut self, now_us: u64) {
+        for (class, code) in REPORTED {
             let count = self.outbox.dropped(class);
             if count == 0 {
                 continue;
             }
-            self.told_us = now_us;
+            self.reported_us = now_us;
             let text = format!("{count} frames of {} dropped: you read too slowly", code.name());
             let notice = Notice {
                 kind: NoticeKind::Dropped,
@@ -378,7 +378,7 @@ impl ClientSession {
                 text: text.as_bytes(),
             };
             if self.message(Class::Answers, Kind::NOTICE, |out| notice.write(out)) {
-                self.outbox.told(class, count);
+                self.outbox.reported(class, count);
             }
         }
     }

@@ -176,10 +176,14 @@ mod tests {
             for (at, bytes) in stream.chunks(chunk).enumerate() {
                 ring.push(at as u64, bytes);
             }
-            let told: Vec<String> = ring.slots().map(ToString::to_string).collect();
-            assert_eq!(told.len(), FRAMES, "chunks of {chunk}");
-            assert!(told[0].starts_with("START seq 150 session 4A2B 0 bytes |"), "{}", told[0]);
-            assert!(told[99].starts_with("START seq 249 "), "{}", told[99]);
+            let reported: Vec<String> = ring.slots().map(ToString::to_string).collect();
+            assert_eq!(reported.len(), FRAMES, "chunks of {chunk}");
+            assert!(
+                reported[0].starts_with("START seq 150 session 4A2B 0 bytes |"),
+                "{}",
+                reported[0]
+            );
+            assert!(reported[99].starts_with("START seq 249 "), "{}", reported[99]);
         }
     }
 
@@ -203,16 +207,16 @@ mod tests {
         broken[6] ^= 0x40;
         ring.push(7, &broken);
         ring.push(8, &[7; 2000]);
-        let told: Vec<String> = ring.slots().map(ToString::to_string).collect();
+        let reported: Vec<String> = ring.slots().map(ToString::to_string).collect();
         assert!(
-            told[0]
+            reported[0]
                 .starts_with("GRIP seq 9 session 4A2B 20 bytes, 2350 mN, mode 1, for sample 77 | "),
             "{}",
-            told[0]
+            reported[0]
         );
-        assert_eq!(told[1], "no frame: not COBS | 09 09 09");
-        assert!(told[2].starts_with("no frame: checksum "), "{}", told[2]);
-        assert!(told[3].starts_with("no frame: 2000 bytes | 07 07 "), "{}", told[3]);
-        assert_eq!(told.len(), 4);
+        assert_eq!(reported[1], "no frame: not COBS | 09 09 09");
+        assert!(reported[2].starts_with("no frame: checksum "), "{}", reported[2]);
+        assert!(reported[3].starts_with("no frame: 2000 bytes | 07 07 "), "{}", reported[3]);
+        assert_eq!(reported.len(), 4);
     }
 }

@@ -38,7 +38,7 @@ pub struct Exchange {
     answer: Vec<u8>,
     sent: usize,
     /// Whether the client has sent its last byte.
-    heard: bool,
+    received: bool,
 }
 
 impl Exchange {
@@ -52,7 +52,7 @@ impl Exchange {
             request: Vec::new(),
             answer: Vec::new(),
             sent: 0,
-            heard: false,
+            received: false,
         }
     }
 
@@ -109,14 +109,14 @@ impl Exchange {
         self.sent += count;
         let done = self.stage == Stage::Answering && self.to_send().is_empty();
         if done {
-            self.stage = if self.heard { Stage::Over } else { Stage::Draining };
+            self.stage = if self.received { Stage::Over } else { Stage::Draining };
         }
         done
     }
 
     /// The client sends nothing more.
     pub fn hung_up(&mut self) {
-        self.heard = true;
+        self.received = true;
         if self.stage != Stage::Answering {
             self.stage = Stage::Over;
         }
@@ -142,7 +142,7 @@ impl Exchange {
     /// Whether more bytes may come.
     #[must_use]
     pub fn listens(&self) -> bool {
-        !self.heard && !self.is_over()
+        !self.received && !self.is_over()
     }
 
     /// Whether the socket can be closed.

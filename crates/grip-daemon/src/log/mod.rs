@@ -85,7 +85,7 @@ pub struct Clocks {
 
 /// A sentence that was told.
 #[derive(Clone, Debug)]
-struct Told {
+struct Reported {
     level: LogLevel,
     text: String,
     at_us: u64,
@@ -98,14 +98,14 @@ pub struct Log {
     program: &'static str,
     style: LogStyle,
     level: LogLevel,
-    told: Vec<Told>,
+    reported: Vec<Reported>,
 }
 
 impl Log {
     /// Tells entries of `level` and heavier ones of the program of that name.
     #[must_use]
     pub fn new(program: &'static str, style: LogStyle, level: LogLevel) -> Self {
-        Self { program, style, level, told: Vec::with_capacity(REMEMBERED) }
+        Self { program, style, level, reported: Vec::with_capacity(REMEMBERED) }
     }
 
     /// From now on tells entries of `level` and heavier ones.
@@ -117,22 +117,28 @@ impl Log {
     ///
     /// # Errors
     /// What `out` says.
-    pub fn tell(&mut self, now: Clocks, entry: &Entry<'_>, out: &mut dyn Write) -> io::Result<()> {
+    pub fn report(
+        &mut self,
+        now: Clocks,
+        entry: &Entry<'_>,
+        out: &mut dyn Write,
+    ) -> io::Result<()> {
         if entry.level > self.level {
             return Ok(());
         }
         self.tick(now, out)?;
-        let same = |told: &&mut Told| told.level == entry.level && told.text == entry.text;
-        if let Some(told) = self.told.iter_mut().find(same) {
-            told.since += 1;
+        let same =
+            |reported: &&mut Reported| reported.level == entry.level && reported.text == entry.text;
+        if let Some(reported) = self.reported.iter_mut().find(same) {
+            reported.since += 1;
             return Ok(());
         }
-        if self.told.len() == REMEMBERED {
-            let oldest = self.told.remove(0);
+        if self.reported.len() == REMEMBERED {
+            let oldest = self.reported.remove(0);
             self.count(now, &oldest, out)?;
         }
         let (level, text) = (entry.level, entry.text.to_owned());
-        self.told.push(Told { level, text, at_us: now.host_us, since: 0 });
+        self.reported.push(Reported { level, text, at_us: now.host_us, since: 0 });
         self.line(now, entry, out)
     }
 
@@ -142,15 +148,15 @@ impl Log {
     /// What `out` says.
     pub fn tick(&mut self, now: Clocks, out: &mut dyn Write) -> io::Result<()> {
         while self
-            .told
+            .reported
             .first()
-            .is_some_and(|told| now.host_us.saturating_sub(told.at_us) >= QUIET_US)
+            .is_some_and(|reported| now.host_us.saturating_sub(reported.at_us) >= QUIET_US)
         {
-            let told = self.told.remove(0);
-            self.count(now, &told, out)?;
-            if told.since > 0 {
+            let reported = self.reported.remove(0);
+            self.count(now, &reported, out)?;
+            if reported.since > 0 {
                 // It goes on: the next ones are counted too, until 10 s pass without one.
-                self.told.push(Told { at_us: now.host_us, since: 0, ..told });
+                self.reported.push(Reported { at_us: now.host_us, since: 0, ..reported });
             }
         }
         Ok(())
@@ -161,18 +167,18 @@ impl Log {
     /// # Errors
     /// What `out` says.
     pub fn finish(&mut self, now: Clocks, out: &mut dyn Write) -> io::Result<()> {
-        let told = core::mem::take(&mut self.told);
-        told.iter().try_for_each(|told| self.count(now, told, out))
+        let reported = core::mem::take(&mut self.reported);
+        reported.iter().try_for_each(|reported| self.count(now, reported, out))
     }
 
-    fn count(&self, now: Clocks, told: &Told, out: &mut dyn Write) -> io::Result<()> {
-        if told.since == 0 {
+    fn count(&self, now: Clocks, reported: &Reported, out: &mut dyn Write) -> io::Result<()> {
+        if reported.since == 0 {
             return Ok(());
         }
-        let times = told.since;
-        let text = format!("{} (and {times} times more)", told.text);
+        let times = reported.since;
+        let text = format!("{} (and {times} times more)", reported.text);
         let fields: [(&str, &dyn Display); 1] = [("repeated", &times)];
-        self.line(now, &Entry { level: told.level, text: &text, fields: &fields }, out)
+        self.line(now, &Entry { level: reported.level, text: &text, fields: &fields }, out)
     }
 
     fn line(&self, now: Clocks, entry: &Entry<'_>, out: &mut dyn Write) -> io::Result<()> {

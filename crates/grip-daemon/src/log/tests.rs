@@ -13,9 +13,9 @@ fn entry(level: LogLevel, text: &str) -> Entry<'_> {
     Entry { level, text, fields: &[] }
 }
 
-fn lines(style: LogStyle, level: LogLevel, tell: impl FnOnce(&mut Log, &mut Vec<u8>)) -> String {
+fn lines(style: LogStyle, level: LogLevel, report: impl FnOnce(&mut Log, &mut Vec<u8>)) -> String {
     let (mut log, mut out) = (Log::new("gripd", style, level), Vec::new());
-    tell(&mut log, &mut out);
+    report(&mut log, &mut out);
     String::from_utf8(out).unwrap()
 }
 
@@ -25,7 +25,7 @@ fn each_reader_gets_its_lines() {
         [("port", &"/dev/ttyACM0"), ("why", &"a \"b\""), ("n", &7)];
     let entry = Entry { level: LogLevel::Warn, text: "the port is gone\nreally", fields: &fields };
     let line =
-        |style| lines(style, LogLevel::Info, |log, out| log.tell(at(0), &entry, out).unwrap());
+        |style| lines(style, LogLevel::Info, |log, out| log.report(at(0), &entry, out).unwrap());
     assert_eq!(line(LogStyle::Terminal), "gripd: the port is gone\nreally\n");
     assert_eq!(
         line(LogStyle::Journal),
@@ -41,14 +41,14 @@ fn each_reader_gets_its_lines() {
 fn a_thousand_equal_lines_are_one_and_a_count() {
     let text = lines(LogStyle::Terminal, LogLevel::Info, |log, out| {
         for ms in 0..12_000 {
-            log.tell(at(1000 * ms), &entry(LogLevel::Warn, "echo"), out).unwrap();
+            log.report(at(1000 * ms), &entry(LogLevel::Warn, "echo"), out).unwrap();
         }
-        log.tell(at(12_000_000), &entry(LogLevel::Info, "other"), out).unwrap();
+        log.report(at(12_000_000), &entry(LogLevel::Info, "other"), out).unwrap();
         log.tick(at(20_000_000), out).unwrap();
         log.tick(at(30_000_000), out).unwrap();
         // It had stopped: the next one is news.
-        log.tell(at(45_000_000), &entry(LogLevel::Warn, "echo"), out).unwrap();
-        log.tell(at(45_000_001), &entry(LogLevel::Warn, "echo"), out).unwrap();
+        log.report(at(45_000_000), &entry(LogLevel::Warn, "echo"), out).unwrap();
+        log.report(at(45_000_001), &entry(LogLevel::Warn, "echo"), out).unwrap();
         log.finish(at(45_000_002), out).unwrap();
     });
     assert_eq!(
@@ -59,22 +59,22 @@ fn a_thousand_equal_lines_are_one_and_a_count() {
 }
 
 #[test]
-fn memory_stays_small_whatever_is_told() {
+fn memory_stays_small_whatever_is_reported() {
     lines(LogStyle::Plain, LogLevel::Debug, |log, out| {
         for n in 0..10_000 {
-            log.tell(at(n), &entry(LogLevel::Debug, &n.to_string()), out).unwrap();
+            log.report(at(n), &entry(LogLevel::Debug, &n.to_string()), out).unwrap();
         }
-        assert!(log.told.len() <= 64);
+        assert!(log.reported.len() <= 64);
     });
 }
 
 #[test]
-fn light_entries_stay_untold() {
+fn light_entries_stay_unreported() {
     let text = lines(LogStyle::Terminal, LogLevel::Warn, |log, out| {
-        log.tell(at(0), &entry(LogLevel::Info, "hello"), out).unwrap();
-        log.tell(at(0), &entry(LogLevel::Error, "help"), out).unwrap();
+        log.report(at(0), &entry(LogLevel::Info, "hello"), out).unwrap();
+        log.report(at(0), &entry(LogLevel::Error, "help"), out).unwrap();
         log.set_level(LogLevel::Debug);
-        log.tell(at(0), &entry(LogLevel::Debug, "detail"), out).unwrap();
+        log.report(at(0), &entry(LogLevel::Debug, "detail"), out).unwrap();
     });
     assert_eq!(text, "gripd: help\ngripd: detail\n");
 }

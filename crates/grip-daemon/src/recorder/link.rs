@@ -5,13 +5,13 @@ use grip_session::{config::Uid, session::explain};
 use serde_json::{Value, json};
 
 /// Kind and details, as in the Link message.
-pub(super) fn told(note: &LinkNote) -> (&'static str, Value) {
+pub(super) fn reported(note: &LinkNote) -> (&'static str, Value) {
     match note {
         LinkNote::State(state) => ("state", json!({ "state": state.name() })),
         LinkNote::Identified { uid, boot_id, firmware, rebooted } => {
             let firmware = firmware.to_string();
-            let told = json!({ "uid": Uid(*uid).to_string(), "boot_id": boot_id, "firmware": firmware, "rebooted": rebooted });
-            ("identified", told)
+            let reported = json!({ "uid": Uid(*uid).to_string(), "boot_id": boot_id, "firmware": firmware, "rebooted": rebooted });
+            ("identified", reported)
         }
         LinkNote::OtherGripper { uid } => {
             ("other_gripper", json!({ "uid": Uid(*uid).to_string() }))

@@ -2,7 +2,7 @@
 //!
 //! The recorder starts no thread and reads no clock: whoever runs it calls [`Recorder::take`] for each item and
 //! [`Recorder::tick`] some times a second. Whatever goes wrong with a file stops the recording and nothing else: it is told once
-//! ([`Recorder::news`]), every item that is not recorded is counted, and a new file is tried after a while.
+//! ([`Recorder::updates`]), every item that is not recorded is counted, and a new file is tried after a while.
 //!
 //! **Names.** `run.mcap` is written to `run.mcap` where that is not there or empty, else to the first free one of
 //! `run-0001.mcap`, `run-0002.mcap`, ..: a finished recording is never overwritten. Rotation takes the next free number. A CSV
@@ -126,7 +126,7 @@ pub enum RecorderError {
 
 /// What a person should know.
 #[derive(Debug)]
-pub enum RecorderNews {
+pub enum RecorderUpdate {
     /// A file has been begun.
     Began(PathBuf),
     /// The recording has stopped; the control of the gripper goes on.
@@ -164,7 +164,7 @@ pub struct Recorder {
     standing: Standing,
     output: Output,
     counters: RecorderCounters,
-    news: VecDeque<RecorderNews>,
+    updates: VecDeque<RecorderUpdate>,
     /// Files that are finished, with their bytes, the oldest first.
     finished: VecDeque<(PathBuf, u64)>,
     flushed_us: u64,
@@ -212,7 +212,7 @@ impl Recorder {
             standing,
             output: Output::Stopped { again_us: 0, pause_us: PAUSE_US, next: 0 },
             counters: RecorderCounters::default(),
-            news: VecDeque::new(),
+            updates: VecDeque::new(),
             finished: VecDeque::new(),
             flushed_us: now_us,
             synced_us: now_us,
@@ -298,8 +298,8 @@ impl Recorder {
     }
 
     /// What happened since the last call, oldest first; each thing once.
-    pub fn news(&mut self) -> Option<RecorderNews> {
-        self.news.pop_front()
+    pub fn updates(&mut self) -> Option<RecorderUpdate> {
+        self.updates.pop_front()
     }
 
     /// Counts so far.
@@ -419,9 +419,9 @@ impl Recorder {
         while bytes > keep_bytes {
             let Some((file, size)) = self.finished.pop_front() else { return };
             bytes -= size;
-            self.news.push_back(match fs::remove_file(&file) {
-                Ok(()) => RecorderNews::Deleted(file),
-                Err(error) => RecorderNews::Kept(file, error),
+            self.updates.push_back(match fs::remove_file(&file) {
+                Ok(()) => RecorderUpdate::Deleted(file),
+                Err(error) => RecorderUpdate::Kept(file, error),
             });
         }
     }
@@ -434,7 +434,7 @@ impl Recorder {
 
     fn began(&mut self, file: PathBuf) {
         self.counters.files += 1;
-        self.news.push_back(RecorderNews::Began(file));
+        self.updates.push_back(RecorderUpdate::Began(file));
     }
 
     fn stop(&mut self, error: RecorderError, now_us: u64) {
@@ -452,7 +452,7 @@ impl Recorder {
         self.counters.stopped += lost;
         self.missing += lost;
         self.counters.failures += 1;
-        self.news.push_back(RecorderNews::Stopped(error));
+        self.updates.push_back(RecorderUpdate::Stopped(error));
         let again_us = now_us.saturating_add(PAUSE_US);
         self.output = Output::Stopped { again_us, pause_us: PAUSE_US, next };
     }
@@ -464,8 +464,9 @@ impl Recorder {
             self.next_tape(next, now_us).and_then(|mut output| {
                 if let Output::Mcap(tape) = &mut output {
                     let file = tape.file.clone();
-                    let told = tape.unrecorded(now_us, self.missing).and_then(|()| tape.flush());
-                    told.map_err(|source| RecorderError::Write { file, source })?;
+                    let reported =
+                        tape.unrecorded(now_us, self.missing).and_then(|()| tape.flush());
+                    reported.map_err(|source| RecorderError::Write { file, source })?;
                 }
                 Ok(output)
             })

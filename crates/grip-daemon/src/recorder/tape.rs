@@ -151,11 +151,11 @@ impl Tape {
                     self.gripper(uid, *boot_id)?;
                 }
                 if let LinkNote::Status(status) = note
-                    && !self.is_news(host_us, status)
+                    && !self.is_updates(host_us, status)
                 {
                     return Ok(());
                 }
-                let (kind, detail) = link::told(note);
+                let (kind, detail) = link::reported(note);
                 let record = LinkRecord { kind, detail: &detail.to_string() };
                 self.writer.write(host_us, &Record::Link(record))
             }
@@ -232,10 +232,10 @@ impl Tape {
     }
 
     /// Whether a status is worth a record.
-    fn is_news(&mut self, host_us: u64, status: &Status) -> bool {
-        let said = |status: &Status| (status.state, status.fault, status.clamp, status.rejected);
+    fn is_updates(&mut self, host_us: u64, status: &Status) -> bool {
+        let stated = |status: &Status| (status.state, status.fault, status.clamp, status.rejected);
         let known = self.last_status.is_some_and(|(last_us, last)| {
-            said(&last) == said(status) && host_us.saturating_sub(last_us) < STATUS_EVERY_US
+            stated(&last) == stated(status) && host_us.saturating_sub(last_us) < STATUS_EVERY_US
         });
         if !known {
             self.last_status = Some((host_us, *status));

@@ -15,18 +15,18 @@ fn raw(rig: &Rig) -> TcpStream {
 }
 
 #[test]
-fn a_stalled_client_loses_samples_is_told_how_many_and_disturbs_nobody() {
+fn a_stalled_client_loses_samples_is_reported_how_many_and_disturbs_nobody() {
     let config = ClientsConfig { buffer_bytes: 64 * 1024, ..tcp() };
     let mut rig = Rig::new(config);
-    let mut stalled = rig.viewer(1, wanted(Topics::NEWS, 1));
-    let mut healthy = rig.viewer(2, wanted(Topics::NEWS, 1));
+    let mut stalled = rig.viewer(1, wanted(Topics::UPDATES, 1));
+    let mut healthy = rig.viewer(2, wanted(Topics::UPDATES, 1));
     while rig.clients.counters().dropped < 1_000 {
         rig.samples(400);
         rig.turn();
         healthy.look();
         assert!(rig.index < 50_000_000, "nothing was ever dropped");
     }
-    rig.news();
+    rig.updates();
     let samples = rig.index as usize;
     rig.until(&mut healthy, |seen| seen.rows.len() == samples && seen.grippers == 1);
     assert_eq!((healthy.seen.dropped, rig.clients.count()), (0, 2));
@@ -81,7 +81,7 @@ fn garbage_is_counted_and_then_refused() {
 }
 
 #[test]
-fn who_says_nothing_is_sent_away_in_a_session_that_every_client_hears() {
+fn who_states_nothing_is_sent_away_in_a_session_that_every_client_receives() {
     let mut rig = Rig::new(tcp());
     let mut stream = raw(&rig);
     stream.write_all(b"GET / HTTP/1.1\r\n\r\n").unwrap();
@@ -104,7 +104,7 @@ fn who_says_nothing_is_sent_away_in_a_session_that_every_client_hears() {
 }
 
 #[test]
-fn one_client_too_many_is_told_so() {
+fn one_client_too_many_is_reported_so() {
     let mut rig = Rig::new(ClientsConfig { most: 2, ..tcp() });
     let _first = rig.viewer(1, wanted(Topics::default(), 0));
     let _second = rig.viewer(2, wanted(Topics::default(), 0));

@@ -82,7 +82,7 @@ fn commands_that_nobody_fetches_are_refused_when_too_many_wait() {
 }
 
 #[test]
-fn other_computers_are_kept_out_unless_it_is_said() {
+fn other_computers_are_kept_out_unless_it_is_stated() {
     let open = ClientsConfig { listen: "tcp:0.0.0.0:0".parse().unwrap(), ..tcp() };
     let refused = Clients::listen(open.clone(), crate::rig::about()).unwrap_err();
     assert!(matches!(refused, ListenError::Remote { .. }), "{refused}");
@@ -94,9 +94,9 @@ fn other_computers_are_kept_out_unless_it_is_said() {
 
 /// While a fault is latched the gripper rejects every command, a thousand times a second.
 #[test]
-fn rejected_commands_are_news_once() {
+fn rejected_commands_are_updates_once() {
     let mut rig = Rig::new(tcp());
-    let mut viewer = rig.viewer(1, wanted(Topics::NEWS, 0));
+    let mut viewer = rig.viewer(1, wanted(Topics::UPDATES, 0));
     let event = |kind| Event {
         tick: 0,
         kind,
@@ -111,18 +111,18 @@ fn rejected_commands_are_news_once() {
         let note = LinkNote::Device(event(kind));
         rig.clients.take(&Item::Link { host_us: rig.now_us, note: &note });
     }
-    let mut told = Vec::new();
+    let mut reported = Vec::new();
     for _ in 0..PATIENCE {
         rig.turn();
         let mut on = |message: &ToClient<'_>| {
             if let ToClient::Notice(notice) = message {
-                told.push(notice.as_str().to_owned());
+                reported.push(notice.as_str().to_owned());
             }
         };
         viewer.client.wait(Duration::from_millis(1), &mut on).unwrap();
-        if told.last().is_some_and(|text| text.contains("free of fault 0001")) {
+        if reported.last().is_some_and(|text| text.contains("free of fault 0001")) {
             break;
         }
     }
-    assert_eq!(told.len(), 2, "{told:?}");
+    assert_eq!(reported.len(), 2, "{reported:?}");
 }

@@ -92,7 +92,7 @@ impl Rig {
         self.clients.take(&Item::State(&PipelineState { host: Micros(self.now_us), ..state }));
     }
 
-    pub(crate) fn news(&mut self) {
+    pub(crate) fn updates(&mut self) {
         let note = LinkNote::State(LinkState::Stream);
         self.clients.take(&Item::Link { host_us: self.now_us, note: &note });
     }

@@ -50,7 +50,7 @@ fn states_come_at_the_interval_asked_for() {
 }
 
 #[test]
-fn a_query_tells_everything_and_then_answers() {
+fn a_query_reports_everything_and_then_answers() {
     let mut rig = Rig::new(tcp());
     rig.state();
     rig.clients.health(&Health::default());
@@ -73,10 +73,10 @@ fn a_query_tells_everything_and_then_answers() {
 }
 
 #[test]
-fn news_of_link_sensors_and_commands_come_in_words() {
+fn updates_of_link_sensors_and_commands_come_in_words() {
     let mut rig = Rig::new(tcp());
-    let mut viewer = rig.viewer(7, wanted(Topics::NEWS, 0));
-    rig.news();
+    let mut viewer = rig.viewer(7, wanted(Topics::UPDATES, 0));
+    rig.updates();
     let condition = Condition::Sensor(Sensor::Travel, SensorHealth::Backwards);
     let line = Event::Health { t: Micros(1_000_000), condition };
     rig.clients.take(&Item::Event { host_us: 9, event: &line });

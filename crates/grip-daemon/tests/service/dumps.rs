@@ -43,7 +43,7 @@ fn causes_are_seen_once() {
 }
 
 #[test]
-fn a_file_tells_cause_state_and_frames_in_the_order_of_time() {
+fn a_file_reports_cause_state_and_frames_in_the_order_of_time() {
     let home = tempfile::tempdir().unwrap();
     let dumps = home.path().join("state/gripd");
     let mut recorder = FlightRecorder::new(Some(dumps.clone()));
@@ -83,15 +83,15 @@ fn files_are_rare_and_what_was_left_out_is_counted() {
 }
 
 #[test]
-fn a_folder_that_cannot_be_is_told_and_none_is_told_too() {
+fn a_folder_that_cannot_be_is_reported_and_none_is_reported_too() {
     let home = tempfile::tempdir().unwrap();
     let file = home.path().join("file");
     fs::write(&file, "").unwrap();
     let mut recorder = FlightRecorder::new(Some(file.clone()));
-    let told = recorder.write(&Cause::Asked, &made::board(), at(0)).unwrap_err().to_string();
+    let reported = recorder.write(&Cause::Asked, &made::board(), at(0)).unwrap_err().to_string();
     assert!(
-        told.starts_with(&format!("the dump cannot be written into {}: ", file.display())),
-        "{told}"
+        reported.starts_with(&format!("the dump cannot be written into {}: ", file.display())),
+        "{reported}"
     );
     let mut none = FlightRecorder::new(None);
     assert_eq!(none.write(&Cause::Asked, &made::board(), at(0)).unwrap(), Dumped::NoFolder);

@@ -115,7 +115,7 @@ fn a_client_that_closes_its_sending_side_gets_its_page() {
 }
 
 #[test]
-fn slow_clients_are_told_and_closed_and_others_are_served_meanwhile() {
+fn slow_clients_are_reported_and_closed_and_others_are_served_meanwhile() {
     let mut rig = Rig::new();
     let mut slow: Vec<TcpStream> = (0..8).map(|_| rig.connect()).collect();
     rig.settle(8);
@@ -153,7 +153,7 @@ fn a_client_that_never_reads_is_left_after_its_time() {
 }
 
 #[test]
-fn too_many_connections_are_told_and_the_server_recovers() {
+fn too_many_connections_are_reported_and_the_server_recovers() {
     let mut rig = Rig::new();
     let held: Vec<TcpStream> = (0..16).map(|_| rig.connect()).collect();
     rig.settle(16);

@@ -72,10 +72,10 @@ fn the_histogram_is_whole() {
 }
 
 #[test]
-fn clients_are_told_the_same_histogram_and_quantiles_and_the_clocks() {
+fn clients_are_reported_the_same_histogram_and_quantiles_and_the_clocks() {
     let mut board = made::board();
-    let told = clients::health(&board, 2_500_000);
-    let appended = told.appended.unwrap();
+    let reported = clients::health(&board, 2_500_000);
+    let appended = reported.appended.unwrap();
     assert_eq!(appended.histogram.iter().sum::<u64>(), 1000);
     // 1 us to 1 ms, once each: below 131.072 us are 131, below 262.144 us 131 more.
     assert_eq!((appended.histogram[9], appended.histogram[10]), (66, 131));
@@ -100,7 +100,7 @@ fn a_daemon_that_has_just_started_has_a_page_and_a_status() {
 }
 
 #[test]
-fn the_status_says_what_a_person_asks() {
+fn the_status_states_what_a_person_asks() {
     let board = made::board();
     let status = serde_json::to_value(Status::of(&board, 2_500_000)).unwrap();
     assert_eq!(status["link"]["uid"], "ab".repeat(16));
@@ -160,7 +160,7 @@ fn clocks_and_ages_are_shown() {
 }
 
 #[test]
-fn a_link_that_closed_is_told_with_its_reason() {
+fn a_link_that_closed_is_reported_with_its_reason() {
     let mut board = made::board();
     assert!(board.is_healthy());
     let note = LinkNote::Closed(CloseReason::Lost { silent_us: 500_000 });

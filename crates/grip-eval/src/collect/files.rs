@@ -139,12 +139,12 @@ fn is_recording(file: &Path) -> bool {
 
 /// Puts the files of one run together. What has no run stands for itself.
 fn runs(files: Vec<(PathBuf, bool)>) -> Vec<Recorded> {
-    let mut told: Vec<(Option<Place>, PathBuf, bool)> =
+    let mut reported: Vec<(Option<Place>, PathBuf, bool)> =
         files.into_iter().map(|(file, named)| (place(&file), file, named)).collect();
-    told.sort_by(|one, other| (&one.0, &one.1).cmp(&(&other.0, &other.1)));
+    reported.sort_by(|one, other| (&one.0, &one.1).cmp(&(&other.0, &other.1)));
     let mut all: Vec<Recorded> = Vec::new();
     let mut last: Option<Place> = None;
-    for (place, file, named) in told {
+    for (place, file, named) in reported {
         let goes_on = last.as_ref().zip(place.as_ref()).is_some_and(|(last, place)| {
             (&last.folder, &last.run, last.part + 1) == (&place.folder, &place.run, place.part)
         });

@@ -102,8 +102,8 @@ impl<'a> Reading<'a> {
         Ok(Self { request, collected, origin, file, watch })
     }
 
-    fn told(&mut self, told: Result<MeasuredSlip, Fate>) {
-        let complete = told.and_then(|slip| {
+    fn reported(&mut self, reported: Result<MeasuredSlip, Fate>) {
+        let complete = reported.and_then(|slip| {
             let shows = |feature: &Feature| feature.value(&slip.features).is_some();
             if self.request.require.iter().all(shows) { Ok(slip) } else { Err(Fate::Incomplete) }
         });
@@ -119,15 +119,15 @@ impl<'a> Reading<'a> {
     }
 
     fn step(&mut self, sample: &slip_core::Sample, step: &slip_core::Step) {
-        let mut told = Vec::new();
-        self.watch.take(sample, step, &mut |slip| told.push(slip));
-        told.into_iter().for_each(|slip| self.told(slip));
+        let mut reported = Vec::new();
+        self.watch.take(sample, step, &mut |slip| reported.push(slip));
+        reported.into_iter().for_each(|slip| self.reported(slip));
     }
 
     fn end(&mut self) {
-        let mut told = Vec::new();
-        self.watch.finish(&mut |slip| told.push(slip));
-        told.into_iter().for_each(|slip| self.told(slip));
+        let mut reported = Vec::new();
+        self.watch.finish(&mut |slip| reported.push(slip));
+        reported.into_iter().for_each(|slip| self.reported(slip));
         self.watch = SlipWatch::new(self.request.watch);
     }
 }

@@ -138,14 +138,14 @@ pub struct SlipWatch {
     force_n: Option<f32>,
     last: Option<Micros>,
     /// When the force was told last.
-    told: Option<Micros>,
+    reported: Option<Micros>,
 }
 
 impl SlipWatch {
     /// A watch over a pipeline that begins.
     #[must_use]
     pub const fn new(config: WatchConfig) -> Self {
-        Self { config, state: State::Quiet, force_n: None, last: None, told: None }
+        Self { config, state: State::Quiet, force_n: None, last: None, reported: None }
     }
 
     /// Takes a sample with what it led to, and tells each slip as soon as it is known what became of it.
@@ -153,20 +153,20 @@ impl SlipWatch {
         &mut self,
         sample: &Sample,
         step: &Step,
-        tell: &mut dyn FnMut(Result<MeasuredSlip, Fate>),
+        report: &mut dyn FnMut(Result<MeasuredSlip, Fate>),
     ) {
         self.smooth(sample, step.command);
         let touches = !matches!(step.grip, Some(GripEvent::Lost | GripEvent::Regrasped));
         if !touches || step.sensors[0] != SensorHealth::Good || self.is_open() {
-            self.finish(tell);
+            self.finish(report);
             return;
         }
         match step.event {
             Some(SlipReport { first: true, .. }) => {
                 match core::mem::take(&mut self.state) {
                     State::Quiet => {}
-                    State::Sliding(_) => tell(Err(Fate::Unfinished)),
-                    State::Staying(..) => tell(Err(Fate::Again)),
+                    State::Sliding(_) => report(Err(Fate::Unfinished)),
+                    State::Staying(..) => report(Err(Fate::Again)),
                 }
                 let features = Vec::new();
                 self.state =
@@ -179,13 +179,13 @@ impl SlipWatch {
             }
             _ => {}
         }
-        self.follow(step, tell);
+        self.follow(step, report);
     }
 
     /// The pipeline ends.
-    pub fn finish(&mut self, tell: &mut dyn FnMut(Result<MeasuredSlip, Fate>)) {
+    pub fn finish(&mut self, report: &mut dyn FnMut(Result<MeasuredSlip, Fate>)) {
         if !matches!(core::mem::take(&mut self.state), State::Quiet) {
-            tell(Err(Fate::Unfinished));
+            report(Err(Fate::Unfinished));
         }
     }
 
@@ -196,8 +196,8 @@ impl SlipWatch {
         #[expect(clippy::cast_possible_truncation, reason = "a step in time")]
         let dt_s = self.last.map_or(0.0, |last| sample.t.since(last).as_seconds() as f32);
         self.last = Some(sample.t);
-        self.told = now_n.map(|_| sample.t).or(self.told);
-        if self.told.is_none_or(|told| sample.t.since(told).as_seconds() > STALE_S) {
+        self.reported = now_n.map(|_| sample.t).or(self.reported);
+        if self.reported.is_none_or(|reported| sample.t.since(reported).as_seconds() > STALE_S) {
             self.force_n = None;
             return;
         }
@@ -217,7 +217,7 @@ impl SlipWatch {
         self.force_n.zip(slipped_n).is_some_and(|(now_n, slipped_n)| now_n < OPEN * slipped_n)
     }
 
-    fn follow(&mut self, step: &Step, tell: &mut dyn FnMut(Result<MeasuredSlip, Fate>)) {
+    fn follow(&mut self, step: &Step, report: &mut dyn FnMut(Result<MeasuredSlip, Fate>)) {
         match &mut self.state {
             State::Quiet => {}
             State::Sliding(slip) => {
@@ -234,7 +234,7 @@ impl SlipWatch {
                     });
                 }
                 if stayed_s >= self.config.stay_s {
-                    tell(judge(slip, *least_n, self.config.widest));
+                    report(judge(slip, *least_n, self.config.widest));
                     self.state = State::Quiet;
                 }
             }
@@ -287,7 +287,7 @@ mod tests {
         forces: impl Iterator<Item = Option<f32>>,
         change: &dyn Fn(u64, &mut Step),
     ) -> Vec<Result<MeasuredSlip, Fate>> {
-        let (mut watch, mut told) =
+        let (mut watch, mut reported) =
             (SlipWatch::new(WatchConfig { stay_s: 0.2, widest: 2.0 }), Vec::new());
         for (ms, normal_force_n) in (0..).zip(forces) {
             let t = Micros(1000 * ms);
@@ -306,10 +306,10 @@ mod tests {
                 floor_health: slip_core::detector::FloorHealth::Good,
             };
             change(ms, &mut step);
-            watch.take(&sample, &step, &mut |slip| told.push(slip));
+            watch.take(&sample, &step, &mut |slip| reported.push(slip));
         }
-        watch.finish(&mut |slip| told.push(slip));
-        told
+        watch.finish(&mut |slip| reported.push(slip));
+        reported
     }
 
     /// Slips from 50 to 60 ms, features from 52 on.
@@ -326,20 +326,20 @@ mod tests {
         (0..400).map(move |ms| Some(if ms < 55 { 4.0 } else { after_n }))
     }
 
-    fn fates(told: &[Result<MeasuredSlip, Fate>]) -> Vec<Fate> {
-        told.iter().map(|slip| slip.as_ref().err().copied().unwrap_or(Fate::Kept)).collect()
+    fn fates(reported: &[Result<MeasuredSlip, Fate>]) -> Vec<Fate> {
+        reported.iter().map(|slip| slip.as_ref().err().copied().unwrap_or(Fate::Kept)).collect()
     }
 
     #[test]
     fn a_slip_is_between_the_force_at_which_it_began_and_that_at_which_it_stayed() {
-        let told = play(held(5.0), &slip);
-        let [Ok(slip)] = &told[..] else { panic!("{told:?}") };
+        let reported = play(held(5.0), &slip);
+        let [Ok(slip)] = &reported[..] else { panic!("{reported:?}") };
         assert_eq!((slip.t, slip.features), (Micros(50_000), features(60.0)));
         assert!((slip.slipped_n - 4.0).abs() < 1e-3 && (slip.stayed_n - 5.0).abs() < 1e-3);
     }
 
     #[test]
-    fn what_says_too_little_is_left_out_by_its_reason() {
+    fn what_states_too_little_is_left_out_by_its_reason() {
         let of = |forces: &mut dyn Iterator<Item = Option<f32>>,
                   change: &dyn Fn(u64, &mut Step)| {
             fates(&play(forces, change))

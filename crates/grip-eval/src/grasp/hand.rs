@@ -4,7 +4,7 @@ use grip_link::frame::MAX_WIRE;
 use grip_session::{
     config::HostConfig,
     model::HostEstimator,
-    session::{News, Session, SessionError, SessionOptions},
+    session::{Session, SessionError, SessionOptions, Update},
 };
 use grip_sim::Truth;
 use slip_core::{estimate::ForceEstimate, grip::Trials};
@@ -43,7 +43,7 @@ pub trait Hand {
 /// A session of gripd.
 pub struct Own<'a> {
     session: Session,
-    tell: &'a mut dyn FnMut(News<'_>),
+    report: &'a mut dyn FnMut(Update<'_>),
 }
 
 impl core::fmt::Debug for Own<'_> {
@@ -53,18 +53,18 @@ impl core::fmt::Debug for Own<'_> {
 }
 
 impl<'a> Own<'a> {
-    /// A session that tells everything that happens to `tell`.
+    /// A session that tells everything that happens to `report`.
     ///
     /// # Errors
     /// Where the configuration does not make a session.
     pub fn new(
         config: &HostConfig,
         estimator: HostEstimator,
-        tell: &'a mut dyn FnMut(News<'_>),
+        report: &'a mut dyn FnMut(Update<'_>),
     ) -> Result<Self, SessionError> {
         let mut session = Session::new(config.clone(), estimator, SessionOptions::default())?;
         session.open(0, 1)?;
-        Ok(Self { session, tell })
+        Ok(Self { session, report })
     }
 }
 
@@ -76,8 +76,8 @@ impl Hand for Own<'_> {
         send: &mut dyn FnMut(&[u8]),
     ) -> Result<(), SessionError> {
         let (mut left, mut out) = (bytes, [0; MAX_WIRE]);
-        while let Some(news) = self.session.receive(now_us, &mut left)? {
-            (self.tell)(news);
+        while let Some(updates) = self.session.receive(now_us, &mut left)? {
+            (self.report)(updates);
         }
         if let Some(len) = self.session.command(now_us, &mut out) {
             send(out.get(..len).unwrap_or(&out));

@@ -10,7 +10,7 @@ use crate::grasp::{GraspError, trial::TrialError};
 use grip_session::{
     config::HostConfig,
     model::HostEstimator,
-    session::{News, SessionError},
+    session::{SessionError, Update},
 };
 use grip_sim::{Phase, Scene, Truth};
 use serde::Serialize;
@@ -72,14 +72,14 @@ impl Experiment<'_> {
 
     /// gripd holds it.
     pub(super) fn own(&self, estimator: &HostEstimator) -> Result<Fate, GraspError> {
-        let mut silent = |_: News<'_>| ();
+        let mut silent = |_: Update<'_>| ();
         let mut own = Own::new(self.config, estimator.clone(), &mut silent).map_err(session)?;
         self.fate(&mut own)
     }
 
     /// gripd holds it; with the times that the truth went through.
     pub(super) fn marked(&self, estimator: &HostEstimator) -> Result<(Fate, Marks), GraspError> {
-        let mut silent = |_: News<'_>| ();
+        let mut silent = |_: Update<'_>| ();
         let own = Own::new(self.config, estimator.clone(), &mut silent).map_err(session)?;
         let ramp_s = self.scene.config().lift_ramp_s;
         let mut hand = Marked { own, ramp_s, marks: Marks::default() };

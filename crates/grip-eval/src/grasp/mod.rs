@@ -27,7 +27,7 @@ pub use stress::Stress;
 pub use total::{GraspResult, Total, total};
 
 use crate::grasp::trial::TrialError;
-use grip_session::{config::HostConfig, model::HostEstimator, session::News};
+use grip_session::{config::HostConfig, model::HostEstimator, session::Update};
 use grip_sim::{Clairvoyant, Scene, SceneError, perfect_controller_can_hold};
 use slip_core::units::Micros;
 
@@ -82,7 +82,7 @@ impl Bench {
         let outcome = match way.law.baseline(&setup).map_err(TrialError::from)? {
             Some(mut hand) => play(&setup, &mut hand)?,
             None => {
-                let mut silent = |_: News<'_>| ();
+                let mut silent = |_: Update<'_>| ();
                 let own = Own::new(&config, self.estimator.clone(), &mut silent);
                 play(&setup, &mut own.map_err(TrialError::from)?)?
             }

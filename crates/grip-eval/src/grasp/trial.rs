@@ -9,7 +9,7 @@ use crate::grasp::{Line, Own, Setup, play};
 use grip_session::{
     config::HostConfig,
     model::HostEstimator,
-    session::{News, SessionError},
+    session::{SessionError, Update},
 };
 use grip_sim::Scene;
 use slip_core::units::Micros;
@@ -25,7 +25,7 @@ pub enum TrialError {
     Session(#[from] SessionError),
 }
 
-/// Grasps, lifts and holds the object of `scene` for `duration` and tells everything that happens to `tell`.
+/// Grasps, lifts and holds the object of `scene` for `duration` and tells everything that happens to `report`.
 ///
 /// # Errors
 /// Where scene and settings do not make a device and a session.
@@ -34,8 +34,8 @@ pub fn grasp(
     config: &HostConfig,
     estimator: HostEstimator,
     duration: Micros,
-    tell: &mut dyn FnMut(News<'_>),
+    report: &mut dyn FnMut(Update<'_>),
 ) -> Result<Outcome, TrialError> {
     let setup = Setup { scene, config, duration, line: Line::default(), incident: None };
-    play(&setup, &mut Own::new(config, estimator, tell)?)
+    play(&setup, &mut Own::new(config, estimator, report)?)
 }

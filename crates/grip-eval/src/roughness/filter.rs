@@ -206,7 +206,7 @@ mod tests {
     }
 
     #[test]
-    fn sines_pass_as_the_standard_says() {
+    fn sines_pass_as_the_standard_states() {
         for kind in KINDS {
             for f in [0.1_f64, 0.5, 1.0, 2.0, 3.0] {
                 let wave: Vec<f64> =

@@ -54,7 +54,7 @@ fn finds_what_is_labelled_and_counts_what_is_not() {
 }
 
 #[test]
-fn what_is_scored_tells_nothing_of_its_own_rest() {
+fn what_is_scored_reports_nothing_of_its_own_rest() {
     let dir = folder("recording,kind,material,onset_s\na,onset,x,0.3\nr,rest,y,\n");
     let rest_alarms = || run(dir.path()).unwrap().total(60.0).rest_alarms;
     assert_eq!(rest_alarms(), 0);

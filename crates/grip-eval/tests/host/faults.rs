@@ -106,7 +106,7 @@ fn rows(kind: Option<IncidentKind>) -> (u64, u64) {
         line: Line::default(),
         incident: kind.map(|kind| Incident { at: Micros(1_000_000), kind }),
     };
-    let mut silent = |_: grip_session::News<'_>| ();
+    let mut silent = |_: grip_session::Update<'_>| ();
     let estimator = model::default_estimator().unwrap();
     let outcome = play(&setup, &mut Own::new(&config, estimator, &mut silent).unwrap()).unwrap();
     (outcome.samples, outcome.lost)

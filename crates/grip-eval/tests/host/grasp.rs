@@ -49,7 +49,7 @@ fn an_object_that_was_never_gripped_counts_as_dropped() {
 }
 
 #[test]
-fn a_law_without_feeling_presses_as_it_is_told() {
+fn a_law_without_feeling_presses_as_it_is_reported() {
     let fixed = grasp("raw_egg", 1, &law(Law::Fixed));
     assert!((fixed.force_final_n - 20.0).abs() < 0.01 && fixed.held, "{fixed:?}");
     assert!(grasp("foam", 1, &law(Law::Fixed)).crushed);
@@ -116,13 +116,14 @@ fn a_stylus_channel_in_m_s2_is_a_vibration_and_holds() {
             line: Stress::named("none").unwrap().line(seed),
             incident: None,
         };
-        let mut tell = |news: grip_session::News<'_>| {
-            if let grip_session::News::Began(beginning) = news {
+        let mut report = |updates: grip_session::Update<'_>| {
+            if let grip_session::Update::Began(beginning) = updates {
                 signals.push(beginning.config.signal);
             }
         };
         let mut own =
-            grip_eval::grasp::Own::new(&bench.config, bench.estimator.clone(), &mut tell).unwrap();
+            grip_eval::grasp::Own::new(&bench.config, bench.estimator.clone(), &mut report)
+                .unwrap();
         let outcome = grip_eval::grasp::play(&setup, &mut own).unwrap();
         let truth = outcome.truth;
         assert!(!truth.dropped() && truth.slip_mm() < 15.0, "{seed}: {truth:?}");
@@ -148,7 +149,7 @@ fn latency_makes_a_slip_longer_and_losses_are_counted() {
         line,
         incident: None,
     };
-    let mut silent = |_: grip_session::News<'_>| ();
+    let mut silent = |_: grip_session::Update<'_>| ();
     let mut own =
         grip_eval::grasp::Own::new(&bench.config, bench.estimator.clone(), &mut silent).unwrap();
     let outcome = grip_eval::grasp::play(&setup, &mut own).unwrap();

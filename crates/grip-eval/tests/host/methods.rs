@@ -42,7 +42,7 @@ fn array_alone(slip_s: f64) -> String {
 }
 
 #[test]
-fn an_array_without_a_stylus_tells_slips_and_not_the_closing_of_the_fingers() {
+fn an_array_without_a_stylus_reports_slips_and_not_the_closing_of_the_fingers() {
     let slips = |slip_s: f64| -> Vec<f64> {
         let text = array_alone(slip_s);
         let recording =
@@ -81,7 +81,7 @@ fn scores(folder: &Path, names: &[&str]) -> Vec<Score> {
 /// independent of it.
 #[test]
 #[ignore = "needs the recordings (CONTRIBUTING.md, Data)"]
-fn travel_and_electrodes_of_a_fingertip_tell_every_slip() {
+fn travel_and_electrodes_of_a_fingertip_report_every_slip() {
     let folder = real_data("biotac_slide");
     let all = scores(&folder, &["stylus", "travel", "pressure", "fused"]);
     for (score, latest_ms) in all.iter().zip([20.0, 20.0, 30.0, 20.0]) {
@@ -146,7 +146,7 @@ fn vibrations_and_electrodes_in_any_unit_give_the_same_alarms() {
 /// Arrays without a stylus at the rate of their own, each judged with the rest of other objects.
 #[test]
 #[ignore = "needs the recordings (CONTRIBUTING.md, Data)"]
-fn arrays_alone_tell_slips_and_neither_touches_nor_closing_fingers() {
+fn arrays_alone_report_slips_and_neither_touches_nor_closing_fingers() {
     let total = |folder| scores(&real_data(folder), &["default"])[0].total(60.0);
     let touches = total("taxels_dos");
     println!("{touches:?}");
@@ -267,7 +267,7 @@ fn motion_at_40_hz_is_no_slip_and_a_slip_of_three_times_its_level_is_found() {
 /// A stylus that slides from the first sample to the last, by hand.
 #[test]
 #[ignore = "needs the recordings (CONTRIBUTING.md, Data)"]
-fn a_stylus_that_always_slides_is_told_to_slide_or_never_to_have_rested() {
+fn a_stylus_that_always_slides_is_reported_to_slide_or_never_to_have_rested() {
     let folder = real_data("stylus_accel_1k");
     let files: Vec<PathBuf> = (1..=3).map(|i| folder.join(format!("texture{i}.csv"))).collect();
     let names: Vec<(&Path, String)> =

@@ -4,7 +4,7 @@ use grip_eval::trial;
 use grip_link::{frame::MAX_WIRE, message::FaultCode};
 use grip_record::{Channel, ChannelSet, CsvOptions, CsvWriter, StylusKind, parse_csv};
 use grip_session::{
-    HostConfig, News, Session, SessionOptions, model, replay,
+    HostConfig, Session, SessionOptions, Update, model, replay,
     report::{Event, EventLog},
 };
 use grip_sim::{Scene, VirtualMcu};
@@ -22,13 +22,13 @@ fn scene(force_max_n: f64) -> Scene {
 /// What a grasp with `config` printed, and its samples as a recording.
 fn grasp(scene: &Scene, config: &HostConfig) -> (Vec<String>, Vec<u8>) {
     let (mut lines, mut samples) = (Vec::new(), Vec::<Sample>::new());
-    let mut tell = |news: News<'_>| match news {
-        News::Step { sample, .. } => samples.push(*sample),
-        News::Event(line) => lines.push(serde_json::to_string(&line).unwrap()),
+    let mut report = |updates: Update<'_>| match updates {
+        Update::Step { sample, .. } => samples.push(*sample),
+        Update::Event(line) => lines.push(serde_json::to_string(&line).unwrap()),
         _ => {}
     };
     let estimator = model::default_estimator().unwrap();
-    let outcome = trial::grasp(scene, config, estimator, Micros(2_000_000), &mut tell).unwrap();
+    let outcome = trial::grasp(scene, config, estimator, Micros(2_000_000), &mut report).unwrap();
     let limit = scene.config().drive.force_max_n;
     assert!(f64::from(outcome.peak_command_n) <= limit, "{outcome:?} above {limit} N");
     let channels =
@@ -96,15 +96,15 @@ fn holding_is_no_drift() {
     let scene = Scene::from_toml(text).unwrap();
     let config = HostConfig::default();
     let estimator = model::default_estimator().unwrap();
-    let mut told = Vec::new();
-    let mut tell = |news: News<'_>| {
-        if let News::Event(line @ Event::Health { .. }) = news {
-            told.push(line);
+    let mut reported = Vec::new();
+    let mut report = |updates: Update<'_>| {
+        if let Update::Event(line @ Event::Health { .. }) = updates {
+            reported.push(line);
         }
     };
-    let outcome = trial::grasp(&scene, &config, estimator, Micros(6_000_000), &mut tell).unwrap();
+    let outcome = trial::grasp(&scene, &config, estimator, Micros(6_000_000), &mut report).unwrap();
     assert!(outcome.held() && outcome.slips > 0, "{outcome:?}");
-    assert_eq!(told, []);
+    assert_eq!(reported, []);
 }
 
 /// A gripper that is weaker than the configuration asks for; its limit in the configuration of the replay gives the same.

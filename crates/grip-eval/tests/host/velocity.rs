@@ -35,7 +35,7 @@ fn slide(seed: u64, speed_m_s: f64) -> Vec<(Velocity, f64)> {
 }
 
 #[test]
-fn two_styli_on_a_simulated_surface_tell_the_speed_within_their_uncertainty() {
+fn two_styli_on_a_simulated_surface_report_the_speed_within_their_uncertainty() {
     for speed_m_s in [0.03, 0.06, 0.12] {
         let (mut squares, mut scaled, mut n) = (0.0, 0.0, 0.0);
         for seed in 0..5 {

@@ -115,7 +115,7 @@ impl Gripper {
             let sample = tape::sample(&self.tape, self.offset + number).context("an empty tape")?;
             let step = self.pipeline.handle(&sample);
             for line in self.log.events(&step).into_iter().flatten() {
-                self.tell(start_us + sample_us(number + 1), &line)?;
+                self.report(start_us + sample_us(number + 1), &line)?;
             }
         }
         self.rest(frame);
@@ -124,7 +124,7 @@ impl Gripper {
 
     /// Keeps a slip, then tells it. Its time is that of the sample that showed it: waiting for the frame, and for the other grippers of this
     /// thread, is a part of the delay.
-    fn tell(&mut self, sampled_us: u64, line: &Event) -> anyhow::Result<()> {
+    fn report(&mut self, sampled_us: u64, line: &Event) -> anyhow::Result<()> {
         let Event::Slip(slip) = line else { return Ok(()) };
         self.slips += 1;
         let slip = SlipReport { number: self.slips, host: Micros(sampled_us), ..*slip };

@@ -4,7 +4,7 @@ use super::process::{Process, loopback_bytes, processor_s};
 use super::relay::Relay;
 use super::{Args, address, now_us};
 use core::time::Duration;
-use grip_fleet::net::{Network, Told, Watch};
+use grip_fleet::net::{Network, Reported, Watch};
 use grip_fleet::{EventId, Selector, Since, Uid};
 use grip_link::message::daemon::ToClient;
 use std::collections::BTreeMap;
@@ -52,15 +52,15 @@ impl Times {
     }
 
     /// Which of [`WHEN`].
-    fn when(&self, told_us: u64) -> usize {
+    fn when(&self, reported_us: u64) -> usize {
         let (from_us, to_us) = self.away_us;
         // What was under way is lost with the router; and sessions look for a new one only now and then.
         let around = from_us.saturating_sub(1_000_000)..to_us + 10_000_000;
-        if from_us < to_us && around.contains(&told_us) {
+        if from_us < to_us && around.contains(&reported_us) {
             2
         } else {
             // Hundreds of grippers come at once, and the receiver asks each for what it has told before.
-            usize::from(told_us < self.begun_us + 5_000_000)
+            usize::from(reported_us < self.begun_us + 5_000_000)
         }
     }
 }
@@ -76,8 +76,8 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
     // The first of them tell their events while the others come.
     let starting = thread::spawn(move || start(&theirs, &place));
     while !starting.is_finished() {
-        if let Some(told) = watch.next(LOOK)? {
-            got.take(told, &Times::new(args, now_us()));
+        if let Some(reported) = watch.next(LOOK)? {
+            got.take(reported, &Times::new(args, now_us()));
         }
     }
     let parts = starting.join().map_err(|_| anyhow::anyhow!("a thread has panicked"))??;
@@ -88,8 +88,8 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
     let ended = listen(parts);
     let (mut router_s, mut finished) = (0.0, None);
     let (sent, late_us, after_s) = loop {
-        if let Some(told) = watch.next(LOOK)? {
-            got.take(told, &times);
+        if let Some(reported) = watch.next(LOOK)? {
+            got.take(reported, &times);
         }
         let now = now_us();
         if let Some(relay) = &relay {
@@ -111,7 +111,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
     };
     let seconds = (now_us() - begun_us) as f64 / 1e6;
     router_s += router.as_ref().map_or(Ok(0.0), Process::processor_s)?;
-    got.tell(&sent);
+    got.report(&sent);
     let each = |total: f64| total / f64::from(args.grippers) / seconds;
     println!("processor of a gripper {:.3} %", 100.0 * each(after_s - before_s));
     println!("processor of the router {:.3} % for each gripper", 100.0 * each(router_s));
@@ -172,8 +172,8 @@ fn listen(parts: Vec<Process>) -> Receiver<anyhow::Result<(Sent, u64, f64)>> {
 }
 
 impl Got {
-    fn take(&mut self, told: Told, times: &Times) {
-        let Told::Event { member, id, message, missing } = told else { return };
+    fn take(&mut self, reported: Reported, times: &Times) {
+        let Reported::Event { member, id, message, missing } = reported else { return };
         self.missing += missing;
         self.ids.entry(member.uid).or_default().push(id);
         let Ok(ToClient::Slip(slip)) = message.read() else { return };
@@ -196,7 +196,7 @@ impl Got {
         self.missing == 0 && self.has(sent) && self.ids.values().all(in_order)
     }
 
-    fn tell(&mut self, sent: &Sent) {
+    fn report(&mut self, sent: &Sent) {
         let wanted: u64 = sent.values().map(|id| id.seq).sum();
         let events: usize = self.ids.values().map(Vec::len).sum();
         println!("events sent {wanted}, received {events}, told as missing {}", self.missing);

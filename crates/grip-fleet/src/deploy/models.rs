@@ -79,7 +79,7 @@ impl Models {
     /// [`OrderFault`], a sentence for whoever sent it; the model in force stays.
     pub fn obey(&mut self, order: Order, swap: &mut Swap<'_>) -> Result<Standing, OrderFault> {
         match order {
-            Order::Tell => {}
+            Order::Notify => {}
             Order::Check(Offer { name, sha256, judge, bytes }) => {
                 let model = examine(&name, &sha256, &bytes)?;
                 self.deployment.check(&model.id, &judge)?;
@@ -108,7 +108,7 @@ impl Models {
         let was = self.deployment.lasting().clone();
         let step = self.deployment.count(total);
         if step == Step::Stay && *self.deployment.lasting() != was {
-            self.tell_last();
+            self.report_last();
             self.note();
         }
         self.follow(&step, swap);
@@ -156,7 +156,7 @@ impl Models {
 
     fn follow(&mut self, step: &Step, swap: &mut Swap<'_>) {
         if *step != Step::Stay {
-            self.tell_last();
+            self.report_last();
             self.note();
             self.restore(swap);
         }
@@ -199,7 +199,7 @@ impl Models {
         self.notices.push(Notice::Done(text));
     }
 
-    fn tell_last(&mut self) {
+    fn report_last(&mut self) {
         if let Some(last) = &self.deployment.lasting().last {
             self.report(format!("{}: {}", last.model, last.how));
         }
@@ -281,8 +281,8 @@ mod tests {
         let no = &mut |_: Option<&Examined>| Err("no".to_owned());
         let yes = &mut |_: Option<&Examined>| Ok(counts(100.0, 10));
         models.count(counts(100.0, 10), yes);
-        let told = models.obey(take("a", &other), no).unwrap_err().to_string();
-        assert_eq!(told, "the model cannot be put in force: no");
+        let reported = models.obey(take("a", &other), no).unwrap_err().to_string();
+        assert_eq!(reported, "the model cannot be put in force: no");
         assert_eq!(models.standing().in_force.name, "file");
         models.obey(take("a", &other), yes).unwrap();
         models.notices();

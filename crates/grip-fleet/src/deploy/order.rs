@@ -20,7 +20,7 @@ pub struct Offer {
 #[derive(Clone, Debug, PartialEq)]
 pub enum Order {
     /// How do they stand?
-    Tell,
+    Notify,
     /// Would you take this one?
     Check(Offer),
     /// Take this one and try it.
@@ -55,7 +55,7 @@ impl Order {
     #[must_use]
     pub fn parameters(&self) -> Vec<(&'static str, String)> {
         match self {
-            Self::Tell => Vec::new(),
+            Self::Notify => Vec::new(),
             Self::Back { sha256 } => {
                 let sha256 = sha256.clone().map(|sha256| ("sha256", sha256));
                 [("order", "back".to_owned())].into_iter().chain(sha256).collect()
@@ -70,7 +70,7 @@ impl Order {
     pub fn payload(&self) -> &[u8] {
         match self {
             Self::Check(offer) | Self::Take(offer) => &offer.bytes,
-            Self::Tell | Self::Back { .. } => &[],
+            Self::Notify | Self::Back { .. } => &[],
         }
     }
 
@@ -84,7 +84,7 @@ impl Order {
     ) -> Result<Self, OrderError> {
         let order = parameter("order").unwrap_or_default();
         match order.as_str() {
-            "" => Ok(Self::Tell),
+            "" => Ok(Self::Notify),
             "back" => Ok(Self::Back { sha256: parameter("sha256") }),
             "check" => Ok(Self::Check(Offer::read(&parameter, "check", bytes)?)),
             "take" => Ok(Self::Take(Offer::read(&parameter, "take", bytes)?)),
@@ -153,28 +153,28 @@ mod tests {
         let offer = Offer { name, sha256: sha256.clone(), judge, bytes: [1, 2].into() };
         let offers = [Order::Check(offer.clone()), Order::Take(offer)];
         let backs = [None, Some(sha256)].map(|sha256| Order::Back { sha256 });
-        for order in [Order::Tell].into_iter().chain(backs).chain(offers) {
+        for order in [Order::Notify].into_iter().chain(backs).chain(offers) {
             assert_eq!(read(&order.parameters(), order.payload()).as_ref(), Ok(&order));
         }
     }
 
     #[test]
-    fn what_is_no_order_is_told() {
+    fn what_is_no_order_is_reported() {
         let parameter = |name, value: &str| (name, value.to_owned());
         let take = |name, value| [parameter("order", "take"), parameter(name, value)];
         let numbers = [("factor", "2"), ("alpha", "0.1"), ("watch", "9")];
         let numbers = numbers.map(|(name, value)| parameter(name, value));
-        let told = |parameters: &[(&'static str, String)]| read(parameters, &[]).unwrap_err();
+        let reported = |parameters: &[(&'static str, String)]| read(parameters, &[]).unwrap_err();
         let bare = [&take("x", "")[..], &numbers].concat();
-        assert_eq!(told(&bare), "an order to take a model needs sha256=, and got nothing");
+        assert_eq!(reported(&bare), "an order to take a model needs sha256=, and got nothing");
         assert_eq!(
-            told(&[parameter("order", "check")]),
+            reported(&[parameter("order", "check")]),
             "an order to check a model needs factor=, and got nothing"
         );
         let odd = [&take("factor", "a")[..], &[parameter("sha256", "ab")]].concat();
-        assert_eq!(told(&odd), "an order to take a model needs factor=, and got a");
+        assert_eq!(reported(&odd), "an order to take a model needs factor=, and got a");
         assert_eq!(
-            told(&[parameter("order", "drop")]),
+            reported(&[parameter("order", "drop")]),
             "order=drop is not known; there are check, take and back"
         );
     }

@@ -173,11 +173,11 @@ mod tests {
         let model = ModelId { name: "m".to_owned(), sha256: digest(b"one") };
         shelf.put(&model, "one").unwrap();
         fs::write(folder.path().join(format!("{}.json", model.sha256)), "other").unwrap();
-        let told = shelf.read(&model).unwrap_err().to_string();
-        assert!(told.ends_with("another SHA-256 than its name says"), "{told}");
+        let reported = shelf.read(&model).unwrap_err().to_string();
+        assert!(reported.ends_with("another SHA-256 than its name says"), "{reported}");
         fs::write(folder.path().join("standing.json"), "{").unwrap();
         drop(shelf);
-        let told = Shelf::open(folder.path()).unwrap_err().to_string();
-        assert!(told.contains("standing.json: EOF"), "{told}");
+        let reported = Shelf::open(folder.path()).unwrap_err().to_string();
+        assert!(reported.contains("standing.json: EOF"), "{reported}");
     }
 }

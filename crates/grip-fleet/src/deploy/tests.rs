@@ -133,8 +133,8 @@ fn one_trial_at_a_time_and_none_of_what_is_in_force() {
     assert_eq!(deployment.take(model("b"), JUDGE), Err(Declined::OnTrial(model("a"))));
     let mut fresh = Deployment::new(model("file"), Lasting::default());
     assert_eq!(fresh.take(model("file"), JUDGE), Ok(Step::Stay));
-    let told = fresh.take(model("a"), JUDGE).unwrap_err().to_string();
-    assert!(told.starts_with("there are only 0 s with an object"), "{told}");
+    let reported = fresh.take(model("a"), JUDGE).unwrap_err().to_string();
+    assert!(reported.starts_with("there are only 0 s with an object"), "{reported}");
     let never = JudgeConfig { watch_s: f64::NAN, ..JUDGE };
     assert_eq!(fresh.take(model("a"), never), Err(Declined::Judge));
     assert_eq!(*fresh.lasting(), Lasting::default());
@@ -167,8 +167,8 @@ fn refused(bytes: &[u8]) -> String {
 #[test]
 fn a_model_that_is_broken_or_foreign_is_refused_in_a_sentence() {
     let text = default_text();
-    let told = examine("m.json", &digest(b"x"), text.as_bytes()).unwrap_err().to_string();
-    assert!(told.starts_with("what came is not what was ordered"), "{told}");
+    let reported = examine("m.json", &digest(b"x"), text.as_bytes()).unwrap_err().to_string();
+    assert!(reported.starts_with("what came is not what was ordered"), "{reported}");
     assert_eq!(refused(b""), "no model came with the order");
     assert!(refused(&[b' '; (1 << 20) + 1]).contains("1048577 bytes; more than 1048576"));
     assert!(refused(&[0xFF; 9]).contains("no text"));

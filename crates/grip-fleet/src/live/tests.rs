@@ -17,22 +17,25 @@ const NOW: u64 = 1_800_000_000_000_000_000;
 const ZERO: u64 = NOW - 10_000_000_000;
 
 /// Messages that were told: topic, log time, bytes.
-type Told = Vec<(Topic, u64, Vec<u8>)>;
+type Reported = Vec<(Topic, u64, Vec<u8>)>;
 
-fn take(translator: &mut Translator, message: &ToClient<'_>, now_ns: u64) -> Told {
-    let mut told = Told::new();
+fn take(translator: &mut Translator, message: &ToClient<'_>, now_ns: u64) -> Reported {
+    let mut reported = Reported::new();
     translator.take(message, now_ns, &mut |topic, log_ns, bytes| {
-        told.push((topic, log_ns, bytes.to_vec()));
+        reported.push((topic, log_ns, bytes.to_vec()));
     });
-    told
+    reported
 }
 
 /// A translator for somebody who looks at everything, after WELCOME.
 fn greeted() -> Translator {
     let mut translator = Translator::default();
     translator.want(Wanted::of(|_| true));
-    let told = take(&mut translator, &ToClient::Welcome(welcome(7)), NOW);
-    assert_eq!(link(&told), ("daemon".to_owned(), r#"{"daemon":"gripd 9","run_id":7}"#.to_owned()));
+    let reported = take(&mut translator, &ToClient::Welcome(welcome(7)), NOW);
+    assert_eq!(
+        link(&reported),
+        ("daemon".to_owned(), r#"{"daemon":"gripd 9","run_id":7}"#.to_owned())
+    );
     translator
 }
 
@@ -49,8 +52,8 @@ const fn welcome(run_id: u32) -> Welcome<'static> {
     }
 }
 
-fn link(told: &Told) -> (String, String) {
-    let [(Topic::Link, _, bytes)] = told.as_slice() else { panic!("{told:?}") };
+fn link(reported: &Reported) -> (String, String) {
+    let [(Topic::Link, _, bytes)] = reported.as_slice() else { panic!("{reported:?}") };
     let topic = Topic::Link.recorded().unwrap();
     match Record::decode(topic, bytes, &mut Vec::new()).unwrap() {
         Record::Link(link) => (link.kind.to_owned(), link.detail.to_owned()),
@@ -118,9 +121,9 @@ fn names_schemas_and_definitions_are_those_of_a_recording() {
 }
 
 #[test]
-fn only_what_somebody_looks_at_is_asked_for_and_told() {
+fn only_what_somebody_looks_at_is_asked_for_and_reported() {
     let nobody = Wanted::default().subscribe(3);
-    assert_eq!((nobody.topics, nobody.every_nth), (Topics::HEALTH.and(Topics::NEWS), 0));
+    assert_eq!((nobody.topics, nobody.every_nth), (Topics::HEALTH.and(Topics::UPDATES), 0));
     let samples = Wanted::of(|topic| topic == Topic::Sample).subscribe(3);
     assert_eq!((samples.topics, samples.every_nth), (nobody.topics, 3));
     let all = Wanted::of(|_| true).subscribe(0);
@@ -128,8 +131,11 @@ fn only_what_somebody_looks_at_is_asked_for_and_told() {
 
     let mut translator = Translator::default();
     translator.want(Wanted::of(|topic| topic == Topic::State));
-    let told = |message| take(&mut Translator::default(), &message, NOW).len();
-    assert_eq!((told(ToClient::Welcome(welcome(1))), told(ToClient::State(state()))), (0, 0));
+    let reported = |message| take(&mut Translator::default(), &message, NOW).len();
+    assert_eq!(
+        (reported(ToClient::Welcome(welcome(1))), reported(ToClient::State(state()))),
+        (0, 0)
+    );
     let payload = rows(0, 2);
     let message = ToClient::Rows(Rows::parse(&payload).unwrap());
     assert_eq!(take(&mut translator, &message, NOW), []);
@@ -138,8 +144,8 @@ fn only_what_somebody_looks_at_is_asked_for_and_told() {
 
 #[test]
 fn a_state_comes_back_as_a_recording_would_hold_it() {
-    let told = take(&mut greeted(), &ToClient::State(state()), NOW + 2_000_000_000);
-    let [(Topic::State, log_ns, bytes)] = told.as_slice() else { panic!("{told:?}") };
+    let reported = take(&mut greeted(), &ToClient::State(state()), NOW + 2_000_000_000);
+    let [(Topic::State, log_ns, bytes)] = reported.as_slice() else { panic!("{reported:?}") };
     assert_eq!(*log_ns, ZERO + 11_000_000_000);
     let topic = Topic::State.recorded().unwrap();
     let mut none = Vec::new();
@@ -174,8 +180,8 @@ fn samples_stand_at_the_time_of_the_gripper() {
         appended,
         ..Health::default()
     };
-    let told = take(&mut translator, &ToClient::Health(health), NOW + 1_000_000_000);
-    let [(Topic::Health, log_ns, bytes)] = told.as_slice() else { panic!("{told:?}") };
+    let reported = take(&mut translator, &ToClient::Health(health), NOW + 1_000_000_000);
+    let [(Topic::Health, log_ns, bytes)] = reported.as_slice() else { panic!("{reported:?}") };
     assert_eq!(*log_ns, ZERO + 10_500_000_000);
     let record = HealthRecord::decode(bytes).unwrap();
     assert_eq!((record.rate_hz, record.clock_offset_us), (999.0, 9_000_000.0));
@@ -183,12 +189,12 @@ fn samples_stand_at_the_time_of_the_gripper() {
 
     let payload = rows(2_000_000, 3);
     let message = ToClient::Rows(Rows::parse(&payload).unwrap());
-    let told = take(&mut translator, &message, NOW + 2_000_000_000);
-    let times: Vec<u64> = told.iter().map(|(_, log_ns, _)| log_ns - ZERO).collect();
+    let reported = take(&mut translator, &message, NOW + 2_000_000_000);
+    let times: Vec<u64> = reported.iter().map(|(_, log_ns, _)| log_ns - ZERO).collect();
     assert_eq!(times, [11_000_000_000, 11_001_000_000, 11_002_000_000]);
     let mut taxels = Vec::new();
     let topic = Topic::Sample.recorded().unwrap();
-    for (row, (_, _, bytes)) in (0..).zip(&told) {
+    for (row, (_, _, bytes)) in (0..).zip(&reported) {
         let record = Record::decode(topic, bytes, &mut taxels).unwrap();
         let Record::Sample(record) = record else { panic!("{record:?}") };
         assert_eq!((record.index, record.taxels), (40 + 2 * row, &[0.25][..]));
@@ -202,12 +208,12 @@ fn samples_stand_at_the_time_of_the_gripper() {
 fn times_never_go_back_and_never_lie_ahead() {
     let mut translator = greeted();
     let mut at = |host_us, now_ns| {
-        let told = take(
+        let reported = take(
             &mut translator,
             &ToClient::State(PipelineState { host: Micros(host_us), ..state() }),
             now_ns,
         );
-        told[0].1
+        reported[0].1
     };
     let ahead = NOW + 500_000_000;
     assert_eq!(at(11_000_000, ahead), ahead);
@@ -233,11 +239,11 @@ fn slip(number: u32, phase: Phase) -> SlipReport {
 }
 
 #[test]
-fn a_slip_is_told_once_in_each_run_of_the_daemon() {
+fn a_slip_is_reported_once_in_each_run_of_the_daemon() {
     let mut translator = greeted();
-    let mut tell = |message| take(&mut translator, &message, NOW);
-    let told = tell(ToClient::Slip(slip(1, Phase::Gross)));
-    let [(Topic::Event, log_ns, bytes)] = told.as_slice() else { panic!("{told:?}") };
+    let mut report = |message| take(&mut translator, &message, NOW);
+    let reported = report(ToClient::Slip(slip(1, Phase::Gross)));
+    let [(Topic::Event, log_ns, bytes)] = reported.as_slice() else { panic!("{reported:?}") };
     assert_eq!(*log_ns, ZERO + 9_000_000_000);
     let topic = Topic::Event.recorded().unwrap();
     let mut none = Vec::new();
@@ -247,23 +253,23 @@ fn a_slip_is_told_once_in_each_run_of_the_daemon() {
     assert_eq!((event.t_s, event.irregularities, event.json), (1.5, 4.0, ""));
     assert!(event.esc_w.is_nan() && event.confidence.is_nan());
 
-    assert_eq!(tell(ToClient::Slip(slip(1, Phase::Gross))), []);
-    assert_eq!(tell(ToClient::Slip(slip(2, Phase::Ended))).len(), 1);
-    assert_eq!(tell(ToClient::Welcome(welcome(7))), []);
-    assert_eq!(tell(ToClient::Slip(slip(2, Phase::Ended))), []);
-    assert_eq!(tell(ToClient::Welcome(welcome(8))).len(), 1);
-    assert_eq!(tell(ToClient::Slip(slip(1, Phase::Incipient))).len(), 1);
+    assert_eq!(report(ToClient::Slip(slip(1, Phase::Gross))), []);
+    assert_eq!(report(ToClient::Slip(slip(2, Phase::Ended))).len(), 1);
+    assert_eq!(report(ToClient::Welcome(welcome(7))), []);
+    assert_eq!(report(ToClient::Slip(slip(2, Phase::Ended))), []);
+    assert_eq!(report(ToClient::Welcome(welcome(8))).len(), 1);
+    assert_eq!(report(ToClient::Slip(slip(1, Phase::Incipient))).len(), 1);
 }
 
 #[test]
-fn news_are_events_of_sensors_and_lines_about_the_link() {
+fn updates_are_events_of_sensors_and_lines_about_the_link() {
     let mut translator = greeted();
     let (code, value) = (Sensor::Travel.code(), SensorHealth::Frozen.code().into());
     let notice = Notice { kind: NoticeKind::Sensor, code, value, count: 0, host_us: 0, text: b"" };
-    let told = take(&mut translator, &ToClient::Notice(notice), NOW);
+    let reported = take(&mut translator, &ToClient::Notice(notice), NOW);
     let topic = Topic::Event.recorded().unwrap();
     let mut none = Vec::new();
-    let record = Record::decode(topic, &told[0].2, &mut none).unwrap();
+    let record = Record::decode(topic, &reported[0].2, &mut none).unwrap();
     let Record::Event(event) = record else { panic!("{record:?}") };
     assert_eq!((event.kind, event.channel, event.health), ("health", "travel", "frozen"));
 
@@ -274,9 +280,10 @@ fn news_are_events_of_sensors_and_lines_about_the_link() {
     let gripper = Gripper { boot_id: 5, rate_hz: 1000, ..Gripper::NONE };
     let (kind, detail) = link(&take(&mut translator, &ToClient::Gripper(gripper), NOW));
     assert!(kind == "gripper" && detail.contains(r#""boot_id":5"#), "{detail}");
-    let mut told = Told::new();
-    translator.lost("gone", NOW, &mut |topic, ns, bytes| told.push((topic, ns, bytes.to_vec())));
-    assert_eq!(link(&told), ("daemon_lost".to_owned(), r#"{"reason":"gone"}"#.to_owned()));
+    let mut reported = Reported::new();
+    translator
+        .lost("gone", NOW, &mut |topic, ns, bytes| reported.push((topic, ns, bytes.to_vec())));
+    assert_eq!(link(&reported), ("daemon_lost".to_owned(), r#"{"reason":"gone"}"#.to_owned()));
 }
 
 #[test]
@@ -291,13 +298,13 @@ fn the_bytes_of_a_socket_give_the_same_messages_however_they_are_cut() {
     wire.extend(&out[..len]);
     for cut in 0..wire.len() {
         let (mut client, mut translator) = (ClientLink::new(9), greeted());
-        let mut told = Told::new();
+        let mut reported = Reported::new();
         for part in [&wire[..cut], &wire[cut..]] {
             client.receive(part, &mut |message| {
-                told.extend(take(&mut translator, message, NOW));
+                reported.extend(take(&mut translator, message, NOW));
             });
         }
-        assert_eq!(told, take(&mut greeted(), &ToClient::State(state()), NOW), "cut at {cut}");
+        assert_eq!(reported, take(&mut greeted(), &ToClient::State(state()), NOW), "cut at {cut}");
     }
 }
 

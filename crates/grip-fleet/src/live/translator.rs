@@ -57,7 +57,7 @@ impl Translator {
                 }
                 let at_ns = self.clocks.host_ns(health.host_us, now_ns);
                 let record = convert::health(health);
-                self.tell(Topic::Health, (at_ns, now_ns), out, |ns, to| record.encode(ns, to));
+                self.report(Topic::Health, (at_ns, now_ns), out, |ns, to| record.encode(ns, to));
             }
             ToClient::Notice(notice) => self.notice(notice, now_ns, out),
             ToClient::Setup(_) | ToClient::Ack(_) | ToClient::Nack(_) => {}
@@ -111,12 +111,12 @@ impl Translator {
     fn record(&mut self, record: &Record<'_>, at: (u64, u64), out: &mut Out<'_>) {
         let topic = Topic::ALL.into_iter().find(|topic| topic.recorded() == Some(record.topic()));
         if let Some(topic) = topic {
-            self.tell(topic, at, out, |ns, to| record.encode(ns, to));
+            self.report(topic, at, out, |ns, to| record.encode(ns, to));
         }
     }
 
     /// Tells one message of (what it tells of, now), where somebody looks.
-    fn tell(
+    fn report(
         &mut self,
         topic: Topic,
         (at_ns, now_ns): (u64, u64),

@@ -37,7 +37,7 @@ pub enum Happening {
     /// This stage begins.
     Stage(usize),
     /// A gripper has said something about the model.
-    Told(Member, Report),
+    Reported(Member, Report),
     /// A gripper did not answer, or said why it cannot; it is asked again.
     Silent(Member, Option<String>),
 }
@@ -87,10 +87,10 @@ impl Deployer {
         let take = self.taking.iter().map(|who| (who, Order::Take(self.offer.clone())));
         orders.extend(check.chain(take).map(|(who, order)| (who.clone(), order)));
         let open = self.rollout.holding().filter(|who| self.rollout.is_open(who));
-        orders.extend(open.map(|who| (who.clone(), Order::Tell)));
+        orders.extend(open.map(|who| (who.clone(), Order::Notify)));
         for some in orders.chunks(AT_ONCE) {
             for (member, order, answer) in self.ask(some) {
-                happenings.push(self.hear(member, &order, answer, now_us()));
+                happenings.push(self.receive(member, &order, answer, now_us()));
             }
         }
         happenings
@@ -143,7 +143,7 @@ impl Deployer {
         })
     }
 
-    fn hear(
+    fn receive(
         &mut self,
         member: Member,
         order: &Order,
@@ -169,16 +169,16 @@ impl Deployer {
             (Order::Check(_), Ok(standing)) => self.checked(&standing),
             (Order::Take(_), Ok(standing)) => self.taken(&member, &standing),
             (Order::Back { .. }, Ok(_)) => Report::Back,
-            (Order::Tell, Ok(standing)) => self.told(&standing),
+            (Order::Notify, Ok(standing)) => self.reported(&standing),
         };
         match order {
             Order::Check(_) => self.checking.remove(&member),
             Order::Take(_) => self.taking.remove(&member),
             Order::Back { .. } => self.returning.remove(&member),
-            Order::Tell => false,
+            Order::Notify => false,
         };
-        self.rollout.hear(&member, report.clone(), now_us);
-        Happening::Told(member, report)
+        self.rollout.receive(&member, report.clone(), now_us);
+        Happening::Reported(member, report)
     }
 
     /// The answer of one that would take the model.
@@ -197,7 +197,7 @@ impl Deployer {
     }
 
     /// The answer to a look.
-    fn told(&self, standing: &Standing) -> Report {
+    fn reported(&self, standing: &Standing) -> Report {
         let ours = standing.in_force.sha256 == self.offer.sha256;
         if ours {
             return match standing.trial {

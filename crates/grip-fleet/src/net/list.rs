@@ -42,7 +42,7 @@ impl Listed {
     }
 }
 
-/// Asks what grippers are made of and does not wait: each answer goes to `heard`, on a thread of the session. What cannot be read, or does not
+/// Asks what grippers are made of and does not wait: each answer goes to `received`, on a thread of the session. What cannot be read, or does not
 /// come, says nothing.
 ///
 /// # Errors
@@ -50,7 +50,7 @@ impl Listed {
 pub fn ask_about(
     session: &Session,
     selector: &Selector,
-    heard: impl Fn(Member, About) + Send + Sync + 'static,
+    received: impl Fn(Member, About) + Send + Sync + 'static,
 ) -> Result<(), NetError> {
     let key = selector.key(Part::About);
     let take = move |reply: Reply| {
@@ -58,7 +58,7 @@ pub fn ask_about(
             && let Some((member, Part::About)) = Member::parse(sample.key_expr().as_str())
             && let Ok(about) = About::from_json(&sample.payload().to_bytes())
         {
-            heard(member, about);
+            received(member, about);
         }
     };
     let asked = session.get(&key).consolidation(ConsolidationMode::None).timeout(PATIENCE);

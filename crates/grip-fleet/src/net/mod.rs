@@ -16,7 +16,7 @@ pub use ask::{Ask, ask};
 pub use deploy::{Deployer, Happening, standing};
 pub use list::{Listed, ask_about, list, members};
 pub use ros::{RosAnnounced, RosTimes};
-pub use watch::{Told, Watch};
+pub use watch::{Reported, Watch};
 
 use core::time::Duration;
 use std::path::PathBuf;

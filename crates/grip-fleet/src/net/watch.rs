@@ -36,7 +36,7 @@ const PATIENCE: Duration = Duration::from_secs(10);
 
 /// What a receiver is told.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Told {
+pub enum Reported {
     /// A gripper is there.
     Came(Member),
     /// A gripper, or the way to it, is gone.
@@ -68,7 +68,7 @@ pub enum Told {
 
 /// What comes from the network.
 #[derive(Debug)]
-enum News {
+enum Update {
     Life(Member, bool),
     Live(Member, Part, EventId, Message),
     /// Of the question of that number.
@@ -112,15 +112,15 @@ impl Watched {
 /// The way from the threads of the session to the receiver.
 #[derive(Clone, Debug)]
 struct Way {
-    sender: Sender<News>,
+    sender: Sender<Update>,
     waiting: Arc<AtomicUsize>,
 }
 
 impl Way {
-    fn send(&self, news: News) {
+    fn send(&self, updates: Update) {
         self.waiting.fetch_add(1, Ordering::Relaxed);
         // A receiver that is gone wants nothing.
-        let _gone = self.sender.send(news);
+        let _gone = self.sender.send(updates);
     }
 
     /// A publication or an answer.
@@ -134,16 +134,16 @@ impl Way {
         let message = Message::from_wire(&sample.payload().to_bytes());
         self.send(match (id, message) {
             (Some(id), Ok(message)) => match answer {
-                Some(asked) => News::Answer(member, asked, id, message),
-                None => News::Live(member, part, id, message),
+                Some(asked) => Update::Answer(member, asked, id, message),
+                None => Update::Live(member, part, id, message),
             },
-            _ => News::Unreadable(key.to_owned()),
+            _ => Update::Unreadable(key.to_owned()),
         });
     }
 
     fn life(&self, sample: &Sample) {
         if let Some((member, _)) = Member::parse(sample.key_expr().as_str()) {
-            self.send(News::Life(member, sample.kind() == SampleKind::Put));
+            self.send(Update::Life(member, sample.kind() == SampleKind::Put));
         }
     }
 }
@@ -153,7 +153,7 @@ struct End(Way, Member, u64);
 
 impl Drop for End {
     fn drop(&mut self) {
-        self.0.send(News::Answered(self.1.clone(), self.2));
+        self.0.send(Update::Answered(self.1.clone(), self.2));
     }
 }
 
@@ -163,7 +163,7 @@ pub struct Watch {
     session: Session,
     since: Since,
     telemetry: Vec<Topic>,
-    news: Receiver<News>,
+    updates: Receiver<Update>,
     way: Way,
     watched: HashMap<Member, Watched>,
     /// Answers that are on their way, and who is to be asked next.
@@ -183,7 +183,7 @@ impl Watch {
         since: Since,
         telemetry: &[Topic],
     ) -> Result<Self, NetError> {
-        let (sender, news) = channel();
+        let (sender, updates) = channel();
         let way = Way { sender, waiting: Arc::default() };
         let mut subscribers = Vec::new();
         // HEALTH comes in any case: it says every second which event was the last.
@@ -191,55 +191,56 @@ impl Watch {
         topics.extend(telemetry.iter().filter(|topic| **topic != Topic::Health));
         for topic in topics {
             let (key, way) = (selector.key(Part::Topic(topic)), way.clone());
-            let heard = move |sample: Sample| way.sample(&sample, None);
-            let subscriber = session.declare_subscriber(key.clone()).callback(heard).wait();
+            let received = move |sample: Sample| way.sample(&sample, None);
+            let subscriber = session.declare_subscriber(key.clone()).callback(received).wait();
             subscribers.push(subscriber.map_err(refused(&key))?);
         }
         let (key, life) = (selector.key(Part::Alive), way.clone());
-        let heard = move |sample: Sample| life.life(&sample);
+        let received = move |sample: Sample| life.life(&sample);
         let liveliness = session.liveliness();
-        let subscriber = liveliness.declare_subscriber(&key).history(true).callback(heard).wait();
+        let subscriber =
+            liveliness.declare_subscriber(&key).history(true).callback(received).wait();
         subscribers.push(subscriber.map_err(refused(&key))?);
         let telemetry = telemetry.to_vec();
         let (watched, due, open) = (HashMap::new(), VecDeque::new(), 0);
         let _subscribers = subscribers;
-        Ok(Self { session, since, telemetry, news, way, watched, open, due, _subscribers })
+        Ok(Self { session, since, telemetry, updates, way, watched, open, due, _subscribers })
     }
 
     /// What happens next, waiting at most so long for it; `None` where nothing happened that the receiver is told.
     ///
     /// # Errors
     /// [`NetError::Refused`] where the session has ended.
-    pub fn next(&mut self, patience: Duration) -> Result<Option<Told>, NetError> {
+    pub fn next(&mut self, patience: Duration) -> Result<Option<Reported>, NetError> {
         // The way holds a sender: it never ends.
-        let Ok(news) = self.news.recv_timeout(patience) else { return Ok(None) };
+        let Ok(updates) = self.updates.recv_timeout(patience) else { return Ok(None) };
         self.way.waiting.fetch_sub(1, Ordering::Relaxed);
-        match news {
-            News::Life(member, alive) => self.life(member, alive),
-            News::Live(member, Part::Topic(Topic::Events), id, message) => {
+        match updates {
+            Update::Life(member, alive) => self.life(member, alive),
+            Update::Live(member, Part::Topic(Topic::Events), id, message) => {
                 let verdict = self.watched(&member).follower.live(id);
                 self.event(verdict, member, id, message)
             }
-            News::Live(member, part, id, message) => {
+            Update::Live(member, part, id, message) => {
                 if self.watched(&member).follower.head(id) {
                     self.ask(&member)?;
                 }
                 let wanted = self.telemetry.iter().any(|topic| part == Part::Topic(*topic));
-                Ok(wanted.then_some(Told::Telemetry { member, message }))
+                Ok(wanted.then_some(Reported::Telemetry { member, message }))
             }
-            News::Answer(member, asked, ..) | News::Answered(member, asked)
+            Update::Answer(member, asked, ..) | Update::Answered(member, asked)
                 if self.watched(&member).asked != asked =>
             {
                 Ok(None)
             }
-            News::Answer(member, _, id, message) => {
+            Update::Answer(member, _, id, message) => {
                 let watched = self.watched(&member);
                 watched.came += 1;
                 watched.last = Some(id);
                 let verdict = watched.follower.answer(id);
                 self.event(verdict, member, id, message)
             }
-            News::Answered(member, _) => {
+            Update::Answered(member, _) => {
                 let again = self.watched(&member).turn_page();
                 self.close(&member);
                 if again {
@@ -248,7 +249,7 @@ impl Watch {
                 }
                 self.ask_next().map(|()| None)
             }
-            News::Unreadable(key) => Ok(Some(Told::Unreadable { key })),
+            Update::Unreadable(key) => Ok(Some(Reported::Unreadable { key })),
         }
     }
 
@@ -270,7 +271,7 @@ impl Watch {
         self.way.waiting.load(Ordering::Relaxed)
     }
 
-    fn life(&mut self, member: Member, alive: bool) -> Result<Option<Told>, NetError> {
+    fn life(&mut self, member: Member, alive: bool) -> Result<Option<Reported>, NetError> {
         let changed = core::mem::replace(&mut self.watched(&member).alive, alive) != alive;
         // An answer that was under way when the gripper, or the way to it, went away may never end.
         self.watched(&member).follower.abandon();
@@ -279,7 +280,7 @@ impl Watch {
             self.ask(&member)?;
         }
         self.ask_next()?;
-        Ok(changed.then_some(if alive { Told::Came(member) } else { Told::Gone(member) }))
+        Ok(changed.then_some(if alive { Reported::Came(member) } else { Reported::Gone(member) }))
     }
 
     fn event(
@@ -288,9 +289,9 @@ impl Watch {
         member: Member,
         id: EventId,
         message: Message,
-    ) -> Result<Option<Told>, NetError> {
+    ) -> Result<Option<Reported>, NetError> {
         match verdict {
-            Verdict::New { missing } => Ok(Some(Told::Event { member, id, message, missing })),
+            Verdict::New { missing } => Ok(Some(Reported::Event { member, id, message, missing })),
             Verdict::Known => Ok(None),
             Verdict::Early => self.ask(&member).map(|()| None),
         }
@@ -348,12 +349,12 @@ impl Watch {
         let asked = watched.asked;
         self.open += 1;
         let end = End(self.way.clone(), member.clone(), asked);
-        let heard = move |reply: Reply| {
+        let received = move |reply: Reply| {
             if let Ok(sample) = reply.result() {
                 end.0.sample(sample, Some(end.2));
             }
         };
         let get = self.session.get(&selector).consolidation(ConsolidationMode::None);
-        get.timeout(PATIENCE).callback(heard).wait().map_err(refused(&key))
+        get.timeout(PATIENCE).callback(received).wait().map_err(refused(&key))
     }
 }

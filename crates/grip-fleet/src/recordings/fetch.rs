@@ -185,7 +185,7 @@ mod tests {
         (0..3_000_000_u32).map(|at| at.to_le_bytes()[at as usize % 3]).collect()
     }
 
-    fn told(name: &str, bytes: usize) -> Recording {
+    fn reported(name: &str, bytes: usize) -> Recording {
         let bytes = bytes as u64;
         Recording { name: name.to_owned(), bytes, begin_ns: None, modified_ns: 5, growing: false }
     }
@@ -209,8 +209,8 @@ mod tests {
         content: &[u8],
         mut patience: u32,
     ) -> Result<Fetched, FetchError<io::Error>> {
-        let told = told("run.mcap", content.len());
-        fetch(&told, folder, &mut |from, bytes| give(content, &mut patience, from, bytes))
+        let reported = reported("run.mcap", content.len());
+        fetch(&reported, folder, &mut |from, bytes| give(content, &mut patience, from, bytes))
     }
 
     #[test]
@@ -232,15 +232,15 @@ mod tests {
     fn short_answers_are_asked_for_until_all_is_there_and_compared() {
         let folder = tempfile::tempdir().unwrap();
         let content = content();
-        let told = told("run.mcap", content.len());
+        let reported = reported("run.mcap", content.len());
         let mut asked = 0;
         let mut ask = |from, bytes: u64| {
             asked += 1;
             give(&content, &mut u32::MAX.clone(), from, bytes.min(100_000))
         };
         let copied = Fetched::Copied { bytes: content.len() as u64, resumed: 0 };
-        assert_eq!(fetch(&told, folder.path(), &mut ask).unwrap(), copied);
-        assert_eq!(fetch(&told, folder.path(), &mut ask).unwrap(), Fetched::There);
+        assert_eq!(fetch(&reported, folder.path(), &mut ask).unwrap(), copied);
+        assert_eq!(fetch(&reported, folder.path(), &mut ask).unwrap(), Fetched::There);
         assert_eq!(fs::read(folder.path().join("run.mcap")).unwrap(), content);
         assert_eq!(asked, 30 + 2 * 3);
     }
@@ -269,14 +269,14 @@ mod tests {
         fs::create_dir_all(&inside).unwrap();
         let mut asked = 0;
         for name in ["../../etc/passwd", "../x.mcap", "/tmp/x.mcap", "a/../x.mcap", ""] {
-            let told = told(name, 3);
-            let refused = fetch(&told, &inside, &mut |_, _| -> io::Result<_> {
+            let reported = reported(name, 3);
+            let refused = fetch(&reported, &inside, &mut |_, _| -> io::Result<_> {
                 asked += 1;
                 Ok(vec![])
             });
             assert!(matches!(refused, Err(FetchError::Name(_))), "{name}");
         }
-        let growing = Recording { growing: true, ..told("run.mcap", 3) };
+        let growing = Recording { growing: true, ..reported("run.mcap", 3) };
         let refused = fetch(&growing, &inside, &mut |_, _| -> io::Result<_> { Ok(vec![]) });
         assert!(matches!(refused, Err(FetchError::Growing(_))) && asked == 0);
         let long = Piece { at: 0, bytes: b"four" }.write();
@@ -285,7 +285,7 @@ mod tests {
             [vec![], vec![vec![]], vec![long], vec![late], vec![b"rubbish and more".to_vec()]]
         {
             let refused =
-                fetch(&told("run.mcap", 3), &inside, &mut |_, _| io::Result::Ok(wire.clone()));
+                fetch(&reported("run.mcap", 3), &inside, &mut |_, _| io::Result::Ok(wire.clone()));
             assert!(matches!(refused, Err(FetchError::Damaged { .. })), "{refused:?}");
             assert!(!inside.join("run.mcap").exists());
         }

@@ -100,7 +100,7 @@ impl Shelf {
     ///
     /// # Errors
     /// As [`Shelf::list`].
-    pub fn told(&self) -> io::Result<Vec<Vec<u8>>> {
+    pub fn reported(&self) -> io::Result<Vec<Vec<u8>>> {
         let all = self.list()?;
         if all.is_empty() {
             return Ok(vec![b"[]".to_vec()]);
@@ -282,7 +282,7 @@ mod tests {
     }
 
     #[test]
-    fn one_that_is_being_written_is_told_so() {
+    fn one_that_is_being_written_is_reported_so() {
         let folder = tempfile::tempdir().unwrap();
         let shelf = shelf(folder.path(), "run.mcap").unwrap();
         fs::write(folder.path().join("run.mcap"), "abc").unwrap();
@@ -302,18 +302,18 @@ mod tests {
             (0..1_500_000_u32).map(|at| at.to_le_bytes()[at as usize % 3]).collect();
         fs::write(&file, &content).unwrap();
         let shelf = shelf(folder.path(), "run.mcap").unwrap();
-        let told = shelf.list().unwrap().remove(0);
+        let reported = shelf.list().unwrap().remove(0);
         let read = |from: &str, size: u64| {
             let words = BTreeMap::from([
-                ("name", told.name.clone()),
+                ("name", reported.name.clone()),
                 ("from", from.to_owned()),
                 ("bytes", "99999999999".to_owned()),
                 ("size", size.to_string()),
-                ("modified", told.modified_ns.to_string()),
+                ("modified", reported.modified_ns.to_string()),
             ]);
             shelf.read(&|word| words.get(word).cloned())
         };
-        let mut reading = read("100", told.bytes).unwrap();
+        let mut reading = read("100", reported.bytes).unwrap();
         let (mut at, mut pieces) = (100, 0);
         while let Some(wire) = reading.next_piece().unwrap() {
             let piece = Piece::read(&wire).unwrap();
@@ -324,8 +324,8 @@ mod tests {
         }
         assert_eq!((at, pieces), (100 + MOST, 4));
         assert!(matches!(read("0", 5), Err(ShelfError::Changed)));
-        assert!(matches!(read("1500000", told.bytes), Err(ShelfError::Beyond { .. })));
-        let mut reading = read("1400000", told.bytes).unwrap();
+        assert!(matches!(read("1500000", reported.bytes), Err(ShelfError::Beyond { .. })));
+        let mut reading = read("1400000", reported.bytes).unwrap();
         fs::write(&file, "short").unwrap();
         assert!(reading.next_piece().is_err());
     }

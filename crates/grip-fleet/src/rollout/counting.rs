@@ -72,7 +72,7 @@ mod tests {
         let (idle, moving) =
             ((GripState::Released, Scene::Moving), (GripState::Observing, Scene::Moving));
         let holding = (GripState::Holding, Scene::Idle);
-        let told = [
+        let reported = [
             (0, holding, 0),
             (200, holding, 0),
             (400, idle, 0x0201),
@@ -82,7 +82,7 @@ mod tests {
             // A line that was silent shows nothing.
             (5000, holding, 0x0202),
         ];
-        for (ms, (grip, scene), fault) in told {
+        for (ms, (grip, scene), fault) in reported {
             let mut state = PipelineState { grip, scene, ..PipelineState::UNKNOWN };
             state.host = Micros(1000 * ms);
             state.fault.0 = fault;

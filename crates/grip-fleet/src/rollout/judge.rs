@@ -297,8 +297,8 @@ mod tests {
             let judged = judge.judge(&counts(120.0, draw(12.0)), &counts(120.0, draw(36.0)));
             worse += f64::from(u8::from(judged == Judgement::Worse(Worse::Slips)));
         }
-        let (drawn, told) = (worse / f64::from(trials), judge.power(0.1, 3.0));
-        assert!((drawn - told).abs() < 0.04, "{drawn} {told}");
+        let (drawn, reported) = (worse / f64::from(trials), judge.power(0.1, 3.0));
+        assert!((drawn - reported).abs() < 0.04, "{drawn} {reported}");
         assert!(judge.power(0.1, 1.0) < 1e-3);
     }
 
@@ -312,15 +312,15 @@ mod tests {
 
     /// The table in docs/fleet.md is the judge's.
     #[test]
-    fn what_a_watch_can_tell_is_as_documented() {
+    fn what_a_watch_can_report_is_as_documented() {
         let docs = include_str!("../../../../docs/fleet.md");
         for per_minute in ["0.1", "1"] {
             let rate = per_minute.parse::<f64>().unwrap() / 60.0;
-            let told = [60.0, 600.0, 3600.0, 28_800.0].map(|watch_s| {
+            let reported = [60.0, 600.0, 3600.0, 28_800.0].map(|watch_s| {
                 let judge = JudgeConfig { watch_s, ..JudgeConfig::default() };
                 judge.noticed(rate).map_or("-".to_owned(), |ratio| format!("{ratio:.1}"))
             });
-            let line = format!("| {per_minute} | {} |", told.join(" | "));
+            let line = format!("| {per_minute} | {} |", reported.join(" | "));
             assert!(docs.contains(&line), "{line}");
         }
     }

@@ -217,7 +217,7 @@ impl Rollout {
     }
 
     /// Takes what a gripper says; who is not in this roll-out is not heard.
-    pub fn hear(&mut self, member: &Member, report: Report, now_us: u64) {
+    pub fn receive(&mut self, member: &Member, report: Report, now_us: u64) {
         let Some(phase) = self.members.get_mut(member) else { return };
         self.silent.remove(member);
         match (report, &*phase) {
@@ -353,8 +353,8 @@ impl Rollout {
 
     /// Stops it; the next step asks for the model back.
     pub fn abort(&mut self) {
-        let unheard = self.members.values_mut().filter(|phase| phase.is_open_question());
-        unheard.for_each(|phase| *phase = Phase::Back);
+        let ignored = self.members.values_mut().filter(|phase| phase.is_open_question());
+        ignored.for_each(|phase| *phase = Phase::Back);
         self.stop(Stop::Told);
     }
 

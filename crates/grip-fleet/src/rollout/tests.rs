@@ -30,14 +30,14 @@ impl Plant {
     fn obey(&mut self, orders: Vec<Order>) {
         for order in orders {
             match order {
-                Order::Check(member) => self.rollout.hear(&member, Report::Fit, self.now_us),
+                Order::Check(member) => self.rollout.receive(&member, Report::Fit, self.now_us),
                 Order::Take(member) => {
                     let before = Counts { seconds: 3600.0, slips: 360, faults: 2, grasps: 1 };
-                    self.rollout.hear(&member, Report::Taken(before), self.now_us);
+                    self.rollout.receive(&member, Report::Taken(before), self.now_us);
                     self.new.insert(member);
                 }
                 Order::GiveBack(member) => {
-                    self.rollout.hear(&member, Report::Back, self.now_us);
+                    self.rollout.receive(&member, Report::Back, self.now_us);
                     self.new.remove(&member);
                 }
             }
@@ -63,7 +63,7 @@ impl Plant {
             grasps: 1,
         };
         for member in self.new.clone() {
-            self.rollout.hear(&member, Report::Counted(counts), self.now_us);
+            self.rollout.receive(&member, Report::Counted(counts), self.now_us);
         }
     }
 
@@ -103,7 +103,7 @@ fn checked(count: u8) -> Rollout {
     let mut rollout = Rollout::new(RolloutConfig::default(), members(count));
     let asked: Vec<Order> = members(count).into_iter().map(Order::Check).collect();
     assert_eq!((rollout.progress(), rollout.step()), (Progress::Checking, asked));
-    members(count).iter().for_each(|member| rollout.hear(member, Report::Fit, 0));
+    members(count).iter().for_each(|member| rollout.receive(member, Report::Fit, 0));
     rollout
 }
 
@@ -112,19 +112,19 @@ fn tried(count: u8) -> (Rollout, Member) {
     let mut rollout = checked(count);
     let first = members(1).remove(0);
     assert_eq!(rollout.step(), [Order::Take(first.clone())]);
-    rollout.hear(&first, Report::Taken(Counts::default()), SECOND);
+    rollout.receive(&first, Report::Taken(Counts::default()), SECOND);
     (rollout, first)
 }
 
 #[test]
-fn who_would_refuse_it_stops_it_before_anybody_has_it_and_all_are_heard() {
+fn who_would_refuse_it_stops_it_before_anybody_has_it_and_all_are_received() {
     let mut rollout = Rollout::new(RolloutConfig::default(), members(4));
     rollout.step();
     let who = members(4);
-    rollout.hear(&who[0], Report::Fit, 1);
-    rollout.hear(&who[2], Report::Refused("too early".to_owned()), 1);
+    rollout.receive(&who[0], Report::Fit, 1);
+    rollout.receive(&who[2], Report::Refused("too early".to_owned()), 1);
     assert_eq!((rollout.progress(), rollout.step()), (Progress::Checking, vec![]));
-    rollout.hear(&who[3], Report::Refused("too old".to_owned()), 3);
+    rollout.receive(&who[3], Report::Refused("too old".to_owned()), 3);
     assert_eq!((rollout.progress(), rollout.step()), (Progress::Checking, vec![]));
     // The last one never answers.
     for second in [2, 62] {
@@ -133,17 +133,17 @@ fn who_would_refuse_it_stops_it_before_anybody_has_it_and_all_are_heard() {
     }
     rollout.miss(&who[1], None, 63 * SECOND);
     assert_eq!((rollout.step(), rollout.progress()), (vec![], Progress::Stopped(0)));
-    let told = rollout.stopped().unwrap().to_string();
-    assert_eq!(told, format!("{} refused the model: too early", who[2]));
+    let reported = rollout.stopped().unwrap().to_string();
+    assert_eq!(reported, format!("{} refused the model: too early", who[2]));
 }
 
 #[test]
-fn whoever_stops_it_waits_for_nobody_who_has_not_said_whether_it_would_take_it() {
+fn whoever_stops_it_waits_for_nobody_who_has_not_stated_whether_it_would_take_it() {
     let mut rollout = Rollout::new(RolloutConfig::default(), members(3));
     rollout.step();
     rollout.abort();
     assert_eq!((rollout.step(), rollout.progress()), (vec![], Progress::Stopped(0)));
-    rollout.hear(&members(1)[0], Report::Fit, 2);
+    rollout.receive(&members(1)[0], Report::Fit, 2);
     assert_eq!((rollout.step(), rollout.stopped()), (vec![], Some(&Stop::Told)));
 }
 
@@ -152,30 +152,30 @@ fn a_refusal_stops_it() {
     let mut rollout = checked(3);
     let orders = rollout.step();
     let [Order::Take(first)] = orders.as_slice() else { panic!("{orders:?}") };
-    rollout.hear(first, Report::Refused("another hash".to_owned()), 1);
+    rollout.receive(first, Report::Refused("another hash".to_owned()), 1);
     assert_eq!(rollout.step(), []);
     assert_eq!(rollout.progress(), Progress::Stopped(0));
-    let told = rollout.stopped().unwrap().to_string();
-    assert_eq!(told, format!("{first} refused the model: another hash"));
+    let reported = rollout.stopped().unwrap().to_string();
+    assert_eq!(reported, format!("{first} refused the model: another hash"));
 }
 
 #[test]
-fn silence_stops_it_and_who_comes_back_is_told_to_give_back() {
+fn silence_stops_it_and_who_comes_back_is_reported_to_give_back() {
     let (mut rollout, first) = tried(3);
     let first = &first;
     rollout.miss(first, None, 2 * SECOND);
     // It answers once, and then says why it cannot.
-    rollout.hear(first, Report::Counted(Counts::default()), 40 * SECOND);
+    rollout.receive(first, Report::Counted(Counts::default()), 40 * SECOND);
     rollout.miss(first, None, 41 * SECOND);
     rollout.miss(first, None, 101 * SECOND);
     assert_eq!(rollout.step(), []);
     rollout.miss(first, Some("no folder".to_owned()), 102 * SECOND);
     assert_eq!(rollout.step(), [Order::GiveBack(first.clone())]);
     assert_eq!(rollout.progress(), Progress::Stopped(1), "it may have the model still");
-    rollout.hear(first, Report::Back, 110 * SECOND);
+    rollout.receive(first, Report::Back, 110 * SECOND);
     assert_eq!(rollout.progress(), Progress::Stopped(0));
-    let told = rollout.stopped().unwrap().to_string();
-    assert_eq!(told, format!("{first} has not answered for too long: no folder"));
+    let reported = rollout.stopped().unwrap().to_string();
+    assert_eq!(reported, format!("{first} has not answered for too long: no folder"));
 }
 
 /// A turn over many grippers may take longer than patience: whoever answers when asked is there.
@@ -184,7 +184,7 @@ fn who_was_not_asked_for_long_is_not_gone() {
     let (mut rollout, first) = tried(2);
     let first = &first;
     for second in [300, 600, 1200] {
-        rollout.hear(first, Report::Counted(Counts::default()), second * SECOND);
+        rollout.receive(first, Report::Counted(Counts::default()), second * SECOND);
         assert_eq!(rollout.step(), []);
         // One answer that was lost is none of patience, however late the next question comes.
         rollout.miss(first, None, (second + 100) * SECOND);
@@ -200,19 +200,19 @@ fn who_falls_back_by_itself_stops_it_for_all() {
     }
     let fallen = members(3).remove(2);
     plant.new.remove(&fallen);
-    plant.rollout.hear(&fallen, Report::FellBack(Worse::Faults), plant.now_us);
+    plant.rollout.receive(&fallen, Report::FellBack(Worse::Faults), plant.now_us);
     plant.turn(1);
     assert_eq!((plant.new.len(), plant.rollout.progress()), (0, Progress::Stopped(0)));
-    let told = plant.rollout.stopped().unwrap().to_string();
-    assert_eq!(told, format!("{fallen} has more faults with the new model"));
+    let reported = plant.rollout.stopped().unwrap().to_string();
+    assert_eq!(reported, format!("{fallen} has more faults with the new model"));
 }
 
 #[test]
 fn strangers_and_late_words_change_nothing() {
     let mut rollout = Rollout::new(RolloutConfig::default(), members(2));
     let stranger = Member { uid: Uid([9; 16]), ..members(1).remove(0) };
-    rollout.hear(&stranger, Report::Refused(String::new()), 0);
-    rollout.hear(&members(1)[0], Report::Counted(Counts::default()), 0);
+    rollout.receive(&stranger, Report::Refused(String::new()), 0);
+    rollout.receive(&members(1)[0], Report::Counted(Counts::default()), 0);
     assert_eq!((rollout.stopped(), rollout.progress()), (None, Progress::Checking));
     let nobody = Rollout::new(RolloutConfig::default(), []);
     assert_eq!(nobody.progress(), Progress::Done);
@@ -223,10 +223,10 @@ fn who_holds_nothing_for_too_long_stops_it_though_it_answers() {
     let (mut rollout, first) = tried(2);
     let first = &first;
     for second in 2..=3601 {
-        rollout.hear(first, Report::Counted(Counts::default()), second * SECOND);
+        rollout.receive(first, Report::Counted(Counts::default()), second * SECOND);
         assert_eq!(rollout.step(), [], "a pause of an hour at most");
     }
-    rollout.hear(first, Report::Counted(Counts::default()), 3602 * SECOND);
+    rollout.receive(first, Report::Counted(Counts::default()), 3602 * SECOND);
     assert_eq!(rollout.step(), [Order::GiveBack(first.clone())]);
     assert_eq!(rollout.stopped(), Some(&Stop::Idle { member: first.clone() }));
 }
@@ -236,55 +236,58 @@ fn who_had_the_model_before_does_not_stand_for_the_first_to_try_it() {
     let mut rollout = Rollout::new(RolloutConfig::default(), members(4));
     rollout.step();
     let who = members(4);
-    rollout.hear(&who[0], Report::Had, 1);
-    who[1..].iter().for_each(|member| rollout.hear(member, Report::Fit, 1));
+    rollout.receive(&who[0], Report::Had, 1);
+    who[1..].iter().for_each(|member| rollout.receive(member, Report::Fit, 1));
     assert_eq!(rollout.step(), [Order::Take(who[1].clone())]);
-    rollout.hear(&who[1], Report::Taken(Counts::default()), 3);
-    rollout.hear(&who[1], Report::Kept, 4);
+    rollout.receive(&who[1], Report::Taken(Counts::default()), 3);
+    rollout.receive(&who[1], Report::Kept, 4);
     assert_eq!(rollout.step(), [Order::Take(who[2].clone())]);
-    rollout.hear(&who[2], Report::Taken(Counts::default()), 6);
+    rollout.receive(&who[2], Report::Taken(Counts::default()), 6);
     rollout.abort();
     let back = [Order::GiveBack(who[1].clone()), Order::GiveBack(who[2].clone())];
     assert_eq!(rollout.step(), back);
     // All of them have it already.
     let mut rollout = Rollout::new(RolloutConfig::default(), members(2));
     rollout.step();
-    members(2).iter().for_each(|member| rollout.hear(member, Report::Had, 1));
+    members(2).iter().for_each(|member| rollout.receive(member, Report::Had, 1));
     assert_eq!((rollout.step(), rollout.progress()), (vec![], Progress::Done));
 }
 
 #[test]
 fn who_has_got_the_model_from_elsewhere_meanwhile_keeps_it() {
     let mut rollout = checked(3);
-    let mut told = Vec::new();
+    let mut reported = Vec::new();
     for now_us in 0..3 {
         for order in rollout.step() {
             let (Order::Check(member) | Order::Take(member) | Order::GiveBack(member)) = &order;
             let report =
-                if told.is_empty() { Report::Had } else { Report::Taken(Counts::default()) };
-            rollout.hear(member, report, now_us);
-            told.push(order);
+                if reported.is_empty() { Report::Had } else { Report::Taken(Counts::default()) };
+            rollout.receive(member, report, now_us);
+            reported.push(order);
         }
     }
     rollout.abort();
     // Another one is the first to try it, alone.
     let [_, second, third] = &members(3)[..] else { panic!() };
-    assert_eq!(told, [Order::Take(members(1).remove(0)), Order::Take(second.clone())]);
+    assert_eq!(reported, [Order::Take(members(1).remove(0)), Order::Take(second.clone())]);
     let back = rollout.step();
     assert_eq!((back, rollout.stage()), (vec![Order::GiveBack(second.clone())], 1));
     assert!(rollout.holding().all(|member| member != third));
     assert_eq!(rollout.stopped(), Some(&Stop::Told));
     let holding: Vec<Member> = rollout.holding().cloned().collect();
     assert_eq!(rollout.progress(), Progress::Stopped(holding.len()));
-    holding.iter().for_each(|member| rollout.hear(member, Report::Back, 10));
+    holding.iter().for_each(|member| rollout.receive(member, Report::Back, 10));
     assert_eq!(rollout.progress(), Progress::Stopped(0));
 }
 
 #[test]
 fn who_left_by_itself_is_named_with_its_reason() {
     let (mut rollout, first) = tried(3);
-    rollout.hear(&first, Report::Left("it has started again".to_owned()), 2 * SECOND);
+    rollout.receive(&first, Report::Left("it has started again".to_owned()), 2 * SECOND);
     assert_eq!(rollout.step(), []);
-    let told = rollout.stopped().unwrap().to_string();
-    assert_eq!(told, format!("{first} has gone back to the model before: it has started again"));
+    let reported = rollout.stopped().unwrap().to_string();
+    assert_eq!(
+        reported,
+        format!("{first} has gone back to the model before: it has started again")
+    );
 }

@@ -156,9 +156,9 @@ mod tests {
 
     #[test]
     fn a_state_becomes_a_joint_and_a_state() {
-        let told = frame(Kind::STATE, |out| state(Some(1.5)).write(out).unwrap());
-        let told = messages(&told, ID, START_NS);
-        let topics: Vec<RosTopic> = told.iter().map(|(topic, _)| *topic).collect();
+        let reported = frame(Kind::STATE, |out| state(Some(1.5)).write(out).unwrap());
+        let reported = messages(&reported, ID, START_NS);
+        let topics: Vec<RosTopic> = reported.iter().map(|(topic, _)| *topic).collect();
         assert_eq!(topics, [RosTopic::JointStates, RosTopic::State]);
         // Written by hand: time; no frame, to the next multiple of four; one name; no position, no velocity; one effort at a multiple of eight.
         let mut joint = vec![0, 1, 0, 0];
@@ -169,7 +169,7 @@ mod tests {
         joint.extend_from_slice(&[0; 8]);
         joint.extend_from_slice(b"\x01\0\0\0\0\0\0\0");
         joint.extend_from_slice(&1.5_f64.to_le_bytes());
-        assert_eq!(told[0].1, joint);
+        assert_eq!(reported[0].1, joint);
     }
 
     #[test]
@@ -183,7 +183,7 @@ mod tests {
     }
 
     #[test]
-    fn a_slip_bears_its_number_and_other_news_are_nothing_to_ros() {
+    fn a_slip_bears_its_number_and_other_updates_are_nothing_to_ros() {
         let slip = SlipReport {
             number: 4,
             t: Micros(5),
@@ -194,8 +194,8 @@ mod tests {
             esc_kind: Reading::Literal,
             ..SlipReport::UNKNOWN
         };
-        let told = messages(&frame(Kind::SLIP, |out| slip.write(out).unwrap()), ID, START_NS);
-        let [(RosTopic::Slip, bytes)] = told.as_slice() else { panic!("{told:?}") };
+        let reported = messages(&frame(Kind::SLIP, |out| slip.write(out).unwrap()), ID, START_NS);
+        let [(RosTopic::Slip, bytes)] = reported.as_slice() else { panic!("{reported:?}") };
         assert_eq!(bytes[20..24], ID.run.to_le_bytes());
         let health = frame(Kind::HEALTH, |out| Health::default().write(out).unwrap());
         assert_eq!(messages(&health, ID, START_NS), []);

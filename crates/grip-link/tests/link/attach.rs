@@ -1,6 +1,6 @@
 //! Finding a gripper: attaching, versions, requests and who else may answer.
 
-use crate::line::{Line, Told, remove};
+use crate::line::{Line, Reported, remove};
 use crate::targets::gripper::{CONFIG, device, idle, wire};
 use crate::targets::words::unhex;
 use grip_link::frame::{Direction, Header, MAX_WIRE};
@@ -8,10 +8,10 @@ use grip_link::host::{CloseReason, HostConfig, LinkState};
 use grip_link::message::{Config, DeviceState, Kind};
 
 /// Rows of all batches, which must follow one another from row 0.
-fn contiguous_rows(told: &[Told]) -> u32 {
+fn contiguous_rows(reported: &[Reported]) -> u32 {
     let mut next = 0;
-    for told in told {
-        if let Told::Rows(rows, loss) = told {
+    for reported in reported {
+        if let Reported::Rows(rows, loss) = reported {
             assert!(loss.is_contiguous());
             for (index, tick, raw) in rows {
                 assert_eq!(*index, next);
@@ -30,11 +30,11 @@ fn attaches_and_streams_without_loss() {
     line.open();
     line.run(500_000);
     assert_eq!(line.states(), [LinkState::Hello, LinkState::Config, LinkState::Stream]);
-    assert!(line.told.contains(&Told::Identified(false)));
-    assert!(line.told.contains(&Told::Configured(0)));
+    assert!(line.reported.contains(&Reported::Identified(false)));
+    assert!(line.reported.contains(&Reported::Configured(0)));
     assert_eq!(line.host.in_force(), Some(&CONFIG));
     assert_eq!(line.device.state(), DeviceState::Armed);
-    let next = contiguous_rows(&line.told);
+    let next = contiguous_rows(&line.reported);
     assert!(next > 2400, "{next} rows in half a second at 5 kHz");
     assert_eq!(line.host.loss().received, u64::from(next));
     assert_eq!(line.host.loss().lost, 0);
@@ -127,7 +127,7 @@ fn device_answers_a_host_of_another_version_and_stays_unlinked() {
 }
 
 #[test]
-fn config_is_clamped_and_said_so() {
+fn config_is_clamped_and_stated_so() {
     let wanted = Config {
         force_max_mn: 90_000,
         ttl_ms: 500,
@@ -139,7 +139,7 @@ fn config_is_clamped_and_said_so() {
     line.sample_every_us = u64::MAX;
     line.open();
     line.run(2_000);
-    assert!(line.told.contains(&Told::Configured(0b0010_1101)), "{:?}", line.told);
+    assert!(line.reported.contains(&Reported::Configured(0b0010_1101)), "{:?}", line.reported);
     let given = line.host.in_force().unwrap();
     assert_eq!((given.force_max_mn, given.ttl_ms, given.sample_rate_hz), (20_000, 100, 20_000));
     assert_eq!(given.channel_mask, 0b111);

@@ -40,8 +40,8 @@ fn uniform(random: &mut ChaCha8Rng) -> f64 {
 }
 
 fn error_us(clock: &ClockSync, mcu: &Mcu, host_us: u64) -> f64 {
-    let told = clock.host_us(mcu.tick(host_us as f64)).unwrap();
-    told as f64 - host_us as f64
+    let reported = clock.host_us(mcu.tick(host_us as f64)).unwrap();
+    reported as f64 - host_us as f64
 }
 
 #[test]

@@ -11,7 +11,7 @@ fn a_lost_batch_degrades_and_a_good_one_mends() {
     line.grip_n = Some(3.0);
     line.run(50_000);
     let before = line.host.loss();
-    line.told.clear();
+    line.reported.clear();
     let mut dropped = 0;
     line.run_through(20_000, |_, to_host| {
         dropped += remove(to_host, Kind::SAMPLES, 1 - dropped);
@@ -97,7 +97,7 @@ fn a_stale_link_degrades_at_the_command_itself() {
 #[test]
 fn blocked_transmit_drops_oldest_batches_and_counts_every_row() {
     let mut line = Line::streaming();
-    line.told.clear();
+    line.reported.clear();
     line.device_frames_a_step = 0;
     line.run(4_000);
     line.run(16_000);

@@ -112,7 +112,7 @@ fn a_late_control_task_does_not_jump() {
 }
 
 #[test]
-fn out_of_range_is_clamped_and_told() {
+fn out_of_range_is_clamped_and_reported() {
     let mut rig = Rig::new(&CONFIG);
     let grip = Grip { slew_mn_s: 999_999, ttl_ms: 500, ..press(1, 12_000) };
     assert!(matches!(rig.grip(&grip), Some(DeviceEvent::Command(_))));
@@ -211,7 +211,7 @@ fn a_new_host_takes_over_without_dropping() {
 }
 
 #[test]
-fn a_host_that_only_says_hello_leads_to_the_loss_action() {
+fn a_host_that_only_states_hello_leads_to_the_loss_action() {
     let mut rig = Rig::new(&Config { loss_action: LossAction::Passive, ..CONFIG });
     rig.run(100, Some(6000));
     for _ in 0..11 {
@@ -295,20 +295,20 @@ fn travel_end_stops_the_rise() {
 }
 
 #[test]
-fn motion_is_told_at_once_and_only_where_the_firmware_reports_it() {
+fn motion_is_reported_at_once_and_only_where_the_firmware_reports_it() {
     let mut rig = Rig::new(&CONFIG);
     rig.run(10, Some(1000));
     let motion = StatusFlags::MOTION.with(StatusFlags::MOVING, true);
-    let told = |rig: &Rig| rig.device.status(rig.tick).flags.0 & motion.0;
-    assert_eq!(told(&rig), 0, "nothing is known");
+    let reported = |rig: &Rig| rig.device.status(rig.tick).flags.0 & motion.0;
+    assert_eq!(reported(&rig), 0, "nothing is known");
     rig.device.report_motion(rig.tick, false);
-    assert_eq!(told(&rig), StatusFlags::MOTION.0);
+    assert_eq!(reported(&rig), StatusFlags::MOTION.0);
     let mut out = [0; MAX_WIRE];
     while rig.device.poll_transmit(rig.tick, &mut out).is_some() {}
     rig.device.report_motion(rig.tick, false);
     assert_eq!(rig.device.poll_transmit(rig.tick, &mut out), None, "no news");
     rig.device.report_motion(rig.tick, true);
-    assert_eq!(told(&rig), motion.0);
+    assert_eq!(reported(&rig), motion.0);
     assert!(rig.device.poll_transmit(rig.tick, &mut out).is_some(), "a STATUS is due");
 }
 

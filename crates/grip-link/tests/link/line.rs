@@ -9,7 +9,7 @@ use grip_link::message::{Kind, Status, StatusFlags};
 
 /// What the host was told, without borrowed parts.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) enum Told {
+pub(crate) enum Reported {
     State(LinkState),
     Identified(bool),
     Rebooted(u32, u32),
@@ -20,21 +20,21 @@ pub(crate) enum Told {
     Other(String),
 }
 
-fn told(host: &HostLink, event: &HostEvent) -> Told {
+fn reported(host: &HostLink, event: &HostEvent) -> Reported {
     match event {
-        HostEvent::State { to, .. } => Told::State(*to),
-        HostEvent::Identified { rebooted } => Told::Identified(*rebooted),
-        HostEvent::Rebooted { before, now } => Told::Rebooted(*before, *now),
-        HostEvent::Configured { clamped } => Told::Configured(clamped.0),
+        HostEvent::State { to, .. } => Reported::State(*to),
+        HostEvent::Identified { rebooted } => Reported::Identified(*rebooted),
+        HostEvent::Rebooted { before, now } => Reported::Rebooted(*before, *now),
+        HostEvent::Configured { clamped } => Reported::Configured(clamped.0),
         HostEvent::Samples { header, loss } => {
             let samples = host.samples(*header).unwrap();
             let rows =
                 samples.rows().map(|row| (row.index, row.tick, row.raw(0).unwrap())).collect();
-            Told::Rows(rows, *loss)
+            Reported::Rows(rows, *loss)
         }
-        HostEvent::Status(status) => Told::Status(*status),
-        HostEvent::Closed(reason) => Told::Closed(*reason),
-        other => Told::Other(format!("{other:?}")),
+        HostEvent::Status(status) => Reported::Status(*status),
+        HostEvent::Closed(reason) => Reported::Closed(*reason),
+        other => Reported::Other(format!("{other:?}")),
     }
 }
 
@@ -67,7 +67,7 @@ pub(crate) struct Line {
     pub(crate) now_us: u64,
     /// Ticks of the device are host microseconds minus this.
     pub(crate) tick_offset: u64,
-    pub(crate) told: Vec<Told>,
+    pub(crate) reported: Vec<Reported>,
     pub(crate) device_events: Vec<DeviceEvent>,
     pub(crate) drives: Vec<(u64, Drive)>,
     /// Force the controller asks for every millisecond.
@@ -92,7 +92,7 @@ impl Line {
             device,
             now_us: 1_000_000,
             tick_offset: 1_000_000,
-            told: Vec::new(),
+            reported: Vec::new(),
             device_events: Vec::new(),
             drives: Vec::new(),
             grip_n: None,
@@ -144,8 +144,8 @@ impl Line {
             if self.host_runs {
                 let mut input = &to_host[..];
                 while let Some(event) = self.host.receive(self.now_us, &mut input) {
-                    let told = told(&self.host, &event);
-                    self.told.push(told);
+                    let reported = reported(&self.host, &event);
+                    self.reported.push(reported);
                 }
             }
             self.now_us += STEP_US;
@@ -195,24 +195,26 @@ impl Line {
     }
 
     pub(crate) fn states(&self) -> Vec<LinkState> {
-        self.told
+        self.reported
             .iter()
-            .filter_map(|told| if let Told::State(to) = told { Some(*to) } else { None })
+            .filter_map(
+                |reported| if let Reported::State(to) = reported { Some(*to) } else { None },
+            )
             .collect()
     }
 
     pub(crate) fn last_status(&self) -> Status {
-        self.told
+        self.reported
             .iter()
             .rev()
-            .find_map(|told| if let Told::Status(s) = told { Some(*s) } else { None })
+            .find_map(|reported| if let Reported::Status(s) = reported { Some(*s) } else { None })
             .unwrap()
     }
 
     pub(crate) fn closed(&self) -> Option<CloseReason> {
-        self.told
-            .iter()
-            .find_map(|told| if let Told::Closed(reason) = told { Some(*reason) } else { None })
+        self.reported.iter().find_map(|reported| {
+            if let Reported::Closed(reason) = reported { Some(*reason) } else { None }
+        })
     }
 
     /// Largest force set since a tick.

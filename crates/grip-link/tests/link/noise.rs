@@ -1,6 +1,6 @@
 //! Bytes that nobody meant: old sessions, late frames, echoes, noise and frames in any order.
 
-use crate::line::{Line, Told};
+use crate::line::{Line, Reported};
 use crate::targets::gripper::{hello, wire};
 use crate::targets::words::unhex;
 use grip_link::frame::{Direction, Header, MAX_WIRE};
@@ -19,7 +19,7 @@ fn a_late_hello_of_the_same_session_costs_a_new_config_and_no_force() {
     line.grip_n = Some(3.0);
     line.run(50_000);
     assert_eq!(line.force_now(), 3000);
-    line.told.clear();
+    line.reported.clear();
     let begin = line.tick();
     let header = Header::new(Direction::ToDevice, Kind::HELLO, 2000, line.host.session());
     let mut late = Some(wire(&header, &hello(Versions::OURS, 0)));
@@ -91,8 +91,8 @@ fn a_noisy_line_never_moves_the_force_wrongly() {
     let loss = line.host.loss();
     assert!(loss.lost > 0 && loss.received > 15_000, "{loss:?}");
     let mut next = None;
-    for told in &line.told {
-        if let Told::Rows(rows, _) = told {
+    for reported in &line.reported {
+        if let Reported::Rows(rows, _) = reported {
             for (index, _, raw) in rows {
                 assert!(next.is_none_or(|next| *index >= next));
                 assert_eq!(

@@ -1,6 +1,6 @@
 //! An open link: STATUS, commands, stops, faults, texts and heartbeats.
 
-use crate::line::{Line, Told};
+use crate::line::{Line, Reported};
 use crate::targets::gripper::{CONFIG, idle};
 use grip_link::device::DeviceEvent;
 use grip_link::frame::MAX_WIRE;
@@ -10,9 +10,10 @@ use grip_link::message::{DeviceState, FaultCode, Heartbeat, LogLevel, NackReason
 #[test]
 fn status_comes_at_least_every_ten_milliseconds() {
     let mut line = Line::streaming();
-    line.told.clear();
+    line.reported.clear();
     line.run(1_000_000);
-    let count = line.told.iter().filter(|told| matches!(told, Told::Status(_))).count();
+    let count =
+        line.reported.iter().filter(|reported| matches!(reported, Reported::Status(_))).count();
     assert!(count >= 100, "{count}");
 }
 
@@ -20,12 +21,12 @@ fn status_comes_at_least_every_ten_milliseconds() {
 fn every_grip_is_answered_by_status() {
     let mut line = Line::streaming();
     line.grip_n = Some(2.0);
-    line.told.clear();
+    line.reported.clear();
     line.run(100_000);
     let ids: Vec<u32> = line
-        .told
+        .reported
         .iter()
-        .filter_map(|t| if let Told::Status(s) = t { Some(s.last_cmd_id) } else { None })
+        .filter_map(|t| if let Reported::Status(s) = t { Some(s.last_cmd_id) } else { None })
         .collect();
     let newest = line.host.last_grip().unwrap().cmd_id;
     assert!(newest >= 99);
@@ -80,7 +81,9 @@ fn latched_fault_refuses_config_but_not_the_session() {
     assert_eq!(line.host.ident().unwrap().fault, FaultCode::OBJECT_LOST);
     let refusal = format!("{:?}", NackReason::Latched);
     assert!(
-        line.told.iter().any(|told| matches!(told, Told::Other(text) if text.contains(&refusal)))
+        line.reported
+            .iter()
+            .any(|reported| matches!(reported, Reported::Other(text) if text.contains(&refusal)))
     );
     line.host.clear_fault(line.now_us, FaultCode::OBJECT_LOST);
     line.run(100_000);

@@ -1,6 +1,6 @@
 //! An end that falls silent or starts anew: closing, hold, loss action and reboot.
 
-use crate::line::{Line, Told};
+use crate::line::{Line, Reported};
 use grip_link::device::Drive;
 use grip_link::host::{CloseReason, LinkState};
 use grip_link::message::DeviceState;
@@ -14,7 +14,7 @@ fn silence_closes_the_link() {
     );
     assert_eq!(line.states().last(), Some(&LinkState::Closed));
     assert_eq!(line.host.reopen_after_us(), 50_000);
-    line.told.clear();
+    line.reported.clear();
     line.open();
     line.run(200_000);
     assert_eq!(line.host.state(), LinkState::Stream, "opens again, with the same nonce too");
@@ -61,13 +61,13 @@ fn reboot_mid_grip_arms_again_and_drops_the_force() {
     let mut line = Line::streaming();
     line.grip_n = Some(4.0);
     line.run(100_000);
-    line.told.clear();
+    line.reported.clear();
     line.reboot(2);
     line.run(100);
     assert_eq!(line.drives.last().unwrap().1, Drive::Passive, "passive at start");
     line.run(400_000);
-    assert!(line.told.contains(&Told::Rebooted(1, 2)));
-    assert!(line.told.contains(&Told::Identified(true)));
+    assert!(line.reported.contains(&Reported::Rebooted(1, 2)));
+    assert!(line.reported.contains(&Reported::Identified(true)));
     assert_eq!(line.host.state(), LinkState::Stream);
     assert_ne!(line.host.session(), 0xBEEF);
     assert_eq!(line.host.clock().unwrap().boot_id(), 2);

@@ -135,7 +135,7 @@ fn too_long_blocks_are_skipped_and_counted() {
 }
 
 #[test]
-fn sequence_numbers_tell_gaps_and_duplicates() {
+fn sequence_numbers_report_gaps_and_duplicates() {
     let numbered = |seq| wire(&Header::new(Direction::ToHost, Kind::STATUS, seq, 1), &[5; 24]);
     let bytes: Vec<u8> =
         [65_533, 65_534, 65_534, 1, 0, 65_533, 2, 500].into_iter().flat_map(numbered).collect();

@@ -94,9 +94,9 @@ fn the_devices_do_what_is_wanted(peer: Peer) {
 
 #[test]
 fn gl_init_refuses_what_cannot_be() {
-    let said = Peer::C.answers("init", &[]);
-    assert!(said.len() >= 25, "{said:#?}");
+    let stated = Peer::C.answers("init", &[]);
+    assert!(stated.len() >= 25, "{stated:#?}");
     for reason in ["ok", "tick rate", "limits", "no stylus", "row"] {
-        assert!(said.iter().any(|line| line.ends_with(&format!(": {reason}"))), "no {reason}");
+        assert!(stated.iter().any(|line| line.ends_with(&format!(": {reason}"))), "no {reason}");
     }
 }

@@ -9,16 +9,16 @@ use std::path::Path;
 
 /// Both have these talks; what was said.
 fn same(talks: Vec<Talk>) -> Vec<String> {
-    let (lines, said): (Vec<_>, Vec<_>) =
-        talks.into_iter().map(|talk| (talk.lines, talk.said)).unzip();
-    let said = said.concat();
-    Peer::Python.must_say("host", &lines.concat(), &said);
-    said
+    let (lines, stated): (Vec<_>, Vec<_>) =
+        talks.into_iter().map(|talk| (talk.lines, talk.stated)).unzip();
+    let stated = stated.concat();
+    Peer::Python.must_say("host", &lines.concat(), &stated);
+    stated
 }
 
-fn assert_all(said: &[String], words: &[&str]) {
+fn assert_all(stated: &[String], words: &[&str]) {
     for word in words {
-        let count = said.iter().filter(|line| line.contains(word)).count();
+        let count = stated.iter().filter(|line| line.contains(word)).count();
         assert!(count > 2, "{word:?} in {count} lines");
     }
 }
@@ -26,10 +26,10 @@ fn assert_all(said: &[String], words: &[&str]) {
 #[test]
 #[ignore = "needs Python 3.9 (CONTRIBUTING.md)"]
 fn the_hosts_agree_on_random_lives() {
-    let said = same((0..100).map(|seed| talk(&Life::new(seed).bytes())).collect());
-    assert!(said.len() > 30_000, "{}", said.len());
+    let stated = same((0..100).map(|seed| talk(&Life::new(seed).bytes())).collect());
+    assert!(stated.len() > 30_000, "{}", stated.len());
     assert_all(
-        &said,
+        &stated,
         &[
             "= closed",
             "= open",
@@ -74,9 +74,9 @@ fn the_hosts_agree_on_every_seed() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fuzz/seeds");
     let talks = host_talks(&folder);
     assert!(talks.len() > 100, "{}", talks.len());
-    let said = same(talks);
+    let stated = same(talks);
     assert_all(
-        &said,
+        &stated,
         &["= stream", "= degraded", "rebooted", "closed lost", "closed unanswered", "done 13"],
     );
 }

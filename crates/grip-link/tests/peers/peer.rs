@@ -55,8 +55,8 @@ impl Peer {
         let (mut stdin, text) = (child.stdin.take().unwrap(), lines.join("\n") + "\n");
         let writer = std::thread::spawn(move || stdin.write_all(text.as_bytes()));
         let output = child.wait_with_output().unwrap();
-        let said = String::from_utf8_lossy(&output.stderr);
-        assert!(output.status.success(), "{self:?}: {:?} {said}", output.status);
+        let stated = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success(), "{self:?}: {:?} {stated}", output.status);
         writer.join().unwrap().unwrap();
         String::from_utf8(output.stdout).unwrap().lines().map(str::to_owned).collect()
     }

@@ -1,6 +1,6 @@
 //! Sentences of SPEC.md that no table holds and no other test of the crate asks.
 
-use crate::rig::{device, hello, tell};
+use crate::rig::{device, hello, report};
 use crate::targets::gripper::{self, CONFIG, SESSION, sent, wire, written};
 use grip_link::device::{DeviceLink, Drive};
 use grip_link::frame::{Direction, Header};
@@ -11,8 +11,8 @@ use grip_link::message::{
 
 fn armed(config: &Config) -> DeviceLink {
     let mut device = device();
-    tell(&mut device, 1, Kind::HELLO, 0, &hello());
-    tell(&mut device, 2, Kind::CONFIG, 1, &config.to_bytes());
+    report(&mut device, 1, Kind::HELLO, 0, &hello());
+    report(&mut device, 2, Kind::CONFIG, 1, &config.to_bytes());
     let _answers = sent(&mut device, 3);
     device
 }
@@ -23,7 +23,7 @@ fn press(cmd_id: u32, force_mn: i32) -> Vec<u8> {
 
 /// Presses until the force is there; the tick then.
 fn pressing(device: &mut DeviceLink, force_mn: i32) -> u64 {
-    tell(device, 1000, Kind::GRIP, 2, &press(1, force_mn));
+    report(device, 1000, Kind::GRIP, 2, &press(1, force_mn));
     let end = (1000..101_000).step_by(1000).find(|tick| device.drive(*tick).force_mn() == force_mn);
     end.unwrap()
 }
@@ -34,7 +34,7 @@ fn estop_of_session_0_adds_one_to_gap() {
     let header = Header { ack_req: true, ..Header::new(Direction::ToDevice, Kind::ESTOP, 2, 0) };
     assert!(device.receive(4, &mut &wire(&header, &[])[..]).is_some());
     assert_eq!((device.state(), device.counters().gap), (DeviceState::Estop, 0));
-    tell(&mut device, 5, Kind::STOP, 3, &[]);
+    report(&mut device, 5, Kind::STOP, 3, &[]);
     assert_eq!(device.counters().gap, 1);
 }
 
@@ -50,10 +50,10 @@ fn estop_without_a_session_is_answered() {
 fn the_bytes_of_an_attach_that_come_again_do_nothing() {
     let mut device = armed(&CONFIG);
     let tick = pressing(&mut device, 6_000);
-    tell(&mut device, tick, Kind::GRIP, 3, &press(2, 1_000));
-    tell(&mut device, tick, Kind::HELLO, 0, &hello());
-    tell(&mut device, tick, Kind::CONFIG, 1, &CONFIG.to_bytes());
-    tell(&mut device, tick, Kind::GRIP, 2, &press(1, 6_000));
+    report(&mut device, tick, Kind::GRIP, 3, &press(2, 1_000));
+    report(&mut device, tick, Kind::HELLO, 0, &hello());
+    report(&mut device, tick, Kind::CONFIG, 1, &CONFIG.to_bytes());
+    report(&mut device, tick, Kind::GRIP, 2, &press(1, 6_000));
     assert_eq!((device.state(), device.counters().duplicate), (DeviceState::Active, 3));
     assert_eq!(device.status(tick).target_mn, 1_000);
 }
@@ -61,9 +61,9 @@ fn the_bytes_of_an_attach_that_come_again_do_nothing() {
 #[test]
 fn a_newer_hello_of_the_open_session_is_obeyed_and_counts_in_the_sequence() {
     let mut device = armed(&CONFIG);
-    tell(&mut device, 5, Kind::HELLO, 9, &hello());
+    report(&mut device, 5, Kind::HELLO, 9, &hello());
     assert_eq!((device.state(), device.counters().gap), (DeviceState::Linked, 7));
-    tell(&mut device, 6, Kind::STOP, 8, &[]);
+    report(&mut device, 6, Kind::STOP, 8, &[]);
     assert_eq!(device.counters().duplicate, 1);
 }
 
@@ -71,12 +71,12 @@ fn a_newer_hello_of_the_open_session_is_obeyed_and_counts_in_the_sequence() {
 fn rejects_without_an_answer_are_counted_too() {
     let mut device = armed(&CONFIG);
     let tick = pressing(&mut device, 6_000);
-    tell(&mut device, tick, Kind::GRIP, 3, &press(1, 7_000));
+    report(&mut device, tick, Kind::GRIP, 3, &press(1, 7_000));
     let silent = |kind, seq| Header::new(Direction::ToDevice, kind, seq, SESSION);
     let clear = written(|p| ClearFault { fault: FaultCode::DRIVE }.write(p));
     assert!(device.receive(tick, &mut &wire(&silent(Kind::CLEAR_FAULT, 4), &clear)[..]).is_none());
     for seq in 5..15 {
-        tell(&mut device, tick, Kind::STOP, seq, &[]);
+        report(&mut device, tick, Kind::STOP, seq, &[]);
     }
     let frames = sent(&mut device, tick + 2_000_000);
     let stats = &frames.iter().find(|(kind, _)| *kind == Kind::STATS).unwrap().1;
@@ -89,7 +89,7 @@ fn config_holds_with_its_own_cap() {
     let mut device = armed(&Config { hold_cap_mn: 8_000, ..CONFIG });
     let tick = pressing(&mut device, 6_000);
     let lower = Config { hold_cap_mn: 1_000, ..CONFIG };
-    tell(&mut device, tick, Kind::CONFIG, 3, &lower.to_bytes());
+    report(&mut device, tick, Kind::CONFIG, 3, &lower.to_bytes());
     assert_eq!(device.status(tick).target_mn, 1_000);
     for ms in 1..500 {
         device.drive(tick + ms * 1000);
@@ -100,12 +100,12 @@ fn config_holds_with_its_own_cap() {
 #[test]
 fn batches_wait_over_a_stop() {
     let mut device = armed(&Config { batch: 1, ..CONFIG });
-    tell(&mut device, 4, Kind::START, 2, &[]);
+    report(&mut device, 4, Kind::START, 2, &[]);
     device.push_i16(5, &[1, 2]).unwrap();
-    tell(&mut device, 6, Kind::STOP, 3, &[]);
+    report(&mut device, 6, Kind::STOP, 3, &[]);
     let is_samples = |(kind, _): &&(Kind, Vec<u8>)| *kind == Kind::SAMPLES;
     assert_eq!(sent(&mut device, 7).iter().find(is_samples), None);
-    tell(&mut device, 8, Kind::START, 4, &[]);
+    report(&mut device, 8, Kind::START, 4, &[]);
     let frames = sent(&mut device, 9);
     let header = SamplesHeader::parse(&frames.iter().find(is_samples).unwrap().1).unwrap();
     assert_eq!((header.t0_tick, header.first_index), (5, 0));
@@ -115,7 +115,7 @@ fn batches_wait_over_a_stop() {
 fn no_channel_left_is_counted_as_refused_not_as_malformed() {
     let mut device = armed(&CONFIG);
     let none = Config { channel_mask: 0x80, ..CONFIG };
-    tell(&mut device, 4, Kind::CONFIG, 2, &none.to_bytes());
+    report(&mut device, 4, Kind::CONFIG, 2, &none.to_bytes());
     let frames = sent(&mut device, 2_000_000);
     let nack = &frames.iter().find(|(kind, _)| *kind == Kind::NACK).unwrap().1;
     assert_eq!(Nack::parse(nack).unwrap().reason, NackReason::Malformed);
@@ -134,7 +134,7 @@ fn a_request_without_ack_req_is_carried_out_silently() {
 }
 
 #[test]
-fn a_fault_beneath_an_estop_is_told_and_shows_when_the_stop_is_cleared() {
+fn a_fault_beneath_an_estop_is_reported_and_shows_when_the_stop_is_cleared() {
     let mut device = armed(&CONFIG);
     device.estop(10);
     let _stop = sent(&mut device, 11);
@@ -148,7 +148,7 @@ fn a_fault_beneath_an_estop_is_told_and_shows_when_the_stop_is_cleared() {
     assert_eq!((events[0].kind, events[0].fault), (EventKind::Fault, FaultCode::ESTOP));
     assert_eq!(events[0].value, i32::from(FaultCode::DRIVE.0));
     let clear = ClearFault { fault: FaultCode::ESTOP };
-    tell(&mut device, 30, Kind::CLEAR_FAULT, 2, &written(|p| clear.write(p)));
+    report(&mut device, 30, Kind::CLEAR_FAULT, 2, &written(|p| clear.write(p)));
     assert_eq!((device.state(), device.fault()), (DeviceState::Fault, FaultCode::DRIVE));
 }
 
@@ -157,7 +157,7 @@ fn a_lower_target_is_still_reached_in_hold() {
     let mut device = armed(&CONFIG);
     let tick = pressing(&mut device, 6_000);
     let slow = Grip { ttl_ms: 20, slew_mn_s: 10_000, ..gripper::press(2, 1_000) };
-    tell(&mut device, tick, Kind::GRIP, 3, &written(|p| slow.write(p)));
+    report(&mut device, tick, Kind::GRIP, 3, &written(|p| slow.write(p)));
     for ms in 1..600 {
         device.drive(tick + ms * 1000);
     }
@@ -166,7 +166,7 @@ fn a_lower_target_is_still_reached_in_hold() {
 }
 
 #[test]
-fn status_without_a_command_says_so() {
+fn status_without_a_command_states_so() {
     let device = armed(&CONFIG);
     let Status { last_cmd_id, age_us, flags, .. } = device.status(99);
     assert_eq!((last_cmd_id, age_us, flags.0), (0, 4_294_967_295, 4 | 16));

@@ -200,7 +200,7 @@ fn vectors_read_by_the_tables_give_their_fields() {
 }
 
 #[test]
-fn tables_end_where_the_screen_says() {
+fn tables_end_where_the_screen_states() {
     for row in crate::messages::screens() {
         let size: usize = row[3].split(' ').next().unwrap().parse().unwrap();
         let found = tables(&format!("### {} {}", row[0], row[1]));

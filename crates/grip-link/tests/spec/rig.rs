@@ -26,7 +26,7 @@ pub(crate) fn device() -> DeviceLink {
 }
 
 /// Hands a frame of the example session to a device.
-pub(crate) fn tell(device: &mut DeviceLink, tick: u64, kind: Kind, seq: u16, payload: &[u8]) {
+pub(crate) fn report(device: &mut DeviceLink, tick: u64, kind: Kind, seq: u16, payload: &[u8]) {
     let header = Header { ack_req: true, ..Header::new(Direction::ToDevice, kind, seq, SESSION) };
     let bytes = wire(&header, payload);
     let mut input = &bytes[..];

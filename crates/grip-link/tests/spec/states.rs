@@ -62,7 +62,7 @@ fn host_transitions_name_every_state_and_every_end() {
             format!("{end:?}").split([' ', '{']).next().unwrap().to_owned()
         })
         .collect();
-    let told: BTreeSet<String> =
+    let reported: BTreeSet<String> =
         rows.iter().filter_map(|row| Some(row[2].split_once("close, ")?.1.to_owned())).collect();
-    assert_eq!(told, names);
+    assert_eq!(reported, names);
 }

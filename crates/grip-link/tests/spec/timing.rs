@@ -1,7 +1,7 @@
 //! The timing and count tables against constants where there are any, and against what the machines do.
 
 use crate::markdown::pairs;
-use crate::rig::{device, hello, tell};
+use crate::rig::{device, hello, report};
 use crate::source::constant;
 use crate::targets::gripper::{CONFIG, SESSION, press, sent, written};
 use grip_link::decoder::DUPLICATE_WINDOW;
@@ -16,13 +16,13 @@ const MS: u64 = 1000;
 
 fn linked() -> DeviceLink {
     let mut device = device();
-    tell(&mut device, 1, Kind::HELLO, 0, &hello());
+    report(&mut device, 1, Kind::HELLO, 0, &hello());
     device
 }
 
 fn configured(config: &Config) -> (DeviceLink, Config) {
     let mut device = linked();
-    tell(&mut device, 2, Kind::CONFIG, 1, &config.to_bytes());
+    report(&mut device, 2, Kind::CONFIG, 1, &config.to_bytes());
     let frames = sent(&mut device, 2);
     let (_, payload) = frames.iter().find(|(kind, _)| *kind == Kind::CONFIG_ACK).unwrap();
     (device, ConfigAck::parse(payload).unwrap().config)
@@ -52,7 +52,7 @@ fn announce_ms() -> u64 {
 /// Age of the first row at which a batch that is not full goes out.
 fn batch_age_ms() -> u64 {
     let (mut device, _) = configured(&Config { batch: 255, ..CONFIG });
-    tell(&mut device, 3, Kind::START, 2, &[]);
+    report(&mut device, 3, Kind::START, 2, &[]);
     let start = 10 * MS;
     let _before = sent(&mut device, start);
     device.push_i16(start, &[1, 2]).unwrap();
@@ -68,7 +68,7 @@ fn longest_step_ms() -> u64 {
     let (mut device, given) = configured(&CONFIG);
     let grip = Grip { ttl_ms: 100, slew_mn_s: given.slew_mn_s, ..press(1, given.force_max_mn) };
     device.drive(MS);
-    tell(&mut device, MS, Kind::GRIP, 2, &written(|p| grip.write(p)));
+    report(&mut device, MS, Kind::GRIP, 2, &written(|p| grip.write(p)));
     let force_mn = u64::try_from(device.drive(90 * MS).force_mn()).unwrap();
     force_mn * 1000 / u64::from(given.slew_mn_s)
 }
@@ -144,7 +144,7 @@ fn events_kept() -> u64 {
     for fault in 0x0301..0x0401 {
         device.raise_fault(5, grip_link::message::FaultCode(fault));
     }
-    tell(&mut device, 6, Kind::HELLO, 0, &hello());
+    report(&mut device, 6, Kind::HELLO, 0, &hello());
     let frames = sent(&mut device, 7);
     frames.iter().filter(|(kind, _)| *kind == Kind::EVENT).count() as u64
 }
@@ -154,7 +154,7 @@ fn answers_kept() -> u64 {
     let mut device = linked();
     let _ident = sent(&mut device, 2);
     for seq in 1..100 {
-        tell(&mut device, 3, Kind::STOP, seq, &[]);
+        report(&mut device, 3, Kind::STOP, seq, &[]);
     }
     let frames = sent(&mut device, 4);
     frames.iter().filter(|(kind, _)| *kind == Kind::ACK).count() as u64
@@ -191,7 +191,7 @@ fn counts() {
 #[test]
 fn oldest_of_five_batches_goes_and_is_counted() {
     let (mut device, _) = configured(&Config { batch: 1, ..CONFIG });
-    tell(&mut device, 3, Kind::START, 2, &[]);
+    report(&mut device, 3, Kind::START, 2, &[]);
     let started = sent(&mut device, 3);
     assert!(started.iter().any(|(kind, _)| *kind == Kind::ACK));
     for row in 0..u64::try_from(KEPT_BATCHES).unwrap() + 1 {

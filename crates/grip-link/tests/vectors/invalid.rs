@@ -60,8 +60,8 @@ fn a_payload_cut_anywhere_is_refused_and_a_longer_one_is_not() {
         let longer = [frame.payload, &[0xEE; 9]].concat();
         for len in 0..=longer.len() {
             let (payload, whole) = (&longer[..len], frame.payload.len());
-            let told = error(role, &Frame { payload, ..frame });
-            assert_eq!(told != "short", len >= whole, "{name} of {len} bytes: {told}");
+            let reported = error(role, &Frame { payload, ..frame });
+            assert_eq!(reported != "short", len >= whole, "{name} of {len} bytes: {reported}");
         }
     }
 }

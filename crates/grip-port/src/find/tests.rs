@@ -199,7 +199,7 @@ fn a_stranger_at_the_old_name_is_left_alone() {
 }
 
 #[test]
-fn twins_without_serial_numbers_are_told_by_their_sockets() {
+fn twins_without_serial_numbers_are_reported_by_their_sockets() {
     let tree = Tree::new();
     let ours = Device { serial: None, ..GRIPPER };
     let twin = Device { name: "ttyACM1", socket: "1-3", serial: None, ..GRIPPER };

@@ -51,7 +51,7 @@ fn drain(line: &mut Line, theirs: &mut UnixStream, count: usize) -> Vec<u8> {
 }
 
 #[test]
-fn bytes_pass_both_ways_and_an_empty_line_waits_no_longer_than_told() {
+fn bytes_pass_both_ways_and_an_empty_line_waits_no_longer_than_reported() {
     let (mut line, mut theirs) = pair();
     let mut input = [0; 16];
     assert_eq!(line.read(&mut input, AT_ONCE).unwrap(), 0);

@@ -224,7 +224,7 @@ mod tests {
     }
 
     #[test]
-    fn the_ports_of_this_computer_are_those_that_the_kernel_alone_tells() {
+    fn the_ports_of_this_computer_are_those_that_the_kernel_alone_reports() {
         let places = Places::default();
         let ports = places.ports().unwrap();
         assert_eq!(ports, places.join(&[]).unwrap());
@@ -234,7 +234,7 @@ mod tests {
     }
 
     #[test]
-    fn what_the_library_says_changes_no_port_and_adds_none() {
+    fn what_the_library_states_changes_no_port_and_adds_none() {
         let folder = tempfile::tempdir().unwrap();
         let places = tree(folder.path());
         let alone = places.join(&[]).unwrap();

@@ -286,7 +286,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_message_is_told() {
+    fn what_is_no_message_is_reported() {
         assert_eq!(CdrReader::new(&[0, 1]).unwrap_err(), CdrError::Short { at: 2 });
         assert_eq!(CdrReader::new(&[0, 0, 0, 0]).unwrap_err(), CdrError::Encoding);
         let unclosed = [0, 1, 0, 0, 1, 0, 0, 0, b'x'];

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use super::error::McapError;
 use super::raw::{RawReader, Unpack};
-use super::read::told;
+use super::read::reported;
 use crate::files;
 use mcap::records::Record as RawRecord;
 use std::borrow::Cow;
@@ -76,7 +76,7 @@ impl<R: Read> ForeignReader<R> {
     /// # Errors
     /// As there.
     pub fn new(file: &Path, input: R, unpack: Unpack) -> Result<Self, McapError> {
-        let raw = RawReader::new(input).map_err(|error| told(file, error))?.with_unpack(unpack);
+        let raw = RawReader::new(input).map_err(|error| reported(file, error))?.with_unpack(unpack);
         Ok(Self { file: file.to_owned(), raw, schemas: BTreeMap::new() })
     }
 
@@ -86,10 +86,11 @@ impl<R: Read> ForeignReader<R> {
     /// Where the file ends too early or is damaged.
     pub fn next_item(&mut self) -> Result<Option<Foreign<'_>>, McapError> {
         loop {
-            let Some(place) = self.raw.advance().map_err(|error| told(&self.file, error))? else {
+            let Some(place) = self.raw.advance().map_err(|error| reported(&self.file, error))?
+            else {
                 return Ok(None);
             };
-            match self.raw.record(&place).map_err(|error| told(&self.file, error))? {
+            match self.raw.record(&place).map_err(|error| reported(&self.file, error))? {
                 RawRecord::Schema { header, data } => {
                     let schema = (header.name, header.encoding, data.into_owned());
                     self.schemas.insert(header.id, schema);
@@ -108,7 +109,8 @@ impl<R: Read> ForeignReader<R> {
             }
             // Taken again, because what is returned borrows the reader.
             if place.is_message() {
-                let record = self.raw.record(&place).map_err(|error| told(&self.file, error))?;
+                let record =
+                    self.raw.record(&place).map_err(|error| reported(&self.file, error))?;
                 let RawRecord::Message { header, data: Cow::Borrowed(data) } = record else {
                     return Ok(None);
                 };

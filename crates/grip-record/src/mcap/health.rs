@@ -117,7 +117,7 @@ mod tests {
     };
 
     #[test]
-    fn every_figure_comes_back_and_what_is_cut_off_is_told() {
+    fn every_figure_comes_back_and_what_is_cut_off_is_reported() {
         let mut bytes = Vec::new();
         ALL.encode(1_500_000_001, &mut bytes);
         assert_eq!(HealthRecord::decode(&bytes), Ok(ALL));

@@ -233,9 +233,9 @@ impl<R: Read> RawReader<R> {
             (&mut self.input).take(LONGEST).read_to_end(&mut self.body).map_err(RawError::Io)?;
         self.next = self.offset + 9 + read as u64;
         let data_end = usize::try_from(len).ok().filter(|_| opcode == op::DATA_END);
-        let said: Option<[u8; 4]> = data_end.and_then(|_| self.body.first_chunk().copied());
-        let said = said.map(u32::from_le_bytes);
-        self.sound = said.is_some_and(|crc| crc == 0 || crc == self.sum.clone().finalize());
+        let stated: Option<[u8; 4]> = data_end.and_then(|_| self.body.first_chunk().copied());
+        let stated = stated.map(u32::from_le_bytes);
+        self.sound = stated.is_some_and(|crc| crc == 0 || crc == self.sum.clone().finalize());
         self.finished = data_end.and_then(|len| self.body.get(len..)).is_some_and(is_end);
         Ok(())
     }

@@ -72,7 +72,7 @@ impl<R: Read + Seek> McapReader<R> {
     /// # Errors
     /// Where the input cannot be sought.
     pub fn jump(&mut self, offset: u64) -> Result<(), McapError> {
-        self.raw.jump(offset).map_err(|error| told(&self.file, error))
+        self.raw.jump(offset).map_err(|error| reported(&self.file, error))
     }
 }
 
@@ -101,7 +101,7 @@ impl<R: Read> McapReader<R> {
     /// # Errors
     /// Where it cannot be read, or does not begin as an MCAP file.
     pub fn new(file: &Path, input: R) -> Result<Self, McapError> {
-        let raw = RawReader::new(input).map_err(|error| told(file, error))?;
+        let raw = RawReader::new(input).map_err(|error| reported(file, error))?;
         let file = file.to_owned();
         let (schemas, channels) = (BTreeMap::new(), BTreeMap::new());
         Ok(Self { file, raw, schemas, channels, taxels: Vec::new() })
@@ -113,7 +113,7 @@ impl<R: Read> McapReader<R> {
     /// Where the file ends too early, is damaged, or is not a recording of gripd.
     pub fn next_entry(&mut self) -> Result<Option<Entry<'_>>, McapError> {
         loop {
-            match self.raw.advance().map_err(|error| told(&self.file, error))? {
+            match self.raw.advance().map_err(|error| reported(&self.file, error))? {
                 None => return Ok(None),
                 Some(place) if place.announces() => self.announce(&place)?,
                 Some(place) => return self.entry(&place).map(Some),
@@ -124,7 +124,7 @@ impl<R: Read> McapReader<R> {
     /// Learns a schema or a channel, where it is one of ours.
     fn announce(&mut self, place: &Place) -> Result<(), McapError> {
         let foreign = |what: String| McapError::Foreign { file: self.file.clone(), what };
-        match self.raw.record(place).map_err(|error| told(&self.file, error))? {
+        match self.raw.record(place).map_err(|error| reported(&self.file, error))? {
             RawRecord::Schema { header, data } => {
                 let topic = own_schema(&header.name, &header.encoding, &data).map_err(foreign)?;
                 self.schemas.insert(header.id, topic);
@@ -146,7 +146,7 @@ impl<R: Read> McapReader<R> {
         let Self { file, raw, channels, taxels, .. } = self;
         let offset = raw.offset();
         let damaged = |what| McapError::Damaged { file: file.clone(), offset, what };
-        Ok(match raw.record(place).map_err(|error| told(file, error))? {
+        Ok(match raw.record(place).map_err(|error| reported(file, error))? {
             RawRecord::Message { header, data: Cow::Borrowed(data) } => {
                 let (channel, log_ns) = (header.channel_id, header.log_time);
                 let topic = *channels.get(&channel).ok_or_else(|| {
@@ -193,7 +193,7 @@ fn own_schema(name: &str, encoding: &str, data: &[u8]) -> Result<Topic, String> 
     ))
 }
 
-pub(super) fn told(file: &Path, error: RawError) -> McapError {
+pub(super) fn reported(file: &Path, error: RawError) -> McapError {
     let file = file.to_owned();
     match error {
         RawError::Io(source) => McapError::Unreadable { file, source },

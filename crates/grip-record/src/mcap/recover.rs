@@ -10,7 +10,7 @@ use mcap::{Attachment, Writer};
 
 use super::error::{McapError, McapWriteError};
 use super::raw::{RawError, RawReader};
-use super::read::told;
+use super::read::reported;
 use super::write::options;
 
 /// What a recovery has saved and what it could not.
@@ -60,7 +60,7 @@ pub fn recover(
     out: impl Write,
     program: &str,
 ) -> Result<Recovered, RecoverError> {
-    let mut raw = RawReader::new(input).map_err(|error| told(file, error))?;
+    let mut raw = RawReader::new(input).map_err(|error| reported(file, error))?;
     let mut copy = Copy {
         out: Writer::with_options(NoSeek::new(out), options("ros2", program))
             .map_err(McapWriteError)?,
@@ -84,7 +84,7 @@ pub fn recover(
                 copy.saved.cut_at = Some(offset);
                 break;
             }
-            Err(error) => return Err(told(file, error).into()),
+            Err(error) => return Err(reported(file, error).into()),
         }
     }
     copy.out.finish().map_err(McapWriteError)?;

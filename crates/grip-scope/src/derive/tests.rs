@@ -72,7 +72,7 @@ fn peaks_are_found_at_their_times_and_heights() {
 }
 
 #[test]
-fn evidence_holds_its_own_value_and_what_the_network_says_of_it() {
+fn evidence_holds_its_own_value_and_what_the_network_states_of_it() {
     let block = derive(&slide());
     let known = |point: &&EvidencePoint| point.esc.is_some() && point.estimate.is_some();
     let known: Vec<_> = block.evidence.iter().filter(known).collect();
@@ -87,7 +87,7 @@ fn evidence_holds_its_own_value_and_what_the_network_says_of_it() {
 }
 
 #[test]
-fn the_observer_says_what_the_pipeline_says() {
+fn the_observer_states_what_the_pipeline_states() {
     let mut observer = Observer::new(config(), default_estimator().unwrap()).unwrap();
     let bare = PipelineConfig { grip: None, ..config() };
     let mut pipeline = Pipeline::new(bare, Some(default_estimator().unwrap())).unwrap();
@@ -135,7 +135,7 @@ proptest! {
 }
 
 #[test]
-fn a_break_is_told_with_the_first_that_is_behind_it() {
+fn a_break_is_reported_with_the_first_that_is_behind_it() {
     let mut observer = Observer::new(config(), default_estimator().unwrap()).unwrap();
     let samples = slide();
     samples[..4000].iter().for_each(|sample| {

@@ -169,7 +169,7 @@ impl<'a> Rows<'a> {
         let columns = curves.iter().flat_map(|curve| &curve.columns);
         let names: Vec<&str> = columns.map(|column| column.name.as_str()).collect();
         let header = writeln!(rows.out, "t_s,{}", names.join(","));
-        rows.told(header)?;
+        rows.reported(header)?;
         Ok(rows)
     }
 
@@ -183,7 +183,7 @@ impl<'a> Rows<'a> {
                 .map(|column| column.take(t_s).map_or(",".to_owned(), |value| format!(",{value}")))
                 .collect();
             let written = writeln!(self.out, "{t_s:.6}{cells}");
-            self.told(written)?;
+            self.reported(written)?;
             self.rows += 1;
         }
         Ok(())
@@ -191,11 +191,11 @@ impl<'a> Rows<'a> {
 
     fn finish(mut self) -> Result<u64, ExportError> {
         let flushed = self.out.flush();
-        self.told(flushed)?;
+        self.reported(flushed)?;
         Ok(self.rows)
     }
 
-    fn told(&self, done: std::io::Result<()>) -> Result<(), ExportError> {
+    fn reported(&self, done: std::io::Result<()>) -> Result<(), ExportError> {
         done.map_err(|source| ExportError::Write { file: self.path.to_owned(), source })
     }
 }

@@ -86,11 +86,11 @@ impl<'a> Slice<'a> {
                 let [name, media_type] = [name, media_type].map(String::clone);
                 let file = Attached { name, media_type, data: data.to_vec() };
                 let attached = self.out.attach(0, &file);
-                self.told(attached)?;
+                self.reported(attached)?;
             }
             Entry::Metadata { name, values } => {
                 let written = self.out.metadata(name, values);
-                self.told(written)?;
+                self.reported(written)?;
             }
         }
         Ok(true)
@@ -123,7 +123,7 @@ impl<'a> Slice<'a> {
         if self.inside {
             self.sliced.messages += 1;
             let written = self.out.write(log_us, record);
-            self.told(written)?;
+            self.reported(written)?;
         }
         Ok(true)
     }
@@ -135,7 +135,7 @@ impl<'a> Slice<'a> {
             ("to_s".to_owned(), self.span.to_s.to_string()),
         ]);
         let written = self.out.metadata(SLICE, &about);
-        self.told(written)?;
+        self.reported(written)?;
         let Some(held) = self.pipeline.take() else { return Ok(()) };
         // It has a past that is not in this file.
         let record = grip_record::mcap::PipelineRecord {
@@ -145,10 +145,10 @@ impl<'a> Slice<'a> {
         };
         self.sliced.messages += 1;
         let written = self.out.write(held.log_us, &Record::Pipeline(record));
-        self.told(written)
+        self.reported(written)
     }
 
-    fn told<T>(
+    fn reported<T>(
         &self,
         done: Result<T, grip_record::mcap::McapWriteError>,
     ) -> Result<T, ExportError> {

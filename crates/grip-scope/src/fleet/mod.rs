@@ -32,7 +32,7 @@ pub enum FleetFeed {
         /// When it came (s).
         at_s: f64,
         /// What.
-        what: Heard,
+        what: Received,
     },
     /// Time goes on (s); told once a second.
     Now(f64),
@@ -42,7 +42,7 @@ pub enum FleetFeed {
 
 /// What is heard of a gripper.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Heard {
+pub enum Received {
     /// It is there.
     Came,
     /// It, or the way to it, is gone.

@@ -2,7 +2,7 @@
 
 use super::row::{Presence, Row, Trouble};
 use super::spark::{COLUMN_S, COLUMNS};
-use super::{FleetFeed, Heard, Member};
+use super::{FleetFeed, Member, Received};
 use crate::feed::SourceStatus;
 use std::collections::HashMap;
 
@@ -40,7 +40,7 @@ pub struct Roster {
     status: SourceStatus,
     now_s: f64,
     /// When something of a gripper came last (s).
-    told_s: f64,
+    reported_s: f64,
     revision: u64,
     unreadable: u64,
     refused: u64,
@@ -54,7 +54,7 @@ impl Roster {
                 self.revision += u64::from(status != self.status);
                 self.status = status;
             }
-            FleetFeed::Of { member, at_s, what } => self.hear(member, at_s, &what),
+            FleetFeed::Of { member, at_s, what } => self.receive(member, at_s, &what),
             FleetFeed::Now(now_s) => self.pass(now_s),
             FleetFeed::Unreadable => {
                 self.unreadable += 1;
@@ -63,7 +63,7 @@ impl Roster {
         }
     }
 
-    fn hear(&mut self, member: Member, at_s: f64, what: &Heard) {
+    fn receive(&mut self, member: Member, at_s: f64, what: &Received) {
         self.revision += 1;
         let place = match self.places.get(&member) {
             Some(place) => *place,
@@ -72,14 +72,14 @@ impl Roster {
                 return;
             }
             // Who was never here is not shown as gone, and who has answered may be gone again.
-            None if matches!(what, Heard::Gone | Heard::About(_)) => return,
+            None if matches!(what, Received::Gone | Received::About(_)) => return,
             None => {
                 self.rows.push(Row::new(member.clone(), at_s));
                 self.places.insert(member, self.rows.len() - 1);
                 self.rows.len() - 1
             }
         };
-        (self.now_s, self.told_s) = (self.now_s.max(at_s), self.told_s.max(at_s));
+        (self.now_s, self.reported_s) = (self.now_s.max(at_s), self.reported_s.max(at_s));
         let read = self.rows.get_mut(place).is_none_or(|row| row.take(at_s, what));
         self.unreadable += u64::from(!read);
     }
@@ -90,7 +90,7 @@ impl Roster {
         self.now_s = before_s.max(now_s);
         let passes = |step_s: f64| (before_s / step_s).floor() < (self.now_s / step_s).floor();
         // Curves slide until they are empty, and what is gone is gone for some minutes more.
-        let slides = self.now_s < self.told_s + COLUMN_S * (COLUMNS as f64 + 1.0);
+        let slides = self.now_s < self.reported_s + COLUMN_S * (COLUMNS as f64 + 1.0);
         let seen =
             self.rows.iter().any(Row::is_alive) || slides && passes(COLUMN_S) || passes(60.0);
         self.revision += u64::from(seen && !self.rows.is_empty());

@@ -2,7 +2,7 @@
 
 use super::minute::Minute;
 use super::spark::Spark;
-use super::{Heard, Member};
+use super::{Member, Received};
 use grip_link::message::daemon::{
     GripState, Health, LinkState, Phase, PipelineState, Scene, SensorHealth, SlipReport, ToClient,
 };
@@ -81,7 +81,7 @@ pub struct Row {
     /// When it came or went (s).
     since_s: f64,
     /// When the last STATE came (s).
-    heard_s: f64,
+    received_s: f64,
     slips: Minute,
     /// A slip was counted whose end was not told yet.
     slips_on: bool,
@@ -102,26 +102,26 @@ impl Row {
             statistic: Spark::default(),
             alive: true,
             since_s: at_s,
-            heard_s: at_s,
+            received_s: at_s,
             slips: Minute::default(),
             slips_on: false,
         }
     }
 
     /// Takes what is heard of it; `false` where that can be read by nobody.
-    pub fn take(&mut self, at_s: f64, what: &Heard) -> bool {
+    pub fn take(&mut self, at_s: f64, what: &Received) -> bool {
         match what {
-            Heard::Came => self.life(at_s, true),
-            Heard::Gone => self.life(at_s, false),
-            Heard::Missing(events) => {
+            Received::Came => self.life(at_s, true),
+            Received::Gone => self.life(at_s, false),
+            Received::Missing(events) => {
                 self.missing = self.missing.saturating_add(*events);
                 // The end of a slip may be among them.
                 self.slips_on = false;
             }
-            Heard::About(about) => {
+            Received::About(about) => {
                 (self.firmware, self.model) = (short(&about.firmware), short(&about.model));
             }
-            Heard::Message(message) => match message.read() {
+            Received::Message(message) => match message.read() {
                 Ok(ToClient::State(state)) => self.take_state(at_s, &state),
                 Ok(ToClient::Health(health)) => self.figures = Some(figures(&health)),
                 Ok(ToClient::Slip(slip)) => self.take_slip(at_s, &slip),
@@ -137,12 +137,12 @@ impl Row {
             (self.since_s, self.slips_on) = (at_s, false);
         }
         if alive {
-            self.heard_s = at_s;
+            self.received_s = at_s;
         }
     }
 
     fn take_state(&mut self, at_s: f64, state: &PipelineState) {
-        self.heard_s = at_s;
+        self.received_s = at_s;
         if let Some(force_n) = state.applied_n.or(state.command_n) {
             self.force.push(at_s, force_n);
         }
@@ -164,7 +164,7 @@ impl Row {
     /// Whether it is there at this time (s).
     #[must_use]
     pub fn presence(&self, now_s: f64) -> Presence {
-        let silent_s = now_s - self.heard_s;
+        let silent_s = now_s - self.received_s;
         match self.alive {
             false => Presence::Gone((now_s - self.since_s).max(0.0)),
             true if silent_s > SILENCE_S => Presence::Silent(silent_s),

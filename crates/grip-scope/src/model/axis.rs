@@ -125,7 +125,7 @@ mod tests {
     use super::{Axis, Placed};
 
     #[test]
-    fn the_axis_never_goes_back_whatever_the_device_says() {
+    fn the_axis_never_goes_back_whatever_the_device_states() {
         let mut axis = Axis::default();
         assert_eq!(axis.row(5.0), Placed::At(5.0));
         assert_eq!(axis.row(5.01), Placed::At(5.01));

@@ -62,7 +62,7 @@ impl Model {
         // A leap of the device's time is told as such.
         let joined = leaps == self.axis.leaps();
         if let Some(first_s) = first_s.filter(|_| block.broken && row_s.is_some() && joined) {
-            self.tell_gap(Span::new(was_s, first_s), block.lost);
+            self.report_gap(Span::new(was_s, first_s), block.lost);
         }
         for (channel, values) in &block.columns {
             let series = entry(&mut self.series, *channel);
@@ -128,7 +128,7 @@ impl Model {
         }
     }
 
-    fn tell_gap(&mut self, span: Span, lost: u32) {
+    fn report_gap(&mut self, span: Span, lost: u32) {
         let text = match lost {
             0 => format!("samples are missing for {:.1} ms", 1e3 * span.length_s()),
             1 => "1 row is missing".to_owned(),

@@ -1,8 +1,8 @@
 //! The address of a daemon in; what it tells out, for as long as the scope looks, however often the daemon goes and comes.
 
-use super::hearing::Hearing;
 use super::outlet::Outlet;
-use super::told;
+use super::reception::Reception;
+use super::reported;
 use crate::feed::{Feed, Level, SourceStatus};
 use core::time::Duration;
 use grip_daemon::client::{Client, ClientError};
@@ -55,10 +55,10 @@ pub(super) fn run(
         };
         before = match Client::connect(listen, nonce(attempt), wanted, PATIENCE) {
             Ok(client) => {
-                let hearing = Hearing::new(listen.to_string(), every_nth);
-                let mut talk = Talk { client, hearing, orders };
+                let reception = Reception::new(listen.to_string(), every_nth);
+                let mut talk = Talk { client, reception, orders };
                 let reason = talk.run(outlet);
-                if talk.hearing.was_greeted() {
+                if talk.reception.was_greeted() {
                     backoff.reset();
                 }
                 reason
@@ -87,7 +87,7 @@ pub(super) fn pause(outlet: &mut Outlet, reason: &str, time: Duration) {
 /// One connection.
 struct Talk<'a> {
     client: Client,
-    hearing: Hearing,
+    reception: Reception,
     orders: &'a mut Consumer<ClientCommand>,
 }
 
@@ -99,28 +99,28 @@ impl Talk<'_> {
             return sentence(&error);
         }
         let begun = outlet.clock.now();
-        let mut heard = begun;
+        let mut received = begun;
         loop {
             if outlet.stops() {
                 return String::new();
             }
             let came = match self.look() {
                 Ok(came) => came,
-                Err(error) => return self.hearing.farewell().unwrap_or_else(|| sentence(&error)),
+                Err(error) => return self.reception.farewell().unwrap_or_else(|| sentence(&error)),
             };
             if came {
-                heard = outlet.clock.now();
+                received = outlet.clock.now();
             }
-            self.hearing.deliver(outlet);
+            self.reception.deliver(outlet);
             let now = outlet.clock.now();
-            if !self.hearing.was_greeted() && now > begun + GREETING {
+            if !self.reception.was_greeted() && now > begun + GREETING {
                 return "something answers there, but not as gripd does".to_owned();
             }
-            if now > heard + SILENCE {
+            if now > received + SILENCE {
                 let silence_s = SILENCE.as_secs();
                 return format!("the daemon has said nothing for {silence_s} s");
             }
-            if let Some(reason) = self.hearing.refusal() {
+            if let Some(reason) = self.reception.refusal() {
                 return reason;
             }
             if let Err(error) = self.obey(outlet) {
@@ -134,10 +134,10 @@ impl Talk<'_> {
 
     /// Waits for bytes and reads all that are there; `false` where none came.
     fn look(&mut self) -> Result<bool, ClientError> {
-        let hearing = &mut self.hearing;
+        let reception = &mut self.reception;
         let mut patience = TURN;
         for read in 0..READS {
-            if !self.client.wait(patience, &mut |message| hearing.take(message))? {
+            if !self.client.wait(patience, &mut |message| reception.take(message))? {
                 return Ok(read > 0);
             }
             patience = Duration::ZERO;
@@ -148,12 +148,12 @@ impl Talk<'_> {
     /// Passes on what a person asks for.
     fn obey(&mut self, outlet: &mut Outlet) -> Result<(), ClientError> {
         while let Ok(action) = self.orders.pop() {
-            let Some(token) = self.hearing.token() else {
+            let Some(token) = self.reception.token() else {
                 unsent(outlet, "the daemon allows no commands");
                 continue;
             };
             self.client.command(&command(action, token))?;
-            self.hearing.asked(self.client.link().last_request(), action);
+            self.reception.asked(self.client.link().last_request(), action);
         }
         Ok(())
     }
@@ -177,7 +177,7 @@ fn command(action: ClientCommand, token: u32) -> Command {
 
 /// Why a command was not sent.
 pub(super) fn unsent(outlet: &mut Outlet, why: &str) {
-    let feeds = told::answer(Level::Warning, why.to_owned());
+    let feeds = reported::answer(Level::Warning, why.to_owned());
     feeds.into_iter().for_each(|feed| outlet.offer(feed));
 }
 

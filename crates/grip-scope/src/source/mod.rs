@@ -7,13 +7,13 @@ mod daemon;
 mod demo;
 #[cfg(feature = "zenoh")]
 mod fleet;
-mod hearing;
 mod outlet;
+mod reception;
 mod recording;
+mod reported;
 mod spec;
 mod stream;
 mod study;
-mod told;
 
 pub use demo::Grippers;
 #[cfg(feature = "zenoh")]
@@ -201,7 +201,7 @@ mod tests {
 
     #[test]
     fn a_panic_of_a_source_is_a_state_with_a_sentence_even_where_the_ring_is_full() {
-        for told_before in [0, 4] {
+        for reported_before in [0, 4] {
             let (to_model, mut ring) = RingBuffer::new(4);
             let mut outlet = Outlet::new(to_model, Arc::<Shared>::default(), Box::new(|| {}));
             let (sent, received) = std::sync::mpsc::channel();
@@ -218,7 +218,7 @@ mod tests {
                 last
             });
             guarded(&mut outlet, |outlet| {
-                (0..told_before).for_each(|_| outlet.offer(Feed::Restart));
+                (0..reported_before).for_each(|_| outlet.offer(Feed::Restart));
                 sent.send(()).unwrap();
                 let numbers: Vec<u32> = Vec::new();
                 assert_eq!(numbers.len(), 7, "seven were expected");

@@ -172,18 +172,18 @@ mod tests {
     }
 
     #[test]
-    fn samples_without_room_are_counted_and_leave_a_gap_and_news_wait() {
+    fn samples_without_room_are_counted_and_leave_a_gap_and_updates_wait() {
         let (mut outlet, mut ring, shared) = outlet(4);
         (0..7).for_each(|k| outlet.offer(rows(k)));
         outlet.status(SourceStatus::Live);
-        let news = NoticeLine { level: Level::Info, text: "x".to_owned() };
-        outlet.offer(Feed::Notice(news.clone()));
+        let updates = NoticeLine { level: Level::Info, text: "x".to_owned() };
+        outlet.offer(Feed::Notice(updates.clone()));
         assert_eq!(shared.dropped.load(Ordering::Relaxed), 3);
         assert_eq!(all(&mut ring), (0..4).map(rows).collect::<Vec<_>>());
         outlet.offer(rows(7));
         outlet.offer(rows(8));
         let seen = all(&mut ring);
-        assert_eq!(seen[..2], [Feed::Status(SourceStatus::Live), Feed::Notice(news)]);
+        assert_eq!(seen[..2], [Feed::Status(SourceStatus::Live), Feed::Notice(updates)]);
         let broken = |feed: &Feed| matches!(feed, Feed::Rows(block) if block.broken);
         assert_eq!(seen[2..].iter().map(broken).collect::<Vec<_>>(), [true, false]);
         assert_eq!(shared.dropped.load(Ordering::Relaxed), 3);

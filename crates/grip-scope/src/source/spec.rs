@@ -125,7 +125,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_none_is_told_in_a_sentence() {
+    fn what_is_none_is_reported_in_a_sentence() {
         let refused = |text| SourceSpec::parse(text).unwrap_err();
         assert_eq!(refused("  "), SpecError::Empty);
         assert_eq!(refused("tcp:nowhere"), SpecError::Address("tcp:nowhere".to_owned()));

@@ -1,6 +1,6 @@
 //! Samples in; blocks of rows, and what the observer derives from them, out.
 
-use super::told::Blocks;
+use super::reported::Blocks;
 use crate::derive::Observer;
 use crate::feed::{DerivedBlock, Feed};
 use slip_core::{Sample, Step};

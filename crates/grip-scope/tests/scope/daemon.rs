@@ -74,7 +74,7 @@ fn watch(path: &Path) -> Watch {
 }
 
 #[test]
-fn what_a_daemon_tells_is_shown_and_derived_from() {
+fn what_a_daemon_reports_is_shown_and_derived_from() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("socket");
     let mut daemon = Daemon::new(&path, false);
@@ -213,7 +213,7 @@ fn lost_rows_and_a_gripper_that_restarts_are_events() {
 }
 
 #[test]
-fn a_stream_that_stalls_says_for_how_long() {
+fn a_stream_that_stalls_states_for_how_long() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("socket");
     let mut daemon = Daemon::new(&path, false);
@@ -249,7 +249,7 @@ fn commands_reach_a_daemon_that_allows_them() {
 }
 
 #[test]
-fn what_is_no_daemon_is_told_and_tried_again() {
+fn what_is_no_daemon_is_reported_and_tried_again() {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let place = listener.local_addr().unwrap();
     let mut watch = Watch::new(SourceSpec::parse(&format!("tcp:{place}")).unwrap());

@@ -53,7 +53,7 @@ fn a_grasp_shows_samples_states_bands_events_and_health() {
 }
 
 #[test]
-fn a_scene_that_is_none_is_told() {
+fn a_scene_that_is_none_is_reported() {
     let mut watch = Watch::new(SourceSpec::parse("demo:nowhere").unwrap());
     watch.until(|| {}, |model| matches!(model.status(), SourceStatus::Failed { .. }));
     assert!(watch.model.status().sentence().contains("built in are"));

@@ -266,7 +266,7 @@ fn the_model_is_lent_for_pieces_and_goes_on_between_them() {
 }
 
 #[test]
-fn samples_that_are_thinned_out_are_told_by_their_extremes_or_refused() {
+fn samples_that_are_thinned_out_are_reported_by_their_extremes_or_refused() {
     let folder = tempfile::tempdir().unwrap();
     let mut model = Model::new(2 << 20);
     (0..1000).for_each(|block| model.take(rows(1000 * block, 1000 * (block + 1))));
@@ -297,7 +297,7 @@ fn samples_that_are_thinned_out_are_told_by_their_extremes_or_refused() {
 }
 
 #[test]
-fn samples_that_are_thinned_out_meanwhile_are_told() {
+fn samples_that_are_thinned_out_meanwhile_are_reported() {
     let folder = tempfile::tempdir().unwrap();
     let model = RefCell::new(Model::new(2 << 20));
     model.borrow_mut().take(rows(0, 100_000));
@@ -309,7 +309,7 @@ fn samples_that_are_thinned_out_meanwhile_are_told() {
     };
     let whole = Span::new(1.0, 10.0);
     let out = folder.path().join("a.csv");
-    let told = export::csv(look, whole, &[Channel::Stylus], &out).unwrap_err();
-    assert!(matches!(told, ExportError::Thinned), "{told}");
+    let reported = export::csv(look, whole, &[Channel::Stylus], &out).unwrap_err();
+    assert!(matches!(reported, ExportError::Thinned), "{reported}");
     assert!(!out.exists());
 }

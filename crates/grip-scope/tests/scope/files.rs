@@ -41,7 +41,7 @@ fn a_recording_is_all_there() {
 }
 
 #[test]
-fn a_recording_that_was_cut_off_shows_what_is_whole_and_says_so() {
+fn a_recording_that_was_cut_off_shows_what_is_whole_and_states_so() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("run.mcap");
     recording(&path, 10_000);
@@ -65,17 +65,21 @@ fn damaged_parts_are_passed_over_counted_and_leave_gaps() {
     bytes[at(chunks[60].offset, 8)] = 0x7f;
     fs::write(&path, &bytes).unwrap();
     let watch = open(&path);
-    let said = sentence(&watch);
-    assert!(said.starts_with("loaded; 2 damaged parts were passed over, the first one:"), "{said}");
-    assert!(said.contains(&format!("damaged at byte {}:", chunks[20].offset)), "{said}");
+    let stated = sentence(&watch);
+    assert!(
+        stated.starts_with("loaded; 2 damaged parts were passed over, the first one:"),
+        "{stated}"
+    );
+    assert!(stated.contains(&format!("damaged at byte {}:", chunks[20].offset)), "{stated}");
     assert_eq!(watch.samples(Channel::Stylus), 9_800);
-    let told = |mark: &&EventMark| mark.kind == EventKind::Gap && mark.text.contains("passed over");
-    assert_eq!(watch.model.events().iter().filter(told).count(), 2);
+    let reported =
+        |mark: &&EventMark| mark.kind == EventKind::Gap && mark.text.contains("passed over");
+    assert_eq!(watch.model.events().iter().filter(reported).count(), 2);
     assert_eq!(watch.model.events().gaps(Span::new(0.0, 10.0)).count(), 2);
 }
 
 #[test]
-fn what_is_no_recording_is_told_in_a_sentence() {
+fn what_is_no_recording_is_reported_in_a_sentence() {
     let folder = tempfile::tempdir().unwrap();
     let file = |name: &str, bytes: &[u8]| {
         let path = folder.path().join(name);
@@ -87,10 +91,10 @@ fn what_is_no_recording_is_told_in_a_sentence() {
     };
     assert!(file("a.mcap", b"\x89PNG and more").contains("no MCAP file"));
     for header in ["time,height", "t_s,stylus,vibration"] {
-        let said = file("b.csv", format!("{header}\n1,2,3\n").as_bytes());
+        let stated = file("b.csv", format!("{header}\n1,2,3\n").as_bytes());
         // The scope itself has no such flag.
-        let own = said.replace("`gripctl replay --map", "");
-        assert!(said.contains("rename") && !own.contains("--map"), "{said}");
+        let own = stated.replace("`gripctl replay --map", "");
+        assert!(stated.contains("rename") && !own.contains("--map"), "{stated}");
     }
     assert!(file("c.csv", b"").contains("c.csv"));
     assert!(
@@ -118,16 +122,16 @@ fn hollow(path: &Path, bytes: u64) {
 }
 
 #[test]
-fn a_huge_foreign_file_is_told_in_a_sentence_and_not_read_into_memory() {
+fn a_huge_foreign_file_is_reported_in_a_sentence_and_not_read_into_memory() {
     let folder = tempfile::tempdir().unwrap();
-    for (name, told) in [
+    for (name, reported) in [
         ("a.csv", "a.csv: is no table: its first line is longer than 64 KiB"),
         ("b.json", "b.json: is larger than 16 MiB: no report of a study has so much"),
     ] {
         let path = folder.path().join(name);
         hollow(&path, 1 << 30);
         let watch = open(&path);
-        assert!(sentence(&watch).ends_with(told), "{}", sentence(&watch));
+        assert!(sentence(&watch).ends_with(reported), "{}", sentence(&watch));
     }
     // Rows, then a line without an end.
     let path = folder.path().join("c.csv");
@@ -135,10 +139,10 @@ fn a_huge_foreign_file_is_told_in_a_sentence_and_not_read_into_memory() {
     let rows = fs::metadata(&path).unwrap().len();
     fs::OpenOptions::new().write(true).open(&path).unwrap().set_len(rows + (1 << 30)).unwrap();
     let watch = open(&path);
-    let said = sentence(&watch);
+    let stated = sentence(&watch);
     assert!(
-        watch.samples(Channel::Stylus) > 100_000 && said.contains("rows can be used"),
-        "{said}"
+        watch.samples(Channel::Stylus) > 100_000 && stated.contains("rows can be used"),
+        "{stated}"
     );
 }
 
@@ -161,9 +165,9 @@ fn every_rate_from_ten_hertz_to_twenty_kilohertz_is_shown() {
         assert!(watch.model.events().iter().all(|mark| mark.kind != EventKind::Gap), "{rate_hz}");
         assert!(!watch.model.spectrogram().is_empty());
         // Below 20 Hz there is nothing that the detector could hear, and the window says so.
-        let told = watch.model.notices().any(|line| line.text.contains("only spectra"));
+        let reported = watch.model.notices().any(|line| line.text.contains("only spectra"));
         let derived = watch.model.series(Channel::BandEnergy(0)).is_some();
-        assert_eq!((derived, told), (rate_hz >= 20.0, rate_hz < 20.0), "{rate_hz}");
+        assert_eq!((derived, reported), (rate_hz >= 20.0, rate_hz < 20.0), "{rate_hz}");
         assert_eq!(watch.model.series(Channel::Statistic).is_some(), derived);
     }
 }
@@ -178,11 +182,14 @@ fn rows_before_a_bad_one_are_shown() {
         csv(&path, 10_000.0, rows, text);
         let watch = open(&path);
         assert_eq!(watch.samples(Channel::Stylus), u64::from(bad), "{}", sentence(&watch));
-        let said = sentence(&watch);
-        assert!(said.starts_with(&format!("loaded; only the first {bad} rows can be")), "{said}");
+        let stated = sentence(&watch);
+        assert!(
+            stated.starts_with(&format!("loaded; only the first {bad} rows can be")),
+            "{stated}"
+        );
         // Lines of a later piece are not those of the file.
         let line = format!("line {}, column stylus: \"many\" is not a number", bad + 2);
-        assert_eq!(said.contains(&line), rows == 500, "{said}");
+        assert_eq!(stated.contains(&line), rows == 500, "{stated}");
     }
 }
 

@@ -96,7 +96,7 @@ impl Daemon {
         }
     }
 
-    fn tell(&mut self, text: &str) -> EventId {
+    fn report(&mut self, text: &str) -> EventId {
         let (kind, text) = (NoticeKind::Link, text.as_bytes());
         let notice = Notice { kind, code: 0, value: 0, count: 0, host_us: 0, text };
         let wire = wire(Kind::NOTICE, |out| notice.write(out).unwrap());
@@ -141,7 +141,7 @@ fn until(
     panic!("it never came: {:?} {:?}", roster.status(), roster.rows());
 }
 
-fn says(roster: &Roster, column: Column) -> String {
+fn states(roster: &Roster, column: Column) -> String {
     roster.row(&member()).map_or_else(String::new, |row| column.text(row, roster.now_s()))
 }
 
@@ -160,29 +160,29 @@ fn the_table_is_filled_over_a_router_that_comes_and_goes() {
         (&mut table.0, &mut table.1),
         || daemon.turn(),
         |roster| {
-            says(roster, Column::Applied) == "4.50"
-                && says(roster, Column::Slips) == "3"
-                && says(roster, Column::Model) == "file"
+            states(roster, Column::Applied) == "4.50"
+                && states(roster, Column::Slips) == "3"
+                && states(roster, Column::Model) == "file"
         },
     );
-    assert_eq!(says(&table.1, Column::Here), "here");
-    assert_eq!(says(&table.1, Column::Firmware), "1.2.3");
+    assert_eq!(states(&table.1, Column::Here), "here");
+    assert_eq!(states(&table.1, Column::Firmware), "1.2.3");
     assert_eq!(*table.1.status(), SourceStatus::Live);
     drop(listening);
     until(
         (&mut table.0, &mut table.1),
         || {},
         |roster| {
-            says(roster, Column::Here) == "gone"
+            states(roster, Column::Here) == "gone"
                 && matches!(roster.status(), SourceStatus::Connecting { before, .. } if before.contains("any more"))
         },
     );
-    assert_eq!(says(&table.1, Column::Applied), "4.50", "what was known stays");
+    assert_eq!(states(&table.1, Column::Applied), "4.50", "what was known stays");
     let _listening = router(&at(&endpoint)).unwrap();
     until(
         (&mut table.0, &mut table.1),
         || daemon.turn(),
-        |roster| says(roster, Column::Here) == "here" && *roster.status() == SourceStatus::Live,
+        |roster| states(roster, Column::Here) == "here" && *roster.status() == SourceStatus::Live,
     );
 }
 
@@ -203,7 +203,7 @@ fn one_gripper_of_a_network_is_a_source_without_samples() {
     assert!(watch.samples(Channel::Applied) > 5, "forces come with states");
     assert_eq!(watch.samples(Channel::Stylus), 0);
     assert_eq!(watch.model.health().latest().map(|health| health.slips), Some(3));
-    daemon.tell("the line was opened again");
+    daemon.report("the line was opened again");
     watch.until(
         || daemon.turn(),
         |model| model.events().iter().any(|mark| mark.text == "the line was opened again"),

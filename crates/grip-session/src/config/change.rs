@@ -163,11 +163,11 @@ mod tests {
     }
 
     #[test]
-    fn changes_are_told_by_key() {
+    fn changes_are_reported_by_key() {
         let (old, new) =
             (config("baud = 9600\n[grip]\nf_max_n = 9.0\n"), config("[grip]\nf_max_n = 8.1\n"));
-        let told: Vec<String> = old.diff(&new).iter().map(ToString::to_string).collect();
-        assert_eq!(told, ["baud: 9600 -> nothing", "grip.f_max_n: 9.0 -> 8.1"]);
+        let reported: Vec<String> = old.diff(&new).iter().map(ToString::to_string).collect();
+        assert_eq!(reported, ["baud: 9600 -> nothing", "grip.f_max_n: 9.0 -> 8.1"]);
         assert_eq!(needs_restart(&old, &new), ["baud"]);
         assert!(old.diff(&old).is_empty());
     }
@@ -220,7 +220,7 @@ mod tests {
         let new = config(
             "link.sample_rate_hz = 20000\ndetector.shear.low_hz = 2000.0\ndetector.shear.high_hz = 5000.0\n",
         );
-        let told = old.taking(&new).unwrap_err().to_string();
-        assert!(told.contains("beside what needs a restart: "), "{told}");
+        let reported = old.taking(&new).unwrap_err().to_string();
+        assert!(reported.contains("beside what needs a restart: "), "{reported}");
     }
 }

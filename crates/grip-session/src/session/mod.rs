@@ -77,7 +77,7 @@ pub enum SessionError {
 
 /// What happened.
 #[derive(Clone, Copy, Debug)]
-pub enum News<'a> {
+pub enum Update<'a> {
     /// A pipeline begins: the next samples go through it.
     Began(&'a Beginning),
     /// A gripper told who it is.
@@ -100,7 +100,7 @@ pub enum News<'a> {
         /// What it led to.
         step: &'a Step,
     },
-    /// Something worth a line; what a sample led to comes before its [`News::Step`].
+    /// Something worth a line; what a sample led to comes before its [`Update::Step`].
     Event(Event),
     /// Something about the link; never [`HostEvent::Samples`].
     Link(HostEvent),
@@ -239,24 +239,24 @@ impl Session {
         &mut self,
         now_us: u64,
         input: &mut &[u8],
-    ) -> Result<Option<News<'_>>, SessionError> {
+    ) -> Result<Option<Update<'_>>, SessionError> {
         loop {
-            if self.path.has_news() || self.handle_row(now_us) {
-                return Ok(self.path.news());
+            if self.path.has_updates() || self.handle_row(now_us) {
+                return Ok(self.path.updates());
             }
             match self.link.receive(now_us, input) {
                 None => return self.settle(now_us),
                 Some(HostEvent::Samples { header, .. }) => self.begin_frame(now_us, header),
                 Some(event) => {
                     self.take(&event);
-                    return Ok(Some(News::Link(event)));
+                    return Ok(Some(Update::Link(event)));
                 }
             }
         }
     }
 
     /// What is due once the bytes are used up.
-    fn settle(&mut self, now_us: u64) -> Result<Option<News<'_>>, SessionError> {
+    fn settle(&mut self, now_us: u64) -> Result<Option<Update<'_>>, SessionError> {
         if let Some(rebooted) = self.due.identified.take()
             && let Some(uid) = self.link.ident().map(|ident| ident.uid)
         {
@@ -265,7 +265,7 @@ impl Session {
             if other {
                 self.link.close();
             }
-            return Ok(self.link.ident().map(|ident| News::Gripper { ident, rebooted, other }));
+            return Ok(self.link.ident().map(|ident| Update::Gripper { ident, rebooted, other }));
         }
         let configured = core::mem::take(&mut self.due.configured);
         if configured {
@@ -275,7 +275,7 @@ impl Session {
         if configured || (unlatched && self.link.in_force().is_some()) {
             let carried = self.carried();
             return match self.begin(carried) {
-                Ok(()) => Ok(self.begun.as_ref().map(News::Began)),
+                Ok(()) => Ok(self.begun.as_ref().map(Update::Began)),
                 Err(error) => {
                     self.refuse(error);
                     self.receive(now_us, &mut &[][..])
@@ -285,7 +285,7 @@ impl Session {
         if core::mem::take(&mut self.due.lost) {
             self.arm_again(now_us)?;
         }
-        Ok(self.watch_clock(now_us).map(News::Event))
+        Ok(self.watch_clock(now_us).map(Update::Event))
     }
 
     /// Takes everything in `bytes`, whatever happens, and writes the next force command to `out`, if there is one: its length.
@@ -345,9 +345,9 @@ impl Session {
             HostEvent::Configured { .. } => self.due.configured = true,
             HostEvent::Status(status) => {
                 self.due.lost = status.state == DeviceState::LossAction;
-                self.wishes.hear(status.state);
+                self.wishes.receive(status.state);
                 self.due.unlatched = latch(&mut self.latched_n, status);
-                self.motion.hear(status);
+                self.motion.receive(status);
             }
             HostEvent::Rebooted { .. } => self.forget_boot(),
             HostEvent::Identified { rebooted } => {

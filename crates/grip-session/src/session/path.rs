@@ -1,6 +1,6 @@
 //! Rows of a frame in, steps of the pipeline out, one at a time.
 
-use super::{News, Session};
+use super::{Session, Update};
 use crate::report::Event;
 use grip_link::{
     clock::{ClockRelation, ClockSync},
@@ -53,24 +53,24 @@ impl Path {
 
     /// Whether the last row led to something that was not returned yet.
     #[inline]
-    pub(super) fn has_news(&self) -> bool {
+    pub(super) fn has_updates(&self) -> bool {
         self.waits
     }
 
     /// What the last row led to and was not returned yet: its events, then its step.
     #[inline]
-    pub(super) fn news(&mut self) -> Option<News<'_>> {
+    pub(super) fn updates(&mut self) -> Option<Update<'_>> {
         while let Some(event) = self.events.get(self.events_returned) {
             self.events_returned += 1;
             if let Some(event) = *event {
-                return Some(News::Event(event));
+                return Some(Update::Event(event));
             }
         }
         if !core::mem::take(&mut self.waits) {
             return None;
         }
         let taxels = self.taxels.0.get(..self.taxels.1).unwrap_or(&[]);
-        Some(News::Step {
+        Some(Update::Step {
             index: self.index,
             sample: &self.sample,
             taxels,

@@ -47,7 +47,7 @@ impl Wishes {
     }
 
     /// The gripper told its state.
-    pub(super) fn hear(&mut self, state: DeviceState) {
+    pub(super) fn receive(&mut self, state: DeviceState) {
         if state == DeviceState::Estop {
             self.stop_at_us = None;
         }

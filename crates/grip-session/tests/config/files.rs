@@ -50,10 +50,11 @@ fn bad_files_are_refused_with_their_message() {
     let files = files("tests/config/bad");
     assert!(files.len() >= 24, "{}", files.len());
     for file in files {
-        let told = Layers::file(&file).and_then(|layers| layers.resolve()).unwrap_err().to_string();
+        let reported =
+            Layers::file(&file).and_then(|layers| layers.resolve()).unwrap_err().to_string();
         let folder = format!("{}/", file.parent().unwrap().display());
-        let told = format!("{}\n", told.replace(&folder, ""));
+        let reported = format!("{}\n", reported.replace(&folder, ""));
         let expected = fs::read_to_string(file.with_extension("txt")).unwrap_or_default();
-        assert_eq!(told, expected, "{}", file.display());
+        assert_eq!(reported, expected, "{}", file.display());
     }
 }

@@ -17,7 +17,7 @@ fn the_files_of_the_user_are_found_and_a_missing_one_is_not_missed() {
 }
 
 #[test]
-fn a_file_that_is_there_and_cannot_be_read_is_told() {
+fn a_file_that_is_there_and_cannot_be_read_is_reported() {
     let home = tempfile::tempdir().unwrap();
     let file = home.path().join("gripd/gripd.toml");
     fs::create_dir_all(&file).unwrap();

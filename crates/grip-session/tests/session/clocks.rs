@@ -7,7 +7,7 @@ use grip_link::{
     message::Kind,
 };
 use grip_session::{
-    HostConfig, News, Session, SessionOptions, model,
+    HostConfig, Session, SessionOptions, Update, model,
     report::{Condition, Event},
 };
 use grip_sim::{Scene, VirtualMcu};
@@ -105,14 +105,14 @@ impl Bench {
             let bytes = self.altered(&bytes, clock);
             let Self { session, lines, closed, longest_us, last_us, oldest_us, .. } = self;
             let mut left = bytes.as_slice();
-            while let Some(news) = session.receive(now.0, &mut left).unwrap() {
-                match news {
-                    News::Event(Event::Health {
+            while let Some(updates) = session.receive(now.0, &mut left).unwrap() {
+                match updates {
+                    Update::Event(Event::Health {
                         condition: condition @ Condition::Clock(_),
                         ..
                     }) => lines.push((now.0, condition.name())),
-                    News::Link(HostEvent::Closed(reason)) => closed.push(reason),
-                    News::Step { sample, .. } => {
+                    Update::Link(HostEvent::Closed(reason)) => closed.push(reason),
+                    Update::Step { sample, .. } => {
                         let last = last_us.replace(sample.t.0).unwrap_or(sample.t.0);
                         assert!(sample.t.0 >= last, "back to {:?}", sample.t);
                         *longest_us = (*longest_us).max(sample.t.0 - last);
@@ -153,11 +153,11 @@ fn a_clock_that_lies_is_reported_and_the_object_is_held() {
         ("5 % slow", &["slow"], 2_000_000, |t| t - t.saturating_sub(FAULT_US) / 20),
         ("wraps", &[], 0, |t| t.wrapping_add(u64::MAX - FAULT_US)),
     ];
-    for (name, told, within_us, clock) in cases {
+    for (name, reported, within_us, clock) in cases {
         let mut bench = bench();
         bench.run(END_US, clock);
         let names: Vec<&str> = bench.lines.iter().map(|(_, health)| *health).collect();
-        assert_eq!(names, told, "{name}: {:?}", bench.lines);
+        assert_eq!(names, reported, "{name}: {:?}", bench.lines);
         if let Some((at_us, _)) = bench.lines.first() {
             assert!(at_us - FAULT_US <= within_us, "{name}: {:?}", bench.lines);
         }

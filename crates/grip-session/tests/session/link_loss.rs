@@ -175,11 +175,11 @@ impl Bench {
 
     /// Whether the bytes have reached the gripper.
     fn give(&mut self, now: Micros, bytes: &[u8]) -> bool {
-        let heard = !matches!(self.trouble, Trouble::Mute | Trouble::Unplugged);
-        if heard {
+        let received = !matches!(self.trouble, Trouble::Mute | Trouble::Unplugged);
+        if received {
             self.mcu.receive(now, bytes);
         }
-        heard
+        received
     }
 
     /// The command that has just been made.

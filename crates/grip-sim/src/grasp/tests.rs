@@ -326,7 +326,7 @@ fn balance(text: &str, target_n: f64, from_s: f64, needed: impl Fn(f64) -> f64) 
 }
 
 #[test]
-fn a_wet_contact_slides_as_its_friction_says() {
+fn a_wet_contact_slides_as_its_friction_states() {
     let text = "[wet]\nfriction_ratio = 0.5\nstart_s = 0.0\nspread_s = 0.1\n";
     let weight = 0.4 * GRAVITY_M_S2 / 0.6;
     let ratio = balance(text, 6.6, 0.02, |t| weight / (0.5 + 0.5 * (-t / 0.1).exp()));
@@ -334,7 +334,7 @@ fn a_wet_contact_slides_as_its_friction_says() {
 }
 
 #[test]
-fn a_pull_and_what_is_poured_in_accelerate_as_newton_says() {
+fn a_pull_and_what_is_poured_in_accelerate_as_newton_states() {
     // At a force that almost holds: m dv/dt = m g + P + m' (u - v) - 2 mu N, integrated by hand.
     let text = "[tug]\nforce_n = 2.0\nstart_s = 0.0\nrise_ms = 1.0\nhold_ms = 1000.0\n[fill]\nmass_kg = 0.4\nstart_s = 0.0\nduration_s = 1.0\nheight_mm = 200.0\n";
     let scene =

@@ -68,7 +68,7 @@ mod tests {
     }
 
     #[test]
-    fn the_default_file_says_what_the_defaults_are() {
+    fn the_default_file_states_what_the_defaults_are() {
         let bare = SceneConfig::from_toml("name = \"default\"\n").unwrap();
         let mut file = load("default").unwrap().config().clone();
         assert_eq!(file.crush_ratio, Some(crate::scene::Draw::Fixed(2.5)));

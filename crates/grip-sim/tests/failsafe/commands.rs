@@ -131,7 +131,7 @@ fn r4_every_odd_force_is_clamped_or_rejected() {
         } else {
             assert!((rig.force_n() - 4.0).abs() < 1e-9, "{force_mn}: {}", rig.force_n());
             assert!(clamp.has(ForceClamp::REJECTED), "{force_mn}: {clamp:?}");
-            assert!(rig.told(EventKind::CommandRejected), "{force_mn}");
+            assert!(rig.reported(EventKind::CommandRejected), "{force_mn}");
         }
     }
 }

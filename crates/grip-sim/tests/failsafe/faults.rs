@@ -23,7 +23,7 @@ fn r6_every_fault_latches_until_it_is_cleared_by_name() {
         assert!((rig.force_n() - expected).abs() < 1e-9, "{code:04x}: {} N", rig.force_n());
         assert!(rig.forces[from..].iter().all(|n| *n <= 9.0), "{code:04x} raised the force");
         assert_eq!((rig.state(), rig.status.unwrap().fault), (DeviceState::Fault, fault));
-        assert!(rig.told(EventKind::Fault) && rig.told(EventKind::CommandRejected));
+        assert!(rig.reported(EventKind::Fault) && rig.reported(EventKind::CommandRejected));
         rig.host.clear_fault(rig.now.0, FaultCode(code ^ 0x0010));
         rig.run(100);
         assert_eq!(rig.state(), DeviceState::Fault, "{code:04x}: another name clears nothing");

@@ -172,7 +172,7 @@ impl Rig {
     }
 
     /// Whether the device told of an event of this kind.
-    pub(crate) fn told(&self, kind: EventKind) -> bool {
+    pub(crate) fn reported(&self, kind: EventKind) -> bool {
         self.events.iter().any(|event| event.kind == kind)
     }
 }

@@ -45,13 +45,13 @@ fn table(
     done: &(dyn Fn(&str) + Sync),
 ) -> Result<Table, OutlookError> {
     let sets = condition.sets(seed, 0)?;
-    let told = |name: &str| done(&format!("{}: {name}", condition.name));
+    let reported = |name: &str| done(&format!("{}: {name}", condition.name));
     let heads: Vec<&str> =
         comparison::COLUMNS.iter().copied().chain(["numbers", "chosen"]).collect();
     let caption = format!("{}: {}", condition.name, condition.title());
     let mut table = Table::new(format!("outlook-{}", condition.name), caption, &heads);
     let (train, validation) = Split::holdout(&sets.train, VALIDATION, seed)?.of(&sets.train)?;
-    for learner in learners((&train, &validation), config, &|| Duration::ZERO, &told)? {
+    for learner in learners((&train, &validation), config, &|| Duration::ZERO, &reported)? {
         let scores = sets.score(|features| answer(learner.predict.as_ref(), features));
         let mut row = comparison::row(&learner.name, &scores);
         let mut chosen = learner.detail;

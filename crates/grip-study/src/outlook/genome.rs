@@ -109,7 +109,7 @@ mod tests {
     }
 
     #[test]
-    fn the_config_takes_over_what_the_genome_says() {
+    fn the_config_takes_over_what_the_genome_states() {
         let genome = Genome::from_genes(&[5, 5, 1, 3, 2]).unwrap();
         assert_eq!(genome.to_string(), "10-6 logistic lm decay 0.00001");
         let config = genome.config(&FitConfig { seed: 7, ..FitConfig::default() });

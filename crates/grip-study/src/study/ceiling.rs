@@ -238,7 +238,7 @@ mod tests {
     }
 
     #[test]
-    fn force_and_speed_say_all_and_speed_alone_says_little() {
+    fn force_and_speed_say_all_and_speed_alone_states_little() {
         assert!(of("v-f").within_10pct > 0.999 && of("default").closed_form == Some(1.0));
         let varied = of("varied-v");
         assert!((0.08..0.18).contains(&varied.within_10pct), "{varied:?}");

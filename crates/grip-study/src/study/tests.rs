@@ -67,10 +67,10 @@ fn check_table(html: &str, table: &Value) {
             Value::Number(number) => {
                 let number = number.as_f64().unwrap();
                 assert_eq!(shown.1, Some(number), "{}", table["id"]);
-                let told: f64 = shown.0.parse().unwrap();
-                let near = [told, told / 100.0]
+                let reported: f64 = shown.0.parse().unwrap();
+                let near = [reported, reported / 100.0]
                     .into_iter()
-                    .any(|told| (told - number).abs() <= 0.006 * number.abs().max(0.1));
+                    .any(|reported| (reported - number).abs() <= 0.006 * number.abs().max(0.1));
                 assert!(near, "{}: {} for {number}", table["id"], shown.0);
             }
             _ => assert_eq!(shown.1, None, "{}: {row}", table["id"]),

@@ -223,8 +223,8 @@ mod tests {
             assert!(curve.train[last] < first && curve.test.iter().all(|mse| mse.is_finite()));
             // The saved model is in f32 and of the best epoch; these rules are at their best at the end.
             if net.trainer == "LM" || net.trainer == "GD" {
-                let (end, told) = (curve.test[last], trained.summary.test_mse);
-                assert!((end / told - 1.0).abs() < 1e-3, "{}: {end} {told}", net.name);
+                let (end, reported) = (curve.test[last], trained.summary.test_mse);
+                assert!((end / reported - 1.0).abs() < 1e-3, "{}: {end} {reported}", net.name);
             }
         }
     }

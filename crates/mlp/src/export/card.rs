@@ -324,7 +324,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_card_tells_the_shape_and_is_read_back() {
+    fn a_card_reports_the_shape_and_is_read_back() {
         let file = &test_models::all()[4];
         let text = file.to_json().unwrap();
         let export = CardExport { kind: "c99".into(), files: Vec::new(), verified: None };

@@ -69,9 +69,9 @@ pub fn message(file: &ModelFile, origin: &str) -> Result<ModelProto, ExportError
             node: graph.nodes,
             name: "model".to_owned(),
             initializer: graph.constants,
-            input: vec![value(&features, FLOAT, inputs, &told(&file.inputs))],
+            input: vec![value(&features, FLOAT, inputs, &reported(&file.inputs))],
             output: vec![
-                value("targets", FLOAT, outputs, &told(&file.targets)),
+                value("targets", FLOAT, outputs, &reported(&file.targets)),
                 value("in_range", BOOL, inputs, "whether the training rows covered each feature"),
             ],
         }),
@@ -219,11 +219,11 @@ fn value(name: &str, kind: i32, columns: usize, what: &str) -> ValueInfoProto {
 }
 
 /// Names, units and ranges in words.
-fn told(columns: &[FileColumn]) -> String {
-    let tell = |column: &FileColumn| {
+fn reported(columns: &[FileColumn]) -> String {
+    let report = |column: &FileColumn| {
         format!("{} [{}] {} to {}", column.name, column.unit, column.min, column.max)
     };
-    columns.iter().map(tell).collect::<Vec<_>>().join("; ")
+    columns.iter().map(report).collect::<Vec<_>>().join("; ")
 }
 
 /// Columns and training note as JSON texts, as they stand in the model file.

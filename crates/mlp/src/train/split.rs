@@ -253,7 +253,7 @@ mod tests {
     }
 
     #[test]
-    fn what_can_not_be_split_is_said() {
+    fn what_can_not_be_split_is_stated() {
         let data = data(Some(&[1, 1, 1]), 3);
         for share in [0.0, 1.0, -0.1, f64::NAN] {
             assert!(matches!(Split::holdout(&data, share, 0), Err(SplitError::Share { .. })));

@@ -128,7 +128,7 @@ mod tests {
     }
 
     #[test]
-    fn a_slip_says_nothing_of_the_floor() {
+    fn a_slip_states_nothing_of_the_floor() {
         let mut doubt = Doubt::new(&[1.0; BANDS]);
         doubt.disturb();
         assert_eq!(after(&mut doubt, 2.0, 1.0), FloorHealth::Good);

@@ -170,7 +170,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_is_told_before_motion_is_known_and_a_new_level_becomes_motion() {
+    fn nothing_is_reported_before_motion_is_known_and_a_new_level_becomes_motion() {
         let (mut level, mut state) = (Level::new(0.025), 3);
         let mut alarmed = 0;
         for i in 0..2000_u32 {

@@ -402,7 +402,7 @@ impl SlipDetector {
 
     /// Takes a reading that nobody asks about, at the cost of one that is decided on. [`SlipDetector::prime`] forgets it.
     #[inline]
-    pub fn step_unheard(&mut self, x: f32, motion: &MotionInput) {
+    pub fn step_ignored(&mut self, x: f32, motion: &MotionInput) {
         self.axes.take();
         if self.bank.is_starting() {
             self.bank.start_with(x);

@@ -49,22 +49,22 @@ fn noise_quantisation_and_drift_are_no_slip_for_a_minute() {
 }
 
 #[test]
-fn a_slip_is_told_at_the_limit_and_ends_when_the_object_stands() {
+fn a_slip_is_reported_at_the_limit_and_ends_when_the_object_stands() {
     for sign in [1.0, -1.0] {
         let (mut method, mut encoder) = method(DistanceConfig::default());
         for _ in 0..1000 {
             give(&mut method, encoder.read(0.0), Fingers::Still);
         }
-        let mut told = None;
+        let mut reported = None;
         for i in 0..1000_u16 {
             let moved = 0.02 * f64::from(i) * 1e-4;
             let state = give(&mut method, encoder.read(sign * moved), Fingers::Still);
-            if told.is_none() && state == SlipState::Gross {
-                told = Some(moved);
+            if reported.is_none() && state == SlipState::Gross {
+                reported = Some(moved);
             }
         }
-        let told = told.unwrap();
-        assert!((told - 1e-4).abs() < 5e-6, "{told} m");
+        let reported = reported.unwrap();
+        assert!((reported - 1e-4).abs() < 5e-6, "{reported} m");
         let mut lasted = 0_u32;
         while give(&mut method, encoder.read(sign * 0.002), Fingers::Still) != SlipState::Quiet {
             lasted += 1;
@@ -100,7 +100,7 @@ fn fingers_that_move_carry_the_roller_with_them() {
 }
 
 #[test]
-fn leaps_of_the_sensor_are_left_out_and_told() {
+fn leaps_of_the_sensor_are_left_out_and_reported() {
     let (mut method, mut encoder) = method(DistanceConfig::default());
     let mut jumped = 0;
     for i in 0..20_000_u32 {

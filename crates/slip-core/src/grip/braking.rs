@@ -508,10 +508,10 @@ impl Braking {
             // More than the weight had to be held: what stopped the slip is enough.
             Some(mean_n) if self.overloaded => mean_n.max(self.step_n).max(KEPT * self.target_n),
             _ if self.held_by == HeldBy::Search && self.least_n().is_none() => {
-                let told_n = self.mean_n.unwrap_or(self.target_n);
+                let reported_n = self.mean_n.unwrap_or(self.target_n);
                 let sure = self.estimates >= MEAN_OF;
                 let most_n = if sure { f32::INFINITY } else { self.step_n };
-                told_n.min(most_n).max(self.step_n / SOUGHT)
+                reported_n.min(most_n).max(self.step_n / SOUGHT)
             }
             Some(mean_n) if self.least_n().is_none() => mean_n.max(self.step_n),
             Some(mean_n) => (KEPT * self.target_n).max(mean_n).max(self.step_n),

@@ -448,7 +448,7 @@ fn old_evidence_raises_nothing() {
 }
 
 #[test]
-fn a_lost_object_is_told_once_and_keeps_the_force_until_it_is_touched_again() {
+fn a_lost_object_is_reported_once_and_keeps_the_force_until_it_is_touched_again() {
     let air = GripInput { applied_n: Some(0.01), touching: false, ..slipping(1e-3, Some(9.0)) };
     let mut grip = holding();
     for _ in 0..29 {
@@ -473,12 +473,12 @@ fn a_lost_object_is_told_once_and_keeps_the_force_until_it_is_touched_again() {
 fn fingers_that_close_on_nothing_say_so_once() {
     let mut grip = GripController::new(config());
     grip.grasp(None);
-    let mut told = 0;
+    let mut reported = 0;
     for _ in 0..10_000 {
         grip.step(&GripInput { applied_n: Some(0.0), touching: false, ..calm() });
-        told += u32::from(grip.event() == Some(GripEvent::Empty));
+        reported += u32::from(grip.event() == Some(GripEvent::Empty));
     }
-    assert_eq!((told, grip.state(), grip.command_n()), (1, GripState::Closing, 0.2));
+    assert_eq!((reported, grip.state(), grip.command_n()), (1, GripState::Closing, 0.2));
     let mut unmeasured = GripController::new(config());
     unmeasured.grasp(None);
     for _ in 0..10_000 {

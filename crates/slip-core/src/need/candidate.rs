@@ -169,7 +169,7 @@ mod tests {
 
     /// A block as long as the whole slip is as good as many short ones, by the plain law of motion in `f64`.
     #[test]
-    fn it_moves_as_the_law_says() {
+    fn it_moves_as_the_law_states() {
         for ramp_s in [0.0_f32, 0.02, 0.06] {
             let mut candidate = Candidate::start(10.0, 1.2, ramp_s, ALARM_M);
             let (mut v, mut x) = (f64::from(candidate.speed_m_s), f64::from(candidate.moved_m));
@@ -191,7 +191,7 @@ mod tests {
 
     /// The start is where the object is a moment after it began to move, by small steps in `f64`.
     #[test]
-    fn it_starts_where_the_law_says() {
+    fn it_starts_where_the_law_states() {
         for (need_n, ramp_s) in [(2.0_f32, 0.0_f32), (40.0, 0.0), (2.0, 0.06), (40.0, 0.02)] {
             let start = Candidate::start(need_n, 1.2, ramp_s, ALARM_M);
             let (mut v, mut x) = (0.0_f64, 0.0_f64);
@@ -226,8 +226,8 @@ mod tests {
                 }
             }
             #[expect(clippy::cast_possible_truncation, reason = "a test")]
-            let told = balance(impulse as f32, t as f32, from as f32, ramp_s as f32);
-            assert!((told - 8.0).abs() < 0.05, "{ramp_s}: {told}");
+            let reported = balance(impulse as f32, t as f32, from as f32, ramp_s as f32);
+            assert!((reported - 8.0).abs() < 0.05, "{ramp_s}: {reported}");
         }
     }
 }

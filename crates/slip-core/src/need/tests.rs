@@ -253,7 +253,7 @@ fn an_alarm_soon_after_a_stop_waits_until_something_moves() {
 
 /// What was kept while another sensor told is made up for, to the last bit.
 #[test]
-fn a_slip_that_another_sensor_told_first_is_caught_up_with() {
+fn a_slip_that_another_sensor_reported_first_is_caught_up_with() {
     let mut draw = Draw(3);
     let surface = Surface::draw(&mut draw);
     let (mut whole, mut late) = (Need::default(), Need::default());

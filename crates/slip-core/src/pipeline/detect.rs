@@ -118,7 +118,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             self.counters.bands += 1;
             self.counters.gate += 1;
             self.detector.beside(sample);
-            self.detector.step_unheard(sample.stylus, &motion_of(sample));
+            self.detector.step_ignored(sample.stylus, &motion_of(sample));
         }
         None
     }

@@ -237,8 +237,9 @@ mod tests {
             }
             force.begin(2.0, Some(2.0 * gain));
             for i in 1..60 {
-                let told = force.step(Some(gain * driven(i)), 2.0 + 0.1 * i as f32, STEP, false);
-                assert!((told / driven(i) - 1.0).abs() < 0.02, "{gain} {i}: {told}");
+                let reported =
+                    force.step(Some(gain * driven(i)), 2.0 + 0.1 * i as f32, STEP, false);
+                assert!((reported / driven(i) - 1.0).abs() < 0.02, "{gain} {i}: {reported}");
             }
         }
     }
@@ -247,7 +248,7 @@ mod tests {
     /// force, which a drive much later than the known one of 20 ms would show as well.
     #[test]
     fn a_reading_below_what_was_commanded_is_doubted_where_the_object_gets_faster_all_the_same() {
-        let told = |delay_ms: i32, speeds_up: bool| {
+        let reported = |delay_ms: i32, speeds_up: bool| {
             let command_n = |i: i32| 2.0 * 1.01_f32.powi(i.max(0));
             let (mut force, mut applied) = (GripForce::new(1000.0), Vec::new());
             force.begin(2.0, Some(2.0));
@@ -263,19 +264,22 @@ mod tests {
                 .last()
                 .unwrap()
         };
-        assert!((told(50, true) - 1.0).abs() < 0.02, "late: {}", told(50, true));
-        assert!(told(50, false) < 0.7, "a drive may be late: {}", told(50, false));
-        assert!((told(0, true) - 1.0).abs() < 1e-6, "sound: {}", told(0, true));
+        assert!((reported(50, true) - 1.0).abs() < 0.02, "late: {}", reported(50, true));
+        assert!(reported(50, false) < 0.7, "a drive may be late: {}", reported(50, false));
+        assert!((reported(0, true) - 1.0).abs() < 1e-6, "sound: {}", reported(0, true));
     }
 
     #[test]
     fn a_late_sensor_is_doubted_for_this_object_and_a_late_drive_is_not() {
         let mut late = GripForce::new(1000.0);
         late.begin(2.0, Some(2.0));
-        let told: Vec<f32> = (1..150)
+        let reported: Vec<f32> = (1..150)
             .map(|i| late.step(Some(driven(i - 50)), 2.0 + 0.1 * i as f32, STEP, false))
             .collect();
-        assert!(told[40] > 0.85 * driven(41) && told[140] > 0.95 * driven(141), "{told:?}");
+        assert!(
+            reported[40] > 0.85 * driven(41) && reported[140] > 0.95 * driven(141),
+            "{reported:?}"
+        );
         late.begin(8.0, Some(2.0));
         assert_eq!(late.step(Some(2.0), 8.0, STEP, false), 8.0, "the same object");
         late.prime();

@@ -82,8 +82,9 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
     fn rest_of(&self, sample: &Sample) -> Rest {
         let held = self.rest == Rest::Holding;
         let soon = self.last_t.is_some_and(|last| sample.t.since(last) <= self.gap);
-        let news = sample.travel_m.is_some() && self.grip.is_some_and(|grip| grip.awaits_travel());
-        if soon && !news && self.contact.would_touch(sample.normal_force_n) == held {
+        let updates =
+            sample.travel_m.is_some() && self.grip.is_some_and(|grip| grip.awaits_travel());
+        if soon && !updates && self.contact.would_touch(sample.normal_force_n) == held {
             self.rest
         } else {
             Rest::Awake

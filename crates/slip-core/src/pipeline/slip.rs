@@ -74,8 +74,8 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         stylus: Option<(f32, SlipState)>,
         detection: Option<Detection>,
     ) -> Option<SlipReport> {
-        let heard = stylus.filter(|_| !self.fusion.doubts_stylus());
-        let certified_s = heard.and_then(|_| self.detector.certified_s());
+        let received = stylus.filter(|_| !self.fusion.doubts_stylus());
+        let certified_s = received.and_then(|_| self.detector.certified_s());
         let state = detection.map_or(SlipState::Quiet, |detection| detection.state);
         let method = detection.map_or(Method::Stylus, |detection| detection.method);
         if self.has_let_go(sample.t) {

@@ -85,14 +85,14 @@ fn the_same_shaking_moves_single_taxels_far_beyond_the_threshold() {
 #[test]
 fn a_pattern_that_moves_at_constant_sum_is_a_slip_and_ends() {
     let (mut method, mut pad) = at_rest();
-    let mut told = None;
+    let mut reported = None;
     for i in 0..30_u8 {
         let moved = 0.03 * f32::from(i);
-        if give(&mut method, pad.frame(moved, 1.0, 0.0)) != SlipState::Quiet && told.is_none() {
-            told = Some(moved);
+        if give(&mut method, pad.frame(moved, 1.0, 0.0)) != SlipState::Quiet && reported.is_none() {
+            reported = Some(moved);
         }
     }
-    assert!(told.unwrap() < 0.2, "{told:?} taxels");
+    assert!(reported.unwrap() < 0.2, "{reported:?} taxels");
     assert_eq!(method.state(), SlipState::Gross);
     let mut lasted = 0;
     while give(&mut method, pad.frame(0.87, 1.0, 0.0)) != SlipState::Quiet {
@@ -108,11 +108,11 @@ fn a_pattern_that_moves_at_constant_sum_is_a_slip_and_ends() {
 #[test]
 fn a_slip_is_found_while_the_hand_shakes() {
     let (mut method, mut pad) = at_rest();
-    let told = (0..60_u8).find(|&i| {
+    let reported = (0..60_u8).find(|&i| {
         let factor = 1.0 + 0.4 * libm::sinf(f32::from(i) * 0.7);
         give(&mut method, pad.frame(0.03 * f32::from(i), factor, 0.0)) != SlipState::Quiet
     });
-    assert!(told.unwrap() < 12, "{told:?}");
+    assert!(reported.unwrap() < 12, "{reported:?}");
 }
 
 #[test]
@@ -125,7 +125,7 @@ fn creep_is_followed() {
 }
 
 #[test]
-fn one_broken_taxel_is_no_slip_and_many_are_told() {
+fn one_broken_taxel_is_no_slip_and_many_are_reported() {
     let (mut method, mut pad) = at_rest();
     for value in [1e6, -1e6, f32::NAN, f32::INFINITY] {
         let (t, mut frame) = pad.frame(0.0, 1.0, 0.0);
@@ -151,19 +151,19 @@ fn one_broken_taxel_is_no_slip_and_many_are_told() {
 }
 
 #[test]
-fn repeated_frames_are_no_news_until_they_are_a_frozen_array() {
+fn repeated_frames_are_no_updates_until_they_are_a_frozen_array() {
     let (mut method, mut pad) = at_rest();
     let (t, frame) = pad.frame(0.0, 1.0, 0.0);
-    let mut told = None;
+    let mut reported = None;
     for i in 0..2000_u64 {
         let now = t.plus(Micros(1000 * i));
         method.step(now, &frame, true);
         assert_eq!(method.state(), SlipState::Quiet);
-        if method.health() == SensorHealth::Frozen && told.is_none() {
-            told = Some(i);
+        if method.health() == SensorHealth::Frozen && reported.is_none() {
+            reported = Some(i);
         }
     }
-    assert_eq!(told, Some(1001));
+    assert_eq!(reported, Some(1001));
     pad.t += 2_000_000;
     give(&mut method, pad.frame(0.0, 1.0, 0.0));
     assert_eq!(method.health(), SensorHealth::Good);

@@ -64,7 +64,7 @@ fn run(seed: u32, noise_m: f64, moved: impl Fn(f64) -> f64) -> Vec<(f64, f32, f3
 }
 
 #[test]
-fn two_styli_tell_the_speed_within_their_uncertainty() {
+fn two_styli_report_the_speed_within_their_uncertainty() {
     // Delays that are no whole number of samples.
     for (speed, noise_m) in [
         (0.0113, 1e-7),
@@ -99,7 +99,7 @@ fn two_styli_tell_the_speed_within_their_uncertainty() {
 
 /// Waves must line up over the whole memory, which limits the acceleration to about v^2 / (48 spacing).
 #[test]
-fn a_slow_change_of_speed_is_followed_and_a_fast_one_tells_nothing_wrong() {
+fn a_slow_change_of_speed_is_followed_and_a_fast_one_reports_nothing_wrong() {
     let worst = |a: f64| {
         let readings = run(3, 1e-7, |t| 0.05 * t + 0.5 * a * t * t);
         let errors = readings.iter().map(|(t, v, _)| (f64::from(*v) / (0.05 + a * t) - 1.0).abs());
@@ -112,7 +112,7 @@ fn a_slow_change_of_speed_is_followed_and_a_fast_one_tells_nothing_wrong() {
 }
 
 #[test]
-fn styli_that_see_different_things_tell_nothing() {
+fn styli_that_see_different_things_report_nothing() {
     let mut noise = Surface::new(1);
     let mut styli = TwoStylusDelay::new(10_000.0, 0.7);
     for _ in 0..40_000 {

@@ -13,7 +13,7 @@
 //!
 //! Uncertainty: with c = -R''/R at the peak and N samples in memory, sigma^2 = (1 - rho^2) / (rho^2 N c) steps (the delay error of
 //! a correlator with independent noise on both channels, Knapp and Carter 1976, for a narrow band), and 0.05 steps
-//! for the parabola. Test: `velocity::tests::two_styli_tell_the_speed_within_their_uncertainty`.
+//! for the parabola. Test: `velocity::tests::two_styli_report_the_speed_within_their_uncertainty`.
 //!
 //! A peak of chance must not pass for a delay: with M waves of the texture in memory two unlike signals correlate by
 //! 1/sqrt(M). So a peak counts from [`CYCLES`] waves on (c^1/2 N / 2 pi of them), which is 1 to 3 mm of slip. A texture with less than

@@ -91,8 +91,8 @@ fn a_slip_of_a_quiet_hand_has_every_other_cause_ruled_out() {
 fn without_its_sensor_a_cause_cannot_be_judged() {
     let deaf = World { reference: |_| None, ..CALM };
     expect(first(deaf), &[], &[GripChange, Closing]);
-    let told = World { motion: |_| Some(0.0), ..deaf };
-    expect(first(told), &[], &[Motion, GripChange, Closing, ArmStop]);
+    let reported = World { motion: |_| Some(0.0), ..deaf };
+    expect(first(reported), &[], &[Motion, GripChange, Closing, ArmStop]);
     expect(first(World { force_n: |_| None, ..CALM }), &[], &[Knock, Motion, ArmStop]);
     let lost = |t: f32| (t < 2.9).then_some(0.0);
     expect(first(World { reference: lost, ..CALM }), &[], &[GripChange, Closing]);
@@ -160,8 +160,8 @@ fn the_stop_of_the_arm_is_possible_after_motion_and_not_in_it() {
     let swaying = World { stylus: sways, reference: long_ago, slips: false, ..CALM };
     expect(first(swaying), &[], &Cause::ALL);
     let until = |t: f32| Some(if within(t, 2.0, 2.9) { 1.0 } else { 0.0 });
-    let told = World { stylus: sways, motion: until, slips: false, ..CALM };
-    assert_eq!(first(told).ruled_out(ArmStop), Some(false));
+    let reported = World { stylus: sways, motion: until, slips: false, ..CALM };
+    assert_eq!(first(reported).ruled_out(ArmStop), Some(false));
     // The reference shows how the arm rings after its command has ended.
     let rings = World { stylus: level, reference: |_| Some(60.0), motion: until, ..CALM };
     let learned = |t: f32| Some(if t > 2.0 { 60.0 } else { 0.0 });

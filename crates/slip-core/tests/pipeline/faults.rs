@@ -52,7 +52,7 @@ fn is_first_slip(event: Option<SlipReport>) -> bool {
 }
 
 #[test]
-fn a_fault_while_holding_is_told_and_moves_nothing() {
+fn a_fault_while_holding_is_reported_and_moves_nothing() {
     for (name, fault, health, counter) in CASES {
         let mut grip = holding(1.2);
         let held = grip.command_n;
@@ -114,11 +114,11 @@ fn a_fault_in_a_slip_stops_the_rise_and_the_next_slip_is_found() {
         {
             grip.step(alone);
         }
-        let mut told = false;
+        let mut reported = false;
         for i in 0..LENGTH {
             let before = grip.command_n;
             let step = grip.step(|sample| broken(fault, i)(alone(sample)));
-            told |= Some(step.sensors[0]) == health;
+            reported |= Some(step.sensors[0]) == health;
             assert!(
                 step.sensors[0] == SensorHealth::Good || step.command.unwrap().0 <= before,
                 "{name}: {step:?}"
@@ -126,7 +126,7 @@ fn a_fault_in_a_slip_stops_the_rise_and_the_next_slip_is_found() {
             // Held up from below meanwhile: this is about the sensor, not about the fall.
             grip.object.speed_m_s = grip.object.speed_m_s.min(0.05);
         }
-        assert_eq!(told, health.is_some(), "{name}");
+        assert_eq!(reported, health.is_some(), "{name}");
         assert!(counter(&grip.pipeline.health_counters()) > 0, "{name}");
         // Set down, at rest, and lifted again with more weight than the force so far can hold.
         grip.object.lifted_s = grip.object.t_s() + 0.5;
@@ -241,7 +241,7 @@ fn a_force_sensor_that_falls_to_zero_in_a_slip_does_not_let_the_object_go() {
 fn a_drifting_stylus_moves_nothing_and_comes_back_after_three_calm_seconds() {
     let mut grip = holding(12.0);
     let held = grip.command_n;
-    let mut told_s = None;
+    let mut reported_s = None;
     for i in 0..50_000_u16 {
         let t = 1e-4 * f32::from(i);
         // Without a kink, which would be a jerk that the detector hears.
@@ -249,10 +249,13 @@ fn a_drifting_stylus_moves_nothing_and_comes_back_after_three_calm_seconds() {
         let step = grip.step(|sample| Sample { stylus: sample.stylus + drift, ..sample });
         assert!(step.event.is_none() && step.command.unwrap().0 <= held, "{step:?}");
         if step.sensors[0] == SensorHealth::Drifting {
-            told_s = told_s.or(Some(step.t.as_seconds()));
+            reported_s = reported_s.or(Some(step.t.as_seconds()));
         }
     }
-    assert!((2.6..5.5).contains(&told_s.unwrap()), "100 um are passed after 2.6 s: {told_s:?}");
+    assert!(
+        (2.6..5.5).contains(&reported_s.unwrap()),
+        "100 um are passed after 2.6 s: {reported_s:?}"
+    );
     let good = |grip: &mut Loop| grip.step(|sample| sample).sensors[0] == SensorHealth::Good;
     assert!(grip.run_until(7.5).is_empty() && !good(&mut grip), "not yet calm");
     assert!(grip.run_until(11.0).is_empty() && good(&mut grip));

@@ -54,7 +54,7 @@ fn sliding(t_s: f32) -> f32 {
 }
 
 #[test]
-fn a_slip_from_the_first_sample_on_is_told_by_the_travel_and_teaches_no_floor() {
+fn a_slip_from_the_first_sample_on_is_reported_by_the_travel_and_teaches_no_floor() {
     for rate in [1000.0, 10_000.0] {
         let level = |t: f32| if t < 0.7 { 20.0 } else { 1.0 };
         let travel = |t: f32| Some(0.02 * t.min(0.7));
@@ -90,9 +90,9 @@ fn sliding_from_the_first_sample_on_is_doubted_until_rest_comes() {
         let level = |t: f32| unit * if t < 6.0 { 30.0 * sliding(t) } else { 1.0 };
         let steps = play(1000.0, 14.0, level, |_| None);
         let doubted = |step: &Step| step.floor_health == FloorHealth::Doubtful;
-        let said = steps.iter().position(doubted).unwrap();
-        assert!(said < 2500, "times {unit}: {said}");
-        assert!(steps[said..7000].iter().all(doubted), "times {unit}");
+        let stated = steps.iter().position(doubted).unwrap();
+        assert!(stated < 2500, "times {unit}: {stated}");
+        assert!(steps[stated..7000].iter().all(doubted), "times {unit}");
         assert!(!doubted(steps.last().unwrap()), "times {unit}: it rests");
     }
 }
@@ -115,7 +115,7 @@ fn noise_alone_is_no_slip_at_the_rates_of_taxels_and_imus() {
 }
 
 #[test]
-fn a_slip_at_rest_is_still_told_at_low_rates() {
+fn a_slip_at_rest_is_still_reported_at_low_rates() {
     for (rate, within_s) in [(70.0, 0.2), (100.0, 0.15), (200.0, 0.1), (500.0, 0.05)] {
         let level = |t: f32| if t < 20.0 { 1.0 } else { 8.0 };
         let slips_seen = slips(&play(rate, 21.0, level, |_| None));

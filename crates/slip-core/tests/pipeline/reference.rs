@@ -101,7 +101,7 @@ fn a_sound_reference_stays_good() {
 }
 
 #[test]
-fn a_constant_or_missing_reference_is_told_and_is_as_none() {
+fn a_constant_or_missing_reference_is_reported_and_is_as_none() {
     let motion = robot(1, LEN);
     let none = play(&motion, |_| None);
     assert!(none.healths.is_empty(), "there has never been one");
@@ -120,7 +120,7 @@ fn a_constant_or_missing_reference_is_told_and_is_as_none() {
 }
 
 #[test]
-fn a_late_or_early_reference_is_told_and_blinds_less_than_it_helps() {
+fn a_late_or_early_reference_is_reported_and_blinds_less_than_it_helps() {
     let motion = robot(2, LEN);
     let none = play(&motion, |_| None).alarmed;
     for ms in [15, 20, 50, 90, -15, -50] {
@@ -153,7 +153,7 @@ fn the_stylus_waits_for_a_reference_that_is_late() {
             let late = alarms(ms);
             assert!(late.len() <= sound.len() + 2, "{ms} ms: {late:?}, in time {sound:?}");
             let begun = |i: usize| (80_000 + 10_000 * i)..(80_200 + 10_000 * i);
-            let told = |alarms: &[usize], by: usize| {
+            let reported = |alarms: &[usize], by: usize| {
                 (1..12)
                     .filter(|i| {
                         let slides = begun(*i);
@@ -162,13 +162,16 @@ fn the_stylus_waits_for_a_reference_that_is_late() {
                     .count()
             };
             let by = 2 * (ms as usize + 5);
-            assert!(told(&late, by) + 1 >= told(&sound, 0), "{ms} ms: {late:?}, in time {sound:?}");
+            assert!(
+                reported(&late, by) + 1 >= reported(&sound, 0),
+                "{ms} ms: {late:?}, in time {sound:?}"
+            );
         }
     }
 }
 
 #[test]
-fn the_reference_of_another_robot_is_told_and_is_then_as_none() {
+fn the_reference_of_another_robot_is_reported_and_is_then_as_none() {
     for seed in [3, 4, 5] {
         let (motion, other) = (robot(seed, LEN), robot(seed + 50, LEN));
         let none = play(&motion, |_| None);

@@ -14,7 +14,7 @@ use grip_link::{
 };
 use grip_port::{DEFAULT_BAUD, Line, READ_TIMEOUT, Source, nonce};
 use grip_session::{
-    HostConfig, News, Session, SessionOptions, exit::message, model, session::explain,
+    HostConfig, Session, SessionOptions, Update, exit::message, model, session::explain,
 };
 use grip_sim::port::Simulator;
 
@@ -32,7 +32,7 @@ pub(crate) struct Wish<'a> {
 
 /// What was heard.
 #[derive(Debug)]
-struct Heard {
+struct Received {
     session: Session,
     arrivals: Arrivals,
     latency_timer_ms: Option<u16>,
@@ -42,7 +42,7 @@ struct Heard {
 /// Attaches as gripd does, but never sends a force.
 pub(crate) fn findings(wish: &Wish<'_>) -> Vec<Finding> {
     match listen(wish) {
-        Ok(heard) => judge(wish.config, &heard),
+        Ok(received) => judge(wish.config, &received),
         Err(error) => {
             let text = message(error.as_ref());
             let first = if text.contains("busy") {
@@ -56,7 +56,7 @@ pub(crate) fn findings(wish: &Wish<'_>) -> Vec<Finding> {
     }
 }
 
-fn listen(wish: &Wish<'_>) -> anyhow::Result<Heard> {
+fn listen(wish: &Wish<'_>) -> anyhow::Result<Received> {
     let options = SessionOptions { dry_run: true, ..SessionOptions::default() };
     let session = Session::new(wish.config.clone(), model::default_estimator()?, options)?;
     let clock = Clock::start();
@@ -66,13 +66,13 @@ fn listen(wish: &Wish<'_>) -> anyhow::Result<Heard> {
     let line = Source::open(port, baud, usb_filter(&wish.config.usb))?.line()?;
     let latency_timer_ms = line.latency_timer_ms();
     let arrivals = Arrivals::default();
-    let mut heard = Heard { session, arrivals, latency_timer_ms, seconds: wish.seconds };
-    let ended = heard.run(line, clock);
+    let mut received = Received { session, arrivals, latency_timer_ms, seconds: wish.seconds };
+    let ended = received.run(line, clock);
     simulator.map(Simulator::stop).transpose()?;
-    ended.map(|()| heard)
+    ended.map(|()| received)
 }
 
-impl Heard {
+impl Received {
     fn run(&mut self, mut line: Line, clock: Clock) -> anyhow::Result<()> {
         self.session.open(clock.now_us(), nonce())?;
         let mut input = [0; 4096];
@@ -93,10 +93,10 @@ impl Heard {
 
     fn take(&mut self, now_us: u64, mut bytes: &[u8]) -> anyhow::Result<()> {
         let (mut closed, mut samples) = (None, 0);
-        while let Some(news) = self.session.receive(now_us, &mut bytes)? {
-            match news {
-                News::Step { .. } => samples += 1,
-                News::Link(HostEvent::Closed(reason)) => closed = Some(reason),
+        while let Some(updates) = self.session.receive(now_us, &mut bytes)? {
+            match updates {
+                Update::Step { .. } => samples += 1,
+                Update::Link(HostEvent::Closed(reason)) => closed = Some(reason),
                 _ => {}
             }
         }
@@ -105,13 +105,13 @@ impl Heard {
     }
 }
 
-fn judge(config: &HostConfig, heard: &Heard) -> Vec<Finding> {
-    let link = heard.session.link();
-    let mut findings = vec![identity(link), rate(config, heard)];
-    findings.push(arrivals(&heard.arrivals, link));
+fn judge(config: &HostConfig, received: &Received) -> Vec<Finding> {
+    let link = received.session.link();
+    let mut findings = vec![identity(link), rate(config, received)];
+    findings.push(arrivals(&received.arrivals, link));
     findings.push(checksums(link));
     findings.push(clocks(link));
-    if let Some(ms) = heard.latency_timer_ms.filter(|ms| *ms > 1) {
+    if let Some(ms) = received.latency_timer_ms.filter(|ms| *ms > 1) {
         let text = format!("the converter still holds bytes back for {ms} ms");
         let remedy = "install the udev rule of the package, and plug it in again";
         findings.push(Finding::warning("latency timer", text, remedy.to_owned()));
@@ -143,14 +143,14 @@ fn identity(link: &HostLink) -> Finding {
     Finding::fault("gripper", text, remedy.to_owned())
 }
 
-fn rate(config: &HostConfig, heard: &Heard) -> Finding {
+fn rate(config: &HostConfig, received: &Received) -> Finding {
     let check = "sample rate";
     let wanted = config.link.sample_rate_hz;
-    let given = heard.session.link().in_force().map_or(0, |config| config.sample_rate_hz);
-    let measured = heard.arrivals.rate_hz().unwrap_or(0.0);
+    let given = received.session.link().in_force().map_or(0, |config| config.sample_rate_hz);
+    let measured = received.arrivals.rate_hz().unwrap_or(0.0);
     let text = format!(
         "{measured:.0} Hz measured over {:.1} s, {given} Hz in force, {wanted} Hz configured",
-        heard.arrivals.span_s()
+        received.arrivals.span_s()
     );
     let near = (measured / f64::from(given.max(1)) - 1.0).abs() < 0.01;
     if !near {

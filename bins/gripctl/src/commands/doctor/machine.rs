@@ -19,24 +19,25 @@ fn rights() -> Vec<Finding> {
         let remedy = "gripd --realtime warn".to_owned();
         return vec![Finding::fault("real time", "the try has failed".to_owned(), remedy)];
     };
-    let told = granted
+    let reported = granted
         .attempts()
         .iter()
         .filter(|attempt| matches!(attempt.measure, Measure::LockedMemory | Measure::Priority));
-    told.map(|attempt| match attempt.outcome {
-        Outcome::Refused(error) => Finding::warning(
-            "real time",
-            format!(
-                "{} is refused to this user ({error}); the unit of the package has it",
-                attempt.measure.name()
+    reported
+        .map(|attempt| match attempt.outcome {
+            Outcome::Refused(error) => Finding::warning(
+                "real time",
+                format!(
+                    "{} is refused to this user ({error}); the unit of the package has it",
+                    attempt.measure.name()
+                ),
+                attempt.measure.remedy().to_owned(),
             ),
-            attempt.measure.remedy().to_owned(),
-        ),
-        Outcome::Granted | Outcome::NotAsked => {
-            Finding::ok("real time", format!("{} is granted", attempt.measure.name()))
-        }
-    })
-    .collect()
+            Outcome::Granted | Outcome::NotAsked => {
+                Finding::ok("real time", format!("{} is granted", attempt.measure.name()))
+            }
+        })
+        .collect()
 }
 
 fn kernel(system: &System) -> Finding {
@@ -83,7 +84,7 @@ mod tests {
     use std::fs;
 
     #[test]
-    fn a_slow_machine_is_told_what_helps() {
+    fn a_slow_machine_is_reported_what_helps() {
         let folder = tempfile::tempdir().unwrap();
         let system = System { root: folder.path().to_owned(), ..System::default() };
         let put = |file: &str, text: &str| {
@@ -111,7 +112,7 @@ mod tests {
     }
 
     #[test]
-    fn rights_are_tried_and_told() {
+    fn rights_are_tried_and_reported() {
         let found = rights();
         assert_eq!(found.len(), 2);
         for finding in found {

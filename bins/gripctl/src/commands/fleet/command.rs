@@ -91,7 +91,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_said_is_what_is_sent() {
+    fn what_is_stated_is_what_is_sent() {
         let at_least = command(What::AtLeast { force: 1.25 }).unwrap();
         assert_eq!((at_least.operation, at_least.force_mn), (Operation::AtLeast, 1250));
         let clear = command(What::ClearFault { code: 0x0103 }).unwrap();

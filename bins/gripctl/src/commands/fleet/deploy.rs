@@ -39,10 +39,10 @@ pub(super) fn run(args: &DeployArgs) -> anyhow::Result<Exit> {
     let (name, bytes) = model(&args.model, args.force)?;
     let session = network(&args.place.reach)?.open()?;
     let members = meant(&session, &args.place, &args.to)?;
-    let told = Teller::new(args.place.json, &name, &bytes, members.len());
+    let printer = Printer::new(args.place.json, &name, &bytes, members.len());
     let signals = Signals::new([SIGINT, SIGTERM])?;
     let deployer = Deployer::new(session, config, (name, bytes), members, PATIENCE);
-    drive(deployer, told, config.judge, signals)
+    drive(deployer, printer, config.judge, signals)
 }
 
 fn config(args: &DeployArgs) -> Result<RolloutConfig, WrongArgument> {
@@ -107,7 +107,7 @@ pub(super) fn meant(
 /// Turn by turn, to the end.
 fn drive(
     mut deployer: Deployer,
-    mut teller: Teller,
+    mut printer: Printer,
     judge: JudgeConfig,
     mut signals: Signals,
 ) -> anyhow::Result<Exit> {
@@ -118,25 +118,25 @@ fn drive(
         for _signal in signals.pending() {
             stops += 1;
             if stops == 1 {
-                teller.stopping();
+                printer.stopping();
             }
             deployer.abort();
         }
         let happenings = deployer.turn(&|| clock.now_us());
         let now_us = clock.now_us();
         for happening in &happenings {
-            teller.happening(happening, &judge)?;
+            printer.happening(happening, &judge)?;
         }
         let progress = deployer.progress();
-        teller.progress(&progress, now_us)?;
+        printer.progress(&progress, now_us)?;
         match progress {
-            Progress::Done => return teller.done(),
+            Progress::Done => return printer.done(),
             Progress::Checking | Progress::Stage(_) => {}
             Progress::Stopped(holding) => {
                 let since_us = *stopped_us.get_or_insert(now_us);
                 let enough = now_us.saturating_sub(since_us) > RETURN_US;
                 if holding == 0 || enough || stops > 1 {
-                    return teller.stopped(&deployer);
+                    return printer.stopped(&deployer);
                 }
             }
         }
@@ -150,7 +150,7 @@ fn wait(pause: Duration) {
 }
 
 /// Says what happens, for people or machines.
-struct Teller {
+struct Printer {
     json: bool,
     model: String,
     all: usize,
@@ -184,7 +184,7 @@ enum Line<'a> {
     },
 }
 
-impl Teller {
+impl Printer {
     fn new(json: bool, name: &str, bytes: &[u8], all: usize) -> Self {
         let model = format!("{name} ({})", &digest(bytes).get(..12).unwrap_or_default());
         Self {
@@ -208,9 +208,9 @@ impl Teller {
                 let reason = reason.as_deref().unwrap_or("does not answer");
                 self.gripper(member, "silent", &format!("{reason}; it is asked again"), None)
             }
-            Happening::Told(member, report) => {
+            Happening::Reported(member, report) => {
                 self.silent.remove(member);
-                self.told(member, report, judge)
+                self.reported(member, report, judge)
             }
         }
     }
@@ -225,7 +225,7 @@ impl Teller {
         Ok(())
     }
 
-    fn told(
+    fn reported(
         &mut self,
         member: &Member,
         report: &Report,
@@ -347,9 +347,9 @@ fn taken(before: &Counts, judge: &JudgeConfig) -> String {
     let Counts { seconds, slips, .. } = before;
     #[expect(clippy::cast_precision_loss, reason = "a count of slips")]
     let rate = *slips as f64 / seconds.max(1.0);
-    let told = match judge.noticed(rate.clamp(1.0 / seconds.max(1.0), 1.0)) {
+    let judged = match judge.noticed(rate.clamp(1.0 / seconds.max(1.0), 1.0)) {
         Some(ratio) => format!("{ratio:.1} times as many slips are noticed nine times in ten"),
         None => "no number of slips can be told from that: watch for longer".to_owned(),
     };
-    format!("tries it; before it {before}, so {told}")
+    format!("tries it; before it {before}, so {judged}")
 }

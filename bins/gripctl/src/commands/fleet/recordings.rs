@@ -160,7 +160,7 @@ pub(super) fn collect(args: &CollectArgs) -> anyhow::Result<Exit> {
             copying.copy(recording, args.place.json, &mut summary)?;
         }
     }
-    tell(args.place.json, &summary)?;
+    report(args.place.json, &summary)?;
     Ok(if lost || summary.failed > 0 { Exit::DataLost } else { Exit::Done })
 }
 
@@ -202,7 +202,7 @@ impl<'a> Copying<'a> {
             let reason = format!("{}: not asked for: the gripper does not answer", recording.name);
             (line.done, line.reason) = (Some("failed"), Some(reason));
             summary.failed += 1;
-            return told(self.member, &line, json);
+            return reported(self.member, &line, json);
         }
         // A name that leads elsewhere is refused by `fetch`, before anything is written.
         fs::create_dir_all(self.folder)
@@ -227,7 +227,7 @@ impl<'a> Copying<'a> {
                 summary.failed += 1;
             }
         }
-        told(self.member, &line, json)
+        reported(self.member, &line, json)
     }
 
     /// Asks until an answer comes, or patience ends; a reason against it is an answer. One piece at a time, so that everything else that the
@@ -277,7 +277,7 @@ impl<'a> Copying<'a> {
     }
 }
 
-fn told(member: &Member, line: &Line<'_>, json: bool) -> anyhow::Result<()> {
+fn reported(member: &Member, line: &Line<'_>, json: bool) -> anyhow::Result<()> {
     if json {
         return output::json(line);
     }
@@ -297,7 +297,7 @@ fn told(member: &Member, line: &Line<'_>, json: bool) -> anyhow::Result<()> {
     Ok(output::line(&format!("{member}  {name}  {what}"))?)
 }
 
-fn tell(json: bool, summary: &Summary) -> anyhow::Result<()> {
+fn report(json: bool, summary: &Summary) -> anyhow::Result<()> {
     if json {
         return output::json(summary);
     }

@@ -23,10 +23,10 @@ pub(super) struct Complaints(Receiver<Complaint>);
 impl Complaints {
     /// Hears what the library says from now on; once in a program.
     pub(super) fn listen() -> Result<Self, log::SetLoggerError> {
-        let (said, hear) = sync_channel(ROOM);
-        log::set_boxed_logger(Box::new(Ear(said)))?;
+        let (stated, receive) = sync_channel(ROOM);
+        log::set_boxed_logger(Box::new(Ear(stated)))?;
         log::set_max_level(LevelFilter::Info);
-        Ok(Self(hear))
+        Ok(Self(receive))
     }
 
     /// The next one, where there is one.

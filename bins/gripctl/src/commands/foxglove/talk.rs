@@ -23,12 +23,12 @@ pub(super) struct Talk<'a, 'b> {
     translator: &'a mut Translator,
     asked: Wanted,
     subscriptions: u64,
-    heard: Heard,
+    received: Received,
 }
 
 /// What the daemon says of this connection.
 #[derive(Default)]
-struct Heard {
+struct Received {
     greeted: Option<String>,
     farewell: Option<String>,
     dropped: Option<String>,
@@ -38,19 +38,19 @@ impl<'a, 'b> Talk<'a, 'b> {
     pub(super) fn new(view: &'a mut View<'b>, translator: &'a mut Translator) -> Self {
         let (asked, subscriptions) = (view.server.wanted(), view.server.subscriptions());
         translator.want(asked);
-        Self { view, translator, asked, subscriptions, heard: Heard::default() }
+        Self { view, translator, asked, subscriptions, received: Received::default() }
     }
 
     /// Whether a gripd of this protocol has answered.
     pub(super) const fn was_greeted(&self) -> bool {
-        self.heard.greeted.is_some()
+        self.received.greeted.is_some()
     }
 
     /// Shows what comes until the connection ends: why, as a sentence.
     pub(super) fn run(&mut self) -> String {
         match self.listen() {
             Ok(reason) => reason,
-            Err(error) => self.heard.farewell.take().unwrap_or_else(|| error.to_string()),
+            Err(error) => self.received.farewell.take().unwrap_or_else(|| error.to_string()),
         }
     }
 
@@ -60,22 +60,22 @@ impl<'a, 'b> Talk<'a, 'b> {
         let mut client = Client::connect(&args.address, status::nonce(), wanted, PATIENCE)?;
         client.query()?;
         let begun = clock::monotonic();
-        let (mut heard, mut told) = (begun, false);
+        let (mut received, mut reported) = (begun, false);
         while !self.view.is_stopped() {
             if self.look(&mut client)? {
-                heard = clock::monotonic();
+                received = clock::monotonic();
             }
-            if let Some(reason) = self.heard.farewell.take() {
+            if let Some(reason) = self.received.farewell.take() {
                 return Ok(reason);
             }
-            if let Some(text) = self.heard.dropped.take() {
+            if let Some(text) = self.received.dropped.take() {
                 self.view.missing("dropped", &format!("gripd says: {text}"));
             }
             self.view.pass_on_complaints();
             let now = clock::monotonic();
-            match &self.heard.greeted {
-                Some(name) if !told => {
-                    told = true;
+            match &self.received.greeted {
+                Some(name) if !reported => {
+                    reported = true;
                     eprintln!("gripctl: connected to {name} at {}", args.address);
                     self.view.server.settle("daemon");
                 }
@@ -87,7 +87,7 @@ impl<'a, 'b> Talk<'a, 'b> {
                 }
                 _ => {}
             }
-            if now > heard + SILENCE {
+            if now > received + SILENCE {
                 return Ok(format!("{}: gripd says nothing any more", args.address));
             }
             self.follow(&mut client)?;
@@ -97,10 +97,10 @@ impl<'a, 'b> Talk<'a, 'b> {
 
     /// Waits for bytes and publishes what they tell; `false` where none came.
     fn look(&mut self, client: &mut Client) -> Result<bool, ClientError> {
-        let Self { view, translator, heard, .. } = self;
+        let Self { view, translator, received, .. } = self;
         let (server, wall) = (&view.server, view.wall);
         client.wait(TURN, &mut |message| {
-            heard.take(message);
+            received.take(message);
             translator.take(message, wall.now_ns(), &mut |topic, log_ns, bytes| {
                 server.publish(topic, log_ns, bytes);
             });
@@ -126,7 +126,7 @@ impl<'a, 'b> Talk<'a, 'b> {
     }
 }
 
-impl Heard {
+impl Received {
     fn take(&mut self, message: &ToClient<'_>) {
         match message {
             ToClient::Welcome(welcome) if Versions::OURS.common(welcome.versions).is_none() => {

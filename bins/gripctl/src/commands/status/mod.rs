@@ -34,7 +34,7 @@ pub(crate) fn run(args: &StatusArgs) -> anyhow::Result<Exit> {
     for signal in [SIGINT, SIGTERM] {
         signal_hook::flag::register(signal, Arc::clone(&stopped))?;
     }
-    let topics = if args.events { Topics::SLIP.and(Topics::NEWS) } else { Topics::default() };
+    let topics = if args.events { Topics::SLIP.and(Topics::UPDATES) } else { Topics::default() };
     let wanted = Subscribe { versions: Versions::OURS, topics, every_nth: 0, state_ms: 0 };
     let mut client = Client::connect(&args.address, nonce(), wanted, PATIENCE)?;
     let report = greet(&mut client, args)?;
@@ -104,14 +104,14 @@ fn collect(
 fn silence(client: &Client, args: &StatusArgs) -> anyhow::Error {
     let counters = client.link().counters();
     let (bad, others) = (counters.bad_blocks(), counters.echo.saturating_add(counters.stale));
-    let told = if bad > 0 {
+    let reported = if bad > 0 {
         format!("{bad} blocks came that are no frames: is this another program's port?")
     } else if others > 0 {
         "frames came, but none for this program: is this a gripper's line and not gripd?".to_owned()
     } else {
         format!("something listens, but no answer of a gripd came within {} s", PATIENCE.as_secs())
     };
-    anyhow::anyhow!("{}: {told}", args.address)
+    anyhow::anyhow!("{}: {reported}", args.address)
 }
 
 fn show(report: &Report, args: &StatusArgs) -> anyhow::Result<()> {

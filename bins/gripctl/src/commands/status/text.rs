@@ -79,8 +79,8 @@ fn grip(state: &StateReport) -> Vec<String> {
         .filter(|(_, health)| *health != "good")
         .map(|(name, health)| format!("{name} {health}"))
         .collect();
-    let told = if bad.is_empty() { "all good".to_owned() } else { bad.join(", ") };
-    lines.push(format!("sensors    {told}"));
+    let reported = if bad.is_empty() { "all good".to_owned() } else { bad.join(", ") };
+    lines.push(format!("sensors    {reported}"));
     lines
 }
 

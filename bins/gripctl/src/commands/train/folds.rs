@@ -54,10 +54,10 @@ pub(super) fn run(
             test_scaled_mse: tested.scaled_mse,
             test_within_10pct: tested.within_fraction(0.1),
         };
-        tell(args, &fold)?;
+        report(args, &fold)?;
         all.push(fold);
     }
-    tell_total(args, &total(&all))
+    report_total(args, &total(&all))
 }
 
 fn total(all: &[Fold]) -> Total {
@@ -75,7 +75,7 @@ fn total(all: &[Fold]) -> Total {
     }
 }
 
-fn tell(args: &TrainArgs, fold: &Fold) -> anyhow::Result<()> {
+fn report(args: &TrainArgs, fold: &Fold) -> anyhow::Result<()> {
     if args.json {
         return output::json(fold);
     }
@@ -90,7 +90,7 @@ fn tell(args: &TrainArgs, fold: &Fold) -> anyhow::Result<()> {
     ))?)
 }
 
-fn tell_total(args: &TrainArgs, total: &Total) -> anyhow::Result<()> {
+fn report_total(args: &TrainArgs, total: &Total) -> anyhow::Result<()> {
     if args.json {
         return output::json(total);
     }

@@ -93,12 +93,12 @@ fn sentences(ui: &mut Ui, seen: &TableSeen<'_>) {
     let (rect, _) = ui.allocate_exact_size(vec2(10.0, 14.0), Sense::hover());
     ui.painter().circle_filled(rect.center(), 4.0, seen.palette.tone(tone(status)));
     let red = seen.palette.tone(Tone::Red);
-    let told = match status {
+    let reported = match status {
         SourceStatus::Live => RichText::new(format!("connected to {}", seen.place)),
         SourceStatus::Failed { sentence } => RichText::new(sentence).color(red),
         other => RichText::new(other.sentence()),
     };
-    ui.add(Label::new(told).truncate());
+    ui.add(Label::new(reported).truncate());
     if let Some(message) = seen.message {
         ui.separator();
         let text = RichText::new(&message.text);

@@ -36,8 +36,8 @@ pub(super) fn row(
 /// What the row says, for those who cannot see it.
 fn label(row: &Row, now_s: f64) -> String {
     let part = |column: Column| format!("{} {}", column.title(), column.text(row, now_s));
-    let told = Column::ALL.into_iter().filter(|column| *column != Column::Trouble).map(part);
-    told.collect::<Vec<_>>().join(", ")
+    let reported = Column::ALL.into_iter().filter(|column| *column != Column::Trouble).map(part);
+    reported.collect::<Vec<_>>().join(", ")
 }
 
 fn ground(

@@ -8,7 +8,7 @@ use grip_link::frame::MAX_WIRE;
 use grip_link::message::daemon::{Gripper, SlipReport};
 use grip_session::model::default_estimator;
 use grip_session::report::Event;
-use grip_session::{HostConfig, News, Session, SessionOptions};
+use grip_session::{HostConfig, Session, SessionOptions, Update};
 use slip_core::ClientCommand;
 use slip_core::PipelineState;
 use slip_core::{Sample, units::Micros};
@@ -33,7 +33,7 @@ pub(super) struct Grasp {
     released: bool,
     stopped: Stopped,
     next_index: Option<u32>,
-    told: Option<PipelineState>,
+    reported: Option<PipelineState>,
 }
 
 impl Grasp {
@@ -55,7 +55,7 @@ impl Grasp {
             released: false,
             stopped: Stopped::No,
             next_index: None,
-            told: None,
+            reported: None,
         })
     }
 
@@ -123,7 +123,7 @@ impl Grasp {
                 bytes.extend(frame.iter().take(len));
             }
             let events = self.turn(now_us, &bytes, world, outlet)?;
-            self.tell_state(world.start_us, outlet);
+            self.report_state(world.start_us, outlet);
             events.into_iter().for_each(|event| outlet.offer(event));
             let due = now_us > GRASP_US && self.stopped == Stopped::No;
             if due && !core::mem::replace(&mut self.released, true) {
@@ -147,18 +147,18 @@ impl Grasp {
         let next = &mut self.next_index;
         let began_ns = outlet.clock.now_ns();
         let mut left = bytes;
-        while let Some(news) =
+        while let Some(updates) =
             self.session.receive(now_us, &mut left).map_err(|error| error.to_string())?
         {
-            match news {
-                News::Step { index, sample, taxels, .. } => {
+            match updates {
+                Update::Step { index, sample, taxels, .. } => {
                     let expected = next.replace(index.wrapping_add(1));
                     if let Some(expected) = expected.filter(|n| *n != index) {
                         stream.broken(index.wrapping_sub(expected));
                     }
                     stream.push(&Sample { t: sample.t.plus(Micros(*start_us)), ..*sample }, taxels);
                 }
-                News::Event(event) => events.extend(slip_event(&event, *start_us)),
+                Update::Event(event) => events.extend(slip_event(&event, *start_us)),
                 _ => {}
             }
         }
@@ -175,19 +175,19 @@ impl Grasp {
         Ok(events)
     }
 
-    fn tell_state(&mut self, start_us: u64, outlet: &mut Outlet) {
+    fn report_state(&mut self, start_us: u64, outlet: &mut Outlet) {
         let Some(state) = self.state(start_us) else { return };
-        let news = self.told.is_none_or(|told| {
-            let due = told.t.plus(Micros(STATE_US));
-            let changed =
-                (told.scene, told.grip, told.sensors) != (state.scene, state.grip, state.sensors);
+        let updates = self.reported.is_none_or(|reported| {
+            let due = reported.t.plus(Micros(STATE_US));
+            let changed = (reported.scene, reported.grip, reported.sensors)
+                != (state.scene, state.grip, state.sensors);
             changed || state.t >= due
         });
-        if self.told.is_none() {
+        if self.reported.is_none() {
             outlet.offer(Feed::Gripper(self.about()));
         }
-        if news {
-            self.told = Some(state);
+        if updates {
+            self.reported = Some(state);
             outlet.offer(Feed::State(state));
         }
     }

@@ -6,10 +6,10 @@
 mod grasp;
 mod tally;
 
-use super::hearing::observer;
 use super::outlet::Outlet;
+use super::reception::observer;
+use super::reported;
 use super::stream::Stream;
-use super::told;
 use crate::feed::{DaemonInfo, EventKind, EventMark, Feed, ObserverSettings, SourceStatus};
 use core::time::Duration;
 use grasp::Grasp;
@@ -119,6 +119,6 @@ fn deliver(world: &mut World, grasp: &Grasp, outlet: &mut Outlet) {
 fn obey(grasp: &mut Grasp, orders: &mut Consumer<ClientCommand>, outlet: &mut Outlet) {
     while let Ok(action) = orders.pop() {
         let (level, text) = grasp.obey(action);
-        told::answer(level, text).into_iter().for_each(|feed| outlet.offer(feed));
+        reported::answer(level, text).into_iter().for_each(|feed| outlet.offer(feed));
     }
 }

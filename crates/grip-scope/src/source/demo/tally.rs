@@ -1,6 +1,6 @@
 //! Sessions of one grasp after the other in, the figures a daemon would tell out.
 
-use super::super::told;
+use super::super::reported;
 use crate::feed::{HealthPoint, LatencyFigures};
 use grip_daemon::Latency;
 use grip_link::message::daemon::{BadFrames, Recording};
@@ -15,7 +15,7 @@ pub(super) struct Tally {
     pub(super) latency: Latency,
     /// What the grasps before the present one counted.
     before: Counts,
-    told_us: u64,
+    reported_us: u64,
     samples_then: u64,
 }
 
@@ -57,19 +57,19 @@ impl Tally {
 
     /// The figures, once a second of device time.
     pub(super) fn health(&mut self, now_us: u64, session: &Session) -> Option<HealthPoint> {
-        let since_us = now_us.saturating_sub(self.told_us);
+        let since_us = now_us.saturating_sub(self.reported_us);
         if since_us < EVERY_US {
             return None;
         }
         let counts = self.before.with(session);
         let fresh = counts.samples - core::mem::replace(&mut self.samples_then, counts.samples);
-        self.told_us = now_us;
+        self.reported_us = now_us;
         let link = session.link();
         let frames = link.counters();
         #[expect(clippy::cast_precision_loss, reason = "samples of a second")]
         let rate_hz = Some(1e6 * fresh as f32 / since_us as f32);
         Some(HealthPoint {
-            host_s: told::seconds(now_us),
+            host_s: reported::seconds(now_us),
             rate_hz,
             samples: counts.samples,
             lost: counts.lost,
@@ -104,7 +104,7 @@ fn figures(latency: &Latency) -> LatencyFigures {
         p99_us: us(0.99),
         p999_us: us(0.999),
         max_us: (latency.count() > 0).then(|| micros(latency.max_ns())),
-        histogram: told::histogram(&latency.doublings()),
+        histogram: reported::histogram(&latency.doublings()),
     }
 }
 

@@ -4,10 +4,10 @@ use super::life::{Life, Standing};
 use super::{FIRST, GripperAt, LONGEST, LOOK, may_mend};
 use crate::feed::{EventKind, EventMark, Feed, SourceStatus};
 use crate::source::daemon::{pause, unsent};
-use crate::source::hearing::Hearing;
 use crate::source::outlet::Outlet;
+use crate::source::reception::Reception;
 use core::time::Duration;
-use grip_fleet::net::{NetError, Session, Told, Watch, list};
+use grip_fleet::net::{NetError, Reported, Session, Watch, list};
 use grip_fleet::{Message, Selector, Since, Topic};
 use grip_link::message::daemon::ToClient;
 use grip_port::Backoff;
@@ -44,7 +44,7 @@ struct Talk<'a> {
     at: &'a GripperAt,
     session: Session,
     watch: Watch,
-    hearing: Hearing,
+    reception: Reception,
     life: Life,
     looked: Duration,
     /// Whether the router was there at the last look.
@@ -63,12 +63,12 @@ impl<'a> Talk<'a> {
         let telemetry = [Topic::State, Topic::Health, Topic::Samples];
         let watch = Watch::new(session.clone(), &selector(at), Since::Now, &telemetry)?;
         let begun = outlet.clock.now();
-        let hearing = Hearing::new(at.network.name(), 0);
+        let reception = Reception::new(at.network.name(), 0);
         let mut talk = Self {
             at,
             session,
             watch,
-            hearing,
+            reception,
             life: Life::new(begun),
             looked: begun,
             connected: true,
@@ -89,36 +89,36 @@ impl<'a> Talk<'a> {
         let mut patience = TURN;
         for _ in 0..READS {
             // Nothing may have come that is told: the next look tells.
-            let Some(told) = self.watch.next(patience)? else { break };
+            let Some(reported) = self.watch.next(patience)? else { break };
             patience = Duration::ZERO;
-            self.take(told, now)?;
+            self.take(reported, now)?;
         }
         if now.saturating_sub(self.looked) >= LOOK {
             self.looked = now;
             self.connected = self.watch.is_connected();
         }
         self.find_rowless(now);
-        self.hearing.pass_on(outlet);
+        self.reception.pass_on(outlet);
         outlet.status(self.status(now));
         Ok(())
     }
 
-    fn take(&mut self, told: Told, now: Duration) -> Result<(), NetError> {
-        match told {
-            Told::Came(_) => return self.meet(),
-            Told::Gone(_) => {
+    fn take(&mut self, reported: Reported, now: Duration) -> Result<(), NetError> {
+        match reported {
+            Reported::Came(_) => return self.meet(),
+            Reported::Gone(_) => {
                 self.life.turn(false);
-                self.hearing.broken();
+                self.reception.broken();
                 self.mark("its gripd, or the way to it, is gone");
             }
-            Told::Event { message, missing, .. } => {
+            Reported::Event { message, missing, .. } => {
                 if missing > 0 {
                     self.mark(&format!("{missing} events are missing: they had to make room"));
                 }
                 self.message(&message, now);
             }
-            Told::Telemetry { message, .. } => self.message(&message, now),
-            Told::Unreadable { .. } => self.mark("something came that no gripd sends"),
+            Reported::Telemetry { message, .. } => self.message(&message, now),
+            Reported::Unreadable { .. } => self.mark("something came that no gripd sends"),
         }
         Ok(())
     }
@@ -129,10 +129,10 @@ impl<'a> Talk<'a> {
         let listed = list(&self.session, &selector(self.at))?;
         let known = listed.get(&self.at.member);
         if let Some(gripper) = known.and_then(|known| known.gripper) {
-            self.hearing.take(&ToClient::Gripper(gripper));
+            self.reception.take(&ToClient::Gripper(gripper));
         }
         if let Some(health) = known.and_then(|known| known.health) {
-            self.hearing.take(&ToClient::Health(health));
+            self.reception.take(&ToClient::Health(health));
         }
         Ok(())
     }
@@ -146,28 +146,28 @@ impl<'a> Talk<'a> {
             ToClient::State(_) => self.life.speak(now),
             ToClient::Rows(rows) => {
                 self.life.speak(now);
-                self.tells(rows.header.every_nth);
+                self.reports(rows.header.every_nth);
             }
             _ => {}
         }
-        self.hearing.take(&read);
+        self.reception.take(&read);
     }
 
     /// Where states come and no rows, none will.
     fn find_rowless(&mut self, now: Duration) {
         if self.every_nth.is_none() && self.life.has_spoken_long(now) {
-            self.tells(0);
+            self.reports(0);
         }
     }
 
-    fn tells(&mut self, every_nth: u16) {
+    fn reports(&mut self, every_nth: u16) {
         if self.every_nth.replace(every_nth) != Some(every_nth) {
-            self.hearing.greet_over_network("gripd, over a network", every_nth);
+            self.reception.greet_over_network("gripd, over a network", every_nth);
         }
     }
 
     fn mark(&mut self, text: &str) {
-        self.hearing.mark(EventMark::plain(f64::NAN, EventKind::Link, text));
+        self.reception.mark(EventMark::plain(f64::NAN, EventKind::Link, text));
     }
 
     fn status(&self, now: Duration) -> SourceStatus {

@@ -4,12 +4,12 @@
 
 use super::{FIRST, LONGEST, LOOK, Network, may_mend};
 use crate::feed::SourceStatus;
-use crate::fleet::{FleetFeed, Heard, Roster};
+use crate::fleet::{FleetFeed, Received, Roster};
 use crate::source::clock::Clock;
 use core::panic::AssertUnwindSafe;
 use core::sync::atomic::{AtomicBool, Ordering};
 use core::time::Duration;
-use grip_fleet::net::{NetError, Told, Watch, ask_about};
+use grip_fleet::net::{NetError, Reported, Watch, ask_about};
 use grip_fleet::{Member, Selector, Since, Site, Topic};
 use grip_port::Backoff;
 use rtrb::{Consumer, Producer, PushError, RingBuffer};
@@ -128,7 +128,7 @@ impl Watcher {
         let ended = panic::catch_unwind(AssertUnwindSafe(|| self.run()));
         if let Err(payload) = ended {
             let sentence = crate::source::fault(payload.as_ref());
-            self.tell(SourceStatus::Failed { sentence });
+            self.report(SourceStatus::Failed { sentence });
         }
     }
 
@@ -137,11 +137,11 @@ impl Watcher {
         let mut before = String::new();
         while !self.outlet.stops() {
             let what = format!("the router at {}", self.place);
-            self.tell(SourceStatus::Connecting { what, before });
+            self.report(SourceStatus::Connecting { what, before });
             let Err(error) = self.watch(&mut backoff) else { return };
             before = error.to_string();
             if !may_mend(&error) {
-                self.tell(SourceStatus::Failed { sentence: before });
+                self.report(SourceStatus::Failed { sentence: before });
                 return;
             }
             self.pause(&before, backoff.pause());
@@ -159,14 +159,14 @@ impl Watcher {
         let (sender, abouts) = channel();
         let mut came = BTreeSet::new();
         while !self.outlet.stops() {
-            if let Some(told) = watch.next(TURN)? {
-                if let Told::Came(member) = &told {
+            if let Some(reported) = watch.next(TURN)? {
+                if let Reported::Came(member) = &reported {
                     came.insert(member.clone());
                 }
-                self.pass_on(told);
+                self.pass_on(reported);
             }
             for (member, about) in abouts.try_iter() {
-                self.put(member, Heard::About(about));
+                self.put(member, Received::About(about));
             }
             let now = self.clock.now();
             let is_due = |last: Option<Duration>, every| {
@@ -196,7 +196,7 @@ impl Watcher {
 
     /// Whether the router is there; the session looks for it by itself. Time goes on in any case.
     fn look(&mut self, watch: &Watch) {
-        self.tell(if watch.is_connected() {
+        self.report(if watch.is_connected() {
             SourceStatus::Live
         } else {
             let what = format!("the router at {}", self.place);
@@ -207,28 +207,28 @@ impl Watcher {
         self.outlet.put(FleetFeed::Now(now_s), self.clock);
     }
 
-    fn pass_on(&mut self, told: Told) {
-        match told {
-            Told::Came(member) => self.put(member, Heard::Came),
-            Told::Gone(member) => self.put(member, Heard::Gone),
-            Told::Telemetry { member, message } => self.put(member, Heard::Message(message)),
-            Told::Event { member, message, missing, .. } => {
+    fn pass_on(&mut self, reported: Reported) {
+        match reported {
+            Reported::Came(member) => self.put(member, Received::Came),
+            Reported::Gone(member) => self.put(member, Received::Gone),
+            Reported::Telemetry { member, message } => self.put(member, Received::Message(message)),
+            Reported::Event { member, message, missing, .. } => {
                 if missing > 0 {
-                    self.put(member.clone(), Heard::Missing(missing));
+                    self.put(member.clone(), Received::Missing(missing));
                 }
-                self.put(member, Heard::Message(message));
+                self.put(member, Received::Message(message));
             }
-            Told::Unreadable { .. } => self.outlet.put(FleetFeed::Unreadable, self.clock),
+            Reported::Unreadable { .. } => self.outlet.put(FleetFeed::Unreadable, self.clock),
         }
     }
 
-    fn put(&mut self, member: Member, what: Heard) {
+    fn put(&mut self, member: Member, what: Received) {
         let at_s = self.clock.now().as_secs_f64();
         self.outlet.put(FleetFeed::Of { member, at_s, what }, self.clock);
     }
 
     /// Tells how the way to the router is, where that is new.
-    fn tell(&mut self, status: SourceStatus) {
+    fn report(&mut self, status: SourceStatus) {
         if self.status != status {
             self.status = status.clone();
             self.outlet.put(FleetFeed::Status(status), self.clock);
@@ -238,7 +238,7 @@ impl Watcher {
     /// Waits, unless the scope lets go.
     fn pause(&mut self, reason: &str, time: Duration) {
         let again_in_s = time.as_secs_f32();
-        self.tell(SourceStatus::Waiting { reason: reason.to_owned(), again_in_s });
+        self.report(SourceStatus::Waiting { reason: reason.to_owned(), again_in_s });
         let until = self.clock.now() + time;
         while !self.outlet.stops() && self.clock.now() < until {
             self.clock.wait(STEP);

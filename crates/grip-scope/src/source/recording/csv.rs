@@ -152,7 +152,7 @@ fn stop(error: &str, first: bool, tape: &Tape) -> Stop {
 struct Tape {
     stream: Stream,
     /// States and events of the rows that wait.
-    news: Vec<Feed>,
+    updates: Vec<Feed>,
     /// Rows that wait, on both sides of gaps.
     waiting: usize,
     /// Time of the first of them (us).
@@ -162,7 +162,7 @@ struct Tape {
     /// The median step of the first piece (us), by which gaps are told.
     step_us: u64,
     last_us: Option<u64>,
-    told: Option<PipelineState>,
+    reported: Option<PipelineState>,
     rate_hz: u32,
 }
 
@@ -185,14 +185,14 @@ impl Tape {
     /// Whether what waits makes a block without this sample: across a long gap nothing is placed any more.
     fn is_due(&self, sample: &Sample) -> bool {
         let since_us = self.first_us.map_or(0, |first_us| sample.t.0.saturating_sub(first_us));
-        self.waiting >= BLOCK || since_us >= BLOCK_US || self.news.len() >= BLOCK
+        self.waiting >= BLOCK || since_us >= BLOCK_US || self.updates.len() >= BLOCK
     }
 
     /// What waits. Rows first: states and events are placed by the rows around them.
     fn take(&mut self) -> Vec<Feed> {
         (self.waiting, self.first_us) = (0, None);
         let mut feeds = self.stream.take();
-        feeds.append(&mut self.news);
+        feeds.append(&mut self.updates);
         feeds
     }
 
@@ -249,15 +249,15 @@ impl Tape {
             })
             .collect();
         let state = self.state(sample, &step);
-        let news_of_it = self.told.is_none_or(|told| {
-            let changed = (told.scene, told.sensors) != (state.scene, state.sensors);
-            changed || state.t >= told.t.plus(Micros(STATE_US))
+        let updates_of_it = self.reported.is_none_or(|reported| {
+            let changed = (reported.scene, reported.sensors) != (state.scene, state.sensors);
+            changed || state.t >= reported.t.plus(Micros(STATE_US))
         });
-        if news_of_it {
-            self.told = Some(state);
-            self.news.push(Feed::State(state));
+        if updates_of_it {
+            self.reported = Some(state);
+            self.updates.push(Feed::State(state));
         }
-        self.news.extend(marks.into_iter().map(Feed::Event));
+        self.updates.extend(marks.into_iter().map(Feed::Event));
     }
 
     fn state(&self, sample: &Sample, step: &Step) -> PipelineState {

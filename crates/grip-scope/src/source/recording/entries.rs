@@ -2,8 +2,8 @@
 
 use crate::derive::Observer;
 use crate::feed::{EventKind, EventMark, Feed, Level, NoticeLine, ObserverSettings};
+use crate::source::reported;
 use crate::source::stream::Stream;
-use crate::source::told;
 
 use grip_session::HostEstimator;
 use grip_session::model::{default_estimator, parse_estimator};
@@ -20,7 +20,7 @@ const BLOCK_US: u64 = 500_000;
 #[derive(Default)]
 pub(super) struct Entries {
     stream: Stream,
-    news: Vec<Feed>,
+    updates: Vec<Feed>,
     done: Vec<Feed>,
     model: Option<HostEstimator>,
     next_index: Option<u32>,
@@ -46,10 +46,10 @@ impl Entries {
     fn record(&mut self, record: &Record<'_>) {
         match record {
             Record::Sample(row) => self.sample(row),
-            Record::State(state) => self.news.push(Feed::State(*state)),
+            Record::State(state) => self.updates.push(Feed::State(*state)),
             Record::Event(event) => {
                 // What sensors do is seen in the states.
-                self.news.extend(event.slip().map(|slip| Feed::Event(EventMark::slip(&slip))));
+                self.updates.extend(event.slip().map(|slip| Feed::Event(EventMark::slip(&slip))));
             }
             Record::Client(command) => {
                 self.mark(EventKind::Client, format!("a client asks: {command}"))
@@ -98,7 +98,7 @@ impl Entries {
         match observer {
             Ok(observer) => {
                 self.stream.observe(Some(observer));
-                self.news.push(Feed::Observes(ObserverSettings::Source));
+                self.updates.push(Feed::Observes(ObserverSettings::Source));
             }
             Err(error) => {
                 self.stream.observe(Some(Observer::spectra_only(record.rate_hz)));
@@ -135,24 +135,24 @@ impl Entries {
     }
 
     fn mark(&mut self, kind: EventKind, text: String) {
-        let t_s = self.first_us.map_or(f64::NAN, |_| told::seconds(self.last_us));
-        self.news.push(Feed::Event(EventMark::plain(t_s, kind, text)));
+        let t_s = self.first_us.map_or(f64::NAN, |_| reported::seconds(self.last_us));
+        self.updates.push(Feed::Event(EventMark::plain(t_s, kind, text)));
     }
 
     fn note(&mut self, level: Level, text: String) {
-        self.news.push(Feed::Notice(NoticeLine { level, text }));
+        self.updates.push(Feed::Notice(NoticeLine { level, text }));
     }
 
     /// Whether what waits makes a block.
     pub(super) fn is_due(&self) -> bool {
         let since_us = self.first_us.map_or(0, |first_us| self.last_us.saturating_sub(first_us));
-        self.stream.len() >= BLOCK || since_us >= BLOCK_US || self.news.len() >= BLOCK
+        self.stream.len() >= BLOCK || since_us >= BLOCK_US || self.updates.len() >= BLOCK
     }
 
     /// Rows first: states and events are placed by the rows around them.
     fn flush(&mut self) {
         self.done.extend(self.stream.take());
-        self.done.append(&mut self.news);
+        self.done.append(&mut self.updates);
         self.first_us = None;
     }
 
@@ -172,7 +172,7 @@ mod tests {
     use slip_core::{ClientCommand, Sample, units::Micros};
 
     #[test]
-    fn what_happened_before_a_long_gap_or_another_start_is_told_before_the_rows_behind_it() {
+    fn what_happened_before_a_long_gap_or_another_start_is_reported_before_the_rows_behind_it() {
         for next_us in [5_000_000, 3] {
             let mut entries = Entries::default();
             for (index, time_us) in [(0, 5), (1, next_us)] {

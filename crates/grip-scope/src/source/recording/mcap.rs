@@ -57,13 +57,13 @@ fn verdict(damage: Damage, seen: bool) -> Result<(), Stop> {
         1 => format!("1 damaged part was passed over: {first}"),
         count => format!("{count} damaged parts were passed over, the first one: {first}"),
     };
-    let told = [damage.first.map(parts), damage.end.map(|error| error.to_string())];
-    let told: Vec<String> = told.into_iter().flatten().collect();
-    match (seen, told.is_empty()) {
+    let reported = [damage.first.map(parts), damage.end.map(|error| error.to_string())];
+    let reported: Vec<String> = reported.into_iter().flatten().collect();
+    match (seen, reported.is_empty()) {
         (true, true) => Ok(()),
-        (true, false) => Err(Stop::Short(told.join("; "))),
+        (true, false) => Err(Stop::Short(reported.join("; "))),
         (false, true) => Err(Stop::Short("the recording holds no messages".to_owned())),
-        (false, false) => Err(Stop::Failed(told.join("; "))),
+        (false, false) => Err(Stop::Failed(reported.join("; "))),
     }
 }
 

@@ -3,7 +3,7 @@
 use super::{Stop, deliver};
 use crate::feed::{Feed, RowBlock};
 use crate::source::outlet::Outlet;
-use crate::source::told::{Blocks, seconds};
+use crate::source::reported::{Blocks, seconds};
 use core::time::Duration;
 use grip_record::mcap::{ChunkPlace, Entry, McapIndex, McapReader, Record};
 use std::fs::File;

@@ -204,8 +204,8 @@ impl Layers {
     /// A relative path is meant from the folder of the file that says it.
     fn beside(&self, key: &str, path: PathBuf) -> PathBuf {
         let names = key.split('.').count();
-        let says = self.layers.iter().rev().find(|layer| layer.depth(key).0 == names);
-        match says.map(|layer| &layer.source) {
+        let states = self.layers.iter().rev().find(|layer| layer.depth(key).0 == names);
+        match states.map(|layer| &layer.source) {
             Some(Source::File(file)) => file.with_file_name(path),
             _ => path,
         }

@@ -125,7 +125,7 @@ fn levenberg_marquardt_follows_its_formula() {
 }
 
 #[test]
-fn a_flat_start_and_a_wild_one_end_the_rules_that_can_tell() {
+fn a_flat_start_and_a_wild_one_end_the_rules_that_can_report() {
     for algorithm in ["scg", "lm", "lbfgs"] {
         let step = |start: f64| {
             let mut weights = [start];

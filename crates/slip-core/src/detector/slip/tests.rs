@@ -112,7 +112,7 @@ fn an_offset_does_not_look_like_a_step_when_the_filters_start() {
 
 /// A reference that dies while the object is held: told, and from then on as if there had never been one.
 #[test]
-fn a_dead_reference_is_told_and_blinds_no_more_than_none() {
+fn a_dead_reference_is_reported_and_blinds_no_more_than_none() {
     use crate::health::SensorHealth;
     for frozen in [true, false] {
         let (mut detector, mut bare, mut noise) =

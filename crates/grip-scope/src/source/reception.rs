@@ -1,8 +1,8 @@
 //! Messages of one connection to a daemon in, items for the model out.
 
 use super::outlet::Outlet;
+use super::reported;
 use super::stream::Stream;
-use super::told;
 use crate::derive::Observer;
 use crate::feed::{
     DaemonInfo, EventKind, EventMark, Feed, Level, NoticeLine, ObserverSettings, SourceStatus,
@@ -22,11 +22,11 @@ use slip_core::{Signal, units::Hertz};
 const STALL: Duration = Duration::from_secs(1);
 
 /// What was heard and not passed on yet.
-pub(super) struct Hearing {
+pub(super) struct Reception {
     place: String,
     every_nth: u16,
     stream: Stream,
-    news: Vec<Feed>,
+    updates: Vec<Feed>,
     greeted: bool,
     token: Option<u32>,
     farewell: Option<String>,
@@ -42,7 +42,7 @@ pub(super) struct Hearing {
     rows_since: bool,
 }
 
-impl Hearing {
+impl Reception {
     /// What is heard at this place, of every n-th sample.
     pub(super) fn new(place: String, every_nth: u16) -> Self {
         // Whatever was there before this connection, something is missing since.
@@ -52,7 +52,7 @@ impl Hearing {
             place,
             every_nth,
             stream,
-            news: Vec::new(),
+            updates: Vec::new(),
             greeted: false,
             token: None,
             farewell: None,
@@ -94,13 +94,13 @@ impl Hearing {
     pub(super) fn take(&mut self, message: &ToClient<'_>) {
         match message {
             ToClient::Welcome(welcome) => self.greet(welcome),
-            ToClient::Slip(slip) => self.news.push(Feed::Event(EventMark::slip(slip))),
+            ToClient::Slip(slip) => self.updates.push(Feed::Event(EventMark::slip(slip))),
             ToClient::State(state) => {
                 self.set_rate(state.rate_hz);
-                self.news.push(Feed::State(*state));
+                self.updates.push(Feed::State(*state));
             }
             ToClient::Health(health) => {
-                self.news.push(Feed::Health(Box::new(told::health(health))));
+                self.updates.push(Feed::Health(Box::new(reported::health(health))));
             }
             ToClient::Gripper(gripper) => self.meet(*gripper),
             ToClient::Rows(rows) => self.take_rows(rows),
@@ -111,12 +111,12 @@ impl Hearing {
                     let text = format!("{}: the daemon closed the connection: {what}", self.place);
                     self.farewell = Some(if version { self.misfit(None) } else { text });
                 }
-                self.news.push(Feed::Notice(told::notice(notice)));
+                self.updates.push(Feed::Notice(reported::notice(notice)));
                 self.event_of(notice.kind, notice.as_str());
             }
             ToClient::Nack(nack) if nack.kind == Kind::COMMAND => {
                 let text = format!("{}: refused, {}", self.what(nack.seq), refused(nack.reason));
-                self.news.extend(told::answer(Level::Warning, text));
+                self.updates.extend(reported::answer(Level::Warning, text));
             }
             ToClient::Nack(nack) if nack.reason == NackReason::Version => {
                 self.refusal = Some(self.misfit(None));
@@ -132,7 +132,7 @@ impl Hearing {
             NoticeKind::Client => EventKind::Client,
             _ => return,
         };
-        self.news.push(Feed::Event(EventMark::plain(f64::NAN, kind, text)));
+        self.updates.push(Feed::Event(EventMark::plain(f64::NAN, kind, text)));
     }
 
     fn greet(&mut self, welcome: &Welcome<'_>) {
@@ -143,7 +143,7 @@ impl Hearing {
         self.greeted = true;
         let flags = welcome.flags;
         self.token = flags.has(WelcomeFlags::COMMANDS).then_some(welcome.token);
-        self.news.push(Feed::Welcome(DaemonInfo {
+        self.updates.push(Feed::Welcome(DaemonInfo {
             name: welcome.daemon().to_owned(),
             place: self.place.clone(),
             may_command: self.token.is_some(),
@@ -152,16 +152,16 @@ impl Hearing {
             real_time: welcome.real_time,
             every_nth: self.every_nth,
         }));
-        self.tell_decimated();
+        self.report_decimated();
     }
 
-    fn tell_decimated(&mut self) {
+    fn report_decimated(&mut self) {
         if self.every_nth > 1 {
             let text = format!(
                 "every {}th sample comes: band energies, peaks, spectra and bounds of E_sc are not derived from decimated rows",
                 self.every_nth
             );
-            self.news.push(Feed::Notice(NoticeLine { level: Level::Info, text }));
+            self.updates.push(Feed::Notice(NoticeLine { level: Level::Info, text }));
         }
     }
 
@@ -169,7 +169,7 @@ impl Hearing {
     #[cfg(feature = "zenoh")]
     pub(super) fn greet_over_network(&mut self, name: &str, every_nth: u16) {
         self.every_nth = every_nth;
-        self.news.push(Feed::Welcome(DaemonInfo {
+        self.updates.push(Feed::Welcome(DaemonInfo {
             name: name.to_owned(),
             place: self.place.clone(),
             may_command: false,
@@ -178,7 +178,7 @@ impl Hearing {
             real_time: RealTime::Other(u8::MAX),
             every_nth,
         }));
-        self.tell_decimated();
+        self.report_decimated();
     }
 
     /// Something was missed: the next rows do not join.
@@ -191,7 +191,7 @@ impl Hearing {
     /// Something happened to the connection.
     #[cfg(feature = "zenoh")]
     pub(super) fn mark(&mut self, mark: EventMark) {
-        self.news.push(Feed::Event(mark));
+        self.updates.push(Feed::Event(mark));
     }
 
     /// No version in common.
@@ -212,14 +212,14 @@ impl Hearing {
     fn meet(&mut self, gripper: Gripper) {
         let before = self.gripper.replace(gripper);
         self.set_rate(gripper.rate_hz);
-        self.news.push(Feed::Gripper(gripper));
+        self.updates.push(Feed::Gripper(gripper));
         let other = before.is_some_and(|before| {
             (before.uid, before.boot_id) != (gripper.uid, gripper.boot_id) && before.boot_id != 0
         });
         if other {
             self.observed_hz = 0;
             let text = "another gripper, or the same one after a restart";
-            self.news.push(Feed::Event(EventMark::plain(f64::NAN, EventKind::Reload, text)));
+            self.updates.push(Feed::Event(EventMark::plain(f64::NAN, EventKind::Reload, text)));
         }
     }
 
@@ -242,7 +242,7 @@ impl Hearing {
             self.next_index = Some(row.index.wrapping_add(step));
             taxels.clear();
             taxels.extend((0..usize::from(rows.header.taxels)).filter_map(|k| row.taxel(k)));
-            self.stream.push(&told::sample(&row), &taxels);
+            self.stream.push(&reported::sample(&row), &taxels);
         }
         self.rows_since = true;
     }
@@ -257,11 +257,11 @@ impl Hearing {
             Ok(observer) => {
                 self.stream.observe(Some(observer));
                 // The protocol does not carry the settings of the daemon.
-                self.news.push(Feed::Observes(ObserverSettings::Shipped));
+                self.updates.push(Feed::Observes(ObserverSettings::Shipped));
             }
             Err(text) => {
                 self.stream.observe(Some(spectra_only(self.rate_hz)));
-                self.news.push(Feed::Notice(NoticeLine { level: Level::Warning, text }));
+                self.updates.push(Feed::Notice(NoticeLine { level: Level::Warning, text }));
             }
         }
     }
@@ -270,22 +270,22 @@ impl Hearing {
     pub(super) fn deliver(&mut self, outlet: &mut Outlet) {
         let now = outlet.clock.now();
         self.pass_on(outlet);
-        self.tell_flow(now, outlet);
+        self.report_flow(now, outlet);
     }
 
     /// Passes on what was heard.
     pub(super) fn pass_on(&mut self, outlet: &mut Outlet) {
         // Rows come first: states and events are placed by the rows around them.
         let rows = self.stream.take();
-        let something = !(rows.is_empty() && self.news.is_empty());
-        rows.into_iter().chain(self.news.drain(..)).for_each(|feed| outlet.offer(feed));
+        let something = !(rows.is_empty() && self.updates.is_empty());
+        rows.into_iter().chain(self.updates.drain(..)).for_each(|feed| outlet.offer(feed));
         outlet.catch_up();
         if something {
             outlet.wake();
         }
     }
 
-    fn tell_flow(&mut self, now: Duration, outlet: &mut Outlet) {
+    fn report_flow(&mut self, now: Duration, outlet: &mut Outlet) {
         if core::mem::take(&mut self.rows_since) {
             self.rows_at = Some(now);
         }
@@ -312,12 +312,12 @@ impl Hearing {
 pub(super) fn observer(rate_hz: u32) -> Result<Observer, String> {
     #[expect(clippy::cast_precision_loss, reason = "rates are below 2^24")]
     let rate = Hertz(rate_hz as f32);
-    let told = |error: &dyn core::fmt::Display| {
+    let reported = |error: &dyn core::fmt::Display| {
         format!("at {rate_hz} Hz only spectra are derived from the samples: {error}")
     };
-    let estimator = model::default_estimator().map_err(|error| told(&error))?;
+    let estimator = model::default_estimator().map_err(|error| reported(&error))?;
     let config = HostConfig::default().pipeline(Signal::Displacement, rate);
-    Observer::new(config, estimator).map_err(|error| told(&error))
+    Observer::new(config, estimator).map_err(|error| reported(&error))
 }
 
 /// What is left where the pipeline cannot run.
@@ -344,22 +344,22 @@ const fn refused(reason: NackReason) -> &'static str {
 
 #[cfg(test)]
 mod tests {
-    use super::Hearing;
+    use super::Reception;
     use crate::feed::{EventKind, Feed};
     use grip_link::message::daemon::ToClient;
     use grip_link::message::{Kind, Nack, NackReason};
     use slip_core::ClientCommand;
 
     #[test]
-    fn a_refused_command_is_told_and_stands_among_the_events() {
-        let mut hearing = Hearing::new("unix:socket".to_owned(), 1);
-        hearing.asked(7, ClientCommand::Grasp);
+    fn a_refused_command_is_reported_and_stands_among_the_events() {
+        let mut reception = Reception::new("unix:socket".to_owned(), 1);
+        reception.asked(7, ClientCommand::Grasp);
         let nack = Nack { kind: Kind::COMMAND, reason: NackReason::Latched, seq: 7 };
-        hearing.take(&ToClient::Nack(nack));
-        let told = "grasp: refused, a fault or a stop is latched";
-        let as_event = |feed: &Feed| matches!(feed, Feed::Event(mark) if mark.kind == EventKind::Client && mark.text == told);
-        assert!(hearing.news.iter().any(as_event), "{:?}", hearing.news);
-        let as_line = |feed: &Feed| matches!(feed, Feed::Notice(line) if line.text == told);
-        assert!(hearing.news.iter().any(as_line), "{:?}", hearing.news);
+        reception.take(&ToClient::Nack(nack));
+        let reported = "grasp: refused, a fault or a stop is latched";
+        let as_event = |feed: &Feed| matches!(feed, Feed::Event(mark) if mark.kind == EventKind::Client && mark.text == reported);
+        assert!(reception.updates.iter().any(as_event), "{:?}", reception.updates);
+        let as_line = |feed: &Feed| matches!(feed, Feed::Notice(line) if line.text == reported);
+        assert!(reception.updates.iter().any(as_line), "{:?}", reception.updates);
     }
 }
