@@ -43,7 +43,7 @@ fn ident() -> Ident {
     }
 }
 
-fn main() {
+pub(crate) fn main() {
     let config = Config {
         sample_rate_hz: 1000,
         batch: 1,

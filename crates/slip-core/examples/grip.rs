@@ -4,7 +4,7 @@
 
 use slip_core::{Pipeline, PipelineConfig, Sample, units::Hertz, units::Micros};
 
-fn main() -> Result<(), slip_core::ConfigError> {
+pub(crate) fn main() -> Result<(), slip_core::ConfigError> {
     let mut pipeline = Pipeline::<[f32; 0]>::new(PipelineConfig::gripping(Hertz(1000.0)), None)?;
     let (mut applied_n, mut travel_m, mut command_n) = (0.0_f32, 0.0_f32, 0.0);
     let mut bits = 1_u32;
