@@ -15,8 +15,8 @@ for tool in cmake pkg-config valgrind; do command -v "$tool" >/dev/null || missi
 [ ${#missing[@]} = 0 ] || install_packages "${missing[@]}"
 command -v c++ >/dev/null || { missing c++ 'c++: the C library is not checked'; exit 0; }
 
-mkdir -p "$target/c-library"
-work=$(cd "$target/c-library" && pwd)
+mkdir -p "$target/c-library-check"
+work=$(cd "$target/c-library-check" && pwd)
 find "$work" -mindepth 1 -delete
 slip=$work/slip
 scripts/c-library.sh "$slip" "$profile"

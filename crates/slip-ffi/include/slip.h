@@ -297,7 +297,8 @@ enum slip_status slip_push(struct slip_pipeline *pipeline,
                            const struct slip_block *block,
                            struct slip_result *result);
 
-// Tells the controller: hold with at least `force_n`, let go, or close again (SLIP_OPERATION_AT_LEAST, _RELEASE, _GRASP).
+// Asks the controller to hold with at least `force_n`, to let go, or to close again (SLIP_OPERATION_AT_LEAST, _RELEASE, _GRASP). Without a
+// controller nothing happens.
 //
 // `pipeline` is NULL or points to slip_size() readable bytes.
 enum slip_status slip_command(struct slip_pipeline *pipeline,

@@ -141,7 +141,8 @@ pub unsafe extern "C" fn slip_push(
     status
 }
 
-/// Tells the controller: hold with at least `force_n`, let go, or close again (SLIP_OPERATION_AT_LEAST, _RELEASE, _GRASP).
+/// Asks the controller to hold with at least `force_n`, to let go, or to close again (SLIP_OPERATION_AT_LEAST, _RELEASE, _GRASP). Without a
+/// controller nothing happens.
 ///
 /// # Safety
 /// `pipeline` is NULL or points to slip_size() readable bytes.

@@ -5,7 +5,9 @@
 use core::{ffi::CStr, mem::MaybeUninit, ptr};
 use grip_record::{CsvOptions, StylusKind, read_recording};
 use grip_session::{
-    HostConfig, model,
+    HostConfig,
+    calibration::Calibration,
+    model,
     replay::{pipeline_config, stylus_config},
     report::{Event, EventLog},
 };
@@ -13,7 +15,11 @@ use grip_sim::{Grasp, Scene};
 use rand_chacha::{ChaCha8Rng, rand_core::SeedableRng as _};
 use rand_core::Rng as _;
 use slip::*;
-use slip_core::{Pipeline, PipelineConfig, Sample, esc::EscSums, units::Hertz};
+use slip_core::{
+    Arrival, Pipeline, PipelineConfig, Sample,
+    esc::EscSums,
+    units::{Hertz, Micros},
+};
 use std::{env, fs, path::PathBuf};
 
 const DEFAULTS: SlipOptions = SlipOptions {
@@ -240,6 +246,11 @@ fn simulated_slips_are_those_of_the_rust_pipeline() {
         let slips = agree(&samples, &DEFAULTS, PipelineConfig { grip: None, ..config }, 1);
         let commanded = agree(&samples, &SlipOptions { control: 1, ..DEFAULTS }, config, 2);
         assert!(slips > 0 && commanded > 0, "{name}: {slips}, {commanded}");
+        let text = include_str!("../../grip-session/tests/config/good/beside/cal.toml");
+        let config =
+            Calibration::parse(text).unwrap().apply(PipelineConfig { grip: None, ..config });
+        let text = format!("{text}\0");
+        agree(&samples, &SlipOptions { calibration: text.as_ptr().cast(), ..DEFAULTS }, config, 3);
     }
 }
 
@@ -405,4 +416,56 @@ fn memory_of_malloc_is_aligned_and_every_status_has_a_sentence() {
         (-1..=SlipStatus::Panicked as i32 + 1).map(text).collect();
     assert_eq!(all.len(), SlipStatus::Panicked as usize + 2, "{all:?}");
     assert_eq!(text(i32::MIN), "no status of this library");
+}
+
+#[test]
+fn taxels_and_arrivals_reach_the_pipeline() {
+    const ROWS: usize = 6000;
+    let signal = SlipSignal::Absent as u32;
+    let rate_hz = 1000.0;
+    let mut memory = Memory::uninit();
+    let pipeline = create(&mut memory, &SlipOptions { rate_hz, signal, ..DEFAULTS }).unwrap();
+    let config = stylus_config(StylusKind::Absent, Hertz(rate_hz), &HostConfig::default());
+    let (mut twin, mut log) = rust(PipelineConfig { grip: None, ..config });
+    let mut random = ChaCha8Rng::seed_from_u64(3000);
+    // The pattern turns from the first taxels to the last ones after 4 s.
+    let taxels: Vec<f32> = (0..4 * ROWS)
+        .map(|at| {
+            let share = if at < 16_000 { 0.0 } else { (at - 16_000) as f32 / 8000.0 };
+            let taxel = (at % 4) as f32;
+            10.0 * (3.0 - taxel) * (1.0 - share)
+                + 10.0 * taxel * share
+                + 1e-3 * (random.next_u32() % 100) as f32
+        })
+        .collect();
+    let arrived_us: Vec<u64> = (0..ROWS as u64).map(|at| 5_000_000 + 1000 * at).collect();
+    let (age_us, force_n) = (vec![300; ROWS], vec![2.0; ROWS]);
+    let block = SlipBlock {
+        rows: ROWS,
+        taxels: taxels.as_ptr(),
+        taxel_count: 4,
+        normal_force_n: force_n.as_ptr(),
+        arrived_us: arrived_us.as_ptr(),
+        age_us: age_us.as_ptr(),
+        ..EMPTY
+    };
+    let (events, values, _) = push(pipeline, &block).unwrap();
+    let mut events = events.iter();
+    for (at, frame) in taxels.chunks(4).enumerate() {
+        let sample = Sample {
+            normal_force_n: Some(2.0),
+            arrival: Some(Arrival { at: Micros(arrived_us[at]), age: Micros(300) }),
+            ..Sample::stylus(Micros(1000 * at as u64), 0.0)
+        };
+        let step = twin.handle_with(&sample, frame);
+        for theirs in log.events(&step).iter().flatten() {
+            assert_same(events.next().unwrap(), theirs);
+        }
+        assert_eq!(values[ROWS + at].to_bits(), step.statistic.to_bits());
+    }
+    assert!(events.next().is_none() && log.slips() > 0, "{} slips", log.slips());
+    let too_many = SlipBlock { taxel_count: 257, ..block };
+    assert_eq!(push(pipeline, &too_many).unwrap_err(), SlipStatus::Size);
+    // SAFETY: made by `create`.
+    assert_eq!(unsafe { slip_destroy(pipeline) }, SlipStatus::Ok);
 }
