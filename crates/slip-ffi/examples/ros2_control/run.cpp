@@ -32,5 +32,6 @@ int main() {
     if (controller->update(rclcpp::Time(at * period_ns), rclcpp::Duration(period_ns)) != return_type::OK) return 1;
   }
   std::printf("held with %.2f N, moved %.2f mm\n", applied_n, 1e3 * travel_m);
-  return !(applied_n >= 5.0 && travel_m > 0.0);
+  const bool held = applied_n >= 5.0 && travel_m > 0.0;
+  return !(held && controller->on_deactivate(state) == CallbackReturn::SUCCESS);
 }

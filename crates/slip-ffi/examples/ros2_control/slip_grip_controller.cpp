@@ -1,7 +1,7 @@
 // A controller of ros2_control: reads stylus, grip force and travel of one finger, writes the force to hold with.
 //
-// The contract is that of controller_interface::ControllerInterface: on_configure() may allocate, update() runs in the real-time loop and
-// does not. Built and run in this project against the two headers in `mock` alone, which have what is used here and nothing else; never
+// The contract is that of controller_interface::ControllerInterface: on_configure() may allocate; on_activate(), update() and
+// on_deactivate() run in the real-time loop and do not. Built and run in this project against the two headers in `mock` alone, which have what is used here and nothing else; never
 // yet against ROS 2.
 #include <slip.h>
 
@@ -34,20 +34,21 @@ class SlipGripController : public controller_interface::ControllerInterface {
   }
 
   CallbackReturn on_configure(const rclcpp_lifecycle::State &) override {
-    memory_.reset(new std::byte[slip_size()]);
-    return CallbackReturn::SUCCESS;
-  }
-
-  // What was learned of an object before is forgotten: noise floor, trials, the force of the last grasp.
-  CallbackReturn on_activate(const rclcpp_lifecycle::State &) override {
     slip_destroy(pipeline_);
     pipeline_ = nullptr;
+    memory_.reset(new std::byte[slip_size()]);
     slip_options options{};
     options.rate_hz = static_cast<float>(get_update_rate());
     options.control = 1;
     const slip_status status = slip_create(memory_.get(), slip_size(), &options, nullptr, 0, &pipeline_);
     return status == SLIP_STATUS_OK ? CallbackReturn::SUCCESS : CallbackReturn::ERROR;
   }
+
+  // Closes the fingers again after a release; at first they close by themselves.
+  CallbackReturn on_activate(const rclcpp_lifecycle::State &) override { return ask(SLIP_OPERATION_GRASP); }
+
+  // Writes nothing: the fingers keep the last force until the next activation.
+  CallbackReturn on_deactivate(const rclcpp_lifecycle::State &) override { return ask(SLIP_OPERATION_RELEASE); }
 
   // A sample in, a force out. An error leaves the command as it is: nothing here opens the fingers.
   return_type update(const rclcpp::Time &time, const rclcpp::Duration &) override {
@@ -68,6 +69,10 @@ class SlipGripController : public controller_interface::ControllerInterface {
   }
 
  private:
+  CallbackReturn ask(uint8_t operation) {
+    return slip_command(pipeline_, operation, 0.0F) == SLIP_STATUS_OK ? CallbackReturn::SUCCESS : CallbackReturn::ERROR;
+  }
+
   std::unique_ptr<std::byte[]> memory_;
   slip_pipeline *pipeline_ = nullptr;
 };

@@ -50,6 +50,7 @@ class ControllerInterface {
   virtual InterfaceConfiguration state_interface_configuration() const = 0;
   virtual CallbackReturn on_configure(const rclcpp_lifecycle::State &) = 0;
   virtual CallbackReturn on_activate(const rclcpp_lifecycle::State &) = 0;
+  virtual CallbackReturn on_deactivate(const rclcpp_lifecycle::State &) = 0;
   virtual return_type update(const rclcpp::Time &time, const rclcpp::Duration &period) = 0;
   unsigned get_update_rate() const { return update_rate_; }
 
