@@ -36,6 +36,9 @@ cargo deb --package gripd --profile "$profile" --no-build --no-strip --quiet --o
 cargo build --quiet --workspace --bin gripfleet
 fleet=$target/deb-check/gripfleet.deb
 cargo deb --package gripfleet --profile dev --no-build --no-strip --quiet --output "$fleet"
+scripts/c-library.sh target/c-library "$profile"
+library=$target/deb-check/libslip-dev.deb
+cargo deb --package slip-ffi --profile "$profile" --no-build --no-strip --quiet --output "$library"
 
 echo "deb-check: looking into it"
 listing=$(dpkg-deb --contents "$deb" | awk '{sub("^0/0$", "root/root", $2); print $1, $2, $6}')
@@ -67,6 +70,14 @@ expect -rw-r--r-- usr/lib/systemd/system/gripfleet.service
 expect -rw-r--r-- usr/share/man/man1/gripfleet.1.gz
 dpkg-deb --info "$fleet" | grep -q "Depends: .*gripd" || fail "gripfleet does not depend on gripd"
 
+listing=$(dpkg-deb --contents "$library" | awk '{sub("^0/0$", "root/root", $2); print $1, $2, $6}')
+expect -rw-r--r-- usr/include/slip.h
+expect -rw-r--r-- usr/lib/libslip.a
+expect -rw-r--r-- usr/lib/libslip.so.0
+expect lrwxrwxrwx usr/lib/libslip.so
+expect -rw-r--r-- usr/lib/pkgconfig/slip.pc
+expect -rw-r--r-- usr/lib/cmake/slip/slipConfig.cmake
+
 echo "deb-check: installing and removing it"
 enter() { if [ "$(id -u)" = 0 ]; then "$@"; else unshare --map-root-user "$@"; fi; }
 root=$(realpath "$target")/deb-check/root
@@ -90,6 +101,8 @@ grep -q '^dialout:.*[:,]gripd$' "$root/etc/group" || fail "gripd is not in dialo
 gzip -t "$root/usr/share/man/man1/gripd.1.gz"
 do_dpkg --install "$deb" # again, as an upgrade does
 do_dpkg --install "$fleet"
+do_dpkg --install "$library"
+[ -e "$root/usr/lib/libslip.so" ] || fail "libslip.so leads nowhere"
 "$root/usr/bin/gripfleet" --version | grep -qx 'gripfleet [0-9.]*' || fail "the installed gripfleet does not run"
 if command -v systemd-analyze >/dev/null; then
     for name in gripd gripfleet; do
@@ -111,6 +124,7 @@ if udevadm verify --help >/dev/null 2>&1; then
 else
     missing udevadm "udevadm verify: the udev rule is not checked"
 fi
+do_dpkg --remove libslip-dev
 do_dpkg --remove gripfleet
 do_dpkg --remove gripd
 left=$(comm -13 <(echo "$before") <(here))

@@ -14,7 +14,7 @@ FLOORS = [
     ["slip-core", "grip-link", "mlp"],
     ["grip-port", "grip-record"],
     ["grip-session"],
-    ["grip-daemon"],
+    ["grip-daemon", "slip-ffi"],
     # Below: beside a gripper. Above: not, but for the simulator of `--port sim`.
     ["grip-sim", "grip-import"],
     ["grip-eval", "grip-study"],

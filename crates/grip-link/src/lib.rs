@@ -6,6 +6,8 @@
 //! [`device::DeviceLink`] the microcontroller's; both stand on [`decoder::Decoder`] and
 //! [`frame::encode`]. The payload tables stand with the types in [`message`]; `protocol/SPEC.md` of the
 //! repository specifies the link for other languages.
+//!
+#![doc = include_str!("../README.md")]
 #![no_std]
 
 pub mod clock;

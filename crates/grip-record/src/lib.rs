@@ -29,6 +29,8 @@
 //!
 //! A surface is a file too: a height profile has `x_mm` and `height_um` ([`HeightProfile`]), a list of irregularities
 //! `delta_m` and `s_m` ([`read_irregularities`]).
+//!
+#![doc = include_str!("../README.md")]
 
 #[cfg(feature = "arrays")]
 mod arrays;

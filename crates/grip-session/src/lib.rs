@@ -16,3 +16,8 @@ pub mod utc;
 pub use config::{HostConfig, HostConfigError, LinkConfig};
 pub use model::{HostEstimator, ModelError};
 pub use session::{Session, SessionError, SessionOptions, Update};
+
+/// The blocks of the page run as tests of this crate, which has what they use.
+#[cfg(doctest)]
+#[doc = include_str!("../../../docs/rust.md")]
+struct RustPage;

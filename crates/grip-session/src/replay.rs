@@ -29,7 +29,16 @@ pub fn pipeline_config(
 ) -> PipelineConfig {
     let rate = Hertz(sample_rate(recording, config));
     let kind = recording.channels.stylus;
-    let base = match kind {
+    let base = stylus_config(kind, rate, config);
+    let grips =
+        !observe && kind != StylusKind::Absent && recording.channels.has(Channel::NormalForce);
+    PipelineConfig { grip: base.grip.filter(|_| grips), ..base }
+}
+
+/// The pipeline of `config` for samples with such a stylus column at `rate`, with the controller; without a stylus its method is off.
+#[must_use]
+pub fn stylus_config(kind: StylusKind, rate: Hertz, config: &HostConfig) -> PipelineConfig {
+    match kind {
         StylusKind::Displacement => config.pipeline(Signal::Displacement, rate),
         StylusKind::Vibration => config.pipeline(Signal::Vibration, rate),
         StylusKind::Absent => PipelineConfig {
@@ -38,10 +47,7 @@ pub fn pipeline_config(
             methods: config.methods().without(Method::Stylus),
             ..config.pipeline(Signal::Vibration, rate)
         },
-    };
-    let grips =
-        !observe && kind != StylusKind::Absent && recording.channels.has(Channel::NormalForce);
-    PipelineConfig { grip: base.grip.filter(|_| grips), ..base }
+    }
 }
 
 /// Times are recorded in whole microseconds, so the rate that they show may be off by some parts in a hundred, and with it

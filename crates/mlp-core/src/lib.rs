@@ -13,24 +13,10 @@
 //!
 //! [`Network`] and [`Mlp`] also compute with an exact tanh and in double precision ([`tanh`] has the errors).
 //!
-//! ```
-//! use mlp_core::{Activation, Column, Model, Network, Scaler, Transform};
-//!
-//! static WEIGHTS: [f32; 7] = [0.5, -0.25, 0.1, 0.2, 1.0, 2.0, 0.0];
-//! let network = Network::new(&[1, 2, 1], &[Activation::Tanh, Activation::Linear], &WEIGHTS[..])?;
-//! let speed = Column { transform: Transform::Identity, min: 0.01, max: 0.3 };
-//! let force = Column { transform: Transform::Ln, min: 1.0, max: 40.0 };
-//! let model = Model::new(network, Scaler::new(&[speed])?, Scaler::new(&[force])?)?;
-//!
-//! assert!(!model.estimate(&[0.1])?.extrapolated);
-//! assert!(model.estimate(&[0.5])?.extrapolated);
-//! assert!(model.estimate(&[f32::NAN]).is_err());
-//! # Ok::<(), Box<dyn std::error::Error>>(())
-//! ```
-//!
-//!
 //! With the feature `file` (std) the modules [`mod@file`] and [`ensemble_file`] read and write model files. Trainers are in the crate
 //! `mlp`, which exports all of this again.
+//!
+#![doc = include_str!("../README.md")]
 #![cfg_attr(not(any(test, feature = "file")), no_std)]
 
 pub mod activation;

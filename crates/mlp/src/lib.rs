@@ -5,6 +5,8 @@
 //! |---|---|
 //! | [`train`] | data sets, full-batch trainers, runs, metrics |
 //! | `export` (feature) | a model as C source, as ONNX and as a model card |
+//!
+#![doc = include_str!("../README.md")]
 
 #[cfg(feature = "export")]
 pub mod export;

@@ -2,6 +2,8 @@
 //!
 //! [`Pipeline`] is the data path. Its parts can be used alone: filters, floor, detector, irregularities,
 //! E_sc, estimator and controller. `no_std`, no allocation, no panic; time comes with the samples.
+//!
+#![doc = include_str!("../README.md")]
 #![no_std]
 
 pub mod causes;

@@ -2,6 +2,8 @@
 //!
 //! Every code stands once, in a table of number, name and meaning ([`codes`]). Core, link, daemon, recordings, scope and fleet use these types;
 //! nothing is translated on the way.
+//!
+#![doc = include_str!("../README.md")]
 #![no_std]
 
 pub mod codes;

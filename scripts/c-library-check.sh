@@ -1,0 +1,117 @@
+#!/usr/bin/env bash
+# The C library: its header as C99 and C++17, examples under ASan and valgrind, no allocation after create, random calls, what docs/c.md
+# shows, and the same slips as gripctl.
+#
+#   scripts/c-library-check.sh [PROFILE]      PROFILE is release, or dev for a quicker look
+#
+# Needs cc, c++ and, installed where they are missing, cmake, pkg-config and valgrind.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+. scripts/missing.sh
+profile=${1:-release}
+target=${CARGO_TARGET_DIR:-target}
+missing=()
+for tool in cmake pkg-config valgrind; do command -v "$tool" >/dev/null || missing+=("$tool"); done
+[ ${#missing[@]} = 0 ] || install_packages "${missing[@]}"
+command -v c++ >/dev/null || { missing c++ 'c++: the C library is not checked'; exit 0; }
+
+mkdir -p "$target/c-library-check"
+work=$(cd "$target/c-library-check" && pwd)
+find "$work" -mindepth 1 -delete
+slip=$work/slip
+scripts/c-library.sh "$slip" "$profile"
+crate=$PWD/crates/slip-ffi
+export PKG_CONFIG_PATH=$slip/lib/pkgconfig LD_LIBRARY_PATH=$slip/lib ASAN_OPTIONS=detect_leaks=0
+# The version of the files that are kept by hand is that of the crate.
+version=$(cargo metadata --locked --no-deps --format-version 1 | python3 -c '
+import json, sys
+print(next(p["version"] for p in json.load(sys.stdin)["packages"] if p["name"] == "slip-ffi"))')
+[ "$(pkg-config --modversion slip)" = "$version" ]
+grep -q "\"$version\"" packaging/c/slipConfigVersion.cmake
+nm -D --defined-only "$slip/lib/libslip.so" | awk '$3 !~ /^slip_/ { print "c-library-check: exported: " $3; bad = 1 } END { exit bad }'
+
+warnings='-Wall -Wextra -Werror -pedantic'
+read -ra flags <<<"$(pkg-config --cflags slip)"
+read -ra shared <<<"$(pkg-config --libs slip)"
+read -ra static <<<"-L$slip/lib -l:libslip.a $(sed -n 's/^Libs.private: //p' packaging/c/slip.pc)"
+c() { cc -std=c99 $warnings -g -O1 "${flags[@]}" "$@"; }
+cpp() { c++ -std=c++17 $warnings -g -O1 "${flags[@]}" "$@"; }
+echo '#include <slip.h>' >"$work/header.c"
+c -fsyntax-only "$work/header.c"
+cpp -fsyntax-only -x c++ "$work/header.c"
+
+sanitized='-fsanitize=address,undefined -fno-sanitize-recover=all'
+# shellcheck disable=SC2086 # the options are words
+for kind in plain asan; do
+    options=$([ $kind = plain ] || echo "$sanitized")
+    ros=$crate/examples/ros2_control
+    c $options "$crate/examples/detect.c" -o "$work/detect-$kind" "${shared[@]}"
+    cpp $options "$crate/examples/grip.cpp" -o "$work/grip-$kind" "${shared[@]}"
+    cpp $options -I"$ros/mock" "$ros/slip_grip_controller.cpp" "$ros/run.cpp" -o "$work/ros-$kind" "${shared[@]}"
+    c $options "$crate/tests/c/fuzz.c" -o "$work/fuzz-$kind" "${static[@]}"
+done
+c "$crate/tests/c/allocations.c" -Wl,--wrap=malloc,--wrap=calloc,--wrap=realloc,--wrap=posix_memalign,--wrap=free \
+    -o "$work/allocations" "${static[@]}"
+
+python3 - "$work" <<'PY'
+import random, sys
+random.seed(3000)
+with open(f"{sys.argv[1]}/slip.csv", "w") as file:
+    file.write("t_s,vibration\n")
+    for at in range(12000):
+        deviation = 20 if 6000 < at < 7000 else 1
+        file.write(f"{at / 2000:.6f},{random.gauss(0, deviation):.3f}\n")
+PY
+for kind in plain asan; do
+    [ "$("$work/detect-$kind" 2000 <"$work/slip.csv" | grep -c 'slip (')" -ge 1 ]
+    "$work/grip-$kind"
+    "$work/ros-$kind"
+done
+valgrind='valgrind -q --leak-check=full --error-exitcode=9'
+$valgrind "$work/detect-plain" 2000 <"$work/slip.csv"
+$valgrind "$work/grip-plain"
+$valgrind "$work/ros-plain"
+if "$work/detect-plain" nan </dev/null 2>"$work/said"; then exit 1; fi
+grep -q 'sample_rate_hz = NaN is outside 20 to 50000' "$work/said"
+"$work/allocations"
+"$work/fuzz-plain" 100000
+"$work/fuzz-asan" 20000 7
+$valgrind "$work/fuzz-plain" 2000 77
+
+# The same slips at the same samples as gripctl, from C.
+gripctl=${GRIPCTL:-$target/release/gripctl}
+data=${GRIP_DATA:-../shared/data}
+files=("$data"/biotac_slide/m??_??.csv)
+if [ -d "$data/biotac_slide" ] && [ -x "$gripctl" ]; then
+    slips=0
+    for file in "${files[@]}"; do
+        ours=$("$work/detect-plain" 2200 <"$file" | awk '{ printf "%.6f\n", $1 }')
+        theirs=$("$gripctl" replay "$file" --observe --json 2>/dev/null | sed -n 's/^{"type":"slip.*"t_s":\([0-9.]*\).*/\1/p' |
+            awk '{ printf "%.6f\n", $1 }')
+        [ "$ours" = "$theirs" ] || { echo "c-library-check: other slips than gripctl: $file" >&2; exit 1; }
+        slips=$((slips + $(grep -c . <<<"$ours" || true)))
+    done
+    echo "c-library-check: ${#files[@]} recordings, $slips events as those of gripctl replay"
+else
+    missing data "recordings or $gripctl: the slips are not compared with those of gripctl"
+fi
+
+# Blocks of the page: a file where the fence has a name, commands, and what they print.
+python3 - docs/c.md >"$work/page.sh" <<'PY'
+import re, shlex, sys
+page = open(sys.argv[1], encoding="utf-8").read()
+print("set -euo pipefail")
+for info, body in re.findall(r"^```(.*?)\n(.*?)^```$", page, re.M | re.S):
+    kind, _, name = info.partition(" ")
+    if name:
+        print(f"printf %s {shlex.quote(body)} >{shlex.quote(name)}")
+    elif kind == "sh":
+        # Not through a pipe: folder and variables are those of the next block.
+        print(f"{{\n{body}}} >$WORK/said\ncat $WORK/said")
+    elif kind == "text":
+        print(f"printf %s {shlex.quote(body)} | diff - $WORK/said")
+    else:
+        sys.exit(f"{sys.argv[1]}: a block of kind {info!r} is not run")
+PY
+WORK=$work bash "$work/page.sh"
+echo "c-library-check: done"
