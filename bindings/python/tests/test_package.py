@@ -1,0 +1,36 @@
+"""Every name has a docstring, every stub a counterpart, and the version is one."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import slipgrip
+
+HERE = Path(__file__).resolve().parents[1]
+
+
+def test_every_public_name_is_explained() -> None:
+    for name in slipgrip.__all__:
+        item = getattr(slipgrip, name)
+        assert item.__doc__, name
+        if isinstance(item, type) and item.__module__ == "slipgrip":
+            for part in vars(item):
+                if not part.startswith("_"):
+                    assert getattr(item, part).__doc__, f"{name}.{part}"
+
+
+def test_the_stubs_name_what_there_is() -> None:
+    text = (Path(slipgrip.__file__).parent / "_core.pyi").read_text()
+    for name in re.findall(r"^(?:class|def) (\w+)", text, re.M):
+        assert hasattr(slipgrip, name), name
+    for name, body in re.findall(r"^class (\w+):\n((?:    .*\n|\n)+)", text, re.M):
+        item = getattr(slipgrip, name)
+        stubbed = {part for part in re.findall(r"    def (\w+)\(", body) if not part.startswith("_")}
+        assert stubbed == {part for part in vars(item) if not part.startswith("_")}, name
+
+
+def test_versions_agree() -> None:
+    for file in ("pyproject.toml", "Cargo.toml"):
+        found = re.search(r'^version = "(.+)"', (HERE / file).read_text(), re.M)
+        assert found and found[1] == slipgrip.__version__, file
