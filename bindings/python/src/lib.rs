@@ -1,9 +1,5 @@
 //! NumPy arrays in; slip events, statistics, E_sc, force commands and simulated grasps out. Glue alone: every algorithm stands in the
 //! crates below. Names, shapes and units are those of `python/slipgrip/_core.pyi`.
-#![cfg_attr(
-    not(doc),
-    expect(clippy::needless_pass_by_value, reason = "pyo3 hands arguments over by value")
-)]
 
 mod calibrate;
 mod input;

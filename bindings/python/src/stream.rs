@@ -182,10 +182,10 @@ impl Stream {
     fn push(
         &mut self,
         py: Python<'_>,
-        (data, times_s): (&Bound<'_, PyAny>, Option<&Bound<'_, PyAny>>),
+        block: &Block<'_>,
+        times_s: Option<&Bound<'_, PyAny>>,
         mut trace: Option<&mut Trace>,
     ) -> PyResult<Events> {
-        let block = Block::new(data, &self.channels)?;
         let times = times_s.map(|t| times(t, block.rows(), self.engine.last)).transpose()?;
         let mut events = Events::new();
         let (values, width) = (block.values()?, self.channels.len());
@@ -236,7 +236,8 @@ impl Detector {
         block: &Bound<'_, PyAny>,
         times: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Vec<Py<PyDict>>> {
-        let events = self.0.push(py, (block, times), None)?;
+        let block = Block::new(block, &self.0.channels)?;
+        let events = self.0.push(py, &block, times, None)?;
         dictionaries(py, &events)
     }
 
@@ -311,9 +312,9 @@ impl Pipeline {
         block: &Bound<'_, PyAny>,
         times: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Detection> {
-        let rows = Block::new(block, &self.0.channels)?.rows();
-        let mut trace = Trace::of(rows, false);
-        let events = self.0.push(py, (block, times), Some(&mut trace))?;
+        let block = Block::new(block, &self.0.channels)?;
+        let mut trace = Trace::of(block.rows(), false);
+        let events = self.0.push(py, &block, times, Some(&mut trace))?;
         self.0.engine.detection(py, &events, trace)
     }
 
@@ -325,7 +326,8 @@ impl Pipeline {
         rows: &Bound<'_, PyAny>,
         times: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<(f64, Vec<Py<PyDict>>)> {
-        let events = self.0.push(py, (rows, times), None)?;
+        let block = Block::new(rows, &self.0.channels)?;
+        let events = self.0.push(py, &block, times, None)?;
         Ok((self.0.engine.command_n.into(), dictionaries(py, &events)?))
     }
 
@@ -412,12 +414,12 @@ pub(crate) fn detect(
     };
     let channels = channels.unwrap_or_else(|| Names::One("vibration".to_owned()));
     let mut stream = Stream::new(channels, rate_hz, &settings, control)?;
-    let rows = Block::new(data, &stream.channels)?.rows();
-    if rows == 0 {
+    let block = Block::new(data, &stream.channels)?;
+    if block.rows() == 0 {
         return Err(refused("data: it has no rows"));
     }
-    let mut trace = Trace::of(rows, bands);
-    let events = stream.push(py, (data, times), Some(&mut trace))?;
+    let mut trace = Trace::of(block.rows(), bands);
+    let events = stream.push(py, &block, times, Some(&mut trace))?;
     stream.engine.detection(py, &events, trace)
 }
 

@@ -111,6 +111,12 @@ def test_every_kind_of_array_is_the_same_rows(kind: str) -> None:
     assert detect(shaped, RATE).events == detect(x, RATE).events
 
 
+def test_a_column_without_a_name_is_left_out() -> None:
+    x = noise_with_slips()
+    wide = np.stack([np.full_like(x, np.nan), x, np.zeros_like(x)], axis=1)
+    assert detect(wide, RATE, ["", "vibration", ""]).events == detect(x, RATE).events
+
+
 def test_statistics_have_a_value_for_each_row() -> None:
     x = noise_with_slips()
     found = detect(x, RATE, bands=True)

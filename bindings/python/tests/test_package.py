@@ -30,6 +30,18 @@ def test_the_stubs_name_what_there_is() -> None:
         assert stubbed == {part for part in vars(item) if not part.startswith("_")}, name
 
 
+def test_shared_crates_have_the_versions_of_the_main_workspace() -> None:
+    def versions(lock: Path) -> "dict[str, set[str]]":
+        found: "dict[str, set[str]]" = {}
+        for name, version in re.findall(r'^name = "(.+)"\nversion = "(.+)"', lock.read_text(), re.M):
+            found.setdefault(name, set()).add(version)
+        return found
+
+    here, root = versions(HERE / "Cargo.lock"), versions(HERE.parents[1] / "Cargo.lock")
+    other = {name: here[name] - root[name] for name in here if name in root and here[name] - root[name]}
+    assert not other, f"copy Cargo.lock of the main workspace here and build: {other}"
+
+
 def test_versions_agree() -> None:
     for file in ("pyproject.toml", "Cargo.toml"):
         found = re.search(r'^version = "(.+)"', (HERE / file).read_text(), re.M)

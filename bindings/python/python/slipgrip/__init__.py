@@ -4,7 +4,8 @@ Readings go in as NumPy arrays of shape ``(rows, channels)``, or ``(rows,)`` for
 ``float32`` are used where they are; all others are converted. A reading may be NaN or infinite: that is what a broken
 sensor sends. Channels have the names of the columns of a recording, and their units: ``stylus`` (m) or ``vibration``
 (any unit), ``force_n`` (N), ``tangential_n`` (N), ``travel_m`` (m), ``velocity_m_s`` (m/s), ``stylus2`` (m),
-``reference``, ``pressure``, ``motion``, and ``pressure_0``, ``pressure_1``, ... for a taxel array.
+``reference``, ``pressure``, ``motion``, and ``pressure_0``, ``pressure_1``, ... for a taxel array. A column whose name
+is empty is left out.
 
 What is wrong is a ``ValueError`` or ``TypeError`` with a sentence. Long calls release the GIL; an array must not be
 written to meanwhile.
