@@ -14,6 +14,9 @@ use numpy::{IntoPyArray as _, PyArray1, PyArray2, PyArrayMethods as _, ToPyArray
 use pyo3::{prelude::*, types::PyDict};
 use slip_core::esc::{Reading, Trial};
 
+/// A cutoff longer than so many profiles shows nothing, and its filter takes the memory of as many.
+const MOST_CUTOFF: f64 = 100.0;
+
 fn trial(force: f64, speed: f64, noise: f64) -> PyResult<Trial> {
     let force = positive("force", force, false)?;
     let speed = positive("speed", speed, false)?;
@@ -120,6 +123,12 @@ pub(crate) fn profile(
         return Err(refused(format!(
             "heights: number {at} is {}, which is no height",
             heights_m[at]
+        )));
+    }
+    let length_m = heights_m.len() as f64 * step_m;
+    if options.cutoff_m > MOST_CUTOFF * length_m {
+        return Err(refused(format!(
+            "cutoff = {cutoff} m: more than {MOST_CUTOFF} times the length of the profile, {length_m:e} m"
         )));
     }
     let (evaluation, line) = py

@@ -59,6 +59,7 @@ CALLS = int(os.environ.get("FUZZ_CALLS", "100000"))
         (lambda: profile([1e-6, 2e-6], 1e-6), ValueError, "at least 3"),
         (lambda: profile([1e-6, np.nan, 0.0], 1e-6), ValueError, "number 1 is NaN"),
         (lambda: profile(np.zeros(100), 1e-3), ValueError, "cutoff"),
+        (lambda: profile(np.zeros(100), 1e-6, cutoff=1e3), ValueError, "100 times the length of the profile"),
         (lambda: train([[1.0], [np.nan]], [1.0, 2.0]), ValueError, "x and y"),
         (lambda: train([[1.0], [2.0]], [1.0]), ValueError, "x and y"),
         (lambda: train([[1.0]], [1.0], algorithm="magic"), ValueError, "magic"),
