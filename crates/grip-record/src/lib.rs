@@ -62,7 +62,7 @@ mod travel;
 
 pub use axes::is_axis;
 pub use channels::{COLUMN_NAMES, Channel, ChannelSet, StylusKind};
-pub use columns::Columns;
+pub use columns::{Columns, Rows};
 pub use csv_read::{CsvOptions, CsvSamples, parse_csv, read_csv, read_recording};
 pub use csv_write::{CsvWriter, WriteError};
 pub use error::CsvError;

@@ -178,7 +178,7 @@ fn checked_rate(rate_hz: f32) -> Result<f32, CsvError> {
     clippy::cast_sign_loss,
     reason = "rounded, not negative, saturating"
 )]
-fn nth_time(index: usize, rate: Option<f32>) -> Micros {
+pub(crate) fn nth_time(index: usize, rate: Option<f32>) -> Micros {
     let period_us = rate.map_or(0.0, |rate| 1e6 / f64::from(rate));
     Micros((index as f64 * period_us).round() as u64)
 }

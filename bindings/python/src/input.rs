@@ -1,0 +1,194 @@
+//! Python objects in; checked numbers, names and times out. What is wrong becomes a Python exception with a sentence.
+
+use core::fmt::Display;
+use numpy::{
+    Element, PyArrayDyn, PyArrayMethods as _, PyReadonlyArrayDyn, PyUntypedArrayMethods as _,
+};
+use pyo3::{
+    exceptions::{PyTypeError, PyValueError},
+    intern,
+    prelude::*,
+    sync::PyOnceLock,
+    types::IntoPyDict as _,
+};
+use slip_core::units::Micros;
+
+/// Times beyond are no times of a recording (s): half a million years.
+const MOST_S: f64 = 1.8e13;
+
+/// A `ValueError` with this sentence.
+pub(crate) fn refused(what: impl Display) -> PyErr {
+    PyValueError::new_err(what.to_string())
+}
+
+/// A number that NumPy knows by a name.
+pub(crate) trait Number: Element {
+    const NAME: &'static str;
+}
+
+impl Number for f32 {
+    const NAME: &'static str = "float32";
+}
+
+impl Number for f64 {
+    const NAME: &'static str = "float64";
+}
+
+/// Anything that NumPy makes an array of numbers of, as a contiguous one. Such an array of `T` is not copied.
+pub(crate) fn numbers<'py, T: Number>(
+    what: &str,
+    data: &Bound<'py, PyAny>,
+) -> PyResult<PyReadonlyArrayDyn<'py, T>> {
+    if let Some(array) = plain(data) {
+        return Ok(array);
+    }
+    let py = data.py();
+    let array = numpy(py)?.call_method1(intern!(py, "asarray"), (data,))?;
+    let dtype = array.getattr(intern!(py, "dtype"))?;
+    let kind: String = dtype.getattr(intern!(py, "kind"))?.extract()?;
+    if !matches!(kind.as_str(), "f" | "i" | "u" | "b") {
+        return Err(PyTypeError::new_err(format!(
+            "{what}: an array of real numbers is needed, not one of dtype {dtype}"
+        )));
+    }
+    let options = [("dtype", T::NAME), ("order", "C")].into_py_dict(py)?;
+    let copied = numpy(py)?.call_method(intern!(py, "array"), (array,), Some(&options))?;
+    plain(&copied).ok_or_else(|| refused(format!("{what}: NumPy made no {} of it", T::NAME)))
+}
+
+/// The array itself, where it can be read as it is.
+fn plain<'py, T: Number>(data: &Bound<'py, PyAny>) -> Option<PyReadonlyArrayDyn<'py, T>> {
+    let array = data.cast::<PyArrayDyn<T>>().ok()?;
+    let aligned = (array.data() as usize).is_multiple_of(align_of::<T>());
+    if !(array.is_c_contiguous() && aligned) {
+        return None;
+    }
+    array.try_readonly().ok()
+}
+
+fn numpy(py: Python<'_>) -> PyResult<&Bound<'_, PyModule>> {
+    static NUMPY: PyOnceLock<Py<PyModule>> = PyOnceLock::new();
+    let module = NUMPY.get_or_try_init(py, || PyModule::import(py, "numpy").map(Bound::unbind));
+    module.map(|module| module.bind(py))
+}
+
+/// A vector of doubles.
+pub(crate) fn vector(what: &str, data: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
+    let array = numbers::<f64>(what, data)?;
+    if array.ndim() != 1 {
+        return Err(shape(what, "one dimension", array.shape()));
+    }
+    array.as_slice().map(<[f64]>::to_vec).map_err(refused)
+}
+
+/// The sentence on a wrong shape.
+pub(crate) fn shape(what: &str, wanted: &str, got: &[usize]) -> PyErr {
+    refused(format!("{what}: an array of {wanted} is needed, not one of shape {got:?}"))
+}
+
+/// One name or several.
+#[derive(Debug, FromPyObject)]
+pub(crate) enum Names {
+    #[pyo3(transparent)]
+    One(String),
+    #[pyo3(transparent)]
+    Several(Vec<String>),
+}
+
+impl Names {
+    pub(crate) fn into_vec(self) -> Vec<String> {
+        match self {
+            Self::One(name) => vec![name],
+            Self::Several(names) => names,
+        }
+    }
+}
+
+/// Readings as rows: contiguous, with their width.
+pub(crate) struct Block<'py> {
+    array: PyReadonlyArrayDyn<'py, f32>,
+    rows: usize,
+}
+
+impl<'py> Block<'py> {
+    /// `data` of shape (rows, channels), or (rows,) where there is one channel.
+    pub(crate) fn new(data: &Bound<'py, PyAny>, channels: &[String]) -> PyResult<Self> {
+        let array = numbers::<f32>("data", data)?;
+        let width = channels.len();
+        let rows = match *array.shape() {
+            [rows] if width == 1 => rows,
+            [rows, columns] if width == columns => rows,
+            ref other => {
+                let wanted = if width == 1 {
+                    "(rows,) or (rows, 1)".to_owned()
+                } else {
+                    format!("(rows, {width})")
+                };
+                return Err(refused(format!(
+                    "data: shape {other:?} does not fit the channels {channels:?}, which need {wanted}; name one channel for each column"
+                )));
+            }
+        };
+        Ok(Self { array, rows })
+    }
+
+    pub(crate) fn rows(&self) -> usize {
+        self.rows
+    }
+
+    pub(crate) fn values(&self) -> PyResult<&[f32]> {
+        self.array.as_slice().map_err(refused)
+    }
+}
+
+/// Times of rows (s), finite and never decreasing from `after` on.
+pub(crate) fn times(
+    data: &Bound<'_, PyAny>,
+    rows: usize,
+    after: Option<Micros>,
+) -> PyResult<Vec<Micros>> {
+    let seconds = vector("times", data)?;
+    if seconds.len() != rows {
+        return Err(refused(format!("times: {} of them for {rows} rows of data", seconds.len())));
+    }
+    let mut last = after;
+    let mut micros = Vec::with_capacity(rows);
+    for (row, &t) in seconds.iter().enumerate() {
+        if !(0.0..=MOST_S).contains(&t) {
+            return Err(refused(format!(
+                "times: {t} s in row {row} is not within 0 to {MOST_S:e} s"
+            )));
+        }
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "checked before"
+        )]
+        let now = Micros((t * 1e6).round() as u64);
+        if let Some(before) = last.filter(|before| *before > now) {
+            return Err(refused(format!(
+                "times: row {row} goes backwards from {:.6} s to {:.6} s",
+                before.as_seconds(),
+                now.as_seconds()
+            )));
+        }
+        last = Some(now);
+        micros.push(now);
+    }
+    Ok(micros)
+}
+
+/// A finite number above 0, or also 0 where `zero`.
+pub(crate) fn positive(name: &str, value: f64, zero: bool) -> PyResult<f64> {
+    if value.is_finite() && (value > 0.0 || (zero && value == 0.0)) {
+        return Ok(value);
+    }
+    let wanted = if zero { "0 or more" } else { "more than 0" };
+    Err(refused(format!("{name} = {value}: a finite number of {wanted} is needed")))
+}
+
+/// A sample rate (Hz), with the bits of a float32.
+pub(crate) fn rate(rate_hz: f64) -> PyResult<f32> {
+    #[expect(clippy::cast_possible_truncation, reason = "a rate has 24 bits")]
+    Ok(positive("rate_hz", rate_hz, false)? as f32)
+}

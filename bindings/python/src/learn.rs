@@ -1,0 +1,181 @@
+//! Rows with targets in, a trained network out.
+
+use crate::{
+    input::{Names, Number, numbers, refused, shape},
+    output::dictionary,
+};
+use grip_record::files;
+use grip_session::{HostEstimator, model};
+use mlp::train::{ColumnSpec, DataSet, FitConfig, ModelFile, RunConfig, fit};
+use ndarray::Array2;
+use numpy::{IntoPyArray as _, PyArray2, PyUntypedArrayMethods as _};
+use pyo3::{exceptions::PyOSError, prelude::*, types::PyDict};
+use serde_json::json;
+use std::path::PathBuf;
+
+/// More repeats than anybody waits for.
+const MOST_REPEATS: usize = 10_000;
+
+/// A network with the limits of its columns; its file is that of `gripctl train`.
+#[pyclass(frozen, module = "slipgrip")]
+pub(crate) struct Model {
+    file: ModelFile,
+    text: String,
+    report: serde_json::Value,
+}
+
+impl Model {
+    pub(crate) fn estimator(&self) -> PyResult<HostEstimator> {
+        model::parse_estimator("model", &self.text).map_err(refused)
+    }
+}
+
+#[pymethods]
+impl Model {
+    /// From a file, or the built-in "default" or "paper".
+    #[staticmethod]
+    fn load(path: PathBuf) -> PyResult<Self> {
+        let text = match model::built_in(&path) {
+            Some(text) => text.to_owned(),
+            None => files::read_text(&path, files::MOST_MODEL)?,
+        };
+        let file = ModelFile::from_json(&text);
+        let file = file.map_err(|error| refused(format!("{}: {error}", path.display())))?;
+        Ok(Self { file, text, report: json!({}) })
+    }
+
+    /// Writes the file that --model of gripd and gripctl reads (.json).
+    fn save(&self, path: PathBuf) -> PyResult<()> {
+        std::fs::write(&path, &self.text).map_err(|error| {
+            PyOSError::new_err(format!("{}: cannot be written: {error}", path.display()))
+        })
+    }
+
+    /// Targets for features of shape (rows, inputs): float32 of shape (rows, targets), in the units of the training.
+    fn predict<'py>(
+        &self,
+        py: Python<'py>,
+        x: &Bound<'py, PyAny>,
+    ) -> PyResult<Bound<'py, PyArray2<f32>>> {
+        let rows = matrix::<f64>("x", x, Some(self.file.inputs.len()))?;
+        let model = self.file.model().map_err(refused)?;
+        let predicted = py.detach(|| mlp::train::predict(&model, &rows)).map_err(refused)?;
+        Ok(predicted.0.into_pyarray(py))
+    }
+
+    /// The names of the features, in order.
+    #[getter]
+    fn inputs(&self) -> Vec<String> {
+        self.file.inputs.iter().map(|column| column.name.clone()).collect()
+    }
+
+    /// The names of the targets, in order.
+    #[getter]
+    fn targets(&self) -> Vec<String> {
+        self.file.targets.iter().map(|column| column.name.clone()).collect()
+    }
+
+    /// How the training went: epochs, stop, train_mse, train_within_10pct, history; empty after `load`.
+    #[getter]
+    fn report<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        dictionary(py, &self.report)
+    }
+}
+
+/// Rows x columns; a vector is one column.
+fn matrix<T: Number + Clone>(
+    what: &str,
+    data: &Bound<'_, PyAny>,
+    columns: Option<usize>,
+) -> PyResult<Array2<T>> {
+    let array = numbers::<T>(what, data)?;
+    let dim = match *array.shape() {
+        [rows] if columns.is_none_or(|columns| columns == 1) => (rows, 1),
+        [rows, width] if columns.is_none_or(|columns| columns == width) => (rows, width),
+        ref other => {
+            let wanted = columns.map_or("(rows, columns)".to_owned(), |n| format!("(rows, {n})"));
+            return Err(shape(what, &wanted, other));
+        }
+    };
+    Array2::from_shape_vec(dim, array.as_slice().map_err(refused)?.to_vec()).map_err(refused)
+}
+
+/// Names of columns, `given` or numbered.
+fn specs(given: Option<Names>, letter: &str, width: usize) -> PyResult<Vec<ColumnSpec>> {
+    let names = given
+        .map_or_else(|| (0..width).map(|at| format!("{letter}{at}")).collect(), Names::into_vec);
+    names.iter().map(|name| name.parse::<ColumnSpec>().map_err(refused)).collect()
+}
+
+/// Trains a network on features x, (rows, inputs), and targets y, (rows, targets) or (rows,).
+///
+/// inputs, targets: names of the columns; `name:ln` takes the logarithm. A model that gripd uses has features of a slip
+/// as inputs, and one target in N named so: `adequate_force_n`. validation: (x, y) whose error ends the training.
+/// algorithm: gd, gdm, gdx, rprop, scg, lbfgs or lm; activation: tanh, logistic or relu.
+#[pyfunction]
+#[pyo3(signature = (
+    x, y, *, inputs=None, targets=None, validation=None, hidden=vec![10], activation="tanh", algorithm="rprop",
+    epochs=1000, goal=0.0, seed=0, repeats=1, decay=0.0
+))]
+pub(crate) fn train(
+    py: Python<'_>,
+    x: &Bound<'_, PyAny>,
+    y: &Bound<'_, PyAny>,
+    inputs: Option<Names>,
+    targets: Option<Names>,
+    validation: Option<(Bound<'_, PyAny>, Bound<'_, PyAny>)>,
+    hidden: Vec<usize>,
+    activation: &str,
+    algorithm: &str,
+    epochs: usize,
+    goal: f64,
+    seed: u64,
+    repeats: usize,
+    decay: f64,
+) -> PyResult<Model> {
+    let algorithm: mlp::train::Algorithm =
+        algorithm.parse().map_err(|error| refused(format!("algorithm {algorithm:?}: {error}")))?;
+    let activation: mlp::Activation = activation
+        .parse()
+        .map_err(|error| refused(format!("activation {activation:?}: {error}")))?;
+    if repeats > MOST_REPEATS {
+        return Err(refused(format!("repeats = {repeats}: at most {MOST_REPEATS}")));
+    }
+    let config = FitConfig {
+        hidden,
+        activation,
+        algorithm,
+        run: RunConfig {
+            epochs,
+            goal,
+            min_gradient: algorithm.min_gradient(),
+            ..RunConfig::default()
+        },
+        seed,
+        repeats,
+        decay,
+        ..FitConfig::default()
+    };
+    let (x, y) = (matrix::<f64>("x", x, None)?, matrix::<f64>("y", y, None)?);
+    let inputs = specs(inputs, "x", x.ncols())?;
+    let targets = specs(targets, "y", y.ncols())?;
+    let rows = DataSet::from_values("x and y", &inputs, &targets, (x, y)).map_err(refused)?;
+    let validation = validation
+        .map(|(x, y)| {
+            let (x, y) = (matrix("validation x", &x, None)?, matrix("validation y", &y, None)?);
+            DataSet::from_values("validation", &inputs, &targets, (x, y)).map_err(refused)
+        })
+        .transpose()?;
+    let fit = py.detach(|| fit(&rows, validation.as_ref(), None, &config)).map_err(refused)?;
+    let run = fit.runs.get(fit.chosen).ok_or_else(|| refused("no run was chosen"))?;
+    let report = json!({
+        "epochs": run.epochs,
+        "stop": run.stop.to_string(),
+        "train_mse": fit.train.mse,
+        "train_within_10pct": fit.train.within_fraction(0.1),
+        "history": run.history,
+        "validation": run.validation,
+    });
+    let text = fit.file.to_json().map_err(refused)?;
+    Ok(Model { file: fit.file, text, report })
+}

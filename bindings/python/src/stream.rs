@@ -1,0 +1,446 @@
+//! Rows in, events, statistics and force commands out.
+
+use crate::{
+    input::{Block, Names, refused, times},
+    output::dictionary,
+    recording::{Recording, rows},
+    settings::{CalibrationLike, Config, ModelLike, Settings},
+};
+use grip_record::Rows;
+use grip_session::report::{Event, EventLog};
+use numpy::{IntoPyArray as _, PyArray1, PyArray2, PyArrayMethods as _, ToPyArray as _};
+use pyo3::{prelude::*, types::PyDict};
+use slip_core::{ClientCommand, PipelineConfig, Sample, detector::BANDS, units::Micros};
+use std::sync::Arc;
+
+/// Rows between two looks at Ctrl-C: some tens of milliseconds.
+const ROWS_A_TURN: usize = 1 << 18;
+
+/// What every row led to, as far as it is wanted.
+#[derive(Default)]
+struct Trace {
+    bands: bool,
+    t_s: Vec<f64>,
+    statistic: Vec<f32>,
+    scene: Vec<u8>,
+    command_n: Vec<f32>,
+    levels: Vec<f32>,
+}
+
+impl Trace {
+    fn of(rows: usize, bands: bool) -> Self {
+        let command_n = Vec::with_capacity(rows);
+        let (t_s, statistic, scene) =
+            (Vec::with_capacity(rows), Vec::with_capacity(rows), Vec::with_capacity(rows));
+        let levels = Vec::with_capacity(if bands { rows * BANDS } else { 0 });
+        Self { bands, t_s, statistic, scene, command_n, levels }
+    }
+}
+
+/// A pipeline with the log of its events.
+struct Engine {
+    pipeline: slip_core::Pipeline<Arc<[f32]>>,
+    config: PipelineConfig,
+    log: EventLog,
+    count: u64,
+    last: Option<Micros>,
+    command_n: f32,
+}
+
+/// Events with the number of their row.
+type Events = Vec<(u64, Event)>;
+
+impl Engine {
+    fn new(settings: &Settings, about: &grip_record::Recording, control: bool) -> PyResult<Self> {
+        let (config, pipeline) = settings.pipeline(about, control)?;
+        if control && config.grip.is_none() {
+            return Err(refused(
+                "channels: the controller needs `stylus` or `vibration`, and `force_n`, the grip force",
+            ));
+        }
+        let log = EventLog::default();
+        Ok(Self { pipeline, config, log, count: 0, last: None, command_n: f32::NAN })
+    }
+
+    #[inline]
+    fn take(
+        &mut self,
+        sample: &Sample,
+        frame: &[f32],
+        events: &mut Events,
+        trace: Option<&mut Trace>,
+    ) {
+        let step = self.pipeline.handle_with(sample, frame);
+        if self.log.follows(&step) {
+            let happened = self.log.events(&step).into_iter().flatten();
+            events.extend(happened.map(|event| (self.count, event)));
+        }
+        self.count += 1;
+        self.last = Some(sample.t);
+        self.command_n = step.command.map_or(f32::NAN, |command| command.0);
+        let Some(trace) = trace else { return };
+        trace.t_s.push(sample.t.as_seconds());
+        trace.statistic.push(step.statistic);
+        trace.scene.push(step.scene.code());
+        if step.command.is_some() {
+            trace.command_n.push(self.command_n);
+        }
+        if trace.bands {
+            trace.levels.extend(self.pipeline.detector().levels().energy);
+        }
+    }
+
+    fn rows(
+        &mut self,
+        rows: &mut Rows,
+        (values, width): (&[f32], usize),
+        times: Option<&[Micros]>,
+        (events, mut trace): (&mut Events, Option<&mut Trace>),
+    ) {
+        let mut times = times.map(<[Micros]>::iter);
+        for row in values.chunks_exact(width) {
+            let t = times.as_mut().and_then(|times| times.next().copied());
+            let (sample, frame) = rows.sample(t, row);
+            self.take(sample, frame, events, trace.as_deref_mut());
+        }
+    }
+
+    fn detection(&self, py: Python<'_>, events: &Events, trace: Trace) -> PyResult<Detection> {
+        let rows = trace.t_s.len();
+        let levels =
+            trace.levels.into_pyarray(py).reshape([if trace.bands { rows } else { 0 }, BANDS])?;
+        Ok(Detection {
+            events: dictionaries(py, events)?,
+            t_s: trace.t_s.into_pyarray(py).unbind(),
+            statistic: trace.statistic.into_pyarray(py).unbind(),
+            scene: trace.scene.into_pyarray(py).unbind(),
+            command_n: self.config.grip.map(|_| trace.command_n.into_pyarray(py).unbind()),
+            levels: trace.bands.then(|| levels.unbind()),
+            slips: self.log.slips(),
+            unusable: self.pipeline.health_counters().unusable(),
+            floor_lowered: self.pipeline.stage_counters().floor_lowered,
+        })
+    }
+}
+
+/// Events as dictionaries, with the number of their row as `sample`.
+fn dictionaries(py: Python<'_>, events: &Events) -> PyResult<Vec<Py<PyDict>>> {
+    let one = |(at, event): &(u64, Event)| {
+        let dict = dictionary(py, event)?;
+        dict.set_item("sample", at)?;
+        Ok(dict.unbind())
+    };
+    events.iter().map(one).collect()
+}
+
+/// What a run over rows gave.
+#[pyclass(frozen, get_all, module = "slipgrip")]
+pub(crate) struct Detection {
+    /// Events in order: dictionaries with the keys of `gripctl replay --json`, and `sample`, the number of the row.
+    events: Vec<Py<PyDict>>,
+    /// Times of the rows (s), (rows,).
+    t_s: Py<PyArray1<f64>>,
+    /// Slip statistic over its threshold, (rows,): 1 and above is a slip; 0 where nothing is held.
+    statistic: Py<PyArray1<f32>>,
+    /// What the pipeline sees, (rows,): the number of one of `SCENES`.
+    scene: Py<PyArray1<u8>>,
+    /// Commanded force (N), (rows,); None without a controller.
+    command_n: Option<Py<PyArray1<f32>>>,
+    /// Energy of each band over its floor, (rows, 6), as last computed; None unless bands=True.
+    levels: Option<Py<PyArray2<f32>>>,
+    /// Slips.
+    slips: u64,
+    /// Readings that no working sensor sends.
+    unusable: u64,
+    /// Times a quieter second has lowered the floor: it had been learned in motion.
+    floor_lowered: u64,
+}
+
+#[pymethods]
+impl Detection {
+    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
+        let rows = self.t_s.bind(py).len()?;
+        Ok(format!("Detection({rows} rows, {} slips, {} events)", self.slips, self.events.len()))
+    }
+}
+
+/// Rows that arrive in blocks.
+struct Stream {
+    engine: Engine,
+    rows: Rows,
+    channels: Vec<String>,
+}
+
+impl Stream {
+    fn new(channels: Names, rate_hz: f64, settings: &Settings, control: bool) -> PyResult<Self> {
+        let channels = channels.into_vec();
+        let rows = rows("rows", &channels, rate_hz)?;
+        Ok(Self { engine: Engine::new(settings, &rows.about(), control)?, rows, channels })
+    }
+
+    /// Takes a block. All of it is checked before its first row is used.
+    fn push(
+        &mut self,
+        py: Python<'_>,
+        block: &Block<'_>,
+        times_s: Option<&Bound<'_, PyAny>>,
+        mut trace: Option<&mut Trace>,
+    ) -> PyResult<Events> {
+        let times = times_s.map(|t| times(t, block.rows(), self.engine.last)).transpose()?;
+        let mut events = Events::new();
+        let (values, width) = (block.values()?, self.channels.len());
+        for (at, part) in values.chunks(ROWS_A_TURN * width).enumerate() {
+            let from = at * ROWS_A_TURN;
+            let part_times = times.as_deref().map(|times| &times[from..from + part.len() / width]);
+            let (engine, rows) = (&mut self.engine, &mut self.rows);
+            let out = (&mut events, trace.as_deref_mut());
+            py.detach(|| engine.rows(rows, (part, width), part_times, out));
+            if part.len() == ROWS_A_TURN * width {
+                py.check_signals()?;
+            }
+        }
+        Ok(events)
+    }
+}
+
+/// Slips in rows that arrive in blocks; the events of `gripctl replay --observe`.
+///
+/// rate_hz: samples per second, 20 to 50,000 (Hz); channels: the name of each column, "vibration" by default;
+/// config: gripd.toml or a dictionary with its keys; calibration: of `calibrate`, or its file;
+/// model: of `train`, a file or "default".
+#[pyclass(module = "slipgrip")]
+pub(crate) struct Detector(Stream);
+
+#[pymethods]
+impl Detector {
+    #[new]
+    #[pyo3(signature = (rate_hz, channels=Names::One("vibration".to_owned()), *, config=None, calibration=None, model=None))]
+    fn new(
+        rate_hz: f64,
+        channels: Names,
+        config: Option<Config<'_>>,
+        calibration: Option<CalibrationLike<'_>>,
+        model: Option<ModelLike<'_>>,
+    ) -> PyResult<Self> {
+        let settings = Settings::new(config, calibration, model)?;
+        Stream::new(channels, rate_hz, &settings, false).map(Self)
+    }
+
+    /// Takes rows, (rows, channels) or (rows,) of one channel, and gives the events they led to. No rows are no events.
+    /// `times`: (rows,) in s, never decreasing; without them rows follow each other at the rate.
+    /// All of a block is checked before its first row is used.
+    #[pyo3(signature = (block, times=None))]
+    fn push(
+        &mut self,
+        py: Python<'_>,
+        block: &Bound<'_, PyAny>,
+        times: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Vec<Py<PyDict>>> {
+        let block = Block::new(block, &self.0.channels)?;
+        let events = self.0.push(py, &block, times, None)?;
+        dictionaries(py, &events)
+    }
+
+    /// The names of the columns of a block.
+    #[getter]
+    fn channels(&self) -> Vec<String> {
+        self.0.channels.clone()
+    }
+
+    /// Samples per second (Hz).
+    #[getter]
+    fn rate_hz(&self) -> f64 {
+        self.0.engine.config.sample_rate.0.into()
+    }
+
+    /// Rows so far.
+    #[getter]
+    fn samples(&self) -> u64 {
+        self.0.engine.count
+    }
+
+    /// Slips so far.
+    #[getter]
+    fn slips(&self) -> u64 {
+        self.0.engine.log.slips()
+    }
+
+    /// The statistic of the stylus now, over its threshold.
+    #[getter]
+    fn statistic(&self) -> f64 {
+        self.0.engine.pipeline.detector().levels().statistic.into()
+    }
+
+    /// Energy of each band over its floor now, (6,).
+    #[getter]
+    fn levels<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f32>> {
+        self.0.engine.pipeline.detector().levels().energy.to_pyarray(py)
+    }
+
+    /// Energy of each band at rest (signal unit squared), (6,); None while it is being learned.
+    #[getter]
+    fn floor<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyArray1<f32>>> {
+        self.0.engine.pipeline.detector().floor().map(|floor| floor.to_pyarray(py))
+    }
+}
+
+/// The whole signal path of a gripper with its force controller; arguments as for `Detector`. The channels must
+/// have `stylus` or `vibration`, and `force_n`, the grip force of one finger (N).
+#[pyclass(module = "slipgrip")]
+pub(crate) struct Pipeline(Stream);
+
+#[pymethods]
+impl Pipeline {
+    #[new]
+    #[pyo3(signature = (rate_hz, channels, *, config=None, calibration=None, model=None))]
+    fn new(
+        rate_hz: f64,
+        channels: Names,
+        config: Option<Config<'_>>,
+        calibration: Option<CalibrationLike<'_>>,
+        model: Option<ModelLike<'_>>,
+    ) -> PyResult<Self> {
+        let settings = Settings::new(config, calibration, model)?;
+        Stream::new(channels, rate_hz, &settings, true).map(Self)
+    }
+
+    /// Takes rows, (rows, channels), and gives what each led to, with the force commands (N).
+    #[pyo3(signature = (block, times=None))]
+    fn push(
+        &mut self,
+        py: Python<'_>,
+        block: &Bound<'_, PyAny>,
+        times: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Detection> {
+        let block = Block::new(block, &self.0.channels)?;
+        let mut trace = Trace::of(block.rows(), false);
+        let events = self.0.push(py, &block, times, Some(&mut trace))?;
+        self.0.engine.detection(py, &events, trace)
+    }
+
+    /// Takes rows, (rows, channels), and gives the force (N) to command now, and the events.
+    #[pyo3(signature = (rows, times=None))]
+    fn step(
+        &mut self,
+        py: Python<'_>,
+        rows: &Bound<'_, PyAny>,
+        times: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<(f64, Vec<Py<PyDict>>)> {
+        let block = Block::new(rows, &self.0.channels)?;
+        let events = self.0.push(py, &block, times, None)?;
+        Ok((self.0.engine.command_n.into(), dictionaries(py, &events)?))
+    }
+
+    /// The command does not fall below this force (N) any more.
+    fn at_least(&mut self, force_n: f64) -> PyResult<()> {
+        let force_n = crate::input::positive("force_n", force_n, true)?;
+        #[expect(clippy::cast_possible_truncation, reason = "a force has 24 bits")]
+        self.0.engine.pipeline.obey(ClientCommand::AtLeast(force_n as f32));
+        Ok(())
+    }
+
+    /// Lets go.
+    fn release(&mut self) {
+        self.0.engine.pipeline.obey(ClientCommand::Release);
+    }
+
+    /// Closes again after `release`.
+    fn grasp(&mut self) {
+        self.0.engine.pipeline.obey(ClientCommand::Grasp);
+    }
+
+    /// The names of the columns of a block.
+    #[getter]
+    fn channels(&self) -> Vec<String> {
+        self.0.channels.clone()
+    }
+
+    /// Samples per second (Hz).
+    #[getter]
+    fn rate_hz(&self) -> f64 {
+        self.0.engine.config.sample_rate.0.into()
+    }
+
+    /// The commanded force (N); NaN before the first row.
+    #[getter]
+    fn command_n(&self) -> f64 {
+        self.0.engine.command_n.into()
+    }
+
+    /// What the controller is doing: open, closing, settling, holding, slipping, fault or released.
+    #[getter]
+    fn state(&self) -> Option<&'static str> {
+        self.0.engine.pipeline.grip_state().map(|state| state.name())
+    }
+
+    /// Slips so far.
+    #[getter]
+    fn slips(&self) -> u64 {
+        self.0.engine.log.slips()
+    }
+}
+
+/// Slips in a recording, or in an array of shape (rows, channels) or (rows,) at `rate_hz` (Hz).
+///
+/// times: (rows,) in s, otherwise row i is at i / rate_hz; control: with the force controller, as `gripctl replay`
+/// has it without --observe; bands: also gives the energy of each band. Other arguments as for `Detector`.
+#[pyfunction]
+#[pyo3(signature = (
+    data, rate_hz=None, channels=None, *, times=None, config=None, calibration=None, model=None, control=false, bands=false
+))]
+pub(crate) fn detect(
+    py: Python<'_>,
+    data: &Bound<'_, PyAny>,
+    rate_hz: Option<f64>,
+    channels: Option<Names>,
+    times: Option<&Bound<'_, PyAny>>,
+    config: Option<Config<'_>>,
+    calibration: Option<CalibrationLike<'_>>,
+    model: Option<ModelLike<'_>>,
+    control: bool,
+    bands: bool,
+) -> PyResult<Detection> {
+    let settings = Settings::new(config, calibration, model)?;
+    if let Ok(recording) = data.cast::<Recording>() {
+        if rate_hz.is_some() || channels.is_some() || times.is_some() {
+            return Err(refused(
+                "a recording has its own rate, channels and times: leave them out",
+            ));
+        }
+        return of_recording(py, &recording.get().inner, &settings, (control, bands));
+    }
+    let Some(rate_hz) = rate_hz else {
+        return Err(refused("rate_hz is needed for an array: its samples per second"));
+    };
+    let channels = channels.unwrap_or_else(|| Names::One("vibration".to_owned()));
+    let mut stream = Stream::new(channels, rate_hz, &settings, control)?;
+    let block = Block::new(data, &stream.channels)?;
+    if block.rows() == 0 {
+        return Err(refused("data: it has no rows"));
+    }
+    let mut trace = Trace::of(block.rows(), bands);
+    let events = stream.push(py, &block, times, Some(&mut trace))?;
+    stream.engine.detection(py, &events, trace)
+}
+
+fn of_recording(
+    py: Python<'_>,
+    recording: &grip_record::Recording,
+    settings: &Settings,
+    (control, bands): (bool, bool),
+) -> PyResult<Detection> {
+    let mut engine = Engine::new(settings, recording, control)?;
+    let mut trace = Trace::of(recording.samples.len(), bands);
+    let mut events = Events::new();
+    let taxels = recording.taxels.as_ref();
+    for (at, part) in recording.samples.chunks(ROWS_A_TURN).enumerate() {
+        py.detach(|| {
+            for (at, sample) in (at * ROWS_A_TURN..).zip(part) {
+                let frame = taxels.map_or(&[] as &[f32], |taxels| taxels.frame(at));
+                engine.take(sample, frame, &mut events, Some(&mut trace));
+            }
+        });
+        py.check_signals()?;
+    }
+    engine.detection(py, &events, trace)
+}

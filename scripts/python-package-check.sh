@@ -1,0 +1,61 @@
+#!/bin/sh
+# The Python package slipgrip: its wheel is built and installed into an empty environment; then mypy over stubs, tests and examples, the
+# tests, the examples, and every block of docs/python.md. GRIPCTL names a built gripctl. FUZZ_CALLS: random calls, 100,000 unless given.
+# PICTURES=1 writes the pictures of the examples to docs/images; LINTS=1 runs clippy, which checks every crate below anew.
+set -eu
+
+root=$(cd "$(dirname "$0")/.." && pwd)
+target=${CARGO_TARGET_DIR:-$root/target}
+mkdir -p "$target/python-package"
+target=$(cd "$target" && pwd)
+work=$target/python-package
+package=$root/bindings/python
+. "$root/scripts/missing.sh"
+python=$("$root/scripts/python.sh") || { missing pip "the packages of scripts/python.sh"; exit 0; }
+export PYTHONPYCACHEPREFIX="$work/byte-code"
+
+if [ -z "${GRIPCTL:-}" ]; then
+    CARGO_TARGET_DIR="$target" "$root/scripts/release-build.sh"
+    GRIPCTL=$target/release/gripctl
+fi
+export GRIPCTL
+
+cd "$package"
+cargo fmt --check
+rm -rf "$work/wheel" "$work/pictures"
+mkdir -p "$work/pictures"
+if [ -n "${LINTS:-}" ]; then
+    CARGO_TARGET_DIR="$target" cargo clippy --all-targets --locked --quiet -- -D warnings
+fi
+CARGO_TARGET_DIR="$target" "$python" -m maturin build --release --locked --quiet --out "$work/wheel"
+
+# Ten lines in an environment that has the wheel and what that needs: the events of gripctl, to the sample.
+"$python" -m venv --clear "$work/empty"
+"$work/empty/bin/python" -m pip install --quiet --disable-pip-version-check "$work"/wheel/*.whl
+recording=${GRIP_DATA:-$root/../shared/data}/biotac_slide/m02_03.csv
+if [ -e "$recording" ]; then
+    "$work/empty/bin/python" "$package/examples/ten_lines.py" "$recording" >"$work/events.jsonl"
+    "$GRIPCTL" replay --observe --json "$recording" >"$work/replay.jsonl"
+    "$python" - "$work/events.jsonl" "$work/replay.jsonl" <<'PY'
+import json, sys
+ours, theirs = ([json.loads(line) for line in open(name)] for name in sys.argv[1:])
+for event in ours:
+    del event["sample"]
+assert ours == theirs[:-1] and len(ours) > 1, (ours, theirs)
+print(f"ten lines in an empty environment: {len(ours)} events, those of gripctl")
+PY
+else
+    missing data "$recording"
+fi
+
+# The same wheel beside mypy, pytest and what the examples draw with.
+"$python" -m pip install --quiet --disable-pip-version-check --force-reinstall --no-deps "$work"/wheel/*.whl
+"$python" -m mypy --cache-dir "$work/mypy"
+"$python" -m pytest -q -p no:cacheprovider
+for example in detect calibrate esc_truth close_the_loop; do
+    "$python" "examples/$example.py" "$work/pictures/python-$example.svg"
+done
+"$python" "$root/scripts/doc-python.py" "$root/docs/python.md" "$work"
+if [ -n "${PICTURES:-}" ]; then
+    cp "$work"/pictures/*.svg "$root/docs/images/"
+fi
