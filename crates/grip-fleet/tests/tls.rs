@@ -71,11 +71,16 @@ impl Place {
         if !keys(folder.path()) {
             return None;
         }
-        let port = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
-        let endpoint = format!("tls/127.0.0.1:{port}");
         let file = example("router.json5", folder.path(), &[]);
-        let network = Network { router: Some(endpoint.clone()), file: Some(file) };
-        Some(Self { endpoint, _router: net::router(&network).unwrap(), folder })
+        // Between two uses of a free port a connection of the other test may take it.
+        let routed = |_| {
+            let port = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
+            let endpoint = format!("tls/127.0.0.1:{port}");
+            let network = Network { router: Some(endpoint.clone()), file: Some(file.clone()) };
+            net::router(&network).map(|router| (endpoint, router))
+        };
+        let (endpoint, router) = (0..5).map(routed).find(|tried| tried.is_ok()).unwrap().unwrap();
+        Some(Self { endpoint, _router: router, folder })
     }
 
     fn network(&self, name: &str) -> Network {
