@@ -2,6 +2,8 @@
 # The Python package slipgrip: its wheel is built and installed into an empty environment; then mypy over stubs, tests and examples, the
 # tests, the examples, and every block of docs/python.md. GRIPCTL names a built gripctl. FUZZ_CALLS: random calls, 100,000 unless given.
 # PICTURES=1 writes the pictures of the examples to docs/images; LINTS=1 runs clippy, which checks every crate below anew.
+#
+#   scripts/python-package-check.sh [PROFILE]      PROFILE is release, or dev for a quicker build
 set -eu
 
 root=$(cd "$(dirname "$0")/.." && pwd)
@@ -27,7 +29,7 @@ mkdir -p "$work/pictures"
 if [ -n "${LINTS:-}" ]; then
     CARGO_TARGET_DIR="$target" cargo clippy --all-targets --locked --quiet -- -D warnings
 fi
-CARGO_TARGET_DIR="$target" "$python" -m maturin build --release --locked --quiet --out "$work/wheel"
+CARGO_TARGET_DIR="$target" "$python" -m maturin build --profile "${1:-release}" --locked --quiet --out "$work/wheel"
 
 # Ten lines in an environment that has the wheel and what that needs: the events of gripctl, to the sample.
 "$python" -m venv --clear "$work/empty"

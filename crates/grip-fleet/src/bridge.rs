@@ -312,7 +312,7 @@ fn parse(kind: Kind, payload: &[u8]) -> Option<Incoming> {
 fn connection(kind: Kind, payload: &[u8]) -> Option<u32> {
     let notice = Notice::parse(payload).ok().filter(|_| kind == Kind::NOTICE)?;
     match notice.kind {
-        NoticeKind::Dropped if notice.code == DroppedClass::Update.code() => Some(notice.count),
+        NoticeKind::Dropped if notice.code == DroppedClass::News.code() => Some(notice.count),
         NoticeKind::Dropped | NoticeKind::Goodbye => Some(0),
         _ => None,
     }
@@ -460,7 +460,7 @@ mod tests {
             text: b"you read too slowly",
         };
         daemon.say(Kind::NOTICE, |out| dropped(DroppedClass::Rows, 9).write(out).unwrap());
-        daemon.say(Kind::NOTICE, |out| dropped(DroppedClass::Update, 3).write(out).unwrap());
+        daemon.say(Kind::NOTICE, |out| dropped(DroppedClass::News, 3).write(out).unwrap());
         let goodbye = Notice { kind: NoticeKind::Goodbye, ..dropped(DroppedClass::Rows, 0) };
         daemon.say(Kind::NOTICE, |out| goodbye.write(out).unwrap());
         let (mut bridge, mut received) = (Bridge::new(7, None), Vec::new());

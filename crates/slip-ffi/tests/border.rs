@@ -317,7 +317,8 @@ fn nothing_is_allocated_after_create() {
 fn options_that_do_not_fit_are_named() {
     let mut memory = Memory::uninit();
     let mut refused = |options: &SlipOptions| create(&mut memory, options).unwrap_err();
-    for (rate_hz, stated) in [(f32::NAN, "NaN"), (0.0, "0"), (f32::INFINITY, "inf"), (1e6, "1000000")]
+    for (rate_hz, stated) in
+        [(f32::NAN, "NaN"), (0.0, "0"), (f32::INFINITY, "inf"), (1e6, "1000000")]
     {
         let text = refused(&SlipOptions { rate_hz, ..DEFAULTS });
         assert_eq!(text, format!("Options sample_rate_hz = {stated} is outside 20 to 50000"));

@@ -135,7 +135,7 @@ codes! {
     open DroppedClass {
         1 => Rows "rows" "samples.",
         2 => States "states" "state of the pipeline and figures of the daemon.",
-        3 => Update "news" "slips, notices and grippers.",
+        3 => News "news" "slips, notices and grippers.",
     }
 
     /// Why the daemon closes a connection.

@@ -11,7 +11,7 @@ pub enum Class {
     /// State of the pipeline, figures.
     States,
     /// Slips, grippers, notices.
-    Update,
+    News,
     /// Answers to the client.
     Answers,
 }
@@ -20,7 +20,7 @@ pub enum Class {
 pub(super) const REPORTED: [(Class, DroppedClass); 3] = [
     (Class::Rows, DroppedClass::Rows),
     (Class::States, DroppedClass::States),
-    (Class::Update, DroppedClass::Update),
+    (Class::News, DroppedClass::News),
 ];
 
 /// Frames that wait for a client.
@@ -44,7 +44,7 @@ impl Outbox {
         match class {
             Class::Rows => self.limit / 2,
             Class::States => self.limit / 8 * 5,
-            Class::Update => self.limit / 4 * 3,
+            Class::News => self.limit / 4 * 3,
             Class::Answers => self.limit,
         }
     }
@@ -145,11 +145,10 @@ mod tests {
         while outbox.push(Class::Rows, &header(0), &[0; 400]) {}
         assert!(outbox.push(Class::States, &header(0), &[0; 400]));
         while outbox.push(Class::States, &header(0), &[0; 400]) {}
-        assert!(outbox.push(Class::Update, &header(0), &[0; 400]));
-        while outbox.push(Class::Update, &header(0), &[0; 400]) {}
+        assert!(outbox.push(Class::News, &header(0), &[0; 400]));
+        while outbox.push(Class::News, &header(0), &[0; 400]) {}
         assert!(outbox.push(Class::Answers, &header(0), &[0; 400]));
-        let dropped =
-            [Class::Rows, Class::States, Class::Update].map(|class| outbox.dropped(class));
+        let dropped = [Class::Rows, Class::States, Class::News].map(|class| outbox.dropped(class));
         assert_eq!(dropped, [1, 1, 1]);
         outbox.reported(Class::Rows, 1);
         assert_eq!(outbox.dropped(Class::Rows), 0);

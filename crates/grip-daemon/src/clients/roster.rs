@@ -183,13 +183,13 @@ impl Known {
                     ..notice(NoticeKind::Sensor, sensor.code(), host_us, &text)
                 };
                 return roster
-                    .report(Class::Update, Topics::UPDATES, Kind::NOTICE, |out| notice.write(out));
+                    .report(Class::News, Topics::NEWS, Kind::NOTICE, |out| notice.write(out));
             }
             Event::Health { condition: Condition::Clock(health), .. } => {
                 let text = format!("clock of the gripper: {}", health.name());
                 let notice = notice(NoticeKind::Link, self.gripper.link.code(), host_us, &text);
                 return roster
-                    .report(Class::Update, Topics::UPDATES, Kind::NOTICE, |out| notice.write(out));
+                    .report(Class::News, Topics::NEWS, Kind::NOTICE, |out| notice.write(out));
             }
             Event::Health { condition: Condition::Floor(_), .. } | Event::Grip { .. } => return,
         };
@@ -199,7 +199,7 @@ impl Known {
             self.slips.pop_front();
         }
         self.slips.push_back(slip);
-        roster.report(Class::Update, Topics::SLIP, Kind::SLIP, |out| slip.write(out));
+        roster.report(Class::News, Topics::SLIP, Kind::SLIP, |out| slip.write(out));
     }
 
     pub(super) fn began(&mut self, _host_us: u64, beginning: &Beginning, roster: &mut Roster) {
@@ -211,7 +211,7 @@ impl Known {
 
     fn report_gripper(&self, roster: &mut Roster) {
         let gripper = self.gripper;
-        roster.report(Class::Update, Topics::UPDATES, Kind::GRIPPER, |out| gripper.write(out));
+        roster.report(Class::News, Topics::NEWS, Kind::GRIPPER, |out| gripper.write(out));
     }
 
     fn setup(&self) -> Option<daemon::Setup<'_>> {
@@ -227,7 +227,7 @@ impl Known {
 
     fn report_setup(&self, roster: &mut Roster) {
         if let Some(setup) = self.setup() {
-            roster.report(Class::Update, Topics::UPDATES, Kind::SETUP, |out| setup.write(out));
+            roster.report(Class::News, Topics::NEWS, Kind::SETUP, |out| setup.write(out));
         }
     }
 
@@ -267,14 +267,14 @@ impl Known {
         }
         let Some(text) = note.text() else { return };
         let notice = notice(NoticeKind::Link, self.gripper.link.code(), host_us, &text);
-        roster.report(Class::Update, Topics::UPDATES, Kind::NOTICE, |out| notice.write(out));
+        roster.report(Class::News, Topics::NEWS, Kind::NOTICE, |out| notice.write(out));
     }
 
     pub(super) fn client(host_us: u64, command: ClientCommand, roster: &mut Roster) {
         let text = command.to_string();
         let notice = notice(NoticeKind::Client, command.operation().code(), host_us, &text);
         let notice = Notice { value: command.fault().0, ..notice };
-        roster.report(Class::Update, Topics::UPDATES, Kind::NOTICE, |out| notice.write(out));
+        roster.report(Class::News, Topics::NEWS, Kind::NOTICE, |out| notice.write(out));
     }
 
     pub(super) fn health(

@@ -18,8 +18,8 @@ fn raw(rig: &Rig) -> TcpStream {
 fn a_stalled_client_loses_samples_is_reported_how_many_and_disturbs_nobody() {
     let config = ClientsConfig { buffer_bytes: 64 * 1024, ..tcp() };
     let mut rig = Rig::new(config);
-    let mut stalled = rig.viewer(1, wanted(Topics::UPDATES, 1));
-    let mut healthy = rig.viewer(2, wanted(Topics::UPDATES, 1));
+    let mut stalled = rig.viewer(1, wanted(Topics::NEWS, 1));
+    let mut healthy = rig.viewer(2, wanted(Topics::NEWS, 1));
     while rig.clients.counters().dropped < 1_000 {
         rig.samples(400);
         rig.turn();

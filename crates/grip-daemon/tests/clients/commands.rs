@@ -96,7 +96,7 @@ fn other_computers_are_kept_out_unless_it_is_stated() {
 #[test]
 fn rejected_commands_are_updates_once() {
     let mut rig = Rig::new(tcp());
-    let mut viewer = rig.viewer(1, wanted(Topics::UPDATES, 0));
+    let mut viewer = rig.viewer(1, wanted(Topics::NEWS, 0));
     let event = |kind| Event {
         tick: 0,
         kind,

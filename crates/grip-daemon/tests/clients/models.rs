@@ -47,7 +47,7 @@ fn no_model_is_taken_unless_it_is_allowed_but_the_way_back_is_open() {
 #[test]
 fn a_whole_model_is_answered_when_it_is_in_force() {
     let mut rig = Rig::new(ClientsConfig { allow_models: true, ..tcp() });
-    let mut viewer = rig.viewer(1, wanted(Topics::UPDATES, 0));
+    let mut viewer = rig.viewer(1, wanted(Topics::NEWS, 0));
     pieces(&mut viewer, &FILE, 1);
     rig.until(&mut viewer, |seen| seen.nacks.len() == 2);
     assert_eq!(reasons(&viewer), ["Malformed"; 2], "it has no beginning");

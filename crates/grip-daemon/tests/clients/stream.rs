@@ -75,7 +75,7 @@ fn a_query_reports_everything_and_then_answers() {
 #[test]
 fn updates_of_link_sensors_and_commands_come_in_words() {
     let mut rig = Rig::new(tcp());
-    let mut viewer = rig.viewer(7, wanted(Topics::UPDATES, 0));
+    let mut viewer = rig.viewer(7, wanted(Topics::NEWS, 0));
     rig.updates();
     let condition = Condition::Sensor(Sensor::Travel, SensorHealth::Backwards);
     let line = Event::Health { t: Micros(1_000_000), condition };

@@ -102,7 +102,7 @@ impl Wanted {
     /// and news come always: they are rare, tell that the daemon lives, and place samples in time.
     #[must_use]
     pub fn subscribe(self, every_nth: u16) -> Subscribe {
-        let mut topics = Topics::HEALTH.and(Topics::UPDATES);
+        let mut topics = Topics::HEALTH.and(Topics::NEWS);
         for (topic, asked) in [(Topic::State, Topics::STATE), (Topic::Event, Topics::SLIP)] {
             topics = if self.has(topic) { topics.and(asked) } else { topics };
         }

@@ -123,7 +123,7 @@ fn names_schemas_and_definitions_are_those_of_a_recording() {
 #[test]
 fn only_what_somebody_looks_at_is_asked_for_and_reported() {
     let nobody = Wanted::default().subscribe(3);
-    assert_eq!((nobody.topics, nobody.every_nth), (Topics::HEALTH.and(Topics::UPDATES), 0));
+    assert_eq!((nobody.topics, nobody.every_nth), (Topics::HEALTH.and(Topics::NEWS), 0));
     let samples = Wanted::of(|topic| topic == Topic::Sample).subscribe(3);
     assert_eq!((samples.topics, samples.every_nth), (nobody.topics, 3));
     let all = Wanted::of(|_| true).subscribe(0);

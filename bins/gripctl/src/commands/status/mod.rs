@@ -34,7 +34,7 @@ pub(crate) fn run(args: &StatusArgs) -> anyhow::Result<Exit> {
     for signal in [SIGINT, SIGTERM] {
         signal_hook::flag::register(signal, Arc::clone(&stopped))?;
     }
-    let topics = if args.events { Topics::SLIP.and(Topics::UPDATES) } else { Topics::default() };
+    let topics = if args.events { Topics::SLIP.and(Topics::NEWS) } else { Topics::default() };
     let wanted = Subscribe { versions: Versions::OURS, topics, every_nth: 0, state_ms: 0 };
     let mut client = Client::connect(&args.address, nonce(), wanted, PATIENCE)?;
     let report = greet(&mut client, args)?;

@@ -10,7 +10,7 @@ bits! {
         0 SLIP "SLIP.",
         1 STATE "STATE.",
         2 HEALTH "HEALTH.",
-        3 UPDATES "GRIPPER, SETUP, and NOTICE about link, sensors and clients' commands.",
+        3 NEWS "GRIPPER, SETUP, and NOTICE about link, sensors and clients' commands.",
     }
 }
 
