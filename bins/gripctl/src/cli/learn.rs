@@ -86,6 +86,9 @@ pub(crate) struct ColumnArgs {
     /// Target columns; `name:ln` takes the logarithm.
     #[arg(long, value_delimiter = ',', required = true)]
     pub(crate) target: Vec<String>,
+    /// The target is a class, the text in its one column: learn probabilities (softmax, cross-entropy) in place of a number.
+    #[arg(long)]
+    pub(crate) classify: bool,
 }
 
 #[derive(Debug, Args)]
