@@ -3,7 +3,7 @@
 mod folds;
 mod rows;
 
-use super::{card, clock, columns::Columns, train_beyond};
+use super::{card, clock, columns::Columns, hyper, train_beyond};
 use crate::{cli::learn::TrainArgs, output};
 use anyhow::Context as _;
 use core::time::Duration;
@@ -11,10 +11,7 @@ use grip_session::exit::{Exit, WrongArgument};
 use indicatif::{ParallelProgressIterator as _, ProgressBar, ProgressStyle};
 use mlp::{
     Activation,
-    train::{
-        Algorithm, DataSet, Fit, FitConfig, Precision, RunConfig, fit::Fitting,
-        trainer::MomentumForm,
-    },
+    train::{Algorithm, Choice, DataSet, Fit, FitConfig, Precision, RunConfig, fit::Fitting},
 };
 use rayon::iter::{IntoParallelIterator as _, ParallelIterator as _};
 use rows::Parts;
@@ -160,10 +157,10 @@ fn fit_config(args: &TrainArgs) -> anyhow::Result<FitConfig> {
         },
         seed: args.seed,
         repeats: args.repeats,
+        choice: choice(&args.choice)?,
         precision: precision(&args.precision)?,
         decay: args.decay,
         scaler: args.scaler.parse().map_err(|error| WrongArgument(format!("--scaler: {error}")))?,
-        ..FitConfig::default()
     })
 }
 
@@ -199,33 +196,23 @@ fn progress(repeats: usize) -> ProgressBar {
 }
 
 fn algorithm(args: &TrainArgs) -> anyhow::Result<Algorithm> {
-    let mut algorithm: Algorithm = args
+    let algorithm: Algorithm = args
         .algorithm
         .parse()
         .map_err(|error| WrongArgument(format!("--algorithm {}: {error}", args.algorithm)))?;
-    match (&mut algorithm, &args.rprop) {
-        (Algorithm::Rprop(config), Some(name)) => {
-            config.variant =
-                name.parse().map_err(|error| WrongArgument(format!("--rprop: {error}")))?;
-        }
-        (_, Some(_)) => return Err(only("--rprop", "rprop")),
-        (_, None) => {}
-    }
-    match (&mut algorithm, args.momentum.as_deref()) {
-        (_, None) => {}
-        (Algorithm::Gdm(config), Some("averaged")) => config.form = MomentumForm::Averaged,
-        (Algorithm::Gdm(config), Some("heavy-ball")) => config.form = MomentumForm::HeavyBall,
-        (Algorithm::Gdm(_), Some(other)) => {
-            let message = format!("--momentum {other}: expected averaged or heavy-ball");
-            return Err(WrongArgument(message).into());
-        }
-        (_, Some(_)) => return Err(only("--momentum", "gdm")),
-    }
-    Ok(algorithm)
+    hyper::refuse_others(&args.hyper, algorithm)?;
+    Ok(hyper::of(&args.hyper)?.of(algorithm))
 }
 
-fn only(option: &str, algorithm: &str) -> anyhow::Error {
-    WrongArgument(format!("{option} goes with --algorithm {algorithm} only")).into()
+fn choice(name: &str) -> anyhow::Result<Choice> {
+    match name {
+        "best" => Ok(Choice::Best),
+        "nearest-average" => Ok(Choice::NearestAverage),
+        other => {
+            let message = format!("--choice {other}: expected best or nearest-average");
+            Err(WrongArgument(message).into())
+        }
+    }
 }
 
 fn precision(name: &str) -> anyhow::Result<Precision> {
@@ -273,8 +260,14 @@ fn report(args: &TrainArgs, fit: &Fit, rows: Rows, cpu: Duration) -> anyhow::Res
         return output::json(&result);
     }
     output::line(&format!(
-        "{}: {} epochs ({}), seed {}, best of {}; {:.2} s of processor time",
-        result.algorithm, result.epochs, result.stop, result.seed, result.repeats, result.cpu_s
+        "{}: {} epochs ({}), seed {}, {} of {}; {:.2} s of processor time",
+        result.algorithm,
+        result.epochs,
+        result.stop,
+        result.seed,
+        args.choice,
+        result.repeats,
+        result.cpu_s
     ))?;
     let of = format!("train: {} rows,", result.rows.train_rows);
     output::evaluation(&of, &fit.train)?;

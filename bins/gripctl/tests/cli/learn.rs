@@ -177,6 +177,37 @@ fn rows_of_numpy_train_like_those_of_csv() {
     gripctl(folder.path(), &["eval", "a.json", "cut.npz"]).refused(2, &["cut.npz: is no .npz"]);
 }
 
+#[test]
+fn settings_of_a_rule_change_its_training_and_go_with_it_alone() {
+    let folder = folder_with_rows();
+    let mse = |more: &[&str]| {
+        let args = [&["--epochs", "40"][..], more].concat();
+        number(&train(folder.path(), "h.json", &args).done().json()[0], "train_scaled_mse")
+    };
+    let (slow, fast) =
+        (["--algorithm", "gd", "--rate", "0.001"], ["--algorithm", "gd", "--rate", "0.05"]);
+    assert!(mse(&fast) < mse(&slow));
+    let steps = ["--algorithm", "rprop", "--rprop-steps", "0.01,1.1,0.6,10", "--rprop", "rprop-"];
+    assert!(mse(&steps) != mse(&steps[..2]));
+    assert!(
+        mse(&["--algorithm", "gdm", "--momentum-share", "0.5"]) != mse(&["--algorithm", "gdm"])
+    );
+    let several = ["--algorithm", "gd", "--repeats", "5"];
+    let typical = [&several[..], &["--choice", "nearest-average"]].concat();
+    assert!(mse(&typical) > mse(&several), "the best run is better than the typical one");
+    for (more, message) in [
+        (
+            &["--algorithm", "scg", "--rate", "0.1"][..],
+            "--rate goes with --algorithm gd, gdm, gdx only",
+        ),
+        (&["--algorithm", "gd", "--mu", "0.1"], "--mu goes with --algorithm lm only"),
+        (&["--rprop-steps", "1,2"], "expected four numbers"),
+        (&["--choice", "worst"], "--choice worst: expected best or nearest-average"),
+    ] {
+        train(folder.path(), "h.json", more).refused(2, &[message]);
+    }
+}
+
 /// 24 columns, more than gripd takes; the class hangs on two of them.
 fn folder_with_classes() -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();

@@ -64,6 +64,6 @@ pub use scaling::{Method, Scaling};
 pub use setting::SettingError;
 pub use split::{Split, SplitError};
 pub use topology::Topology;
-pub use trainer::{Algorithm, Finish, StepReport, Trainer};
+pub use trainer::{Algorithm, Finish, Hyper, StepReport, Trainer};
 
 pub(crate) use file::rounded;

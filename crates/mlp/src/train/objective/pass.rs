@@ -147,6 +147,7 @@ pub(super) fn residuals<T: Real, S: Simd, const K: usize>(
 
 /// Writes softmax of the scores minus target to `residuals`, for the first `full` of `lanes` rows, and zeros for the others;
 /// returns the sum of the cross-entropies. One row after the other: an exponential a score is little beside the sums before it.
+#[inline(never)]
 pub(super) fn cross_entropy<T: Real>(
     [scores, targets]: [&[T]; 2],
     residuals: &mut [T],
