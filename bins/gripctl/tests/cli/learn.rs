@@ -246,6 +246,8 @@ fn classes_of_24_columns_are_learned_tested_exported_and_searched_for() {
     let eval = gripctl(folder.path(), &["eval", "s.json", "sides.csv", "--json"]).done().json();
     assert!(number(&eval[0], "accuracy") > 0.9 && number(&eval[0], "mse") < 0.1, "{eval:?}");
     assert!(number(&eval[0], "cross_entropy") > 0.0);
+    let card = fs::read_to_string(folder.path().join("s.card.json")).unwrap();
+    assert!(card.contains("\"accuracy\"") && card.contains("\"cross_entropy\""), "{card}");
     let text = gripctl(folder.path(), &["eval", "s.json", "sides.csv"]).done().out;
     assert!(text.contains("of the classes right"), "{text}");
     for format in [&["c", "--verify"][..], &["onnx"]] {
