@@ -6,7 +6,7 @@ use mlp::{
     ShapeError,
     train::{Topology, init::nguyen_widrow},
 };
-use ndarray::{Array2, aview1};
+use ndarray::{Array2, ArrayView1, Axis, aview1};
 use rand_chacha::ChaCha8Rng;
 use rand_core::{Rng as _, SeedableRng as _};
 
@@ -60,6 +60,21 @@ pub fn building() -> Result<Case, ShapeError> {
         target.assign(&aview1(&wanted));
     }
     Ok(Case::rounded("building1", Topology::regression(14, &[16], 3)?, inputs, targets))
+}
+
+/// Made-up rows in the shape of kin32fm, a table of FANN's distribution: 2048 rows, 32-16-1.
+///
+/// # Errors
+/// Never: the shape is possible.
+pub fn kinematics() -> Result<Case, ShapeError> {
+    let mut rng = ChaCha8Rng::seed_from_u64(13);
+    let inputs = Array2::from_shape_simple_fn((2048, 32), || uniform(&mut rng));
+    let target = |row: ArrayView1<'_, f64>| {
+        let angle = row.iter().step_by(4).sum::<f64>();
+        0.5 * (angle.sin() + row[1] * angle.cos())
+    };
+    let targets = inputs.map_axis(Axis(1), target).insert_axis(Axis(1));
+    Ok(Case::rounded("kin32fm", Topology::regression(32, &[16], 1)?, inputs, targets))
 }
 
 /// The nearest number of nine decimals, so that what is written is what we train on.

@@ -104,11 +104,13 @@ static void forward(const char *name, unsigned int layers, unsigned int *sizes)
 
 int main(int argc, char **argv)
 {
-    unsigned int surface[] = {2, 10, 1}, building[] = {14, 16, 3}, deep[] = {16, 32, 16, 1};
+    unsigned int surface[] = {2, 10, 1}, building[] = {14, 16, 3}, kinematics[] = {32, 16, 1};
+    unsigned int deep[] = {16, 32, 16, 1};
     if (argc != 2)
         die("usage: fann DIRECTORY");
     train(argv[1], "surface2", surface, 2000);
     train(argv[1], "building1", building, 40);
+    train(argv[1], "kin32fm", kinematics, 40);
     forward("2-10-1", 3, surface);
     forward("16-32-16-1", 4, deep);
     return 0;

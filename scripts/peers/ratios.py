@@ -15,6 +15,8 @@ WANTED = (
     ("rprop surface2 f64 AVX2", "fann rprop surface2", 8.0),
     ("rprop building1 f32 AVX-512", "fann rprop building1", 25.0),
     ("rprop building1 f32 AVX2", "fann rprop building1", 25.0),
+    ("rprop kin32fm f32 AVX-512", "fann rprop kin32fm", 20.0),
+    ("rprop kin32fm f32 AVX2", "fann rprop kin32fm", None),
     ("rprop building1 f32 AVX-512", "torch rprop building1", 20.0),
     ("rprop building1 f32 AVX2", "torch rprop building1", 20.0),
     ("rprop building1 f32 AVX-512", "scikit-learn lbfgs building1", None),

@@ -11,7 +11,7 @@ use mlp::train::{
 };
 use slip_benches::{
     networks,
-    peers::{Case, building, surface},
+    peers::{Case, building, kinematics, surface},
     time,
 };
 
@@ -129,7 +129,7 @@ fn write(case: &Case, directory: &Path) -> Result<(), Box<dyn Error>> {
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let cases = [(surface()?, 2000), (building()?, 60)];
+    let cases = [(surface()?, 2000), (building()?, 60), (kinematics()?, 60)];
     let directory =
         env::args_os().nth(1).ok_or("the folder for the data of the others is missing")?;
     for (case, count) in &cases {

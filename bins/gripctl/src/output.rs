@@ -1,5 +1,6 @@
 //! Results for standard output: text for people, one JSON object a line for machines.
 
+use mlp::train::{Classified, Evaluation};
 use serde::Serialize;
 use std::io::{self, Write as _};
 
@@ -34,6 +35,18 @@ pub(crate) fn any_unit(value: f32) -> String {
 /// A number with `digits` decimals, or a dash.
 pub(crate) fn or_dash(value: Option<f64>, digits: usize) -> String {
     value.map_or_else(|| "-".to_owned(), |value| format!("{value:.digits$}"))
+}
+
+/// The errors of a network on some rows, after what `of` says of them.
+pub(crate) fn evaluation(of: &str, found: &Evaluation) -> io::Result<()> {
+    match found.classes {
+        None => errors(of, found.mse, found.scaled_mse, found.within_fraction(0.1)),
+        Some(Classified { accuracy, cross_entropy }) => line(&format!(
+            "{of} {:.1} % of the classes right, cross-entropy {cross_entropy:.4}, mse of the probabilities {:.6}",
+            100.0 * accuracy,
+            found.mse
+        )),
+    }
 }
 
 /// The errors of a learner on some rows, after what `of` says of them.

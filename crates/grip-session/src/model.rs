@@ -13,6 +13,8 @@ use grip_record::files;
 use mlp_core::{
     ensemble_file::{EnsembleFile, is_ensemble},
     file::{self, Deviation, FileError, ModelFile},
+    network::{MAX_WIDTH, ShapeError},
+    scaler::{MAX_IO, ScaleError},
 };
 use sha2::{Digest as _, Sha256};
 use slip_core::{
@@ -102,6 +104,11 @@ fn explain(fault: &FileError) -> String {
         FileError::Version { found: None } | FileError::Format { .. } => {
             "this is no model file; `gripctl train` writes one".to_owned()
         }
+        FileError::Shape(ShapeError::Width { .. })
+        | FileError::Scale { source: ScaleError::Columns { .. }, .. }
+        | FileError::Classifier { .. } => format!(
+            "{fault}; a model that runs in real time estimates a force from at most {MAX_IO} inputs, in layers of at most {MAX_WIDTH} neurons (`gripctl train`, `eval` and `export` take more)"
+        ),
         other => other.to_string(),
     }
 }
@@ -172,9 +179,8 @@ pub fn parse_estimator(file: &str, text: &str) -> Result<HostEstimator, ModelErr
     };
     let mut networks = networks.into_iter();
     let first = networks.next().ok_or_else(|| fault(FileError::NoMembers))?;
-    let features = features(file, &first)?;
-    let mut estimator =
-        Estimator::new(first.model_in().map_err(fault)?, &features).map_err(shape)?;
+    let model = first.model_in().map_err(fault)?;
+    let mut estimator = Estimator::new(model, &features(file, &first)?).map_err(shape)?;
     for member in networks {
         estimator = estimator.with_member(member.model_in().map_err(fault)?).map_err(shape)?;
     }
@@ -232,6 +238,26 @@ mod tests {
     };
     use slip_core::{estimate::MAX_MEMBERS, features::Features};
     use std::path::Path;
+
+    #[test]
+    fn what_is_too_large_or_tells_classes_apart_is_refused_with_the_limits() {
+        let file = ModelFile::from_json(include_str!("../models/default.json")).unwrap();
+        let refused = |file: &ModelFile, parts: &[&str]| {
+            let error =
+                parse_estimator("m.json", &file.to_json().unwrap()).unwrap_err().to_string();
+            let limits = "at most 16 inputs, in layers of at most 64 neurons";
+            assert!(parts.iter().chain([&limits]).all(|part| error.contains(part)), "{error}");
+        };
+        let mut wide = file.clone();
+        for _ in wide.inputs.len()..17 {
+            wide.inputs.push(wide.inputs[0].clone());
+            wide.layers[0].weights.iter_mut().for_each(|row| row.push(0.0));
+        }
+        refused(&wide, &["m.json", "17 columns"]);
+        let mut classifier = file;
+        classifier.classes = Some("direction".to_owned());
+        refused(&classifier, &["m.json", "1 classes apart"]);
+    }
 
     #[test]
     fn a_model_that_answers_something_else_is_refused() {

@@ -4,8 +4,14 @@
 //! (log-uniform) and friction 0.2 to 0.5 (uniform) between two fingers; roughness grade N4 to N12; a trial force that
 //! does not hold it; a slip of 2 mm; adequate force 1.2 times the needed one. The trial force is 2 N always (fixed) or
 //! 0.1 to 0.95 of the needed force (varied). Noise is relative and normal. The generator's docs
-//! ([`grip_sim::generator`]) give the physics. The last group has the rows of the shipped estimator instead: any
-//! stretch of a slip, braking included.
+//! ([`grip_sim::generator`]) give the physics. One group has the rows of the shipped estimator instead: any stretch of a
+//! slip, braking included.
+//!
+//! The source study says that its targets came from Eq. 1, E = n F v tan(sum cot(delta / s)), which is linear in F: solved for
+//! F, it gives back whichever force E was made with. So `eq1` makes E with the adequate force, while v is that of the trial.
+//! What stays open is what E came from, how the tangent is meant (as printed it has poles, so that surfaces that hardly differ
+//! have any E of either sign; `eq1-slope` has none), and whether all objects had one surface (`eq1-surface`). `eq1-trial`
+//! takes E of the trial; with a fixed trial force its target would be a constant, so the force varies there.
 
 use grip_sim::generator::{GeneratorConfig, Source, TrialForce};
 
@@ -35,17 +41,20 @@ pub enum Group {
     MoreData,
     /// The rows of the shipped estimator.
     Shipped,
+    /// Targets as the study says it made them.
+    Equation,
 }
 
 impl Group {
     /// All groups, in the order of the report.
-    pub const ALL: [Self; 6] = [
+    pub const ALL: [Self; 7] = [
         Self::SpeedNoise,
         Self::VariedForce,
         Self::Readings,
         Self::Features,
         Self::MoreData,
         Self::Shipped,
+        Self::Equation,
     ];
 
     /// As a heading.
@@ -58,6 +67,7 @@ impl Group {
             Self::Features => "Other features",
             Self::MoreData => "Ten times the rows",
             Self::Shipped => "Any stretch of a slip, as the shipped estimator sees it",
+            Self::Equation => "Targets by inverting Eq. 1 for the force",
         }
     }
 }
@@ -112,6 +122,15 @@ const V_E_LN_F: Features = logarithmic(
 );
 const V_T_LN_F: Features =
     logarithmic("v, T, ln F → ln f", &["slip_speed_m_s", "contact_time_s", "trial_force_n:ln"]);
+const V_EF: Features = linear("v, E literal of f", &["slip_speed_m_s", "eq1_literal_w"]);
+const V_EF_SLOPE: Features = linear("v, E slope of f", &["slip_speed_m_s", "eq1_slope_w"]);
+const V_EF_SURFACE: Features =
+    linear("v, E of f, one surface", &["slip_speed_m_s", "eq1_surface_w"]);
+const V_E_TRIAL: Features = Features {
+    title: "v, E literal → F",
+    inputs: &["slip_speed_m_s", "esc_literal_w"],
+    target: "trial_force_n",
+};
 /// What the shipped estimator takes: mean acceleration of the slip and ln F, answering ln f.
 pub const DEFAULT_FEATURES: Features =
     logarithmic("a, ln F → ln f", &["slip_acceleration_m_s2", "trial_force_n:ln"]);
@@ -169,8 +188,13 @@ pub const DEFAULT: Condition = varied("default", DEFAULT_FEATURES, 0.0, 0.0);
 const SHIPPED: Condition =
     Condition { name: "stretch", group: Group::Shipped, source: Source::Stretch, ..DEFAULT };
 
+const fn equation(name: &'static str, features: Features, trial: TrialForce) -> Condition {
+    let group = Group::Equation;
+    Condition { name, group, features, trial, speed_noise: 0.0, ..PAPER }
+}
+
 /// Every condition, group by group.
-pub const ALL: [Condition; 34] = [
+pub const ALL: [Condition; 38] = [
     noisy("fixed-0", 0.0),
     noisy("fixed-1", 0.01),
     noisy("fixed-2", 0.02),
@@ -205,6 +229,10 @@ pub const ALL: [Condition; 34] = [
     more("default-more", DEFAULT),
     SHIPPED,
     Condition { name: "stretch-more", train_rows: 1000, test_rows: 600, ..SHIPPED },
+    equation("eq1", V_EF, FIXED),
+    equation("eq1-slope", V_EF_SLOPE, FIXED),
+    equation("eq1-surface", V_EF_SURFACE, FIXED),
+    equation("eq1-trial", V_E_TRIAL, VARIED),
 ];
 
 impl Condition {

@@ -85,7 +85,10 @@ impl Condition {
                 *value = column(row, &spec.name)?;
             }
         }
-        let targets = Array2::from_shape_fn((rows.len(), 1), |(at, _)| rows[at].adequate_force_n);
+        let mut targets = Array2::zeros((rows.len(), 1));
+        for (value, row) in targets.iter_mut().zip(rows) {
+            *value = column(row, &target.name)?;
+        }
         let name = format!("{} ({name})", self.name);
         Ok(DataSet::from_values(&name, &inputs, &[target], (features, targets))?)
     }
@@ -97,7 +100,13 @@ pub(crate) fn draw_seed(seed: u64, draw: u64) -> u64 {
 }
 
 fn column(row: &Row, name: &str) -> Result<f64, StudyError> {
+    // E is proportional to the force.
+    let of_adequate = row.adequate_force_n / row.trial_force_n;
     match name {
+        "adequate_force_n" => Ok(row.adequate_force_n),
+        "eq1_literal_w" => Ok(row.esc_literal_w * of_adequate),
+        "eq1_slope_w" => Ok(row.readings.slope_power_w * of_adequate),
+        "eq1_surface_w" => Ok(row.slip_speed_m_s * row.adequate_force_n),
         "slip_speed_m_s" => Ok(row.slip_speed_m_s),
         "contact_time_s" => Ok(row.contact_time_s),
         "slip_acceleration_m_s2" => Ok(row.slip_acceleration_m_s2),
@@ -150,6 +159,27 @@ mod tests {
             1.2 * features[1] / (1.0 - gained / grip_sim::GRAVITY_M_S2)
         });
         assert!(scores.unseen.mse < 1e-12 && scores.train.correct == [1.0; 7], "{scores:?}");
+    }
+
+    /// Eq. 1 solved for F gives back the force that E was made with.
+    #[test]
+    fn the_equation_gives_its_force_back() {
+        type Factor = fn(&Row) -> f64;
+        let cases: [(&str, Factor); 4] = [
+            ("eq1", |row| row.esc_literal_w / row.trial_force_n),
+            ("eq1-slope", |row| row.readings.slope_power_w / row.trial_force_n),
+            ("eq1-surface", |row| row.slip_speed_m_s),
+            ("eq1-trial", |row| row.esc_literal_w / row.trial_force_n),
+        ];
+        for (name, inverted) in cases {
+            let condition = Condition::named(name).unwrap();
+            let rows = condition.rows(5, 50).unwrap();
+            let data = condition.data("rows", &rows).unwrap();
+            for ((features, target), row) in data.iter().zip(&rows) {
+                let force = features[1] / inverted(row);
+                assert!((force / target[0] - 1.0).abs() < 1e-9, "{name}: {force} {target}");
+            }
+        }
     }
 
     #[test]

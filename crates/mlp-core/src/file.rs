@@ -22,7 +22,7 @@ use crate::column::ColumnSpec;
 use crate::model::Model;
 use crate::network::{Network, ShapeError};
 use crate::scaler::{Column, ScaleError, Scaler, Transform};
-use crate::topology::Topology;
+use crate::topology::{MOST_INPUTS, MOST_OUTPUTS, Topology};
 
 /// Value of the field `format`.
 pub const FORMAT: &str = "mlp-model";
@@ -97,7 +97,7 @@ pub enum FileError {
         place: usize,
     },
     /// Limits that can not be scaled.
-    #[error("{kind} \"{name}\": {source}")]
+    #[error("{kind}{}: {source}", if name.is_empty() { String::new() } else { format!(" \"{name}\"") })]
     Scale {
         /// `input` or `target`.
         kind: &'static str,
@@ -105,6 +105,12 @@ pub enum FileError {
         name: String,
         /// What is wrong; its column number counts from 0.
         source: ScaleError,
+    },
+    /// A classifier where a number is to be estimated.
+    #[error("it tells {classes} classes apart and estimates nothing")]
+    Classifier {
+        /// Its classes.
+        classes: usize,
     },
     /// Sizes beyond the limits of a network, or layers that do not match the columns.
     #[error(transparent)]
@@ -203,9 +209,16 @@ pub struct ModelFile {
     pub targets: Vec<FileColumn>,
     /// Layers of weights, first to last.
     pub layers: Vec<FileLayer>,
+    /// Of a classifier, the column whose text is the class. Its targets are the classes, and the network's outputs, which
+    /// their limits of -1 and 1 leave as they are, are scores: softmax makes probabilities of them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub classes: Option<String>,
     /// How it was trained, if known.
     pub training: Option<TrainingNote>,
 }
+
+/// A model of any size that can be trained.
+pub type LargeModel<W = Box<[f32]>> = Model<W, MOST_INPUTS, MOST_INPUTS>;
 
 /// By how much answers are off (one standard deviation).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -261,6 +274,7 @@ impl ModelFile {
             inputs: inputs.to_vec(),
             targets: targets.to_vec(),
             layers: layers.collect(),
+            classes: None,
             training: None,
         }
     }
@@ -272,7 +286,7 @@ impl ModelFile {
     pub fn from_json(text: &str) -> Result<Self, FileError> {
         Head::check(text, FORMAT, VERSION)?;
         let file: Self = serde_json::from_str(text).map_err(|error| json_error(&error))?;
-        file.model()?;
+        file.large_model()?;
         Ok(file)
     }
 
@@ -281,14 +295,15 @@ impl ModelFile {
     /// # Errors
     /// Any [`FileError`] but those of reading, when the contents are no valid model.
     pub fn to_json(&self) -> Result<String, FileError> {
-        self.model()?;
+        self.large_model()?;
         serde_json::to_string_pretty(self).map_err(|error| json_error(&error))
     }
 
-    /// The model, for predictions.
+    /// The model, for estimates in memory of a fixed size.
     ///
     /// # Errors
-    /// Any [`FileError`] but those of reading, when the contents are no valid model.
+    /// Any [`FileError`] but those of reading, when the contents are no valid model, are too large for gripd, or tell classes
+    /// apart.
     pub fn model(&self) -> Result<Model<Box<[f32]>>, FileError> {
         self.model_in()
     }
@@ -298,6 +313,30 @@ impl ModelFile {
     /// # Errors
     /// As [`ModelFile::model`].
     pub fn model_in<W: AsRef<[f32]> + From<Vec<f32>>>(&self) -> Result<Model<W>, FileError> {
+        match self.classes {
+            Some(_) => Err(FileError::Classifier { classes: self.targets.len() }),
+            None => self.model_within(),
+        }
+    }
+
+    /// The model, whatever its size and whether or not it is a classifier.
+    ///
+    /// # Errors
+    /// Any [`FileError`] but those of reading, when the contents are no valid model.
+    pub fn large_model(&self) -> Result<LargeModel, FileError> {
+        if self.targets.len() > MOST_OUTPUTS {
+            let (layer, given) = (self.layers.len(), self.targets.len());
+            return Err(ShapeError::Width { layer, given, limit: MOST_OUTPUTS }.into());
+        }
+        self.model_within()
+    }
+
+    fn model_within<W, const IO: usize, const WIDTH: usize>(
+        &self,
+    ) -> Result<Model<W, IO, WIDTH>, FileError>
+    where
+        W: AsRef<[f32]> + From<Vec<f32>>,
+    {
         let mut sizes = vec![self.inputs.len()];
         let mut weights = Vec::new();
         for (at, layer) in self.layers.iter().enumerate() {
@@ -311,7 +350,7 @@ impl ModelFile {
         }
         let activations: Vec<Activation> =
             self.layers.iter().map(|layer| layer.activation).collect();
-        let network = Network::new(&sizes, &activations, weights.into())?;
+        let network = Network::within(&sizes, &activations, weights.into())?;
         let (inputs, targets) = (scaler("input", &self.inputs)?, scaler("target", &self.targets)?);
         Ok(Model::new(network, inputs, targets)?)
     }
@@ -363,12 +402,15 @@ fn append_layer(
     Ok(())
 }
 
-fn scaler(kind: &'static str, columns: &[FileColumn]) -> Result<Scaler, FileError> {
+fn scaler<const IO: usize>(
+    kind: &'static str,
+    columns: &[FileColumn],
+) -> Result<Scaler<IO>, FileError> {
     let limits: Vec<Column> = columns
         .iter()
         .map(|&FileColumn { transform, min, max, .. }| Column { transform, min, max })
         .collect();
-    Scaler::new(&limits).map_err(|source| {
+    Scaler::within(&limits).map_err(|source| {
         let place = match source {
             ScaleError::Columns { .. } => None,
             ScaleError::Limits { column, .. } | ScaleError::LogOfNonPositive { column, .. } => {

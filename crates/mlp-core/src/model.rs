@@ -52,21 +52,25 @@ pub enum PredictError {
     },
 }
 
-/// A network together with the ranges of its features and targets.
+/// A network together with the ranges of its features and targets: up to `IO` of each, and layers of up to `WIDTH`.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Model<W> {
-    network: Network<W>,
-    inputs: Scaler,
-    targets: Scaler,
+pub struct Model<W, const IO: usize = MAX_IO, const WIDTH: usize = MAX_WIDTH> {
+    network: Network<W, WIDTH>,
+    inputs: Scaler<IO>,
+    targets: Scaler<IO>,
 }
 
-impl<W: AsRef<[f32]>> Model<W> {
+impl<W: AsRef<[f32]>, const IO: usize, const WIDTH: usize> Model<W, IO, WIDTH> {
     /// Joins the parts.
     ///
     /// # Errors
     /// [`ShapeError::Inputs`] or [`ShapeError::Outputs`] when the scalers have not as many columns as
     /// the network has inputs and outputs.
-    pub fn new(network: Network<W>, inputs: Scaler, targets: Scaler) -> Result<Self, ShapeError> {
+    pub fn new(
+        network: Network<W, WIDTH>,
+        inputs: Scaler<IO>,
+        targets: Scaler<IO>,
+    ) -> Result<Self, ShapeError> {
         if inputs.len() != network.inputs() {
             return Err(ShapeError::Inputs { needed: network.inputs(), given: inputs.len() });
         }
@@ -78,25 +82,25 @@ impl<W: AsRef<[f32]>> Model<W> {
 
     /// The network between the scalers.
     #[must_use]
-    pub fn network(&self) -> &Network<W> {
+    pub fn network(&self) -> &Network<W, WIDTH> {
         &self.network
     }
 
     /// The network alone.
     #[must_use]
-    pub fn into_network(self) -> Network<W> {
+    pub fn into_network(self) -> Network<W, WIDTH> {
         self.network
     }
 
     /// Ranges of the features.
     #[must_use]
-    pub fn inputs(&self) -> &Scaler {
+    pub fn inputs(&self) -> &Scaler<IO> {
         &self.inputs
     }
 
     /// Ranges of the targets.
     #[must_use]
-    pub fn targets(&self) -> &Scaler {
+    pub fn targets(&self) -> &Scaler<IO> {
         &self.targets
     }
 
@@ -112,7 +116,7 @@ impl<W: AsRef<[f32]>> Model<W> {
 
     fn predict_by(
         &self,
-        network: &Network<W>,
+        network: &Network<W, WIDTH>,
         raw: &[f32],
         out: &mut [f32],
     ) -> Result<Coverage, PredictError> {
@@ -124,9 +128,9 @@ impl<W: AsRef<[f32]>> Model<W> {
         if out.len() != targets {
             return Err(ShapeError::Outputs { needed: targets, given: out.len() }.into());
         }
-        let mut scaled = [0.0_f32; MAX_IO];
+        let mut scaled = [0.0_f32; IO];
         let coverage = self.scale(raw, &mut scaled)?;
-        let mut outputs = [0.0_f32; MAX_WIDTH];
+        let mut outputs = [0.0_f32; WIDTH];
         let scaled = scaled.get(..inputs).unwrap_or(&[]);
         network.forward(scaled, outputs.get_mut(..targets).unwrap_or(&mut []))?;
         for (target, (place, output)) in out.iter_mut().zip(outputs).enumerate() {
@@ -150,7 +154,11 @@ impl<W: AsRef<[f32]>> Model<W> {
     ///
     /// # Errors
     /// As [`Model::estimate`]; [`PredictError::Shape`] too where `network` has other sizes outside.
-    pub fn estimate_by(&self, network: &Network<W>, raw: &[f32]) -> Result<Estimate, PredictError> {
+    pub fn estimate_by(
+        &self,
+        network: &Network<W, WIDTH>,
+        raw: &[f32],
+    ) -> Result<Estimate, PredictError> {
         let mut out = [0.0];
         let coverage = self.predict_by(network, raw, &mut out)?;
         Ok(Estimate { value: out[0], extrapolated: coverage != Coverage::Inside })

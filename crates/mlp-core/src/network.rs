@@ -5,7 +5,7 @@ use crate::activation::{Activation, Number};
 /// Largest number of layers of weights: up to three hidden layers and the output layer.
 pub const MAX_LAYERS: usize = 4;
 
-/// Largest number of inputs, outputs or neurons of one layer.
+/// Largest number of inputs, outputs or neurons of one layer, where no other is asked for.
 pub const MAX_WIDTH: usize = 64;
 
 /// Why sizes, weights and slices do not fit together.
@@ -17,13 +17,15 @@ pub enum ShapeError {
         /// Number of sizes given: inputs, hidden layers, outputs.
         given: usize,
     },
-    /// A layer without neurons or with more than [`MAX_WIDTH`].
-    #[error("layer {layer} has {given} neurons: it may have 1 to {MAX_WIDTH}")]
+    /// A layer without neurons or with too many.
+    #[error("layer {layer} has {given} neurons: it may have 1 to {limit}")]
     Width {
         /// 0 for the inputs.
         layer: usize,
         /// Its size.
         given: usize,
+        /// Its largest size.
+        limit: usize,
     },
     /// Not one activation function per layer of weights.
     #[error("{given} activation functions for {needed} layers")]
@@ -82,13 +84,17 @@ pub fn weight_count(sizes: &[usize]) -> usize {
     layers.fold(0, usize::saturating_add)
 }
 
-pub(crate) fn check_sizes(sizes: &[usize], activations: &[Activation]) -> Result<(), ShapeError> {
+pub(crate) fn check_sizes(
+    sizes: &[usize],
+    activations: &[Activation],
+    limit: usize,
+) -> Result<(), ShapeError> {
     if !(2..=MAX_LAYERS + 1).contains(&sizes.len()) {
         return Err(ShapeError::Layers { given: sizes.len() });
     }
     for (layer, &given) in sizes.iter().enumerate() {
-        if !(1..=MAX_WIDTH).contains(&given) {
-            return Err(ShapeError::Width { layer, given });
+        if !(1..=limit).contains(&given) {
+            return Err(ShapeError::Width { layer, given, limit });
         }
     }
     if activations.len() != sizes.len() - 1 {
@@ -111,8 +117,10 @@ pub(crate) fn check_finite(weights: &[f32]) -> Result<(), ShapeError> {
 ///
 /// A weighted sum runs in four lanes `a`, `b`, `c`, `d`: lane `a` starts at the bias, input `i` goes to lane `i mod 4`, and the sum
 /// is `(a + c) + (b + d)`.
+///
+/// No layer is wider than `WIDTH`; a pass needs twice that room on the stack.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Network<W> {
+pub struct Network<W, const WIDTH: usize = MAX_WIDTH> {
     sizes: [usize; MAX_LAYERS + 1],
     activations: [Activation; MAX_LAYERS],
     layers: usize,
@@ -130,7 +138,21 @@ impl<W: AsRef<[f32]>> Network<W> {
         activations: &[Activation],
         weights: W,
     ) -> Result<Self, ShapeError> {
-        check_sizes(sizes, activations)?;
+        Self::within(sizes, activations, weights)
+    }
+}
+
+impl<W: AsRef<[f32]>, const WIDTH: usize> Network<W, WIDTH> {
+    /// As [`Network::new`], for layers of up to `WIDTH` neurons.
+    ///
+    /// # Errors
+    /// As [`Network::new`].
+    pub fn within(
+        sizes: &[usize],
+        activations: &[Activation],
+        weights: W,
+    ) -> Result<Self, ShapeError> {
+        check_sizes(sizes, activations, WIDTH)?;
         let (needed, given) = (weight_count(sizes), weights.as_ref().len());
         if needed != given {
             return Err(ShapeError::WeightCount { needed, given });
@@ -224,8 +246,8 @@ impl<W: AsRef<[f32]>> Network<W> {
         }
         let mut weights = self.weights.as_ref();
         let given = weights.len();
-        let mut current = [N::ZERO; MAX_WIDTH];
-        let mut next = [N::ZERO; MAX_WIDTH];
+        let mut current = [N::ZERO; WIDTH];
+        let mut next = [N::ZERO; WIDTH];
         for (place, x) in current.iter_mut().zip(input) {
             *place = *x;
         }
@@ -302,8 +324,14 @@ mod tests {
         };
         assert_eq!(new(&[2], &[], 0), ShapeError::Layers { given: 1 });
         assert_eq!(new(&[1; 6], &[Activation::Tanh; 5], 10), ShapeError::Layers { given: 6 });
-        assert_eq!(new(&[2, 0, 1], &TANH_LINEAR, 1), ShapeError::Width { layer: 1, given: 0 });
-        assert_eq!(new(&[2, 65, 1], &TANH_LINEAR, 1), ShapeError::Width { layer: 1, given: 65 });
+        assert_eq!(
+            new(&[2, 0, 1], &TANH_LINEAR, 1),
+            ShapeError::Width { layer: 1, given: 0, limit: 64 }
+        );
+        assert_eq!(
+            new(&[2, 65, 1], &TANH_LINEAR, 1),
+            ShapeError::Width { layer: 1, given: 65, limit: 64 }
+        );
         assert_eq!(
             new(&[2, 3, 1], &[Activation::Tanh], 13),
             ShapeError::Activations { needed: 2, given: 1 }

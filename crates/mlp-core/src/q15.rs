@@ -103,7 +103,7 @@ impl<'a> Q15<'a> {
         exponents: &[u8],
         (weights, biases): (&'a [i16], &'a [i32]),
     ) -> Result<Self, Q15Error> {
-        check_sizes(sizes, activations)?;
+        check_sizes(sizes, activations, MAX_WIDTH)?;
         check_bounded(activations)?;
         if exponents.len() != activations.len() || exponents.iter().any(|&e| e > MAX_EXPONENT) {
             return Err(Q15Error::Exponents);

@@ -3,7 +3,7 @@
 use core::fmt;
 use core::str::FromStr;
 
-/// Largest number of columns of a [`Scaler`].
+/// Largest number of columns of a [`Scaler`] where no other is asked for.
 pub const MAX_IO: usize = 16;
 
 /// What is done to a raw value before it is scaled.
@@ -84,11 +84,13 @@ pub struct Column {
 /// Why a column can not be scaled.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum ScaleError {
-    /// No columns, or more than [`MAX_IO`].
-    #[error("{given} columns: 1 to {MAX_IO} are possible")]
+    /// No columns, or too many.
+    #[error("{given} columns: 1 to {limit} are possible")]
     Columns {
         /// Columns given.
         given: usize,
+        /// Most columns.
+        limit: usize,
     },
     /// The limits are not finite, are exchanged, or differ by more or less than a float can scale.
     #[error("column {column}: {min} to {max} is no range")]
@@ -205,10 +207,10 @@ impl Axis {
     }
 }
 
-/// Linear maps of up to [`MAX_IO`] columns to `[-1, 1]` over the training range.
+/// Linear maps of up to `IO` columns to `[-1, 1]` over the training range.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Scaler {
-    axes: [Axis; MAX_IO],
+pub struct Scaler<const IO: usize = MAX_IO> {
+    axes: [Axis; IO],
     columns: usize,
 }
 
@@ -218,10 +220,20 @@ impl Scaler {
     /// # Errors
     /// The first [`ScaleError`] found.
     pub fn new(columns: &[Column]) -> Result<Self, ScaleError> {
-        if !(1..=MAX_IO).contains(&columns.len()) {
-            return Err(ScaleError::Columns { given: columns.len() });
+        Self::within(columns)
+    }
+}
+
+impl<const IO: usize> Scaler<IO> {
+    /// As [`Scaler::new`], for up to `IO` columns.
+    ///
+    /// # Errors
+    /// The first [`ScaleError`] found.
+    pub fn within(columns: &[Column]) -> Result<Self, ScaleError> {
+        if !(1..=IO).contains(&columns.len()) {
+            return Err(ScaleError::Columns { given: columns.len(), limit: IO });
         }
-        let mut scaler = Self { axes: [Axis::EMPTY; MAX_IO], columns: columns.len() };
+        let mut scaler = Self { axes: [Axis::EMPTY; IO], columns: columns.len() };
         for (place, (axis, column)) in scaler.axes.iter_mut().zip(columns).enumerate() {
             *axis = Axis::new(place, *column)?;
         }
@@ -329,9 +341,9 @@ mod tests {
             assert!(matches!(error, ScaleError::Limits { column: 0, .. }), "{min}..{max}: {error}");
         }
         assert!(one(Transform::Identity, f32::MIN, f32::MAX).is_err());
-        assert_eq!(Scaler::new(&[]), Err(ScaleError::Columns { given: 0 }));
+        assert_eq!(Scaler::new(&[]), Err(ScaleError::Columns { given: 0, limit: 16 }));
         let column = Column { transform: Transform::Identity, min: 0.0, max: 1.0 };
-        assert_eq!(Scaler::new(&[column; 17]), Err(ScaleError::Columns { given: 17 }));
+        assert_eq!(Scaler::new(&[column; 17]), Err(ScaleError::Columns { given: 17, limit: 16 }));
     }
 
     proptest! {

@@ -3,6 +3,13 @@
 use crate::activation::Activation;
 use crate::network::{ShapeError, check_sizes, weight_count};
 
+/// Most inputs, and neurons of a hidden layer, of a network that is trained, evaluated or exported. gripd loads fewer
+/// ([`MAX_IO`](crate::MAX_IO), [`MAX_WIDTH`](crate::MAX_WIDTH)): it has its memory before it begins.
+pub const MOST_INPUTS: usize = 1024;
+
+/// Most outputs of such a network.
+pub const MOST_OUTPUTS: usize = 64;
+
 /// Layer sizes and activation functions of a network that is to be trained.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Topology {
@@ -12,12 +19,16 @@ pub struct Topology {
 
 impl Topology {
     /// Checks `sizes` (inputs, hidden layers, outputs) and one activation function per layer of weights
-    /// against the limits of [`Network`](crate::Network).
+    /// against [`MOST_INPUTS`], [`MOST_OUTPUTS`] and the layers of a [`Network`](crate::Network).
     ///
     /// # Errors
     /// [`ShapeError::Layers`], [`ShapeError::Width`] or [`ShapeError::Activations`].
     pub fn new(sizes: &[usize], activations: &[Activation]) -> Result<Self, ShapeError> {
-        check_sizes(sizes, activations)?;
+        check_sizes(sizes, activations, MOST_INPUTS)?;
+        let (layer, given) = (activations.len(), sizes.last().copied().unwrap_or(0));
+        if given > MOST_OUTPUTS {
+            return Err(ShapeError::Width { layer, given, limit: MOST_OUTPUTS });
+        }
         Ok(Self { sizes: sizes.to_vec(), activations: activations.to_vec() })
     }
 

@@ -117,7 +117,7 @@ mod tests {
         let text = first.file.to_json().unwrap();
         assert_eq!(text, second.file.to_json().unwrap());
         let again = ModelFile::from_json(&text).unwrap();
-        assert_eq!(again.model().unwrap(), first.model);
+        assert_eq!(again.large_model().unwrap(), first.model);
         assert_eq!((again.inputs[1].unit.as_str(), again.targets[0].unit.as_str()), ("kg", "N"));
         let note = again.training.unwrap();
         assert_eq!((note.rows, note.repeats, note.algorithm.as_str()), (64, 3, "rprop"));
@@ -190,7 +190,7 @@ mod tests {
         let rows = grasps(0.0);
         let refuse = |config: FitConfig| fit(&rows, None, None, &config).unwrap_err();
         assert_eq!(refuse(FitConfig { repeats: 0, ..FitConfig::default() }), FitError::NoRepeats);
-        let wide = FitConfig { hidden: vec![65], ..FitConfig::default() };
+        let wide = FitConfig { hidden: vec![1025], ..FitConfig::default() };
         assert!(matches!(refuse(wide), FitError::Shape(_)));
         let large = FitConfig { hidden: vec![64, 64], ..config("lm", 1) };
         assert!(matches!(refuse(large), FitError::TooManyWeights { weights: 4417, .. }));

@@ -86,6 +86,9 @@ pub(crate) struct ColumnArgs {
     /// Target columns; `name:ln` takes the logarithm.
     #[arg(long, value_delimiter = ',', required = true)]
     pub(crate) target: Vec<String>,
+    /// The target is a class, the text in its one column: learn probabilities (softmax, cross-entropy) in place of a number.
+    #[arg(long)]
+    pub(crate) classify: bool,
 }
 
 #[derive(Debug, Args)]
@@ -109,12 +112,8 @@ pub(crate) struct TrainArgs {
     /// gd, gdm, gdx, rprop, scg, lbfgs or lm.
     #[arg(long, default_value = "rprop")]
     pub(crate) algorithm: String,
-    /// Variant of rprop: rprop-, rprop+, irprop- or irprop+.
-    #[arg(long, value_name = "VARIANT", allow_hyphen_values = true)]
-    pub(crate) rprop: Option<String>,
-    /// Momentum of gdm: averaged (as MATLAB's traingdm) or heavy-ball.
-    #[arg(long, value_name = "FORM")]
-    pub(crate) momentum: Option<String>,
+    #[command(flatten)]
+    pub(crate) hyper: HyperArgs,
     /// Precision of the training: f32 or f64; the saved model is f32.
     #[arg(long, value_name = "PRECISION", default_value = "f64")]
     pub(crate) precision: String,
@@ -133,9 +132,12 @@ pub(crate) struct TrainArgs {
     /// Mean squared error, in scaled units, that is good enough.
     #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
     pub(crate) goal: f64,
-    /// Trainings from different starts; the best one is kept.
+    /// Trainings from different starts, of which one is kept.
     #[arg(long, default_value_t = 1)]
     pub(crate) repeats: usize,
+    /// Which one: best, or nearest-average (the training error nearest the average of all).
+    #[arg(long, value_name = "WHICH", default_value = "best")]
+    pub(crate) choice: String,
     /// Seed of the first start.
     #[arg(long, default_value_t = 0)]
     pub(crate) seed: u64,
@@ -153,6 +155,42 @@ pub(crate) struct TrainArgs {
     /// One JSON object a line.
     #[arg(long)]
     pub(crate) json: bool,
+}
+
+/// Settings of training rules, the usual ones where none are given.
+#[derive(Debug, Args)]
+pub(crate) struct HyperArgs {
+    /// Learning rate of gd, gdm and gdx, 0.01 otherwise.
+    #[arg(long, allow_negative_numbers = true)]
+    pub(crate) rate: Option<f64>,
+    /// Momentum of gdm: averaged (as MATLAB's traingdm) or heavy-ball.
+    #[arg(long, value_name = "FORM")]
+    pub(crate) momentum: Option<String>,
+    /// Share of the last step that gdm and gdx keep, 0.9 otherwise.
+    #[arg(long, value_name = "SHARE", allow_negative_numbers = true)]
+    pub(crate) momentum_share: Option<f64>,
+    /// Variant of rprop: rprop-, rprop+, irprop- or irprop+.
+    #[arg(long, value_name = "VARIANT", allow_hyphen_values = true)]
+    pub(crate) rprop: Option<String>,
+    /// First, growing, shrinking and longest step of rprop, 0.07,1.2,0.5,50 otherwise.
+    #[arg(long, value_name = "FIRST,UP,DOWN,MOST", value_parser = four)]
+    pub(crate) rprop_steps: Option<[f64; 4]>,
+    /// Step of the probe for the curvature of scg, 5e-5 otherwise in f64.
+    #[arg(long, allow_negative_numbers = true)]
+    pub(crate) sigma: Option<f64>,
+    /// First damping of scg, 5e-7 otherwise.
+    #[arg(long, allow_negative_numbers = true)]
+    pub(crate) lambda: Option<f64>,
+    /// First damping of lm, 0.03 otherwise.
+    #[arg(long, allow_negative_numbers = true)]
+    pub(crate) mu: Option<f64>,
+}
+
+/// Four numbers with commas between.
+fn four(text: &str) -> Result<[f64; 4], String> {
+    let numbers: Result<Vec<f64>, _> = text.split(',').map(|cell| cell.trim().parse()).collect();
+    let four = numbers.ok().and_then(|numbers| numbers.try_into().ok());
+    four.ok_or_else(|| "expected four numbers with commas between".to_owned())
 }
 
 /// Which rows are kept away from the training.
@@ -334,9 +372,26 @@ pub(crate) struct StudyArgs {
     /// A look in seconds instead of the whole: seven conditions, three starts, one draw of rows, 300 epochs.
     #[arg(long)]
     pub(crate) quick: bool,
-    /// Independent draws of rows, 2 by default; more take longer and show how far means differ.
+    /// Hold each claim of the source study against 20 draws of rows instead, and print the table.
+    #[arg(long, conflicts_with = "quick")]
+    pub(crate) claims: bool,
+    /// Independent draws of rows, 2 by default and 20 with --claims; more take longer and show how far means differ.
     #[arg(long, value_parser = clap::value_parser!(u8).range(1..=100))]
     pub(crate) draws: Option<u8>,
+    /// Starts of each net, 20 by default; the run nearest the average is kept.
+    #[arg(long, value_name = "N")]
+    pub(crate) repeats: Option<usize>,
+    /// Most epochs of a training, 1000 by default.
+    #[arg(long, value_name = "N")]
+    pub(crate) epochs: Option<usize>,
+    /// Training error in scaled units at which a training stops, 0 by default: none does.
+    #[arg(long, allow_negative_numbers = true)]
+    pub(crate) goal: Option<f64>,
+    /// Hidden neurons, 10 by default.
+    #[arg(long, value_name = "N")]
+    pub(crate) hidden: Option<usize>,
+    #[command(flatten)]
+    pub(crate) hyper: HyperArgs,
     /// Seed of rows and starts; the same seed gives the same study on any number of threads.
     #[arg(long, default_value_t = 1)]
     pub(crate) seed: u64,

@@ -1,13 +1,13 @@
 //! `gripctl eval`: a model file of any kind against rows of data.
 
-use super::columns;
+use super::columns::Columns;
 use crate::{cli::learn::EvalArgs, output};
 use anyhow::Context as _;
 use grip_session::{ModelError, exit::Exit, model};
 use grip_study::outlook::{Ensemble, Predict, Score, Svr, ensemble, score, svr};
 use mlp::{
-    Column, Model,
-    train::{ColumnSpec, DataSet, ModelFile, Scaling, evaluate, file::FileColumn},
+    Column,
+    train::{DataSet, LargeModel, ModelFile, Scaling, evaluate, file::FileColumn},
 };
 use serde::Serialize;
 
@@ -20,14 +20,17 @@ struct Result {
     within_10pct: f64,
     /// Unknown for ensembles and support vector regressions.
     extrapolated: Option<usize>,
+    /// Of classes: the share that is right, and the mean of -ln p of the right ones.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    accuracy: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    cross_entropy: Option<f64>,
 }
 
 pub(crate) fn run(args: &EvalArgs) -> anyhow::Result<Exit> {
     let text = model::read_text(&args.model)?;
     let fault = |fault| ModelError::File { file: args.model.display().to_string(), fault };
-    let load = |(inputs, targets): (Vec<ColumnSpec>, Vec<ColumnSpec>)| -> anyhow::Result<DataSet> {
-        columns::load(&args.data, (&inputs, &targets), None)
-    };
+    let load = |specs| Columns::of_numbers(specs).load(&args.data);
     let result = match Kind::of(&text) {
         Kind::Svr => {
             let svr = Svr::from_json(&text).map_err(fault)?;
@@ -39,7 +42,8 @@ pub(crate) fn run(args: &EvalArgs) -> anyhow::Result<Exit> {
         }
         Kind::Network => {
             let file = ModelFile::from_json(&text).map_err(fault)?;
-            evaluated(&file.model().map_err(fault)?, &load(file.specs())?)?
+            let rows = Columns::of(&file).load(&args.data)?;
+            evaluated(&file.large_model().map_err(fault)?, &rows)?
         }
     };
     report(args, &result)?;
@@ -68,7 +72,7 @@ impl Kind {
     }
 }
 
-fn evaluated(model: &Model<Box<[f32]>>, data: &DataSet) -> anyhow::Result<Result> {
+fn evaluated(model: &LargeModel, data: &DataSet) -> anyhow::Result<Result> {
     let evaluation = evaluate(model, data).with_context(|| data.file.clone())?;
     Ok(Result {
         rows: evaluation.rows,
@@ -76,6 +80,8 @@ fn evaluated(model: &Model<Box<[f32]>>, data: &DataSet) -> anyhow::Result<Result
         scaled_mse: evaluation.scaled_mse,
         within_10pct: evaluation.within_fraction(0.1),
         extrapolated: Some(evaluation.extrapolated),
+        accuracy: evaluation.classes.map(|classes| classes.accuracy),
+        cross_entropy: evaluation.classes.map(|classes| classes.cross_entropy),
     })
 }
 
@@ -86,7 +92,8 @@ fn scored(learner: &dyn Predict, data: &DataSet, targets: &[FileColumn]) -> anyh
     };
     let limits: Vec<Scaling> = targets.iter().map(column).collect();
     let Score { rows, mse, scaled_mse, within_10pct } = score(learner, data, &limits)?;
-    Ok(Result { rows, mse, scaled_mse, within_10pct, extrapolated: None })
+    let (accuracy, cross_entropy) = (None, None);
+    Ok(Result { rows, mse, scaled_mse, within_10pct, extrapolated: None, accuracy, cross_entropy })
 }
 
 fn report(args: &EvalArgs, result: &Result) -> anyhow::Result<()> {
@@ -96,6 +103,14 @@ fn report(args: &EvalArgs, result: &Result) -> anyhow::Result<()> {
     let outside = result
         .extrapolated
         .map_or(String::new(), |rows| format!("; {rows} rows outside the training range"));
+    if let (Some(accuracy), Some(cross_entropy)) = (result.accuracy, result.cross_entropy) {
+        return Ok(output::line(&format!(
+            "{} rows: {:.1} % of the classes right, cross-entropy {cross_entropy:.4}, mean squared error of the probabilities {:.6}{outside}",
+            result.rows,
+            100.0 * accuracy,
+            result.mse
+        ))?);
+    }
     Ok(output::line(&format!(
         "{} rows: mean squared error {:.6} (target unit squared), {:.6} (scaled); within 10 % of the target: {:.1} %{outside}",
         result.rows,

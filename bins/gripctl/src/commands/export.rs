@@ -85,7 +85,7 @@ fn c_files(
     let text = c::source(file, &prefix, &header_name, origin)
         .map_err(|error| WrongArgument(format!("--prefix: {error}")))?;
     let verified = if args.verify {
-        Some(export_verify::compare(&file.model()?, &text, &prefix, &header_name)?)
+        Some(export_verify::compare(file, &text, &prefix, &header_name)?)
     } else {
         None
     };

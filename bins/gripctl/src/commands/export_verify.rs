@@ -5,13 +5,11 @@ use anyhow::{Context as _, bail};
 use mlp::export::agreement;
 use mlp::export::c::CSource;
 use mlp::export::card::CardVerified;
-use mlp::{Coverage, Model, PredictError};
+use mlp::train::{LargeModel, ModelFile, metrics::softmax};
+use mlp::{Coverage, PredictError};
 use std::fs::File;
 use std::path::Path;
 use std::process::{Command, Stdio};
-
-/// The Rust model.
-type Ours = Model<Box<[f32]>>;
 
 /// Options for every compiler: strict C99, every usual warning an error, no fused multiply-add in place of what is written.
 const OPTIONS: [&str; 7] =
@@ -26,7 +24,7 @@ const BEYOND: usize = 5_000;
 /// # Errors
 /// When there is no compiler, when it refuses the source, and when an answer differs by more than rounding explains.
 pub(super) fn compare(
-    model: &Ours,
+    file: &ModelFile,
     text: &CSource,
     prefix: &str,
     header_name: &str,
@@ -36,6 +34,7 @@ pub(super) fn compare(
         let path = folder.path().join(name);
         std::fs::write(&path, bytes).with_context(|| format!("cannot write {}", path.display()))
     };
+    let model = &file.large_model()?;
     let inputs = features(model);
     let bytes: Vec<u8> = inputs.iter().flatten().flat_map(|x| x.to_ne_bytes()).collect();
     write(header_name, text.header.as_bytes())?;
@@ -51,7 +50,7 @@ pub(super) fn compare(
     if !run.status.success() {
         bail!("the compiled C code failed: {}", run.status);
     }
-    check(model, &inputs, &run.stdout)
+    check((model, file.classes.is_some()), &inputs, &run.stdout)
 }
 
 fn compile(folder: &Path) -> anyhow::Result<()> {
@@ -88,7 +87,7 @@ fn driver(prefix: &str, header_name: &str) -> String {
 }
 
 /// Corners and middle of the training range, extremes in each place, random vectors within and beyond the range.
-fn features(model: &Ours) -> Vec<Vec<f32>> {
+fn features(model: &LargeModel) -> Vec<Vec<f32>> {
     let columns: Vec<(f32, f32)> = model.inputs().columns().map(|c| (c.min, c.max)).collect();
     let at =
         |share: f32| columns.iter().map(|(low, high)| low * (1.0 - share) + high * share).collect();
@@ -153,7 +152,11 @@ fn status(answer: Result<Coverage, PredictError>) -> u32 {
     }
 }
 
-fn check(model: &Ours, inputs: &[Vec<f32>], bytes: &[u8]) -> anyhow::Result<CardVerified> {
+fn check(
+    (model, classes): (&LargeModel, bool),
+    inputs: &[Vec<f32>],
+    bytes: &[u8],
+) -> anyhow::Result<CardVerified> {
     let targets = model.targets().len();
     let (words, rest) = bytes.as_chunks::<4>();
     if !rest.is_empty() || words.len() != inputs.len() * (2 + targets) {
@@ -164,7 +167,7 @@ fn check(model: &Ours, inputs: &[Vec<f32>], bytes: &[u8]) -> anyhow::Result<Card
     for (raw, record) in inputs.iter().zip(words.chunks_exact(2 + targets)) {
         let answer = status(model.predict(raw, &mut out));
         let flags = (0..raw.len()).filter(|&at| !model.inputs().covers(at, raw[at]));
-        let flags = flags.fold(0_u32, |flags, at| flags | 1 << at);
+        let flags = flags.fold(0_u32, |flags, at| flags | 1 << at.min(31));
         let reported = [answer, flags];
         let theirs = [record[0], record[1]].map(u32::from_ne_bytes);
         if reported != theirs {
@@ -175,7 +178,14 @@ fn check(model: &Ours, inputs: &[Vec<f32>], bytes: &[u8]) -> anyhow::Result<Card
         if answer > 1 {
             continue;
         }
-        let bounds = agreement::bounds(model, raw);
+        let mut bounds = agreement::bounds(model, raw);
+        if classes {
+            let bound = agreement::probability_bound(&bounds);
+            bounds.fill(bound);
+            let mut scores: Vec<f64> = out.iter().copied().map(f64::from).collect();
+            softmax(&mut scores);
+            out.iter_mut().zip(scores).for_each(|(out, p)| *out = mlp::train::file::rounded(p));
+        }
         for (target, (word, bound)) in record[2..].iter().zip(bounds).enumerate() {
             let theirs = f32::from_ne_bytes(*word);
             let found = agreement::difference(model, target, out[target], theirs);

@@ -18,6 +18,7 @@ pub(crate) mod fleet;
 pub(crate) mod foxglove;
 pub(crate) mod generate;
 pub(crate) mod grasp;
+mod hyper;
 pub(crate) mod import;
 pub(crate) mod label;
 mod measure;

@@ -44,6 +44,8 @@ struct Result<'a> {
     test_scaled_mse: Option<f64>,
     train_within_10pct: f64,
     test_within_10pct: Option<f64>,
+    #[serde(flatten)]
+    classes: super::train::Classes,
     seed: u64,
     hidden: &'a [usize],
     activation: &'static str,
@@ -64,6 +66,11 @@ struct Compared<'a> {
 pub(crate) fn run(args: &SearchArgs) -> anyhow::Result<Exit> {
     let columns = Columns::new(&args.columns)?;
     let data = columns.load_grouped(&args.data, args.group.as_deref())?;
+    if args.compare && args.columns.classify {
+        let message = "--compare: the other learners estimate numbers and tell no classes apart";
+        return Err(WrongArgument(message.to_owned()).into());
+    }
+    let columns = columns.with_classes_of(&data);
     let test = args.test.as_deref().map(|file| columns.load(file)).transpose()?;
     let split = Split::holdout(&data, args.holdout, args.seed)
         .map_err(|error| WrongArgument(format!("--holdout: {error}")))?;
@@ -198,6 +205,7 @@ fn result(
         test_scaled_mse: test.map(|test| test.scaled_mse),
         train_within_10pct: fit.train.within_fraction(0.1),
         test_within_10pct: test.map(|test| test.within_fraction(0.1)),
+        classes: super::train::Classes::of(fit),
         seed: best.best_seed,
         hidden: &best.genome.hidden,
         activation: best.genome.activation.name(),
@@ -214,12 +222,9 @@ fn result(
         "best: {}, epoch {} ({}), seed {}",
         best.genome, result.epochs, result.stop, result.seed
     ))?;
-    let Result { train_mse, train_scaled_mse, train_within_10pct, .. } = result;
-    output::errors("train:", train_mse, train_scaled_mse, train_within_10pct)?;
-    if let (Some(mse), Some(scaled), Some(within)) =
-        (result.test_mse, result.test_scaled_mse, result.test_within_10pct)
-    {
-        output::errors("test: ", mse, scaled, within)?;
+    output::evaluation("train:", &fit.train)?;
+    if let Some(test) = test {
+        output::evaluation("test: ", test)?;
     }
     Ok(())
 }

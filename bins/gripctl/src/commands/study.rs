@@ -1,13 +1,17 @@
 //! `gripctl study`: the study of the four nets on simulated grasps, as a report.
 
+use super::hyper;
 use crate::{cli::learn::StudyArgs, output};
 use anyhow::Context as _;
 use grip_record::write_columns;
-use grip_session::exit::Exit;
+use grip_session::exit::{Exit, WrongArgument};
 use grip_study::{
     Condition, Report, Section, Sets, StudyConfig,
     outlook::{LearnersConfig, chapter, chapter::CONDITIONS, learners},
-    study::{self, ConditionResult, Findings, Study},
+    study::{
+        self, ConditionResult, Findings, Study,
+        claims::{Judged, judge},
+    },
 };
 use indicatif::{ProgressBar, ProgressStyle};
 use ndarray::{Axis, concatenate};
@@ -38,9 +42,10 @@ pub(crate) fn run(args: &StudyArgs) -> anyhow::Result<Exit> {
     for folder in ["figures", "rows"].map(|name| args.out.join(name)) {
         fs::create_dir_all(&folder).with_context(|| format!("cannot make {}", folder.display()))?;
     }
-    let mut config =
-        if args.quick { StudyConfig::quick(args.seed) } else { StudyConfig::full(args.seed) };
-    config.draws = args.draws.map_or(config.draws, usize::from);
+    let config = config(args)?;
+    if args.claims {
+        return claims(args, &config);
+    }
     let bar = progress(config.trainings(), "trainings");
     let study = study::run(&config, &|| bar.inc(1))?;
     bar.finish_and_clear();
@@ -51,6 +56,56 @@ pub(crate) fn run(args: &StudyArgs) -> anyhow::Result<Exit> {
         rows(&args.out.join("rows"), condition, args.seed)?;
     }
     print(args, &study, &report)?;
+    Ok(Exit::Done)
+}
+
+fn config(args: &StudyArgs) -> anyhow::Result<StudyConfig> {
+    let base = match (args.claims, args.quick) {
+        (true, _) => StudyConfig::claims(args.seed),
+        (_, true) => StudyConfig::quick(args.seed),
+        _ => StudyConfig::full(args.seed),
+    };
+    let config = StudyConfig {
+        draws: args.draws.map_or(base.draws, usize::from),
+        repeats: args.repeats.unwrap_or(base.repeats),
+        epochs: args.epochs.unwrap_or(base.epochs),
+        goal: args.goal.unwrap_or(base.goal),
+        hidden: args.hidden.unwrap_or(base.hidden),
+        hyper: hyper::of(&args.hyper)?,
+        ..base
+    };
+    config.check().map_err(|error| WrongArgument(error.to_string()))?;
+    Ok(config)
+}
+
+/// One claim, with the draws that decide it.
+#[derive(Serialize)]
+#[serde(tag = "type", rename = "claim")]
+struct Claim<'a> {
+    #[serde(flatten)]
+    judged: &'a Judged,
+}
+
+/// What the source study says, held against many draws of rows.
+fn claims(args: &StudyArgs, config: &StudyConfig) -> anyhow::Result<Exit> {
+    let bar = progress(config.claim_trainings(), "trainings");
+    let claims = judge(config, &|| bar.inc(1))?;
+    bar.finish_and_clear();
+    let report = claims.report();
+    write(&args.out, &report)?;
+    if args.json {
+        claims.judged.iter().try_for_each(|judged| output::json(&Claim { judged }))?;
+        return Ok(Exit::Done);
+    }
+    for table in report.tables() {
+        output::line(&format!("{}\n", table.markdown()))?;
+    }
+    output::line(&format!(
+        "{} trainings, {:.1} s of processor time; report {}",
+        config.claim_trainings(),
+        super::clock::processor()?.as_secs_f64(),
+        args.out.join("report.html").display()
+    ))?;
     Ok(Exit::Done)
 }
 

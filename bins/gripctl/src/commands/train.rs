@@ -3,7 +3,7 @@
 mod folds;
 mod rows;
 
-use super::{card, clock, columns::Columns, train_beyond};
+use super::{card, clock, columns::Columns, hyper, train_beyond};
 use crate::{cli::learn::TrainArgs, output};
 use anyhow::Context as _;
 use core::time::Duration;
@@ -11,10 +11,7 @@ use grip_session::exit::{Exit, WrongArgument};
 use indicatif::{ParallelProgressIterator as _, ProgressBar, ProgressStyle};
 use mlp::{
     Activation,
-    train::{
-        Algorithm, DataSet, Fit, FitConfig, Precision, RunConfig, fit::Fitting,
-        trainer::MomentumForm,
-    },
+    train::{Algorithm, Choice, DataSet, Fit, FitConfig, Precision, RunConfig, fit::Fitting},
 };
 use rayon::iter::{IntoParallelIterator as _, ParallelIterator as _};
 use rows::Parts;
@@ -33,12 +30,40 @@ struct Result {
     test_scaled_mse: Option<f64>,
     train_within_10pct: f64,
     test_within_10pct: Option<f64>,
+    #[serde(flatten)]
+    classes: Classes,
     seed: u64,
     repeats: usize,
     gradient_evaluations: usize,
     repeats_scaled_mse: Vec<f64>,
     #[serde(flatten)]
     rows: Rows,
+}
+
+/// How well classes are told apart; absent where none are.
+#[derive(Serialize)]
+pub(super) struct Classes {
+    #[serde(skip_serializing_if = "Option::is_none")]
+    train_accuracy: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    train_cross_entropy: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    test_accuracy: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    test_cross_entropy: Option<f64>,
+}
+
+impl Classes {
+    pub(super) fn of(fit: &Fit) -> Self {
+        let train = fit.train.classes;
+        let test = fit.test.as_ref().and_then(|test| test.classes);
+        Self {
+            train_accuracy: train.map(|classes| classes.accuracy),
+            train_cross_entropy: train.map(|classes| classes.cross_entropy),
+            test_accuracy: test.map(|classes| classes.accuracy),
+            test_cross_entropy: test.map(|classes| classes.cross_entropy),
+        }
+    }
 }
 
 /// Rows of each kind.
@@ -54,13 +79,13 @@ pub(crate) fn run(args: &TrainArgs) -> anyhow::Result<Exit> {
     refuse_options_of_other_models(args)?;
     let columns = Columns::new(&args.columns)?;
     match args.model.as_str() {
-        "mlp" => network(args, &config, &columns),
+        "mlp" => network(args, &config, columns),
         "ensemble" => {
-            let parts = Parts::read(args, &columns)?;
+            let parts = Parts::read(args, columns)?;
             train_beyond::ensemble(args, config, &parts.train, parts.test.as_ref())
         }
         "svr" => {
-            let parts = Parts::read(args, &columns)?;
+            let parts = Parts::read(args, columns)?;
             train_beyond::svr(args, &parts.train, parts.test.as_ref())
         }
         other => {
@@ -79,6 +104,7 @@ fn refuse_options_of_other_models(args: &TrainArgs) -> anyhow::Result<()> {
         ("--validation", split.validation.is_some(), "mlp"),
         ("--folds", split.folds.is_some(), "mlp"),
         ("--card", args.card.is_some(), "mlp"),
+        ("--classify", args.columns.classify, "mlp"),
     ] {
         if given && args.model != model {
             return Err(WrongArgument(format!("{option} goes with --model {model} only")).into());
@@ -87,7 +113,7 @@ fn refuse_options_of_other_models(args: &TrainArgs) -> anyhow::Result<()> {
     Ok(())
 }
 
-fn network(args: &TrainArgs, config: &FitConfig, columns: &Columns) -> anyhow::Result<Exit> {
+fn network(args: &TrainArgs, config: &FitConfig, columns: Columns) -> anyhow::Result<Exit> {
     let card_path = card::path(args.card.as_deref(), &args.output, &[&args.output, &args.data])?;
     let parts = Parts::read(args, columns)?;
     if let Some(folds) = args.split.folds {
@@ -131,10 +157,10 @@ fn fit_config(args: &TrainArgs) -> anyhow::Result<FitConfig> {
         },
         seed: args.seed,
         repeats: args.repeats,
+        choice: choice(&args.choice)?,
         precision: precision(&args.precision)?,
         decay: args.decay,
         scaler: args.scaler.parse().map_err(|error| WrongArgument(format!("--scaler: {error}")))?,
-        ..FitConfig::default()
     })
 }
 
@@ -170,33 +196,23 @@ fn progress(repeats: usize) -> ProgressBar {
 }
 
 fn algorithm(args: &TrainArgs) -> anyhow::Result<Algorithm> {
-    let mut algorithm: Algorithm = args
+    let algorithm: Algorithm = args
         .algorithm
         .parse()
         .map_err(|error| WrongArgument(format!("--algorithm {}: {error}", args.algorithm)))?;
-    match (&mut algorithm, &args.rprop) {
-        (Algorithm::Rprop(config), Some(name)) => {
-            config.variant =
-                name.parse().map_err(|error| WrongArgument(format!("--rprop: {error}")))?;
-        }
-        (_, Some(_)) => return Err(only("--rprop", "rprop")),
-        (_, None) => {}
-    }
-    match (&mut algorithm, args.momentum.as_deref()) {
-        (_, None) => {}
-        (Algorithm::Gdm(config), Some("averaged")) => config.form = MomentumForm::Averaged,
-        (Algorithm::Gdm(config), Some("heavy-ball")) => config.form = MomentumForm::HeavyBall,
-        (Algorithm::Gdm(_), Some(other)) => {
-            let message = format!("--momentum {other}: expected averaged or heavy-ball");
-            return Err(WrongArgument(message).into());
-        }
-        (_, Some(_)) => return Err(only("--momentum", "gdm")),
-    }
-    Ok(algorithm)
+    hyper::refuse_others(&args.hyper, algorithm)?;
+    Ok(hyper::of(&args.hyper)?.of(algorithm))
 }
 
-fn only(option: &str, algorithm: &str) -> anyhow::Error {
-    WrongArgument(format!("{option} goes with --algorithm {algorithm} only")).into()
+fn choice(name: &str) -> anyhow::Result<Choice> {
+    match name {
+        "best" => Ok(Choice::Best),
+        "nearest-average" => Ok(Choice::NearestAverage),
+        other => {
+            let message = format!("--choice {other}: expected best or nearest-average");
+            Err(WrongArgument(message).into())
+        }
+    }
 }
 
 fn precision(name: &str) -> anyhow::Result<Precision> {
@@ -233,6 +249,7 @@ fn report(args: &TrainArgs, fit: &Fit, rows: Rows, cpu: Duration) -> anyhow::Res
         test_scaled_mse: fit.test.as_ref().map(|test| test.scaled_mse),
         train_within_10pct: fit.train.within_fraction(0.1),
         test_within_10pct: fit.test.as_ref().map(|test| test.within_fraction(0.1)),
+        classes: Classes::of(fit),
         seed: fit.file.training.as_ref().map_or(args.seed, |note| note.seed),
         repeats: args.repeats,
         gradient_evaluations: run.gradient_evaluations,
@@ -243,16 +260,19 @@ fn report(args: &TrainArgs, fit: &Fit, rows: Rows, cpu: Duration) -> anyhow::Res
         return output::json(&result);
     }
     output::line(&format!(
-        "{}: {} epochs ({}), seed {}, best of {}; {:.2} s of processor time",
-        result.algorithm, result.epochs, result.stop, result.seed, result.repeats, result.cpu_s
+        "{}: {} epochs ({}), seed {}, {} of {}; {:.2} s of processor time",
+        result.algorithm,
+        result.epochs,
+        result.stop,
+        result.seed,
+        args.choice,
+        result.repeats,
+        result.cpu_s
     ))?;
     let of = format!("train: {} rows,", result.rows.train_rows);
-    output::errors(&of, result.train_mse, result.train_scaled_mse, result.train_within_10pct)?;
-    if let (Some(mse), Some(scaled), Some(within)) =
-        (result.test_mse, result.test_scaled_mse, result.test_within_10pct)
-    {
-        let of = format!("test:  {} rows,", result.rows.test_rows.unwrap_or(0));
-        output::errors(&of, mse, scaled, within)?;
+    output::evaluation(&of, &fit.train)?;
+    if let Some(test) = &fit.test {
+        output::evaluation(&format!("test:  {} rows,", test.rows), test)?;
     }
     let card_path = args.card.clone().unwrap_or_else(|| card::path_beside(&args.output));
     let (model, card) = (args.output.display(), card_path.display());

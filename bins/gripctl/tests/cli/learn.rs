@@ -182,3 +182,95 @@ fn rows_of_numpy_train_like_those_of_csv() {
     .unwrap();
     gripctl(folder.path(), &["eval", "a.json", "cut.npz"]).refused(2, &["cut.npz: is no .npz"]);
 }
+
+#[test]
+fn settings_of_a_rule_change_its_training_and_go_with_it_alone() {
+    let folder = folder_with_rows();
+    let mse = |more: &[&str]| {
+        let args = [&["--epochs", "40"][..], more].concat();
+        number(&train(folder.path(), "h.json", &args).done().json()[0], "train_scaled_mse")
+    };
+    let (slow, fast) =
+        (["--algorithm", "gd", "--rate", "0.001"], ["--algorithm", "gd", "--rate", "0.05"]);
+    assert!(mse(&fast) < mse(&slow));
+    let steps = ["--algorithm", "rprop", "--rprop-steps", "0.01,1.1,0.6,10", "--rprop", "rprop-"];
+    assert!(mse(&steps) != mse(&steps[..2]));
+    assert!(
+        mse(&["--algorithm", "gdm", "--momentum-share", "0.5"]) != mse(&["--algorithm", "gdm"])
+    );
+    let several = ["--algorithm", "gd", "--repeats", "5"];
+    let typical = [&several[..], &["--choice", "nearest-average"]].concat();
+    assert!(mse(&typical) > mse(&several), "the best run is better than the typical one");
+    for (more, message) in [
+        (
+            &["--algorithm", "scg", "--rate", "0.1"][..],
+            "--rate goes with --algorithm gd, gdm, gdx only",
+        ),
+        (&["--algorithm", "gd", "--mu", "0.1"], "--mu goes with --algorithm lm only"),
+        (&["--rprop-steps", "1,2"], "expected four numbers"),
+        (&["--choice", "worst"], "--choice worst: expected best or nearest-average"),
+    ] {
+        train(folder.path(), "h.json", more).refused(2, &[message]);
+    }
+}
+
+/// 24 columns, more than gripd takes; the class hangs on two of them.
+fn folder_with_classes() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    let names: Vec<String> = (0..24).map(|at| format!("x{at}")).collect();
+    let mut csv = format!("{},side,object\n", names.join(","));
+    for row in 0..240_u32 {
+        let (sin, cos) = (f64::from(row) * 2.399).sin_cos();
+        let side = if sin > 0.5 {
+            "up"
+        } else if cos > 0.0 {
+            "right"
+        } else {
+            "left"
+        };
+        let noise = (2..24).map(|at| ((row * 31 + at * 17) % 101).to_string());
+        let cells: Vec<String> =
+            [sin.to_string(), cos.to_string()].into_iter().chain(noise).collect();
+        csv += &format!("{},{side},o{}\n", cells.join(","), row % 4);
+    }
+    fs::write(folder.path().join("sides.csv"), csv).unwrap();
+    folder
+}
+
+#[test]
+fn classes_of_24_columns_are_learned_tested_exported_and_searched_for() {
+    let folder = folder_with_classes();
+    let inputs = (0..24).map(|at| format!("x{at}")).collect::<Vec<_>>().join(",");
+    let columns = ["--inputs", &inputs, "--target", "side", "--classify"];
+    let train = ["train", "sides.csv", "-o", "s.json", "--json", "--algorithm", "scg"];
+    let more = ["--epochs", "60", "--folds", "3", "--split-by", "object", "--holdout", "0.25"];
+    let lines = gripctl(folder.path(), &[&train[..], &columns, &more].concat()).done().json();
+    let (folds, result) = (&lines[lines.len() - 2], &lines[lines.len() - 1]);
+    assert!(number(folds, "test_accuracy") > 0.8, "{folds}");
+    assert!(number(result, "test_accuracy") > 0.8 && number(result, "train_mse") < 0.1, "{result}");
+    assert!(number(result, "train_cross_entropy") < 0.4, "{result}");
+    let eval = gripctl(folder.path(), &["eval", "s.json", "sides.csv", "--json"]).done().json();
+    assert!(number(&eval[0], "accuracy") > 0.9 && number(&eval[0], "mse") < 0.1, "{eval:?}");
+    assert!(number(&eval[0], "cross_entropy") > 0.0);
+    let card = fs::read_to_string(folder.path().join("s.card.json")).unwrap();
+    assert!(card.contains("\"accuracy\"") && card.contains("\"cross_entropy\""), "{card}");
+    let text = gripctl(folder.path(), &["eval", "s.json", "sides.csv"]).done().out;
+    assert!(text.contains("of the classes right"), "{text}");
+    for format in [&["c", "--verify"][..], &["onnx"]] {
+        gripctl(folder.path(), &[&["export", "s.json", "--format"], format].concat()).done();
+    }
+    gripctl(folder.path(), &["grasp", "--trials", "1", "--model", "s.json"])
+        .refused(2, &["s.json", "3 classes apart", "at most 16 inputs"]);
+    let search = ["search", "sides.csv", "-o", "f.json", "--json", "--generations", "1"];
+    let few = ["--population", "6", "--epochs", "20", "--repeats", "1", "--group", "object"];
+    let lines = gripctl(folder.path(), &[&search[..], &columns, &few].concat()).done().json();
+    assert!(number(lines.last().unwrap(), "train_accuracy") > 0.5, "{lines:?}");
+    let args =
+        [&["train", "sides.csv", "-o", "l.json", "--algorithm", "lm"][..], &columns].concat();
+    gripctl(folder.path(), &args).refused(2, &["lm minimises squares only"]);
+    let args = [&["train", "sides.csv", "-o", "e.json", "--model", "svr"][..], &columns].concat();
+    gripctl(folder.path(), &args).refused(2, &["--classify goes with --model mlp only"]);
+    let two = ["train", "sides.csv", "-o", "t.json", "--inputs", "x0", "--target", "side,object"];
+    gripctl(folder.path(), &[&two[..], &["--classify"]].concat())
+        .refused(2, &["--classify: expected one column"]);
+}

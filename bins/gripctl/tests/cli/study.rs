@@ -55,3 +55,34 @@ fn a_quick_study_writes_a_page_its_numbers_and_its_figures() {
     assert_eq!(numbers(folder.path()), json);
     assert!(text.out.contains("report s/report.html") && text.err.is_empty(), "{text:?}");
 }
+
+#[test]
+fn claims_are_reported_with_the_draws_that_decide_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let few = ["--draws", "2", "--repeats", "2", "--epochs", "30", "--rate", "0.05"];
+    let run = |more: &[&str]| {
+        let base = ["study", "--claims", "--out", "c"];
+        gripctl(folder.path(), &[&base[..], &few, more].concat()).done()
+    };
+    let claims = run(&["--json"]).json();
+    assert!(claims.len() > 15 && claims.iter().all(|claim| claim["type"] == "claim"), "{claims:?}");
+    let exclude = claims.iter().find(|claim| claim["place"] == "Figs. 3-7").unwrap();
+    assert_eq!(exclude["draws"][0], serde_json::json!(["fixed-0", 0, 2]), "{exclude}");
+    let text = run(&["--momentum", "heavy-ball"]).out;
+    assert!(text.contains("| eq1-trial |") && text.contains("cannot be decided"), "{text}");
+    let json: Value = serde_json::from_str(&read(folder.path(), "c/study.json")).unwrap();
+    assert_eq!(
+        (&json["type"], json["claims"].as_array().map(Vec::len)),
+        (&"claims".into(), Some(claims.len()))
+    );
+    assert!(read(folder.path(), "c/report.html").contains("Claims of the source study"));
+    for (more, message) in [
+        (&["--rate", "0"][..], "rate is 0: it must be a positive number"),
+        (&["--goal", "-1"], "goal is -1"),
+        (&["--repeats", "0"], "repeats is 0"),
+        (&["--rprop", "rprop"], "--rprop: unknown variant"),
+    ] {
+        let base = ["study", "--claims", "--out", "c"];
+        gripctl(folder.path(), &[&base[..], more].concat()).refused(2, &[message]);
+    }
+}

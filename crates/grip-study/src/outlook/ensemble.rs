@@ -1,10 +1,10 @@
 //! Rows of data and one setting in, several nets with the mean and the spread of their answers out.
 
 use mlp::train::{
-    ColumnSpec, DataSet, EnsembleFile, FileError, Fit, FitConfig, ModelFile, SettingError,
-    file::FileColumn, fit,
+    ColumnSpec, DataSet, EnsembleFile, FileError, Fit, FitConfig, LargeModel, ModelFile,
+    SettingError, file::FileColumn, fit,
 };
-use mlp::{Model, PredictError, ShapeError};
+use mlp::{PredictError, ShapeError};
 use ndarray::ArrayRef1;
 use rand_chacha::ChaCha8Rng;
 use rand_core::{Rng as _, SeedableRng as _};
@@ -60,7 +60,7 @@ impl EnsembleConfig {
 #[derive(Debug, Clone)]
 pub struct Ensemble {
     files: Vec<ModelFile>,
-    models: Vec<Model<Box<[f32]>>>,
+    models: Vec<LargeModel>,
 }
 
 #[derive(Deserialize)]
@@ -149,7 +149,7 @@ impl Ensemble {
     /// Any [`FileError`] of [`EnsembleFile::from_json`].
     pub fn from_json(text: &str) -> Result<Self, FileError> {
         let files = EnsembleFile::from_json(text)?.into_members();
-        let models = files.iter().map(ModelFile::model).collect::<Result<_, _>>()?;
+        let models = files.iter().map(ModelFile::large_model).collect::<Result<_, _>>()?;
         Ok(Self { files, models })
     }
 }

@@ -31,7 +31,7 @@ pub struct Spread {
     pub deviation: f64,
 }
 
-impl<W: AsRef<[f32]>> Predict for Model<W> {
+impl<W: AsRef<[f32]>, const IO: usize, const WIDTH: usize> Predict for Model<W, IO, WIDTH> {
     fn predict(&self, inputs: &ArrayRef1<f64>, outputs: &mut [f64]) -> Result<(), PredictError> {
         let inputs: Vec<f32> = inputs.iter().map(|&value| rounded(value)).collect();
         let mut answer = vec![0.0_f32; outputs.len()];

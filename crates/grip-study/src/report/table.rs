@@ -90,6 +90,19 @@ impl Table {
         self.rows.push(row);
     }
 
+    /// As Markdown: caption, heads and cells.
+    #[must_use]
+    pub fn markdown(&self) -> String {
+        let line = |cells: Vec<String>| format!("| {} |\n", cells.join(" | "));
+        let mut text = format!("{}\n\n", self.caption);
+        text += &line(self.columns.clone());
+        text += &format!("|{}\n", "---|".repeat(self.columns.len()));
+        for row in &self.rows {
+            text += &line(row.iter().map(Cell::shown).collect());
+        }
+        text
+    }
+
     /// Heads and cells.
     #[must_use]
     pub fn json(&self) -> Value {

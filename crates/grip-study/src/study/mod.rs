@@ -10,6 +10,7 @@
 //! conditions the mean.
 
 mod ceiling;
+pub mod claims;
 mod findings;
 mod net;
 mod pages;
@@ -17,10 +18,11 @@ mod training;
 
 pub use ceiling::{Ceiling, ceiling};
 pub use findings::{Distance, Findings};
-pub use net::{HIDDEN, NETS, Net};
+pub use net::{HEAVY_BALL, HIDDEN, NETS, Net};
 pub use training::{Curve, Summary};
 
 use crate::{Condition, Scores, StudyError, condition};
+use mlp::train::{Hyper, RunConfig};
 use rayon::iter::{IntoParallelIterator as _, IntoParallelRefIterator as _, ParallelIterator as _};
 use serde::Serialize;
 
@@ -32,12 +34,18 @@ pub type Progress<'a> = &'a (dyn Fn() + Sync);
 pub struct StudyConfig {
     /// Seed of rows and starting weights.
     pub seed: u64,
-    /// Trainings of each net from different starts, at least 1. The source study has 20.
+    /// Trainings of each net from different starts, at least 1. The source study has 20 and keeps the one near the average.
     pub repeats: usize,
     /// Independent draws of rows, at least 1.
     pub draws: usize,
-    /// Epochs of each training, at least 1. The source study has 1000.
+    /// Most epochs of each training, at least 1. The source study stops at a number that it does not name.
     pub epochs: usize,
+    /// Training error, in scaled units, at which a training stops. The source study has one and does not name it; 0 stops none.
+    pub goal: f64,
+    /// Neurons of the hidden layer, at least 1. The source study does not name them.
+    pub hidden: usize,
+    /// Settings of the trainers other than the usual ones.
+    pub hyper: Hyper,
     /// Rows that the estimate of the best possible answer knows, at least 1000.
     pub known_rows: usize,
     /// The conditions, at least one.
@@ -53,6 +61,9 @@ impl StudyConfig {
             repeats: 20,
             draws: 2,
             epochs: 1000,
+            goal: 0.0,
+            hidden: HIDDEN,
+            hyper: Hyper::default(),
             known_rows: 50_000,
             conditions: condition::ALL.to_vec(),
         }
@@ -64,7 +75,8 @@ impl StudyConfig {
         let names =
             ["fixed-0", "paper", "fixed-6", "varied-0", "varied-v", "default", "paper-more"];
         let conditions = names.iter().filter_map(|name| Condition::named(name)).collect();
-        Self { seed, repeats: 3, draws: 1, epochs: 300, known_rows: 10_000, conditions }
+        let full = Self::full(seed);
+        Self { repeats: 3, draws: 1, epochs: 300, known_rows: 10_000, conditions, ..full }
     }
 
     /// Trainings it takes.
@@ -73,11 +85,18 @@ impl StudyConfig {
         self.conditions.len() * self.draws * NETS.len() * self.repeats
     }
 
-    fn check(&self) -> Result<(), StudyError> {
+    /// Whether every number is large enough, and the trainers can work with their settings.
+    ///
+    /// # Errors
+    /// [`StudyError::Setting`] and [`StudyError::Trainer`] for the first that is not.
+    pub fn check(&self) -> Result<(), StudyError> {
+        RunConfig { goal: self.goal, ..RunConfig::default() }.check()?;
+        NETS.iter().try_for_each(|net| net.algorithm(&self.hyper).check())?;
         let least = [
             ("repeats", self.repeats, 1),
             ("draws", self.draws, 1),
             ("epochs", self.epochs, 1),
+            ("hidden", self.hidden, 1),
             ("known_rows", self.known_rows, 1000),
             ("conditions", self.conditions.len(), 1),
         ];
@@ -193,7 +212,7 @@ fn run_net(
         .map(|sets| training::train(condition, net, sets, config, progress))
         .collect::<Result<Vec<_>, _>>()?;
     let fault = |source| StudyError::Fit { condition: condition.name, learner: net.name, source };
-    let curve = training::curve(net, &sets[0], &trained[0]).map_err(fault)?;
+    let curve = training::curve(net, &sets[0], &trained[0], config).map_err(fault)?;
     Ok(NetResult {
         net: net.name,
         trainer: net.trainer,

@@ -1,10 +1,10 @@
 //! The nets of the study: one shape, one trainer each.
 
 use mlp::train::{
-    Algorithm,
+    Algorithm, Hyper,
     trainer::{
-        GradientDescentConfig, LbfgsConfig, LevenbergMarquardtConfig, MomentumConfig, RpropConfig,
-        ScgConfig,
+        GradientDescentConfig, LbfgsConfig, LevenbergMarquardtConfig, MomentumConfig, MomentumForm,
+        RpropConfig, RpropVariant, ScgConfig,
     },
 };
 
@@ -26,26 +26,35 @@ pub struct Net {
 
 /// M1 to M4 and two more.
 pub const NETS: [Net; 6] = [
-    Net { name: "M1", trainer: "GD", figure: "3", published: Some([0.53, 0.64]) },
-    Net { name: "M2", trainer: "GDM", figure: "4", published: Some([0.51, 0.59]) },
-    Net { name: "M3", trainer: "RPROP", figure: "5", published: Some([0.63, 0.69]) },
-    Net { name: "M4", trainer: "SCG", figure: "6", published: Some([0.56, 0.67]) },
+    Net { name: "M1", trainer: "GD", figure: "3", published: Some([0.53, 0.6397]) },
+    Net { name: "M2", trainer: "GDM", figure: "4", published: Some([0.51, 0.5892]) },
+    Net { name: "M3", trainer: "RPROP", figure: "5", published: Some([0.63, 0.6902]) },
+    Net { name: "M4", trainer: "SCG", figure: "6", published: Some([0.56, 0.6734]) },
     Net { name: "LM", trainer: "LM", figure: "6a", published: None },
     Net { name: "LBFGS", trainer: "L-BFGS", figure: "6b", published: None },
 ];
 
+/// M2 with the other form of momentum: the study does not say which it has.
+pub const HEAVY_BALL: Net =
+    Net { name: "M2b", trainer: "GDM heavy ball", figure: "4b", published: None };
+
 impl Net {
-    /// Its trainer with the usual settings (MATLAB's for M1 to M4).
+    /// Its trainer with the usual settings (MATLAB's for M1 to M4), or those of `hyper`. RPROP is Rprop-, as the study describes
+    /// it: a weight whose gradient changed its sign moves on with a shorter step, one whose product of gradients is zero keeps
+    /// its step.
     #[must_use]
-    pub fn algorithm(&self) -> Algorithm {
-        match self.trainer {
+    pub fn algorithm(&self, hyper: &Hyper) -> Algorithm {
+        let heavy = MomentumConfig { form: MomentumForm::HeavyBall, ..MomentumConfig::default() };
+        let minus = RpropConfig { variant: RpropVariant::Minus, ..RpropConfig::default() };
+        hyper.of(match self.trainer {
             "GD" => Algorithm::Gd(GradientDescentConfig::default()),
             "GDM" => Algorithm::Gdm(MomentumConfig::default()),
+            "GDM heavy ball" => Algorithm::Gdm(heavy),
             "SCG" => Algorithm::Scg(ScgConfig::default()),
             "LM" => Algorithm::Lm(LevenbergMarquardtConfig::default()),
             "L-BFGS" => Algorithm::Lbfgs(LbfgsConfig::default()),
-            _ => Algorithm::Rprop(RpropConfig::default()),
-        }
+            _ => Algorithm::Rprop(minus),
+        })
     }
 
     /// Name and trainer: `M3 RPROP`.
@@ -65,7 +74,8 @@ mod tests {
 
     #[test]
     fn every_net_has_its_own_trainer() {
-        let names: Vec<&str> = NETS.iter().map(|net| net.algorithm().name()).collect();
+        let names: Vec<&str> =
+            NETS.iter().map(|net| net.algorithm(&Hyper::default()).name()).collect();
         assert_eq!(names, ["gd", "gdm", "rprop", "scg", "lm", "lbfgs"]);
     }
 }

@@ -381,12 +381,13 @@ fn method(study: &Study) -> Section {
              Noise is normal and relative; E_sc is computed from the noisy v and F and the exact irregularities.",
         )
         .with(format!(
-            "Nets: 10 tanh neurons, one linear output, inputs and target scaled to -1..1 on the training rows, Nguyen-Widrow \
-             starts, full batch, {} epochs, f64, saved in f32. Trainers have the usual settings (GD and GDM rate 0.01; GDM \
-             momentum 0.9 in the averaged form; RPROP 0.07, 1.2, 0.5, 50; SCG sigma 5e-5, lambda 5e-7). No validation rows. \
+            "Nets: {} tanh neurons, one linear output, inputs and target scaled to -1..1 on the training rows, Nguyen-Widrow \
+             starts, full batch, {} epochs, f64, saved in f32. Trainers have the usual settings where no others were given (GD and \
+             GDM rate 0.01; GDM momentum 0.9 in the averaged form; Rprop- 0.07, 1.2, 0.5, 50; SCG sigma 5e-5, lambda 5e-7). \
+             No validation rows. \
              {} starts each; of these the run whose training error is nearest the average is reported. {} independent draws \
              of rows: Tables 1 and 2 and the figures show the first, tables of all conditions the mean. Seed {}.",
-            config.epochs, config.repeats, config.draws, config.seed
+            config.hidden, config.epochs, config.repeats, config.draws, config.seed
         ))
         .with(format!(
             "Best possible answers: the higher of two estimates, both made on rows that had no part in making them. Closed \

@@ -1,6 +1,6 @@
 //! A condition's rows and a net in, repeated trainings, the run nearest their average and its scores out.
 
-use super::net::{HIDDEN, Net};
+use super::net::Net;
 use super::{Progress, StudyConfig};
 use crate::{Condition, Scores, Sets, StudyError};
 use mlp::train::{
@@ -58,12 +58,13 @@ pub(super) struct Trained {
 
 /// The settings of every training.
 pub(super) fn fit_config(net: &Net, config: &StudyConfig) -> FitConfig {
-    let algorithm = net.algorithm();
+    let algorithm = net.algorithm(&config.hyper);
     FitConfig {
-        hidden: vec![HIDDEN],
+        hidden: vec![config.hidden],
         algorithm,
         run: RunConfig {
             epochs: config.epochs,
+            goal: config.goal,
             min_gradient: algorithm.min_gradient(),
             ..RunConfig::default()
         },
@@ -138,16 +139,21 @@ fn summary(fit: &Fit, test_mse: f64, config: &StudyConfig) -> Summary {
 }
 
 /// Goes through the chosen run once more, epoch by epoch, and looks at the test rows on the way.
-pub(super) fn curve(net: &Net, sets: &Sets, trained: &Trained) -> Result<Curve, FitError> {
+pub(super) fn curve(
+    net: &Net,
+    sets: &Sets,
+    trained: &Trained,
+    config: &StudyConfig,
+) -> Result<Curve, FitError> {
     let data = &sets.train;
-    let topology = Topology::regression(data.inputs.len(), &[HIDDEN], data.targets.len())?;
+    let topology = Topology::regression(data.inputs.len(), &[config.hidden], data.targets.len())?;
     let objective = |rows: &DataSet| {
         let [inputs, targets] = rows.scaled(&data.input_scalings(), &data.target_scalings());
         NetworkObjective::<f64>::new(&topology, &inputs, &targets)
     };
     let (mut train, mut test) = (objective(data)?, objective(&sets.test)?);
     let mut weights = nguyen_widrow(&topology, trained.summary.seed);
-    let mut trainer = net.algorithm().trainer(weights.len());
+    let mut trainer = net.algorithm(&config.hyper).trainer(weights.len());
     let history = &trained.fit.runs[trained.fit.chosen].history;
     let mut curve = Curve::default();
     for (epoch, &mse) in history.iter().enumerate() {
@@ -216,7 +222,7 @@ mod tests {
         let sets = PAPER.sets(5, 0).unwrap();
         for net in &NETS {
             let trained = train(&PAPER, net, &sets, &config, &|| ()).unwrap();
-            let curve = curve(net, &sets, &trained).unwrap();
+            let curve = curve(net, &sets, &trained, &config).unwrap();
             let last = curve.epoch.len() - 1;
             assert!(curve.epoch[last] <= 60 && curve.epoch.starts_with(&[0, 1, 2]), "{curve:?}");
             let first = curve.train[0];

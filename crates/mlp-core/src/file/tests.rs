@@ -84,7 +84,7 @@ fn shapes_that_do_not_fit_are_named() {
     );
     assert_eq!(
         refusal("[[1.0, -1.0]], \"biases\": [0.0]", "[], \"biases\": []"),
-        FileError::Shape(ShapeError::Width { layer: 2, given: 0 })
+        FileError::Shape(ShapeError::Width { layer: 2, given: 0, limit: 1024 })
     );
 }
 
@@ -105,4 +105,66 @@ fn a_model_with_overflowing_weights_is_not_saved() {
     let column = ModelFile::from_json(TEXT).unwrap().inputs;
     let file = ModelFile::new(&column, &column, &topology, &[1.0, 2.0, 1e60, 4.0]);
     assert_eq!(file.to_json(), Err(FileError::NotFinite { layer: 2, place: 1 }));
+}
+
+/// A network of `inputs`, 3 and as many outputs as there are `targets`.
+fn sized(inputs: usize, targets: usize) -> ModelFile {
+    let topology = Topology::regression(inputs, &[3], targets).unwrap();
+    let columns = |kind: &str, count: usize| -> Vec<FileColumn> {
+        let column = |at: usize| FileColumn {
+            name: format!("{kind}{at}"),
+            unit: String::new(),
+            transform: Transform::Identity,
+            min: -1.0,
+            max: 1.0,
+        };
+        (0..count).map(column).collect()
+    };
+    let weights = vec![0.01; topology.weights()];
+    ModelFile::new(&columns("x", inputs), &columns("y", targets), &topology, &weights)
+}
+
+#[test]
+fn large_models_are_read_and_refused_where_memory_is_fixed() {
+    let file = sized(1024, 64);
+    let again = ModelFile::from_json(&file.to_json().unwrap()).unwrap();
+    assert_eq!(again, file);
+    let mut out = [0.0; 64];
+    again.large_model().unwrap().predict(&[1.0; 1024], &mut out).unwrap();
+    assert!(out.iter().all(|y| (0.03..0.05).contains(y)), "{out:?}");
+    for (file, message) in [
+        (file, "layer 0 has 1024 neurons: it may have 1 to 64"),
+        (sized(17, 1), "input: 17 columns: 1 to 16 are possible"),
+    ] {
+        assert_eq!(file.model().unwrap_err().to_string(), message);
+    }
+    assert!(Topology::regression(1025, &[3], 1).is_err());
+    assert!(Topology::regression(1, &[3], 65).is_err());
+    assert!(sized(16, 1).model().is_ok());
+}
+
+#[test]
+fn small_models_answer_the_same_bits_in_both_sizes() {
+    let file = ModelFile::from_json(TEXT).unwrap();
+    let (small, large) = (file.model().unwrap(), file.large_model().unwrap());
+    let answer = |x: f32| {
+        let (mut a, mut b) = ([0.0], [0.0]);
+        small.predict(&[x], &mut a).unwrap();
+        large.predict(&[x], &mut b).unwrap();
+        (a[0].to_bits(), b[0].to_bits())
+    };
+    for x in [0.01, 0.1, 0.29, 7.0] {
+        let (small, large) = answer(x);
+        assert_eq!(small, large, "{x}");
+    }
+}
+
+#[test]
+fn a_classifier_estimates_no_number() {
+    let mut file = sized(2, 3);
+    assert!(!file.to_json().unwrap().contains("classes"), "files of estimators stay as they were");
+    file.classes = Some("direction".to_owned());
+    let again = ModelFile::from_json(&file.to_json().unwrap()).unwrap();
+    assert_eq!(again, file);
+    assert_eq!(again.model().unwrap_err(), FileError::Classifier { classes: 3 });
 }

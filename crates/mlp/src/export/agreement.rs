@@ -16,7 +16,12 @@ const UNIT: f64 = 1.0 / 4_194_304.0;
 /// The scaled difference of `left` and `right`, both raw values of target `target`; 0 where there is no such target or it is
 /// constant, and for results of a logarithmic target too small for normal numbers.
 #[must_use]
-pub fn difference<W: AsRef<[f32]>>(model: &Model<W>, target: usize, left: f32, right: f32) -> f64 {
+pub fn difference<W: AsRef<[f32]>, const IO: usize, const WIDTH: usize>(
+    model: &Model<W, IO, WIDTH>,
+    target: usize,
+    left: f32,
+    right: f32,
+) -> f64 {
     let Some(axis) = model.targets().axes().get(target) else { return 0.0 };
     if axis.is_constant() {
         return f64::from((left - right).abs());
@@ -31,7 +36,10 @@ pub fn difference<W: AsRef<[f32]>>(model: &Model<W>, target: usize, left: f32, r
 
 /// The largest [`difference`] of each target that rounding explains for the features `raw`, which must have an answer.
 #[must_use]
-pub fn bounds<W: AsRef<[f32]>>(model: &Model<W>, raw: &[f32]) -> Vec<f64> {
+pub fn bounds<W: AsRef<[f32]>, const IO: usize, const WIDTH: usize>(
+    model: &Model<W, IO, WIDTH>,
+    raw: &[f32],
+) -> Vec<f64> {
     let mut state = State { size: 0.0, error: 0.0 };
     for (axis, &value) in model.inputs().axes().iter().zip(raw) {
         state = state.joined(scaled(axis, value));
@@ -50,6 +58,14 @@ pub fn bounds<W: AsRef<[f32]>>(model: &Model<W>, raw: &[f32]) -> Vec<f64> {
         false => state.error + UNIT * unscaling(axis, state.size),
     };
     model.targets().axes().iter().map(error).collect()
+}
+
+/// The largest difference of a probability, where those of the scores have these `bounds`: it changes by at most 2 p (1 - p) times
+/// the largest change of a score, and softmax has roundings of its own.
+#[must_use]
+pub fn probability_bound(bounds: &[f64]) -> f64 {
+    let largest = bounds.iter().copied().fold(0.0, f64::max);
+    0.5 * largest + UNIT * count(bounds.len() + 8)
 }
 
 /// Largest size of the values of a layer, and largest difference of two computations of one.
@@ -71,7 +87,7 @@ impl State {
         let bias = biases.iter().map(|bias| f64::from(bias.abs())).fold(0.0, f64::max);
         let size = heaviest * self.size + bias;
         // As many roundings of 2^-24 in a sum as it has terms, in both computations.
-        let roundings = 0.5 * f64::from(u32::try_from(from + 1).unwrap_or(u32::MAX)) * UNIT * size;
+        let roundings = 0.5 * count(from + 1) * UNIT * size;
         Self { size, error: heaviest * self.error + roundings }
     }
 
@@ -84,6 +100,10 @@ impl State {
             }
         }
     }
+}
+
+fn count(n: usize) -> f64 {
+    f64::from(u32::try_from(n).unwrap_or(u32::MAX))
 }
 
 fn scaled(axis: &Axis, raw: f32) -> State {

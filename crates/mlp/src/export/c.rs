@@ -3,7 +3,8 @@
 //! The source needs no heap, no tables beyond its weights and, without logarithms, nothing of the C library. tanh is the rational
 //! function of [`tanh::rational`](crate::tanh::rational) rather than `tanhf`: 3.5 ulp in a fixed number of operations, no
 //! library call, and the sums run in the order of [`Network`](crate::Network), so that compilers that do not contract
-//! expressions give the bits of the Rust model. Only `logf` and `expf` of logarithmic columns come from the C library.
+//! expressions give the bits of the Rust model. Only `logf` and `expf` of logarithmic columns and of a classifier's softmax come
+//! from the C library.
 
 use core::fmt::Write as _;
 
@@ -53,7 +54,7 @@ pub fn source(
     {
         return Err(ExportError::Prefix { prefix: prefix.to_owned() });
     }
-    let model = file.model()?;
+    let model = file.large_model()?;
     let text = Text { file, prefix, upper: prefix.to_uppercase(), origin };
     let mut source = text.preamble(header_name);
     for (at, layer) in file.layers.iter().enumerate() {
@@ -92,11 +93,7 @@ impl Text<'_> {
             "Places of the features: name, unit, range of the training rows",
             inputs,
         );
-        text += &self.places(
-            "OUT",
-            "Places of the targets: name, unit, range of the training rows",
-            targets,
-        );
+        text += &self.places("OUT", &self.targets(), targets);
         let _infallible = write!(
             text,
             "typedef enum {{\n    {upper}_OK = 0,            /* all features within the training range */\n    \
@@ -107,11 +104,19 @@ impl Text<'_> {
              /* Estimates the targets. Without an answer (status 2 and above) out is left as it was. Takes a fixed number of\n   \
              operations, no heap and no static memory but constants. */\n\
              {prefix}_status {prefix}_predict(const float in[{upper}_INPUTS], float out[{upper}_OUTPUTS]);\n\n\
-             /* Bit i is set where feature i lies outside the training range or is NaN. */\n\
+             /* Bit i is set where feature i lies outside the training range or is NaN; bit 31 stands for all from 31 on. */\n\
              unsigned {prefix}_out_of_range(const float in[{upper}_INPUTS]);\n\n\
              #ifdef __cplusplus\n}}\n#endif\n\n#endif\n"
         );
         text
+    }
+
+    /// What the targets are.
+    fn targets(&self) -> String {
+        match &self.file.classes {
+            None => "Places of the targets: name, unit, range of the training rows".to_owned(),
+            Some(column) => format!("Places of the probabilities of the classes of {column}"),
+        }
     }
 
     fn places(&self, kind: &str, title: &str, columns: &[FileColumn]) -> String {
@@ -147,8 +152,9 @@ impl Text<'_> {
         }
         text += " */\n";
         let _infallible = writeln!(text, "#include \"{header_name}\"\n\n#include <float.h>");
-        let columns = self.file.inputs.iter().chain(&self.file.targets);
-        if columns.clone().any(|column| column.transform == Transform::Ln) {
+        let mut columns = self.file.inputs.iter().chain(&self.file.targets);
+        let logarithmic = columns.any(|column| column.transform == Transform::Ln);
+        if logarithmic || self.file.classes.is_some() {
             text += "#include <math.h>\n";
         }
         text.push('\n');
@@ -164,24 +170,27 @@ impl Text<'_> {
         if uses(&[Activation::Tanh, Activation::Logistic]) {
             text += &tanh();
         }
-        text + LAYER
+        text += LAYER;
+        if self.file.classes.is_some() { text + SOFTMAX } else { text }
     }
 
     fn range_check(&self) -> String {
         let limits =
             |pick: fn(&FileColumn) -> f32| self.file.inputs.iter().map(pick).collect::<Vec<f32>>();
         let (prefix, upper) = (self.prefix, &self.upper);
+        // Beyond the first 32 inputs the last bit stands for all others.
+        let flag = if self.file.inputs.len() > 32 { "1u << (i < 31 ? i : 31)" } else { "1u << i" };
         format!(
             "\n{}{}\nunsigned {prefix}_out_of_range(const float in[{upper}_INPUTS])\n{{\n    unsigned outside = 0;\n    \
              for (int i = 0; i < {upper}_INPUTS; i++) {{\n        \
              if (!(in[i] >= lowest[i] && in[i] <= highest[i])) {{\n            \
-             outside |= 1u << i;\n        }}\n    }}\n    return outside;\n}}\n",
+             outside |= {flag};\n        }}\n    }}\n    return outside;\n}}\n",
             array("lowest", &limits(|column| column.min), 6),
             array("highest", &limits(|column| column.max), 6),
         )
     }
 
-    fn predict(&self, inputs: &Scaler, targets: &Scaler) -> String {
+    fn predict<const IO: usize>(&self, inputs: &Scaler<IO>, targets: &Scaler<IO>) -> String {
         let (prefix, upper) = (self.prefix, &self.upper);
         let widths = self.file.layers.iter().map(|layer| layer.biases.len());
         let widest = widths.chain([self.file.inputs.len()]).max().unwrap_or(1);
@@ -207,6 +216,9 @@ impl Text<'_> {
             let _infallible =
                 writeln!(text, "    raw[{at}] = {};", unscale(axis, &format!("{from}[{at}]")));
         }
+        if self.file.classes.is_some() {
+            let _infallible = writeln!(text, "    softmax(raw, {upper}_OUTPUTS);");
+        }
         let _infallible = write!(
             text,
             "    for (int i = 0; i < {upper}_OUTPUTS; i++) {{\n        if (!is_finite(raw[i])) {{\n            \
@@ -231,6 +243,25 @@ static void layer(const float *weights, const float *biases, const float *from, 
             lanes[i % 4] += weights[row * width + i] * from[i];
         }
         to[row] = (lanes[0] + lanes[2]) + (lanes[1] + lanes[3]);
+    }
+}
+";
+
+const SOFTMAX: &str = "
+/* Probabilities of scores. */
+static void softmax(float *scores, int count)
+{
+    float largest = scores[0];
+    float sum = 0.0f;
+    for (int i = 1; i < count; i++) {
+        largest = scores[i] > largest ? scores[i] : largest;
+    }
+    for (int i = 0; i < count; i++) {
+        scores[i] = expf(scores[i] - largest);
+        sum += scores[i];
+    }
+    for (int i = 0; i < count; i++) {
+        scores[i] /= sum;
     }
 }
 ";

@@ -10,7 +10,7 @@
 //! | `inputs`, `targets` | name, unit, transform, smallest and largest raw value of the training rows |
 //! | `data` | `train` and `test`: name without folders and SHA-256 of the file, number of rows; `split`: how rows came to be test rows |
 //! | `training` | algorithm, seed of the chosen run, runs it was chosen from, epochs, why it stopped, settings |
-//! | `metrics` | `train` and `test`: errors of the saved model; `mse` in target units squared, `scaled_mse` where the training range is 2 wide, `within_*pct` shares of rows from 0 to 1 |
+//! | `metrics` | `train` and `test`: errors of the saved model; `mse` in target units squared, `scaled_mse` where the training range is 2 wide, `within_*pct` shares of rows from 0 to 1; of classes `accuracy` and `cross_entropy` |
 //! | `exports` | files made from the model, with SHA-256, and how a comparison with this model went |
 
 use serde::{Deserialize, Serialize};
@@ -138,6 +138,12 @@ pub struct CardErrors {
     pub within_20pct: Option<f64>,
     /// Rows with a feature outside the training range.
     pub extrapolated: Option<usize>,
+    /// Share of the classes that were right, where there are classes.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub accuracy: Option<f64>,
+    /// Mean of `-ln p` of the right classes.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cross_entropy: Option<f64>,
 }
 
 /// Files made from the model.
@@ -180,6 +186,8 @@ impl From<&Evaluation> for CardErrors {
             within_10pct: Some(errors.within_fraction(0.1)),
             within_20pct: Some(errors.within_fraction(0.2)),
             extrapolated: Some(errors.extrapolated),
+            accuracy: errors.classes.map(|classes| classes.accuracy),
+            cross_entropy: errors.classes.map(|classes| classes.cross_entropy),
         }
     }
 }
@@ -223,6 +231,8 @@ impl Card {
                 within_10pct: None,
                 within_20pct: None,
                 extrapolated: None,
+                accuracy: None,
+                cross_entropy: None,
             };
             card.metrics.train = Some(errors(note.train_mse, Some(note.train_scaled_mse)));
             card.metrics.test = note.test_mse.map(|mse| errors(mse, note.test_scaled_mse));

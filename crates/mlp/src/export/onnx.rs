@@ -5,7 +5,7 @@
 //!     -> (Exp of the logarithmic ones) -> targets [N, outputs]
 //!     -> GreaterOrEqual, LessOrEqual, And -> in_range [N, inputs]
 //! ```
-//! Both are raw values. `in_range` tells for each feature whether the training rows covered it. A model with logarithmic and other
+//! Of a classifier the targets are probabilities, from Softmax in place of Mul and Add. Both are raw values. `in_range` tells for each feature whether the training rows covered it. A model with logarithmic and other
 //! columns takes the logarithm of all and picks with Where. A feature that was constant in training has no influence: its weights
 //! in the first layer are written as zeros. Operator set 17; names, units and ranges stand in `metadata_props`.
 
@@ -42,7 +42,7 @@ pub fn bytes(file: &ModelFile, origin: &str) -> Result<Vec<u8>, ExportError> {
 /// # Errors
 /// As [`bytes`].
 pub fn message(file: &ModelFile, origin: &str) -> Result<ModelProto, ExportError> {
-    let model = file.model()?;
+    let model = file.large_model()?;
     let mut graph = Graph::default();
     let features = "features".to_owned();
     graph.range(&file.inputs);
@@ -57,7 +57,12 @@ pub fn message(file: &ModelFile, origin: &str) -> Result<ModelProto, ExportError
         current = graph.layer(at + 1, &current, &rows, &layer.biases);
         current = graph.activate(at + 1, current, layer.activation);
     }
-    graph.unscale(&current, model.targets().axes());
+    if file.classes.is_some() {
+        // Over the last axis, as is the default.
+        graph.node("Softmax", &[&current], "targets");
+    } else {
+        graph.unscale(&current, model.targets().axes());
+    }
     let (inputs, outputs) = (file.inputs.len(), file.targets.len());
     Ok(ModelProto {
         ir_version: IR_VERSION,
@@ -234,6 +239,7 @@ fn metadata(file: &ModelFile, origin: &str) -> Vec<StringStringEntryProto> {
         entry("inputs", json!(file.inputs).to_string()),
         entry("targets", json!(file.targets).to_string()),
     ];
+    entries.extend(file.classes.iter().map(|column| entry("classes", column.clone())));
     if let Some(note) = &file.training {
         entries.push(entry("training", json!(note).to_string()));
     }

@@ -41,6 +41,17 @@ pub(super) fn all() -> Vec<ModelFile> {
     ]
 }
 
+/// A classifier of three classes with more inputs than gripd takes.
+pub(super) fn classifier() -> ModelFile {
+    let activations = [Activation::Tanh, Activation::Linear];
+    let mut file = file(&[40, 5, 3], &activations, Transform::Identity);
+    for class in &mut file.targets {
+        (class.transform, class.min, class.max) = (Transform::Identity, -1.0, 1.0);
+    }
+    file.classes = Some("side".to_owned());
+    file
+}
+
 /// Raw features inside and beyond the ranges, all of which have an answer.
 pub(super) fn features(inputs: usize) -> Vec<Vec<f32>> {
     let value = |step: usize, at: usize| 0.2 + 32.0 * (((step * 37 + at * 101) % 97) as f32 / 96.0);

@@ -6,8 +6,19 @@ use sha2::{Digest, Sha256};
 use super::column::ColumnSpec;
 use super::csv_file::{CsvFile, Row};
 pub use super::data_error::{DataSetError, Place};
+use super::objective::count;
 use super::scaling::{Method, Scaling};
-use crate::scaler::{MAX_IO, Transform};
+use super::topology::{MOST_INPUTS, MOST_OUTPUTS};
+use crate::scaler::Transform;
+
+/// What a classifier tells apart.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Classes {
+    /// The column whose text is the class of a row.
+    pub column: String,
+    /// The classes. Where none are named, those that the rows show, in alphabetical order.
+    pub names: Vec<String>,
+}
 
 /// Features and targets of one file in raw units, row by row; all values are finite in single precision too.
 #[derive(Debug, Clone, PartialEq)]
@@ -20,6 +31,8 @@ pub struct DataSet {
     pub inputs: Vec<ColumnSpec>,
     /// Target columns in the order asked for.
     pub targets: Vec<ColumnSpec>,
+    /// The column whose text is the class of a row; targets are then the classes, 1 for a row's own and 0 for the others.
+    pub classes: Option<String>,
     /// Rows x inputs, at least one row.
     input_values: Array2<f64>,
     /// As many rows x targets.
@@ -54,38 +67,37 @@ impl DataSet {
         group: Option<&str>,
     ) -> Result<Self, DataSetError> {
         check_columns(inputs, targets)?;
-        let mut csv = CsvFile::open(file, bytes)?;
-        let places = |specs: &[ColumnSpec], csv: &CsvFile<'_>| {
-            specs.iter().map(|spec| csv.column(&spec.name)).collect::<Result<Vec<_>, _>>()
-        };
-        let (input_places, target_places) = (places(inputs, &csv)?, places(targets, &csv)?);
-        let group = group.map(|name| Ok((csv.column(name)?, name))).transpose()?;
-        let hash = sha256(bytes);
-        let (mut rows, mut labels) = (0, Vec::new());
-        let (mut input_values, mut target_values) = (Vec::new(), Vec::new());
-        while let Some(row) = csv.next_row()? {
-            read_fields(&row, &input_places, inputs, &mut input_values)?;
-            read_fields(&row, &target_places, targets, &mut target_values)?;
-            if let Some((at, name)) = group {
-                labels.push(read_label(&row, at, name)?);
-            }
-            rows += 1;
-        }
-        let no_rows = || DataSetError::NoRows { file: file.to_owned() };
-        // Each row has put a value for every column by, so the arrays have these shapes.
-        let array = |columns, values| {
-            Array2::from_shape_vec((rows, columns), values).map_err(|_| no_rows())
-        };
-        let data = Self {
+        let read = read_csv(file, bytes, (inputs, targets), group.as_slice())?;
+        Ok(Self {
             file: file.to_owned(),
-            sha256: hash,
+            sha256: sha256(bytes),
             inputs: inputs.to_vec(),
             targets: targets.to_vec(),
-            input_values: array(inputs.len(), input_values)?,
-            target_values: array(targets.len(), target_values)?,
-            labels,
-        };
-        if rows == 0 { Err(no_rows()) } else { Ok(data) }
+            classes: None,
+            input_values: read.inputs,
+            target_values: read.targets,
+            labels: read.texts.into_iter().next().unwrap_or_default(),
+        })
+    }
+
+    /// The same for rows whose target is a class.
+    ///
+    /// # Errors
+    /// Any [`DataSetError`]; the first fault ends the reading.
+    pub fn from_class_csv(
+        file: &str,
+        bytes: &[u8],
+        (inputs, classes): (&[ColumnSpec], &Classes),
+        group: Option<&str>,
+    ) -> Result<Self, DataSetError> {
+        check_columns(inputs, &[class_column(classes)])?;
+        let names = [Some(classes.column.as_str()), group];
+        let names: Vec<&str> = names.into_iter().flatten().collect();
+        let read = read_csv(file, bytes, (inputs, &[]), &names)?;
+        let mut texts = read.texts.into_iter();
+        let of_rows = texts.next().unwrap_or_default();
+        let data = Self::from_classes(file, inputs, read.inputs, (classes, &of_rows))?;
+        Ok(Self { sha256: sha256(bytes), labels: texts.next().unwrap_or_default(), ..data })
     }
 
     /// Data that was computed, or read from another kind of file: raw features (rows x inputs) and targets (rows x targets) of
@@ -122,9 +134,55 @@ impl DataSet {
             sha256: hexadecimal(&hash.finalize()),
             inputs: inputs.to_vec(),
             targets: targets.to_vec(),
+            classes: None,
             input_values,
             target_values,
             labels: Vec::new(),
+        })
+    }
+
+    /// The same for rows whose target is a class, one text for each row.
+    ///
+    /// # Errors
+    /// As [`DataSet::from_values`]; [`DataSetError::Labels`] unless there is a text a row, [`DataSetError::Classes`] and
+    /// [`DataSetError::UnknownClass`].
+    pub fn from_classes(
+        name: &str,
+        inputs: &[ColumnSpec],
+        values: Array2<f64>,
+        (classes, texts): (&Classes, &[String]),
+    ) -> Result<Self, DataSetError> {
+        let column = class_column(classes);
+        check_columns(inputs, core::slice::from_ref(&column))?;
+        let mut names = classes.names.clone();
+        if names.is_empty() {
+            names = texts.to_vec();
+            names.sort_unstable();
+            names.dedup();
+        }
+        if !(2..=MOST_OUTPUTS).contains(&names.len()) {
+            return Err(DataSetError::Classes { column: column.name, given: names.len() });
+        }
+        let place = |(row, text): (usize, &String)| {
+            names.iter().position(|name| name == text).ok_or_else(|| DataSetError::UnknownClass {
+                file: name.to_owned(),
+                row: row + 1,
+                class: text.clone(),
+                known: names.join(", "),
+            })
+        };
+        let places: Vec<usize> = texts.iter().enumerate().map(place).collect::<Result<_, _>>()?;
+        let number = Array2::from_shape_fn((places.len(), 1), |(row, _)| count(places[row]));
+        let one_hot = Array2::from_shape_fn((places.len(), names.len()), |(row, class)| {
+            f64::from(u8::from(places[row] == class))
+        });
+        let data = Self::from_values(name, inputs, &[column], (values, number))?;
+        let class = |name: String| ColumnSpec { name, transform: Transform::Identity };
+        Ok(Self {
+            targets: names.into_iter().map(class).collect(),
+            classes: Some(classes.column.clone()),
+            target_values: one_hot,
+            ..data
         })
     }
 
@@ -161,6 +219,7 @@ impl DataSet {
             sha256: self.sha256.clone(),
             inputs: self.inputs.clone(),
             targets: self.targets.clone(),
+            classes: self.classes.clone(),
             input_values: self.input_values.select(Axis(0), rows),
             target_values: self.target_values.select(Axis(0), rows),
             labels: rows.iter().filter_map(|row| self.labels.get(*row).cloned()).collect(),
@@ -211,13 +270,14 @@ impl DataSet {
         self.scalings(Method::MinMax).1
     }
 
-    /// Limits of feature and target columns over the rows, scaled by `method`.
+    /// Limits of feature and target columns over the rows, scaled by `method`. Those of classes leave them as they are.
     #[must_use]
     pub fn scalings(&self, method: Method) -> (Vec<Scaling>, Vec<Scaling>) {
-        (
-            scalings(method, &self.inputs, &self.input_values),
-            scalings(method, &self.targets, &self.target_values),
-        )
+        let targets = match self.classes {
+            None => scalings(method, &self.targets, &self.target_values),
+            Some(_) => vec![Scaling::of(Transform::Identity, [-1.0, 1.0]); self.targets.len()],
+        };
+        (scalings(method, &self.inputs, &self.input_values), targets)
     }
 
     /// Inputs and targets of all rows scaled, as the [objective](super::NetworkObjective) takes them. Limits come from the
@@ -228,10 +288,15 @@ impl DataSet {
     }
 }
 
+fn class_column(classes: &Classes) -> ColumnSpec {
+    ColumnSpec { name: classes.column.clone(), transform: Transform::Identity }
+}
+
 fn check_columns(inputs: &[ColumnSpec], targets: &[ColumnSpec]) -> Result<(), DataSetError> {
-    for (kind, specs) in [("input", inputs), ("target", targets)] {
-        if !(1..=MAX_IO).contains(&specs.len()) {
-            return Err(DataSetError::Columns { kind, given: specs.len() });
+    for (kind, specs, limit) in [("input", inputs, MOST_INPUTS), ("target", targets, MOST_OUTPUTS)]
+    {
+        if !(1..=limit).contains(&specs.len()) {
+            return Err(DataSetError::Columns { kind, given: specs.len(), limit });
         }
     }
     let all: Vec<&ColumnSpec> = inputs.iter().chain(targets).collect();
@@ -241,6 +306,48 @@ fn check_columns(inputs: &[ColumnSpec], targets: &[ColumnSpec]) -> Result<(), Da
         }
     }
     Ok(())
+}
+
+/// What the wanted columns of a file hold.
+struct CsvRows {
+    inputs: Array2<f64>,
+    targets: Array2<f64>,
+    /// The texts of each column of texts.
+    texts: Vec<Vec<String>>,
+}
+
+fn read_csv(
+    file: &str,
+    bytes: &[u8],
+    (inputs, targets): (&[ColumnSpec], &[ColumnSpec]),
+    texts: &[&str],
+) -> Result<CsvRows, DataSetError> {
+    let mut csv = CsvFile::open(file, bytes)?;
+    let places = |specs: &[ColumnSpec], csv: &CsvFile<'_>| {
+        specs.iter().map(|spec| csv.column(&spec.name)).collect::<Result<Vec<_>, _>>()
+    };
+    let (input_places, target_places) = (places(inputs, &csv)?, places(targets, &csv)?);
+    let text_places = texts.iter().map(|name| csv.column(name)).collect::<Result<Vec<_>, _>>()?;
+    let (mut rows, mut labels) = (0, vec![Vec::new(); texts.len()]);
+    let (mut input_values, mut target_values) = (Vec::new(), Vec::new());
+    while let Some(row) = csv.next_row()? {
+        read_fields(&row, &input_places, inputs, &mut input_values)?;
+        read_fields(&row, &target_places, targets, &mut target_values)?;
+        for ((labels, &at), name) in labels.iter_mut().zip(&text_places).zip(texts) {
+            labels.push(read_label(&row, at, name)?);
+        }
+        rows += 1;
+    }
+    let no_rows = || DataSetError::NoRows { file: file.to_owned() };
+    if rows == 0 {
+        return Err(no_rows());
+    }
+    // Each row has put a value for every column by, so the arrays have these shapes.
+    let array =
+        |columns, values| Array2::from_shape_vec((rows, columns), values).map_err(|_| no_rows());
+    let (inputs, targets) =
+        (array(inputs.len(), input_values)?, array(targets.len(), target_values)?);
+    Ok(CsvRows { inputs, targets, texts: labels })
 }
 
 fn read_fields(

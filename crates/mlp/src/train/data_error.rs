@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use crate::scaler::MAX_IO;
+use super::topology::MOST_OUTPUTS;
 
 /// Where in a file something is wrong.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -36,13 +36,35 @@ pub enum DataSetError {
         /// Name of the file.
         file: String,
     },
-    /// None or more than [`MAX_IO`] columns of one kind were asked for.
-    #[error("{given} {kind} columns: 1 to {MAX_IO} are possible")]
+    /// None or too many columns of one kind were asked for.
+    #[error("{given} {kind} columns: 1 to {limit} are possible")]
     Columns {
         /// `input` or `target`.
         kind: &'static str,
         /// Columns asked for.
         given: usize,
+        /// Most columns.
+        limit: usize,
+    },
+    /// One class only, or too many.
+    #[error("{given} classes in column \"{column}\": 2 to {MOST_OUTPUTS} are possible")]
+    Classes {
+        /// Name of the column.
+        column: String,
+        /// Different texts in it.
+        given: usize,
+    },
+    /// A row of a class that is none of those asked for.
+    #[error("{file}, row {row}: \"{class}\" is none of the classes {known}")]
+    UnknownClass {
+        /// Name of the file.
+        file: String,
+        /// The row, from 1.
+        row: usize,
+        /// Its class.
+        class: String,
+        /// The classes, separated by commas.
+        known: String,
     },
     /// The same column was asked for twice.
     #[error("column \"{column}\" is used twice")]

@@ -3,7 +3,7 @@
 use core::time::Duration;
 
 use super::data::DataSet;
-use super::file::{FileError, ModelFile, TrainingNote};
+use super::file::{FileError, LargeModel, ModelFile, TrainingNote};
 use super::init::nguyen_widrow;
 use super::metrics::{EvaluateError, Evaluation, evaluate};
 use super::objective::{NetworkObjective, Objective, count};
@@ -14,7 +14,6 @@ use super::setting::SettingError;
 use super::topology::Topology;
 use super::trainer::Algorithm;
 use crate::activation::Activation;
-use crate::model::Model;
 use crate::network::ShapeError;
 use ndarray::Array2;
 
@@ -99,6 +98,12 @@ pub enum FitError {
         /// Largest number.
         limit: usize,
     },
+    /// A rule for squares where classes are to be told apart.
+    #[error("{algorithm} minimises squares only: classes need another rule")]
+    Squares {
+        /// Name of the rule.
+        algorithm: &'static str,
+    },
     /// Layers out of limits, or weights too large for the model's precision.
     #[error(transparent)]
     Shape(#[from] ShapeError),
@@ -133,7 +138,7 @@ pub struct Fit {
     /// What is saved.
     pub file: ModelFile,
     /// The model in it.
-    pub model: Model<Box<[f32]>>,
+    pub model: LargeModel,
     /// All runs, in order of their seeds.
     pub runs: Vec<Run>,
     /// Place of the run that became the model.
@@ -173,10 +178,12 @@ impl<T: Real> Pair<T> {
         topology: &Topology,
         train: &[Array2<f64>; 2],
         validation: Option<&[Array2<f64>; 2]>,
-        decay: f64,
+        (classes, decay): (bool, f64),
     ) -> Result<Self, FitError> {
-        let objective =
-            |[inputs, targets]: &[Array2<f64>; 2]| NetworkObjective::new(topology, inputs, targets);
+        let objective = |[inputs, targets]: &[Array2<f64>; 2]| {
+            let squares = NetworkObjective::new(topology, inputs, targets)?;
+            Ok::<_, ShapeError>(if classes { squares.with_softmax() } else { squares })
+        };
         let validation = validation.map(objective).transpose()?;
         Ok(Self { train: objective(train)?.with_decay(decay)?, validation })
     }
@@ -197,8 +204,8 @@ impl<'a> Fitting<'a> {
     /// Scales the rows by the limits of the training rows.
     ///
     /// # Errors
-    /// [`FitError::NoRepeats`], [`FitError::Setting`], [`FitError::Shape`], [`FitError::TooManyWeights`] or
-    /// [`FitError::OtherColumns`].
+    /// [`FitError::NoRepeats`], [`FitError::Setting`], [`FitError::Shape`], [`FitError::TooManyWeights`],
+    /// [`FitError::Squares`] or [`FitError::OtherColumns`].
     pub fn new(
         train: &'a DataSet,
         validation: Option<&DataSet>,
@@ -212,16 +219,19 @@ impl<'a> Fitting<'a> {
         let hidden = (&config.hidden[..], config.activation);
         let topology = Topology::with_hidden(train.inputs.len(), hidden, train.targets.len())?;
         check_weights(&config.algorithm, topology.weights())?;
+        if let (Some(_), Algorithm::Lm(_)) = (&train.classes, &config.algorithm) {
+            return Err(FitError::Squares { algorithm: config.algorithm.name() });
+        }
         let (inputs, targets) = train.scalings(config.scaler);
         let scaled = |data: &DataSet| {
             check_columns(train, data)?;
             Ok::<_, FitError>(data.scaled(&inputs, &targets))
         };
         let (rows, validation) = (scaled(train)?, validation.map(scaled).transpose()?);
-        let (validation, decay) = (validation.as_ref(), config.decay);
+        let (validation, error) = (validation.as_ref(), (train.classes.is_some(), config.decay));
         let rows = match config.precision {
-            Precision::Single => Rows::Single(Pair::new(&topology, &rows, validation, decay)?),
-            Precision::Double => Rows::Double(Pair::new(&topology, &rows, validation, decay)?),
+            Precision::Single => Rows::Single(Pair::new(&topology, &rows, validation, error)?),
+            Precision::Double => Rows::Double(Pair::new(&topology, &rows, validation, error)?),
         };
         Ok(Self { train, config, inputs, targets, topology, rows })
     }
@@ -263,7 +273,8 @@ impl<'a> Fitting<'a> {
             &self.topology,
             &as_min_max(&self.topology, &runs[chosen].weights, &self.inputs, &self.targets),
         );
-        let model = file.model()?;
+        file.classes.clone_from(&self.train.classes);
+        let model = file.large_model()?;
         let train = self.evaluate(&model, self.train)?;
         let test = test.map(|data| self.evaluate(&model, data)).transpose()?;
         file.training = Some(TrainingNote {
@@ -287,7 +298,7 @@ impl<'a> Fitting<'a> {
         self.config.seed.wrapping_add(repeat as u64)
     }
 
-    fn evaluate(&self, model: &Model<Box<[f32]>>, data: &DataSet) -> Result<Evaluation, FitError> {
+    fn evaluate(&self, model: &LargeModel, data: &DataSet) -> Result<Evaluation, FitError> {
         check_columns(self.train, data)?;
         evaluate(model, data)
             .map_err(|source| FitError::Evaluate { file: data.file.clone(), source })
@@ -337,7 +348,9 @@ fn check_weights(algorithm: &Algorithm, weights: usize) -> Result<(), FitError> 
 }
 
 fn check_columns(train: &DataSet, other: &DataSet) -> Result<(), FitError> {
-    if train.inputs == other.inputs && train.targets == other.targets {
+    let columns =
+        |data: &DataSet| (data.inputs.clone(), data.targets.clone(), data.classes.clone());
+    if columns(train) == columns(other) {
         return Ok(());
     }
     Err(FitError::OtherColumns { file: other.file.clone() })

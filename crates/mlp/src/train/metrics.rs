@@ -34,6 +34,17 @@ pub struct Evaluation {
     /// `|prediction - target| / |target|` of each value, rows x targets; 0 for an exact prediction of 0, otherwise infinite
     /// where the target is 0.
     pub relative_errors: Array2<f64>,
+    /// Of classes: targets and predictions are then probabilities.
+    pub classes: Option<Classified>,
+}
+
+/// How well classes are told apart.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Classified {
+    /// Share of rows whose own class is the most probable, 0 to 1.
+    pub accuracy: f64,
+    /// Mean of `-ln p` of the row's own class.
+    pub cross_entropy: f64,
 }
 
 impl Evaluation {
@@ -50,8 +61,8 @@ impl Evaluation {
 ///
 /// # Errors
 /// [`EvaluateError`] for the first row without a prediction; that is row 1 where the number of columns is wrong.
-pub fn predict<W: AsRef<[f32]>>(
-    model: &Model<W>,
+pub fn predict<W: AsRef<[f32]>, const IO: usize, const WIDTH: usize>(
+    model: &Model<W, IO, WIDTH>,
     rows: &ArrayRef2<f64>,
 ) -> Result<(Array2<f32>, Vec<Coverage>), EvaluateError> {
     let mut predicted = Array2::zeros((rows.nrows(), model.targets().len()));
@@ -68,12 +79,13 @@ pub fn predict<W: AsRef<[f32]>>(
     Ok((predicted, coverage))
 }
 
-/// Lets `model` predict every row of `data`, whose columns must be in the model's order.
+/// Lets `model` predict every row of `data`, whose columns must be in the model's order. What it says of classes are scores, of
+/// which [softmax] makes the probabilities that are judged.
 ///
 /// # Errors
 /// [`EvaluateError`] for the first row without a prediction, or with another number of targets than the model has.
-pub fn evaluate<W: AsRef<[f32]>>(
-    model: &Model<W>,
+pub fn evaluate<W: AsRef<[f32]>, const IO: usize, const WIDTH: usize>(
+    model: &Model<W, IO, WIDTH>,
     data: &DataSet,
 ) -> Result<Evaluation, EvaluateError> {
     let scalings: Vec<Scaling> = model.targets().columns().map(Scaling::from).collect();
@@ -83,12 +95,14 @@ pub fn evaluate<W: AsRef<[f32]>>(
         return Err(EvaluateError { row: 1, source });
     }
     let (predicted, coverage) = predict(model, &data.input_values())?;
+    let mut predicted = predicted.mapv(f64::from);
+    let classes = data.classes.as_ref().map(|_| classified(&mut predicted, data));
     let mut squares = Array1::zeros(scalings.len());
     let mut scaled_squares = 0.0;
     let mut relative_errors = Array2::zeros(predicted.dim());
     let values = predicted.iter().zip(data.target_values()).zip(&mut relative_errors);
     for (at, ((&prediction, &target), relative)) in values.enumerate() {
-        let (column, prediction) = (at % scalings.len(), f64::from(prediction));
+        let column = at % scalings.len();
         let error = prediction - target;
         squares[column] += error * error;
         let scaled = scaled_error(&scalings[column], prediction, target);
@@ -103,7 +117,32 @@ pub fn evaluate<W: AsRef<[f32]>>(
         mse_per_target: squares / rows,
         extrapolated: coverage.iter().filter(|covered| **covered != Coverage::Inside).count(),
         relative_errors,
+        classes,
     })
+}
+
+/// Makes probabilities of scores; returns the logarithm of the sum of their exponentials.
+pub fn softmax(scores: &mut [f64]) -> f64 {
+    let largest = scores.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let sum: f64 = scores.iter().map(|score| libm::exp(score - largest)).sum();
+    let log_sum = largest + libm::log(sum);
+    scores.iter_mut().for_each(|score| *score = libm::exp(*score - log_sum));
+    log_sum
+}
+
+/// Makes probabilities of the scores of each row.
+fn classified(scores: &mut Array2<f64>, data: &DataSet) -> Classified {
+    let (mut right, mut entropy) = (0, 0.0);
+    for (mut row, target) in scores.rows_mut().into_iter().zip(data.target_values().rows()) {
+        let own = target.iter().position(|target| *target == 1.0).unwrap_or(0);
+        let largest = row.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        right += usize::from(row.iter().position(|score| *score == largest) == Some(own));
+        let (mut scores, score) = (row.to_vec(), row[own]);
+        entropy += softmax(&mut scores) - score;
+        row.iter_mut().zip(scores).for_each(|(place, probability)| *place = probability);
+    }
+    let rows = count(data.rows());
+    Classified { accuracy: count(right) / rows, cross_entropy: entropy / rows }
 }
 
 fn scaled_error(scaling: &Scaling, prediction: f64, target: f64) -> f64 {

@@ -51,12 +51,12 @@ mod vector;
 pub use mlp_core::{column, ensemble_file, file, topology};
 
 pub use column::{ColumnSpec, ColumnSpecError};
-pub use data::{DataSet, DataSetError, sha256};
+pub use data::{Classes, DataSet, DataSetError, sha256};
 pub use ensemble_file::EnsembleFile;
-pub use file::{FileError, ModelFile};
+pub use file::{FileError, LargeModel, ModelFile};
 pub use fit::{Choice, Fit, FitConfig, FitError, Fitting, Precision, fit};
 pub use lanes::Isa;
-pub use metrics::{EvaluateError, Evaluation, evaluate, predict};
+pub use metrics::{Classified, EvaluateError, Evaluation, evaluate, predict};
 pub use objective::{NetworkObjective, Objective};
 pub use real::Real;
 pub use run::{Run, RunConfig, Stop, Training, run};
@@ -64,6 +64,6 @@ pub use scaling::{Method, Scaling};
 pub use setting::SettingError;
 pub use split::{Split, SplitError};
 pub use topology::Topology;
-pub use trainer::{Algorithm, Finish, StepReport, Trainer};
+pub use trainer::{Algorithm, Finish, Hyper, StepReport, Trainer};
 
 pub(crate) use file::rounded;

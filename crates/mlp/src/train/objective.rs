@@ -17,7 +17,8 @@ use kernel::{AllRows, Tape, Wanted};
 use normal::{Jacobian, NormalEquations, Sums};
 use panel::Panels;
 
-/// What the trainers minimise: a mean of squared residuals, with a penalty on large weights if one is set.
+/// What the trainers minimise: a mean of squared residuals or, for classes, of cross-entropies; with a penalty on large
+/// weights if one is set.
 ///
 /// Weights are in the flat order of [`Network`](crate::Network). With residuals `e` (output minus target), `n` of
 /// them over rows and targets, the error is `sum e^2 / n + decay / 2 * sum w^2`, where the second sum leaves the
@@ -27,7 +28,7 @@ pub trait Objective<T = f64> {
     /// Number of weights.
     fn weights(&self) -> usize;
 
-    /// Number of residuals: rows times targets.
+    /// Number of residuals: rows times targets; rows for classes.
     fn residuals(&self) -> usize;
 
     /// The error.
@@ -118,6 +119,14 @@ impl<T: Real> NetworkObjective<T> {
         Ok(self)
     }
 
+    /// Takes the outputs as scores and the targets as probabilities of classes: the error becomes the mean over the rows of the
+    /// cross-entropy `-sum t ln p`, p the softmax of the outputs. For rules that take errors and gradients alone.
+    #[must_use]
+    pub fn with_softmax(mut self) -> Self {
+        self.tape.softmax = true;
+        self
+    }
+
     /// The network's shape.
     #[must_use]
     pub fn topology(&self) -> &Topology {
@@ -169,7 +178,7 @@ impl<T: Real> Objective<T> for NetworkObjective<T> {
     }
 
     fn residuals(&self) -> usize {
-        self.rows * self.topology.outputs()
+        if self.tape.softmax { self.rows } else { self.rows * self.topology.outputs() }
     }
 
     fn mse(&mut self, weights: &[T]) -> f64 {
@@ -179,7 +188,8 @@ impl<T: Real> Objective<T> for NetworkObjective<T> {
 
     fn gradient(&mut self, weights: &[T], gradient: &mut [T]) -> f64 {
         let sum = self.all_rows(weights, Wanted::Gradient);
-        let factor = 2.0 / count(self.residuals());
+        // The derivative of a cross-entropy by its scores is the residual, of a square twice that.
+        let factor = if self.tape.softmax { 1.0 } else { 2.0 } / count(self.residuals());
         for (g, total) in gradient.iter_mut().zip(&self.tape.totals) {
             *g = T::of(factor * total);
         }
@@ -348,5 +358,56 @@ mod tests {
             };
             assert_eq!(gradient(&view), gradient(&copy));
         }
+    }
+
+    /// Cross-entropy by hand, row by row, and its gradient by differences; 37 rows leave lanes of the last vector empty.
+    #[test]
+    fn cross_entropy_and_its_gradient_are_those_of_softmax() {
+        let topology = Topology::regression(3, &[4], 5).unwrap();
+        let mut rng = ChaCha8Rng::seed_from_u64(3);
+        let inputs = Array2::from_shape_simple_fn((37, 3), || uniform(&mut rng));
+        let targets = Array2::from_shape_fn((37, 5), |(row, class)| {
+            f64::from(u8::from(row * 7 % 5 == class))
+        });
+        let weights: Vec<f64> = (0..topology.weights()).map(|_| uniform(&mut rng)).collect();
+        for isa in Isa::available() {
+            let mut objective = NetworkObjective::with_isa(&topology, &inputs, &targets, isa)
+                .unwrap()
+                .with_softmax();
+            let mut by_hand = 0.0;
+            for (row, target) in inputs.rows().into_iter().zip(targets.rows()) {
+                let mut scores = by_definition(&topology, &weights, &row.to_vec());
+                let sum: f64 = scores.iter().map(|score| score.exp()).sum();
+                scores.iter_mut().for_each(|score| *score -= sum.ln());
+                by_hand -= scores.iter().zip(target).map(|(ln_p, t)| t * ln_p).sum::<f64>() / 37.0;
+            }
+            let mut gradient = vec![0.0; weights.len()];
+            let error = objective.gradient(&weights, &mut gradient);
+            assert!((error - by_hand).abs() < 1e-12, "{isa}: {error} {by_hand}");
+            assert_eq!(error.to_bits(), objective.mse(&weights).to_bits(), "{isa}");
+            for at in 0..weights.len() {
+                let shifted = |by: f64| {
+                    let mut weights = weights.clone();
+                    weights[at] += by;
+                    weights
+                };
+                let slope = (objective.mse(&shifted(1e-5)) - objective.mse(&shifted(-1e-5))) / 2e-5;
+                assert!((slope - gradient[at]).abs() < 1e-8, "{isa} {at}: {slope} {gradient:?}");
+            }
+        }
+    }
+
+    /// Scores of a network with one hidden layer of tanh.
+    fn by_definition(topology: &Topology, weights: &[f64], row: &[f64]) -> Vec<f64> {
+        topology.layers().fold(row.to_vec(), |values, layer| {
+            let sum = |neuron: usize| {
+                let from = layer.start + neuron * layer.from;
+                let sum: f64 =
+                    weights[from..][..layer.from].iter().zip(&values).map(|(w, x)| w * x).sum();
+                let sum = sum + weights[layer.biases() + neuron];
+                if layer.activation == Activation::Tanh { sum.tanh() } else { sum }
+            };
+            (0..layer.to).map(sum).collect()
+        })
     }
 }

@@ -16,6 +16,8 @@ struct Fold {
     test_mse: f64,
     test_scaled_mse: f64,
     test_within_10pct: f64,
+    #[serde(flatten)]
+    classes: super::Classes,
 }
 
 /// Over all rows, each tested once.
@@ -28,6 +30,11 @@ struct Total {
     /// Standard deviation between the folds.
     test_mse_deviation: f64,
     test_within_10pct: f64,
+    /// Mean over the rows; absent where there are no classes.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    test_accuracy: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    test_cross_entropy: Option<f64>,
 }
 
 pub(super) fn run(
@@ -53,6 +60,7 @@ pub(super) fn run(
             test_mse: tested.mse,
             test_scaled_mse: tested.scaled_mse,
             test_within_10pct: tested.within_fraction(0.1),
+            classes: super::Classes::of(&fit),
         };
         report(args, &fold)?;
         all.push(fold);
@@ -65,6 +73,9 @@ fn total(all: &[Fold]) -> Total {
     let mean = |of: &dyn Fn(&Fold) -> f64| {
         all.iter().map(|fold| fold.test_rows as f64 * of(fold)).sum::<f64>() / rows as f64
     };
+    let mean_known = |of: &dyn Fn(&Fold) -> Option<f64>| {
+        all.iter().all(|fold| of(fold).is_some()).then(|| mean(&|fold| of(fold).unwrap_or(0.0)))
+    };
     let test_mse = mean(&|fold| fold.test_mse);
     Total {
         folds: all.len(),
@@ -72,6 +83,8 @@ fn total(all: &[Fold]) -> Total {
         test_mse,
         test_mse_deviation: mean(&|fold| (fold.test_mse - test_mse).powi(2)).sqrt(),
         test_within_10pct: mean(&|fold| fold.test_within_10pct),
+        test_accuracy: mean_known(&|fold| fold.classes.test_accuracy),
+        test_cross_entropy: mean_known(&|fold| fold.classes.test_cross_entropy),
     }
 }
 
@@ -80,14 +93,22 @@ fn report(args: &TrainArgs, fold: &Fold) -> anyhow::Result<()> {
         return output::json(fold);
     }
     Ok(output::line(&format!(
-        "fold {} of {}: {} rows, tested on {}: mse {:.6} (target unit squared), within 10 %: {:.1} %",
+        "fold {} of {}: {} rows, tested on {}: mse {:.6} (target unit squared), {}",
         fold.fold,
         fold.folds,
         fold.train_rows,
         fold.test_rows,
         fold.test_mse,
-        100.0 * fold.test_within_10pct
+        share(fold.classes.test_accuracy, fold.test_within_10pct)
     ))?)
+}
+
+/// Of classes, those right; of numbers, those near.
+fn share(accuracy: Option<f64>, within_10pct: f64) -> String {
+    match accuracy {
+        Some(accuracy) => format!("{:.1} % of the classes right", 100.0 * accuracy),
+        None => format!("within 10 %: {:.1} %", 100.0 * within_10pct),
+    }
 }
 
 fn report_total(args: &TrainArgs, total: &Total) -> anyhow::Result<()> {
@@ -95,11 +116,11 @@ fn report_total(args: &TrainArgs, total: &Total) -> anyhow::Result<()> {
         return output::json(total);
     }
     Ok(output::line(&format!(
-        "{} folds: {} rows each tested once: mse {:.6} +- {:.6} between folds, within 10 %: {:.1} %",
+        "{} folds: {} rows each tested once: mse {:.6} +- {:.6} between folds, {}",
         total.folds,
         total.rows,
         total.test_mse,
         total.test_mse_deviation,
-        100.0 * total.test_within_10pct
+        share(total.test_accuracy, total.test_within_10pct)
     ))?)
 }

@@ -15,7 +15,7 @@ pub(super) struct Parts {
 
 impl Parts {
     /// Reads the files and holds out the test rows.
-    pub(super) fn read(args: &TrainArgs, columns: &Columns) -> anyhow::Result<Self> {
+    pub(super) fn read(args: &TrainArgs, columns: Columns) -> anyhow::Result<Self> {
         let split = &args.split;
         if split.split_by.is_some()
             && [split.holdout, split.validation].iter().all(Option::is_none)
@@ -31,6 +31,7 @@ impl Parts {
             let (train, test) = parts.of(&train)?;
             return Ok(Self { train, test: Some(test) });
         }
+        let columns = columns.with_classes_of(&train);
         let test = args.test.as_deref().map(|file| columns.load(file)).transpose()?;
         Ok(Self { train, test })
     }

@@ -48,3 +48,11 @@ fn the_mathematics_of_the_library_is_used_for_logarithms_only() {
     assert!(logarithmic.contains("math.h") && logarithmic.contains("rational_tanh"));
     assert!(logarithmic.contains("logf(in[0])") && logarithmic.contains("expf("), "{logarithmic}");
 }
+
+#[test]
+fn a_classifier_ends_in_softmax_and_all_inputs_have_a_flag() {
+    let text = source(&test_models::classifier(), "side", "side.h", "m.json").unwrap();
+    assert!(text.source.contains("softmax(raw, SIDE_OUTPUTS);") && text.source.contains("math.h"));
+    assert!(text.source.contains("1u << (i < 31 ? i : 31)"), "{}", text.source);
+    assert!(text.header.contains("probabilities of the classes of side"), "{}", text.header);
+}

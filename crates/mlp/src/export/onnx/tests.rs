@@ -61,6 +61,13 @@ fn compute(operator: &str, inputs: &[&Rows]) -> Rows {
                 each(inputs[0], inputs[1], |mask, x| if mask > 0.5 { x } else { f64::NAN });
             each(&picked, inputs[2], |x, other| if x.is_nan() { other } else { x })
         }
+        "Softmax" => {
+            let softmax = |row: &Vec<f64>| {
+                let sum: f64 = row.iter().map(|x| x.exp()).sum();
+                row.iter().map(|x| x.exp() / sum).collect()
+            };
+            inputs[0].iter().map(softmax).collect()
+        }
         "Gemm" => gemm(inputs[0], inputs[1], inputs[2]),
         other => panic!("operator {other}"),
     }
@@ -109,6 +116,27 @@ fn the_graph_computes_what_the_model_computes() {
                 assert_eq!(*flag > 0.5, covered, "{raw:?} column {column}");
             }
         }
+    }
+}
+
+#[test]
+fn a_classifier_gives_probabilities() {
+    let file = test_models::classifier();
+    let (model, onnx) = (file.large_model().unwrap(), decoded(&file));
+    let features = test_models::features(40);
+    let rows = features.iter().map(|row| row.iter().map(|&x| x.into()).collect()).collect();
+    let values = run(onnx.graph.as_ref().unwrap(), rows);
+    for (raw, theirs) in features.iter().zip(&values["targets"]) {
+        let mut out = [0.0; 3];
+        model.predict(raw, &mut out).unwrap();
+        let mut ours = out.map(f64::from);
+        crate::train::metrics::softmax(&mut ours);
+        let bound = agreement::probability_bound(&agreement::bounds(&model, raw));
+        assert!(
+            ours.iter().zip(theirs).all(|(a, b)| (a - b).abs() <= bound),
+            "{ours:?} {theirs:?}"
+        );
+        assert!((theirs.iter().sum::<f64>() - 1.0).abs() < 1e-9);
     }
 }
 

@@ -59,7 +59,7 @@ fn messages_say_where_and_what() {
     assert_eq!(message("v,f_n\n1,1\n", &["f_n"]), "column \"f_n\" is used twice");
     assert!(matches!(
         read("x,y\n1,2\n", &[], &["y"]),
-        Err(DataSetError::Columns { kind: "input", given: 0 })
+        Err(DataSetError::Columns { kind: "input", given: 0, limit: 1024 })
     ));
 }
 

@@ -7,8 +7,8 @@ use super::super::real::Real;
 use super::super::topology::{Layer, Topology};
 use super::panel::{Panel, Panels, VECTORS};
 use super::pass::{
-    accumulate, activate, carry_back, columns, columns_mut, residuals, through_activation,
-    weighted_sums,
+    accumulate, activate, carry_back, columns, columns_mut, cross_entropy, residuals,
+    through_activation, weighted_sums,
 };
 
 /// Panels whose derivatives are summed in the kernel's precision before the sums go on in double precision.
@@ -29,6 +29,10 @@ pub(super) struct Tape<T> {
     accumulators: Aligned<T>,
     /// Sums over all rows, one a weight.
     pub(super) totals: Vec<f64>,
+    /// Whether the outputs are scores of classes.
+    pub(super) softmax: bool,
+    /// Sum of the cross-entropies so far.
+    entropy: f64,
 }
 
 impl<T: Real> Tape<T> {
@@ -40,6 +44,8 @@ impl<T: Real> Tape<T> {
             deltas: topology.sizes()[1..].iter().map(room).collect(),
             accumulators: Aligned::zeros(topology.weights() * width),
             totals: vec![0.0; topology.weights()],
+            softmax: false,
+            entropy: 0.0,
             layers,
         }
     }
@@ -70,6 +76,7 @@ impl<T: Real> WithSimd for AllRows<'_, T> {
         let Self { panels, tape, weights, wanted } = self;
         let mut sum = 0.0;
         tape.totals.fill(0.0);
+        tape.entropy = 0.0;
         for some in panels.panels.chunks(PANELS_IN_A_ROW) {
             tape.accumulators.get_mut().fill(T::of(0.0));
             let mut squares = T::splat(simd, T::of(0.0));
@@ -90,7 +97,7 @@ impl<T: Real> WithSimd for AllRows<'_, T> {
                 }
             }
         }
-        sum
+        sum + tape.entropy
     }
 }
 
@@ -148,6 +155,21 @@ impl<T: Real, S: Simd> One<'_, T, S> {
             activate::<T, S>(simd, layer.activation, to);
         }
         let last = tape.layers.len() - 1;
+        if tape.softmax {
+            let lanes = K * width;
+            let mut full = lanes;
+            if self.panel.ragged {
+                let rows = self.panels.mask.get().iter().filter(|lane| lane.double() > 0.0);
+                full = lanes - width + rows.count();
+            }
+            let targets = self.panel.start + tape.layers[0].from * lanes;
+            let used = tape.layers[last].to * lanes;
+            let (scores, targets) =
+                (&tape.values[last].get()[..used], &self.panels.values.get()[targets..][..used]);
+            let deltas = &mut tape.deltas[last].get_mut()[..used];
+            tape.entropy += cross_entropy([scores, targets], deltas, (lanes, full));
+            return inputs;
+        }
         let outputs = columns::<T, S, K>(tape.values[last].get());
         let targets = &rest[..tape.layers[last].to];
         let deltas = columns_mut::<T, S, K>(tape.deltas[last].get_mut());

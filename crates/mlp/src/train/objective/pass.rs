@@ -5,6 +5,7 @@
 
 use pulp::Simd;
 
+use super::super::metrics::softmax;
 use super::super::real::Real;
 use super::super::topology::Layer;
 use crate::activation::Activation;
@@ -142,6 +143,30 @@ pub(super) fn residuals<T: Real, S: Simd, const K: usize>(
         }
         *residual = e;
     }
+}
+
+/// Writes softmax of the scores minus target to `residuals`, for the first `full` of `lanes` rows, and zeros for the others;
+/// returns the sum of the cross-entropies. One row after the other: an exponential a score is little beside the sums before it.
+#[inline(never)]
+pub(super) fn cross_entropy<T: Real>(
+    [scores, targets]: [&[T]; 2],
+    residuals: &mut [T],
+    (lanes, full): (usize, usize),
+) -> f64 {
+    let mut entropy = 0.0;
+    residuals.fill(T::of(0.0));
+    let mut row = vec![0.0; scores.len() / lanes];
+    for lane in 0..full {
+        let of = |values: &[T], class: usize| values[class * lanes + lane].double();
+        row.iter_mut().enumerate().for_each(|(class, score)| *score = of(scores, class));
+        let log_sum = softmax(&mut row);
+        for (class, probability) in row.iter().enumerate() {
+            let target = of(targets, class);
+            residuals[class * lanes + lane] = T::of(probability - target);
+            entropy += target * (log_sum - of(scores, class));
+        }
+    }
+    entropy
 }
 
 /// Adds each weight's sum of delta times value to its accumulator, one vector a weight.

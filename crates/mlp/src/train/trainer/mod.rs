@@ -106,6 +106,71 @@ pub enum Algorithm {
     Lm(LevenbergMarquardtConfig),
 }
 
+/// Settings in place of the usual ones, for the rules that have them.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Hyper {
+    /// Learning rate of gd, gdm and gdx.
+    pub rate: Option<f64>,
+    /// Momentum of gdm and gdx.
+    pub momentum: Option<f64>,
+    /// Which momentum of gdm.
+    pub form: Option<MomentumForm>,
+    /// Which RPROP.
+    pub variant: Option<RpropVariant>,
+    /// First step of RPROP.
+    pub initial: Option<f64>,
+    /// Growth of RPROP's steps.
+    pub increase: Option<f64>,
+    /// Shrinking of RPROP's steps.
+    pub decrease: Option<f64>,
+    /// Longest step of RPROP.
+    pub max: Option<f64>,
+    /// Step of SCG's probe for the curvature.
+    pub sigma: Option<f64>,
+    /// First damping of SCG.
+    pub lambda: Option<f64>,
+    /// First damping of LM.
+    pub mu: Option<f64>,
+}
+
+impl Hyper {
+    /// `algorithm` with these settings; those that it has not are left aside.
+    #[must_use]
+    pub fn of(&self, mut algorithm: Algorithm) -> Algorithm {
+        fn put<T>(place: &mut T, value: Option<T>) {
+            if let Some(value) = value {
+                *place = value;
+            }
+        }
+        match &mut algorithm {
+            Algorithm::Gd(config) => put(&mut config.rate, self.rate),
+            Algorithm::Gdm(config) => {
+                put(&mut config.rate, self.rate);
+                put(&mut config.momentum, self.momentum);
+                put(&mut config.form, self.form);
+            }
+            Algorithm::Gdx(config) => {
+                put(&mut config.rate, self.rate);
+                put(&mut config.momentum, self.momentum);
+            }
+            Algorithm::Rprop(config) => {
+                put(&mut config.variant, self.variant);
+                put(&mut config.initial, self.initial);
+                put(&mut config.increase, self.increase);
+                put(&mut config.decrease, self.decrease);
+                put(&mut config.max, self.max);
+            }
+            Algorithm::Scg(config) => {
+                config.sigma = self.sigma.or(config.sigma);
+                put(&mut config.lambda, self.lambda);
+            }
+            Algorithm::Lm(config) => put(&mut config.mu, self.mu),
+            Algorithm::Lbfgs(_) => {}
+        }
+        algorithm
+    }
+}
+
 impl Algorithm {
     /// All rules with their usual settings.
     #[must_use]

@@ -1,0 +1,624 @@
+//! What the source study says of its Figs. 3 to 7 and Tables 1 and 2, each sentence held against many draws of rows.
+//!
+//! Every net is trained from every start on every draw, and the run nearest the average is kept, as in the study. Then each
+//! claim is true or not for a draw. Goal and number of epochs are not in the study: without a goal of its own a claim about it is
+//! true where some goal makes it so.
+
+use super::training::{Trained, train};
+use super::{HEAVY_BALL, NETS, Net, Progress, StudyConfig};
+use crate::{Cell, Condition, Report, Scores, Section, StudyError, Table, Tolerance};
+use mlp::train::{Hyper, Run, Stop};
+use rayon::iter::{IntoParallelIterator as _, IntoParallelRefIterator as _, ParallelIterator as _};
+use serde::Serialize;
+
+/// Learning rates of the sweep: from too small for any training to beyond what is stable.
+pub const RATES: [f64; 9] = [0.001, 0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0];
+
+/// The conditions under which claims are judged: the physics with and without noise, and the targets by Eq. 1.
+pub const CONDITIONS: [&str; 6] =
+    ["fixed-0", "paper", "eq1", "eq1-slope", "eq1-surface", "eq1-trial"];
+
+/// What `slightly` and `similar` mean: by a quarter.
+const SIMILAR: f64 = 1.25;
+/// An error that rises by so much above its least was not stable.
+const RISE: f64 = 1.1;
+/// Falling by so much over the last tenth of the epochs is no rest.
+const STILL_FALLING: f64 = 0.99;
+
+/// One net on one draw.
+#[derive(Clone, Debug)]
+struct Kept {
+    /// Training error of the kept run, scaled.
+    mse: f64,
+    scores: Scores,
+    reached_goal: bool,
+    /// Errors after each epoch.
+    history: Vec<f64>,
+    /// Starts whose error still fell at the end.
+    still_falling: f64,
+}
+
+/// GD at one rate on one draw.
+#[derive(Clone, Debug, Serialize)]
+struct AtRate {
+    rate: f64,
+    /// Mean training error over the starts, scaled.
+    mse: f64,
+    /// Starts whose error rose.
+    unstable: f64,
+}
+
+/// What one draw shows.
+#[derive(Clone, Debug)]
+struct Draw {
+    /// M1 to M4.
+    nets: [Kept; 4],
+    heavy: Kept,
+    sweep: Vec<AtRate>,
+    goal: bool,
+}
+
+/// A sentence of the study.
+struct Claim {
+    place: &'static str,
+    /// In our words.
+    claim: &'static str,
+    /// What makes it true for a draw.
+    measured: &'static str,
+    /// Nothing where the draw can not tell.
+    holds: fn(&Draw) -> Option<bool>,
+}
+
+/// What many draws say.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Verdict {
+    /// True for most draws under every condition.
+    Reproduced,
+    /// False for most draws under every condition.
+    Refuted,
+    /// Neither.
+    Undecided,
+}
+
+impl Verdict {
+    /// As people read it.
+    #[must_use]
+    pub const fn title(self) -> &'static str {
+        match self {
+            Self::Reproduced => "reproduced",
+            Self::Refuted => "refuted",
+            Self::Undecided => "cannot be decided",
+        }
+    }
+
+    /// Of one condition: whether more, or fewer, than half of all draws of its kind make the claim true (95 %, Wilson).
+    #[must_use]
+    pub fn of(holds: usize, draws: usize) -> Self {
+        const Z: f64 = 1.96;
+        if draws == 0 {
+            return Self::Undecided;
+        }
+        let (n, p) = (draws as f64, holds as f64 / draws as f64);
+        let middle = (p + Z * Z / (2.0 * n)) / (1.0 + Z * Z / n);
+        let half = Z * (p * (1.0 - p) / n + (Z / (2.0 * n)).powi(2)).sqrt() / (1.0 + Z * Z / n);
+        if middle - half > 0.5 {
+            Self::Reproduced
+        } else if middle + half < 0.5 {
+            Self::Refuted
+        } else {
+            Self::Undecided
+        }
+    }
+}
+
+/// A claim with the draws that decide it.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Judged {
+    /// Where the study says it.
+    pub place: &'static str,
+    /// The claim in our words.
+    pub claim: &'static str,
+    /// What makes it true for a draw.
+    pub measured: &'static str,
+    /// Condition, draws for which it is true, draws that can tell.
+    pub draws: Vec<(&'static str, usize, usize)>,
+    /// Over all conditions.
+    pub verdict: Verdict,
+}
+
+/// Every claim, judged, and the sweep of the learning rate.
+#[derive(Clone, Debug)]
+pub struct Claims {
+    config: StudyConfig,
+    /// In the order of the study.
+    pub judged: Vec<Judged>,
+    draws: Vec<(Condition, Vec<Draw>)>,
+}
+
+impl StudyConfig {
+    /// What claims are judged by: 20 draws of rows, 20 starts of each net.
+    #[must_use]
+    pub fn claims(seed: u64) -> Self {
+        let conditions = CONDITIONS.iter().filter_map(|name| Condition::named(name)).collect();
+        Self { draws: 20, conditions, ..Self::full(seed) }
+    }
+
+    /// Trainings that [`judge`] takes.
+    #[must_use]
+    pub fn claim_trainings(&self) -> usize {
+        self.conditions.len() * self.draws * self.repeats * (5 + RATES.len())
+    }
+}
+
+/// Trains what the claims are about and judges them.
+///
+/// # Errors
+/// As [`super::run`].
+pub fn judge(config: &StudyConfig, progress: Progress<'_>) -> Result<Claims, StudyError> {
+    config.check()?;
+    let draws = config
+        .conditions
+        .iter()
+        .map(|condition| {
+            let draws = (0..config.draws as u64).into_par_iter();
+            let draws = draws.map(|at| draw(condition, at, config, progress));
+            Ok((*condition, draws.collect::<Result<Vec<_>, StudyError>>()?))
+        })
+        .collect::<Result<Vec<_>, StudyError>>()?;
+    let judged = CLAIMS.iter().map(|claim| claim.judge(&draws)).collect();
+    Ok(Claims { config: config.clone(), judged, draws })
+}
+
+impl Claim {
+    fn judge(&self, draws: &[(Condition, Vec<Draw>)]) -> Judged {
+        let count = |(condition, draws): &(Condition, Vec<Draw>)| {
+            let reported: Vec<bool> = draws.iter().filter_map(self.holds).collect();
+            (condition.name, reported.iter().filter(|holds| **holds).count(), reported.len())
+        };
+        let draws: Vec<_> = draws.iter().map(count).collect();
+        // A condition that can not tell leaves the claim open.
+        let reported: Vec<Verdict> =
+            draws.iter().map(|(_, holds, draws)| Verdict::of(*holds, *draws)).collect();
+        let verdict = match reported.split_first() {
+            Some((first, others)) if others.iter().all(|other| other == first) => *first,
+            _ => Verdict::Undecided,
+        };
+        let Self { place, claim, measured, .. } = *self;
+        Judged { place, claim, measured, draws, verdict }
+    }
+}
+
+fn draw(
+    condition: &Condition,
+    at: u64,
+    config: &StudyConfig,
+    progress: Progress<'_>,
+) -> Result<Draw, StudyError> {
+    let sets = condition.sets(config.seed, at)?;
+    let kept = |net: &Net| train(condition, net, &sets, config, progress).map(Kept::of);
+    let [m1, m2, m3, m4, ..] = &NETS;
+    let nets = [kept(m1)?, kept(m2)?, kept(m3)?, kept(m4)?];
+    let sweep = RATES
+        .par_iter()
+        .map(|&rate| {
+            let hyper = Hyper { rate: Some(rate), ..config.hyper };
+            let config = StudyConfig { hyper, goal: 0.0, ..config.clone() };
+            Ok(AtRate::of(rate, &train(condition, m1, &sets, &config, progress)?))
+        })
+        .collect::<Result<Vec<_>, StudyError>>()?;
+    Ok(Draw { nets, heavy: kept(&HEAVY_BALL)?, sweep, goal: config.goal > 0.0 })
+}
+
+fn share(runs: &[Run], of: impl Fn(&Run) -> bool) -> f64 {
+    runs.iter().filter(|run| of(run)).count() as f64 / runs.len() as f64
+}
+
+impl Kept {
+    fn of(trained: Trained) -> Self {
+        let Trained { summary, scores, fit } = trained;
+        let falls = |run: &Run| {
+            let last = run.history.len() - 1;
+            run.history[last] < STILL_FALLING * run.history[last - last / 10]
+        };
+        let still_falling = share(&fit.runs, falls);
+        let run = &fit.runs[fit.chosen];
+        let (reached_goal, history) = (run.stop == Stop::Goal, run.history.clone());
+        Self { mse: summary.mse, scores, reached_goal, history, still_falling }
+    }
+
+    /// Epochs until its error is at most `mse`.
+    fn epochs_to(&self, mse: f64) -> Option<usize> {
+        self.history.iter().position(|error| *error <= mse)
+    }
+
+    fn train_share(&self) -> f64 {
+        self.scores.train.share(Tolerance::Relative10)
+    }
+
+    fn test_share(&self) -> f64 {
+        self.scores.test.share(Tolerance::Relative10)
+    }
+
+    fn train_mse(&self) -> f64 {
+        self.scores.train.mse
+    }
+
+    fn test_mse(&self) -> f64 {
+        self.scores.test.mse
+    }
+}
+
+impl AtRate {
+    fn of(rate: f64, trained: &Trained) -> Self {
+        let rises = |run: &Run| {
+            let mut least = f64::INFINITY;
+            let risen = run.history.iter().any(|error| {
+                least = least.min(*error);
+                *error > RISE * least || !error.is_finite()
+            });
+            risen || matches!(run.stop, Stop::Diverged { .. })
+        };
+        Self { rate, mse: trained.summary.mean, unstable: share(&trained.fit.runs, rises) }
+    }
+}
+
+/// Whether `values` fall from the first to the last.
+fn falling(values: [f64; 4]) -> bool {
+    values.windows(2).all(|pair| pair[0] > pair[1])
+}
+
+/// Whether the largest is at most a quarter above the least.
+fn similar(values: &[f64]) -> bool {
+    let least = values.iter().copied().fold(f64::INFINITY, f64::min);
+    values.iter().all(|value| *value <= SIMILAR * least)
+}
+
+impl Draw {
+    /// Whether M4 stops at the goal and the others at the last epoch; without a goal, whether one makes them do so.
+    fn m4_alone_reaches_a_goal(&self) -> bool {
+        let [m1, m2, m3, m4] = &self.nets;
+        if self.goal {
+            return m4.reached_goal && ![m1, m2, m3].iter().any(|net| net.reached_goal);
+        }
+        [m1, m2, m3].iter().all(|net| m4.mse < net.mse)
+    }
+
+    fn m3_has_the_lowest_training_error(&self) -> bool {
+        let [m1, m2, m3, m4] = &self.nets;
+        [m1, m2, m4].iter().all(|net| m3.train_mse() < net.train_mse())
+    }
+
+    /// Epochs that `net` needs for the error at which M1 ends, over those of M1.
+    fn over_m1(&self, net: &Kept) -> Option<f64> {
+        let m1 = &self.nets[0];
+        let epochs = |net: &Kept| net.epochs_to(m1.mse).map(|epochs| epochs.max(1) as f64);
+        Some(epochs(net).unwrap_or(f64::INFINITY) / epochs(m1)?)
+    }
+
+    fn by_table_2(&self, of: fn(&Kept) -> f64) -> bool {
+        let [m1, m2, m3, m4] = &self.nets;
+        falling([m3, m4, m1, m2].map(of))
+    }
+
+    fn best_rate(&self) -> f64 {
+        self.sweep.iter().map(|at| at.mse).fold(f64::INFINITY, f64::min)
+    }
+}
+
+const CLAIMS: [Claim; 19] = [
+    Claim {
+        place: "IV.B",
+        claim: "a larger learning rate makes gradient descent unstable",
+        measured: "at the largest rate of the sweep the error of most starts rises, at the smallest it never does",
+        holds: |draw| {
+            let (first, last) = (draw.sweep.first()?, draw.sweep.last()?);
+            Some(last.unstable > 0.5 && first.unstable == 0.0)
+        },
+    },
+    Claim {
+        place: "IV.B",
+        claim: "a smaller learning rate takes long",
+        measured: "the smallest rate of the sweep ends at twice the error of the best rate or more",
+        holds: |draw| Some(draw.sweep.first()?.mse >= 2.0 * draw.best_rate()),
+    },
+    Claim {
+        place: "IV.B",
+        claim: "plain gradient descent is too slow",
+        measured: "M1 ends at twice the training error of M4 or more",
+        holds: |draw| Some(draw.nets[0].mse >= 2.0 * draw.nets[3].mse),
+    },
+    Claim {
+        place: "IV.B",
+        claim: "momentum converges faster (averaged form)",
+        measured: "M2 reaches the last error of M1 in 4/5 of the epochs or less",
+        holds: |draw| Some(draw.over_m1(&draw.nets[1])? <= 1.0 / SIMILAR),
+    },
+    Claim {
+        place: "IV.B",
+        claim: "momentum converges faster (heavy ball)",
+        measured: "the same of M2 with the heavy ball",
+        holds: |draw| Some(draw.over_m1(&draw.heavy)? <= 1.0 / SIMILAR),
+    },
+    Claim {
+        place: "IV.B",
+        claim: "descent may be stuck in a shallow local minimum, momentum gets over it",
+        measured: "where most starts of M1 have come to rest: the heavy ball ends at 4/5 of its error or less",
+        holds: |draw| {
+            let rest = draw.nets[0].still_falling <= 0.5;
+            rest.then(|| draw.heavy.mse <= draw.nets[0].mse / SIMILAR)
+        },
+    },
+    Claim {
+        place: "IV.B",
+        claim: "RPROP converges much faster than M1 and M2",
+        measured: "M3 reaches the last error of M1 in a fifth of the epochs or less, and that of M2 too",
+        holds: |draw| {
+            let ratio = draw.over_m1(&draw.nets[2])?;
+            let m2 = draw.nets[2].epochs_to(draw.nets[1].mse).unwrap_or(usize::MAX);
+            Some(ratio <= 0.2 && m2 <= draw.nets[1].history.len() / 5)
+        },
+    },
+    Claim {
+        place: "Figs. 3-6",
+        claim: "M1, M2 and M3 end at the last epoch, M4 at the error goal",
+        measured: "the goal given; without one, some goal does it: M4 ends below the three others",
+        holds: |draw| Some(draw.m4_alone_reaches_a_goal()),
+    },
+    Claim {
+        place: "Fig. 7",
+        claim: "M3 has the lowest training error",
+        measured: "below M1, M2 and M4",
+        holds: |draw| Some(draw.m3_has_the_lowest_training_error()),
+    },
+    Claim {
+        place: "Figs. 3-7",
+        claim: "both: M4 alone reaches the goal, and M3 has the lowest training error",
+        measured: "the two above at once (with one goal for all nets they exclude each other)",
+        holds: |draw| {
+            Some(draw.m4_alone_reaches_a_goal() && draw.m3_has_the_lowest_training_error())
+        },
+    },
+    Claim {
+        place: "Fig. 7",
+        claim: "M3 has a test error far above its training error and that of the others: low generalisation",
+        measured: "the largest test error of the four, and a quarter or more above its training error",
+        holds: |draw| {
+            let [m1, m2, m3, m4] = &draw.nets;
+            let largest = [m1, m2, m4].iter().all(|net| m3.test_mse() > net.test_mse());
+            Some(largest && m3.test_mse() >= SIMILAR * m3.train_mse())
+        },
+    },
+    Claim {
+        place: "Fig. 7",
+        claim: "test errors of M1, M2 and M4 differ little",
+        measured: "the largest is at most a quarter above the least",
+        holds: |draw| {
+            let [m1, m2, _, m4] = &draw.nets;
+            Some(similar(&[m1, m2, m4].map(Kept::test_mse)))
+        },
+    },
+    Claim {
+        place: "Fig. 7",
+        claim: "of M1, M2 and M4 the last has the lowest training error",
+        measured: "M4 below M1 and M2",
+        holds: |draw| {
+            let [m1, m2, _, m4] = &draw.nets;
+            Some(m4.train_mse() < m1.train_mse().min(m2.train_mse()))
+        },
+    },
+    Claim {
+        place: "Fig. 7",
+        claim: "training and test error differ alike in M1 and M2",
+        measured: "the differences have one sign, and the larger is at most a quarter above the smaller",
+        holds: |draw| {
+            let gap = |net: &Kept| net.test_mse() - net.train_mse();
+            let (a, b) = (gap(&draw.nets[0]), gap(&draw.nets[1]));
+            Some(a * b > 0.0 && similar(&[a.abs(), b.abs()]))
+        },
+    },
+    Claim {
+        place: "Table 2",
+        claim: "training rows right: M3 before M4, M1 and M2",
+        measured: "in this order, answers within 10 %",
+        holds: |draw| Some(draw.by_table_2(Kept::train_share)),
+    },
+    Claim {
+        place: "Table 2",
+        claim: "test rows right: M3 before M4, M1 and M2",
+        measured: "in this order, answers within 10 % of 60 rows",
+        holds: |draw| Some(draw.by_table_2(Kept::test_share)),
+    },
+    Claim {
+        place: "Table 2",
+        claim: "more of the test rows right than of the training rows, for each net",
+        measured: "for all four, answers within 10 %",
+        holds: |draw| Some(draw.nets.iter().all(|net| net.test_share() > net.train_share())),
+    },
+    Claim {
+        place: "Table 2",
+        claim: "the shares themselves: 51-63 % of the training rows, 59-69 % of the test rows",
+        measured: "the study does not say when an answer is right",
+        holds: |_| None,
+    },
+    Claim {
+        place: "Conclusions",
+        claim: "60-70 % of the test rows right",
+        measured: "so says Table 2 of each net (M2 has 58.92 % there)",
+        holds: |_| {
+            let mut tests = NETS.iter().filter_map(|net| net.published);
+            Some(tests.all(|[_, test]| (0.6..=0.7).contains(&test)))
+        },
+    },
+];
+
+impl Claims {
+    /// The table of claims.
+    #[must_use]
+    pub fn table(&self) -> Table {
+        let names: Vec<&str> = self.draws.iter().map(|(condition, _)| condition.name).collect();
+        let heads =
+            [&["where", "claim", "verdict"][..], &names, &["true for a draw where"]].concat();
+        let caption = format!(
+            "Claims of the source study: draws (of {}) for which they are true; a dash where no draw can tell",
+            self.config.draws
+        );
+        let mut table = Table::new("claims", caption, &heads);
+        for judged in &self.judged {
+            let count = |(_, holds, draws): &(&str, usize, usize)| match draws {
+                0 => Cell::Empty,
+                _ if *draws == self.config.draws => Cell::Count(*holds),
+                _ => Cell::text(format!("{holds} of {draws}")),
+            };
+            let mut row = vec![
+                Cell::text(judged.place),
+                Cell::text(judged.claim),
+                Cell::text(judged.verdict.title()),
+            ];
+            row.extend(judged.draws.iter().map(count));
+            row.push(Cell::text(judged.measured));
+            table.push(row);
+        }
+        table
+    }
+
+    /// The sweep of the learning rate of M1: mean training errors, and shares of starts whose error rose.
+    #[must_use]
+    pub fn sweep(&self) -> [Table; 2] {
+        let rates: Vec<String> = RATES.iter().map(f64::to_string).collect();
+        let heads: Vec<&str> =
+            core::iter::once("condition").chain(rates.iter().map(String::as_str)).collect();
+        let table = |id: &str, caption: &str, cell: fn(f64) -> Cell, of: fn(&AtRate) -> f64| {
+            let mut table = Table::new(id, caption, &heads);
+            for (condition, draws) in &self.draws {
+                let mean = |at: usize| {
+                    let all = draws.iter().filter_map(|draw| draw.sweep.get(at)).map(of);
+                    cell(all.sum::<f64>() / draws.len() as f64)
+                };
+                let cells = core::iter::once(Cell::text(condition.name));
+                table.push(cells.chain((0..RATES.len()).map(mean)).collect());
+            }
+            table
+        };
+        let caption = "M1 by learning rate: training error (scaled, mean over starts and draws)";
+        let rose = "M1 by learning rate: starts whose error rose by a tenth or diverged, percent";
+        [
+            table("sweep-mse", caption, Cell::Number, |at| at.mse),
+            table("sweep-unstable", rose, Cell::Percent, |at| at.unstable),
+        ]
+    }
+
+    /// Mean errors and shares of the nets: what Fig. 7 and Table 2 show.
+    #[must_use]
+    pub fn nets(&self) -> Table {
+        let caption = "Run nearest the average, mean of the draws; published: Table 2 of the study";
+        let heads = [
+            "condition",
+            "net",
+            "epochs",
+            "MSE train (scaled)",
+            "MSE train (N²)",
+            "MSE test (N²)",
+            "± 10 % train",
+            "± 10 % test",
+            "published train",
+            "published test",
+        ];
+        let mut table = Table::new("nets", caption, &heads);
+        for (condition, draws) in &self.draws {
+            for (at, net) in NETS[..4].iter().chain([&HEAVY_BALL]).enumerate() {
+                let of = |draw: &Draw, what: fn(&Kept) -> f64| {
+                    what(draw.nets.get(at).unwrap_or(&draw.heavy))
+                };
+                let mean = |what: fn(&Kept) -> f64| {
+                    draws.iter().map(|draw| of(draw, what)).sum::<f64>() / draws.len() as f64
+                };
+                let published = |which: usize| {
+                    net.published.map_or(Cell::Empty, |shares| Cell::Percent(shares[which]))
+                };
+                table.push(vec![
+                    Cell::text(condition.name),
+                    Cell::text(format!("{} {}", net.name, net.trainer)),
+                    Cell::Number(mean(|net| (net.history.len() - 1) as f64)),
+                    Cell::Number(mean(|net| net.mse)),
+                    Cell::Number(mean(Kept::train_mse)),
+                    Cell::Number(mean(Kept::test_mse)),
+                    Cell::Percent(mean(Kept::train_share)),
+                    Cell::Percent(mean(Kept::test_share)),
+                    published(0),
+                    published(1),
+                ]);
+            }
+        }
+        table
+    }
+
+    /// The report.
+    #[must_use]
+    pub fn report(&self) -> Report {
+        let StudyConfig { seed, draws, repeats, epochs, goal, hidden, .. } = self.config;
+        let goal = if goal > 0.0 { format!("goal {goal}") } else { "no goal".to_owned() };
+        let method = format!(
+            "{draws} draws of 100 training and 60 test rows, {repeats} starts of each net on each, 2-{hidden}-1, at most {epochs} \
+             epochs, {goal}, seed {seed}; of the starts the run nearest the average training error counts. A claim is \
+             reproduced (refuted) where under every condition more (fewer) than half of all such draws make it \
+             true, at 95 % (Wilson's interval): 15 (5) of 20 draws or more (fewer)."
+        );
+        let [errors, unstable] = self.sweep();
+        let section = Section::new("claims", "Claims of the source study")
+            .with(method)
+            .with(self.table())
+            .with(self.nets())
+            .with(errors)
+            .with(unstable);
+        let mut report =
+            Report { title: "The source study, claim by claim".to_owned(), ..Report::default() };
+        report.fields.insert("type".to_owned(), "claims".into());
+        if let Ok(judged) = serde_json::to_value(&self.judged) {
+            report.fields.insert("claims".to_owned(), judged);
+        }
+        report.push(section);
+        report
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn half_of_the_draws_decide_nothing() {
+        let verdicts = [0, 5, 6, 10, 14, 15, 20].map(|holds| Verdict::of(holds, 20));
+        use Verdict::{Refuted, Reproduced, Undecided};
+        assert_eq!(
+            verdicts,
+            [Refuted, Refuted, Undecided, Undecided, Undecided, Reproduced, Reproduced]
+        );
+        assert_eq!((Verdict::of(1, 1), Verdict::of(0, 0)), (Undecided, Undecided));
+    }
+
+    #[test]
+    fn claims_are_judged_by_every_draw() {
+        let conditions = ["paper", "eq1-surface"].map(|name| Condition::named(name).unwrap());
+        let config = StudyConfig {
+            draws: 2,
+            repeats: 3,
+            epochs: 60,
+            conditions: conditions.to_vec(),
+            ..StudyConfig::claims(7)
+        };
+        let claims = judge(&config, &|| ()).unwrap();
+        let goal = claims.judged.iter().find(|judged| judged.place == "Figs. 3-7").unwrap();
+        assert!(goal.draws.iter().all(|(_, holds, draws)| (*holds, *draws) == (0, 2)), "{goal:?}");
+        let rates = &claims.judged[0];
+        assert_eq!(rates.draws[0], ("paper", 2, 2), "a rate of 10 is unstable");
+        assert_eq!(claims.table().rows.len(), CLAIMS.len());
+        assert!(claims.report().html().unwrap().contains("eq1-surface"));
+        let again = judge(&config, &|| ()).unwrap();
+        assert_eq!(again.report().json(), claims.report().json());
+        // A goal that every net reaches at once: nobody ends at the last epoch.
+        let easy = judge(&StudyConfig { goal: 100.0, ..config }, &|| ()).unwrap();
+        let stops = easy.judged.iter().find(|judged| judged.place == "Figs. 3-6").unwrap();
+        assert!(stops.draws.iter().all(|(_, holds, _)| *holds == 0), "{stops:?}");
+    }
+}
