@@ -36,7 +36,7 @@ read -ra shared <<<"$(pkg-config --libs slip)"
 read -ra static <<<"-L$slip/lib -l:libslip.a $(sed -n 's/^Libs.private: //p' packaging/c/slip.pc)"
 c() { cc -std=c99 $warnings -g -O1 "${flags[@]}" "$@"; }
 cpp() { c++ -std=c++17 $warnings -g -O1 "${flags[@]}" "$@"; }
-echo '#include <slip.h>' >"$work/header.c"
+printf '#include <slip.h>\n#include <slip.h>\n' >"$work/header.c"
 c -fsyntax-only "$work/header.c"
 cpp -fsyntax-only -x c++ "$work/header.c"
 

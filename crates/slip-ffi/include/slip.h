@@ -7,6 +7,146 @@
 #include <stddef.h>
 #include <stdint.h>
 
+// Scene
+enum {
+  // nothing is held.
+  SLIP_SCENE_IDLE = 0,
+  // arm or fingers move: own vibration, no decision on slip.
+  SLIP_SCENE_MOVING = 1,
+  // an object is held.
+  SLIP_SCENE_HOLDING = 2,
+  // an object slips.
+  SLIP_SCENE_SLIPPING = 3,
+};
+
+// GripState
+enum {
+  // there is none: the pipeline only observes.
+  SLIP_GRIP_STATE_OBSERVING = 0,
+  // fingers open, no force.
+  SLIP_GRIP_STATE_OPEN = 1,
+  // the force rises to the trial force.
+  SLIP_GRIP_STATE_CLOSING = 2,
+  // the trial force stands; contact transients fade.
+  SLIP_GRIP_STATE_SETTLING = 3,
+  // an object is held.
+  SLIP_GRIP_STATE_HOLDING = 4,
+  // a slip is being stopped.
+  SLIP_GRIP_STATE_SLIPPING = 5,
+  // no slip sensor can be trusted, the force stays.
+  SLIP_GRIP_STATE_FAULT = 6,
+  // let go by a client, until it is told to grasp.
+  SLIP_GRIP_STATE_RELEASED = 7,
+};
+
+// Phase
+enum {
+  // shear and first movements, before the object slides.
+  SLIP_PHASE_INCIPIENT = 1,
+  // the object slides.
+  SLIP_PHASE_GROSS = 2,
+  // the slip has ended.
+  SLIP_PHASE_ENDED = 3,
+};
+
+// Method
+enum {
+  // not known: at the end of a slip.
+  SLIP_METHOD_NONE = 0,
+  // vibration of the stylus.
+  SLIP_METHOD_STYLUS = 1,
+  // moved distance of the object, from a roller or an encoder.
+  SLIP_METHOD_TRAVEL = 2,
+  // change of the pressure distribution under the finger.
+  SLIP_METHOD_PRESSURE = 3,
+};
+
+// SpeedSource
+enum {
+  // no speed is known.
+  SLIP_SPEED_SOURCE_NONE = 0,
+  // set in the configuration.
+  SLIP_SPEED_SOURCE_FIXED = 1,
+  // a velocity channel.
+  SLIP_SPEED_SOURCE_DIRECT = 2,
+  // slope of the travel channel.
+  SLIP_SPEED_SOURCE_TRAVEL = 3,
+  // delay between two styli.
+  SLIP_SPEED_SOURCE_TWO_STYLI = 4,
+  // acceleration by weight since the first notice.
+  SLIP_SPEED_SOURCE_GRAVITY = 5,
+};
+
+// Reading
+enum {
+  // no E_sc is known.
+  SLIP_READING_NONE = 0,
+  // n F v tan(sum cot(delta/s)) (W), as printed.
+  SLIP_READING_LITERAL = 1,
+  // n F v tan(sum arccot(delta/s)) (W): cot read as the angle whose cotangent is delta/s.
+  SLIP_READING_ARC_COT = 2,
+  // F v sum 2 delta/s (W): power to lift along the flanks; n F v tan(mean flank angle) to second order.
+  SLIP_READING_SLOPE_POWER = 3,
+  // F sum delta (J): work to lift over every irregularity once.
+  SLIP_READING_LIFT_WORK = 4,
+  // (pi^2/2) c v sum delta^2/s (J): what the damper c of the stylus takes at speed v over sinusoidal irregularities.
+  SLIP_READING_VISCOUS_WORK = 5,
+};
+
+// Sensor
+enum {
+  // the stylus.
+  SLIP_SENSOR_STYLUS = 1,
+  // roller or encoder.
+  SLIP_SENSOR_TRAVEL = 2,
+  // the taxel array.
+  SLIP_SENSOR_PRESSURE = 3,
+  // the motion reference.
+  SLIP_SENSOR_REFERENCE = 4,
+};
+
+// SensorHealth
+enum {
+  // nothing is wrong, or the gripper has no such sensor.
+  SLIP_SENSOR_HEALTH_GOOD = 0,
+  // always the same value: a broken wire or a hung converter.
+  SLIP_SENSOR_HEALTH_FROZEN = 1,
+  // at the end of its range.
+  SLIP_SENSOR_HEALTH_SATURATED = 2,
+  // too many readings that are none.
+  SLIP_SENSOR_HEALTH_FAILED = 3,
+  // moves further than a change of grip force explains.
+  SLIP_SENSOR_HEALTH_DRIFTING = 4,
+  // leaps farther than any object can move.
+  SLIP_SENSOR_HEALTH_JUMPED = 5,
+  // runs the other way.
+  SLIP_SENSOR_HEALTH_BACKWARDS = 6,
+  // no readings, where there were some before.
+  SLIP_SENSOR_HEALTH_LOST = 7,
+  // contradicted by another sensor.
+  SLIP_SENSOR_HEALTH_DOUBTED = 8,
+  // steps or noise too coarse to show an acceleration.
+  SLIP_SENSOR_HEALTH_COARSE = 9,
+  // another sensor shows the same at another time.
+  SLIP_SENSOR_HEALTH_LATE = 10,
+  // other sensors show nothing of what it shows.
+  SLIP_SENSOR_HEALTH_UNCOUPLED = 11,
+};
+
+// Operation
+enum {
+  // hold with at least this force.
+  SLIP_OPERATION_AT_LEAST = 1,
+  // let go, until GRASP.
+  SLIP_OPERATION_RELEASE = 2,
+  // close again after a release.
+  SLIP_OPERATION_GRASP = 3,
+  // stop in software, latched by the gripper; not a safety function.
+  SLIP_OPERATION_STOP = 4,
+  // clear the named fault.
+  SLIP_OPERATION_CLEAR_FAULT = 5,
+};
+
 // What a call led to.
 typedef enum slip_status {
   // Done.
@@ -320,143 +460,3 @@ enum slip_status slip_esc(const double *delta_m,
 #endif  // __cplusplus
 
 #endif  /* SLIP_H */
-
-// Scene
-enum {
-  // nothing is held.
-  SLIP_SCENE_IDLE = 0,
-  // arm or fingers move: own vibration, no decision on slip.
-  SLIP_SCENE_MOVING = 1,
-  // an object is held.
-  SLIP_SCENE_HOLDING = 2,
-  // an object slips.
-  SLIP_SCENE_SLIPPING = 3,
-};
-
-// GripState
-enum {
-  // there is none: the pipeline only observes.
-  SLIP_GRIP_STATE_OBSERVING = 0,
-  // fingers open, no force.
-  SLIP_GRIP_STATE_OPEN = 1,
-  // the force rises to the trial force.
-  SLIP_GRIP_STATE_CLOSING = 2,
-  // the trial force stands; contact transients fade.
-  SLIP_GRIP_STATE_SETTLING = 3,
-  // an object is held.
-  SLIP_GRIP_STATE_HOLDING = 4,
-  // a slip is being stopped.
-  SLIP_GRIP_STATE_SLIPPING = 5,
-  // no slip sensor can be trusted, the force stays.
-  SLIP_GRIP_STATE_FAULT = 6,
-  // let go by a client, until it is told to grasp.
-  SLIP_GRIP_STATE_RELEASED = 7,
-};
-
-// Phase
-enum {
-  // shear and first movements, before the object slides.
-  SLIP_PHASE_INCIPIENT = 1,
-  // the object slides.
-  SLIP_PHASE_GROSS = 2,
-  // the slip has ended.
-  SLIP_PHASE_ENDED = 3,
-};
-
-// Method
-enum {
-  // not known: at the end of a slip.
-  SLIP_METHOD_NONE = 0,
-  // vibration of the stylus.
-  SLIP_METHOD_STYLUS = 1,
-  // moved distance of the object, from a roller or an encoder.
-  SLIP_METHOD_TRAVEL = 2,
-  // change of the pressure distribution under the finger.
-  SLIP_METHOD_PRESSURE = 3,
-};
-
-// SpeedSource
-enum {
-  // no speed is known.
-  SLIP_SPEED_SOURCE_NONE = 0,
-  // set in the configuration.
-  SLIP_SPEED_SOURCE_FIXED = 1,
-  // a velocity channel.
-  SLIP_SPEED_SOURCE_DIRECT = 2,
-  // slope of the travel channel.
-  SLIP_SPEED_SOURCE_TRAVEL = 3,
-  // delay between two styli.
-  SLIP_SPEED_SOURCE_TWO_STYLI = 4,
-  // acceleration by weight since the first notice.
-  SLIP_SPEED_SOURCE_GRAVITY = 5,
-};
-
-// Reading
-enum {
-  // no E_sc is known.
-  SLIP_READING_NONE = 0,
-  // n F v tan(sum cot(delta/s)) (W), as printed.
-  SLIP_READING_LITERAL = 1,
-  // n F v tan(sum arccot(delta/s)) (W): cot read as the angle whose cotangent is delta/s.
-  SLIP_READING_ARC_COT = 2,
-  // F v sum 2 delta/s (W): power to lift along the flanks; n F v tan(mean flank angle) to second order.
-  SLIP_READING_SLOPE_POWER = 3,
-  // F sum delta (J): work to lift over every irregularity once.
-  SLIP_READING_LIFT_WORK = 4,
-  // (pi^2/2) c v sum delta^2/s (J): what the damper c of the stylus takes at speed v over sinusoidal irregularities.
-  SLIP_READING_VISCOUS_WORK = 5,
-};
-
-// Sensor
-enum {
-  // the stylus.
-  SLIP_SENSOR_STYLUS = 1,
-  // roller or encoder.
-  SLIP_SENSOR_TRAVEL = 2,
-  // the taxel array.
-  SLIP_SENSOR_PRESSURE = 3,
-  // the motion reference.
-  SLIP_SENSOR_REFERENCE = 4,
-};
-
-// SensorHealth
-enum {
-  // nothing is wrong, or the gripper has no such sensor.
-  SLIP_SENSOR_HEALTH_GOOD = 0,
-  // always the same value: a broken wire or a hung converter.
-  SLIP_SENSOR_HEALTH_FROZEN = 1,
-  // at the end of its range.
-  SLIP_SENSOR_HEALTH_SATURATED = 2,
-  // too many readings that are none.
-  SLIP_SENSOR_HEALTH_FAILED = 3,
-  // moves further than a change of grip force explains.
-  SLIP_SENSOR_HEALTH_DRIFTING = 4,
-  // leaps farther than any object can move.
-  SLIP_SENSOR_HEALTH_JUMPED = 5,
-  // runs the other way.
-  SLIP_SENSOR_HEALTH_BACKWARDS = 6,
-  // no readings, where there were some before.
-  SLIP_SENSOR_HEALTH_LOST = 7,
-  // contradicted by another sensor.
-  SLIP_SENSOR_HEALTH_DOUBTED = 8,
-  // steps or noise too coarse to show an acceleration.
-  SLIP_SENSOR_HEALTH_COARSE = 9,
-  // another sensor shows the same at another time.
-  SLIP_SENSOR_HEALTH_LATE = 10,
-  // other sensors show nothing of what it shows.
-  SLIP_SENSOR_HEALTH_UNCOUPLED = 11,
-};
-
-// Operation
-enum {
-  // hold with at least this force.
-  SLIP_OPERATION_AT_LEAST = 1,
-  // let go, until GRASP.
-  SLIP_OPERATION_RELEASE = 2,
-  // close again after a release.
-  SLIP_OPERATION_GRASP = 3,
-  // stop in software, latched by the gripper; not a safety function.
-  SLIP_OPERATION_STOP = 4,
-  // clear the named fault.
-  SLIP_OPERATION_CLEAR_FAULT = 5,
-};

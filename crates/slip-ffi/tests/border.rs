@@ -408,6 +408,97 @@ fn esc_is_that_of_the_rust_sums() {
     assert_eq!(call(3, 0).unwrap_err(), SlipStatus::Value);
 }
 
+/// Status, `found` and state of a block, with a result that held something else before.
+fn outcome(
+    pipeline: *mut SlipPipeline,
+    block: *const SlipBlock,
+) -> (SlipStatus, usize, SlipState) {
+    let (events, values) = (ptr::null_mut(), ptr::null_mut());
+    let mut result = SlipResult {
+        events,
+        room: 0,
+        statistic: values,
+        command_n: values,
+        found: 99,
+        state: NO_STATE,
+    };
+    // SAFETY: all of it is ours, or null.
+    let status = unsafe { slip_push(pipeline, block, &raw mut result) };
+    (status, result.found, result.state)
+}
+
+#[test]
+fn a_time_that_does_not_rise_refuses_the_whole_block() {
+    let mut memory = Memory::uninit();
+    let pipeline = create(&mut memory, &DEFAULTS).unwrap();
+    let push = |t_us: &[u64]| {
+        let stylus = vec![1e-9; t_us.len()];
+        let (rows, t_us) = (t_us.len(), t_us.as_ptr());
+        let (status, _, state) =
+            outcome(pipeline, &SlipBlock { rows, t_us, stylus: stylus.as_ptr(), ..EMPTY });
+        (status, state.t_us)
+    };
+    let untimed = || {
+        let (status, _, state) =
+            outcome(pipeline, &SlipBlock { rows: 1, stylus: &raw const NOTHING, ..EMPTY });
+        (status, state.t_us)
+    };
+    let (ok, value) = (SlipStatus::Ok, SlipStatus::Value);
+    assert_eq!(push(&[0, 100, 200]), (ok, 200));
+    assert_eq!(push(&[200]), (value, 200), "the clock stands");
+    assert_eq!(push(&[100]), (value, 200), "the clock was set back");
+    assert_eq!(push(&[300, 400, 400]), (value, 200), "the block is refused whole");
+    assert_eq!(push(&[300, 400]), (ok, 400));
+    assert_eq!(untimed(), (ok, 500), "a row without a time follows by the rate");
+    assert_eq!(push(&[500]), (value, 500));
+    assert_eq!(push(&[u64::MAX]), (ok, u64::MAX), "a jump ahead is a gap");
+    assert_eq!(push(&[600]), (value, u64::MAX), "which no time follows");
+    assert_eq!(untimed(), (value, u64::MAX));
+    // SAFETY: made by `create`.
+    assert_eq!(unsafe { slip_destroy(pipeline) }, SlipStatus::Ok);
+}
+
+const NOTHING: f32 = 0.0;
+
+#[test]
+fn the_state_is_always_written_and_found_too() {
+    let mut memory = Memory::uninit();
+    let options = SlipOptions { control: 1, ..DEFAULTS };
+    let pipeline = create(&mut memory, &options).unwrap();
+    let (status, found, state) = outcome(pipeline, &EMPTY);
+    assert_eq!((status, found, state.command_n, state.grip), (SlipStatus::Ok, 0, 0.0, 1), "open");
+    let (stylus, force) = ([0.0; 2000], [2.0; 2000]);
+    let (stylus, normal_force_n) = (stylus.as_ptr(), force.as_ptr());
+    let block = SlipBlock { rows: 2000, stylus, normal_force_n, ..EMPTY };
+    let last = outcome(pipeline, &block).2;
+    assert!(last.command_n > 0.0 && last.t_us == 199_900, "{last:?}");
+    let refused = SlipBlock { taxel_count: 257, ..block };
+    let no_stylus = SlipBlock { stylus: ptr::null(), ..block };
+    for (block, expected) in [
+        (&raw const EMPTY, SlipStatus::Ok),
+        (&raw const refused, SlipStatus::Size),
+        (&raw const no_stylus, SlipStatus::Null),
+        (ptr::null(), SlipStatus::Null),
+    ] {
+        let (status, found, state) = outcome(pipeline, block);
+        assert_eq!((status, found), (expected, 0));
+        assert_eq!(format!("{state:?}"), format!("{last:?}"), "as after the last row");
+    }
+    // SAFETY: made by `create`.
+    assert_eq!(unsafe { slip_destroy(pipeline) }, SlipStatus::Ok);
+    assert_eq!(outcome(pipeline, &block).1, 0, "of a pipeline that has ended");
+    let signal = SlipSignal::Absent as u32;
+    let pipeline = create(&mut memory, &SlipOptions { signal, ..DEFAULTS }).unwrap();
+    let nothing = SlipBlock { rows: 1, ..EMPTY };
+    assert_eq!(outcome(pipeline, &nothing).0, SlipStatus::Null, "rows with no channel");
+    // SAFETY: made by `create`.
+    assert_eq!(unsafe { slip_destroy(pipeline) }, SlipStatus::Ok);
+    let pipeline = create(&mut memory, &DEFAULTS).unwrap();
+    assert!(outcome(pipeline, &EMPTY).2.command_n.is_nan(), "no controller, no command");
+    // SAFETY: made by `create`.
+    assert_eq!(unsafe { slip_destroy(pipeline) }, SlipStatus::Ok);
+}
+
 #[test]
 fn memory_of_malloc_is_aligned_and_every_status_has_a_sentence() {
     assert!(slip_align() <= 16 && slip_size() <= size_of::<Memory>(), "{}", slip_size());
