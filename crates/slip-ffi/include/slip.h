@@ -431,6 +431,10 @@ enum slip_status slip_destroy(struct slip_pipeline *pipeline);
 
 // Takes a block of samples in order and fills in `result`. Allocates nothing, takes no lock, reads no clock.
 //
+// A block is taken whole or refused whole. SLIP_STATUS_VALUE: a time is not later than that of the row before, so the
+// clock stands or was set back. A jump ahead is a gap; where it was a mistake, only a new slip_create() ends it.
+// `found` and `state` are written in spite of a status, `state` as after the last row that was taken.
+//
 // Each pointer is NULL or points to what its type says: columns to `rows` values, taxels to `rows * taxel_count`, events to `room` of
 // them, statistic and command_n to room for `rows` values. No other thread uses any of it meanwhile.
 enum slip_status slip_push(struct slip_pipeline *pipeline,

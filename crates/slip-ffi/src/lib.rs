@@ -5,6 +5,7 @@
 
 mod abi;
 mod border;
+mod clock;
 mod pipeline;
 mod status;
 
@@ -17,8 +18,8 @@ pub use status::SlipStatus;
 
 use border::{Column, copy_text, guarded, place, text};
 use core::ffi::{c_char, c_void};
+use slip_core::ClientCommand;
 use slip_core::esc::{EscSum, Reading};
-use slip_core::{ClientCommand, units::Micros};
 
 /// Bytes of memory that a pipeline needs.
 #[unsafe(no_mangle)]
@@ -111,6 +112,10 @@ pub unsafe extern "C" fn slip_destroy(pipeline: *mut SlipPipeline) -> SlipStatus
 
 /// Takes a block of samples in order and fills in `result`. Allocates nothing, takes no lock, reads no clock.
 ///
+/// A block is taken whole or refused whole. SLIP_STATUS_VALUE: a time is not later than that of the row before, so the
+/// clock stands or was set back. A jump ahead is a gap; where it was a mistake, only a new slip_create() ends it.
+/// `found` and `state` are written in spite of a status, `state` as after the last row that was taken.
+///
 /// # Safety
 /// Each pointer is NULL or points to what its type says: columns to `rows` values, taxels to `rows * taxel_count`, events to `room` of
 /// them, statistic and command_n to room for `rows` values. No other thread uses any of it meanwhile.
@@ -121,14 +126,16 @@ pub unsafe extern "C" fn slip_push(
     result: *mut SlipResult,
 ) -> SlipStatus {
     let status = guarded(|| {
-        // SAFETY: as this function asks for.
-        let live = unsafe { SlipPipeline::live(pipeline) }?;
-        let block = place(block.cast_mut())?;
         let result = place(result)?;
-        // SAFETY: not null, aligned, and by the caller's word a block.
-        let block = unsafe { block.read() };
         // SAFETY: not null, aligned, by the caller's word a result, and nothing else uses it.
         let result = unsafe { &mut *result };
+        result.found = 0;
+        // SAFETY: as this function asks for.
+        let live = unsafe { SlipPipeline::live(pipeline) }?;
+        result.state = live.state;
+        let block = place(block.cast_mut())?;
+        // SAFETY: not null, aligned, and by the caller's word a block.
+        let block = unsafe { block.read() };
         // SAFETY: as this function asks for.
         unsafe { live.push(&block, result) }
     });
@@ -200,11 +207,4 @@ pub unsafe extern "C" fn slip_esc(
         unsafe { value.write(esc.into()) };
         Ok(())
     })
-}
-
-/// Where the `rows`-th row after one at `origin` stands at `rate_hz`.
-fn later(origin: Micros, rows: u64, rate_hz: f32) -> Micros {
-    #[expect(clippy::cast_precision_loss, reason = "exact up to 2^53 rows")]
-    let seconds = rows as f64 / f64::from(rate_hz);
-    origin.plus(Micros::from_seconds(seconds))
 }

@@ -4,7 +4,7 @@ use crate::{
     SlipBlock, SlipEvent, SlipOptions, SlipResult, SlipSignal, SlipState, SlipStatus,
     abi::known,
     border::{Column, place},
-    later,
+    clock::Clock,
 };
 use grip_record::StylusKind;
 use grip_session::{
@@ -12,7 +12,9 @@ use grip_session::{
 };
 use slip_core::{
     Arrival, ClientCommand, Pipeline, PipelineConfig, Sample, Step,
+    health::SensorHealth,
     pressure::MAX_TAXELS,
+    scene::Scene,
     units::{Hertz, Micros},
 };
 use std::{path::Path, sync::Arc};
@@ -27,11 +29,9 @@ pub struct SlipPipeline {
     pipeline: Pipeline<Arc<[f32]>>,
     log: EventLog,
     signal: StylusKind,
-    rate_hz: f32,
-    /// The last row that had a time, or the first one.
-    origin: Option<Micros>,
-    /// Rows since then.
-    since: u64,
+    clock: Clock,
+    /// After the last row.
+    pub(crate) state: SlipState,
 }
 
 impl SlipPipeline {
@@ -70,15 +70,19 @@ impl SlipPipeline {
             return Err("control needs a stylus or a vibration".to_owned());
         }
         let settings = PipelineConfig { grip, ..settings };
-        Ok(Self {
-            mark: mark(memory),
-            pipeline: Pipeline::new(settings, estimator).map_err(|error| error.to_string())?,
-            log: EventLog::default(),
-            signal,
-            rate_hz: options.rate_hz,
-            origin: None,
-            since: 0,
-        })
+        let pipeline = Pipeline::new(settings, estimator).map_err(|error| error.to_string())?;
+        let state = SlipState {
+            t_us: 0,
+            statistic: 0.0,
+            // The fingers are open.
+            command_n: known(grip.map(|_| 0.0)),
+            scene: Scene::default().code(),
+            grip: pipeline.grip_state().unwrap_or_default().code(),
+            sensors: [SensorHealth::default().code(); 4],
+            floor: pipeline.detector().floor_health() as u8,
+        };
+        let (mark, log, clock) = (mark(memory), EventLog::default(), Clock::new(options.rate_hz));
+        Ok(Self { mark, pipeline, log, signal, clock, state })
     }
 
     /// The pipeline at `pointer`, where there is one.
@@ -115,18 +119,26 @@ impl SlipPipeline {
         result: &mut SlipResult,
     ) -> Result<(), SlipStatus> {
         let columns = Columns::new(block)?;
-        if columns.stylus.start().is_none() && self.signal != StylusKind::Absent {
+        let needed = match self.signal {
+            StylusKind::Absent => columns.any(),
+            StylusKind::Displacement | StylusKind::Vibration => columns.stylus.start().is_some(),
+        };
+        if block.rows > 0 && !needed {
             return Err(SlipStatus::Null);
         }
         let statistic = Column::new(result.statistic, block.rows)?.start();
         let command_n = Column::new(result.command_n, block.rows)?.start();
         let room = if result.events.is_null() { 0 } else { result.room };
         Column::new(result.events, room)?;
-        result.found = 0;
+        let mut ahead = self.clock;
+        for row in 0..block.rows {
+            // SAFETY: `row` is below the number of rows.
+            ahead.next(unsafe { columns.t_us.at(row) }).ok_or(SlipStatus::Value)?;
+        }
         for row in 0..block.rows {
             // SAFETY: `row` is below the number of rows.
             let (mut sample, t, taxels) = unsafe { columns.row(row) };
-            sample.t = self.time(t);
+            sample.t = self.clock.next(t).ok_or(SlipStatus::Value)?;
             let step = self.pipeline.handle_with(&sample, taxels);
             // SAFETY: by the caller's word there is room for every row.
             unsafe { put(statistic, row, step.statistic) };
@@ -147,28 +159,14 @@ impl SlipPipeline {
                 }
             }
             if row + 1 == block.rows {
-                result.state = self.state(&step);
+                self.state = self.after(&step);
+                result.state = self.state;
             }
         }
         Ok(())
     }
 
-    /// The time of the next row, which is `t` where it has one.
-    fn time(&mut self, t: Option<u64>) -> Micros {
-        match (t, self.origin) {
-            (None, Some(origin)) => {
-                self.since += 1;
-                later(origin, self.since, self.rate_hz)
-            }
-            (t, _) => {
-                let t = Micros(t.unwrap_or(0));
-                (self.origin, self.since) = (Some(t), 0);
-                t
-            }
-        }
-    }
-
-    fn state(&self, step: &Step) -> SlipState {
+    fn after(&self, step: &Step) -> SlipState {
         SlipState {
             t_us: step.t.0,
             statistic: step.statistic,
@@ -242,6 +240,24 @@ impl Columns {
             taxels: Column::new(block.taxels, taxels)?,
             taxel_count: block.taxel_count,
         })
+    }
+
+    /// Whether there is a channel.
+    fn any(&self) -> bool {
+        [
+            self.stylus,
+            self.normal_force_n,
+            self.tangential_n,
+            self.travel_m,
+            self.velocity_m_s,
+            self.second_stylus,
+            self.reference,
+            self.pressure,
+            self.motion,
+            self.taxels,
+        ]
+        .into_iter()
+        .any(|column| column.start().is_some())
     }
 
     /// Sample, time and taxels of a row.

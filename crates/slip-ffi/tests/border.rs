@@ -409,10 +409,7 @@ fn esc_is_that_of_the_rust_sums() {
 }
 
 /// Status, `found` and state of a block, with a result that held something else before.
-fn outcome(
-    pipeline: *mut SlipPipeline,
-    block: *const SlipBlock,
-) -> (SlipStatus, usize, SlipState) {
+fn outcome(pipeline: *mut SlipPipeline, block: *const SlipBlock) -> (SlipStatus, usize, SlipState) {
     let (events, values) = (ptr::null_mut(), ptr::null_mut());
     let mut result = SlipResult {
         events,
@@ -440,7 +437,7 @@ fn a_time_that_does_not_rise_refuses_the_whole_block() {
     };
     let untimed = || {
         let (status, _, state) =
-            outcome(pipeline, &SlipBlock { rows: 1, stylus: &raw const NOTHING, ..EMPTY });
+            outcome(pipeline, &SlipBlock { rows: 1, stylus: [1e-9].as_ptr(), ..EMPTY });
         (status, state.t_us)
     };
     let (ok, value) = (SlipStatus::Ok, SlipStatus::Value);
@@ -458,8 +455,6 @@ fn a_time_that_does_not_rise_refuses_the_whole_block() {
     assert_eq!(unsafe { slip_destroy(pipeline) }, SlipStatus::Ok);
 }
 
-const NOTHING: f32 = 0.0;
-
 #[test]
 fn the_state_is_always_written_and_found_too() {
     let mut memory = Memory::uninit();
@@ -475,7 +470,7 @@ fn the_state_is_always_written_and_found_too() {
     let refused = SlipBlock { taxel_count: 257, ..block };
     let no_stylus = SlipBlock { stylus: ptr::null(), ..block };
     for (block, expected) in [
-        (&raw const EMPTY, SlipStatus::Ok),
+        (ptr::from_ref(&EMPTY), SlipStatus::Ok),
         (&raw const refused, SlipStatus::Size),
         (&raw const no_stylus, SlipStatus::Null),
         (ptr::null(), SlipStatus::Null),
