@@ -411,10 +411,12 @@ const char *slip_version(void);
 // A sentence for a status; of any other number too.
 const char *slip_error_text(int32_t status);
 
-// Makes a pipeline in `memory`, `size` bytes (slip_size() or more, aligned to slip_align()), and sets `*made` to it.
+// Makes a pipeline in `memory`, `size` bytes (slip_size() or more, aligned to slip_align()), and sets `*made` to it, or
+// to NULL where that fails.
 //
-// What is wrong with the options is written to `why` as a sentence, as far as `why_size` bytes hold it; `why` may be NULL. A pipeline
-// belongs to one thread at a time, must not be copied, and ends with slip_destroy().
+// Why it fails is written to `why` as a sentence, as far as `why_size` bytes hold it; `why` may be NULL. A pipeline
+// belongs to one thread at a time, must not be copied, and ends with slip_destroy(): one that is still in `memory` leaks.
+// Needs about 256 kB of stack.
 //
 // Each pointer is NULL or points to what its type says, for as many bytes as said; the texts end with a zero byte.
 enum slip_status slip_create(void *memory,

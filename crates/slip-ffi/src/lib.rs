@@ -17,9 +17,13 @@ pub use pipeline::SlipPipeline;
 pub use status::SlipStatus;
 
 use border::{Column, copy_text, guarded, place, text};
-use core::ffi::{c_char, c_void};
+use core::{
+    ffi::{c_char, c_void},
+    ptr,
+};
 use slip_core::ClientCommand;
 use slip_core::esc::{EscSum, Reading};
+use std::borrow::Cow;
 
 /// Bytes of memory that a pipeline needs.
 #[unsafe(no_mangle)]
@@ -49,10 +53,12 @@ pub extern "C" fn slip_error_text(status: i32) -> *const c_char {
     status::sentence(status).as_ptr()
 }
 
-/// Makes a pipeline in `memory`, `size` bytes (slip_size() or more, aligned to slip_align()), and sets `*made` to it.
+/// Makes a pipeline in `memory`, `size` bytes (slip_size() or more, aligned to slip_align()), and sets `*made` to it, or
+/// to NULL where that fails.
 ///
-/// What is wrong with the options is written to `why` as a sentence, as far as `why_size` bytes hold it; `why` may be NULL. A pipeline
-/// belongs to one thread at a time, must not be copied, and ends with slip_destroy().
+/// Why it fails is written to `why` as a sentence, as far as `why_size` bytes hold it; `why` may be NULL. A pipeline
+/// belongs to one thread at a time, must not be copied, and ends with slip_destroy(): one that is still in `memory` leaks.
+/// Needs about 256 kB of stack.
 ///
 /// # Safety
 /// Each pointer is NULL or points to what its type says, for as many bytes as said; the texts end with a zero byte.
@@ -65,9 +71,12 @@ pub unsafe extern "C" fn slip_create(
     why_size: usize,
     made: *mut *mut SlipPipeline,
 ) -> SlipStatus {
-    guarded(|| {
-        let memory: *mut SlipPipeline = place(memory.cast())?;
+    let mut sentence = None;
+    let status = guarded(|| {
         let made = place(made)?;
+        // SAFETY: not null, aligned, and by the caller's word a pointer.
+        unsafe { made.write(ptr::null_mut()) };
+        let memory: *mut SlipPipeline = place(memory.cast())?;
         let options = place(options.cast_mut())?;
         if size < slip_size() {
             return Err(SlipStatus::Size);
@@ -77,21 +86,23 @@ pub unsafe extern "C" fn slip_create(
         // SAFETY: by the caller's word texts that end with a zero byte, or null.
         let texts =
             unsafe { [text(options.settings)?, text(options.calibration)?, text(options.model)?] };
-        match SlipPipeline::new(&options, texts, memory) {
-            Ok(pipeline) => {
-                // SAFETY: not null, aligned, large enough.
-                unsafe { memory.write(pipeline) };
-                // SAFETY: not null, aligned, and by the caller's word a pointer.
-                unsafe { made.write(memory) };
-                Ok(())
-            }
-            Err(sentence) => {
-                // SAFETY: by the caller's word null or `why_size` bytes.
-                unsafe { copy_text(&sentence, why, why_size) };
-                Err(SlipStatus::Options)
-            }
-        }
-    })
+        let pipeline = SlipPipeline::new(&options, texts, memory).map_err(|why| {
+            sentence = Some(why);
+            SlipStatus::Options
+        })?;
+        // SAFETY: not null, aligned, large enough.
+        unsafe { memory.write(pipeline) };
+        // SAFETY: not null, aligned, and by the caller's word a pointer.
+        unsafe { made.write(memory) };
+        Ok(())
+    });
+    if status != SlipStatus::Ok {
+        let sentence =
+            sentence.map_or_else(|| status::sentence(status as i32).to_string_lossy(), Cow::Owned);
+        // SAFETY: by the caller's word null or `why_size` bytes.
+        unsafe { copy_text(&sentence, why, why_size) };
+    }
+    status
 }
 
 /// Ends a pipeline. Its memory is the caller's again.

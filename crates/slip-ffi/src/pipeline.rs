@@ -8,7 +8,12 @@ use crate::{
 };
 use grip_record::StylusKind;
 use grip_session::{
-    HostConfig, calibration::Calibration, model, replay::stylus_config, report::EventLog,
+    HostConfig,
+    calibration::Calibration,
+    config::{Layers, Setting},
+    model,
+    replay::stylus_config,
+    report::EventLog,
 };
 use slip_core::{
     Arrival, ClientCommand, Pipeline, PipelineConfig, Sample, Step,
@@ -47,13 +52,21 @@ impl SlipPipeline {
             x if x == SlipSignal::Absent as u32 => StylusKind::Absent,
             other => return Err(format!("signal = {other} is none of SLIP_SIGNAL_*")),
         };
-        let config = HostConfig::parse(Path::new("settings"), settings.unwrap_or_default())
-            .map_err(|error| error.to_string())?;
+        let mut layers = Layers::default();
+        layers.push(Path::new("settings"), settings.unwrap_or_default());
+        let set = layers.settings().map_err(|error| error.to_string())?;
+        if let Some(Setting { key, place, .. }) =
+            set.iter().find(|setting| ["calibration", "model"].contains(&&*setting.key))
+        {
+            let sentence = "no file is read, its text is given in slip_options";
+            return Err(format!("{place}: {key}: {sentence}"));
+        }
+        let config = layers.resolve().map_err(|error| error.to_string())?;
         let calibrated = calibration
             .map(Calibration::parse)
             .transpose()
             .map_err(|error| format!("calibration: {error}"))?;
-        let config = HostConfig { calibrated: calibrated.or(config.calibrated), ..config };
+        let config = HostConfig { calibrated, ..config };
         let rate = Hertz(options.rate_hz);
         config
             .check_signal(rate, signal == StylusKind::Vibration)

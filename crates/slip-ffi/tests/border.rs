@@ -335,7 +335,45 @@ fn options_that_do_not_fit_are_named() {
     let model = c"{}".as_ptr();
     assert!(refused(&SlipOptions { model, ..DEFAULTS }).contains("no model file"));
     let model = c"\xff".as_ptr();
-    assert!(refused(&SlipOptions { model, ..DEFAULTS }).starts_with("Text"));
+    assert_eq!(refused(&SlipOptions { model, ..DEFAULTS }), "Text a text is not UTF-8");
+    for key in ["calibration", "model"] {
+        let settings = format!("{key} = \"file\"\0");
+        let settings = settings.as_ptr().cast();
+        let text = refused(&SlipOptions { settings, ..DEFAULTS });
+        let sentence = "no file is read, its text is given in slip_options";
+        assert_eq!(text, format!("Options settings:1:1: {key}: {sentence}"));
+    }
+}
+
+#[test]
+fn every_failure_of_create_has_a_sentence_and_no_pipeline() {
+    let mut memory = Memory::uninit();
+    let misaligned = memory.as_mut_ptr().cast::<u8>().wrapping_add(1);
+    let memory = memory.as_mut_ptr().cast::<u8>();
+    let mut made = ptr::dangling_mut();
+    let mut why = [0; 64];
+    let mut call = |memory: *mut u8, size, options, made: *mut *mut SlipPipeline| {
+        // SAFETY: all of it is ours, null, or misaligned.
+        let status =
+            unsafe { slip_create(memory.cast(), size, options, why.as_mut_ptr(), 64, made) };
+        // SAFETY: ends with a zero byte, or holds nothing else.
+        let why = unsafe { CStr::from_ptr(why.as_ptr()) };
+        // SAFETY: a text of the library.
+        assert_eq!(why, unsafe { CStr::from_ptr(slip_error_text(status as i32)) });
+        status
+    };
+    let (size, options, null) = (slip_size(), ptr::from_ref(&DEFAULTS), ptr::null_mut());
+    assert_eq!(call(memory, size, options, null), SlipStatus::Null);
+    for (memory, size, options, status) in [
+        (null.cast(), size, options, SlipStatus::Null),
+        (misaligned, size, options, SlipStatus::Align),
+        (memory, size - 1, options, SlipStatus::Size),
+        (memory, size, ptr::null(), SlipStatus::Null),
+    ] {
+        assert_eq!(call(memory, size, options, &raw mut made), status);
+        assert!(made.is_null());
+        made = ptr::dangling_mut();
+    }
 }
 
 #[test]
