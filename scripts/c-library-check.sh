@@ -28,7 +28,8 @@ import json, sys
 print(next(p["version"] for p in json.load(sys.stdin)["packages"] if p["name"] == "slip-ffi"))')
 [ "$(pkg-config --modversion slip)" = "$version" ]
 grep -q "\"$version\"" packaging/c/slipConfigVersion.cmake
-nm -D --defined-only "$slip/lib/libslip.so" | awk '$3 !~ /^slip_/ { print "c-library-check: exported: " $3; bad = 1 } END { exit bad }'
+{ nm -D --defined-only "$slip/lib/libslip.so"; nm -g --defined-only "$slip/lib/libslip.a"; } |
+    awk 'NF == 3 && $3 !~ /^slip_/ { print "c-library-check: exported: " $3; bad = 1 } END { exit bad }'
 
 warnings='-Wall -Wextra -Werror -pedantic'
 read -ra flags <<<"$(pkg-config --cflags slip)"
@@ -39,6 +40,13 @@ cpp() { c++ -std=c++17 $warnings -g -O1 "${flags[@]}" "$@"; }
 printf '#include <slip.h>\n#include <slip.h>\n' >"$work/header.c"
 c -fsyntax-only "$work/header.c"
 cpp -fsyntax-only -x c++ "$work/header.c"
+
+# The names of what is inside the static library are those of the program too.
+printf '#include <slip.h>\nint %s(void) { return 0; }\n' LZ4_compress_default >"$work/names.c"
+printf 'int %s(void) { return 0; }\n' rust_eh_personality XXH32 >>"$work/names.c"
+echo 'int main(void) { return LZ4_compress_default() + rust_eh_personality() + XXH32() + (slip_size() == 0); }' >>"$work/names.c"
+c "$work/names.c" -o "$work/names" "${static[@]}"
+"$work/names"
 
 sanitized='-fsanitize=address,undefined -fno-sanitize-recover=all'
 # shellcheck disable=SC2086 # the options are words
