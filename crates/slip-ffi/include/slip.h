@@ -287,7 +287,7 @@ typedef struct slip_event {
   uint8_t sensor;
   // What the kind says.
   uint8_t code;
-  // SLIP_PHASE_*.
+  // SLIP_PHASE_*; 0 of what is no slip.
   uint8_t phase;
   // SLIP_METHOD_*: what noticed it.
   uint8_t method;

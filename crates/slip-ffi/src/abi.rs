@@ -133,7 +133,7 @@ pub struct SlipEvent {
     pub sensor: u8,
     /// What the kind says.
     pub code: u8,
-    /// SLIP_PHASE_*.
+    /// SLIP_PHASE_*; 0 of what is no slip.
     pub phase: u8,
     /// SLIP_METHOD_*: what noticed it.
     pub method: u8,
@@ -239,7 +239,8 @@ impl SlipEvent {
         command_n: f32,
     ) -> Self {
         let nothing = SlipReport::UNKNOWN;
-        Self { t_us, kind: kind as u32, sensor, code, command_n, ..Self::slip(&nothing, row) }
+        let kind = kind as u32;
+        Self { t_us, kind, sensor, code, command_n, phase: 0, ..Self::slip(&nothing, row) }
     }
 }
 
