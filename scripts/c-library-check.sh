@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# The C library: its header as C99 and C++17, examples under ASan and valgrind, no allocation after create, random calls, what docs/c.md
-# shows, and the same slips as gripctl.
+# The C library: its header as C99 and C++17, examples under ASan and valgrind, no allocation after create, random
+# calls, what docs/c.md shows, and the same slips as gripctl.
 #
 #   scripts/c-library-check.sh [PROFILE]      PROFILE is release, or dev for a quicker look
 #
@@ -44,9 +44,28 @@ cpp -fsyntax-only -x c++ "$work/header.c"
 # The names of what is inside the static library are those of the program too.
 printf '#include <slip.h>\nint %s(void) { return 0; }\n' LZ4_compress_default >"$work/names.c"
 printf 'int %s(void) { return 0; }\n' rust_eh_personality XXH32 >>"$work/names.c"
-echo 'int main(void) { return LZ4_compress_default() + rust_eh_personality() + XXH32() + (slip_size() == 0); }' >>"$work/names.c"
+echo 'int main(void) { return LZ4_compress_default() + rust_eh_personality() + XXH32() + !slip_size(); }' \
+    >>"$work/names.c"
 c "$work/names.c" -o "$work/names" "${static[@]}"
 "$work/names"
+
+# Versions that a program may ask of CMake, and those it may not.
+mkdir "$work/versions"
+cat >"$work/versions/CMakeLists.txt" <<'CMAKE'
+cmake_minimum_required(VERSION 3.16)
+project(versions NONE)
+foreach(version 0 0.1 0.1.0 not 0.0 0.1.99 0.2 1)
+  if(version STREQUAL not)
+    set(refused TRUE)
+    continue()
+  endif()
+  find_package(slip ${version} CONFIG QUIET)
+  if((slip_FOUND AND refused) OR NOT (slip_FOUND OR refused))
+    message(FATAL_ERROR "find_package(slip ${version}): slip_FOUND is ${slip_FOUND}")
+  endif()
+endforeach()
+CMAKE
+cmake -S "$work/versions" -B "$work/versions/build" -DCMAKE_PREFIX_PATH="$slip" >"$work/versions/log"
 
 sanitized='-fsanitize=address,undefined -fno-sanitize-recover=all'
 # shellcheck disable=SC2086 # the options are words
@@ -82,6 +101,8 @@ $valgrind "$work/ros-plain"
 if "$work/detect-plain" nan </dev/null 2>"$work/said"; then exit 1; fi
 grep -q 'sample_rate_hz = NaN is outside 20 to 50000' "$work/said"
 "$work/allocations"
+# The stack that docs/c.md names; without optimization it is more.
+[ "$profile" = dev ] || (ulimit -s 400 && "$work/allocations")
 "$work/fuzz-plain" 100000
 "$work/fuzz-asan" 20000 7
 $valgrind "$work/fuzz-plain" 2000 77

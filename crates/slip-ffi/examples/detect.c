@@ -1,4 +1,4 @@
-/* Slips in a recording: numbers on standard input, one row a line, the vibration in the second column (t_s,vibration,...).
+/* Slips in a recording: numbers on standard input, a row a line, the vibration in the second column (t_s,vibration,..).
  *
  *   detect RATE_HZ < recording.csv
  */

@@ -208,15 +208,17 @@ typedef enum slip_signal {
 // A pipeline. What is in it is of no concern to C.
 typedef struct slip_pipeline slip_pipeline;
 
-// How a pipeline is made. All zero but for the rate: the defaults for a stylus that measures displacement, observing only.
+// How a pipeline is made. All zero but for the rate: the defaults for a stylus that measures displacement, observing
+// only.
 typedef struct slip_options {
   // Samples per second, 20 to 50,000.
   float rate_hz;
   // SLIP_SIGNAL_*.
   uint32_t signal;
-  // Not 0: the controller runs and every sample leads to a command. Needs a stylus; without a force sensor it closes by time.
+  // Not 0: the controller runs and every sample leads to a command. Needs a stylus; without a force sensor it closes
+  // by time.
   uint32_t control;
-  // Text of a gripd.toml, or NULL for the defaults.
+  // Text of a gripd.toml without `calibration` and `model`, or NULL for the defaults.
   const char *settings;
   // Text of a CAL.toml of `gripctl calibrate`, or NULL for none.
   const char *calibration;
@@ -224,8 +226,9 @@ typedef struct slip_options {
   const char *model;
 } slip_options;
 
-// Samples, channel by channel: `rows` values each, or NULL for a channel that is not there. NaN says that a channel has no reading in a
-// row; of the stylus it is a reading that cannot be used.
+// Samples, channel by channel: `rows` values each, or NULL for a channel that is not there. NaN stands for no reading
+// in this row; in stylus, stylus_y and stylus_z it is a reading that cannot be used, and too many of them fail the
+// stylus.
 typedef struct slip_block {
   // Samples.
   size_t rows;
@@ -263,7 +266,7 @@ typedef struct slip_block {
   size_t taxel_count;
   // When the computer took each sample in, by its monotonic clock (us), or NULL.
   const uint64_t *arrived_us;
-  // How old each sample was then (us), or NULL for 0. Evidence older than 20 ms raises no force.
+  // How old each sample was then (us), or NULL for 0. Evidence 20 ms older than usual raises no force.
   const uint64_t *age_us;
 } slip_block;
 
@@ -285,7 +288,7 @@ typedef struct slip_event {
   uint32_t irregularities;
   // SLIP_SENSOR_* of a change of health.
   uint8_t sensor;
-  // What the kind says.
+  // Depends on the kind.
   uint8_t code;
   // SLIP_PHASE_*; 0 of what is no slip.
   uint8_t phase;
@@ -373,7 +376,7 @@ typedef struct slip_trial {
   double common_noise;
 } slip_trial;
 
-// A value of E_sc with the figures that tell how far it can be trusted.
+// A value of E_sc with the figures for how far it can be trusted.
 typedef struct slip_esc_value {
   // The value (W or J).
   double value;
@@ -411,14 +414,14 @@ const char *slip_version(void);
 // A sentence for a status; of any other number too.
 const char *slip_error_text(int32_t status);
 
-// Makes a pipeline in `memory`, `size` bytes (slip_size() or more, aligned to slip_align()), and sets `*made` to it, or
-// to NULL where that fails.
+// Makes a pipeline in `memory`, `size` bytes (slip_size() or more, aligned to slip_align()), and sets `*made` to it,
+// or to NULL where that fails.
 //
 // Why it fails is written to `why` as a sentence, as far as `why_size` bytes hold it; `why` may be NULL. A pipeline
-// belongs to one thread at a time, must not be copied, and ends with slip_destroy(): one that is still in `memory` leaks.
-// Needs about 256 kB of stack.
+// belongs to one thread at a time, must not be copied, and ends with slip_destroy(): one that is still in `memory`
+// leaks. Needs 400 kB of stack. Traps of floating point must be masked, here and in slip_push().
 //
-// Each pointer is NULL or points to what its type says, for as many bytes as said; the texts end with a zero byte.
+// Each pointer is NULL or points to what its type names, for as many bytes as given; the texts end with a zero byte.
 enum slip_status slip_create(void *memory,
                              size_t size,
                              const struct slip_options *options,
@@ -437,14 +440,15 @@ enum slip_status slip_destroy(struct slip_pipeline *pipeline);
 // clock stands or was set back. A jump ahead is a gap; where it was a mistake, only a new slip_create() ends it.
 // `found` and `state` are written in spite of a status, `state` as after the last row that was taken.
 //
-// Each pointer is NULL or points to what its type says: columns to `rows` values, taxels to `rows * taxel_count`, events to `room` of
-// them, statistic and command_n to room for `rows` values. No other thread uses any of it meanwhile.
+// Each pointer is NULL or points to what its type names: columns to `rows` values, taxels to `rows * taxel_count`,
+// events to `room` of them, statistic and command_n to room for `rows` values. No other thread uses any of it
+// meanwhile.
 enum slip_status slip_push(struct slip_pipeline *pipeline,
                            const struct slip_block *block,
                            struct slip_result *result);
 
-// Asks the controller to hold with at least `force_n`, to let go, or to close again (SLIP_OPERATION_AT_LEAST, _RELEASE, _GRASP). Without a
-// controller nothing happens.
+// Asks the controller to hold with at least `force_n`, to let go, or to close again (SLIP_OPERATION_AT_LEAST,
+// _RELEASE, _GRASP). A pipeline that only observes does nothing, with SLIP_STATUS_OK.
 //
 // `pipeline` is NULL or points to slip_size() readable bytes.
 enum slip_status slip_command(struct slip_pipeline *pipeline,
@@ -453,7 +457,7 @@ enum slip_status slip_command(struct slip_pipeline *pipeline,
 
 // E_sc of `n` irregularities of height `delta_m` and spacing `spacing_m`, read as `reading` (SLIP_READING_*).
 //
-// Each pointer is NULL or points to what its type says, `delta_m` and `spacing_m` to `n` values.
+// Each pointer is NULL or points to what its type names, `delta_m` and `spacing_m` to `n` values.
 enum slip_status slip_esc(const double *delta_m,
                           const double *spacing_m,
                           size_t n,

@@ -1,7 +1,8 @@
 //! The border to C: samples of a gripper in, slip events and force commands out, in memory of the caller.
 //!
-//! C and C++ use `include/slip.h`, which `tests/header.rs` makes from this crate; `docs/c.md` is the guide. Every function checks what
-//! it is given, answers with a [`SlipStatus`], and lets no panic out. [`slip_create`] allocates; [`slip_push`] does not.
+//! C and C++ use `include/slip.h`, which `tests/header.rs` makes from this crate; `docs/c.md` is the guide. Every
+//! function checks what it is given, answers with a [`SlipStatus`], and lets no panic out. [`slip_create`] allocates;
+//! [`slip_push`] does not.
 
 mod abi;
 mod border;
@@ -53,15 +54,15 @@ pub extern "C" fn slip_error_text(status: i32) -> *const c_char {
     status::sentence(status).as_ptr()
 }
 
-/// Makes a pipeline in `memory`, `size` bytes (slip_size() or more, aligned to slip_align()), and sets `*made` to it, or
-/// to NULL where that fails.
+/// Makes a pipeline in `memory`, `size` bytes (slip_size() or more, aligned to slip_align()), and sets `*made` to it,
+/// or to NULL where that fails.
 ///
 /// Why it fails is written to `why` as a sentence, as far as `why_size` bytes hold it; `why` may be NULL. A pipeline
-/// belongs to one thread at a time, must not be copied, and ends with slip_destroy(): one that is still in `memory` leaks.
-/// Needs about 256 kB of stack.
+/// belongs to one thread at a time, must not be copied, and ends with slip_destroy(): one that is still in `memory`
+/// leaks. Needs 400 kB of stack. Traps of floating point must be masked, here and in slip_push().
 ///
 /// # Safety
-/// Each pointer is NULL or points to what its type says, for as many bytes as said; the texts end with a zero byte.
+/// Each pointer is NULL or points to what its type names, for as many bytes as given; the texts end with a zero byte.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn slip_create(
     memory: *mut c_void,
@@ -86,15 +87,19 @@ pub unsafe extern "C" fn slip_create(
         // SAFETY: by the caller's word texts that end with a zero byte, or null.
         let texts =
             unsafe { [text(options.settings)?, text(options.calibration)?, text(options.model)?] };
-        let pipeline = SlipPipeline::new(&options, texts, memory).map_err(|why| {
-            sentence = Some(why);
-            SlipStatus::Options
-        })?;
-        // SAFETY: not null, aligned, large enough.
-        unsafe { memory.write(pipeline) };
-        // SAFETY: not null, aligned, and by the caller's word a pointer.
-        unsafe { made.write(memory) };
-        Ok(())
+        match SlipPipeline::new(&options, texts, memory) {
+            Ok(pipeline) => {
+                // SAFETY: not null, aligned, large enough.
+                unsafe { memory.write(pipeline) };
+                // SAFETY: not null, aligned, and by the caller's word a pointer.
+                unsafe { made.write(memory) };
+                Ok(())
+            }
+            Err(why) => {
+                sentence = Some(why);
+                Err(SlipStatus::Options)
+            }
+        }
     });
     if status != SlipStatus::Ok {
         let sentence =
@@ -128,8 +133,9 @@ pub unsafe extern "C" fn slip_destroy(pipeline: *mut SlipPipeline) -> SlipStatus
 /// `found` and `state` are written in spite of a status, `state` as after the last row that was taken.
 ///
 /// # Safety
-/// Each pointer is NULL or points to what its type says: columns to `rows` values, taxels to `rows * taxel_count`, events to `room` of
-/// them, statistic and command_n to room for `rows` values. No other thread uses any of it meanwhile.
+/// Each pointer is NULL or points to what its type names: columns to `rows` values, taxels to `rows * taxel_count`,
+/// events to `room` of them, statistic and command_n to room for `rows` values. No other thread uses any of it
+/// meanwhile.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn slip_push(
     pipeline: *mut SlipPipeline,
@@ -159,8 +165,8 @@ pub unsafe extern "C" fn slip_push(
     status
 }
 
-/// Asks the controller to hold with at least `force_n`, to let go, or to close again (SLIP_OPERATION_AT_LEAST, _RELEASE, _GRASP). Without a
-/// controller nothing happens.
+/// Asks the controller to hold with at least `force_n`, to let go, or to close again (SLIP_OPERATION_AT_LEAST,
+/// _RELEASE, _GRASP). A pipeline that only observes does nothing, with SLIP_STATUS_OK.
 ///
 /// # Safety
 /// `pipeline` is NULL or points to slip_size() readable bytes.
@@ -186,7 +192,7 @@ pub unsafe extern "C" fn slip_command(
 /// E_sc of `n` irregularities of height `delta_m` and spacing `spacing_m`, read as `reading` (SLIP_READING_*).
 ///
 /// # Safety
-/// Each pointer is NULL or points to what its type says, `delta_m` and `spacing_m` to `n` values.
+/// Each pointer is NULL or points to what its type names, `delta_m` and `spacing_m` to `n` values.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn slip_esc(
     delta_m: *const f64,

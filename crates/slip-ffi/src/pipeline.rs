@@ -40,7 +40,7 @@ pub struct SlipPipeline {
 }
 
 impl SlipPipeline {
-    /// A pipeline for `memory`: options and the texts of settings, calibration and model in, or a sentence that says why not.
+    /// A pipeline for `memory`: options and the texts of settings, calibration and model in, or a sentence why not.
     pub(crate) fn new(
         options: &SlipOptions,
         [settings, calibration, model]: [Option<&str>; 3],
@@ -287,7 +287,7 @@ impl Columns {
         let arrival = time(self.arrived_us)
             .map(|at| Arrival { at: Micros(at), age: Micros(time(self.age_us).unwrap_or(0)) });
         let taxels = self.taxels.start().map_or(&[] as &[f32], |start| {
-            // SAFETY: aligned; frames of `taxel_count` values, as many as rows, which nothing writes while this is borrowed.
+            // SAFETY: aligned; frames of `taxel_count` values, one a row, which nothing writes while this is borrowed.
             unsafe {
                 core::slice::from_raw_parts(start.add(row * self.taxel_count), self.taxel_count)
             }

@@ -1,4 +1,5 @@
-//! What crosses the border is what the Rust pipeline makes of the same samples; what cannot be is refused, and nothing is allocated.
+//! What crosses the border is what the Rust pipeline makes of the same samples; what cannot be is refused, and nothing
+//! is allocated.
 
 #![expect(clippy::unwrap_used, reason = "a test")]
 
@@ -288,8 +289,8 @@ fn state_of(step: &Step, twin: &Twin) -> SlipState {
     }
 }
 
-/// Pushes `samples` in blocks of random lengths, where they are evenly spaced without times now and then; gives all events
-/// where all is as in `config`'s pipeline.
+/// Pushes `samples` in blocks of random lengths, where they are evenly spaced without times now and then; gives all
+/// events where all is as in `config`'s pipeline.
 fn agree(
     samples: &[Sample],
     options: &SlipOptions,

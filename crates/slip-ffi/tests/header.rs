@@ -1,4 +1,4 @@
-//! `include/slip.h` is what cbindgen makes of the crate, with the codes of slip-msg. `SLIP_HEADER=write` writes it anew.
+//! `include/slip.h` is what cbindgen makes of the crate, with the codes of slip-msg. `SLIP_HEADER=write` writes it.
 
 use cbindgen::{Builder, Config, DocumentationStyle, EnumConfig, Language, RenameRule};
 use core::fmt::Write as _;

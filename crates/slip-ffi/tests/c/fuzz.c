@@ -1,5 +1,6 @@
-/* Random calls across the border: right, null, misaligned and stale pointers, memory that is too small, counts that cannot be, NaN,
- * infinities, rates, times that go back. Every buffer ends at a page that may not be touched, so a byte too many ends the program.
+/* Random calls across the border: right, null, misaligned and stale pointers, memory that is too small, counts that
+ * cannot be, NaN, infinities, rates, times that go back. Every buffer ends at a page that may not be touched, so a byte
+ * too many ends the program.
  *
  *   fuzz [CALLS [SEED]]       prints how often each status came; ends with 1 where one is unknown or not as it must be
  */
@@ -154,9 +155,13 @@ static void push(uint32_t at) {
   if (one_in(2)) result.command_n = bent(command_n + ROWS - rows);
   result.found = SIZE_MAX;
   status = slip_push(bent(made[at]), bent(&block), bent(&result));
-  if (status == SLIP_STATUS_OK && rows > 0 && block.t_us != NULL && result.state.t_us <= last_us[at]) fail("a time that does not rise");
+  if (status == SLIP_STATUS_OK && rows > 0 && block.t_us != NULL && result.state.t_us <= last_us[at]) {
+    fail("a time that does not rise");
+  }
   if (status == SLIP_STATUS_OK) last_us[at] = result.state.t_us;
-  if (result.found > 7 * rows && (status == SLIP_STATUS_OK || result.found < SIZE_MAX)) fail("more events than there can be");
+  if (result.found > 7 * rows && (status == SLIP_STATUS_OK || result.found < SIZE_MAX)) {
+    fail("more events than there can be");
+  }
   count(status);
 }
 
