@@ -1,4 +1,4 @@
-/* Slips in a recording: numbers on standard input, one row a line, the vibration in the second column (t_s,vibration,...).
+/* Slips in a recording: numbers on standard input, a row a line, the vibration in the second column (t_s,vibration,..).
  *
  *   detect RATE_HZ < recording.csv
  */
@@ -15,8 +15,8 @@ static void print_event(const slip_event *event) {
   if (event->phase == SLIP_PHASE_ENDED) {
     printf("%.6f s  slip ended after %.1f ms\n", t_s, 1e3 * event->duration_s);
   } else {
-    printf("%.6f s  slip (%s), statistic %.1f\n", t_s, event->phase == SLIP_PHASE_GROSS ? "gross" : "incipient",
-           (double)event->statistic);
+    printf("%.6f s  slip (%s, %s), statistic %.1f\n", t_s, event->phase == SLIP_PHASE_GROSS ? "gross" : "incipient",
+           event->method == SLIP_METHOD_STYLUS ? "stylus" : "other sensor", (double)event->statistic);
   }
 }
 

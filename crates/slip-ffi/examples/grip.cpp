@@ -1,4 +1,5 @@
-// A control loop of 1 kHz in C++17: each sample leads to a force. The gripper is a toy: its object slips until it is held by 5 N.
+// A control loop of 1 kHz in C++17: each sample leads to a force. The gripper is a toy: its object slips until it is
+// held by 5 N.
 #include <slip.h>
 
 #include <cmath>

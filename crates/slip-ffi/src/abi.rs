@@ -20,7 +20,8 @@ pub enum SlipSignal {
     Absent = 2,
 }
 
-/// How a pipeline is made. All zero but for the rate: the defaults for a stylus that measures displacement, observing only.
+/// How a pipeline is made. All zero but for the rate: the defaults for a stylus that measures displacement, observing
+/// only.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct SlipOptions {
@@ -28,9 +29,10 @@ pub struct SlipOptions {
     pub rate_hz: f32,
     /// SLIP_SIGNAL_*.
     pub signal: u32,
-    /// Not 0: the controller runs and every sample leads to a command. Needs a stylus; without a force sensor it closes by time.
+    /// Not 0: the controller runs and every sample leads to a command. Needs a stylus; without a force sensor it closes
+    /// by time.
     pub control: u32,
-    /// Text of a gripd.toml, or NULL for the defaults.
+    /// Text of a gripd.toml without `calibration` and `model`, or NULL for the defaults.
     pub settings: *const c_char,
     /// Text of a CAL.toml of `gripctl calibrate`, or NULL for none.
     pub calibration: *const c_char,
@@ -38,8 +40,9 @@ pub struct SlipOptions {
     pub model: *const c_char,
 }
 
-/// Samples, channel by channel: `rows` values each, or NULL for a channel that is not there. NaN says that a channel has no reading in a
-/// row; of the stylus it is a reading that cannot be used.
+/// Samples, channel by channel: `rows` values each, or NULL for a channel that is not there. NaN stands for no reading
+/// in this row; in stylus, stylus_y and stylus_z it is a reading that cannot be used, and too many of them fail the
+/// stylus.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct SlipBlock {
@@ -79,7 +82,7 @@ pub struct SlipBlock {
     pub taxel_count: usize,
     /// When the computer took each sample in, by its monotonic clock (us), or NULL.
     pub arrived_us: *const u64,
-    /// How old each sample was then (us), or NULL for 0. Evidence older than 20 ms raises no force.
+    /// How old each sample was then (us), or NULL for 0. Evidence 20 ms older than usual raises no force.
     pub age_us: *const u64,
 }
 
@@ -131,9 +134,9 @@ pub struct SlipEvent {
     pub irregularities: u32,
     /// SLIP_SENSOR_* of a change of health.
     pub sensor: u8,
-    /// What the kind says.
+    /// Depends on the kind.
     pub code: u8,
-    /// SLIP_PHASE_*.
+    /// SLIP_PHASE_*; 0 of what is no slip.
     pub phase: u8,
     /// SLIP_METHOD_*: what noticed it.
     pub method: u8,
@@ -239,7 +242,8 @@ impl SlipEvent {
         command_n: f32,
     ) -> Self {
         let nothing = SlipReport::UNKNOWN;
-        Self { t_us, kind: kind as u32, sensor, code, command_n, ..Self::slip(&nothing, row) }
+        let kind = kind as u32;
+        Self { t_us, kind, sensor, code, command_n, phase: 0, ..Self::slip(&nothing, row) }
     }
 }
 
@@ -310,7 +314,7 @@ impl From<SlipTrial> for Trial {
     }
 }
 
-/// A value of E_sc with the figures that tell how far it can be trusted.
+/// A value of E_sc with the figures for how far it can be trusted.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct SlipEsc {

@@ -82,3 +82,15 @@ impl<T: Copy> Column<T> {
         self.start().map(|start| unsafe { start.add(row).read() })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_panic_becomes_a_status() {
+        assert_eq!(guarded(|| panic!("within")), SlipStatus::Panicked);
+        assert_eq!(guarded(|| Err(SlipStatus::Value)), SlipStatus::Value);
+        assert_eq!(guarded(|| Ok(())), SlipStatus::Ok);
+    }
+}

@@ -1,10 +1,12 @@
 //! The border to C: samples of a gripper in, slip events and force commands out, in memory of the caller.
 //!
-//! C and C++ use `include/slip.h`, which `tests/header.rs` makes from this crate; `docs/c.md` is the guide. Every function checks what
-//! it is given, answers with a [`SlipStatus`], and lets no panic out. [`slip_create`] allocates; [`slip_push`] does not.
+//! C and C++ use `include/slip.h`, which `tests/header.rs` makes from this crate; `docs/c.md` is the guide. Every
+//! function checks what it is given, answers with a [`SlipStatus`], and lets no panic out. [`slip_create`] allocates;
+//! [`slip_push`] does not.
 
 mod abi;
 mod border;
+mod clock;
 mod pipeline;
 mod status;
 
@@ -16,9 +18,13 @@ pub use pipeline::SlipPipeline;
 pub use status::SlipStatus;
 
 use border::{Column, copy_text, guarded, place, text};
-use core::ffi::{c_char, c_void};
+use core::{
+    ffi::{c_char, c_void},
+    ptr,
+};
+use slip_core::ClientCommand;
 use slip_core::esc::{EscSum, Reading};
-use slip_core::{ClientCommand, units::Micros};
+use std::borrow::Cow;
 
 /// Bytes of memory that a pipeline needs.
 #[unsafe(no_mangle)]
@@ -48,13 +54,15 @@ pub extern "C" fn slip_error_text(status: i32) -> *const c_char {
     status::sentence(status).as_ptr()
 }
 
-/// Makes a pipeline in `memory`, `size` bytes (slip_size() or more, aligned to slip_align()), and sets `*made` to it.
+/// Makes a pipeline in `memory`, `size` bytes (slip_size() or more, aligned to slip_align()), and sets `*made` to it,
+/// or to NULL where that fails.
 ///
-/// What is wrong with the options is written to `why` as a sentence, as far as `why_size` bytes hold it; `why` may be NULL. A pipeline
-/// belongs to one thread at a time, must not be copied, and ends with slip_destroy().
+/// Why it fails is written to `why` as a sentence, as far as `why_size` bytes hold it; `why` may be NULL. A pipeline
+/// belongs to one thread at a time, must not be copied, and ends with slip_destroy(): one that is still in `memory`
+/// leaks. Needs 400 kB of stack. Traps of floating point must be masked, here and in slip_push().
 ///
 /// # Safety
-/// Each pointer is NULL or points to what its type says, for as many bytes as said; the texts end with a zero byte.
+/// Each pointer is NULL or points to what its type names, for as many bytes as given; the texts end with a zero byte.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn slip_create(
     memory: *mut c_void,
@@ -64,9 +72,12 @@ pub unsafe extern "C" fn slip_create(
     why_size: usize,
     made: *mut *mut SlipPipeline,
 ) -> SlipStatus {
-    guarded(|| {
-        let memory: *mut SlipPipeline = place(memory.cast())?;
+    let mut sentence = None;
+    let status = guarded(|| {
         let made = place(made)?;
+        // SAFETY: not null, aligned, and by the caller's word a pointer.
+        unsafe { made.write(ptr::null_mut()) };
+        let memory: *mut SlipPipeline = place(memory.cast())?;
         let options = place(options.cast_mut())?;
         if size < slip_size() {
             return Err(SlipStatus::Size);
@@ -84,13 +95,19 @@ pub unsafe extern "C" fn slip_create(
                 unsafe { made.write(memory) };
                 Ok(())
             }
-            Err(sentence) => {
-                // SAFETY: by the caller's word null or `why_size` bytes.
-                unsafe { copy_text(&sentence, why, why_size) };
+            Err(why) => {
+                sentence = Some(why);
                 Err(SlipStatus::Options)
             }
         }
-    })
+    });
+    if status != SlipStatus::Ok {
+        let sentence =
+            sentence.map_or_else(|| status::sentence(status as i32).to_string_lossy(), Cow::Owned);
+        // SAFETY: by the caller's word null or `why_size` bytes.
+        unsafe { copy_text(&sentence, why, why_size) };
+    }
+    status
 }
 
 /// Ends a pipeline. Its memory is the caller's again.
@@ -111,9 +128,14 @@ pub unsafe extern "C" fn slip_destroy(pipeline: *mut SlipPipeline) -> SlipStatus
 
 /// Takes a block of samples in order and fills in `result`. Allocates nothing, takes no lock, reads no clock.
 ///
+/// A block is taken whole or refused whole. SLIP_STATUS_VALUE: a time is not later than that of the row before, so the
+/// clock stands or was set back. A jump ahead is a gap; where it was a mistake, only a new slip_create() ends it.
+/// `found` and `state` are written in spite of a status, `state` as after the last row that was taken.
+///
 /// # Safety
-/// Each pointer is NULL or points to what its type says: columns to `rows` values, taxels to `rows * taxel_count`, events to `room` of
-/// them, statistic and command_n to room for `rows` values. No other thread uses any of it meanwhile.
+/// Each pointer is NULL or points to what its type names: columns to `rows` values, taxels to `rows * taxel_count`,
+/// events to `room` of them, statistic and command_n to room for `rows` values. No other thread uses any of it
+/// meanwhile.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn slip_push(
     pipeline: *mut SlipPipeline,
@@ -121,14 +143,16 @@ pub unsafe extern "C" fn slip_push(
     result: *mut SlipResult,
 ) -> SlipStatus {
     let status = guarded(|| {
-        // SAFETY: as this function asks for.
-        let live = unsafe { SlipPipeline::live(pipeline) }?;
-        let block = place(block.cast_mut())?;
         let result = place(result)?;
-        // SAFETY: not null, aligned, and by the caller's word a block.
-        let block = unsafe { block.read() };
         // SAFETY: not null, aligned, by the caller's word a result, and nothing else uses it.
         let result = unsafe { &mut *result };
+        result.found = 0;
+        // SAFETY: as this function asks for.
+        let live = unsafe { SlipPipeline::live(pipeline) }?;
+        result.state = live.state;
+        let block = place(block.cast_mut())?;
+        // SAFETY: not null, aligned, and by the caller's word a block.
+        let block = unsafe { block.read() };
         // SAFETY: as this function asks for.
         unsafe { live.push(&block, result) }
     });
@@ -141,8 +165,8 @@ pub unsafe extern "C" fn slip_push(
     status
 }
 
-/// Asks the controller to hold with at least `force_n`, to let go, or to close again (SLIP_OPERATION_AT_LEAST, _RELEASE, _GRASP). Without a
-/// controller nothing happens.
+/// Asks the controller to hold with at least `force_n`, to let go, or to close again (SLIP_OPERATION_AT_LEAST,
+/// _RELEASE, _GRASP). A pipeline that only observes does nothing, with SLIP_STATUS_OK.
 ///
 /// # Safety
 /// `pipeline` is NULL or points to slip_size() readable bytes.
@@ -168,7 +192,7 @@ pub unsafe extern "C" fn slip_command(
 /// E_sc of `n` irregularities of height `delta_m` and spacing `spacing_m`, read as `reading` (SLIP_READING_*).
 ///
 /// # Safety
-/// Each pointer is NULL or points to what its type says, `delta_m` and `spacing_m` to `n` values.
+/// Each pointer is NULL or points to what its type names, `delta_m` and `spacing_m` to `n` values.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn slip_esc(
     delta_m: *const f64,
@@ -200,11 +224,4 @@ pub unsafe extern "C" fn slip_esc(
         unsafe { value.write(esc.into()) };
         Ok(())
     })
-}
-
-/// Where the `rows`-th row after one at `origin` stands at `rate_hz`.
-fn later(origin: Micros, rows: u64, rate_hz: f32) -> Micros {
-    #[expect(clippy::cast_precision_loss, reason = "exact up to 2^53 rows")]
-    let seconds = rows as f64 / f64::from(rate_hz);
-    origin.plus(Micros::from_seconds(seconds))
 }

@@ -4,15 +4,22 @@ use crate::{
     SlipBlock, SlipEvent, SlipOptions, SlipResult, SlipSignal, SlipState, SlipStatus,
     abi::known,
     border::{Column, place},
-    later,
+    clock::Clock,
 };
 use grip_record::StylusKind;
 use grip_session::{
-    HostConfig, calibration::Calibration, model, replay::stylus_config, report::EventLog,
+    HostConfig,
+    calibration::Calibration,
+    config::{Layers, Setting},
+    model,
+    replay::stylus_config,
+    report::EventLog,
 };
 use slip_core::{
     Arrival, ClientCommand, Pipeline, PipelineConfig, Sample, Step,
+    health::SensorHealth,
     pressure::MAX_TAXELS,
+    scene::Scene,
     units::{Hertz, Micros},
 };
 use std::{path::Path, sync::Arc};
@@ -27,15 +34,13 @@ pub struct SlipPipeline {
     pipeline: Pipeline<Arc<[f32]>>,
     log: EventLog,
     signal: StylusKind,
-    rate_hz: f32,
-    /// The last row that had a time, or the first one.
-    origin: Option<Micros>,
-    /// Rows since then.
-    since: u64,
+    clock: Clock,
+    /// After the last row.
+    pub(crate) state: SlipState,
 }
 
 impl SlipPipeline {
-    /// A pipeline for `memory`: options and the texts of settings, calibration and model in, or a sentence that says why not.
+    /// A pipeline for `memory`: options and the texts of settings, calibration and model in, or a sentence why not.
     pub(crate) fn new(
         options: &SlipOptions,
         [settings, calibration, model]: [Option<&str>; 3],
@@ -47,13 +52,21 @@ impl SlipPipeline {
             x if x == SlipSignal::Absent as u32 => StylusKind::Absent,
             other => return Err(format!("signal = {other} is none of SLIP_SIGNAL_*")),
         };
-        let config = HostConfig::parse(Path::new("settings"), settings.unwrap_or_default())
-            .map_err(|error| error.to_string())?;
+        let mut layers = Layers::default();
+        layers.push(Path::new("settings"), settings.unwrap_or_default());
+        let set = layers.settings().map_err(|error| error.to_string())?;
+        if let Some(Setting { key, place, .. }) =
+            set.iter().find(|setting| ["calibration", "model"].contains(&&*setting.key))
+        {
+            let sentence = "no file is read, its text is given in slip_options";
+            return Err(format!("{place}: {key}: {sentence}"));
+        }
+        let config = layers.resolve().map_err(|error| error.to_string())?;
         let calibrated = calibration
             .map(Calibration::parse)
             .transpose()
             .map_err(|error| format!("calibration: {error}"))?;
-        let config = HostConfig { calibrated: calibrated.or(config.calibrated), ..config };
+        let config = HostConfig { calibrated, ..config };
         let rate = Hertz(options.rate_hz);
         config
             .check_signal(rate, signal == StylusKind::Vibration)
@@ -70,15 +83,19 @@ impl SlipPipeline {
             return Err("control needs a stylus or a vibration".to_owned());
         }
         let settings = PipelineConfig { grip, ..settings };
-        Ok(Self {
-            mark: mark(memory),
-            pipeline: Pipeline::new(settings, estimator).map_err(|error| error.to_string())?,
-            log: EventLog::default(),
-            signal,
-            rate_hz: options.rate_hz,
-            origin: None,
-            since: 0,
-        })
+        let pipeline = Pipeline::new(settings, estimator).map_err(|error| error.to_string())?;
+        let state = SlipState {
+            t_us: 0,
+            statistic: 0.0,
+            // The fingers are open.
+            command_n: known(grip.map(|_| 0.0)),
+            scene: Scene::default().code(),
+            grip: pipeline.grip_state().unwrap_or_default().code(),
+            sensors: [SensorHealth::default().code(); 4],
+            floor: pipeline.detector().floor_health() as u8,
+        };
+        let (mark, log, clock) = (mark(memory), EventLog::default(), Clock::new(options.rate_hz));
+        Ok(Self { mark, pipeline, log, signal, clock, state })
     }
 
     /// The pipeline at `pointer`, where there is one.
@@ -115,18 +132,26 @@ impl SlipPipeline {
         result: &mut SlipResult,
     ) -> Result<(), SlipStatus> {
         let columns = Columns::new(block)?;
-        if columns.stylus.start().is_none() && self.signal != StylusKind::Absent {
+        let needed = match self.signal {
+            StylusKind::Absent => columns.any(),
+            StylusKind::Displacement | StylusKind::Vibration => columns.stylus.start().is_some(),
+        };
+        if block.rows > 0 && !needed {
             return Err(SlipStatus::Null);
         }
         let statistic = Column::new(result.statistic, block.rows)?.start();
         let command_n = Column::new(result.command_n, block.rows)?.start();
         let room = if result.events.is_null() { 0 } else { result.room };
         Column::new(result.events, room)?;
-        result.found = 0;
+        let mut ahead = self.clock;
+        for row in 0..block.rows {
+            // SAFETY: `row` is below the number of rows.
+            ahead.next(unsafe { columns.t_us.at(row) }).ok_or(SlipStatus::Value)?;
+        }
         for row in 0..block.rows {
             // SAFETY: `row` is below the number of rows.
             let (mut sample, t, taxels) = unsafe { columns.row(row) };
-            sample.t = self.time(t);
+            sample.t = self.clock.next(t).ok_or(SlipStatus::Value)?;
             let step = self.pipeline.handle_with(&sample, taxels);
             // SAFETY: by the caller's word there is room for every row.
             unsafe { put(statistic, row, step.statistic) };
@@ -147,28 +172,14 @@ impl SlipPipeline {
                 }
             }
             if row + 1 == block.rows {
-                result.state = self.state(&step);
+                self.state = self.after(&step);
+                result.state = self.state;
             }
         }
         Ok(())
     }
 
-    /// The time of the next row, which is `t` where it has one.
-    fn time(&mut self, t: Option<u64>) -> Micros {
-        match (t, self.origin) {
-            (None, Some(origin)) => {
-                self.since += 1;
-                later(origin, self.since, self.rate_hz)
-            }
-            (t, _) => {
-                let t = Micros(t.unwrap_or(0));
-                (self.origin, self.since) = (Some(t), 0);
-                t
-            }
-        }
-    }
-
-    fn state(&self, step: &Step) -> SlipState {
+    fn after(&self, step: &Step) -> SlipState {
         SlipState {
             t_us: step.t.0,
             statistic: step.statistic,
@@ -244,6 +255,24 @@ impl Columns {
         })
     }
 
+    /// Whether there is a channel.
+    fn any(&self) -> bool {
+        [
+            self.stylus,
+            self.normal_force_n,
+            self.tangential_n,
+            self.travel_m,
+            self.velocity_m_s,
+            self.second_stylus,
+            self.reference,
+            self.pressure,
+            self.motion,
+            self.taxels,
+        ]
+        .into_iter()
+        .any(|column| column.start().is_some())
+    }
+
     /// Sample, time and taxels of a row.
     ///
     /// # Safety
@@ -258,7 +287,7 @@ impl Columns {
         let arrival = time(self.arrived_us)
             .map(|at| Arrival { at: Micros(at), age: Micros(time(self.age_us).unwrap_or(0)) });
         let taxels = self.taxels.start().map_or(&[] as &[f32], |start| {
-            // SAFETY: aligned; frames of `taxel_count` values, as many as rows, which nothing writes while this is borrowed.
+            // SAFETY: aligned; frames of `taxel_count` values, one a row, which nothing writes while this is borrowed.
             unsafe {
                 core::slice::from_raw_parts(start.add(row * self.taxel_count), self.taxel_count)
             }

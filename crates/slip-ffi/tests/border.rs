@@ -1,26 +1,29 @@
-//! What crosses the border is what the Rust pipeline makes of the same samples; what cannot be is refused, and nothing is allocated.
+//! What crosses the border is what the Rust pipeline makes of the same samples; what cannot be is refused, and nothing
+//! is allocated.
 
 #![expect(clippy::unwrap_used, reason = "a test")]
 
-use core::{ffi::CStr, mem::MaybeUninit, ptr};
+use core::{ffi::CStr, fmt::Debug, mem::MaybeUninit, ptr};
 use grip_record::{CsvOptions, StylusKind, read_recording};
 use grip_session::{
     HostConfig,
     calibration::Calibration,
     model,
     replay::{pipeline_config, stylus_config},
-    report::{Event, EventLog},
+    report::{Condition, Event, EventLog},
 };
 use grip_sim::{Grasp, Scene};
 use rand_chacha::{ChaCha8Rng, rand_core::SeedableRng as _};
 use rand_core::Rng as _;
 use slip::*;
 use slip_core::{
-    Arrival, Pipeline, PipelineConfig, Sample,
+    Arrival, Pipeline, PipelineConfig, Sample, Step,
+    detector::FloorHealth,
     esc::EscSums,
+    grip::GripEvent,
     units::{Hertz, Micros},
 };
-use std::{env, fs, path::PathBuf};
+use std::{env, fs, path::PathBuf, sync::Arc};
 
 const DEFAULTS: SlipOptions = SlipOptions {
     rate_hz: 10_000.0,
@@ -53,46 +56,76 @@ fn create(memory: &mut Memory, options: &SlipOptions) -> Result<*mut SlipPipelin
 /// Columns of samples, NaN for what is not there.
 struct Table {
     t_us: Vec<u64>,
-    columns: [Vec<f32>; 10],
+    /// In the order of [`SlipBlock`].
+    columns: [Vec<f32>; CHANNELS],
+    arrived_us: Option<Vec<u64>>,
+    age_us: Option<Vec<u64>>,
 }
+
+const CHANNELS: usize = 13;
 
 impl Table {
     fn new(samples: &[Sample]) -> Self {
         let column = |of: fn(&Sample) -> Option<f32>| {
             samples.iter().map(|sample| of(sample).unwrap_or(f32::NAN)).collect()
         };
+        let arrival = |of: fn(Arrival) -> Micros| {
+            samples.iter().map(|sample| sample.arrival.map(|arrival| of(arrival).0)).collect()
+        };
         let columns = [
             column(|s| Some(s.stylus)),
+            column(|s| Some(s.stylus_axes[0])),
+            column(|s| Some(s.stylus_axes[1])),
             column(|s| s.normal_force_n),
             column(|s| s.tangential_n),
             column(|s| s.travel_m),
             column(|s| s.velocity_m_s),
             column(|s| s.second_stylus),
             column(|s| s.reference),
+            column(|s| Some(s.reference_axes[0])),
+            column(|s| Some(s.reference_axes[1])),
             column(|s| s.pressure),
             column(|s| s.motion),
-            column(|s| Some(s.stylus_axes[0])),
         ];
-        Self { t_us: samples.iter().map(|sample| sample.t.0).collect(), columns }
+        Self {
+            t_us: samples.iter().map(|sample| sample.t.0).collect(),
+            columns,
+            arrived_us: arrival(|arrival| arrival.at),
+            age_us: arrival(|arrival| arrival.age),
+        }
     }
 
     /// Rows from `begin` to `end`.
     fn block(&self, begin: usize, end: usize) -> SlipBlock {
-        let [stylus, normal, tangential, travel, velocity, second, reference, pressure, motion, y] =
-            self.columns.each_ref().map(|column| column[begin..end].as_ptr());
+        let start = |column: &Vec<f32>| match column.get(begin..end) {
+            Some(rows) => rows.as_ptr(),
+            None => ptr::null(),
+        };
+        let time = |column: &Option<Vec<u64>>| {
+            column.as_ref().map_or(ptr::null(), |c| c[begin..].as_ptr())
+        };
+        let [stylus, stylus_y, stylus_z, normal_force_n, tangential_n, travel_m, rest @ ..] =
+            self.columns.each_ref().map(start);
+        let [velocity_m_s, second_stylus, reference, reference_y, reference_z, pressure, motion] =
+            rest;
         SlipBlock {
             rows: end - begin,
             t_us: self.t_us[begin..end].as_ptr(),
             stylus,
-            stylus_y: y,
-            normal_force_n: normal,
-            tangential_n: tangential,
-            travel_m: travel,
-            velocity_m_s: velocity,
-            second_stylus: second,
+            stylus_y,
+            stylus_z,
+            normal_force_n,
+            tangential_n,
+            travel_m,
+            velocity_m_s,
+            second_stylus,
             reference,
+            reference_y,
+            reference_z,
             pressure,
             motion,
+            arrived_us: time(&self.arrived_us),
+            age_us: time(&self.age_us),
             ..EMPTY
         }
     }
@@ -156,76 +189,155 @@ fn push(
     Ok((events, command_n, result.state))
 }
 
-fn rust(config: PipelineConfig) -> (Pipeline<std::sync::Arc<[f32]>>, EventLog) {
+type Twin = Pipeline<Arc<[f32]>>;
+
+fn rust(config: PipelineConfig) -> (Twin, EventLog) {
     (Pipeline::new(config, Some(model::default_estimator().unwrap())).unwrap(), EventLog::default())
 }
 
-/// The same values, to the last digit, of every slip.
-fn assert_same(ours: &SlipEvent, event: &Event) {
-    let Event::Slip(slip) = event else {
-        assert_ne!(ours.kind, SlipEventKind::Slip as u32, "{event:?}");
-        return;
+/// What [`SlipEvent`] is to hold of `event`.
+fn expected(event: &Event, row: u64) -> SlipEvent {
+    let other = |kind, t: Micros, sensor, code, command_n: Option<f32>| SlipEvent {
+        t_us: t.0,
+        row,
+        esc_w: f64::NAN,
+        esc: f64::NAN,
+        duration_s: f64::NAN,
+        kind,
+        irregularities: 0,
+        sensor,
+        code,
+        phase: 0,
+        method: 0,
+        speed_source: 0,
+        reading: 0,
+        esc_flags: 0,
+        notes: 0,
+        ruled_out: 0,
+        possible: 0,
+        first: 0,
+        statistic: f32::NAN,
+        confidence: f32::NAN,
+        speed_m_s: f32::NAN,
+        speed_sigma_m_s: f32::NAN,
+        moved_m: f32::NAN,
+        estimate_n: f32::NAN,
+        estimate_sigma_n: f32::NAN,
+        command_n: command_n.unwrap_or(f32::NAN),
+        certified_s: f32::NAN,
     };
-    let numbers = [
-        (ours.statistic, slip.statistic),
-        (ours.confidence, slip.confidence),
-        (ours.speed_m_s, slip.speed_m_s),
-        (ours.moved_m, slip.moved_m),
-        (ours.estimate_n, slip.estimate_n),
-        (ours.estimate_sigma_n, slip.estimate_sigma_n),
-        (ours.command_n, slip.command_n),
-        (ours.certified_s, slip.certified_s),
-    ];
-    for (ours, theirs) in numbers {
-        assert!(ours == theirs.unwrap_or(f32::NAN) || ours.is_nan() && theirs.is_none());
+    match event {
+        Event::Slip(slip) => SlipEvent {
+            esc_w: slip.esc_w.unwrap_or(f64::NAN),
+            esc: slip.esc.unwrap_or(f64::NAN),
+            duration_s: slip.duration_s.unwrap_or(f64::NAN),
+            irregularities: slip.irregularities.unwrap_or(0),
+            phase: slip.phase.code(),
+            method: slip.method.code(),
+            speed_source: slip.speed_source.code(),
+            reading: slip.esc_kind.code(),
+            esc_flags: slip.esc_flags,
+            notes: slip.notes,
+            ruled_out: slip.ruled_out,
+            possible: slip.possible,
+            first: u8::from(slip.first),
+            statistic: slip.statistic.unwrap_or(f32::NAN),
+            confidence: slip.confidence.unwrap_or(f32::NAN),
+            speed_m_s: slip.speed_m_s.unwrap_or(f32::NAN),
+            speed_sigma_m_s: slip.speed_sigma_m_s.unwrap_or(f32::NAN),
+            moved_m: slip.moved_m.unwrap_or(f32::NAN),
+            estimate_n: slip.estimate_n.unwrap_or(f32::NAN),
+            estimate_sigma_n: slip.estimate_sigma_n.unwrap_or(f32::NAN),
+            certified_s: slip.certified_s.unwrap_or(f32::NAN),
+            ..other(1, slip.t, 0, 0, slip.command_n)
+        },
+        Event::Grip { t, event, command_n } => {
+            let code = match event {
+                GripEvent::Empty => 1,
+                GripEvent::Lost => 2,
+                GripEvent::Regrasped => 3,
+                GripEvent::Persistent => 4,
+            };
+            other(2, *t, 0, code, *command_n)
+        }
+        Event::Health { t, condition: Condition::Sensor(sensor, health) } => {
+            other(3, *t, sensor.code(), health.code(), None)
+        }
+        Event::Health { t, condition: Condition::Floor(floor) } => {
+            other(4, *t, 0, u8::from(*floor == FloorHealth::Doubtful), None)
+        }
+        Event::Health { condition: Condition::Clock(_), .. } => {
+            unreachable!("the pipeline judges no clock")
+        }
     }
-    for (ours, theirs) in
-        [(ours.esc_w, slip.esc_w), (ours.esc, slip.esc), (ours.duration_s, slip.duration_s)]
-    {
-        assert!(ours == theirs.unwrap_or(f64::NAN) || ours.is_nan() && theirs.is_none());
-    }
-    let codes = [
-        slip.phase.code(),
-        slip.method.code(),
-        slip.ruled_out,
-        slip.possible,
-        u8::from(slip.first),
-    ];
-    assert_eq!([ours.phase, ours.method, ours.ruled_out, ours.possible, ours.first], codes);
-    assert_eq!((ours.kind, ours.t_us), (SlipEventKind::Slip as u32, slip.t.0));
 }
 
-/// Pushes `samples` in blocks of random lengths; gives how many slips there are where all is as in `config`'s pipeline.
-fn agree(samples: &[Sample], options: &SlipOptions, config: PipelineConfig, seed: u64) -> usize {
+/// Every field is the same to the last bit: the shortest text of a number that is read as the same number is so.
+fn assert_same(ours: &impl Debug, theirs: &impl Debug) {
+    assert_eq!(format!("{ours:?}"), format!("{theirs:?}"));
+}
+
+fn state_of(step: &Step, twin: &Twin) -> SlipState {
+    SlipState {
+        t_us: step.t.0,
+        statistic: step.statistic,
+        command_n: step.command.map_or(f32::NAN, |command| command.0),
+        scene: step.scene.code(),
+        grip: twin.grip_state().unwrap_or_default().code(),
+        sensors: step.sensors.map(|health| health.code()),
+        floor: u8::from(step.floor_health == FloorHealth::Doubtful),
+    }
+}
+
+/// Pushes `samples` in blocks of random lengths, where they are evenly spaced without times now and then; gives all
+/// events where all is as in `config`'s pipeline.
+fn agree(
+    samples: &[Sample],
+    options: &SlipOptions,
+    config: PipelineConfig,
+    seed: u64,
+) -> Vec<SlipEvent> {
     let mut memory = Memory::uninit();
     let pipeline = create(&mut memory, options).unwrap();
     let (mut twin, mut log) = rust(config);
     let table = Table::new(samples);
+    let period_us = 1e6 / options.rate_hz;
+    let even = samples.windows(2).all(|pair| pair[1].t.since(pair[0].t).0 as f32 == period_us);
     let mut random = ChaCha8Rng::seed_from_u64(seed);
-    let (mut begin, mut slips) = (0, 0);
+    let mut all = Vec::new();
+    let mut begin = 0;
     while begin < samples.len() {
         let end = (begin + 1 + random.next_u32() as usize % 500).min(samples.len());
-        let (events, values, state) = push(pipeline, &table.block(begin, end)).unwrap();
-        let mut events = events.iter();
+        let mut block = table.block(begin, end);
+        if even && begin > 0 && random.next_u32().is_multiple_of(3) {
+            block.t_us = ptr::null();
+        }
+        let (events, values, state) = push(pipeline, &block).unwrap();
+        let mut ours = events.iter();
         for (at, sample) in samples[begin..end].iter().enumerate() {
             let step = twin.handle(sample);
             for theirs in log.events(&step).iter().flatten() {
-                let ours = events.next().unwrap();
-                assert_eq!(ours.row, at as u64);
-                assert_same(ours, theirs);
-                slips += usize::from(matches!(theirs, Event::Slip(slip) if slip.first));
+                assert_same(ours.next().unwrap(), &expected(theirs, at as u64));
             }
-            let command = step.command.map_or(f32::NAN, |command| command.0);
-            assert!(values[at] == command || values[at].is_nan() && command.is_nan());
-            assert_eq!(values[end - begin + at].to_bits(), step.statistic.to_bits());
-            assert_eq!(state.t_us, samples[end - 1].t.0);
+            let theirs = state_of(&step, &twin);
+            assert_same(&values[at], &theirs.command_n);
+            assert_same(&values[end - begin + at], &theirs.statistic);
+            if begin + at + 1 == end {
+                assert_same(&state, &theirs);
+            }
         }
-        assert!(events.next().is_none());
+        assert!(ours.next().is_none());
+        all.extend(events);
         begin = end;
     }
     // SAFETY: made by `create`.
     assert_eq!(unsafe { slip_destroy(pipeline) }, SlipStatus::Ok);
-    slips
+    all
+}
+
+/// Slips among events.
+fn slips(events: &[SlipEvent]) -> usize {
+    events.iter().filter(|event| event.first == 1).count()
 }
 
 fn scene(name: &str) -> Scene {
@@ -243,12 +355,12 @@ fn simulated_slips_are_those_of_the_rust_pipeline() {
             .collect();
         let config =
             stylus_config(StylusKind::Displacement, Hertz(10_000.0), &HostConfig::default());
-        let slips = agree(&samples, &DEFAULTS, PipelineConfig { grip: None, ..config }, 1);
-        let commanded = agree(&samples, &SlipOptions { control: 1, ..DEFAULTS }, config, 2);
-        assert!(slips > 0 && commanded > 0, "{name}: {slips}, {commanded}");
+        let observing = PipelineConfig { grip: None, ..config };
+        let observed = slips(&agree(&samples, &DEFAULTS, observing, 1));
+        let commanded = slips(&agree(&samples, &SlipOptions { control: 1, ..DEFAULTS }, config, 2));
+        assert!(observed > 0 && commanded > 0, "{name}: {observed}, {commanded}");
         let text = include_str!("../../grip-session/tests/config/good/beside/cal.toml");
-        let config =
-            Calibration::parse(text).unwrap().apply(PipelineConfig { grip: None, ..config });
+        let config = Calibration::parse(text).unwrap().apply(observing);
         let text = format!("{text}\0");
         agree(&samples, &SlipOptions { calibration: text.as_ptr().cast(), ..DEFAULTS }, config, 3);
     }
@@ -263,7 +375,7 @@ fn recorded_slips_are_those_of_gripctl_replay() {
     let folder = data.join("biotac_slide");
     let files =
         fs::read_dir(&folder).unwrap_or_else(|error| panic!("{}: {error}", folder.display()));
-    let (mut read, mut slips) = (0, 0);
+    let (mut read, mut found) = (0, 0);
     for file in files.map(|entry| entry.unwrap().path()) {
         let name = file.file_name().unwrap().to_string_lossy().into_owned();
         if !name.starts_with('m') || name.contains("electrodes") || name.contains("pose") {
@@ -273,11 +385,91 @@ fn recorded_slips_are_those_of_gripctl_replay() {
         let config = pipeline_config(&recording, &HostConfig::default(), true);
         let signal = SlipSignal::Vibration as u32;
         let options = SlipOptions { rate_hz: recording.rate_hz, signal, ..DEFAULTS };
-        slips += agree(&recording.samples, &options, config, read);
+        found += slips(&agree(&recording.samples, &options, config, read));
         read += 1;
     }
-    println!("{read} recordings, {slips} slips");
-    assert!(read >= 50 && slips >= 50, "{read} recordings, {slips} slips");
+    println!("{read} recordings, {found} slips");
+    assert!(read >= 50 && found >= 50, "{read} recordings, {found} slips");
+}
+
+/// Samples of a grasp whose object begins to slip after 0.8 s, with something of its own in every channel.
+fn every_channel(seed: u64) -> Vec<Sample> {
+    let mut grasp = Grasp::new(&scene("default").reseeded(seed).unwrap());
+    let needed_n = grasp.truth().force_needed_n.max(1.0);
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let mut noise =
+        |deviation: f32| deviation * (random.next_u32() as f32 / 2.0_f32.powi(31) - 1.0);
+    let mut first = Vec::new();
+    (0..20_000)
+        .map(|at: usize| {
+            let share = if at < 8000 { 1.3 } else { 0.8 };
+            let sample = grasp.step_sample(needed_n * share);
+            first.push(sample.stylus);
+            let slides = at > 8000;
+            let own = if slides { 30.0 } else { 1.0 };
+            Sample {
+                stylus_axes: [noise(2e-7 * own), noise(3e-7 * own)],
+                tangential_n: Some(1.0 + noise(0.1)),
+                velocity_m_s: Some(if slides { 0.02 + noise(1e-3) } else { 0.0 }),
+                second_stylus: Some(first[at.saturating_sub(100)]),
+                reference: Some(noise(0.4)),
+                reference_axes: [noise(0.5), noise(0.6)],
+                pressure: Some(7.0 + noise(0.1)),
+                motion: Some(f32::from(u8::from((9000..9500).contains(&at)))),
+                arrival: Some(Arrival {
+                    at: Micros(sample.t.0 + 5_000_000),
+                    age: Micros(sample.t.0 / 100 % 7),
+                }),
+                ..sample
+            }
+        })
+        .collect()
+}
+
+#[test]
+fn every_channel_reaches_the_pipeline() {
+    let samples = every_channel(3000);
+    for (signal, kind) in [
+        (SlipSignal::Displacement, StylusKind::Displacement),
+        (SlipSignal::Vibration, StylusKind::Vibration),
+    ] {
+        let options = SlipOptions { signal: signal as u32, control: 1, ..DEFAULTS };
+        let config = stylus_config(kind, Hertz(10_000.0), &HostConfig::default());
+        assert!(slips(&agree(&samples, &options, config, 4)) > 0);
+        let mut memory = Memory::uninit();
+        let mut outcome = |without: &[usize]| {
+            let pipeline = create(&mut memory, &options).unwrap();
+            let mut table = Table::new(&samples);
+            without.iter().for_each(|channel| table.columns[*channel].clear());
+            let out = format!("{:?}", push(pipeline, &table.block(0, samples.len())).unwrap());
+            // SAFETY: made by `create`.
+            assert_eq!(unsafe { slip_destroy(pipeline) }, SlipStatus::Ok);
+            out
+        };
+        let (second_stylus, pressure) = (7, 11);
+        for channel in (1..CHANNELS).filter(|channel| *channel != pressure) {
+            // Two styli give the speed where neither travel nor velocity does. No stage reads the pressure yet.
+            let others = if channel == second_stylus { &[5, 6][..] } else { &[] };
+            let without = outcome(&[others, &[channel]].concat());
+            assert!(without != outcome(others), "{signal:?}: channel {channel} changes nothing");
+        }
+    }
+}
+
+#[test]
+fn old_evidence_raises_no_force() {
+    let config = stylus_config(StylusKind::Displacement, Hertz(10_000.0), &HostConfig::default());
+    let options = SlipOptions { control: 1, ..DEFAULTS };
+    let command_n = [0, 200_000].map(|age| {
+        let mut samples = every_channel(3000);
+        for sample in &mut samples[8000..] {
+            sample.arrival = sample.arrival.map(|arrival| Arrival { age: Micros(age), ..arrival });
+        }
+        let events = agree(&samples, &options, config, 5);
+        assert!(slips(&events) > 0);
+        events.iter().map(|event| event.command_n).fold(0.0, f32::max)
+    });
+    assert!(command_n[1] < command_n[0], "{command_n:?}");
 }
 
 #[test]
@@ -335,7 +527,45 @@ fn options_that_do_not_fit_are_named() {
     let model = c"{}".as_ptr();
     assert!(refused(&SlipOptions { model, ..DEFAULTS }).contains("no model file"));
     let model = c"\xff".as_ptr();
-    assert!(refused(&SlipOptions { model, ..DEFAULTS }).starts_with("Text"));
+    assert_eq!(refused(&SlipOptions { model, ..DEFAULTS }), "Text a text is not UTF-8");
+    for key in ["calibration", "model"] {
+        let settings = format!("{key} = \"file\"\0");
+        let settings = settings.as_ptr().cast();
+        let text = refused(&SlipOptions { settings, ..DEFAULTS });
+        let sentence = "no file is read, its text is given in slip_options";
+        assert_eq!(text, format!("Options settings:1:1: {key}: {sentence}"));
+    }
+}
+
+#[test]
+fn every_failure_of_create_has_a_sentence_and_no_pipeline() {
+    let mut memory = Memory::uninit();
+    let misaligned = memory.as_mut_ptr().cast::<u8>().wrapping_add(1);
+    let memory = memory.as_mut_ptr().cast::<u8>();
+    let mut made = ptr::dangling_mut();
+    let mut why = [0; 64];
+    let mut call = |memory: *mut u8, size, options, made: *mut *mut SlipPipeline| {
+        // SAFETY: all of it is ours, null, or misaligned.
+        let status =
+            unsafe { slip_create(memory.cast(), size, options, why.as_mut_ptr(), 64, made) };
+        // SAFETY: ends with a zero byte, or holds nothing else.
+        let why = unsafe { CStr::from_ptr(why.as_ptr()) };
+        // SAFETY: a text of the library.
+        assert_eq!(why, unsafe { CStr::from_ptr(slip_error_text(status as i32)) });
+        status
+    };
+    let (size, options, null) = (slip_size(), ptr::from_ref(&DEFAULTS), ptr::null_mut());
+    assert_eq!(call(memory, size, options, null), SlipStatus::Null);
+    for (memory, size, options, status) in [
+        (null.cast(), size, options, SlipStatus::Null),
+        (misaligned, size, options, SlipStatus::Align),
+        (memory, size - 1, options, SlipStatus::Size),
+        (memory, size, ptr::null(), SlipStatus::Null),
+    ] {
+        assert_eq!(call(memory, size, options, &raw mut made), status);
+        assert!(made.is_null());
+        made = ptr::dangling_mut();
+    }
 }
 
 #[test]
@@ -408,6 +638,92 @@ fn esc_is_that_of_the_rust_sums() {
     assert_eq!(call(3, 0).unwrap_err(), SlipStatus::Value);
 }
 
+/// Status, `found` and state of a block, with a result that held something else before.
+fn outcome(pipeline: *mut SlipPipeline, block: *const SlipBlock) -> (SlipStatus, usize, SlipState) {
+    let (events, values) = (ptr::null_mut(), ptr::null_mut());
+    let mut result = SlipResult {
+        events,
+        room: 0,
+        statistic: values,
+        command_n: values,
+        found: 99,
+        state: NO_STATE,
+    };
+    // SAFETY: all of it is ours, or null.
+    let status = unsafe { slip_push(pipeline, block, &raw mut result) };
+    (status, result.found, result.state)
+}
+
+#[test]
+fn a_time_that_does_not_rise_refuses_the_whole_block() {
+    let mut memory = Memory::uninit();
+    let pipeline = create(&mut memory, &DEFAULTS).unwrap();
+    let push = |t_us: &[u64]| {
+        let stylus = vec![1e-9; t_us.len()];
+        let (rows, t_us) = (t_us.len(), t_us.as_ptr());
+        let (status, _, state) =
+            outcome(pipeline, &SlipBlock { rows, t_us, stylus: stylus.as_ptr(), ..EMPTY });
+        (status, state.t_us)
+    };
+    let untimed = || {
+        let (status, _, state) =
+            outcome(pipeline, &SlipBlock { rows: 1, stylus: [1e-9].as_ptr(), ..EMPTY });
+        (status, state.t_us)
+    };
+    let (ok, value) = (SlipStatus::Ok, SlipStatus::Value);
+    assert_eq!(push(&[0, 100, 200]), (ok, 200));
+    assert_eq!(push(&[200]), (value, 200), "the clock stands");
+    assert_eq!(push(&[100]), (value, 200), "the clock was set back");
+    assert_eq!(push(&[300, 400, 400]), (value, 200), "the block is refused whole");
+    assert_eq!(push(&[300, 400]), (ok, 400));
+    assert_eq!(untimed(), (ok, 500), "a row without a time follows by the rate");
+    assert_eq!(push(&[500]), (value, 500));
+    assert_eq!(push(&[u64::MAX]), (ok, u64::MAX), "a jump ahead is a gap");
+    assert_eq!(push(&[600]), (value, u64::MAX), "which no time follows");
+    assert_eq!(untimed(), (value, u64::MAX));
+    // SAFETY: made by `create`.
+    assert_eq!(unsafe { slip_destroy(pipeline) }, SlipStatus::Ok);
+}
+
+#[test]
+fn the_state_is_always_written_and_found_too() {
+    let mut memory = Memory::uninit();
+    let options = SlipOptions { control: 1, ..DEFAULTS };
+    let pipeline = create(&mut memory, &options).unwrap();
+    let (status, found, state) = outcome(pipeline, &EMPTY);
+    assert_eq!((status, found, state.command_n, state.grip), (SlipStatus::Ok, 0, 0.0, 1), "open");
+    let (stylus, force) = ([0.0; 2000], [2.0; 2000]);
+    let (stylus, normal_force_n) = (stylus.as_ptr(), force.as_ptr());
+    let block = SlipBlock { rows: 2000, stylus, normal_force_n, ..EMPTY };
+    let last = outcome(pipeline, &block).2;
+    assert!(last.command_n > 0.0 && last.t_us == 199_900, "{last:?}");
+    let refused = SlipBlock { taxel_count: 257, ..block };
+    let no_stylus = SlipBlock { stylus: ptr::null(), ..block };
+    for (block, expected) in [
+        (ptr::from_ref(&EMPTY), SlipStatus::Ok),
+        (&raw const refused, SlipStatus::Size),
+        (&raw const no_stylus, SlipStatus::Null),
+        (ptr::null(), SlipStatus::Null),
+    ] {
+        let (status, found, state) = outcome(pipeline, block);
+        assert_eq!((status, found), (expected, 0));
+        assert_eq!(format!("{state:?}"), format!("{last:?}"), "as after the last row");
+    }
+    // SAFETY: made by `create`.
+    assert_eq!(unsafe { slip_destroy(pipeline) }, SlipStatus::Ok);
+    assert_eq!(outcome(pipeline, &block).1, 0, "of a pipeline that has ended");
+    let signal = SlipSignal::Absent as u32;
+    let pipeline = create(&mut memory, &SlipOptions { signal, ..DEFAULTS }).unwrap();
+    let nothing = SlipBlock { rows: 1, ..EMPTY };
+    assert_eq!(outcome(pipeline, &nothing).0, SlipStatus::Null, "rows with no channel");
+    // SAFETY: made by `create`.
+    assert_eq!(unsafe { slip_destroy(pipeline) }, SlipStatus::Ok);
+    let pipeline = create(&mut memory, &DEFAULTS).unwrap();
+    assert!(outcome(pipeline, &EMPTY).2.command_n.is_nan(), "no controller, no command");
+    // SAFETY: made by `create`.
+    assert_eq!(unsafe { slip_destroy(pipeline) }, SlipStatus::Ok);
+}
+
 #[test]
 fn memory_of_malloc_is_aligned_and_every_status_has_a_sentence() {
     assert!(slip_align() <= 16 && slip_size() <= size_of::<Memory>(), "{}", slip_size());
@@ -460,7 +776,7 @@ fn taxels_and_arrivals_reach_the_pipeline() {
         };
         let step = twin.handle_with(&sample, frame);
         for theirs in log.events(&step).iter().flatten() {
-            assert_same(events.next().unwrap(), theirs);
+            assert_same(events.next().unwrap(), &expected(theirs, at as u64));
         }
         assert_eq!(values[ROWS + at].to_bits(), step.statistic.to_bits());
     }

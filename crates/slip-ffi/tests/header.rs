@@ -1,4 +1,4 @@
-//! `include/slip.h` is what cbindgen makes of the crate, with the codes of slip-msg. `SLIP_HEADER=write` writes it anew.
+//! `include/slip.h` is what cbindgen makes of the crate, with the codes of slip-msg. `SLIP_HEADER=write` writes it.
 
 use cbindgen::{Builder, Config, DocumentationStyle, EnumConfig, Language, RenameRule};
 use core::fmt::Write as _;
@@ -35,7 +35,7 @@ fn codes() -> String {
         )+ };
     }
     tables!(Scene GripState Phase Method SpeedSource Reading Sensor SensorHealth Operation);
-    text.trim_start().to_owned()
+    text.trim().to_owned()
 }
 
 /// `GripState` as `GRIP_STATE`.
@@ -62,7 +62,8 @@ fn the_header_is_that_of_the_crate() {
              Made by crates/slip-ffi/tests/header.rs: change it there."
                 .to_owned(),
         ),
-        trailer: Some(codes()),
+        // Within the include guard, where a trailer is not.
+        after_includes: Some(format!("\n{}", codes())),
         documentation_style: DocumentationStyle::C99,
         usize_is_size_t: true,
         no_includes: true,

@@ -31,6 +31,12 @@ int main() {
     force_n = applied_n + 0.002 * noise(random);
     if (controller->update(rclcpp::Time(at * period_ns), rclcpp::Duration(period_ns)) != return_type::OK) return 1;
   }
+  // A clock that stands: an error, and the force stays.
+  const double last_n = command_n;
+  if (controller->update(rclcpp::Time(5000 * period_ns), rclcpp::Duration(period_ns)) != return_type::ERROR ||
+      command_n != last_n) {
+    return 1;
+  }
   std::printf("held with %.2f N, moved %.2f mm\n", applied_n, 1e3 * travel_m);
   const bool held = applied_n >= 5.0 && travel_m > 0.0;
   return !(held && controller->on_deactivate(state) == CallbackReturn::SUCCESS);

@@ -1,8 +1,8 @@
 // A controller of ros2_control: reads stylus, grip force and travel of one finger, writes the force to hold with.
 //
-// The contract is that of controller_interface::ControllerInterface: on_configure() may allocate; on_activate(), update() and
-// on_deactivate() run in the real-time loop and do not. Built and run in this project against the two headers in `mock` alone, which have what is used here and nothing else; never
-// yet against ROS 2.
+// The contract is that of controller_interface::ControllerInterface: on_configure() may allocate; on_activate(),
+// update() and on_deactivate() run in the real-time loop and do not. Built and run in this project against the two
+// headers in `mock` alone, which have what is used here and nothing else; never yet against ROS 2.
 #include <slip.h>
 
 #include <cstddef>
@@ -50,7 +50,8 @@ class SlipGripController : public controller_interface::ControllerInterface {
   // Writes nothing: the fingers keep the last force until the next activation.
   CallbackReturn on_deactivate(const rclcpp_lifecycle::State &) override { return ask(SLIP_OPERATION_RELEASE); }
 
-  // A sample in, a force out. An error leaves the command as it is: nothing here opens the fingers.
+  // A sample in, a force out. An error, also of a time that does not rise, leaves the command as it is: nothing here
+  // opens the fingers.
   return_type update(const rclcpp::Time &time, const rclcpp::Duration &) override {
     const auto t_us = static_cast<uint64_t>(time.nanoseconds() / 1000);
     const auto stylus_m = static_cast<float>(state_interfaces_[0].get_value());

@@ -1,4 +1,5 @@
-/* Counts what the library asks of the heap: something to create a pipeline, nothing from then on, and all of it comes back. */
+/* Counts what the library asks of the heap: something to create a pipeline, nothing from then on, and all of it comes
+ * back. */
 #include <slip.h>
 #include <stdio.h>
 #include <string.h>

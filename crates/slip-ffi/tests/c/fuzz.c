@@ -1,5 +1,6 @@
-/* Random calls across the border: right, null, misaligned and stale pointers, memory that is too small, counts that cannot be, NaN,
- * infinities, rates, times that go back. Every buffer ends at a page that may not be touched, so a byte too many ends the program.
+/* Random calls across the border: right, null, misaligned and stale pointers, memory that is too small, counts that
+ * cannot be, NaN, infinities, rates, times that go back. Every buffer ends at a page that may not be touched, so a byte
+ * too many ends the program.
  *
  *   fuzz [CALLS [SEED]]       prints how often each status came; ends with 1 where one is unknown or not as it must be
  */
@@ -51,6 +52,7 @@ static float *taxels, *statistic, *command_n;
 static slip_event *events;
 static void *memory[4];
 static slip_pipeline *made[4];
+static uint64_t last_us[4];
 static size_t size;
 static unsigned long counts[16];
 
@@ -99,6 +101,7 @@ static void create(uint32_t at) {
   if (!plain && one_in(3)) options.model = text_of(OTHERS, 2);
   if (made[at] != NULL) count(slip_destroy(made[at]));
   made[at] = NULL;
+  last_us[at] = 0;
   memset(why, 1, sizeof why);
   status = slip_create(bent(memory[at]), one_in(20) ? below((uint32_t)size) : size, bent(&options), one_in(9) ? NULL : why,
                        why_size, bent(&made[at]));
@@ -117,7 +120,7 @@ static void push(uint32_t at) {
                              &block.travel_m, &block.velocity_m_s, &block.second_stylus, &block.reference,
                              &block.reference_y, &block.reference_z, &block.pressure, &block.motion};
   size_t rows = one_in(10) ? 0 : one_in(4) ? ROWS : 1 + below(20);
-  uint64_t t = below(1000000);
+  uint64_t t = one_in(40) ? below(1000000) : last_us[at];
   uint32_t i;
   size_t row;
   block.rows = rows;
@@ -129,7 +132,7 @@ static void push(uint32_t at) {
     *channel[i] = bent(end);
   }
   for (row = 0; row < rows; ++row) {
-    times[0][ROWS - rows + row] = t += one_in(50) ? ((uint64_t)random_bits() << below(32)) : 100;
+    times[0][ROWS - rows + row] = t += one_in(5000) ? ((uint64_t)random_bits() << below(32)) : 100;
     times[1][ROWS - rows + row] = t + below(300);
     times[2][ROWS - rows + row] = one_in(9) ? random_bits() : below(300);
   }
@@ -150,8 +153,15 @@ static void push(uint32_t at) {
   if (one_in(2)) result.events = bent(events + EVENTS - result.room);
   if (one_in(2)) result.statistic = bent(statistic + ROWS - rows);
   if (one_in(2)) result.command_n = bent(command_n + ROWS - rows);
+  result.found = SIZE_MAX;
   status = slip_push(bent(made[at]), bent(&block), bent(&result));
-  if (status == SLIP_STATUS_OK && result.found > 7 * rows) fail("more events than there can be");
+  if (status == SLIP_STATUS_OK && rows > 0 && block.t_us != NULL && result.state.t_us <= last_us[at]) {
+    fail("a time that does not rise");
+  }
+  if (status == SLIP_STATUS_OK) last_us[at] = result.state.t_us;
+  if (result.found > 7 * rows && (status == SLIP_STATUS_OK || result.found < SIZE_MAX)) {
+    fail("more events than there can be");
+  }
   count(status);
 }
 
