@@ -110,9 +110,24 @@ fn grasp(plan: &[(Stretch, usize)], seed: u32) -> Vec<Sample> {
 }
 
 fn run(config: PipelineConfig, samples: &[Sample], frames: usize) -> (Vec<Step>, StageCounters) {
+    run_and_release(config, samples, frames, None)
+}
+
+/// The same; the object is let go at sample `released`, and the fingers may close again 700 samples later.
+fn run_and_release(
+    config: PipelineConfig,
+    samples: &[Sample],
+    frames: usize,
+    released: Option<usize>,
+) -> (Vec<Step>, StageCounters) {
     let mut pipeline = Pipeline::<&'static [f32]>::new(config, None).unwrap();
     let mut steps = Vec::new();
     for (i, sample) in samples.iter().enumerate() {
+        if released == Some(i) {
+            pipeline.release();
+        } else if released.is_some_and(|at| at + 700 == i) {
+            pipeline.close_again();
+        }
         let wave = 0.1 * libm::sinf(f32::from(u16::try_from(i % 1000).unwrap()));
         let taxels = [1.0 + wave, 2.0 - wave, 3.0];
         let frame = frames > 0 && i.is_multiple_of(frames);
@@ -142,6 +157,7 @@ proptest! {
         rate in prop::sample::select(vec![10_000.0_f32, 1000.0]),
         has_force in prop::bool::weighted(0.7),
         batch_us in prop::option::of(prop::sample::select(vec![1000_u64, 7000, 40_000])),
+        released in prop::option::weighted(0.4, 4500_usize..8000),
     ) {
         let config = PipelineConfig { methods, ..PipelineConfig::gripping(Hertz(rate)) };
         let mut samples = grasp(&plan, seed);
@@ -152,8 +168,9 @@ proptest! {
                 Arrival { at, age: at.since(sample.t) }
             });
         }
-        let (skipping, _) = run(config, &samples, frames);
-        let (all, _) = run(PipelineConfig { no_skip: true, ..config }, &samples, frames);
+        let (skipping, _) = run_and_release(config, &samples, frames, released);
+        let every = PipelineConfig { no_skip: true, ..config };
+        let (all, _) = run_and_release(every, &samples, frames, released);
         for (at, (one, other)) in skipping.iter().zip(&all).enumerate() {
             prop_assert_eq!(one, other, "sample {}", at);
         }

@@ -217,8 +217,14 @@ impl GripController {
     #[must_use]
     #[inline]
     pub fn is_steady(&self) -> bool {
-        self.state == GripState::Holding
-            && self.command_n <= self.hold_n.max(self.least_n)
+        // What was let go or lost waits for a client or for touch.
+        self.state == GripState::Released
+            || self.state == GripState::Holding && (self.touch.is_lost() || self.is_kept())
+    }
+
+    /// Whether an object is held with what it is to be held with, and no less is tried.
+    fn is_kept(&self) -> bool {
+        self.command_n <= self.hold_n.max(self.least_n)
             && self.command_n >= self.least_n
             && self.touch.is_settled()
             && !self.searches()
