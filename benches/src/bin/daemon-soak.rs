@@ -80,7 +80,7 @@ fn print_table(cli: &Cli, report: &Report) {
     row("of the lost, dropped by the gripper", report.dropped_by_gripper.to_string());
     row("**not accounted for** (wanted 0)", report.unaccounted().to_string());
     row("handled, not recorded", report.unrecorded.to_string());
-    row("notes not told", report.unreported.to_string());
+    row("notes not reported", report.unreported.to_string());
     row("rows of each client", format!("{:?}", report.clients));
     row("restarts of the gripper", report.restarts.to_string());
     for (name, percent) in &report.threads_percent {

@@ -43,7 +43,7 @@ pub(super) fn reboots(setup: &Setup<'_>, times: u64) -> Result<Outcome> {
         again_ms.push(u64::try_from(from.elapsed().as_millis()).unwrap_or(u64::MAX));
     }
     let reported = daemon.times_stated("the gripper has restarted");
-    outcome.require(reported > 0, || format!("nobody was told of a restart: {}", daemon.log()));
+    outcome.require(reported > 0, || format!("no restart was reported: {}", daemon.log()));
     outcome.spread("from the restart to the grip", again_ms, "ms");
     rig.finish(&mut daemon, &mut outcome)?;
     Ok(outcome)
@@ -129,5 +129,5 @@ fn reload(rig: &Rig<'_>, daemon: &Daemon, reported: &str) -> Result<()> {
     let before = daemon.times_stated(reported);
     daemon.signal(Signal::HUP)?;
     let received = time::until(PATIENCE_S, || daemon.times_stated(reported) > before);
-    rig.missed(received, "nobody was told what became of the settings", daemon)
+    rig.missed(received, "what became of the settings was not reported", daemon)
 }

@@ -58,7 +58,7 @@ pub(super) fn stranger(setup: &Setup<'_>) -> Result<Outcome> {
     time::wait_ms(100);
     rig.gripper.bench().exchange_for(&other)?;
     let reported = time::until(FOUND_S, || daemon.times_stated(REPORTED) > 0);
-    rig.missed(reported, "nobody was told of the stranger", &daemon)?;
+    rig.missed(reported, "the stranger was not reported", &daemon)?;
     time::wait_ms(STRANGER_MS);
     let Some((stranger, judge)) = rig.gripper.bench().bring_back()? else {
         return Ok(Outcome::failed("there was no stranger".to_owned()));

@@ -48,10 +48,10 @@ fn one(
     rig.commands_again(&daemon)?;
     let status = daemon.end()?;
     outcome.require(status.code() == Some(3), || {
-        format!("lost samples are not told at the end: {status}, {}", daemon.log())
+        format!("lost samples are not reported at the end: {status}, {}", daemon.log())
     });
     let reported = daemon.times_stated(REPORTED);
-    outcome.require(reported == 1, || format!("told {reported} times: {}", daemon.log()));
+    outcome.require(reported == 1, || format!("reported {reported} times: {}", daemon.log()));
     outcome.require(!daemon.log().contains("panicked"), || daemon.log());
     outcome.receive(&rig.gripper);
     outcome.recordings += rig.recordings()?.len() as u64;

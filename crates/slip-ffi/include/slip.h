@@ -35,7 +35,7 @@ enum {
   SLIP_GRIP_STATE_SLIPPING = 5,
   // no slip sensor can be trusted, the force stays.
   SLIP_GRIP_STATE_FAULT = 6,
-  // let go by a client, until it is told to grasp.
+  // let go by a client, until it is asked to grasp.
   SLIP_GRIP_STATE_RELEASED = 7,
 };
 

@@ -23,7 +23,7 @@ codes! {
         4 => Holding "holding" "an object is held.",
         5 => Slipping "slipping" "a slip is being stopped.",
         6 => Fault "fault" "no slip sensor can be trusted, the force stays.",
-        7 => Released "released" "let go by a client, until it is told to grasp.",
+        7 => Released "released" "let go by a client, until it is asked to grasp.",
     }
 
     /// How far a slip has come.

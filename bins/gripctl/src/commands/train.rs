@@ -40,7 +40,7 @@ struct Result {
     rows: Rows,
 }
 
-/// How well classes are told apart; absent where none are.
+/// How well classes are distinguished; absent where none are.
 #[derive(Serialize)]
 pub(super) struct Classes {
     #[serde(skip_serializing_if = "Option::is_none")]

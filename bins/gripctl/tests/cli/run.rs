@@ -43,7 +43,7 @@ impl Ran {
         }
         let longest = self.err.lines().max_by_key(|line| line.len()).unwrap_or_default();
         let reported = longest.split_once(": ").map_or(longest, |(_, text)| text);
-        assert_eq!(self.err.matches(reported).count(), 1, "told twice: {}", self.err);
+        assert_eq!(self.err.matches(reported).count(), 1, "reported twice: {}", self.err);
         assert!(self.out.is_empty(), "{self:?}");
         self
     }

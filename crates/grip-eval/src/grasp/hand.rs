@@ -53,7 +53,7 @@ impl core::fmt::Debug for Own<'_> {
 }
 
 impl<'a> Own<'a> {
-    /// A session that tells everything that happens to `report`.
+    /// A session that hands everything that happens to `report`.
     ///
     /// # Errors
     /// Where the configuration does not make a session.

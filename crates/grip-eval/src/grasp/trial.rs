@@ -25,7 +25,7 @@ pub enum TrialError {
     Session(#[from] SessionError),
 }
 
-/// Grasps, lifts and holds the object of `scene` for `duration` and tells everything that happens to `report`.
+/// Grasps, lifts and holds the object of `scene` for `duration` and hands everything that happens to `report`.
 ///
 /// # Errors
 /// Where scene and settings do not make a device and a session.

@@ -38,7 +38,7 @@ pub struct Evaluation {
     pub classes: Option<Classified>,
 }
 
-/// How well classes are told apart.
+/// How well classes are distinguished.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Classified {
     /// Share of rows whose own class is the most probable, 0 to 1.
@@ -79,7 +79,7 @@ pub fn predict<W: AsRef<[f32]>, const IO: usize, const WIDTH: usize>(
     Ok((predicted, coverage))
 }
 
-/// Lets `model` predict every row of `data`, whose columns must be in the model's order. What it says of classes are scores, of
+/// Lets `model` predict every row of `data`, whose columns must be in the model's order. Its answers about classes are scores, of
 /// which [softmax] makes the probabilities that are judged.
 ///
 /// # Errors
